@@ -1,0 +1,83 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// What the command line says, as plain values. main.cpp fills them; each run_… does the work.
+//
+// Exit status: 0 done, 2 bad input (one line on standard error that names the file or option and
+// what was expected; no output file touched).
+
+#pragma once
+
+#include <pliant/vec.h>
+
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace pliant::app {
+
+inline constexpr int kExitOk = 0;
+inline constexpr int kExitBadInput = 2;
+
+struct InfoOptions {
+    std::string file;
+    std::string series;
+    bool json = false;
+};
+
+struct PhantomOptions {
+    std::string name;
+    std::string out;
+    Vec3i size{128, 128, 128};
+    Vec3d spacing_mm{0, 0, 0};             ///< zero: the phantom's extent / size
+    std::optional<std::string> direction;  ///< nine numbers, columns of the direction matrix
+    bool raw = false;
+    int threads = 0;
+};
+
+struct PushOption {
+    Vec3d point_mm;
+    Vec3d push_mm;
+};
+
+struct DeformOptions {
+    std::string file;
+    std::string series;
+    std::vector<PushOption> pushes;
+    double sphere_radius_mm = 0;  ///< 0: the point tool
+    std::string config;
+    std::string solver = "sweep";   ///< or "heap"
+    std::string mapping = "cells";  ///< or "tetrahedra"
+    std::string out, displacement, transform, report, png;
+    std::optional<Vec3d> eye_mm, look;  ///< of the picture
+    std::optional<double> iso_hu;
+    bool raw = false;
+    int threads = 0;
+};
+
+struct RenderOptions {
+    std::string file;
+    std::string series;
+    std::string out;
+    std::string view = "four-up";  ///< endoscope | axial | coronal | sagittal
+    int width = 0, height = 0;     ///< 0: 1024×1024 for four-up, 512×512 for one view
+    double iso_hu = -500;
+    std::string polarity = "rising";
+    std::optional<Vec3d> eye_mm, look, up, at_mm;
+    double field_of_view_deg = 80;
+    double barrel_distortion = 0.15;
+    double fog_distance_mm = 120;
+    std::optional<std::string> colour;  ///< "R,G,B" 0…255
+    double window_hu = 1500, level_hu = -200;
+    int threads = 0;
+};
+
+int run_info(const InfoOptions& options);
+int run_phantom(const PhantomOptions& options);
+int run_deform(const DeformOptions& options);
+int run_render(const RenderOptions& options);
+
+/// Prints "pliant: message" as one line on standard error. @returns kExitBadInput
+int bad_input(const std::string& message);
+
+}  // namespace pliant::app

@@ -1,0 +1,12 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "options.h"
+
+namespace pliant::app {
+
+int run_render(const RenderOptions&) {
+    return bad_input("render: not built yet");
+}
+
+}  // namespace pliant::app

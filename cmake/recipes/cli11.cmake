@@ -1,0 +1,2 @@
+# CLI11. BSD-3-Clause. The program's command line.
+find_package(CLI11 REQUIRED)

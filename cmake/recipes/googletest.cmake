@@ -1,0 +1,2 @@
+# GoogleTest. BSD-3-Clause. Tests only.
+find_package(GTest REQUIRED)

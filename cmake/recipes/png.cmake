@@ -1,0 +1,2 @@
+# libpng. libpng licence (permissive). Writes pictures.
+find_package(PNG REQUIRED)

@@ -1,0 +1,2 @@
+# toml++. MIT. Reads the settings file.
+find_package(tomlplusplus REQUIRED)

@@ -1,0 +1,25 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// PLIANT_ASSERT: for the programmer's mistakes only. On in Debug and sanitizer builds; bad data is
+// never asserted, it becomes an Error. The handler can be replaced; the default one prints and
+// aborts.
+
+#pragma once
+
+namespace pliant {
+
+using AssertHandler = void (*)(const char* expression, const char* file, int line);
+
+/// @returns the handler that was set before
+AssertHandler set_assert_handler(AssertHandler handler);
+void assert_failed(const char* expression, const char* file, int line);
+
+}  // namespace pliant
+
+#ifdef PLIANT_ASSERTIONS
+#define PLIANT_ASSERT(expression) \
+    ((expression) ? void(0) : ::pliant::assert_failed(#expression, __FILE__, __LINE__))
+#else
+#define PLIANT_ASSERT(expression) void(sizeof(!(expression)))
+#endif

@@ -1,0 +1,112 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// Pictures of a volume: the endoscope's view by first-hit ray casting, and sections.
+
+#pragma once
+
+#include <pliant/result.h>
+#include <pliant/tasks.h>
+#include <pliant/volume.h>
+
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace pliant {
+
+struct Rgb8 {
+    std::uint8_t r, g, b;
+    friend constexpr bool operator==(const Rgb8&, const Rgb8&) = default;
+};
+
+/// 8-bit sRGB picture, rows from the top.
+struct Image {
+    int width = 0;
+    int height = 0;
+    std::vector<Rgb8> pixels;
+};
+
+Status write_png(const std::filesystem::path& path, const Image& image);
+
+/// Which crossing of the threshold is the wall.
+enum class Polarity {
+    Rising,   ///< air-filled lumen: the wall is brighter than where the camera is
+    Falling,  ///< contrast-filled vessel: the wall is darker
+};
+
+/// The endoscope: a pin-hole camera with barrel distortion and a light at the lens.
+struct Endoscope {
+    Vec3d eye_mm{0, 0, 0};            ///< LPS
+    Vec3d look{0, 1, 0};              ///< LPS, any length > 0
+    Vec3d up{0, 0, 1};                ///< LPS, not parallel to look
+    double field_of_view_deg = 80;    ///< across the picture's height
+    double barrel_distortion = 0.15;  ///< 0: none; r_ray = r·(1 + k·r²), r = 1 at the edge
+    double iso_hu = -500;             ///< threshold of the surface
+    Polarity polarity = Polarity::Rising;
+    double fog_distance_mm = 120;  ///< light falls to 1/e over this; 0: no fog
+    Rgb8 surface{222, 150, 134};   ///< colour of the tissue in full light
+    Rgb8 fog{8, 6, 8};             ///< colour far away, and where no ray hits
+};
+
+enum class Orientation { Axial, Coronal, Sagittal };
+
+/// A section through a point, perpendicular to a world axis, in the radiological convention
+/// (patient's right on the left of the picture; anterior or head up).
+struct Section {
+    Orientation orientation = Orientation::Axial;
+    Vec3d point_mm{0, 0, 0};  ///< LPS; the crosshair is drawn here
+    double window_hu = 1500;
+    double level_hu = -200;
+    double width_mm = 0;  ///< what the picture's width shows; 0: the whole volume
+    bool crosshair = true;
+};
+
+/// Where a ray first meets the surface.
+struct RayHit {
+    double distance_mm;  ///< from the ray's origin
+    Vec3d point_mm;      ///< LPS
+    Vec3d normal;        ///< unit, towards the side of the camera
+};
+
+/// Casts rays at one volume. Building it makes the min/max bricks that skip empty space; changing
+/// the threshold costs nothing. Keeps a reference: the volume must outlive it.
+class RayCaster {
+  public:
+    RayCaster(const Volume& volume, const TaskArena& arena);
+    ~RayCaster();
+    RayCaster(RayCaster&&) noexcept;
+
+    /// First crossing of iso_hu along origin + t·direction, t > 0, exact for the trilinear
+    /// interpolant. @param direction  world, any length > 0
+    std::optional<RayHit> first_hit(Vec3d origin_mm, Vec3d direction, double iso_hu,
+                                    Polarity polarity) const;
+
+    Image endoscope_view(const Endoscope& endoscope, int width, int height) const;
+
+  private:
+    struct Impl;
+    std::unique_ptr<Impl> m_impl;
+};
+
+Image section_view(const Volume& volume, const Section& section, int width, int height,
+                   const TaskArena& arena);
+
+struct FourUp {
+    Endoscope endoscope;
+    Section section;      ///< point, window and level for all three; orientation is not used
+    std::string caption;  ///< drawn in the corner; may be empty
+};
+
+/// Endoscope (top left), axial (top right), coronal (bottom left), sagittal (bottom right), with
+/// orientation letters, crosshair and captions.
+Image four_up_view(const Volume& volume, const FourUp& settings, int width, int height,
+                   const TaskArena& arena);
+
+/// Two pictures of equal height next to each other.
+Image side_by_side(const Image& left, const Image& right);
+
+}  // namespace pliant

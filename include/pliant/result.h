@@ -1,0 +1,62 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// Errors as values. Everything that depends on data (a file, a setting, a message) returns a
+// Result: either the value, or an Error with one line of text that names the file or field, what
+// was found and what was expected. No exception crosses the face of the library.
+
+#pragma once
+
+#include <pliant/assert.h>
+#include <string>
+#include <utility>
+#include <variant>
+
+namespace pliant {
+
+enum class ErrorCode {
+    InvalidArgument,  ///< a setting or an option is outside what it may be
+    NotFound,         ///< a file, folder or part of it is missing
+    Unreadable,       ///< the file is there but damaged, truncated or not what its name says
+    Unsupported,      ///< well-formed, but of a kind that Pliant doesn't handle
+    Unwritable,       ///< the output can't be written
+    LimitExceeded,    ///< would need more memory or time than allowed
+};
+
+struct Error {
+    ErrorCode code = ErrorCode::InvalidArgument;
+    std::string message;  ///< one line, no trailing full stop or newline
+};
+
+/// A value or an Error.
+template <class T>
+class [[nodiscard]] Result {
+  public:
+    Result(T value) : m_state(std::in_place_index<0>, std::move(value)) {}
+    Result(Error error) : m_state(std::in_place_index<1>, std::move(error)) {}
+
+    bool ok() const { return m_state.index() == 0; }
+    explicit operator bool() const { return ok(); }
+
+    /// @pre ok()
+    T& value() & { return (PLIANT_ASSERT(ok()), *std::get_if<0>(&m_state)); }
+    const T& value() const& { return (PLIANT_ASSERT(ok()), *std::get_if<0>(&m_state)); }
+    T&& value() && { return (PLIANT_ASSERT(ok()), std::move(*std::get_if<0>(&m_state))); }
+    T* operator->() { return &value(); }
+    const T* operator->() const { return &value(); }
+    T& operator*() & { return value(); }
+    const T& operator*() const& { return value(); }
+
+    /// @pre !ok()
+    const Error& error() const { return (PLIANT_ASSERT(!ok()), *std::get_if<1>(&m_state)); }
+
+  private:
+    std::variant<T, Error> m_state;
+};
+
+struct Ok {};
+
+/// Success, or an Error.
+using Status = Result<Ok>;
+
+}  // namespace pliant

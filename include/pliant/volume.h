@@ -1,0 +1,93 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// A scan: voxel values on a grid, with the key/value pairs of its file.
+//
+// Values are Hounsfield units where the modality is CT. They are kept in 16 bits where every value
+// is a whole number in −32768…32767, and as float otherwise.
+
+#pragma once
+
+#include <pliant/grid.h>
+#include <pliant/result.h>
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <utility>
+#include <variant>
+#include <vector>
+
+namespace pliant {
+
+/// Value of air [HU]: outside of every scan, and in gaps of the deformed tissue.
+inline constexpr int kAirHu = -1000;
+
+using KeyValues = std::vector<std::pair<std::string, std::string>>;
+
+struct Volume {
+    Grid grid;
+    /// One value per voxel, i fastest: voxel_count(grid) of them.
+    std::variant<std::vector<std::int16_t>, std::vector<float>> voxels;
+    KeyValues key_values;  ///< as in the file, in its order
+
+    bool is_16_bit() const { return voxels.index() == 0; }
+    /// Value of voxel ijk [HU]. @pre ijk inside the grid
+    float at(Vec3i ijk) const {
+        const std::size_t n = voxel_index(grid, ijk);
+        return is_16_bit() ? float((*std::get_if<0>(&voxels))[n]) : (*std::get_if<1>(&voxels))[n];
+    }
+};
+
+/// Trilinear interpolation at a continuous voxel index; voxels outside of the grid are air.
+float sample_linear(const Volume& volume, Vec3d ijk);
+
+/// Told how far long work has come, 0…1. Called from the calling thread.
+using Progress = std::function<void(double fraction)>;
+
+/// What a reader has to say beside the volume.
+struct ReadNotes {
+    std::string format;              ///< "NRRD", "NIfTI", "MetaImage", "DICOM"
+    std::string stored_type;         ///< "int16", "uint8", "float32", …
+    std::vector<std::string> notes;  ///< what was changed or assumed, one line each
+};
+
+/// Options for folders with several DICOM series.
+struct ReadOptions {
+    std::string series_uid;  ///< DICOM series to read; empty: the only one there is
+};
+
+/// Reads NRRD, NHDR, MetaImage, NIfTI, or a folder of DICOM slices (sorted by position along the
+/// slice normal).
+/// @param[out] notes  format, stored type and remarks; may be null
+/// @returns NotFound, Unreadable or Unsupported with one line that names the file
+Result<Volume> read_volume(const std::filesystem::path& path, const ReadOptions& options = {},
+                           ReadNotes* notes = nullptr);
+
+enum class Encoding { Gzip, Raw };
+
+/// Writes NRRD (.nrrd, or .nhdr with its data beside it), LPS, with the volume's key/value pairs.
+Status write_volume(const std::filesystem::path& path, const Volume& volume,
+                    Encoding encoding = Encoding::Gzip);
+
+/// Whether a vector field maps the rest shape to the deformed one, or back.
+enum class FieldKind {
+    Modeling,    ///< forward displacement at rest voxel centres
+    Resampling,  ///< inverse: output point → input point, on the output grid
+};
+
+/// One vector [mm, LPS] per voxel of a grid, i fastest.
+struct VectorField {
+    Grid grid;
+    FieldKind kind = FieldKind::Modeling;
+    std::vector<Vec3f> vectors_mm;
+};
+
+/// Writes a NRRD vector image (float32, `kinds: vector domain domain domain`) with the key
+/// `displacement field type`, which 3D Slicer opens as a transform.
+Status write_vector_field(const std::filesystem::path& path, const VectorField& field,
+                          Encoding encoding = Encoding::Gzip);
+Result<VectorField> read_vector_field(const std::filesystem::path& path);
+
+}  // namespace pliant

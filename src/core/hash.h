@@ -1,0 +1,42 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// 64-bit hash of bytes, for golden results: order matters, equal on every machine of one byte
+// order. The mixing step is the finaliser of MurmurHash3 [Appleby2011], applied to whole words.
+
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <span>
+
+namespace pliant {
+
+class Hash64 {
+  public:
+    void add_word(std::uint64_t word) {
+        std::uint64_t h = m_state ^ (word * 0x9e3779b97f4a7c15ULL);
+        h = (h ^ (h >> 33)) * 0xff51afd7ed558ccdULL;
+        m_state = (h ^ (h >> 33)) * 0xc4ceb9fe1a85ec53ULL + 0x2545f4914f6cdd1dULL;
+    }
+    template <class T>
+    void add(std::span<const T> values) {
+        const auto* bytes = reinterpret_cast<const unsigned char*>(values.data());
+        std::size_t left = values.size_bytes();
+        for (; left >= 8; left -= 8, bytes += 8) add_partial(bytes, 8);
+        if (left) add_partial(bytes, left);
+        add_word(values.size_bytes());
+    }
+    std::uint64_t value() const { return m_state; }
+
+  private:
+    void add_partial(const unsigned char* bytes, std::size_t count) {
+        std::uint64_t word = 0;
+        std::memcpy(&word, bytes, count);
+        add_word(word);
+    }
+    std::uint64_t m_state = 0x51ed270b2a8d5f1bULL;
+};
+
+}  // namespace pliant

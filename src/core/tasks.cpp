@@ -1,0 +1,80 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// The only place that knows oneTBB.
+
+#include <pliant/tasks.h>
+
+#include <oneapi/tbb/blocked_range.h>
+#include <oneapi/tbb/parallel_for.h>
+#include <oneapi/tbb/task_arena.h>
+
+// ThreadSanitizer can't see the synchronisation inside the system's oneTBB, which is not
+// instrumented, so its fork and join are told to it here. Races between pieces of one loop are
+// still found.
+#if defined(__SANITIZE_THREAD__)
+#define PLIANT_TSAN 1
+#elif defined(__has_feature)
+#if __has_feature(thread_sanitizer)
+#define PLIANT_TSAN 1
+#endif
+#endif
+#ifdef PLIANT_TSAN
+#include <sanitizer/tsan_interface.h>
+#endif
+
+namespace pliant {
+namespace {
+
+void fork_happens_here([[maybe_unused]] void* token) {
+#ifdef PLIANT_TSAN
+    __tsan_release(token);
+#endif
+}
+void join_happens_here([[maybe_unused]] void* token) {
+#ifdef PLIANT_TSAN
+    __tsan_acquire(token);
+#endif
+}
+
+}  // namespace
+
+struct TaskArena::Impl {
+    tbb::task_arena arena;
+};
+
+TaskArena::TaskArena(int thread_count) : m_impl(std::make_unique<Impl>()) {
+    m_impl->arena.initialize(thread_count > 0 ? thread_count : tbb::task_arena::automatic);
+}
+TaskArena::~TaskArena() = default;
+TaskArena::TaskArena(TaskArena&&) noexcept = default;
+TaskArena& TaskArena::operator=(TaskArena&&) noexcept = default;
+
+int TaskArena::thread_count() const {
+    return m_impl->arena.max_concurrency();
+}
+
+void TaskArena::for_each(std::int64_t count, std::int64_t grain,
+                         const std::function<void(std::int64_t, std::int64_t)>& body) const {
+    if (count <= 0) return;
+    if (count <= grain || thread_count() == 1) {
+        for (std::int64_t begin = 0; begin < count; begin += grain)
+            body(begin, begin + grain < count ? begin + grain : count);
+        return;
+    }
+    char fork = 0, join = 0;
+    fork_happens_here(&fork);
+    m_impl->arena.execute([&] {
+        tbb::parallel_for(
+            tbb::blocked_range<std::int64_t>(0, count, grain),
+            [&](const tbb::blocked_range<std::int64_t>& range) {
+                join_happens_here(&fork);
+                body(range.begin(), range.end());
+                fork_happens_here(&join);
+            },
+            tbb::simple_partitioner());
+    });
+    join_happens_here(&join);
+}
+
+}  // namespace pliant
