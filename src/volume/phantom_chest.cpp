@@ -60,7 +60,7 @@ double ribs(Vec3d p) {
     const double z = repeated(slanted, kRibPeriod_mm);
     const double out = cavity(p) - 3.1;
     const double rib = std::sqrt(out * out + 0.42 * z * z) - 2.3;
-    return cut(rib, 14 - std::abs(p.x) + (p.y < 0 ? -6 : 0));
+    return std::max(rib, (p.y < 0 ? 8 : 14) - std::abs(p.x));
 }
 
 double scapulae(Vec3d p) {
@@ -126,37 +126,68 @@ Field mediastinum(const std::vector<Vessel>& vessels, const Field& airway_outer)
     };
 }
 
-struct Twig {
-    Vec3d from, along;
-    double length_mm, radius_mm;
-    int generation;
+/// A place that a lung's vessels reach.
+struct Node {
+    Vec3d x;
+    std::size_t parent;
+    double path_mm;  ///< from the root
+    double leaves;   ///< ends that are supplied through here
 };
 
-/// Vessels that branch into a lung until they reach its surface or become too thin.
-void grow_vessels(Scene& scene, const Field& lung, Twig root, std::uint64_t seed) {
+/// Grows vessels from the root until every part of a lung is near one: places strewn over the lung
+/// join, nearest to the root first, where that takes them to the root by a short way. By Murray's
+/// law [Murray1926] the cubes of the radii add up where vessels join.
+std::vector<Node> grow_vessels(const Field& lung, Vec3d root, Vec3d middle, Vec3d half,
+                               std::uint64_t seed) {
+    constexpr int kPlaces = 900;
     Chance chance(seed);
-    std::vector<Twig> open{root};
-    const Field hu = tissue(60, 10);
-    while (!open.empty()) {
-        const Twig twig = open.back();
-        open.pop_back();
-        if (twig.generation > 7 || twig.radius_mm < 0.42) continue;
-        Vec3d tip{0, 0, 0};
-        bool fits = false;
-        Vec3d along = twig.along;
-        for (int attempt = 0; attempt < 6 && !fits; ++attempt) {
-            along = normalized(twig.along + (0.25 + 0.22 * attempt) * chance.vector());
-            tip = twig.from + twig.length_mm * along;
-            fits = twig.generation < 1 || lung(tip) < -1.2;
+    std::vector<Node> nodes;
+    for (int n = 0; n < kPlaces; ++n) {
+        const Vec3d x = middle + scaled(half, chance.vector());
+        if (lung(x) < -1.5) nodes.push_back({x, 0, 0, 1});
+    }
+    std::sort(nodes.begin(), nodes.end(),
+              [=](const Node& a, const Node& b) { return norm(a.x - root) < norm(b.x - root); });
+    nodes.insert(nodes.begin(), {root, 0, 0, 0});
+    for (std::size_t n = 1; n < nodes.size(); ++n) {
+        double least = 1e9;
+        for (std::size_t m = 0; m < n; ++m) {
+            const double step = norm(nodes[n].x - nodes[m].x);
+            const double cost = step + 0.4 * nodes[m].path_mm;
+            if (cost >= least) continue;
+            least = cost;
+            nodes[n].parent = m;
+            nodes[n].path_mm = nodes[m].path_mm + step;
         }
-        if (!fits) continue;
-        const Vec3d a = twig.from;
-        const double ra = twig.radius_mm, rb = 0.86 * ra;
-        scene.add([=](Vec3d p) { return capsule(p, a, tip, ra, rb); }, hu);
-        const double length = chance.between(0.78, 0.96) * twig.length_mm;
-        open.push_back({tip, along, length, rb, twig.generation + 1});
-        const Vec3d aside = normalized(0.55 * along + chance.vector());
-        open.push_back({tip, aside, 0.85 * length, 0.72 * ra, twig.generation + 1});
+    }
+    for (std::size_t n = nodes.size() - 1; n > 0; --n)
+        nodes[nodes[n].parent].leaves += nodes[n].leaves;
+    return nodes;
+}
+
+double cube_root(double v) {
+    double r = v > 1 ? 0.3 * v + 1 : 1;
+    for (int n = 0; n < 40; ++n) r = (2 * r + v / (r * r)) / 3;
+    return r;
+}
+
+void add_lung_vessels(Scene& scene, const Field& lung, Vec3d root, Vec3d middle, Vec3d half,
+                      std::uint64_t seed) {
+    constexpr double kEnd_mm = 0.42;  // radius of the last vessels that a scan shows
+    const std::vector<Node> nodes = grow_vessels(lung, root, middle, half, seed);
+    Chance chance(seed + 1);
+    for (std::size_t n = 1; n < nodes.size(); ++n) {
+        const Node& from = nodes[nodes[n].parent];
+        const double ra = std::min(kEnd_mm * cube_root(nodes[n].leaves + 0.5), 3.4);
+        const double rb = kEnd_mm * cube_root(nodes[n].leaves);
+        const Vec3d a = from.x, b = nodes[n].x;
+        const Vec3d bent = 0.5 * (a + b) + (0.1 * norm(b - a)) * chance.vector();
+        const double rm = 0.5 * (ra + rb);
+        scene.add(
+            [=](Vec3d p) {
+                return std::min(capsule(p, a, bent, ra, rm), capsule(p, bent, b, rm, rb));
+            },
+            tissue(60, 10));
     }
 }
 
@@ -272,20 +303,12 @@ void add_lungs(Scene& scene, const Field& between) {
             return std::max(sheet - 0.28, lung(p) + 0.3);
         },
         uniform(-600), 1.2);
-    const struct {
-        Vec3d from, along;
-        double length, radius;
-    } roots[] = {
-        {{-22, 0, -14}, {-0.7, -0.1, 0.9}, 12, 3.0}, {{-22, -6, -18}, {-0.7, -0.8, 0.2}, 12, 2.8},
-        {{-24, 6, -26}, {-0.6, 0.6, -0.5}, 12, 3.2}, {{-24, 2, -32}, {-0.8, -0.3, -0.7}, 11, 2.8},
-        {{-23, 7, -16}, {-0.6, 0.9, 0.4}, 12, 2.8},  {{-27, -4, -30}, {-0.7, -0.9, -0.3}, 10, 2.4},
-        {{30, 2, -8}, {0.5, -0.1, 0.9}, 12, 3.0},    {{30, -4, -12}, {0.6, -0.9, 0.2}, 11, 2.6},
-        {{32, 13, -22}, {0.4, 0.5, -0.8}, 11, 3.2},  {{32, 12, -14}, {0.5, 0.9, 0.4}, 12, 2.8},
-        {{33, 6, -28}, {0.8, -0.1, -0.5}, 10, 2.6},  {{29, 6, -4}, {0.3, 0.6, 0.9}, 12, 2.6}};
-    std::uint64_t seed = 50;
-    for (const auto& root : roots)
-        grow_vessels(scene, lung, {root.from, normalized(root.along), root.length, root.radius, 0},
-                     ++seed);
+    // arteries, then veins, on both sides
+    const Vec3d right{-32, 2, 5}, left{34, 2, 5}, half{20, 38, 58};
+    add_lung_vessels(scene, lung, {-25, 0, -19}, right, half, 51);
+    add_lung_vessels(scene, lung, {-25, -2, -33}, right, half, 53);
+    add_lung_vessels(scene, lung, {31, 8, -10}, left, half, 55);
+    add_lung_vessels(scene, lung, {27, -1, -29}, left, half, 57);
 }
 
 }  // namespace

@@ -121,7 +121,7 @@ void add_brain(Scene& scene) {
         // folds: a sheet that winds through space, deep at the brain's surface only
         const Vec3d q =
             (1 / 13.0) * (p + 4.0 * Vec3d{value_noise(p * 0.06, 83), value_noise(p * 0.06, 84),
-                                        value_noise(p * 0.06, 85)});
+                                          value_noise(p * 0.06, 85)});
         const double sheet = wave(q.x) * wave(q.y + 0.25) + wave(q.y) * wave(q.z + 0.25) +
                              wave(q.z) * wave(q.x + 0.25);
         const double room = cranium(p, -1.6);

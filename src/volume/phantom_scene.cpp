@@ -1,9 +1,10 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Sampling goes by blocks of 8³ voxels. One look at each shape from the block's centre says whether
-// it is absent, covers the whole block (then all below it is hidden), or must be looked at voxel by
-// voxel; most blocks are left with a few layers.
+// Sampling halves blocks of 16³ voxels down to 2³. At each step one look at each shape from the
+// block's centre says whether it is absent, covers the whole block (then all below it is hidden),
+// or must be looked at again in the halves; single voxels are left with the few shapes whose
+// surfaces are near.
 
 #include "volume/phantom_scene.h"
 
@@ -12,13 +13,13 @@
 namespace pliant::phantom {
 namespace {
 
-constexpr std::int32_t kBlock = 8;
+constexpr std::int32_t kBlock = 16;
+constexpr std::int32_t kLeastBlock = 2;
 
 /// The eight sub-boxes of a voxel, and the sizes that decide whether a surface can be near.
 struct Footprint {
     std::array<Vec3d, 8> offsets;  ///< world, centres of the sub-boxes; bit a: upper on axis a
     double reach_mm;               ///< from the voxel's centre to its corner
-    double block_reach_mm;         ///< the same of a whole block
     double sub_width_mm;           ///< of a sub-box, mean over the axes
 
     explicit Footprint(const Grid& grid) {
@@ -28,7 +29,6 @@ struct Footprint {
                 grid, {(corner & 1 ? 0.25 : -0.25) * h.x, (corner & 2 ? 0.25 : -0.25) * h.y,
                        (corner & 4 ? 0.25 : -0.25) * h.z});
         reach_mm = 0.5 * norm(h);
-        block_reach_mm = kBlock * reach_mm;
         sub_width_mm = (h.x + h.y + h.z) / 6;
     }
 };
@@ -58,16 +58,19 @@ double coverage(const Layer& layer, Vec3d x, const Footprint& footprint) {
     return share / 8;
 }
 
-/// The layers that a block can see, topmost first.
-void find_active(const Scene& scene, Vec3d centre, double reach_mm,
+/// Of the layers above, those that a block can see, topmost first.
+void find_active(const std::vector<ActiveLayer>& above, Vec3d centre, double reach_mm,
                  std::vector<ActiveLayer>& active) {
     active.clear();
-    for (auto layer = scene.layers.rbegin(); layer != scene.layers.rend(); ++layer) {
-        const double distance = layer->distance(centre);
-        const double reach = layer->slope * reach_mm;
-        if (distance > reach) continue;
-        const bool covers = distance < -reach;
-        active.push_back({&*layer, covers});
+    for (const ActiveLayer& a : above) {
+        bool covers = a.covers;
+        if (!covers) {
+            const double distance = a.layer->distance(centre);
+            const double reach = a.layer->slope * reach_mm;
+            if (distance > reach) continue;
+            covers = distance < -reach;
+        }
+        active.push_back({a.layer, covers});
         if (covers) return;
     }
 }
@@ -84,20 +87,57 @@ double composite(const std::vector<ActiveLayer>& active, Vec3d x, const Footprin
     return value + left * kAirHu;
 }
 
-void fill_block(const Scene& scene, const Grid& grid, const Footprint& footprint, Box3i block,
-                std::vector<ActiveLayer>& active, std::span<std::int16_t> voxels) {
-    const Vec3d middle{block.begin.x + 0.5 * (kBlock - 1), block.begin.y + 0.5 * (kBlock - 1),
-                       block.begin.z + 0.5 * (kBlock - 1)};
-    find_active(scene, world_from_voxel(grid, middle), footprint.block_reach_mm, active);
-    for (std::int32_t k = block.begin.z; k < block.end.z; ++k)
-        for (std::int32_t j = block.begin.y; j < block.end.y; ++j)
-            for (std::int32_t i = block.begin.x; i < block.end.x; ++i) {
-                const Vec3d x = world_from_voxel(grid, {double(i), double(j), double(k)});
-                const double hu = composite(active, x, footprint);
-                voxels[voxel_index(grid, {i, j, k})] =
-                    std::int16_t(std::clamp(std::floor(hu + 0.5), -32768.0, 32767.0));
-            }
-}
+class Sampler {
+  public:
+    Sampler(const Scene& scene, const Grid& grid, std::span<std::int16_t> voxels)
+        : m_grid(grid), m_footprint(grid), m_voxels(voxels) {
+        for (auto layer = scene.layers.rbegin(); layer != scene.layers.rend(); ++layer)
+            m_all.push_back({&*layer, false});
+    }
+
+    /// @param scratch  one list for each size of block
+    using Scratch = std::array<std::vector<ActiveLayer>, 4>;
+    void fill(Vec3i begin, Scratch& scratch) const { fill(begin, kBlock, m_all, 0, scratch); }
+
+  private:
+    void fill(Vec3i begin, std::int32_t width, const std::vector<ActiveLayer>& above,
+              std::size_t level, Scratch& scratch) const {
+        const Vec3i size = m_grid.size;
+        if (begin.x >= size.x || begin.y >= size.y || begin.z >= size.z) return;
+        const double half = 0.5 * (width - 1);
+        const Vec3d middle{begin.x + half, begin.y + half, begin.z + half};
+        std::vector<ActiveLayer>& active = scratch[level];
+        find_active(above, world_from_voxel(m_grid, middle), width * m_footprint.reach_mm, active);
+        if (width == kLeastBlock || active.empty() || active.front().covers) {
+            fill_voxels(begin, width, active);
+            return;
+        }
+        const std::int32_t w = width / 2;
+        for (int part = 0; part < 8; ++part)
+            fill(begin + Vec3i{part & 1 ? w : 0, part & 2 ? w : 0, part & 4 ? w : 0}, w, active,
+                 level + 1, scratch);
+    }
+
+    void fill_voxels(Vec3i begin, std::int32_t width,
+                     const std::vector<ActiveLayer>& active) const {
+        const Vec3i end{std::min(begin.x + width, m_grid.size.x),
+                        std::min(begin.y + width, m_grid.size.y),
+                        std::min(begin.z + width, m_grid.size.z)};
+        for (std::int32_t k = begin.z; k < end.z; ++k)
+            for (std::int32_t j = begin.y; j < end.y; ++j)
+                for (std::int32_t i = begin.x; i < end.x; ++i) {
+                    const Vec3d x = world_from_voxel(m_grid, {double(i), double(j), double(k)});
+                    const double hu = composite(active, x, m_footprint);
+                    m_voxels[voxel_index(m_grid, {i, j, k})] =
+                        std::int16_t(std::clamp(std::floor(hu + 0.5), -32768.0, 32767.0));
+                }
+    }
+
+    const Grid& m_grid;
+    Footprint m_footprint;
+    std::span<std::int16_t> m_voxels;
+    std::vector<ActiveLayer> m_all;
+};
 
 }  // namespace
 
@@ -121,19 +161,15 @@ void sample_scene(const Scene& scene, const Grid& grid, const TaskArena& arena,
                   const Progress& progress, std::span<std::int16_t> voxels) {
     const auto blocks = [](std::int32_t size) { return (size + kBlock - 1) / kBlock; };
     const Vec3i count{blocks(grid.size.x), blocks(grid.size.y), blocks(grid.size.z)};
-    const Footprint footprint(grid);
+    const Sampler sampler(scene, grid, voxels);
     for (std::int32_t bk = 0; bk < count.z; ++bk) {
-        arena.for_each(std::int64_t(count.x) * count.y, 4,
+        arena.for_each(std::int64_t(count.x) * count.y, 2,
                        [&](std::int64_t begin, std::int64_t end) {
-                           std::vector<ActiveLayer> active;
-                           for (std::int64_t b = begin; b < end; ++b) {
-                               const Vec3i first{kBlock * std::int32_t(b % count.x),
-                                                 kBlock * std::int32_t(b / count.x), kBlock * bk};
-                               const Vec3i last{std::min(first.x + kBlock, grid.size.x),
-                                                std::min(first.y + kBlock, grid.size.y),
-                                                std::min(first.z + kBlock, grid.size.z)};
-                               fill_block(scene, grid, footprint, {first, last}, active, voxels);
-                           }
+                           Sampler::Scratch scratch;
+                           for (std::int64_t b = begin; b < end; ++b)
+                               sampler.fill({kBlock * std::int32_t(b % count.x),
+                                             kBlock * std::int32_t(b / count.x), kBlock * bk},
+                                            scratch);
                        });
         if (progress) progress(double(bk + 1) / count.z);
     }

@@ -10,38 +10,15 @@
 
 #include "volume/phantom_noise.h"
 
+#include <span>
+
 namespace pliant::phantom {
 namespace {
 
-/// The nearest piece of a row.
-struct Nearest {
-    double distance_mm = 1e9;  ///< to the axis, less the radius
-    double axis_mm = 0;        ///< to the axis
-    double radius_mm = 1;
-    double along_mm = 0;
-    Vec3d out{0, 0, 0};   ///< from the axis to the point
-    Vec3d axis{0, 0, 1};  ///< unit
-};
-
-Nearest nearest_piece(const Tube& tube, const std::vector<double>& starts, Vec3d p) {
-    Nearest best;
-    for (std::size_t n = 0; n + 1 < tube.points.size(); ++n) {
-        const TubePoint& a = tube.points[n];
-        const TubePoint& b = tube.points[n + 1];
-        const Vec3d ab = b.x - a.x;
-        const double length = starts[n + 1] - starts[n];
-        const double t = clamp01(dot(p - a.x, ab) / (length * length));
-        const Vec3d out = p - a.x - t * ab;
-        const double radius = a.radius_mm + t * (b.radius_mm - a.radius_mm);
-        const double axis = norm(out), distance = axis - radius;
-        if (distance < best.distance_mm)
-            best = {distance, axis, radius, starts[n] + t * length, out, (1 / length) * ab};
-    }
-    return best;
-}
+constexpr std::size_t kChunk = 4;  // pieces
 
 /// One tube's own surfaces at a point, the fillets left out.
-TubePlace place_in(const Tube& tube, const Nearest& n, Vec3d p) {
+TubePlace place_in(const Tube& tube, const TubeRow::Nearest& n, Vec3d p) {
     TubePlace place;
     const double out = std::max(n.axis_mm, 1e-6);
     place.back = dot(n.out, tube.back) / out;
@@ -68,27 +45,96 @@ double fillet(double further_mm, double k) {
     return 0.25 * k * h * h;
 }
 
+/// The surfaces of several tubes as one, with the best one's ring.
+TubePlace blended(std::span<const TubePlace> near, const TubePlace& best, double k) {
+    TubePlace result = best;
+    for (const TubePlace& place : near) {
+        result.lumen_mm = std::min(result.lumen_mm, place.lumen_mm);
+        result.outer_mm = std::min(result.outer_mm, place.outer_mm);
+    }
+    const double own = fillet(0, k);  // the nearest one's, which doesn't count
+    double lumen = -own, smooth = -own, outer = -own;
+    for (const TubePlace& place : near) {
+        lumen += fillet(place.lumen_mm - result.lumen_mm, k);
+        smooth += fillet(place.smooth_mm - result.smooth_mm, k);
+        outer += fillet(place.outer_mm - result.outer_mm, k);
+    }
+    result.lumen_mm -= lumen;
+    result.smooth_mm -= smooth;
+    result.outer_mm -= outer;
+    return result;
+}
+
 }  // namespace
+
+TubeRow::TubeRow(const std::vector<TubePoint>& points) {
+    double start = 0;
+    for (std::size_t n = 0; n + 1 < points.size(); ++n) {
+        const TubePoint &a = points[n], &b = points[n + 1];
+        const Vec3d along = b.x - a.x;
+        const double length = norm(along);
+        m_pieces.push_back({a.x, along, length, start, a.radius_mm, b.radius_mm - a.radius_mm});
+        start += length;
+    }
+    const auto sphere_around = [&](std::size_t begin, std::size_t end, Vec3d& centre) {
+        centre = 0.5 * (points[begin].x + points[end].x);
+        double radius = 0;
+        for (std::size_t n = begin; n <= end; ++n)
+            radius = std::max(radius, norm(points[n].x - centre) + points[n].radius_mm);
+        return radius;
+    };
+    for (std::size_t n = 0; n < m_pieces.size(); n += kChunk) {
+        Chunk chunk{{0, 0, 0}, 0, n, std::min(n + kChunk, m_pieces.size())};
+        chunk.radius_mm = sphere_around(chunk.begin, chunk.end, chunk.centre);
+        m_chunks.push_back(chunk);
+    }
+    m_radius_mm = sphere_around(0, m_pieces.size(), m_centre);
+}
+
+TubeRow::Nearest TubeRow::find(Vec3d p) const {
+    Nearest best;
+    for (const Chunk& chunk : m_chunks) {
+        if (sphere(p, chunk.centre, chunk.radius_mm) >= best.distance_mm) continue;
+        for (std::size_t n = chunk.begin; n < chunk.end; ++n) {
+            const Piece& piece = m_pieces[n];
+            const Vec3d from = p - piece.from;
+            const double t = clamp01(dot(from, piece.along) / (piece.length_mm * piece.length_mm));
+            const Vec3d out = from - t * piece.along;
+            const double radius = piece.radius_mm + t * piece.growth_mm;
+            const double axis = norm(out), distance = axis - radius;
+            if (distance < best.distance_mm)
+                best = {distance, axis,
+                        radius,   piece.start_mm + t * piece.length_mm,
+                        out,      (1 / piece.length_mm) * piece.along};
+        }
+    }
+    return best;
+}
 
 TubeTree::TubeTree(std::vector<Tube> tubes, double fillet_mm)
     : m_tubes(std::move(tubes)), m_fillet_mm(fillet_mm) {
-    for (const Tube& tube : m_tubes) {
-        std::vector<double> starts{0};
-        for (std::size_t n = 0; n + 1 < tube.points.size(); ++n)
-            starts.push_back(starts.back() + norm(tube.points[n + 1].x - tube.points[n].x));
-        m_starts.push_back(std::move(starts));
-    }
+    for (const Tube& tube : m_tubes) m_rows.emplace_back(tube.points);
 }
 
 TubePlace TubeTree::find(Vec3d p) const {
-    constexpr std::size_t kNear = 8;
+    constexpr std::size_t kNear = 6;
+    constexpr double kWalls_mm = 2;  // walls differ by less
     TubePlace near[kNear], best;
     std::size_t count = 0;
     for (std::size_t n = 0; n < m_tubes.size(); ++n) {
-        const TubePlace place = place_in(m_tubes[n], nearest_piece(m_tubes[n], m_starts[n], p), p);
-        const bool nearer = place.smooth_mm < best.smooth_mm;
-        if (!nearer && place.smooth_mm > best.smooth_mm + 2 * m_fillet_mm) continue;
-        if (nearer) best = place;
+        const double reach = best.smooth_mm + 2 * m_fillet_mm + kWalls_mm;
+        const double least = m_rows[n].least_distance(p);
+        if (least > reach) continue;
+        TubePlace place;
+        if (least - m_tubes[n].wall_mm > kFar_mm) {
+            place.lumen_mm = place.smooth_mm = least;
+            place.outer_mm = least - m_tubes[n].wall_mm;
+        } else {
+            const TubeRow::Nearest nearest = m_rows[n].find(p);
+            if (nearest.distance_mm > reach) continue;
+            place = place_in(m_tubes[n], nearest, p);
+        }
+        if (place.smooth_mm < best.smooth_mm) best = place;
         std::size_t slot = count;
         if (count == kNear) {  // crowded: the farthest makes room
             slot = 0;
@@ -100,22 +146,7 @@ TubePlace TubeTree::find(Vec3d p) const {
         }
         near[slot] = place;
     }
-    TubePlace result = best;
-    for (std::size_t m = 0; m < count; ++m) {
-        result.lumen_mm = std::min(result.lumen_mm, near[m].lumen_mm);
-        result.outer_mm = std::min(result.outer_mm, near[m].outer_mm);
-    }
-    double lumen = -fillet(0, m_fillet_mm), smooth = lumen,
-           outer = lumen;  // less the nearest's own
-    for (std::size_t m = 0; m < count; ++m) {
-        lumen += fillet(near[m].lumen_mm - result.lumen_mm, m_fillet_mm);
-        smooth += fillet(near[m].smooth_mm - result.smooth_mm, m_fillet_mm);
-        outer += fillet(near[m].outer_mm - result.outer_mm, m_fillet_mm);
-    }
-    result.lumen_mm -= lumen;
-    result.smooth_mm -= smooth;
-    result.outer_mm -= outer;
-    return result;
+    return blended(std::span<const TubePlace>(near, count), best, m_fillet_mm);
 }
 
 std::vector<TubePoint> smooth_row(const std::vector<TubePoint>& row, int pieces) {
@@ -140,13 +171,10 @@ std::vector<TubePoint> smooth_row(const std::vector<TubePoint>& row, int pieces)
     return out;
 }
 
-Field row_of_capsules(std::vector<TubePoint> row) {
-    return [row = std::move(row)](Vec3d p) {
-        double d = 1e9;
-        for (std::size_t n = 0; n + 1 < row.size(); ++n)
-            d = std::min(
-                d, capsule(p, row[n].x, row[n + 1].x, row[n].radius_mm, row[n + 1].radius_mm));
-        return d;
+Field row_of_capsules(const std::vector<TubePoint>& row) {
+    return [tube = TubeRow(row)](Vec3d p) {
+        const double least = tube.least_distance(p);
+        return least > TubeTree::kFar_mm ? least : tube.find(p).distance_mm;
     };
 }
 
