@@ -139,6 +139,16 @@ void Lattice::fill_materials(Brick& brick) const {
         m_volume.voxels);
 }
 
+void Lattice::update_bounds(int index) {
+    Brick& changed = brick(index);
+    for (int a = 0; a < 3; ++a) {
+        const Fixed* u = changed.u[std::size_t(a)].get();
+        const auto [low, high] = std::minmax_element(u, u + elements_per_brick());
+        changed.u_min[a] = *low;
+        changed.u_max[a] = *high;
+    }
+}
+
 void Lattice::drop_still_bricks() {
     const auto n = std::size_t(elements_per_brick());
     for (int index = 0; index < int(m_bricks.size()); ++index) {

@@ -73,6 +73,8 @@ class Lattice {
     /// The brick, made if needed with everything at rest.
     int ensure_brick(Vec3i coord);
     ElementRef ensure_element(Vec3i ijk);
+    /// Bounds of a brick's displacements, after they changed.
+    void update_bounds(int index);
     /// Removes bricks where every displacement is zero.
     void drop_still_bricks();
 

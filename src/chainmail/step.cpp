@@ -137,7 +137,6 @@ std::int64_t apply_shift(Lattice& lattice, std::span<const int> bricks, Vec3<Fix
         for (std::int64_t k = begin; k < end; ++k) {
             Brick& brick = lattice.brick(bricks[std::size_t(k)]);
             if (!is_reached(brick)) continue;
-            brick.u_min = brick.u_max = displacement(brick, 0);
             for (std::size_t n = 0; n < std::size_t(lattice.elements_per_brick()); ++n) {
                 const Raises raise = raises(brick, n, shift);
                 bool any = false;
@@ -148,13 +147,11 @@ std::int64_t apply_shift(Lattice& lattice, std::span<const int> bricks, Vec3<Fix
                         u += shift[a] > 0 ? step : -step;
                         any = true;
                     }
-                    if (n == 0) brick.u_min[a] = brick.u_max[a] = u;
-                    brick.u_min[a] = std::min(brick.u_min[a], u);
-                    brick.u_max[a] = std::max(brick.u_max[a], u);
                 }
                 moved[std::size_t(k)] += any;
             }
             brick.reached = {};
+            lattice.update_bounds(bricks[std::size_t(k)]);
         }
     });
     std::int64_t total = 0;
