@@ -196,14 +196,23 @@ TEST(Resample, CellsAgreeWithTetrahedraOnSmoothData) {
                        .push_mm = random.vector(4),
                        .sphere_radius_mm = 3})
                 .ok());
-        const Deformed cells = deform_volume(tissue, Mapping::Cells);
+        const Deformed cells = deform_volume(tissue, Mapping::Cells, true);
         const Deformed tetrahedra = deform_volume(tissue, Mapping::Tetrahedra);
         ASSERT_GT(cells.written_voxels, 1000);
-        const auto& a = std::get<0>(cells.volume.voxels);
-        const auto& b = std::get<0>(tetrahedra.volume.voxels);
-        int largest = 0;
-        for (std::size_t i = 0; i < a.size(); ++i)
-            largest = std::max(largest, std::abs(a[i] - b[i]));
+        const VectorField back = inverse_field(cells);
+        float largest = 0;
+        for (int z = 0; z < 40; ++z)
+            for (int y = 0; y < 48; ++y)
+                for (int x = 0; x < 48; ++x) {
+                    const Vec3f v = back.vectors_mm[voxel_index(volume.grid, {x, y, z})];
+                    const Vec3d from = Vec3d{x + v.x / 0.9, y + v.y / 0.9, z + v.z / 1.3};
+                    // Beyond the border the data is air, and not smooth.
+                    if (std::min({from.x, from.y, from.z, 47 - from.x, 47 - from.y, 39 - from.z}) <
+                        0)
+                        continue;
+                    largest = std::max(largest, std::abs(cells.volume.at({x, y, z}) -
+                                                         tetrahedra.volume.at({x, y, z})));
+                }
         EXPECT_LE(largest, 2) << "trial " << n;
     }
 }
