@@ -192,8 +192,9 @@ bool looks_like_toml(const std::string& text) {
         const std::string_view content = trimmed(line);
         if (content.empty() || content.front() == '#') continue;
         if (content.front() == '[') return true;
-        if (content.substr(0, content.find('=')).find('.') != std::string_view::npos) return true;
-        return false;
+        const auto equals = content.find('=');
+        return equals != std::string_view::npos &&
+               content.substr(0, equals).find('.') != std::string_view::npos;
     }
     return true;
 }
