@@ -175,8 +175,11 @@ Result<Volume> read_dicom_folder(const fs::path& folder, const ReadOptions& opti
                      folder.string() + ": can't be listed (" + error.message() + ")"};
     std::sort(files.begin(), files.end());
     std::vector<DicomSlice> slices;
-    for (const fs::path& file : files)
-        if (auto slice = read_dicom_slice(file)) slices.push_back(std::move(*slice));
+    for (const fs::path& file : files) {
+        auto slice = read_dicom_slice(file);
+        if (!slice) return slice.error();
+        if (*slice) slices.push_back(std::move(**slice));
+    }
     const std::size_t others = files.size() - slices.size();
     if (slices.empty())
         return Error{ErrorCode::NotFound, folder.string() + ": holds no DICOM images (" +
@@ -185,10 +188,8 @@ Result<Volume> read_dicom_folder(const fs::path& folder, const ReadOptions& opti
     if (!chosen) return chosen.error();
     auto grid = stack_slices(folder, *chosen);
     if (!grid) return grid.error();
-    ImageHeader header;
-    header.sizes = {grid->size.x, grid->size.y, grid->size.z};
-    header.grid = *grid;
-    if (Status status = check_header(folder, 1, header); !status) return status.error();
+    if (Status status = check_size(folder, {grid->size.x, grid->size.y, grid->size.z}); !status)
+        return status.error();
     notes.format = "DICOM";
     notes.stored_type = chosen->front().stored_type;
     if (others)

@@ -30,6 +30,7 @@ struct DicomSlice {
     int rows = 0, columns = 0;
     int frames = 1;
     int samples_per_pixel = 1;
+    int bits_allocated = 16;
     std::string stored_type;          ///< "int16", …
     std::optional<Vec3d> position;    ///< centre of the first pixel [mm, LPS]
     std::optional<Vec3d> row;         ///< unit vector along a row: the i axis
@@ -37,8 +38,9 @@ struct DicomSlice {
     std::optional<Vec3d> spacing_mm;  ///< x: between columns, y: between rows; z unused
 };
 
-/// Header of a file, or nothing if it is no DICOM image.
-std::optional<DicomSlice> read_dicom_slice(const std::filesystem::path& path);
+/// Header of a file, or nothing if it is no DICOM image. @returns Unreadable if it is one that is
+/// damaged or ends early
+Result<std::optional<DicomSlice>> read_dicom_slice(const std::filesystem::path& path);
 
 /// Keeps the slices of one series. @param series_uid  empty: the only one there is
 /// @returns an error that lists the series, where it isn't clear which

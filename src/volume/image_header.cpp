@@ -27,50 +27,37 @@ Error unsupported(const fs::path& path, const std::string& message) {
     return {ErrorCode::Unsupported, path.string() + ": " + message};
 }
 
-Status check_sizes(const fs::path& path, int components, ImageHeader& header) {
-    if (header.sizes.size() != 3)
-        return unsupported(path, "holds a " + std::to_string(header.sizes.size()) + "-D image (" +
-                                     text_of_sizes(header.sizes) + "), expected 3-D");
-    if (header.components != components)
-        return unsupported(path, "holds " + std::to_string(header.components) +
-                                     " numbers per voxel, expected " + std::to_string(components));
-    double count = 1;
-    for (const std::int64_t size : header.sizes) {
-        if (size < 1)
-            return unreadable(path, "size is " + text_of_sizes(header.sizes) +
-                                        ", expected voxels along each axis");
-        count *= double(size);
-        if (size > kMaxAxisSize || count > double(kMaxVoxelCount))
-            return Error{ErrorCode::LimitExceeded,
-                         path.string() + ": size is " + text_of_sizes(header.sizes) +
-                             ", expected at most " + std::to_string(kMaxAxisSize) +
-                             " voxels along an axis and " + std::to_string(kMaxVoxelCount) +
-                             " in all"};
-    }
-    header.grid.size = {std::int32_t(header.sizes[0]), std::int32_t(header.sizes[1]),
-                        std::int32_t(header.sizes[2])};
+Status check_data_file(const fs::path& path, const ImageHeader& header, const fs::path& file) {
+    std::error_code error;
+    const bool beside = file != path;
+    const std::string what = beside ? "its data file " + file.string() : "the file";
+    if (beside && !fs::is_regular_file(file, error))
+        return Error{ErrorCode::NotFound, path.string() + ": " + what + " is missing"};
+    const std::uint64_t length = fs::file_size(file, error);
+    if (error) return unreadable(path, what + " can't be read (" + error.message() + ")");
+    const DataPlace& data = header.data;
+    const std::uint64_t values = std::uint64_t(voxel_count(header.grid)) *
+                                 std::uint64_t(header.components) / data.files.size();
+    std::uint64_t least = values * size_of(header.component);
+    if (data.encoding == DataEncoding::Deflated) least /= kMaxCompressionRatio;
+    if (data.encoding == DataEncoding::Text) least = 2 * values - 1;
+    least += data.start + data.byte_skip;
+    if (length < least)
+        return unreadable(path, "ends early: " + what + " has " + std::to_string(length) +
+                                    " bytes, expected at least " + std::to_string(least));
     return Ok{};
 }
 
-Status check_data_length(const fs::path& path, const ImageHeader& header) {
-    if (header.data_file.empty()) return Ok{};
-    std::error_code error;
-    const bool beside = header.data_file != path;
-    const std::string what = beside ? "its data file " + header.data_file.string() : "the file";
-    if (beside && !fs::is_regular_file(header.data_file, error))
-        return Error{ErrorCode::NotFound, path.string() + ": " + what + " is missing"};
-    const std::uint64_t length = fs::file_size(header.data_file, error);
-    if (error) return unreadable(path, what + " can't be read (" + error.message() + ")");
+Status check_data_files(const fs::path& path, const ImageHeader& header) {
+    const std::size_t count = header.data.files.size();
     const std::uint64_t values =
         std::uint64_t(voxel_count(header.grid)) * std::uint64_t(header.components);
-    std::uint64_t least = values * size_of(header.component);
-    if (header.encoding == DataEncoding::Compressed) least /= kMaxCompressionRatio;
-    if (header.encoding == DataEncoding::Text) least = 2 * values - 1;
-    if (length < header.data_offset + least)
-        return unreadable(path, "ends early: " + what + " has " + std::to_string(length) +
-                                    " bytes, expected at least " +
-                                    std::to_string(header.data_offset + least) + " for " +
+    if (count == 0 || values % count != 0)
+        return unreadable(path, "names " + std::to_string(count) +
+                                    " data files, expected a number that divides " +
                                     text_of_sizes(header.sizes) + " voxels");
+    for (const fs::path& file : header.data.files)
+        if (Status status = check_data_file(path, header, file); !status) return status;
     return Ok{};
 }
 
@@ -108,11 +95,55 @@ bool is_perpendicular(const Mat3d& direction) {
     return true;
 }
 
+std::vector<std::string> numbered_names(std::string_view text) {
+    const auto words = split(text, ' ');
+    const std::size_t percent = text.find('%');
+    if (words.size() < 4 || percent == text.npos || words[0].find('%') == words[0].npos) return {};
+    const std::string_view before = words[0].substr(0, words[0].find('%'));
+    std::string_view rest = words[0].substr(before.size() + 1);
+    const std::size_t end = rest.find_first_not_of("0123456789");
+    if (end == rest.npos || (rest[end] != 'd' && rest[end] != 'i' && rest[end] != 'u')) return {};
+    const char fill = rest.starts_with('0') ? '0' : ' ';
+    const auto width = whole_number_from(rest.substr(0, end)).value_or(0);
+    const std::string_view after = rest.substr(end + 1);
+    const auto first = whole_number_from(words[1]), last = whole_number_from(words[2]),
+               step = whole_number_from(words[3]);
+    if (!first || !last || !step || *step == 0 || width > 32 ||
+        (*last - *first) / *step >= kMaxDataFiles)
+        return {};
+    std::vector<std::string> names;
+    for (std::int64_t n = *first; *step > 0 ? n <= *last : n >= *last; n += *step) {
+        std::string number = std::to_string(n);
+        if (number.size() < std::size_t(width))
+            number.insert(0, std::size_t(width) - number.size(), fill);
+        names.push_back(std::string(before) + number + std::string(after));
+    }
+    return names;
+}
+
 void set_axes(Grid& grid, const Vec3d (&steps_mm)[3]) {
     for (int a = 0; a < 3; ++a) {
         grid.spacing_mm[a] = norm(steps_mm[a]);
         grid.direction.columns[a] = (1 / grid.spacing_mm[a]) * steps_mm[a];
     }
+}
+
+Status check_size(const fs::path& path, const std::vector<std::int64_t>& sizes) {
+    const std::string found = "size is " + text_of_sizes(sizes);
+    if (sizes.size() != 3)
+        return unsupported(path, "holds a " + std::to_string(sizes.size()) + "-D image (" +
+                                     text_of_sizes(sizes) + "), expected 3-D");
+    double count = 1;
+    for (const std::int64_t size : sizes) {
+        if (size < 1) return unreadable(path, found + ", expected voxels along each axis");
+        count *= double(size);
+        if (size > kMaxAxisSize || count > double(kMaxVoxelCount))
+            return Error{ErrorCode::LimitExceeded,
+                         path.string() + ": " + found + ", expected at most " +
+                             std::to_string(kMaxAxisSize) + " voxels along an axis and " +
+                             std::to_string(kMaxVoxelCount) + " in all"};
+    }
+    return Ok{};
 }
 
 Status check_grid(const fs::path& path, const Grid& grid) {
@@ -140,9 +171,14 @@ Status check_grid(const fs::path& path, const Grid& grid) {
 }
 
 Status check_header(const fs::path& path, int components, ImageHeader& header) {
-    if (Status status = check_sizes(path, components, header); !status) return status;
+    const auto& sizes = header.sizes;
+    if (Status status = check_size(path, sizes); !status) return status;
+    if (header.components != components)
+        return unsupported(path, "holds " + std::to_string(header.components) +
+                                     " numbers per voxel, expected " + std::to_string(components));
+    header.grid.size = {std::int32_t(sizes[0]), std::int32_t(sizes[1]), std::int32_t(sizes[2])};
     if (Status status = check_grid(path, header.grid); !status) return status;
-    return check_data_length(path, header);
+    return check_data_files(path, header);
 }
 
 }  // namespace pliant

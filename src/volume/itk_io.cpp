@@ -2,14 +2,12 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // The only place that knows ITK. Each format's ImageIO is made by name, so no factory has to be
-// registered, and fills our own memory, so nothing is held twice.
+// registered.
 
 #include "volume/itk_io.h"
 
 #include <itkGDCMImageIO.h>
 #include <itkMetaDataObject.h>
-#include <itkMetaImageIO.h>
-#include <itkNiftiImageIO.h>
 #include <itkNrrdImageIO.h>
 
 #include <iostream>
@@ -67,21 +65,6 @@ Status guarded(const fs::path& path, ErrorCode code, const char* failure, Work&&
     }
 }
 
-itk::ImageIOBase::Pointer image_io(ImageFormat format) {
-    switch (format) {
-        case ImageFormat::Nrrd:
-            return itk::NrrdImageIO::New().GetPointer();
-        case ImageFormat::MetaImage:
-            return itk::MetaImageIO::New().GetPointer();
-        case ImageFormat::Nifti: {
-            auto io = itk::NiftiImageIO::New();
-            io->SetLegacyAnalyze75Mode(itk::NiftiImageIOEnums::Analyze75Flavor::AnalyzeReject);
-            return io.GetPointer();
-        }
-    }
-    return nullptr;
-}
-
 std::optional<Component> component_of(const itk::ImageIOBase& io) {
     using Type = itk::IOComponentEnum;
     const bool wide_long = sizeof(long) == 8;
@@ -123,103 +106,28 @@ itk::IOComponentEnum itk_type(Component component) {
     return kTypes[int(component)];
 }
 
-/// Whether ITK sees the same image as we do; asks for all of it.
-Status expect_image(const fs::path& path, itk::ImageIOBase& io, Vec3i size, unsigned components) {
-    io.SetFileName(path.string());
-    io.ReadImageInformation();
-    const unsigned dimension = io.GetNumberOfDimensions();
-    bool same = dimension >= 2 && io.GetNumberOfComponents() == components;
-    itk::ImageIORegion region(dimension);
-    for (unsigned a = 0; a < dimension; ++a) {
-        same = same && std::int64_t(io.GetDimensions(a)) == (a < 3 ? size[int(a)] : 1);
-        region.SetSize(a, io.GetDimensions(a));
-    }
-    if (!same || (dimension < 3 && size.z != 1) || !component_of(io))
-        return damaged(path, "can't be decoded: its data aren't what its header says");
-    io.SetIORegion(region);
-    return Ok{};
-}
-
-/// Reads all numbers into a vector of their type and hands it over; or by way of plain bytes.
-Status read_into(const fs::path& path, itk::ImageIOBase& io, VoxelBuilder& voxels,
-                 std::size_t count) {
-    const auto component = component_of(io);
-    if (!component) return damaged(path, "has voxels of an unknown type");
-    if (*component == Component::Int16) {
-        std::vector<std::int16_t> values(count);
-        io.Read(values.data());
-        if (voxels.size() == 0 && voxels.capacity() == count)
-            voxels.take(std::move(values));
-        else
-            voxels.add(*component, values.data(), count);
-    } else if (*component == Component::Float32) {
-        std::vector<float> values(count);
-        io.Read(values.data());
-        if (voxels.size() == 0 && voxels.capacity() == count)
-            voxels.take(std::move(values));
-        else
-            voxels.add(*component, values.data(), count);
-    } else {
-        std::vector<double> aligned((count * size_of(*component) + 7) / 8);
-        io.Read(aligned.data());
-        voxels.add(*component, aligned.data(), count);
-    }
-    return Ok{};
-}
-
 }  // namespace
 
-Status itk_read_voxels(const fs::path& path, const ImageHeader& header, VoxelBuilder& voxels) {
-    return guarded(path, ErrorCode::Unreadable, "its data are damaged or end early", [&]() {
-        const auto io = image_io(header.format);
-        if (Status status = expect_image(path, *io, header.grid.size, 1); !status) return status;
-        return read_into(path, *io, voxels, voxel_count(header.grid));
-    });
-}
-
-Status itk_read_vectors(const fs::path& path, const ImageHeader& header,
-                        std::vector<Vec3f>& vectors) {
-    return guarded(path, ErrorCode::Unreadable, "its data are damaged or end early", [&]() {
-        const auto io = image_io(header.format);
-        if (Status status = expect_image(path, *io, header.grid.size, 3); !status) return status;
-        vectors.resize(voxel_count(header.grid));
-        if (header.component == Component::Float32) {
-            io->Read(vectors.data());
-            return Status(Ok{});
-        }
-        std::vector<Vec3d> wide(vectors.size());
-        io->Read(wide.data());
-        for (std::size_t n = 0; n < wide.size(); ++n)
-            vectors[n] = {float(wide[n].x), float(wide[n].y), float(wide[n].z)};
-        return Status(Ok{});
-    });
-}
-
 Status itk_read_slice(const fs::path& path, int columns, int rows, VoxelBuilder& voxels) {
-    return guarded(path, ErrorCode::Unreadable, "its pixels can't be decoded", [&]() {
-        const itk::ImageIOBase::Pointer io = itk::GDCMImageIO::New().GetPointer();
-        if (Status status = expect_image(path, *io, {columns, rows, 1}, 1); !status) return status;
-        return read_into(path, *io, voxels, std::size_t(columns) * std::size_t(rows));
-    });
-}
-
-Result<Grid> itk_read_grid(const fs::path& path, ImageFormat format) {
-    Grid grid;
-    Status status = guarded(path, ErrorCode::Unreadable, "can't be read", [&]() {
-        const auto io = image_io(format);
+    return guarded(path, ErrorCode::Unreadable, "its pixels can't be decoded", [&]() -> Status {
+        const auto io = itk::GDCMImageIO::New();
         io->SetFileName(path.string());
         io->ReadImageInformation();
-        for (unsigned a = 0; a < 3; ++a) {
-            grid.size[int(a)] = std::int32_t(io->GetDimensions(a));
-            grid.spacing_mm[int(a)] = io->GetSpacing(a);
-            grid.origin_mm[int(a)] = io->GetOrigin(a);
-            const std::vector<double> axis = io->GetDirection(a);
-            grid.direction.columns[a] = {axis[0], axis[1], axis[2]};
-        }
-        return Status(Ok{});
+        const auto component = component_of(*io);
+        const auto count = std::size_t(columns) * std::size_t(rows);
+        if (!component || io->GetNumberOfComponents() != 1 ||
+            std::size_t(io->GetImageSizeInPixels()) != count ||
+            io->GetDimensions(0) != itk::SizeValueType(columns))
+            return damaged(path, "its pixels aren't what its header says");
+        itk::ImageIORegion region(io->GetNumberOfDimensions());
+        for (unsigned a = 0; a < io->GetNumberOfDimensions(); ++a)
+            region.SetSize(a, io->GetDimensions(a));
+        io->SetIORegion(region);
+        std::vector<double> values((count * size_of(*component) + 7) / 8);  // aligned for all
+        io->Read(values.data());
+        voxels.add(*component, values.data(), count);
+        return Ok{};
     });
-    if (!status) return status.error();
-    return grid;
 }
 
 Status itk_write_nrrd(const fs::path& path, const NrrdImage& image, Encoding encoding) {

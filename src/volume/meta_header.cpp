@@ -20,7 +20,8 @@ constexpr std::size_t kMaxHeaderBytes = 1 << 16;
 
 struct Fields {
     std::map<std::string, std::string, std::less<>> values;
-    KeyValues others;  ///< fields that the format doesn't know
+    KeyValues others;                       ///< fields that the format doesn't know
+    std::vector<std::string> listed_files;  ///< after "ElementDataFile = LIST"
     std::size_t header_bytes = 0;
 
     /// Value of the first of these names that is there.
@@ -98,10 +99,12 @@ Result<Fields> read_fields(const fs::path& path) {
         const std::string value(trimmed(line.substr(equals + 1)));
         if (!kKnownFields.contains(name)) fields.others.emplace_back(name, value);
         fields.values[name] = value;
-        if (name == "ElementDataFile") {
-            fields.header_bytes = at;
-            return fields;
-        }
+        if (name != "ElementDataFile") continue;
+        fields.header_bytes = at;
+        if (lower_case(value).starts_with("list"))
+            for (const std::string_view listed : split(std::string_view(text).substr(at), '\n'))
+                fields.listed_files.emplace_back(listed);
+        return fields;
     }
     return damaged(path, "ends early: the header has no ElementDataFile");
 }
@@ -178,20 +181,29 @@ Status read_grid(const fs::path& path, const Fields& fields, ImageHeader& header
 }
 
 void read_data_place(const fs::path& path, const Fields& fields, ImageHeader& header) {
-    const bool compressed = fields.is_true("CompressedData");
+    DataPlace& data = header.data;
     const std::string_view binary = fields.value({"BinaryData"});
-    header.encoding = compressed                                         ? DataEncoding::Compressed
-                      : !binary.empty() && !fields.is_true("BinaryData") ? DataEncoding::Text
-                                                                         : DataEncoding::Raw;
+    if (fields.is_true("CompressedData"))
+        data.encoding = DataEncoding::Deflated;
+    else if (!binary.empty() && !fields.is_true("BinaryData"))
+        data.encoding = DataEncoding::Text;
+    data.big_endian =
+        fields.is_true("BinaryDataByteOrderMSB") || fields.is_true("ElementByteOrderMSB");
+    const std::int64_t skip = whole_number_from(fields.value({"HeaderSize"})).value_or(0);
+    data.at_the_end = skip < 0;
+    data.byte_skip = skip > 0 ? std::uint64_t(skip) : 0;
     const std::string_view name = fields.value({"ElementDataFile"});
     const std::string lower = lower_case(name);
-    const std::int64_t skip = whole_number_from(fields.value({"HeaderSize"})).value_or(0);
-    header.data_offset = compressed || skip < 0 ? 0 : std::uint64_t(skip);
+    const fs::path folder = path.parent_path();
     if (lower == "local") {
-        header.data_file = path;
-        header.data_offset += fields.header_bytes;
-    } else if (!lower.starts_with("list") && name.find('%') == name.npos) {
-        header.data_file = path.parent_path() / fs::path(name);
+        data.files = {path};
+        if (data.byte_skip == 0) data.start = fields.header_bytes;
+    } else if (lower.starts_with("list")) {
+        for (const std::string& file : fields.listed_files) data.files.push_back(folder / file);
+    } else if (name.find('%') != name.npos) {
+        for (const std::string& file : numbered_names(name)) data.files.push_back(folder / file);
+    } else {
+        data.files = {folder / fs::path(name)};
     }
 }
 

@@ -12,6 +12,7 @@
 #include <zlib.h>
 
 #include <array>
+#include <bit>
 #include <cmath>
 #include <cstring>
 #include <map>
@@ -41,8 +42,8 @@ struct Bytes {
 
 namespace at {  // offsets of the fields that are used
 constexpr std::size_t kSizeofHdr = 0, kDim = 40, kDatatype = 70, kPixdim = 76, kVoxOffset = 108,
-                      kXyztUnits = 123, kQformCode = 252, kSformCode = 254, kQuatern = 256,
-                      kQoffset = 268, kSrow = 280, kMagic = 344;
+                      kSclSlope = 112, kSclInter = 116, kXyztUnits = 123, kQformCode = 252,
+                      kSformCode = 254, kQuatern = 256, kQoffset = 268, kSrow = 280, kMagic = 344;
 }  // namespace at
 
 Error damaged(const fs::path& path, const std::string& message) {
@@ -59,7 +60,7 @@ Result<Bytes> read_bytes(const fs::path& path) {
     const int count = gzread(file, header.bytes.data(), unsigned(kHeaderBytes));
     gzclose(file);
     if (count != int(kHeaderBytes))
-        return damaged(path, "ends early: expected 348 bytes of NIfTI header");
+        return damaged(path, "is damaged or ends early: expected 348 bytes of NIfTI header");
     if (header.get<std::int32_t>(at::kSizeofHdr) != std::int32_t(kHeaderBytes)) {
         header.swapped = true;
         const auto swapped_size = header.get<std::int32_t>(at::kSizeofHdr);
@@ -198,13 +199,23 @@ Status read_grid(const fs::path& path, const Bytes& bytes, ImageHeader& header) 
 
 Status read_data_place(const fs::path& path, const Bytes& bytes, ImageHeader& header) {
     const double offset = bytes.number(at::kVoxOffset);
-    if (!(offset >= 0 && offset < 1e9))
+    if (!(offset == 0 || (offset >= double(kHeaderBytes) && offset < 1e9)))
         return damaged(path, "vox_offset is " + text_of(offset) + ", expected 352 or more");
-    header.data_file = path;
-    header.encoding = lower_case(path.extension().string()) == ".gz" ? DataEncoding::Compressed
-                                                                     : DataEncoding::Raw;
-    const auto start = std::max<std::uint64_t>(std::uint64_t(offset), kHeaderBytes);
-    header.data_offset = header.encoding == DataEncoding::Raw ? start : 0;
+    DataPlace& data = header.data;
+    data.files = {path};
+    data.big_endian = bytes.swapped != (std::endian::native == std::endian::big);
+    const auto start = std::uint64_t(offset == 0 ? 352 : offset);
+    if (lower_case(path.extension().string()) == ".gz") {
+        data.encoding = DataEncoding::Deflated;
+        data.inner_skip = start;
+    } else {
+        data.byte_skip = start;
+    }
+    const double slope = bytes.number(at::kSclSlope), intercept = bytes.number(at::kSclInter);
+    if (slope != 0 && std::isfinite(slope) && std::isfinite(intercept)) {
+        header.slope = slope;
+        header.intercept = intercept;
+    }
     return Ok{};
 }
 

@@ -19,6 +19,7 @@ constexpr std::size_t kMaxHeaderBytes = 1 << 20;
 struct Lines {
     std::map<std::string, std::string, std::less<>> fields;
     KeyValues key_values;
+    std::vector<std::string> listed_files;  ///< after "data file: LIST"
     std::size_t header_bytes = 0;
 
     std::string_view field(std::string_view name) const {
@@ -82,7 +83,11 @@ Result<Lines> read_lines(const fs::path& path) {
             lines.header_bytes = at;
             return lines;
         }
-        if (magic || line.starts_with('#') || list) continue;
+        if (magic || line.starts_with('#')) continue;
+        if (list) {
+            lines.listed_files.emplace_back(trimmed(line));
+            continue;
+        }
         const std::size_t colon = line.find(':');
         if (colon == line.npos)
             return damaged(path, "header line '" + shown(line) + "' has no colon");
@@ -311,30 +316,72 @@ Status read_grid(const fs::path& path, const Lines& lines,
     return read_oriented_grid(path, lines, directions, header);
 }
 
-Status read_data_place(const fs::path& path, const Lines& lines, ImageHeader& header) {
+Status read_encoding(const fs::path& path, const Lines& lines, ImageHeader& header) {
     const std::string encoding = lower_case(lines.field("encoding"));
     if (encoding == "raw") {
-        header.encoding = DataEncoding::Raw;
+        header.data.encoding = DataEncoding::Raw;
     } else if (encoding == "gz" || encoding == "gzip") {
-        header.encoding = DataEncoding::Compressed;
+        header.data.encoding = DataEncoding::Deflated;
     } else if (encoding == "txt" || encoding == "text" || encoding == "ascii") {
-        header.encoding = DataEncoding::Text;
+        header.data.encoding = DataEncoding::Text;
     } else {
         return Error{ErrorCode::Unsupported, path.string() + ": encoding is '" + shown(encoding) +
                                                  "', expected raw, gzip or text"};
     }
+    if (header.data.encoding == DataEncoding::Text || size_of(header.component) == 1) return Ok{};
+    const std::string endian = lower_case(lines.field("endian"));
+    if (endian != "little" && endian != "big")
+        return bad_field(path, "endian", endian, "little or big");
+    header.data.big_endian = endian == "big";
+    return Ok{};
+}
+
+Status read_skips(const fs::path& path, const Lines& lines, DataPlace& data) {
+    const std::string_view line_text = lines.field("line skip");
+    const std::string_view byte_text = lines.field("byte skip");
+    const auto line_skip = line_text.empty() ? 0 : whole_number_from(line_text);
+    const auto byte_skip = byte_text.empty() ? 0 : whole_number_from(byte_text);
+    if (!line_skip || *line_skip < 0)
+        return bad_field(path, "line skip", line_text, "a number ≥ 0");
+    const bool raw = data.encoding == DataEncoding::Raw;
+    if (!byte_skip || *byte_skip < (raw ? -1 : 0))
+        return bad_field(path, "byte skip", byte_text, raw ? "a number ≥ -1" : "a number ≥ 0");
+    data.line_skip = *line_skip;
+    data.at_the_end = *byte_skip < 0;
+    if (data.encoding == DataEncoding::Deflated)
+        data.inner_skip = std::uint64_t(*byte_skip);
+    else if (!data.at_the_end)
+        data.byte_skip = std::uint64_t(*byte_skip);
+    return Ok{};
+}
+
+Status read_data_place(const fs::path& path, const Lines& lines, ImageHeader& header) {
+    if (Status status = read_encoding(path, lines, header); !status) return status;
+    DataPlace& data = header.data;
+    if (Status status = read_skips(path, lines, data); !status) return status;
     const std::string_view name = lines.field("data file");
-    const std::int64_t skip =
-        std::max<std::int64_t>(0, whole_number_from(lines.field("byte skip")).value_or(0));
-    const bool compressed = header.encoding == DataEncoding::Compressed;
-    header.data_offset = compressed ? 0 : std::uint64_t(skip);
+    const fs::path folder = path.parent_path();
     if (name.empty()) {
-        header.data_file = path;
-        header.data_offset += lines.header_bytes;
-    } else if (!lower_case(name).starts_with("list") && name.find('%') == name.npos) {
-        header.data_file = path.parent_path() / fs::path(name);
+        data.files = {path};
+        data.start = lines.header_bytes;
+    } else if (lower_case(name).starts_with("list")) {
+        for (const std::string& file : lines.listed_files) data.files.push_back(folder / file);
+    } else if (name.find('%') != name.npos) {
+        for (const std::string& file : numbered_names(name)) data.files.push_back(folder / file);
+    } else {
+        data.files = {folder / fs::path(name)};
     }
     return Ok{};
+}
+
+/// Whether vectors are measured along other axes than those of the space.
+bool has_turned_vectors(const Lines& lines) {
+    const auto words = vector_words(lines.field("measurement frame"));
+    for (std::size_t a = 0; a < words.size(); ++a) {
+        const auto axis = vector_from(words[a]);
+        if (a >= 3 || axis != kIdentity3.columns[a]) return true;
+    }
+    return false;
 }
 
 }  // namespace
@@ -357,6 +404,7 @@ Result<ImageHeader> read_nrrd_header(const fs::path& path) {
         if (Status status = read_grid(path, *lines, directions, header); !status)
             return status.error();
     if (Status status = read_data_place(path, *lines, header); !status) return status.error();
+    header.turned_vectors = has_turned_vectors(*lines);
     return header;
 }
 

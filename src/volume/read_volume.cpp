@@ -4,9 +4,10 @@
 // Which reader a path goes to: its name says which format it should be, its first bytes whether it
 // is.
 
+#include "volume/data_reader.h"
 #include "volume/dicom_series.h"
+#include "volume/image_file.h"
 #include "volume/image_header.h"
-#include "volume/itk_io.h"
 #include "volume/text.h"
 #include "volume/voxel_builder.h"
 
@@ -20,7 +21,6 @@
 
 namespace pliant {
 namespace fs = std::filesystem;
-namespace {
 
 std::optional<ImageFormat> format_by_name(const fs::path& path) {
     const std::string name = lower_case(path.filename().string());
@@ -30,7 +30,6 @@ std::optional<ImageFormat> format_by_name(const fs::path& path) {
     return std::nullopt;
 }
 
-/// Whether there is a file that can be read, with something in it.
 Status check_file(const fs::path& path) {
     std::error_code error;
     const auto status = fs::status(path, error);
@@ -49,6 +48,8 @@ Status check_file(const fs::path& path) {
         return Error{ErrorCode::Unreadable, path.string() + ": is empty, expected an image"};
     return Ok{};
 }
+
+namespace {
 
 std::string first_bytes(const fs::path& path) {
     std::array<char, 512> bytes{};
@@ -98,7 +99,9 @@ Error unknown_name(const fs::path& path) {
             path.string() + ": is no scan that can be read, expected " + known};
 }
 
-Result<ImageHeader> read_header(const fs::path& path, ImageFormat format) {
+}  // namespace
+
+Result<ImageHeader> read_image_header(const fs::path& path, ImageFormat format) {
     if (Status status = check_first_bytes(path, format); !status) return status.error();
     switch (format) {
         case ImageFormat::Nrrd:
@@ -111,20 +114,43 @@ Result<ImageHeader> read_header(const fs::path& path, ImageFormat format) {
     return unknown_name(path);
 }
 
+namespace {
+
+/// Adds a piece of stored numbers, each times slope plus intercept.
+void add_rescaled(const ImageHeader& header, Component component, const void* values,
+                  std::size_t count, VoxelBuilder& voxels) {
+    if (header.slope == 1 && header.intercept == 0) return voxels.add(component, values, count);
+    VoxelBuilder plain(count);
+    plain.add(component, values, count);
+    std::vector<std::string> unused;
+    const Voxels stored = plain.finish(unused);
+    std::vector<float> rescaled(count);
+    std::visit(
+        [&](const auto& numbers) {
+            for (std::size_t n = 0; n < count; ++n)
+                rescaled[n] = float(header.slope * double(numbers[n]) + header.intercept);
+        },
+        stored);
+    voxels.add(Component::Float32, rescaled.data(), count);
+}
+
 Result<Volume> read_image_file(const fs::path& path, ReadNotes& notes) {
     const auto format = format_by_name(path);
     if (!format && looks_like_dicom(path))
         return Error{ErrorCode::Unsupported,
                      path.string() + ": is a single DICOM file, expected the folder of its series"};
     if (!format) return unknown_name(path);
-    auto header = read_header(path, *format);
+    auto header = read_image_header(path, *format);
     if (!header) return header.error();
     if (Status status = check_header(path, 1, *header); !status) return status.error();
     notes.format = name_of(*format);
     notes.stored_type = name_of(header->component);
     notes.notes = std::move(header->notes);
     VoxelBuilder voxels(voxel_count(header->grid));
-    if (Status status = itk_read_voxels(path, *header, voxels); !status) return status.error();
+    const auto sink = [&](Component component, const void* values, std::size_t count) {
+        add_rescaled(*header, component, values, count, voxels);
+    };
+    if (Status status = read_data(path, *header, sink); !status) return status.error();
     return Volume{header->grid, voxels.finish(notes.notes), std::move(header->key_values)};
 }
 
@@ -139,40 +165,6 @@ Result<Volume> read_volume(const fs::path& path, const ReadOptions& options, Rea
         if (fs::is_directory(path, error)) return read_dicom_folder(path, options, said);
         if (Status status = check_file(path); !status) return status.error();
         return read_image_file(path, said);
-    } catch (const std::bad_alloc&) {
-        return Error{ErrorCode::LimitExceeded, path.string() + ": not enough memory to read it"};
-    }
-}
-
-Result<VectorField> read_vector_field(const fs::path& path) {
-    constexpr std::string_view kKindKey = "displacement field type";
-    try {
-        if (Status status = check_file(path); !status) return status.error();
-        if (format_by_name(path) != ImageFormat::Nrrd)
-            return Error{ErrorCode::Unsupported,
-                         path.string() + ": expected a vector field in NRRD (.nrrd or .nhdr)"};
-        auto header = read_header(path, ImageFormat::Nrrd);
-        if (!header) return header.error();
-        if (Status status = check_header(path, 3, *header); !status) return status.error();
-        if (header->component != Component::Float32 && header->component != Component::Float64)
-            return Error{ErrorCode::Unsupported, path.string() + ": type is " +
-                                                     std::string(name_of(header->component)) +
-                                                     ", expected vectors of float or double"};
-        VectorField field{header->grid, FieldKind::Resampling, {}};
-        for (const auto& [key, value] : header->key_values)
-            if (key == kKindKey && value == "modeling") field.kind = FieldKind::Modeling;
-        if (Status status = itk_read_vectors(path, *header, field.vectors_mm); !status)
-            return status.error();
-        const Vec3d sign = header->vector_sign;
-        for (Vec3f& v : field.vectors_mm) {
-            v = {float(sign.x) * v.x, float(sign.y) * v.y, float(sign.z) * v.z};
-            if (!std::isfinite(v.x) || !std::isfinite(v.y) || !std::isfinite(v.z))
-                return Error{ErrorCode::Unreadable,
-                             path.string() +
-                                 ": has a vector that is no number, expected finite "
-                                 "displacements"};
-        }
-        return field;
     } catch (const std::bad_alloc&) {
         return Error{ErrorCode::LimitExceeded, path.string() + ": not enough memory to read it"};
     }

@@ -56,6 +56,13 @@ void VoxelBuilder::widen() {
 template <class T>
 void VoxelBuilder::add_values(const T* values, std::size_t count) {
     if (!m_wide) m_shorts.reserve(m_count);
+    if constexpr (std::is_same_v<T, std::int16_t>) {
+        if (m_wide)
+            m_floats.insert(m_floats.end(), values, values + count);
+        else
+            m_shorts.insert(m_shorts.end(), values, values + count);
+        return;
+    }
     for (std::size_t n = 0; n < count; ++n) {
         const T value = values[n];
         const bool finite = is_finite_float(value);
@@ -95,24 +102,6 @@ void VoxelBuilder::add(Component component, const void* values, std::size_t coun
         case Component::Float64:
             return add_values(static_cast<const double*>(values), count);
     }
-}
-
-void VoxelBuilder::take(std::vector<std::int16_t> values) {
-    m_shorts = std::move(values);
-}
-
-void VoxelBuilder::take(std::vector<float> values) {
-    const bool whole = std::all_of(values.begin(), values.end(), [](float value) {
-        return !std::isfinite(value) || fits_16_bits(value);
-    });
-    if (whole) return add_values(values.data(), values.size());
-    for (float& value : values) {
-        if (std::isfinite(value)) continue;
-        value = float(kAirHu);
-        ++m_not_finite;
-    }
-    m_wide = true;
-    m_floats = std::move(values);
 }
 
 Voxels VoxelBuilder::finish(std::vector<std::string>& notes) {

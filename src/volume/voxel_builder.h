@@ -25,12 +25,6 @@ class VoxelBuilder {
 
     /// Adds stored numbers. @param values  count numbers of that type
     void add(Component component, const void* values, std::size_t count);
-    /// All voxels at once, without a copy where they can stay as they are.
-    void take(std::vector<std::int16_t> values);
-    void take(std::vector<float> values);
-
-    std::size_t capacity() const { return m_count; }
-    std::size_t size() const { return m_wide ? m_floats.size() : m_shorts.size(); }
     /// @param[out] notes  what happened to values that didn't fit
     Voxels finish(std::vector<std::string>& notes);
 
