@@ -13,10 +13,11 @@ namespace pliant {
 namespace {
 
 constexpr int kTile = 16;             // pixels: rays of a tile meet the same bricks
-constexpr double kLightReachMm = 60;  // light is halved here, fog aside
+constexpr double kLightReachMm = 40;  // light is halved here, fog aside
 constexpr double kAmbient = 0.10;     // light that comes from all sides
 constexpr double kSheen = 0.10;       // broad and narrow highlight of wet tissue
 constexpr double kGlint = 0.22;
+constexpr double kDepth = 0.6;         // how much redder dim tissue is
 constexpr double kColourEdge = 0.035;  // difference of linear light that asks for more rays
 constexpr double kDepthEdge = 0.04;    // share of the distance, likewise
 
@@ -32,7 +33,10 @@ class Painter {
           m_endoscope(endoscope),
           m_camera(endoscope, width, height),
           m_surface(render::linear_from_srgb(endoscope.surface)),
-          m_fog(render::linear_from_srgb(endoscope.fog)) {}
+          m_fog(render::linear_from_srgb(endoscope.fog)) {
+        const double brightest = std::max({m_surface.x, m_surface.y, m_surface.z, 1e-6});
+        for (int c = 0; c < 3; ++c) m_deep[c] = m_surface[c] * m_surface[c] / brightest;
+    }
 
     /// What is seen at a point of the picture [pixels].
     Sample look(double x, double y) const {
@@ -66,12 +70,14 @@ class Painter {
         const double facing = std::max(0.0, -dot(normal, direction));
         const double reach = t / kLightReachMm;
         const double falloff = 1 / (1 + reach * reach);
-        const double open = 0.45 + 0.55 * openness(point, normal);
-        const double diffuse = (1 - kAmbient) * facing + kAmbient;
+        const double open = 0.4 + 0.6 * openness(point, normal);
+        const double diffuse = falloff * open * ((1 - kAmbient) * facing + kAmbient);
         const double f4 = facing * facing * facing * facing;
         const double f16 = f4 * f4 * f4 * f4;
-        const double shine = kSheen * f16 + kGlint * f16 * f16 * f16 * f16 * f16;
-        const Vec3d light = falloff * open * (diffuse * m_surface + shine * Vec3d{1, 0.97, 0.95});
+        const double shine = falloff * (kSheen * f16 + kGlint * f16 * f16 * f16 * f16 * f16);
+        const double own = 1 - kDepth * (1 - diffuse);  // the rest came through the tissue
+        const Vec3d light =
+            diffuse * (own * m_surface + (1 - own) * m_deep) + shine * Vec3d{1, 0.97, 0.95};
         const double clear =
             m_endoscope.fog_distance_mm > 0 ? std::exp(-t / m_endoscope.fog_distance_mm) : 1;
         return clear * light + (1 - clear) * m_fog;
@@ -81,6 +87,7 @@ class Painter {
     const Endoscope& m_endoscope;
     render::Camera m_camera;
     Vec3d m_surface, m_fog;
+    Vec3d m_deep;  // colour of light that has passed through tissue: its own, more saturated
 };
 
 /// Calls body(x, y) for all pixels, tile by tile.

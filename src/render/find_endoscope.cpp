@@ -24,7 +24,7 @@ constexpr double kWideMm = 8;         // radius beyond which a lumen is wide eno
 constexpr double kHallMm = 15;        // … and from which it is a hall rather than a tube
 constexpr double kFarMm = 80;         // free way that is long enough
 constexpr int kMaxPlaces = 300;
-constexpr int kDirections = 160;
+constexpr int kDirections = 240;
 
 struct Stage {
     double threshold_hu;
@@ -85,36 +85,58 @@ struct View {
     Vec3d direction{0, 0, 0};
 };
 
+/// @param around  for each direction, those that a view along it has near its middle
 View best_view(const render::VolumeRays& rays, Vec3d eye_mm, double radius_mm, double iso_hu,
-               Polarity polarity, const std::vector<Vec3d>& directions) {
-    View best;
-    double longest = 0;
+               Polarity polarity, const std::vector<Vec3d>& directions,
+               const std::vector<std::vector<std::size_t>>& around) {
+    std::vector<double> free(directions.size(), 0.0);
     int walls = 0;
-    for (Vec3d direction : directions) {
-        const auto t = rays.hit_distance(eye_mm, direction, iso_hu, polarity);
+    for (std::size_t i = 0; i < directions.size(); ++i) {
+        const auto t = rays.hit_distance(eye_mm, directions[i], iso_hu, polarity);
         if (!t) continue;  // looks out of the volume
         ++walls;
-        if (*t <= longest) continue;
-        longest = *t;
-        best.direction = direction;
+        free[i] = *t;
+    }
+    View best;
+    double longest = 0;
+    for (std::size_t i = 0; i < directions.size(); ++i) {
+        const auto closed = std::count_if(around[i].begin(), around[i].end(),
+                                          [&](std::size_t k) { return free[k] > 0; });
+        const double share = double(closed) / double(around[i].size());
+        const double length = std::min(free[i], kFarMm) * share * share;
+        if (length <= longest) continue;
+        longest = length;
+        best.direction = directions[i];
     }
     const double enclosed = double(walls) / double(directions.size());
     const double width = std::min(radius_mm / kWideMm, 1.0) * std::min(kHallMm / radius_mm, 1.0);
-    best.score = enclosed * enclosed * width * std::min(longest / kFarMm, 1.0);
+    best.score = enclosed * enclosed * width * longest / kFarMm;
     return best;
+}
+
+/// Indices of the directions within some 30° of each one.
+std::vector<std::vector<std::size_t>> neighbours(const std::vector<Vec3d>& directions) {
+    constexpr double kCosine = 0.86;
+    std::vector<std::vector<std::size_t>> around(directions.size());
+    for (std::size_t i = 0; i < directions.size(); ++i)
+        for (std::size_t k = 0; k < directions.size(); ++k)
+            if (dot(directions[i], directions[k]) > kCosine) around[i].push_back(k);
+    return around;
 }
 
 std::optional<Endoscope> search(const render::VolumeRays& rays, const render::CoarseVolume& coarse,
                                 const std::vector<Place>& places, double iso_hu,
                                 Polarity polarity) {
     const std::vector<Vec3d> directions = render::sphere_directions(kDirections);
+    const auto around = neighbours(directions);
     std::vector<View> views(places.size());
     std::vector<Vec3d> eyes(places.size());
     rays.arena.for_each(std::int64_t(places.size()), 4, [&](std::int64_t begin, std::int64_t end) {
         for (auto i = std::size_t(begin); i < std::size_t(end); ++i) {
             const Grid& grid = rays.volume.grid;
             eyes[i] = world_from_voxel(grid, voxel_of_cell(coarse, grid, places[i].cell));
-            views[i] = best_view(rays, eyes[i], places[i].radius_mm, iso_hu, polarity, directions);
+            views[i] =
+                best_view(rays, eyes[i], places[i].radius_mm, iso_hu, polarity, directions, around);
         }
     });
     const auto best = std::max_element(

@@ -29,7 +29,7 @@ std::string number(double value, int digits) {
 }
 
 int label_scale(int panel_height) {
-    return std::max(1, panel_height / 360);
+    return std::max(1, panel_height / 256);
 }
 
 void label_top(Image& panel, const std::string& text, Rgb8 colour) {

@@ -118,7 +118,7 @@ Pixel SectionPlane::pixel_of(Vec3d point_mm) const {
 }
 
 int text_scale(int height) {
-    return std::max(1, height / 240);
+    return std::max(1, height / 170);
 }
 
 }  // namespace render
