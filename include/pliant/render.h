@@ -40,9 +40,9 @@ enum class Polarity {
 
 /// The endoscope: a pin-hole camera with barrel distortion and a light at the lens.
 struct Endoscope {
-    Vec3d eye_mm{0, 0, 0};            ///< LPS
-    Vec3d look{0, 1, 0};              ///< LPS, any length > 0
-    Vec3d up{0, 0, 1};                ///< LPS, not parallel to look
+    Vec3d eye_mm{0, 0, 0};  ///< LPS
+    Vec3d look{0, 1, 0};    ///< LPS, any length > 0
+    Vec3d up{0, 0, 1};      ///< LPS; zero or parallel to look: superior or anterior is taken
     double field_of_view_deg = 80;    ///< across the picture's height, before distortion
     double barrel_distortion = 0.15;  ///< 0: none; r_ray = r·(1 + k·r²), r = 1 at the edge
     double iso_hu = -500;             ///< threshold of the surface
@@ -57,6 +57,11 @@ struct Endoscope {
 /// @returns nothing if no place is on the lumen's side of the threshold
 std::optional<Endoscope> find_endoscope(const Volume& volume, double iso_hu, Polarity polarity,
                                         const TaskArena& arena);
+
+/// The longest free way from an eye [mm, LPS] that ends at a wall: a good direction to look in.
+/// @returns a unit vector, or nothing if no wall is in view
+std::optional<Vec3d> find_look(const Volume& volume, Vec3d eye_mm, double iso_hu, Polarity polarity,
+                               const TaskArena& arena);
 
 /// A view of a place on the tissue that is about to be pushed: some 15…45 mm away (closer where the
 /// lumen is narrow), with nothing in between and room around the eye, against the push or beside

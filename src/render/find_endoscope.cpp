@@ -85,58 +85,60 @@ struct View {
     Vec3d direction{0, 0, 0};
 };
 
-/// @param around  for each direction, those that a view along it has near its middle
+/// Directions to try, and for each the indices of those that a view along it has near its middle.
+struct Directions {
+    std::vector<Vec3d> all;
+    std::vector<std::vector<std::size_t>> around;
+};
+
+Directions make_directions() {
+    constexpr double kCosine = 0.86;  // of some 30°
+    Directions d{render::sphere_directions(kDirections), {}};
+    d.around.resize(d.all.size());
+    for (std::size_t i = 0; i < d.all.size(); ++i)
+        for (std::size_t k = 0; k < d.all.size(); ++k)
+            if (dot(d.all[i], d.all[k]) > kCosine) d.around[i].push_back(k);
+    return d;
+}
+
 View best_view(const render::VolumeRays& rays, Vec3d eye_mm, double radius_mm, double iso_hu,
-               Polarity polarity, const std::vector<Vec3d>& directions,
-               const std::vector<std::vector<std::size_t>>& around) {
-    std::vector<double> free(directions.size(), 0.0);
+               Polarity polarity, const Directions& directions) {
+    std::vector<double> free(directions.all.size(), 0.0);
     int walls = 0;
-    for (std::size_t i = 0; i < directions.size(); ++i) {
-        const auto t = rays.hit_distance(eye_mm, directions[i], iso_hu, polarity);
+    for (std::size_t i = 0; i < directions.all.size(); ++i) {
+        const auto t = rays.hit_distance(eye_mm, directions.all[i], iso_hu, polarity);
         if (!t) continue;  // looks out of the volume
         ++walls;
         free[i] = *t;
     }
     View best;
     double longest = 0;
-    for (std::size_t i = 0; i < directions.size(); ++i) {
-        const auto closed = std::count_if(around[i].begin(), around[i].end(),
+    for (std::size_t i = 0; i < directions.all.size(); ++i) {
+        const auto closed = std::count_if(directions.around[i].begin(), directions.around[i].end(),
                                           [&](std::size_t k) { return free[k] > 0; });
-        const double share = double(closed) / double(around[i].size());
+        const double share = double(closed) / double(directions.around[i].size());
         const double length = std::min(free[i], kFarMm) * share * share;
         if (length <= longest) continue;
         longest = length;
-        best.direction = directions[i];
+        best.direction = directions.all[i];
     }
-    const double enclosed = double(walls) / double(directions.size());
+    const double enclosed = double(walls) / double(directions.all.size());
     const double width = std::min(radius_mm / kWideMm, 1.0) * std::min(kHallMm / radius_mm, 1.0);
     best.score = enclosed * enclosed * width * longest / kFarMm;
     return best;
 }
 
-/// Indices of the directions within some 30° of each one.
-std::vector<std::vector<std::size_t>> neighbours(const std::vector<Vec3d>& directions) {
-    constexpr double kCosine = 0.86;
-    std::vector<std::vector<std::size_t>> around(directions.size());
-    for (std::size_t i = 0; i < directions.size(); ++i)
-        for (std::size_t k = 0; k < directions.size(); ++k)
-            if (dot(directions[i], directions[k]) > kCosine) around[i].push_back(k);
-    return around;
-}
-
 std::optional<Endoscope> search(const render::VolumeRays& rays, const render::CoarseVolume& coarse,
                                 const std::vector<Place>& places, double iso_hu,
                                 Polarity polarity) {
-    const std::vector<Vec3d> directions = render::sphere_directions(kDirections);
-    const auto around = neighbours(directions);
+    const Directions directions = make_directions();
     std::vector<View> views(places.size());
     std::vector<Vec3d> eyes(places.size());
     rays.arena.for_each(std::int64_t(places.size()), 4, [&](std::int64_t begin, std::int64_t end) {
         for (auto i = std::size_t(begin); i < std::size_t(end); ++i) {
             const Grid& grid = rays.volume.grid;
             eyes[i] = world_from_voxel(grid, voxel_of_cell(coarse, grid, places[i].cell));
-            views[i] =
-                best_view(rays, eyes[i], places[i].radius_mm, iso_hu, polarity, directions, around);
+            views[i] = best_view(rays, eyes[i], places[i].radius_mm, iso_hu, polarity, directions);
         }
     });
     const auto best = std::max_element(
@@ -152,6 +154,14 @@ std::optional<Endoscope> search(const render::VolumeRays& rays, const render::Co
 }
 
 }  // namespace
+
+std::optional<Vec3d> find_look(const Volume& volume, Vec3d eye_mm, double iso_hu, Polarity polarity,
+                               const TaskArena& arena) {
+    const render::VolumeRays rays(volume, arena);
+    const View view = best_view(rays, eye_mm, kWideMm, iso_hu, polarity, make_directions());
+    if (!(view.score > 0)) return std::nullopt;
+    return view.direction;
+}
 
 std::optional<Endoscope> find_endoscope(const Volume& volume, double iso_hu, Polarity polarity,
                                         const TaskArena& arena) {
