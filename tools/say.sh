@@ -1,0 +1,13 @@
+# SPDX-FileCopyrightText: 2026 The Pliant authors
+# SPDX-License-Identifier: Apache-2.0
+#
+# How the scripts speak: progress on standard output, one line on standard error before they stop.
+
+say() {
+    printf '\n== %s\n' "$*"
+}
+
+fail() {
+    printf 'dev: %s\n' "$*" >&2
+    exit 1
+}
