@@ -14,9 +14,9 @@ install(TARGETS pliant EXPORT pliant ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR}
 install(DIRECTORY include/pliant DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}
         FILES_MATCHING PATTERN "*.h")
 install(EXPORT pliant NAMESPACE pliant:: DESTINATION ${package_dir} FILE pliant-targets.cmake)
-install(FILES cmake/recipes/itk.cmake cmake/recipes/png.cmake cmake/recipes/tbb.cmake
-              cmake/recipes/tomlplusplus.cmake
-        DESTINATION ${package_dir}/recipes)
+foreach(recipe IN LISTS PLIANT_LIBRARY_RECIPES)
+    install(FILES cmake/recipes/${recipe}.cmake DESTINATION ${package_dir}/recipes)
+endforeach()
 
 configure_package_config_file(cmake/pliant-config.cmake.in
     ${PROJECT_BINARY_DIR}/pliant-config.cmake INSTALL_DESTINATION ${package_dir})
