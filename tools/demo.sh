@@ -98,7 +98,7 @@ tell() { # PROGRAM SCAN OUT
     printf '%s: %s voxels moved, in %s ms; written back to the grid in %s ms.\n' \
         "$(json_word "$report" status)" "$(json_number "$report" moved_elements)" \
         "$(json_number "$report" solve_ms)" "$(json_number "$report" resample_ms)"
-    printf 'Part of the push that the limits allow: %s; limited by: %s; worst link: %s mm outside.\n' \
+    printf 'Part of the push that the limits allow: %s; limited by: %s; worst link %s mm off.\n' \
         "$(json_number "$report" step_fraction)" "$(json_word "$report" limited_by)" \
         "$(json_number "$report" max_violation_mm)"
     printf '\nFiles:\n'
