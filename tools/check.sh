@@ -1,5 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The Pliant authors
 # SPDX-License-Identifier: Apache-2.0
+# shellcheck shell=bash disable=SC2154  # root and called_from come from ./dev
 #
 # What `./dev test` and `./dev lint` run: steps with a name, each timed, the first failure ends it.
 

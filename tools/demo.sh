@@ -1,5 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The Pliant authors
 # SPDX-License-Identifier: Apache-2.0
+# shellcheck shell=bash disable=SC2154  # root and called_from come from ./dev
 #
 # The demo: a scan is pushed at one place, and everything that Pliant writes about it lands in
 # demo/. Without a file the scan is the airway phantom, pushed at its first landmark; with a file
@@ -28,7 +29,8 @@ demo() { # [FILE]
     (($# <= 1)) || fail "demo takes one file at most, found $# (a name with spaces needs quotes)"
     local scan='' name=airway
     if (($# == 1)); then
-        scan=$(cd -- "$called_from" && readlink -f -- "$1") && [[ -e $scan ]] ||
+        scan=$(cd -- "$called_from" && readlink -f -- "$1") || true
+        [[ -e $scan ]] ||
             fail "$1: expected a scan (NRRD, MetaImage, NIfTI or a folder of DICOM slices)"
         name=$(stem_of "$scan")
     fi

@@ -1,5 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The Pliant authors
 # SPDX-License-Identifier: Apache-2.0
+# shellcheck shell=bash disable=SC2154  # root and called_from come from ./dev
 #
 # The system packages that each task needs, by their names in Debian 12 and Ubuntu 24.04.
 # THIRD_PARTY.md says what each library is for.
