@@ -41,7 +41,8 @@ struct Phantom {
 std::span<const std::string_view> phantom_names();
 
 /// Makes a phantom. The shapes are fixed in the world; size, spacing and direction only say where
-/// they are sampled. Edges are anti-aliased over one voxel.
+/// they are sampled. Edges are anti-aliased: over one voxel in cube and layers, over two, as a
+/// scanner does, in the others.
 /// @returns InvalidArgument with the names that exist, or the field that is out of range
 Result<Phantom> make_phantom(const PhantomSettings& settings, const TaskArena& arena,
                              const Progress& progress = {});

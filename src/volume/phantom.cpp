@@ -82,12 +82,14 @@ Status check_direction(const PhantomSettings& settings) {
         if (!(std::abs(length - 1) <= kDirectionTolerance))
             return invalid("phantom direction: column " + std::to_string(a + 1) + " has length " +
                            shortest(length) + ", expected a unit vector");
+    }
+    for (int a = 0; a < 3; ++a) {
         const int b = (a + 1) % 3;
         const double along = dot(c[a], c[b]);
         if (!(std::abs(along) <= kDirectionTolerance))
-            return invalid("phantom direction: columns " + std::to_string(a + 1) + " and " +
-                           std::to_string(b + 1) + " have the product " + shortest(along) +
-                           ", expected perpendicular columns");
+            return invalid("phantom direction: columns " + std::to_string(std::min(a, b) + 1) +
+                           " and " + std::to_string(std::max(a, b) + 1) + " have the product " +
+                           shortest(along) + ", expected perpendicular columns");
     }
     return Ok{};
 }

@@ -113,16 +113,20 @@ std::vector<Vessel> great_vessels() {
 
 /// Everything between the lungs, with its fat.
 Field mediastinum(const std::vector<Vessel>& vessels, const Field& airway_outer) {
-    std::vector<Field> tubes;
-    for (const Vessel& v : vessels) tubes.push_back(row_of_capsules(v.row));
+    constexpr double kSheath_mm = 1.2;
+    std::vector<TubeRow> tubes;
+    for (const Vessel& v : vessels) tubes.emplace_back(v.row);
     return [=](Vec3d p) {
         const double width = 12.5 - 8 * ramp(-16, -30, p.y);
         double d = 0.8 * (std::abs(p.x) - width);
         d = smooth_union(d, ellipsoid({p.x, p.y, 0}, {0, 27, 0}, {14.5, 13, 14}), 4);
         d = smooth_union(d, ellipsoid(p, {13, -15, -36}, {31, 23.5, 27}), 5);
-        for (const Field& tube : tubes) d = std::min(d, tube(p) - 1.2);
-        const double hilum = mirrored_x(p).x - 27;
-        return std::min(d, std::max(airway_outer(p) - 1, 0.7 * hilum));
+        d = std::min(d, TubeTree::kFar_mm);
+        for (const TubeRow& tube : tubes)
+            if (tube.least_distance(p) - kSheath_mm < d)
+                d = tube.find(p, d + kSheath_mm).distance_mm - kSheath_mm;
+        const double hilum = 0.7 * (std::abs(p.x) - 27);
+        return hilum < d ? std::min(d, std::max(airway_outer(p) - 1, hilum)) : d;
     };
 }
 
@@ -210,7 +214,7 @@ void add_chest_wall(Scene& scene) {
     scene.add(ribs, cortex, 1.3);
     scene.add([](Vec3d p) { return ribs(p) + 1.1; },
               [](Vec3d p) { return p.y < -24 ? 95.0 : 240 + 60 * value_noise(p * 0.5, 33); }, 1.3);
-    scene.add(cavity, tissue(-98, 9, 8, 5));
+    scene.add(cavity, tissue(-98, 9, 8, 5), 1.1);
     scene.add(sternum, tissue(480, 20));
     scene.add([](Vec3d p) { return sternum(p) + 1; }, tissue(150, 20, 50, 2));
 }
@@ -225,7 +229,7 @@ void add_spine(Scene& scene) {
 
 void add_belly(Scene& scene) {
     const auto below = [](Vec3d p) { return std::max(cavity(p) + 0.6, domes(p)); };
-    scene.add(below, tissue(50, 8));
+    scene.add(below, tissue(50, 8), 1.1);
     const auto liver = [](Vec3d p) { return std::max(cavity(p) + 1.6, domes(p) + 1.8); };
     scene.add([=](Vec3d p) { return std::max(liver(p), 0.8 * (p.x - 14 - 0.2 * p.y)); },
               tissue(105, 9, 10, 5));
@@ -298,8 +302,8 @@ void add_lungs(Scene& scene, const Field& between) {
         [=](Vec3d p) {
             const double major = (p.z - 2 - 0.9 * p.y) * 0.74 + 1.5 * value_noise(p * 0.06, 38);
             const double minor = p.z + 12 - 0.1 * p.y + 1.5 * value_noise(p * 0.06, 39);
-            double sheet = std::abs(major);
-            if (p.x < 0 && major > 0) sheet = std::min(sheet, std::abs(minor));
+            const double right = std::max({std::abs(minor), -major, p.x + 5});
+            const double sheet = std::min(std::abs(major), right);
             return std::max(sheet - 0.28, lung(p) + 0.3);
         },
         uniform(-600), 1.2);

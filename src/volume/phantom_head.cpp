@@ -102,7 +102,7 @@ void add_bone(Scene& scene) {
         uniform(-900));
     scene.add(skull, dense, 1.1);
     scene.add([](Vec3d p) { return skull(p) + 1.4; }, spongy, 1.1);
-    scene.add([](Vec3d p) { return cranium(p, 2.0); }, dense, 1.2);
+    scene.add([](Vec3d p) { return cranium(p, 2.0); }, dense, 1.5);
 }
 
 void add_mouth(Scene& scene) {
@@ -128,7 +128,7 @@ void add_mouth(Scene& scene) {
 }
 
 void add_brain(Scene& scene) {
-    scene.add([](Vec3d p) { return cranium(p, 0); }, tissue(12, 7), 1.2);
+    scene.add([](Vec3d p) { return cranium(p, 0); }, tissue(12, 7), 1.5);
     const auto brain = [](Vec3d p) {
         // folds: a sheet that winds through space, deep at the brain's surface only
         const Vec3d q =

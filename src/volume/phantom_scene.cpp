@@ -40,24 +40,48 @@ struct ActiveLayer {
     bool covers;  ///< the whole block
 };
 
+/// Share of a box around x that the layer fills, from the distances at the centres of its eight
+/// parts. @param part  of the footprint: 1, or ½ for one of its parts
+/// @param centre  the distance at x
+double filled_share(const Layer& layer, Vec3d x, double centre, const Footprint& footprint,
+                    double part) {
+    std::array<double, 8> d;
+    double mean = 0;
+    for (std::size_t c = 0; c < 8; ++c) {
+        d[c] = layer.distance(x + part * footprint.offsets[c]);
+        mean += 0.125 * d[c];
+    }
+    Vec3d gradient{(d[1] - d[0]) + (d[3] - d[2]) + (d[5] - d[4]) + (d[7] - d[6]),
+                   (d[2] - d[0]) + (d[3] - d[1]) + (d[6] - d[4]) + (d[7] - d[5]),
+                   (d[4] - d[0]) + (d[5] - d[1]) + (d[6] - d[2]) + (d[7] - d[3])};
+    gradient = 0.25 * gradient;
+    const double width_mm = part * footprint.sub_width_mm;
+    double share = 0;
+    // Sheets and threads are far from plane: each part is looked at by itself.
+    if (part == 1 && norm(gradient) < 0.8 * width_mm && std::abs(mean - centre) > 0.08 * width_mm) {
+        const double reach = 0.5 * layer.slope * footprint.reach_mm;
+        for (std::size_t c = 0; c < 8; ++c) {
+            if (d[c] >= reach) continue;
+            share += d[c] <= -reach
+                         ? 1
+                         : filled_share(layer, x + footprint.offsets[c], d[c], footprint, 0.5);
+        }
+        return share / 8;
+    }
+    // Where both faces of a sheet pass through the box the differences cancel; then its sides are
+    // taken as steep as a true distance.
+    if (norm(gradient) < 0.4 * width_mm) gradient = {width_mm, 0, 0};
+    for (double value : d) share += plane_share(value, gradient);
+    return share / 8;
+}
+
 /// Share of the footprint around x that the layer fills.
 double coverage(const Layer& layer, Vec3d x, const Footprint& footprint) {
     const double centre = layer.distance(x);
     const double reach = layer.slope * footprint.reach_mm;
     if (centre >= reach) return 0;
     if (centre <= -reach) return 1;
-    std::array<double, 8> d;
-    for (std::size_t c = 0; c < 8; ++c) d[c] = layer.distance(x + footprint.offsets[c]);
-    Vec3d gradient{(d[1] - d[0]) + (d[3] - d[2]) + (d[5] - d[4]) + (d[7] - d[6]),
-                   (d[2] - d[0]) + (d[3] - d[1]) + (d[6] - d[4]) + (d[7] - d[5]),
-                   (d[4] - d[0]) + (d[5] - d[1]) + (d[6] - d[2]) + (d[7] - d[3])};
-    gradient = 0.25 * gradient;
-    // Where both faces of a sheet pass through a sub-box the differences cancel: then the sheet's
-    // sides are taken as steep as a true distance.
-    if (norm(gradient) < 0.3 * footprint.sub_width_mm) gradient = {footprint.sub_width_mm, 0, 0};
-    double share = 0;
-    for (double value : d) share += plane_share(value, gradient);
-    return share / 8;
+    return filled_share(layer, x, centre, footprint, 1);
 }
 
 /// Of the layers above, those that a block can see, topmost first.

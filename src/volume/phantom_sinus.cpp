@@ -30,7 +30,7 @@ double nose_width(double z) {
 /// Both passages in one; the septum divides them.
 double nose(Vec3d p) {
     const double side = 0.85 * (std::abs(p.x) - nose_width(p.z));
-    const double end = p.y - 6.5 - 7 * ramp(0, -10, p.z);
+    const double end = p.y - 5.8 - 7.7 * ramp(0, -10, p.z);
     const double height = std::max(p.z - 20 + 0.012 * (p.y + 14) * (p.y + 14), -24 - p.z);
     const double inner = smooth_intersection(side, 0.8 * height, 6);
     return smooth_intersection(inner, std::max(0.6 * end, -45 - p.y), 7);
@@ -133,16 +133,26 @@ void add_inside_nose(Scene& scene) {
         uniform(230), 1.3);
 }
 
-/// A place on the mucosa that the eye sees along `look`, a little inside.
-PhantomLandmark landmark(const std::string& name, Vec3d eye, Vec3d towards, double inside_mm,
-                         Vec3d push) {
+/// Positive in the nose's air, negative in tissue.
+double room_in_nose(Vec3d p) {
+    const double inside = std::min({septum(p, 1.9), inferior_turbinate(p), middle_turbinate(p)});
+    return std::min(-air_spaces(p), inside);
+}
+
+/// A place on the mucosa that the eye sees, a little inside.
+PhantomLandmark landmark(const std::string& name, Vec3d eye, Vec3d towards, Vec3d push) {
+    constexpr double kInside_mm = 0.7;
     const Vec3d look = normalized(towards - eye);
-    const auto air = [](Vec3d p) {
-        const double tissue_inside =
-            std::min({septum(p, 1.9), inferior_turbinate(p), middle_turbinate(p)});
-        return std::min(-air_spaces(p), tissue_inside);
-    };
-    return {name, walk_to_surface(air, eye, look, 80) + inside_mm * look, push, eye, look};
+    const Vec3d wall = walk_to_surface(room_in_nose, eye, look, 80);
+    return {name, wall + kInside_mm * look, push, eye, look};
+}
+
+/// The middle of the bony wall between the nose and the sphenoid sinus.
+PhantomLandmark wall_landmark(const std::string& name, Vec3d eye, Vec3d towards, Vec3d push) {
+    const Vec3d look = normalized(towards - eye);
+    const Vec3d front = walk_to_surface(room_in_nose, eye, look, 80);
+    const Vec3d back = walk_to_surface(sphenoid, front, look, 20);
+    return {name, 0.5 * (front + back), push, eye, look};
 }
 
 }  // namespace
@@ -153,10 +163,9 @@ Model make_sinus_model() {
     add_head(model.scene);
     add_air_spaces(model.scene);
     add_inside_nose(model.scene);
-    model.landmarks = {
-        landmark("septum", {5.5, -42, -3}, {0, -27, -4}, 0.6, {-3, 0, 0}),
-        landmark("turbinate", {4.5, -42.5, -8}, {8, -33, -14}, 0.8, {3, 2, 0}),
-        landmark("sphenoid_wall", {3.5, -13, 6.5}, {4.2, 7, 6}, kMucosa_mm + 1.1, {0, 4, 0})};
+    model.landmarks = {landmark("septum", {5.5, -42, -3}, {0, -27, -4}, {-3, 0, 0}),
+                       landmark("turbinate", {4.5, -42.5, -8}, {8, -33, -14}, {3, 2, 0}),
+                       wall_landmark("sphenoid_wall", {3.5, -13, 6.5}, {4.2, 7, 6}, {0, 4, 0})};
     return model;
 }
 

@@ -95,10 +95,10 @@ TubeRow::TubeRow(const std::vector<TubePoint>& points) {
     m_radius_mm = sphere_around(0, m_pieces.size(), m_centre);
 }
 
-TubeRow::Nearest TubeRow::find(Vec3d p) const {
+TubeRow::Nearest TubeRow::find(Vec3d p, double at_most_mm) const {
     // Compares squares: |out| − radius < least, with no root taken until something is nearer.
-    double least = 1e9, least_t = 0;
-    std::size_t least_n = 0;
+    double least = at_most_mm, least_t = 0;
+    std::size_t least_n = m_pieces.size();
     const auto may_be_nearer = [&least](Vec3d out, double radius) {
         const double reach = least + radius;
         return reach > 0 && dot(out, out) < reach * reach;
@@ -117,6 +117,9 @@ TubeRow::Nearest TubeRow::find(Vec3d p) const {
             least_n = n;
         }
     }
+    Nearest none;
+    none.distance_mm = at_most_mm;
+    if (least_n == m_pieces.size()) return none;
     const Piece& piece = m_pieces[least_n];
     const Vec3d out = p - piece.from - least_t * piece.along;
     return {norm(out) - (piece.radius_mm + least_t * piece.growth_mm),
@@ -152,6 +155,7 @@ TubePlace TubeTree::find(Vec3d p) const {
 TubePlace TubeTree::find_anew(Vec3d p) const {
     constexpr std::size_t kNear = 6;
     constexpr double kWalls_mm = 2;  // walls differ by less
+    constexpr double kCapped_mm = kFar_mm + 1;
     TubePlace near[kNear], best;
     std::size_t count = 0;
     for (std::size_t n = 0; n < m_tubes.size(); ++n) {
@@ -159,13 +163,17 @@ TubePlace TubeTree::find_anew(Vec3d p) const {
         const double least = m_rows[n].least_distance(p);
         if (least > reach) continue;
         TubePlace place;
-        if (least - m_tubes[n].wall_mm > kFar_mm) {
+        if (least > kFar_mm) {
             place.lumen_mm = place.smooth_mm = least;
             place.outer_mm = least - m_tubes[n].wall_mm;
         } else {
-            const TubeRow::Nearest nearest = m_rows[n].find(p);
-            if (nearest.distance_mm > reach) continue;
+            const TubeRow::Nearest nearest = m_rows[n].find(p, std::min(reach, kCapped_mm));
+            if (nearest.distance_mm >= reach) continue;
             place = place_in(m_tubes[n], nearest, p);
+            if (place.smooth_mm > kFar_mm) {
+                place.lumen_mm = place.smooth_mm = kFar_mm;
+                place.outer_mm = kFar_mm - m_tubes[n].wall_mm;
+            }
         }
         if (place.smooth_mm < best.smooth_mm) best = place;
         std::size_t slot = count;
@@ -207,7 +215,8 @@ std::vector<TubePoint> smooth_row(const std::vector<TubePoint>& row, int pieces)
 Field row_of_capsules(const std::vector<TubePoint>& row) {
     return [tube = TubeRow(row)](Vec3d p) {
         const double least = tube.least_distance(p);
-        return least > TubeTree::kFar_mm ? least : tube.find(p).distance_mm;
+        if (least > TubeTree::kFar_mm) return least;
+        return tube.find(p, TubeTree::kFar_mm).distance_mm;
     };
 }
 

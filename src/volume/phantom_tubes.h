@@ -59,7 +59,8 @@ class TubeRow {
     /// @pre points.size() ≥ 2
     explicit TubeRow(const std::vector<TubePoint>& points);
 
-    Nearest find(Vec3d p) const;
+    /// @param at_most_mm  what is farther away need not be found: then the result is at least this
+    Nearest find(Vec3d p, double at_most_mm = 1e9) const;
     /// Not more than the distance to the nearest piece, and quick.
     double least_distance(Vec3d p) const { return sphere(p, m_centre, m_radius_mm); }
 
@@ -85,7 +86,7 @@ class TubeTree {
     /// @param fillet_mm  where tubes branch
     TubeTree(std::vector<Tube> tubes, double fillet_mm);
 
-    /// Farther away than kFar_mm the distances may be too small, never too large.
+    /// Farther away than kFar_mm the distances may be too small, never too large or steep.
     /// The latest answers are remembered, since wall, cartilage and lumen ask for the same points.
     TubePlace find(Vec3d p) const;
     double lumen(Vec3d p) const { return find(p).lumen_mm; }
