@@ -1,12 +1,180 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
+// What a scan holds, for people or as one JSON object.
+
 #include "options.h"
 
-namespace pliant::app {
+#include <pliant/volume.h>
 
-int run_info(const InfoOptions&) {
-    return bad_input("info: not built yet");
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+
+namespace pliant::app {
+namespace {
+
+constexpr double kPercents[] = {1, 5, 25, 50, 75, 95, 99};
+constexpr std::size_t kPercentCount = std::size(kPercents);
+
+struct ValueRange {
+    double min_hu = 0, max_hu = 0;
+    double percentiles_hu[kPercentCount] = {};
+};
+
+/// Exact, by selection in a copy of the values.
+template <class T>
+ValueRange range_of(std::vector<T> values) {
+    ValueRange range;
+    auto from = values.begin();
+    for (std::size_t p = 0; p < kPercentCount; ++p) {
+        const auto rank = std::llround(kPercents[p] / 100 * double(values.size() - 1));
+        const auto at = values.begin() + rank;
+        std::nth_element(from, at, values.end());
+        range.percentiles_hu[p] = double(*at);
+        if (p == 0) range.min_hu = double(*std::min_element(values.begin(), at + 1));
+        from = at;
+    }
+    range.max_hu = double(*std::max_element(from, values.end()));
+    return range;
+}
+
+/// Letter of the direction that an axis points to, most of all.
+char letter_of(Vec3d axis) {
+    int largest = 0;
+    for (int a = 1; a < 3; ++a)
+        if (std::abs(axis[a]) > std::abs(axis[largest])) largest = a;
+    return (axis[largest] > 0 ? "LPS" : "RAI")[largest];
+}
+
+std::string orientation_of(const Grid& grid) {
+    std::string letters;
+    for (const Vec3d& axis : grid.direction.columns) letters += letter_of(axis);
+    return letters;
+}
+
+/// Largest angle between an axis of the grid and the axis of the body that is next to it.
+double oblique_angle_deg(const Grid& grid) {
+    double smallest = 1;
+    for (const Vec3d& v : grid.direction.columns)
+        smallest = std::min(smallest, std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)}));
+    constexpr double kDegrees = 57.29577951308232;
+    return kDegrees * std::acos(std::min(1.0, smallest));
+}
+
+Vec3d extent_mm(const Grid& grid) {
+    return {grid.size.x * grid.spacing_mm.x, grid.size.y * grid.spacing_mm.y,
+            grid.size.z * grid.spacing_mm.z};
+}
+
+double memory_mb(const Volume& volume) {
+    return double(voxel_count(volume.grid)) * (volume.is_16_bit() ? 2 : 4) / 1e6;
+}
+
+/// Six digits, in every locale.
+std::string digits(double number) {
+    char buffer[32];
+    const auto end =
+        std::to_chars(buffer, buffer + sizeof buffer, number, std::chars_format::general, 6);
+    return {buffer, end.ptr};
+}
+std::string digits(Vec3d v, const char* separator) {
+    return digits(v.x) + separator + digits(v.y) + separator + digits(v.z);
+}
+
+nlohmann::ordered_json json_of(Vec3d v) {
+    return {v.x, v.y, v.z};
+}
+
+void print_json(const InfoOptions& options, const Volume& volume, const ReadNotes& notes,
+                const ValueRange& range) {
+    const Grid& grid = volume.grid;
+    nlohmann::ordered_json json;
+    json["file"] = options.file;
+    json["format"] = notes.format;
+    json["stored_type"] = notes.stored_type;
+    json["voxel_type"] = volume.is_16_bit() ? "int16" : "float32";
+    json["size"] = {grid.size.x, grid.size.y, grid.size.z};
+    json["spacing_mm"] = json_of(grid.spacing_mm);
+    json["extent_mm"] = json_of(extent_mm(grid));
+    json["origin_mm"] = json_of(grid.origin_mm);
+    for (const Vec3d& axis : grid.direction.columns) json["direction"].push_back(json_of(axis));
+    json["orientation"] = orientation_of(grid);
+    json["right_handed"] = determinant(grid.direction) > 0;
+    json["oblique_angle_deg"] = oblique_angle_deg(grid);
+    json["min_hu"] = range.min_hu;
+    json["max_hu"] = range.max_hu;
+    for (std::size_t p = 0; p < kPercentCount; ++p)
+        json["percentiles_hu"][std::to_string(int(kPercents[p]))] = range.percentiles_hu[p];
+    json["memory_mb"] = memory_mb(volume);
+    json["key_values"] = nlohmann::ordered_json::object();
+    for (const auto& [key, value] : volume.key_values) json["key_values"][key] = value;
+    json["notes"] = notes.notes;
+    // Bytes of a file that are no UTF-8 are replaced, not refused.
+    const std::string text =
+        json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
+    std::printf("%s\n", text.c_str());
+}
+
+std::string one_line(std::string text) {
+    for (char& c : text)
+        if (c == '\n' || c == '\r' || c == '\t') c = ' ';
+    return text;
+}
+
+void print_line(const char* name, const std::string& text) {
+    std::printf("%-12s %s\n", name, one_line(text).c_str());
+}
+
+void print_geometry(const Grid& grid) {
+    const Vec3d size{double(grid.size.x), double(grid.size.y), double(grid.size.z)};
+    print_line("size", digits(size, " × ") + " voxels");
+    print_line("spacing", digits(grid.spacing_mm, " × ") + " mm");
+    print_line("extent", digits(extent_mm(grid), " × ") + " mm");
+    const std::string letters = orientation_of(grid);
+    std::string orientation = {letters[0], ' ', letters[1], ' ', letters[2]};
+    orientation += determinant(grid.direction) > 0 ? ", right-handed" : ", left-handed";
+    if (const double angle = oblique_angle_deg(grid); angle > 0.01)
+        orientation += ", oblique by " + digits(std::round(100 * angle) / 100) + " degrees";
+    print_line("orientation", orientation);
+    print_line("origin", digits(grid.origin_mm, ", ") + " mm (LPS)");
+}
+
+void print_text(const InfoOptions& options, const Volume& volume, const ReadNotes& notes,
+                const ValueRange& range) {
+    print_line("file", options.file);
+    print_line("format", notes.format + ", stored as " + notes.stored_type);
+    print_geometry(volume.grid);
+    print_line("values", digits(range.min_hu) + " to " + digits(range.max_hu) + " HU");
+    std::string percentiles;
+    for (std::size_t p = 0; p < kPercentCount; ++p)
+        percentiles +=
+            (p ? ", " : "") + digits(kPercents[p]) + " %: " + digits(range.percentiles_hu[p]);
+    print_line("percentiles", percentiles + " HU");
+    print_line("memory", digits(std::round(10 * memory_mb(volume)) / 10) + " MB as " +
+                             (volume.is_16_bit() ? "int16" : "float32"));
+    for (const auto& [key, value] : volume.key_values) print_line("key", key + ": " + value);
+    for (const std::string& note : notes.notes) print_line("note", note);
+    std::printf("\nTry next:    pliant render %s --out view.png\n", one_line(options.file).c_str());
+}
+
+}  // namespace
+
+int run_info(const InfoOptions& options) {
+    ReadNotes notes;
+    const auto volume = read_volume(options.file, {options.series}, &notes);
+    if (!volume) return bad_input(volume.error().message);
+    const ValueRange range =
+        std::visit([](const auto& voxels) { return range_of(voxels); }, volume->voxels);
+    if (options.json)
+        print_json(options, *volume, notes, range);
+    else
+        print_text(options, *volume, notes, range);
+    return kExitOk;
 }
 
 }  // namespace pliant::app

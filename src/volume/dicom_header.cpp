@@ -1,0 +1,255 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// Walks through the elements of a DICOM file, as far as the pixels:
+//
+//   explicit   group(2) element(2) VR(2) length(2)   or   … VR(2) 0(2) length(4)
+//   implicit   group(2) element(2) length(4)
+//
+// A length of 0xFFFFFFFF means items up to a delimiter. Done here and not by GDCM, because the
+// GDCM of Linux distributions aborts the process on damaged files and takes truncated pixels for
+// whole ones: GDCM only gets to see files that this walk came through.
+
+#include "volume/dicom_series.h"
+#include "volume/text.h"
+
+#include <array>
+#include <cstring>
+#include <fstream>
+#include <map>
+
+namespace pliant {
+namespace fs = std::filesystem;
+namespace {
+
+constexpr std::uint32_t kUndefinedLength = 0xffffffff;
+constexpr std::uint32_t kPixelData = 0x7fe00010, kItem = 0xfffee000, kItemEnd = 0xfffee00d,
+                        kSequenceEnd = 0xfffee0dd;
+constexpr std::uint32_t kTransferSyntax = 0x00020010, kSeriesDescription = 0x0008103e,
+                        kSeriesUid = 0x0020000e, kPosition = 0x00200032, kOrientation = 0x00200037,
+                        kSamples = 0x00280002, kFrames = 0x00280008, kRows = 0x00280010,
+                        kColumns = 0x00280011, kPixelSpacing = 0x00280030,
+                        kBitsAllocated = 0x00280100, kPixelRepresentation = 0x00280103;
+/// Longest value that is kept, and deepest nesting of sequences that is followed.
+constexpr std::uint32_t kMaxValueBytes = 1024;
+constexpr int kMaxDepth = 32;
+
+struct Element {
+    std::uint32_t tag = 0;
+    std::uint32_t length = 0;
+    bool nests = false;  ///< of undefined length: items follow
+};
+
+class Walker {
+  public:
+    explicit Walker(const fs::path& path) : m_file(path, std::ios::binary) {
+        m_file.seekg(0, std::ios::end);
+        m_size = std::uint64_t(std::max<std::streamoff>(0, m_file.tellg()));
+    }
+
+    /// @returns whether the file is whole, as far as its pixels
+    bool walk(bool preamble) {
+        seek(preamble ? 132 : 0);
+        if (preamble && !walk_meta()) return false;
+        if (!preamble) guess_explicit();
+        if (text(kTransferSyntax) == "1.2.840.10008.1.2.1.99") return true;  // refused by name
+        while (m_at < m_size) {
+            Element element;
+            if (!read_element(element)) return false;
+            if (element.tag == kPixelData) return walk_pixels(element);
+            if (!take_value(element)) return false;
+        }
+        return true;
+    }
+
+    std::string text(std::uint32_t tag) const {
+        const auto found = m_values.find(tag);
+        if (found == m_values.end()) return {};
+        std::string value = found->second;
+        while (!value.empty() && (value.back() == '\0' || value.back() == ' ')) value.pop_back();
+        return value;
+    }
+    int number(std::uint32_t tag, int otherwise) const {
+        const auto found = m_values.find(tag);
+        if (found == m_values.end() || found->second.size() < 2) return otherwise;
+        return int(u16(found->second.data()));
+    }
+    std::vector<double> decimals(std::uint32_t tag, std::size_t count) const {
+        const auto numbers = numbers_from(text(tag), '\\');
+        return numbers && numbers->size() == count ? *numbers : std::vector<double>{};
+    }
+    bool has_pixels() const { return m_has_pixels; }
+    std::uint64_t pixel_bytes() const { return m_pixel_bytes; }  ///< 0: compressed
+
+  private:
+    void seek(std::uint64_t at) {
+        m_at = at;
+        m_file.seekg(std::streamoff(at));
+    }
+    bool read(char* out, std::size_t count) {
+        if (count > m_size - std::min(m_at, m_size)) return false;
+        m_at += count;
+        return bool(m_file.read(out, std::streamsize(count)));
+    }
+    bool skip(std::uint64_t count) {
+        if (count > m_size - std::min(m_at, m_size)) return false;
+        m_at += count;
+        return bool(m_file.seekg(std::streamoff(count), std::ios::cur));
+    }
+    std::uint32_t u16(const char* bytes) const {
+        const auto low = std::uint8_t(bytes[m_big ? 1 : 0]),
+                   high = std::uint8_t(bytes[m_big ? 0 : 1]);
+        return std::uint32_t(low | high << 8);
+    }
+    std::uint32_t u32(const char* bytes) const {
+        return u16(bytes + (m_big ? 2 : 0)) | u16(bytes + (m_big ? 0 : 2)) << 16;
+    }
+
+    /// Group 2, which is always explicit and little endian, and says how the rest is written.
+    bool walk_meta() {
+        for (;;) {
+            const std::uint64_t start = m_at;
+            std::array<char, 2> group{};
+            if (!read(group.data(), 2)) return false;
+            seek(start);
+            if (u16(group.data()) != 2) break;
+            Element element;
+            if (!read_element(element) || !take_value(element)) return false;
+        }
+        const std::string syntax = text(kTransferSyntax);
+        m_explicit = syntax != "1.2.840.10008.1.2";
+        m_big = syntax == "1.2.840.10008.1.2.2";
+        return true;
+    }
+    void guess_explicit() {
+        std::array<char, 6> start{};
+        if (!read(start.data(), start.size())) return;
+        const auto letter = [](char c) { return c >= 'A' && c <= 'Z'; };
+        m_explicit = letter(start[4]) && letter(start[5]);
+        seek(0);
+    }
+
+    bool read_element(Element& element) {
+        std::array<char, 8> bytes{};
+        if (!read(bytes.data(), bytes.size())) return false;
+        element.tag = u16(&bytes[0]) << 16 | u16(&bytes[2]);
+        const bool delimiter = element.tag >> 16 == 0xfffe;
+        if (!m_explicit || delimiter) {
+            element.length = u32(&bytes[4]);
+        } else {
+            const std::string_view vr(&bytes[4], 2);
+            for (const char c : vr)
+                if (c < 'A' || c > 'Z') return false;
+            constexpr std::string_view kLongLength = "OB OD OF OL OV OW SQ SV UC UN UR UT UV";
+            if (kLongLength.find(vr) != std::string_view::npos) {
+                if (!read(bytes.data(), 4)) return false;
+                element.length = u32(&bytes[0]);
+            } else {
+                element.length = u16(&bytes[6]);
+            }
+        }
+        element.nests = element.length == kUndefinedLength;
+        return true;
+    }
+    bool take_value(const Element& element) {
+        if (element.nests) return skip_items(element, 0);
+        if (element.length > kMaxValueBytes) return skip(element.length);
+        std::string value(element.length, '\0');
+        if (!read(value.data(), value.size())) return false;
+        m_values[element.tag] = std::move(value);
+        return true;
+    }
+    /// Goes past the delimiter that ends the element.
+    bool skip_items(const Element& outer, int depth) {
+        if (depth > kMaxDepth) return false;
+        const std::uint32_t end = outer.tag == kItem ? kItemEnd : kSequenceEnd;
+        for (;;) {
+            Element element;
+            if (!read_element(element)) return false;
+            if (element.tag == end) return true;
+            if (element.nests ? !skip_items(element, depth + 1) : !skip(element.length))
+                return false;
+        }
+    }
+    bool walk_pixels(const Element& element) {
+        m_has_pixels = true;
+        if (element.nests) return skip_items(element, 0);
+        m_pixel_bytes = element.length;
+        return skip(element.length);
+    }
+
+    std::ifstream m_file;
+    std::uint64_t m_size = 0, m_at = 0;
+    bool m_explicit = true, m_big = false, m_has_pixels = false;
+    std::uint64_t m_pixel_bytes = 0;
+    std::map<std::uint32_t, std::string> m_values;
+};
+
+DicomSlice slice_from(const Walker& tags, const fs::path& path) {
+    DicomSlice slice;
+    slice.path = path;
+    slice.series_uid = tags.text(kSeriesUid);
+    slice.description = shown(trimmed(tags.text(kSeriesDescription)));
+    slice.rows = tags.number(kRows, 0);
+    slice.columns = tags.number(kColumns, 0);
+    slice.samples_per_pixel = tags.number(kSamples, 1);
+    slice.frames = int(whole_number_from(tags.text(kFrames)).value_or(1));
+    slice.bits_allocated = tags.number(kBitsAllocated, 16);
+    slice.stored_type = (tags.number(kPixelRepresentation, 0) ? "int" : "uint") +
+                        std::to_string(slice.bits_allocated);
+    if (const auto p = tags.decimals(kPosition, 3); !p.empty())
+        slice.position = Vec3d{p[0], p[1], p[2]};
+    if (const auto o = tags.decimals(kOrientation, 6); !o.empty()) {
+        slice.row = Vec3d{o[0], o[1], o[2]};
+        slice.column = Vec3d{o[3], o[4], o[5]};
+    }
+    // The first number is the distance between rows.
+    if (const auto s = tags.decimals(kPixelSpacing, 2); !s.empty())
+        slice.spacing_mm = Vec3d{s[1], s[0], 0};
+    return slice;
+}
+
+enum class Start { Other, Preamble, Plain };
+
+Start start_of(const fs::path& path) {
+    std::ifstream file(path, std::ios::binary);
+    std::array<char, 132> start{};
+    file.read(start.data(), std::streamsize(start.size()));
+    if (file.gcount() != 132) return Start::Other;
+    if (std::memcmp(&start[128], "DICM", 4) == 0) return Start::Preamble;
+    // Old files start with an element of group 8, little endian.
+    return start[0] == 8 && start[1] == 0 && start[3] == 0 ? Start::Plain : Start::Other;
+}
+
+}  // namespace
+
+bool looks_like_dicom(const fs::path& path) {
+    return start_of(path) != Start::Other;
+}
+
+Result<std::optional<DicomSlice>> read_dicom_slice(const fs::path& path) {
+    const Start start = start_of(path);
+    std::optional<DicomSlice> nothing;
+    if (start == Start::Other) return nothing;
+    Walker walker(path);
+    if (!walker.walk(start == Start::Preamble)) {
+        if (start == Start::Plain && !walker.has_pixels()) return nothing;
+        return Error{ErrorCode::Unreadable,
+                     path.string() + ": is damaged or ends early, expected a whole DICOM file"};
+    }
+    if (walker.text(kTransferSyntax) == "1.2.840.10008.1.2.1.99")
+        return Error{ErrorCode::Unsupported,
+                     path.string() + ": is deflated DICOM, expected another transfer syntax"};
+    std::optional<DicomSlice> slice = slice_from(walker, path);
+    if (!walker.has_pixels() || slice->rows < 1 || slice->columns < 1) return nothing;
+    const std::uint64_t bytes = std::uint64_t(slice->rows) * std::uint64_t(slice->columns) *
+                                std::uint64_t(slice->samples_per_pixel) *
+                                std::uint64_t(slice->bits_allocated) / 8;
+    if (walker.pixel_bytes() != 0 && walker.pixel_bytes() < bytes)
+        return Error{ErrorCode::Unreadable,
+                     path.string() + ": has " + std::to_string(walker.pixel_bytes()) +
+                         " bytes of pixels, expected " + std::to_string(bytes)};
+    return slice;
+}
+
+}  // namespace pliant

@@ -1,0 +1,163 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// The only place that knows ITK. Each format's ImageIO is made by name, so no factory has to be
+// registered.
+
+#include "volume/itk_io.h"
+
+#include <itkGDCMImageIO.h>
+#include <itkMetaDataObject.h>
+#include <itkNrrdImageIO.h>
+
+#include <iostream>
+#include <mutex>
+#include <new>
+
+namespace pliant {
+namespace fs = std::filesystem;
+namespace {
+
+/// Fast: on scans and on sparse fields higher levels cost three times the time for a few percent.
+constexpr int kGzipLevel = 1;
+
+/// ITK and the libraries below it print warnings to the C++ error stream. While one of these lives
+/// they don't. They also keep state that is not safe to share, so one thread reads at a time.
+class QuietItk {
+  public:
+    QuietItk() : m_lock(mutex()), m_warnings(itk::Object::GetGlobalWarningDisplay()) {
+        itk::Object::GlobalWarningDisplayOff();
+        m_stream = std::cerr.rdbuf(nullptr);
+    }
+    ~QuietItk() {
+        std::cerr.rdbuf(m_stream);
+        itk::Object::SetGlobalWarningDisplay(m_warnings);
+    }
+    QuietItk(const QuietItk&) = delete;
+    QuietItk& operator=(const QuietItk&) = delete;
+
+  private:
+    static std::mutex& mutex() {
+        static std::mutex one;
+        return one;
+    }
+    std::lock_guard<std::mutex> m_lock;
+    bool m_warnings;
+    std::streambuf* m_stream;
+};
+
+Error damaged(const fs::path& path, const std::string& message) {
+    return {ErrorCode::Unreadable, path.string() + ": " + message};
+}
+
+/// Runs work that may throw whatever ITK throws.
+template <class Work>
+Status guarded(const fs::path& path, ErrorCode code, const char* failure, Work&& work) {
+    const QuietItk quiet;
+    try {
+        return work();
+    } catch (const std::bad_alloc&) {
+        return Error{ErrorCode::LimitExceeded, path.string() + ": not enough memory"};
+    } catch (const itk::ExceptionObject&) {
+        return Error{code, path.string() + ": " + failure};
+    } catch (const std::exception& other) {
+        return Error{code, path.string() + ": " + failure + " (" + other.what() + ")"};
+    }
+}
+
+std::optional<Component> component_of(const itk::ImageIOBase& io) {
+    using Type = itk::IOComponentEnum;
+    const bool wide_long = sizeof(long) == 8;
+    switch (io.GetComponentType()) {
+        case Type::CHAR:
+            return Component::Int8;
+        case Type::UCHAR:
+            return Component::UInt8;
+        case Type::SHORT:
+            return Component::Int16;
+        case Type::USHORT:
+            return Component::UInt16;
+        case Type::INT:
+            return Component::Int32;
+        case Type::UINT:
+            return Component::UInt32;
+        case Type::LONG:
+            return wide_long ? Component::Int64 : Component::Int32;
+        case Type::ULONG:
+            return wide_long ? Component::UInt64 : Component::UInt32;
+        case Type::LONGLONG:
+            return Component::Int64;
+        case Type::ULONGLONG:
+            return Component::UInt64;
+        case Type::FLOAT:
+            return Component::Float32;
+        case Type::DOUBLE:
+            return Component::Float64;
+        default:
+            return std::nullopt;
+    }
+}
+
+itk::IOComponentEnum itk_type(Component component) {
+    using Type = itk::IOComponentEnum;
+    constexpr Type kTypes[] = {Type::CHAR,  Type::UCHAR, Type::SHORT,    Type::USHORT,
+                               Type::INT,   Type::UINT,  Type::LONGLONG, Type::ULONGLONG,
+                               Type::FLOAT, Type::DOUBLE};
+    return kTypes[int(component)];
+}
+
+}  // namespace
+
+Status itk_read_slice(const fs::path& path, int columns, int rows, VoxelBuilder& voxels) {
+    return guarded(path, ErrorCode::Unreadable, "its pixels can't be decoded", [&]() -> Status {
+        const auto io = itk::GDCMImageIO::New();
+        io->SetFileName(path.string());
+        io->ReadImageInformation();
+        const auto component = component_of(*io);
+        const auto count = std::size_t(columns) * std::size_t(rows);
+        if (!component || io->GetNumberOfComponents() != 1 ||
+            std::size_t(io->GetImageSizeInPixels()) != count ||
+            io->GetDimensions(0) != itk::SizeValueType(columns))
+            return damaged(path, "its pixels aren't what its header says");
+        itk::ImageIORegion region(io->GetNumberOfDimensions());
+        for (unsigned a = 0; a < io->GetNumberOfDimensions(); ++a)
+            region.SetSize(a, io->GetDimensions(a));
+        io->SetIORegion(region);
+        std::vector<double> values((count * size_of(*component) + 7) / 8);  // aligned for all
+        io->Read(values.data());
+        voxels.add(*component, values.data(), count);
+        return Ok{};
+    });
+}
+
+Status itk_write_nrrd(const fs::path& path, const NrrdImage& image, Encoding encoding) {
+    return guarded(path, ErrorCode::Unwritable, "can't be written", [&]() {
+        const auto io = itk::NrrdImageIO::New();
+        io->SetFileName(path.string());
+        io->SetNumberOfDimensions(3);
+        io->SetComponentType(itk_type(image.component));
+        io->SetNumberOfComponents(unsigned(image.components));
+        io->SetPixelType(image.components == 1 ? itk::IOPixelEnum::SCALAR
+                                               : itk::IOPixelEnum::VECTOR);
+        io->SetByteOrderToLittleEndian();
+        itk::ImageIORegion region(3);
+        for (unsigned a = 0; a < 3; ++a) {
+            const auto size = itk::SizeValueType(image.grid.size[int(a)]);
+            const Vec3d axis = image.grid.direction.columns[a];
+            io->SetDimensions(a, size);
+            region.SetSize(a, size);
+            io->SetSpacing(a, image.grid.spacing_mm[int(a)]);
+            io->SetOrigin(a, image.grid.origin_mm[int(a)]);
+            io->SetDirection(a, std::vector<double>{axis.x, axis.y, axis.z});
+        }
+        io->SetIORegion(region);
+        for (const auto& [key, value] : image.key_values)
+            itk::EncapsulateMetaData<std::string>(io->GetMetaDataDictionary(), key, value);
+        io->SetUseCompression(encoding == Encoding::Gzip);
+        io->SetCompressionLevel(kGzipLevel);
+        io->Write(image.values);
+        return Status(Ok{});
+    });
+}
+
+}  // namespace pliant

@@ -1,0 +1,173 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// Which reader a path goes to: its name says which format it should be, its first bytes whether it
+// is.
+
+#include "volume/data_reader.h"
+#include "volume/dicom_series.h"
+#include "volume/image_file.h"
+#include "volume/image_header.h"
+#include "volume/text.h"
+#include "volume/voxel_builder.h"
+
+#include <pliant/volume.h>
+
+#include <array>
+#include <cerrno>
+#include <cstring>
+#include <fstream>
+#include <new>
+
+namespace pliant {
+namespace fs = std::filesystem;
+
+std::optional<ImageFormat> format_by_name(const fs::path& path) {
+    const std::string name = lower_case(path.filename().string());
+    if (name.ends_with(".nrrd") || name.ends_with(".nhdr")) return ImageFormat::Nrrd;
+    if (name.ends_with(".mha") || name.ends_with(".mhd")) return ImageFormat::MetaImage;
+    if (name.ends_with(".nii") || name.ends_with(".nii.gz")) return ImageFormat::Nifti;
+    return std::nullopt;
+}
+
+Status check_file(const fs::path& path) {
+    std::error_code error;
+    const auto status = fs::status(path, error);
+    if (status.type() == fs::file_type::not_found)
+        return Error{ErrorCode::NotFound, path.string() + ": no such file or folder"};
+    if (error)
+        return Error{ErrorCode::Unreadable,
+                     path.string() + ": can't be opened (" + error.message() + ")"};
+    if (!fs::is_regular_file(status))
+        return Error{ErrorCode::Unsupported, path.string() + ": is neither a file nor a folder"};
+    errno = 0;
+    if (!std::ifstream(path, std::ios::binary))
+        return Error{ErrorCode::Unreadable,
+                     path.string() + ": can't be opened (" + std::strerror(errno) + ")"};
+    if (fs::file_size(path, error) == 0)
+        return Error{ErrorCode::Unreadable, path.string() + ": is empty, expected an image"};
+    return Ok{};
+}
+
+namespace {
+
+std::string first_bytes(const fs::path& path) {
+    std::array<char, 512> bytes{};
+    std::ifstream file(path, std::ios::binary);
+    file.read(bytes.data(), std::streamsize(bytes.size()));
+    return {bytes.data(), std::size_t(file.gcount())};
+}
+
+Status check_first_bytes(const fs::path& path, ImageFormat format) {
+    const std::string start = first_bytes(path);
+    bool fits = false;
+    std::string expected;
+    switch (format) {
+        case ImageFormat::Nrrd:
+            fits = start.starts_with("NRRD000");
+            expected = "'NRRD000…'";
+            break;
+        case ImageFormat::MetaImage:
+            fits = start.find("NDims") != start.npos || start.find("ObjectType") != start.npos;
+            expected = "a header with ObjectType and NDims";
+            break;
+        case ImageFormat::Nifti: {
+            const bool gzip = lower_case(path.extension().string()) == ".gz";
+            fits = !gzip || start.starts_with("\x1f\x8b");
+            expected = "gzip";
+            break;
+        }
+    }
+    if (fits) return Ok{};
+    return Error{ErrorCode::Unreadable, path.string() + ": is no " + std::string(name_of(format)) +
+                                            " file: starts with '" + shown(start.substr(0, 8)) +
+                                            "', expected " + expected};
+}
+
+/// What to say of a file whose name says nothing.
+Error unknown_name(const fs::path& path) {
+    const std::string start = first_bytes(path);
+    const char* rename = start.starts_with("NRRD000")                          ? ".nrrd"
+                         : start.find("NDims") != start.npos                   ? ".mha"
+                         : start.size() > 347 && !start.compare(344, 3, "n+1") ? ".nii"
+                                                                               : nullptr;
+    const std::string known = ".nrrd, .nhdr, .mha, .mhd, .nii, .nii.gz or a folder of DICOM slices";
+    if (rename)
+        return {ErrorCode::Unsupported,
+                path.string() + ": expected a name that ends in " + rename + ", for what it holds"};
+    return {ErrorCode::Unsupported,
+            path.string() + ": is no scan that can be read, expected " + known};
+}
+
+}  // namespace
+
+Result<ImageHeader> read_image_header(const fs::path& path, ImageFormat format) {
+    if (Status status = check_first_bytes(path, format); !status) return status.error();
+    switch (format) {
+        case ImageFormat::Nrrd:
+            return read_nrrd_header(path);
+        case ImageFormat::MetaImage:
+            return read_meta_header(path);
+        case ImageFormat::Nifti:
+            return read_nifti_header(path);
+    }
+    return unknown_name(path);
+}
+
+namespace {
+
+/// Adds a piece of stored numbers, each times slope plus intercept.
+void add_rescaled(const ImageHeader& header, Component component, const void* values,
+                  std::size_t count, VoxelBuilder& voxels) {
+    if (header.slope == 1 && header.intercept == 0) return voxels.add(component, values, count);
+    VoxelBuilder plain(count);
+    plain.add(component, values, count);
+    std::vector<std::string> unused;
+    const Voxels stored = plain.finish(unused);
+    std::vector<float> rescaled(count);
+    std::visit(
+        [&](const auto& numbers) {
+            for (std::size_t n = 0; n < count; ++n)
+                rescaled[n] = float(header.slope * double(numbers[n]) + header.intercept);
+        },
+        stored);
+    voxels.add(Component::Float32, rescaled.data(), count);
+}
+
+Result<Volume> read_image_file(const fs::path& path, ReadNotes& notes) {
+    const auto format = format_by_name(path);
+    if (!format && looks_like_dicom(path))
+        return Error{ErrorCode::Unsupported,
+                     path.string() + ": is a single DICOM file, expected the folder of its series"};
+    if (!format) return unknown_name(path);
+    auto header = read_image_header(path, *format);
+    if (!header) return header.error();
+    if (Status status = check_header(path, 1, *header); !status) return status.error();
+    notes.format = name_of(*format);
+    notes.stored_type = name_of(header->component);
+    notes.notes = std::move(header->notes);
+    VoxelBuilder voxels(voxel_count(header->grid));
+    const auto sink = [&](Component component, const void* values, std::size_t count) {
+        add_rescaled(*header, component, values, count, voxels);
+    };
+    if (Status status = read_data(path, *header, sink); !status) return status.error();
+    return Volume{header->grid, voxels.finish(notes.notes), std::move(header->key_values)};
+}
+
+}  // namespace
+
+Result<Volume> read_volume(const fs::path& path, const ReadOptions& options, ReadNotes* notes) {
+    ReadNotes unused;
+    ReadNotes& said = notes ? *notes : unused;
+    said = {};
+    try {
+        std::error_code error;
+        if (fs::is_directory(path, error)) return read_dicom_folder(path, options, said);
+        if (Status status = check_file(path); !status) return status.error();
+        return read_image_file(path, said);
+    } catch (const std::bad_alloc&) {
+        return Error{ErrorCode::LimitExceeded, path.string() + ": not enough memory to read it"};
+    }
+}
+
+}  // namespace pliant
