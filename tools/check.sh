@@ -72,7 +72,7 @@ consumer() {
         return 1
     }
     cmake --build "$prefix/build"
-    "$prefix/build/consumer" --check
+    "$prefix/build/consumer" "$prefix" --check
     "$prefix/pliant/bin/pliant" --version
 }
 
