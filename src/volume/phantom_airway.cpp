@@ -28,53 +28,53 @@ std::vector<Tube> airway_tubes() {
     const Vec3d back{0, 1, 0};
     std::vector<Tube> tubes;
     Tube trachea = bronchus(
-        {{{0.5, -3, 76}, 7.9}, {{0.8, -1.5, 45}, 7.8}, {{0.3, 0.3, 22}, 7.8}, {{0, 2, 6}, 7.7}},
+        {{{0.5, -6, 76}, 7.9}, {{0.8, -4.5, 45}, 7.8}, {{0.3, -2.7, 22}, 7.8}, {{0, -1, 6}, 7.7}},
         back, 2.1);
     trachea.ring_mm = 4.7;
     trachea.ring_depth_mm = 0.75;
     trachea.flatness = 0.24;
     tubes.push_back(trachea);
     // right: main, intermediate, lower lobe
-    tubes.push_back(bronchus({{{-0.5, 2, 8}, 6.6},
-                              {{-9, 3, -8}, 6.4},
-                              {{-14.5, 4, -18}, 6.0},
-                              {{-18, 5.5, -29}, 5.2},
-                              {{-22, 10, -41}, 4.3},
-                              {{-25, 14, -52}, 3.4}},
+    tubes.push_back(bronchus({{{-0.5, -1, 8}, 6.6},
+                              {{-9, 0, -8}, 6.4},
+                              {{-14.5, 1, -18}, 6.0},
+                              {{-18, 2.5, -29}, 5.2},
+                              {{-22, 7, -41}, 4.3},
+                              {{-25, 11, -52}, 3.4}},
                              back, 1.9));
-    tubes.push_back(bronchus({{{-12, 3.5, -13}, 4.6}, {{-21, 3, -11}, 4.2}, {{-29, 1.5, -7}, 3.5}},
+    tubes.push_back(bronchus({{{-12, 0.5, -13}, 4.6}, {{-21, 0, -11}, 4.2}, {{-29, -1.5, -7}, 3.5}},
                              {0.3, 0.6, -0.7}, 1.7));
     tubes.push_back(
-        bronchus({{{-28, 1.6, -7.5}, 2.9}, {{-33, 1, 3}, 2.6}, {{-34, 0, 16}, 2.0}}, back, 1.6));
-    tubes.push_back(bronchus({{{-28, 1.6, -7.5}, 2.8}, {{-34, -7, -4}, 2.4}, {{-37, -17, -3}, 1.9}},
-                             {0, 0, -1}, 1.6));
-    tubes.push_back(bronchus({{{-28, 1.6, -7.5}, 2.8}, {{-35, 8, -2}, 2.4}, {{-38, 17, 2}, 1.9}},
+        bronchus({{{-28, -1.4, -7.5}, 2.9}, {{-33, -2, 3}, 2.6}, {{-34, -3, 16}, 2.0}}, back, 1.6));
+    tubes.push_back(bronchus(
+        {{{-28, -1.4, -7.5}, 2.8}, {{-34, -10, -4}, 2.4}, {{-37, -20, -3}, 1.9}}, {0, 0, -1}, 1.6));
+    tubes.push_back(bronchus({{{-28, -1.4, -7.5}, 2.8}, {{-35, 5, -2}, 2.4}, {{-38, 14, 2}, 1.9}},
                              {0, 0, -1}, 1.6));
     tubes.push_back(bronchus(
-        {{{-17, 5, -26}, 3.8}, {{-23, -4, -35}, 3.3}, {{-29, -14, -40}, 2.6}, {{-34, -22, -43}, 2}},
+        {{{-17, 2, -26}, 3.8}, {{-23, -7, -35}, 3.3}, {{-29, -17, -40}, 2.6}, {{-34, -25, -43}, 2}},
         {-0.3, 0.5, 0.8}, 1.6));
-    tubes.push_back(bronchus({{{-19, 7, -32}, 3.4}, {{-22, 17, -34}, 2.7}, {{-25, 25, -32}, 2}},
+    tubes.push_back(bronchus({{{-19, 4, -32}, 3.4}, {{-22, 14, -34}, 2.7}, {{-25, 22, -32}, 2}},
                              {0, 0, 1}, 1.6));
-    tubes.push_back(bronchus({{{-24, 12, -47}, 2.8}, {{-32, 9, -52}, 2.3}, {{-39, 6, -54}, 1.8}},
+    tubes.push_back(bronchus({{{-24, 9, -47}, 2.8}, {{-32, 6, -52}, 2.3}, {{-39, 3, -54}, 1.8}},
                              {0, 1, 0}, 1.6));
     // left: main, lower lobe
-    tubes.push_back(bronchus({{{0.5, 2, 8}, 6.0},
-                              {{11, 3.5, -7}, 5.7},
-                              {{21, 6.5, -16}, 5.2},
-                              {{28, 10, -25}, 4.6},
-                              {{32, 14, -38}, 3.9},
-                              {{35, 17, -50}, 3.0}},
+    tubes.push_back(bronchus({{{0.5, -1, 8}, 6.0},
+                              {{11, 0.5, -7}, 5.7},
+                              {{21, 3.5, -16}, 5.2},
+                              {{28, 7, -25}, 4.6},
+                              {{32, 11, -38}, 3.9},
+                              {{35, 14, -50}, 3.0}},
                              back, 1.9));
-    tubes.push_back(bronchus({{{23, 7, -18}, 4.2}, {{33, 3.5, -18}, 3.9}, {{39, -3, -15}, 3.2}},
+    tubes.push_back(bronchus({{{23, 4, -18}, 4.2}, {{33, 0.5, -18}, 3.9}, {{39, -6, -15}, 3.2}},
                              {0.2, 0.7, -0.6}, 1.7));
     tubes.push_back(
-        bronchus({{{38, -2, -15.5}, 2.8}, {{40, -4, -4}, 2.5}, {{39, -3, 10}, 1.9}}, back, 1.6));
-    tubes.push_back(bronchus({{{38, -2, -15.5}, 2.8}, {{41, -11, -22}, 2.4}, {{41, -20, -28}, 1.9}},
+        bronchus({{{38, -5, -15.5}, 2.8}, {{40, -7, -4}, 2.5}, {{39, -6, 10}, 1.9}}, back, 1.6));
+    tubes.push_back(bronchus({{{38, -5, -15.5}, 2.8}, {{41, -14, -22}, 2.4}, {{41, -23, -28}, 1.9}},
                              {0, 0.6, 0.7}, 1.6));
-    tubes.push_back(bronchus({{{29, 11.5, -28}, 3.1}, {{31, 20, -30}, 2.5}, {{33, 27, -28}, 1.9}},
+    tubes.push_back(bronchus({{{29, 8.5, -28}, 3.1}, {{31, 17, -30}, 2.5}, {{33, 24, -28}, 1.9}},
                              {0, 0, 1}, 1.6));
     tubes.push_back(
-        bronchus({{{33, 15, -43}, 2.8}, {{39, 9, -48}, 2.3}, {{42, 3, -52}, 1.8}}, back, 1.6));
+        bronchus({{{33, 12, -43}, 2.8}, {{39, 6, -48}, 2.3}, {{42, 0, -52}, 1.8}}, back, 1.6));
     return tubes;
 }
 
@@ -94,17 +94,17 @@ PhantomLandmark landmark(const std::string& name, const Field& lumen_inside, Vec
 }
 
 void add_landmarks(Model& model, const Field& outside_lumen) {
-    const Vec3d above{0.3, 0.8, 22};
-    const Vec3d tip = walk_to_surface(outside_lumen, {-0.2, 2, 3}, {0, 0, -1}, 30);
+    const Vec3d above{0.3, -2.2, 22};
+    const Vec3d tip = walk_to_surface(outside_lumen, {-0.2, -1, 3}, {0, 0, -1}, 30);
     model.landmarks.push_back(landmark("carina", outside_lumen, above, tip, {6, 0, 0}));
     model.landmarks.push_back(
-        landmark("wall", outside_lumen, {0.3, 1.2, 38}, {-8, -2, 16}, {-6, 0, 0}));
+        landmark("wall", outside_lumen, {0.3, -1.8, 38}, {-8, -5, 16}, {-6, 0, 0}));
     model.landmarks.push_back(
-        landmark("membrane", outside_lumen, {0.3, -2, 38}, {0, 7, 16}, {0, 5, 0}));
+        landmark("membrane", outside_lumen, {0.3, -5, 38}, {0, 4, 16}, {0, 5, 0}));
     model.landmarks.push_back(
-        landmark("left_main", outside_lumen, {4, 2.3, 2}, {22, 4, -20}, {3, -3, -3}));
+        landmark("left_main", outside_lumen, {4, -0.7, 2}, {22, 1, -20}, {3, -3, -3}));
     model.landmarks.push_back(
-        landmark("right_upper", outside_lumen, {-6.5, 2.6, -2}, {-16.5, 4, -17}, {4, 0, -4}));
+        landmark("right_upper", outside_lumen, {-6.5, -0.4, -2}, {-16.5, 1, -17}, {4, 0, -4}));
 }
 
 }  // namespace

@@ -16,9 +16,9 @@ constexpr double kRibPeriod_mm = 18;
 constexpr double kVertebraPeriod_mm = 19;
 
 double body(Vec3d p) {
-    const double groove = 3 * bump(p.x, 7) * ramp(20, 50, p.y);
+    const double groove = 2 * bump(p.x, 7) * ramp(20, 50, p.y);
     const double waist = 2.5 * ramp(-10, -64, p.z);
-    return stadium(p.x, p.y - 4, 10, 49) + groove + waist;
+    return stadium(p.x, p.y - 4.5, 10, 49.5) + groove + waist;
 }
 
 /// The inside of the ribs.
@@ -41,18 +41,18 @@ double repeated(double z, double period) {
 double vertebra(Vec3d p) {
     const double z = repeated(p.z - 2, kVertebraPeriod_mm);
     const double waist = 1.3 * bump(z, 5);
-    const double column = ellipsoid({p.x, p.y, 0}, {0, 27, 0}, {12, 9.8, 12}) + waist;
+    const double column = ellipsoid({p.x, p.y, 0}, {0, 31, 0}, {12, 8.6, 12}) + waist;
     const double trunk = smooth_intersection(column, std::abs(z) - 7.4, 2);
     const Vec3d q{std::abs(p.x), p.y, z};
-    const double arch = torus({p.x, p.y, 0.55 * z}, {0, 41.5, 0}, 7.6, 2.0);
-    const double wing = capsule(q, {6, 40, 1}, {16, 44.5, 3.5}, 2.6, 2.2);
-    const double spine = capsule(q, {0, 47, -1}, {0, 51, -7}, 1.9, 1.6);
+    const double arch = torus({p.x, p.y, 0.55 * z}, {0, 42.5, 0}, 6.6, 1.8);
+    const double wing = capsule(q, {6, 41, 1}, {16, 45.5, 3.5}, 2.6, 2.2);
+    const double spine = capsule(q, {0, 48, -1}, {0, 50.5, -7}, 1.9, 1.6);
     const double back = smooth_union(smooth_union(arch, wing, 2), spine, 2);
     return smooth_union(trunk, back, 2);
 }
 
 double disc(Vec3d p) {
-    return ellipsoid({p.x, p.y, 0}, {0, 27, 0}, {11.6, 9.4, 11.6});
+    return ellipsoid({p.x, p.y, 0}, {0, 31, 0}, {11.6, 8.2, 11.6});
 }
 
 double ribs(Vec3d p) {
@@ -85,13 +85,13 @@ std::vector<Vessel> great_vessels() {
                        {{-2, -21.5, 19}, 8},   {{8, -17, 25}, 7.8},  {{16.5, -6, 25}, 7.5},
                        {{18.5, 5, 20}, 7.3},   {{17, 14, 9}, 7.2},   {{15.5, 17.5, -10}, 7},
                        {{14, 18.5, -35}, 6.8}, {{10, 18, -70}, 6.6}};
-    const Row trunk = {{{9, -24, -26}, 8.4}, {{13, -20, -13}, 8.2},  {{18, -10, -5}, 6.8},
-                       {{26, 0, -6}, 6.2},   {{31.5, 11, -12}, 5.4}, {{33, 16.5, -24}, 4.2}};
-    const Row right_artery = {{{12, -20, -12}, 7},
-                              {{0, -14, -14}, 6.4},
-                              {{-13, -10.5, -16}, 6},
-                              {{-24, -5, -20}, 5},
-                              {{-29, 2, -30}, 4}};
+    const Row trunk = {{{9, -26.5, -26}, 8.4}, {{13, -22.5, -13}, 8.2}, {{18, -12.5, -5}, 6.8},
+                       {{26, -2.5, -6}, 6.2},  {{31.5, 8.5, -12}, 5.4}, {{33, 14, -24}, 4.2}};
+    const Row right_artery = {{{12, -22.5, -12}, 7},
+                              {{0, -16.5, -14}, 6.4},
+                              {{-13, -13, -16}, 6},
+                              {{-24, -7.5, -20}, 5},
+                              {{-29, -0.5, -30}, 4}};
     const Row cava = {
         {{-8, -17, 70}, 4.8}, {{-14, -14, 40}, 5.2}, {{-15.5, -13, 10}, 5.4}, {{-14, -13, -26}, 6}};
     const Row innominate = {{{0, -21, 20}, 4.6}, {{-5, -15, 40}, 4.2}, {{-9, -10, 70}, 3.8}};
@@ -119,7 +119,7 @@ Field mediastinum(const std::vector<Vessel>& vessels, const Field& airway_outer)
     return [=](Vec3d p) {
         const double width = 12.5 - 8 * ramp(-16, -30, p.y);
         double d = 0.8 * (std::abs(p.x) - width);
-        d = smooth_union(d, ellipsoid({p.x, p.y, 0}, {0, 27, 0}, {14.5, 13, 14}), 4);
+        d = smooth_union(d, ellipsoid({p.x, p.y, 0}, {0, 31, 0}, {14.5, 12, 14}), 4);
         d = smooth_union(d, ellipsoid(p, {13, -15, -36}, {31, 23.5, 27}), 5);
         d = std::min(d, TubeTree::kFar_mm);
         for (const TubeRow& tube : tubes)
@@ -221,8 +221,8 @@ void add_chest_wall(Scene& scene) {
 
 void add_spine(Scene& scene) {
     scene.add(disc, tissue(85, 8));
-    scene.add([](Vec3d p) { return stadium(p.x, p.y - 41.5, 1.5, 6.6); }, tissue(12, 8));
-    scene.add([](Vec3d p) { return stadium(p.x, p.y - 41.5, 0.8, 3.2); }, tissue(42, 8));
+    scene.add([](Vec3d p) { return stadium(p.x, p.y - 42.5, 1.5, 5.8); }, tissue(12, 8));
+    scene.add([](Vec3d p) { return stadium(p.x, p.y - 43.5, 0.8, 2.9); }, tissue(42, 8));
     scene.add(vertebra, tissue(640, 20, 60, 3), 1.3);
     scene.add([](Vec3d p) { return vertebra(p) + 1.3; }, tissue(215, 22, 70, 1.8), 1.3);
 }

@@ -102,7 +102,7 @@ void add_bone(Scene& scene) {
         uniform(-900));
     scene.add(skull, dense, 1.1);
     scene.add([](Vec3d p) { return skull(p) + 1.4; }, spongy, 1.1);
-    scene.add([](Vec3d p) { return cranium(p, 2.0); }, dense, 1.5);
+    scene.add([](Vec3d p) { return cranium(p, 2.0); }, dense, 2);
 }
 
 void add_mouth(Scene& scene) {
@@ -128,7 +128,7 @@ void add_mouth(Scene& scene) {
 }
 
 void add_brain(Scene& scene) {
-    scene.add([](Vec3d p) { return cranium(p, 0); }, tissue(12, 7), 1.5);
+    scene.add([](Vec3d p) { return cranium(p, 0); }, tissue(12, 7), 2);
     const auto brain = [](Vec3d p) {
         // folds: a sheet that winds through space, deep at the brain's surface only
         const Vec3d q =
@@ -146,7 +146,7 @@ void add_brain(Scene& scene) {
         [](Vec3d p) {
             return 36 + 3 * value_noise(p * 0.2, 86) + 6 * value_noise(p * (1 / 1.3), 11);
         },
-        1.6);
+        2);
     scene.add(
         [](Vec3d p) {
             const Vec3d q = mirrored_x(p);

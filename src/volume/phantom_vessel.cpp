@@ -106,20 +106,17 @@ Model make_vessel_model() {
     scene.add(calcified, tissue(720, 30), 1.2);
     scene.add(lumen, tissue(250, 8), 1.2);
 
-    const Vec3d eye{-1.2, -1, -25};
+    const Vec3d eye{-0.5, -1.5, -23};
     const auto look_at = [&](Vec3d from, Vec3d target) { return normalized(target - from); };
     const auto wall = [&](Vec3d from, Vec3d towards) {
         const Vec3d u = normalized(towards);
         return walk_to_surface([&](Vec3d p) { return -lumen(p); }, from, u, 20) + 0.5 * u;
     };
     const Vec3d shoulder = wall({6.2, -6, -5.5}, {-1, 0.6, 0.2});
+    const Vec3d side = wall({-2.4, 0, -26.5}, {-0.8, -0.5, -0.9});
     const Vec3d near{4.4, -5.2, -11};
     model.landmarks = {{"stenosis", shoulder, {-2.5, 1.5, 0.5}, near, look_at(near, shoulder)},
-                       {"fork",
-                        wall({5, -6.5, -14}, {0.35, -0.2, 1}),
-                        {0, 0, 3},
-                        eye,
-                        look_at(eye, {5, -6.5, -14})},
+                       {"wall", side, {-3, -1.5, 0}, eye, look_at(eye, side)},
                        {"plaque", {10.5, -4.2, 2.5}, {2, 0, 0}, near, look_at(near, {7, -4.5, 0})}};
     model.key_values = {{"iso_hu", "160"}, {"polarity", "falling"}};
     return model;
