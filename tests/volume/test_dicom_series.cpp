@@ -4,6 +4,9 @@
 #include "support/scan_files.h"
 #include "support/temp_folder.h"
 
+#include "volume/dicom_series.h"
+#include "volume/itk_io.h"
+
 #include <pliant/volume.h>
 
 #include <gtest/gtest.h>
@@ -71,12 +74,63 @@ TEST(DicomSeries, SlopeAndInterceptAreAppliedSliceBySlice) {
     EXPECT_FALSE(volume->is_16_bit());
 }
 
+TEST(DicomSeries, PixelsAreReadAsItkReadsThem) {
+    const test::TempFolder folder;
+    struct Layout {
+        std::uint16_t bits_stored, high_bit, is_signed;
+    };
+    for (const Layout& layout :
+         {Layout{16, 15, 1}, Layout{16, 15, 0}, Layout{12, 11, 0}, Layout{12, 11, 1}}) {
+        DicomFile slice;
+        slice.bits_stored = layout.bits_stored;
+        slice.high_bit = layout.high_bit;
+        slice.is_signed = layout.is_signed;
+        slice.slope = "1.5";
+        slice.intercept = "-1024";
+        for (int n = 0; n < 12; ++n)
+            slice.pixels[std::size_t(n)] =
+                std::int16_t(layout.high_bit == 15 ? 1000 * n - 5000 : 340 * n);
+        const auto path = folder.write("a.dcm", slice.bytes());
+        const auto header = read_dicom_slice(path);
+        ASSERT_TRUE(header.ok() && header->has_value());
+        VoxelBuilder ours(12), itks(12);
+        ASSERT_TRUE(read_dicom_pixels(**header, ours).ok());
+        ASSERT_TRUE(itk_read_slice(path, 4, 3, itks).ok());
+        std::vector<std::string> notes;
+        EXPECT_EQ(ours.finish(notes), itks.finish(notes))
+            << layout.bits_stored << ' ' << layout.high_bit << ' ' << layout.is_signed;
+    }
+}
+
+TEST(DicomSeries, BitsBesideThePixelAreLeftOut) {
+    const test::TempFolder folder;
+    DicomFile slice;
+    slice.bits_stored = 12;
+    slice.is_signed = 1;
+    for (const std::uint16_t high_bit : {11, 15}) {
+        slice.high_bit = high_bit;
+        const int shift = high_bit - 11;
+        for (int n = 0; n < 12; ++n)
+            slice.pixels[std::size_t(n)] =
+                std::int16_t(((n - 6) & 0xfff) << shift | (shift ? 0xf : 0xf000));
+        const auto header = read_dicom_slice(folder.write("a.dcm", slice.bytes()));
+        ASSERT_TRUE(header.ok() && header->has_value());
+        VoxelBuilder voxels(12);
+        ASSERT_TRUE(read_dicom_pixels(**header, voxels).ok());
+        std::vector<std::string> notes;
+        std::vector<std::int16_t> expected;
+        for (int n = 0; n < 12; ++n) expected.push_back(std::int16_t(n - 6 - 1000));
+        EXPECT_EQ(voxels.finish(notes), Voxels(expected));
+    }
+}
+
 TEST(DicomSeries, OtherFilesAreLeftOutAndCounted) {
     const test::TempFolder folder;
     write_slices(folder, {0, 1});
     folder.write("notes.txt", "hello");
     folder.write("short", "x");
     DicomFile report;  // DICOM, but no image
+    report.sop_class = "1.2.840.10008.5.1.4.1.1.88.11";
     std::string bytes = report.bytes();
     bytes.resize(bytes.find(std::string("\x28\0\x02\0", 4)));
     folder.write("report.dcm", bytes);
@@ -165,6 +219,8 @@ TEST(DicomSeries, SlicesThatDifferAreRefused) {
     refused([](auto& f) { f.orientation = {0, 1, 0, 1, 0, 0}; }, "differ in orientation");
     refused([](auto& f) { f.spacing = {1, 1}; }, "differ in pixel spacing");
     refused([](auto& f) { f.with_position = false; }, "no usable Image Position (Patient)");
+    refused([](auto& f) { f.slope = "steep"; }, "no usable Rescale Slope");
+    refused([](auto& f) { f.high_bit = 16; }, "stores 16 bits of 16 up to bit 16");
     refused([](auto& f) { f.frames = "7"; }, "holds 7 frames");
     refused([](auto& f) { f.samples = 3, f.pixels.resize(36); }, "holds colour");
     refused([](auto& f) { f.pixels.resize(5); }, "has 10 bytes of pixels, expected 24");
@@ -184,7 +240,7 @@ TEST(DicomSeries, OrientationsThatMakeNoSenseAreRefused) {
 }
 
 TEST(DicomSeries, FilesThatEndEarlyAreNamed) {
-    for (const std::size_t cut : {1, 10, 30, 200}) {
+    for (const std::size_t cut : {1, 10, 30, 36, 50, 100, 200, 300}) {
         const test::TempFolder folder;
         write_slices(folder, {0, 1, 2});
         const std::string bytes = test::bytes_of(folder.path() / "s1.dcm");

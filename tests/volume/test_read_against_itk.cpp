@@ -122,7 +122,7 @@ TEST(ReadNrrd, EveryPlaceForTheDataIsFound) {
 
 TEST(ReadNrrd, OtherSpacesAndNoneArePlacedAsItkPlacesThem) {
     const test::TempFolder folder;
-    for (const char* space : {"RAS", "LPS", "LAS", "scanner-xyz", "3D-left-handed"}) {
+    for (const char* space : {"RAS", "LPS", "scanner-xyz", "3D-left-handed"}) {
         NrrdFile file;
         file.space = space;
         file.directions = "(0,1.5,0) (0,0,-1) (2,0,0)";
