@@ -1,12 +1,206 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
+// The whole pipeline: read, push, write back to the grid, draw. Outputs appear together at the end.
+
+#include <pliant/chainmail.h>
+#include <pliant/render.h>
+#include <pliant/resample.h>
+#include <pliant/staged_files.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <fstream>
+#include <optional>
+
 #include "options.h"
+#include "progress.h"
+#include "report.h"
 
 namespace pliant::app {
+namespace {
 
-int run_deform(const DeformOptions&) {
-    return bad_input("deform: not built yet");
+namespace fs = std::filesystem;
+
+constexpr int kPictureSide = 800;  ///< pixels of each of the two four-ups
+
+/// Where each output is written until all are there.
+struct Outputs {
+    StagedFiles files;
+    fs::path out, displacement, transform, report, png;
+};
+
+Status check_name(const std::string& option, const fs::path& path,
+                  std::initializer_list<const char*> endings) {
+    std::string expected;
+    for (const char* ending : endings) {
+        if (path.extension() == ending) return Ok{};
+        expected += (expected.empty() ? "" : " or ") + std::string(ending);
+    }
+    return Error{ErrorCode::InvalidArgument, option + ": expected a name that ends in " + expected +
+                                                 ", found " + path.string()};
+}
+
+Status stage_outputs(const DeformOptions& o, Outputs& outputs) {
+    struct Item {
+        const char* option;
+        const std::string& name;
+        fs::path& staged;
+        std::initializer_list<const char*> endings;
+    };
+    const Item items[] = {
+        {"--out", o.out, outputs.out, {".nrrd", ".nhdr"}},
+        {"--displacement", o.displacement, outputs.displacement, {".nrrd", ".nhdr"}},
+        {"--transform", o.transform, outputs.transform, {".nrrd", ".nhdr"}},
+        {"--report", o.report, outputs.report, {".json"}},
+        {"--png", o.png, outputs.png, {".png"}},
+    };
+    std::vector<std::pair<std::string, fs::path>> taken = {{"FILE", fs::weakly_canonical(o.file)}};
+    for (const Item& item : items) {
+        if (item.name.empty()) continue;
+        if (const Status status = check_name(item.option, item.name, item.endings); !status.ok())
+            return status;
+        const fs::path place = fs::weakly_canonical(item.name);
+        for (const auto& [option, other] : taken)
+            if (place == other)
+                return Error{ErrorCode::InvalidArgument,
+                             std::string(item.option) + ": expected a file of its own, found " +
+                                 item.name + ", which is " + option};
+        taken.emplace_back(item.option, place);
+        const auto staged = outputs.files.stage(item.name);
+        if (!staged.ok()) return staged.error();
+        item.staged = *staged;
+    }
+    return Ok{};
+}
+
+Result<ChainMailSettings> settings_of(const DeformOptions& o, std::vector<std::string>& notes) {
+    ChainMailSettings settings;
+    if (!o.config.empty()) {
+        auto read = read_chainmail_settings(o.config, &notes);
+        if (!read.ok()) return read.error();
+        settings = *read;
+    }
+    settings.solver = o.solver == "heap" ? ChainMailSolver::Heap : ChainMailSolver::Sweep;
+    return settings;
+}
+
+Status apply_pushes(const DeformOptions& o, ChainMail& tissue, DeformResult& result,
+                    ProgressBar& bar) {
+    for (const PushOption& push : o.pushes) {
+        const auto report = tissue.push({.point_mm = push.point_mm,
+                                         .push_mm = push.push_mm,
+                                         .sphere_radius_mm = o.sphere_radius_mm});
+        if (!report.ok()) return Error{report.error().code, "--" + report.error().message};
+        result.pushes.push_back(*report);
+        bar.show(0.2 + 0.2 * double(result.pushes.size()) / double(o.pushes.size()));
+    }
+    return Ok{};
+}
+
+/// Before and after, with the same camera and the same sections through the place of the push.
+Image before_and_after(const DeformOptions& o, const Volume& before, const Volume& after,
+                       const TaskArena& arena) {
+    const PushOption& push = o.pushes.back();
+    const double iso_hu = o.iso_hu.value_or(-500);
+    FourUp view;
+    if (o.eye_mm) {
+        view.endoscope.eye_mm = *o.eye_mm;
+        view.endoscope.look = o.look.value_or(push.point_mm - *o.eye_mm);
+    } else {
+        view.endoscope =
+            aim_endoscope(before, push.point_mm, push.push_mm, iso_hu, Polarity::Rising, arena);
+        if (o.look) view.endoscope.look = *o.look;
+    }
+    view.endoscope.iso_hu = iso_hu;
+    view.section.point_mm = push.point_mm;
+    // Near enough to see the wall move: the push is a tenth of the picture, or more.
+    const double width_mm = before.grid.size.x * before.grid.spacing_mm.x;
+    view.section.width_mm = std::min(width_mm, std::max(80.0, 10 * norm(push.push_mm)));
+    view.caption = "before";
+    const Image left = four_up_view(before, view, kPictureSide, kPictureSide, arena);
+    view.caption = "after";
+    return side_by_side(left, four_up_view(after, view, kPictureSide, kPictureSide, arena));
+}
+
+Status write_text(const fs::path& path, const std::string& text) {
+    std::ofstream stream(path, std::ios::binary);
+    stream << text;
+    stream.close();
+    if (stream) return Ok{};
+    return Error{ErrorCode::Unwritable, path.filename().string() + ": can't be written"};
+}
+
+Status write_outputs(const DeformOptions& o, const ChainMail& tissue, const DeformResult& result,
+                     Outputs& outputs, ProgressBar& bar) {
+    const Encoding encoding = o.raw ? Encoding::Raw : Encoding::Gzip;
+    const Deformed& deformed = result.deformed;
+    if (Status s = write_volume(outputs.out, deformed.volume, encoding); !s.ok()) return s;
+    bar.show(0.6);
+    if (!outputs.displacement.empty()) {
+        Status s = write_vector_field(outputs.displacement, displacement_field(tissue), encoding);
+        if (!s.ok()) return s;
+    }
+    bar.show(0.7);
+    if (!outputs.transform.empty()) {
+        Status s = write_vector_field(outputs.transform, inverse_field(deformed), encoding);
+        if (!s.ok()) return s;
+    }
+    bar.show(0.8);
+    if (!outputs.png.empty()) {
+        const Image image = before_and_after(o, tissue.volume(), deformed.volume, tissue.arena());
+        if (Status s = write_png(outputs.png, image); !s.ok()) return s;
+    }
+    if (!outputs.report.empty())
+        if (Status s = write_text(outputs.report, report_json(o, result)); !s.ok()) return s;
+    return outputs.files.commit();
+}
+
+Status check_options(const DeformOptions& o) {
+    if (o.look && !(norm(*o.look) > 0))
+        return Error{ErrorCode::InvalidArgument, "--look: expected a direction, found 0,0,0"};
+    if (o.eye_mm && !o.look && norm(o.pushes.back().point_mm - *o.eye_mm) == 0)
+        return Error{ErrorCode::InvalidArgument,
+                     "--eye: expected a place other than the last --push, or --look too"};
+    return Ok{};
+}
+
+}  // namespace
+
+int run_deform(const DeformOptions& options) {
+    Outputs outputs;
+    if (const Status s = check_options(options); !s.ok()) return bad_input(s.error().message);
+    if (const Status s = stage_outputs(options, outputs); !s.ok())
+        return bad_input(s.error().message);
+    DeformResult result;
+    const auto settings = settings_of(options, result.notes);
+    if (!settings.ok()) return bad_input(settings.error().message);
+    std::optional<ProgressBar> bar(std::in_place, "deform");
+    const auto fail = [&](const Error& error) {
+        bar.reset();
+        return bad_input(error.message);
+    };
+    ReadNotes read_notes;
+    const auto volume = read_volume(options.file, {options.series}, &read_notes);
+    if (!volume.ok()) return fail(volume.error());
+    result.notes.insert(result.notes.end(), read_notes.notes.begin(), read_notes.notes.end());
+    bar->show(0.2);
+    const TaskArena arena(options.threads);
+    auto tissue = ChainMail::create(*volume, *settings, arena);
+    if (!tissue.ok()) return fail(tissue.error());
+    if (const Status s = apply_pushes(options, *tissue, result, *bar); !s.ok())
+        return fail(s.error());
+    result.state = tissue->state();
+    result.deformed = deform_volume(
+        *tissue, options.mapping == "tetrahedra" ? Mapping::Tetrahedra : Mapping::Cells,
+        !options.transform.empty());
+    result.hash = hash_volume(result.deformed.volume) ^ tissue->hash();
+    bar->show(0.5);
+    if (const Status s = write_outputs(options, *tissue, result, outputs, *bar); !s.ok())
+        return fail(s.error());
+    bar.reset();
+    std::fputs(report_text(result).c_str(), stdout);
+    return kExitOk;
 }
 
 }  // namespace pliant::app

@@ -1,3 +1,6 @@
+# SPDX-FileCopyrightText: 2026 The Pliant authors
+# SPDX-License-Identifier: Apache-2.0
+#
 # ITK, the Insight Toolkit. Apache-2.0.
 # Decodes scans (NRRD, MetaImage, NIfTI, DICOM through GDCM, BSD-3-Clause) and writes NRRD.
 #

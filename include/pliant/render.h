@@ -40,10 +40,10 @@ enum class Polarity {
 
 /// The endoscope: a pin-hole camera with barrel distortion and a light at the lens.
 struct Endoscope {
-    Vec3d eye_mm{0, 0, 0};            ///< LPS
-    Vec3d look{0, 1, 0};              ///< LPS, any length > 0
-    Vec3d up{0, 0, 1};                ///< LPS, not parallel to look
-    double field_of_view_deg = 80;    ///< across the picture's height
+    Vec3d eye_mm{0, 0, 0};  ///< LPS
+    Vec3d look{0, 1, 0};    ///< LPS, any length > 0
+    Vec3d up{0, 0, 1};      ///< LPS; zero or parallel to look: superior or anterior is taken
+    double field_of_view_deg = 80;    ///< across the picture's height, before distortion
     double barrel_distortion = 0.15;  ///< 0: none; r_ray = r·(1 + k·r²), r = 1 at the edge
     double iso_hu = -500;             ///< threshold of the surface
     Polarity polarity = Polarity::Rising;
@@ -51,6 +51,24 @@ struct Endoscope {
     Rgb8 surface{222, 150, 134};   ///< colour of the tissue in full light
     Rgb8 fog{8, 6, 8};             ///< colour far away, and where no ray hits
 };
+
+/// A view for a scan that nobody has looked at yet: deep inside a lumen, along its longest free
+/// way. Prefers air that is closed in over the air around the patient, and tubes over lungs.
+/// @returns nothing if no place is on the lumen's side of the threshold
+std::optional<Endoscope> find_endoscope(const Volume& volume, double iso_hu, Polarity polarity,
+                                        const TaskArena& arena);
+
+/// The longest free way from an eye [mm, LPS] that ends at a wall: a good direction to look in.
+/// @returns a unit vector, or nothing if no wall is in view
+std::optional<Vec3d> find_look(const Volume& volume, Vec3d eye_mm, double iso_hu, Polarity polarity,
+                               const TaskArena& arena);
+
+/// A view of a place on the tissue that is about to be pushed: some 15…45 mm away (closer where the
+/// lumen is narrow), with nothing in between and room around the eye, against the push or beside
+/// it. Where there is no such place, a lumen elsewhere or a place outside that looks that way.
+/// @param push_mm  any length; zero: from any side
+Endoscope aim_endoscope(const Volume& volume, Vec3d target_mm, Vec3d push_mm, double iso_hu,
+                        Polarity polarity, const TaskArena& arena);
 
 enum class Orientation { Axial, Coronal, Sagittal };
 
@@ -81,7 +99,10 @@ class RayCaster {
     RayCaster(RayCaster&&) noexcept;
 
     /// First crossing of iso_hu along origin + t·direction, t > 0, exact for the trilinear
-    /// interpolant. @param direction  world, any length > 0
+    /// interpolant. Rising: from below iso to ≥ iso; falling: the reverse. An origin inside the
+    /// tissue sees the next wall, after the ray has left the tissue. Beyond the outermost voxel
+    /// centres there is nothing to hit.
+    /// @param direction  world, any length > 0
     std::optional<RayHit> first_hit(Vec3d origin_mm, Vec3d direction, double iso_hu,
                                     Polarity polarity) const;
 

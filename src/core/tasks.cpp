@@ -6,8 +6,12 @@
 #include <pliant/tasks.h>
 
 #include <oneapi/tbb/blocked_range.h>
+#include <oneapi/tbb/global_control.h>
+#include <oneapi/tbb/info.h>
 #include <oneapi/tbb/parallel_for.h>
 #include <oneapi/tbb/task_arena.h>
+
+#include <optional>
 
 // ThreadSanitizer can't see the synchronisation inside the system's oneTBB, which is not
 // instrumented, so its fork and join are told to it here. Races between pieces of one loop are
@@ -40,10 +44,15 @@ void join_happens_here([[maybe_unused]] void* token) {
 }  // namespace
 
 struct TaskArena::Impl {
+    /// oneTBB keeps to the machine's cores unless it is told that more are wanted.
+    std::optional<tbb::global_control> more_threads_than_cores;
     tbb::task_arena arena;
 };
 
 TaskArena::TaskArena(int thread_count) : m_impl(std::make_unique<Impl>()) {
+    if (thread_count > tbb::info::default_concurrency())
+        m_impl->more_threads_than_cores.emplace(tbb::global_control::max_allowed_parallelism,
+                                                std::size_t(thread_count));
     m_impl->arena.initialize(thread_count > 0 ? thread_count : tbb::task_arena::automatic);
 }
 TaskArena::~TaskArena() = default;

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 #include "support/scan_files.h"
-#include "support/temp_folder.h"
+#include "support/temporary_folder.h"
 
 #include "volume/dicom_series.h"
 #include "volume/itk_io.h"
@@ -19,7 +19,7 @@ namespace {
 using test::DicomFile;
 
 /// Writes slices at these heights, each filled with its number.
-void write_slices(const test::TempFolder& folder, const std::vector<double>& heights,
+void write_slices(const test::TemporaryFolder& folder, const std::vector<double>& heights,
                   const DicomFile& pattern = {}, const std::string& prefix = "s") {
     for (std::size_t n = 0; n < heights.size(); ++n) {
         DicomFile slice = pattern;
@@ -36,7 +36,7 @@ std::string error_of(const std::filesystem::path& path, const ReadOptions& optio
     return volume.ok() ? "was read" : volume.error().message;
 }
 
-void expect_error(const test::TempFolder& folder, const std::string& expected) {
+void expect_error(const test::TemporaryFolder& folder, const std::string& expected) {
     const std::string message = error_of(folder.path());
     EXPECT_TRUE(message.starts_with(folder.path().string())) << message;
     EXPECT_NE(message.find(expected), message.npos) << message << "\nexpected: " << expected;
@@ -44,7 +44,7 @@ void expect_error(const test::TempFolder& folder, const std::string& expected) {
 }
 
 TEST(DicomSeries, IsSortedByPositionAndSpacedByIt) {
-    const test::TempFolder folder;
+    const test::TemporaryFolder folder;
     write_slices(folder, {4, -2, 1});
     const auto volume = read_volume(folder.path());
     ASSERT_TRUE(volume.ok()) << volume.error().message;
@@ -58,7 +58,7 @@ TEST(DicomSeries, IsSortedByPositionAndSpacedByIt) {
 }
 
 TEST(DicomSeries, SlopeAndInterceptAreAppliedSliceBySlice) {
-    const test::TempFolder folder;
+    const test::TemporaryFolder folder;
     for (int n = 0; n < 2; ++n) {
         DicomFile slice;
         slice.position[2] = n;
@@ -75,7 +75,7 @@ TEST(DicomSeries, SlopeAndInterceptAreAppliedSliceBySlice) {
 }
 
 TEST(DicomSeries, PixelsAreReadAsItkReadsThem) {
-    const test::TempFolder folder;
+    const test::TemporaryFolder folder;
     struct Layout {
         std::uint16_t bits_stored, high_bit, is_signed;
     };
@@ -103,7 +103,7 @@ TEST(DicomSeries, PixelsAreReadAsItkReadsThem) {
 }
 
 TEST(DicomSeries, BitsBesideThePixelAreLeftOut) {
-    const test::TempFolder folder;
+    const test::TemporaryFolder folder;
     DicomFile slice;
     slice.bits_stored = 12;
     slice.is_signed = 1;
@@ -125,7 +125,7 @@ TEST(DicomSeries, BitsBesideThePixelAreLeftOut) {
 }
 
 TEST(DicomSeries, OtherFilesAreLeftOutAndCounted) {
-    const test::TempFolder folder;
+    const test::TemporaryFolder folder;
     write_slices(folder, {0, 1});
     folder.write("notes.txt", "hello");
     folder.write("short", "x");
@@ -142,7 +142,7 @@ TEST(DicomSeries, OtherFilesAreLeftOutAndCounted) {
 }
 
 TEST(DicomSeries, AmongSeveralOneMustBeChosen) {
-    const test::TempFolder folder;
+    const test::TemporaryFolder folder;
     DicomFile bone;
     bone.series = "9.8.7";
     bone.description = "bone kernel";
@@ -158,7 +158,7 @@ TEST(DicomSeries, AmongSeveralOneMustBeChosen) {
 }
 
 TEST(DicomSeries, ASingleFileIsSentToItsFolder) {
-    const test::TempFolder folder;
+    const test::TemporaryFolder folder;
     write_slices(folder, {0, 1});
     const std::string message = error_of(folder.path() / "s0.dcm");
     EXPECT_NE(message.find("expected the folder of its series"), message.npos) << message;
@@ -166,29 +166,29 @@ TEST(DicomSeries, ASingleFileIsSentToItsFolder) {
 
 TEST(DicomSeries, StacksWithGapsAndDoublesAreRefused) {
     {
-        const test::TempFolder folder;
+        const test::TemporaryFolder folder;
         write_slices(folder, {0, 1, 2, 5, 6});
         expect_error(folder, "slices are missing between s2.dcm and s3.dcm (2 of them)");
     }
     {
-        const test::TempFolder folder;
+        const test::TemporaryFolder folder;
         write_slices(folder, {0, 1, 2, 3.4, 4.4});
         expect_error(folder, "not equally spaced");
     }
     {
-        const test::TempFolder folder;
+        const test::TemporaryFolder folder;
         write_slices(folder, {0, 1, 1, 2});
         expect_error(folder, "at the same place: s1.dcm and s2.dcm");
     }
     {
-        const test::TempFolder folder;
+        const test::TemporaryFolder folder;
         write_slices(folder, {0});
         expect_error(folder, "has 1 slice, expected 2 or more");
     }
 }
 
 TEST(DicomSeries, RoundingOfPositionsIsNoGap) {
-    const test::TempFolder folder;
+    const test::TemporaryFolder folder;
     write_slices(folder, {0, 0.62, 1.25, 1.88, 2.5});
     const auto volume = read_volume(folder.path());
     ASSERT_TRUE(volume.ok()) << volume.error().message;
@@ -196,7 +196,7 @@ TEST(DicomSeries, RoundingOfPositionsIsNoGap) {
 }
 
 TEST(DicomSeries, ATiltedGantryIsRefused) {
-    const test::TempFolder folder;
+    const test::TemporaryFolder folder;
     for (int n = 0; n < 5; ++n) {
         DicomFile slice;
         slice.position = {0, 0.2679 * n, double(n)};
@@ -207,7 +207,7 @@ TEST(DicomSeries, ATiltedGantryIsRefused) {
 
 TEST(DicomSeries, SlicesThatDifferAreRefused) {
     const auto refused = [](const std::function<void(DicomFile&)>& change, const char* expected) {
-        const test::TempFolder folder;
+        const test::TemporaryFolder folder;
         write_slices(folder, {0, 1});
         DicomFile other;
         other.position[2] = 2;
@@ -228,7 +228,7 @@ TEST(DicomSeries, SlicesThatDifferAreRefused) {
 
 TEST(DicomSeries, OrientationsThatMakeNoSenseAreRefused) {
     const auto refused = [](const std::array<double, 6>& orientation, const char* expected) {
-        const test::TempFolder folder;
+        const test::TemporaryFolder folder;
         DicomFile slice;
         slice.orientation = orientation;
         write_slices(folder, {0, 1}, slice);
@@ -241,7 +241,7 @@ TEST(DicomSeries, OrientationsThatMakeNoSenseAreRefused) {
 
 TEST(DicomSeries, FilesThatEndEarlyAreNamed) {
     for (const std::size_t cut : {1, 10, 30, 36, 50, 100, 200, 300}) {
-        const test::TempFolder folder;
+        const test::TemporaryFolder folder;
         write_slices(folder, {0, 1, 2});
         const std::string bytes = test::bytes_of(folder.path() / "s1.dcm");
         folder.write("s1.dcm", bytes.substr(0, bytes.size() - cut));

@@ -5,7 +5,7 @@
 // voxel says it is, its value must be the field's there.
 
 #include "support/scan_files.h"
-#include "support/temp_folder.h"
+#include "support/temporary_folder.h"
 
 #include <pliant/volume.h>
 
@@ -82,7 +82,7 @@ class OnBothHands : public testing::TestWithParam<bool> {
   protected:
     Grid grid = oblique_grid(GetParam());
     Vec3d step(int a) const { return grid.spacing_mm[a] * grid.direction.columns[a]; }
-    test::TempFolder folder;
+    test::TemporaryFolder folder;
 };
 INSTANTIATE_TEST_SUITE_P(Handedness, OnBothHands, testing::Bool());
 
@@ -214,7 +214,7 @@ TEST_P(OnBothHands, WhatIsWrittenIsReadBackInTheSamePlace) {
 }
 
 TEST(ReadDicom, SlicesInAnyOrderAreStackedByPosition) {
-    test::TempFolder folder;
+    test::TemporaryFolder folder;
     Grid grid = oblique_grid(false);
     grid.spacing_mm = {0.25, 0.5, 2};  // that numbers in decimal text can hold
     const auto& c = grid.direction.columns;

@@ -1,39 +1,40 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// A folder of a test's own, which goes when the test does.
+// A folder that is gone when the test is over.
 
 #pragma once
 
-#include <stdlib.h>
+#include <unistd.h>
 
 #include <filesystem>
 #include <fstream>
+#include <iterator>
 #include <string>
-#include <system_error>
+#include <string_view>
 
 namespace pliant::test {
 
-class TempFolder {
+class TemporaryFolder {
   public:
-    TempFolder() {
+    TemporaryFolder() {
         std::string name = (std::filesystem::temp_directory_path() / "pliant-test-XXXXXX").string();
-        if (::mkdtemp(name.data())) m_path = name;
+        m_path = ::mkdtemp(name.data());
     }
-    ~TempFolder() {
+    ~TemporaryFolder() {
         std::error_code ignored;
-        if (!m_path.empty()) std::filesystem::remove_all(m_path, ignored);
+        std::filesystem::remove_all(m_path, ignored);
     }
-    TempFolder(const TempFolder&) = delete;
-    TempFolder& operator=(const TempFolder&) = delete;
+    TemporaryFolder(const TemporaryFolder&) = delete;
+    TemporaryFolder& operator=(const TemporaryFolder&) = delete;
 
     const std::filesystem::path& path() const { return m_path; }
-
+    std::filesystem::path operator/(std::string_view name) const { return m_path / name; }
     /// Writes a file, and the folders above it. @returns its path
-    std::filesystem::path write(const std::string& name, const std::string& bytes) const {
-        const auto file = m_path / name;
+    std::filesystem::path write(std::string_view name, std::string_view text) const {
+        const std::filesystem::path file = m_path / name;
         std::filesystem::create_directories(file.parent_path());
-        std::ofstream(file, std::ios::binary) << bytes;
+        std::ofstream(file, std::ios::binary) << text;
         return file;
     }
 

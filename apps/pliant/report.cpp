@@ -1,0 +1,147 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "report.h"
+
+#include <sys/resource.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <nlohmann/json.hpp>
+
+namespace pliant::app {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+const char* name_of(PushStatus status) {
+    switch (status) {
+        case PushStatus::Applied:
+            return "applied";
+        case PushStatus::Limited:
+            return "limited";
+        case PushStatus::Rejected:
+            return "rejected";
+    }
+    return "";
+}
+
+const char* name_of(LimitedBy limit) {
+    switch (limit) {
+        case LimitedBy::None:
+            return "none";
+        case LimitedBy::Bone:
+            return "bone";
+        case LimitedBy::Movement:
+            return "movement";
+    }
+    return "";
+}
+
+Json json_of(Vec3d v) {
+    return Json::array({v.x, v.y, v.z});
+}
+Json json_of(Vec3i v) {
+    return Json::array({v.x, v.y, v.z});
+}
+
+std::string hex(std::uint64_t value) {
+    char text[17];
+    std::snprintf(text, sizeof text, "%016llx", static_cast<unsigned long long>(value));
+    return text;
+}
+
+double peak_memory_mb() {
+    rusage usage{};
+    ::getrusage(RUSAGE_SELF, &usage);
+    return double(usage.ru_maxrss) * 1024 / 1e6;
+}
+
+Json push_json(const PushOption& option, const PushReport& report) {
+    Json json;
+    json["point_mm"] = json_of(option.point_mm);
+    json["push_mm"] = json_of(option.push_mm);
+    json["status"] = name_of(report.status);
+    json["limited_by"] = name_of(report.limited_by);
+    json["step_fraction"] = report.step_fraction;
+    json["grabbed_elements"] = report.grabbed_elements;
+    json["moved_elements"] = report.moved_elements;
+    json["solve_ms"] = report.solve_ms;
+    if (!report.message.empty()) json["message"] = report.message;
+    return json;
+}
+
+}  // namespace
+
+PushReport summary_of(const std::vector<PushReport>& pushes) {
+    PushReport all;
+    const auto count = [&](PushStatus status) {
+        return std::count_if(pushes.begin(), pushes.end(),
+                             [&](const PushReport& p) { return p.status == status; });
+    };
+    const auto total = std::ptrdiff_t(pushes.size());
+    all.status = count(PushStatus::Applied) == total    ? PushStatus::Applied
+                 : count(PushStatus::Rejected) == total ? PushStatus::Rejected
+                                                        : PushStatus::Limited;
+    all.step_fraction = 1;
+    for (const PushReport& push : pushes) {
+        all.solve_ms += push.solve_ms;
+        if (push.step_fraction >= all.step_fraction) continue;
+        all.step_fraction = push.step_fraction;
+        all.limited_by = push.limited_by;
+        all.message = push.message;
+    }
+    return all;
+}
+
+std::string report_json(const DeformOptions& options, const DeformResult& result) {
+    const PushReport all = summary_of(result.pushes);
+    const Deformed& deformed = result.deformed;
+    Json json;
+    json["status"] = name_of(all.status);
+    json["limited_by"] = name_of(all.limited_by);
+    json["step_fraction"] = all.step_fraction;
+    json["moved_elements"] = result.state.moved_elements;
+    json["max_movement_mm"] = result.state.max_movement_mm;
+    json["max_violation_mm"] = result.state.max_violation_mm;
+    json["folded_cells"] = result.state.folded_cells;
+    json["solve_ms"] = all.solve_ms;
+    json["resample_ms"] = deformed.resample_ms;
+    json["dirty_box_ijk"] =
+        is_empty(deformed.dirty_box)
+            ? Json(nullptr)
+            : Json::array({json_of(deformed.dirty_box.begin), json_of(deformed.dirty_box.end)});
+    json["written_voxels"] = deformed.written_voxels;
+    json["gap_voxels"] = deformed.gap_voxels;
+    json["resident_bricks"] = result.state.resident_bricks;
+    json["bytes_per_resident_element"] = result.state.bytes_per_resident_element;
+    json["peak_memory_mb"] = peak_memory_mb();
+    json["hash"] = hex(result.hash);
+    json["file"] = options.file;
+    json["tool"] = options.sphere_radius_mm > 0 ? "sphere" : "point";
+    if (options.sphere_radius_mm > 0) json["sphere_radius_mm"] = options.sphere_radius_mm;
+    json["solver"] = options.solver;
+    json["mapping"] = options.mapping;
+    json["pushes"] = Json::array();
+    for (std::size_t n = 0; n < result.pushes.size(); ++n)
+        json["pushes"].push_back(push_json(options.pushes[n], result.pushes[n]));
+    json["notes"] = result.notes;
+    return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+std::string report_text(const DeformResult& result) {
+    const PushReport all = summary_of(result.pushes);
+    char line[256];
+    std::snprintf(line, sizeof line,
+                  "%s: %.1f %% of the push done, %lld elements moved by up to %.2f mm\n"
+                  "solve %.2f ms, resample %.2f ms, %lld voxels written\n",
+                  name_of(all.status), 100 * all.step_fraction,
+                  static_cast<long long>(result.state.moved_elements), result.state.max_movement_mm,
+                  all.solve_ms, result.deformed.resample_ms,
+                  static_cast<long long>(result.deformed.written_voxels));
+    std::string text = line;
+    if (!all.message.empty()) text += all.message + "\n";
+    return text;
+}
+
+}  // namespace pliant::app

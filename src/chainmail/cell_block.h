@@ -1,0 +1,74 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// The cells of the deformed lattice, brick by brick.
+//
+// A cell is the hexahedron between eight neighbouring elements, and belongs to the brick of its
+// lowest corner:
+//
+//       6-------7        corner c of the cell at element e is element
+//      /|      /|          e + (c & 1, c >> 1 & 1, c >> 2)
+//     4-------5 |
+//     | 2-----|-3        x to the right, y into the page, z up
+//     |/      |/
+//     0-------1
+//
+// A CellBlock holds the displacements of a brick's elements and of the next layer on the high
+// sides, so that all its cells and all links that start in it are at hand.
+
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "chainmail/lattice.h"
+
+namespace pliant {
+
+class CellBlock {
+  public:
+    /// Loads the block of brick `coord`, which need not be resident itself.
+    void load(const Lattice& lattice, Vec3i coord);
+
+    Vec3i first_element() const { return m_first; }
+    int size() const { return m_size; }
+    /// Index of a local element 0…size along each axis.
+    int index(int x, int y, int z) const { return x + m_row * (y + m_row * z); }
+    Vec3<Fixed> displacement(int index) const {
+        const auto n = std::size_t(index);
+        return {m_u[0][n], m_u[1][n], m_u[2][n]};
+    }
+    bool is_moved(int index) const { return m_moved[std::size_t(index)] != 0; }
+    /// Indices of the corners of the cell whose lowest corner is (x, y, z), each in 0…size−1.
+    std::array<int, 8> corners(int x, int y, int z) const;
+    /// Bounds of all displacements in the block.
+    Vec3<Fixed> lowest() const { return m_lowest; }
+    Vec3<Fixed> highest() const { return m_highest; }
+
+  private:
+    void copy_from_brick(const Lattice& lattice, const Brick& brick, Vec3i offset);
+
+    Vec3i m_first{0, 0, 0};
+    int m_size = 0, m_row = 0;
+    std::array<std::vector<Fixed>, 3> m_u;
+    std::vector<unsigned char> m_moved;
+    Vec3<Fixed> m_lowest{0, 0, 0}, m_highest{0, 0, 0};
+};
+
+/// Coordinates of all blocks that can hold a moved corner, sorted: the same for any history.
+std::vector<Vec3i> cell_blocks(const Lattice& lattice);
+
+/// Bounds of the displacements in a block, without loading it.
+void bound_block(const Lattice& lattice, Vec3i coord, Vec3<Fixed>& lowest, Vec3<Fixed>& highest);
+
+/// The deformed cell's corners relative to its lowest element at rest [voxels].
+std::array<Vec3d, 8> deformed_corners(const CellBlock& block, const std::array<int, 8>& corners,
+                                      Vec3d voxels_per_unit);
+
+/// Voxels per fixed-point unit along each axis of a grid.
+inline Vec3d voxels_per_unit(const Grid& grid) {
+    const Vec3d h = grid.spacing_mm;
+    return {1 / (h.x * kUnitsPerMm), 1 / (h.y * kUnitsPerMm), 1 / (h.z * kUnitsPerMm)};
+}
+
+}  // namespace pliant

@@ -1,0 +1,156 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "chainmail/check.h"
+
+#include <algorithm>
+#include <cmath>
+#include <mutex>
+
+#include "chainmail/cell_block.h"
+#include "core/hash.h"
+
+namespace pliant {
+namespace {
+
+/// By how much a link is outside of its limits [mm]; limits straight from the law, not from the
+/// quantised table that the solvers use.
+double violation_mm(const ElementLimits& low, const ElementLimits& high, int axis, int b,
+                    double spacing_mm, double difference_mm) {
+    const auto mean = [&](Vec3d ElementLimits::*field) {
+        return spacing_mm * ((low.*field)[b] + (high.*field)[b]) / 2;
+    };
+    if (b != axis) return std::abs(difference_mm) - mean(&ElementLimits::shear);
+    return std::max(difference_mm - mean(&ElementLimits::stretch),
+                    -difference_mm - mean(&ElementLimits::compress));
+}
+
+/// Limits of every value, once: the law is a slow call.
+std::vector<ElementLimits> tabulate(const MaterialLaw& law) {
+    std::vector<ElementLimits> limits;
+    limits.reserve(65536);
+    for (int id = 0; id < 65536; ++id) limits.push_back(law(id - 32768));
+    return limits;
+}
+
+double worst_violation_mm(const Lattice& lattice, const CellBlock& block,
+                          const std::vector<ElementLimits>& limits) {
+    double worst = 0;
+    const Vec3i first = block.first_element();
+    for (int z = 0; z < block.size(); ++z)
+        for (int y = 0; y < block.size(); ++y)
+            for (int x = 0; x < block.size(); ++x) {
+                const Vec3i e = first + Vec3i{x, y, z};
+                const int low = block.index(x, y, z);
+                for (int b = 0; b < 3; ++b) {
+                    const int high = block.index(x + (b == 0), y + (b == 1), z + (b == 2));
+                    if (!block.is_moved(low) && !block.is_moved(high)) continue;
+                    const Vec3i f = e + Vec3i{b == 0, b == 1, b == 2};
+                    for (int a = 0; a < 3; ++a)
+                        worst = std::max(
+                            worst, violation_mm(limits[lattice.material_at(e)],
+                                                limits[lattice.material_at(f)], a, b,
+                                                lattice.grid().spacing_mm[b],
+                                                mm_from_units(block.displacement(high)[a]) -
+                                                    mm_from_units(block.displacement(low)[a])));
+                }
+            }
+    return worst;
+}
+
+/// A cell is folded if space is turned inside out, or flat, at one of its corners.
+bool is_folded(const std::array<Vec3d, 8>& p) {
+    for (std::size_t c = 0; c < 8; ++c) {
+        const double sign_x = c & 1 ? -1 : 1, sign_y = c & 2 ? -1 : 1, sign_z = c & 4 ? -1 : 1;
+        const Vec3d ex = sign_x * (p[c ^ 1] - p[c]);
+        const Vec3d ey = sign_y * (p[c ^ 2] - p[c]);
+        const Vec3d ez = sign_z * (p[c ^ 4] - p[c]);
+        if (dot(ex, cross(ey, ez)) <= 0) return true;
+    }
+    return false;
+}
+
+void look_at_elements(const Lattice& lattice, const CellBlock& block, LatticeState& state) {
+    const Vec3d scale = voxels_per_unit(lattice.grid());
+    for (int z = 0; z < block.size(); ++z)
+        for (int y = 0; y < block.size(); ++y)
+            for (int x = 0; x < block.size(); ++x) {
+                if (const int n = block.index(x, y, z); block.is_moved(n)) {
+                    const Vec3<Fixed> u = block.displacement(n);
+                    const Vec3d mm{mm_from_units(u.x), mm_from_units(u.y), mm_from_units(u.z)};
+                    state.moved_elements += 1;
+                    state.max_movement_mm = std::max(state.max_movement_mm, norm(mm));
+                }
+                const auto corners = block.corners(x, y, z);
+                if (std::any_of(corners.begin(), corners.end(),
+                                [&](int c) { return block.is_moved(c); }))
+                    state.folded_cells += is_folded(deformed_corners(block, corners, scale));
+            }
+}
+
+}  // namespace
+
+LatticeState check_lattice(const Lattice& lattice, const MaterialLaw& law, const TaskArena& arena) {
+    const std::vector<ElementLimits> limits = tabulate(law);
+    const std::vector<Vec3i> coords = cell_blocks(lattice);
+    LatticeState state;
+    std::mutex mutex;
+    arena.for_each(std::int64_t(coords.size()), 4, [&](std::int64_t begin, std::int64_t end) {
+        CellBlock block;
+        LatticeState own;
+        for (std::int64_t n = begin; n < end; ++n) {
+            block.load(lattice, coords[std::size_t(n)]);
+            look_at_elements(lattice, block, own);
+            own.max_violation_mm =
+                std::max(own.max_violation_mm, worst_violation_mm(lattice, block, limits));
+        }
+        const std::lock_guard lock(mutex);
+        state.moved_elements += own.moved_elements;
+        state.folded_cells += own.folded_cells;
+        state.max_movement_mm = std::max(state.max_movement_mm, own.max_movement_mm);
+        state.max_violation_mm = std::max(state.max_violation_mm, own.max_violation_mm);
+    });
+    state.resident_bricks = lattice.resident_brick_count();
+    if (state.resident_bricks > 0)
+        state.bytes_per_resident_element =
+            double(lattice.resident_bytes()) /
+            (double(state.resident_bricks) * lattice.elements_per_brick());
+    return state;
+}
+
+Box3i moved_box(const Lattice& lattice) {
+    Box3i box{{INT32_MAX, INT32_MAX, INT32_MAX}, {INT32_MIN, INT32_MIN, INT32_MIN}};
+    for (const int index : lattice.resident_bricks()) {
+        const Brick& brick = lattice.brick(index);
+        for (int n = 0; n < lattice.elements_per_brick(); ++n) {
+            const auto i = std::size_t(n);
+            if ((brick.u[0][i] | brick.u[1][i] | brick.u[2][i]) == 0) continue;
+            const Vec3i e = lattice.element_of(brick.coord, n);
+            for (int a = 0; a < 3; ++a) {
+                box.begin[a] = std::min(box.begin[a], e[a]);
+                box.end[a] = std::max(box.end[a], e[a] + 1);
+            }
+        }
+    }
+    return is_empty(box) ? Box3i{} : box;
+}
+
+std::uint64_t hash_displacements(const Lattice& lattice) {
+    std::uint64_t sum = 0;
+    for (const int index : lattice.resident_bricks()) {
+        const Brick& brick = lattice.brick(index);
+        for (int n = 0; n < lattice.elements_per_brick(); ++n) {
+            const auto i = std::size_t(n);
+            const Vec3<Fixed> u{brick.u[0][i], brick.u[1][i], brick.u[2][i]};
+            if (u == Vec3<Fixed>{0, 0, 0}) continue;
+            const Vec3i e = lattice.element_of(brick.coord, n);
+            Hash64 hash;
+            for (const std::int32_t word : {e.x, e.y, e.z, u.x, u.y, u.z})
+                hash.add_word(std::uint32_t(word));
+            sum += hash.value();
+        }
+    }
+    return sum;
+}
+
+}  // namespace pliant

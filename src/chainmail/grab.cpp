@@ -1,0 +1,116 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "chainmail/grab.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "chainmail/cell_block.h"
+#include "chainmail/tetrahedra.h"
+
+namespace pliant {
+namespace {
+
+constexpr double kOnFace = 1e-9;  ///< tolerance of barycentric coordinates
+
+Vec3i floored(Vec3d v) {
+    return {int(std::floor(v.x)), int(std::floor(v.y)), int(std::floor(v.z))};
+}
+
+std::vector<Vec3i> corners_of(Vec3i lowest) {
+    std::vector<Vec3i> corners;
+    for (int c = 0; c < 8; ++c) corners.push_back(lowest + Vec3i{c & 1, c >> 1 & 1, c >> 2});
+    return corners;
+}
+
+/// Largest displacement of anything, in whole voxels rounded up, along each axis.
+Vec3i largest_movement(const Lattice& lattice) {
+    const Vec3d scale = voxels_per_unit(lattice.grid());
+    Vec3i largest{0, 0, 0};
+    for (const int index : lattice.resident_bricks()) {
+        const Brick& brick = lattice.brick(index);
+        for (int a = 0; a < 3; ++a) {
+            const double units = std::max(-double(brick.u_min[a]), double(brick.u_max[a]));
+            largest[a] = std::max(largest[a], int(std::ceil(scale[a] * units)));
+        }
+    }
+    return largest;
+}
+
+std::optional<Vec3i> find_in_block(const CellBlock& block, Vec3d point, Vec3d scale) {
+    const Vec3i first = block.first_element();
+    for (int z = 0; z < block.size(); ++z)
+        for (int y = 0; y < block.size(); ++y)
+            for (int x = 0; x < block.size(); ++x) {
+                const auto points = deformed_corners(block, block.corners(x, y, z), scale);
+                const Vec3i cell = first + Vec3i{x, y, z};
+                const Vec3d local = point - Vec3d{double(cell.x), double(cell.y), double(cell.z)};
+                if (locate_in_tetrahedra(points, local, kOnFace)) return cell;
+            }
+    return std::nullopt;
+}
+
+bool holds(const Lattice& lattice, Vec3i coord, Vec3d point, Vec3d scale) {
+    Vec3<Fixed> lowest, highest;
+    bound_block(lattice, coord, lowest, highest);
+    const Vec3i first = lattice.brick_size() * coord;
+    for (int a = 0; a < 3; ++a) {
+        if (point[a] < first[a] + scale[a] * lowest[a] - kOnFace) return false;
+        if (point[a] > first[a] + lattice.brick_size() + scale[a] * highest[a] + kOnFace)
+            return false;
+    }
+    return true;
+}
+
+}  // namespace
+
+std::optional<std::vector<Vec3i>> grab_cell(const Lattice& lattice, Vec3d point) {
+    const Vec3i rest_cell = floored(point);
+    const auto corners = corners_of(rest_cell);
+    const bool at_rest = std::all_of(corners.begin(), corners.end(), [&](Vec3i e) {
+        return lattice.displacement_at(e) == Vec3<Fixed>{0, 0, 0};
+    });
+    if (at_rest) return corners;
+    const Vec3i reach = largest_movement(lattice);
+    const Vec3i low = lattice.brick_of(rest_cell - reach);
+    const Vec3i high = lattice.brick_of(rest_cell + reach);
+    const Vec3d scale = voxels_per_unit(lattice.grid());
+    CellBlock block;
+    for (int z = low.z; z <= high.z; ++z)
+        for (int y = low.y; y <= high.y; ++y)
+            for (int x = low.x; x <= high.x; ++x) {
+                if (!holds(lattice, {x, y, z}, point, scale)) continue;
+                block.load(lattice, {x, y, z});
+                if (const auto cell = find_in_block(block, point, scale)) return corners_of(*cell);
+            }
+    return std::nullopt;
+}
+
+std::vector<Vec3i> grab_sphere(const Lattice& lattice, Vec3d centre, double radius_mm,
+                               double air_threshold_hu) {
+    const Grid& grid = lattice.grid();
+    const Vec3i reach = largest_movement(lattice);
+    Vec3i low, high;
+    for (int a = 0; a < 3; ++a) {
+        const double radius = radius_mm / grid.spacing_mm[a] + reach[a];
+        low[a] = int(std::clamp(std::floor(centre[a] - radius), 0.0, double(grid.size[a])));
+        high[a] = int(std::clamp(std::ceil(centre[a] + radius), -1.0, double(grid.size[a] - 1)));
+    }
+    std::vector<Vec3i> grabbed;
+    for (int z = low.z; z <= high.z; ++z)
+        for (int y = low.y; y <= high.y; ++y)
+            for (int x = low.x; x <= high.x; ++x) {
+                const Vec3i e{x, y, z};
+                if (int(lattice.material_at(e)) - 32768 < air_threshold_hu) continue;
+                const Vec3<Fixed> u = lattice.displacement_at(e);
+                Vec3d away{};
+                for (int a = 0; a < 3; ++a)
+                    away[a] = (e[a] - centre[a]) * grid.spacing_mm[a] + mm_from_units(u[a]);
+                if (norm(away) <= radius_mm) grabbed.push_back(e);
+            }
+    return grabbed;
+}
+
+}  // namespace pliant

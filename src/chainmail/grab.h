@@ -1,0 +1,27 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// Which elements a tool takes hold of, in the deformed lattice.
+
+#pragma once
+
+#include <pliant/vec.h>
+
+#include <optional>
+#include <vector>
+
+#include "chainmail/lattice.h"
+
+namespace pliant {
+
+/// The eight corners of the cell whose deformed hexahedron holds the point (the multi-move of
+/// [Draeger2005, 3.5.3]). @param point  continuous voxel index
+/// @returns nothing if no cell holds it (only in a folded lattice)
+std::optional<std::vector<Vec3i>> grab_cell(const Lattice& lattice, Vec3d point);
+
+/// All elements of the scan within the radius of the centre now, whose value is not below the air
+/// threshold.
+std::vector<Vec3i> grab_sphere(const Lattice& lattice, Vec3d centre, double radius_mm,
+                               double air_threshold_hu);
+
+}  // namespace pliant

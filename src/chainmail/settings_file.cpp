@@ -1,0 +1,226 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// Settings from a file: the only place that knows toml++.
+
+#include <toml++/toml.h>
+
+#include <algorithm>
+#include <cctype>
+#include <charconv>
+#include <cmath>
+#include <fstream>
+#include <sstream>
+#include <string_view>
+#include <utility>
+
+#include "chainmail/settings.h"
+
+namespace pliant {
+namespace {
+
+std::string enclosed(char before, std::string_view text, char after) {
+    std::string result(1, before);
+    result.append(text).push_back(after);
+    return result;
+}
+
+std::string quoted(std::string_view text) {
+    return enclosed('\'', text, '\'');
+}
+
+struct Reader {
+    std::string file;
+
+    Error wrong(const std::string& key, const std::string& expected,
+                const std::string& found) const {
+        return {ErrorCode::InvalidArgument,
+                file + ": " + key + ": expected " + expected + ", found " + found};
+    }
+    Status read(const toml::node& node, const std::string& key, double& out) const {
+        const auto number = node.value<double>();
+        if (!node.is_number() || !number) return wrong(key, "a number", found(node));
+        out = *number;
+        return Ok{};
+    }
+    template <class Integer>
+    requires std::integral<Integer> Status read(const toml::node& node, const std::string& key,
+                                                Integer& out)
+    const {
+        const auto number = node.value_exact<std::int64_t>();
+        if (!number || !std::in_range<Integer>(*number))
+            return wrong(key, "a whole number", found(node));
+        out = Integer(*number);
+        return Ok{};
+    }
+    Status read(const toml::node& node, const std::string& key, bool& out) const {
+        if (!node.is_boolean()) return wrong(key, "true or false", found(node));
+        out = node.value_or(false);
+        return Ok{};
+    }
+    Status read(const toml::node& node, const std::string& key, std::string& out) const {
+        if (!node.is_string()) return wrong(key, "a text in quotes", found(node));
+        out = node.value_or(std::string());
+        return Ok{};
+    }
+    static std::string found(const toml::node& node) {
+        std::ostringstream text;
+        text << node.type();
+        return text.str();
+    }
+};
+
+Status read_key(const Reader& r, const std::string& key, const toml::node& node,
+                ChainMailSettings& s) {
+    if (key == "[material] law") return r.read(node, key, s.law);
+    if (key == "[material] offset") return r.read(node, key, s.offset);
+    if (key == "[material] bone_threshold_hu") return r.read(node, key, s.bone_threshold_hu);
+    if (key == "[material] max_movement_mm") return r.read(node, key, s.max_movement_mm);
+    if (key == "[push] scale") return r.read(node, key, s.scale);
+    if (key == "[lattice] brick_size") return r.read(node, key, s.brick_size);
+    if (key == "[lattice] max_elements") return r.read(node, key, s.max_elements);
+    if (key == "[air] enabled") return r.read(node, key, s.air_enabled);
+    if (key == "[air] threshold_hu") return r.read(node, key, s.air_threshold_hu);
+    return r.wrong(key,
+                   "one of [material] law, offset, bone_threshold_hu, max_movement_mm; [push] "
+                   "scale; [lattice] brick_size, max_elements; [air] enabled, threshold_hu",
+                   "a key that has no meaning here");
+}
+
+Status read_toml(const Reader& reader, const std::string& text, ChainMailSettings& settings) {
+    toml::table root;
+    try {
+        root = toml::parse(text);
+    } catch (const toml::parse_error& error) {
+        std::ostringstream where;
+        where << reader.file << ": line " << error.source().begin.line << ": expected TOML, "
+              << error.description();
+        return Error{ErrorCode::Unreadable, where.str()};
+    }
+    for (const auto& [table_key, table_node] : root) {
+        const std::string table_name{table_key.str()};
+        const toml::table* table = table_node.as_table();
+        if (!table)
+            return reader.wrong(table_name, "a table such as [material]",
+                                Reader::found(table_node));
+        for (const auto& [key, node] : *table) {
+            const Status status =
+                read_key(reader, enclosed('[', table_name, ']') + " " + std::string(key.str()),
+                         node, settings);
+            if (!status.ok()) return status;
+        }
+    }
+    return Ok{};
+}
+
+std::string_view trimmed(std::string_view text) {
+    while (!text.empty() && std::isspace(static_cast<unsigned char>(text.front())))
+        text.remove_prefix(1);
+    while (!text.empty() && std::isspace(static_cast<unsigned char>(text.back())))
+        text.remove_suffix(1);
+    return text;
+}
+
+/// Lower case, letters and digits only: the thesis names its keys in words.
+std::string plain_key(std::string_view key) {
+    std::string plain;
+    for (const char c : key)
+        if (std::isalnum(static_cast<unsigned char>(c)))
+            plain += char(std::tolower(static_cast<unsigned char>(c)));
+    return plain;
+}
+
+Status read_divod_key(const Reader& r, std::string_view key, std::string_view value,
+                      ChainMailSettings& s, std::vector<std::string>& notes) {
+    const std::string plain = plain_key(key);
+    const std::string name(key);
+    if (plain == "maxtries" || plain == "stepscale") {
+        notes.push_back(name + ": not needed, the largest valid step is found exactly");
+        return Ok{};
+    }
+    if (plain == "adaptregionstozscale" || plain == "zscale") {
+        notes.push_back(name + ": always on, the lattice works in millimetres");
+        return Ok{};
+    }
+    double number = 0;
+    const auto [end, error] = std::from_chars(value.data(), value.data() + value.size(), number);
+    if (error != std::errc{} || end != value.data() + value.size() || !std::isfinite(number))
+        return r.wrong(name, "a number", quoted(value));
+    if (plain == "cubiclesize") {
+        if (number != std::floor(number) || std::abs(number) > 1000)
+            return r.wrong(name, "a whole number", quoted(value));
+        s.brick_size = int(number);
+    } else if (plain == "scalefactor" || plain == "scale") {
+        s.scale = number;
+    } else if (plain == "offset") {
+        s.offset = number;
+    } else if (plain == "bonethreshold") {
+        s.bone_threshold_hu = number - 1000;
+        notes.push_back(name + ": read on the scale 0 to 4095, bone_threshold_hu = value - 1000");
+    } else if (plain.starts_with("max") && plain.find("movement") != std::string::npos) {
+        s.max_movement_mm = number;
+        notes.push_back(name + ": voxels are taken as millimetres");
+    } else {
+        return r.wrong(name,
+                       "cubicle size, scale factor, offset, maximum allowed movement, bone "
+                       "threshold, adapt regions to z-scale, max tries or step scale",
+                       "a key that has no meaning here");
+    }
+    return Ok{};
+}
+
+Status read_divod(const Reader& reader, const std::string& text, ChainMailSettings& settings,
+                  std::vector<std::string>& notes) {
+    std::istringstream lines(text);
+    for (std::string line; std::getline(lines, line);) {
+        const std::string_view content = trimmed(line);
+        if (content.empty() || content.front() == '#') continue;
+        const auto equals = content.find('=');
+        if (equals == std::string_view::npos)
+            return reader.wrong(quoted(content), "key=value", "no '='");
+        const Status status = read_divod_key(reader, trimmed(content.substr(0, equals)),
+                                             trimmed(content.substr(equals + 1)), settings, notes);
+        if (!status.ok()) return status;
+    }
+    return Ok{};
+}
+
+/// TOML has tables, or keys with a dot before the '='; Divod's lines have neither.
+bool looks_like_toml(const std::string& text) {
+    std::istringstream lines(text);
+    for (std::string line; std::getline(lines, line);) {
+        const std::string_view content = trimmed(line);
+        if (content.empty() || content.front() == '#') continue;
+        if (content.front() == '[') return true;
+        const auto equals = content.find('=');
+        return equals != std::string_view::npos &&
+               content.substr(0, equals).find('.') != std::string_view::npos;
+    }
+    return true;
+}
+
+}  // namespace
+
+Result<ChainMailSettings> read_chainmail_settings(const std::filesystem::path& path,
+                                                  std::vector<std::string>* notes) {
+    std::error_code ignored;
+    std::ifstream stream(path, std::ios::binary);
+    if (!stream || std::filesystem::is_directory(path, ignored))
+        return Error{ErrorCode::NotFound,
+                     path.string() + ": expected a settings file that can be read"};
+    std::ostringstream text;
+    text << stream.rdbuf();
+    const Reader reader{path.string()};
+    ChainMailSettings settings;
+    std::vector<std::string> own_notes;
+    const Status read = looks_like_toml(text.str())
+                            ? read_toml(reader, text.str(), settings)
+                            : read_divod(reader, text.str(), settings, own_notes);
+    if (!read.ok()) return read.error();
+    if (const Status valid = check_settings(settings); !valid.ok())
+        return Error{valid.error().code, reader.file + ": " + valid.error().message};
+    if (notes) notes->insert(notes->end(), own_notes.begin(), own_notes.end());
+    return settings;
+}
+
+}  // namespace pliant

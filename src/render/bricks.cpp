@@ -1,0 +1,91 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "render/bricks.h"
+
+namespace pliant::render {
+namespace {
+
+template <class T>
+void include(Range<T>& range, T low, T high) {
+    range.min = low < range.min ? low : range.min;
+    range.max = high > range.max ? high : range.max;
+}
+
+/// A level whose bricks are `step` of the smaller parts long on each axis.
+template <class T>
+BrickLevel<T> empty_level(Vec3i parts, int step) {
+    BrickLevel<T> level;
+    const auto count = [&](int n) { return (n + step - 1) / step; };
+    level.size = {count(parts.x), count(parts.y), count(parts.z)};
+    level.ranges.resize(std::size_t(level.size.x) * std::size_t(level.size.y) *
+                        std::size_t(level.size.z));
+    return level;
+}
+
+template <class T>
+Range<T> range_of_voxels(const Field<T>& field, Vec3i begin, Vec3i last) {
+    Range<T> range{*field.at(begin), *field.at(begin)};
+    for (int z = begin.z; z <= last.z; ++z)
+        for (int y = begin.y; y <= last.y; ++y) {
+            const T* row = field.at({begin.x, y, z});
+            const int length = last.x - begin.x + 1;
+            for (int x = 0; x < length; ++x) include(range, row[x], row[x]);
+        }
+    return range;
+}
+
+template <class T>
+Range<T> range_of_bricks(const BrickLevel<T>& fine, Vec3i begin, Vec3i end) {
+    Range<T> range = fine.at(begin);
+    for (int z = begin.z; z < end.z; ++z)
+        for (int y = begin.y; y < end.y; ++y)
+            for (int x = begin.x; x < end.x; ++x) {
+                const Range<T>& part = fine.at({x, y, z});
+                include(range, part.min, part.max);
+            }
+    return range;
+}
+
+/// Fills a level's rows of bricks in parallel. @param range_at  (first part, one past) → range
+template <class T, class RangeAt>
+void fill(BrickLevel<T>& level, Vec3i parts, int step, const TaskArena& arena,
+          const RangeAt& range_at) {
+    const std::int64_t rows = std::int64_t(level.size.y) * level.size.z;
+    arena.for_each(rows, 4, [&](std::int64_t row_begin, std::int64_t row_end) {
+        for (std::int64_t row = row_begin; row < row_end; ++row) {
+            const int y = int(row % level.size.y), z = int(row / level.size.y);
+            for (int x = 0; x < level.size.x; ++x) {
+                const Vec3i begin{x * step, y * step, z * step};
+                const Vec3i end{std::min(begin.x + step, parts.x),
+                                std::min(begin.y + step, parts.y),
+                                std::min(begin.z + step, parts.z)};
+                level.ranges[std::size_t(row) * std::size_t(level.size.x) + std::size_t(x)] =
+                    range_at(begin, end);
+            }
+        }
+    });
+}
+
+}  // namespace
+
+template <class T>
+Bricks<T> make_bricks(const Field<T>& field, const TaskArena& arena) {
+    const Vec3i voxels = field.size();
+    if (voxels.x < 2 || voxels.y < 2 || voxels.z < 2) return {};
+    Bricks<T> bricks;
+    bricks.cells = {voxels.x - 1, voxels.y - 1, voxels.z - 1};
+    bricks.fine = empty_level<T>(bricks.cells, kFineCells);
+    fill(bricks.fine, bricks.cells, kFineCells, arena,
+         [&](Vec3i begin, Vec3i end) { return range_of_voxels(field, begin, end); });
+    constexpr int kStep = kCoarseCells / kFineCells;
+    bricks.coarse = empty_level<T>(bricks.fine.size, kStep);
+    fill(bricks.coarse, bricks.fine.size, kStep, arena,
+         [&](Vec3i begin, Vec3i end) { return range_of_bricks(bricks.fine, begin, end); });
+    return bricks;
+}
+
+template Bricks<std::int16_t> make_bricks(const Field<std::int16_t>&, const TaskArena&);
+template Bricks<float> make_bricks(const Field<float>&, const TaskArena&);
+
+}  // namespace pliant::render

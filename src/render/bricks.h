@@ -1,0 +1,56 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// Least and greatest value of each brick of cells, on two levels. A cell lies between eight voxels,
+// so a brick of 8³ cells covers 9³ voxels; inside it the trilinear field can't leave the range.
+//
+//   coarse brick, 64³ cells ─┬─ fine brick, 8³ cells ─┬─ cell ─ 8 voxels
+//                            ├─ …                     ├─ …
+//
+// A ray that asks for a threshold walks only through bricks whose range holds it.
+
+#pragma once
+
+#include <pliant/tasks.h>
+
+#include <cstddef>
+#include <vector>
+
+#include "render/field.h"
+
+namespace pliant::render {
+
+inline constexpr int kFineCells = 8;
+inline constexpr int kCoarseCells = 64;
+
+template <class T>
+struct Range {
+    T min, max;
+};
+
+/// One level of bricks.
+template <class T>
+struct BrickLevel {
+    Vec3i size{0, 0, 0};           ///< bricks along i, j, k
+    std::vector<Range<T>> ranges;  ///< i fastest
+
+    const Range<T>& at(Vec3i b) const {
+        return ranges[std::size_t(b.x) +
+                      std::size_t(size.x) * (std::size_t(b.y) + std::size_t(size.y) * b.z)];
+    }
+};
+
+template <class T>
+struct Bricks {
+    Vec3i cells{0, 0, 0};
+    BrickLevel<T> fine, coarse;
+};
+
+/// @returns bricks without any cell if the field is thinner than two voxels
+template <class T>
+Bricks<T> make_bricks(const Field<T>& field, const TaskArena& arena);
+
+extern template Bricks<std::int16_t> make_bricks(const Field<std::int16_t>&, const TaskArena&);
+extern template Bricks<float> make_bricks(const Field<float>&, const TaskArena&);
+
+}  // namespace pliant::render

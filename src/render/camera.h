@@ -1,0 +1,51 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// Which way a pixel of the endoscope looks.
+//
+// A pixel at distance r from the picture's centre (r = 1 at the middle of the upper edge) belongs
+// to the ray that leaves the axis by r·(1 + k·r²)·tan(field of view / 2): the farther out, the more
+// is squeezed in, as wide-angle lenses do.
+
+#pragma once
+
+#include <pliant/render.h>
+
+#include <cmath>
+#include <numbers>
+
+namespace pliant::render {
+
+/// A direction that isn't parallel to look and is up for the eye of a radiologist.
+inline Vec3d natural_up(Vec3d look) {
+    const Vec3d superior{0, 0, 1}, anterior{0, -1, 0};
+    return std::abs(look.z) < 0.9 * norm(look) ? superior : anterior;
+}
+
+class Camera {
+  public:
+    Camera(const Endoscope& e, int width, int height)
+        : m_width(width), m_height(height), m_barrel(e.barrel_distortion) {
+        m_forward = norm(e.look) > 0 ? normalized(e.look) : Vec3d{0, 1, 0};
+        Vec3d right = cross(m_forward, e.up);
+        if (!(norm(right) > 1e-9 * norm(e.up))) right = cross(m_forward, natural_up(m_forward));
+        m_right = normalized(right);
+        m_up = cross(m_right, m_forward);
+        m_slope = std::tan(e.field_of_view_deg * std::numbers::pi / 360);
+    }
+
+    /// Unit direction of the ray through a point of the picture [pixels, from the top left corner].
+    Vec3d direction(double x, double y) const {
+        const double half = 0.5 * m_height;
+        const double u = (x - 0.5 * m_width) / half, v = (half - y) / half;
+        const double scale = m_slope * (1 + m_barrel * (u * u + v * v));
+        return normalized(m_forward + scale * u * m_right + scale * v * m_up);
+    }
+
+  private:
+    int m_width, m_height;
+    double m_barrel, m_slope;
+    Vec3d m_forward, m_right, m_up;
+};
+
+}  // namespace pliant::render

@@ -1,0 +1,154 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// The endoscope's picture. One ray per pixel first; then four for each pixel at an edge, where its
+// colour or depth differs from a neighbour's. The light sits at the lens: what faces the camera is
+// bright, wet tissue shines there, light falls off with the distance and fades into the fog.
+
+#include "render/camera.h"
+#include "render/colour.h"
+#include "render/volume_rays.h"
+
+namespace pliant {
+namespace {
+
+constexpr int kTile = 16;             // pixels: rays of a tile meet the same bricks
+constexpr double kLightReachMm = 40;  // light is halved here, fog aside
+constexpr double kAmbient = 0.10;     // light that comes from all sides
+constexpr double kSheen = 0.10;       // broad and narrow highlight of wet tissue
+constexpr double kGlint = 0.22;
+constexpr double kDepth = 0.6;         // how much redder dim tissue is
+constexpr double kColourEdge = 0.035;  // difference of linear light that asks for more rays
+constexpr double kDepthEdge = 0.04;    // share of the distance, likewise
+
+struct Sample {
+    Vec3f light;     ///< linear
+    float depth_mm;  ///< infinite: no hit
+};
+
+class Painter {
+  public:
+    Painter(const render::VolumeRays& caster, const Endoscope& endoscope, int width, int height)
+        : m_caster(caster),
+          m_endoscope(endoscope),
+          m_camera(endoscope, width, height),
+          m_surface(render::linear_from_srgb(endoscope.surface)),
+          m_fog(render::linear_from_srgb(endoscope.fog)) {
+        const double brightest = std::max({m_surface.x, m_surface.y, m_surface.z, 1e-6});
+        for (int c = 0; c < 3; ++c) m_deep[c] = m_surface[c] * m_surface[c] / brightest;
+    }
+
+    /// What is seen at a point of the picture [pixels].
+    Sample look(double x, double y) const {
+        const Vec3d direction = m_camera.direction(x, y);
+        const auto t = m_caster.hit_distance(m_endoscope.eye_mm, direction, m_endoscope.iso_hu,
+                                             m_endoscope.polarity);
+        if (!t) return {to_float(m_fog), std::numeric_limits<float>::infinity()};
+        const Vec3d point = m_endoscope.eye_mm + *t * direction;
+        const Vec3d normal = m_caster.normal(point, direction, m_endoscope.polarity);
+        return {to_float(shade(*t, point, normal, direction)), float(*t)};
+    }
+
+  private:
+    static Vec3f to_float(Vec3d v) { return {float(v.x), float(v.y), float(v.z)}; }
+
+    /// How open the place is, 0…1: tissue a few millimetres off the surface keeps light away.
+    double openness(Vec3d point, Vec3d normal) const {
+        constexpr double kStepsMm[] = {1.0, 2.0, 4.0};
+        constexpr double kSoftnessHu = 400;
+        const double sign = m_endoscope.polarity == Polarity::Rising ? 1 : -1;
+        double closed = 0;
+        for (double step : kStepsMm) {
+            const double value = m_caster.sample(point + step * normal);
+            const double excess = sign * (value - m_endoscope.iso_hu) / kSoftnessHu + 0.5;
+            closed += std::clamp(excess, 0.0, 1.0);
+        }
+        return 1 - closed / 3;
+    }
+
+    Vec3d shade(double t, Vec3d point, Vec3d normal, Vec3d direction) const {
+        const double facing = std::max(0.0, -dot(normal, direction));
+        const double reach = t / kLightReachMm;
+        const double falloff = 1 / (1 + reach * reach);
+        const double open = 0.4 + 0.6 * openness(point, normal);
+        const double diffuse = falloff * open * ((1 - kAmbient) * facing + kAmbient);
+        const double f4 = facing * facing * facing * facing;
+        const double f16 = f4 * f4 * f4 * f4;
+        const double shine = falloff * (kSheen * f16 + kGlint * f16 * f16 * f16 * f16 * f16);
+        const double own = 1 - kDepth * (1 - diffuse);  // the rest came through the tissue
+        const Vec3d light =
+            diffuse * (own * m_surface + (1 - own) * m_deep) + shine * Vec3d{1, 0.97, 0.95};
+        const double clear =
+            m_endoscope.fog_distance_mm > 0 ? std::exp(-t / m_endoscope.fog_distance_mm) : 1;
+        return clear * light + (1 - clear) * m_fog;
+    }
+
+    const render::VolumeRays& m_caster;
+    const Endoscope& m_endoscope;
+    render::Camera m_camera;
+    Vec3d m_surface, m_fog;
+    Vec3d m_deep;  // colour of light that has passed through tissue: its own, more saturated
+};
+
+/// Calls body(x, y) for all pixels, tile by tile.
+template <class Body>
+void for_each_pixel(int width, int height, const TaskArena& arena, const Body& body) {
+    const int across = (width + kTile - 1) / kTile, down = (height + kTile - 1) / kTile;
+    arena.for_each(std::int64_t(across) * down, 4, [&](std::int64_t begin, std::int64_t end) {
+        for (std::int64_t tile = begin; tile < end; ++tile) {
+            const int x0 = int(tile % across) * kTile, y0 = int(tile / across) * kTile;
+            for (int y = y0; y < std::min(y0 + kTile, height); ++y)
+                for (int x = x0; x < std::min(x0 + kTile, width); ++x) body(x, y);
+        }
+    });
+}
+
+bool differ(const Sample& a, const Sample& b) {
+    if (std::isinf(a.depth_mm) != std::isinf(b.depth_mm)) return true;
+    if (std::isinf(a.depth_mm)) return false;
+    const double edge = kDepthEdge * double(std::min(a.depth_mm, b.depth_mm));
+    if (std::abs(double(a.depth_mm) - double(b.depth_mm)) > edge) return true;
+    const Vec3f d = a.light - b.light;
+    return std::max({std::abs(d.x), std::abs(d.y), std::abs(d.z)}) > float(kColourEdge);
+}
+
+bool at_edge(const std::vector<Sample>& samples, int x, int y, int width, int height) {
+    const auto at = [&](int i, int j) -> const Sample& {
+        return samples[std::size_t(j) * std::size_t(width) + std::size_t(i)];
+    };
+    const Sample& here = at(x, y);
+    return (x > 0 && differ(here, at(x - 1, y))) || (x + 1 < width && differ(here, at(x + 1, y))) ||
+           (y > 0 && differ(here, at(x, y - 1))) || (y + 1 < height && differ(here, at(x, y + 1)));
+}
+
+}  // namespace
+
+Image RayCaster::endoscope_view(const Endoscope& endoscope, int width, int height) const {
+    width = std::max(width, 1);
+    height = std::max(height, 1);
+    const Painter painter(m_impl->rays, endoscope, width, height);
+    const std::size_t count = std::size_t(width) * std::size_t(height);
+    std::vector<Sample> samples(count);
+    Image image{width, height, std::vector<Rgb8>(count)};
+    const auto index = [&](int x, int y) {
+        return std::size_t(y) * std::size_t(width) + std::size_t(x);
+    };
+    for_each_pixel(width, height, m_impl->rays.arena,
+                   [&](int x, int y) { samples[index(x, y)] = painter.look(x + 0.5, y + 0.5); });
+    for_each_pixel(width, height, m_impl->rays.arena, [&](int x, int y) {
+        Vec3f light = samples[index(x, y)].light;
+        if (at_edge(samples, x, y, width, height)) {
+            light = {0, 0, 0};
+            for (int part = 0; part < 4; ++part)
+                light =
+                    light +
+                    painter.look(x + 0.25 + 0.5 * (part & 1), y + 0.25 + 0.5 * (part >> 1)).light;
+            light = 0.25f * light;
+        }
+        image.pixels[index(x, y)] =
+            render::srgb_from_linear(Vec3d{double(light.x), double(light.y), double(light.z)});
+    });
+    return image;
+}
+
+}  // namespace pliant

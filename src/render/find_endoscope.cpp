@@ -1,0 +1,210 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// A first view into a scan that nobody has looked at yet: deep inside a lumen, along its longest
+// free way.
+//
+// Lung is darker than the threshold of a wall too, so in CT the lumen is first sought where there
+// is nothing but air; only if there is none, below the threshold itself. The air around the patient
+// comes last.
+
+#include <algorithm>
+#include <cmath>
+
+#include "render/camera.h"
+#include "render/lumen.h"
+#include "render/volume_rays.h"
+
+namespace pliant {
+namespace {
+
+constexpr double kPureAirHu = -925;   // lung is about −850, air −1000
+constexpr double kLungHu = -820;      // noisy lung reaches this every few millimetres, air doesn't
+constexpr double kLeastRadiusMm = 2;  // of a lumen that an endoscope fits in
+constexpr double kWideMm = 8;         // radius beyond which a lumen is wide enough
+constexpr double kHallMm = 15;        // … and from which it is a hall rather than a tube
+constexpr double kFarMm = 60;         // free way that is long enough
+constexpr int kMaxPlaces = 300;
+constexpr int kDirections = 240;
+constexpr int kFinalists = 12;  // places that are looked at more closely
+constexpr int kFinalDirections = 1500;
+
+struct Stage {
+    double threshold_hu;  ///< of the lumen
+    double wall_hu;       ///< where the way through it ends
+    bool allow_outside;
+};
+
+std::vector<Stage> stages(double iso_hu, Polarity polarity) {
+    const bool ct = polarity == Polarity::Rising && iso_hu > kLungHu && iso_hu < 0;
+    std::vector<Stage> list;
+    for (bool outside : {false, true}) {
+        if (ct) list.push_back({kPureAirHu, kLungHu, outside});
+        list.push_back({iso_hu, iso_hu, outside});
+    }
+    return list;
+}
+
+struct View {
+    double score = 0;
+    Vec3d direction{0, 0, 0};
+};
+
+struct Place {
+    std::size_t cell;
+    double radius_mm;
+    View view = {};
+};
+
+/// Cells farther from the wall than their neighbours, widest first, not too close to each other.
+std::vector<Place> deep_places(const render::CoarseVolume& coarse,
+                               const std::vector<float>& distance_mm) {
+    std::vector<Place> peaks;
+    const Box3i box{{0, 0, 0}, coarse.size};
+    for (std::size_t i = 0; i < distance_mm.size(); ++i) {
+        const float here = distance_mm[i];
+        if (!(double(here) >= kLeastRadiusMm)) continue;
+        const Vec3i p = coarse.cell(i);
+        bool peak = true;
+        for (int k = 0; k < 27 && peak; ++k) {
+            const Vec3i q{p.x + k % 3 - 1, p.y + k / 3 % 3 - 1, p.z + k / 9 - 1};
+            if (contains(box, q) && distance_mm[coarse.index(q)] > here) peak = false;
+        }
+        // Without any wall the distance is infinite.
+        if (peak) peaks.push_back({i, std::min(double(here), 1e3), {}});
+    }
+    std::stable_sort(peaks.begin(), peaks.end(), [](const Place& a, const Place& b) {
+        return std::min(a.radius_mm, kWideMm) > std::min(b.radius_mm, kWideMm);
+    });
+    std::vector<Place> places;
+    const Vec3d s = coarse.spacing_mm;
+    for (const Place& peak : peaks) {
+        const Vec3i p = coarse.cell(peak.cell);
+        const bool crowded = std::any_of(places.begin(), places.end(), [&](const Place& other) {
+            const Vec3i d = coarse.cell(other.cell) - p;
+            return norm({d.x * s.x, d.y * s.y, d.z * s.z}) < std::min(peak.radius_mm, kWideMm);
+        });
+        if (!crowded) places.push_back(peak);
+        if (places.size() >= std::size_t(kMaxPlaces)) break;
+    }
+    return places;
+}
+
+/// Directions to try, and for each the indices of those that a view along it has in its picture
+/// and in its middle.
+struct Directions {
+    std::vector<Vec3d> all;
+    std::vector<std::vector<std::size_t>> around, middle;
+};
+
+Directions make_directions(int count) {
+    constexpr double kAround = 0.86, kMiddle = 0.97;  // cosines of some 30° and 14°
+    Directions d;
+    d.all = render::sphere_directions(count);
+    d.around.resize(d.all.size());
+    d.middle.resize(d.all.size());
+    for (std::size_t i = 0; i < d.all.size(); ++i)
+        for (std::size_t k = 0; k < d.all.size(); ++k) {
+            const double cosine = dot(d.all[i], d.all[k]);
+            if (cosine > kAround) d.around[i].push_back(k);
+            if (cosine > kMiddle) d.middle[i].push_back(k);
+        }
+    return d;
+}
+
+View best_view(const render::VolumeRays& rays, Vec3d eye_mm, double radius_mm, double iso_hu,
+               Polarity polarity, const Directions& directions) {
+    std::vector<double> free(directions.all.size(), 0.0);
+    int walls = 0;
+    for (std::size_t i = 0; i < directions.all.size(); ++i) {
+        const auto t = rays.hit_distance(eye_mm, directions.all[i], iso_hu, polarity);
+        if (!t) continue;  // looks out of the volume
+        ++walls;
+        free[i] = *t;
+    }
+    // The end of a lumen is worth a view, a hole where the scan ends isn't.
+    constexpr double kHole = 0.4;
+    constexpr double kDownwards = 1.2;  // most scopes come from the head's side
+    const auto closed = [&](const std::vector<std::size_t>& indices) {
+        const auto count = std::count_if(indices.begin(), indices.end(),
+                                         [&](std::size_t k) { return free[k] > 0; });
+        return double(count) / double(indices.size());
+    };
+    View best;
+    double longest = 0;
+    for (std::size_t i = 0; i < free.size(); ++i) {
+        double sum = 0;  // one ray through a gap is no view: the middle of the picture counts
+        for (std::size_t k : directions.middle[i]) sum += std::min(free[k], kFarMm);
+        const double mean = sum / double(directions.middle[i].size());
+        if (kDownwards * mean <= longest) continue;
+        const double length = mean * std::pow(closed(directions.around[i]), 2) *
+                              (closed(directions.middle[i]) < 1 ? kHole : 1) *
+                              (directions.all[i].z < -0.3 ? kDownwards : 1);
+        if (length <= longest) continue;
+        longest = length;
+        best.direction = directions.all[i];
+    }
+    const double enclosed = double(walls) / double(directions.all.size());
+    const double width = std::min(radius_mm / kWideMm, 1.0) * std::min(kHallMm / radius_mm, 1.0);
+    best.score = enclosed * enclosed * width * longest / kFarMm;
+    return best;
+}
+
+/// Scores all places, keeps the best few and looks around there more closely.
+std::optional<Endoscope> search(const render::VolumeRays& rays, const render::CoarseVolume& coarse,
+                                std::vector<Place> places, double iso_hu, Polarity polarity) {
+    Endoscope endoscope;
+    endoscope.iso_hu = iso_hu;
+    endoscope.polarity = polarity;
+    for (const auto& [count, kept] : {std::pair{kDirections, kFinalists}, {kFinalDirections, 1}}) {
+        const Directions directions = make_directions(count);
+        const auto eye = [&](const Place& place) {
+            return world_from_voxel(rays.volume.grid,
+                                    voxel_of_cell(coarse, rays.volume.grid, place.cell));
+        };
+        rays.arena.for_each(std::int64_t(places.size()), 2, [&](auto begin, auto end) {
+            for (auto i = std::size_t(begin); i < std::size_t(end); ++i)
+                places[i].view = best_view(rays, eye(places[i]), places[i].radius_mm, iso_hu,
+                                           polarity, directions);
+        });
+        std::stable_sort(places.begin(), places.end(), [](const Place& a, const Place& b) {
+            return a.view.score > b.view.score;
+        });
+        if (places.size() > std::size_t(kept)) places.resize(std::size_t(kept));
+        if (places.empty() || !(places[0].view.score > 0)) return std::nullopt;
+        endoscope.eye_mm = eye(places[0]);
+        endoscope.look = places[0].view.direction;
+    }
+    endoscope.up = render::natural_up(endoscope.look);
+    return endoscope;
+}
+
+}  // namespace
+
+std::optional<Vec3d> find_look(const Volume& volume, Vec3d eye_mm, double iso_hu, Polarity polarity,
+                               const TaskArena& arena) {
+    const render::VolumeRays rays(volume, arena);
+    const View view =
+        best_view(rays, eye_mm, kWideMm, iso_hu, polarity, make_directions(kFinalDirections));
+    if (!(view.score > 0)) return std::nullopt;
+    return view.direction;
+}
+
+std::optional<Endoscope> find_endoscope(const Volume& volume, double iso_hu, Polarity polarity,
+                                        const TaskArena& arena) {
+    if (voxel_count(volume.grid) == 0) return std::nullopt;
+    const render::VolumeRays rays(volume, arena);
+    const render::CoarseVolume coarse = render::make_coarse(volume, arena);
+    for (const Stage& stage : stages(iso_hu, polarity)) {
+        const auto mask =
+            render::lumen_mask(coarse, stage.threshold_hu, polarity, stage.allow_outside);
+        const auto places = deep_places(coarse, render::wall_distance_mm(coarse, mask, arena));
+        if (auto found = search(rays, coarse, places, stage.wall_hu, polarity)) {
+            found->iso_hu = iso_hu;
+            return found;
+        }
+    }
+    return std::nullopt;
+}
+
+}  // namespace pliant

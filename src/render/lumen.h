@@ -1,0 +1,49 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// The hollow spaces of a scan, roughly: block means on a coarse lattice, connected parts, and how
+// far each place is from the nearest wall.
+
+#pragma once
+
+#include <pliant/render.h>
+
+#include <vector>
+
+namespace pliant::render {
+
+struct CoarseVolume {
+    Vec3i size{0, 0, 0};
+    Vec3i step{1, 1, 1};         ///< voxels per cell and axis
+    Vec3d spacing_mm{1, 1, 1};   ///< between cell centres
+    std::vector<float> mean_hu;  ///< i fastest
+
+    std::size_t index(Vec3i p) const {
+        return std::size_t(p.x) +
+               std::size_t(size.x) * (std::size_t(p.y) + std::size_t(size.y) * std::size_t(p.z));
+    }
+    Vec3i cell(std::size_t i) const {
+        const auto x = std::size_t(size.x), y = std::size_t(size.y);
+        return {int(i % x), int(i / x % y), int(i / (x * y))};
+    }
+};
+
+/// Block means, as fine as a few million cells allow.
+CoarseVolume make_coarse(const Volume& volume, const TaskArena& arena);
+/// Continuous voxel index of a cell's centre.
+Vec3d voxel_of_cell(const CoarseVolume& coarse, const Grid& grid, std::size_t cell);
+
+/// One byte per cell: 1 where the mean is on the lumen's side of the threshold. Parts that spread
+/// over the volume's border, as the air around a patient does, are left out unless allowed.
+std::vector<std::uint8_t> lumen_mask(const CoarseVolume& coarse, double threshold_hu,
+                                     Polarity polarity, bool allow_outside);
+
+/// Euclidean distance [mm] of each cell of the mask to the nearest cell that isn't in it; 0 outside
+/// of the mask. The volume's border is no wall.
+std::vector<float> wall_distance_mm(const CoarseVolume& coarse,
+                                    const std::vector<std::uint8_t>& mask, const TaskArena& arena);
+
+/// Unit vectors spread evenly over the sphere.
+std::vector<Vec3d> sphere_directions(int count);
+
+}  // namespace pliant::render

@@ -1,0 +1,80 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// The trilinear map of one deformed cell, and its inverse by Newton's method.
+
+#pragma once
+
+#include <pliant/vec.h>
+
+#include <array>
+#include <optional>
+
+namespace pliant {
+
+class TrilinearCell {
+  public:
+    /// @param corners  numbered as in cell_block.h
+    explicit TrilinearCell(const std::array<Vec3d, 8>& p)
+        : m_0(p[0]),
+          m_x(p[1] - p[0]),
+          m_y(p[2] - p[0]),
+          m_z(p[4] - p[0]),
+          m_xy(p[3] - p[1] - p[2] + p[0]),
+          m_xz(p[5] - p[1] - p[4] + p[0]),
+          m_yz(p[6] - p[2] - p[4] + p[0]),
+          m_xyz(p[7] - p[6] - p[5] - p[3] + p[1] + p[2] + p[4] - p[0]) {}
+
+    Vec3d at(Vec3d t) const {
+        return m_0 + t.x * m_x + t.y * m_y + t.z * m_z + t.x * t.y * m_xy + t.x * t.z * m_xz +
+               t.y * t.z * m_yz + t.x * t.y * t.z * m_xyz;
+    }
+
+    /// Cell coordinates of a point, each in 0…1.
+    /// @returns nothing if the point lies outside by more than kOutside, or the cell is folded and
+    ///          Newton's method doesn't settle in kMaxSteps
+    std::optional<Vec3d> locate(Vec3d point) const {
+        Vec3d t{0.5, 0.5, 0.5};
+        for (int step = 0; step < kMaxSteps; ++step) {
+            const Vec3d miss = point - at(t);
+            const Vec3d dx = m_x + t.y * m_xy + t.z * m_xz + t.y * t.z * m_xyz;
+            const Vec3d dy = m_y + t.x * m_xy + t.z * m_yz + t.x * t.z * m_xyz;
+            const Vec3d dz = m_z + t.x * m_xz + t.y * m_yz + t.x * t.y * m_xyz;
+            const double det = dot(dx, cross(dy, dz));
+            if (!(det > kFlat)) return std::nullopt;
+            const Vec3d move{dot(miss, cross(dy, dz)) / det, dot(dx, cross(miss, dz)) / det,
+                             dot(dx, cross(dy, miss)) / det};
+            t = t + move;
+            if (norm(move) < kSettled) return inside(t);
+            if (norm(t) > kFarAway) return std::nullopt;
+        }
+        return std::nullopt;
+    }
+
+  private:
+    static constexpr int kMaxSteps = 16;
+    static constexpr double kSettled = 1e-9;  ///< cell coordinates
+    static constexpr double kOutside = 1e-7;  ///< cell coordinates
+    static constexpr double kFarAway = 8;     ///< cell coordinates
+    static constexpr double kFlat = 1e-9;     ///< volume of the cell [voxels]
+
+    static std::optional<Vec3d> inside(Vec3d t) {
+        for (int a = 0; a < 3; ++a) {
+            if (t[a] < -kOutside || t[a] > 1 + kOutside) return std::nullopt;
+            t[a] = t[a] < 0 ? 0 : t[a] > 1 ? 1 : t[a];
+        }
+        return t;
+    }
+
+    Vec3d m_0, m_x, m_y, m_z, m_xy, m_xz, m_yz, m_xyz;
+};
+
+/// Trilinear interpolation of values at the corners.
+inline double interpolate(const std::array<double, 8>& v, Vec3d t) {
+    const auto mix = [](double a, double b, double s) { return (1 - s) * a + s * b; };
+    const double y0 = mix(mix(v[0], v[1], t.x), mix(v[2], v[3], t.x), t.y);
+    const double y1 = mix(mix(v[4], v[5], t.x), mix(v[6], v[7], t.x), t.y);
+    return mix(y0, y1, t.z);
+}
+
+}  // namespace pliant

@@ -1,0 +1,35 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// The homogeneous test set of [Draeger2005]: a cube of the value 2000 on the thesis's scale of
+// 0…4095, which is 1000 HU, in air. That is above the usual bone threshold: to push it, the
+// threshold must be raised, as the thesis does.
+
+#include "volume/phantom_noise.h"
+#include "volume/phantom_scene.h"
+
+namespace pliant::phantom {
+
+Model make_cube_model() {
+    Model model;
+    model.extent_mm = {100, 100, 100};
+    model.scene.footprint_voxels = 1;
+    constexpr double kHalf_mm = 30;
+    model.scene.add(
+        [](Vec3d p) {
+            return box(p, {0, 0, 0}, {kHalf_mm, kHalf_mm, kHalf_mm});
+        },
+        uniform(1000));
+    model.landmarks = {
+        {"face", {0, -kHalf_mm + 0.5, 0}, {0, 6, 0}, {0, -46, 12}, normalized({0, 16, -12})},
+        {"edge",
+         {0, -kHalf_mm + 0.5, kHalf_mm - 1},
+         {0, 6, 0},
+         {0, -46, 42},
+         normalized({0, 16, -12})},
+        {"slanted", {10, -kHalf_mm + 0.5, 0}, {3, 5, 0}, {10, -46, 12}, normalized({0, 16, -12})}};
+    model.key_values = {{"bone_threshold_hu", "1600"}};
+    return model;
+}
+
+}  // namespace pliant::phantom

@@ -1,0 +1,15 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// The head around the nose: skin, skull, brain, eyes, jaw, pituitary gland.
+
+#pragma once
+
+#include "volume/phantom_scene.h"
+
+namespace pliant::phantom {
+
+/// Paints everything but the air spaces and what stands in them.
+void add_head(Scene& scene);
+
+}  // namespace pliant::phantom

@@ -1,0 +1,33 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// The inhomogeneous test set of [Draeger2005]: a cuboid in air whose upper half is soft (1000 on
+// the thesis's scale of 0…4095, 0 HU) and whose lower half grows stiffer downwards (2000 to 2500,
+// 1000…1500 HU). The lower half is above the usual bone threshold, so the threshold must be raised
+// to push it.
+
+#include "volume/phantom_noise.h"
+#include "volume/phantom_scene.h"
+
+namespace pliant::phantom {
+
+Model make_layers_model() {
+    Model model;
+    model.extent_mm = {100, 100, 100};
+    model.scene.footprint_voxels = 1;
+    constexpr Vec3d kHalf_mm{35, 25, 30};
+    // The halves fill all space and air goes on top, so that neither shines through at the edges.
+    model.scene.add([](Vec3d) { return -1e3; },
+                    [=](Vec3d p) { return 1000 + 500 * clamp01(-p.z / kHalf_mm.z); });
+    model.scene.add([](Vec3d p) { return -p.z; }, uniform(0));
+    model.scene.add([=](Vec3d p) { return -box(p, {0, 0, 0}, kHalf_mm); }, uniform(kAirHu));
+    const double face = -kHalf_mm.y + 0.5;
+    const Vec3d look = normalized({0, 18, -10});
+    model.landmarks = {{"border", {0, face, 0}, {0, 6, 0}, {0, -42, 10}, look},
+                       {"soft", {0, face, 15}, {0, 6, 0}, {0, -42, 25}, look},
+                       {"stiff", {0, face, -15}, {0, 6, 0}, {0, -42, -5}, look}};
+    model.key_values = {{"bone_threshold_hu", "1600"}};
+    return model;
+}
+
+}  // namespace pliant::phantom

@@ -1,0 +1,142 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// An independent oracle: the closed form of the minimal move, by brute force on a dense grid.
+//
+//   u'(j) = min( max( u(j), max_s(U_s − d⁻(s,j)) ), min_s(U_s + d⁺(s,j)) )
+//
+// The two envelopes are relaxed over all links, again and again, until nothing changes
+// [Bellman1958]. It shares no code with the solvers, and works on doubles with the law's own
+// limits, or on integers with limits rounded as the lattice promises to round them.
+
+#pragma once
+
+#include <pliant/chainmail.h>
+
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <span>
+#include <type_traits>
+#include <vector>
+
+namespace pliant::test {
+
+/// T = double: millimetres. T = std::int64_t: units of 2⁻²⁰ mm.
+template <class T>
+class Oracle {
+  public:
+    /// The grid reaches `margin` elements of air beyond the volume on every side.
+    Oracle(const Volume& volume, const MaterialLaw& law, int margin)
+        : m_grid(volume.grid), m_margin(margin) {
+        m_size = m_grid.size + Vec3i{2 * margin, 2 * margin, 2 * margin};
+        const auto n = std::size_t(m_size.x) * std::size_t(m_size.y) * std::size_t(m_size.z);
+        m_limits.reserve(n);
+        for (int z = 0; z < m_size.z; ++z)
+            for (int y = 0; y < m_size.y; ++y)
+                for (int x = 0; x < m_size.x; ++x) {
+                    const Vec3i e = Vec3i{x, y, z} - Vec3i{margin, margin, margin};
+                    const bool inside = contains(voxel_box(m_grid), e);
+                    m_limits.push_back(law(inside ? int(volume.at(e)) : kAirHu));
+                }
+        for (auto& u : m_u) u.assign(n, 0);
+    }
+
+    std::size_t index(Vec3i e) const {
+        const Vec3i p = e + Vec3i{m_margin, m_margin, m_margin};
+        return std::size_t(p.x) + std::size_t(m_size.x) *
+                                      (std::size_t(p.y) + std::size_t(m_size.y) * std::size_t(p.z));
+    }
+    T displacement(Vec3i e, int axis) const { return m_u[std::size_t(axis)][index(e)]; }
+    const ElementLimits& limits(Vec3i e) const { return m_limits[index(e)]; }
+
+    /// Elements of the grid, margin included.
+    template <class Visit>
+    void for_each(const Visit& visit) const {
+        for (int z = -m_margin; z < m_grid.size.z + m_margin; ++z)
+            for (int y = -m_margin; y < m_grid.size.y + m_margin; ++y)
+                for (int x = -m_margin; x < m_grid.size.x + m_margin; ++x) visit(Vec3i{x, y, z});
+    }
+
+    /// Shifts the elements of S together by `shift` (along the lattice's axes).
+    void push(std::span<const Vec3i> s, Vec3<T> shift) {
+        for (int axis = 0; axis < 3; ++axis) push_component(s, axis, shift[axis]);
+    }
+
+    /// The outermost layer of the margin has not moved: the grid was large enough.
+    bool margin_at_rest() const {
+        bool rest = true;
+        for_each([&](Vec3i e) {
+            bool border = false;
+            for (int a = 0; a < 3; ++a)
+                border |= e[a] == -m_margin || e[a] == m_grid.size[a] + m_margin - 1;
+            if (border)
+                for (int a = 0; a < 3; ++a) rest &= displacement(e, a) == 0;
+        });
+        return rest;
+    }
+
+  private:
+    T half(double fraction, int b) const {
+        const double mm = m_grid.spacing_mm[b] * fraction / 2;
+        if constexpr (std::is_integral_v<T>) return T(std::floor(mm * (1 << 20)));
+        return T(mm);
+    }
+    /// Largest u(up) − u(low), and its negative counterpart, of the link from low along b.
+    void link(std::size_t low, std::size_t up, int axis, int b, T& most, T& least) const {
+        const ElementLimits &p = m_limits[low], &q = m_limits[up];
+        if (axis == b) {
+            most = half(p.stretch[b], b) + half(q.stretch[b], b);
+            least = -(half(p.compress[b], b) + half(q.compress[b], b));
+        } else {
+            most = half(p.shear[b], b) + half(q.shear[b], b);
+            least = -most;
+        }
+    }
+
+    void push_component(std::span<const Vec3i> s, int axis, T shift) {
+        auto& u = m_u[std::size_t(axis)];
+        constexpr T kFar = std::numeric_limits<T>::max() / 4;
+        std::vector<T> lower(u.size(), -kFar), upper(u.size(), kFar);
+        for (const Vec3i& e : s) lower[index(e)] = upper[index(e)] = u[index(e)] + shift;
+        for (bool changed = true; changed;) {
+            changed = false;
+            for (int b = 0; b < 3; ++b) changed |= relax_links(axis, b, lower, upper);
+        }
+        for (std::size_t n = 0; n < u.size(); ++n)
+            u[n] = std::min(std::max(u[n], lower[n]), upper[n]);
+    }
+
+    bool relax_links(int axis, int b, std::vector<T>& lower, std::vector<T>& upper) const {
+        const std::size_t step = b == 0   ? 1
+                                 : b == 1 ? std::size_t(m_size.x)
+                                          : std::size_t(m_size.x) * std::size_t(m_size.y);
+        bool changed = false;
+        const auto raise = [&](T& value, T to) {
+            if (to > value) value = to, changed = true;
+        };
+        const auto lower_to = [&](T& value, T to) {
+            if (to < value) value = to, changed = true;
+        };
+        for_each([&](Vec3i e) {
+            if (e[b] + 1 >= m_grid.size[b] + m_margin) return;
+            const std::size_t i = index(e), j = i + step;
+            T most, least;
+            link(i, j, axis, b, most, least);
+            raise(lower[j], lower[i] + least);
+            raise(lower[i], lower[j] - most);
+            lower_to(upper[j], upper[i] + most);
+            lower_to(upper[i], upper[j] - least);
+        });
+        return changed;
+    }
+
+    Grid m_grid;
+    int m_margin;
+    Vec3i m_size;
+    std::vector<ElementLimits> m_limits;
+    std::array<std::vector<T>, 3> m_u;
+};
+
+}  // namespace pliant::test

@@ -1,0 +1,260 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// Pushing a scan: what a user of the class sees.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "chainmail/check.h"
+#include "chainmail/grab.h"
+#include "chainmail/lattice.h"
+#include "support/random.h"
+
+namespace pliant::test {
+namespace {
+
+Volume uniform_volume(Vec3i size, int value) {
+    Volume volume;
+    volume.grid.size = size;
+    volume.voxels = std::vector<std::int16_t>(voxel_count(volume.grid), std::int16_t(value));
+    return volume;
+}
+
+ChainMail tissue_of(const Volume& volume, const TaskArena& arena,
+                    const ChainMailSettings& settings = {}) {
+    return std::move(ChainMail::create(volume, settings, arena)).value();
+}
+
+class PushTest : public ::testing::Test {
+  protected:
+    TaskArena arena{2};
+    Volume volume = uniform_volume({24, 24, 24}, 40);
+};
+
+TEST_F(PushTest, PointToolMovesTheEightElementsOfTheCellTogether) {
+    ChainMail tissue = tissue_of(volume, arena);
+    const auto report = tissue.push({.point_mm = {10.5, 11.25, 12.75}, .push_mm = {1, -0.5, 2}});
+    ASSERT_TRUE(report.ok());
+    EXPECT_EQ(report->status, PushStatus::Applied);
+    EXPECT_EQ(report->step_fraction, 1);
+    EXPECT_EQ(report->grabbed_elements, 8);
+    for (int c = 0; c < 8; ++c) {
+        const Vec3d u = tissue.displacement_mm({10 + (c & 1), 11 + (c >> 1 & 1), 12 + (c >> 2)});
+        EXPECT_NEAR(norm(u - Vec3d{1, -0.5, 2}), 0, 2e-6);
+    }
+}
+
+TEST_F(PushTest, HomogeneousPushFallsOffByTheLimitPerLink) {
+    ChainMailSettings settings;
+    settings.offset = 0.25;
+    ChainMail tissue = tissue_of(volume, arena, settings);
+    ASSERT_TRUE(tissue.push({.point_mm = {10.5, 10.5, 10.5}, .push_mm = {0, 0, 1}}).ok());
+    const double w = 1040 / 4095.0, limit = 0.25 * (1 - w * w);
+    for (int n = 0; n < 8; ++n) {
+        const double expected = std::max(0.0, 1 - n * limit);
+        EXPECT_NEAR(tissue.displacement_mm({11, 11, 11 + n}).z, expected, 1e-4) << n;
+        EXPECT_NEAR(tissue.displacement_mm({11 + n, 11, 11}).z, expected, 1e-4) << n;
+    }
+}
+
+TEST_F(PushTest, SphereGrabsTissueInsideItAndNoAir) {
+    auto& voxels = std::get<0>(volume.voxels);
+    for (int z = 0; z < 12; ++z)
+        for (int n = 0; n < 24 * 24; ++n) voxels[std::size_t(z * 576 + n)] = -1000;
+    ChainMail tissue = tissue_of(volume, arena);
+    std::int64_t expected = 0;
+    for (int z = 12; z < 24; ++z)
+        for (int y = 0; y < 24; ++y)
+            for (int x = 0; x < 24; ++x)
+                expected += (x - 12) * (x - 12) + (y - 12) * (y - 12) + (z - 12) * (z - 12) <= 9;
+    const auto report =
+        tissue.push({.point_mm = {12, 12, 12}, .push_mm = {0, 0, 1}, .sphere_radius_mm = 3});
+    ASSERT_TRUE(report.ok());
+    EXPECT_EQ(report->grabbed_elements, expected);
+    const auto air =
+        tissue.push({.point_mm = {12, 12, 4}, .push_mm = {0, 0, 1}, .sphere_radius_mm = 2});
+    ASSERT_TRUE(air.ok());
+    EXPECT_EQ(air->status, PushStatus::Rejected);
+    EXPECT_NE(air->message.find("no tissue"), std::string::npos);
+}
+
+TEST_F(PushTest, SecondPushTakesHoldOfWhatIsAtThePointNow) {
+    ChainMail tissue = tissue_of(volume, arena);
+    ASSERT_TRUE(tissue.push({.point_mm = {10.5, 10.5, 10.5}, .push_mm = {3, 0, 0}}).ok());
+    const auto cell = grab_cell(tissue.lattice(), {13.5, 10.5, 10.5});
+    ASSERT_TRUE(cell);
+    EXPECT_EQ(cell->front(), (Vec3i{10, 10, 10}));
+    const auto around = grab_sphere(tissue.lattice(), {13.5, 10.5, 10.5}, 0.9, -500);
+    EXPECT_EQ(around.size(), 8u);
+    EXPECT_EQ(around.front(), (Vec3i{10, 10, 10}));
+}
+
+TEST_F(PushTest, EveryPointOfADeformedLatticeIsInACell) {
+    ChainMail tissue = tissue_of(volume, arena);
+    Random random(5);
+    for (int n = 0; n < 6; ++n)
+        ASSERT_TRUE(
+            tissue
+                .push({.point_mm = {random.real(4, 20), random.real(4, 20), random.real(4, 20)},
+                       .push_mm = random.vector(3)})
+                .ok());
+    for (int n = 0; n < 400; ++n) {
+        const Vec3d p{random.real(0, 23), random.real(0, 23), random.real(0, 23)};
+        EXPECT_TRUE(grab_cell(tissue.lattice(), p)) << p.x << ' ' << p.y << ' ' << p.z;
+    }
+}
+
+TEST_F(PushTest, MotionGoesBeyondTheBorderOfTheScan) {
+    ChainMail tissue = tissue_of(volume, arena);
+    ASSERT_TRUE(tissue.push({.point_mm = {0.5, 12.5, 12.5}, .push_mm = {-2, 0, 0}}).ok());
+    EXPECT_LT(tissue.displacement_mm({-3, 12, 12}).x, -0.5);
+    EXPECT_EQ(tissue.displacement_mm({-40, 12, 12}), (Vec3d{0, 0, 0}));
+    EXPECT_LT(tissue.moved_box().begin.x, -3);
+    EXPECT_LT(tissue.state().max_violation_mm, 1e-6);
+}
+
+TEST_F(PushTest, PushAgainstBoneStopsExactlyThere) {
+    auto& voxels = std::get<0>(volume.voxels);
+    for (int n = 0; n < 24 * 24; ++n) voxels[std::size_t(20 * 576 + n)] = 1000;
+    ChainMail tissue = tissue_of(volume, arena);
+    const auto report = tissue.push({.point_mm = {12.5, 12.5, 15.5}, .push_mm = {0, 0, 4}});
+    ASSERT_TRUE(report.ok());
+    EXPECT_EQ(report->status, PushStatus::Limited);
+    EXPECT_EQ(report->limited_by, LimitedBy::Bone);
+    // Three links of soft tissue and one to the bone separate layer 16 from layer 20.
+    const double w = 1040 / 4095.0, b = 2000 / 4095.0;
+    const double play = 0.2 * (3 * (1 - w * w) + (1 - w * w + 1 - b * b) / 2);
+    EXPECT_NEAR(report->step_fraction, play / 4, 1e-5);
+    EXPECT_EQ(tissue.displacement_mm({12, 12, 20}), (Vec3d{0, 0, 0}));
+    EXPECT_NE(report->message.find("bone_threshold_hu"), std::string::npos);
+}
+
+TEST_F(PushTest, GrabbedBoneRejectsThePushAndChangesNothing) {
+    std::get<0>(volume.voxels)[voxel_index(volume.grid, {12, 12, 12})] = 1200;
+    ChainMail tissue = tissue_of(volume, arena);
+    const auto report = tissue.push({.point_mm = {12.5, 12.5, 12.5}, .push_mm = {1, 0, 0}});
+    ASSERT_TRUE(report.ok());
+    EXPECT_EQ(report->status, PushStatus::Rejected);
+    EXPECT_EQ(report->limited_by, LimitedBy::Bone);
+    EXPECT_EQ(report->step_fraction, 0);
+    EXPECT_EQ(report->moved_elements, 0);
+    EXPECT_EQ(tissue.state().resident_bricks, 0);
+}
+
+TEST_F(PushTest, PushThatIsTakenBackLeavesNoBrickBehind) {
+    ChainMailSettings settings;
+    ChainMail tissue = tissue_of(volume, arena, settings);
+    // All elements of the scan together are a rigid block: pushing it back restores everything
+    // inside; a block around it moves the air beyond the border back too.
+    std::vector<Vec3i> all;
+    for (int z = -12; z < 36; ++z)
+        for (int y = -12; y < 36; ++y)
+            for (int x = -12; x < 36; ++x) all.push_back({x, y, z});
+    ASSERT_TRUE(tissue.push_elements(all, {0.125, 0, 0}).ok());
+    EXPECT_GT(tissue.state().resident_bricks, 0);
+    ASSERT_TRUE(tissue.push_elements(all, {-0.125, 0, 0}).ok());
+    EXPECT_EQ(tissue.displacement_mm({3, 3, 3}), (Vec3d{0, 0, 0}));
+    EXPECT_EQ(tissue.state().resident_bricks, 0);
+    EXPECT_EQ(tissue.hash(), tissue_of(volume, arena).hash());
+}
+
+TEST_F(PushTest, RotatedAndLeftHandedCopiesMoveTheSameInTheWorld) {
+    Random random(77);
+    Volume mirrored = volume;
+    auto& voxels = std::get<0>(volume.voxels);
+    for (auto& v : voxels) v = std::int16_t(random.whole(-100, 250));
+    // The same elements in the same world places, stored with i reversed: left-handed.
+    auto& reversed = std::get<0>(mirrored.voxels);
+    for (int z = 0; z < 24; ++z)
+        for (int y = 0; y < 24; ++y)
+            for (int x = 0; x < 24; ++x)
+                reversed[voxel_index(volume.grid, {23 - x, y, z})] =
+                    voxels[voxel_index(volume.grid, {x, y, z})];
+    mirrored.grid.direction.columns[0] = {-1, 0, 0};
+    mirrored.grid.origin_mm = {23, 0, 0};
+    // And carried along by a rotation of the world.
+    Volume rotated = volume;
+    const Mat3d rotation = random.rotation(false);
+    rotated.grid.direction = rotation * volume.grid.direction;
+    rotated.grid.origin_mm = {5, -3, 8};
+    ChainMail a = tissue_of(volume, arena), b = tissue_of(mirrored, arena),
+              c = tissue_of(rotated, arena);
+    const Push push{.point_mm = {11.3, 12.6, 10.2}, .push_mm = {2, -1, 1.5}};
+    ASSERT_TRUE(a.push(push).ok());
+    ASSERT_TRUE(b.push(push).ok());
+    ASSERT_TRUE(c.push({.point_mm = rotated.grid.origin_mm + rotation * push.point_mm,
+                        .push_mm = rotation * push.push_mm})
+                    .ok());
+    for (int z = 0; z < 24; ++z)
+        for (int y = 0; y < 24; ++y)
+            for (int x = 0; x < 24; ++x) {
+                const Vec3d u = a.displacement_mm({x, y, z});
+                ASSERT_EQ(u, b.displacement_mm({23 - x, y, z}));
+                ASSERT_NEAR(norm(rotation * u - c.displacement_mm({x, y, z})), 0, 5e-6);
+            }
+}
+
+TEST_F(PushTest, BadInputIsNamedAndChangesNothing) {
+    ChainMail tissue = tissue_of(volume, arena);
+    const auto outside = tissue.push({.point_mm = {100, 0, 0}, .push_mm = {1, 0, 0}});
+    ASSERT_FALSE(outside.ok());
+    EXPECT_NE(outside.error().message.find("outside of the scan"), std::string::npos);
+    EXPECT_FALSE(tissue.push({.point_mm = {5, 5, 5}, .push_mm = {NAN, 0, 0}}).ok());
+    EXPECT_FALSE(tissue.push({.point_mm = {5, 5, 5}, .push_mm = {1e9, 0, 0}}).ok());
+    EXPECT_EQ(tissue.state().resident_bricks, 0);
+}
+
+TEST_F(PushTest, PushThatNeedsTooMuchMemoryIsRefusedAndChangesNothing) {
+    ChainMailSettings settings;
+    settings.max_elements = 2048;
+    settings.offset = 0.01;
+    for (const auto solver : {ChainMailSolver::Sweep, ChainMailSolver::Heap}) {
+        settings.solver = solver;
+        ChainMail tissue = tissue_of(volume, arena, settings);
+        const auto report = tissue.push({.point_mm = {12.5, 12.5, 12.5}, .push_mm = {8, 3, 0}});
+        ASSERT_FALSE(report.ok());
+        EXPECT_EQ(report.error().code, ErrorCode::LimitExceeded);
+        EXPECT_NE(report.error().message.find("max_elements"), std::string::npos);
+        EXPECT_EQ(tissue.state().resident_bricks, 0);
+    }
+}
+
+TEST_F(PushTest, CheckFindsViolatedLinksAndFoldedCells) {
+    // A soft law moves elements freely; the same state judged by a hard law is violated, and a
+    // cell pushed through its neighbour is folded.
+    ChainMailSettings soft;
+    soft.custom_law = [](int) {
+        return ElementLimits{{2, 2, 2}, {2, 2, 2}, {2, 2, 2}, 100, false};
+    };
+    ChainMail tissue = tissue_of(volume, arena, soft);
+    const std::vector<Vec3i> one = {{12, 12, 12}};
+    ASSERT_TRUE(tissue.push_elements(one, {1.5, 0, 0}).ok());
+    const LatticeState state = tissue.state();
+    EXPECT_EQ(state.max_violation_mm, 0);
+    EXPECT_EQ(state.moved_elements, 1);
+    EXPECT_EQ(state.folded_cells, 4);  // those on the side that the element was pushed to
+    const MaterialLaw hard = [](int) {
+        return ElementLimits{{.2, .2, .2}, {.3, .3, .3}, {.1, .1, .1}, 100, false};
+    };
+    // Worst is the shear of a link along y or z: 1.5 mm where 0.1 mm is allowed.
+    EXPECT_NEAR(check_lattice(tissue.lattice(), hard, arena).max_violation_mm, 1.4, 1e-5);
+}
+
+TEST_F(PushTest, DefaultLimitsNeverFold) {
+    ChainMail tissue = tissue_of(volume, arena);
+    Random random(9);
+    for (int n = 0; n < 10; ++n) {
+        ASSERT_TRUE(
+            tissue
+                .push({.point_mm = {random.real(2, 21), random.real(2, 21), random.real(2, 21)},
+                       .push_mm = random.vector(6)})
+                .ok());
+        EXPECT_EQ(tissue.state().folded_cells, 0);
+    }
+    EXPECT_GT(tissue.state().moved_elements, 1000);
+}
+
+}  // namespace
+}  // namespace pliant::test

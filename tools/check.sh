@@ -1,0 +1,127 @@
+# SPDX-FileCopyrightText: 2026 The Pliant authors
+# SPDX-License-Identifier: Apache-2.0
+# shellcheck shell=bash disable=SC2154  # root and called_from come from ./dev
+#
+# What `./dev test` and `./dev lint` run: steps with a name, each timed, the first failure ends it.
+
+readonly clang_format=clang-format-14  # other versions set some lines differently
+step_lines=()
+
+step() { # NAME COMMAND…
+    local name=$1 start=$SECONDS
+    shift
+    say "$name"
+    # In a subshell with its own -e: inside of a condition the shell would ignore failures.
+    set +e
+    (
+        set -e
+        "$@"
+    )
+    local status=$?
+    set -e
+    step_lines+=("$(printf '%-52s %5d s' "$name" $((SECONDS - start)))")
+    ((status == 0)) || {
+        summary
+        fail "failed: $name"
+    }
+}
+
+summary() {
+    say "summary"
+    printf '%s\n' "${step_lines[@]}"
+}
+
+lint() {
+    cd "$root"
+    tools/check_layers --self-test
+    tools/check_layers
+    tools/check_bibliography --self-test
+    tools/check_bibliography
+    tools/check_files --self-test
+    tools/check_files
+    local formatter=$clang_format
+    command -v "$formatter" >/dev/null || formatter=clang-format
+    find include src apps tests examples -name '*.h' -print0 -o -name '*.cpp' -print0 |
+        xargs -0 "$formatter" --dry-run -Werror
+    echo "format: as .clang-format says"
+}
+
+compile_and_test() { # PRESET [a command that runs the given one]
+    configure "$1" -DPLIANT_BUILD_TESTS=ON
+    compile "$1"
+    run_ctest "$@"
+}
+
+run_ctest() { # PRESET [a command that runs the given one]
+    local preset=$1
+    shift
+    "$@" ctest --test-dir "$root/build/$preset" --output-on-failure --no-tests=error \
+        -j "$(nproc)" | tee "$root/build/$preset-ctest.log"
+}
+
+# Installs to a temporary prefix and builds examples/consumer against it, as a user would.
+consumer() {
+    local prefix
+    prefix=$(mktemp -d)
+    # shellcheck disable=SC2064
+    trap "rm -rf '$prefix'" EXIT
+    cmake --install "$root/build/gcc" --prefix "$prefix/pliant" >/dev/null
+    cmake -S "$root/examples/consumer" -B "$prefix/build" -G Ninja \
+        -DCMAKE_CXX_COMPILER=g++ -DCMAKE_PREFIX_PATH="$prefix/pliant" >"$prefix/log" 2>&1 || {
+        cat "$prefix/log" >&2
+        return 1
+    }
+    cmake --build "$prefix/build"
+    "$prefix/build/consumer" "$prefix" --check
+    "$prefix/pliant/bin/pliant" --version
+}
+
+# GCC's thread sanitizer needs an address space that is laid out the same each time.
+fixed_addresses() {
+    if setarch "$(uname -m)" -R true 2>/dev/null; then
+        setarch "$(uname -m)" -R "$@"
+    else
+        "$@"
+    fi
+}
+
+sanitize_addresses() {
+    export ASAN_OPTIONS=detect_stack_use_after_return=1:strict_string_checks=1
+    export LSAN_OPTIONS=suppressions=$root/tools/lsan.supp:print_suppressions=0
+    export UBSAN_OPTIONS=print_stacktrace=1:halt_on_error=1
+    compile_and_test asan
+}
+
+sanitize_threads() {
+    export TSAN_OPTIONS=suppressions=$root/tools/tsan.supp:halt_on_error=1:second_deadlock_stack=1
+    compile_and_test tsan fixed_addresses
+}
+
+run_tests() { # [--sanitize]
+    local sanitize=no
+    case ${1:-} in
+        '') ;;
+        --sanitize) sanitize=yes ;;
+        *) fail "test: expected --sanitize or nothing, found '$1'" ;;
+    esac
+    need_packages build test lint
+    step "lint: layers, bibliography, files, format" lint
+    step "gcc: build without warnings, tests" compile_and_test gcc
+    step "clang: build without warnings, tests" compile_and_test clang
+    step "consumer: install, find_package, build, run" consumer
+    if [[ $sanitize == yes ]]; then
+        step "address and undefined-behaviour sanitizers" sanitize_addresses
+        step "thread sanitizer" sanitize_threads
+    fi
+    summary
+    closing_lines
+}
+
+# What ctest itself said last, the ordinary build at the end.
+closing_lines() {
+    local preset
+    for preset in tsan asan clang gcc; do
+        [[ $preset == ?san && $sanitize == no ]] ||
+            sed -n "s/^[0-9]*% tests passed.*/$preset: &/p" "$root/build/$preset-ctest.log"
+    done | sed '$ s/^gcc: //'
+}

@@ -1,0 +1,121 @@
+# SPDX-FileCopyrightText: 2026 The Pliant authors
+# SPDX-License-Identifier: Apache-2.0
+# shellcheck shell=bash disable=SC2154  # root and called_from come from ./dev
+#
+# The demo: a scan is pushed at one place, and everything that Pliant writes about it lands in
+# demo/. Without a file the scan is the airway phantom, pushed at its first landmark; with a file
+# `pliant info --json` suggests the place.
+
+readonly demo_tool=sphere:4
+
+# The JSON that the program writes has known keys and numbers, so no JSON reader is needed.
+flat() { # FILE
+    tr -d ' \n' <"$1"
+}
+
+json_number() { # FILE KEY
+    flat "$1" | grep -oE "\"$2\":-?[0-9.eE+-]+" | head -n 1 | cut -d: -f2
+}
+
+json_word() { # FILE KEY
+    flat "$1" | grep -oE "\"$2\":\"[^\"]*\"" | head -n 1 | cut -d'"' -f4
+}
+
+json_vector() { # FILE KEY: X,Y,Z
+    flat "$1" | grep -oE "\"$2\":\[[^]]*\]" | head -n 1 | sed 's/.*\[//; s/\]//'
+}
+
+demo() { # [FILE]
+    (($# <= 1)) || fail "demo takes one file at most, found $# (a name with spaces needs quotes)"
+    local scan='' name=airway
+    if (($# == 1)); then
+        scan=$(cd -- "$called_from" && readlink -f -- "$1") || true
+        [[ -e $scan ]] ||
+            fail "$1: expected a scan (NRRD, MetaImage, NIfTI or a folder of DICOM slices)"
+        name=$(stem_of "$scan")
+    fi
+    build
+    mkdir -p "$root/demo"
+    local pliant=$root/build/release/pliant out=$root/demo/$name
+    if [[ -z $scan ]]; then
+        scan=$out.nrrd
+        if [[ ! $scan -nt $pliant ]]; then
+            say "making a phantom of an airway"
+            "$pliant" phantom airway --size 192 --out "$scan"
+        fi
+    fi
+    local push eye look
+    choose_push "$pliant" "$scan"
+    deform "$pliant" "$scan" "$out"
+    tell "$pliant" "$scan" "$out"
+}
+
+stem_of() { # PATH
+    local name
+    name=$(basename -- "$1")
+    shopt -s nocasematch
+    [[ $name =~ ^(.+)\.(nii\.gz|nrrd|nhdr|mha|mhd|nii|dcm)$ ]] && name=${BASH_REMATCH[1]}
+    shopt -u nocasematch
+    printf '%s\n' "$name"
+}
+
+# Sets push, and for a phantom eye and look.
+choose_push() { # PROGRAM SCAN
+    local info number='-?[0-9.eE+-]+' vector
+    vector="$number,$number,$number"
+    info=$(mktemp)
+    "$1" info "$2" --json >"$info" || {
+        rm -f "$info"
+        exit 2
+    }
+    eye='' look='' push=''
+    if grep -qE '"landmark [^"]*"' "$info"; then
+        local landmark
+        landmark=$(grep -oE "push $vector:$vector eye $vector look $vector" "$info" | head -n 1)
+        read -r _ push _ eye _ look <<<"$landmark"
+    else
+        local point motion
+        point=$(json_vector "$info" point_mm)
+        motion=$(json_vector "$info" push_mm)
+        [[ -z $point || -z $motion ]] || push=$point:$motion
+    fi
+    rm -f "$info"
+    [[ -n $push ]] || fail "$2: found no wall to push by itself. Choose a point on a wall, and run
+  $1 deform '$2' --push \"X,Y,Z:DX,DY,DZ\" --tool $demo_tool --out pushed.nrrd --png pushed.png"
+}
+
+deform() { # PROGRAM SCAN OUT
+    local camera=()
+    [[ -z $eye ]] || camera=(--eye="$eye" --look="$look")
+    say "pushing at $push (LPS mm, place:motion)"
+    "$1" deform "$2" --push "$push" --tool "$demo_tool" "${camera[@]}" \
+        --out "$3_pushed.nrrd" --displacement "$3_displacement.nrrd" \
+        --transform "$3_transform.nrrd" --report "$3_report.json" \
+        --png "$3_before_after.png"
+}
+
+tell() { # PROGRAM SCAN OUT
+    local report=$3_report.json file
+    say "done"
+    printf '%s: %s voxels moved, in %s ms; written back to the grid in %s ms.\n' \
+        "$(json_word "$report" status)" "$(json_number "$report" moved_elements)" \
+        "$(json_number "$report" solve_ms)" "$(json_number "$report" resample_ms)"
+    printf 'Part of the push that the limits allow: %s; limited by: %s; worst link %s mm off.\n' \
+        "$(json_number "$report" step_fraction)" "$(json_word "$report" limited_by)" \
+        "$(json_number "$report" max_violation_mm)"
+    printf '\nFiles:\n'
+    for file in "$2" "$3"_before_after.png "$3"_pushed.nrrd "$3"_displacement.nrrd \
+        "$3"_transform.nrrd "$report"; do
+        printf '  %s\n' "$file"
+    done
+    cat <<TEXT
+
+What to try next:
+  look at the picture: ${3}_before_after.png
+  a scan of your own:  ./dev demo scan.nrrd    (or .nii.gz, .mha, a folder of DICOM slices)
+  a wider tool:        $1 deform '$2' --push "$push" \\
+                         --tool sphere:8 --out '${3}_wide.nrrd' --png '${3}_wide.png'
+  another view:        $1 render '${3}_pushed.nrrd' --out '${3}_view.png'
+  3D Slicer:           drop the scan and ${3}_transform.nrrd on it, and apply the one to the other
+TEXT
+}

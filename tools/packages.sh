@@ -1,0 +1,64 @@
+# SPDX-FileCopyrightText: 2026 The Pliant authors
+# SPDX-License-Identifier: Apache-2.0
+# shellcheck shell=bash disable=SC2154  # root and called_from come from ./dev
+#
+# The system packages that each task needs, by their names in Debian 12 and Ubuntu 24.04.
+# THIRD_PARTY.md says what each library is for.
+
+packages_of() {
+    case $1 in
+        build)
+            echo g++ cmake ninja-build ccache libinsighttoolkit5-dev libtbb-dev libcli11-dev \
+                libtomlplusplus-dev nlohmann-json3-dev libpng-dev zlib1g-dev
+            ;;
+        test) echo clang libgtest-dev ;;
+        lint) echo clang-format-14 ;;
+        bench) echo libbenchmark-dev ;;
+    esac
+}
+
+# Prints the packages that are not installed.
+missing_of() {
+    local package
+    for package in "$@"; do
+        [[ $(dpkg-query -W -f='${db:Status-Status}' "$package" 2>/dev/null) == installed ]] ||
+            echo "$package"
+    done
+}
+
+need_packages() { # GROUP…
+    local group wanted=() missing
+    for group in "$@"; do
+        # shellcheck disable=SC2207  # package names hold no spaces
+        wanted+=($(packages_of "$group"))
+    done
+    if ! command -v dpkg-query >/dev/null; then
+        say "this is no Debian or Ubuntu: going on with what is there. Needed are ${wanted[*]}"
+        return
+    fi
+    mapfile -t missing < <(missing_of "${wanted[@]}")
+    ((${#missing[@]})) || return 0
+
+    local apt=(apt-get -o DPkg::Lock::Timeout=300)
+    local by_hand="apt-get install --no-install-recommends ${missing[*]}"
+    [[ -z ${PLIANT_NO_INSTALL:-} ]] || fail "packages are missing; install them: $by_hand"
+    if ((EUID != 0)); then
+        command -v sudo >/dev/null ||
+            fail "packages are missing, and there is neither root nor sudo; as root: $by_hand"
+        [[ -t 0 ]] || sudo -n true 2>/dev/null ||
+            fail "packages are missing, and sudo can't ask for a password here; as root: $by_hand"
+        apt=(sudo "${apt[@]}")
+    fi
+    say "will be installed with apt, and what they depend on: ${missing[*]}"
+    "${apt[@]}" update -qq ||
+        echo "dev: apt-get update had trouble; trying with the package lists that are there" >&2
+    install_with_apt "${apt[@]}" ||
+        fail "apt could not install the packages (see above); try yourself: $by_hand"
+}
+
+install_with_apt() { # the apt command; uses the list "missing" of its caller
+    local command=("$@")
+    [[ ${command[0]} == sudo ]] && command=(sudo env DEBIAN_FRONTEND=noninteractive "${@:2}")
+    DEBIAN_FRONTEND=noninteractive "${command[@]}" install -y -q --no-install-recommends \
+        "${missing[@]}"
+}
