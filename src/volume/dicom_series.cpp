@@ -147,7 +147,7 @@ Result<std::vector<DicomSlice>> choose_series(const fs::path& folder,
     for (DicomSlice& slice : slices) series[slice.series_uid].push_back(std::move(slice));
     std::string list;
     for (const auto& [uid, members] : series) {
-        list += (list.empty() ? "" : "; ") + uid + " (" + std::to_string(members.size()) +
+        list += (list.empty() ? "" : "; ") + shown(uid) + " (" + std::to_string(members.size()) +
                 (members.size() == 1 ? " slice" : " slices");
         if (!members.front().description.empty()) list += ", " + members.front().description;
         list += ")";
