@@ -8,7 +8,7 @@
 //
 // A length of 0xFFFFFFFF means items up to a delimiter. Done here and not by GDCM, because the
 // GDCM of Linux distributions aborts the process on damaged files and takes truncated pixels for
-// whole ones: GDCM only gets to see files that this walk came through.
+// whole ones: GDCM only gets to see files with compressed pixels, and after this walk.
 
 #include "volume/dicom_series.h"
 #include "volume/text.h"
@@ -29,7 +29,12 @@ constexpr std::uint32_t kTransferSyntax = 0x00020010, kSeriesDescription = 0x000
                         kSeriesUid = 0x0020000e, kPosition = 0x00200032, kOrientation = 0x00200037,
                         kSamples = 0x00280002, kFrames = 0x00280008, kRows = 0x00280010,
                         kColumns = 0x00280011, kPixelSpacing = 0x00280030,
-                        kBitsAllocated = 0x00280100, kPixelRepresentation = 0x00280103;
+                        kBitsAllocated = 0x00280100, kBitsStored = 0x00280101,
+                        kHighBit = 0x00280102, kPixelRepresentation = 0x00280103,
+                        kIntercept = 0x00281052, kSlope = 0x00281053, kSopClass = 0x00080016;
+constexpr std::string_view kValueTypes =
+    "AE AS AT CS DA DS DT FD FL IS LO LT OB OD OF OL OV OW PN SH SL SQ SS ST SV TM UC UI UL UN UR "
+    "US UT UV";
 /// Longest value that is kept, and deepest nesting of sequences that is followed.
 constexpr std::uint32_t kMaxValueBytes = 1024;
 constexpr int kMaxDepth = 32;
@@ -47,7 +52,7 @@ class Walker {
         m_size = std::uint64_t(std::max<std::streamoff>(0, m_file.tellg()));
     }
 
-    /// @returns whether the file is whole, as far as its pixels
+    /// @returns whether the file is whole
     bool walk(bool preamble) {
         seek(preamble ? 132 : 0);
         if (preamble && !walk_meta()) return false;
@@ -56,8 +61,9 @@ class Walker {
         while (m_at < m_size) {
             Element element;
             if (!read_element(element)) return false;
-            if (element.tag == kPixelData) return walk_pixels(element);
-            if (!take_value(element)) return false;
+            const bool sound =
+                element.tag == kPixelData ? walk_pixels(element) : take_value(element);
+            if (!sound) return false;
         }
         return true;
     }
@@ -78,8 +84,17 @@ class Walker {
         const auto numbers = numbers_from(text(tag), '\\');
         return numbers && numbers->size() == count ? *numbers : std::vector<double>{};
     }
+    bool has(std::uint32_t tag) const { return m_values.contains(tag); }
     bool has_pixels() const { return m_has_pixels; }
-    std::uint64_t pixel_bytes() const { return m_pixel_bytes; }  ///< 0: compressed
+    DicomPixels pixels() const {
+        DicomPixels pixels = m_pixels;
+        pixels.big_endian = m_big;
+        pixels.is_signed = number(kPixelRepresentation, 0) != 0;
+        pixels.bits_allocated = number(kBitsAllocated, 16);
+        pixels.bits_stored = number(kBitsStored, pixels.bits_allocated);
+        pixels.high_bit = number(kHighBit, pixels.bits_stored - 1);
+        return pixels;
+    }
 
   private:
     void seek(std::uint64_t at) {
@@ -138,8 +153,7 @@ class Walker {
             element.length = u32(&bytes[4]);
         } else {
             const std::string_view vr(&bytes[4], 2);
-            for (const char c : vr)
-                if (c < 'A' || c > 'Z') return false;
+            if (vr.find(' ') != vr.npos || kValueTypes.find(vr) == vr.npos) return false;
             constexpr std::string_view kLongLength = "OB OD OF OL OV OW SQ SV UC UN UR UT UV";
             if (kLongLength.find(vr) != std::string_view::npos) {
                 if (!read(bytes.data(), 4)) return false;
@@ -173,15 +187,17 @@ class Walker {
     }
     bool walk_pixels(const Element& element) {
         m_has_pixels = true;
+        m_pixels.compressed = element.nests;
+        m_pixels.offset = m_at;
         if (element.nests) return skip_items(element, 0);
-        m_pixel_bytes = element.length;
+        m_pixels.bytes = element.length;
         return skip(element.length);
     }
 
     std::ifstream m_file;
     std::uint64_t m_size = 0, m_at = 0;
     bool m_explicit = true, m_big = false, m_has_pixels = false;
-    std::uint64_t m_pixel_bytes = 0;
+    DicomPixels m_pixels;
     std::map<std::uint32_t, std::string> m_values;
 };
 
@@ -194,9 +210,11 @@ DicomSlice slice_from(const Walker& tags, const fs::path& path) {
     slice.columns = tags.number(kColumns, 0);
     slice.samples_per_pixel = tags.number(kSamples, 1);
     slice.frames = int(whole_number_from(tags.text(kFrames)).value_or(1));
-    slice.bits_allocated = tags.number(kBitsAllocated, 16);
-    slice.stored_type = (tags.number(kPixelRepresentation, 0) ? "int" : "uint") +
-                        std::to_string(slice.bits_allocated);
+    slice.pixels = tags.pixels();
+    if (const auto n = tags.decimals(kSlope, 1); !n.empty()) slice.slope = n[0];
+    if (const auto n = tags.decimals(kIntercept, 1); !n.empty()) slice.intercept = n[0];
+    if (!tags.has(kSlope)) slice.slope = 1;
+    if (!tags.has(kIntercept)) slice.intercept = 0;
     if (const auto p = tags.decimals(kPosition, 3); !p.empty())
         slice.position = Vec3d{p[0], p[1], p[2]};
     if (const auto o = tags.decimals(kOrientation, 6); !o.empty()) {
@@ -207,6 +225,13 @@ DicomSlice slice_from(const Walker& tags, const fs::path& path) {
     if (const auto s = tags.decimals(kPixelSpacing, 2); !s.empty())
         slice.spacing_mm = Vec3d{s[1], s[0], 0};
     return slice;
+}
+
+/// Whether a file is of a kind that has pixels: CT, MR or PET images, or with a size in pixels.
+bool ought_to_have_pixels(const Walker& tags) {
+    const std::string kind = tags.text(kSopClass);
+    return tags.has(kRows) || kind == "1.2.840.10008.5.1.4.1.1.2" ||
+           kind == "1.2.840.10008.5.1.4.1.1.4" || kind == "1.2.840.10008.5.1.4.1.1.128";
 }
 
 enum class Start { Other, Preamble, Plain };
@@ -232,23 +257,16 @@ Result<std::optional<DicomSlice>> read_dicom_slice(const fs::path& path) {
     std::optional<DicomSlice> nothing;
     if (start == Start::Other) return nothing;
     Walker walker(path);
-    if (!walker.walk(start == Start::Preamble)) {
-        if (start == Start::Plain && !walker.has_pixels()) return nothing;
-        return Error{ErrorCode::Unreadable,
-                     path.string() + ": is damaged or ends early, expected a whole DICOM file"};
-    }
+    const bool whole = walker.walk(start == Start::Preamble);
+    if (start == Start::Plain && !walker.has_pixels()) return nothing;
     if (walker.text(kTransferSyntax) == "1.2.840.10008.1.2.1.99")
         return Error{ErrorCode::Unsupported,
                      path.string() + ": is deflated DICOM, expected another transfer syntax"};
+    if (!whole || (!walker.has_pixels() && ought_to_have_pixels(walker)))
+        return Error{ErrorCode::Unreadable,
+                     path.string() + ": is damaged or ends early, expected a whole DICOM file"};
     std::optional<DicomSlice> slice = slice_from(walker, path);
     if (!walker.has_pixels() || slice->rows < 1 || slice->columns < 1) return nothing;
-    const std::uint64_t bytes = std::uint64_t(slice->rows) * std::uint64_t(slice->columns) *
-                                std::uint64_t(slice->samples_per_pixel) *
-                                std::uint64_t(slice->bits_allocated) / 8;
-    if (walker.pixel_bytes() != 0 && walker.pixel_bytes() < bytes)
-        return Error{ErrorCode::Unreadable,
-                     path.string() + ": has " + std::to_string(walker.pixel_bytes()) +
-                         " bytes of pixels, expected " + std::to_string(bytes)};
     return slice;
 }
 

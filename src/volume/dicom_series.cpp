@@ -4,7 +4,6 @@
 #include "volume/dicom_series.h"
 
 #include "volume/image_header.h"
-#include "volume/itk_io.h"
 #include "volume/text.h"
 #include "volume/voxel_builder.h"
 
@@ -42,6 +41,8 @@ Status check_slice(const DicomSlice& slice) {
     if (slice.samples_per_pixel != 1)
         return unsupported(slice.path, "holds colour (" + std::to_string(slice.samples_per_pixel) +
                                            " samples per pixel), expected 1");
+    if (!slice.slope || !std::isfinite(*slice.slope)) return missing("Rescale Slope");
+    if (!slice.intercept || !std::isfinite(*slice.intercept)) return missing("Rescale Intercept");
     if (!slice.position || !is_finite(*slice.position)) return missing("Image Position (Patient)");
     if (!slice.row || !is_finite(*slice.row) || !is_finite(*slice.column))
         return missing("Image Orientation (Patient)");
@@ -146,7 +147,7 @@ Result<std::vector<DicomSlice>> choose_series(const fs::path& folder,
     for (DicomSlice& slice : slices) series[slice.series_uid].push_back(std::move(slice));
     std::string list;
     for (const auto& [uid, members] : series) {
-        list += (list.empty() ? "" : "; ") + uid + " (" + std::to_string(members.size()) +
+        list += (list.empty() ? "" : "; ") + shown(uid) + " (" + std::to_string(members.size()) +
                 (members.size() == 1 ? " slice" : " slices");
         if (!members.front().description.empty()) list += ", " + members.front().description;
         list += ")";
@@ -192,14 +193,14 @@ Result<Volume> read_dicom_folder(const fs::path& folder, const ReadOptions& opti
     if (Status status = check_size(folder, {grid->size.x, grid->size.y, grid->size.z}); !status)
         return status.error();
     notes.format = "DICOM";
-    notes.stored_type = chosen->front().stored_type;
+    const DicomPixels& pixels = chosen->front().pixels;
+    notes.stored_type = (pixels.is_signed ? "int" : "uint") + std::to_string(pixels.bits_allocated);
     if (others)
         notes.notes.push_back(std::to_string(others) + (others == 1 ? " file" : " files") +
                               " of the folder left out: no DICOM image");
     VoxelBuilder voxels(voxel_count(*grid));
     for (const DicomSlice& slice : *chosen)
-        if (Status status = itk_read_slice(slice.path, slice.columns, slice.rows, voxels); !status)
-            return status.error();
+        if (Status status = read_dicom_pixels(slice, voxels); !status) return status.error();
     return Volume{*grid, voxels.finish(notes.notes), {}};
 }
 

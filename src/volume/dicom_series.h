@@ -11,16 +11,29 @@
 
 #pragma once
 
+#include "volume/voxel_builder.h"
+
 #include <pliant/grid.h>
 #include <pliant/result.h>
 #include <pliant/volume.h>
 
+#include <cstdint>
 #include <filesystem>
 #include <optional>
 #include <string>
 #include <vector>
 
 namespace pliant {
+
+/// How the pixels are stored.
+struct DicomPixels {
+    bool compressed = false;
+    bool big_endian = false;
+    bool is_signed = false;
+    int bits_allocated = 16, bits_stored = 16, high_bit = 15;
+    std::uint64_t offset = 0;  ///< in the file [bytes]
+    std::uint64_t bytes = 0;   ///< of pixels that aren't compressed
+};
 
 /// What the header of a DICOM image says.
 struct DicomSlice {
@@ -30,12 +43,12 @@ struct DicomSlice {
     int rows = 0, columns = 0;
     int frames = 1;
     int samples_per_pixel = 1;
-    int bits_allocated = 16;
-    std::string stored_type;          ///< "int16", …
-    std::optional<Vec3d> position;    ///< centre of the first pixel [mm, LPS]
-    std::optional<Vec3d> row;         ///< unit vector along a row: the i axis
-    std::optional<Vec3d> column;      ///< unit vector down a column: the j axis
-    std::optional<Vec3d> spacing_mm;  ///< x: between columns, y: between rows; z unused
+    std::optional<double> slope, intercept;  ///< HU = slope·stored + intercept
+    std::optional<Vec3d> position;           ///< centre of the first pixel [mm, LPS]
+    std::optional<Vec3d> row;                ///< unit vector along a row: the i axis
+    std::optional<Vec3d> column;             ///< unit vector down a column: the j axis
+    std::optional<Vec3d> spacing_mm;         ///< x: between columns, y: between rows; z unused
+    DicomPixels pixels;
 };
 
 /// Header of a file, or nothing if it is no DICOM image. @returns Unreadable if it is one that is
@@ -54,6 +67,9 @@ Result<Grid> stack_slices(const std::filesystem::path& folder, std::vector<Dicom
 /// Reads the DICOM slices of a folder.
 Result<Volume> read_dicom_folder(const std::filesystem::path& folder, const ReadOptions& options,
                                  ReadNotes& notes);
+
+/// Adds the pixels of a slice, in HU.
+Status read_dicom_pixels(const DicomSlice& slice, VoxelBuilder& voxels);
 
 /// Whether a file starts as DICOM files do.
 bool looks_like_dicom(const std::filesystem::path& path);

@@ -95,6 +95,10 @@ bool is_perpendicular(const Mat3d& direction) {
     return true;
 }
 
+bool is_itk_key(std::string_view key) {
+    return key.starts_with("NRRD_") || key.starts_with("ITK_");
+}
+
 std::vector<std::string> numbered_names(std::string_view text) {
     const auto words = split(text, ' ');
     const std::size_t percent = text.find('%');

@@ -88,6 +88,9 @@ Status check_size(const std::filesystem::path& path, const std::vector<std::int6
 /// data. Sets the grid's size.
 Status check_header(const std::filesystem::path& path, int components, ImageHeader& header);
 
+/// Whether a key is one of those in which ITK keeps fields of the header.
+bool is_itk_key(std::string_view key);
+
 /// Names of the data files from a text such as "slice%03d.raw 1 40 1" (first, last, step).
 std::vector<std::string> numbered_names(std::string_view text);
 

@@ -152,7 +152,8 @@ Status itk_write_nrrd(const fs::path& path, const NrrdImage& image, Encoding enc
         }
         io->SetIORegion(region);
         for (const auto& [key, value] : image.key_values)
-            itk::EncapsulateMetaData<std::string>(io->GetMetaDataDictionary(), key, value);
+            if (!is_itk_key(key))
+                itk::EncapsulateMetaData<std::string>(io->GetMetaDataDictionary(), key, value);
         io->SetUseCompression(encoding == Encoding::Gzip);
         io->SetCompressionLevel(kGzipLevel);
         io->Write(image.values);

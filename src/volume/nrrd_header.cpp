@@ -92,8 +92,9 @@ Result<Lines> read_lines(const fs::path& path) {
         if (colon == line.npos)
             return damaged(path, "header line '" + shown(line) + "' has no colon");
         if (line.substr(colon).starts_with(":=")) {
-            lines.key_values.emplace_back(unescaped(line.substr(0, colon)),
-                                          unescaped(line.substr(colon + 2)));
+            std::string key = unescaped(line.substr(0, colon));
+            if (!is_itk_key(key))
+                lines.key_values.emplace_back(std::move(key), unescaped(line.substr(colon + 2)));
             continue;
         }
         const std::string name = field_name(line.substr(0, colon));

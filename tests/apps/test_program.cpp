@@ -27,7 +27,7 @@ std::string text_of(const fs::path& file) {
     return text.str();
 }
 
-struct Run {
+struct Finished {
     int status;
     std::string out, err;
 };
@@ -45,7 +45,7 @@ class ProgramTest : public ::testing::Test {
     }
 
     /// In the folder of the test, so that names are short.
-    static Run run(const std::string& arguments) {
+    static Finished run(const std::string& arguments) {
         const fs::path out = *s_folder / ".out", err = *s_folder / ".err";
         const std::string command = "cd '" + s_folder->path().string() +
                                     "' && '" PLIANT_PROGRAM "' " + arguments + " >.out 2>.err";
@@ -55,7 +55,7 @@ class ProgramTest : public ::testing::Test {
     static fs::path file(const std::string& name) { return *s_folder / name; }
 
     static Json deform_report(const std::string& arguments) {
-        const Run done = run("deform " + arguments + " --out r.nrrd --report r.json");
+        const Finished done = run("deform " + arguments + " --out r.nrrd --report r.json");
         EXPECT_EQ(done.status, 0) << done.err;
         return Json::parse(text_of(file("r.json")));
     }
@@ -69,7 +69,7 @@ constexpr const char* kSoft = "[material]\nbone_threshold_hu = 3000\n";
 
 TEST_F(ProgramTest, DeformWritesEverythingThatItPromises) {
     std::ofstream(file("soft.toml")) << kSoft;
-    const Run done =
+    const Finished done =
         run("deform cube.nrrd --push 0,0,0:0,6,0 --tool sphere:5 --config soft.toml --out d.nrrd "
             "--displacement u.nrrd --transform t.nrrd --report d.json --png d.png");
     ASSERT_EQ(done.status, 0) << done.err;
@@ -187,7 +187,7 @@ TEST_F(ProgramTest, BadInputIsOneLineStatusTwoAndNoFile) {
         {"", "ubcommand"},
     };
     for (const auto& c : cases) {
-        const Run done = run(c.arguments);
+        const Finished done = run(c.arguments);
         EXPECT_EQ(done.status, 2) << c.arguments;
         EXPECT_EQ(std::count(done.err.begin(), done.err.end(), '\n'), 1) << c.arguments << "\n"
                                                                          << done.err;
@@ -201,7 +201,7 @@ TEST_F(ProgramTest, BadInputIsOneLineStatusTwoAndNoFile) {
 
 TEST_F(ProgramTest, FailureLeavesOldOutputsAlone) {
     std::ofstream(file("kept.nrrd")) << "old";
-    const Run done =
+    const Finished done =
         run("deform cube.nrrd --push 900,0,0:1,0,0 --out kept.nrrd --report kept.json");
     EXPECT_EQ(done.status, 2);
     EXPECT_EQ(text_of(file("kept.nrrd")), "old");
@@ -249,7 +249,7 @@ TEST_F(ProgramTest, RotatedAndLeftHandedPhantomsDeformTheSameInTheWorld) {
 
 TEST_F(ProgramTest, RenderDrawsEveryView) {
     for (const char* view : {"four-up", "endoscope", "axial", "coronal", "sagittal"}) {
-        const Run done =
+        const Finished done =
             run("render airway.nrrd --size 96x96 --out v.png --view " + std::string(view));
         EXPECT_EQ(done.status, 0) << done.err;
         EXPECT_GT(fs::file_size(file("v.png")), 500u) << view;
@@ -259,7 +259,7 @@ TEST_F(ProgramTest, RenderDrawsEveryView) {
 
 TEST_F(ProgramTest, HelpOfEveryCommandHasAnExample) {
     for (const char* command : {"info", "phantom", "deform", "render"}) {
-        const Run done = run(std::string(command) + " --help");
+        const Finished done = run(std::string(command) + " --help");
         EXPECT_EQ(done.status, 0);
         EXPECT_NE(done.out.find("Example"), std::string::npos) << command;
     }

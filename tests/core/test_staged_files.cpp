@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-#include "support/temp_folder.h"
+#include "support/temporary_folder.h"
 
 #include <pliant/staged_files.h>
 
@@ -22,7 +22,7 @@ auto entries(const fs::path& folder) {
 }
 
 TEST(StagedFiles, AppearTogetherAtTheCommit) {
-    const test::TempFolder folder;
+    const test::TemporaryFolder folder;
     const fs::path a = folder.path() / "a", b = folder.path() / "b";
     StagedFiles files;
     const auto staged_a = files.stage(a), staged_b = files.stage(b);
@@ -38,7 +38,7 @@ TEST(StagedFiles, AppearTogetherAtTheCommit) {
 }
 
 TEST(StagedFiles, LeaveNothingBehindWithoutACommit) {
-    const test::TempFolder folder;
+    const test::TemporaryFolder folder;
     folder.write("a", "old");
     {
         StagedFiles files;
@@ -51,7 +51,7 @@ TEST(StagedFiles, LeaveNothingBehindWithoutACommit) {
 }
 
 TEST(StagedFiles, ReplaceWhatWasThere) {
-    const test::TempFolder folder;
+    const test::TemporaryFolder folder;
     folder.write("a", "old");
     StagedFiles files;
     write(*files.stage(folder.path() / "a"), "new");
@@ -60,7 +60,7 @@ TEST(StagedFiles, ReplaceWhatWasThere) {
 }
 
 TEST(StagedFiles, TakeFilesBesideThemAlong) {
-    const test::TempFolder folder;
+    const test::TemporaryFolder folder;
     StagedFiles files;
     const auto header = files.stage(folder.path() / "a.nhdr");
     write(*header, "header");
@@ -72,7 +72,7 @@ TEST(StagedFiles, TakeFilesBesideThemAlong) {
 }
 
 TEST(StagedFiles, RefusePlacesThatCannotBeWritten) {
-    const test::TempFolder folder;
+    const test::TemporaryFolder folder;
     fs::create_directory(folder.path() / "sub");
     folder.write("file", "x");
     const auto refused = [](const fs::path& path, const char* expected) {
@@ -94,7 +94,7 @@ TEST(StagedFiles, RefusePlacesThatCannotBeWritten) {
 }
 
 TEST(StagedFiles, PutEverythingBackWhenOneFails) {
-    const test::TempFolder folder;
+    const test::TemporaryFolder folder;
     folder.write("a", "old");
     StagedFiles files;
     write(*files.stage(folder.path() / "a"), "new");

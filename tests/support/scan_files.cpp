@@ -123,9 +123,8 @@ std::string NiftiFile::bytes() const {
 
 std::string DicomFile::bytes() const {
     const std::string syntax = implicit ? "1.2.840.10008.1.2" : "1.2.840.10008.1.2.1";
-    const std::string ct = "1.2.840.10008.5.1.4.1.1.2";
     const std::string instance = series + "." + std::to_string(long(10000 + 100 * position[2]));
-    const std::string meta = element(2, 0x0002, "UI", ct, false) +
+    const std::string meta = element(2, 0x0002, "UI", sop_class, false) +
                              element(2, 0x0003, "UI", instance, false) +
                              element(2, 0x0010, "UI", syntax, false);
     std::string bytes(128, '\0');
@@ -139,7 +138,7 @@ std::string DicomFile::bytes() const {
     const auto add_number = [&](std::uint16_t number, std::uint16_t value) {
         add(0x28, number, "US", packed<std::uint16_t>({value}));
     };
-    add(0x08, 0x0016, "UI", ct);
+    add(0x08, 0x0016, "UI", sop_class);
     add(0x08, 0x0018, "UI", instance);
     add(0x08, 0x0060, "CS", "CT");
     add(0x08, 0x103e, "LO", description);
@@ -154,9 +153,9 @@ std::string DicomFile::bytes() const {
     add_number(0x0011, columns);
     add(0x28, 0x0030, "DS", decimals(spacing));
     add_number(0x0100, 16);
-    add_number(0x0101, 16);
-    add_number(0x0102, 15);
-    add_number(0x0103, 1);
+    add_number(0x0101, bits_stored);
+    add_number(0x0102, high_bit);
+    add_number(0x0103, is_signed);
     add(0x28, 0x1052, "DS", intercept);
     add(0x28, 0x1053, "DS", slope);
     add(0x7fe0, 0x0010, "OW", packed(pixels));

@@ -71,7 +71,9 @@ struct DicomFile {
     std::array<double, 2> spacing = {0.5, 0.25};  ///< between rows, between columns
     std::uint16_t rows = 3, columns = 4, samples = 1;
     std::string frames = {}, slope = "1", intercept = "-1000";
+    std::uint16_t bits_stored = 16, high_bit = 15, is_signed = 1;
     bool with_position = true, implicit = false;
+    std::string sop_class = "1.2.840.10008.5.1.4.1.1.2";  ///< CT
     std::vector<std::int16_t> pixels = std::vector<std::int16_t>(12, 1000);
 
     std::string bytes() const;

@@ -9,6 +9,7 @@
 
 #include <filesystem>
 #include <fstream>
+#include <iterator>
 #include <string>
 #include <string_view>
 
@@ -29,8 +30,10 @@ class TemporaryFolder {
 
     const std::filesystem::path& path() const { return m_path; }
     std::filesystem::path operator/(std::string_view name) const { return m_path / name; }
+    /// Writes a file, and the folders above it. @returns its path
     std::filesystem::path write(std::string_view name, std::string_view text) const {
         const std::filesystem::path file = m_path / name;
+        std::filesystem::create_directories(file.parent_path());
         std::ofstream(file, std::ios::binary) << text;
         return file;
     }
@@ -38,5 +41,10 @@ class TemporaryFolder {
   private:
     std::filesystem::path m_path;
 };
+
+inline std::string bytes_of(const std::filesystem::path& path) {
+    std::ifstream file(path, std::ios::binary);
+    return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
+}
 
 }  // namespace pliant::test

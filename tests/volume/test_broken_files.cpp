@@ -4,7 +4,7 @@
 // Files that can't be read: each gives one line that names it, and nothing else is printed.
 
 #include "support/scan_files.h"
-#include "support/temp_folder.h"
+#include "support/temporary_folder.h"
 
 #include <pliant/volume.h>
 
@@ -51,7 +51,7 @@ struct Case {
 };
 
 void expect_all(const std::vector<Case>& cases) {
-    const test::TempFolder folder;
+    const test::TemporaryFolder folder;
     for (const Case& broken : cases)
         expect_one_line(folder.write(broken.name, broken.bytes), broken.expected);
 }
@@ -138,7 +138,7 @@ TEST(BrokenNrrd, MissingDataFilesAreNamed) {
     const auto beside = [](const char* lines) {
         return with<NrrdFile>([&](auto& f) { f.blank_line = false, f.extra = lines; });
     };
-    const test::TempFolder folder;
+    const test::TemporaryFolder folder;
     folder.write("short.raw", "1234");
     expect_one_line(folder.write("a.nhdr", beside("data file: gone.raw\n")), "gone.raw is missing");
     expect_one_line(folder.write("b.nhdr", beside("data file: short.raw\n")), "has 4 bytes");
@@ -281,7 +281,7 @@ TEST(BrokenNifti, DataThatEndEarlyOrAreDamagedAreNoticed) {
 }
 
 TEST(BrokenPaths, AreNamedWithWhatIsWrong) {
-    const test::TempFolder folder;
+    const test::TemporaryFolder folder;
     std::filesystem::create_directory(folder.path() / "nothing");
     expect_one_line(folder.path() / "gone.nrrd", "no such file");
     expect_one_line(folder.path() / "gone/gone.nrrd", "no such file");

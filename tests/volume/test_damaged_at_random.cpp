@@ -5,7 +5,7 @@
 // worse.
 
 #include "support/scan_files.h"
-#include "support/temp_folder.h"
+#include "support/temporary_folder.h"
 
 #include <pliant/volume.h>
 
@@ -55,38 +55,42 @@ void expect_one_line_or_a_sound_volume(const Result<Volume>& volume) {
 
 class DamagedAtRandom : public testing::Test {
   protected:
+    /// A new file each time: file systems make haste to keep what is written over an old one.
+    std::filesystem::path write_anew(const std::string& name, const std::string& bytes) const {
+        std::filesystem::remove(m_folder.path() / name);
+        return m_folder.write(name, bytes);
+    }
     void read_many(const std::string& name, const std::string& good, int count) {
         std::mt19937 random(m_seed);
         testing::internal::CaptureStderr();
         for (int n = 0; n < count; ++n)
-            expect_one_line_or_a_sound_volume(
-                read_volume(m_folder.write(name, damaged(good, random))));
+            expect_one_line_or_a_sound_volume(read_volume(write_anew(name, damaged(good, random))));
         EXPECT_EQ(testing::internal::GetCapturedStderr(), "") << name << ", seed " << m_seed;
     }
     unsigned m_seed = 4711;
-    test::TempFolder m_folder;
+    test::TemporaryFolder m_folder;
 };
 
 TEST_F(DamagedAtRandom, NrrdFilesDoNoHarm) {
     test::NrrdFile file;
     file.extra = "key:=value\nspace units: \"mm\" \"mm\" \"mm\"\n";
-    read_many("a.nrrd", file.bytes(), 1500);
+    read_many("a.nrrd", file.bytes(), 300);
     file.encoding = "gzip";
     file.data = test::gzipped(file.data);
-    read_many("b.nrrd", file.bytes(), 1500);
+    read_many("b.nrrd", file.bytes(), 300);
 }
 
 TEST_F(DamagedAtRandom, MetaImageFilesDoNoHarm) {
     test::MetaFile file;
-    read_many("a.mha", file.bytes(), 1500);
+    read_many("a.mha", file.bytes(), 300);
     file.data = test::zlibbed(file.data);
     file.extra = "CompressedData = True\n";
-    read_many("b.mha", file.bytes(), 1500);
+    read_many("b.mha", file.bytes(), 300);
 }
 
 TEST_F(DamagedAtRandom, NiftiFilesDoNoHarm) {
-    read_many("a.nii", test::NiftiFile().bytes(), 1500);
-    read_many("b.nii.gz", test::gzipped(test::NiftiFile().bytes()), 1500);
+    read_many("a.nii", test::NiftiFile().bytes(), 300);
+    read_many("b.nii.gz", test::gzipped(test::NiftiFile().bytes()), 300);
 }
 
 TEST_F(DamagedAtRandom, DicomFilesDoNoHarm) {
@@ -95,9 +99,9 @@ TEST_F(DamagedAtRandom, DicomFilesDoNoHarm) {
     second.position[2] = 1;
     m_folder.write("series/1.dcm", first.bytes());
     testing::internal::CaptureStderr();
-    for (int n = 0; n < 1000; ++n) {
+    for (int n = 0; n < 500; ++n) {
         second.implicit = n % 2 == 1;
-        m_folder.write("series/2.dcm", damaged(second.bytes(), random));
+        write_anew("series/2.dcm", damaged(second.bytes(), random));
         expect_one_line_or_a_sound_volume(read_volume(m_folder.path() / "series"));
     }
     EXPECT_EQ(testing::internal::GetCapturedStderr(), "") << "seed " << m_seed;

@@ -2,7 +2,10 @@
 // SPDX-License-Identifier: Apache-2.0
 
 #include "support/scan_files.h"
-#include "support/temp_folder.h"
+#include "support/temporary_folder.h"
+
+#include "volume/dicom_series.h"
+#include "volume/itk_io.h"
 
 #include <pliant/volume.h>
 
@@ -16,7 +19,7 @@ namespace {
 using test::DicomFile;
 
 /// Writes slices at these heights, each filled with its number.
-void write_slices(const test::TempFolder& folder, const std::vector<double>& heights,
+void write_slices(const test::TemporaryFolder& folder, const std::vector<double>& heights,
                   const DicomFile& pattern = {}, const std::string& prefix = "s") {
     for (std::size_t n = 0; n < heights.size(); ++n) {
         DicomFile slice = pattern;
@@ -33,7 +36,7 @@ std::string error_of(const std::filesystem::path& path, const ReadOptions& optio
     return volume.ok() ? "was read" : volume.error().message;
 }
 
-void expect_error(const test::TempFolder& folder, const std::string& expected) {
+void expect_error(const test::TemporaryFolder& folder, const std::string& expected) {
     const std::string message = error_of(folder.path());
     EXPECT_TRUE(message.starts_with(folder.path().string())) << message;
     EXPECT_NE(message.find(expected), message.npos) << message << "\nexpected: " << expected;
@@ -41,7 +44,7 @@ void expect_error(const test::TempFolder& folder, const std::string& expected) {
 }
 
 TEST(DicomSeries, IsSortedByPositionAndSpacedByIt) {
-    const test::TempFolder folder;
+    const test::TemporaryFolder folder;
     write_slices(folder, {4, -2, 1});
     const auto volume = read_volume(folder.path());
     ASSERT_TRUE(volume.ok()) << volume.error().message;
@@ -55,7 +58,7 @@ TEST(DicomSeries, IsSortedByPositionAndSpacedByIt) {
 }
 
 TEST(DicomSeries, SlopeAndInterceptAreAppliedSliceBySlice) {
-    const test::TempFolder folder;
+    const test::TemporaryFolder folder;
     for (int n = 0; n < 2; ++n) {
         DicomFile slice;
         slice.position[2] = n;
@@ -71,12 +74,63 @@ TEST(DicomSeries, SlopeAndInterceptAreAppliedSliceBySlice) {
     EXPECT_FALSE(volume->is_16_bit());
 }
 
+TEST(DicomSeries, PixelsAreReadAsItkReadsThem) {
+    const test::TemporaryFolder folder;
+    struct Layout {
+        std::uint16_t bits_stored, high_bit, is_signed;
+    };
+    for (const Layout& layout :
+         {Layout{16, 15, 1}, Layout{16, 15, 0}, Layout{12, 11, 0}, Layout{12, 11, 1}}) {
+        DicomFile slice;
+        slice.bits_stored = layout.bits_stored;
+        slice.high_bit = layout.high_bit;
+        slice.is_signed = layout.is_signed;
+        slice.slope = "1.5";
+        slice.intercept = "-1024";
+        for (int n = 0; n < 12; ++n)
+            slice.pixels[std::size_t(n)] =
+                std::int16_t(layout.high_bit == 15 ? 1000 * n - 5000 : 340 * n);
+        const auto path = folder.write("a.dcm", slice.bytes());
+        const auto header = read_dicom_slice(path);
+        ASSERT_TRUE(header.ok() && header->has_value());
+        VoxelBuilder ours(12), itks(12);
+        ASSERT_TRUE(read_dicom_pixels(**header, ours).ok());
+        ASSERT_TRUE(itk_read_slice(path, 4, 3, itks).ok());
+        std::vector<std::string> notes;
+        EXPECT_EQ(ours.finish(notes), itks.finish(notes))
+            << layout.bits_stored << ' ' << layout.high_bit << ' ' << layout.is_signed;
+    }
+}
+
+TEST(DicomSeries, BitsBesideThePixelAreLeftOut) {
+    const test::TemporaryFolder folder;
+    DicomFile slice;
+    slice.bits_stored = 12;
+    slice.is_signed = 1;
+    for (const std::uint16_t high_bit : {11, 15}) {
+        slice.high_bit = high_bit;
+        const int shift = high_bit - 11;
+        for (int n = 0; n < 12; ++n)
+            slice.pixels[std::size_t(n)] =
+                std::int16_t(((n - 6) & 0xfff) << shift | (shift ? 0xf : 0xf000));
+        const auto header = read_dicom_slice(folder.write("a.dcm", slice.bytes()));
+        ASSERT_TRUE(header.ok() && header->has_value());
+        VoxelBuilder voxels(12);
+        ASSERT_TRUE(read_dicom_pixels(**header, voxels).ok());
+        std::vector<std::string> notes;
+        std::vector<std::int16_t> expected;
+        for (int n = 0; n < 12; ++n) expected.push_back(std::int16_t(n - 6 - 1000));
+        EXPECT_EQ(voxels.finish(notes), Voxels(expected));
+    }
+}
+
 TEST(DicomSeries, OtherFilesAreLeftOutAndCounted) {
-    const test::TempFolder folder;
+    const test::TemporaryFolder folder;
     write_slices(folder, {0, 1});
     folder.write("notes.txt", "hello");
     folder.write("short", "x");
     DicomFile report;  // DICOM, but no image
+    report.sop_class = "1.2.840.10008.5.1.4.1.1.88.11";
     std::string bytes = report.bytes();
     bytes.resize(bytes.find(std::string("\x28\0\x02\0", 4)));
     folder.write("report.dcm", bytes);
@@ -88,7 +142,7 @@ TEST(DicomSeries, OtherFilesAreLeftOutAndCounted) {
 }
 
 TEST(DicomSeries, AmongSeveralOneMustBeChosen) {
-    const test::TempFolder folder;
+    const test::TemporaryFolder folder;
     DicomFile bone;
     bone.series = "9.8.7";
     bone.description = "bone kernel";
@@ -104,7 +158,7 @@ TEST(DicomSeries, AmongSeveralOneMustBeChosen) {
 }
 
 TEST(DicomSeries, ASingleFileIsSentToItsFolder) {
-    const test::TempFolder folder;
+    const test::TemporaryFolder folder;
     write_slices(folder, {0, 1});
     const std::string message = error_of(folder.path() / "s0.dcm");
     EXPECT_NE(message.find("expected the folder of its series"), message.npos) << message;
@@ -112,29 +166,29 @@ TEST(DicomSeries, ASingleFileIsSentToItsFolder) {
 
 TEST(DicomSeries, StacksWithGapsAndDoublesAreRefused) {
     {
-        const test::TempFolder folder;
+        const test::TemporaryFolder folder;
         write_slices(folder, {0, 1, 2, 5, 6});
         expect_error(folder, "slices are missing between s2.dcm and s3.dcm (2 of them)");
     }
     {
-        const test::TempFolder folder;
+        const test::TemporaryFolder folder;
         write_slices(folder, {0, 1, 2, 3.4, 4.4});
         expect_error(folder, "not equally spaced");
     }
     {
-        const test::TempFolder folder;
+        const test::TemporaryFolder folder;
         write_slices(folder, {0, 1, 1, 2});
         expect_error(folder, "at the same place: s1.dcm and s2.dcm");
     }
     {
-        const test::TempFolder folder;
+        const test::TemporaryFolder folder;
         write_slices(folder, {0});
         expect_error(folder, "has 1 slice, expected 2 or more");
     }
 }
 
 TEST(DicomSeries, RoundingOfPositionsIsNoGap) {
-    const test::TempFolder folder;
+    const test::TemporaryFolder folder;
     write_slices(folder, {0, 0.62, 1.25, 1.88, 2.5});
     const auto volume = read_volume(folder.path());
     ASSERT_TRUE(volume.ok()) << volume.error().message;
@@ -142,7 +196,7 @@ TEST(DicomSeries, RoundingOfPositionsIsNoGap) {
 }
 
 TEST(DicomSeries, ATiltedGantryIsRefused) {
-    const test::TempFolder folder;
+    const test::TemporaryFolder folder;
     for (int n = 0; n < 5; ++n) {
         DicomFile slice;
         slice.position = {0, 0.2679 * n, double(n)};
@@ -153,7 +207,7 @@ TEST(DicomSeries, ATiltedGantryIsRefused) {
 
 TEST(DicomSeries, SlicesThatDifferAreRefused) {
     const auto refused = [](const std::function<void(DicomFile&)>& change, const char* expected) {
-        const test::TempFolder folder;
+        const test::TemporaryFolder folder;
         write_slices(folder, {0, 1});
         DicomFile other;
         other.position[2] = 2;
@@ -165,6 +219,8 @@ TEST(DicomSeries, SlicesThatDifferAreRefused) {
     refused([](auto& f) { f.orientation = {0, 1, 0, 1, 0, 0}; }, "differ in orientation");
     refused([](auto& f) { f.spacing = {1, 1}; }, "differ in pixel spacing");
     refused([](auto& f) { f.with_position = false; }, "no usable Image Position (Patient)");
+    refused([](auto& f) { f.slope = "steep"; }, "no usable Rescale Slope");
+    refused([](auto& f) { f.high_bit = 16; }, "stores 16 bits of 16 up to bit 16");
     refused([](auto& f) { f.frames = "7"; }, "holds 7 frames");
     refused([](auto& f) { f.samples = 3, f.pixels.resize(36); }, "holds colour");
     refused([](auto& f) { f.pixels.resize(5); }, "has 10 bytes of pixels, expected 24");
@@ -172,7 +228,7 @@ TEST(DicomSeries, SlicesThatDifferAreRefused) {
 
 TEST(DicomSeries, OrientationsThatMakeNoSenseAreRefused) {
     const auto refused = [](const std::array<double, 6>& orientation, const char* expected) {
-        const test::TempFolder folder;
+        const test::TemporaryFolder folder;
         DicomFile slice;
         slice.orientation = orientation;
         write_slices(folder, {0, 1}, slice);
@@ -184,8 +240,8 @@ TEST(DicomSeries, OrientationsThatMakeNoSenseAreRefused) {
 }
 
 TEST(DicomSeries, FilesThatEndEarlyAreNamed) {
-    for (const std::size_t cut : {1, 10, 30, 200}) {
-        const test::TempFolder folder;
+    for (const std::size_t cut : {1, 10, 30, 36, 50, 100, 200, 300}) {
+        const test::TemporaryFolder folder;
         write_slices(folder, {0, 1, 2});
         const std::string bytes = test::bytes_of(folder.path() / "s1.dcm");
         folder.write("s1.dcm", bytes.substr(0, bytes.size() - cut));

@@ -5,7 +5,7 @@
 
 #include "support/itk_reader.h"
 #include "support/scan_files.h"
-#include "support/temp_folder.h"
+#include "support/temporary_folder.h"
 
 #include <pliant/volume.h>
 
@@ -62,7 +62,7 @@ std::string text_ramp() {
 }
 
 TEST(ReadNrrd, EveryTypeOfNumberIsReadAsItkReadsIt) {
-    const test::TempFolder folder;
+    const test::TemporaryFolder folder;
     const std::pair<const char*, std::string> types[] = {
         {"signed char", ramp<std::int8_t>(-120, 9)},
         {"uchar", ramp<std::uint8_t>(3, 10)},
@@ -92,7 +92,7 @@ TEST(ReadNrrd, EveryTypeOfNumberIsReadAsItkReadsIt) {
 }
 
 TEST(ReadNrrd, EveryPlaceForTheDataIsFound) {
-    const test::TempFolder folder;
+    const test::TemporaryFolder folder;
     const std::string data = packed(test::small_values());
     folder.write("data.raw", data);
     folder.write("data.gz", gzipped("xyz" + data));
@@ -121,8 +121,8 @@ TEST(ReadNrrd, EveryPlaceForTheDataIsFound) {
 }
 
 TEST(ReadNrrd, OtherSpacesAndNoneArePlacedAsItkPlacesThem) {
-    const test::TempFolder folder;
-    for (const char* space : {"RAS", "LPS", "LAS", "scanner-xyz", "3D-left-handed"}) {
+    const test::TemporaryFolder folder;
+    for (const char* space : {"RAS", "LPS", "scanner-xyz", "3D-left-handed"}) {
         NrrdFile file;
         file.space = space;
         file.directions = "(0,1.5,0) (0,0,-1) (2,0,0)";
@@ -137,7 +137,7 @@ TEST(ReadNrrd, OtherSpacesAndNoneArePlacedAsItkPlacesThem) {
 }
 
 TEST(ReadMetaImage, EveryTypeOfNumberIsReadAsItkReadsIt) {
-    const test::TempFolder folder;
+    const test::TemporaryFolder folder;
     const std::pair<const char*, std::string> types[] = {
         {"MET_CHAR", ramp<std::int8_t>(-120, 9)},     {"MET_UCHAR", ramp<std::uint8_t>(3, 10)},
         {"MET_SHORT", ramp<std::int16_t>(-999, 99)},  {"MET_USHORT", ramp<std::uint16_t>(0, 2800)},
@@ -158,7 +158,7 @@ TEST(ReadMetaImage, EveryTypeOfNumberIsReadAsItkReadsIt) {
 }
 
 TEST(ReadMetaImage, EveryPlaceForTheDataIsFound) {
-    const test::TempFolder folder;
+    const test::TemporaryFolder folder;
     const std::string data = packed(test::small_values());
     folder.write("data.raw", data);
     folder.write("head.raw", "abc" + data);
@@ -180,7 +180,7 @@ TEST(ReadMetaImage, EveryPlaceForTheDataIsFound) {
 }
 
 TEST(ReadNifti, EveryTypeOfNumberIsReadAsItkReadsIt) {
-    const test::TempFolder folder;
+    const test::TemporaryFolder folder;
     struct Type {
         std::int16_t code;
         std::string data;
@@ -206,7 +206,7 @@ TEST(ReadNifti, EveryTypeOfNumberIsReadAsItkReadsIt) {
 }
 
 TEST(ReadNifti, SlopeAndInterceptAreApplied) {
-    const test::TempFolder folder;
+    const test::TemporaryFolder folder;
     NiftiFile file;
     file.slope = 2;
     file.intercept = -1000;
@@ -220,7 +220,7 @@ TEST(ReadNifti, SlopeAndInterceptAreApplied) {
 }
 
 TEST(ReadNifti, TheSameMapAsInItkIsChosen) {
-    const test::TempFolder folder;
+    const test::TemporaryFolder folder;
     for (const std::int16_t qform_code : {0, 1, 2, 3})
         for (const std::int16_t sform_code : {0, 1, 2, 3}) {
             NiftiFile file;
@@ -236,7 +236,7 @@ TEST(ReadNifti, TheSameMapAsInItkIsChosen) {
 }
 
 TEST(ReadNifti, LaterAxesOfOneAreLeftOut) {
-    const test::TempFolder folder;
+    const test::TemporaryFolder folder;
     NiftiFile file;
     file.dim = {5, 4, 3, 2, 1, 1, 1, 1};
     const auto volume = read_volume(folder.write("a.nii", file.bytes()));

@@ -4,7 +4,7 @@
 // Real scans, where they are at hand.
 
 #include "support/itk_reader.h"
-#include "support/temp_folder.h"
+#include "support/temporary_folder.h"
 
 #include <pliant/volume.h>
 
@@ -93,7 +93,7 @@ TEST(SharedScans, TheDicomFolderShowsTheSameBodyAsTheCrop) {
 
 TEST(SharedScans, SurviveWritingAndReading) {
     PLIANT_NEEDS_SHARED_DATA();
-    const test::TempFolder folder;
+    const test::TemporaryFolder folder;
     for (const char* name : {"head_ct_tiny_64.nrrd", "abdomen_ct_3mm.nii.gz", "dicom_thorax_10"}) {
         const auto volume = read_volume(kData / name);
         ASSERT_TRUE(volume.ok()) << volume.error().message;

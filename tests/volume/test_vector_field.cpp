@@ -3,7 +3,7 @@
 
 #include "support/itk_reader.h"
 #include "support/scan_files.h"
-#include "support/temp_folder.h"
+#include "support/temporary_folder.h"
 
 #include <pliant/volume.h>
 
@@ -24,7 +24,7 @@ VectorField some_field(FieldKind kind) {
 }
 
 TEST(VectorField, ComesBackAsItWas) {
-    const test::TempFolder folder;
+    const test::TemporaryFolder folder;
     for (const FieldKind kind : {FieldKind::Modeling, FieldKind::Resampling})
         for (const auto encoding : {Encoding::Gzip, Encoding::Raw})
             for (const char* name : {"u.nrrd", "u.nhdr"}) {
@@ -40,7 +40,7 @@ TEST(VectorField, ComesBackAsItWas) {
 }
 
 TEST(VectorField, TheHeaderIsThatOfAGridTransform) {
-    const test::TempFolder folder;
+    const test::TemporaryFolder folder;
     const auto path = folder.path() / "u.nrrd";
     for (const FieldKind kind : {FieldKind::Modeling, FieldKind::Resampling}) {
         ASSERT_TRUE(write_vector_field(path, some_field(kind)).ok());
@@ -61,7 +61,7 @@ TEST(VectorField, TheHeaderIsThatOfAGridTransform) {
 }
 
 TEST(VectorField, ItkReadsTheSame) {
-    const test::TempFolder folder;
+    const test::TemporaryFolder folder;
     const VectorField field = some_field(FieldKind::Modeling);
     ASSERT_TRUE(write_vector_field(folder.path() / "u.nrrd", field).ok());
     const test::ItkImage itk = test::read_with_itk(folder.path() / "u.nrrd");
@@ -87,7 +87,7 @@ test::NrrdFile field_file(const std::string& space, const std::vector<float>& nu
 }
 
 TEST(VectorField, VectorsInRasAreConverted) {
-    const test::TempFolder folder;
+    const test::TemporaryFolder folder;
     std::vector<float> numbers;
     for (int n = 0; n < 24; ++n)
         for (const float v : {1.f, 2.f, 3.f}) numbers.push_back(v);
@@ -100,7 +100,7 @@ TEST(VectorField, VectorsInRasAreConverted) {
 }
 
 TEST(VectorField, OtherFilesAreRefused) {
-    const test::TempFolder folder;
+    const test::TemporaryFolder folder;
     const auto refused = [&](const std::string& name, const std::string& bytes,
                              const char* expected) {
         const auto path = folder.write(name, bytes);
