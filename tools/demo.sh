@@ -4,7 +4,7 @@
 #
 # The demo: a scan is pushed at one place, and everything that Pliant writes about it lands in
 # demo/. Without a file the scan is the airway phantom, pushed at its first landmark; with a file
-# `pliant info --json` suggests the place.
+# `pliant info --suggest-push` names the place.
 
 readonly demo_tool=sphere:4
 
@@ -63,7 +63,7 @@ choose_push() { # PROGRAM SCAN
     local info number='-?[0-9.eE+-]+' vector
     vector="$number,$number,$number"
     info=$(mktemp)
-    "$1" info "$2" --json >"$info" || {
+    "$1" info "$2" --json --suggest-push >"$info" || {
         rm -f "$info"
         exit 2
     }

@@ -66,8 +66,9 @@ void add_info(CLI::App& app, InfoOptions& o) {
     auto* c = app.add_subcommand("info", "Show what a scan holds");
     c->add_option("FILE", o.file, "NRRD, MetaImage, NIfTI or DICOM folder")->required();
     add_series(c, o.series);
+    c->add_flag("--suggest-push", o.suggest_push, "a place on a wall that gives way");
     c->add_flag("--json", o.json, "one JSON object");
-    c->footer("Example:\n  pliant info scan.nrrd");
+    c->footer("Example:\n  pliant info scan.nrrd --suggest-push");
 }
 
 void add_phantom(CLI::App& app, PhantomOptions& o) {

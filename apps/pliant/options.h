@@ -22,6 +22,7 @@ inline constexpr int kExitBadInput = 2;
 struct InfoOptions {
     std::string file;
     std::string series;
+    bool suggest_push = false;
     bool json = false;
 };
 

@@ -4,6 +4,7 @@
 // What a scan holds, for people or as one JSON object.
 
 #include "options.h"
+#include "suggest_push.h"
 
 #include <pliant/volume.h>
 
@@ -91,7 +92,7 @@ nlohmann::ordered_json json_of(Vec3d v) {
 }
 
 void print_json(const InfoOptions& options, const Volume& volume, const ReadNotes& notes,
-                const ValueRange& range) {
+                const ValueRange& range, const std::optional<PushOption>& push) {
     const Grid& grid = volume.grid;
     nlohmann::ordered_json json;
     json["file"] = options.file;
@@ -114,6 +115,10 @@ void print_json(const InfoOptions& options, const Volume& volume, const ReadNote
     json["key_values"] = nlohmann::ordered_json::object();
     for (const auto& [key, value] : volume.key_values) json["key_values"][key] = value;
     json["notes"] = notes.notes;
+    if (push)
+        json["suggested_push"] = {{"point_mm", json_of(push->point_mm)},
+                                  {"push_mm", json_of(push->push_mm)},
+                                  {"sphere_radius_mm", kSuggestedRadiusMm}};
     // Bytes of a file that are no UTF-8 are replaced, not refused.
     const std::string text =
         json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
@@ -144,8 +149,25 @@ void print_geometry(const Grid& grid) {
     print_line("origin", digits(grid.origin_mm, ", ") + " mm (LPS)");
 }
 
+/// Commands that work with this scan.
+void print_next(const InfoOptions& options, const std::optional<PushOption>& push) {
+    const std::string file = one_line(options.file);
+    std::printf("\nTry next:    pliant render %s --out view.png\n", file.c_str());
+    if (push) {
+        std::printf(
+            "             pliant deform %s --push \"%s:%s\" --tool sphere:%s --out "
+            "pushed.nrrd --png pushed.png\n",
+            file.c_str(), digits(push->point_mm, ",").c_str(), digits(push->push_mm, ",").c_str(),
+            digits(kSuggestedRadiusMm).c_str());
+    } else if (options.suggest_push) {
+        std::printf("             no wall that gives way is in view; see pliant deform --help\n");
+    } else {
+        std::printf("             pliant info %s --suggest-push\n", file.c_str());
+    }
+}
+
 void print_text(const InfoOptions& options, const Volume& volume, const ReadNotes& notes,
-                const ValueRange& range) {
+                const ValueRange& range, const std::optional<PushOption>& push) {
     print_line("file", options.file);
     print_line("format", notes.format + ", stored as " + notes.stored_type);
     print_geometry(volume.grid);
@@ -159,7 +181,7 @@ void print_text(const InfoOptions& options, const Volume& volume, const ReadNote
                              (volume.is_16_bit() ? "int16" : "float32"));
     for (const auto& [key, value] : volume.key_values) print_line("key", key + ": " + value);
     for (const std::string& note : notes.notes) print_line("note", note);
-    std::printf("\nTry next:    pliant render %s --out view.png\n", one_line(options.file).c_str());
+    print_next(options, push);
 }
 
 }  // namespace
@@ -170,10 +192,12 @@ int run_info(const InfoOptions& options) {
     if (!volume) return bad_input(volume.error().message);
     const ValueRange range =
         std::visit([](const auto& voxels) { return range_of(voxels); }, volume->voxels);
+    std::optional<PushOption> push;
+    if (options.suggest_push) push = suggest_push(*volume, TaskArena());
     if (options.json)
-        print_json(options, *volume, notes, range);
+        print_json(options, *volume, notes, range, push);
     else
-        print_text(options, *volume, notes, range);
+        print_text(options, *volume, notes, range, push);
     return kExitOk;
 }
 

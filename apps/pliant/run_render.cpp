@@ -5,7 +5,9 @@
 
 #include <array>
 #include <charconv>
+#include <cmath>
 #include <filesystem>
+#include <utility>
 
 #include "options.h"
 
@@ -59,7 +61,16 @@ Result<Endoscope> place_endoscope(const RenderOptions& o, const Volume& volume, 
     return e;
 }
 
+/// @returns what is wrong with the options, or an empty text
 std::string check(const RenderOptions& o) {
+    const std::pair<const char*, double> numbers[] = {{"--iso", o.iso_hu},
+                                                      {"--fov", o.field_of_view_deg},
+                                                      {"--barrel", o.barrel_distortion},
+                                                      {"--fog", o.fog_distance_mm},
+                                                      {"--window", o.window_hu},
+                                                      {"--level", o.level_hu}};
+    for (const auto& [name, value] : numbers)
+        if (!std::isfinite(value)) return std::string(name) + ": expected a finite number";
     if (o.look && !(norm(*o.look) > 0)) return "--look: expected a direction, found 0,0,0";
     if (o.up && !(norm(*o.up) > 0)) return "--up: expected a direction, found 0,0,0";
     if (o.up && o.look && norm(cross(*o.up, *o.look)) < 1e-6 * norm(*o.up) * norm(*o.look))

@@ -19,31 +19,41 @@ namespace pliant {
 namespace {
 
 constexpr double kPureAirHu = -925;   // lung is about −850, air −1000
+constexpr double kLungHu = -820;      // noisy lung reaches this every few millimetres, air doesn't
 constexpr double kLeastRadiusMm = 2;  // of a lumen that an endoscope fits in
 constexpr double kWideMm = 8;         // radius beyond which a lumen is wide enough
 constexpr double kHallMm = 15;        // … and from which it is a hall rather than a tube
-constexpr double kFarMm = 80;         // free way that is long enough
+constexpr double kFarMm = 60;         // free way that is long enough
 constexpr int kMaxPlaces = 300;
 constexpr int kDirections = 240;
+constexpr int kFinalists = 12;  // places that are looked at more closely
+constexpr int kFinalDirections = 1500;
 
 struct Stage {
-    double threshold_hu;
+    double threshold_hu;  ///< of the lumen
+    double wall_hu;       ///< where the way through it ends
     bool allow_outside;
 };
 
 std::vector<Stage> stages(double iso_hu, Polarity polarity) {
-    const bool ct = polarity == Polarity::Rising && iso_hu > kPureAirHu && iso_hu < 0;
+    const bool ct = polarity == Polarity::Rising && iso_hu > kLungHu && iso_hu < 0;
     std::vector<Stage> list;
     for (bool outside : {false, true}) {
-        if (ct) list.push_back({kPureAirHu, outside});
-        list.push_back({iso_hu, outside});
+        if (ct) list.push_back({kPureAirHu, kLungHu, outside});
+        list.push_back({iso_hu, iso_hu, outside});
     }
     return list;
 }
 
+struct View {
+    double score = 0;
+    Vec3d direction{0, 0, 0};
+};
+
 struct Place {
     std::size_t cell;
     double radius_mm;
+    View view = {};
 };
 
 /// Cells farther from the wall than their neighbours, widest first, not too close to each other.
@@ -61,7 +71,7 @@ std::vector<Place> deep_places(const render::CoarseVolume& coarse,
             if (contains(box, q) && distance_mm[coarse.index(q)] > here) peak = false;
         }
         // Without any wall the distance is infinite.
-        if (peak) peaks.push_back({i, std::min(double(here), 1e3)});
+        if (peak) peaks.push_back({i, std::min(double(here), 1e3), {}});
     }
     std::stable_sort(peaks.begin(), peaks.end(), [](const Place& a, const Place& b) {
         return std::min(a.radius_mm, kWideMm) > std::min(b.radius_mm, kWideMm);
@@ -80,24 +90,25 @@ std::vector<Place> deep_places(const render::CoarseVolume& coarse,
     return places;
 }
 
-struct View {
-    double score = 0;
-    Vec3d direction{0, 0, 0};
-};
-
-/// Directions to try, and for each the indices of those that a view along it has near its middle.
+/// Directions to try, and for each the indices of those that a view along it has in its picture
+/// and in its middle.
 struct Directions {
     std::vector<Vec3d> all;
-    std::vector<std::vector<std::size_t>> around;
+    std::vector<std::vector<std::size_t>> around, middle;
 };
 
-Directions make_directions() {
-    constexpr double kCosine = 0.86;  // of some 30°
-    Directions d{render::sphere_directions(kDirections), {}};
+Directions make_directions(int count) {
+    constexpr double kAround = 0.86, kMiddle = 0.97;  // cosines of some 30° and 14°
+    Directions d;
+    d.all = render::sphere_directions(count);
     d.around.resize(d.all.size());
+    d.middle.resize(d.all.size());
     for (std::size_t i = 0; i < d.all.size(); ++i)
-        for (std::size_t k = 0; k < d.all.size(); ++k)
-            if (dot(d.all[i], d.all[k]) > kCosine) d.around[i].push_back(k);
+        for (std::size_t k = 0; k < d.all.size(); ++k) {
+            const double cosine = dot(d.all[i], d.all[k]);
+            if (cosine > kAround) d.around[i].push_back(k);
+            if (cosine > kMiddle) d.middle[i].push_back(k);
+        }
     return d;
 }
 
@@ -111,13 +122,24 @@ View best_view(const render::VolumeRays& rays, Vec3d eye_mm, double radius_mm, d
         ++walls;
         free[i] = *t;
     }
+    // The end of a lumen is worth a view, a hole where the scan ends isn't.
+    constexpr double kHole = 0.4;
+    constexpr double kDownwards = 1.2;  // most scopes come from the head's side
+    const auto closed = [&](const std::vector<std::size_t>& indices) {
+        const auto count = std::count_if(indices.begin(), indices.end(),
+                                         [&](std::size_t k) { return free[k] > 0; });
+        return double(count) / double(indices.size());
+    };
     View best;
     double longest = 0;
-    for (std::size_t i = 0; i < directions.all.size(); ++i) {
-        const auto closed = std::count_if(directions.around[i].begin(), directions.around[i].end(),
-                                          [&](std::size_t k) { return free[k] > 0; });
-        const double share = double(closed) / double(directions.around[i].size());
-        const double length = std::min(free[i], kFarMm) * share * share;
+    for (std::size_t i = 0; i < free.size(); ++i) {
+        double sum = 0;  // one ray through a gap is no view: the middle of the picture counts
+        for (std::size_t k : directions.middle[i]) sum += std::min(free[k], kFarMm);
+        const double mean = sum / double(directions.middle[i].size());
+        if (kDownwards * mean <= longest) continue;
+        const double length = mean * std::pow(closed(directions.around[i]), 2) *
+                              (closed(directions.middle[i]) < 1 ? kHole : 1) *
+                              (directions.all[i].z < -0.3 ? kDownwards : 1);
         if (length <= longest) continue;
         longest = length;
         best.direction = directions.all[i];
@@ -128,28 +150,32 @@ View best_view(const render::VolumeRays& rays, Vec3d eye_mm, double radius_mm, d
     return best;
 }
 
+/// Scores all places, keeps the best few and looks around there more closely.
 std::optional<Endoscope> search(const render::VolumeRays& rays, const render::CoarseVolume& coarse,
-                                const std::vector<Place>& places, double iso_hu,
-                                Polarity polarity) {
-    const Directions directions = make_directions();
-    std::vector<View> views(places.size());
-    std::vector<Vec3d> eyes(places.size());
-    rays.arena.for_each(std::int64_t(places.size()), 4, [&](std::int64_t begin, std::int64_t end) {
-        for (auto i = std::size_t(begin); i < std::size_t(end); ++i) {
-            const Grid& grid = rays.volume.grid;
-            eyes[i] = world_from_voxel(grid, voxel_of_cell(coarse, grid, places[i].cell));
-            views[i] = best_view(rays, eyes[i], places[i].radius_mm, iso_hu, polarity, directions);
-        }
-    });
-    const auto best = std::max_element(
-        views.begin(), views.end(), [](const View& a, const View& b) { return a.score < b.score; });
-    if (best == views.end() || !(best->score > 0)) return std::nullopt;
+                                std::vector<Place> places, double iso_hu, Polarity polarity) {
     Endoscope endoscope;
-    endoscope.eye_mm = eyes[std::size_t(best - views.begin())];
-    endoscope.look = best->direction;
-    endoscope.up = render::natural_up(best->direction);
     endoscope.iso_hu = iso_hu;
     endoscope.polarity = polarity;
+    for (const auto& [count, kept] : {std::pair{kDirections, kFinalists}, {kFinalDirections, 1}}) {
+        const Directions directions = make_directions(count);
+        const auto eye = [&](const Place& place) {
+            return world_from_voxel(rays.volume.grid,
+                                    voxel_of_cell(coarse, rays.volume.grid, place.cell));
+        };
+        rays.arena.for_each(std::int64_t(places.size()), 2, [&](auto begin, auto end) {
+            for (auto i = std::size_t(begin); i < std::size_t(end); ++i)
+                places[i].view = best_view(rays, eye(places[i]), places[i].radius_mm, iso_hu,
+                                           polarity, directions);
+        });
+        std::stable_sort(places.begin(), places.end(), [](const Place& a, const Place& b) {
+            return a.view.score > b.view.score;
+        });
+        if (places.size() > std::size_t(kept)) places.resize(std::size_t(kept));
+        if (places.empty() || !(places[0].view.score > 0)) return std::nullopt;
+        endoscope.eye_mm = eye(places[0]);
+        endoscope.look = places[0].view.direction;
+    }
+    endoscope.up = render::natural_up(endoscope.look);
     return endoscope;
 }
 
@@ -158,7 +184,8 @@ std::optional<Endoscope> search(const render::VolumeRays& rays, const render::Co
 std::optional<Vec3d> find_look(const Volume& volume, Vec3d eye_mm, double iso_hu, Polarity polarity,
                                const TaskArena& arena) {
     const render::VolumeRays rays(volume, arena);
-    const View view = best_view(rays, eye_mm, kWideMm, iso_hu, polarity, make_directions());
+    const View view =
+        best_view(rays, eye_mm, kWideMm, iso_hu, polarity, make_directions(kFinalDirections));
     if (!(view.score > 0)) return std::nullopt;
     return view.direction;
 }
@@ -172,7 +199,10 @@ std::optional<Endoscope> find_endoscope(const Volume& volume, double iso_hu, Pol
         const auto mask =
             render::lumen_mask(coarse, stage.threshold_hu, polarity, stage.allow_outside);
         const auto places = deep_places(coarse, render::wall_distance_mm(coarse, mask, arena));
-        if (auto found = search(rays, coarse, places, iso_hu, polarity)) return found;
+        if (auto found = search(rays, coarse, places, stage.wall_hu, polarity)) {
+            found->iso_hu = iso_hu;
+            return found;
+        }
     }
     return std::nullopt;
 }

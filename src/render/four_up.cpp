@@ -29,12 +29,14 @@ std::string number(double value, int digits) {
 }
 
 int label_scale(int panel_height) {
-    return std::max(1, panel_height / 256);
+    return std::max(1, (panel_height + 8) / 256);
 }
 
-void label_top(Image& panel, const std::string& text, Rgb8 colour) {
+/// @param line  0: the topmost
+void label_top(Image& panel, const std::string& text, Rgb8 colour, int line = 0) {
     const int scale = label_scale(panel.height);
-    render::draw_text(panel, {4 * scale, 4 * scale}, text, colour, scale);
+    render::draw_text(panel, {4 * scale, (4 + line * (render::kGlyphHeight + 4)) * scale}, text,
+                      colour, scale);
 }
 
 void label_bottom(Image& panel, const std::string& text) {
@@ -49,10 +51,10 @@ Image section_panel(const Volume& volume, Section section, Orientation orientati
     Image panel = section_view(volume, section, width, height, arena);
     const render::SectionStyle style = render::section_style(orientation);
     const int axis = style.axis - 'x';
-    label_top(panel,
-              std::string(style.name) + "  " + style.axis + " " +
-                  number(section.point_mm[axis], 1) + " mm",
-              style.colour);
+    label_top(panel, style.name, style.colour);
+    std::string place{style.axis, ' '};
+    place += number(section.point_mm[axis], 1);
+    label_top(panel, place + " mm", style.colour, 1);
     label_bottom(panel, "W " + number(section.window_hu, 0) + "  L " + number(section.level_hu, 0));
     return panel;
 }
@@ -69,7 +71,8 @@ Image four_up_view(const Volume& volume, const FourUp& settings, int width, int 
     const int bottom = std::max(1, all.height - line - top);
 
     Image view = RayCaster(volume, arena).endoscope_view(settings.endoscope, left, top);
-    label_top(view, "endoscope  iso " + number(settings.endoscope.iso_hu, 0) + " HU", kInk);
+    label_top(view, "endoscope", kInk);
+    label_top(view, "iso " + number(settings.endoscope.iso_hu, 0) + " HU", kInk, 1);
     if (!settings.caption.empty()) label_bottom(view, settings.caption);
     render::paste(all, view, {0, 0});
 

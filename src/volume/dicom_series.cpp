@@ -182,8 +182,9 @@ Result<Volume> read_dicom_folder(const fs::path& folder, const ReadOptions& opti
     }
     const std::size_t others = files.size() - slices.size();
     if (slices.empty())
-        return Error{ErrorCode::NotFound, folder.string() + ": holds no DICOM images (" +
-                                              std::to_string(files.size()) + " files looked at)"};
+        return Error{ErrorCode::NotFound,
+                     folder.string() + ": holds no DICOM images (" + std::to_string(files.size()) +
+                         (files.size() == 1 ? " file looked at)" : " files looked at)")};
     auto chosen = choose_series(folder, std::move(slices), options.series_uid);
     if (!chosen) return chosen.error();
     auto grid = stack_slices(folder, *chosen);

@@ -15,7 +15,7 @@ namespace {
 
 Tube bronchus(std::vector<TubePoint> row, Vec3d back, double wall_mm) {
     Tube tube;
-    tube.points = smooth_row(row, 6);
+    tube.points = smooth_row(row, 8);
     tube.back = normalized(back);
     tube.wall_mm = wall_mm;
     tube.ring_mm = 3.6;
@@ -81,7 +81,7 @@ std::vector<Tube> airway_tubes() {
 /// Horseshoes within the wall.
 double cartilage(const TubePlace& place) {
     const double shell = std::abs(place.smooth_mm - 1.05) - 0.5;
-    return std::max({shell, 0.6 * (0.05 - place.ring), 3 * (place.back - 0.45)});
+    return std::max({shell, 0.6 * (0.05 - place.ring), 2 * (place.back - 0.45)});
 }
 
 /// Looks from the eye at a place on the wall, which is where the ray meets it, a little inside.
@@ -94,7 +94,7 @@ PhantomLandmark landmark(const std::string& name, const Field& lumen_inside, Vec
 }
 
 void add_landmarks(Model& model, const Field& outside_lumen) {
-    const Vec3d above{0.3, 0.6, 26};
+    const Vec3d above{0.3, 0.8, 22};
     const Vec3d tip = walk_to_surface(outside_lumen, {-0.2, 2, 3}, {0, 0, -1}, 30);
     model.landmarks.push_back(landmark("carina", outside_lumen, above, tip, {6, 0, 0}));
     model.landmarks.push_back(
@@ -116,11 +116,11 @@ Model make_airway_model() {
     add_chest(model.scene, [tree](Vec3d p) { return tree->outer(p); });
     model.scene.add([tree](Vec3d p) { return tree->outer(p); }, tissue(40, 9), 1.2);
     model.scene.add([tree](Vec3d p) { return cartilage(tree->find(p)); }, tissue(165, 12, 45, 2),
-                    3);
+                    1.4);
     const Field lumen = [tree](Vec3d p) {
         return tree->lumen(p) + 0.12 * value_noise(p * 0.45, 22);
     };
-    model.scene.add(lumen, uniform(kAirHu), 1.8);
+    model.scene.add(lumen, uniform(kAirHu), 1.45);
     add_landmarks(model, [lumen](Vec3d p) { return -lumen(p); });
     return model;
 }

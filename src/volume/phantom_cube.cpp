@@ -13,6 +13,7 @@ namespace pliant::phantom {
 Model make_cube_model() {
     Model model;
     model.extent_mm = {100, 100, 100};
+    model.scene.footprint_voxels = 1;
     constexpr double kHalf_mm = 30;
     model.scene.add(
         [](Vec3d p) {

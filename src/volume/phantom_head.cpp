@@ -12,19 +12,21 @@ namespace pliant::phantom {
 namespace {
 
 double head(Vec3d p) {
-    const double skull = ellipsoid(p, {0, 34, 16}, {59, 84, 78});
-    const double jaw = ellipsoid(p, {0, 6, -44}, {44, 54, 50});
-    const double face = smooth_union(skull, jaw, 14);
-    const double bridge = capsule(p, {0, -44, 18}, {0, -53, -12}, 5, 7);
-    const double wings = capsule(mirrored_x(p), {6, -47, -22}, {5, -50, -17}, 5.5, 5);
-    return smooth_union(face, smooth_union(bridge, wings, 5), 8);
+    const double vault = ellipsoid(p, {0, 34, 16}, {59, 84, 78});
+    const double face = box(p, {0, 0, -24}, {46, 48, 66}, 30);
+    const double cheek = sphere(mirrored_x(p), {27, -25, -13}, 22.5);
+    const double front = smooth_union(smooth_union(vault, face, 10), cheek, 12);
+    const double bridge = capsule(p, {0, -43, 20}, {0, -53, -11}, 4.5, 6.5);
+    const double wings = capsule(mirrored_x(p), {6, -46, -22}, {4.5, -51, -17}, 6, 5);
+    return smooth_union(front, smooth_union(bridge, wings, 5), 7);
 }
 
 /// The room of the brain; its floor falls in three steps from the brow to the back.
 double cranium(Vec3d p, double grown_mm) {
     const double side = std::abs(p.x);
     const double over_orbit = 9 * ramp(4, 16, side) * (1 - ramp(0, 12, p.y));
-    const double middle = 17 * ramp(13, 26, side) * ramp(0, 14, p.y);
+    const double dx = (side - 36) / 22, dy = (p.y - 26) / 27;
+    const double middle = 17 * ramp(1.1, 0.3, dx * dx + dy * dy);
     const double back = 30 * ramp(30, 50, p.y);
     const double floor = 24.5 + over_orbit - middle - back - grown_mm;
     const double vault = ellipsoid(p, {0, 34, 18}, {52, 75, 69}) - grown_mm;
@@ -37,10 +39,12 @@ double orbit(Vec3d p) {
                                sphere(q, {31, -38, 14}, 12), 4);
 }
 
+/// The vault of the skull, between two ellipsoids.
 double skull(Vec3d p) {
-    const double shell = ellipsoid(p, {0, 34, 18}, {56.5, 79, 73});
-    const double above = std::min(0.7 * (24 - p.z - 0.3 * (p.y + 40)), 30.0);
-    return std::max(shell, above);
+    const double shell = cut(ellipsoid(p, {0, 34, 18}, {56.3, 79.5, 73}),
+                             ellipsoid(p, {0, 34, 18}, {51.5, 74.5, 68.5}));
+    const double lower_edge = 26 - 24 * ramp(-34, -6, p.y) - 20 * ramp(20, 50, p.y);
+    return std::max(shell, 0.6 * (lower_edge - p.z));
 }
 
 void add_skin(Scene& scene) {
@@ -70,14 +74,16 @@ void add_bone(Scene& scene) {
         const double upper = std::max(gum, p.y + 2);
         const double wings = capsule(q, {13, 12, -4}, {17, 15, -32}, 2.4, 1.6);
         const double jaw = capsule(q, {48, 18, -8}, {42, 10, -60}, 3.6, 4.6);
-        return std::min({cheek, rim, upper, wings, jaw});
+        const double side = capsule(q, {42, 10, -60}, {27, -24, -58}, 4.6, 5.2);
+        const double chin = capsule(q, {27, -24, -58}, {5, -38, -57}, 5.2, 6);
+        return std::min({cheek, rim, upper, wings, jaw, side, chin});
     };
     scene.add(face, dense, 1.1);
     scene.add([=](Vec3d p) { return face(p) + 1.6; }, spongy, 1.1);
     // the base around the sphenoid, with the clivus and the temporal bones
     const auto base = [](Vec3d p) {
         const Vec3d q = mirrored_x(p);
-        const double middle = box(p, {0, 21, 7}, {17, 14.5, 13}, 5);
+        const double middle = box(p, {0, 21, 7}, {15, 13.5, 12}, 6);
         const double clivus = capsule(p, {0, 34, 10}, {0, 46, -18}, 7, 5);
         const double temporal = capsule(q, {20, 38, 2}, {50, 40, 4}, 7, 11);
         return smooth_union(smooth_union(middle, clivus, 4), temporal, 4);
@@ -95,23 +101,29 @@ void add_bone(Scene& scene) {
         },
         uniform(-900));
     scene.add(skull, dense, 1.1);
-    scene.add(
-        [](Vec3d p) {
-            return std::max(skull(p) + 1.5, -(ellipsoid(p, {0, 34, 18}, {53.6, 76.6, 70.6})));
-        },
-        spongy, 1.1);
-    scene.add([](Vec3d p) { return std::max(cranium(p, 2.0), -60 - p.z); }, dense, 1.2);
+    scene.add([](Vec3d p) { return skull(p) + 1.4; }, spongy, 1.1);
+    scene.add([](Vec3d p) { return cranium(p, 2.0); }, dense, 1.2);
 }
 
-void add_teeth(Scene& scene) {
+void add_mouth(Scene& scene) {
+    const auto gap = [](Vec3d p) {
+        const double dome = p.z + 34 + 0.012 * (p.x * p.x + 0.5 * (p.y + 8) * (p.y + 8));
+        return std::max(0.9 * (std::abs(dome) - 0.7), ellipsoid(p, {0, -8, -36}, {15, 20, 16}));
+    };
+    scene.add(gap, uniform(kAirHu), 1.2);
     constexpr double kArch[7][2] = {{3, -34},    {8.5, -32.5}, {13, -29.5}, {16.5, -25},
                                     {19, -19.5}, {20.8, -13},  {22, -6}};
     for (const auto& at : kArch) {
         const double x = at[0], y = at[1];
-        const auto tooth = [=](Vec3d p) {
-            return capsule(mirrored_x(p), {x, y, -31}, {x, y, -45}, 1.2, 2.7);
+        const auto upper = [=](Vec3d p) {
+            return capsule(mirrored_x(p), {x, y, -30}, {x, y, -42}, 1.2, 2.7);
         };
-        scene.add(tooth, [](Vec3d p) { return 1250 + 700 * ramp(36, 41, -p.z); });
+        const auto lower = [=](Vec3d p) {
+            return capsule(mirrored_x(p), {0.95 * x, y + 1, -60}, {0.95 * x, y + 1, -48.5}, 1.2,
+                           2.5);
+        };
+        scene.add(upper, [](Vec3d p) { return 1250 + 700 * ramp(36, 40, -p.z); });
+        scene.add(lower, [](Vec3d p) { return 1250 + 700 * ramp(54, 50, -p.z); });
     }
 }
 
@@ -185,7 +197,7 @@ void add_eyes(Scene& scene) {
 void add_head(Scene& scene) {
     add_skin(scene);
     add_bone(scene);
-    add_teeth(scene);
+    add_mouth(scene);
     add_brain(scene);
     add_eyes(scene);
 }

@@ -14,6 +14,7 @@ namespace pliant::phantom {
 Model make_layers_model() {
     Model model;
     model.extent_mm = {100, 100, 100};
+    model.scene.footprint_voxels = 1;
     constexpr Vec3d kHalf_mm{35, 25, 30};
     // The halves fill all space and air goes on top, so that neither shines through at the edges.
     model.scene.add([](Vec3d) { return -1e3; },

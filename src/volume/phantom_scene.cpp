@@ -16,19 +16,21 @@ namespace {
 constexpr std::int32_t kBlock = 16;
 constexpr std::int32_t kLeastBlock = 2;
 
-/// The eight sub-boxes of a voxel, and the sizes that decide whether a surface can be near.
+/// The eight sub-boxes of what a voxel sees, and how far that reaches.
 struct Footprint {
     std::array<Vec3d, 8> offsets;  ///< world, centres of the sub-boxes; bit a: upper on axis a
-    double reach_mm;               ///< from the voxel's centre to its corner
+    double reach_mm;               ///< from its centre to its corner
     double sub_width_mm;           ///< of a sub-box, mean over the axes
+    double voxel_reach_mm;         ///< from a voxel's centre to its corner
 
-    explicit Footprint(const Grid& grid) {
-        const Vec3d h = grid.spacing_mm;
+    Footprint(const Grid& grid, double width_voxels) {
+        const Vec3d h = width_voxels * grid.spacing_mm;
         for (int corner = 0; corner < 8; ++corner)
             offsets[std::size_t(corner)] = world_from_lattice_vector(
                 grid, {(corner & 1 ? 0.25 : -0.25) * h.x, (corner & 2 ? 0.25 : -0.25) * h.y,
                        (corner & 4 ? 0.25 : -0.25) * h.z});
         reach_mm = 0.5 * norm(h);
+        voxel_reach_mm = 0.5 * norm(grid.spacing_mm);
         sub_width_mm = (h.x + h.y + h.z) / 6;
     }
 };
@@ -38,7 +40,7 @@ struct ActiveLayer {
     bool covers;  ///< the whole block
 };
 
-/// Share of the voxel around x that the layer fills.
+/// Share of the footprint around x that the layer fills.
 double coverage(const Layer& layer, Vec3d x, const Footprint& footprint) {
     const double centre = layer.distance(x);
     const double reach = layer.slope * footprint.reach_mm;
@@ -50,7 +52,7 @@ double coverage(const Layer& layer, Vec3d x, const Footprint& footprint) {
                    (d[2] - d[0]) + (d[3] - d[1]) + (d[6] - d[4]) + (d[7] - d[5]),
                    (d[4] - d[0]) + (d[5] - d[1]) + (d[6] - d[2]) + (d[7] - d[3])};
     gradient = 0.25 * gradient;
-    // Where both faces of a sheet pass through the voxel the differences cancel: then the sheet's
+    // Where both faces of a sheet pass through a sub-box the differences cancel: then the sheet's
     // sides are taken as steep as a true distance.
     if (norm(gradient) < 0.3 * footprint.sub_width_mm) gradient = {footprint.sub_width_mm, 0, 0};
     double share = 0;
@@ -90,7 +92,7 @@ double composite(const std::vector<ActiveLayer>& active, Vec3d x, const Footprin
 class Sampler {
   public:
     Sampler(const Scene& scene, const Grid& grid, std::span<std::int16_t> voxels)
-        : m_grid(grid), m_footprint(grid), m_voxels(voxels) {
+        : m_grid(grid), m_footprint(grid, scene.footprint_voxels), m_voxels(voxels) {
         for (auto layer = scene.layers.rbegin(); layer != scene.layers.rend(); ++layer)
             m_all.push_back({&*layer, false});
     }
@@ -106,8 +108,9 @@ class Sampler {
         if (begin.x >= size.x || begin.y >= size.y || begin.z >= size.z) return;
         const double half = 0.5 * (width - 1);
         const Vec3d middle{begin.x + half, begin.y + half, begin.z + half};
+        const double reach = (width - 1) * m_footprint.voxel_reach_mm + m_footprint.reach_mm;
         std::vector<ActiveLayer>& active = scratch[level];
-        find_active(above, world_from_voxel(m_grid, middle), width * m_footprint.reach_mm, active);
+        find_active(above, world_from_voxel(m_grid, middle), reach, active);
         if (width == kLeastBlock || active.empty() || active.front().covers) {
             fill_voxels(begin, width, active);
             return;

@@ -30,10 +30,10 @@ double nose_width(double z) {
 /// Both passages in one; the septum divides them.
 double nose(Vec3d p) {
     const double side = 0.85 * (std::abs(p.x) - nose_width(p.z));
-    const double end = p.y - 4 - 9 * ramp(0, -10, p.z);
+    const double end = p.y - 6.5 - 7 * ramp(0, -10, p.z);
     const double height = std::max(p.z - 20 + 0.012 * (p.y + 14) * (p.y + 14), -24 - p.z);
-    const double inner = smooth_intersection(side, 0.8 * height, 3);
-    return smooth_intersection(inner, std::max(0.6 * end, -45 - p.y), 3);
+    const double inner = smooth_intersection(side, 0.8 * height, 6);
+    return smooth_intersection(inner, std::max(0.6 * end, -45 - p.y), 7);
 }
 
 double nostrils(Vec3d p) {
@@ -41,8 +41,11 @@ double nostrils(Vec3d p) {
 }
 
 double pharynx(Vec3d p) {
-    const double roof = box(p, {0, 19, -17}, {12, 9, 9}, 4);
-    return smooth_union(roof, box(p, {0, 21, -50}, {11, 5.5, 32}, 4), 4);
+    const Vec3d q{0.62 * p.x, p.y, p.z};
+    const double upper = capsule(q, {0, 9, -13}, {0, 17, -17}, 6.5, 7.5);
+    const double lower = capsule(q, {0, 19, -20}, {0, 23, -34}, 7, 4.6);
+    return smooth_union(smooth_union(upper, lower, 4),
+                        capsule(q, {0, 23, -34}, {0, 25, -70}, 4.6, 5), 3);
 }
 
 double maxillary(Vec3d p) {
@@ -83,16 +86,16 @@ double septum_middle(Vec3d p) {
 
 double septum(Vec3d p, double half_mm) {
     const double sheet = 0.9 * (std::abs(p.x - septum_middle(p)) - half_mm);
-    const double end = p.y - 5 - 6 * ramp(2, -10, p.z);
-    return std::max({sheet, -48 - p.y, 0.6 * end, -25 - p.z, p.z - 22});
+    const double end = p.y - 8 - 4 * ramp(2, -10, p.z);
+    return std::max({sheet, -48 - p.y, 0.6 * end, nose(p) - 1.2});
 }
 
 double inferior_turbinate(Vec3d p) {
     const Vec3d q = mirrored_x(p);
     const double lump = 0.5 * value_noise(p * 0.22, 74);
     const double body = ellipsoid(q, {8.4, -12, -14.5}, {3.1, 24, 5.4}) + lump;
-    const double stalk = box(q, {11.5, -12, -9}, {3, 19, 0.9}, 0.8);
-    return 0.9 * smooth_union(body, stalk, 2.5);
+    const double stalk = box(q, {11.5, -8, -9}, {3.5, 19, 1.5}, 1.4);
+    return 0.9 * smooth_union(body, stalk, 5);
 }
 
 double middle_turbinate(Vec3d p) {
@@ -153,7 +156,7 @@ Model make_sinus_model() {
     model.landmarks = {
         landmark("septum", {5.5, -42, -3}, {0, -27, -4}, 0.6, {-3, 0, 0}),
         landmark("turbinate", {4.5, -42.5, -8}, {8, -33, -14}, 0.8, {3, 2, 0}),
-        landmark("sphenoid_wall", {3.5, -13, 6.5}, {4.2, 7, 6}, kMucosa_mm + 0.9, {0, 4, 0})};
+        landmark("sphenoid_wall", {3.5, -13, 6.5}, {4.2, 7, 6}, kMucosa_mm + 1.1, {0, 4, 0})};
     return model;
 }
 

@@ -10,6 +10,9 @@
 
 #include "volume/phantom_noise.h"
 
+#include <array>
+#include <atomic>
+#include <bit>
 #include <span>
 
 namespace pliant::phantom {
@@ -73,7 +76,8 @@ TubeRow::TubeRow(const std::vector<TubePoint>& points) {
         const TubePoint &a = points[n], &b = points[n + 1];
         const Vec3d along = b.x - a.x;
         const double length = norm(along);
-        m_pieces.push_back({a.x, along, length, start, a.radius_mm, b.radius_mm - a.radius_mm});
+        m_pieces.push_back({a.x, along, 1 / (length * length), length, start, a.radius_mm,
+                            b.radius_mm - a.radius_mm});
         start += length;
     }
     const auto sphere_around = [&](std::size_t begin, std::size_t end, Vec3d& centre) {
@@ -92,31 +96,60 @@ TubeRow::TubeRow(const std::vector<TubePoint>& points) {
 }
 
 TubeRow::Nearest TubeRow::find(Vec3d p) const {
-    Nearest best;
+    // Compares squares: |out| − radius < least, with no root taken until something is nearer.
+    double least = 1e9, least_t = 0;
+    std::size_t least_n = 0;
+    const auto may_be_nearer = [&least](Vec3d out, double radius) {
+        const double reach = least + radius;
+        return reach > 0 && dot(out, out) < reach * reach;
+    };
     for (const Chunk& chunk : m_chunks) {
-        if (sphere(p, chunk.centre, chunk.radius_mm) >= best.distance_mm) continue;
+        if (!may_be_nearer(p - chunk.centre, chunk.radius_mm)) continue;
         for (std::size_t n = chunk.begin; n < chunk.end; ++n) {
             const Piece& piece = m_pieces[n];
             const Vec3d from = p - piece.from;
-            const double t = clamp01(dot(from, piece.along) / (piece.length_mm * piece.length_mm));
+            const double t = clamp01(dot(from, piece.along) * piece.per_square);
             const Vec3d out = from - t * piece.along;
             const double radius = piece.radius_mm + t * piece.growth_mm;
-            const double axis = norm(out), distance = axis - radius;
-            if (distance < best.distance_mm)
-                best = {distance, axis,
-                        radius,   piece.start_mm + t * piece.length_mm,
-                        out,      (1 / piece.length_mm) * piece.along};
+            if (!may_be_nearer(out, radius)) continue;
+            least = norm(out) - radius;
+            least_t = t;
+            least_n = n;
         }
     }
-    return best;
+    const Piece& piece = m_pieces[least_n];
+    const Vec3d out = p - piece.from - least_t * piece.along;
+    return {norm(out) - (piece.radius_mm + least_t * piece.growth_mm),
+            norm(out),
+            piece.radius_mm + least_t * piece.growth_mm,
+            piece.start_mm + least_t * piece.length_mm,
+            out,
+            (1 / piece.length_mm) * piece.along};
 }
 
 TubeTree::TubeTree(std::vector<Tube> tubes, double fillet_mm)
     : m_tubes(std::move(tubes)), m_fillet_mm(fillet_mm) {
+    static std::atomic<std::uint64_t> trees = 0;
+    m_identity = ++trees;
     for (const Tube& tube : m_tubes) m_rows.emplace_back(tube.points);
 }
 
 TubePlace TubeTree::find(Vec3d p) const {
+    struct Answer {
+        std::uint64_t identity = 0;
+        Vec3d p{0, 0, 0};
+        TubePlace place;
+    };
+    thread_local std::array<Answer, 32> answers;
+    const std::uint64_t bits = std::bit_cast<std::uint64_t>(p.x) * 0x9e3779b97f4a7c15ULL ^
+                               std::bit_cast<std::uint64_t>(p.y) * 0xd6e8feb86659fd93ULL ^
+                               std::bit_cast<std::uint64_t>(p.z) * 0xa0761d6478bd642fULL;
+    Answer& answer = answers[(bits ^ bits >> 29) * 0x9e3779b97f4a7c15ULL >> 59];
+    if (answer.identity != m_identity || !(answer.p == p)) answer = {m_identity, p, find_anew(p)};
+    return answer.place;
+}
+
+TubePlace TubeTree::find_anew(Vec3d p) const {
     constexpr std::size_t kNear = 6;
     constexpr double kWalls_mm = 2;  // walls differ by less
     TubePlace near[kNear], best;

@@ -14,6 +14,7 @@
 
 #include "volume/phantom_shapes.h"
 
+#include <cstdint>
 #include <vector>
 
 namespace pliant::phantom {
@@ -65,6 +66,7 @@ class TubeRow {
   private:
     struct Piece {
         Vec3d from, along;
+        double per_square;  ///< 1 / length² [1/mm²]
         double length_mm, start_mm, radius_mm, growth_mm;
     };
     struct Chunk {
@@ -84,6 +86,7 @@ class TubeTree {
     TubeTree(std::vector<Tube> tubes, double fillet_mm);
 
     /// Farther away than kFar_mm the distances may be too small, never too large.
+    /// The latest answers are remembered, since wall, cartilage and lumen ask for the same points.
     TubePlace find(Vec3d p) const;
     double lumen(Vec3d p) const { return find(p).lumen_mm; }
     double outer(Vec3d p) const { return find(p).outer_mm; }
@@ -91,9 +94,12 @@ class TubeTree {
     static constexpr double kFar_mm = 8;
 
   private:
+    TubePlace find_anew(Vec3d p) const;
+
     std::vector<Tube> m_tubes;
     std::vector<TubeRow> m_rows;  ///< one per tube
     double m_fillet_mm;
+    std::uint64_t m_identity;  ///< no other tree has it
 };
 
 /// Points on a smooth curve through the given ones, pieces per span.

@@ -27,7 +27,7 @@ std::vector<Tube> artery_tubes() {
                                {{0, 4, 24}, 3.2},
                                {{-3, 8, 42}, 3.1},
                                {{-2, 9, 60}, 3.1}},
-                              7);
+                              16);
     trunk.wall_mm = 1.1;
     Tube branch;
     branch.points = smooth_row({{{3, -5, -17}, 2.4},
@@ -35,7 +35,7 @@ std::vector<Tube> artery_tubes() {
                                 {{19, -11, 14}, 2.2},
                                 {{21, -7, 34}, 2},
                                 {{19, -4, 60}, 1.9}},
-                               7);
+                               16);
     branch.wall_mm = 0.9;
     return {trunk, branch};
 }
@@ -55,11 +55,18 @@ void add_surroundings(Scene& scene) {
             },
             tissue(56, 9, 6, 2.5));
     };
-    muscle({-22, 2, -70}, {26, -3, 70}, 9, 9);
-    muscle({-26, -14, -70}, {-16, -13, 70}, 5, 5.5);
+    muscle({33, -8, -70}, {35, 2, 70}, 8, 9);
+    muscle({-22, -18, -70}, {-18, -19, 70}, 4, 4.5);
+    muscle({2, -19, -70}, {-2, -19, 70}, 3.5, 3.5);
     muscle({24, 22, -70}, {27, 26, 70}, 10, 10);
     muscle({-24, 25, -70}, {-22, 26, 70}, 10, 9);
     muscle({3, 24, -70}, {2, 25, 70}, 7, 7);
+    // the windpipe beside it
+    const auto windpipe = [](Vec3d p) { return stadium(p.x + 27, p.y + 1, 1.5, 7.5); };
+    scene.add([=](Vec3d p) { return windpipe(p) - 3.4; }, tissue(62, 9));
+    scene.add([=](Vec3d p) { return windpipe(p) - 2; }, tissue(140, 9, 20, 3));
+    scene.add([=](Vec3d p) { return windpipe(p) - 0.9; }, tissue(40, 9));
+    scene.add(windpipe, uniform(kAirHu));
     const auto spine = [](Vec3d p) {
         const double z = p.z - 20 * std::floor(p.z / 20 + 0.5);
         const double column = ellipsoid({p.x, p.y, 0}, {2, 42, 0}, {15, 10, 15});
@@ -88,7 +95,7 @@ Model make_vessel_model() {
     const Vec3d narrow{6.5, -4, 3};
     const auto plaque = [=](Vec3d p) { return ellipsoid(p, narrow, {5, 5, 10}); };
     const auto calcified = [](Vec3d p) {
-        return 0.8 * (ellipsoid(p, {9.6, -4.2, 2.5}, {1.3, 2.2, 4}) + 0.3 * value_noise(p, 62));
+        return 0.8 * (ellipsoid(p, {10.5, -4.2, 2.5}, {1.2, 2.3, 4}) + 0.3 * value_noise(p, 62));
     };
     Scene& scene = model.scene;
     add_surroundings(scene);
@@ -113,7 +120,7 @@ Model make_vessel_model() {
                         {0, 0, 3},
                         eye,
                         look_at(eye, {5, -6.5, -14})},
-                       {"plaque", {9.6, -4.2, 2.5}, {2, 0, 0}, near, look_at(near, {7, -4.5, 0})}};
+                       {"plaque", {10.5, -4.2, 2.5}, {2, 0, 0}, near, look_at(near, {7, -4.5, 0})}};
     model.key_values = {{"iso_hu", "160"}, {"polarity", "falling"}};
     return model;
 }

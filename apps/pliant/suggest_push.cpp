@@ -1,0 +1,92 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "suggest_push.h"
+
+#include <pliant/chainmail.h>
+#include <pliant/render.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <vector>
+
+namespace pliant::app {
+namespace {
+
+constexpr double kIsoHu = -500;
+constexpr double kPushMm = 6;
+constexpr double kIntoWallMm = 1;  ///< from the visible surface to tissue that can be grabbed
+constexpr double kNearestMm = 8, kFarthestMm = 60;
+constexpr int kDirections = 160;
+
+struct Candidate {
+    PushOption push;
+    double ahead;  ///< cosine between the way there and the view
+};
+
+/// Directions spread evenly over the sphere (a golden spiral).
+Vec3d direction(int n) {
+    const double z = 1 - (2 * n + 1.0) / kDirections, r = std::sqrt(1 - z * z);
+    const double turn = 2 * std::numbers::pi * n / std::numbers::phi;
+    return {r * std::cos(turn), r * std::sin(turn), z};
+}
+
+/// Walls in view, those straight ahead first.
+std::vector<Candidate> walls_in_view(const Volume& volume, const Endoscope& view,
+                                     const TaskArena& arena) {
+    const RayCaster caster(volume, arena);
+    const Vec3d look = normalized(view.look);
+    std::vector<Candidate> candidates;
+    for (int n = 0; n < kDirections; ++n) {
+        const Vec3d way = direction(n);
+        const double ahead = dot(way, look);
+        if (ahead < 0.3) continue;
+        const auto hit = caster.first_hit(view.eye_mm, way, kIsoHu, Polarity::Rising);
+        if (!hit || hit->distance_mm < kNearestMm || hit->distance_mm > kFarthestMm) continue;
+        candidates.push_back(
+            {{hit->point_mm - kIntoWallMm * hit->normal, -kPushMm * hit->normal}, ahead});
+    }
+    std::sort(candidates.begin(), candidates.end(),
+              [](const Candidate& a, const Candidate& b) { return a.ahead > b.ahead; });
+    return candidates;
+}
+
+/// How much of the push the tissue allows; 0 if it can't be tried.
+double step_fraction(const Volume& volume, const PushOption& push, const TaskArena& arena) {
+    auto tissue = ChainMail::create(volume, {}, arena);
+    if (!tissue) return 0;
+    const auto report = tissue->push({.point_mm = push.point_mm,
+                                      .push_mm = push.push_mm,
+                                      .sphere_radius_mm = kSuggestedRadiusMm});
+    return report ? report->step_fraction : 0;
+}
+
+/// To a tenth of a millimetre: a place that a person can type.
+PushOption rounded(const PushOption& push) {
+    const auto tenths = [](Vec3d v) {
+        return Vec3d{std::round(10 * v.x) / 10, std::round(10 * v.y) / 10,
+                     std::round(10 * v.z) / 10};
+    };
+    return {tenths(push.point_mm), tenths(push.push_mm)};
+}
+
+}  // namespace
+
+std::optional<PushOption> suggest_push(const Volume& volume, const TaskArena& arena) {
+    const auto view = find_endoscope(volume, kIsoHu, Polarity::Rising, arena);
+    if (!view) return std::nullopt;
+    std::optional<PushOption> best;
+    double best_fraction = 0.05;
+    for (const Candidate& candidate : walls_in_view(volume, *view, arena)) {
+        const PushOption push = rounded(candidate.push);
+        const double fraction = step_fraction(volume, push, arena);
+        if (fraction <= best_fraction) continue;
+        best = push;
+        best_fraction = fraction;
+        if (fraction == 1) break;
+    }
+    return best;
+}
+
+}  // namespace pliant::app

@@ -1,0 +1,271 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// The program as a user starts it: exit status, standard error, files.
+
+#include <gtest/gtest.h>
+#include <pliant/volume.h>
+#include <sys/wait.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "support/temporary_folder.h"
+
+namespace pliant::test {
+namespace {
+
+using Json = nlohmann::json;
+namespace fs = std::filesystem;
+
+std::string text_of(const fs::path& file) {
+    std::ostringstream text;
+    text << std::ifstream(file, std::ios::binary).rdbuf();
+    return text.str();
+}
+
+struct Finished {
+    int status;
+    std::string out, err;
+};
+
+class ProgramTest : public ::testing::Test {
+  protected:
+    static void SetUpTestSuite() {
+        s_folder = new TemporaryFolder;
+        ASSERT_EQ(run("phantom cube --size 48 --out cube.nrrd").status, 0);
+        ASSERT_EQ(run("phantom airway --size 64 --out airway.nrrd").status, 0);
+    }
+    static void TearDownTestSuite() {
+        delete s_folder;
+        s_folder = nullptr;
+    }
+
+    /// In the folder of the test, so that names are short.
+    static Finished run(const std::string& arguments) {
+        const fs::path out = *s_folder / ".out", err = *s_folder / ".err";
+        const std::string command = "cd '" + s_folder->path().string() +
+                                    "' && '" PLIANT_PROGRAM "' " + arguments + " >.out 2>.err";
+        const int raw = std::system(command.c_str());
+        return {WIFEXITED(raw) ? WEXITSTATUS(raw) : -1, text_of(out), text_of(err)};
+    }
+    static fs::path file(const std::string& name) { return *s_folder / name; }
+
+    static Json deform_report(const std::string& arguments) {
+        const Finished done = run("deform " + arguments + " --out r.nrrd --report r.json");
+        EXPECT_EQ(done.status, 0) << done.err;
+        return Json::parse(text_of(file("r.json")));
+    }
+
+    static TemporaryFolder* s_folder;
+};
+
+TemporaryFolder* ProgramTest::s_folder = nullptr;
+
+constexpr const char* kSoft = "[material]\nbone_threshold_hu = 3000\n";
+
+TEST_F(ProgramTest, DeformWritesEverythingThatItPromises) {
+    std::ofstream(file("soft.toml")) << kSoft;
+    const Finished done =
+        run("deform cube.nrrd --push 0,0,0:0,6,0 --tool sphere:5 --config soft.toml --out d.nrrd "
+            "--displacement u.nrrd --transform t.nrrd --report d.json --png d.png");
+    ASSERT_EQ(done.status, 0) << done.err;
+    EXPECT_EQ(done.err, "");
+    EXPECT_NE(done.out.find("applied"), std::string::npos);
+    const Json report = Json::parse(text_of(file("d.json")));
+    for (const char* key :
+         {"status", "limited_by", "step_fraction", "moved_elements", "max_violation_mm",
+          "folded_cells", "solve_ms", "resample_ms", "dirty_box_ijk", "resident_bricks",
+          "bytes_per_resident_element", "peak_memory_mb", "hash"})
+        EXPECT_TRUE(report.contains(key)) << key;
+    EXPECT_EQ(report["status"], "applied");
+    EXPECT_EQ(report["limited_by"], "none");
+    EXPECT_EQ(report["step_fraction"], 1);
+    EXPECT_EQ(report["folded_cells"], 0);
+    EXPECT_LT(report["max_violation_mm"], 1e-4);
+    EXPECT_GT(report["moved_elements"], 100);
+    const auto before = read_volume(file("cube.nrrd")), after = read_volume(file("d.nrrd"));
+    ASSERT_TRUE(before.ok() && after.ok());
+    EXPECT_EQ(before->grid, after->grid);
+    EXPECT_EQ(before->key_values, after->key_values);
+    // Only voxels of the dirty box changed.
+    const auto box = report["dirty_box_ijk"];
+    std::int64_t changed = 0;
+    for (int z = 0; z < 48; ++z)
+        for (int y = 0; y < 48; ++y)
+            for (int x = 0; x < 48; ++x) {
+                if (before->at({x, y, z}) == after->at({x, y, z})) continue;
+                ++changed;
+                const int p[] = {x, y, z};
+                for (std::size_t a = 0; a < 3; ++a) {
+                    ASSERT_GE(p[a], box[0][a].get<int>());
+                    ASSERT_LT(p[a], box[1][a].get<int>());
+                }
+            }
+    EXPECT_EQ(text_of(file("d.png")).substr(1, 3), "PNG");
+    const auto u = read_vector_field(file("u.nrrd")), t = read_vector_field(file("t.nrrd"));
+    ASSERT_TRUE(u.ok() && t.ok());
+    EXPECT_EQ(u->kind, FieldKind::Modeling);
+    EXPECT_EQ(t->kind, FieldKind::Resampling);
+    const Vec3f at_tool = u->vectors_mm[voxel_index(u->grid, {24, 24, 24})];
+    EXPECT_NEAR(at_tool.y, 6, 1e-4);
+}
+
+TEST_F(ProgramTest, ResultIsTheSameForAnyThreadsSolverAndBrickSize) {
+    std::ofstream(file("soft.toml")) << kSoft;
+    std::ofstream(file("small.toml")) << kSoft << "[lattice]\nbrick_size = 5\n";
+    const std::string push = "cube.nrrd --push 2,-12,3:1,5,-2 --push 2,-9,3:-2,4,0 --tool sphere:4";
+    const auto hash = [&](const std::string& more) { return deform_report(push + more)["hash"]; };
+    const Json first = hash(" --config soft.toml --threads 1");
+    EXPECT_EQ(hash(" --config soft.toml --threads 2"), first);
+    EXPECT_EQ(hash(" --config soft.toml --threads 4"), first);
+    EXPECT_EQ(hash(" --config soft.toml --solver heap"), first);
+    EXPECT_EQ(hash(" --config small.toml"), first);
+    EXPECT_NE(hash(" --config soft.toml --mapping tetrahedra"), first);
+}
+
+TEST_F(ProgramTest, BoneRejectsThePushAndTheScanStaysAsItWas) {
+    const Json report = deform_report("cube.nrrd --push 0,0,0:0,6,0");
+    EXPECT_EQ(report["status"], "rejected");
+    EXPECT_EQ(report["limited_by"], "bone");
+    EXPECT_EQ(report["step_fraction"], 0);
+    EXPECT_EQ(report["moved_elements"], 0);
+    EXPECT_TRUE(report["dirty_box_ijk"].is_null());
+    EXPECT_EQ(read_volume(file("cube.nrrd"))->voxels, read_volume(file("r.nrrd"))->voxels);
+}
+
+TEST_F(ProgramTest, PushScaleAndMovementLimitOfTheSettingsCount) {
+    std::ofstream(file("scaled.toml")) << kSoft << "max_movement_mm = 5\n[push]\nscale = 2\n";
+    const Json report = deform_report("cube.nrrd --push 0,0,0:0,6,0 --config scaled.toml");
+    EXPECT_EQ(report["status"], "limited");
+    EXPECT_EQ(report["limited_by"], "movement");
+    const double w = 2000 / 4095.0;
+    EXPECT_NEAR(report["step_fraction"], 5 * (1 - w * w) / 12, 1e-3);
+}
+
+TEST_F(ProgramTest, BadInputIsOneLineStatusTwoAndNoFile) {
+    std::ofstream(file("cut.nrrd")) << text_of(file("cube.nrrd")).substr(0, 900);
+    std::ofstream(file("bad.toml")) << "[material]\noffset = 2\n";
+    const struct {
+        const char* arguments;
+        const char* named;
+    } cases[] = {
+        {"deform none.nrrd --push 0,0,0:1,0,0 --out x.nrrd", "none.nrrd"},
+        {"deform cut.nrrd --push 0,0,0:1,0,0 --out x.nrrd", "cut.nrrd"},
+        {"deform cube.nrrd --push 0,0:1,0,0 --out x.nrrd", "--push"},
+        {"deform cube.nrrd --push 0,0,0 --out x.nrrd", "--push"},
+        {"deform cube.nrrd --push 0,0,0:a,0,0 --out x.nrrd", "--push"},
+        {"deform cube.nrrd --push nan,0,0:1,0,0 --out x.nrrd", "--push"},
+        {"deform cube.nrrd --push 900,0,0:1,0,0 --out x.nrrd", "--push"},
+        {"deform cube.nrrd --push 0,0,0:1e9,0,0 --out x.nrrd", "--push"},
+        {"deform cube.nrrd --out x.nrrd", "--push"},
+        {"deform cube.nrrd --push 0,0,0:1,0,0", "--out"},
+        {"deform cube.nrrd --push 0,0,0:1,0,0 --out x.png", "--out"},
+        {"deform cube.nrrd --push 0,0,0:1,0,0 --out cube.nrrd", "--out"},
+        {"deform cube.nrrd --push 0,0,0:1,0,0 --out x.nrrd --transform x.nrrd", "--transform"},
+        {"deform cube.nrrd --push 0,0,0:1,0,0 --out no/x.nrrd", "no/x.nrrd"},
+        {"deform cube.nrrd --push 0,0,0:1,0,0 --out x.nrrd --report no/x.json", "no/x.json"},
+        {"deform cube.nrrd --push 0,0,0:1,0,0 --out x.nrrd --tool cone:3", "--tool"},
+        {"deform cube.nrrd --push 0,0,0:1,0,0 --out x.nrrd --tool sphere:-3", "--tool"},
+        {"deform cube.nrrd --push 0,0,0:1,0,0 --out x.nrrd --config bad.toml", "bad.toml"},
+        {"deform cube.nrrd --push 0,0,0:1,0,0 --out x.nrrd --config none.toml", "none.toml"},
+        {"deform cube.nrrd --push 0,0,0:1,0,0 --out x.nrrd --solver guess", "--solver"},
+        {"deform cube.nrrd --push 0,0,0:1,0,0 --out x.nrrd --threads -2", "--threads"},
+        {"info none.nrrd", "none.nrrd"},
+        {"info cut.nrrd", "cut.nrrd"},
+        {"phantom dragon --out x.nrrd", "dragon"},
+        {"phantom cube --size 1 --out x.nrrd", "--size"},
+        {"phantom cube --size 64 --out no/x.nrrd", "no/x.nrrd"},
+        {"render none.nrrd --out x.png", "none.nrrd"},
+        {"render cube.nrrd --out x.png --view inside", "--view"},
+        {"render cube.nrrd --out x.png --size 5x5", "--size"},
+        {"render cube.nrrd --out no/x.png", "no/x.png"},
+        {"fly", "fly"},
+        {"", "ubcommand"},
+    };
+    for (const auto& c : cases) {
+        const Finished done = run(c.arguments);
+        EXPECT_EQ(done.status, 2) << c.arguments;
+        EXPECT_EQ(std::count(done.err.begin(), done.err.end(), '\n'), 1) << c.arguments << "\n"
+                                                                         << done.err;
+        EXPECT_NE(done.err.find(c.named), std::string::npos) << c.arguments << "\n" << done.err;
+        EXPECT_FALSE(fs::exists(file("x.nrrd"))) << c.arguments;
+        EXPECT_FALSE(fs::exists(file("x.png"))) << c.arguments;
+    }
+    for (const auto& entry : fs::directory_iterator(s_folder->path()))
+        EXPECT_FALSE(entry.path().filename().string().starts_with(".pliant")) << entry.path();
+}
+
+TEST_F(ProgramTest, FailureLeavesOldOutputsAlone) {
+    std::ofstream(file("kept.nrrd")) << "old";
+    const Finished done =
+        run("deform cube.nrrd --push 900,0,0:1,0,0 --out kept.nrrd --report kept.json");
+    EXPECT_EQ(done.status, 2);
+    EXPECT_EQ(text_of(file("kept.nrrd")), "old");
+    EXPECT_FALSE(fs::exists(file("kept.json")));
+}
+
+TEST_F(ProgramTest, RotatedAndLeftHandedPhantomsDeformTheSameInTheWorld) {
+    // One shape, sampled on the plain grid and on a left-handed one that is turned by a quarter.
+    ASSERT_EQ(
+        run("phantom airway --size 64 --direction 0,-1,0,1,0,0,0,0,-1 --out turned.nrrd").status,
+        0);
+    const auto plain = read_volume(file("airway.nrrd")), turned = read_volume(file("turned.nrrd"));
+    ASSERT_TRUE(plain.ok() && turned.ok());
+    EXPECT_GT(determinant(plain->grid.direction), 0);
+    const std::string landmark = [&] {
+        for (const auto& [key, value] : plain->key_values)
+            if (key == "landmark carina") return value.substr(5, value.find(" eye") - 5);
+        return std::string();
+    }();
+    ASSERT_FALSE(landmark.empty());
+    const std::string more = " --push=" + landmark + " --tool sphere:5 --displacement ";
+    ASSERT_EQ(run("deform airway.nrrd --out a.nrrd" + more + "ua.nrrd").status, 0);
+    ASSERT_EQ(run("deform turned.nrrd --out b.nrrd" + more + "ub.nrrd").status, 0);
+    const auto a = read_vector_field(file("ua.nrrd")), b = read_vector_field(file("ub.nrrd"));
+    const auto va = read_volume(file("a.nrrd")), vb = read_volume(file("b.nrrd"));
+    ASSERT_TRUE(a.ok() && b.ok() && va.ok() && vb.ok());
+    double worst_mm = 0, worst_hu = 0, largest_mm = 0;
+    for (int z = 0; z < 64; ++z)
+        for (int y = 0; y < 64; ++y)
+            for (int x = 0; x < 64; ++x) {
+                const Vec3d world = world_from_voxel(a->grid, {double(x), double(y), double(z)});
+                const Vec3d there = voxel_from_world(b->grid, world);
+                const Vec3i p{int(std::lround(there.x)), int(std::lround(there.y)),
+                              int(std::lround(there.z))};
+                const Vec3f ua = a->vectors_mm[voxel_index(a->grid, {x, y, z})];
+                const Vec3f d = ua - b->vectors_mm[voxel_index(b->grid, p)];
+                worst_mm = std::max(worst_mm, norm(Vec3d{d.x, d.y, d.z}));
+                largest_mm = std::max(largest_mm, norm(Vec3d{ua.x, ua.y, ua.z}));
+                worst_hu = std::max(worst_hu, std::abs(double(va->at({x, y, z}) - vb->at(p))));
+            }
+    EXPECT_GT(largest_mm, 1);
+    EXPECT_LT(worst_mm, 1e-4);
+    EXPECT_LE(worst_hu, 1);
+}
+
+TEST_F(ProgramTest, RenderDrawsEveryView) {
+    for (const char* view : {"four-up", "endoscope", "axial", "coronal", "sagittal"}) {
+        const Finished done =
+            run("render airway.nrrd --size 96x96 --out v.png --view " + std::string(view));
+        EXPECT_EQ(done.status, 0) << done.err;
+        EXPECT_GT(fs::file_size(file("v.png")), 500u) << view;
+        fs::remove(file("v.png"));
+    }
+}
+
+TEST_F(ProgramTest, HelpOfEveryCommandHasAnExample) {
+    for (const char* command : {"info", "phantom", "deform", "render"}) {
+        const Finished done = run(std::string(command) + " --help");
+        EXPECT_EQ(done.status, 0);
+        EXPECT_NE(done.out.find("Example"), std::string::npos) << command;
+    }
+    EXPECT_EQ(run("--help").status, 0);
+    EXPECT_EQ(run("--version").status, 0);
+}
+
+}  // namespace
+}  // namespace pliant::test

@@ -1,0 +1,64 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// Real scans, where they are.
+
+#include <gtest/gtest.h>
+#include <pliant/render.h>
+
+#include <cmath>
+#include <filesystem>
+
+namespace pliant {
+namespace {
+
+/// Voxels of a label map's label 1 near a world point.
+int label_count_near(const Volume& label, Vec3d x_mm) {
+    const Vec3d p = voxel_from_world(label.grid, x_mm);
+    int count = 0;
+    for (int k = 0; k < 27; ++k) {
+        const Vec3i q{int(std::lround(p.x)) + k % 3 - 1, int(std::lround(p.y)) + k / 3 % 3 - 1,
+                      int(std::lround(p.z)) + k / 9 - 1};
+        if (contains(voxel_box(label.grid), q) && label.at(q) == 1) ++count;
+    }
+    return count;
+}
+
+TEST(Scans, TheChestsFirstViewIsInTheAirways) {
+    const std::filesystem::path folder = PLIANT_SHARED_DATA;
+    if (!std::filesystem::exists(folder / "thorax_ct_airways_crop.nrrd"))
+        GTEST_SKIP() << "needs " << folder / "thorax_ct_airways_crop.nrrd";
+    const auto scan = read_volume(folder / "thorax_ct_airways_crop.nrrd");
+    const auto label = read_volume(folder / "thorax_ct_airways_crop-label.nrrd");
+    ASSERT_TRUE(scan && label);
+    TaskArena arena(2);
+    const auto view = find_endoscope(*scan, -500, Polarity::Rising, arena);
+    ASSERT_TRUE(view);
+    EXPECT_EQ(label_count_near(*label, view->eye_mm), 27);
+
+    // The wall that it sees is where the segmentation of the lumen ends.
+    const auto hit =
+        RayCaster(*scan, arena).first_hit(view->eye_mm, view->look, -500, Polarity::Rising);
+    ASSERT_TRUE(hit);
+    EXPECT_GT(hit->distance_mm, 25);
+    EXPECT_GT(label_count_near(*label, hit->point_mm + 3.0 * hit->normal), 0);
+}
+
+TEST(Scans, TheCarinaIsSeenFromTheAirways) {
+    const std::filesystem::path folder = PLIANT_SHARED_DATA;
+    if (!std::filesystem::exists(folder / "thorax_ct_airways_crop.nrrd"))
+        GTEST_SKIP() << "needs " << folder / "thorax_ct_airways_crop.nrrd";
+    const auto scan = read_volume(folder / "thorax_ct_airways_crop.nrrd");
+    const auto label = read_volume(folder / "thorax_ct_airways_crop-label.nrrd");
+    ASSERT_TRUE(scan && label);
+    TaskArena arena(2);
+    const Vec3d carina{-22, 174, -495};
+    const Endoscope e = aim_endoscope(*scan, carina, {6, 0, 0}, -500, Polarity::Rising, arena);
+    EXPECT_GT(label_count_near(*label, e.eye_mm), 20);
+    const auto hit = RayCaster(*scan, arena).first_hit(e.eye_mm, e.look, -500, Polarity::Rising);
+    ASSERT_TRUE(hit);
+    EXPECT_LT(norm(hit->point_mm - carina), 4);
+}
+
+}  // namespace
+}  // namespace pliant

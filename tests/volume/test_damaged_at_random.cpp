@@ -1,0 +1,107 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// Files with bytes changed, cut out or cut off anywhere: read or refused in one line, and nothing
+// worse.
+
+#include "support/scan_files.h"
+#include "support/temp_folder.h"
+
+#include <pliant/volume.h>
+
+#include <gtest/gtest.h>
+
+#include <random>
+
+namespace pliant {
+namespace {
+
+std::string damaged(std::string bytes, std::mt19937& random) {
+    const auto place = [&](std::size_t size) {
+        return std::uniform_int_distribution<std::size_t>(0, size)(random);
+    };
+    switch (place(3)) {
+        case 0:
+            bytes.resize(place(bytes.size()));
+            break;
+        case 1:
+            bytes.erase(place(bytes.size()), place(8));
+            break;
+        case 2:
+            bytes.insert(place(bytes.size()), std::string(place(8), char(place(255))));
+            break;
+        default:
+            break;
+    }
+    for (std::size_t n = place(3); n > 0 && !bytes.empty(); --n)
+        bytes[place(bytes.size() - 1)] = char(place(255));
+    return bytes;
+}
+
+void expect_one_line_or_a_sound_volume(const Result<Volume>& volume) {
+    if (!volume.ok()) {
+        EXPECT_EQ(volume.error().message.find('\n'), std::string::npos) << volume.error().message;
+        return;
+    }
+    const std::size_t count = voxel_count(volume->grid);
+    std::visit([&](const auto& voxels) { EXPECT_EQ(voxels.size(), count); }, volume->voxels);
+    for (int a = 0; a < 3; ++a) {
+        EXPECT_GE(volume->grid.size[a], 2);
+        EXPECT_GT(volume->grid.spacing_mm[a], 0);
+        EXPECT_TRUE(is_finite(volume->grid.direction.columns[a]));
+    }
+    EXPECT_TRUE(is_finite(volume->grid.origin_mm));
+}
+
+class DamagedAtRandom : public testing::Test {
+  protected:
+    void read_many(const std::string& name, const std::string& good, int count) {
+        std::mt19937 random(m_seed);
+        testing::internal::CaptureStderr();
+        for (int n = 0; n < count; ++n)
+            expect_one_line_or_a_sound_volume(
+                read_volume(m_folder.write(name, damaged(good, random))));
+        EXPECT_EQ(testing::internal::GetCapturedStderr(), "") << name << ", seed " << m_seed;
+    }
+    unsigned m_seed = 4711;
+    test::TempFolder m_folder;
+};
+
+TEST_F(DamagedAtRandom, NrrdFilesDoNoHarm) {
+    test::NrrdFile file;
+    file.extra = "key:=value\nspace units: \"mm\" \"mm\" \"mm\"\n";
+    read_many("a.nrrd", file.bytes(), 1500);
+    file.encoding = "gzip";
+    file.data = test::gzipped(file.data);
+    read_many("b.nrrd", file.bytes(), 1500);
+}
+
+TEST_F(DamagedAtRandom, MetaImageFilesDoNoHarm) {
+    test::MetaFile file;
+    read_many("a.mha", file.bytes(), 1500);
+    file.data = test::zlibbed(file.data);
+    file.extra = "CompressedData = True\n";
+    read_many("b.mha", file.bytes(), 1500);
+}
+
+TEST_F(DamagedAtRandom, NiftiFilesDoNoHarm) {
+    read_many("a.nii", test::NiftiFile().bytes(), 1500);
+    read_many("b.nii.gz", test::gzipped(test::NiftiFile().bytes()), 1500);
+}
+
+TEST_F(DamagedAtRandom, DicomFilesDoNoHarm) {
+    std::mt19937 random(m_seed);
+    test::DicomFile first, second;
+    second.position[2] = 1;
+    m_folder.write("series/1.dcm", first.bytes());
+    testing::internal::CaptureStderr();
+    for (int n = 0; n < 1000; ++n) {
+        second.implicit = n % 2 == 1;
+        m_folder.write("series/2.dcm", damaged(second.bytes(), random));
+        expect_one_line_or_a_sound_volume(read_volume(m_folder.path() / "series"));
+    }
+    EXPECT_EQ(testing::internal::GetCapturedStderr(), "") << "seed " << m_seed;
+}
+
+}  // namespace
+}  // namespace pliant

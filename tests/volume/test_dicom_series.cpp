@@ -1,0 +1,198 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "support/scan_files.h"
+#include "support/temp_folder.h"
+
+#include <pliant/volume.h>
+
+#include <gtest/gtest.h>
+
+#include <functional>
+
+namespace pliant {
+namespace {
+
+using test::DicomFile;
+
+/// Writes slices at these heights, each filled with its number.
+void write_slices(const test::TempFolder& folder, const std::vector<double>& heights,
+                  const DicomFile& pattern = {}, const std::string& prefix = "s") {
+    for (std::size_t n = 0; n < heights.size(); ++n) {
+        DicomFile slice = pattern;
+        slice.position[2] = heights[n];
+        slice.pixels.assign(12, std::int16_t(1000 + n));
+        folder.write(prefix + std::to_string(n) + ".dcm", slice.bytes());
+    }
+}
+
+std::string error_of(const std::filesystem::path& path, const ReadOptions& options = {}) {
+    testing::internal::CaptureStderr();
+    const auto volume = read_volume(path, options);
+    EXPECT_EQ(testing::internal::GetCapturedStderr(), "");
+    return volume.ok() ? "was read" : volume.error().message;
+}
+
+void expect_error(const test::TempFolder& folder, const std::string& expected) {
+    const std::string message = error_of(folder.path());
+    EXPECT_TRUE(message.starts_with(folder.path().string())) << message;
+    EXPECT_NE(message.find(expected), message.npos) << message << "\nexpected: " << expected;
+    EXPECT_EQ(message.find('\n'), message.npos) << message;
+}
+
+TEST(DicomSeries, IsSortedByPositionAndSpacedByIt) {
+    const test::TempFolder folder;
+    write_slices(folder, {4, -2, 1});
+    const auto volume = read_volume(folder.path());
+    ASSERT_TRUE(volume.ok()) << volume.error().message;
+    EXPECT_EQ(volume->grid.size, (Vec3i{4, 3, 3}));
+    EXPECT_EQ(volume->grid.spacing_mm, (Vec3d{0.25, 0.5, 3}));
+    EXPECT_EQ(volume->grid.origin_mm, (Vec3d{0, 0, -2}));
+    EXPECT_EQ(volume->at({0, 0, 0}), 1);
+    EXPECT_EQ(volume->at({0, 0, 1}), 2);
+    EXPECT_EQ(volume->at({3, 2, 2}), 0);
+    EXPECT_TRUE(volume->key_values.empty());
+}
+
+TEST(DicomSeries, SlopeAndInterceptAreAppliedSliceBySlice) {
+    const test::TempFolder folder;
+    for (int n = 0; n < 2; ++n) {
+        DicomFile slice;
+        slice.position[2] = n;
+        slice.slope = n == 0 ? "2" : "0.5";
+        slice.intercept = n == 0 ? "-1024" : "0";
+        slice.pixels.assign(12, 11);
+        folder.write(std::to_string(n), slice.bytes());
+    }
+    const auto volume = read_volume(folder.path());
+    ASSERT_TRUE(volume.ok()) << volume.error().message;
+    EXPECT_EQ(volume->at({0, 0, 0}), -1002);
+    EXPECT_EQ(volume->at({0, 0, 1}), 5.5f);
+    EXPECT_FALSE(volume->is_16_bit());
+}
+
+TEST(DicomSeries, OtherFilesAreLeftOutAndCounted) {
+    const test::TempFolder folder;
+    write_slices(folder, {0, 1});
+    folder.write("notes.txt", "hello");
+    folder.write("short", "x");
+    DicomFile report;  // DICOM, but no image
+    std::string bytes = report.bytes();
+    bytes.resize(bytes.find(std::string("\x28\0\x02\0", 4)));
+    folder.write("report.dcm", bytes);
+    ReadNotes notes;
+    const auto volume = read_volume(folder.path(), {}, &notes);
+    ASSERT_TRUE(volume.ok()) << volume.error().message;
+    ASSERT_EQ(notes.notes.size(), 1u);
+    EXPECT_EQ(notes.notes[0], "3 files of the folder left out: no DICOM image");
+}
+
+TEST(DicomSeries, AmongSeveralOneMustBeChosen) {
+    const test::TempFolder folder;
+    DicomFile bone;
+    bone.series = "9.8.7";
+    bone.description = "bone kernel";
+    write_slices(folder, {0, 1}, {}, "a");
+    write_slices(folder, {0, 1, 2}, bone, "b");
+    expect_error(folder,
+                 "holds 2 series, choose one with --series: 1.2.3 (2 slices, a series); "
+                 "9.8.7 (3 slices, bone kernel)");
+    const auto chosen = read_volume(folder.path(), {"9.8.7"});
+    ASSERT_TRUE(chosen.ok()) << chosen.error().message;
+    EXPECT_EQ(chosen->grid.size.z, 3);
+    EXPECT_NE(error_of(folder.path(), {"4.4"}).find("has no series 4.4"), std::string::npos);
+}
+
+TEST(DicomSeries, ASingleFileIsSentToItsFolder) {
+    const test::TempFolder folder;
+    write_slices(folder, {0, 1});
+    const std::string message = error_of(folder.path() / "s0.dcm");
+    EXPECT_NE(message.find("expected the folder of its series"), message.npos) << message;
+}
+
+TEST(DicomSeries, StacksWithGapsAndDoublesAreRefused) {
+    {
+        const test::TempFolder folder;
+        write_slices(folder, {0, 1, 2, 5, 6});
+        expect_error(folder, "slices are missing between s2.dcm and s3.dcm (2 of them)");
+    }
+    {
+        const test::TempFolder folder;
+        write_slices(folder, {0, 1, 2, 3.4, 4.4});
+        expect_error(folder, "not equally spaced");
+    }
+    {
+        const test::TempFolder folder;
+        write_slices(folder, {0, 1, 1, 2});
+        expect_error(folder, "at the same place: s1.dcm and s2.dcm");
+    }
+    {
+        const test::TempFolder folder;
+        write_slices(folder, {0});
+        expect_error(folder, "has 1 slice, expected 2 or more");
+    }
+}
+
+TEST(DicomSeries, RoundingOfPositionsIsNoGap) {
+    const test::TempFolder folder;
+    write_slices(folder, {0, 0.62, 1.25, 1.88, 2.5});
+    const auto volume = read_volume(folder.path());
+    ASSERT_TRUE(volume.ok()) << volume.error().message;
+    EXPECT_DOUBLE_EQ(volume->grid.spacing_mm.z, 0.625);
+}
+
+TEST(DicomSeries, ATiltedGantryIsRefused) {
+    const test::TempFolder folder;
+    for (int n = 0; n < 5; ++n) {
+        DicomFile slice;
+        slice.position = {0, 0.2679 * n, double(n)};
+        folder.write(std::to_string(n), slice.bytes());
+    }
+    expect_error(folder, "leans by 15 degrees (gantry tilt)");
+}
+
+TEST(DicomSeries, SlicesThatDifferAreRefused) {
+    const auto refused = [](const std::function<void(DicomFile&)>& change, const char* expected) {
+        const test::TempFolder folder;
+        write_slices(folder, {0, 1});
+        DicomFile other;
+        other.position[2] = 2;
+        change(other);
+        folder.write("t.dcm", other.bytes());
+        expect_error(folder, expected);
+    };
+    refused([](auto& f) { f.rows = 4, f.columns = 3; }, "s0.dcm and t.dcm differ in size");
+    refused([](auto& f) { f.orientation = {0, 1, 0, 1, 0, 0}; }, "differ in orientation");
+    refused([](auto& f) { f.spacing = {1, 1}; }, "differ in pixel spacing");
+    refused([](auto& f) { f.with_position = false; }, "no usable Image Position (Patient)");
+    refused([](auto& f) { f.frames = "7"; }, "holds 7 frames");
+    refused([](auto& f) { f.samples = 3, f.pixels.resize(36); }, "holds colour");
+    refused([](auto& f) { f.pixels.resize(5); }, "has 10 bytes of pixels, expected 24");
+}
+
+TEST(DicomSeries, OrientationsThatMakeNoSenseAreRefused) {
+    const auto refused = [](const std::array<double, 6>& orientation, const char* expected) {
+        const test::TempFolder folder;
+        DicomFile slice;
+        slice.orientation = orientation;
+        write_slices(folder, {0, 1}, slice);
+        expect_error(folder, expected);
+    };
+    refused({1, 0, 0, 1, 0, 0}, "expected perpendicular unit vectors");
+    refused({0, 0, 0, 0, 0, 0}, "expected perpendicular unit vectors");
+    refused({1, 0, 0, 0.5, 1, 0}, "expected perpendicular unit vectors");
+}
+
+TEST(DicomSeries, FilesThatEndEarlyAreNamed) {
+    for (const std::size_t cut : {1, 10, 30, 200}) {
+        const test::TempFolder folder;
+        write_slices(folder, {0, 1, 2});
+        const std::string bytes = test::bytes_of(folder.path() / "s1.dcm");
+        folder.write("s1.dcm", bytes.substr(0, bytes.size() - cut));
+        const std::string message = error_of(folder.path());
+        EXPECT_NE(message.find("s1.dcm: is damaged or ends early"), message.npos) << message;
+    }
+}
+
+}  // namespace
+}  // namespace pliant
