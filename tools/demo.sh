@@ -6,8 +6,6 @@
 # demo/. Without a file the scan is the airway phantom, pushed at its first landmark; with a file
 # `pliant info --suggest-push` names the place.
 
-readonly demo_tool=sphere:4
-
 # The JSON that the program writes has known keys and numbers, so no JSON reader is needed.
 flat() { # FILE
     tr -d ' \n' <"$1"
@@ -43,7 +41,7 @@ demo() { # [FILE]
             "$pliant" phantom airway --size 192 --out "$scan" >/dev/null
         fi
     fi
-    local push eye look
+    local push eye look tool=sphere:4
     choose_push "$pliant" "$scan"
     deform "$pliant" "$scan" "$out"
     tell "$pliant" "$scan" "$out"
@@ -58,7 +56,7 @@ stem_of() { # PATH
     printf '%s\n' "$name"
 }
 
-# Sets push, and for a phantom eye and look.
+# Sets push, and for a phantom eye and look; the suggestion brings its own tool.
 choose_push() { # PROGRAM SCAN
     local info number='-?[0-9.eE+-]+' vector
     vector="$number,$number,$number"
@@ -75,19 +73,22 @@ choose_push() { # PROGRAM SCAN
         read -r _ push _ eye _ look <<<"$landmark"
     else
         local vectors="\"point_mm\":\[($vector)\],\"push_mm\":\[($vector)\]"
-        [[ ! $(flat "$info") =~ \"suggested_push\":\{$vectors ]] ||
+        local radius="\"sphere_radius_mm\":($number)"
+        if [[ $(flat "$info") =~ \"suggested_push\":\{$vectors,$radius ]]; then
             push=${BASH_REMATCH[1]}:${BASH_REMATCH[2]}
+            tool=sphere:${BASH_REMATCH[3]}
+        fi
     fi
     rm -f "$info"
     [[ -n $push ]] || fail "$2: found no wall to push by itself. Choose a point on a wall, and run
-  $1 deform '$2' --push \"X,Y,Z:DX,DY,DZ\" --tool $demo_tool --out pushed.nrrd --png pushed.png"
+  $1 deform '$2' --push \"X,Y,Z:DX,DY,DZ\" --tool $tool --out pushed.nrrd --png pushed.png"
 }
 
 deform() { # PROGRAM SCAN OUT
     local camera=()
     [[ -z $eye ]] || camera=(--eye="$eye" --look="$look")
     say "pushing at $push (LPS mm, place:motion)"
-    "$1" deform "$2" --push "$push" --tool "$demo_tool" "${camera[@]}" \
+    "$1" deform "$2" --push "$push" --tool "$tool" "${camera[@]}" \
         --out "$3_pushed.nrrd" --displacement "$3_displacement.nrrd" \
         --transform "$3_transform.nrrd" --report "$3_report.json" \
         --png "$3_before_after.png" >/dev/null
