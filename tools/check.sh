@@ -41,9 +41,14 @@ lint() {
     tools/check_files
     local formatter=$clang_format
     command -v "$formatter" >/dev/null || formatter=clang-format
-    find include src apps tests examples -name '*.h' -print0 -o -name '*.cpp' -print0 |
+    find include src apps tests examples benchmarks -name '*.h' -print0 -o -name '*.cpp' -print0 |
         xargs -0 "$formatter" --dry-run -Werror
     echo "format: as .clang-format says"
+    # shellcheck disable=SC2016  # the quotes around code in Markdown
+    diff <(sed -n '/^```cpp$/,/^```$/{/^```/d;p}' README.md) \
+        <(sed -n '/^#include <pliant/,$p' examples/consumer/push.cpp) ||
+        fail "README.md: expected its C++ to be that of examples/consumer/push.cpp"
+    echo "README.md: shows the example that is compiled"
 }
 
 compile_and_test() { # PRESET [a command that runs the given one]
