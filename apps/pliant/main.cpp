@@ -233,6 +233,10 @@ int main(int argc, char** argv) {
     add_phantom(app, phantom);
     add_deform(app, deform);
     add_render(app, render);
+    const auto named = [&](const CLI::App* command) { return command->get_name() == argv[1]; };
+    if (argc > 1 && argv[1][0] != '-' && app.get_subcommands(named).empty())
+        return bad_input("unknown command '" + std::string(argv[1]) +
+                         "', expected info, phantom, deform or render");
     try {
         app.parse(argc, argv);
     } catch (const CLI::Success& done) {

@@ -52,6 +52,15 @@ class ProgramTest : public ::testing::Test {
         const int raw = std::system(command.c_str());
         return {WIFEXITED(raw) ? WEXITSTATUS(raw) : -1, text_of(out), text_of(err)};
     }
+    /// The airway's first landmark, as --push takes it.
+    static std::string carina() {
+        const auto volume = read_volume(file("airway.nrrd"));
+        if (volume.ok())
+            for (const auto& [key, value] : volume->key_values)
+                if (key == "landmark carina") return value.substr(5, value.find(" eye") - 5);
+        ADD_FAILURE() << "the airway has no carina";
+        return "0,0,0:0,0,0";
+    }
     static fs::path file(const std::string& name) { return *s_folder / name; }
 
     static Json deform_report(const std::string& arguments) {
@@ -117,7 +126,8 @@ TEST_F(ProgramTest, DeformWritesEverythingThatItPromises) {
 TEST_F(ProgramTest, ResultIsTheSameForAnyThreadsSolverAndBrickSize) {
     std::ofstream(file("soft.toml")) << kSoft;
     std::ofstream(file("small.toml")) << kSoft << "[lattice]\nbrick_size = 5\n";
-    const std::string push = "cube.nrrd --push 2,-12,3:1,5,-2 --push 2,-9,3:-2,4,0 --tool sphere:4";
+    const std::string push =
+        "airway.nrrd --push=" + carina() + " --push=" + carina() + " --tool sphere:4";
     const auto hash = [&](const std::string& more) { return deform_report(push + more)["hash"]; };
     const Json first = hash(" --config soft.toml --threads 1");
     EXPECT_EQ(hash(" --config soft.toml --threads 2"), first);
@@ -216,13 +226,7 @@ TEST_F(ProgramTest, RotatedAndLeftHandedPhantomsDeformTheSameInTheWorld) {
     const auto plain = read_volume(file("airway.nrrd")), turned = read_volume(file("turned.nrrd"));
     ASSERT_TRUE(plain.ok() && turned.ok());
     EXPECT_GT(determinant(plain->grid.direction), 0);
-    const std::string landmark = [&] {
-        for (const auto& [key, value] : plain->key_values)
-            if (key == "landmark carina") return value.substr(5, value.find(" eye") - 5);
-        return std::string();
-    }();
-    ASSERT_FALSE(landmark.empty());
-    const std::string more = " --push=" + landmark + " --tool sphere:5 --displacement ";
+    const std::string more = " --push=" + carina() + " --tool sphere:5 --displacement ";
     ASSERT_EQ(run("deform airway.nrrd --out a.nrrd" + more + "ua.nrrd").status, 0);
     ASSERT_EQ(run("deform turned.nrrd --out b.nrrd" + more + "ub.nrrd").status, 0);
     const auto a = read_vector_field(file("ua.nrrd")), b = read_vector_field(file("ub.nrrd"));
