@@ -62,7 +62,7 @@ struct ChainMailSettings {
     double scale = 1;  ///< every push is multiplied by it
     // [lattice]
     int brick_size = 8;                       ///< elements along a brick's edge, 2…32
-    std::int64_t max_elements = 400'000'000;  ///< a push that needs more is refused
+    std::int64_t max_elements = 150'000'000;  ///< a push that needs more (about 4 GB) is refused
     // [air]
     bool air_enabled = false;        ///< must be false: air as a material of its own doesn't exist
     double air_threshold_hu = -500;  ///< values below are air: a sphere doesn't grab them

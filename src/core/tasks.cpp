@@ -14,15 +14,9 @@
 #include <optional>
 
 // ThreadSanitizer can't see the synchronisation inside the system's oneTBB, which is not
-// instrumented, so its fork and join are told to it here. Races between pieces of one loop are
-// still found.
-#if defined(__SANITIZE_THREAD__)
-#define PLIANT_TSAN 1
-#elif defined(__has_feature)
-#if __has_feature(thread_sanitizer)
-#define PLIANT_TSAN 1
-#endif
-#endif
+// instrumented, so its fork and join are told to it here. oneTBB's templates must not be
+// instrumented either, so this file isn't (src/CMakeLists.txt, which also sets PLIANT_TSAN). Races
+// between pieces of one loop are still found: the bodies are in other files.
 #ifdef PLIANT_TSAN
 #include <sanitizer/tsan_interface.h>
 #endif
