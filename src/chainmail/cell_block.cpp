@@ -14,39 +14,36 @@ void CellBlock::load(const Lattice& lattice, Vec3i coord) {
     m_first = m_size * coord;
     const auto n = std::size_t(m_row) * std::size_t(m_row) * std::size_t(m_row);
     for (auto& component : m_u) component.assign(n, 0);
-    m_moved.assign(n, 0);
-    m_lowest = m_highest = {0, 0, 0};
     for (int c = 0; c < 8; ++c) {
         const Vec3i offset{c & 1, c >> 1 & 1, c >> 2};
         const int found = lattice.find_brick(coord + offset);
         if (found >= 0) copy_from_brick(lattice, lattice.brick(found), offset);
     }
+    find_touched();
 }
 
 void CellBlock::copy_from_brick(const Lattice& lattice, const Brick& brick, Vec3i offset) {
     // Of a neighbour on a high side only its first layer belongs to the block.
     const auto count = [&](int axis) { return offset[axis] ? 1 : m_size; };
     for (int z = 0; z < count(2); ++z)
-        for (int y = 0; y < count(1); ++y)
-            for (int x = 0; x < count(0); ++x) {
-                const auto from = std::size_t(x + lattice.stride(1) * y + lattice.stride(2) * z);
-                const auto to = std::size_t(
-                    index(x + m_size * offset.x, y + m_size * offset.y, z + m_size * offset.z));
-                for (int a = 0; a < 3; ++a) {
-                    const Fixed u = brick.u[std::size_t(a)][from];
-                    m_u[std::size_t(a)][to] = u;
-                    m_moved[to] |= u != 0;
-                    m_lowest[a] = std::min(m_lowest[a], u);
-                    m_highest[a] = std::max(m_highest[a], u);
-                }
-            }
+        for (int y = 0; y < count(1); ++y) {
+            const int from = lattice.stride(1) * y + lattice.stride(2) * z;
+            const int to = index(m_size * offset.x, y + m_size * offset.y, z + m_size * offset.z);
+            for (std::size_t a = 0; a < 3; ++a)
+                std::copy_n(brick.u[a].get() + from, count(0), m_u[a].data() + to);
+        }
 }
 
-std::array<int, 8> CellBlock::corners(int x, int y, int z) const {
-    std::array<int, 8> result{};
-    for (int c = 0; c < 8; ++c)
-        result[std::size_t(c)] = index(x + (c & 1), y + (c >> 1 & 1), z + (c >> 2));
-    return result;
+void CellBlock::find_touched() {
+    const std::size_t n = m_u[0].size();
+    m_moved.resize(n);
+    for (std::size_t i = 0; i < n; ++i) m_moved[i] = (m_u[0][i] | m_u[1][i] | m_u[2][i]) != 0;
+    // Corner by corner: along x, then whole rows, then whole slices. What runs on into the next row
+    // lands at elements that are no cell's lowest corner.
+    m_touched = m_moved;
+    const auto row = std::size_t(m_row);
+    for (const std::size_t step : {std::size_t(1), row, row * row})
+        for (std::size_t i = 0; i + step < n; ++i) m_touched[i] |= m_touched[i + step];
 }
 
 std::vector<Vec3i> cell_blocks(const Lattice& lattice) {
@@ -71,17 +68,6 @@ void bound_block(const Lattice& lattice, Vec3i coord, Vec3<Fixed>& lowest, Vec3<
             highest[a] = std::max(highest[a], brick.u_max[a]);
         }
     }
-}
-
-std::array<Vec3d, 8> deformed_corners(const CellBlock& block, const std::array<int, 8>& corners,
-                                      Vec3d scale) {
-    std::array<Vec3d, 8> points{};
-    for (int c = 0; c < 8; ++c) {
-        const Vec3<Fixed> u = block.displacement(corners[std::size_t(c)]);
-        points[std::size_t(c)] = {(c & 1) + scale.x * u.x, (c >> 1 & 1) + scale.y * u.y,
-                                  (c >> 2) + scale.z * u.z};
-    }
-    return points;
 }
 
 }  // namespace pliant

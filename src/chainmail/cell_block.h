@@ -39,20 +39,23 @@ class CellBlock {
         return {m_u[0][n], m_u[1][n], m_u[2][n]};
     }
     bool is_moved(int index) const { return m_moved[std::size_t(index)] != 0; }
+    /// Whether one of the corners of the cell whose lowest corner has this index moved.
+    bool is_touched(int index) const { return m_touched[std::size_t(index)] != 0; }
     /// Indices of the corners of the cell whose lowest corner is (x, y, z), each in 0…size−1.
-    std::array<int, 8> corners(int x, int y, int z) const;
-    /// Bounds of all displacements in the block.
-    Vec3<Fixed> lowest() const { return m_lowest; }
-    Vec3<Fixed> highest() const { return m_highest; }
+    std::array<int, 8> corners(int x, int y, int z) const {
+        const int n = index(x, y, z), slice = m_row * m_row;
+        return {n,         n + 1,         n + m_row,         n + m_row + 1,
+                n + slice, n + slice + 1, n + slice + m_row, n + slice + m_row + 1};
+    }
 
   private:
     void copy_from_brick(const Lattice& lattice, const Brick& brick, Vec3i offset);
+    void find_touched();
 
     Vec3i m_first{0, 0, 0};
     int m_size = 0, m_row = 0;
     std::array<std::vector<Fixed>, 3> m_u;
-    std::vector<unsigned char> m_moved;
-    Vec3<Fixed> m_lowest{0, 0, 0}, m_highest{0, 0, 0};
+    std::vector<unsigned char> m_moved, m_touched;
 };
 
 /// Coordinates of all blocks that can hold a moved corner, sorted: the same for any history.
@@ -62,8 +65,18 @@ std::vector<Vec3i> cell_blocks(const Lattice& lattice);
 void bound_block(const Lattice& lattice, Vec3i coord, Vec3<Fixed>& lowest, Vec3<Fixed>& highest);
 
 /// The deformed cell's corners relative to its lowest element at rest [voxels].
-std::array<Vec3d, 8> deformed_corners(const CellBlock& block, const std::array<int, 8>& corners,
-                                      Vec3d voxels_per_unit);
+inline std::array<Vec3d, 8> deformed_corners(const CellBlock& block,
+                                             const std::array<int, 8>& corners,
+                                             Vec3d voxels_per_unit) {
+    std::array<Vec3d, 8> points{};
+    for (int c = 0; c < 8; ++c) {
+        const Vec3<Fixed> u = block.displacement(corners[std::size_t(c)]);
+        points[std::size_t(c)] = {(c & 1) + voxels_per_unit.x * u.x,
+                                  (c >> 1 & 1) + voxels_per_unit.y * u.y,
+                                  (c >> 2) + voxels_per_unit.z * u.z};
+    }
+    return points;
+}
 
 /// Voxels per fixed-point unit along each axis of a grid.
 inline Vec3d voxels_per_unit(const Grid& grid) {

@@ -81,10 +81,9 @@ void look_at_elements(const Lattice& lattice, const CellBlock& block, LatticeSta
                     state.moved_elements += 1;
                     state.max_movement_mm = std::max(state.max_movement_mm, norm(mm));
                 }
-                const auto corners = block.corners(x, y, z);
-                if (std::any_of(corners.begin(), corners.end(),
-                                [&](int c) { return block.is_moved(c); }))
-                    state.folded_cells += is_folded(deformed_corners(block, corners, scale));
+                if (block.is_touched(block.index(x, y, z)))
+                    state.folded_cells +=
+                        is_folded(deformed_corners(block, block.corners(x, y, z), scale));
             }
 }
 

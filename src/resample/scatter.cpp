@@ -21,7 +21,18 @@ namespace pliant {
 namespace {
 
 constexpr double kOnFace = 1e-9;  ///< tolerance of barycentric coordinates
-constexpr int kSlabLayers = 8;
+/// A slab is at least as thick as this; thicker where that leaves each thread several.
+constexpr int kLeastSlabLayers = 8;
+constexpr int kSlabsPerThread = 4;
+
+/// std::floor is a call on plain x86-64, and most of the work in a cell that holds no voxel.
+int floor_to_int(double v) {
+    const int truncated = int(v);
+    return truncated - (v < truncated);
+}
+int ceil_to_int(double v) {
+    return -floor_to_int(-v);
+}
 
 /// A block of cells and the voxels that it can reach along z.
 struct BlockReach {
@@ -95,25 +106,22 @@ class SlabWriter {
             m_block.load(m_lattice, block.coord);
             for (int z = 0; z < m_block.size(); ++z)
                 for (int y = 0; y < m_block.size(); ++y)
-                    for (int x = 0; x < m_block.size(); ++x) write_cell({x, y, z}, mapping);
+                    for (int x = 0; x < m_block.size(); ++x)
+                        if (m_block.is_touched(m_block.index(x, y, z)))
+                            write_cell({x, y, z}, mapping);
         }
     }
 
     void write_cell(Vec3i local, Mapping mapping) {
         const std::array<int, 8> corners = m_block.corners(local.x, local.y, local.z);
-        if (std::none_of(corners.begin(), corners.end(),
-                         [&](int c) { return m_block.is_moved(c); }))
-            return;
         const Vec3i cell = m_block.first_element() + local;
         const std::array<Vec3d, 8> points = deformed_corners(m_block, corners, m_scale);
         Box3i candidates;
         for (int a = 0; a < 3; ++a) {
             double low = points[0][a], high = points[0][a];
             for (const Vec3d& p : points) low = std::min(low, p[a]), high = std::max(high, p[a]);
-            candidates.begin[a] =
-                std::max(m_slab.begin[a], cell[a] + int(std::ceil(low - kOnFace)));
-            candidates.end[a] =
-                std::min(m_slab.end[a], cell[a] + int(std::floor(high + kOnFace)) + 1);
+            candidates.begin[a] = std::max(m_slab.begin[a], cell[a] + ceil_to_int(low - kOnFace));
+            candidates.end[a] = std::min(m_slab.end[a], cell[a] + floor_to_int(high + kOnFace) + 1);
         }
         if (is_empty(candidates)) return;
         if (mapping == Mapping::Cells)
@@ -206,13 +214,16 @@ std::int64_t scatter_typed(const std::vector<T>& original, const Lattice& lattic
     auto& out = std::get<std::vector<T>>(deformed.volume.voxels);
     const std::vector<BlockReach> blocks = blocks_with_reach(lattice);
     const Box3i& box = changeable.box;
-    const int slabs = (box.end.z - box.begin.z + kSlabLayers - 1) / kSlabLayers;
+    const int layers = box.end.z - box.begin.z;
+    const int slab_layers =
+        std::max(kLeastSlabLayers, layers / (kSlabsPerThread * arena.thread_count()));
+    const int slabs = (layers + slab_layers - 1) / slab_layers;
     std::atomic<std::int64_t> gaps{0};
     arena.for_each(slabs, 1, [&](std::int64_t first, std::int64_t last) {
         SlabWriter<T> writer(lattice, mapping, changeable, original, out, deformed.inverse_mm);
         for (std::int64_t slab = first; slab < last; ++slab) {
-            const int begin = box.begin.z + int(slab) * kSlabLayers;
-            gaps += writer.write(blocks, begin, std::min(begin + kSlabLayers, box.end.z));
+            const int begin = box.begin.z + int(slab) * slab_layers;
+            gaps += writer.write(blocks, begin, std::min(begin + slab_layers, box.end.z));
         }
     });
     return gaps;

@@ -23,7 +23,10 @@ class TrilinearCell {
           m_xy(p[3] - p[1] - p[2] + p[0]),
           m_xz(p[5] - p[1] - p[4] + p[0]),
           m_yz(p[6] - p[2] - p[4] + p[0]),
-          m_xyz(p[7] - p[6] - p[5] - p[3] + p[1] + p[2] + p[4] - p[0]) {}
+          m_xyz(p[7] - p[6] - p[5] - p[3] + p[1] + p[2] + p[4] - p[0]) {
+        const auto square = [](Vec3d v) { return dot(v, v); };
+        m_is_affine = square(m_xy) + square(m_xz) + square(m_yz) + square(m_xyz) < kBent * kBent;
+    }
 
     Vec3d at(Vec3d t) const {
         return m_0 + t.x * m_x + t.y * m_y + t.z * m_z + t.x * t.y * m_xy + t.x * t.z * m_xz +
@@ -40,18 +43,23 @@ class TrilinearCell {
             const Vec3d dx = m_x + t.y * m_xy + t.z * m_xz + t.y * t.z * m_xyz;
             const Vec3d dy = m_y + t.x * m_xy + t.z * m_yz + t.x * t.z * m_xyz;
             const Vec3d dz = m_z + t.x * m_xz + t.y * m_yz + t.x * t.y * m_xyz;
-            const double det = dot(dx, cross(dy, dz));
+            const Vec3d across = cross(dy, dz);
+            const double det = dot(dx, across);
             if (!(det > kFlat)) return std::nullopt;
-            const Vec3d move{dot(miss, cross(dy, dz)) / det, dot(dx, cross(miss, dz)) / det,
-                             dot(dx, cross(dy, miss)) / det};
+            const Vec3d turned = cross(dx, miss);
+            const double scale = 1 / det;
+            const Vec3d move{scale * dot(miss, across), scale * dot(dz, turned),
+                             -scale * dot(dy, turned)};
             t = t + move;
-            if (norm(move) < kSettled) return inside(t);
-            if (norm(t) > kFarAway) return std::nullopt;
+            // In a parallelepiped the first step arrives; elsewhere steps shrink quadratically.
+            if (m_is_affine || dot(move, move) < kSettled * kSettled) return inside(t);
+            if (dot(t, t) > kFarAway * kFarAway) return std::nullopt;
         }
         return std::nullopt;
     }
 
   private:
+    static constexpr double kBent = 1e-9;  ///< deviation from a parallelepiped [voxels]
     static constexpr int kMaxSteps = 16;
     static constexpr double kSettled = 1e-9;  ///< cell coordinates
     static constexpr double kOutside = 1e-7;  ///< cell coordinates
@@ -67,6 +75,7 @@ class TrilinearCell {
     }
 
     Vec3d m_0, m_x, m_y, m_z, m_xy, m_xz, m_yz, m_xyz;
+    bool m_is_affine;
 };
 
 /// Trilinear interpolation of values at the corners.
