@@ -133,9 +133,10 @@ std::string report_text(const DeformResult& result) {
     const PushReport all = summary_of(result.pushes);
     char line[256];
     std::snprintf(line, sizeof line,
-                  "%s: %.1f %% of the push done, %lld elements moved by up to %.2f mm\n"
+                  "%s: %.1f %% of %s done, %lld elements moved by up to %.2f mm\n"
                   "solve %.2f ms, resample %.2f ms, %lld voxels written\n",
                   name_of(all.status), 100 * all.step_fraction,
+                  result.pushes.size() > 1 ? "the shortest push" : "the push",
                   static_cast<long long>(result.state.moved_elements), result.state.max_movement_mm,
                   all.solve_ms, result.deformed.resample_ms,
                   static_cast<long long>(result.deformed.written_voxels));

@@ -9,6 +9,7 @@
 #include <pliant/staged_files.h>
 
 #include <algorithm>
+#include <cctype>
 #include <cstdio>
 #include <fstream>
 #include <optional>
@@ -30,11 +31,13 @@ struct Outputs {
     fs::path out, displacement, transform, report, png;
 };
 
+/// @param endings  none: any name will do
 Status check_name(const std::string& option, const fs::path& path,
                   std::initializer_list<const char*> endings) {
-    std::string expected;
+    std::string expected, found = path.extension().string();
+    for (char& c : found) c = char(std::tolower(static_cast<unsigned char>(c)));
     for (const char* ending : endings) {
-        if (path.extension() == ending) return Ok{};
+        if (found == ending) return Ok{};
         expected += (expected.empty() ? "" : " or ") + std::string(ending);
     }
     return Error{ErrorCode::InvalidArgument, option + ": expected a name that ends in " + expected +
@@ -52,7 +55,7 @@ Status stage_outputs(const DeformOptions& o, Outputs& outputs) {
         {"--out", o.out, outputs.out, {".nrrd", ".nhdr"}},
         {"--displacement", o.displacement, outputs.displacement, {".nrrd", ".nhdr"}},
         {"--transform", o.transform, outputs.transform, {".nrrd", ".nhdr"}},
-        {"--report", o.report, outputs.report, {".json"}},
+        {"--report", o.report, outputs.report, {}},
         {"--png", o.png, outputs.png, {".png"}},
     };
     std::vector<std::pair<std::string, fs::path>> taken = {{"FILE", fs::weakly_canonical(o.file)}};
