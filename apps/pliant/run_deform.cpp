@@ -33,13 +33,14 @@ struct Outputs {
 
 /// @param endings  none: any name will do
 Status check_name(const std::string& option, const fs::path& path,
-                  std::initializer_list<const char*> endings) {
+                  const std::vector<std::string>& endings) {
     std::string expected, found = path.extension().string();
     for (char& c : found) c = char(std::tolower(static_cast<unsigned char>(c)));
-    for (const char* ending : endings) {
+    for (const std::string& ending : endings) {
         if (found == ending) return Ok{};
-        expected += (expected.empty() ? "" : " or ") + std::string(ending);
+        expected += (expected.empty() ? "" : " or ") + ending;
     }
+    if (endings.empty()) return Ok{};
     return Error{ErrorCode::InvalidArgument, option + ": expected a name that ends in " + expected +
                                                  ", found " + path.string()};
 }
@@ -49,7 +50,7 @@ Status stage_outputs(const DeformOptions& o, Outputs& outputs) {
         const char* option;
         const std::string& name;
         fs::path& staged;
-        std::initializer_list<const char*> endings;
+        std::vector<std::string> endings;
     };
     const Item items[] = {
         {"--out", o.out, outputs.out, {".nrrd", ".nhdr"}},
