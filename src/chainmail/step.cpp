@@ -21,6 +21,13 @@ using Raises = Vec3<Fixed>;  ///< of one element, each between 0 and |shift_a|
 double fraction_within(Vec3<Fixed> u, Raises raise, Vec3<Fixed> shift, double limit) {
     const Vec3d start{double(u.x), double(u.y), double(u.z)};
     const double allowed = std::max(limit - kRoundingMargin, 0.0);
+    // Each component moves one way, so the path stays in the box between its ends.
+    Vec3d farthest = start;
+    for (int a = 0; a < 3; ++a) {
+        const double end = start[a] + (shift[a] > 0 ? raise[a] : -raise[a]);
+        if (std::abs(end) > std::abs(farthest[a])) farthest[a] = end;
+    }
+    if (dot(farthest, farthest) <= allowed * allowed) return 1;
     const double bound = std::max(allowed * allowed, dot(start, start));
     double starts[5] = {0, 1, 1, 1, 1};  // where each component begins to move, and the end
     for (int a = 0; a < 3; ++a)
