@@ -6,9 +6,9 @@
 //   explicit   group(2) element(2) VR(2) length(2)   or   … VR(2) 0(2) length(4)
 //   implicit   group(2) element(2) length(4)
 //
-// A length of 0xFFFFFFFF means items up to a delimiter. Done here and not by GDCM, because the
-// GDCM of Linux distributions aborts the process on damaged files and takes truncated pixels for
-// whole ones: GDCM only gets to see files with compressed pixels, and after this walk.
+// A length of 0xFFFFFFFF means items up to a delimiter. Done here because the GDCM of Linux
+// distributions, with which ITK reads the pixels, aborts the process on damaged files and takes
+// truncated pixels for whole ones: it only gets to see files that came through this walk.
 
 #include "volume/dicom_series.h"
 #include "volume/text.h"
@@ -88,7 +88,6 @@ class Walker {
     bool has_pixels() const { return m_has_pixels; }
     DicomPixels pixels() const {
         DicomPixels pixels = m_pixels;
-        pixels.big_endian = m_big;
         pixels.is_signed = number(kPixelRepresentation, 0) != 0;
         pixels.bits_allocated = number(kBitsAllocated, 16);
         pixels.bits_stored = number(kBitsStored, pixels.bits_allocated);
@@ -188,7 +187,6 @@ class Walker {
     bool walk_pixels(const Element& element) {
         m_has_pixels = true;
         m_pixels.compressed = element.nests;
-        m_pixels.offset = m_at;
         if (element.nests) return skip_items(element, 0);
         m_pixels.bytes = element.length;
         return skip(element.length);

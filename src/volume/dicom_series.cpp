@@ -4,6 +4,7 @@
 #include "volume/dicom_series.h"
 
 #include "volume/image_header.h"
+#include "volume/itk_io.h"
 #include "volume/text.h"
 #include "volume/voxel_builder.h"
 
@@ -30,6 +31,26 @@ Error unsupported(const fs::path& path, const std::string& message) {
     return {ErrorCode::Unsupported, path.string() + ": " + message};
 }
 
+/// Whether the pixels are laid out in a way that exists, and are all there.
+Status check_pixels(const DicomSlice& slice) {
+    const DicomPixels& p = slice.pixels;
+    const bool whole_bytes =
+        p.bits_allocated == 8 || p.bits_allocated == 16 || p.bits_allocated == 32;
+    // GDCM doesn't shift pixels that lie higher, as only old files may have them.
+    if (!whole_bytes || p.bits_stored < 1 || p.bits_stored > p.bits_allocated ||
+        p.high_bit + 1 != p.bits_stored)
+        return unsupported(slice.path, "stores " + std::to_string(p.bits_stored) + " bits of " +
+                                           std::to_string(p.bits_allocated) + " up to bit " +
+                                           std::to_string(p.high_bit) +
+                                           ", expected the lowest of 8, 16 or 32");
+    const std::uint64_t expected = std::uint64_t(slice.rows) * std::uint64_t(slice.columns) *
+                                   std::uint64_t(p.bits_allocated / 8);
+    if (p.compressed || p.bytes >= expected) return Ok{};
+    return Error{ErrorCode::Unreadable, slice.path.string() + ": has " + std::to_string(p.bytes) +
+                                            " bytes of pixels, expected " +
+                                            std::to_string(expected)};
+}
+
 Status check_slice(const DicomSlice& slice) {
     const auto missing = [&](const char* what) {
         return Error{ErrorCode::Unreadable,
@@ -47,7 +68,7 @@ Status check_slice(const DicomSlice& slice) {
     if (!slice.row || !is_finite(*slice.row) || !is_finite(*slice.column))
         return missing("Image Orientation (Patient)");
     if (!slice.spacing_mm || !is_finite(*slice.spacing_mm)) return missing("Pixel Spacing");
-    return Ok{};
+    return check_pixels(slice);
 }
 
 Status check_same_shape(const DicomSlice& first, const DicomSlice& slice) {
@@ -200,7 +221,8 @@ Result<Volume> read_dicom_folder(const fs::path& folder, const ReadOptions& opti
                               " of the folder left out: no DICOM image");
     VoxelBuilder voxels(voxel_count(*grid));
     for (const DicomSlice& slice : *chosen)
-        if (Status status = read_dicom_pixels(slice, voxels); !status) return status.error();
+        if (Status status = itk_read_slice(slice.path, grid->size.x, grid->size.y, voxels); !status)
+            return status.error();
     return Volume{*grid, voxels.finish(notes.notes), {}};
 }
 

@@ -28,11 +28,9 @@ namespace pliant {
 /// How the pixels are stored.
 struct DicomPixels {
     bool compressed = false;
-    bool big_endian = false;
     bool is_signed = false;
     int bits_allocated = 16, bits_stored = 16, high_bit = 15;
-    std::uint64_t offset = 0;  ///< in the file [bytes]
-    std::uint64_t bytes = 0;   ///< of pixels that aren't compressed
+    std::uint64_t bytes = 0;  ///< of pixels that aren't compressed
 };
 
 /// What the header of a DICOM image says.
@@ -67,9 +65,6 @@ Result<Grid> stack_slices(const std::filesystem::path& folder, std::vector<Dicom
 /// Reads the DICOM slices of a folder.
 Result<Volume> read_dicom_folder(const std::filesystem::path& folder, const ReadOptions& options,
                                  ReadNotes& notes);
-
-/// Adds the pixels of a slice, in HU.
-Status read_dicom_pixels(const DicomSlice& slice, VoxelBuilder& voxels);
 
 /// Whether a file starts as DICOM files do.
 bool looks_like_dicom(const std::filesystem::path& path);

@@ -3,12 +3,12 @@
 
 // What the header of an image file says: NRRD, MetaImage or NIfTI.
 //
-// Pliant reads these headers, and the plain data after them, itself. ITK's readers take them too,
-// but are too lenient for scans that somebody will rely on: a NIfTI file or a compressed MetaImage
-// that ends early comes back padded with zeros, a direction that isn't a number counts as missing,
-// bad spacings are repaired, key/value pairs are sorted, a list of data files that is too short
-// crashes, and memory is asked for before the file's length is looked at. So every field is judged
-// here, the length of the data is compared with the file, and only then memory is asked for.
+// ITK reads the file; but its readers are too lenient for scans that somebody will rely on, and
+// some damage ends the process: data that end early come back padded with zeros, numbers that
+// overflow wrap, a spacing that isn't a number counts as missing, a list of data files that is too
+// short crashes, and a NIfTI orientation that isn't finite aborts. So the functions below look at
+// the header's own fields first, refuse what ITK would let pass, and find out where the data are;
+// then ITK is asked; then what it says is judged, all before memory for the data is asked for.
 
 #pragma once
 
@@ -44,26 +44,22 @@ enum class DataEncoding {
 struct DataPlace {
     std::vector<std::filesystem::path> files;
     DataEncoding encoding = DataEncoding::Raw;
-    bool big_endian = false;
     std::uint64_t start = 0;       ///< bytes of each file before everything else
     std::int64_t line_skip = 0;    ///< lines to skip then
     std::uint64_t byte_skip = 0;   ///< bytes to skip then (before decompression)
     std::uint64_t inner_skip = 0;  ///< bytes to skip of what was decompressed
-    bool at_the_end = false;       ///< the data are the last bytes of each file
 };
 
 struct ImageHeader {
     ImageFormat format = ImageFormat::Nrrd;
-    std::vector<std::int64_t> sizes;  ///< voxels along each axis of space (or time)
-    std::int64_t components = 1;      ///< numbers per voxel
-    Component component = Component::Int16;
+    std::vector<std::int64_t> sizes;         ///< voxels along each axis of space (or time)
+    std::int64_t components = 1;             ///< numbers per voxel
+    Component stored = Component::Int16;     ///< type of the numbers in the file
+    Component component = Component::Int16;  ///< type of the numbers that ITK makes of them
     Grid grid;  ///< LPS; its size is set where sizes are three sensible numbers
     KeyValues key_values;
     std::vector<std::string> notes;
     DataPlace data;
-    /// A voxel's value is slope·stored + intercept.
-    double slope = 1, intercept = 0;
-
     /// From vectors in the file to LPS: the sign of each component.
     Vec3d vector_sign{1, 1, 1};
     bool turned_vectors = false;  ///< vectors are in a frame of their own
@@ -76,26 +72,24 @@ Result<ImageHeader> read_nifti_header(const std::filesystem::path& path);
 /// Longest axis, and most voxels, that are read [voxels].
 inline constexpr std::int64_t kMaxAxisSize = 1 << 16;
 inline constexpr std::int64_t kMaxVoxelCount = std::int64_t(1) << 32;
-/// Most files that one image may be spread over.
-inline constexpr std::int64_t kMaxDataFiles = kMaxAxisSize;
 
 /// Whether a grid is one to work on: two voxels or more along each axis, spacing, origin and
 /// directions that are sensible numbers.
 Status check_grid(const std::filesystem::path& path, const Grid& grid);
-/// Whether sizes are those of a 3-D image within the limits.
+/// Whether it is a sensible distance between voxels. @param axis  0…2
+Status check_spacing(const std::filesystem::path& path, int axis, double spacing_mm);
+Status check_origin(const std::filesystem::path& path, Vec3d origin_mm);
+/// Whether there are voxels along each axis, and not too many.
+Status check_counts(const std::filesystem::path& path, const std::vector<std::int64_t>& sizes);
+/// check_counts, and whether the image is 3-D.
 Status check_size(const std::filesystem::path& path, const std::vector<std::int64_t>& sizes);
-/// check_size, check_grid, and whether the file holds that many numbers per voxel and all of its
-/// data. Sets the grid's size.
+/// check_size, check_grid, and whether the file holds that many numbers per voxel. Sets the grid's
+/// size.
 Status check_header(const std::filesystem::path& path, int components, ImageHeader& header);
 
 /// Whether a key is one of those in which ITK keeps fields of the header.
 bool is_itk_key(std::string_view key);
 
-/// Names of the data files from a text such as "slice%03d.raw 1 40 1" (first, last, step).
-std::vector<std::string> numbered_names(std::string_view text);
-
-/// Sets the grid's spacing and direction from the steps to the next voxel [mm, LPS].
-void set_axes(Grid& grid, const Vec3d (&steps_mm)[3]);
 /// Whether the axes are perpendicular, to within what rounding in a file may do to them.
 bool is_perpendicular(const Mat3d& direction);
 

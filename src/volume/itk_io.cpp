@@ -8,7 +8,10 @@
 
 #include <itkGDCMImageIO.h>
 #include <itkMetaDataObject.h>
+#include <itkMetaImageIO.h>
+#include <itkNiftiImageIO.h>
 #include <itkNrrdImageIO.h>
+#include <locale.h>
 
 #include <iostream>
 #include <mutex>
@@ -22,16 +25,23 @@ namespace {
 constexpr int kGzipLevel = 1;
 
 /// ITK and the libraries below it print warnings to the C++ error stream. While one of these lives
-/// they don't. They also keep state that is not safe to share, so one thread reads at a time.
+/// they don't. They also keep state that is not safe to share, so one thread reads at a time, and
+/// read numbers as the locale says, so it is C's on this thread.
 class QuietItk {
   public:
-    QuietItk() : m_lock(mutex()), m_warnings(itk::Object::GetGlobalWarningDisplay()) {
+    QuietItk()
+        : m_lock(mutex()),
+          m_warnings(itk::Object::GetGlobalWarningDisplay()),
+          m_plain_locale(newlocale(LC_NUMERIC_MASK, "C", nullptr)),
+          m_locale(uselocale(m_plain_locale)) {
         itk::Object::GlobalWarningDisplayOff();
         m_stream = std::cerr.rdbuf(nullptr);
     }
     ~QuietItk() {
         std::cerr.rdbuf(m_stream);
         itk::Object::SetGlobalWarningDisplay(m_warnings);
+        uselocale(m_locale);
+        freelocale(m_plain_locale);
     }
     QuietItk(const QuietItk&) = delete;
     QuietItk& operator=(const QuietItk&) = delete;
@@ -43,6 +53,7 @@ class QuietItk {
     }
     std::lock_guard<std::mutex> m_lock;
     bool m_warnings;
+    locale_t m_plain_locale, m_locale;
     std::streambuf* m_stream;
 };
 
@@ -106,7 +117,77 @@ itk::IOComponentEnum itk_type(Component component) {
     return kTypes[int(component)];
 }
 
+itk::ImageIOBase::Pointer new_io(const fs::path& path, ImageFormat format) {
+    itk::ImageIOBase::Pointer io;
+    if (format == ImageFormat::Nrrd) io = itk::NrrdImageIO::New();
+    if (format == ImageFormat::MetaImage) io = itk::MetaImageIO::New();
+    if (format == ImageFormat::Nifti) io = itk::NiftiImageIO::New();
+    io->SetFileName(path.string());
+    io->ReadImageInformation();
+    return io;
+}
+
+/// Reads all of an image.
+void read_all(itk::ImageIOBase& io, void* values) {
+    itk::ImageIORegion region(io.GetNumberOfDimensions());
+    for (unsigned a = 0; a < io.GetNumberOfDimensions(); ++a)
+        region.SetSize(a, io.GetDimensions(a));
+    io.SetIORegion(region);
+    io.Read(values);
+}
+
+void take_grid(const itk::ImageIOBase& io, Grid& grid) {
+    for (unsigned a = 0; a < 3; ++a) {
+        grid.spacing_mm[int(a)] = io.GetSpacing(a);
+        grid.origin_mm[int(a)] = io.GetOrigin(a);
+        const std::vector<double> axis = io.GetDirection(a);
+        grid.direction.columns[a] = {axis[0], axis[1], axis[2]};
+    }
+}
+
+KeyValues key_values_of(itk::ImageIOBase& io) {
+    KeyValues pairs;
+    for (const std::string& key : io.GetMetaDataDictionary().GetKeys())
+        if (std::string value;
+            !is_itk_key(key) && itk::ExposeMetaData(io.GetMetaDataDictionary(), key, value))
+            pairs.emplace_back(key, value);
+    return pairs;
+}
+
 }  // namespace
+
+Status itk_read_header(const fs::path& path, ImageHeader& header) {
+    return guarded(path, ErrorCode::Unreadable, "its header can't be read", [&]() -> Status {
+        itk::ImageIOBase::Pointer io;
+        try {
+            io = new_io(path, header.format);
+        } catch (const itk::ExceptionObject& error) {
+            return Error{ErrorCode::Unreadable, error.GetDescription()};
+        }
+        const auto component = component_of(*io);
+        if (!component)
+            return Error{ErrorCode::Unsupported, path.string() + ": has an unknown type"};
+        header.component = *component;
+        header.components = std::int64_t(io->GetNumberOfComponents());
+        header.sizes.clear();
+        for (unsigned a = 0; a < io->GetNumberOfDimensions(); ++a)
+            header.sizes.push_back(std::int64_t(io->GetDimensions(a)));
+        if (header.sizes.size() == 3) take_grid(*io, header.grid);
+        if (header.format != ImageFormat::Nifti) header.key_values = key_values_of(*io);
+        return Ok{};
+    });
+}
+
+Status itk_read_values(const fs::path& path, const ImageHeader& header, void* values) {
+    return guarded(path, ErrorCode::Unreadable, "its data can't be read", [&]() -> Status {
+        const auto io = new_io(path, header.format);
+        const auto count = voxel_count(header.grid) * std::size_t(header.components);
+        if (std::size_t(io->GetImageSizeInBytes()) != count * size_of(header.component))
+            return damaged(path, "changed while it was read");
+        read_all(*io, values);
+        return Ok{};
+    });
+}
 
 Status itk_read_slice(const fs::path& path, int columns, int rows, VoxelBuilder& voxels) {
     return guarded(path, ErrorCode::Unreadable, "its pixels can't be decoded", [&]() -> Status {
@@ -119,12 +200,8 @@ Status itk_read_slice(const fs::path& path, int columns, int rows, VoxelBuilder&
             std::size_t(io->GetImageSizeInPixels()) != count ||
             io->GetDimensions(0) != itk::SizeValueType(columns))
             return damaged(path, "its pixels aren't what its header says");
-        itk::ImageIORegion region(io->GetNumberOfDimensions());
-        for (unsigned a = 0; a < io->GetNumberOfDimensions(); ++a)
-            region.SetSize(a, io->GetDimensions(a));
-        io->SetIORegion(region);
         std::vector<double> values((count * size_of(*component) + 7) / 8);  // aligned for all
-        io->Read(values.data());
+        read_all(*io, values.data());
         voxels.add(*component, values.data(), count);
         return Ok{};
     });

@@ -4,13 +4,14 @@
 // MetaImage: lines `Field = Value`, the last of which says where the data are. World coordinates
 // are LPS, as everybody who writes the format takes them.
 
+#include "volume/data_check.h"
 #include "volume/image_header.h"
+#include "volume/itk_io.h"
 #include "volume/text.h"
 
 #include <algorithm>
 #include <fstream>
 #include <map>
-#include <set>
 
 namespace pliant {
 namespace fs = std::filesystem;
@@ -20,13 +21,13 @@ constexpr std::size_t kMaxHeaderBytes = 1 << 16;
 
 struct Fields {
     std::map<std::string, std::string, std::less<>> values;
-    KeyValues others;                       ///< fields that the format doesn't know
+    std::vector<std::string> names;         ///< in the file's order
     std::vector<std::string> listed_files;  ///< after "ElementDataFile = LIST"
     std::size_t header_bytes = 0;
 
     /// Value of the first of these names that is there.
-    std::string_view value(std::initializer_list<std::string_view> names) const {
-        for (const std::string_view name : names)
+    std::string_view value(std::initializer_list<std::string_view> some) const {
+        for (const std::string_view name : some)
             if (const auto found = values.find(name); found != values.end()) return found->second;
         return {};
     }
@@ -35,43 +36,6 @@ struct Fields {
         return !text.empty() && (text[0] == 'T' || text[0] == 't' || text[0] == '1');
     }
 };
-
-const std::set<std::string_view> kKnownFields = {"ObjectType",
-                                                 "ObjectSubType",
-                                                 "NDims",
-                                                 "Name",
-                                                 "ID",
-                                                 "ParentID",
-                                                 "Color",
-                                                 "Comment",
-                                                 "BinaryData",
-                                                 "BinaryDataByteOrderMSB",
-                                                 "ElementByteOrderMSB",
-                                                 "CompressedData",
-                                                 "CompressedDataSize",
-                                                 "CompressionLevel",
-                                                 "TransformMatrix",
-                                                 "Rotation",
-                                                 "Orientation",
-                                                 "Offset",
-                                                 "Position",
-                                                 "Origin",
-                                                 "CenterOfRotation",
-                                                 "DistanceUnits",
-                                                 "AnatomicalOrientation",
-                                                 "ElementSpacing",
-                                                 "ElementSize",
-                                                 "DimSize",
-                                                 "HeaderSize",
-                                                 "ElementNumberOfChannels",
-                                                 "ElementType",
-                                                 "ElementMin",
-                                                 "ElementMax",
-                                                 "ElementToIntensityFunctionSlope",
-                                                 "ElementToIntensityFunctionOffset",
-                                                 "SequenceID",
-                                                 "Modality",
-                                                 "ElementDataFile"};
 
 Error damaged(const fs::path& path, const std::string& message) {
     return {ErrorCode::Unreadable, path.string() + ": " + message};
@@ -97,7 +61,7 @@ Result<Fields> read_fields(const fs::path& path) {
             return damaged(path, "header line '" + shown(line) + "' has no '='");
         const std::string name(trimmed(line.substr(0, equals)));
         const std::string value(trimmed(line.substr(equals + 1)));
-        if (!kKnownFields.contains(name)) fields.others.emplace_back(name, value);
+        fields.names.push_back(name);
         fields.values[name] = value;
         if (name != "ElementDataFile") continue;
         fields.header_bytes = at;
@@ -109,59 +73,44 @@ Result<Fields> read_fields(const fs::path& path) {
     return damaged(path, "ends early: the header has no ElementDataFile");
 }
 
-Status read_component(const fs::path& path, const Fields& fields, ImageHeader& header) {
-    static const std::map<std::string, Component, std::less<>> kTypes = {
-        {"MET_CHAR", Component::Int8},       {"MET_UCHAR", Component::UInt8},
-        {"MET_SHORT", Component::Int16},     {"MET_USHORT", Component::UInt16},
-        {"MET_INT", Component::Int32},       {"MET_UINT", Component::UInt32},
-        {"MET_LONG", Component::Int32},      {"MET_ULONG", Component::UInt32},
-        {"MET_LONG_LONG", Component::Int64}, {"MET_ULONG_LONG", Component::UInt64},
-        {"MET_FLOAT", Component::Float32},   {"MET_DOUBLE", Component::Float64}};
-    std::string type(fields.value({"ElementType"}));
-    constexpr std::string_view kArray = "_ARRAY";
-    if (type.ends_with(kArray)) type.resize(type.size() - kArray.size());
-    const auto found = kTypes.find(type);
-    if (found == kTypes.end()) return bad_field(path, "ElementType", type, "MET_SHORT or the like");
-    header.component = found->second;
-    const std::string_view channels = fields.value({"ElementNumberOfChannels"});
-    if (channels.empty()) return Ok{};
-    const auto count = whole_number_from(channels);
-    if (!count || *count < 1)
-        return bad_field(path, "ElementNumberOfChannels", channels, "a number ≥ 1");
-    header.components = *count;
-    return Ok{};
-}
-
-Status read_sizes(const fs::path& path, const Fields& fields, ImageHeader& header) {
+/// ITK takes no notice of a number that overflows, and little of one that is no number.
+Status check_sizes(const fs::path& path, const Fields& fields) {
     const std::string_view text = fields.value({"DimSize"});
+    std::vector<std::int64_t> sizes;
     for (const std::string_view word : split(text, ' ')) {
         const auto size = whole_number_from(word);
         if (!size) return bad_field(path, "DimSize", text, "whole numbers");
-        header.sizes.push_back(*size);
+        sizes.push_back(*size);
     }
     const std::string_view dimension = fields.value({"NDims"});
-    if (whole_number_from(dimension) != std::int64_t(header.sizes.size()))
+    if (whole_number_from(dimension) != std::int64_t(sizes.size()))
         return bad_field(path, "DimSize", text,
                          "as many numbers as NDims (" + shown(dimension) + ")");
-    return Ok{};
+    const std::string_view channels = fields.value({"ElementNumberOfChannels"});
+    if (const auto count = whole_number_from(channels);
+        !channels.empty() && (!count || *count < 1 || *count > kMaxAxisSize))
+        return bad_field(path, "ElementNumberOfChannels", channels, "a number ≥ 1");
+    return check_size(path, sizes);
 }
 
-Status read_grid(const fs::path& path, const Fields& fields, ImageHeader& header) {
+Status check_geometry(const fs::path& path, const Fields& fields, ImageHeader& header) {
     const auto spacing_text = fields.value({"ElementSpacing", "ElementSize"});
     const auto spacing = numbers_from(spacing_text);
     if (!spacing_text.empty() && (!spacing || spacing->size() != 3))
         return bad_field(path, "ElementSpacing", spacing_text, "three numbers");
     if (spacing_text.empty()) header.notes.push_back("no ElementSpacing; taken as 1 mm");
     for (int a = 0; a < 3 && !spacing_text.empty(); ++a)
-        header.grid.spacing_mm[a] = (*spacing)[std::size_t(a)];
+        if (Status status = check_spacing(path, a, (*spacing)[std::size_t(a)]); !status)
+            return status;
 
     const auto origin_text = fields.value({"Offset", "Position", "Origin"});
     const auto origin = numbers_from(origin_text);
     if (!origin_text.empty() && (!origin || origin->size() != 3))
         return bad_field(path, "Offset", origin_text, "three numbers");
     if (origin_text.empty()) header.notes.push_back("no Offset; taken as (0, 0, 0)");
-    for (int a = 0; a < 3 && !origin_text.empty(); ++a)
-        header.grid.origin_mm[a] = (*origin)[std::size_t(a)];
+    if (!origin_text.empty())
+        if (Status status = check_origin(path, {(*origin)[0], (*origin)[1], (*origin)[2]}); !status)
+            return status;
 
     const auto matrix_text = fields.value({"TransformMatrix", "Rotation", "Orientation"});
     const auto matrix = numbers_from(matrix_text);
@@ -169,29 +118,23 @@ Status read_grid(const fs::path& path, const Fields& fields, ImageHeader& header
         return bad_field(path, "TransformMatrix", matrix_text, "nine numbers");
     if (matrix_text.empty())
         header.notes.push_back("no TransformMatrix; the axes are taken as L, P, S");
-    for (std::size_t n = 0; n < 9 && !matrix_text.empty(); ++n)
-        header.grid.direction.columns[n / 3][int(n % 3)] = (*matrix)[n];
-    for (Vec3d& axis : header.grid.direction.columns) {
-        const double length = norm(axis);
+    for (std::size_t n = 0; n < 9 && !matrix_text.empty(); n += 3) {
+        const double length = norm(Vec3d{(*matrix)[n], (*matrix)[n + 1], (*matrix)[n + 2]});
         if (!(length > 0) || !std::isfinite(length))
             return bad_field(path, "TransformMatrix", matrix_text, "three directions");
-        axis = (1 / length) * axis;
     }
     return Ok{};
 }
 
-void read_data_place(const fs::path& path, const Fields& fields, ImageHeader& header) {
-    DataPlace& data = header.data;
+/// @returns whether there should be a file for each slice: ITK crashes where some are missing
+bool find_data(const fs::path& path, const Fields& fields, DataPlace& data) {
     const std::string_view binary = fields.value({"BinaryData"});
     if (fields.is_true("CompressedData"))
         data.encoding = DataEncoding::Deflated;
     else if (!binary.empty() && !fields.is_true("BinaryData"))
         data.encoding = DataEncoding::Text;
-    data.big_endian =
-        fields.is_true("BinaryDataByteOrderMSB") || fields.is_true("ElementByteOrderMSB");
     const std::int64_t skip = whole_number_from(fields.value({"HeaderSize"})).value_or(0);
-    data.at_the_end = skip < 0;
-    data.byte_skip = skip > 0 ? std::uint64_t(skip) : 0;
+    data.byte_skip = skip > 0 ? std::uint64_t(skip) : 0;  // negative: the data end the file
     const std::string_view name = fields.value({"ElementDataFile"});
     const std::string lower = lower_case(name);
     const fs::path folder = path.parent_path();
@@ -205,6 +148,7 @@ void read_data_place(const fs::path& path, const Fields& fields, ImageHeader& he
     } else {
         data.files = {folder / fs::path(name)};
     }
+    return lower.starts_with("list") || name.find('%') != name.npos;
 }
 
 void note_what_is_left_out(const Fields& fields, ImageHeader& header) {
@@ -220,18 +164,33 @@ void note_what_is_left_out(const Fields& fields, ImageHeader& header) {
 }  // namespace
 
 Result<ImageHeader> read_meta_header(const fs::path& path) {
-    auto fields = read_fields(path);
+    const auto fields = read_fields(path);
     if (!fields) return fields.error();
     if (const auto type = fields->value({"ObjectType"}); !type.empty() && type != "Image")
         return bad_field(path, "ObjectType", type, "Image");
     ImageHeader header;
     header.format = ImageFormat::MetaImage;
-    header.key_values = fields->others;
-    if (Status status = read_component(path, *fields, header); !status) return status.error();
-    if (Status status = read_sizes(path, *fields, header); !status) return status.error();
-    if (header.sizes.size() == 3)  // else it will be refused for that
-        if (Status status = read_grid(path, *fields, header); !status) return status.error();
-    read_data_place(path, *fields, header);
+    if (Status status = check_sizes(path, *fields); !status) return status.error();
+    if (Status status = check_geometry(path, *fields, header); !status) return status.error();
+    const bool one_a_slice = find_data(path, *fields, header.data);
+    if (Status status = check_data_files(path, header.data); !status) return status.error();
+    if (Status status = itk_read_header(path, header); !status) {
+        if (status.error().code == ErrorCode::Unsupported)
+            return bad_field(path, "ElementType", fields->value({"ElementType"}),
+                             "MET_SHORT or the like");
+        return damaged(path, "its header can't be read, expected a MetaImage's");
+    }
+    const auto count = std::int64_t(header.data.files.size());
+    if (one_a_slice && count != header.sizes[2])
+        return damaged(path, "names " + std::to_string(count) + " data files, expected " +
+                                 std::to_string(header.sizes[2]) + ", one for each slice");
+    for (Vec3d& axis : header.grid.direction.columns) axis = normalized(axis);
+    const auto place = [&](const std::string& key) {
+        return std::find(fields->names.begin(), fields->names.end(), key);
+    };
+    std::stable_sort(header.key_values.begin(), header.key_values.end(),
+                     [&](const auto& a, const auto& b) { return place(a.first) < place(b.first); });
+    header.stored = header.component;
     note_what_is_left_out(*fields, header);
     return header;
 }

@@ -2,17 +2,18 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // NIfTI-1: 348 bytes of binary header, plain or inside gzip. Its world is RAS. A file may carry two
-// affine maps, "sform" and "qform"; which of them counts is decided as ITK does it, so that a point
-// means the same here and in programs that stand on ITK: the sform if it is the scanner's or the
-// only one, the qform otherwise.
+// affine maps, "sform" and "qform"; ITK decides which of them counts, so that a point means the
+// same here and in programs that stand on ITK: the sform if it is the scanner's or the only one,
+// and has no shear, the qform otherwise.
 
+#include "volume/data_check.h"
 #include "volume/image_header.h"
+#include "volume/itk_io.h"
 #include "volume/text.h"
 
 #include <zlib.h>
 
 #include <array>
-#include <bit>
 #include <cmath>
 #include <cstring>
 #include <map>
@@ -22,6 +23,8 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr std::size_t kHeaderBytes = 348;
+/// Distance between places that rounding to 32-bit floats explains [mm].
+constexpr double kSamePlaceMm = 0.01;
 
 /// The header's bytes with typed access by offset.
 struct Bytes {
@@ -95,7 +98,7 @@ Status read_type_and_sizes(const fs::path& path, const Bytes& bytes, ImageHeader
         return unsupported(path, "datatype is " + std::to_string(type) + what +
                                      ", expected integers, float or double");
     }
-    header.component = found->second;
+    header.stored = found->second;
     const int dimension = bytes.get<std::int16_t>(at::kDim);
     if (dimension < 1 || dimension > 7)
         return damaged(path, "dim[0] is " + std::to_string(dimension) + ", expected 1 to 7");
@@ -120,101 +123,65 @@ double millimetres_per_unit(const Bytes& bytes) {
     }
 }
 
-struct Affine {
-    Vec3d steps[3];
-    Vec3d origin;
-};
-
-Affine sform_of(const Bytes& bytes) {
-    Affine affine{};
-    for (int row = 0; row < 3; ++row) {
-        const std::size_t start = at::kSrow + 16 * std::size_t(row);
-        for (int c = 0; c < 3; ++c) affine.steps[c][row] = bytes.number(start + 4 * std::size_t(c));
-        affine.origin[row] = bytes.number(start + 12);
-    }
-    return affine;
-}
-
-/// The unit quaternion (a, b, c, d), of which the file has b, c, d, as a rotation.
-Affine qform_of(const Bytes& bytes) {
-    double b = bytes.number(at::kQuatern), c = bytes.number(at::kQuatern + 4),
-           d = bytes.number(at::kQuatern + 8);
-    const double rest = 1 - (b * b + c * c + d * d);
-    double a = rest > 0 ? std::sqrt(rest) : 0;
-    if (rest < 1e-7) {  // a half turn: rounding may have left b, c, d a little too long
-        const double scale = 1 / std::sqrt(b * b + c * c + d * d);
-        a = 0, b *= scale, c *= scale, d *= scale;
-    }
-    const double qfac = bytes.number(at::kPixdim) < 0 ? -1 : 1;
-    const double pixdim[3] = {bytes.number(at::kPixdim + 4), bytes.number(at::kPixdim + 8),
-                              bytes.number(at::kPixdim + 12)};
-    Affine affine;
-    affine.steps[0] =
-        pixdim[0] * Vec3d{a * a + b * b - c * c - d * d, 2 * (b * c + a * d), 2 * (b * d - a * c)};
-    affine.steps[1] =
-        pixdim[1] * Vec3d{2 * (b * c - a * d), a * a + c * c - b * b - d * d, 2 * (c * d + a * b)};
-    affine.steps[2] = (qfac * pixdim[2]) * Vec3d{2 * (b * d + a * c), 2 * (c * d - a * b),
-                                                 a * a + d * d - c * c - b * b};
-    affine.origin = {bytes.number(at::kQoffset), bytes.number(at::kQoffset + 4),
-                     bytes.number(at::kQoffset + 8)};
-    return affine;
-}
-
-Status take_affine(const fs::path& path, const char* name, Affine affine, double unit_mm,
-                   ImageHeader& header) {
-    for (Vec3d& step : affine.steps) {
-        if (!(norm(step) > 0) || !is_finite(step))
-            return damaged(path, std::string(name) + " has the axis (" + text_of(step) +
-                                     "), expected a direction");
-        step = unit_mm * Vec3d{-step.x, -step.y, step.z};
-    }
-    set_axes(header.grid, affine.steps);
-    header.grid.origin_mm = unit_mm * Vec3d{-affine.origin.x, -affine.origin.y, affine.origin.z};
-    header.vector_sign = {-1, -1, 1};
-    return Ok{};
-}
-
-Status read_grid(const fs::path& path, const Bytes& bytes, ImageHeader& header) {
-    const int qform_code = bytes.get<std::int16_t>(at::kQformCode);
-    const int sform_code = bytes.get<std::int16_t>(at::kSformCode);
+/// The sform in LPS [mm]: steps to the next voxel along i, j and k, then the first voxel's place.
+std::array<Vec3d, 4> sform_of(const Bytes& bytes) {
+    std::array<Vec3d, 4> columns;
     const double unit_mm = millimetres_per_unit(bytes);
-    const bool prefer_sform = sform_code > 0 && (sform_code == 1 || qform_code <= 0);
-    if (prefer_sform) {
-        Status status = take_affine(path, "sform", sform_of(bytes), unit_mm, header);
-        if (!status || qform_code <= 0 || is_perpendicular(header.grid.direction)) return status;
-        header.notes.push_back("the sform is sheared; the qform is used");
+    for (std::size_t n = 0; n < 12; ++n)
+        columns[n % 4][int(n / 4)] = (n < 8 ? -unit_mm : unit_mm) * bytes.number(at::kSrow + 4 * n);
+    return columns;
+}
+
+/// ITK aborts where a number of the sform isn't finite, and repairs other bad numbers in silence.
+Status check_geometry(const fs::path& path, const Bytes& bytes) {
+    const bool has_sform = bytes.get<std::int16_t>(at::kSformCode) > 0;
+    const auto sform = sform_of(bytes);
+    for (std::size_t a = 0; a < 3; ++a) {
+        if (has_sform && (!is_finite(sform[a]) || norm(sform[a]) == 0))
+            return damaged(path,
+                           "sform has the axis (" + text_of(sform[a]) + "), expected a direction");
+        const double step = bytes.number(at::kPixdim + 4 + 4 * a);
+        if (Status status = check_spacing(path, int(a), step); !status) return status;
     }
-    if (qform_code > 0) {
-        for (std::size_t a = 1; a <= 3; ++a)
-            if (const double step = bytes.number(at::kPixdim + 4 * a); !(step > 0))
-                return damaged(path, "spacing (pixdim) of axis " + std::to_string(a) + " is " +
-                                         text_of(step) + ", expected more than 0");
-        return take_affine(path, "qform", qform_of(bytes), unit_mm, header);
-    }
-    header.notes.push_back("no orientation; the axes are taken as L, P, S from (0, 0, 0)");
-    for (std::size_t a = 0; a < 3; ++a)
-        header.grid.spacing_mm[int(a)] = unit_mm * bytes.number(at::kPixdim + 4 + 4 * a);
+    if (has_sform)
+        if (Status status = check_origin(path, sform[3]); !status) return status;
+    for (std::size_t n = 0; n < 6 && bytes.get<std::int16_t>(at::kQformCode) > 0; ++n)
+        if (const double number = bytes.number(at::kQuatern + 4 * n); !std::isfinite(number))
+            return damaged(path, "qform has " + text_of(number) + ", expected finite numbers");
+    const double slope = bytes.number(at::kSclSlope), intercept = bytes.number(at::kSclInter);
+    if ((slope == 0 || !std::isfinite(slope)) && std::isfinite(intercept) && intercept != 0)
+        return damaged(path, "scl_slope is " + text_of(slope) + " with scl_inter " +
+                                 text_of(intercept) + ", expected a slope");
     return Ok{};
 }
 
-Status read_data_place(const fs::path& path, const Bytes& bytes, ImageHeader& header) {
+/// Says which map from voxels to the world ITK chose, where that isn't the only one.
+void note_orientation(const Bytes& bytes, ImageHeader& header) {
+    const bool has_sform = bytes.get<std::int16_t>(at::kSformCode) > 0;
+    if (!has_sform && bytes.get<std::int16_t>(at::kQformCode) <= 0)
+        header.notes.push_back("no orientation; the axes are taken as L, P, S from (0, 0, 0)");
+    if (!has_sform) return;
+    const auto sform = sform_of(bytes);
+    const Grid& grid = header.grid;
+    bool same = norm(sform[3] - grid.origin_mm) <= kSamePlaceMm;
+    for (int a = 0; a < 3; ++a) {
+        const Vec3d step = grid.spacing_mm[a] * grid.direction.columns[a];
+        same = same && norm(sform[std::size_t(a)] - step) * grid.size[a] <= kSamePlaceMm;
+    }
+    if (!same) header.notes.push_back("the qform is used; the sform differs from it");
+}
+
+Status find_data(const fs::path& path, const Bytes& bytes, DataPlace& data) {
     const double offset = bytes.number(at::kVoxOffset);
-    if (!(offset == 0 || (offset >= double(kHeaderBytes) && offset < 1e9)))
+    if (!(offset >= 352 && offset < 1e9))
         return damaged(path, "vox_offset is " + text_of(offset) + ", expected 352 or more");
-    DataPlace& data = header.data;
     data.files = {path};
-    data.big_endian = bytes.swapped != (std::endian::native == std::endian::big);
-    const auto start = std::uint64_t(offset == 0 ? 352 : offset);
+    const auto start = std::uint64_t(offset);
     if (lower_case(path.extension().string()) == ".gz") {
         data.encoding = DataEncoding::Deflated;
         data.inner_skip = start;
     } else {
         data.byte_skip = start;
-    }
-    const double slope = bytes.number(at::kSclSlope), intercept = bytes.number(at::kSclInter);
-    if (slope != 0 && std::isfinite(slope) && std::isfinite(intercept)) {
-        header.slope = slope;
-        header.intercept = intercept;
     }
     return Ok{};
 }
@@ -222,14 +189,24 @@ Status read_data_place(const fs::path& path, const Bytes& bytes, ImageHeader& he
 }  // namespace
 
 Result<ImageHeader> read_nifti_header(const fs::path& path) {
-    auto bytes = read_bytes(path);
+    const auto bytes = read_bytes(path);
     if (!bytes) return bytes.error();
     ImageHeader header;
     header.format = ImageFormat::Nifti;
     if (Status status = read_type_and_sizes(path, *bytes, header); !status) return status.error();
-    if (header.sizes.size() == 3 && header.components == 1)  // else it will be refused for that
-        if (Status status = read_grid(path, *bytes, header); !status) return status.error();
-    if (Status status = read_data_place(path, *bytes, header); !status) return status.error();
+    if (Status status = check_size(path, header.sizes); !status) return status.error();
+    if (header.components != 1) return header;  // it will be refused for that
+    if (Status status = check_geometry(path, *bytes); !status) return status.error();
+    if (Status status = find_data(path, *bytes, header.data); !status) return status.error();
+    if (Status status = itk_read_header(path, header); !status)
+        return status.error().message.find("orthonormal") == std::string::npos
+                   ? damaged(path, "its header can't be read, expected NIfTI-1")
+                   : unsupported(path,
+                                 "has a sheared sform, or one of other spacing than pixdim, "
+                                 "expected perpendicular directions");
+    // ITK scales the distances between voxels by the file's unit, but not the origin.
+    header.grid.origin_mm = millimetres_per_unit(*bytes) * header.grid.origin_mm;
+    note_orientation(*bytes, header);
     return header;
 }
 

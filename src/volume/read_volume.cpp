@@ -4,10 +4,11 @@
 // Which reader a path goes to: its name says which format it should be, its first bytes whether it
 // is.
 
-#include "volume/data_reader.h"
+#include "volume/data_check.h"
 #include "volume/dicom_series.h"
 #include "volume/image_file.h"
 #include "volume/image_header.h"
+#include "volume/itk_io.h"
 #include "volume/text.h"
 #include "volume/voxel_builder.h"
 
@@ -116,22 +117,21 @@ Result<ImageHeader> read_image_header(const fs::path& path, ImageFormat format) 
 
 namespace {
 
-/// Adds a piece of stored numbers, each times slope plus intercept.
-void add_rescaled(const ImageHeader& header, Component component, const void* values,
-                  std::size_t count, VoxelBuilder& voxels) {
-    if (header.slope == 1 && header.intercept == 0) return voxels.add(component, values, count);
-    VoxelBuilder plain(count);
-    plain.add(component, values, count);
-    std::vector<std::string> unused;
-    const Voxels stored = plain.finish(unused);
-    std::vector<float> rescaled(count);
-    std::visit(
-        [&](const auto& numbers) {
-            for (std::size_t n = 0; n < count; ++n)
-                rescaled[n] = float(header.slope * double(numbers[n]) + header.intercept);
-        },
-        stored);
-    voxels.add(Component::Float32, rescaled.data(), count);
+/// 16-bit numbers stay where ITK puts them; others are in memory twice.
+Result<Voxels> read_voxels(const fs::path& path, const ImageHeader& header, ReadNotes& notes) {
+    const std::size_t count = voxel_count(header.grid);
+    if (header.component == Component::Int16) {
+        std::vector<std::int16_t> voxels(count);
+        if (Status status = itk_read_values(path, header, voxels.data()); !status)
+            return status.error();
+        return Voxels(std::move(voxels));
+    }
+    std::vector<double> values((count * size_of(header.component) + 7) / 8);  // aligned for all
+    if (Status status = itk_read_values(path, header, values.data()); !status)
+        return status.error();
+    VoxelBuilder voxels(count);
+    voxels.add(header.component, values.data(), count);
+    return voxels.finish(notes.notes);
 }
 
 Result<Volume> read_image_file(const fs::path& path, ReadNotes& notes) {
@@ -143,15 +143,13 @@ Result<Volume> read_image_file(const fs::path& path, ReadNotes& notes) {
     auto header = read_image_header(path, *format);
     if (!header) return header.error();
     if (Status status = check_header(path, 1, *header); !status) return status.error();
+    if (Status status = check_data(path, *header); !status) return status.error();
     notes.format = name_of(*format);
-    notes.stored_type = name_of(header->component);
+    notes.stored_type = name_of(header->stored);
     notes.notes = std::move(header->notes);
-    VoxelBuilder voxels(voxel_count(header->grid));
-    const auto sink = [&](Component component, const void* values, std::size_t count) {
-        add_rescaled(*header, component, values, count, voxels);
-    };
-    if (Status status = read_data(path, *header, sink); !status) return status.error();
-    return Volume{header->grid, voxels.finish(notes.notes), std::move(header->key_values)};
+    auto voxels = read_voxels(path, *header, notes);
+    if (!voxels) return voxels.error();
+    return Volume{header->grid, std::move(*voxels), std::move(header->key_values)};
 }
 
 }  // namespace

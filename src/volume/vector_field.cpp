@@ -3,11 +3,13 @@
 
 // Displacement fields and grid transforms: NRRD with three numbers per voxel.
 
-#include "volume/data_reader.h"
+#include "volume/data_check.h"
 #include "volume/image_file.h"
+#include "volume/itk_io.h"
 
 #include <pliant/volume.h>
 
+#include <algorithm>
 #include <cmath>
 #include <new>
 
@@ -31,6 +33,7 @@ Result<ImageHeader> read_field_header(const fs::path& path) {
                                      ", expected vectors of float or double");
     if (header->turned_vectors)
         return unsupported(path, "has a measurement frame, expected vectors along its space");
+    if (Status status = check_data(path, *header); !status) return status.error();
     return header;
 }
 
@@ -47,27 +50,29 @@ Result<VectorField> read_vector_field(const fs::path& path) {
         const auto header = read_field_header(path);
         if (!header) return header.error();
         VectorField field{header->grid, kind_of(*header), {}};
-        field.vectors_mm.reserve(voxel_count(field.grid));
-        Vec3f vector{};
-        int filled = 0;
+        field.vectors_mm.resize(voxel_count(field.grid));
+        static_assert(sizeof(Vec3f) == 3 * sizeof(float));
+        if (header->component == Component::Float32) {
+            if (Status status = itk_read_values(path, *header, field.vectors_mm.data()); !status)
+                return status.error();
+        } else {
+            std::vector<Vec3d> wide(field.vectors_mm.size());
+            if (Status status = itk_read_values(path, *header, wide.data()); !status)
+                return status.error();
+            std::transform(wide.begin(), wide.end(), field.vectors_mm.begin(), [](Vec3d v) {
+                return Vec3f{float(v.x), float(v.y), float(v.z)};
+            });
+        }
         bool finite = true;
-        const auto add = [&](double number) {
-            vector[filled] = float(number * header->vector_sign[filled]);
-            finite = finite && std::isfinite(vector[filled]);
-            if (++filled < 3) return;
-            field.vectors_mm.push_back(vector);
-            filled = 0;
-        };
-        const auto sink = [&](Component component, const void* values, std::size_t count) {
-            for (std::size_t n = 0; n < count; ++n)
-                add(component == Component::Float32 ? double(static_cast<const float*>(values)[n])
-                                                    : static_cast<const double*>(values)[n]);
-        };
-        if (Status status = read_data(path, *header, sink); !status) return status.error();
+        for (Vec3f& vector : field.vectors_mm)
+            for (int a = 0; a < 3; ++a) {
+                vector[a] *= float(header->vector_sign[a]);
+                finite = finite && std::isfinite(vector[a]);
+            }
         if (!finite)
             return Error{ErrorCode::Unreadable, path.string() +
-                                                    ": has a vector that is no "
-                                                    "number, expected finite ones"};
+                                                    ": has a vector that is no number, "
+                                                    "expected finite ones"};
         return field;
     } catch (const std::bad_alloc&) {
         return Error{ErrorCode::LimitExceeded, path.string() + ": not enough memory to read it"};

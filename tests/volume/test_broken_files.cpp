@@ -94,9 +94,12 @@ TEST(BrokenNrrd, GeometryThatMakesNoSenseIsRefused) {
     };
     expect_all({
         {"nan.nrrd", directed("(nan,0,0) (0,1,0) (0,0,2)"), "space directions is"},
+        {"not-there.nrrd", directed("(nan,nan,nan) (0,1,0) (0,0,2)"), "space directions is"},
         {"zero.nrrd", directed("(0,0,0) (0,1,0) (0,0,2)"), "longer than zero"},
         {"few.nrrd", directed("(1,0,0) (0,1,0)"), "a vector (x,y,z) for each axis"},
         {"flat.nrrd", directed("(1,0) (0,1) (1,1)"), "a vector (x,y,z) for each axis"},
+        {"time.nrrd", with<NrrdFile>([](auto& f) { f.space = "left-posterior-superior-time"; }),
+         "space directions is"},
         {"skew.nrrd", directed("(1,0,0) (0.5,1,0) (0,0,2)"), "expected perpendicular"},
         {"same.nrrd", directed("(1,0,0) (1,0,0) (0,0,2)"), "expected perpendicular"},
         {"absurd.nrrd", directed("(1e30,0,0) (0,1,0) (0,0,2)"), "spacing of axis 1 is 1e+30 mm"},
@@ -221,6 +224,8 @@ TEST(BrokenMetaImage, DataThatAreMissingOrDamagedAreNoticed) {
         {"plain.mha", compressed(data), "are damaged"},
         {"gone.mhd", with<MetaFile>([](auto& f) { f.data_file = "gone.raw"; }),
          "gone.raw is missing"},
+        {"short.mhd", with<MetaFile>([](auto& f) { f.data_file = "LIST\nraw.mha"; }),
+         "names 1 data files, expected 2"},
         {"list.mhd", with<MetaFile>([](auto& f) { f.data_file = "LIST\nx.raw\ny.raw"; }),
          "is missing"},
     });
@@ -246,6 +251,8 @@ TEST(BrokenNifti, HeadersAndGeometryThatMakeNoSenseAreRefused) {
         {"negative.nii", nifti([](auto& f) { f.dim[1] = -4; }), "size is -4 × 3 × 2"},
         {"huge.nii", nifti([](auto& f) { f.dim = {3, 32000, 32000, 32000, 1, 1, 1, 1}; }),
          "at most"},
+        {"start.nii", nifti([](auto& f) { f.vox_offset = 0; }), "vox_offset is 0"},
+        {"slope.nii", nifti([](auto& f) { f.intercept = 5; }), "scl_slope is 0 with scl_inter 5"},
         {"offset.nii", nifti([&](auto& f) { f.vox_offset = kNan; }), "vox_offset is nan"},
         {"sform.nii", nifti([&](auto& f) { f.sform[0] = kNan; }), "sform has the axis (nan"},
         {"shear.nii", nifti([](auto& f) { f.sform[1] = 0.5; }), "expected perpendicular"},
