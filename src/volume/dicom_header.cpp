@@ -17,6 +17,7 @@
 #include <cstring>
 #include <fstream>
 #include <map>
+#include <utility>
 
 namespace pliant {
 namespace fs = std::filesystem;
@@ -81,8 +82,9 @@ class Walker {
         return int(u16(found->second.data()));
     }
     std::vector<double> decimals(std::uint32_t tag, std::size_t count) const {
-        const auto numbers = numbers_from(text(tag), '\\');
-        return numbers && numbers->size() == count ? *numbers : std::vector<double>{};
+        auto numbers = numbers_from(text(tag), '\\');
+        if (!numbers || numbers->size() != count) return {};
+        return std::move(*numbers);
     }
     bool has(std::uint32_t tag) const { return m_values.contains(tag); }
     bool has_pixels() const { return m_has_pixels; }
