@@ -41,6 +41,12 @@ class Oracle {
                     m_limits.push_back(law(inside ? int(volume.at(e)) : kAirHu));
                 }
         for (auto& u : m_u) u.assign(n, 0);
+        for (std::size_t b = 0; b < 3; ++b)
+            for (const ElementLimits& limits : m_limits) {
+                m_compress[b].push_back(half(limits.compress[int(b)], int(b)));
+                m_stretch[b].push_back(half(limits.stretch[int(b)], int(b)));
+                m_shear[b].push_back(half(limits.shear[int(b)], int(b)));
+            }
     }
 
     std::size_t index(Vec3i e) const {
@@ -83,18 +89,6 @@ class Oracle {
         if constexpr (std::is_integral_v<T>) return T(std::floor(mm * (1 << 20)));
         return T(mm);
     }
-    /// Largest u(up) − u(low), and its negative counterpart, of the link from low along b.
-    void link(std::size_t low, std::size_t up, int axis, int b, T& most, T& least) const {
-        const ElementLimits &p = m_limits[low], &q = m_limits[up];
-        if (axis == b) {
-            most = half(p.stretch[b], b) + half(q.stretch[b], b);
-            least = -(half(p.compress[b], b) + half(q.compress[b], b));
-        } else {
-            most = half(p.shear[b], b) + half(q.shear[b], b);
-            least = -most;
-        }
-    }
-
     void push_component(std::span<const Vec3i> s, int axis, T shift) {
         auto& u = m_u[std::size_t(axis)];
         constexpr T kFar = std::numeric_limits<T>::max() / 4;
@@ -112,6 +106,10 @@ class Oracle {
         const std::size_t step = b == 0   ? 1
                                  : b == 1 ? std::size_t(m_size.x)
                                           : std::size_t(m_size.x) * std::size_t(m_size.y);
+        // Largest u(j) − u(i) of the link from i up to j, and its negative counterpart.
+        const auto& most = axis == b ? m_stretch[std::size_t(b)] : m_shear[std::size_t(b)];
+        const auto& least = axis == b ? m_compress[std::size_t(b)] : m_shear[std::size_t(b)];
+        const Vec3i links = m_size - Vec3i{b == 0, b == 1, b == 2};
         bool changed = false;
         const auto raise = [&](T& value, T to) {
             if (to > value) value = to, changed = true;
@@ -119,16 +117,18 @@ class Oracle {
         const auto lower_to = [&](T& value, T to) {
             if (to < value) value = to, changed = true;
         };
-        for_each([&](Vec3i e) {
-            if (e[b] + 1 >= m_grid.size[b] + m_margin) return;
-            const std::size_t i = index(e), j = i + step;
-            T most, least;
-            link(i, j, axis, b, most, least);
-            raise(lower[j], lower[i] + least);
-            raise(lower[i], lower[j] - most);
-            lower_to(upper[j], upper[i] + most);
-            lower_to(upper[i], upper[j] - least);
-        });
+        const Vec3i first{-m_margin, -m_margin, -m_margin};
+        for (int z = 0; z < links.z; ++z)
+            for (int y = 0; y < links.y; ++y) {
+                std::size_t i = index(first + Vec3i{0, y, z});
+                for (int x = 0; x < links.x; ++x, ++i) {
+                    const std::size_t j = i + step;
+                    raise(lower[j], lower[i] - (least[i] + least[j]));
+                    raise(lower[i], lower[j] - (most[i] + most[j]));
+                    lower_to(upper[j], upper[i] + (most[i] + most[j]));
+                    lower_to(upper[i], upper[j] + (least[i] + least[j]));
+                }
+            }
         return changed;
     }
 
@@ -136,6 +136,7 @@ class Oracle {
     int m_margin;
     Vec3i m_size;
     std::vector<ElementLimits> m_limits;
+    std::array<std::vector<T>, 3> m_compress, m_stretch, m_shear;  ///< halves, by link axis
     std::array<std::vector<T>, 3> m_u;
 };
 
