@@ -111,6 +111,9 @@ Image before_and_after(const DeformOptions& o, const Volume& before, const Volum
     if (o.eye_mm) {
         view.endoscope.eye_mm = *o.eye_mm;
         view.endoscope.look = o.look.value_or(push.point_mm - *o.eye_mm);
+        // An eye in bright contrast looks at a wall that is darker.
+        const Vec3d eye_ijk = voxel_from_world(before.grid, *o.eye_mm);
+        if (sample_linear(before, eye_ijk) >= iso_hu) view.endoscope.polarity = Polarity::Falling;
     } else {
         view.endoscope =
             aim_endoscope(before, push.point_mm, push.push_mm, iso_hu, Polarity::Rising, arena);
