@@ -224,7 +224,7 @@ TEST(BrokenMetaImage, DataThatAreMissingOrDamagedAreNoticed) {
         {"plain.mha", compressed(data), "are damaged"},
         {"gone.mhd", with<MetaFile>([](auto& f) { f.data_file = "gone.raw"; }),
          "gone.raw is missing"},
-        {"short.mhd", with<MetaFile>([](auto& f) { f.data_file = "LIST\nraw.mha"; }),
+        {"short.mhd", with<MetaFile>([](auto& f) { f.data_file = "LIST\nraw.mha", f.data = ""; }),
          "names 1 data files, expected 2"},
         {"list.mhd", with<MetaFile>([](auto& f) { f.data_file = "LIST\nx.raw\ny.raw"; }),
          "is missing"},
