@@ -47,7 +47,7 @@ struct Bytes {
 namespace at {  // offsets of the fields that are used
 constexpr std::size_t kSizeofHdr = 0, kDim = 40, kDatatype = 70, kPixdim = 76, kVoxOffset = 108,
                       kSclSlope = 112, kSclInter = 116, kXyztUnits = 123, kQformCode = 252,
-                      kSformCode = 254, kQuatern = 256, kQoffset = 268, kSrow = 280, kMagic = 344;
+                      kSformCode = 254, kQuatern = 256, kSrow = 280, kMagic = 344;
 }  // namespace at
 
 Error damaged(const fs::path& path, const std::string& message) {
