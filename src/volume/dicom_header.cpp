@@ -13,6 +13,7 @@
 #include "volume/dicom_series.h"
 #include "volume/text.h"
 
+#include <algorithm>
 #include <array>
 #include <cstring>
 #include <fstream>
@@ -36,6 +37,18 @@ constexpr std::uint32_t kTransferSyntax = 0x00020010, kSeriesDescription = 0x000
 constexpr std::string_view kValueTypes =
     "AE AS AT CS DA DS DT FD FL IS LO LT OB OD OF OL OV OW PN SH SL SQ SS ST SV TM UC UI UL UN UR "
     "US UT UV";
+/// Types of the elements that GDCM looks into: it aborts where an element has another one.
+constexpr std::pair<std::uint32_t, std::string_view> kTypesOf[] = {
+    {0x00020000, "UL"}, {0x00020001, "OB"}, {0x00020002, "UI"}, {0x00020003, "UI"},
+    {0x00020010, "UI"}, {0x00080005, "CS"}, {0x00080008, "CS"}, {0x00080016, "UI"},
+    {0x00080018, "UI"}, {0x00080060, "CS"}, {0x00180050, "DS"}, {0x00180088, "DS"},
+    {0x00181164, "DS"}, {0x0020000e, "UI"}, {0x00200032, "DS"}, {0x00200037, "DS"},
+    {0x00280002, "US"}, {0x00280004, "CS"}, {0x00280006, "US"}, {0x00280008, "IS"},
+    {0x00280009, "AT"}, {0x00280010, "US"}, {0x00280011, "US"}, {0x00280030, "DS"},
+    {0x00280034, "IS"}, {0x00280100, "US"}, {0x00280101, "US"}, {0x00280102, "US"},
+    {0x00280103, "US"}, {0x00281050, "DS"}, {0x00281051, "DS"}, {0x00281052, "DS"},
+    {0x00281053, "DS"}, {0x00281054, "LO"}, {0x00282110, "CS"}, {0x20500020, "CS"},
+    {0x30040002, "CS"}, {0x3004000e, "DS"}};
 /// Longest value that is kept, and deepest nesting of sequences that is followed.
 constexpr std::uint32_t kMaxValueBytes = 1024;
 constexpr int kMaxDepth = 32;
@@ -149,6 +162,7 @@ class Walker {
         std::array<char, 8> bytes{};
         if (!read(bytes.data(), bytes.size())) return false;
         element.tag = u16(&bytes[0]) << 16 | u16(&bytes[2]);
+        const std::array<char, 2> type{bytes[4], bytes[5]};
         const bool delimiter = element.tag >> 16 == 0xfffe;
         if (!m_explicit || delimiter) {
             element.length = u32(&bytes[4]);
@@ -164,7 +178,15 @@ class Walker {
             }
         }
         element.nests = element.length == kUndefinedLength;
-        return true;
+        return is_sound(element, std::string_view(type.data(), m_explicit ? 2 : 0));
+    }
+    /// @param type  empty where the file doesn't say
+    static bool is_sound(const Element& element, std::string_view type) {
+        const auto known = std::find_if(std::begin(kTypesOf), std::end(kTypesOf),
+                                        [&](const auto& t) { return t.first == element.tag; });
+        if (known == std::end(kTypesOf)) return true;
+        return (type.empty() || type == known->second) &&
+               (known->second != "US" || element.length == 2);
     }
     bool take_value(const Element& element) {
         if (element.nests) return skip_items(element, 0);

@@ -13,7 +13,6 @@ namespace {
 
 constexpr double kMinSpacingMm = 1e-6;
 constexpr double kMaxSpacingMm = 1e4;
-constexpr double kMaxOriginMm = 1e8;
 /// Cosine between axes that pass as perpendicular: 0.06 degrees.
 constexpr double kMaxSkew = 1e-3;
 

@@ -72,6 +72,8 @@ Result<ImageHeader> read_nifti_header(const std::filesystem::path& path);
 /// Longest axis, and most voxels, that are read [voxels].
 inline constexpr std::int64_t kMaxAxisSize = 1 << 16;
 inline constexpr std::int64_t kMaxVoxelCount = std::int64_t(1) << 32;
+/// Farthest place that is taken for one [mm].
+inline constexpr double kMaxOriginMm = 1e8;
 
 /// Whether a grid is one to work on: two voxels or more along each axis, spacing, origin and
 /// directions that are sensible numbers.

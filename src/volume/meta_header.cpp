@@ -45,6 +45,19 @@ Error bad_field(const fs::path& path, const char* field, std::string_view found,
     return damaged(path, std::string(field) + " is '" + shown(found) + "', expected " + expected);
 }
 
+/// Lines as they are, without empty ones at the end.
+std::vector<std::string> lines_of(std::string_view text) {
+    std::vector<std::string> lines(1);
+    for (const char c : text) {
+        if (c == '\n')
+            lines.emplace_back();
+        else
+            lines.back() += c;
+    }
+    while (!lines.empty() && lines.back().empty()) lines.pop_back();
+    return lines;
+}
+
 Result<Fields> read_fields(const fs::path& path) {
     std::ifstream file(path, std::ios::binary);
     std::string text(kMaxHeaderBytes, '\0');
@@ -65,9 +78,7 @@ Result<Fields> read_fields(const fs::path& path) {
         fields.values[name] = value;
         if (name != "ElementDataFile") continue;
         fields.header_bytes = at;
-        if (lower_case(value).starts_with("list"))
-            for (const std::string_view listed : split(std::string_view(text).substr(at), '\n'))
-                fields.listed_files.emplace_back(listed);
+        if (lower_case(value).starts_with("list")) fields.listed_files = lines_of(text.substr(at));
         return fields;
     }
     return damaged(path, "ends early: the header has no ElementDataFile");
@@ -151,6 +162,17 @@ bool find_data(const fs::path& path, const Fields& fields, DataPlace& data) {
     return lower.starts_with("list") || name.find('%') != name.npos;
 }
 
+/// ITK crashes where words of several names aren't separated as it writes them.
+Status check_names(const fs::path& path, const Fields& fields) {
+    const std::string_view value = fields.value({"ElementDataFile"});
+    bool sound = value.find("  ") == value.npos && value.find('\t') == value.npos;
+    for (const std::string& name : fields.listed_files)
+        sound = sound && name.find_first_of(" \t") == name.npos;
+    if (sound) return Ok{};
+    return bad_field(path, "ElementDataFile", value,
+                     "names without blanks, and single blanks after them");
+}
+
 void note_what_is_left_out(const Fields& fields, ImageHeader& header) {
     const auto differs = [&](const char* name, double plain) {
         const std::string_view text = fields.value({name});
@@ -174,6 +196,8 @@ Result<ImageHeader> read_meta_header(const fs::path& path) {
     if (Status status = check_geometry(path, *fields, header); !status) return status.error();
     const bool one_a_slice = find_data(path, *fields, header.data);
     if (Status status = check_data_files(path, header.data); !status) return status.error();
+    if (one_a_slice)
+        if (Status status = check_names(path, *fields); !status) return status.error();
     if (Status status = itk_read_header(path, header); !status) {
         if (status.error().code == ErrorCode::Unsupported)
             return bad_field(path, "ElementType", fields->value({"ElementType"}),

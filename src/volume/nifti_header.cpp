@@ -17,6 +17,7 @@
 #include <cmath>
 #include <cstring>
 #include <map>
+#include <span>
 
 namespace pliant {
 namespace fs = std::filesystem;
@@ -46,7 +47,7 @@ struct Bytes {
 namespace at {  // offsets of the fields that are used
 constexpr std::size_t kSizeofHdr = 0, kDim = 40, kDatatype = 70, kPixdim = 76, kVoxOffset = 108,
                       kSclSlope = 112, kSclInter = 116, kXyztUnits = 123, kQformCode = 252,
-                      kSformCode = 254, kQuatern = 256, kQoffset = 268, kSrow = 280, kMagic = 344;
+                      kSformCode = 254, kQuatern = 256, kSrow = 280, kMagic = 344;
 }  // namespace at
 
 Error damaged(const fs::path& path, const std::string& message) {
@@ -132,7 +133,8 @@ std::array<Vec3d, 4> sform_of(const Bytes& bytes) {
     return columns;
 }
 
-/// ITK aborts where a number of the sform isn't finite, and repairs other bad numbers in silence.
+/// ITK aborts where a number of the sform isn't finite, doesn't come back where one is huge, and
+/// repairs other bad numbers in silence.
 Status check_geometry(const fs::path& path, const Bytes& bytes) {
     const bool has_sform = bytes.get<std::int16_t>(at::kSformCode) > 0;
     const auto sform = sform_of(bytes);
@@ -140,14 +142,17 @@ Status check_geometry(const fs::path& path, const Bytes& bytes) {
         if (has_sform && (!is_finite(sform[a]) || norm(sform[a]) == 0))
             return damaged(path,
                            "sform has the axis (" + text_of(sform[a]) + "), expected a direction");
-        const double step = bytes.number(at::kPixdim + 4 + 4 * a);
-        if (Status status = check_spacing(path, int(a), step); !status) return status;
+        const double steps[] = {bytes.number(at::kPixdim + 4 + 4 * a), norm(sform[a])};
+        for (const double step : std::span(steps, has_sform ? 2 : 1))
+            if (Status status = check_spacing(path, int(a), step); !status) return status;
     }
     if (has_sform)
         if (Status status = check_origin(path, sform[3]); !status) return status;
     for (std::size_t n = 0; n < 6 && bytes.get<std::int16_t>(at::kQformCode) > 0; ++n)
-        if (const double number = bytes.number(at::kQuatern + 4 * n); !std::isfinite(number))
-            return damaged(path, "qform has " + text_of(number) + ", expected finite numbers");
+        if (const double number = bytes.number(at::kQuatern + 4 * n);
+            !(std::abs(number) <= (n < 3 ? 1.01 : kMaxOriginMm)))
+            return damaged(path,
+                           "qform has " + text_of(number) + ", expected a rotation and a place");
     const double slope = bytes.number(at::kSclSlope), intercept = bytes.number(at::kSclInter);
     if ((slope == 0 || !std::isfinite(slope)) && std::isfinite(intercept) && intercept != 0)
         return damaged(path, "scl_slope is " + text_of(slope) + " with scl_inter " +
