@@ -56,7 +56,8 @@ struct ImageHeader {
     std::int64_t components = 1;             ///< numbers per voxel
     Component stored = Component::Int16;     ///< type of the numbers in the file
     Component component = Component::Int16;  ///< type of the numbers that ITK makes of them
-    Grid grid;  ///< LPS; its size is set where sizes are three sensible numbers
+    bool oriented = true;  ///< false where ITK took none of the file's orientations
+    Grid grid;             ///< LPS; its size is set where sizes are three sensible numbers
     KeyValues key_values;
     std::vector<std::string> notes;
     DataPlace data;

@@ -117,13 +117,22 @@ itk::IOComponentEnum itk_type(Component component) {
     return kTypes[int(component)];
 }
 
-itk::ImageIOBase::Pointer new_io(const fs::path& path, ImageFormat format) {
+/// @param[out] oriented  false where ITK took none of NIfTI's orientations. It looks for one last,
+/// so all else can be read.
+itk::ImageIOBase::Pointer new_io(const fs::path& path, ImageFormat format, bool& oriented) {
     itk::ImageIOBase::Pointer io;
     if (format == ImageFormat::Nrrd) io = itk::NrrdImageIO::New();
     if (format == ImageFormat::MetaImage) io = itk::MetaImageIO::New();
     if (format == ImageFormat::Nifti) io = itk::NiftiImageIO::New();
     io->SetFileName(path.string());
-    io->ReadImageInformation();
+    oriented = true;
+    try {
+        io->ReadImageInformation();
+    } catch (const itk::ExceptionObject& error) {
+        const std::string_view description = error.GetDescription();
+        oriented = description.find("No orthonormal definition") == description.npos;
+        if (oriented) throw;
+    }
     return io;
 }
 
@@ -160,7 +169,7 @@ Status itk_read_header(const fs::path& path, ImageHeader& header) {
     return guarded(path, ErrorCode::Unreadable, "its header can't be read", [&]() -> Status {
         itk::ImageIOBase::Pointer io;
         try {
-            io = new_io(path, header.format);
+            io = new_io(path, header.format, header.oriented);
         } catch (const itk::ExceptionObject& error) {
             return Error{ErrorCode::Unreadable, error.GetDescription()};
         }
@@ -180,7 +189,8 @@ Status itk_read_header(const fs::path& path, ImageHeader& header) {
 
 Status itk_read_values(const fs::path& path, const ImageHeader& header, void* values) {
     return guarded(path, ErrorCode::Unreadable, "its data can't be read", [&]() -> Status {
-        const auto io = new_io(path, header.format);
+        bool known = true;
+        const auto io = new_io(path, header.format, known);
         const auto count = voxel_count(header.grid) * std::size_t(header.components);
         if (std::size_t(io->GetImageSizeInBytes()) != count * size_of(header.component))
             return damaged(path, "changed while it was read");

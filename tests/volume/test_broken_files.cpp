@@ -261,6 +261,7 @@ TEST(BrokenNifti, HeadersAndGeometryThatMakeNoSenseAreRefused) {
         {"slope.nii", nifti([](auto& f) { f.intercept = 5; }), "scl_slope is 0 with scl_inter 5"},
         {"offset.nii", nifti([&](auto& f) { f.vox_offset = kNan; }), "vox_offset is nan"},
         {"sform.nii", nifti([&](auto& f) { f.sform[0] = kNan; }), "sform has the axis (nan"},
+        {"huge-sform.nii", nifti([](auto& f) { f.sform[4] = 1.7e38f; }), "spacing of axis 1 is"},
         {"shear.nii", nifti([](auto& f) { f.sform[1] = 0.5; }), "expected perpendicular"},
         {"origin.nii", nifti([&](auto& f) { f.sform[3] = kNan; }), "origin is (nan"},
         {"pixdim.nii",

@@ -90,7 +90,26 @@ TEST_F(DamagedAtRandom, MetaImageFilesDoNoHarm) {
 
 TEST_F(DamagedAtRandom, NiftiFilesDoNoHarm) {
     read_many("a.nii", test::NiftiFile().bytes(), 300);
+    test::NiftiFile file;
+    file.big_endian = true;
+    file.qform_code = 1;
+    read_many("c.nii", file.bytes(), 300);
     read_many("b.nii.gz", test::gzipped(test::NiftiFile().bytes()), 300);
+}
+
+TEST_F(DamagedAtRandom, HeadersOfDataInOtherFilesDoNoHarm) {
+    test::NrrdFile nrrd;
+    m_folder.write("s1.raw", nrrd.data.substr(0, 24));
+    m_folder.write("s2.raw", nrrd.data.substr(24));
+    nrrd.blank_line = false;
+    test::MetaFile meta;
+    meta.data = "";
+    for (const char* files : {"LIST\ns1.raw\ns2.raw", "s%d.raw 1 2 1"}) {
+        nrrd.extra = std::string("data file: ") + files + "\n";
+        read_many("a.nhdr", nrrd.bytes(), 300);
+        meta.data_file = files;
+        read_many("a.mhd", meta.bytes(), 600);
+    }
 }
 
 TEST_F(DamagedAtRandom, DicomFilesDoNoHarm) {

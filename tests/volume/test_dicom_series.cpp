@@ -247,5 +247,17 @@ TEST(DicomSeries, FilesThatEndEarlyAreNamed) {
     }
 }
 
+TEST(DicomSeries, ElementsOfAnotherTypeAreRefused) {
+    const test::TemporaryFolder folder;
+    write_slices(folder, {0, 1});
+    std::string bytes = test::bytes_of(folder.path() / "s1.dcm");
+    const std::size_t bits_stored = bytes.find(std::string("\x28\0\x01\x01US", 6));
+    ASSERT_NE(bits_stored, bytes.npos);
+    bytes.replace(bits_stored + 4, 2, "SS");
+    folder.write("s1.dcm", bytes);
+    const std::string message = error_of(folder.path());
+    EXPECT_NE(message.find("s1.dcm: is damaged or ends early"), message.npos) << message;
+}
+
 }  // namespace
 }  // namespace pliant

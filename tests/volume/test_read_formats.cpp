@@ -283,6 +283,20 @@ TEST(ReadNifti, TheSformCountsIfItIsTheScannersOrTheOnlyOne) {
         }
 }
 
+TEST(ReadNifti, AnSformAloneCountsHoweverFarItIs) {
+    const test::TemporaryFolder folder;
+    for (int n = 1; n <= 20; ++n) {
+        NiftiFile file;
+        const float z = -137.f * float(n);
+        file.pixdim = {1, 0.1f * float(n), 0.7f, 1.3f, 0, 0, 0, 0};
+        file.sform = {file.pixdim[1], 0, 0, 10, 0, file.pixdim[2], 0, 20, 0, 0, 1.3f, z};
+        Grid far = kNifti;
+        far.spacing_mm = {0.1 * n, 0.7, 1.3};
+        far.origin_mm.z = z;
+        expect_small_values(folder.write(std::to_string(n) + ".nii", file.bytes()), far);
+    }
+}
+
 TEST(ReadNifti, LaterAxesOfOneAreLeftOut) {
     const test::TemporaryFolder folder;
     NiftiFile file;

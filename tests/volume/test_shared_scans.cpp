@@ -3,7 +3,6 @@
 
 // Real scans, where they are at hand.
 
-#include "support/itk_reader.h"
 #include "support/temporary_folder.h"
 
 #include <pliant/volume.h>
@@ -42,7 +41,7 @@ const Scan kScans[] = {
     {"head_ct_tiny_64.nrrd", {64, 64, 93}, {3.2, 3.2, 1.5}, -1, -1024, 2902},
 };
 
-TEST(SharedScans, AreReadAsTheyAreDescribedAndAsItkReadsThem) {
+TEST(SharedScans, AreReadAsTheyAreDescribed) {
     PLIANT_NEEDS_SHARED_DATA();
     for (const Scan& scan : kScans) {
         const auto volume = read_volume(kData / scan.name);
@@ -55,14 +54,6 @@ TEST(SharedScans, AreReadAsTheyAreDescribedAndAsItkReadsThem) {
         const auto [min, max] = std::minmax_element(voxels.begin(), voxels.end());
         EXPECT_EQ(*min, scan.min_hu) << scan.name;
         EXPECT_EQ(*max, scan.max_hu) << scan.name;
-        const test::ItkImage itk = test::read_with_itk(kData / scan.name);
-        ASSERT_EQ(itk.error, "");
-        EXPECT_TRUE(std::equal(voxels.begin(), voxels.end(), itk.values.begin(), itk.values.end()))
-            << scan.name;
-        EXPECT_LT(norm(itk.grid.origin_mm - volume->grid.origin_mm), 1e-4) << scan.name;
-        for (int a = 0; a < 3; ++a)
-            EXPECT_LT(norm(itk.grid.direction.columns[a] - volume->grid.direction.columns[a]), 1e-6)
-                << scan.name;
     }
 }
 

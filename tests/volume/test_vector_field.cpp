@@ -1,7 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-#include "support/itk_reader.h"
 #include "support/scan_files.h"
 #include "support/temporary_folder.h"
 
@@ -58,20 +57,6 @@ TEST(VectorField, TheHeaderIsThatOfAGridTransform) {
               kind_line})
             EXPECT_NE(header.find(line), header.npos) << line << "missing in\n" << header;
     }
-}
-
-TEST(VectorField, ItkReadsTheSame) {
-    const test::TemporaryFolder folder;
-    const VectorField field = some_field(FieldKind::Modeling);
-    ASSERT_TRUE(write_vector_field(folder.path() / "u.nrrd", field).ok());
-    const test::ItkImage itk = test::read_with_itk(folder.path() / "u.nrrd");
-    ASSERT_EQ(itk.error, "");
-    EXPECT_EQ(itk.components, 3);
-    EXPECT_EQ(itk.grid, field.grid);
-    ASSERT_EQ(itk.values.size(), 72u);
-    for (std::size_t n = 0; n < 24; ++n)
-        for (int a = 0; a < 3; ++a)
-            ASSERT_EQ(float(itk.values[3 * n + std::size_t(a)]), field.vectors_mm[n][a]);
 }
 
 test::NrrdFile field_file(const std::string& space, const std::vector<float>& numbers) {

@@ -1,7 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-#include "support/itk_reader.h"
 #include "support/scan_files.h"
 #include "support/temporary_folder.h"
 
@@ -103,17 +102,6 @@ TEST(WriteVolume, TheHeaderIsWhatOtherProgramsExpect) {
           "\nkinds: domain domain domain\n", "\nendian: little\n", "\nencoding: raw\n",
           "\nspace origin: (10,-20,30.25)\n", "\nmodality:=CT\n"})
         EXPECT_NE(header.find(line), header.npos) << line << "missing in\n" << header;
-}
-
-TEST(WriteVolume, ItkReadsTheSame) {
-    const test::TemporaryFolder folder;
-    const Volume volume = random_volume(false, 3);
-    ASSERT_TRUE(write_volume(folder.path() / "a.nrrd", volume).ok());
-    const test::ItkImage itk = test::read_with_itk(folder.path() / "a.nrrd");
-    ASSERT_EQ(itk.error, "");
-    expect_close(itk.grid, volume.grid);
-    const auto& voxels = std::get<1>(volume.voxels);
-    EXPECT_EQ(itk.values, std::vector<double>(voxels.begin(), voxels.end()));
 }
 
 TEST(WriteVolume, ADetachedHeaderNamesTheDataBesideIt) {
