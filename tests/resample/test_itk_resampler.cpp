@@ -46,6 +46,9 @@ ScalarImage::Pointer resample_with_itk(const std::filesystem::path& original,
     filter->SetInterpolator(itk::LinearInterpolateImageFunction<ScalarImage, double>::New());
     filter->SetOutputParametersFromImage(image);
     filter->SetDefaultPixelValue(kAirHu);
+    // One thread: ThreadSanitizer can't see how ITK's threads hand over their work.
+    filter->GetMultiThreader()->SetMaximumNumberOfThreads(1);
+    filter->SetNumberOfWorkUnits(1);
     filter->Update();
     return filter->GetOutput();
 }
