@@ -15,6 +15,7 @@
 
 #include "chainmail/cell_block.h"
 #include "chainmail/tetrahedra.h"
+#include "resample/touched.h"
 #include "resample/trilinear_cell.h"
 
 namespace pliant {
@@ -207,8 +208,11 @@ class SlabWriter {
     CellBlock m_block;
 };
 
+/// Writes the changeable voxels of `deformed.volume`, which starts as a copy of the original, and
+/// deformed.inverse_mm where that isn't empty.
+/// @returns the number of voxels that no cell covers; they become air
 template <class T>
-std::int64_t scatter_typed(const std::vector<T>& original, const Lattice& lattice, Mapping mapping,
+std::int64_t scatter_cells(const std::vector<T>& original, const Lattice& lattice, Mapping mapping,
                            const VoxelMask& changeable, const TaskArena& arena,
                            Deformed& deformed) {
     auto& out = std::get<std::vector<T>>(deformed.volume.voxels);
@@ -231,16 +235,6 @@ std::int64_t scatter_typed(const std::vector<T>& original, const Lattice& lattic
 
 }  // namespace
 
-std::int64_t scatter_cells(const Volume& original, const Lattice& lattice, Mapping mapping,
-                           const VoxelMask& changeable, const TaskArena& arena,
-                           Deformed& deformed) {
-    return std::visit(
-        [&](const auto& voxels) {
-            return scatter_typed(voxels, lattice, mapping, changeable, arena, deformed);
-        },
-        original.voxels);
-}
-
 Deformed deform_by_lattice(const Volume& original, const Lattice& lattice, Mapping mapping,
                            bool with_inverse, const TaskArena& arena) {
     Deformed deformed;
@@ -251,7 +245,11 @@ Deformed deform_by_lattice(const Volume& original, const Lattice& lattice, Mappi
     deformed.written_voxels =
         std::count(changeable.flags.begin(), changeable.flags.end(), std::uint8_t(1));
     if (with_inverse) deformed.inverse_mm.assign(changeable.flags.size(), Vec3f{0, 0, 0});
-    deformed.gap_voxels = scatter_cells(original, lattice, mapping, changeable, arena, deformed);
+    deformed.gap_voxels = std::visit(
+        [&](const auto& voxels) {
+            return scatter_cells(voxels, lattice, mapping, changeable, arena, deformed);
+        },
+        original.voxels);
     deformed.resample_ms =
         std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
     return deformed;
