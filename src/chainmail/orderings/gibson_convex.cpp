@@ -10,6 +10,7 @@
 
 #include <array>
 #include <cmath>
+#include <cstring>
 
 #include "chainmail/fixed_point.h"
 #include "chainmail/orderings/published_ordering.h"
@@ -17,9 +18,17 @@
 namespace pliant {
 namespace {
 
-struct Place {
-    float v[4];  // x, y, z [mm]; the fourth fills a vector register
-};
+/// Four floats, one vector register. GCC's and Clang's own type; both turn it into plain code where
+/// a processor has no such register.
+using Lanes = float __attribute__((vector_size(16)));
+
+/// Which bits of two registers differ; all zero where they are the same.
+bool differ(Lanes a, Lanes b) {
+    const auto changed = a != b;
+    std::uint64_t halves[2];
+    std::memcpy(halves, &changed, sizeof halves);
+    return (halves[0] | halves[1]) != 0;
+}
 
 /// Bit d: there is a neighbour in direction d (+i, −i, +j, −j, +k, −k).
 using SideBits = std::uint8_t;
@@ -35,11 +44,11 @@ class GibsonConvex final : public OrderingSolver {
 
   private:
     struct Previous {
-        Place place;
+        float place[3];
         std::int32_t element;
     };
     struct Region {
-        Place low, high;  ///< of the candidate's place relative to its sponsor's
+        Lanes low, high;  ///< of the candidate's place relative to its sponsor's
     };
 
     template <int Direction>
@@ -52,7 +61,7 @@ class GibsonConvex final : public OrderingSolver {
 
     std::array<std::int32_t, 6> m_step;
     std::array<Region, 6> m_region;
-    std::vector<Place> m_rest, m_place;  ///< [element]
+    std::vector<Lanes> m_rest, m_place;  ///< [element]
     std::vector<SideBits> m_sides;       ///< [element]
     std::array<std::vector<std::int32_t>, 6> m_list;
     std::array<std::size_t, 6> m_count{};
@@ -75,17 +84,17 @@ GibsonConvex::GibsonConvex(const ChainLattice& lattice) {
             const double farthest = a == b ? h[b] * (1 + limits.stretch[b]) : 0;
             const double shear = a == b ? 0 : h[b] * limits.shear[b];
             const bool up = d % 2 == 0;
-            region.low.v[a] = float((up ? nearest : -farthest) - shear);
-            region.high.v[a] = float((up ? farthest : -nearest) + shear);
+            region.low[a] = float((up ? nearest : -farthest) - shear);
+            region.high[a] = float((up ? farthest : -nearest) + shear);
         }
-        region.low.v[3] = region.high.v[3] = 0;
+        region.low[3] = region.high[3] = 0;
         m_list[std::size_t(d)].resize(count + 1);
     }
     m_previous.resize(count + 1);
     for (int k = 0; k < size.z; ++k)
         for (int j = 0; j < size.y; ++j)
             for (int i = 0; i < size.x; ++i) {
-                m_rest.push_back({{float(h.x * i), float(h.y * j), float(h.z * k), 0}});
+                m_rest.push_back(Lanes{float(h.x * i), float(h.y * j), float(h.z * k), 0});
                 m_sides.push_back(SideBits((i + 1 < size.x) | (i > 0) << 1 | (j + 1 < size.y) << 2 |
                                            (j > 0) << 3 | (k + 1 < size.z) << 4 | (k > 0) << 5));
             }
@@ -96,30 +105,26 @@ template <int Direction>
 void GibsonConvex::run_list() {
     const std::int32_t step = m_step[Direction];
     const Region region = m_region[Direction];
-    const std::int32_t* list = m_list[Direction].data();
-    Place* place = m_place.data();
-    const SideBits* sides = m_sides.data();
+    std::int32_t* const list = m_list[Direction].data();
+    std::size_t count = m_count[Direction];
+    Lanes* const place = m_place.data();
+    const SideBits* const sides = m_sides.data();
     Previous* previous = m_previous.data() + m_previous_count;
     // What is put on this list is looked at in the same pass.
-    for (std::size_t n = 0; n < m_count[Direction]; ++n) {
+    for (std::size_t n = 0; n < count; ++n) {
         const std::int32_t e = list[n];
-        const Place old = place[e], sponsor = place[e - step];
-        Place now;
-        bool moved = false;
-        for (int a = 0; a < 4; ++a) {
-            const float low = sponsor.v[a] + region.low.v[a],
-                        high = sponsor.v[a] + region.high.v[a];
-            const float raised = old.v[a] < low ? low : old.v[a];
-            now.v[a] = raised > high ? high : raised;
-            moved |= now.v[a] != old.v[a];
-        }
-        if (!moved) continue;
-        *previous++ = {old, e};
+        const Lanes old = place[e], sponsor = place[e - step];
+        const Lanes low = sponsor + region.low, high = sponsor + region.high;
+        const Lanes raised = old < low ? low : old;
+        const Lanes now = raised > high ? high : raised;
+        if (!differ(now, old)) continue;
+        *previous++ = {{old[0], old[1], old[2]}, e};
         place[e] = now;
-        (void)sides;
-        put(e, Direction);
+        list[count] = e + step;  // room for one more than there can be
+        count += sides[e] >> Direction & 1;
         for (int d = Direction / 2 * 2 + 2; d < 6; ++d) put(e, d);
     }
+    m_count[Direction] = count;
     m_previous_count = std::size_t(previous - m_previous.data());
 }
 
@@ -130,10 +135,10 @@ OrderingReport GibsonConvex::push(std::span<const std::int32_t> elements, Vec3d 
         return report;
     m_count = {};
     const std::int32_t e = elements[0];
-    Place& place = m_place[std::size_t(e)];
-    m_previous[0] = {place, e};
+    Lanes& place = m_place[std::size_t(e)];
+    m_previous[0] = {{place[0], place[1], place[2]}, e};
     m_previous_count = 1;
-    for (int a = 0; a < 3; ++a) place.v[a] += float(push_mm[a]);
+    for (int a = 0; a < 3; ++a) place[a] += float(push_mm[a]);
     for (int d = 0; d < 6; ++d) put(e, d);
     run_list<0>();
     run_list<1>();
@@ -149,14 +154,14 @@ OrderingReport GibsonConvex::push(std::span<const std::int32_t> elements, Vec3d 
 }
 
 Vec3d GibsonConvex::displacement_mm(std::int32_t element) const {
-    const Place &p = m_place[std::size_t(element)], &rest = m_rest[std::size_t(element)];
-    return {double(p.v[0]) - rest.v[0], double(p.v[1]) - rest.v[1], double(p.v[2]) - rest.v[2]};
+    const Lanes p = m_place[std::size_t(element)], rest = m_rest[std::size_t(element)];
+    return {double(p[0]) - rest[0], double(p[1]) - rest[1], double(p[2]) - rest[2]};
 }
 
 void GibsonConvex::set_displacement_mm(std::int32_t element, Vec3d displacement_mm) {
-    const Place& rest = m_rest[std::size_t(element)];
+    const Lanes rest = m_rest[std::size_t(element)];
     for (int a = 0; a < 3; ++a)
-        m_place[std::size_t(element)].v[a] = float(rest.v[a] + displacement_mm[a]);
+        m_place[std::size_t(element)][a] = float(rest[a] + displacement_mm[a]);
 }
 
 }  // namespace
