@@ -35,8 +35,8 @@ namespace pliant {
 
 struct ChainElement {
     Vec3d rest_mm{0, 0, 0};
-    double max_movement_mm = 1000;  ///< largest distance from the rest place, 0…1000
-    bool fixed = false;             ///< never moves
+    double max_movement_mm = 500;  ///< largest distance from the rest place, 0…500
+    bool fixed = false;            ///< never moves
 };
 
 /// low ≤ u(b) − u(a) ≤ high for each component [mm]; low ≤ 0 ≤ high.
@@ -89,9 +89,9 @@ class ChainGraph {
 struct ChainLattice {
     Vec3i size{1, 1, 1};  ///< size.z = 1: a plane
     Vec3d spacing_mm{1, 1, 1};
-    std::vector<ElementLimits> materials;  ///< at least one, 256 at most
-    std::vector<std::uint8_t> material;    ///< of each element; empty: all have the first
-    std::vector<std::uint8_t> present;     ///< 0: there is no element; empty: all are there
+    std::vector<ElementLimits> materials{};  ///< at least one, 256 at most
+    std::vector<std::uint8_t> material{};    ///< of each element; empty: all have the first
+    std::vector<std::uint8_t> present{};     ///< 0: there is no element; empty: all are there
 };
 
 /// @returns InvalidArgument that names the field
@@ -137,7 +137,7 @@ class GraphChainMail {
     /// Moves the elements together, as far as fixed elements and movement limits allow. The three
     /// components are solved in parallel.
     /// @returns InvalidArgument for an element that isn't there or a push that is no number or
-    ///          longer than 1000 mm
+    ///          longer than 500 mm
     Result<PushReport> push(std::span<const std::int32_t> elements, Vec3d push_mm,
                             const TaskArena& arena);
     Vec3d displacement_mm(std::int32_t element) const;

@@ -54,7 +54,7 @@ class OrderingSolver {
 
     /// Moves the elements together. Where a fixed element or one at its movement limit would move,
     /// everything goes back, and half the step is tried, eight times at most.
-    /// @pre elements of the lattice or graph, |push| ≤ 1000 mm; otherwise Rejected
+    /// @pre elements of the lattice or graph, |push| ≤ 500 mm; otherwise Rejected
     virtual OrderingReport push(std::span<const std::int32_t> elements, Vec3d push_mm) = 0;
     virtual Vec3d displacement_mm(std::int32_t element) const = 0;
     virtual void set_displacement_mm(std::int32_t element, Vec3d displacement_mm) = 0;
@@ -64,7 +64,7 @@ class OrderingSolver {
 
 /// Keeps copies of what it needs of the lattice.
 /// @returns InvalidArgument for a lattice that is not well-formed; Unsupported for GibsonConvex
-///          with several materials, absent or fixed elements, or movement limits below 1000 mm
+///          with several materials, absent or fixed elements, or movement limits below 500 mm
 Result<std::unique_ptr<OrderingSolver>> make_ordering(const ChainLattice& lattice,
                                                       Ordering ordering);
 

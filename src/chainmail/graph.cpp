@@ -12,7 +12,7 @@
 namespace pliant {
 namespace {
 
-/// Longest limit of a whole link; as long as two halves.
+/// Longest limit of a whole link: two halves, and never binding.
 constexpr Fixed kMaxLimit = 2 * kMaxHalfLimit;
 
 Fixed whole_limit_units(double mm) {
@@ -89,7 +89,7 @@ Status check_materials(std::span<const ElementLimits> materials) {
 Status check_push(const ChainGraph& graph, std::span<const std::int32_t> elements, Vec3d push_mm) {
     if (!is_finite(push_mm) || norm(push_mm) > kMaxMovementMm)
         return Error{ErrorCode::InvalidArgument,
-                     "push: expected three numbers and a length up to 1000 mm"};
+                     "push: expected three numbers and a length up to 500 mm"};
     for (const std::int32_t e : elements)
         if (e < 0 || e >= graph.element_count())
             return bad("push of element", e,

@@ -43,10 +43,10 @@ void GraphRaise::spread(std::int32_t element, std::span<const Fixed> u, const Co
     if (raise == m_spread[e]) return;  // outdated: its neighbours know already
     m_spread[e] = raise;
     for (const ChainNeighbour& link : m_graph.neighbours(element)) {
-        const Fixed ahead = u[std::size_t(link.element)] - u[e];
-        const Fixed slack =
+        const std::int64_t ahead = std::int64_t(u[std::size_t(link.element)]) - u[e];
+        const std::int64_t slack =
             push.sign > 0 ? ahead - link.low[push.axis] : link.high[push.axis] - ahead;
-        if (offer(link.element, raise - slack)) take(link.element);
+        if (slack < raise && offer(link.element, Fixed(raise - slack))) take(link.element);
     }
 }
 

@@ -60,7 +60,7 @@ Result<std::unique_ptr<OrderingSolver>> make_ordering(const ChainLattice& lattic
             if (!suits_gibson_convex(lattice))
                 return unsupported(ordering,
                                    "one material, a full box, nothing fixed and movement limits of "
-                                   "1000 mm");
+                                   "500 mm");
             return make_gibson_convex(lattice);
         case Ordering::GibsonLists:
             return make_gibson_lists(lattice);
