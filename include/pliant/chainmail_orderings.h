@@ -42,7 +42,7 @@ struct OrderingReport {
     double step_fraction = 0;         ///< 1, 1/2, 1/4…: a step that isn't permitted is halved
     std::int64_t moved_elements = 0;  ///< by the last attempt, each counted once
     std::int64_t candidates = 0;      ///< taken from the lists, all attempts together
-    bool stopped_early = false;       ///< a list did not run empty within 100 takings an element
+    bool stopped_early = false;       ///< a list did not run empty within 1000 takings an element
 };
 
 class OrderingSolver {

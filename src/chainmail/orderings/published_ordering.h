@@ -17,7 +17,7 @@
 namespace pliant {
 
 inline constexpr int kMaxHalvings = 8;
-inline constexpr std::int64_t kMaxTakingsPerElement = 100;
+inline constexpr std::int64_t kMaxTakingsPerElement = 1000;
 
 /// The closest place to u that is within low…high of the sponsor's.
 inline Vec3d clamped(Vec3d u, Vec3d sponsor, Vec3d low, Vec3d high) {

@@ -7,7 +7,8 @@
 // information travels fastest through stiff material; one number stands for all three components.
 // Generalised ChainMail [Li2003] takes candidates in the order in which their sponsors moved. Their
 // elements move once, so that the list is short; with requeue they may move again, two-sided:
-// a candidate may be pulled back by a sponsor that has itself not arrived yet.
+// a candidate may be pulled back by a sponsor that has itself not arrived yet. A link that waits in
+// the list already is not put there again; without this rule lists grow without end.
 
 #include <algorithm>
 
@@ -19,8 +20,8 @@ namespace {
 
 struct Candidate {
     double violation;
-    std::int32_t element, sponsor;
-    Vec3i low, high;  ///< of element − sponsor [2⁻²⁰ mm]
+    std::int32_t sponsor;
+    const ChainNeighbour* link;  ///< from the sponsor to the candidate
     friend bool operator<(const Candidate& a, const Candidate& b) {
         return a.violation < b.violation;
     }
@@ -29,7 +30,7 @@ struct Candidate {
 /// The candidate with the largest violation first.
 class SortedList {
   public:
-    static constexpr bool kNeedsViolation = true;
+    static constexpr bool kIsSorted = true;
     bool empty() const { return m_heap.empty(); }
     void clear() { m_heap.clear(); }
     void put(const Candidate& candidate) {
@@ -50,7 +51,7 @@ class SortedList {
 /// The candidate that came first.
 class FirstInFirstOut {
   public:
-    static constexpr bool kNeedsViolation = false;
+    static constexpr bool kIsSorted = false;
     bool empty() const { return m_next == m_list.size(); }
     void clear() {
         m_list.clear();
@@ -77,7 +78,10 @@ template <class List>
 class GraphOrdering final : public PublishedOrdering {
   public:
     GraphOrdering(std::shared_ptr<const ChainGraph> graph, bool once)
-        : PublishedOrdering(bounds_of(*graph)), m_graph(std::move(graph)), m_once(once) {}
+        : PublishedOrdering(bounds_of(*graph)),
+          m_graph(std::move(graph)),
+          m_once(once),
+          m_waiting(std::size_t(2 * m_graph->link_count()), 0) {}
 
   private:
     static std::vector<Bounds> bounds_of(const ChainGraph& graph) {
@@ -88,41 +92,50 @@ class GraphOrdering final : public PublishedOrdering {
     }
     /// An initial element stays where the tool put it.
     bool is_settled(std::int32_t e) const { return m_once ? is_moved(e) : is_initial(e); }
+    std::uint8_t& is_waiting(const ChainNeighbour& link) {
+        return m_waiting[std::size_t(&link - m_graph->neighbours(0).data())];
+    }
     void put_neighbours(std::int32_t sponsor);
     bool propagate(std::span<const std::int32_t> initial) override;
 
     const std::shared_ptr<const ChainGraph> m_graph;
     const bool m_once;
+    std::vector<std::uint8_t> m_waiting;  ///< [link and direction] 1: in the list
     List m_list;
 };
 
 template <class List>
 void GraphOrdering<List>::put_neighbours(std::int32_t sponsor) {
     for (const ChainNeighbour& link : m_graph->neighbours(sponsor)) {
-        if (is_settled(link.element)) continue;
+        if (is_settled(link.element) || is_waiting(link)) continue;
         double amount = 0;
-        if constexpr (List::kNeedsViolation) {
+        if constexpr (List::kIsSorted) {
             amount = violation(u(link.element), u(sponsor), mm_from_units(link.low),
                                mm_from_units(link.high));
             if (amount <= 0) continue;
+        } else {
+            is_waiting(link) = 1;
         }
-        m_list.put({amount, link.element, sponsor, link.low, link.high});
+        m_list.put({amount, sponsor, &link});
     }
 }
 
 template <class List>
 bool GraphOrdering<List>::propagate(std::span<const std::int32_t> initial) {
     m_list.clear();
+    std::fill(m_waiting.begin(), m_waiting.end(), 0);
     for (const std::int32_t e : initial) put_neighbours(e);
     while (!m_list.empty()) {
         if (!count_candidate()) return false;
         const Candidate c = m_list.take();
-        if (is_settled(c.element)) continue;
-        const Vec3d to =
-            clamped(u(c.element), u(c.sponsor), mm_from_units(c.low), mm_from_units(c.high));
-        if (to == u(c.element)) continue;
-        if (!move(c.element, to)) return false;
-        put_neighbours(c.element);
+        const std::int32_t element = c.link->element;
+        is_waiting(*c.link) = 0;
+        if (is_settled(element)) continue;
+        const Vec3d to = clamped(u(element), u(c.sponsor), mm_from_units(c.link->low),
+                                 mm_from_units(c.link->high));
+        if (to == u(element)) continue;
+        if (!move(element, to)) return false;
+        put_neighbours(element);
     }
     return true;
 }
