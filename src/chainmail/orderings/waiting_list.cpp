@@ -81,7 +81,7 @@ class GraphOrdering final : public PublishedOrdering {
         : PublishedOrdering(bounds_of(*graph)),
           m_graph(std::move(graph)),
           m_once(once),
-          m_waiting(std::size_t(2 * m_graph->link_count()), 0) {}
+          m_waiting(List::kIsSorted ? 0 : std::size_t(2 * m_graph->link_count()), 0) {}
 
   private:
     static std::vector<Bounds> bounds_of(const ChainGraph& graph) {
@@ -107,13 +107,14 @@ class GraphOrdering final : public PublishedOrdering {
 template <class List>
 void GraphOrdering<List>::put_neighbours(std::int32_t sponsor) {
     for (const ChainNeighbour& link : m_graph->neighbours(sponsor)) {
-        if (is_settled(link.element) || is_waiting(link)) continue;
+        if (is_settled(link.element)) continue;
         double amount = 0;
         if constexpr (List::kIsSorted) {
             amount = violation(u(link.element), u(sponsor), mm_from_units(link.low),
                                mm_from_units(link.high));
             if (amount <= 0) continue;
         } else {
+            if (is_waiting(link)) continue;
             is_waiting(link) = 1;
         }
         m_list.put({amount, sponsor, &link});
@@ -122,14 +123,16 @@ void GraphOrdering<List>::put_neighbours(std::int32_t sponsor) {
 
 template <class List>
 bool GraphOrdering<List>::propagate(std::span<const std::int32_t> initial) {
-    m_list.clear();
-    std::fill(m_waiting.begin(), m_waiting.end(), 0);
+    if (!m_list.empty()) {  // the last attempt was given up
+        m_list.clear();
+        std::fill(m_waiting.begin(), m_waiting.end(), 0);
+    }
     for (const std::int32_t e : initial) put_neighbours(e);
     while (!m_list.empty()) {
         if (!count_candidate()) return false;
         const Candidate c = m_list.take();
         const std::int32_t element = c.link->element;
-        is_waiting(*c.link) = 0;
+        if constexpr (!List::kIsSorted) is_waiting(*c.link) = 0;
         if (is_settled(element)) continue;
         const Vec3d to = clamped(u(element), u(c.sponsor), mm_from_units(c.link->low),
                                  mm_from_units(c.link->high));
