@@ -84,7 +84,8 @@ Case make_case(const BenchOptions& o, bool heterogeneous, bool drag) {
                 voxel_index(grid, {low + (c & 1), low + (c >> 1 & 1), low + (c >> 2)})));
     }
     if (!drag) {
-        made.steps = {{0, 0, o.pull_voxels}};
+        // Straight outwards, as in published measurements; oblique where components may differ.
+        made.steps = {o.pull_voxels * (heterogeneous ? Vec3d{0.48, -0.36, 0.8} : Vec3d{0, 0, 1})};
     } else {
         const Vec3d path[] = {{0, 0, 0.5},    {0.25, 0, 0.5},       {0.25, 0.25, -0.5},
                               {-0.25, 0, -1}, {-0.25, -0.25, 0.25}, {0.125, 0, 0.25}};
@@ -262,8 +263,10 @@ void print(const BenchOptions& o, const Case& c, const Contestant& contestant, c
 void print_heading(const BenchOptions& o, const Case& c) {
     std::printf("\n%s, %s; %d x %d x %d elements, pull of %g voxels, one %s grabbed\n",
                 c.heterogeneous ? "four materials" : "one material",
-                c.drag ? "a drag of six steps with reversal" : "one push from rest", o.size, o.size,
-                o.size, o.pull_voxels, o.grab.c_str());
+                c.drag            ? "a drag of six steps with reversal"
+                : c.heterogeneous ? "one oblique push from rest"
+                                  : "one push from rest",
+                o.size, o.size, o.size, o.pull_voxels, o.grab.c_str());
     std::printf("%-15s %10s %9s %10s %9s %8s %9s %9s\n", "solver", "ms", "ns/moved", "moved",
                 "violated", "by", "from", "exact,");
     std::printf("%-15s %10s %9s %10s %9s %8s %9s %9s\n", "", "(median)", "", "elements", "links",
