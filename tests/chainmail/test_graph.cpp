@@ -411,8 +411,8 @@ TEST(Graph, APushThroughATetrahedralMeshLeavesNoLinkOutsideOfItsLimits) {
 }
 
 TEST(Graph, ResetBringsEverythingBackToItsRestPlace) {
-    const auto graph = graph_of_lattice({.size = {9, 9, 1}, .materials = {{.max_movement_mm = 500}}},
-                                        Neighbours::All);
+    const auto graph = graph_of_lattice(
+        {.size = {9, 9, 1}, .materials = {{.max_movement_mm = 500}}}, Neighbours::All);
     GraphChainMail tissue(*graph), untouched(*graph);
     const TaskArena arena(1);
     ASSERT_TRUE(tissue.push(std::array{40}, {1, 2, 3}, arena).ok());
