@@ -145,12 +145,14 @@ Status write_outputs(const DeformOptions& o, const ChainMail& tissue, const Defo
     if (Status s = write_volume(outputs.out, deformed.volume, encoding); !s.ok()) return s;
     bar.show(0.6);
     if (!outputs.displacement.empty()) {
-        Status s = write_vector_field(outputs.displacement, displacement_field(tissue), encoding);
+        Status s = write_vector_field(outputs.displacement, tissue.volume().grid,
+                                      FieldKind::Modeling, displacement_slices(tissue), encoding);
         if (!s.ok()) return s;
     }
     bar.show(0.7);
     if (!outputs.transform.empty()) {
-        Status s = write_vector_field(outputs.transform, inverse_field(deformed), encoding);
+        Status s = write_vector_field(outputs.transform, deformed.volume.grid,
+                                      FieldKind::Resampling, inverse_slices(deformed), encoding);
         if (!s.ok()) return s;
     }
     bar.show(0.8);

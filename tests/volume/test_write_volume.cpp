@@ -28,11 +28,11 @@ Volume random_volume(bool narrow, unsigned seed) {
     volume.key_values = {{"modality", "CT"}, {"two lines", "one\ntwo \\ three"}, {"z", "1 2 3"}};
     std::uniform_int_distribution<int> whole(-32768, 32767);
     if (narrow) {
-        auto& voxels = volume.voxels.emplace<0>();
-        for (int n = 0; n < 120; ++n) voxels.push_back(std::int16_t(whole(random)));
+        auto& voxels = volume.voxels.emplace<0>(std::size_t(120));
+        for (std::int16_t& voxel : voxels) voxel = std::int16_t(whole(random));
     } else {
-        auto& voxels = volume.voxels.emplace<1>();
-        for (int n = 0; n < 120; ++n) voxels.push_back(float(whole(random)) / 7);
+        auto& voxels = volume.voxels.emplace<1>(std::size_t(120));
+        for (float& voxel : voxels) voxel = float(whole(random)) / 7;
     }
     return volume;
 }
@@ -82,8 +82,7 @@ TEST(WriteVolume, WritingWhatWasReadChangesNothingMore) {
     ASSERT_TRUE(write_volume(second, *once).ok());
     const auto twice = read_volume(second);
     ASSERT_TRUE(twice.ok()) << twice.error().message;
-    EXPECT_EQ(twice->key_values,
-              (KeyValues{{"apple", "first"}, {"empty", ""}, {"zebra", "last"}}));  // sorted
+    EXPECT_EQ(twice->key_values, once->key_values);
     EXPECT_EQ(twice->grid, once->grid);
     EXPECT_EQ(twice->voxels, once->voxels);
     ASSERT_TRUE(write_volume(first, *twice).ok());
