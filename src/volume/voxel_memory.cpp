@@ -14,6 +14,7 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <cerrno>
 #include <cstring>
 #include <new>
@@ -199,7 +200,8 @@ void VoxelMemory::freeze() {
 }
 
 std::vector<bool> VoxelMemory::changed_pages() const {
-    static const bool kernel_says = try_page_lookup();
+    static std::atomic<bool> kernel_says{false};  // tried again where it could not be tried
+    if (!kernel_says) kernel_says = try_page_lookup();
     const std::size_t pages = (m_mapping_size + page_size() - 1) / page_size();
     if (!kernel_says) return std::vector<bool>(pages, true);
     return look_up_pages(m_mapping, pages);
