@@ -126,6 +126,8 @@ Image before_and_after(const DeformOptions& o, const Volume& before, const Volum
     view.section.width_mm = std::min(width_mm, std::max(80.0, 10 * norm(push.push_mm)));
     view.caption = "before";
     const Image left = four_up_view(before, view, kPictureSide, kPictureSide, arena);
+    // Most pages are those of the other scan, too, and would count twice.
+    std::visit([](const auto& voxels) { voxels.let_go(); }, before.voxels);
     view.caption = "after";
     return side_by_side(left, four_up_view(after, view, kPictureSide, kPictureSide, arena));
 }

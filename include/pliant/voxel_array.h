@@ -64,6 +64,11 @@ class VoxelMemory {
     bool for_each_piece(const std::function<void(std::span<const std::byte>)>& visit) const;
     static constexpr std::size_t kPieceBytes = 1 << 18;
 
+    /// Pages that nobody wrote to leave this process's memory, and come back when they are touched:
+    /// for those who have read all of a large array and won't for a while.
+    /// @pre nobody writes to the array meanwhile: what he writes could be lost
+    void let_go() const;
+
   private:
     struct File;
     bool map(bool shared) noexcept;
@@ -134,6 +139,9 @@ class VoxelArray {
                                      bytes.size() / sizeof(T)));
         });
     }
+
+    /// See VoxelMemory::let_go.
+    void let_go() const { m_memory.let_go(); }
 
     friend bool operator==(const VoxelArray& a, const VoxelArray& b) {
         if (a.size() != b.size()) return false;

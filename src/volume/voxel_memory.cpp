@@ -207,6 +207,20 @@ std::vector<bool> VoxelMemory::changed_pages() const {
     return look_up_pages(m_mapping, pages);
 }
 
+void VoxelMemory::let_go() const {
+    if (!m_file || m_shared) return;
+    const std::vector<bool> changed = changed_pages();
+    const std::size_t page = page_size();
+    for (auto begin = changed.begin(); begin != changed.end();) {
+        begin = std::find(begin, changed.end(), false);
+        const auto end = std::find(begin, changed.end(), true);
+        if (begin != end)
+            ::madvise(m_mapping + std::size_t(begin - changed.begin()) * page,
+                      std::size_t(end - begin) * page, MADV_DONTNEED);
+        begin = end;
+    }
+}
+
 bool VoxelMemory::for_each_piece(
     const std::function<void(std::span<const std::byte>)>& visit) const {
     if (!m_file || m_shared) {

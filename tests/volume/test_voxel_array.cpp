@@ -142,6 +142,7 @@ TEST(VoxelArray, AnyOrderOfCopiesAndWritesGivesWhatVectorsGive) {
                 break;
             case 3:
                 arrays[a].freeze();
+                arrays[b].let_go();
                 break;
             case 4:
             case 5:
@@ -188,6 +189,26 @@ TEST(VoxelArray, RunningThroughTheFilesPagesLeavesThemOutOfMemory) {
     }));
     EXPECT_LT(kilobytes("VmRSS") - before, 20000);
     EXPECT_EQ(sum, std::accumulate(array->begin(), array->end(), std::int64_t(0)));
+}
+
+TEST(VoxelArray, LettingGoFreesMemoryAndLosesNothing) {
+    auto values = ramp(40'000'000);
+    Shorts array = values;
+    for (std::size_t n = 0; n < values.size(); n += 1'234'567) array[n] = values[n] = -3;
+    EXPECT_TRUE(holds(array, values));
+    const double before = kilobytes("VmRSS");
+    array.let_go();
+    const double after = kilobytes("VmRSS");
+    EXPECT_TRUE(holds(array, values));
+    Shorts small = {1, 2, 3};
+    small.let_go();
+    EXPECT_TRUE(holds(small, {1, 2, 3}));
+    Shorts open(kLarge);
+    open[9] = 9;
+    open.let_go();
+    EXPECT_EQ(open[9], 9);
+    if (before < 0) GTEST_SKIP() << "this system doesn't say what is in memory";
+    EXPECT_LT(after, before - 60000);
 }
 
 TEST(VoxelArray, ThreadsMayCopyTheSameArray) {
