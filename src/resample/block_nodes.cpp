@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "chainmail/cell_block.h"
+#include "resample/cell_kernel.h"
 #include "resample/touched.h"
 
 namespace pliant {
@@ -18,6 +19,7 @@ constexpr int kPadding = 16;
 constexpr double kWild = 64;
 /// Slack of a layer's reach for rounding [voxels].
 constexpr float kLayerSlack = 1e-3f;
+constexpr int kFixedPerLine = 64 / int(sizeof(Fixed));  ///< of the cache
 
 }  // namespace
 
@@ -65,6 +67,7 @@ void BlockNodes::resize(int brick_size) {
         for (int a = 0; a < 3; ++a) m_place[std::size_t(a)][std::size_t(n)] = float(local(n)[a]);
     m_values.assign(padded, 0);
     m_use.assign((nodes + 63) / 64 + 1, 0);
+    m_at_rest.assign(std::size_t(m_size) * std::size_t(m_size) * std::size_t(m_size), 0);
 }
 
 bool BlockNodes::load(const Snapshot& snapshot, const Lattice& lattice, const Volume& original,
@@ -74,11 +77,16 @@ bool BlockNodes::load(const Snapshot& snapshot, const Lattice& lattice, const Vo
     m_records = records_of_block(snapshot, coord);
     m_reach = reach_of_block(m_records, lattice.grid(), m_size, coord);
     if (!find_use(snapshot, lattice, coord)) return false;
-    m_is_wild = false;
+    // Indices of voxels are whole numbers of 32 bits.
+    const Vec3i n = lattice.grid().size;
+    m_is_wild = double(n.x) * n.y * (2 * m_size + 2 * kWild) > INT32_MAX;
     for (int a = 0; a < 3; ++a) m_is_wild |= m_reach.high[a] - m_reach.low[a] > m_size + kWild;
     if (m_is_wild) return true;
-    load_displacements(lattice.grid());
+    fetch_ahead(snapshot, coord);
+    load_displacements(lattice.grid(), 2);
     if (!keep_layers_within(begin_z, end_z)) return false;
+    load_displacements(lattice.grid(), 0);
+    load_displacements(lattice.grid(), 1);
     load_values(original);
     return true;
 }
@@ -130,41 +138,27 @@ int BlockNodes::edits(Vec3i p) const {
     return record->edits[(hx ? 0 : p.x) + m_size * ((hy ? 0 : p.y) + m_size * (hz ? 0 : p.z))];
 }
 
-void BlockNodes::load_displacements(const Grid& grid) {
-    const Vec3d scale = voxels_per_unit(grid);
-    const Vec3<Fixed> base = displacement({m_size / 2, m_size / 2, m_size / 2});
-    for (int a = 0; a < 3; ++a) {
-        const double voxels = scale[a] * base[a];
-        const int whole = int(std::lround(voxels));
-        m_origin[a] = m_first[a] + whole;
-        if (m_size == 8)
-            load_component<8>(a, base[a], float(scale[a]), float(voxels - whole));
-        else
-            load_component<0>(a, base[a], float(scale[a]), float(voxels - whole));
-    }
+/// Bricks lie anywhere in memory. The one that the next block along x will be the first to read is
+/// asked for now.
+void BlockNodes::fetch_ahead(const Snapshot& snapshot, Vec3i coord) const {
+    const BrickRecord* next = snapshot.record_at(coord + Vec3i{2, 0, 0});
+    if (!next || !next->brick) return;
+    const int count = m_size * m_size * m_size;
+    for (const Fixed* u : next->brick->u)
+        for (int n = 0; n < count; n += kFixedPerLine) __builtin_prefetch(u + n);
 }
 
-/// @tparam kSize  the brick's size, for the compiler to unroll; 0: any
-template <int kSize>
-void BlockNodes::load_component(int axis, Fixed base, float scale, float shift) {
-    const int size = kSize ? kSize : m_size;
-    const auto voxels = [&](Fixed u) { return float(u - base) * scale + shift; };
-    float* to = m_u[std::size_t(axis)].data();
-    for (int z = 0; z <= size; ++z)
-        for (int y = 0; y <= size; ++y) {
-            const bool hy = y == size, hz = z == size;
-            const int from = size * ((hy ? 0 : y) + size * (hz ? 0 : z));
-            const BrickRecord* low = m_records[std::size_t(2 * hy + 4 * hz)];
-            const BrickRecord* high = m_records[std::size_t(2 * hy + 4 * hz + 1)];
-            if (low && low->brick) {
-                const Fixed* row = low->brick->u[std::size_t(axis)] + from;
-                for (int x = 0; x < size; ++x) to[x] = voxels(row[x]);
-            } else {
-                std::fill_n(to, size, voxels(0));
-            }
-            to[size] = voxels(high && high->brick ? high->brick->u[std::size_t(axis)][from] : 0);
-            to += size + 1;
-        }
+void BlockNodes::load_displacements(const Grid& grid, int axis) {
+    const Fixed base = displacement({m_size / 2, m_size / 2, m_size / 2})[axis];
+    const double scale = voxels_per_unit(grid)[axis], voxels = scale * base;
+    const int whole = int(std::lround(voxels));
+    m_origin[axis] = m_first[axis] + whole;
+    std::array<const Fixed*, 8> from;
+    for (std::size_t c = 0; c < 8; ++c)
+        from[c] = m_records[c] && m_records[c]->brick ? m_records[c]->brick->u[std::size_t(axis)]
+                                                      : m_at_rest.data();
+    convert_block_nodes(from, m_size, base, float(scale), float(voxels - whole),
+                        m_u[std::size_t(axis)].data());
 }
 
 /// Takes away the layers of cells that are wholly beyond the given layers of voxels.

@@ -70,9 +70,8 @@ class BlockNodes {
     void resize(int brick_size);
     bool find_use(const Snapshot& snapshot, const Lattice& lattice, Vec3i coord);
     void drop_broken_cells(const Lattice& lattice);
-    void load_displacements(const Grid& grid);
-    template <int kSize>
-    void load_component(int axis, Fixed base, float scale, float shift);
+    void fetch_ahead(const Snapshot& snapshot, Vec3i coord) const;
+    void load_displacements(const Grid& grid, int axis);
     bool keep_layers_within(int begin_z, int end_z);
     void load_values(const Volume& original);
 
@@ -84,6 +83,7 @@ class BlockNodes {
     std::array<std::vector<float>, 3> m_u, m_place;
     std::vector<float> m_values;
     std::vector<RowBits> m_use;
+    std::vector<Fixed> m_at_rest;  ///< a brick of zeros
 };
 
 /// Whether a cell hangs together: no corner is void, and where a link along one of its twelve edges

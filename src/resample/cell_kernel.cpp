@@ -23,13 +23,21 @@ inline constexpr int kMaxAlong = 4;
 
 /// A group's voxels: what each lane found, first to last.
 struct CellHits {
-    alignas(64) std::int32_t x[kMaxHits][kCellGroup];  ///< relative to the block's origin
-    alignas(64) std::int32_t y[kMaxHits][kCellGroup];
-    alignas(64) std::int32_t z[kMaxHits][kCellGroup];
-    alignas(64) std::int32_t whole[kMaxHits][kCellGroup];  ///< value, rounded
-    alignas(64) float value[kMaxHits][kCellGroup];
-    alignas(64) float back[3][kMaxHits][kCellGroup];  ///< φ⁻¹(p) − p [voxels]
+    alignas(64) std::int32_t voxel[kMaxHits][kCellGroup];  ///< index, from the block's origin on
+    alignas(64) std::int32_t whole[kMaxHits][kCellGroup];  ///< value, rounded: of 16-bit targets
+    alignas(64) float value[kMaxHits][kCellGroup];         ///< of others
+    alignas(64) float back[3][kMaxHits][kCellGroup];  ///< φ⁻¹(p) − p [voxels], if it is wanted
     unsigned found[kMaxHits];                         ///< bit: lane
+};
+
+/// What is the same for all cells of a block.
+struct BlockTarget {
+    Vec3f low, high;          ///< first and last voxel of the target's box, from the origin on
+    bool is_inside;           ///< all that the block reaches lies in the box
+    std::int32_t row, slice;  ///< voxels from one row, one layer, to the next
+    Vec3f shift;              ///< of the origin
+    float high_slack;
+    bool is_16_bit, with_inverse;
 };
 
 }  // namespace pliant
@@ -177,10 +185,6 @@ HWY_INLINE Cells prepare(const Component& a, const Component& b, const Component
     return cells;
 }
 
-HWY_INLINE V inside(V s, V low, V high) {
-    return hn::VecFromMask(D(), hn::And(hn::Ge(s, low), hn::Le(s, high)));
-}
-
 /// The voxels that each lane may hold, up to kMaxHits: numbers i + 4·j + 16·k of steps from begin.
 struct Pending {
     V code[kMaxHits];
@@ -201,11 +205,11 @@ HWY_INLINE void add_pending(M found, V code, Pending& pending) {
 
 HWY_INLINE Pending find_candidates(const Cells& cells, M use, float high_slack) {
     const D d;
-    const V low = hn::Set(d, -1 - kLowSlack), high = hn::Set(d, 1 - high_slack);
-    const Vec least{hn::Sub(low, cells.delta.x), hn::Sub(low, cells.delta.y),
-                    hn::Sub(low, cells.delta.z)};
-    const Vec most{hn::Add(high, cells.delta.x), hn::Add(high, cells.delta.y),
-                   hn::Add(high, cells.delta.z)};
+    // −1 − kLowSlack − δ ≤ s ≤ 1 − high_slack + δ
+    const V middle = hn::Set(d, 0.5f * (kLowSlack + high_slack));
+    const V half = hn::Set(d, 1 + 0.5f * (kLowSlack - high_slack));
+    const Vec width{hn::Add(half, cells.delta.x), hn::Add(half, cells.delta.y),
+                    hn::Add(half, cells.delta.z)};
     Pending pending;
     for (int h = 0; h < kMaxHits; ++h) {
         pending.code[h] = hn::Zero(d);
@@ -214,7 +218,7 @@ HWY_INLINE Pending find_candidates(const Cells& cells, M use, float high_slack) 
     const Vec count{hn::Sub(cells.last.x, cells.begin.x), hn::Sub(cells.last.y, cells.begin.y),
                     hn::Sub(cells.last.z, cells.begin.z)};
     pending.too_many = hn::And(use, hn::Gt(largest(count), hn::Set(d, float(kMaxAlong) - 1)));
-    Vec sk = cells.s;
+    Vec sk{hn::Add(cells.s.x, middle), hn::Add(cells.s.y, middle), hn::Add(cells.s.z, middle)};
     for (int k = 0; k < kMaxAlong; ++k, sk = sum(sk, cells.jz)) {
         const M in_z = hn::And(use, hn::Ge(count.z, hn::Set(d, float(k))));
         if (hn::AllFalse(d, in_z)) break;
@@ -226,10 +230,9 @@ HWY_INLINE Pending find_candidates(const Cells& cells, M use, float high_slack) 
             for (int i = 0; i < kMaxAlong; ++i, s = sum(s, cells.jx)) {
                 const M in_x = hn::And(in_y, hn::Ge(count.x, hn::Set(d, float(i))));
                 if (hn::AllFalse(d, in_x)) break;
-                const V hit =
-                    hn::And(hn::And(inside(s.x, least.x, most.x), inside(s.y, least.y, most.y)),
-                            inside(s.z, least.z, most.z));
-                const M found = hn::And(in_x, hn::MaskFromVec(hit));
+                const Vec beyond{hn::Sub(hn::Abs(s.x), width.x), hn::Sub(hn::Abs(s.y), width.y),
+                                 hn::Sub(hn::Abs(s.z), width.z)};
+                const M found = hn::And(in_x, hn::Le(largest(beyond), hn::Zero(d)));
                 if (!hn::AllFalse(d, found))
                     add_pending(found, hn::Set(d, float(i + 4 * j + 16 * k)), pending);
             }
@@ -290,22 +293,30 @@ HWY_INLINE M mask_of(unsigned bits) {
     return hn::LoadMaskBits(D(), bytes);
 }
 
+/// Where voxels p (relative to the block's origin) are outside of the target's box.
+HWY_INLINE M outside(const Vec& p, const BlockTarget& to) {
+    const D d;
+    const V x = hn::Max(hn::Sub(hn::Set(d, to.low.x), p.x), hn::Sub(p.x, hn::Set(d, to.high.x)));
+    const V y = hn::Max(hn::Sub(hn::Set(d, to.low.y), p.y), hn::Sub(p.y, hn::Set(d, to.high.y)));
+    const V z = hn::Max(hn::Sub(hn::Set(d, to.low.z), p.z), hn::Sub(p.z, hn::Set(d, to.high.z)));
+    return hn::Gt(largest({x, y, z}), hn::Zero(d));
+}
+
 /// What the cells of one vector hold goes into the lanes from `lane` on.
 /// @returns cells that are slow
 HWY_INLINE unsigned look_into_cells(const BlockNodes& block, std::size_t n, unsigned use_bits,
-                                    float high_slack, int lane, CellHits& hits) {
+                                    const BlockTarget& to, int lane, CellHits& hits) {
     const D d;
     const DI di;
     const auto row = std::size_t(block.row());
     const Cells cells =
         prepare(component_of(block.u(0) + n, row, 0), component_of(block.u(1) + n, row, 1),
-                component_of(block.u(2) + n, row, 2), high_slack);
+                component_of(block.u(2) + n, row, 2), to.high_slack);
     const M used = mask_of(use_bits);
     const M use = hn::And(used, cells.fast);
-    const Pending pending = find_candidates(cells, use, high_slack);
+    const Pending pending = find_candidates(cells, use, to.high_slack);
     M slow = hn::Or(hn::AndNot(cells.fast, used), pending.too_many);
-    const V low = hn::Set(d, -1 - kLowSlack), high = hn::Set(d, 1 - high_slack);
-    const float* local[3] = {block.place(0) + n, block.place(1) + n, block.place(2) + n};
+    const V low = hn::Set(d, -1 - kLowSlack), high = hn::Set(d, 1 - to.high_slack);
     for (int h = 0; h < kMaxHits; ++h) {
         if (hn::AllFalse(d, pending.have[h])) break;
         const auto code = hn::ConvertTo(di, pending.code[h]);
@@ -318,63 +329,81 @@ HWY_INLINE unsigned look_into_cells(const BlockNodes& block, std::size_t n, unsi
         Vec s;
         const M unsettled = settle(cells, s1, pending.have[h], s);
         slow = hn::Or(slow, unsettled);
-        const V in = hn::And(hn::And(inside(s.x, low, high), inside(s.y, low, high)),
-                             inside(s.z, low, high));
-        const M found = hn::AndNot(unsettled, hn::And(pending.have[h], hn::MaskFromVec(in)));
+        const V least = hn::Min(hn::Min(s.x, s.y), s.z);
+        M found = hn::And(hn::AndNot(unsettled, pending.have[h]),
+                          hn::And(hn::Ge(least, low), hn::Le(largest(s), high)));
+        const Vec step = sum(cells.begin, steps);
+        const Vec p{hn::Add(step.x, hn::LoadU(d, block.place(0) + n)),
+                    hn::Add(step.y, hn::LoadU(d, block.place(1) + n)),
+                    hn::Add(step.z, hn::LoadU(d, block.place(2) + n))};
+        if (!to.is_inside) found = hn::AndNot(outside(p, to), found);
+        hits.found[h] |= bits_of(found) << lane;
+        const auto voxel = hn::Add(hn::ConvertTo(di, p.x),
+                                   hn::Add(hn::Mul(hn::ConvertTo(di, p.y), hn::Set(di, to.row)),
+                                           hn::Mul(hn::ConvertTo(di, p.z), hn::Set(di, to.slice))));
+        hn::Store(voxel, di, &hits.voxel[h][lane]);
         const Vec t{unit_interval(s.x), unit_interval(s.y), unit_interval(s.z)};
         const V value = value_at(block.values() + n, row, t);
-        hits.found[h] |= bits_of(found) << lane;
-        const Vec p = sum(cells.begin, steps);
-        hn::Store(hn::ConvertTo(di, hn::Add(p.x, hn::LoadU(d, local[0]))), di, &hits.x[h][lane]);
-        hn::Store(hn::ConvertTo(di, hn::Add(p.y, hn::LoadU(d, local[1]))), di, &hits.y[h][lane]);
-        hn::Store(hn::ConvertTo(di, hn::Add(p.z, hn::LoadU(d, local[2]))), di, &hits.z[h][lane]);
-        hn::Store(value, d, &hits.value[h][lane]);
-        hn::Store(hn::NearestInt(value), di, &hits.whole[h][lane]);
-        hn::Store(hn::Sub(t.x, p.x), d, &hits.back[0][h][lane]);
-        hn::Store(hn::Sub(t.y, p.y), d, &hits.back[1][h][lane]);
-        hn::Store(hn::Sub(t.z, p.z), d, &hits.back[2][h][lane]);
+        if (to.is_16_bit)
+            hn::Store(hn::NearestInt(value), di, &hits.whole[h][lane]);
+        else
+            hn::Store(value, d, &hits.value[h][lane]);
+        if (!to.with_inverse) continue;
+        hn::Store(hn::Sub(t.x, step.x), d, &hits.back[0][h][lane]);
+        hn::Store(hn::Sub(t.y, step.y), d, &hits.back[1][h][lane]);
+        hn::Store(hn::Sub(t.z, step.z), d, &hits.back[2][h][lane]);
     }
     return bits_of(slow);
 }
 
-/// Stores what a group found where the target is open.
-void write_hits(const CellHits& hits, Vec3i origin, Vec3f shift, const CellTarget& to) {
-    const std::ptrdiff_t nx = to.grid_size.x, slice = nx * to.grid_size.y;
-    for (int h = 0; h < kMaxHits && hits.found[h]; ++h)
+/// Stores what a group found where the target is open. @param origin  voxel index of the block's
+void write_hits(const CellHits& hits, std::ptrdiff_t origin, const BlockTarget& block,
+                const CellTarget& to) {
+    for (int h = 0; h < kMaxHits; ++h)
         for (unsigned left = hits.found[h]; left; left &= left - 1) {
             const auto lane = unsigned(__builtin_ctz(left));
-            const int x = origin.x + hits.x[h][lane], y = origin.y + hits.y[h][lane],
-                      z = origin.z + hits.z[h][lane];
-            if (unsigned(x - to.box.begin.x) >= unsigned(to.box.end.x - to.box.begin.x) ||
-                unsigned(y - to.box.begin.y) >= unsigned(to.box.end.y - to.box.begin.y) ||
-                unsigned(z - to.box.begin.z) >= unsigned(to.box.end.z - to.box.begin.z))
-                continue;
-            const std::ptrdiff_t in_slice = x + nx * y;
-            const auto bit = std::size_t(in_slice + to.open_slice * z);
+            const std::ptrdiff_t voxel = origin + hits.voxel[h][lane];
+            const auto bit = std::size_t(voxel - to.first_voxel);
             const RowBits word = to.open[bit / 64], flag = RowBits(1) << (bit % 64);
             if (!(word & flag)) continue;
             to.open[bit / 64] = word & ~flag;
-            if (to.voxels16)
-                to.voxels16[in_slice + slice * z] = std::int16_t(hits.whole[h][lane]);
+            if (block.is_16_bit)
+                to.voxels16[voxel] = std::int16_t(hits.whole[h][lane]);
             else
-                to.voxels32[in_slice + slice * z] = hits.value[h][lane];
-            if (!to.inverse_mm) continue;
-            const Vec3i p = Vec3i{x, y, z} - to.inverse_box.begin;
-            const Vec3i n = to.inverse_box.end - to.inverse_box.begin;
-            const Vec3f back{hits.back[0][h][lane] - shift.x, hits.back[1][h][lane] - shift.y,
-                             hits.back[2][h][lane] - shift.z};
-            to.inverse_mm[p.x + std::ptrdiff_t(n.x) * (p.y + std::ptrdiff_t(n.y) * p.z)] =
-                back.x * to.world_from_voxels[0] + back.y * to.world_from_voxels[1] +
-                back.z * to.world_from_voxels[2];
+                to.voxels32[voxel] = hits.value[h][lane];
+            if (block.with_inverse)
+                store_inverse(
+                    to, voxel,
+                    {hits.back[0][h][lane] - block.shift.x, hits.back[1][h][lane] - block.shift.y,
+                     hits.back[2][h][lane] - block.shift.z});
         }
+}
+
+BlockTarget target_of(const BlockNodes& block, const CellTarget& target, CellFaces faces) {
+    BlockTarget to;
+    to.is_inside = true;
+    for (int a = 0; a < 3; ++a) {
+        to.low[a] = float(target.box.begin[a] - block.origin()[a]);
+        to.high[a] = float(target.box.end[a] - 1 - block.origin()[a]);
+        to.shift[a] = float(block.origin()[a] - block.first_element()[a]);
+        to.is_inside &= block.reach().low[a] >= target.box.begin[a] + 1 &&
+                        block.reach().high[a] <= target.box.end[a] - 2;
+    }
+    to.row = target.grid_size.x;
+    to.slice = target.grid_size.x * target.grid_size.y;
+    to.high_slack = faces == CellFaces::HalfOpen ? kHighSlack : -kLowSlack;
+    to.is_16_bit = target.voxels16 != nullptr;
+    to.with_inverse = target.inverse_mm != nullptr;
+    return to;
 }
 
 void write_block(const BlockNodes& block, const CellTarget& target, CellFaces faces,
                  std::vector<int>& slow) {
     constexpr auto kLanes = int(hn::MaxLanes(D()));
-    const float high_slack = faces == CellFaces::HalfOpen ? kHighSlack : -kLowSlack;
-    const Vec3i whole = block.origin() - block.first_element();
-    const Vec3f shift{float(whole.x), float(whole.y), float(whole.z)};
+    const BlockTarget to = target_of(block, target, faces);
+    const Vec3i first = block.origin();
+    const std::ptrdiff_t origin =
+        first.x + std::ptrdiff_t(to.row) * first.y + std::ptrdiff_t(to.slice) * first.z;
     CellHits hits;
     const std::span<const RowBits> use = block.use();
     for (std::size_t w = 0; w < use.size(); ++w) {
@@ -387,15 +416,39 @@ void write_block(const BlockNodes& block, const CellTarget& target, CellFaces fa
             for (int lane = 0; lane < kCellGroup; lane += kLanes) {
                 const unsigned lanes = group >> lane & ((1u << kLanes) - 1);
                 if (!lanes) continue;
-                slow_lanes |= look_into_cells(block, 64 * w + unsigned(part + lane), lanes,
-                                              high_slack, lane, hits)
-                              << lane;
+                slow_lanes |=
+                    look_into_cells(block, 64 * w + unsigned(part + lane), lanes, to, lane, hits)
+                    << lane;
             }
-            write_hits(hits, block.origin(), shift, target);
+            write_hits(hits, origin, to, target);
             for (; slow_lanes; slow_lanes &= slow_lanes - 1)
                 slow.push_back(int(64 * w) + part + __builtin_ctz(slow_lanes));
         }
     }
+}
+
+/// Fixed point to voxels, for the nodes of a block. @param from  a component in its eight bricks
+void convert_nodes(const std::array<const Fixed*, 8>& from, int size, Fixed base, float scale,
+                   float shift, float* HWY_RESTRICT to) {
+    const hn::CappedTag<float, 8> d;
+    const hn::RebindToSigned<decltype(d)> di;
+    constexpr auto kLanes = int(hn::MaxLanes(d));
+    const auto voxels = hn::Set(d, scale), more = hn::Set(d, shift);
+    const auto middle = hn::Set(di, base);
+    for (int z = 0; z <= size; ++z)
+        for (int y = 0; y <= size; ++y, to += size + 1) {
+            const bool hy = y == size, hz = z == size;
+            const auto corner = std::size_t(2 * hy + 4 * hz);
+            const int at = size * ((hy ? 0 : y) + size * (hz ? 0 : z));
+            const Fixed* HWY_RESTRICT row = from[corner] + at;
+            int x = 0;
+            for (; x + kLanes <= size; x += kLanes) {
+                const auto u = hn::ConvertTo(d, hn::Sub(hn::LoadU(di, row + x), middle));
+                hn::StoreU(hn::Add(hn::Mul(u, voxels), more), d, to + x);
+            }
+            for (; x < size; ++x) to[x] = float(row[x] - base) * scale + shift;
+            to[size] = float(from[corner + 1][at] - base) * scale + shift;
+        }
 }
 
 }  // namespace
@@ -407,11 +460,17 @@ HWY_AFTER_NAMESPACE();
 namespace pliant {
 namespace {
 HWY_EXPORT(write_block);
+HWY_EXPORT(convert_nodes);
 }  // namespace
 
 void write_cells(const BlockNodes& block, const CellTarget& target, CellFaces faces,
                  std::vector<int>& slow) {
     HWY_DYNAMIC_DISPATCH(write_block)(block, target, faces, slow);
+}
+
+void convert_block_nodes(const std::array<const Fixed*, 8>& from, int size, Fixed base, float scale,
+                         float shift, float* to) {
+    HWY_DYNAMIC_DISPATCH(convert_nodes)(from, size, base, scale, shift, to);
 }
 
 }  // namespace pliant

@@ -36,10 +36,10 @@ enum class CellFaces {
 
 /// Where cells are written to.
 struct CellTarget {
-    Box3i box;                         ///< voxels that may be written; inside the scan
-    Vec3i grid_size;                   ///< of the scan
-    RowBits* open = nullptr;           ///< one bit per voxel that is still to be written
-    std::ptrdiff_t open_slice = 0;     ///< bits from one layer of the scan to the next
+    Box3i box;                       ///< voxels that may be written; inside the scan
+    Vec3i grid_size;                 ///< of the scan
+    RowBits* open = nullptr;         ///< one bit per voxel of the box's layers: still to be written
+    std::ptrdiff_t first_voxel = 0;  ///< index of the voxel that the first bit stands for
     std::int16_t* voxels16 = nullptr;  ///< one of the two
     float* voxels32 = nullptr;
     Vec3f* inverse_mm = nullptr;  ///< over inverse_box; null: not wanted
@@ -47,11 +47,27 @@ struct CellTarget {
     Vec3f world_from_voxels[3];  ///< columns: a step along i, j, k [mm, LPS]
 };
 
+/// @param back  φ⁻¹(p) − p [voxels]
+inline void store_inverse(const CellTarget& target, std::ptrdiff_t voxel, Vec3f back) {
+    const std::ptrdiff_t nx = target.grid_size.x, ny = target.grid_size.y;
+    const std::ptrdiff_t x = voxel % nx - target.inverse_box.begin.x;
+    const std::ptrdiff_t y = voxel / nx % ny - target.inverse_box.begin.y;
+    const std::ptrdiff_t z = voxel / (nx * ny) - target.inverse_box.begin.z;
+    const Vec3i n = target.inverse_box.end - target.inverse_box.begin;
+    const Vec3f* m = target.world_from_voxels;
+    target.inverse_mm[x + n.x * (y + n.y * z)] = back.x * m[0] + back.y * m[1] + back.z * m[2];
+}
+
 /// Writes the open voxels that lie in cells of `block.use()`, and closes them.
 /// @param[out] slow  appended: cells that are folded or nearly so, or reach too far; to be written
 ///                   one by one
 /// @pre !block.is_wild()
 void write_cells(const BlockNodes& block, const CellTarget& target, CellFaces faces,
                  std::vector<int>& slow);
+
+/// Displacements of a block's nodes relative to a base: (u − base)·scale + shift [voxels].
+/// @param from  one component in the eight bricks of the block
+void convert_block_nodes(const std::array<const Fixed*, 8>& from, int size, Fixed base, float scale,
+                         float shift, float* to);
 
 }  // namespace pliant

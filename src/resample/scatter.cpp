@@ -12,7 +12,7 @@
 namespace pliant {
 namespace {
 
-constexpr int kSlabsPerThread = 8;
+constexpr int kSlabsPerThread = 4;    ///< if there are several
 constexpr double kReachSlack = 1e-3;  ///< for rounding [voxels]
 
 Box3i voxels_within(const BlockReach& reach, const Box3i& within) {
@@ -38,10 +38,8 @@ std::size_t dense_count(Vec3i n) {
 
 Scatter::Scatter(const Volume& original, const TaskArena& arena)
     : m_original(original), m_arena(arena) {
-    const Vec3i n = original.grid.size;
-    // Layers start at whole words, so that no two slabs share one.
-    const std::size_t words = (std::size_t(n.x) * std::size_t(n.y) + 63) / 64;
-    m_open.assign(words * std::size_t(n.z) + 1, 0);
+    // Each slab starts at a word of its own, so that no two share one.
+    m_open.assign(voxel_count(original.grid) / 64 + 2 * std::size_t(original.grid.size.z) + 2, 0);
 }
 
 OpenVoxels Scatter::look(const Lattice& lattice, Mapping mapping, Volume& deformed) {
@@ -174,8 +172,8 @@ void Scatter::list_slabs() {
     m_slabs.clear();
     if (m_bricks.empty()) return;
     const int first = m_bricks.front().coord.z, last = m_bricks.back().coord.z;
-    const int thickness =
-        1 + (last - first) / (kSlabsPerThread * std::max(1, m_arena.thread_count()));
+    const int threads = m_arena.thread_count();
+    const int thickness = 1 + (last - first) / (threads > 1 ? kSlabsPerThread * threads : 1);
     std::size_t brick = 0;
     for (int begin = first; begin <= last; begin += thickness) {
         Slab slab{begin, begin + thickness, brick, brick, {}, 0};
@@ -211,8 +209,8 @@ CellTarget Scatter::target_of(const Slab& slab, int brick_size, Volume& deformed
     target.box.begin.z = slab.begin * brick_size;
     target.box.end.z = std::min(slab.end * brick_size, grid.size.z);
     target.grid_size = grid.size;
-    target.open = m_open.data();
-    target.open_slice = (std::ptrdiff_t(grid.size.x) * grid.size.y + 63) / 64 * 64;
+    target.first_voxel = std::ptrdiff_t(grid.size.x) * grid.size.y * target.box.begin.z;
+    target.open = m_open.data() + target.first_voxel / 64 + 2 * slab.begin;
     if (auto* voxels = std::get_if<std::vector<std::int16_t>>(&deformed.voxels))
         target.voxels16 = voxels->data();
     else

@@ -35,8 +35,12 @@ Box3i box_of_brick(const Lattice& lattice, Vec3i coord) {
     return overlap({first, first + Vec3i{size, size, size}}, voxel_box(lattice.grid()));
 }
 
+std::ptrdiff_t voxel_at(const CellTarget& target, Vec3i p) {
+    return p.x +
+           std::ptrdiff_t(target.grid_size.x) * (p.y + std::ptrdiff_t(target.grid_size.y) * p.z);
+}
 std::size_t open_bit(const CellTarget& target, Vec3i p) {
-    return std::size_t(p.x + std::ptrdiff_t(target.grid_size.x) * p.y + target.open_slice * p.z);
+    return std::size_t(voxel_at(target, p) - target.first_voxel);
 }
 RowBits low_bits(int count) {
     return (RowBits(1) << count) - 1;
@@ -94,21 +98,11 @@ void put_back(const CellTarget& target, const Volume& original, Vec3i p, int cou
 }
 
 void store(const CellTarget& target, Vec3i p, double value) {
-    const std::ptrdiff_t at =
-        p.x + std::ptrdiff_t(target.grid_size.x) * (p.y + std::ptrdiff_t(target.grid_size.y) * p.z);
+    const std::ptrdiff_t at = voxel_at(target, p);
     if (target.voxels16)
         target.voxels16[at] = std::int16_t(std::lrint(value));
     else
         target.voxels32[at] = float(value);
-}
-
-void store_inverse(const CellTarget& target, Vec3i p, Vec3d back) {
-    if (!target.inverse_mm) return;
-    const Vec3i q = p - target.inverse_box.begin;
-    const Vec3i n = target.inverse_box.end - target.inverse_box.begin;
-    const Vec3f* m = target.world_from_voxels;
-    target.inverse_mm[q.x + std::ptrdiff_t(n.x) * (q.y + std::ptrdiff_t(n.y) * q.z)] =
-        float(back.x) * m[0] + float(back.y) * m[1] + float(back.z) * m[2];
 }
 
 std::array<double, 8> corner_values(const Volume& original, Vec3i cell) {
@@ -262,7 +256,10 @@ void SlabWriter::write_cell(const ScatterJob& job, const CellTarget& target, Map
                 if (!source) continue;
                 clear_open(target, p);
                 store(target, p, source->value);
-                store_inverse(target, p, {source->t.x - d.x, source->t.y - d.y, source->t.z - d.z});
+                if (target.inverse_mm)
+                    store_inverse(target, voxel_at(target, p),
+                                  {float(source->t.x - d.x), float(source->t.y - d.y),
+                                   float(source->t.z - d.z)});
             }
 }
 
