@@ -25,7 +25,10 @@ std::uint64_t stamp_of(const Brick* brick, const std::uint8_t* edits, int elemen
 }
 
 void find_altered_rows(const BrickRecord& record, int size, RowBits* rows) {
-    std::fill_n(rows, size * size, 0);
+    if (record.is_full()) {
+        std::fill_n(rows, size * size, (RowBits(1) << size) - 1);
+        return;
+    }
     for (int r = 0; r < size * size; ++r) {
         RowBits bits = 0;
         if (const Brick* brick = record.brick)

@@ -65,9 +65,19 @@ RowBits low_bits(int count) {
     return (RowBits(1) << count) - 1;
 }
 
+/// A moved element touches all eight cells around it, so where all have moved there is nothing to
+/// find out.
+bool fill_if_full(const Snapshot& snapshot, int size, Vec3i coord, RowBits* rows) {
+    const BrickRecord* record = snapshot.record_at(coord);
+    if (!record || !record->is_full()) return false;
+    std::fill_n(rows, size * size, low_bits(size));
+    return true;
+}
+
 }  // namespace
 
 bool changeable_rows(const Snapshot& snapshot, int size, Vec3i coord, RowBits* rows) {
+    if (fill_if_full(snapshot, size, coord, rows)) return true;
     HaloRows halo;
     if (!gather_altered(snapshot, size, coord, -1, halo)) {
         std::fill_n(rows, size * size, 0);
@@ -85,6 +95,7 @@ bool changeable_rows(const Snapshot& snapshot, int size, Vec3i coord, RowBits* r
 }
 
 bool touched_rows(const Snapshot& snapshot, int size, Vec3i coord, RowBits* rows) {
+    if (fill_if_full(snapshot, size, coord, rows)) return true;
     HaloRows halo;
     if (!gather_altered(snapshot, size, coord, 0, halo)) return false;
     touch_cells(halo);
