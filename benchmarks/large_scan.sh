@@ -18,8 +18,13 @@ root=$(dirname -- "$(readlink -f -- "${BASH_SOURCE[0]}")")/..
 program=$(readlink -f -- "${1:-$root/build/release/pliant}")
 runs=${PLIANT_RUNS:-3}
 
-[[ -x $program ]] || { echo "large_scan.sh: $program is missing; ./dev build makes it" >&2; exit 2; }
-[[ -x /usr/bin/time ]] || { echo "large_scan.sh: /usr/bin/time is missing (package time)" >&2; exit 2; }
+need() { # FILE WHERE-IT-COMES-FROM
+    [[ -x $1 ]] && return
+    echo "large_scan.sh: $1 is missing, expected from $2" >&2
+    exit 2
+}
+need "$program" "./dev build"
+need /usr/bin/time "the package time"
 folder=$(mktemp -d -p "${2:-/var/tmp}" pliant-large-XXXXXX)
 trap 'rm -rf -- "$folder"' EXIT
 cd -- "$folder"
