@@ -15,7 +15,7 @@
 set -euo pipefail
 export LC_ALL=C
 root=$(dirname -- "$(readlink -f -- "${BASH_SOURCE[0]}")")/..
-program=$(readlink -f -- "${1:-$root/build/release/pliant}")
+program=$(readlink -m -- "${1:-$root/build/release/pliant}")
 runs=${PLIANT_RUNS:-3}
 
 need() { # FILE WHERE-IT-COMES-FROM
