@@ -46,10 +46,11 @@ struct ElementLimits {
 /// Limits by voxel value [HU, rounded to a whole number].
 using MaterialLaw = std::function<ElementLimits(int value_hu)>;
 
-/// How the minimal move is found. Both give the same bits.
+/// How the minimal move is found. All give the same bits.
 enum class ChainMailSolver {
-    Sweep,  ///< brick-wise sweeps, parallel
-    Heap,   ///< ordered propagation, one element at a time: the readable reference
+    Sweep,       ///< brick-wise sweeps, parallel, with the processor's vector instructions
+    Heap,        ///< ordered propagation, one element at a time: the readable reference
+    PlainSweep,  ///< the sweep in plain loops
 };
 
 struct ChainMailSettings {

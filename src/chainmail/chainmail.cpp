@@ -43,38 +43,42 @@ std::string reason(const PushReport& report) {
 
 }  // namespace
 
+const SweepKernels& ChainMail::Impl::kernels() const {
+    const bool vectors =
+        lattice.brick_size() == 8 && settings.solver != ChainMailSolver::PlainSweep;
+    return vectors ? vector_sweep_kernels() : plain_sweep_kernels();
+}
+
 bool ChainMail::Impl::propagate(std::span<const ElementRef> grabbed, Vec3<Fixed> shift) {
     const auto max_bricks = int(std::min<std::int64_t>(
         settings.max_elements / lattice.elements_per_brick() + 8, INT32_MAX));
-    for (int axis = 0; axis < 3; ++axis) {
-        if (shift[axis] == 0) continue;
-        const ComponentPush push{axis, shift[axis] > 0 ? 1 : -1, std::abs(shift[axis])};
-        const bool done = settings.solver == ChainMailSolver::Heap
-                              ? propagate_by_heap(lattice, grabbed, push, max_bricks)
-                              : propagate_by_sweeps(lattice, grabbed, push, arena, max_bricks);
-        if (!done) return false;
-    }
-    return true;
+    if (settings.solver != ChainMailSolver::Heap)
+        return propagate_by_sweeps(lattice, grabbed, shift, kernels(), arena, max_bricks, work);
+    bool done = true;
+    for (const ComponentPush& push : components_of(shift))
+        if (done && push.amount > 0) done = propagate_by_heap(lattice, grabbed, push, max_bricks);
+    work.shared = false;
+    work.touched = lattice.resident_bricks();
+    return done;
 }
 
-Result<PushReport> ChainMail::Impl::push_grabbed(std::span<const ElementRef> grabbed,
+Result<PushReport> ChainMail::Impl::push_grabbed(std::span<const ElementRef> elements,
                                                  Vec3<Fixed> shift) {
     // The grabbed elements' own limit first: it bounds the solve, and a longer push than it allows
     // needs no larger one.
-    const StepLimit own = limit_of_grabbed(lattice, grabbed, shift);
+    const StepLimit own = limit_of_grabbed(lattice, elements, shift);
     const Vec3<Fixed> tried = fraction_of(shift, own.fraction);
-    if (!propagate(grabbed, tried)) {
-        discard_raises(lattice, lattice.resident_bricks());
+    if (!propagate(elements, tried)) {
+        discard_raises(lattice, work);
         return too_large(settings);
     }
-    const std::vector<int> bricks = lattice.resident_bricks();
-    const StepLimit reached = limit_of_reached(lattice, bricks, tried, arena);
+    const StepLimit reached = limit_of_reached(lattice, work, kernels(), tried, arena);
     PushReport report;
-    report.grabbed_elements = std::int64_t(grabbed.size());
+    report.grabbed_elements = std::int64_t(elements.size());
     report.step_fraction = own.fraction * reached.fraction;
     report.limited_by = reached.fraction < 1 ? reached.limited_by : own.limited_by;
     report.moved_elements =
-        apply_shift(lattice, bricks, tried, fraction_of(tried, reached.fraction), arena);
+        apply_shift(lattice, work, kernels(), tried, fraction_of(tried, reached.fraction), arena);
     const bool nothing =
         report.step_fraction <= 0 || (report.step_fraction < 1 && report.moved_elements == 0);
     report.status = nothing                    ? PushStatus::Rejected
@@ -93,10 +97,10 @@ Result<PushReport> ChainMail::Impl::push(std::span<const Vec3i> elements, Vec3d 
                      "found a length of " +
                          std::to_string(norm(lattice_mm)) + " mm"};
     const auto start = std::chrono::steady_clock::now();
-    std::vector<ElementRef> grabbed;
+    grabbed_elements.clear();
     for (const Vec3i& element : elements)
-        if (!lattice.is_void(element)) grabbed.push_back(lattice.ensure_element(element));
-    if (grabbed.empty()) {
+        if (!lattice.is_void(element)) grabbed_elements.push_back(lattice.ensure_element(element));
+    if (grabbed_elements.empty()) {
         PushReport report;
         report.message = "nothing moved: the tool touches no tissue there";
         return report;
@@ -104,8 +108,11 @@ Result<PushReport> ChainMail::Impl::push(std::span<const Vec3i> elements, Vec3d 
     const Vec3<Fixed> shift{units_from_mm(lattice_mm.x), units_from_mm(lattice_mm.y),
                             units_from_mm(lattice_mm.z)};
     lattice.tick();
-    Result<PushReport> report = push_grabbed(grabbed, shift);
-    lattice.drop_still_bricks();
+    Result<PushReport> report = push_grabbed(grabbed_elements, shift);
+    // A push of nothing, or by nothing, reached no brick, not even those of the grabbed elements.
+    lattice.drop_still_bricks(work.touched);
+    for (const ElementRef& element : grabbed_elements)
+        lattice.drop_still_bricks({&element.brick, 1});
     const std::chrono::duration<double, std::milli> elapsed =
         std::chrono::steady_clock::now() - start;
     if (report.ok()) report->solve_ms = elapsed.count();

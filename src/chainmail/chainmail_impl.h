@@ -11,6 +11,7 @@
 #include <span>
 
 #include "chainmail/lattice.h"
+#include "chainmail/propagation.h"
 
 namespace pliant {
 
@@ -23,14 +24,18 @@ struct ChainMail::Impl {
           arena(a) {}
 
     Result<PushReport> push(std::span<const Vec3i> elements, Vec3d push_mm);
+    const SweepKernels& kernels() const;
     bool propagate(std::span<const ElementRef> grabbed, Vec3<Fixed> shift);
-    Result<PushReport> push_grabbed(std::span<const ElementRef> grabbed, Vec3<Fixed> shift);
+    Result<PushReport> push_grabbed(std::span<const ElementRef> elements, Vec3<Fixed> shift);
 
     const Volume& volume;
     ChainMailSettings settings;
     MaterialLaw law;
     Lattice lattice;
     const TaskArena& arena;
+    // Memory of a push, kept for the next.
+    SweepWork work;
+    std::vector<ElementRef> grabbed_elements;
 };
 
 }  // namespace pliant

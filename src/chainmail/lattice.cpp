@@ -6,8 +6,13 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <new>
 #include <tuple>
 #include <utility>
+
+#ifdef __linux__
+#include <sys/mman.h>
+#endif
 
 namespace pliant {
 namespace {
@@ -23,8 +28,17 @@ int whole_value(float value) {
     return int(std::lround(std::clamp(value, -32768.0f, 32767.0f)));
 }
 
-std::size_t round_up_to_line(std::size_t bytes) {
-    return (bytes + 63) / 64 * 64;
+constexpr std::size_t kHugePage = std::size_t(2) << 20;
+
+Vec3i bricks_of(Vec3i elements, int brick_size) {
+    return {floor_div(elements.x - 1, brick_size) + 1, floor_div(elements.y - 1, brick_size) + 1,
+            floor_div(elements.z - 1, brick_size) + 1};
+}
+
+constexpr std::size_t kLine = 64;  ///< of the caches, and alignment of arrays [bytes]
+
+std::size_t round_up(std::size_t bytes, std::size_t to) {
+    return (bytes + to - 1) / to * to;
 }
 
 }  // namespace
@@ -34,7 +48,8 @@ Lattice::Lattice(const Volume& volume, const std::vector<MaterialLaw>& laws, int
     : m_volume(volume),
       m_materials(laws, volume.grid.spacing_mm),
       m_size(brick_size),
-      m_bounded(bounded) {
+      m_bounded(bounded),
+      m_index_of(bricks_of(volume.grid.size, brick_size)) {
     for (int axis = 0; axis < 3; ++axis) {
         const int s = stride(axis), t = stride((axis + 1) % 3), v = stride((axis + 2) % 3);
         for (int q = 0; q < m_size; ++q) {
@@ -82,12 +97,24 @@ Vec3<Fixed> Lattice::displacement_at(Vec3i ijk) const {
 }
 
 int Lattice::find_brick(Vec3i coord) const {
-    const auto found = m_index_of.find(coord);
-    return found == m_index_of.end() ? -1 : found->second;
+    return m_index_of.find(coord);
 }
 
 int Lattice::ensure_brick(Vec3i coord) {
     if (const int found = find_brick(coord); found >= 0) return found;
+    const int index = add_brick(coord);
+    Brick& made = brick(index);
+    fill_in(made);
+    place_at_rest(made);
+    return index;
+}
+
+int Lattice::ensure_blank_brick(Vec3i coord) {
+    if (const int found = find_brick(coord); found >= 0) return found;
+    return add_brick(coord);
+}
+
+int Lattice::add_brick(Vec3i coord) {
     int index = int(m_bricks.size());
     if (m_free_indices.empty()) {
         m_bricks.push_back(take_brick());
@@ -96,9 +123,11 @@ int Lattice::ensure_brick(Vec3i coord) {
         m_free_indices.pop_back();
         m_bricks[std::size_t(index)] = take_brick();
     }
-    m_index_of.emplace(coord, index);
+    m_index_of.insert(coord, index);
+    ++m_resident_count;
     Brick& made = brick(index);
     made.coord = coord;
+    made.is_blank = made.is_unplaced = true;
     for (int side = 0; side < 6; ++side) {
         Vec3i there = coord;
         there[side / 2] += side % 2 ? 1 : -1;
@@ -106,10 +135,28 @@ int Lattice::ensure_brick(Vec3i coord) {
         made.neighbours[std::size_t(side)] = neighbour;
         if (neighbour >= 0) brick(neighbour).neighbours[std::size_t(side ^ 1)] = index;
     }
-    fill_materials(made);
     const BrickEdits* edits = edits_of(coord);
     made.edits = edits ? edits->data() : nullptr;
     return index;
+}
+
+void Lattice::place_at_rest(Brick& brick) const {
+    for (Fixed* component : brick.u) std::fill_n(component, elements_per_brick(), 0);
+    brick.is_unplaced = false;
+}
+
+void Lattice::fill_in(Brick& brick) const {
+    fill_materials(brick);
+    look_at_materials(brick);
+    brick.is_blank = false;
+}
+
+bool Lattice::is_beyond_border(Vec3i brick_coord) const {
+    if (!m_bounded) return false;
+    for (int a = 0; a < 3; ++a) {
+        if (brick_coord[a] < 0 || m_size * brick_coord[a] >= grid().size[a]) return true;
+    }
+    return false;
 }
 
 ElementRef Lattice::ensure_element(Vec3i ijk) {
@@ -117,32 +164,54 @@ ElementRef Lattice::ensure_element(Vec3i ijk) {
 }
 
 std::unique_ptr<Brick> Lattice::take_brick() {
-    const auto n = std::size_t(elements_per_brick());
     std::unique_ptr<Brick> taken;
     if (m_spare.empty()) {
-        taken = std::make_unique<Brick>();
-        taken->memory.reset(::operator new (brick_bytes(), std::align_val_t{64}));
-        auto* piece = static_cast<std::byte*>(taken->memory.get());
-        const auto next = [&](std::size_t bytes) {
-            return std::exchange(piece, piece + round_up_to_line(bytes));
-        };
-        for (auto* arrays : {&taken->u, &taken->raised})
-            for (Fixed*& array : *arrays) array = reinterpret_cast<Fixed*>(next(n * sizeof(Fixed)));
-        taken->material = reinterpret_cast<MaterialId*>(next(n * sizeof(MaterialId)));
+        taken = carve_brick();
     } else {
         taken = std::move(m_spare.back());
         m_spare.pop_back();
     }
-    for (Fixed* component : taken->u) std::fill_n(component, n, 0);
     taken->reached = {};
     taken->changed_at = m_clock;
     taken->u_min = taken->u_max = {0, 0, 0};
     return taken;
 }
 
+void Lattice::take_slab() {
+    // Small slabs first: a small push must not ask for much.
+    const std::size_t full = std::max<std::size_t>(1, kHugePage / brick_bytes());
+    const std::size_t count =
+        m_slabs.size() < 6 ? std::min(full, std::size_t(8) << m_slabs.size()) : full;
+    const bool huge = count == full;
+    const std::size_t alignment = huge ? kHugePage : kLine;
+    const std::size_t bytes = round_up(count * brick_bytes(), alignment);
+    m_slabs.emplace_back(std::aligned_alloc(alignment, bytes));
+    if (!m_slabs.back()) throw std::bad_alloc();
+#ifdef MADV_HUGEPAGE
+    if (huge) madvise(m_slabs.back().get(), bytes, MADV_HUGEPAGE);
+#endif
+    m_slab_rest = static_cast<std::byte*>(m_slabs.back().get());
+    m_slab_bricks_left = count;
+}
+
+std::unique_ptr<Brick> Lattice::carve_brick() {
+    if (m_slab_bricks_left == 0) take_slab();
+    const auto n = std::size_t(elements_per_brick());
+    auto carved = std::make_unique<Brick>();
+    std::byte* piece = std::exchange(m_slab_rest, m_slab_rest + brick_bytes());
+    --m_slab_bricks_left;
+    const auto next = [&](std::size_t bytes) {
+        return std::exchange(piece, piece + round_up(bytes, kLine));
+    };
+    for (auto* arrays : {&carved->u, &carved->raised})
+        for (Fixed*& array : *arrays) array = reinterpret_cast<Fixed*>(next(n * sizeof(Fixed)));
+    carved->material = reinterpret_cast<MaterialId*>(next(n * sizeof(MaterialId)));
+    return carved;
+}
+
 std::size_t Lattice::brick_bytes() const {
     const auto n = std::size_t(elements_per_brick());
-    return 6 * round_up_to_line(n * sizeof(Fixed)) + round_up_to_line(n * sizeof(MaterialId));
+    return 6 * round_up(n * sizeof(Fixed), kLine) + round_up(n * sizeof(MaterialId), kLine);
 }
 
 void Lattice::fill_materials(Brick& brick) const {
@@ -165,6 +234,18 @@ void Lattice::fill_materials(Brick& brick) const {
                 }
         },
         m_volume.voxels);
+}
+
+void Lattice::look_at_materials(Brick& brick) const {
+    const MaterialId* ids = brick.material;
+    const auto n = std::size_t(elements_per_brick());
+    const std::uint8_t* traits = m_materials.traits();
+    MaterialId differs = 0;
+    for (std::size_t i = 1; i < n; ++i) differs |= MaterialId(ids[i] ^ ids[0]);
+    brick.traits = traits[ids[0]];
+    if (differs == 0) return;
+    brick.traits |= kMixedMaterials;
+    for (std::size_t i = 1; i < n; ++i) brick.traits |= traits[ids[i]];
 }
 
 void Lattice::update_bounds(int index) {
@@ -195,27 +276,39 @@ void Lattice::set_edits(Vec3i brick_coord, BrickEdits edits) {
     const BrickEdits* now = edits_of(brick_coord);
     edited.edits = now ? now->data() : nullptr;
     edited.changed_at = tick();
-    fill_materials(edited);
+    fill_in(edited);
 }
 
 void Lattice::drop_still_bricks() {
-    for (int index = 0; index < int(m_bricks.size()); ++index) {
-        auto& slot = m_bricks[std::size_t(index)];
-        if (!slot) continue;
-        if (slot->u_min != Vec3<Fixed>{0, 0, 0} || slot->u_max != Vec3<Fixed>{0, 0, 0}) continue;
-        for (int side = 0; side < 6; ++side) {
-            const int neighbour = slot->neighbours[std::size_t(side)];
-            if (neighbour >= 0) brick(neighbour).neighbours[std::size_t(side ^ 1)] = -1;
-        }
-        m_index_of.erase(slot->coord);
-        m_free_indices.push_back(index);
-        m_spare.push_back(std::move(slot));
+    for (int index = 0; index < int(m_bricks.size()); ++index)
+        if (m_bricks[std::size_t(index)] && is_at_rest(brick(index))) drop_brick(index);
+}
+
+void Lattice::drop_still_bricks(std::span<const int> bricks) {
+    for (const int index : bricks)
+        if (m_bricks[std::size_t(index)] && is_at_rest(brick(index))) drop_brick(index);
+}
+
+void Lattice::drop_all_bricks() {
+    for (int index = 0; index < int(m_bricks.size()); ++index)
+        if (m_bricks[std::size_t(index)]) drop_brick(index);
+}
+
+void Lattice::drop_brick(int index) {
+    auto& slot = m_bricks[std::size_t(index)];
+    for (int side = 0; side < 6; ++side) {
+        const int neighbour = slot->neighbours[std::size_t(side)];
+        if (neighbour >= 0) brick(neighbour).neighbours[std::size_t(side ^ 1)] = -1;
     }
+    m_index_of.erase(slot->coord);
+    --m_resident_count;
+    m_free_indices.push_back(index);
+    m_spare.push_back(std::move(slot));
 }
 
 std::vector<int> Lattice::resident_bricks() const {
     std::vector<int> indices;
-    indices.reserve(m_index_of.size());
+    indices.reserve(std::size_t(m_resident_count));
     for (int index = 0; index < int(m_bricks.size()); ++index)
         if (m_bricks[std::size_t(index)]) indices.push_back(index);
     std::sort(indices.begin(), indices.end(), [&](int a, int b) {

@@ -18,6 +18,7 @@
 #include <span>
 
 #include "chainmail/lattice.h"
+#include "chainmail/propagation.h"
 
 namespace pliant {
 
@@ -31,19 +32,19 @@ StepLimit limit_of_grabbed(const Lattice& lattice, std::span<const ElementRef> g
                            Vec3<Fixed> shift);
 
 /// Largest fraction of the shift for which every state on the way is valid.
-/// @pre the reached bricks hold the raises of the whole shift
-StepLimit limit_of_reached(const Lattice& lattice, std::span<const int> bricks, Vec3<Fixed> shift,
-                           const TaskArena& arena);
+/// @pre work holds the raises of the whole shift
+StepLimit limit_of_reached(const Lattice& lattice, const SweepWork& work,
+                           const SweepKernels& kernels, Vec3<Fixed> shift, const TaskArena& arena);
 
 /// The shift times the fraction, each component rounded towards zero.
 Vec3<Fixed> fraction_of(Vec3<Fixed> shift, double fraction);
 
 /// Moves the reached bricks' elements by what `done` (a fraction of `shift`) asks for, and ends
 /// the solve. @returns the number of elements that moved
-std::int64_t apply_shift(Lattice& lattice, std::span<const int> bricks, Vec3<Fixed> shift,
-                         Vec3<Fixed> done, const TaskArena& arena);
+std::int64_t apply_shift(Lattice& lattice, const SweepWork& work, const SweepKernels& kernels,
+                         Vec3<Fixed> shift, Vec3<Fixed> done, const TaskArena& arena);
 
 /// Ends the solve without moving anything.
-void discard_raises(Lattice& lattice, std::span<const int> bricks);
+void discard_raises(Lattice& lattice, const SweepWork& work);
 
 }  // namespace pliant
