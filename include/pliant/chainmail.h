@@ -135,6 +135,9 @@ class ChainMail {
     /// Moves the given elements together. @param push_mm  LPS, multiplied by the scale setting
     Result<PushReport> push_elements(std::span<const Vec3i> elements, Vec3d push_mm);
 
+    /// Puts every element back to its rest place.
+    void reset();
+
     /// Displacement of element ijk [mm, LPS]; zero where nothing moved; also beyond the scan.
     Vec3d displacement_mm(Vec3i ijk) const;
     LatticeState state() const;

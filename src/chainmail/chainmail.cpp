@@ -157,6 +157,11 @@ Result<PushReport> ChainMail::push_elements(std::span<const Vec3i> elements, Vec
     return m_impl->push(elements, push_mm);
 }
 
+void ChainMail::reset() {
+    m_impl->lattice.tick();
+    m_impl->lattice.drop_all_bricks();
+}
+
 Vec3d ChainMail::displacement_mm(Vec3i ijk) const {
     const Vec3<Fixed> u = m_impl->lattice.displacement_at(ijk);
     return world_from_lattice_vector(m_impl->volume.grid,

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <cstring>
 #include <new>
 #include <tuple>
 #include <utility>
@@ -39,6 +40,37 @@ constexpr std::size_t kLine = 64;  ///< of the caches, and alignment of arrays [
 
 std::size_t round_up(std::size_t bytes, std::size_t to) {
     return (bytes + to - 1) / to * to;
+}
+
+/// Calls visit(y, z) for the rows of a box.
+template <class Visit>
+void for_each_row(const Box3i& box, const Visit& visit) {
+    for (int z = box.begin.z; z < box.end.z; ++z)
+        for (int y = box.begin.y; y < box.end.y; ++y) visit(y, z);
+}
+
+/// Asks for memory before it is needed: a brick's rows lie far apart in the scan.
+void prefetch(const void* where) {
+#ifdef __GNUC__
+    __builtin_prefetch(where);
+#endif
+}
+
+template <class Voxel>
+void translate_row(const Voxel* voxels, int count, const MaterialId* ids, MaterialId* out) {
+    for (int x = 0; x < count; ++x)
+        out[x] = ids[std::max(whole_value(voxels[x]), kLowestValue) - kLowestValue];
+}
+
+/// A row of eight that is the same as the one before it: its ids are too.
+bool repeats(const std::int16_t* row, const std::int16_t* before) {
+    std::array<std::uint64_t, 2> a, b;
+    std::memcpy(a.data(), row, sizeof a);
+    std::memcpy(b.data(), before, sizeof b);
+    return a == b;
+}
+bool repeats(const float*, const float*) {
+    return false;
 }
 
 }  // namespace
@@ -214,38 +246,78 @@ std::size_t Lattice::brick_bytes() const {
     return 6 * round_up(n * sizeof(Fixed), kLine) + round_up(n * sizeof(MaterialId), kLine);
 }
 
+Box3i Lattice::part_in_scan(Vec3i brick_coord) const {
+    Box3i part;
+    for (int a = 0; a < 3; ++a) {
+        const int first = m_size * brick_coord[a];
+        part.begin[a] = std::clamp(-first, 0, m_size);
+        part.end[a] = std::clamp(grid().size[a] - first, part.begin[a], m_size);
+    }
+    return part;
+}
+
+void Lattice::clear_beyond(const Brick& brick, Fixed* values) const {
+    const Box3i part = part_in_scan(brick.coord);
+    for (int z = 0; z < m_size; ++z)
+        for (int y = 0; y < m_size; ++y, values += m_size) {
+            const bool outside = z >= part.end.z || y >= part.end.y;
+            std::fill(values + (outside ? 0 : part.end.x), values + m_size, 0);
+        }
+}
+
 void Lattice::fill_materials(Brick& brick) const {
     const Vec3i first = m_size * brick.coord;
-    const Vec3i last = first + Vec3i{m_size - 1, m_size - 1, m_size - 1};
-    const Box3i box = voxel_box(grid());
-    MaterialId* out = brick.material;
-    if (!contains(box, first) || !contains(box, last) || m_edits.contains(brick.coord)) {
-        for (int n = 0; n < elements_per_brick(); ++n)
-            out[n] = material_at(element_of(brick.coord, n));
-        return;
-    }
+    const Box3i part = part_in_scan(brick.coord);
+    if (part.begin != Vec3i{0, 0, 0} || part.end != Vec3i{m_size, m_size, m_size})
+        std::fill_n(brick.material, elements_per_brick(),
+                    m_bounded ? kVoidMaterial : m_materials.id(0, kAirHu));
     std::visit(
         [&](const auto& voxels) {
-            for (int z = first.z; z <= last.z; ++z)
-                for (int y = first.y; y <= last.y; ++y) {
-                    const auto* row = voxels.data() + voxel_index(grid(), {first.x, y, z});
-                    for (int x = 0; x < m_size; ++x)
-                        *out++ = m_materials.id(0, whole_value(row[x]));
-                }
+            const MaterialId* ids = m_materials.ids(0);
+            for_each_row(part, [&](int y, int z) {
+                const Vec3i start = first + Vec3i{part.begin.x, y, z};
+                prefetch(voxels.data() + voxel_index(grid(), start));
+            });
+            const int count = part.end.x - part.begin.x;
+            decltype(voxels.data()) before = nullptr;
+            const MaterialId* ids_before = nullptr;
+            for_each_row(part, [&](int y, int z) {
+                const auto* row =
+                    voxels.data() + voxel_index(grid(), first + Vec3i{part.begin.x, y, z});
+                MaterialId* out = brick.material + part.begin.x + m_size * (y + m_size * z);
+                if (before && count == 8 && repeats(row, before))
+                    std::memcpy(out, ids_before, 8 * sizeof(MaterialId));
+                else
+                    translate_row(row, count, ids, out);
+                before = row;
+                ids_before = out;
+            });
         },
         m_volume.voxels);
+    if (const BrickEdits* edits = edits_of(brick.coord))
+        for (std::size_t n = 0; n < edits->size(); ++n)
+            if ((*edits)[n] & kVoid) brick.material[n] = kVoidMaterial;
 }
 
 void Lattice::look_at_materials(Brick& brick) const {
     const MaterialId* ids = brick.material;
-    const auto n = std::size_t(elements_per_brick());
     const std::uint8_t* traits = m_materials.traits();
-    MaterialId differs = 0;
-    for (std::size_t i = 1; i < n; ++i) differs |= MaterialId(ids[i] ^ ids[0]);
     brick.traits = traits[ids[0]];
-    if (differs == 0) return;
+    const Box3i part = part_in_scan(brick.coord);
+    const bool whole = part.begin == Vec3i{0, 0, 0} && part.end == Vec3i{m_size, m_size, m_size};
+    if (m_bounded && !whole) brick.traits |= kPartlyBeyond;
+    // A bounded lattice has no bricks before its first element, so that ids[0] is inside.
+    bool mixed = false;
+    for_each_row(m_bounded ? part : Box3i{{0, 0, 0}, {m_size, m_size, m_size}}, [&](int y, int z) {
+        const MaterialId* row = ids + m_size * (y + m_size * z);
+        const int end = m_bounded ? part.end.x : m_size;
+        MaterialId differs = 0;
+        for (int x = 0; x < end; ++x) differs |= MaterialId(row[x] ^ ids[0]);
+        mixed |= differs != 0;
+    });
+    if (!mixed) return;
     brick.traits |= kMixedMaterials;
-    for (std::size_t i = 1; i < n; ++i) brick.traits |= traits[ids[i]];
+    for (int n = 0; n < elements_per_brick(); ++n) brick.traits |= traits[ids[n]];
 }
 
 void Lattice::update_bounds(int index) {

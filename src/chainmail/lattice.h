@@ -44,8 +44,9 @@ struct FreeMemory {
     void operator()(void* memory) const { std::free(memory); }
 };
 
-/// Beside the flags of MaterialTrait, in Brick::traits.
-inline constexpr std::uint8_t kMixedMaterials = 128;
+/// Beside the flags of MaterialTrait, in Brick::traits. Elements beyond the border of a bounded
+/// lattice don't count as a material of their own.
+inline constexpr std::uint8_t kMixedMaterials = 128, kPartlyBeyond = 64;
 
 struct Brick {
     Vec3i coord;                    ///< of its first element, divided by the brick size
@@ -115,6 +116,8 @@ class Lattice {
     void fill_in(Brick& brick) const;
     /// Writes zero to all its displacements.
     void place_at_rest(Brick& brick) const;
+    /// Sets the elements of a kPartlyBeyond brick that are beyond the border to zero.
+    void clear_beyond(const Brick& brick, Fixed* values) const;
     /// No element of the brick can be anything but void.
     bool is_beyond_border(Vec3i brick_coord) const;
     /// Bounds of a brick's displacements, after they changed.
@@ -167,6 +170,7 @@ class Lattice {
     std::size_t brick_bytes() const;
     void fill_materials(Brick& brick) const;
     void look_at_materials(Brick& brick) const;
+    Box3i part_in_scan(Vec3i brick_coord) const;
 
     const Volume& m_volume;
     MaterialTable m_materials;

@@ -61,6 +61,8 @@ class MaterialTable {
                                                     : value_hu;
         return m_ids[std::size_t(variant)][std::size_t(clamped - kLowestValue)];
     }
+    /// The ids of one variant, by value − kLowestValue.
+    const MaterialId* ids(int variant) const { return m_ids[std::size_t(variant)].data(); }
     const HalfLimits& operator[](MaterialId id) const { return m_entries[id]; }
     int size() const { return int(m_entries.size()); }
     /// False if the laws give more than 65535 different limits: then the table is of no use.

@@ -142,6 +142,8 @@ class SweepSolver {
         std::erase_if(m_work.active, [&](int index) {
             if (pending(index) < threshold) return false;
             pending(index) = 0;
+            // Nothing new since it was visited in the round that it was woken in.
+            if (m_work.nodes[std::size_t(index)].news == std::array<std::uint8_t, 3>{}) return true;
             const Vec3i c = m_lattice.brick(index).coord;
             m_work.round[std::size_t((c.x + c.y + c.z) & 1)].push_back(index);
             return true;
@@ -201,10 +203,13 @@ class SweepSolver {
                 m_kernels.take(w, size, side, there.raised[c], lags.behind_neighbour(side, push));
         }
         if (dirty == 0) return;
-        if (lags.is_uniform())
+        if (lags.is_uniform()) {
             m_kernels.relax_uniform(w, size, lags.uniform(push), dirty);
-        else
+            // Ways inside a box never need to leave it, so the rest is as it should be.
+            if (brick.traits & kPartlyBeyond) m_lattice.clear_beyond(brick, w);
+        } else {
             m_kernels.relax(w, size, lags.inside(push), dirty);
+        }
         for (int side = 0; side < 6; ++side)
             wakes.raise[c][std::size_t(side)] = offer(brick, c, side, push, lags);
     }

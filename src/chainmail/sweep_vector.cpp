@@ -307,47 +307,64 @@ Fixed offer(const Fixed* w, int, int side, const Fixed* lags, const FaceBehind& 
     return hn::GetLane(hn::MaxOfLanes(D(), largest));
 }
 
-/// Moves one component; the moved lanes are added to `moved`, one vector after the other.
-template <bool kFromRest>
-HWY_INLINE V moved_to(const MovingComponent& c, int n) {
-    const V u = kFromRest ? hn::Zero(D()) : hn::Load(D(), c.u + n);
-    if (!c.raised) return u;
-    const V place = hn::Sub(hn::Load(D(), c.raised + n), hn::Set(D(), c.left));
-    return c.sign > 0 ? hn::Max(u, place) : hn::Min(u, hn::Neg(place));
-}
+/// One component, with what its loop needs at hand. A component that stays is raised to where it
+/// is.
+struct Motion {
+    Fixed* u;
+    const Fixed* raised;
+    V left, flip;  ///< flip: all bits set where the sign is −1, so that (x ^ flip) − flip = sign·x
+    V low, high;  ///< bounds of sign·u
+
+    HWY_INLINE explicit Motion(const MovingComponent& c)
+        : u(c.u),
+          raised(c.raised ? c.raised : c.u),
+          left(hn::Set(D(), c.raised ? c.left : 0)),
+          flip(hn::Set(D(), c.raised && c.sign < 0 ? -1 : 0)),
+          low(hn::Set(D(), INT32_MAX)),
+          high(hn::Set(D(), INT32_MIN)) {}
+
+    /// @returns a vector that isn't zero where the element moved
+    template <bool kFromRest>
+    HWY_INLINE V step(int n) {
+        const V old = kFromRest ? hn::Zero(D()) : hn::Load(D(), u + n);
+        const V before = kFromRest ? old : hn::Sub(hn::Xor(old, flip), flip);
+        const V place = hn::Max(before, hn::Sub(hn::Load(D(), raised + n), left));
+        low = hn::Min(low, place);
+        high = hn::Max(high, place);
+        hn::Store(hn::Sub(hn::Xor(place, flip), flip), D(), u + n);
+        return hn::Xor(place, before);
+    }
+    HWY_INLINE void bounds(Fixed& u_min, Fixed& u_max) const {
+        const bool negative = hn::GetLane(flip) != 0;
+        const Fixed from = hn::GetLane(hn::MinOfLanes(D(), low));
+        const Fixed to = hn::GetLane(hn::MaxOfLanes(D(), high));
+        u_min = negative ? -to : from;
+        u_max = negative ? -from : to;
+    }
+};
 
 template <bool kFromRest>
 MoveResult move_brick(const std::array<MovingComponent, 3>& components, int count) {
-    V low[3], high[3], moved = hn::Zero(D());
-    for (int a = 0; a < 3; ++a) {
-        low[a] = hn::Set(D(), INT32_MAX);
-        high[a] = hn::Set(D(), INT32_MIN);
-    }
+    Motion x(components[0]), y(components[1]), z(components[2]);
+    V still = hn::Zero(D());  // minus the number of elements that didn't move
     for (int n = 0; n < count; n += kLanes) {
-        V difference = hn::Zero(D());
-        for (int a = 0; a < 3; ++a) {
-            const MovingComponent& c = components[std::size_t(a)];
-            const V u = moved_to<kFromRest>(c, n);
-            const V old = kFromRest ? hn::Zero(D()) : hn::Load(D(), c.u + n);
-            difference = hn::Or(difference, hn::Xor(u, old));
-            low[a] = hn::Min(low[a], u);
-            high[a] = hn::Max(high[a], u);
-            if (kFromRest || c.raised) hn::Store(u, D(), c.u + n);
-        }
-        const auto still = hn::VecFromMask(D(), hn::Eq(difference, hn::Zero(D())));
-        moved = hn::Add(moved, hn::Add(still, hn::Set(D(), 1)));
+        const V moved =
+            hn::Or(x.step<kFromRest>(n), hn::Or(y.step<kFromRest>(n), z.step<kFromRest>(n)));
+        still = hn::Add(still, hn::VecFromMask(D(), hn::Eq(moved, hn::Zero(D()))));
     }
     MoveResult result;
-    result.moved = hn::GetLane(hn::SumOfLanes(D(), moved));
-    for (std::size_t a = 0; a < 3; ++a) {
-        result.u_min[a] = hn::GetLane(hn::MinOfLanes(D(), low[a]));
-        result.u_max[a] = hn::GetLane(hn::MaxOfLanes(D(), high[a]));
-    }
+    result.moved = count + hn::GetLane(hn::SumOfLanes(D(), still));
+    x.bounds(result.u_min[0], result.u_max[0]);
+    y.bounds(result.u_min[1], result.u_max[1]);
+    z.bounds(result.u_min[2], result.u_max[2]);
     return result;
 }
 
 MoveResult move(const std::array<MovingComponent, 3>& components, int count, bool from_rest) {
-    return from_rest ? move_brick<true>(components, count) : move_brick<false>(components, count);
+    if (!from_rest) return move_brick<false>(components, count);
+    for (const MovingComponent& c : components)
+        if (!c.raised) std::fill_n(c.u, count, 0);
+    return move_brick<true>(components, count);
 }
 
 Fixed largest(const Fixed* values, int count) {
