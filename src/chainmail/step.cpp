@@ -72,44 +72,29 @@ StepLimit limit_of_element(const HalfLimits& half, Vec3<Fixed> u, Raises raise, 
     return {fraction, fraction < 1 ? LimitedBy::Movement : LimitedBy::None};
 }
 
-/// The smaller fraction; bone before movement where they are equal.
-void tighten(StepLimit& limit, StepLimit other) {
-    const bool bone = other.limited_by == LimitedBy::Bone && other.fraction == limit.fraction;
-    if (other.fraction < limit.fraction || bone) limit = other;
-}
-
 Vec3<Fixed> displacement(const Brick& brick, std::size_t n) {
     return {brick.u[0][n], brick.u[1][n], brick.u[2][n]};
-}
-
-Raises raises(const Brick& brick, std::size_t n, const SweepWork& work, Vec3<Fixed> shift) {
-    Raises raise{0, 0, 0};
-    for (int a = 0; a < 3; ++a) {
-        const auto axis = std::size_t(a);
-        const Fixed amount = std::abs(shift[a]);
-        if (work.shared) {
-            raise[a] = std::max(0, brick.raised[0][n] - (work.shared_amount - amount));
-        } else if (brick.reached[axis]) {
-            const Fixed u = brick.u[axis][n];
-            raise[a] = brick.raised[axis][n] - (shift[a] > 0 ? u : -u);
-        }
-    }
-    return raise;
 }
 
 bool is_reached(const Brick& brick) {
     return brick.reached[0] || brick.reached[1] || brick.reached[2];
 }
 
-/// Whether no element of the brick can come as far as the smallest movement limit of all.
-/// @param farthest  bound of each component's distance from rest
-bool stays_inside(const Lattice& lattice, const Vec3d& farthest) {
-    const double allowed = lattice.materials().smallest_movement() - kRoundingMargin;
-    return allowed > 0 && dot(farthest, farthest) <= allowed * allowed;
+/// The whole step that a solve found for a brick.
+BrickMotion motion_of(const Brick& brick, const SweepWork& work, Vec3<Fixed> shift) {
+    BrickMotion motion{};
+    for (int a = 0; a < 3; ++a) {
+        const auto c = std::size_t(a);
+        const bool moves = shift[a] != 0 && (work.shared || brick.reached[c]);
+        const Fixed less = work.shared ? work.shared_amount - std::abs(shift[a]) : 0;
+        motion[c] = {brick.u[c], moves ? brick.raised[work.shared ? 0 : c] : nullptr, less,
+                     shift[a] < 0 ? -1 : 1};
+    }
+    return motion;
 }
 
 /// A look at the brick as a whole, which is enough for nearly all.
-bool is_unlimited(const Lattice& lattice, const Brick& brick, const SweepWork& work,
+bool is_unlimited(const Lattice& lattice, const Brick& brick, const BrickMotion& motion,
                   const SweepKernels& kernels, Vec3<Fixed> shift) {
     if (brick.traits & kFixedTrait) return false;
     Vec3d before{0, 0, 0}, after{0, 0, 0};
@@ -118,33 +103,44 @@ bool is_unlimited(const Lattice& lattice, const Brick& brick, const SweepWork& w
         after[a] = before[a] + std::abs(double(shift[a]));
     }
     if (stays_inside(lattice, after)) return true;
+    after = before;
     for (std::size_t a = 0; a < 3; ++a) {
-        const int count = lattice.elements_per_brick();
-        after[int(a)] = before[int(a)];
-        if (work.shared) {
-            const double less = work.shared_amount - std::abs(double(shift[int(a)]));
-            after[int(a)] = std::max(0.0, kernels.largest(brick.raised[0], count) - less);
-        } else if (brick.reached[a]) {
-            after[int(a)] =
-                std::max(before[int(a)], double(kernels.largest(brick.raised[a], count)));
-        }
+        if (!motion[a].raised) continue;
+        const Fixed highest = kernels.largest(motion[a].raised, lattice.elements_per_brick());
+        after[int(a)] = std::max(after[int(a)], double(highest - motion[a].left));
     }
     return stays_inside(lattice, after);
 }
 
-StepLimit limit_of_brick(const Lattice& lattice, const Brick& brick, const SweepWork& work,
-                         Vec3<Fixed> shift) {
+}  // namespace
+
+void tighten(StepLimit& limit, StepLimit other) {
+    const bool bone = other.limited_by == LimitedBy::Bone && other.fraction == limit.fraction;
+    if (other.fraction < limit.fraction || bone) limit = other;
+}
+
+bool stays_inside(const Lattice& lattice, const Vec3d& farthest) {
+    const double allowed = lattice.materials().smallest_movement() - kRoundingMargin;
+    return allowed > 0 && dot(farthest, farthest) <= allowed * allowed;
+}
+
+StepLimit limit_of_brick(const Lattice& lattice, const Brick& brick, const BrickMotion& motion,
+                         Vec3<Fixed> shift, bool with_fixed) {
     StepLimit limit;
     for (std::size_t n = 0; n < std::size_t(lattice.elements_per_brick()); ++n) {
-        const Raises raise = raises(brick, n, work, shift);
+        Vec3<Fixed> u{0, 0, 0};
+        if (!brick.is_unplaced) u = displacement(brick, n);
+        Raises raise{0, 0, 0};
+        for (int a = 0; a < 3; ++a) {
+            const MovingComponent& c = motion[std::size_t(a)];
+            if (c.raised) raise[a] = std::max(0, c.raised[n] - c.left - c.sign * u[a]);
+        }
         if (raise == Raises{0, 0, 0}) continue;
-        const Vec3<Fixed> u = brick.is_unplaced ? Vec3<Fixed>{0, 0, 0} : displacement(brick, n);
-        tighten(limit, limit_of_element(lattice.materials()[brick.material[n]], u, raise, shift));
+        const HalfLimits& half = lattice.materials()[brick.material[n]];
+        if (with_fixed || !half.fixed) tighten(limit, limit_of_element(half, u, raise, shift));
     }
     return limit;
 }
-
-}  // namespace
 
 StepLimit limit_of_grabbed(const Lattice& lattice, std::span<const ElementRef> grabbed,
                            Vec3<Fixed> shift) {
@@ -167,8 +163,10 @@ StepLimit limit_of_reached(const Lattice& lattice, const SweepWork& work,
         StepLimit own;
         for (std::int64_t k = begin; k < end; ++k) {
             const Brick& brick = lattice.brick(work.touched[std::size_t(k)]);
-            if (!is_reached(brick) || is_unlimited(lattice, brick, work, kernels, shift)) continue;
-            tighten(own, limit_of_brick(lattice, brick, work, shift));
+            if (!is_reached(brick)) continue;
+            const BrickMotion motion = motion_of(brick, work, shift);
+            if (!is_unlimited(lattice, brick, motion, kernels, shift))
+                tighten(own, limit_of_brick(lattice, brick, motion, shift, true));
         }
         const std::lock_guard lock(mutex);
         tighten(limit, own);
@@ -183,20 +181,11 @@ Vec3<Fixed> fraction_of(Vec3<Fixed> shift, double fraction) {
             Fixed(std::trunc(fraction * shift.z))};
 }
 
-namespace {
-
-int move_brick(const Lattice& lattice, Brick& brick, const SweepWork& work,
-               const SweepKernels& kernels, Vec3<Fixed> shift, Vec3<Fixed> done) {
-    std::array<MovingComponent, 3> components{};
-    for (int a = 0; a < 3; ++a) {
-        const auto c = std::size_t(a);
-        const Fixed whole = work.shared ? work.shared_amount : std::abs(shift[a]);
-        const bool moves = work.shared ? shift[a] != 0 : brick.reached[c];
-        components[c] = {brick.u[c], moves ? brick.raised[work.shared ? 0 : c] : nullptr,
-                         whole - std::abs(done[a]), shift[a] < 0 ? -1 : 1};
-    }
-    const MoveResult result =
-        kernels.move(components, lattice.elements_per_brick(), brick.is_unplaced);
+int move_brick(const Lattice& lattice, Brick& brick, BrickMotion motion, Vec3<Fixed> shift,
+               Vec3<Fixed> done, const SweepKernels& kernels) {
+    for (int a = 0; a < 3; ++a)
+        motion[std::size_t(a)].left += std::abs(shift[a]) - std::abs(done[a]);
+    const MoveResult result = kernels.move(motion, lattice.elements_per_brick(), brick.is_unplaced);
     brick.is_unplaced = false;
     for (int a = 0; a < 3; ++a) {
         brick.u_min[a] = result.u_min[std::size_t(a)];
@@ -206,8 +195,6 @@ int move_brick(const Lattice& lattice, Brick& brick, const SweepWork& work,
     return result.moved;
 }
 
-}  // namespace
-
 std::int64_t apply_shift(Lattice& lattice, const SweepWork& work, const SweepKernels& kernels,
                          Vec3<Fixed> shift, Vec3<Fixed> done, const TaskArena& arena) {
     std::atomic<std::int64_t> moved = 0;
@@ -215,7 +202,9 @@ std::int64_t apply_shift(Lattice& lattice, const SweepWork& work, const SweepKer
         std::int64_t own = 0;
         for (std::int64_t k = begin; k < end; ++k) {
             Brick& brick = lattice.brick(work.touched[std::size_t(k)]);
-            if (is_reached(brick)) own += move_brick(lattice, brick, work, kernels, shift, done);
+            if (is_reached(brick))
+                own +=
+                    move_brick(lattice, brick, motion_of(brick, work, shift), shift, done, kernels);
             brick.reached = {};
         }
         moved += own;

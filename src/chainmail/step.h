@@ -31,6 +31,21 @@ struct StepLimit {
 StepLimit limit_of_grabbed(const Lattice& lattice, std::span<const ElementRef> grabbed,
                            Vec3<Fixed> shift);
 
+/// What one brick's elements do in a whole step; `left` grows by what is left undone.
+using BrickMotion = std::array<MovingComponent, 3>;
+
+/// The smaller fraction; bone before movement where they are equal.
+void tighten(StepLimit& limit, StepLimit other);
+/// Whether elements that come no farther than this along each axis are within the movement limit of
+/// every material.
+bool stays_inside(const Lattice& lattice, const Vec3d& farthest);
+/// Bound that one brick's elements set, one by one. @param with_fixed  bone too, or movement alone
+StepLimit limit_of_brick(const Lattice& lattice, const Brick& brick, const BrickMotion& motion,
+                         Vec3<Fixed> shift, bool with_fixed);
+/// Moves a brick's elements. @returns how many moved
+int move_brick(const Lattice& lattice, Brick& brick, BrickMotion motion, Vec3<Fixed> shift,
+               Vec3<Fixed> done, const SweepKernels& kernels);
+
 /// Largest fraction of the shift for which every state on the way is valid.
 /// @pre work holds the raises of the whole shift
 StepLimit limit_of_reached(const Lattice& lattice, const SweepWork& work,
