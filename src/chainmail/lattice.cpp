@@ -256,12 +256,12 @@ Box3i Lattice::part_in_scan(Vec3i brick_coord) const {
     return part;
 }
 
-void Lattice::clear_beyond(const Brick& brick, Fixed* values) const {
+void Lattice::set_beyond(const Brick& brick, Fixed* values, Fixed value) const {
     const Box3i part = part_in_scan(brick.coord);
     for (int z = 0; z < m_size; ++z)
         for (int y = 0; y < m_size; ++y, values += m_size) {
             const bool outside = z >= part.end.z || y >= part.end.y;
-            std::fill(values + (outside ? 0 : part.end.x), values + m_size, 0);
+            std::fill(values + (outside ? 0 : part.end.x), values + m_size, value);
         }
 }
 

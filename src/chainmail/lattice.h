@@ -116,8 +116,8 @@ class Lattice {
     void fill_in(Brick& brick) const;
     /// Writes zero to all its displacements.
     void place_at_rest(Brick& brick) const;
-    /// Sets the elements of a kPartlyBeyond brick that are beyond the border to zero.
-    void clear_beyond(const Brick& brick, Fixed* values) const;
+    /// Sets the values of those elements of a kPartlyBeyond brick that are beyond the border.
+    void set_beyond(const Brick& brick, Fixed* values, Fixed value) const;
     /// No element of the brick can be anything but void.
     bool is_beyond_border(Vec3i brick_coord) const;
     /// Bounds of a brick's displacements, after they changed.

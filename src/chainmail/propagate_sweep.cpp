@@ -203,15 +203,22 @@ class SweepSolver {
                 m_kernels.take(w, size, side, there.raised[c], lags.behind_neighbour(side, push));
         }
         if (dirty == 0) return;
-        if (lags.is_uniform()) {
-            m_kernels.relax_uniform(w, size, lags.uniform(push), dirty);
-            // Ways inside a box never need to leave it, so the rest is as it should be.
-            if (brick.traits & kPartlyBeyond) m_lattice.clear_beyond(brick, w);
-        } else {
+        if (lags.is_uniform())
+            relax_uniform(brick, w, lags.uniform(push), dirty);
+        else
             m_kernels.relax(w, size, lags.inside(push), dirty);
-        }
         for (int side = 0; side < 6; ++side)
             wakes.raise[c][std::size_t(side)] = offer(brick, c, side, push, lags);
+    }
+
+    void relax_uniform(const Brick& brick, Fixed* w, const UniformLags& lags,
+                       std::uint32_t dirty) const {
+        // Links at the border don't bind, unlike the others. But ways inside a box never need to
+        // leave it, so it is enough that nothing comes in from beyond.
+        const bool partly = brick.traits & kPartlyBeyond;
+        if (partly && !is_at_rest(brick)) m_lattice.set_beyond(brick, w, -kUnlinked);
+        m_kernels.relax_uniform(w, m_lattice.brick_size(), lags, dirty);
+        if (partly) m_lattice.set_beyond(brick, w, 0);
     }
 
     Fixed offer(const Brick& brick, std::size_t c, int side, const ComponentPush& push,
