@@ -46,10 +46,11 @@ struct ElementLimits {
 /// Limits by voxel value [HU, rounded to a whole number].
 using MaterialLaw = std::function<ElementLimits(int value_hu)>;
 
-/// How the minimal move is found. Both give the same bits.
+/// How the minimal move is found. All give the same bits.
 enum class ChainMailSolver {
-    Sweep,  ///< brick-wise sweeps, parallel
-    Heap,   ///< ordered propagation, one element at a time: the readable reference
+    Sweep,       ///< brick-wise sweeps, parallel, with the processor's vector instructions
+    Heap,        ///< ordered propagation, one element at a time: the readable reference
+    PlainSweep,  ///< the sweep in plain loops
 };
 
 struct ChainMailSettings {
@@ -103,6 +104,15 @@ struct PushReport {
     std::string message;  ///< why, where it isn't plainly applied
 };
 
+/// What a tool took hold of, and what it can carry along.
+struct GrabReport {
+    std::int64_t grabbed_elements = 0;  ///< 0: nothing there, and nothing is held
+    std::int64_t reach_elements = 0;    ///< that a drag within the reach can move; 0: not computed
+    std::int64_t field_bytes = 0;       ///< memory for the fields, beside the bricks of the reach
+    double pick_ms = 0;
+    std::string message;  ///< why nothing is held
+};
+
 /// The state of the lattice, checked link by link and cell by cell, apart from the solver.
 struct LatticeState {
     std::int64_t moved_elements = 0;  ///< away from their rest place
@@ -133,6 +143,26 @@ class ChainMail {
 
     /// Moves the given elements together. @param push_mm  LPS, multiplied by the scale setting
     Result<PushReport> push_elements(std::span<const Vec3i> elements, Vec3d push_mm);
+
+    /// Takes hold of what a push at this place would move (its push_mm counts for nothing), and
+    /// finds out what comes along: after that each step of a drag costs one pass over memory.
+    /// @param reach_mm  how far the drag will go along each axis, 0…500; multiplied by the scale
+    ///                  setting. Going farther is allowed, and repeats this work on the way.
+    /// @returns the errors of push, or InvalidArgument that names reach_mm
+    Result<GrabReport> grab(const Push& place, double reach_mm);
+    /// The same with elements of one's own choice.
+    Result<GrabReport> grab_elements(std::span<const Vec3i> elements, double reach_mm);
+    /// Moves what is grabbed to an offset from where it was when it was grabbed [mm, LPS],
+    /// multiplied by the scale setting. Changes exactly what push_elements of the same elements by
+    /// the same step changes; step_fraction is that of the step.
+    /// @returns InvalidArgument if nothing is grabbed, or the step is no number or above 500 mm
+    Result<PushReport> drag_to(Vec3d offset_mm);
+    /// Ends the drag; everything stays where it is. Whatever else changes the tissue does so first.
+    void let_go();
+    bool is_grabbing() const;
+
+    /// Puts every element back to its rest place.
+    void reset();
 
     /// Displacement of element ijk [mm, LPS]; zero where nothing moved; also beyond the scan.
     Vec3d displacement_mm(Vec3i ijk) const;

@@ -17,14 +17,14 @@
 
 namespace pliant {
 
-namespace {
-
 Error too_large(const ChainMailSettings& settings) {
     return {ErrorCode::LimitExceeded,
             "the push would move more than " + std::to_string(settings.max_elements) +
                 " elements; expected a shorter push, a larger [material] offset, or a larger "
                 "[lattice] max_elements"};
 }
+
+namespace {
 
 std::string reason(const PushReport& report) {
     const bool none = report.status == PushStatus::Rejected;
@@ -43,40 +43,37 @@ std::string reason(const PushReport& report) {
 
 }  // namespace
 
-bool ChainMail::Impl::propagate(std::span<const ElementRef> grabbed, Vec3<Fixed> shift) {
-    const auto max_bricks = int(std::min<std::int64_t>(
-        settings.max_elements / lattice.elements_per_brick() + 8, INT32_MAX));
-    for (int axis = 0; axis < 3; ++axis) {
-        if (shift[axis] == 0) continue;
-        const ComponentPush push{axis, shift[axis] > 0 ? 1 : -1, std::abs(shift[axis])};
-        const bool done = settings.solver == ChainMailSolver::Heap
-                              ? propagate_by_heap(lattice, grabbed, push, max_bricks)
-                              : propagate_by_sweeps(lattice, grabbed, push, arena, max_bricks);
-        if (!done) return false;
-    }
-    return true;
+const SweepKernels& ChainMail::Impl::kernels() const {
+    const bool vectors =
+        lattice.brick_size() == 8 && settings.solver != ChainMailSolver::PlainSweep;
+    return vectors ? vector_sweep_kernels() : plain_sweep_kernels();
 }
 
-Result<PushReport> ChainMail::Impl::push_grabbed(std::span<const ElementRef> grabbed,
-                                                 Vec3<Fixed> shift) {
-    // The grabbed elements' own limit first: it bounds the solve, and a longer push than it allows
-    // needs no larger one.
-    const StepLimit own = limit_of_grabbed(lattice, grabbed, shift);
-    const Vec3<Fixed> tried = fraction_of(shift, own.fraction);
-    if (!propagate(grabbed, tried)) {
-        discard_raises(lattice, lattice.resident_bricks());
-        return too_large(settings);
-    }
-    const std::vector<int> bricks = lattice.resident_bricks();
-    const StepLimit reached = limit_of_reached(lattice, bricks, tried, arena);
+int ChainMail::Impl::max_bricks() const {
+    return int(std::min<std::int64_t>(settings.max_elements / lattice.elements_per_brick() + 8,
+                                      INT32_MAX));
+}
+
+bool ChainMail::Impl::propagate(std::span<const ElementRef> elements, Vec3<Fixed> shift) {
+    if (settings.solver != ChainMailSolver::Heap)
+        return propagate_by_sweeps(lattice, elements, shift, kernels(), arena, max_bricks(), work);
+    bool done = true;
+    for (const ComponentPush& push : components_of(shift))
+        if (done && push.amount > 0)
+            done = propagate_by_heap(lattice, elements, push, max_bricks());
+    work.shared = false;
+    work.touched = lattice.resident_bricks();
+    return done;
+}
+
+PushReport report_of_step(std::int64_t grabbed, StepLimit own, StepLimit reached,
+                          std::int64_t moved) {
     PushReport report;
-    report.grabbed_elements = std::int64_t(grabbed.size());
+    report.grabbed_elements = grabbed;
     report.step_fraction = own.fraction * reached.fraction;
     report.limited_by = reached.fraction < 1 ? reached.limited_by : own.limited_by;
-    report.moved_elements =
-        apply_shift(lattice, bricks, tried, fraction_of(tried, reached.fraction), arena);
-    const bool nothing =
-        report.step_fraction <= 0 || (report.step_fraction < 1 && report.moved_elements == 0);
+    report.moved_elements = moved;
+    const bool nothing = report.step_fraction <= 0 || (report.step_fraction < 1 && moved == 0);
     report.status = nothing                    ? PushStatus::Rejected
                     : report.step_fraction < 1 ? PushStatus::Limited
                                                : PushStatus::Applied;
@@ -85,31 +82,79 @@ Result<PushReport> ChainMail::Impl::push_grabbed(std::span<const ElementRef> gra
     return report;
 }
 
+Result<PushReport> ChainMail::Impl::push_grabbed(std::span<const ElementRef> elements,
+                                                 Vec3<Fixed> shift, Vec3<Fixed>* done) {
+    // The grabbed elements' own limit first: it bounds the solve, and a longer push than it allows
+    // needs no larger one.
+    const StepLimit own = limit_of_grabbed(lattice, elements, shift);
+    const Vec3<Fixed> tried = fraction_of(shift, own.fraction);
+    if (!propagate(elements, tried)) {
+        discard_raises(lattice, work);
+        return too_large(settings);
+    }
+    const StepLimit reached = limit_of_reached(lattice, work, kernels(), tried, arena);
+    *done = fraction_of(tried, reached.fraction);
+    const std::int64_t moved = apply_shift(lattice, work, kernels(), tried, *done, arena);
+    return report_of_step(std::int64_t(elements.size()), own, reached, moved);
+}
+
+void ChainMail::Impl::drop_unmoved() {
+    lattice.drop_still_bricks(work.touched);
+    // A push of nothing, or by nothing, reached no brick, not even those of the grabbed elements.
+    for (const ElementRef& element : grabbed_elements)
+        lattice.drop_still_bricks({&element.brick, 1});
+}
+
+Vec3d ChainMail::Impl::lattice_mm_from_world(Vec3d push_mm) const {
+    return settings.scale * lattice_from_world_vector(volume.grid, push_mm);
+}
+
+bool ChainMail::Impl::take_hold(std::span<const Vec3i> elements) {
+    grabbed_elements.clear();
+    for (const Vec3i& element : elements)
+        if (!lattice.is_void(element)) grabbed_elements.push_back(lattice.ensure_element(element));
+    return !grabbed_elements.empty();
+}
+
 Result<PushReport> ChainMail::Impl::push(std::span<const Vec3i> elements, Vec3d push_mm) {
-    const Vec3d lattice_mm = settings.scale * lattice_from_world_vector(volume.grid, push_mm);
+    const Vec3d lattice_mm = lattice_mm_from_world(push_mm);
     if (!is_finite(lattice_mm) || norm(lattice_mm) > kMaxMovementMm)
         return Error{ErrorCode::InvalidArgument,
                      "push: expected three numbers and a length up to 500 mm after scaling, "
                      "found a length of " +
                          std::to_string(norm(lattice_mm)) + " mm"};
     const auto start = std::chrono::steady_clock::now();
-    std::vector<ElementRef> grabbed;
-    for (const Vec3i& element : elements)
-        if (!lattice.is_void(element)) grabbed.push_back(lattice.ensure_element(element));
-    if (grabbed.empty()) {
+    let_go();
+    if (!take_hold(elements)) {
         PushReport report;
         report.message = "nothing moved: the tool touches no tissue there";
         return report;
     }
+    lattice.tick();
     const Vec3<Fixed> shift{units_from_mm(lattice_mm.x), units_from_mm(lattice_mm.y),
                             units_from_mm(lattice_mm.z)};
-    lattice.tick();
-    Result<PushReport> report = push_grabbed(grabbed, shift);
-    lattice.drop_still_bricks();
+    Vec3<Fixed> done{0, 0, 0};
+    Result<PushReport> report = push_grabbed(grabbed_elements, shift, &done);
+    drop_unmoved();
     const std::chrono::duration<double, std::milli> elapsed =
         std::chrono::steady_clock::now() - start;
     if (report.ok()) report->solve_ms = elapsed.count();
     return report;
+}
+
+Result<std::vector<Vec3i>> ChainMail::Impl::elements_at(const Push& push) const {
+    const Vec3d ijk = voxel_from_world(volume.grid, push.point_mm);
+    for (int a = 0; a < 3; ++a)
+        if (!(ijk[a] >= 0 && ijk[a] <= volume.grid.size[a] - 1))
+            return Error{ErrorCode::InvalidArgument,
+                         "push: the point lies outside of the scan (voxel " +
+                             std::to_string(ijk.x) + ", " + std::to_string(ijk.y) + ", " +
+                             std::to_string(ijk.z) + "), expected 0 to size - 1 along each axis"};
+    if (!(push.sphere_radius_mm >= 0 && push.sphere_radius_mm <= kMaxMovementMm))
+        return Error{ErrorCode::InvalidArgument, "push: expected a sphere radius of 0 to 500 mm"};
+    if (push.sphere_radius_mm > 0)
+        return grab_sphere(lattice, ijk, push.sphere_radius_mm, settings.air_threshold_hu);
+    return grab_cell(lattice, ijk).value_or(std::vector<Vec3i>{});
 }
 
 ChainMail::ChainMail(std::unique_ptr<Impl> impl) : m_impl(std::move(impl)) {}
@@ -128,26 +173,19 @@ Result<ChainMail> ChainMail::create(const Volume& volume, const ChainMailSetting
 }
 
 Result<PushReport> ChainMail::push(const Push& push) {
-    const Grid& grid = m_impl->volume.grid;
-    const Vec3d ijk = voxel_from_world(grid, push.point_mm);
-    for (int a = 0; a < 3; ++a)
-        if (!(ijk[a] >= 0 && ijk[a] <= grid.size[a] - 1))
-            return Error{ErrorCode::InvalidArgument,
-                         "push: the point lies outside of the scan (voxel " +
-                             std::to_string(ijk.x) + ", " + std::to_string(ijk.y) + ", " +
-                             std::to_string(ijk.z) + "), expected 0 to size - 1 along each axis"};
-    if (!(push.sphere_radius_mm >= 0 && push.sphere_radius_mm <= kMaxMovementMm))
-        return Error{ErrorCode::InvalidArgument, "push: expected a sphere radius of 0 to 500 mm"};
-    if (push.sphere_radius_mm > 0)
-        return m_impl->push(grab_sphere(m_impl->lattice, ijk, push.sphere_radius_mm,
-                                        m_impl->settings.air_threshold_hu),
-                            push.push_mm);
-    const auto cell = grab_cell(m_impl->lattice, ijk);
-    return m_impl->push(cell.value_or(std::vector<Vec3i>{}), push.push_mm);
+    const Result<std::vector<Vec3i>> elements = m_impl->elements_at(push);
+    if (!elements.ok()) return elements.error();
+    return m_impl->push(*elements, push.push_mm);
 }
 
 Result<PushReport> ChainMail::push_elements(std::span<const Vec3i> elements, Vec3d push_mm) {
     return m_impl->push(elements, push_mm);
+}
+
+void ChainMail::reset() {
+    m_impl->let_go();
+    m_impl->lattice.tick();
+    m_impl->lattice.drop_all_bricks();
 }
 
 Vec3d ChainMail::displacement_mm(Vec3i ijk) const {

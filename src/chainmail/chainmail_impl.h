@@ -10,9 +10,15 @@
 
 #include <span>
 
+#include "chainmail/drag.h"
 #include "chainmail/lattice.h"
+#include "chainmail/propagation.h"
 
 namespace pliant {
+
+PushReport report_of_step(std::int64_t grabbed, StepLimit own, StepLimit reached,
+                          std::int64_t moved);
+Error too_large(const ChainMailSettings& settings);
 
 struct ChainMail::Impl {
     Impl(const Volume& v, const ChainMailSettings& s, const TaskArena& a)
@@ -23,14 +29,43 @@ struct ChainMail::Impl {
           arena(a) {}
 
     Result<PushReport> push(std::span<const Vec3i> elements, Vec3d push_mm);
+    const SweepKernels& kernels() const;
     bool propagate(std::span<const ElementRef> grabbed, Vec3<Fixed> shift);
-    Result<PushReport> push_grabbed(std::span<const ElementRef> grabbed, Vec3<Fixed> shift);
+    /// The elements that a push at this place moves.
+    Result<std::vector<Vec3i>> elements_at(const Push& push) const;
+    /// Makes bricks for them in grabbed_elements. @returns false if all are void
+    bool take_hold(std::span<const Vec3i> elements);
+    Vec3d lattice_mm_from_world(Vec3d push_mm) const;
+    int max_bricks() const;
+    /// @param[out] done  the part of the shift that was done
+    Result<PushReport> push_grabbed(std::span<const ElementRef> elements, Vec3<Fixed> shift,
+                                    Vec3<Fixed>* done);
+    /// Drops the bricks of a push that stayed at rest.
+    void drop_unmoved();
 
     const Volume& volume;
     ChainMailSettings settings;
     MaterialLaw law;
     Lattice lattice;
     const TaskArena& arena;
+    // Memory of a push, kept for the next.
+    SweepWork work;
+    std::vector<ElementRef> grabbed_elements;
+
+    Result<GrabReport> grab(std::span<const Vec3i> elements, double reach_mm);
+    Result<PushReport> drag_to(Vec3d offset_mm);
+    Result<PushReport> drag_by(Vec3<Fixed> step, Vec3<Fixed>& done);
+    /// Whether the fields of a pick are of use: not while links are outside of their limits, which
+    /// depend on the present state then.
+    bool can_use_fields() const;
+    Status pick();
+    void let_go();
+
+    std::vector<Vec3i> held;           ///< elements of the drag; empty: none
+    Vec3<Fixed> drag_offset{0, 0, 0};  ///< of them since they were grabbed
+    Fixed drag_reach = 0;
+    bool has_fields = false;
+    Drag drag;
 };
 
 }  // namespace pliant

@@ -6,8 +6,14 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <cstring>
+#include <new>
 #include <tuple>
 #include <utility>
+
+#ifdef __linux__
+#include <sys/mman.h>
+#endif
 
 namespace pliant {
 namespace {
@@ -23,8 +29,48 @@ int whole_value(float value) {
     return int(std::lround(std::clamp(value, -32768.0f, 32767.0f)));
 }
 
-std::size_t round_up_to_line(std::size_t bytes) {
-    return (bytes + 63) / 64 * 64;
+constexpr std::size_t kHugePage = std::size_t(2) << 20;
+
+Vec3i bricks_of(Vec3i elements, int brick_size) {
+    return {floor_div(elements.x - 1, brick_size) + 1, floor_div(elements.y - 1, brick_size) + 1,
+            floor_div(elements.z - 1, brick_size) + 1};
+}
+
+constexpr std::size_t kLine = 64;  ///< of the caches, and alignment of arrays [bytes]
+
+std::size_t round_up(std::size_t bytes, std::size_t to) {
+    return (bytes + to - 1) / to * to;
+}
+
+/// Calls visit(y, z) for the rows of a box.
+template <class Visit>
+void for_each_row(const Box3i& box, const Visit& visit) {
+    for (int z = box.begin.z; z < box.end.z; ++z)
+        for (int y = box.begin.y; y < box.end.y; ++y) visit(y, z);
+}
+
+/// Asks for memory before it is needed: a brick's rows lie far apart in the scan.
+void prefetch(const void* where) {
+#ifdef __GNUC__
+    __builtin_prefetch(where);
+#endif
+}
+
+template <class Voxel>
+void translate_row(const Voxel* voxels, int count, const MaterialId* ids, MaterialId* out) {
+    for (int x = 0; x < count; ++x)
+        out[x] = ids[std::max(whole_value(voxels[x]), kLowestValue) - kLowestValue];
+}
+
+/// A row of eight that is the same as the one before it: its ids are too.
+bool repeats(const std::int16_t* row, const std::int16_t* before) {
+    std::array<std::uint64_t, 2> a, b;
+    std::memcpy(a.data(), row, sizeof a);
+    std::memcpy(b.data(), before, sizeof b);
+    return a == b;
+}
+bool repeats(const float*, const float*) {
+    return false;
 }
 
 }  // namespace
@@ -34,7 +80,8 @@ Lattice::Lattice(const Volume& volume, const std::vector<MaterialLaw>& laws, int
     : m_volume(volume),
       m_materials(laws, volume.grid.spacing_mm),
       m_size(brick_size),
-      m_bounded(bounded) {
+      m_bounded(bounded),
+      m_index_of(bricks_of(volume.grid.size, brick_size)) {
     for (int axis = 0; axis < 3; ++axis) {
         const int s = stride(axis), t = stride((axis + 1) % 3), v = stride((axis + 2) % 3);
         for (int q = 0; q < m_size; ++q) {
@@ -82,12 +129,24 @@ Vec3<Fixed> Lattice::displacement_at(Vec3i ijk) const {
 }
 
 int Lattice::find_brick(Vec3i coord) const {
-    const auto found = m_index_of.find(coord);
-    return found == m_index_of.end() ? -1 : found->second;
+    return m_index_of.find(coord);
 }
 
 int Lattice::ensure_brick(Vec3i coord) {
     if (const int found = find_brick(coord); found >= 0) return found;
+    const int index = add_brick(coord);
+    Brick& made = brick(index);
+    fill_in(made);
+    place_at_rest(made);
+    return index;
+}
+
+int Lattice::ensure_blank_brick(Vec3i coord) {
+    if (const int found = find_brick(coord); found >= 0) return found;
+    return add_brick(coord);
+}
+
+int Lattice::add_brick(Vec3i coord) {
     int index = int(m_bricks.size());
     if (m_free_indices.empty()) {
         m_bricks.push_back(take_brick());
@@ -96,9 +155,11 @@ int Lattice::ensure_brick(Vec3i coord) {
         m_free_indices.pop_back();
         m_bricks[std::size_t(index)] = take_brick();
     }
-    m_index_of.emplace(coord, index);
+    m_index_of.insert(coord, index);
+    ++m_resident_count;
     Brick& made = brick(index);
     made.coord = coord;
+    made.is_blank = made.is_unplaced = true;
     for (int side = 0; side < 6; ++side) {
         Vec3i there = coord;
         there[side / 2] += side % 2 ? 1 : -1;
@@ -106,10 +167,28 @@ int Lattice::ensure_brick(Vec3i coord) {
         made.neighbours[std::size_t(side)] = neighbour;
         if (neighbour >= 0) brick(neighbour).neighbours[std::size_t(side ^ 1)] = index;
     }
-    fill_materials(made);
     const BrickEdits* edits = edits_of(coord);
     made.edits = edits ? edits->data() : nullptr;
     return index;
+}
+
+void Lattice::place_at_rest(Brick& brick) const {
+    for (Fixed* component : brick.u) std::fill_n(component, elements_per_brick(), 0);
+    brick.is_unplaced = false;
+}
+
+void Lattice::fill_in(Brick& brick) const {
+    fill_materials(brick);
+    look_at_materials(brick);
+    brick.is_blank = false;
+}
+
+bool Lattice::is_beyond_border(Vec3i brick_coord) const {
+    if (!m_bounded) return false;
+    for (int a = 0; a < 3; ++a) {
+        if (brick_coord[a] < 0 || m_size * brick_coord[a] >= grid().size[a]) return true;
+    }
+    return false;
 }
 
 ElementRef Lattice::ensure_element(Vec3i ijk) {
@@ -117,54 +196,128 @@ ElementRef Lattice::ensure_element(Vec3i ijk) {
 }
 
 std::unique_ptr<Brick> Lattice::take_brick() {
-    const auto n = std::size_t(elements_per_brick());
     std::unique_ptr<Brick> taken;
     if (m_spare.empty()) {
-        taken = std::make_unique<Brick>();
-        taken->memory.reset(::operator new (brick_bytes(), std::align_val_t{64}));
-        auto* piece = static_cast<std::byte*>(taken->memory.get());
-        const auto next = [&](std::size_t bytes) {
-            return std::exchange(piece, piece + round_up_to_line(bytes));
-        };
-        for (auto* arrays : {&taken->u, &taken->raised})
-            for (Fixed*& array : *arrays) array = reinterpret_cast<Fixed*>(next(n * sizeof(Fixed)));
-        taken->material = reinterpret_cast<MaterialId*>(next(n * sizeof(MaterialId)));
+        taken = carve_brick();
     } else {
         taken = std::move(m_spare.back());
         m_spare.pop_back();
     }
-    for (Fixed* component : taken->u) std::fill_n(component, n, 0);
     taken->reached = {};
     taken->changed_at = m_clock;
     taken->u_min = taken->u_max = {0, 0, 0};
     return taken;
 }
 
+void Lattice::take_slab() {
+    // Small slabs first: a small push must not ask for much.
+    const std::size_t full = std::max<std::size_t>(1, kHugePage / brick_bytes());
+    const std::size_t count =
+        m_slabs.size() < 6 ? std::min(full, std::size_t(8) << m_slabs.size()) : full;
+    const bool huge = count == full;
+    const std::size_t alignment = huge ? kHugePage : kLine;
+    const std::size_t bytes = round_up(count * brick_bytes(), alignment);
+    m_slabs.emplace_back(std::aligned_alloc(alignment, bytes));
+    if (!m_slabs.back()) throw std::bad_alloc();
+#ifdef MADV_HUGEPAGE
+    if (huge) madvise(m_slabs.back().get(), bytes, MADV_HUGEPAGE);
+#endif
+    m_slab_rest = static_cast<std::byte*>(m_slabs.back().get());
+    m_slab_bricks_left = count;
+}
+
+std::unique_ptr<Brick> Lattice::carve_brick() {
+    if (m_slab_bricks_left == 0) take_slab();
+    const auto n = std::size_t(elements_per_brick());
+    auto carved = std::make_unique<Brick>();
+    std::byte* piece = std::exchange(m_slab_rest, m_slab_rest + brick_bytes());
+    --m_slab_bricks_left;
+    const auto next = [&](std::size_t bytes) {
+        return std::exchange(piece, piece + round_up(bytes, kLine));
+    };
+    for (auto* arrays : {&carved->u, &carved->raised})
+        for (Fixed*& array : *arrays) array = reinterpret_cast<Fixed*>(next(n * sizeof(Fixed)));
+    carved->material = reinterpret_cast<MaterialId*>(next(n * sizeof(MaterialId)));
+    return carved;
+}
+
 std::size_t Lattice::brick_bytes() const {
     const auto n = std::size_t(elements_per_brick());
-    return 6 * round_up_to_line(n * sizeof(Fixed)) + round_up_to_line(n * sizeof(MaterialId));
+    return 6 * round_up(n * sizeof(Fixed), kLine) + round_up(n * sizeof(MaterialId), kLine);
+}
+
+Box3i Lattice::part_in_scan(Vec3i brick_coord) const {
+    Box3i part;
+    for (int a = 0; a < 3; ++a) {
+        const int first = m_size * brick_coord[a];
+        part.begin[a] = std::clamp(-first, 0, m_size);
+        part.end[a] = std::clamp(grid().size[a] - first, part.begin[a], m_size);
+    }
+    return part;
+}
+
+void Lattice::set_beyond(const Brick& brick, Fixed* values, Fixed value) const {
+    const Box3i part = part_in_scan(brick.coord);
+    for (int z = 0; z < m_size; ++z)
+        for (int y = 0; y < m_size; ++y, values += m_size) {
+            const bool outside = z >= part.end.z || y >= part.end.y;
+            std::fill(values + (outside ? 0 : part.end.x), values + m_size, value);
+        }
 }
 
 void Lattice::fill_materials(Brick& brick) const {
     const Vec3i first = m_size * brick.coord;
-    const Vec3i last = first + Vec3i{m_size - 1, m_size - 1, m_size - 1};
-    const Box3i box = voxel_box(grid());
-    MaterialId* out = brick.material;
-    if (!contains(box, first) || !contains(box, last) || m_edits.contains(brick.coord)) {
-        for (int n = 0; n < elements_per_brick(); ++n)
-            out[n] = material_at(element_of(brick.coord, n));
-        return;
-    }
+    const Box3i part = part_in_scan(brick.coord);
+    if (part.begin != Vec3i{0, 0, 0} || part.end != Vec3i{m_size, m_size, m_size})
+        std::fill_n(brick.material, elements_per_brick(),
+                    m_bounded ? kVoidMaterial : m_materials.id(0, kAirHu));
     std::visit(
         [&](const auto& voxels) {
-            for (int z = first.z; z <= last.z; ++z)
-                for (int y = first.y; y <= last.y; ++y) {
-                    const auto* row = voxels.data() + voxel_index(grid(), {first.x, y, z});
-                    for (int x = 0; x < m_size; ++x)
-                        *out++ = m_materials.id(0, whole_value(row[x]));
-                }
+            const MaterialId* ids = m_materials.ids(0);
+            for_each_row(part, [&](int y, int z) {
+                const Vec3i start = first + Vec3i{part.begin.x, y, z};
+                prefetch(voxels.data() + voxel_index(grid(), start));
+            });
+            const int count = part.end.x - part.begin.x;
+            decltype(voxels.data()) before = nullptr;
+            const MaterialId* ids_before = nullptr;
+            for_each_row(part, [&](int y, int z) {
+                const auto* row =
+                    voxels.data() + voxel_index(grid(), first + Vec3i{part.begin.x, y, z});
+                MaterialId* out = brick.material + part.begin.x + m_size * (y + m_size * z);
+                if (before && count == 8 && repeats(row, before))
+                    std::memcpy(out, ids_before, 8 * sizeof(MaterialId));
+                else
+                    translate_row(row, count, ids, out);
+                before = row;
+                ids_before = out;
+            });
         },
         m_volume.voxels);
+    if (const BrickEdits* edits = edits_of(brick.coord))
+        for (std::size_t n = 0; n < edits->size(); ++n)
+            if ((*edits)[n] & kVoid) brick.material[n] = kVoidMaterial;
+}
+
+void Lattice::look_at_materials(Brick& brick) const {
+    const MaterialId* ids = brick.material;
+    const std::uint8_t* traits = m_materials.traits();
+    brick.traits = traits[ids[0]];
+    const Box3i part = part_in_scan(brick.coord);
+    const bool whole = part.begin == Vec3i{0, 0, 0} && part.end == Vec3i{m_size, m_size, m_size};
+    if (m_bounded && !whole) brick.traits |= kPartlyBeyond;
+    // A bounded lattice has no bricks before its first element, so that ids[0] is inside.
+    bool mixed = false;
+    for_each_row(m_bounded ? part : Box3i{{0, 0, 0}, {m_size, m_size, m_size}}, [&](int y, int z) {
+        const MaterialId* row = ids + m_size * (y + m_size * z);
+        const int end = m_bounded ? part.end.x : m_size;
+        MaterialId differs = 0;
+        for (int x = 0; x < end; ++x) differs |= MaterialId(row[x] ^ ids[0]);
+        mixed |= differs != 0;
+    });
+    if (!mixed) return;
+    brick.traits |= kMixedMaterials;
+    for (int n = 0; n < elements_per_brick(); ++n) brick.traits |= traits[ids[n]];
 }
 
 void Lattice::update_bounds(int index) {
@@ -195,27 +348,39 @@ void Lattice::set_edits(Vec3i brick_coord, BrickEdits edits) {
     const BrickEdits* now = edits_of(brick_coord);
     edited.edits = now ? now->data() : nullptr;
     edited.changed_at = tick();
-    fill_materials(edited);
+    fill_in(edited);
 }
 
 void Lattice::drop_still_bricks() {
-    for (int index = 0; index < int(m_bricks.size()); ++index) {
-        auto& slot = m_bricks[std::size_t(index)];
-        if (!slot) continue;
-        if (slot->u_min != Vec3<Fixed>{0, 0, 0} || slot->u_max != Vec3<Fixed>{0, 0, 0}) continue;
-        for (int side = 0; side < 6; ++side) {
-            const int neighbour = slot->neighbours[std::size_t(side)];
-            if (neighbour >= 0) brick(neighbour).neighbours[std::size_t(side ^ 1)] = -1;
-        }
-        m_index_of.erase(slot->coord);
-        m_free_indices.push_back(index);
-        m_spare.push_back(std::move(slot));
+    for (int index = 0; index < int(m_bricks.size()); ++index)
+        if (m_bricks[std::size_t(index)] && is_at_rest(brick(index))) drop_brick(index);
+}
+
+void Lattice::drop_still_bricks(std::span<const int> bricks) {
+    for (const int index : bricks)
+        if (m_bricks[std::size_t(index)] && is_at_rest(brick(index))) drop_brick(index);
+}
+
+void Lattice::drop_all_bricks() {
+    for (int index = 0; index < int(m_bricks.size()); ++index)
+        if (m_bricks[std::size_t(index)]) drop_brick(index);
+}
+
+void Lattice::drop_brick(int index) {
+    auto& slot = m_bricks[std::size_t(index)];
+    for (int side = 0; side < 6; ++side) {
+        const int neighbour = slot->neighbours[std::size_t(side)];
+        if (neighbour >= 0) brick(neighbour).neighbours[std::size_t(side ^ 1)] = -1;
     }
+    m_index_of.erase(slot->coord);
+    --m_resident_count;
+    m_free_indices.push_back(index);
+    m_spare.push_back(std::move(slot));
 }
 
 std::vector<int> Lattice::resident_bricks() const {
     std::vector<int> indices;
-    indices.reserve(m_index_of.size());
+    indices.reserve(std::size_t(m_resident_count));
     for (int index = 0; index < int(m_bricks.size()); ++index)
         if (m_bricks[std::size_t(index)]) indices.push_back(index);
     std::sort(indices.begin(), indices.end(), [&](int a, int b) {

@@ -17,12 +17,15 @@
 #include <pliant/chainmail.h>
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
+#include <cstdlib>
 #include <memory>
-#include <new>
+#include <span>
 #include <unordered_map>
 #include <vector>
 
+#include "chainmail/brick_index.h"
 #include "chainmail/fixed_point.h"
 #include "chainmail/material.h"
 
@@ -37,9 +40,13 @@ enum ElementEdit : std::uint8_t {
 };
 using BrickEdits = std::vector<std::uint8_t>;  ///< elements_per_brick flags
 
-struct FreeAligned {
-    void operator()(void* memory) const { ::operator delete (memory, std::align_val_t{64}); }
+struct FreeMemory {
+    void operator()(void* memory) const { std::free(memory); }
 };
+
+/// Beside the flags of MaterialTrait, in Brick::traits. Elements beyond the border of a bounded
+/// lattice don't count as a material of their own.
+inline constexpr std::uint8_t kMixedMaterials = 128, kPartlyBeyond = 64;
 
 struct Brick {
     Vec3i coord;                    ///< of its first element, divided by the brick size
@@ -51,10 +58,17 @@ struct Brick {
     MaterialId* material;
     const std::uint8_t* edits = nullptr;         ///< null: none in this brick
     std::array<bool, 3> reached{};               ///< by the solve in progress, per component
+    std::uint8_t traits = 0;                     ///< of all materials in it, and kMixedMaterials
+    bool is_blank = false;                       ///< materials and traits are not filled in yet
+    bool is_unplaced = false;                    ///< u is not written yet, and counts as zero
     Vec3<Fixed> u_min{0, 0, 0}, u_max{0, 0, 0};  ///< over the brick, after each push
     std::uint64_t changed_at = 0;                ///< Lattice::clock() when u last changed
-    std::unique_ptr<void, FreeAligned> memory;
 };
+
+/// Whether every element of the brick is at its rest place.
+inline bool is_at_rest(const Brick& brick) {
+    return brick.u_min == Vec3<Fixed>{0, 0, 0} && brick.u_max == Vec3<Fixed>{0, 0, 0};
+}
 
 struct ElementRef {
     int brick;
@@ -95,10 +109,24 @@ class Lattice {
     /// The brick, made if needed with everything at rest.
     int ensure_brick(Vec3i coord);
     ElementRef ensure_element(Vec3i ijk);
+    /// The brick; if it must be made, blank: for a solve, which fills it on the thread that first
+    /// visits it, or drops it.
+    int ensure_blank_brick(Vec3i coord);
+    /// Fills a blank brick in, but for its displacements, which a solve may write once and for all.
+    void fill_in(Brick& brick) const;
+    /// Writes zero to all its displacements.
+    void place_at_rest(Brick& brick) const;
+    /// Sets the values of those elements of a kPartlyBeyond brick that are beyond the border.
+    void set_beyond(const Brick& brick, Fixed* values, Fixed value) const;
+    /// No element of the brick can be anything but void.
+    bool is_beyond_border(Vec3i brick_coord) const;
     /// Bounds of a brick's displacements, after they changed.
     void update_bounds(int index);
-    /// Removes bricks where every displacement is zero.
+    /// Removes bricks where every displacement is zero: of all, or of the given ones.
     void drop_still_bricks();
+    void drop_still_bricks(std::span<const int> bricks);
+    /// Puts everything back to rest; element edits stay.
+    void drop_all_bricks();
 
     /// Flags of a brick's elements, whether it is there or not; null: none.
     const BrickEdits* edits_of(Vec3i brick_coord) const;
@@ -118,7 +146,9 @@ class Lattice {
     /// Indices of the bricks that are there, sorted by coordinate: the same order however they came
     /// into being.
     std::vector<int> resident_bricks() const;
-    int resident_brick_count() const { return int(m_index_of.size()); }
+    int resident_brick_count() const { return m_resident_count; }
+    /// Brick indices are below this.
+    int brick_index_bound() const { return int(m_bricks.size()); }
     /// Calls visit(brick) for each brick that is there, in no particular order.
     template <class Visit>
     void for_each_brick(const Visit& visit) const {
@@ -138,9 +168,15 @@ class Lattice {
         }
     };
 
+    int add_brick(Vec3i coord);
+    void drop_brick(int index);
     std::unique_ptr<Brick> take_brick();
+    void take_slab();
+    std::unique_ptr<Brick> carve_brick();
     std::size_t brick_bytes() const;
     void fill_materials(Brick& brick) const;
+    void look_at_materials(Brick& brick) const;
+    Box3i part_in_scan(Vec3i brick_coord) const;
 
     const Volume& m_volume;
     MaterialTable m_materials;
@@ -152,7 +188,12 @@ class Lattice {
     std::vector<std::unique_ptr<Brick>> m_bricks;  ///< null where dropped
     std::vector<int> m_free_indices;
     std::vector<std::unique_ptr<Brick>> m_spare;  ///< dropped, to be used again
-    std::unordered_map<Vec3i, int, CoordHash> m_index_of;
+    int m_resident_count = 0;
+    BrickIndex m_index_of;
+    /// Bricks' memory, many in one piece: huge pages where the system has them.
+    std::vector<std::unique_ptr<void, FreeMemory>> m_slabs;
+    std::byte* m_slab_rest = nullptr;
+    std::size_t m_slab_bricks_left = 0;
     std::unordered_map<Vec3i, BrickEdits, CoordHash> m_edits;
 };
 

@@ -47,6 +47,18 @@ HalfLimits void_limits() {
     return {{far, far, far}, {far, far, far}, {far, far, far}, 0, false};
 }
 
+std::uint8_t traits_of(const HalfLimits& half) {
+    std::uint8_t traits = half.fixed ? kFixedTrait : 0;
+    for (int b = 0; b < 3; ++b) {
+        if (half.compress[b] != half.shear[b] || half.stretch[b] != half.shear[b])
+            traits |= kAsymmetric;
+        if (half.compress[b] != half.compress[0] || half.stretch[b] != half.stretch[0] ||
+            half.shear[b] != half.shear[0])
+            traits |= kAnisotropic;
+    }
+    return traits;
+}
+
 struct HashLimits {
     std::size_t operator()(const HalfLimits& half) const {
         Hash64 hash;
@@ -73,13 +85,17 @@ MaterialTable::MaterialTable(const std::vector<MaterialLaw>& laws, Vec3d spacing
             ids[n] = entry->second;
         }
     }
-    for (const HalfLimits& half : m_entries)
+    for (const HalfLimits& half : m_entries) {
+        m_traits.push_back(traits_of(half));
+        if (!half.fixed && &half != &m_entries[kVoidMaterial])
+            m_smallest_movement = std::min(m_smallest_movement, half.max_movement);
         for (std::size_t b = 0; b < 3; ++b) {
             m_columns.compress[b].push_back(half.compress[b]);
             m_columns.stretch[b].push_back(half.stretch[b]);
             m_columns.shear[b].push_back(half.shear[b]);
             m_symmetric &= half.compress[b] == half.shear[b] && half.stretch[b] == half.shear[b];
         }
+    }
 }
 
 }  // namespace pliant

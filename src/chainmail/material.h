@@ -38,6 +38,13 @@ struct HalfLimits {
     friend bool operator==(const HalfLimits&, const HalfLimits&) = default;
 };
 
+/// What solvers want to know of a material, or of any of the materials in a brick: flags.
+enum MaterialTrait : std::uint8_t {
+    kAsymmetric = 1,   ///< compress, stretch and shear differ along an axis
+    kAnisotropic = 2,  ///< they differ from axis to axis
+    kFixedTrait = 4,   ///< never moves
+};
+
 class MaterialTable {
   public:
     /// The same numbers as the entries', one array for each kind and link axis, by material.
@@ -54,6 +61,8 @@ class MaterialTable {
                                                     : value_hu;
         return m_ids[std::size_t(variant)][std::size_t(clamped - kLowestValue)];
     }
+    /// The ids of one variant, by value − kLowestValue.
+    const MaterialId* ids(int variant) const { return m_ids[std::size_t(variant)].data(); }
     const HalfLimits& operator[](MaterialId id) const { return m_entries[id]; }
     int size() const { return int(m_entries.size()); }
     /// False if the laws give more than 65535 different limits: then the table is of no use.
@@ -62,11 +71,17 @@ class MaterialTable {
     /// Compress, stretch and shear are equal in every entry, axis by axis: then a link's lag is the
     /// same for every component and direction of a push.
     bool is_symmetric() const { return m_symmetric; }
+    /// Flags of MaterialTrait, by material.
+    const std::uint8_t* traits() const { return m_traits.data(); }
+    /// Of all that move: no element stops a push that stays below it.
+    Fixed smallest_movement() const { return m_smallest_movement; }
 
   private:
     std::vector<HalfLimits> m_entries;
     Columns m_columns;
     std::vector<std::vector<MaterialId>> m_ids;  ///< by variant and value
+    std::vector<std::uint8_t> m_traits;
+    Fixed m_smallest_movement = INT32_MAX;
     bool m_symmetric = true;
     bool m_fits = true;
 };

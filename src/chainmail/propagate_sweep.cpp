@@ -1,264 +1,286 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The default: bricks swept to their own fixed point, rows as vector lanes, woken by their faces.
+// The default: bricks swept to their own fixed point, woken by their neighbours' faces. All
+// components go together, so that a visit looks at materials and neighbours once.
 
 #include <algorithm>
-#include <array>
-#include <vector>
+#include <utility>
 
 #include "chainmail/propagation.h"
+#include "chainmail/sweep_lags.h"
 
 namespace pliant {
 namespace {
 
 /// Bricks whose pending raise is within this fraction of the push of the largest go in one round.
 /// Smaller: fewer repeated sweeps, but shorter rounds.
-constexpr int kBucketsPerPush = 8;
+constexpr int kBucketsPerPush = 16;
+/// Rounds of fewer bricks are not worth a second thread.
+constexpr std::size_t kFewBricks = 8;
+constexpr std::int64_t kBricksPerTask = 4;
 
-/// Lags of the links inside one brick, by their lower element. Shear lags are the same both ways.
-struct BrickLags {
-    std::array<std::vector<Fixed>, 3> forward;
-    std::array<std::vector<Fixed>, 3> backward;
-
-    void resize(std::size_t n) {
-        for (auto* lags : {&forward, &backward})
-            for (auto& axis : *lags) axis.resize(n);
-    }
-};
-
-void gather_lags(const Lattice& lattice, const Brick& brick, const ComponentPush& push,
-                 BrickLags& lags) {
-    const auto n = std::size_t(lattice.elements_per_brick());
-    lags.resize(n);
-    for (int b = 0; b < 3; ++b) {
-        Fixed* forward = lags.forward[std::size_t(b)].data();
-        Fixed* backward = lags.backward[std::size_t(b)].data();
-        for (std::size_t i = 0; i < n; ++i) {
-            const HalfLimits& half = lattice.materials()[brick.material[i]];
-            forward[i] = half_lag_forward(half, push, b);
-            backward[i] = half_lag_backward(half, push, b);
-        }
-        const auto stride = std::size_t(lattice.stride(b));
-        for (std::size_t i = 0; i + stride < n; ++i) {
-            forward[i] += forward[i + stride];
-            backward[i] += backward[i + stride];
-        }
-        if (brick.edits)
-            for (std::size_t i = 0; i + stride < n; ++i)
-                if (brick.edits[i] & (kCutX << b)) forward[i] = backward[i] = kUnlinked;
-        if (!lattice.may_exceed_limits()) continue;
-        const Fixed* u = brick.u[std::size_t(push.axis)];
-        for (std::size_t i = 0; i + stride < n; ++i) {
-            const Fixed present = push.sign * (u[i] - u[i + stride]);
-            forward[i] = std::max(forward[i], present);
-            backward[i] = std::max(backward[i], -present);
-        }
-    }
-}
-
-/// to[i] = max(to[i], from[i] − lag[i]). @returns nonzero if anything changed
-Fixed raise_lanes(Fixed* to, const Fixed* from, const Fixed* lag, int count) {
-    Fixed changed = 0;
-    for (int i = 0; i < count; ++i) {
-        const Fixed old = to[i];
-        const Fixed raised = std::max(old, from[i] - lag[i]);
-        changed |= raised ^ old;
-        to[i] = raised;
-    }
-    return changed;
-}
-
-Fixed sweep_x(Fixed* w, const BrickLags& lags, int size) {
-    Fixed changed = 0;
-    for (int row = 0; row < size * size; ++row, w += size) {
-        const Fixed* forward = lags.forward[0].data() + row * size;
-        const Fixed* backward = lags.backward[0].data() + row * size;
-        for (int x = 0; x + 1 < size; ++x) changed |= raise_lanes(w + x + 1, w + x, forward + x, 1);
-        for (int x = size - 2; x >= 0; --x)
-            changed |= raise_lanes(w + x, w + x + 1, backward + x, 1);
-    }
-    return changed;
-}
-
-/// Along y (rows of a slice) or z (whole slices): lines of `lanes` elements, `lines` of them.
-Fixed sweep_lines(Fixed* w, const Fixed* forward, const Fixed* backward, int lanes, int lines) {
-    Fixed changed = 0;
-    for (int line = 0; line + 1 < lines; ++line)
-        changed |=
-            raise_lanes(w + (line + 1) * lanes, w + line * lanes, forward + line * lanes, lanes);
-    for (int line = lines - 2; line >= 0; --line)
-        changed |=
-            raise_lanes(w + line * lanes, w + (line + 1) * lanes, backward + line * lanes, lanes);
-    return changed;
-}
-
-void sweep_to_fixed_point(Fixed* w, const BrickLags& lags, int size) {
-    const int slice = size * size;
-    for (Fixed changed = 1; changed;) {
-        changed = sweep_x(w, lags, size);
-        for (int z = 0; z < size; ++z)
-            changed |= sweep_lines(w + z * slice, lags.forward[1].data() + z * slice,
-                                   lags.backward[1].data() + z * slice, size, size);
-        changed |= sweep_lines(w, lags.forward[2].data(), lags.backward[2].data(), slice, size);
-    }
-}
+/// In Node::news beside the six sides: elements of the brick itself are grabbed.
+constexpr std::uint8_t kGrabbedHere = 64;
 
 class SweepSolver {
   public:
-    SweepSolver(Lattice& lattice, const ComponentPush& push) : m_lattice(lattice), m_push(push) {}
+    SweepSolver(Lattice& lattice, Vec3<Fixed> shift, const SweepKernels& kernels, SweepWork& work)
+        : m_lattice(lattice), m_kernels(kernels), m_work(work), m_components(components_of(shift)) {
+        work.touched.clear();
+        work.active.clear();
+    }
 
-    void grab(ElementRef element) {
-        Brick& brick = m_lattice.brick(element.brick);
-        begin_raise(m_lattice, brick, m_push);
-        brick.raised[axis()][std::size_t(element.index)] =
-            m_push.sign * brick.u[axis()][std::size_t(element.index)] + m_push.amount;
-        wake(element.brick, m_push.amount);
+    void grab(std::span<const ElementRef> grabbed) {
+        bool at_rest = !m_lattice.may_exceed_limits();
+        Fixed largest = 0;
+        for (const ElementRef& element : grabbed)
+            at_rest &= is_at_rest(m_lattice.brick(element.brick));
+        for (const ComponentPush& push : m_components) largest = std::max(largest, push.amount);
+        m_work.shared = at_rest;
+        m_work.shared_amount = largest;
+        for (std::size_t c = 0; c < field_count(); ++c) {
+            const ComponentPush push = field(c);
+            if (push.amount == 0) continue;
+            for (const ElementRef& element : grabbed) {
+                Brick& brick = m_lattice.brick(element.brick);
+                begin(brick, c);
+                const auto n = std::size_t(element.index);
+                const Fixed before = m_work.shared ? 0 : push.sign * brick.u[c][n];
+                brick.raised[c][n] = before + push.amount;
+                wake(element.brick, c, kGrabbedHere, push.amount);
+            }
+        }
     }
 
     bool run(const TaskArena& arena, int max_bricks) {
-        while (!m_active.empty()) {
+        bool fits = true;
+        while (fits && !m_work.active.empty()) {
             take_next_bucket();
-            for (int colour = 0; colour < 2; ++colour) {
-                const std::vector<int>& round = m_round[std::size_t(colour)];
-                m_wakes.resize(round.size());
-                arena.for_each(std::int64_t(round.size()), 4,
-                               [&](std::int64_t begin, std::int64_t end) {
-                                   for (auto n = std::size_t(begin); n < std::size_t(end); ++n)
-                                       m_wakes[n] = relax(m_lattice.brick(round[n]));
-                               });
-                for (std::size_t n = 0; n < round.size(); ++n)
-                    wake_neighbours(round[n], m_wakes[n]);
-                if (m_lattice.resident_brick_count() > max_bricks) return false;
+            for (const std::vector<int>& round : m_work.round) {
+                visit_all(round, arena);
+                bool refused = false;
+                for (std::size_t n = 0; n < round.size(); ++n) {
+                    wake_neighbours(round[n], m_work.wakes[n]);
+                    refused |= m_work.wakes[n].refused;
+                }
+                if (refused) share_no_longer(arena);
             }
+            fits = m_lattice.resident_brick_count() <= max_bricks;
         }
-        return true;
+        for (const int index : m_work.touched) m_work.nodes[std::size_t(index)] = {};
+        return fits;
     }
 
   private:
-    /// Largest raise that a brick offers to each neighbour; 0: none.
-    using Wakes = std::array<Fixed, 6>;
+    using Wakes = SweepWork::Wakes;
+    using Node = SweepWork::Node;
 
-    std::size_t axis() const { return std::size_t(m_push.axis); }
+    std::size_t field_count() const { return m_work.shared ? 1 : 3; }
+    /// What is solved for: each component, or one raise for all.
+    ComponentPush field(std::size_t c) const {
+        return m_work.shared ? ComponentPush{0, 1, m_work.shared_amount} : m_components[c];
+    }
 
-    void wake(int brick, Fixed raise) {
-        if (std::size_t(brick) >= m_pending.size()) m_pending.resize(std::size_t(brick) + 1, 0);
-        Fixed& pending = m_pending[std::size_t(brick)];
-        if (pending == 0) m_active.push_back(brick);
-        pending = std::max(pending, raise);
+    void begin(Brick& brick, std::size_t c) const {
+        if (brick.reached[c]) return;
+        brick.reached[c] = true;
+        Fixed* w = brick.raised[c];
+        const int count = m_lattice.elements_per_brick();
+        if (m_work.shared || is_at_rest(brick)) {
+            std::fill_n(w, count, 0);
+            return;
+        }
+        const Fixed sign = m_components[c].sign;
+        for (int n = 0; n < count; ++n) w[n] = sign * brick.u[c][n];
+    }
+
+    void wake(int index, std::size_t c, unsigned news, Fixed raise) {
+        auto& nodes = m_work.nodes;
+        if (std::size_t(index) >= nodes.size())
+            nodes.resize(std::size_t(m_lattice.brick_index_bound()));
+        Node& node = nodes[std::size_t(index)];
+        if (!node.is_touched) m_work.touched.push_back(index);
+        node.is_touched = true;
+        if (node.pending == 0) m_work.active.push_back(index);
+        node.pending = std::max(node.pending, raise);
+        node.news[c] = std::uint8_t(node.news[c] | news);
     }
 
     void wake_neighbours(int index, const Wakes& wakes) {
-        for (int side = 0; side < 6; ++side) {
-            const Fixed raise = wakes[std::size_t(side)];
-            if (raise == 0) continue;
-            Vec3i coord = m_lattice.brick(index).coord;
-            coord[side / 2] += side % 2 ? 1 : -1;
-            const int neighbour = m_lattice.ensure_brick(coord);
-            begin_raise(m_lattice, m_lattice.brick(neighbour), m_push);
-            wake(neighbour, raise);
+        if (wakes.refused) {
+            // Back into the list; its news are still there.
+            wake(index, 0, 0, m_work.shared_amount);
+            return;
         }
+        for (std::size_t c = 0; c < field_count(); ++c)
+            for (int side = 0; side < 6; ++side) {
+                const Fixed raise = wakes.raise[c][std::size_t(side)];
+                if (raise == 0) continue;
+                const Brick& brick = m_lattice.brick(index);
+                int neighbour = brick.neighbours[std::size_t(side)];
+                if (neighbour < 0) neighbour = m_lattice.ensure_blank_brick(behind(brick, side));
+                wake(neighbour, c, 1u << (side ^ 1), raise);
+            }
+    }
+
+    static Vec3i behind(const Brick& brick, int side) {
+        Vec3i coord = brick.coord;
+        coord[side / 2] += side % 2 ? 1 : -1;
+        return coord;
     }
 
     /// Moves the most urgent bricks from the active list to this round's two colours.
     void take_next_bucket() {
+        const auto pending = [&](int index) -> Fixed& {
+            return m_work.nodes[std::size_t(index)].pending;
+        };
         Fixed largest = 0;
-        for (int brick : m_active) largest = std::max(largest, m_pending[std::size_t(brick)]);
-        const Fixed threshold = largest - m_push.amount / kBucketsPerPush;
-        for (auto& round : m_round) round.clear();
-        std::erase_if(m_active, [&](int brick) {
-            Fixed& pending = m_pending[std::size_t(brick)];
-            if (pending < threshold) return false;
-            pending = 0;
-            const Vec3i c = m_lattice.brick(brick).coord;
-            m_round[std::size_t((c.x + c.y + c.z) & 1)].push_back(brick);
+        for (const int index : m_work.active) largest = std::max(largest, pending(index));
+        const Fixed threshold = largest - m_work.shared_amount / kBucketsPerPush;
+        for (auto& round : m_work.round) round.clear();
+        std::erase_if(m_work.active, [&](int index) {
+            if (pending(index) < threshold) return false;
+            pending(index) = 0;
+            // Nothing new since it was visited in the round that it was woken in.
+            if (m_work.nodes[std::size_t(index)].news == std::array<std::uint8_t, 3>{}) return true;
+            const Vec3i c = m_lattice.brick(index).coord;
+            m_work.round[std::size_t((c.x + c.y + c.z) & 1)].push_back(index);
             return true;
         });
     }
 
+    void visit_all(const std::vector<int>& round, const TaskArena& arena) {
+        m_work.wakes.resize(std::max(m_work.wakes.size(), round.size()));
+        const auto visit_some = [this, &round](std::int64_t begin, std::int64_t end) {
+            for (auto n = std::size_t(begin); n < std::size_t(end); ++n)
+                visit(round[n], m_work.wakes[n]);
+        };
+        if (round.size() < kFewBricks)
+            visit_some(0, std::int64_t(round.size()));
+        else
+            arena.for_each(std::int64_t(round.size()), kBricksPerTask, visit_some);
+    }
+
     /// Brings one brick to its fixed point. Reads the neighbours, writes only the brick.
-    Wakes relax(Brick& brick) const {
-        static thread_local BrickLags lags;
-        Fixed* w = brick.raised[axis()];
-        for (int side = 0; side < 6; ++side) take_from_neighbour(brick, side, w);
-        gather_lags(m_lattice, brick, m_push, lags);
-        sweep_to_fixed_point(w, lags, m_lattice.brick_size());
-        Wakes wakes{};
+    void visit(int index, Wakes& wakes) {
+        static thread_local VisitLags lags;
+        Brick& brick = m_lattice.brick(index);
+        wakes = {};
+        if (brick.is_blank) m_lattice.fill_in(brick);
+        if (m_work.shared && !can_share(brick)) {
+            wakes.refused = true;
+            return;
+        }
+        if (!m_work.shared && brick.is_unplaced) m_lattice.place_at_rest(brick);
+        lags.begin(m_lattice, brick, m_kernels, m_work.shared);
+        Node& node = m_work.nodes[std::size_t(index)];
+        for (std::size_t c = 0; c < field_count(); ++c)
+            if (node.news[c] != 0)
+                raise_field(brick, c, std::exchange(node.news[c], 0), lags, wakes);
+    }
+
+    /// All components share one raise only among bricks at rest, of symmetric materials.
+    bool can_share(const Brick& brick) const {
+        if ((brick.traits & kAsymmetric) || !is_at_rest(brick)) return false;
+        return std::all_of(brick.neighbours.begin(), brick.neighbours.end(), [&](int neighbour) {
+            return neighbour < 0 || is_at_rest(m_lattice.brick(neighbour));
+        });
+    }
+
+    void raise_field(Brick& brick, std::size_t c, unsigned news, VisitLags& lags,
+                     Wakes& wakes) const {
+        const ComponentPush push = field(c);
+        const int size = m_lattice.brick_size();
+        begin(brick, c);
+        Fixed* w = brick.raised[c];
+        std::uint32_t dirty = news & kGrabbedHere ? ~std::uint32_t(0) >> (32 - size) : 0;
+        for (int side = 0; side < 6; ++side) {
+            if (!(news >> side & 1)) continue;
+            const Brick& there = m_lattice.brick(brick.neighbours[std::size_t(side)]);
+            if (!there.reached[c]) continue;
+            dirty |=
+                m_kernels.take(w, size, side, there.raised[c], lags.behind_neighbour(side, push));
+        }
+        if (dirty == 0) return;
+        if (lags.is_uniform())
+            relax_uniform(brick, w, lags.uniform(push), dirty);
+        else
+            m_kernels.relax(w, size, lags.inside(push), dirty);
         for (int side = 0; side < 6; ++side)
-            wakes[std::size_t(side)] = offer_to_neighbour(brick, side, w);
-        return wakes;
+            wakes.raise[c][std::size_t(side)] = offer(brick, c, side, push, lags);
     }
 
-    /// Half of the lag of a link from an element to its neighbour on a side.
-    Fixed half_lag(MaterialId material, int side) const {
-        const HalfLimits& half = m_lattice.materials()[material];
-        return side % 2 ? half_lag_forward(half, m_push, side / 2)
-                        : half_lag_backward(half, m_push, side / 2);
-    }
-    /// How far element `to`, the neighbour of element `from` on a side, may lag behind it.
-    Fixed face_lag(const Brick& from_brick, std::size_t from, const Brick& to_brick, std::size_t to,
-                   int side) const {
-        const std::uint8_t* edits = side % 2 ? from_brick.edits : to_brick.edits;
-        if (edits && (edits[side % 2 ? from : to] & (kCutX << side / 2))) return kUnlinked;
-        const Fixed lag =
-            half_lag(from_brick.material[from], side) + half_lag(to_brick.material[to], side);
-        if (!m_lattice.may_exceed_limits()) return lag;
-        const Fixed present = m_push.sign * (from_brick.u[axis()][from] - to_brick.u[axis()][to]);
-        return std::max(lag, present);
+    void relax_uniform(const Brick& brick, Fixed* w, const UniformLags& lags,
+                       std::uint32_t dirty) const {
+        // Links at the border don't bind, unlike the others. But ways inside a box never need to
+        // leave it, so it is enough that nothing comes in from beyond.
+        const bool partly = brick.traits & kPartlyBeyond;
+        if (partly && !is_at_rest(brick)) m_lattice.set_beyond(brick, w, -kUnlinked);
+        m_kernels.relax_uniform(w, m_lattice.brick_size(), lags, dirty);
+        if (partly) m_lattice.set_beyond(brick, w, 0);
     }
 
-    void take_from_neighbour(const Brick& brick, int side, Fixed* w) const {
+    Fixed offer(const Brick& brick, std::size_t c, int side, const ComponentPush& push,
+                VisitLags& lags) const {
         const int index = brick.neighbours[std::size_t(side)];
-        if (index < 0) return;
-        const Brick& there = m_lattice.brick(index);
-        if (!there.reached[axis()]) return;  // at its old place, which is feasible
-        const auto& own_face = m_lattice.face(side / 2, side % 2);
-        const auto& their_face = m_lattice.face(side / 2, !(side % 2));
-        const Fixed* their_w = there.raised[axis()];
-        for (std::size_t n = 0; n < own_face.size(); ++n) {
-            const auto own = std::size_t(own_face[n]), their = std::size_t(their_face[n]);
-            w[own] =
-                std::max(w[own], their_w[their] - face_lag(there, their, brick, own, side ^ 1));
-        }
-    }
-
-    Fixed offer_to_neighbour(const Brick& brick, int side, const Fixed* w) const {
-        const int index = brick.neighbours[std::size_t(side)];
+        const Fixed* w = brick.raised[c];
+        const int size = m_lattice.brick_size();
+        if (index < 0 && m_lattice.is_beyond_border(behind(brick, side))) return 0;
         const Brick* there = index < 0 ? nullptr : &m_lattice.brick(index);
-        const auto& own_face = m_lattice.face(side / 2, side % 2);
-        const auto& their_face = m_lattice.face(side / 2, !(side % 2));
-        Fixed offer = 0;
-        for (std::size_t n = 0; n < own_face.size(); ++n) {
-            const int own = own_face[n];
-            const auto their = std::size_t(their_face[n]);
-            Fixed before = 0, now = 0;
-            if (there) {
-                before = m_push.sign * there->u[axis()][their];
-                now = there->reached[axis()] ? there->raised[axis()][their] : before;
+        // Of a brick whose materials are not known yet, its rest place is enough for a bound. In a
+        // shared solve a brick of asymmetric materials ends the sharing when it is visited.
+        if (!there || there->is_blank || (m_work.shared && (there->traits & kAsymmetric)))
+            return m_kernels.offer(w, size, side, lags.behind_face_at_least(side, push),
+                                   {nullptr, nullptr, 1});
+        return m_kernels.offer(w, size, side, lags.behind_face(side, push),
+                               {there->reached[c] ? there->raised[c] : nullptr,
+                                is_at_rest(*there) ? nullptr : there->u[c], push.sign});
+    }
+
+    /// Goes on with each component by itself. What was raised so far is on the way to each
+    /// component's fixed point, so nothing is lost.
+    void share_no_longer(const TaskArena& arena) {
+        m_work.shared = false;
+        const auto split_some = [this](std::int64_t begin, std::int64_t end) {
+            for (auto n = std::size_t(begin); n < std::size_t(end); ++n) {
+                const int index = m_work.touched[n];
+                split(m_lattice.brick(index));
+                Node& node = m_work.nodes[std::size_t(index)];
+                for (std::size_t c = 3; c-- > 0;)
+                    node.news[c] = m_components[c].amount > 0 ? node.news[0] : 0;
             }
-            if (w[own] <= now) continue;
-            const Fixed lag =
-                there ? face_lag(brick, std::size_t(own), *there, their, side)
-                      : link_lag(m_lattice, m_lattice.element_of(brick.coord, own), side, m_push);
-            if (w[own] - lag > now) offer = std::max(offer, w[own] - lag - before);
+        };
+        arena.for_each(std::int64_t(m_work.touched.size()), 16, split_some);
+    }
+
+    void split(Brick& brick) const {
+        if (!brick.reached[0]) return;
+        if (brick.is_unplaced) m_lattice.place_at_rest(brick);
+        brick.reached = {};
+        const Fixed* shared = brick.raised[0];
+        for (std::size_t c = 3; c-- > 0;) {  // the first last: it lies where the shared one was
+            if (m_components[c].amount == 0) continue;
+            const Fixed less = m_work.shared_amount - m_components[c].amount;
+            for (int n = 0; n < m_lattice.elements_per_brick(); ++n)
+                brick.raised[c][n] = std::max(0, shared[n] - less);
+            brick.reached[c] = true;
         }
-        return offer;
     }
 
     Lattice& m_lattice;
-    ComponentPush m_push;
-    std::vector<int> m_active;     ///< bricks with pending > 0
-    std::vector<Fixed> m_pending;  ///< by brick index: largest raise offered to it
-    std::array<std::vector<int>, 2> m_round;
-    std::vector<Wakes> m_wakes;
+    const SweepKernels& m_kernels;
+    SweepWork& m_work;
+    std::array<ComponentPush, 3> m_components;
 };
 
 }  // namespace
 
-bool propagate_by_sweeps(Lattice& lattice, std::span<const ElementRef> grabbed,
-                         const ComponentPush& push, const TaskArena& arena, int max_bricks) {
-    SweepSolver solver(lattice, push);
-    for (const ElementRef& element : grabbed) solver.grab(element);
+bool propagate_by_sweeps(Lattice& lattice, std::span<const ElementRef> grabbed, Vec3<Fixed> shift,
+                         const SweepKernels& kernels, const TaskArena& arena, int max_bricks,
+                         SweepWork& work) {
+    SweepSolver solver(lattice, shift, kernels, work);
+    solver.grab(grabbed);
     return solver.run(arena, max_bricks);
 }
 

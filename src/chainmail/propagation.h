@@ -14,24 +14,41 @@
 // amount of the push minus the slack on the way there, so the smaller push f·δ needs no new solve:
 // each element is raised by max(0, raise − (1 − f)·δ).
 //
-// Both solvers leave w in Brick::raised[axis] for every brick with reached[axis].
+// Both solvers leave w in Brick::raised[axis] for every brick with reached[axis], and the list of
+// those bricks in SweepWork::touched.
+//
+// Where a push starts from rest and every material around is symmetric, the components differ only
+// in how much they are pushed: one solve with the largest amount serves all, and component a is
+// raised by max(0, raise − (largest amount − amount_a)). Such a *shared* raise is in
+// Brick::raised[0].
 
 #pragma once
 
 #include <pliant/tasks.h>
 
+#include <array>
 #include <span>
+#include <vector>
 
 #include "chainmail/lattice.h"
+#include "chainmail/sweep_kernels.h"
 
 namespace pliant {
 
 /// One component of a push.
 struct ComponentPush {
     int axis;      ///< 0, 1, 2: along i, j, k
-    int sign;      ///< +1 or −1
-    Fixed amount;  ///< > 0
+    Fixed sign;    ///< +1 or −1
+    Fixed amount;  ///< ≥ 0
 };
+
+inline std::array<ComponentPush, 3> components_of(Vec3<Fixed> shift) {
+    std::array<ComponentPush, 3> components{};
+    for (int a = 0; a < 3; ++a)
+        components[std::size_t(a)] = {a, shift[a] < 0 ? -1 : 1,
+                                      shift[a] < 0 ? -shift[a] : shift[a]};
+    return components;
+}
 
 /// What a value contributes to the lag along link axis b: forward, how far the upper end may lag
 /// behind the lower one; backward, the other way round.
@@ -52,14 +69,38 @@ Fixed link_lag(const Lattice& lattice, Vec3i element, int side, const ComponentP
 /// Marks a brick as reached, with every element where it was before the push.
 void begin_raise(const Lattice& lattice, Brick& brick, const ComponentPush& push);
 
+/// What a solve leaves behind, and the memory it works in, kept from push to push.
+struct SweepWork {
+    /// Largest raise that a brick offers to each neighbour, per component; 0: none.
+    struct Wakes {
+        std::array<std::array<Fixed, 6>, 3> raise{};
+        bool refused = false;  ///< the brick can't take part in a shared solve
+    };
+    /// A brick's place in the work list. News: sides (bits) whose neighbours have risen.
+    struct Node {
+        Fixed pending = 0;  ///< largest raise offered to it; 0: not in the list
+        bool is_touched = false;
+        std::array<std::uint8_t, 3> news{};
+    };
+
+    std::vector<int> touched;  ///< all bricks that the solve reached or made
+    bool shared = false;
+    Fixed shared_amount = 0;  ///< what the grabbed elements are raised by in a shared solve
+
+    std::vector<Node> nodes;  ///< by brick index
+    std::vector<int> active;  ///< bricks with pending > 0
+    std::array<std::vector<int>, 2> round;
+    std::vector<Wakes> wakes;
+};
+
 /// Brick-wise: each brick is swept to its own fixed point, then wakes the neighbours that its faces
 /// raise. Bricks with the largest pending raise go first; bricks of one chessboard colour go in
 /// parallel, since they share no face.
 /// @pre every grabbed element has a brick
 /// @returns false if more than max_bricks would be needed; then the raise is incomplete
 [[nodiscard]] bool propagate_by_sweeps(Lattice& lattice, std::span<const ElementRef> grabbed,
-                                       const ComponentPush& push, const TaskArena& arena,
-                                       int max_bricks);
+                                       Vec3<Fixed> shift, const SweepKernels& kernels,
+                                       const TaskArena& arena, int max_bricks, SweepWork& work);
 
 /// Ordered propagation with a heap: the element with the largest raise is final, and goes next
 /// (Enhanced ChainMail [Schill1998] with the order that makes it exact: per component, by raise

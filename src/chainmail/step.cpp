@@ -4,8 +4,10 @@
 #include "chainmail/step.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <cstdlib>
+#include <functional>
 #include <mutex>
 
 namespace pliant {
@@ -14,6 +16,7 @@ namespace {
 /// Rounding the three components of a step towards zero can move its end by less than 2 units;
 /// movement limits are met with this margin [units].
 constexpr double kRoundingMargin = 4;
+constexpr std::int64_t kBricksPerTask = 32;
 
 using Raises = Vec3<Fixed>;  ///< of one element, each between 0 and |shift_a|
 
@@ -60,19 +63,40 @@ Vec3<Fixed> displacement(const Brick& brick, std::size_t n) {
     return {brick.u[0][n], brick.u[1][n], brick.u[2][n]};
 }
 
-Raises raises(const Brick& brick, std::size_t n, Vec3<Fixed> shift) {
-    Raises raise{0, 0, 0};
-    for (int a = 0; a < 3; ++a) {
-        const auto axis = std::size_t(a);
-        if (!brick.reached[axis]) continue;
-        const Fixed u = brick.u[axis][n];
-        raise[a] = brick.raised[axis][n] - (shift[a] > 0 ? u : -u);
-    }
-    return raise;
-}
-
 bool is_reached(const Brick& brick) {
     return brick.reached[0] || brick.reached[1] || brick.reached[2];
+}
+
+/// The whole step that a solve found for a brick.
+BrickMotion motion_of(const Brick& brick, const SweepWork& work, Vec3<Fixed> shift) {
+    BrickMotion motion{};
+    for (int a = 0; a < 3; ++a) {
+        const auto c = std::size_t(a);
+        const bool moves = shift[a] != 0 && (work.shared || brick.reached[c]);
+        const Fixed less = work.shared ? work.shared_amount - std::abs(shift[a]) : 0;
+        motion[c] = {brick.u[c], moves ? brick.raised[work.shared ? 0 : c] : nullptr, less,
+                     shift[a] < 0 ? -1 : 1};
+    }
+    return motion;
+}
+
+/// A look at the brick as a whole, which is enough for nearly all.
+bool is_unlimited(const Lattice& lattice, const Brick& brick, const BrickMotion& motion,
+                  const SweepKernels& kernels, Vec3<Fixed> shift) {
+    if (brick.traits & kFixedTrait) return false;
+    Vec3d before{0, 0, 0}, after{0, 0, 0};
+    for (int a = 0; a < 3; ++a) {
+        before[a] = std::max(-double(brick.u_min[a]), double(brick.u_max[a]));
+        after[a] = before[a] + std::abs(double(shift[a]));
+    }
+    if (stays_inside(lattice, after)) return true;
+    after = before;
+    for (std::size_t a = 0; a < 3; ++a) {
+        if (!motion[a].raised) continue;
+        const Fixed highest = kernels.largest(motion[a].raised, lattice.elements_per_brick());
+        after[int(a)] = std::max(after[int(a)], double(highest - motion[a].left));
+    }
+    return stays_inside(lattice, after);
 }
 
 }  // namespace
@@ -94,6 +118,29 @@ void tighten(StepLimit& limit, StepLimit other) {
     if (other.fraction < limit.fraction || bone) limit = other;
 }
 
+bool stays_inside(const Lattice& lattice, const Vec3d& farthest) {
+    const double allowed = lattice.materials().smallest_movement() - kRoundingMargin;
+    return allowed > 0 && dot(farthest, farthest) <= allowed * allowed;
+}
+
+StepLimit limit_of_brick(const Lattice& lattice, const Brick& brick, const BrickMotion& motion,
+                         Vec3<Fixed> shift, bool with_fixed) {
+    StepLimit limit;
+    for (std::size_t n = 0; n < std::size_t(lattice.elements_per_brick()); ++n) {
+        Vec3<Fixed> u{0, 0, 0};
+        if (!brick.is_unplaced) u = displacement(brick, n);
+        Raises raise{0, 0, 0};
+        for (int a = 0; a < 3; ++a) {
+            const MovingComponent& c = motion[std::size_t(a)];
+            if (c.raised) raise[a] = std::max(0, c.raised[n] - c.left - c.sign * u[a]);
+        }
+        if (raise == Raises{0, 0, 0}) continue;
+        const HalfLimits& half = lattice.materials()[brick.material[n]];
+        if (with_fixed || !half.fixed) tighten(limit, limit_of_element(half, u, raise, shift));
+    }
+    return limit;
+}
+
 StepLimit limit_of_grabbed(const Lattice& lattice, std::span<const ElementRef> grabbed,
                            Vec3<Fixed> shift) {
     StepLimit limit;
@@ -107,25 +154,23 @@ StepLimit limit_of_grabbed(const Lattice& lattice, std::span<const ElementRef> g
     return limit;
 }
 
-StepLimit limit_of_reached(const Lattice& lattice, std::span<const int> bricks, Vec3<Fixed> shift,
-                           const TaskArena& arena) {
+StepLimit limit_of_reached(const Lattice& lattice, const SweepWork& work,
+                           const SweepKernels& kernels, Vec3<Fixed> shift, const TaskArena& arena) {
     StepLimit limit;
     std::mutex mutex;
-    arena.for_each(std::int64_t(bricks.size()), 16, [&](std::int64_t begin, std::int64_t end) {
+    const auto look = [&](std::int64_t begin, std::int64_t end) {
         StepLimit own;
         for (std::int64_t k = begin; k < end; ++k) {
-            const Brick& brick = lattice.brick(bricks[std::size_t(k)]);
+            const Brick& brick = lattice.brick(work.touched[std::size_t(k)]);
             if (!is_reached(brick)) continue;
-            for (std::size_t n = 0; n < std::size_t(lattice.elements_per_brick()); ++n) {
-                const Raises raise = raises(brick, n, shift);
-                if (raise == Raises{0, 0, 0}) continue;
-                tighten(own, limit_of_element(lattice.materials()[brick.material[n]],
-                                              displacement(brick, n), raise, shift));
-            }
+            const BrickMotion motion = motion_of(brick, work, shift);
+            if (!is_unlimited(lattice, brick, motion, kernels, shift))
+                tighten(own, limit_of_brick(lattice, brick, motion, shift, true));
         }
         const std::lock_guard lock(mutex);
         tighten(limit, own);
-    });
+    };
+    arena.for_each(std::int64_t(work.touched.size()), kBricksPerTask, std::ref(look));
     return limit;
 }
 
@@ -135,38 +180,40 @@ Vec3<Fixed> fraction_of(Vec3<Fixed> shift, double fraction) {
             Fixed(std::trunc(fraction * shift.z))};
 }
 
-std::int64_t apply_shift(Lattice& lattice, std::span<const int> bricks, Vec3<Fixed> shift,
-                         Vec3<Fixed> done, const TaskArena& arena) {
-    std::vector<std::int64_t> moved(bricks.size(), 0);
-    arena.for_each(std::int64_t(bricks.size()), 16, [&](std::int64_t begin, std::int64_t end) {
-        for (std::int64_t k = begin; k < end; ++k) {
-            Brick& brick = lattice.brick(bricks[std::size_t(k)]);
-            if (!is_reached(brick)) continue;
-            for (std::size_t n = 0; n < std::size_t(lattice.elements_per_brick()); ++n) {
-                const Raises raise = raises(brick, n, shift);
-                bool any = false;
-                for (int a = 0; a < 3; ++a) {
-                    Fixed& u = brick.u[std::size_t(a)][n];
-                    const Fixed left_undone = std::abs(shift[a]) - std::abs(done[a]);
-                    if (const Fixed step = raise[a] - left_undone; step > 0) {
-                        u += shift[a] > 0 ? step : -step;
-                        any = true;
-                    }
-                }
-                moved[std::size_t(k)] += any;
-            }
-            if (moved[std::size_t(k)] > 0) brick.changed_at = lattice.clock();
-            brick.reached = {};
-            lattice.update_bounds(bricks[std::size_t(k)]);
-        }
-    });
-    std::int64_t total = 0;
-    for (const std::int64_t count : moved) total += count;
-    return total;
+int move_brick(const Lattice& lattice, Brick& brick, BrickMotion motion, Vec3<Fixed> shift,
+               Vec3<Fixed> done, const SweepKernels& kernels) {
+    for (int a = 0; a < 3; ++a)
+        motion[std::size_t(a)].left += std::abs(shift[a]) - std::abs(done[a]);
+    const MoveResult result = kernels.move(motion, lattice.elements_per_brick(), brick.is_unplaced);
+    brick.is_unplaced = false;
+    for (int a = 0; a < 3; ++a) {
+        brick.u_min[a] = result.u_min[std::size_t(a)];
+        brick.u_max[a] = result.u_max[std::size_t(a)];
+    }
+    if (result.moved > 0) brick.changed_at = lattice.clock();
+    return result.moved;
 }
 
-void discard_raises(Lattice& lattice, std::span<const int> bricks) {
-    for (const int index : bricks) lattice.brick(index).reached = {};
+std::int64_t apply_shift(Lattice& lattice, const SweepWork& work, const SweepKernels& kernels,
+                         Vec3<Fixed> shift, Vec3<Fixed> done, const TaskArena& arena) {
+    std::atomic<std::int64_t> moved = 0;
+    const auto move = [&](std::int64_t begin, std::int64_t end) {
+        std::int64_t own = 0;
+        for (std::int64_t k = begin; k < end; ++k) {
+            Brick& brick = lattice.brick(work.touched[std::size_t(k)]);
+            if (is_reached(brick))
+                own +=
+                    move_brick(lattice, brick, motion_of(brick, work, shift), shift, done, kernels);
+            brick.reached = {};
+        }
+        moved += own;
+    };
+    arena.for_each(std::int64_t(work.touched.size()), kBricksPerTask, std::ref(move));
+    return moved;
+}
+
+void discard_raises(Lattice& lattice, const SweepWork& work) {
+    for (const int index : work.touched) lattice.brick(index).reached = {};
 }
 
 }  // namespace pliant

@@ -18,6 +18,7 @@
 #include <span>
 
 #include "chainmail/lattice.h"
+#include "chainmail/propagation.h"
 
 namespace pliant {
 
@@ -39,20 +40,35 @@ StepLimit limit_of_element(const HalfLimits& half, Vec3<Fixed> u, Vec3<Fixed> ra
 StepLimit limit_of_grabbed(const Lattice& lattice, std::span<const ElementRef> grabbed,
                            Vec3<Fixed> shift);
 
+/// What one brick's elements do in a whole step; `left` grows by what is left undone.
+using BrickMotion = std::array<MovingComponent, 3>;
+
+/// The smaller fraction; bone before movement where they are equal.
+void tighten(StepLimit& limit, StepLimit other);
+/// Whether elements that come no farther than this along each axis are within the movement limit of
+/// every material.
+bool stays_inside(const Lattice& lattice, const Vec3d& farthest);
+/// Bound that one brick's elements set, one by one. @param with_fixed  bone too, or movement alone
+StepLimit limit_of_brick(const Lattice& lattice, const Brick& brick, const BrickMotion& motion,
+                         Vec3<Fixed> shift, bool with_fixed);
+/// Moves a brick's elements. @returns how many moved
+int move_brick(const Lattice& lattice, Brick& brick, BrickMotion motion, Vec3<Fixed> shift,
+               Vec3<Fixed> done, const SweepKernels& kernels);
+
 /// Largest fraction of the shift for which every state on the way is valid.
-/// @pre the reached bricks hold the raises of the whole shift
-StepLimit limit_of_reached(const Lattice& lattice, std::span<const int> bricks, Vec3<Fixed> shift,
-                           const TaskArena& arena);
+/// @pre work holds the raises of the whole shift
+StepLimit limit_of_reached(const Lattice& lattice, const SweepWork& work,
+                           const SweepKernels& kernels, Vec3<Fixed> shift, const TaskArena& arena);
 
 /// The shift times the fraction, each component rounded towards zero.
 Vec3<Fixed> fraction_of(Vec3<Fixed> shift, double fraction);
 
 /// Moves the reached bricks' elements by what `done` (a fraction of `shift`) asks for, and ends
 /// the solve. @returns the number of elements that moved
-std::int64_t apply_shift(Lattice& lattice, std::span<const int> bricks, Vec3<Fixed> shift,
-                         Vec3<Fixed> done, const TaskArena& arena);
+std::int64_t apply_shift(Lattice& lattice, const SweepWork& work, const SweepKernels& kernels,
+                         Vec3<Fixed> shift, Vec3<Fixed> done, const TaskArena& arena);
 
 /// Ends the solve without moving anything.
-void discard_raises(Lattice& lattice, std::span<const int> bricks);
+void discard_raises(Lattice& lattice, const SweepWork& work);
 
 }  // namespace pliant

@@ -77,6 +77,28 @@ inline Instance random_instance(Random& random, int smallest, int largest, bool 
     return instance;
 }
 
+/// The same limits in every direction and sense, in fractions of a link: like the thesis's law.
+inline MaterialLaw symmetric(const MaterialLaw& law) {
+    return [law](int value) {
+        ElementLimits limits = law(value);
+        const double limit = limits.compress.x;
+        limits.compress = limits.stretch = limits.shear = {limit, limit, limit};
+        return limits;
+    };
+}
+
+/// Cuts a share of all links and carves a few elements: flags of ElementEdit by voxel.
+inline std::vector<std::uint8_t> random_edits(Random& random, const Grid& grid) {
+    std::vector<std::uint8_t> edits(voxel_count(grid), 0);
+    const int cut_percent = random.whole(0, 30), void_percent = random.whole(0, 15);
+    for (std::uint8_t& flags : edits) {
+        for (int axis = 0; axis < 3; ++axis)
+            if (random.whole(1, 100) <= cut_percent) flags = std::uint8_t(flags | 1 << axis);
+        if (random.whole(1, 100) <= void_percent) flags |= 8;
+    }
+    return edits;
+}
+
 /// A box of elements inside the volume, or a few single ones.
 inline std::vector<Vec3i> random_grab(Random& random, const Grid& grid) {
     std::vector<Vec3i> grabbed;

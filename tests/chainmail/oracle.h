@@ -13,6 +13,7 @@
 
 #include <pliant/chainmail.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>
@@ -41,6 +42,7 @@ class Oracle {
                     m_limits.push_back(law(inside ? int(volume.at(e)) : kAirHu));
                 }
         for (auto& u : m_u) u.assign(n, 0);
+        for (auto& cut : m_cut) cut.assign(n, false);
         for (std::size_t b = 0; b < 3; ++b)
             for (const ElementLimits& limits : m_limits) {
                 m_compress[b].push_back(half(limits.compress[int(b)], int(b)));
@@ -56,6 +58,21 @@ class Oracle {
     }
     T displacement(Vec3i e, int axis) const { return m_u[std::size_t(axis)][index(e)]; }
     const ElementLimits& limits(Vec3i e) const { return m_limits[index(e)]; }
+
+    /// Takes away the link from an element to its neighbour at +axis.
+    void cut(Vec3i e, int axis) { m_cut[std::size_t(axis)][index(e)] = true; }
+    /// Takes away all links of an element.
+    void carve(Vec3i e) {
+        for (int axis = 0; axis < 3; ++axis) {
+            cut(e, axis);
+            Vec3i low = e;
+            low[axis] -= 1;
+            if (low[axis] >= -m_margin) cut(low, axis);
+        }
+    }
+    /// Links that are outside of their limits before a push may stay there, and get no worse.
+    void set_may_exceed_limits(bool may) { m_may_exceed = may; }
+    void place(Vec3i e, int axis, T u) { m_u[std::size_t(axis)][index(e)] = u; }
 
     /// Elements of the grid, margin included.
     template <class Visit>
@@ -108,6 +125,7 @@ class Oracle {
                                           : std::size_t(m_size.x) * std::size_t(m_size.y);
         // Largest u(j) − u(i) of the link from i up to j, and its negative counterpart.
         const auto& most = axis == b ? m_stretch[std::size_t(b)] : m_shear[std::size_t(b)];
+        const auto& u = m_u[std::size_t(axis)];
         const auto& least = axis == b ? m_compress[std::size_t(b)] : m_shear[std::size_t(b)];
         const Vec3i links = m_size - Vec3i{b == 0, b == 1, b == 2};
         bool changed = false;
@@ -123,10 +141,16 @@ class Oracle {
                 std::size_t i = index(first + Vec3i{0, y, z});
                 for (int x = 0; x < links.x; ++x, ++i) {
                     const std::size_t j = i + step;
-                    raise(lower[j], lower[i] - (least[i] + least[j]));
-                    raise(lower[i], lower[j] - (most[i] + most[j]));
-                    lower_to(upper[j], upper[i] + (most[i] + most[j]));
-                    lower_to(upper[i], upper[j] + (least[i] + least[j]));
+                    if (m_cut[std::size_t(b)][i]) continue;
+                    T up = most[i] + most[j], down = least[i] + least[j];
+                    if (m_may_exceed) {
+                        up = std::max(up, u[j] - u[i]);
+                        down = std::max(down, u[i] - u[j]);
+                    }
+                    raise(lower[j], lower[i] - down);
+                    raise(lower[i], lower[j] - up);
+                    lower_to(upper[j], upper[i] + up);
+                    lower_to(upper[i], upper[j] + down);
                 }
             }
         return changed;
@@ -138,6 +162,8 @@ class Oracle {
     std::vector<ElementLimits> m_limits;
     std::array<std::vector<T>, 3> m_compress, m_stretch, m_shear;  ///< halves, by link axis
     std::array<std::vector<T>, 3> m_u;
+    std::array<std::vector<bool>, 3> m_cut;  ///< by the link's lower element
+    bool m_may_exceed = false;
 };
 
 }  // namespace pliant::test

@@ -1,0 +1,142 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// The face of dragging: from the tool's offset to steps of the grabbed elements.
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <string>
+
+#include "chainmail/chainmail_impl.h"
+
+namespace pliant {
+namespace {
+
+double ms_since(std::chrono::steady_clock::time_point start) {
+    return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start)
+        .count();
+}
+
+Vec3<Fixed> whole_units(Vec3d mm) {
+    return {units_from_mm(mm.x), units_from_mm(mm.y), units_from_mm(mm.z)};
+}
+
+}  // namespace
+
+bool ChainMail::Impl::can_use_fields() const {
+    return settings.solver != ChainMailSolver::Heap && !lattice.may_exceed_limits();
+}
+
+Status ChainMail::Impl::pick() {
+    if (has_fields) drag.let_go(lattice);
+    has_fields = false;
+    if (!can_use_fields()) return Ok{};
+    take_hold(held);
+    has_fields =
+        drag.pick(lattice, grabbed_elements, drag_reach, kernels(), arena, max_bricks(), work);
+    if (has_fields) return Ok{};
+    let_go();
+    return too_large(settings);
+}
+
+Result<GrabReport> ChainMail::Impl::grab(std::span<const Vec3i> elements, double reach_mm) {
+    const double reach = settings.scale * reach_mm;
+    if (!(reach > 0 && reach <= kMaxMovementMm))
+        return Error{ErrorCode::InvalidArgument,
+                     "grab: expected a reach_mm above 0 and up to 500 mm after scaling, found " +
+                         std::to_string(reach) + " mm"};
+    const auto start = std::chrono::steady_clock::now();
+    let_go();
+    GrabReport report;
+    std::copy_if(elements.begin(), elements.end(), std::back_inserter(held),
+                 [&](Vec3i element) { return !lattice.is_void(element); });
+    if (held.empty()) {
+        report.message = "nothing grabbed: the tool touches no tissue there";
+        return report;
+    }
+    lattice.tick();
+    drag_reach = std::max<Fixed>(1, units_from_mm(reach));
+    drag_offset = {0, 0, 0};
+    if (const Status status = pick(); !status.ok()) return status.error();
+    report.grabbed_elements = std::int64_t(held.size());
+    if (has_fields) {
+        report.reach_elements = drag.reach_elements();
+        report.field_bytes = std::int64_t(drag.bytes());
+    }
+    report.pick_ms = ms_since(start);
+    return report;
+}
+
+Result<PushReport> ChainMail::Impl::drag_by(Vec3<Fixed> step, Vec3<Fixed>& done) {
+    if (has_fields && !(can_use_fields() && drag.covers(step))) {
+        // The drag leaves the range of its fields. New ones, from here, hold the step at least.
+        for (int a = 0; a < 3; ++a) drag_reach = std::max(drag_reach, std::abs(step[a]));
+        if (const Status status = pick(); !status.ok()) return status.error();
+    }
+    if (!has_fields) {
+        take_hold(held);
+        Result<PushReport> report = push_grabbed(grabbed_elements, step, &done);
+        drop_unmoved();
+        return report;
+    }
+    const StepLimit own = limit_of_grabbed(lattice, grabbed_elements, step);
+    const Vec3<Fixed> tried = fraction_of(step, own.fraction);
+    const StepLimit reached = drag.limit(lattice, tried, arena);
+    done = fraction_of(tried, reached.fraction);
+    const std::int64_t moved = drag.move(lattice, tried, done, kernels(), arena);
+    return report_of_step(std::int64_t(held.size()), own, reached, moved);
+}
+
+Result<PushReport> ChainMail::Impl::drag_to(Vec3d offset_mm) {
+    if (held.empty())
+        return Error{ErrorCode::InvalidArgument, "drag: nothing is grabbed, expected a grab first"};
+    const Vec3d to_mm = lattice_mm_from_world(offset_mm);
+    const Vec3d from_mm{mm_from_units(drag_offset.x), mm_from_units(drag_offset.y),
+                        mm_from_units(drag_offset.z)};
+    const double length = norm(to_mm - from_mm);
+    if (!is_finite(to_mm) || !(length <= kMaxMovementMm))
+        return Error{ErrorCode::InvalidArgument,
+                     "drag: expected three numbers and a step of up to 500 mm after scaling, found "
+                     "a step of " +
+                         std::to_string(length) + " mm"};
+    const auto start = std::chrono::steady_clock::now();
+    lattice.tick();
+    Vec3<Fixed> done{0, 0, 0};
+    Result<PushReport> report = drag_by(whole_units(to_mm) - drag_offset, done);
+    if (!report.ok()) return report;
+    drag_offset = drag_offset + done;
+    report->solve_ms = ms_since(start);
+    return report;
+}
+
+void ChainMail::Impl::let_go() {
+    if (held.empty()) return;
+    if (has_fields) drag.let_go(lattice);
+    held.clear();
+    has_fields = false;
+}
+
+Result<GrabReport> ChainMail::grab(const Push& place, double reach_mm) {
+    const Result<std::vector<Vec3i>> elements = m_impl->elements_at(place);
+    if (!elements.ok()) return elements.error();
+    return m_impl->grab(*elements, reach_mm);
+}
+
+Result<GrabReport> ChainMail::grab_elements(std::span<const Vec3i> elements, double reach_mm) {
+    return m_impl->grab(elements, reach_mm);
+}
+
+Result<PushReport> ChainMail::drag_to(Vec3d offset_mm) {
+    return m_impl->drag_to(offset_mm);
+}
+
+void ChainMail::let_go() {
+    m_impl->let_go();
+}
+
+bool ChainMail::is_grabbing() const {
+    return !m_impl->held.empty();
+}
+
+}  // namespace pliant

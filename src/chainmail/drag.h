@@ -1,0 +1,93 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// Dragging: while the same elements stay grabbed, how far everything else must come along depends
+// on links and materials alone, not on what happened on the way. So it is found once, at the pick.
+//
+// Let the pick raise component a by the reach R, in both directions, and keep what the solves leave
+// behind, w⁺ and w⁻ (propagation.h). When the grabbed elements have been moved by t since the pick,
+// the least move is
+//
+//   t_a grows:    u'(j) = max( u(j),   w⁺(j) − (R − t_a) )
+//   t_a shrinks:  u'(j) = min( u(j), −(w⁻(j) − (R + t_a)) )
+//
+// one pass over the bricks whose bounds say that anything in them can move. The solves look only as
+// far as the reach, from where elements were at the pick. That is far enough as long as the places
+// that t_a has had since the pick lie within R of each other; a drag that leaves that range renews
+// the pick. A pick from rest among symmetric materials needs one solve and one array for all.
+//
+// Bone that would move bounds the travel in each direction, known from the pick on.
+
+#pragma once
+
+#include <pliant/tasks.h>
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "chainmail/propagation.h"
+#include "chainmail/step.h"
+
+namespace pliant {
+
+/// The fields of one pick, and where the drag is.
+class Drag {
+  public:
+    /// Computes the fields. @param reach  [units] > 0
+    /// @returns false if more than max_bricks would be needed; then nothing is grabbed
+    [[nodiscard]] bool pick(Lattice& lattice, std::span<const ElementRef> grabbed, Fixed reach,
+                            const SweepKernels& kernels, const TaskArena& arena, int max_bricks,
+                            SweepWork& work);
+    /// Whether the fields hold for a further step.
+    bool covers(Vec3<Fixed> step) const;
+    /// Largest fraction of a step that bone and movement limits allow.
+    StepLimit limit(const Lattice& lattice, Vec3<Fixed> step, const TaskArena& arena) const;
+    /// Moves everything by a fraction of the step. @returns the number of elements that moved
+    std::int64_t move(Lattice& lattice, Vec3<Fixed> step, Vec3<Fixed> done,
+                      const SweepKernels& kernels, const TaskArena& arena);
+    /// Forgets the fields, and drops bricks that they alone kept.
+    void let_go(Lattice& lattice);
+
+    Fixed reach() const { return m_reach; }
+    std::int64_t reach_elements() const { return m_reach_elements; }
+    /// Memory that is there for the fields alone.
+    std::size_t bytes() const;
+
+  private:
+    /// Index of a direction: 2·axis, + 1 for the positive one.
+    static std::size_t direction_of(int axis, Fixed sign) {
+        return std::size_t(2 * axis + (sign > 0));
+    }
+    struct FieldBrick {
+        int index;
+        std::array<const Fixed*, 6> raised{};  ///< by direction; null: not reached
+        std::array<Fixed, 6> highest{};        ///< largest value of each
+    };
+
+    void keep(const Lattice& lattice, const SweepWork& work, Fixed sign);
+    void keep_brick(const Lattice& lattice, FieldBrick& field, const SweepWork& work, Fixed sign);
+    void look_at_bricks(Lattice& lattice, const SweepKernels& kernels, const TaskArena& arena);
+    void bound_travel(const Lattice& lattice, const Brick& brick, const FieldBrick& field,
+                      std::array<Fixed, 6>& bone) const;
+    std::int64_t count_reached(const Lattice& lattice, const Brick& brick,
+                               const FieldBrick& field) const;
+    BrickMotion motion_of(const Brick& brick, const FieldBrick& field, Vec3<Fixed> step,
+                          Vec3d* farthest) const;
+    Fixed* take_memory(std::size_t count);
+
+    Fixed m_reach = 0;
+    Vec3<Fixed> m_offset{0, 0, 0};                      ///< of the grabbed elements since the pick
+    Vec3<Fixed> m_lowest{0, 0, 0}, m_highest{0, 0, 0};  ///< that it has been
+    std::vector<FieldBrick> m_bricks;
+    std::vector<int> m_place_of;  ///< by brick index: in m_bricks, or −1
+    /// By direction: how much a fixed element would be raised by the whole reach; 0: none.
+    std::array<Fixed, 6> m_bone{};
+    std::int64_t m_reach_elements = 0;
+    /// Arrays of the positive directions, while those of the negative are in Brick::raised.
+    std::vector<std::unique_ptr<Fixed, FreeMemory>> m_memory;
+    std::size_t m_used = 0, m_array_bytes = 0;  ///< arrays of m_memory in use, and their size
+};
+
+}  // namespace pliant

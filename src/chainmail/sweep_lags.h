@@ -1,0 +1,80 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// The lags of a brick's links, gathered from its materials for one visit of the sweep.
+//
+// A link along axis b lags by half(i) + half(j), where half is a material's compress, stretch or
+// shear along b: shear for the two components across the link, compress or stretch for the one
+// along it, by the direction of the push. So at most nine arrays serve all components. Where a
+// material's three are equal one kind is enough, and where the axes are alike too, one gather.
+//
+// Exceptions come on top: a cut link never binds, and a link that is outside of its limits may lag
+// by as much as it does now (Lattice::may_exceed_limits), which depends on the component.
+
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+
+#include "chainmail/lattice.h"
+#include "chainmail/propagation.h"
+#include "chainmail/sweep_kernels.h"
+
+namespace pliant {
+
+/// Arrays are made when they are asked for, and kept until the next brick.
+class VisitLags {
+  public:
+    /// @param shared  the visit is for all components at once: all materials around are symmetric
+    void begin(const Lattice& lattice, const Brick& brick, const SweepKernels& kernels,
+               bool shared);
+
+    /// All links inside along an axis are alike.
+    bool is_uniform() const;
+    UniformLags uniform(const ComponentPush& push) const;
+    InsideLags inside(const ComponentPush& push);
+
+    /// How far an element of the side's face may lag behind the one in the neighbour. The array
+    /// holds until the next call. @pre the neighbour is filled in
+    const Fixed* behind_neighbour(int side, const ComponentPush& push);
+    /// How far the neighbour's elements may lag behind those of the face.
+    const Fixed* behind_face(int side, const ComponentPush& push);
+    /// At most as much as behind_face: the face's own half. Needs no neighbour.
+    const Fixed* behind_face_at_least(int side, const ComponentPush& push);
+
+  private:
+    enum Kind { kShear, kCompress, kStretch };
+
+    void resize(int size);
+    Kind kind_of(bool up, int axis, const ComponentPush& push, bool symmetric) const;
+    const Fixed* column(Kind kind, int axis) const;
+    const Brick& neighbour(int side) const;
+    const Fixed* halves(Kind kind, int axis);
+    const Fixed* links(Kind kind, int axis);
+    const Fixed* with_excess_inside(const Fixed* lags, int axis, bool up,
+                                    const ComponentPush& push);
+    const Fixed* face(Kind kind, int side, bool with_neighbour);
+    void add_own_halves(Kind kind, int side, Fixed* out);
+    void add_their_halves(Kind kind, int side, Fixed* out);
+    void cut_links_of_face(int side, bool with_neighbour, Fixed* out) const;
+    const Fixed* with_excess(const Fixed* lags, int side, bool behind_face,
+                             const ComponentPush& push);
+
+    Fixed* elements(int n) { return m_elements.get() + std::size_t(n) * std::size_t(m_count); }
+    Fixed* faces(int n) { return m_faces.get() + std::size_t(n) * std::size_t(m_face); }
+
+    const Lattice* m_lattice = nullptr;
+    const Brick* m_brick = nullptr;
+    const SweepKernels* m_kernels = nullptr;
+    bool m_shared = false;
+    int m_size = 0, m_count = 0, m_face = 0;  ///< of the brick: edge, elements, elements of a face
+    /// What is there already, as bits: 3·kind + axis, 6·kind + side.
+    std::uint32_t m_has_halves = 0, m_has_links = 0, m_has_face = 0, m_has_bound = 0;
+    /// Arrays of the brick: nine of halves, nine of links, six of links with excess.
+    std::unique_ptr<Fixed, FreeMemory> m_elements;
+    /// Arrays of faces: 18 of lags, 18 of bounds, one with excess, one for work.
+    std::unique_ptr<Fixed, FreeMemory> m_faces;
+};
+
+}  // namespace pliant
