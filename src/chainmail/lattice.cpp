@@ -62,15 +62,18 @@ void translate_row(const Voxel* voxels, int count, const MaterialId* ids, Materi
         out[x] = ids[std::max(whole_value(voxels[x]), kLowestValue) - kLowestValue];
 }
 
-/// A row of eight that is the same as the one before it: its ids are too.
-bool repeats(const std::int16_t* row, const std::int16_t* before) {
-    std::array<std::uint64_t, 2> a, b;
-    std::memcpy(a.data(), row, sizeof a);
-    std::memcpy(b.data(), before, sizeof b);
-    return a == b;
-}
-bool repeats(const float*, const float*) {
-    return false;
+template <class Voxel>
+bool is_row_of(Voxel value, const Voxel* row, int count) {
+    if constexpr (sizeof(Voxel) == 2)
+        if (count == 8) {
+            std::array<Voxel, 8> all;
+            all.fill(value);
+            std::array<std::uint64_t, 2> a, b;
+            std::memcpy(a.data(), row, sizeof a);
+            std::memcpy(b.data(), all.data(), sizeof b);
+            return a == b;
+        }
+    return std::all_of(row, row + count, [&](Voxel other) { return other == value; });
 }
 
 }  // namespace
@@ -178,8 +181,10 @@ void Lattice::place_at_rest(Brick& brick) const {
 }
 
 void Lattice::fill_in(Brick& brick) const {
-    fill_materials(brick);
-    look_at_materials(brick);
+    if (fill_materials(brick))
+        brick.traits = traits_of_one(brick);
+    else
+        look_at_materials(brick);
     brick.is_blank = false;
 }
 
@@ -265,48 +270,64 @@ void Lattice::set_beyond(const Brick& brick, Fixed* values, Fixed value) const {
         }
 }
 
-void Lattice::fill_materials(Brick& brick) const {
+bool Lattice::is_whole(const Box3i& part) const {
+    return part.begin == Vec3i{0, 0, 0} && part.end == Vec3i{m_size, m_size, m_size};
+}
+
+template <class Voxel>
+bool Lattice::translate(const Voxel* voxels, const Box3i& part, Brick& brick) const {
+    if (is_empty(part)) return false;
+    const MaterialId* ids = m_materials.ids(0);
     const Vec3i first = m_size * brick.coord;
+    const int count = part.end.x - part.begin.x;
+    const auto row_at = [&](int y, int z) {
+        return voxels + voxel_index(grid(), first + Vec3i{part.begin.x, y, z});
+    };
+    const auto out_at = [&](int y, int z) {
+        return brick.material + part.begin.x + m_size * (y + m_size * z);
+    };
+    for_each_row(part, [&](int y, int z) { prefetch(row_at(y, z)); });
+    const Voxel value = *row_at(part.begin.y, part.begin.z);
+    bool is_one = true;
+    for_each_row(part,
+                 [&](int y, int z) { is_one = is_one && is_row_of(value, row_at(y, z), count); });
+    if (!is_one) {
+        for_each_row(part,
+                     [&](int y, int z) { translate_row(row_at(y, z), count, ids, out_at(y, z)); });
+    } else {
+        MaterialId id;
+        translate_row(&value, 1, ids, &id);
+        for_each_row(part, [&](int y, int z) { std::fill_n(out_at(y, z), count, id); });
+    }
+    return is_one;
+}
+
+bool Lattice::fill_materials(Brick& brick) const {
     const Box3i part = part_in_scan(brick.coord);
-    if (part.begin != Vec3i{0, 0, 0} || part.end != Vec3i{m_size, m_size, m_size})
+    if (!is_whole(part))
         std::fill_n(brick.material, elements_per_brick(),
                     m_bounded ? kVoidMaterial : m_materials.id(0, kAirHu));
-    std::visit(
-        [&](const auto& voxels) {
-            const MaterialId* ids = m_materials.ids(0);
-            for_each_row(part, [&](int y, int z) {
-                const Vec3i start = first + Vec3i{part.begin.x, y, z};
-                prefetch(voxels.data() + voxel_index(grid(), start));
-            });
-            const int count = part.end.x - part.begin.x;
-            decltype(voxels.data()) before = nullptr;
-            const MaterialId* ids_before = nullptr;
-            for_each_row(part, [&](int y, int z) {
-                const auto* row =
-                    voxels.data() + voxel_index(grid(), first + Vec3i{part.begin.x, y, z});
-                MaterialId* out = brick.material + part.begin.x + m_size * (y + m_size * z);
-                if (before && count == 8 && repeats(row, before))
-                    std::memcpy(out, ids_before, 8 * sizeof(MaterialId));
-                else
-                    translate_row(row, count, ids, out);
-                before = row;
-                ids_before = out;
-            });
-        },
-        m_volume.voxels);
-    if (const BrickEdits* edits = edits_of(brick.coord))
-        for (std::size_t n = 0; n < edits->size(); ++n)
-            if ((*edits)[n] & kVoid) brick.material[n] = kVoidMaterial;
+    const bool is_one = std::visit(
+        [&](const auto& voxels) { return translate(voxels.data(), part, brick); }, m_volume.voxels);
+    const BrickEdits* edits = edits_of(brick.coord);
+    if (!edits) return is_one && (m_bounded || is_whole(part));
+    for (std::size_t n = 0; n < edits->size(); ++n)
+        if ((*edits)[n] & kVoid) brick.material[n] = kVoidMaterial;
+    return false;
+}
+
+std::uint8_t Lattice::traits_of_one(const Brick& brick) const {
+    // A bounded lattice has no bricks before its first element, so that the first is inside.
+    const std::uint8_t traits = m_materials.traits()[brick.material[0]];
+    const bool partly = m_bounded && !is_whole(part_in_scan(brick.coord));
+    return std::uint8_t(traits | (partly ? kPartlyBeyond : 0));
 }
 
 void Lattice::look_at_materials(Brick& brick) const {
     const MaterialId* ids = brick.material;
     const std::uint8_t* traits = m_materials.traits();
-    brick.traits = traits[ids[0]];
+    brick.traits = traits_of_one(brick);
     const Box3i part = part_in_scan(brick.coord);
-    const bool whole = part.begin == Vec3i{0, 0, 0} && part.end == Vec3i{m_size, m_size, m_size};
-    if (m_bounded && !whole) brick.traits |= kPartlyBeyond;
-    // A bounded lattice has no bricks before its first element, so that ids[0] is inside.
     bool mixed = false;
     for_each_row(m_bounded ? part : Box3i{{0, 0, 0}, {m_size, m_size, m_size}}, [&](int y, int z) {
         const MaterialId* row = ids + m_size * (y + m_size * z);

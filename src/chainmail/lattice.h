@@ -174,8 +174,13 @@ class Lattice {
     void take_slab();
     std::unique_ptr<Brick> carve_brick();
     std::size_t brick_bytes() const;
-    void fill_materials(Brick& brick) const;
+    /// @returns whether all elements that count have one material
+    bool fill_materials(Brick& brick) const;
+    template <class Voxel>
+    bool translate(const Voxel* voxels, const Box3i& part, Brick& brick) const;
     void look_at_materials(Brick& brick) const;
+    std::uint8_t traits_of_one(const Brick& brick) const;
+    bool is_whole(const Box3i& part) const;
     Box3i part_in_scan(Vec3i brick_coord) const;
 
     const Volume& m_volume;

@@ -55,6 +55,10 @@ struct MoveResult {
 struct SweepKernels {
     /// out[n] = column[ids[n]]. @pre count is size³ or size²
     void (*gather)(const Fixed* column, const MaterialId* ids, int count, Fixed* out);
+    /// out[n] = values of a side's face.
+    void (*copy_face)(const Fixed* values, int size, int side, Fixed* out);
+    /// out[n] += column[id of the n-th element of a side's face].
+    void (*add_face)(const Fixed* column, const MaterialId* ids, int size, int side, Fixed* out);
     /// lags[i] = halves[i] + halves[i + stride], as far as there are links.
     void (*add_halves)(const Fixed* halves, int size, int axis, Fixed* lags);
     /// Brings the lags of links along x into the order that `relax` wants them in.

@@ -138,8 +138,7 @@ void VisitLags::add_own_halves(Kind kind, int side, Fixed* out) {
         std::fill_n(out, m_face, column(kind, side / 2)[m_brick->material[0]]);
         return;
     }
-    const Fixed* own = halves(kind, side / 2);
-    for_each_on_face(m_size, side, [&](int n, int element) { out[n] = own[element]; });
+    m_kernels->copy_face(halves(kind, side / 2), m_size, side, out);
 }
 
 void VisitLags::add_their_halves(Kind kind, int side, Fixed* out) {
@@ -150,8 +149,7 @@ void VisitLags::add_their_halves(Kind kind, int side, Fixed* out) {
         for (int n = 0; n < m_face; ++n) out[n] += half;
         return;
     }
-    for_each_on_face(m_size, side ^ 1,
-                     [&](int n, int element) { out[n] += halves_there[there.material[element]]; });
+    m_kernels->add_face(halves_there, there.material, m_size, side ^ 1, out);
 }
 
 void VisitLags::cut_links_of_face(int side, bool with_neighbour, Fixed* out) const {

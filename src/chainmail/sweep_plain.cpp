@@ -81,6 +81,14 @@ void for_each_on_face(int size, int side, const Visit& visit) {
             visit(own + p * step_p + q * step_q, behind + p * step_p + q * step_q, p + size * q);
 }
 
+void copy_face(const Fixed* values, int size, int side, Fixed* out) {
+    for_each_on_face(size, side, [&](int own, int, int n) { out[n] = values[own]; });
+}
+
+void add_face(const Fixed* column, const MaterialId* ids, int size, int side, Fixed* out) {
+    for_each_on_face(size, side, [&](int own, int, int n) { out[n] += column[ids[own]]; });
+}
+
 std::uint32_t take(Fixed* w, int size, int side, const Fixed* neighbour, const Fixed* lags) {
     std::uint32_t dirty = 0;
     for_each_on_face(size, side, [&](int own, int behind, int n) {
@@ -130,8 +138,9 @@ Fixed largest(const Fixed* values, int count) {
 }  // namespace
 
 const SweepKernels& plain_sweep_kernels() {
-    static constexpr SweepKernels kernels{gather, add_halves, arrange_x, relax,  relax_uniform,
-                                          take,   offer,      move,      largest};
+    static constexpr SweepKernels kernels{gather,    copy_face, add_face,      add_halves,
+                                          arrange_x, relax,     relax_uniform, take,
+                                          offer,     move,      largest};
     return kernels;
 }
 

@@ -242,6 +242,43 @@ void add_halves(const Fixed* halves, int, int axis, Fixed* lags) {
     for (int n = count; n + 1 < kBrick; ++n) lags[n] = halves[n] + halves[n + 1];
 }
 
+/// Calls of(place in the face, element) for a face across x, whose elements lie apart.
+template <class Of>
+HWY_INLINE void for_each_of_x_face(int side, const Of& of) {
+    const int first = side % 2 ? kSize - 1 : 0;
+    for (int n = 0; n < kSlice; ++n) of(n, first + n * kSize);
+}
+/// Calls of(place in the face, element) for each vector of a face across y or z.
+template <class Of>
+HWY_INLINE void for_each_row_of_face(int side, const Of& of) {
+    const bool along_y = side < 4;
+    const int first = side % 2 == 0 ? 0 : along_y ? kSlice - kSize : kBrick - kSlice;
+    for (int n = 0; n < kSize; ++n)
+        for (int p = 0; p < kSize; p += kLanes)
+            of(n * kSize + p, first + n * (along_y ? kSlice : kSize) + p);
+}
+
+void copy_face(const Fixed* values, int, int side, Fixed* out) {
+    if (side < 2)
+        for_each_of_x_face(side, [&](int n, int element) { out[n] = values[element]; });
+    else
+        for_each_row_of_face(side, [&](int n, int element) {
+            hn::Store(hn::Load(D(), values + element), D(), out + n);
+        });
+}
+
+void add_face(const Fixed* column, const MaterialId* ids, int, int side, Fixed* out) {
+    const hn::Rebind<MaterialId, D> d16;
+    if (side < 2)
+        for_each_of_x_face(side, [&](int n, int element) { out[n] += column[ids[element]]; });
+    else
+        for_each_row_of_face(side, [&](int n, int element) {
+            const V index = hn::PromoteTo(D(), hn::Load(d16, ids + element));
+            hn::Store(hn::Add(hn::Load(D(), out + n), hn::GatherIndex(D(), column, index)), D(),
+                      out + n);
+        });
+}
+
 /// The rows of a face: kSize rows, `step` apart. Faces across x are copied together first.
 struct Face {
     const Fixed* first;
@@ -374,8 +411,9 @@ Fixed largest(const Fixed* values, int count) {
 }
 
 const SweepKernels& kernels_of_target() {
-    static constexpr SweepKernels kernels{gather, add_halves, arrange_x, relax,  relax_uniform,
-                                          take,   offer,      move,      largest};
+    static constexpr SweepKernels kernels{gather,    copy_face, add_face,      add_halves,
+                                          arrange_x, relax,     relax_uniform, take,
+                                          offer,     move,      largest};
     return kernels;
 }
 

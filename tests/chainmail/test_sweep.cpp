@@ -197,6 +197,14 @@ std::vector<Fixed> results_of(const SweepKernels& kernels, const KernelInputs& i
     kernels.gather(in.column.data(), in.ids.data(), 512, work.w.data());
     add(work.w);
     work = in;
+    for (int side = 0; side < 6; ++side) {
+        work = in;
+        kernels.copy_face(in.u.data(), 8, side, work.w.data());
+        kernels.add_face(in.column.data(), in.ids.data(), 8, side, work.other.data());
+        out.insert(out.end(), work.w.begin(), work.w.begin() + 64);
+        out.insert(out.end(), work.other.begin(), work.other.begin() + 64);
+    }
+    work = in;
     for (int axis = 0; axis < 3; ++axis) {
         kernels.add_halves(in.lags[0].data(), 8, axis, work.w.data());
         const int last = 512 - (axis == 0 ? 1 : axis == 1 ? 8 : 64);
