@@ -11,9 +11,6 @@
 namespace pliant {
 namespace {
 
-/// How far skin looks for a wall on the other side of a gap.
-constexpr int kSkinReach = 2;
-
 int whole_value(std::int16_t value) {
     return value;
 }
