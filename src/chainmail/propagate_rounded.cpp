@@ -25,6 +25,7 @@ struct Halo {
     std::vector<MaterialId> material;
     std::vector<RoundedLinks> links;  ///< of the brick's own elements
     std::vector<double> bound;
+    std::vector<char> waiting;  ///< whether a neighbour rose since the last update
 
     void resize(int size) {
         row = size + 2;
@@ -32,6 +33,7 @@ struct Halo {
         start.assign(all, 0);
         now.assign(all, 0);
         material.assign(all, kVoidMaterial);
+        waiting.resize(all);
         const auto own = std::size_t(size) * std::size_t(size) * std::size_t(size);
         links.resize(own);
         bound.resize(own);
@@ -189,25 +191,43 @@ class RoundedSolver {
                 halo.links[n].set(side, is_cut(brick, local, n, side) ? kUnlinked : lag);
             }
             const auto before = halo.around(halo.start, at);
-            halo.bound[n] = std::max(1.0, lag_sum(halo.links[n], before, halo.start[at]).sum);
+            halo.bound[n] = std::max(1.0, lag_sum(halo.links[n], before, halo.start[at]));
         });
     }
 
-    /// One pass over the brick in one of two orders. @returns whether anything rose
-    bool sweep(Halo& halo, bool ascending) const {
-        bool changed = false;
-        const int count = m_lattice.elements_per_brick();
-        for (int k = 0; k < count; ++k) {
-            const int n = ascending ? k : count - 1 - k;
-            const std::size_t at = halo.index(m_lattice.element_of({0, 0, 0}, n));
-            const auto w = halo.around(halo.now, at);
-            Fixed& here = halo.now[at];
-            if (*std::max_element(w.begin(), w.end()) <= here) continue;
-            const auto i = std::size_t(n);
-            const Fixed raised = least_rounded_place(halo.links[i], w, halo.bound[i], here);
-            changed |= raised != here;
-            here = raised;
+    /// Updates one element. @returns whether it rose; then its neighbours are to be updated
+    bool update(Halo& halo, std::size_t at, std::size_t n) const {
+        const auto w = halo.around(halo.now, at);
+        Fixed& here = halo.now[at];
+        if (*std::max_element(w.begin(), w.end()) <= here) return false;
+        const Fixed raised = least_rounded_place(halo.links[n], w, halo.bound[n], here);
+        if (raised == here) return false;
+        here = raised;
+        for (int b = 0; b < 3; ++b) {
+            const auto stride = std::size_t(halo.stride(b));
+            halo.waiting[at - stride] = halo.waiting[at + stride] = 1;
         }
+        return true;
+    }
+
+    /// One pass over the waiting elements, in one of the eight orders of the axes' directions: one
+    /// of them goes along with a motion from wherever it comes. @returns whether anything rose
+    bool sweep(Halo& halo, unsigned order) const {
+        bool changed = false;
+        const int last = m_size - 1;
+        const auto place = [&](int k, int axis) { return order >> axis & 1 ? last - k : k; };
+        for (int k = 0; k < m_size; ++k)
+            for (int j = 0; j < m_size; ++j) {
+                const int y = place(j, 1), z = place(k, 2);
+                const std::size_t first = halo.index({0, y, z});
+                const std::size_t own = std::size_t(m_size) * std::size_t(y + m_size * z);
+                for (int i = 0; i < m_size; ++i) {
+                    const auto x = std::size_t(place(i, 0));
+                    if (!halo.waiting[first + x]) continue;
+                    halo.waiting[first + x] = 0;
+                    changed |= update(halo, first + x, own + x);
+                }
+            }
         return changed;
     }
 
@@ -219,7 +239,10 @@ class RoundedSolver {
         load_own(halo, brick);
         for (int side = 0; side < 6; ++side) load_face(halo, brick, side);
         find_links(halo, brick);
-        for (bool ascending = true; sweep(halo, ascending); ascending = !ascending) {
+        std::fill(halo.waiting.begin(), halo.waiting.end(), char(1));
+        // Opposite orders in turn.
+        constexpr std::array<unsigned, 8> kOrders = {0, 7, 1, 6, 2, 5, 3, 4};
+        for (std::size_t n = 0; sweep(halo, kOrders[n % kOrders.size()]); ++n) {
         }
         Wakes wakes{};
         for (int side = 0; side < 6; ++side)

@@ -21,6 +21,8 @@
 
 #pragma once
 
+#include <pliant/vec.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -42,22 +44,51 @@ struct RoundedLinks {
     }
 };
 
-struct LagSum {
-    double sum;
-    double slope;  ///< of the sum, per unit of the element's place
-};
-
-/// The sum above for an element at v. @param w  places of the neighbours
-inline LagSum lag_sum(const RoundedLinks& links, const std::array<Fixed, 6>& w, Fixed v) {
-    LagSum result{0, 0};
-    for (std::size_t low = 0; low < 6; low += 2) {
-        const double a = (double(w[low]) - v) * links.share[low];
-        const double b = (double(w[low + 1]) - v) * links.share[low + 1];
-        const double t = std::max(0.0, std::max(a, b));
-        result.sum += t * t;
-        result.slope -= 2 * t * (a > b ? links.share[low] : links.share[low + 1]);
+/// What the neighbours on each axis contribute to the sum for an element at v, before squaring.
+inline Vec3d lag_shares(const RoundedLinks& links, const std::array<Fixed, 6>& w, Fixed v) {
+    Vec3d shares{};
+    for (int b = 0; b < 3; ++b) {
+        const auto low = std::size_t(2 * b), high = low + 1;
+        const double below = (double(w[low]) - v) * links.share[low];
+        const double above = (double(w[high]) - v) * links.share[high];
+        shares[b] = std::max(0.0, std::max(below, above));
     }
-    return result;
+    return shares;
+}
+
+inline double lag_sum(const RoundedLinks& links, const std::array<Fixed, 6>& w, Fixed v) {
+    const Vec3d t = lag_shares(links, w, v);
+    return t.x * t.x + t.y * t.y + t.z * t.z;
+}
+
+/// How far the element has to rise from v for the sum to fall to the bound, from below: the root of
+/// Σ (t_b − q_b·x)² = bound over the axes that still count there. Sides of an axis that take over
+/// on the way are left out, so it may fall short. @pre the sum at v is above the bound
+inline double rounded_rise(const RoundedLinks& links, const std::array<Fixed, 6>& w, double bound,
+                           Fixed v) {
+    const Vec3d t = lag_shares(links, w, v);
+    Vec3d q{};
+    for (int b = 0; b < 3; ++b) {
+        const auto low = std::size_t(2 * b), high = low + 1;
+        const bool is_low = (double(w[low]) - v) * links.share[low] == t[b];
+        q[b] = t[b] > 0 ? links.share[is_low ? low : high] : 0;
+    }
+    for (;;) {
+        double qq = 0, qt = 0, tt = 0;
+        int nearest = -1;  // the axis that stops to count first
+        for (int b = 0; b < 3; ++b) {
+            if (q[b] == 0) continue;
+            qq += q[b] * q[b];
+            qt += q[b] * t[b];
+            tt += t[b] * t[b];
+            if (nearest < 0 || t[b] * q[nearest] < t[nearest] * q[b]) nearest = b;
+        }
+        const double under_root = qt * qt - qq * (tt - bound);
+        const double rise =
+            under_root >= 0 ? (tt - bound) / (qt + std::sqrt(under_root)) : HUGE_VAL;
+        if (nearest < 0 || rise * q[nearest] <= t[nearest]) return nearest < 0 ? 0 : rise;
+        q[nearest] = 0;
+    }
 }
 
 /// Least place at or above v with every link's lag kept and the sum within the bound. @pre bound ≥
@@ -65,19 +96,14 @@ inline LagSum lag_sum(const RoundedLinks& links, const std::array<Fixed, 6>& w, 
 inline Fixed least_rounded_place(const RoundedLinks& links, const std::array<Fixed, 6>& w,
                                  double bound, Fixed v) {
     for (std::size_t s = 0; s < 6; ++s) v = std::max(v, w[s] - links.lag[s]);
-    LagSum at = lag_sum(links, w, v);
-    if (!(at.sum > bound)) return v;
-    // Newton from the left on a convex, falling function: it never overshoots by more than
-    // rounding.
+    if (!(lag_sum(links, w, v) > bound)) return v;
     const Fixed lowest = v;
-    constexpr int kMostSteps = 40;
-    for (int n = 0; n < kMostSteps && at.sum > bound; ++n) {
-        const double step = (at.sum - bound) / -at.slope;
-        v += std::max(Fixed(1), Fixed(std::min(step, double(kMaxHalfLimit))));
-        at = lag_sum(links, w, v);
-    }
-    while (lag_sum(links, w, v).sum > bound) ++v;
-    while (v > lowest && !(lag_sum(links, w, v - 1).sum > bound)) --v;
+    do {
+        const double rise = rounded_rise(links, w, bound, v);
+        v += std::max(Fixed(1), Fixed(std::min(rise, double(kMaxHalfLimit))));
+    } while (lag_sum(links, w, v) > bound);
+    // The guess is a guess: the answer is where the sum itself crosses the bound.
+    while (v > lowest && !(lag_sum(links, w, v - 1) > bound)) --v;
     return v;
 }
 
