@@ -184,8 +184,8 @@ TEST(Rounded, EqualsTheBruteForceFixedPointBitForBit) {
 
 TEST(Rounded, IsTheSameForEveryBrickSizeAndThreadCount) {
     Random random(77);
-    const Instance instance = random_instance(random, 24, 28, false);
-    const std::vector<Vec3i> first = {{12, 12, 12}, {13, 12, 12}}, second = {{15, 10, 13}};
+    const Instance instance = random_instance(random, 18, 22, false);
+    const std::vector<Vec3i> first = {{9, 9, 9}, {10, 9, 9}}, second = {{12, 8, 10}};
     std::set<std::uint64_t> hashes;
     for (const int threads : {1, 2, 4})
         for (const int brick_size : {4, 8, 16}) {
@@ -287,10 +287,9 @@ TEST_F(RoundedBlock, ContoursAreRoundInAllPlanesAndForThickSlices) {
         for (int normal = 0; normal < 3; ++normal) {
             const double box_spread = spread_of_radius(boxed, centre, push_mm, normal);
             const double spread = spread_of_radius(rounded, centre, push_mm, normal);
-            std::printf("z %.1f normal %d box %.4f rounded %.4f\n", z_scale, normal, box_spread,
-                        spread);
             EXPECT_GT(box_spread, 0.3);
-            EXPECT_LT(spread, 0.12);
+            // Measured: 0.075, and 0.101 in planes with thick slices; the box has 0.369.
+            EXPECT_LT(spread, z_scale > 1 && normal != 2 ? 0.11 : 0.085);
         }
     }
 }
