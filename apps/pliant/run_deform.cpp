@@ -154,6 +154,8 @@ Image before_and_after(const DeformOptions& o, const Volume& before, const Volum
     view.section.width_mm = std::min(width_mm, std::max(80.0, 10 * norm(push.push_mm)));
     view.caption = "before";
     const Image left = four_up_view(before, view, kPictureSide, kPictureSide, arena);
+    // Most pages are those of the other scan, too, and would count twice.
+    std::visit([](const auto& voxels) { voxels.let_go(); }, before.voxels);
     view.caption = "after";
     return side_by_side(left, four_up_view(after, view, kPictureSide, kPictureSide, arena));
 }
@@ -173,12 +175,14 @@ Status write_outputs(const DeformOptions& o, const ChainMail& tissue, const Defo
     if (Status s = write_volume(outputs.out, deformed.volume, encoding); !s.ok()) return s;
     bar.show(0.6);
     if (!outputs.displacement.empty()) {
-        Status s = write_vector_field(outputs.displacement, displacement_field(tissue), encoding);
+        Status s = write_vector_field(outputs.displacement, tissue.volume().grid,
+                                      FieldKind::Modeling, displacement_slices(tissue), encoding);
         if (!s.ok()) return s;
     }
     bar.show(0.7);
     if (!outputs.transform.empty()) {
-        Status s = write_vector_field(outputs.transform, inverse_field(deformed), encoding);
+        Status s = write_vector_field(outputs.transform, deformed.volume.grid,
+                                      FieldKind::Resampling, inverse_slices(deformed), encoding);
         if (!s.ok()) return s;
     }
     bar.show(0.8);

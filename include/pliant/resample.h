@@ -44,6 +44,11 @@ VectorField displacement_field(const ChainMail& tissue);
 /// @pre deformed was made with_inverse
 VectorField inverse_field(const Deformed& deformed);
 
+/// The same fields slice by slice, for write_vector_field. They keep references: tissue and
+/// deformed must outlive them unchanged.
+FieldSlices displacement_slices(const ChainMail& tissue);
+FieldSlices inverse_slices(const Deformed& deformed);
+
 /// Of all voxels and their grid's size: to compare results.
 std::uint64_t hash_volume(const Volume& volume);
 

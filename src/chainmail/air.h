@@ -10,7 +10,7 @@
 //                                             are linked as if they were neighbours
 //
 // Values along a link that is drawn out are drawn out with it: between tissue and air that would
-// smear the wall into the lumen. So air clings to its wall: along an axis, the first elements beside
+// smear the wall into the lumen. So air clings to its wall: along an axis the first elements beside
 // a wall (*skin*) stretch and shear only as the main law's softest material does, and what is drawn
 // out are links further away, with nothing but air on both ends. Skin is up to three elements deep,
 // since scans blur a wall over about as many, and leaves at least one element in the middle of the

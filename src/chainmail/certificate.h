@@ -11,7 +11,7 @@
 // So the comparison matrix of the Jacobian J of φ is nowhere smaller than C = 1 − N, where N has
 // compress_b on the diagonal and shear_b in the rest of column b. If N's spectral radius ρ is below
 // 1, C is a nonsingular M-matrix and J an H-matrix with positive diagonal [Berman1994]: det J > 0.
-// Means of such J are such matrices too, so φ(X) − φ(Y) = J̄·(X − Y) ≠ 0: φ is injective as a whole.
+// Means of such J are such matrices too, so φ(X) − φ(Y) = J̄·(X − Y) ≠ 0: φ is injective.
 // Stretch plays no part. The bound is sharp: the affine displacement −N·x satisfies all limits, and
 // where ρ ≥ 1 some part of it is singular.
 

@@ -66,7 +66,7 @@ template <class T>
 class SlabWriter {
   public:
     SlabWriter(const Lattice& lattice, Mapping mapping, const VoxelMask& changeable,
-               const std::vector<T>& original, std::vector<T>& out, std::vector<Vec3f>& inverse_mm)
+               const VoxelArray<T>& original, VoxelArray<T>& out, std::vector<Vec3f>& inverse_mm)
         : m_grid(lattice.grid()),
           m_lattice(lattice),
           m_mapping(mapping),
@@ -200,8 +200,8 @@ class SlabWriter {
     Mapping m_mapping;
     const VoxelMask& m_changeable;
     Vec3d m_scale;
-    const std::vector<T>& m_original;
-    std::vector<T>& m_out;
+    const VoxelArray<T>& m_original;
+    VoxelArray<T>& m_out;
     std::vector<Vec3f>& m_inverse_mm;
     Box3i m_slab;
     std::vector<std::uint8_t> m_open;  ///< changeable voxels of the slab that nothing has covered
@@ -212,10 +212,10 @@ class SlabWriter {
 /// deformed.inverse_mm where that isn't empty.
 /// @returns the number of voxels that no cell covers; they become air
 template <class T>
-std::int64_t scatter_cells(const std::vector<T>& original, const Lattice& lattice, Mapping mapping,
+std::int64_t scatter_cells(const VoxelArray<T>& original, const Lattice& lattice, Mapping mapping,
                            const VoxelMask& changeable, const TaskArena& arena,
                            Deformed& deformed) {
-    auto& out = std::get<std::vector<T>>(deformed.volume.voxels);
+    auto& out = std::get<VoxelArray<T>>(deformed.volume.voxels);
     const std::vector<BlockReach> blocks = blocks_with_reach(lattice);
     const Box3i& box = changeable.box;
     const int layers = box.end.z - box.begin.z;
