@@ -19,6 +19,7 @@
 
 #pragma once
 
+#include <pliant/chainmail_edits.h>
 #include <pliant/grid.h>
 #include <pliant/result.h>
 #include <pliant/tasks.h>
@@ -68,6 +69,11 @@ struct ChainMailSettings {
     // [air]
     bool air_enabled = false;        ///< must be false: air as a material of its own doesn't exist
     double air_threshold_hu = -500;  ///< values below are air: a sphere doesn't grab them
+    // [history]
+    int history_max_steps = 200;  ///< that can be undone, 0…100000; 0: none, at no cost
+    int history_max_mb = 256;     ///< memory for them, 10⁶ bytes; the oldest steps go first
+
+    std::size_t history_max_bytes() const { return std::size_t(history_max_mb) * 1'000'000; }
 
     ChainMailSolver solver = ChainMailSolver::Sweep;
     MaterialLaw custom_law;  ///< if set, used instead of the named law
@@ -100,7 +106,8 @@ struct PushReport {
     std::int64_t grabbed_elements = 0;
     std::int64_t moved_elements = 0;  ///< whose displacement this push changed
     double solve_ms = 0;
-    std::string message;  ///< why, where it isn't plainly applied
+    int forgotten_steps = 0;  ///< oldest steps that this one pushed out of the history; see Undo
+    std::string message;      ///< why, where it isn't plainly applied
 };
 
 /// The state of the lattice, checked link by link and cell by cell, apart from the solver.
@@ -110,7 +117,9 @@ struct LatticeState {
     double bytes_per_resident_element = 0;
     double max_movement_mm = 0;     ///< of any element
     double max_violation_mm = 0;    ///< by how much the worst link is outside of its limits
-    std::int64_t folded_cells = 0;  ///< cells with a corner where space is turned inside out
+    std::int64_t folded_cells = 0;  ///< whole cells with a corner where space is turned inside out
+    std::int64_t cut_links = 0;
+    std::int64_t carved_elements = 0;
 };
 
 class Lattice;
@@ -134,10 +143,37 @@ class ChainMail {
     /// Moves the given elements together. @param push_mm  LPS, multiplied by the scale setting
     Result<PushReport> push_elements(std::span<const Vec3i> elements, Vec3d push_mm);
 
+    /// Cuts the links that cross a surface, wherever the elements are now.
+    /// @returns InvalidArgument for a surface of no area; LimitExceeded (nothing changed) where it
+    ///          passes through more than settings.max_elements
+    Result<CutReport> cut(const CutSurface& surface);
+    /// Takes out the elements that are inside of the tool now. They are void from then on: at their
+    /// rest place, and linked to nothing.
+    Result<CarveReport> carve(const CarveTool& tool);
+
+    /// Undo: takes back the last step that changed something, bit for bit. Steps are forgotten,
+    /// the oldest first, where there are more of them, or more bytes, than the settings allow; a
+    /// report's forgotten_steps is then not 0. (−1: that step alone is larger than allowed, and
+    /// nothing can be undone.)
+    /// @returns NotFound where there is nothing to undo; InvalidArgument inside of a group
+    Status undo();
+    /// Does again what was undone, until something else is done.
+    Status redo();
+    int undo_steps() const;
+    int redo_steps() const;
+    std::size_t history_bytes() const;          ///< of all steps
+    const std::string& next_undo_name() const;  ///< "push", "cut", …; empty if there is none
+    const std::string& next_redo_name() const;
+    /// Everything until the group's end is one step. Groups inside of a group belong to it.
+    void begin_group(const std::string& name);
+    /// @returns forgotten steps. @pre a group has begun
+    int end_group();
+
     /// Displacement of element ijk [mm, LPS]; zero where nothing moved; also beyond the scan.
     Vec3d displacement_mm(Vec3i ijk) const;
     LatticeState state() const;
-    /// Of all displacements: equal for every solver, brick size and number of threads.
+    /// Of all displacements, cut links and void elements: equal for every solver, brick size and
+    /// number of threads.
     std::uint64_t hash() const;
     /// Elements away from their rest place lie in this box (not cut to the scan).
     Box3i moved_box() const;

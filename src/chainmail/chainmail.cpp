@@ -103,12 +103,17 @@ Result<PushReport> ChainMail::Impl::push(std::span<const Vec3i> elements, Vec3d 
     }
     const Vec3<Fixed> shift{units_from_mm(lattice_mm.x), units_from_mm(lattice_mm.y),
                             units_from_mm(lattice_mm.z)};
+    begin_step("push");
     lattice.tick();
     Result<PushReport> report = push_grabbed(grabbed, shift);
     lattice.drop_still_bricks();
     const std::chrono::duration<double, std::milli> elapsed =
         std::chrono::steady_clock::now() - start;
-    if (report.ok()) report->solve_ms = elapsed.count();
+    const int forgotten = end_step();
+    if (report.ok()) {
+        report->solve_ms = elapsed.count();
+        report->forgotten_steps = forgotten;
+    }
     return report;
 }
 
@@ -161,7 +166,7 @@ LatticeState ChainMail::state() const {
 }
 
 std::uint64_t ChainMail::hash() const {
-    return hash_displacements(m_impl->lattice);
+    return hash_state(m_impl->lattice);
 }
 
 Box3i ChainMail::moved_box() const {

@@ -9,7 +9,9 @@
 #include <pliant/chainmail.h>
 
 #include <span>
+#include <string>
 
+#include "chainmail/history.h"
 #include "chainmail/lattice.h"
 
 namespace pliant {
@@ -20,17 +22,25 @@ struct ChainMail::Impl {
           settings(s),
           law(s.custom_law ? s.custom_law : draeger_law(s)),
           lattice(v, {law}, s.brick_size, s.bounded),
-          arena(a) {}
+          arena(a),
+          history(lattice, a, s.history_max_steps, s.history_max_bytes()) {}
 
     Result<PushReport> push(std::span<const Vec3i> elements, Vec3d push_mm);
     bool propagate(std::span<const ElementRef> grabbed, Vec3<Fixed> shift);
     Result<PushReport> push_grabbed(std::span<const ElementRef> grabbed, Vec3<Fixed> shift);
+
+    /// Between these two everything that changes the lattice is one step of the history. A drag
+    /// begins when it grabs and ends when it lets go; steps inside of a step belong to it.
+    void begin_step(std::string name) { history.begin(std::move(name)); }
+    /// @returns see History::end
+    int end_step() { return history.end(); }
 
     const Volume& volume;
     ChainMailSettings settings;
     MaterialLaw law;
     Lattice lattice;
     const TaskArena& arena;
+    History history;
 };
 
 }  // namespace pliant

@@ -56,6 +56,22 @@ struct Brick {
     std::unique_ptr<void, FreeAligned> memory;
 };
 
+/// Told before something changes, where it may have to be taken back.
+class LatticeObserver {
+  public:
+    virtual ~LatticeObserver() = default;
+    /// Of a brick whose displacements change; may be called from several threads.
+    virtual void before_move(const Brick& brick) = 0;
+    virtual void before_edit(Vec3i coord, const BrickEdits* edits) = 0;
+};
+
+struct CoordHash {
+    std::size_t operator()(Vec3i c) const {
+        return std::size_t(c.x) * 73856093u ^ std::size_t(c.y) * 19349663u ^
+               std::size_t(c.z) * 83492791u;
+    }
+};
+
 struct ElementRef {
     int brick;
     int index;
@@ -71,6 +87,7 @@ class Lattice {
     const Grid& grid() const { return m_volume.grid; }
     const MaterialTable& materials() const { return m_materials; }
     int brick_size() const { return m_size; }
+    bool is_bounded() const { return m_bounded; }
     int elements_per_brick() const { return m_size * m_size * m_size; }
     int stride(int axis) const { return axis == 0 ? 1 : axis == 1 ? m_size : m_size * m_size; }
     /// Indices of a brick's elements on its low or high side along an axis, in one fixed order.
@@ -105,6 +122,19 @@ class Lattice {
     /// Replaces them; all zero takes them away. A resident brick's materials follow.
     void set_edits(Vec3i brick_coord, BrickEdits edits);
     const auto& all_edits() const { return m_edits; }
+    /// False where every element has all its links.
+    bool may_have_gaps() const { return m_bounded || !m_edits.empty(); }
+
+    /// Whether the link from an element to its neighbour at + along an axis is there: not cut, and
+    /// neither end void.
+    bool is_linked(Vec3i low, int axis) const;
+
+    /// At most one; null: none. It must outlive its time here.
+    void set_observer(LatticeObserver* observer) { m_observer = observer; }
+    /// To be called before a brick's displacements are written. Cheap where nobody listens.
+    void before_move(int index) const {
+        if (m_observer) m_observer->before_move(brick(index));
+    }
 
     /// Links may be outside of their limits after a change of materials. They may then not get
     /// worse: solvers take the larger of a link's limit and what it has now.
@@ -125,13 +155,6 @@ class Lattice {
     std::size_t resident_bytes() const;
 
   private:
-    struct CoordHash {
-        std::size_t operator()(Vec3i c) const {
-            return std::size_t(c.x) * 73856093u ^ std::size_t(c.y) * 19349663u ^
-                   std::size_t(c.z) * 83492791u;
-        }
-    };
-
     std::unique_ptr<Brick> take_brick();
     std::size_t brick_bytes() const;
     void fill_materials(Brick& brick) const;
@@ -141,6 +164,7 @@ class Lattice {
     int m_size;
     bool m_bounded;
     bool m_may_exceed = false;
+    LatticeObserver* m_observer = nullptr;
     std::uint64_t m_clock = 0;
     std::array<std::vector<int>, 6> m_faces;
     std::vector<std::unique_ptr<Brick>> m_bricks;  ///< null where dropped

@@ -144,6 +144,7 @@ std::int64_t apply_shift(Lattice& lattice, std::span<const int> bricks, Vec3<Fix
         for (std::int64_t k = begin; k < end; ++k) {
             Brick& brick = lattice.brick(bricks[std::size_t(k)]);
             if (!is_reached(brick)) continue;
+            lattice.before_move(bricks[std::size_t(k)]);
             for (std::size_t n = 0; n < std::size_t(lattice.elements_per_brick()); ++n) {
                 const Raises raise = raises(brick, n, shift);
                 bool any = false;

@@ -41,6 +41,7 @@ class Oracle {
                     m_limits.push_back(law(inside ? int(volume.at(e)) : kAirHu));
                 }
         for (auto& u : m_u) u.assign(n, 0);
+        m_edits.assign(n, 0);
         for (std::size_t b = 0; b < 3; ++b)
             for (const ElementLimits& limits : m_limits) {
                 m_compress[b].push_back(half(limits.compress[int(b)], int(b)));
@@ -56,6 +57,14 @@ class Oracle {
     }
     T displacement(Vec3i e, int axis) const { return m_u[std::size_t(axis)][index(e)]; }
     const ElementLimits& limits(Vec3i e) const { return m_limits[index(e)]; }
+
+    /// Flags as the lattice has them: 1, 2, 4, the link to the neighbour at +x, +y, +z is cut; 8,
+    /// the element is void, and has no links at all.
+    void set_edits(Vec3i e, std::uint8_t flags) {
+        m_edits[index(e)] = flags;
+        if (flags & 8)
+            for (auto& u : m_u) u[index(e)] = 0;
+    }
 
     /// Elements of the grid, margin included.
     template <class Visit>
@@ -123,6 +132,7 @@ class Oracle {
                 std::size_t i = index(first + Vec3i{0, y, z});
                 for (int x = 0; x < links.x; ++x, ++i) {
                     const std::size_t j = i + step;
+                    if ((m_edits[i] & (8 | 1 << b)) || (m_edits[j] & 8)) continue;
                     raise(lower[j], lower[i] - (least[i] + least[j]));
                     raise(lower[i], lower[j] - (most[i] + most[j]));
                     lower_to(upper[j], upper[i] + (most[i] + most[j]));
@@ -138,6 +148,7 @@ class Oracle {
     std::vector<ElementLimits> m_limits;
     std::array<std::vector<T>, 3> m_compress, m_stretch, m_shear;  ///< halves, by link axis
     std::array<std::vector<T>, 3> m_u;
+    std::vector<std::uint8_t> m_edits;
 };
 
 }  // namespace pliant::test
