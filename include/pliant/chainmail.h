@@ -169,6 +169,17 @@ class ChainMail {
     /// @returns forgotten steps. @pre a group has begun
     int end_group();
 
+    /// Displacements, cut links, void elements and settings in one file. It appears as a whole, or
+    /// not at all.
+    /// @returns Unwritable
+    Status save_state(const std::filesystem::path& path) const;
+    /// Replaces all of these, but the solver, and the history is empty then. References to
+    /// settings() and lattice() end. Where it fails nothing changes.
+    /// @returns NotFound; Unreadable where the file is damaged, cut short, or holds displacements
+    ///          outside of their limits; Unsupported where a newer Pliant wrote it; InvalidArgument
+    ///          where it belongs to another scan or law
+    Status load_state(const std::filesystem::path& path);
+
     /// Displacement of element ijk [mm, LPS]; zero where nothing moved; also beyond the scan.
     Vec3d displacement_mm(Vec3i ijk) const;
     LatticeState state() const;

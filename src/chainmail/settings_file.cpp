@@ -205,6 +205,14 @@ bool looks_like_toml(const std::string& text) {
 
 }  // namespace
 
+Result<ChainMailSettings> parse_settings(const std::string& name, const std::string& toml) {
+    ChainMailSettings settings;
+    if (const Status read = read_toml({name}, toml, settings); !read.ok()) return read.error();
+    if (const Status valid = check_settings(settings); !valid.ok())
+        return Error{valid.error().code, name + ": " + valid.error().message};
+    return settings;
+}
+
 Result<ChainMailSettings> read_chainmail_settings(const std::filesystem::path& path,
                                                   std::vector<std::string>* notes) {
     std::error_code ignored;
