@@ -34,6 +34,10 @@ const char* name_of(LimitedBy limit) {
             return "bone";
         case LimitedBy::Movement:
             return "movement";
+        case LimitedBy::Object:
+            return "object";
+        case LimitedBy::Wall:
+            return "wall";
     }
     return "";
 }

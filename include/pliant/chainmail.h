@@ -97,7 +97,8 @@ struct Push {
 };
 
 enum class PushStatus { Applied, Limited, Rejected };
-enum class LimitedBy { None, Bone, Movement };
+/// Object and Wall: only in an ObjectSpace (chainmail_objects.h).
+enum class LimitedBy { None, Bone, Movement, Object, Wall };
 
 struct PushReport {
     PushStatus status = PushStatus::Rejected;
@@ -123,6 +124,7 @@ struct LatticeState {
 };
 
 class Lattice;
+class ObjectSpace;
 
 class ChainMail {
   public:
@@ -195,6 +197,7 @@ class ChainMail {
     const Lattice& lattice() const;  ///< for the rooms above; opaque to users
 
   private:
+    friend class ObjectSpace;
     struct Impl;
     explicit ChainMail(std::unique_ptr<Impl> impl);
     std::unique_ptr<Impl> m_impl;

@@ -37,6 +37,11 @@ std::string reason(const PushReport& report) {
         case LimitedBy::Movement:
             return std::string(none ? "nothing moved" : "stopped") +
                    ": an element reached its largest movement ([material] max_movement_mm)";
+        case LimitedBy::Object:
+            return std::string(none ? "nothing moved" : "stopped") +
+                   ": another object is in the way";
+        case LimitedBy::Wall:
+            return std::string(none ? "nothing moved" : "stopped") + ": a wall is in the way";
     }
     return {};
 }
@@ -69,12 +74,14 @@ Result<PushReport> ChainMail::Impl::push_grabbed(std::span<const ElementRef> gra
     }
     const std::vector<int> bricks = lattice.resident_bricks();
     const StepLimit reached = limit_of_reached(lattice, bricks, tried, arena);
+    StepGuard::Verdict verdict{reached.fraction, fraction_of(tried, reached.fraction),
+                               reached.fraction < 1 ? reached.limited_by : own.limited_by};
+    if (guard) verdict = guard->limit(bricks, tried, verdict);
     PushReport report;
     report.grabbed_elements = std::int64_t(grabbed.size());
-    report.step_fraction = own.fraction * reached.fraction;
-    report.limited_by = reached.fraction < 1 ? reached.limited_by : own.limited_by;
-    report.moved_elements =
-        apply_shift(lattice, bricks, tried, fraction_of(tried, reached.fraction), arena);
+    report.step_fraction = own.fraction * verdict.fraction;
+    report.limited_by = verdict.limited_by;
+    report.moved_elements = apply_shift(lattice, bricks, tried, verdict.done, arena);
     const bool nothing =
         report.step_fraction <= 0 || (report.step_fraction < 1 && report.moved_elements == 0);
     report.status = nothing                    ? PushStatus::Rejected

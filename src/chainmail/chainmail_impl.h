@@ -16,6 +16,20 @@
 
 namespace pliant {
 
+/// Something outside of the lattice that may stop a push before the lattice's own limits do.
+class StepGuard {
+  public:
+    struct Verdict {
+        double fraction;
+        Vec3<Fixed> done;  ///< of the shift
+        LimitedBy limited_by;
+    };
+    virtual ~StepGuard() = default;
+    /// @param bricks    hold the raises of the whole shift
+    /// @param so_far    what the lattice's own limits allow
+    virtual Verdict limit(std::span<const int> bricks, Vec3<Fixed> shift, Verdict so_far) = 0;
+};
+
 struct ChainMail::Impl {
     Impl(const Volume& v, const ChainMailSettings& s, const TaskArena& a)
         : volume(v),
@@ -41,6 +55,7 @@ struct ChainMail::Impl {
     Lattice lattice;
     const TaskArena& arena;
     History history;
+    StepGuard* guard = nullptr;  ///< for the time of a push
 };
 
 }  // namespace pliant

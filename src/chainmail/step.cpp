@@ -131,6 +131,10 @@ StepLimit limit_of_reached(const Lattice& lattice, std::span<const int> bricks, 
     return limit;
 }
 
+Vec3<Fixed> raise_of(const Brick& brick, std::size_t index, Vec3<Fixed> shift) {
+    return raises(brick, index, shift);
+}
+
 Vec3<Fixed> fraction_of(Vec3<Fixed> shift, double fraction) {
     if (fraction >= 1) return shift;
     return {Fixed(std::trunc(fraction * shift.x)), Fixed(std::trunc(fraction * shift.y)),

@@ -35,6 +35,9 @@ StepLimit limit_of_grabbed(const Lattice& lattice, std::span<const ElementRef> g
 StepLimit limit_of_reached(const Lattice& lattice, std::span<const int> bricks, Vec3<Fixed> shift,
                            const TaskArena& arena);
 
+/// By how much the whole shift of the solve in progress moves an element, 0…|shift_a|.
+Vec3<Fixed> raise_of(const Brick& brick, std::size_t index, Vec3<Fixed> shift);
+
 /// The shift times the fraction, each component rounded towards zero.
 Vec3<Fixed> fraction_of(Vec3<Fixed> shift, double fraction);
 
