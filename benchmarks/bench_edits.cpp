@@ -43,6 +43,7 @@ void history_step(benchmark::State& state) {
     const Volume volume = tissue_volume(side, Kind(state.range(2)));
     ChainMailSettings settings;
     settings.max_movement_mm = 400;
+    settings.offset = 0.1;
     const double middle = side / 2 + 0.5, along = double(state.range(1)) / std::sqrt(3.0);
     const Push push{.point_mm = {middle, middle, middle}, .push_mm = {along, along, along}};
     std::vector<double> plain_s, kept_s, solve_s, undo_s, redo_s;
@@ -87,12 +88,12 @@ void history_step(benchmark::State& state) {
 BENCHMARK(history_step)
     ->Name("chainmail_history")
     ->ArgNames({"side", "mm", "kind"})
-    ->Args({128, 12, Homogeneous})
-    ->Args({128, 12, Layers})
-    ->Args({128, 12, Noise})
-    ->Args({256, 26, Homogeneous})
-    ->Args({256, 26, Layers})
-    ->Args({256, 26, Noise})
+    ->Args({128, 14, Homogeneous})
+    ->Args({128, 14, Layers})
+    ->Args({128, 14, Noise})
+    ->Args({288, 31, Homogeneous})
+    ->Args({288, 31, Layers})
+    ->Args({288, 31, Noise})
     ->UseManualTime()
     ->Iterations(8)
     ->Unit(benchmark::kMillisecond);

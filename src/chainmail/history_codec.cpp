@@ -5,6 +5,7 @@
 
 #include <lz4.h>
 
+#include <algorithm>
 #include <climits>
 #include <cstring>
 
@@ -14,14 +15,16 @@ namespace {
 constexpr int kPlanes = 4;
 constexpr std::size_t kMaskBytes = 2;  ///< which of the 3 × 4 planes follow
 
-/// values[i] −= values[i − 1] along each axis, from the end, so that it can be undone in place.
-void predict(std::uint32_t* values, int size) {
+/// values[i] −= values[i − 1] along each axis. From one array to the other, so that compilers can
+/// take several at a time. @param other  of the same length
+void predict(std::uint32_t* values, std::uint32_t* other, int size) {
     const auto n = std::size_t(size), slice = n * n, all = slice * n;
-    for (std::size_t row = 0; row < all; row += n)
-        for (std::size_t x = n - 1; x > 0; --x) values[row + x] -= values[row + x - 1];
-    for (std::size_t z = 0; z < all; z += slice)
-        for (std::size_t i = slice - 1; i >= n; --i) values[z + i] -= values[z + i - n];
-    for (std::size_t i = all - 1; i >= slice; --i) values[i] -= values[i - slice];
+    for (std::size_t i = 1; i < all; ++i) other[i] = values[i] - values[i - 1];
+    for (std::size_t row = 0; row < all; row += n) other[row] = values[row];
+    for (std::size_t i = n; i < all; ++i) values[i] = other[i] - other[i - n];
+    for (std::size_t z = 0; z < all; z += slice) std::copy_n(other + z, n, values + z);
+    for (std::size_t i = slice; i < all; ++i) other[i] = values[i] - values[i - slice];
+    std::copy(other + slice, other + all, values + slice);
 }
 
 void unpredict(std::uint32_t* values, int size) {
@@ -44,18 +47,20 @@ std::uint32_t unfolded(std::uint32_t v) {
 }  // namespace
 
 bool encode_change(const Components& before, const Components& after, int brick_size, Bytes& out) {
-    static thread_local std::vector<std::uint32_t> values;
+    static thread_local std::vector<std::uint32_t> buffer;
     const auto n = std::size_t(brick_size) * std::size_t(brick_size) * std::size_t(brick_size);
-    values.resize(n);
+    buffer.resize(2 * n);
+    std::uint32_t* const values = buffer.data();
     const std::size_t start = out.size();
     out.resize(start + kMaskBytes);
     unsigned mask = 0;
     for (std::size_t a = 0; a < 3; ++a) {
         std::uint32_t any = 0;
+        const Fixed *old_u = before[a], *new_u = after[a];
         for (std::size_t i = 0; i < n; ++i)
-            any |= values[i] = std::uint32_t(after[a][i]) - std::uint32_t(before[a][i]);
+            any |= values[i] = std::uint32_t(new_u[i]) - std::uint32_t(old_u[i]);
         if (any == 0) continue;
-        predict(values.data(), brick_size);
+        predict(values, values + n, brick_size);
         any = 0;
         for (std::size_t i = 0; i < n; ++i) any |= values[i] = folded(values[i]);
         for (int plane = 0; plane < kPlanes; ++plane) {
@@ -63,8 +68,8 @@ bool encode_change(const Components& before, const Components& after, int brick_
             mask |= 1u << (kPlanes * int(a) + plane);
             const std::size_t at = out.size();
             out.resize(at + n);
-            for (std::size_t i = 0; i < n; ++i)
-                out[at + i] = std::byte(values[i] >> 8 * plane & 0xff);
+            std::byte* const bytes = out.data() + at;
+            for (std::size_t i = 0; i < n; ++i) bytes[i] = std::byte(values[i] >> 8 * plane & 0xff);
         }
     }
     if (mask == 0) {
