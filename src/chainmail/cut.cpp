@@ -161,6 +161,31 @@ PlaceBox box_of(const Triangle& t) {
     return box;
 }
 
+/// Sorted by brick. @returns false where there are too many to look at
+bool find_candidates(const Lattice& lattice, std::span<const Triangle> ribbon,
+                     std::int64_t max_elements, std::vector<Candidate>& candidates) {
+    const BrickSearch search(lattice);
+    const std::int64_t max_bricks = max_elements / lattice.elements_per_brick() + 8;
+    std::int64_t looked_at = 0;
+    for (std::size_t t = 0; t < ribbon.size(); ++t) {
+        const Plane plane(ribbon[t]);
+        if (plane.is_flat()) continue;
+        looked_at += search.brick_count(box_of(ribbon[t]));
+        if (looked_at > 64 * max_bricks) return false;
+        const auto visit = [&](Vec3i coord, const PlaceBox& box) {
+            if (passes_through(plane, box)) candidates.push_back({coord, int(t)});
+        };
+        search.for_each_brick(box_of(ribbon[t]), visit,
+                              [&](const PlaceBox& box) { return passes_through(plane, box); });
+        if (std::int64_t(candidates.size()) > max_bricks) return false;
+    }
+    std::sort(candidates.begin(), candidates.end(), [](const Candidate& p, const Candidate& q) {
+        return std::tie(p.coord.z, p.coord.y, p.coord.x, p.triangle) <
+               std::tie(q.coord.z, q.coord.y, q.coord.x, q.triangle);
+    });
+    return true;
+}
+
 }  // namespace
 
 Place rest_place(const Grid& grid, Vec3i ijk) {
@@ -210,26 +235,11 @@ Result<std::vector<Triangle>> ribbon_of(const Grid& grid, const CutSurface& surf
 
 Result<std::int64_t> cut_links(Lattice& lattice, std::span<const Triangle> ribbon,
                                std::int64_t max_elements, const TaskArena& arena) {
-    const BrickSearch search(lattice);
     std::vector<Candidate> candidates;
-    std::int64_t looked_at = 0;
-    for (std::size_t t = 0; t < ribbon.size(); ++t) {
-        const Plane plane(ribbon[t]);
-        if (plane.is_flat()) continue;
-        looked_at += search.brick_count(box_of(ribbon[t]));
-        if (looked_at > max_elements / lattice.elements_per_brick() + 8)
-            return Error{
-                ErrorCode::LimitExceeded,
-                "cut: the blade passes through more than " + std::to_string(max_elements) +
-                    " elements, expected a smaller one or a larger [lattice] max_elements"};
-        search.for_each_brick(box_of(ribbon[t]), [&](Vec3i coord, const PlaceBox& box) {
-            if (passes_through(plane, box)) candidates.push_back({coord, int(t)});
-        });
-    }
-    std::sort(candidates.begin(), candidates.end(), [](const Candidate& p, const Candidate& q) {
-        return std::tie(p.coord.z, p.coord.y, p.coord.x, p.triangle) <
-               std::tie(q.coord.z, q.coord.y, q.coord.x, q.triangle);
-    });
+    if (!find_candidates(lattice, ribbon, max_elements, candidates))
+        return Error{ErrorCode::LimitExceeded,
+                     "cut: the blade passes through more than " + std::to_string(max_elements) +
+                         " elements, expected a smaller one or a larger [lattice] max_elements"};
     std::vector<std::size_t> starts;  // of each brick's candidates
     for (std::size_t n = 0; n < candidates.size(); ++n)
         if (n == 0 || candidates[n].coord != candidates[n - 1].coord) starts.push_back(n);

@@ -46,18 +46,22 @@ std::int64_t BrickSearch::brick_count(const PlaceBox& box) const {
 }
 
 void BrickSearch::for_each_brick(const PlaceBox& box,
-                                 const std::function<void(Vec3i, const PlaceBox&)>& visit) const {
+                                 const std::function<void(Vec3i, const PlaceBox&)>& visit,
+                                 const std::function<bool(const PlaceBox&)>& may_meet) const {
     const Range range = bricks_near(box);
     const Vec3i layers{m_lattice.brick_size(), m_lattice.brick_size(), m_lattice.brick_size()};
     for (int z = range.begin.z; z < range.end.z; ++z)
         for (int y = range.begin.y; y < range.end.y; ++y)
             for (int x = range.begin.x; x < range.end.x; ++x) {
+                const Vec3i first = m_lattice.brick_size() * Vec3i{x, y, z};
+                const Place low = rest_place(m_lattice.grid(), first);
+                const Place high = rest_place(m_lattice.grid(), first + layers);
+                if (may_meet &&
+                    !may_meet({moved_place(low, m_lowest), moved_place(high, m_highest)}))
+                    continue;
                 Vec3<Fixed> lowest, highest;
                 bound_block(m_lattice, {x, y, z}, lowest, highest);
-                const Vec3i first = m_lattice.brick_size() * Vec3i{x, y, z};
-                const PlaceBox own{
-                    moved_place(rest_place(m_lattice.grid(), first), lowest),
-                    moved_place(rest_place(m_lattice.grid(), first + layers), highest)};
+                const PlaceBox own{moved_place(low, lowest), moved_place(high, highest)};
                 bool meets = true;
                 for (int a = 0; a < 3; ++a)
                     meets &= own.low[a] <= box.high[a] && own.high[a] >= box.low[a];

@@ -25,10 +25,13 @@ class BrickSearch {
     /// How many bricks for_each_brick looks at.
     std::int64_t brick_count(const PlaceBox& box) const;
     /// Visits the bricks that have a part in the box: an element or a link that starts in them.
-    /// @param visit  coordinate, and bounds of all places of the brick's elements and the next
-    ///               layer on the high sides
+    /// @param visit     coordinate, and bounds of all places of the brick's elements and the next
+    ///                  layer on the high sides
+    /// @param may_meet  says of wider bounds, found without looking at displacements, whether the
+    ///                  brick is of interest at all; empty: all are
     void for_each_brick(const PlaceBox& box,
-                        const std::function<void(Vec3i, const PlaceBox&)>& visit) const;
+                        const std::function<void(Vec3i, const PlaceBox&)>& visit,
+                        const std::function<bool(const PlaceBox&)>& may_meet = {}) const;
 
   private:
     struct Range {
