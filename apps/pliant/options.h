@@ -55,7 +55,7 @@ struct DeformOptions {
     std::string solver = "sweep";   ///< or "heap"
     std::string mapping = "cells";  ///< or "tetrahedra"
     std::string load_state, save_state;
-    std::string out, displacement, transform, report, png;
+    std::string out, displacement, transform, jacobian, strain, report, png;
     std::optional<Vec3d> eye_mm, look;  ///< of the picture
     std::optional<double> iso_hu;
     bool raw = false;

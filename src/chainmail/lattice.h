@@ -144,11 +144,19 @@ class Lattice {
     /// Counts changes: a brick's changed_at is the clock's value at its last one.
     std::uint64_t clock() const { return m_clock; }
     std::uint64_t tick() { return ++m_clock; }
+    /// For a lattice that takes the place of another: nobody mistakes a new stamp for an old one.
+    void continue_clock(std::uint64_t clock) { m_clock = clock; }
 
     /// Indices of the bricks that are there, sorted by coordinate: the same order however they came
     /// into being.
     std::vector<int> resident_bricks() const;
     int resident_brick_count() const { return int(m_index_of.size()); }
+    /// Calls visit(brick) for each brick that is there, in no particular order.
+    template <class Visit>
+    void for_each_brick(const Visit& visit) const {
+        for (const auto& slot : m_bricks)
+            if (slot) visit(*slot);
+    }
     Brick& brick(int index) { return *m_bricks[std::size_t(index)]; }
     const Brick& brick(int index) const { return *m_bricks[std::size_t(index)]; }
     /// Bytes of all bricks that are there.

@@ -276,6 +276,7 @@ Status StateReader::read_moves(Lattice& lattice, std::int64_t max_bricks) {
             const int index = lattice.ensure_brick(coord);
             for (std::size_t a = 0; a < 3; ++a)
                 std::memcpy(lattice.brick(index).u[a], change.data() + a * n, n * sizeof(Fixed));
+            lattice.brick(index).changed_at = lattice.clock();
             lattice.update_bounds(index);
         }
         if (!raw.empty()) return damaged();

@@ -103,6 +103,7 @@ Status ChainMail::load_state(const std::filesystem::path& path) {
     if (header->custom_law) settings->custom_law = m_impl->settings.custom_law;
     settings->solver = m_impl->settings.solver;
     auto impl = std::make_unique<Impl>(m_impl->volume, *settings, m_impl->arena);
+    impl->lattice.continue_clock(m_impl->lattice.clock());
     impl->lattice.tick();
     const Status read = reader.read_lattice(impl->lattice, m_impl->settings.max_elements);
     if (!read.ok()) return read;
