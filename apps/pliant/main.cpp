@@ -8,7 +8,9 @@
 #include <CLI/CLI.hpp>
 #include <charconv>
 #include <cstdio>
+#include <map>
 #include <string_view>
+#include <utility>
 
 namespace pliant::app {
 namespace {
@@ -108,26 +110,92 @@ void add_phantom(CLI::App& app, PhantomOptions& o) {
     c->footer("Example:\n  pliant phantom airway --size 192 --out airway.nrrd");
 }
 
+/// @returns the parts before and after the one colon
+std::pair<std::string, std::string> halves_of(const std::string& text, const std::string& option,
+                                              const std::string& expected) {
+    const auto colon = text.find(':');
+    if (colon == std::string::npos)
+        throw CLI::ValidationError(option, "expected " + expected + ", found '" + text + "'");
+    return {text.substr(0, colon), text.substr(colon + 1)};
+}
+
+PushOption parse_push(const std::string& text) {
+    const auto [point, push] = halves_of(text, "--push", "X,Y,Z:DX,DY,DZ in LPS mm");
+    return {parse_vector(point, "--push"), parse_vector(push, "--push")};
+}
+
+/// Points separated by semicolons.
+std::vector<Vec3d> parse_points(std::string_view text, const std::string& option) {
+    std::vector<Vec3d> points;
+    for (;;) {
+        const auto semicolon = text.find(';');
+        points.push_back(parse_vector(text.substr(0, semicolon), option));
+        if (semicolon == std::string_view::npos) return points;
+        text.remove_prefix(semicolon + 1);
+    }
+}
+
+CutSurface parse_cut(const std::string& text) {
+    const std::string expected = "X,Y,Z;X,Y,Z[;…]:DX,DY,DZ in LPS mm";
+    const auto [line, depth] = halves_of(text, "--cut", expected);
+    CutSurface surface{parse_points(line, "--cut"), parse_vector(depth, "--cut")};
+    if (surface.line_mm.size() < 2)
+        throw CLI::ValidationError("--cut", "expected " + expected + ", found '" + text + "'");
+    return surface;
+}
+
+CarveTool parse_carve(const std::string& text) {
+    const std::string expected = "X,Y,Z[;X,Y,Z]:R in LPS mm";
+    const auto [places, radius] = halves_of(text, "--carve", expected);
+    const std::vector<Vec3d> points = parse_points(places, "--carve");
+    const double radius_mm = parse_numbers(radius, ',', 1, "--carve")[0];
+    if (points.size() > 2 || !(radius_mm > 0))
+        throw CLI::ValidationError("--carve", "expected " + expected + ", found '" + text + "'");
+    return {.from_mm = points.front(), .to_mm = points.back(), .radius_mm = radius_mm};
+}
+
+/// Options whose order among each other counts. CLI11 hands over one option at a time, so the texts
+/// are taken in the order in which they were parsed.
+void add_actions(CLI::App* command, DeformOptions& o) {
+    using Parse = DeformAction (*)(const std::string&);
+    const auto add = [&](const char* name, const char* type, const std::string& help) {
+        return command->add_option(name, help)
+            ->type_name(type)
+            ->expected(1)
+            ->allow_extra_args(false)
+            ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
+    };
+    const std::vector<std::pair<CLI::Option*, Parse>> kinds = {
+        {add("--push", "X,Y,Z:DX,DY,DZ", "where, and how far, in LPS mm; may be given again"),
+         [](const std::string& text) -> DeformAction { return parse_push(text); }},
+        {add("--cut", "X,Y,Z;X,Y,Z[;...]:DX,DY,DZ",
+             "a line swept along a vector cuts the links that it crosses; may be given again"),
+         [](const std::string& text) -> DeformAction { return parse_cut(text); }},
+        {add("--carve", "X,Y,Z[;X,Y,Z]:R",
+             "a sphere, or one that moves from place to place, takes out the tissue in it; may be "
+             "given again"),
+         [](const std::string& text) -> DeformAction { return parse_carve(text); }},
+    };
+    command->add_option("--load-state", o.load_state, "start from a saved state (.plst)");
+    command->add_option("--save-state", o.save_state,
+                        "lattice and settings, to go on from (.plst)");
+    command->callback([command, kinds, &o] {
+        std::map<const CLI::Option*, std::size_t> taken;
+        for (const CLI::Option* parsed : command->parse_order())
+            for (const auto& [option, parse] : kinds)
+                if (option == parsed)
+                    o.actions.push_back(parse(parsed->results()[taken[parsed]++]));
+        if (o.actions.empty() && o.load_state.empty())
+            throw CLI::ValidationError(
+                "deform", "expected one or more of --push, --cut, --carve or --load-state");
+    });
+}
+
 void add_deform(CLI::App& app, DeformOptions& o) {
     auto* c = app.add_subcommand("deform", "Push the tissue of a scan and write the deformed scan");
     c->add_option("FILE", o.file, "NRRD, MetaImage, NIfTI or DICOM folder")->required();
     add_series(c, o.series);
-    c->add_option_function<std::vector<std::string>>(
-         "--push",
-         [&o](const std::vector<std::string>& texts) {
-             for (const std::string& text : texts) {
-                 const auto colon = text.find(':');
-                 if (colon == std::string::npos)
-                     throw CLI::ValidationError(
-                         "--push", "expected X,Y,Z:DX,DY,DZ in LPS mm, found '" + text + "'");
-                 o.pushes.push_back({parse_vector(text.substr(0, colon), "--push"),
-                                     parse_vector(text.substr(colon + 1), "--push")});
-             }
-         },
-         "where, and how far, in LPS mm; may be given again, applied in order")
-        ->type_name("X,Y,Z:DX,DY,DZ")
-        ->allow_extra_args(false)
-        ->required();
+    add_actions(c, o);
     c->add_option_function<std::string>(
          "--tool",
          [&o](const std::string& text) {
@@ -166,8 +234,14 @@ void add_deform(CLI::App& app, DeformOptions& o) {
     c->add_flag("--raw", o.raw, "no compression");
     add_threads(c, o.threads);
     c->footer(
-        "Example:\n  pliant deform scan.nrrd --push \"-13.5,116,-421:6,0,0\" --tool sphere:4 "
-        "--out pushed.nrrd --png pushed.png");
+        "Pushes, cuts and carvings are done in the order in which they are given.\n"
+        "Examples:\n"
+        "  pliant deform scan.nrrd --push \"-13.5,116,-421:6,0,0\" --tool sphere:4 "
+        "--out pushed.nrrd --png pushed.png\n"
+        "  pliant deform scan.nrrd --cut \"-30,100,-421;-5,105,-421:0,0,40\" "
+        "--push \"-13.5,116,-421:6,0,0\" --out cut.nrrd --save-state cut.plst\n"
+        "  pliant deform scan.nrrd --load-state cut.plst --carve \"-13.5,116,-421:5\" "
+        "--out carved.nrrd");
 }
 
 void add_render(CLI::App& app, RenderOptions& o) {

@@ -8,10 +8,12 @@
 
 #pragma once
 
+#include <pliant/chainmail_edits.h>
 #include <pliant/vec.h>
 
 #include <optional>
 #include <string>
+#include <variant>
 #include <vector>
 
 namespace pliant::app {
@@ -41,15 +43,19 @@ struct PushOption {
     Vec3d push_mm;
 };
 
+/// What is done to the tissue, one after the other.
+using DeformAction = std::variant<PushOption, CutSurface, CarveTool>;
+
 struct DeformOptions {
     std::string file;
     std::string series;
-    std::vector<PushOption> pushes;
-    double sphere_radius_mm = 0;  ///< 0: the point tool
+    std::vector<DeformAction> actions;  ///< in the order of the command line
+    double sphere_radius_mm = 0;        ///< 0: the point tool
     std::string config;
     std::string labels, directions;  ///< for [[label]] of the config
     std::string solver = "sweep";    ///< or "heap"
     std::string mapping = "cells";   ///< or "tetrahedra"
+    std::string load_state, save_state;
     std::string out, displacement, transform, jacobian, strain, report, png;
     std::optional<Vec3d> eye_mm, look;  ///< of the picture
     std::optional<double> iso_hu;

@@ -34,6 +34,10 @@ const char* name_of(LimitedBy limit) {
             return "bone";
         case LimitedBy::Movement:
             return "movement";
+        case LimitedBy::Object:
+            return "object";
+        case LimitedBy::Wall:
+            return "wall";
     }
     return "";
 }
@@ -107,7 +111,10 @@ std::string report_json(const DeformOptions& options, const DeformResult& result
     json["folded_cells"] = result.state.folded_cells;
     json["no_fold_certified"] = result.certificate.certified;
     json["certificate"] = {{"all", result.certificate.all}, {"tissue", result.certificate.tissue}};
+    json["cut_links"] = result.state.cut_links;
+    json["carved_elements"] = result.state.carved_elements;
     json["solve_ms"] = all.solve_ms;
+    json["edit_ms"] = result.edit_ms;
     json["resample_ms"] = deformed.resample_ms;
     json["dirty_box_ijk"] =
         is_empty(deformed.dirty_box)
@@ -125,8 +132,10 @@ std::string report_json(const DeformOptions& options, const DeformResult& result
     json["solver"] = options.solver;
     json["mapping"] = options.mapping;
     json["pushes"] = Json::array();
-    for (std::size_t n = 0; n < result.pushes.size(); ++n)
-        json["pushes"].push_back(push_json(options.pushes[n], result.pushes[n]));
+    auto report = result.pushes.begin();
+    for (const DeformAction& action : options.actions)
+        if (const auto* push = std::get_if<PushOption>(&action))
+            json["pushes"].push_back(push_json(*push, *report++));
     json["notes"] = result.notes;
     return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
@@ -138,11 +147,19 @@ std::string report_text(const DeformResult& result) {
                   "%s: %.1f %% of %s done, %lld elements moved by up to %.2f mm\n"
                   "solve %.2f ms, resample %.2f ms, %lld voxels written\n",
                   name_of(all.status), 100 * all.step_fraction,
-                  result.pushes.size() > 1 ? "the shortest push" : "the push",
+                  result.pushes.empty()      ? "what was asked for"
+                  : result.pushes.size() > 1 ? "the shortest push"
+                                             : "the push",
                   static_cast<long long>(result.state.moved_elements), result.state.max_movement_mm,
                   all.solve_ms, result.deformed.resample_ms,
                   static_cast<long long>(result.deformed.written_voxels));
     std::string text = line;
+    if (result.state.cut_links + result.state.carved_elements > 0) {
+        std::snprintf(line, sizeof line, "%lld links cut, %lld elements carved away\n",
+                      static_cast<long long>(result.state.cut_links),
+                      static_cast<long long>(result.state.carved_elements));
+        text += line;
+    }
     if (!all.message.empty()) text += all.message + "\n";
     return text;
 }

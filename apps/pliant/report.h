@@ -17,6 +17,7 @@ namespace pliant::app {
 
 struct DeformResult {
     std::vector<PushReport> pushes;
+    double edit_ms = 0;  ///< of cuts and carvings
     LatticeState state;
     FoldCertificate certificate;
     Deformed deformed;

@@ -30,7 +30,7 @@ constexpr int kPictureSide = 800;  ///< pixels of each of the two four-ups
 /// Where each output is written until all are there.
 struct Outputs {
     StagedFiles files;
-    fs::path out, displacement, transform, jacobian, strain, report, png;
+    fs::path out, displacement, transform, jacobian, strain, report, png, state;
 };
 
 /// @param endings  none: any name will do
@@ -62,6 +62,7 @@ Status stage_outputs(const DeformOptions& o, Outputs& outputs) {
         {"--strain", o.strain, outputs.strain, {".nrrd", ".nhdr"}},
         {"--report", o.report, outputs.report, {}},
         {"--png", o.png, outputs.png, {".png"}},
+        {"--save-state", o.save_state, outputs.state, {".plst"}},
     };
     std::vector<std::pair<std::string, fs::path>> taken = {{"FILE", fs::weakly_canonical(o.file)}};
     for (const Item& item : items) {
@@ -119,23 +120,60 @@ Error named_by_option(Error error) {
     return error;
 }
 
-Status apply_pushes(const DeformOptions& o, ChainMail& tissue, DeformResult& result,
-                    ProgressBar& bar) {
-    for (const PushOption& push : o.pushes) {
-        const auto report = tissue.push({.point_mm = push.point_mm,
-                                         .push_mm = push.push_mm,
+Status apply(const DeformAction& action, const DeformOptions& o, ChainMail& tissue,
+             DeformResult& result) {
+    const auto failed = [](const Error& error) -> Status {
+        return Error{error.code, "--" + error.message};
+    };
+    if (const auto* push = std::get_if<PushOption>(&action)) {
+        const auto report = tissue.push({.point_mm = push->point_mm,
+                                         .push_mm = push->push_mm,
                                          .sphere_radius_mm = o.sphere_radius_mm});
-        if (!report.ok()) return Error{report.error().code, "--" + report.error().message};
+        if (!report.ok()) return failed(report.error());
         result.pushes.push_back(*report);
-        bar.show(0.2 + 0.2 * double(result.pushes.size()) / double(o.pushes.size()));
+    } else if (const auto* surface = std::get_if<CutSurface>(&action)) {
+        const auto report = tissue.cut(*surface);
+        if (!report.ok()) return failed(report.error());
+        result.edit_ms += report->cut_ms;
+    } else if (const auto* tool = std::get_if<CarveTool>(&action)) {
+        const auto report = tissue.carve(*tool);
+        if (!report.ok()) return failed(report.error());
+        result.edit_ms += report->carve_ms;
     }
     return Ok{};
 }
 
+Status apply_actions(const DeformOptions& o, ChainMail& tissue, DeformResult& result,
+                     ProgressBar& bar) {
+    for (std::size_t n = 0; n < o.actions.size(); ++n) {
+        if (const Status s = apply(o.actions[n], o, tissue, result); !s.ok()) return s;
+        bar.show(0.2 + 0.2 * double(n + 1) / double(o.actions.size()));
+    }
+    return Ok{};
+}
+
+/// Where the picture looks, and along what: the last push, or the last cut or carving.
+PushOption place_of_picture(const DeformOptions& o, const ChainMail& tissue) {
+    for (auto at = o.actions.rbegin(); at != o.actions.rend(); ++at)
+        if (const auto* push = std::get_if<PushOption>(&*at)) return *push;
+    if (o.actions.empty()) {
+        const Box3i box = tissue.moved_box();
+        const Vec3i sum = box.begin + box.end;
+        return {world_from_voxel(tissue.volume().grid, {0.5 * sum.x, 0.5 * sum.y, 0.5 * sum.z}),
+                {0, 0, 1}};
+    }
+    if (const auto* tool = std::get_if<CarveTool>(&o.actions.back()))
+        return {tool->to_mm, {0, 0, tool->radius_mm}};
+    const auto& surface = std::get<CutSurface>(o.actions.back());
+    return {0.5 * (surface.line_mm.front() + surface.line_mm.back() + surface.depth_mm),
+            surface.depth_mm};
+}
+
 /// Before and after, with the same camera and the same sections through the place of the push.
-Image before_and_after(const DeformOptions& o, const Volume& before, const Volume& after,
-                       const TaskArena& arena) {
-    const PushOption& push = o.pushes.back();
+Image before_and_after(const DeformOptions& o, const ChainMail& tissue, const Volume& after) {
+    const Volume& before = tissue.volume();
+    const TaskArena& arena = tissue.arena();
+    const PushOption push = place_of_picture(o, tissue);
     const double iso_hu = o.iso_hu.value_or(-500);
     FourUp view;
     if (o.eye_mm) {
@@ -195,9 +233,11 @@ Status write_outputs(const DeformOptions& o, const ChainMail& tissue, const Defo
         if (Status s = write_volume(outputs.strain, strain_field(tissue), encoding); !s.ok())
             return s;
     if (!outputs.png.empty()) {
-        const Image image = before_and_after(o, tissue.volume(), deformed.volume, tissue.arena());
+        const Image image = before_and_after(o, tissue, deformed.volume);
         if (Status s = write_png(outputs.png, image); !s.ok()) return s;
     }
+    if (!outputs.state.empty())
+        if (Status s = tissue.save_state(outputs.state); !s.ok()) return s;
     if (!outputs.report.empty())
         if (Status s = write_text(outputs.report, report_json(o, result)); !s.ok()) return s;
     return outputs.files.commit();
@@ -206,9 +246,15 @@ Status write_outputs(const DeformOptions& o, const ChainMail& tissue, const Defo
 Status check_options(const DeformOptions& o) {
     if (o.look && !(norm(*o.look) > 0))
         return Error{ErrorCode::InvalidArgument, "--look: expected a direction, found 0,0,0"};
-    if (o.eye_mm && !o.look && norm(o.pushes.back().point_mm - *o.eye_mm) == 0)
+    const auto* push = o.actions.empty() ? nullptr : std::get_if<PushOption>(&o.actions.back());
+    if (push && o.eye_mm && !o.look && norm(push->point_mm - *o.eye_mm) == 0)
         return Error{ErrorCode::InvalidArgument,
                      "--eye: expected a place other than the last --push, or --look too"};
+    if (!o.load_state.empty() && !o.config.empty())
+        return Error{ErrorCode::InvalidArgument,
+                     "--config: expected none beside --load-state, which has its own settings, "
+                     "found " +
+                         o.config};
     return Ok{};
 }
 
@@ -237,7 +283,10 @@ int run_deform(const DeformOptions& options) {
     const TaskArena arena(options.threads);
     auto tissue = ChainMail::create(*volume, *settings, arena);
     if (!tissue.ok()) return fail(named_by_option(tissue.error()));
-    if (const Status s = apply_pushes(options, *tissue, result, *bar); !s.ok())
+    if (!options.load_state.empty())
+        if (const Status s = tissue->load_state(options.load_state); !s.ok())
+            return fail(s.error());
+    if (const Status s = apply_actions(options, *tissue, result, *bar); !s.ok())
         return fail(s.error());
     result.state = tissue->state();
     result.certificate = tissue->fold_certificate();

@@ -19,6 +19,7 @@
 
 #pragma once
 
+#include <pliant/chainmail_edits.h>
 #include <pliant/chainmail_materials.h>
 #include <pliant/grid.h>
 #include <pliant/result.h>
@@ -66,6 +67,11 @@ struct ChainMailSettings {
     std::vector<LabelMaterial> label_materials;
     std::shared_ptr<const Volume> labels;           ///< on the scan's grid; needed by the above
     std::shared_ptr<const VectorField> directions;  ///< likewise, for along_direction
+    // [history]
+    int history_max_steps = 200;  ///< that can be undone, 0…100000; 0: none, at no cost
+    int history_max_mb = 256;     ///< memory for them, 10⁶ bytes; the oldest steps go first
+
+    std::size_t history_max_bytes() const { return std::size_t(history_max_mb) * 1'000'000; }
 
     ChainMailSolver solver = ChainMailSolver::Sweep;
     MaterialLaw custom_law;  ///< if set, used instead of the named law and of air
@@ -89,7 +95,8 @@ struct Push {
 };
 
 enum class PushStatus { Applied, Limited, Rejected };
-enum class LimitedBy { None, Bone, Movement };
+/// Object and Wall: only in an ObjectSpace (chainmail_objects.h).
+enum class LimitedBy { None, Bone, Movement, Object, Wall };
 
 struct PushReport {
     PushStatus status = PushStatus::Rejected;
@@ -98,7 +105,8 @@ struct PushReport {
     std::int64_t grabbed_elements = 0;
     std::int64_t moved_elements = 0;  ///< whose displacement this push changed
     double solve_ms = 0;
-    std::string message;  ///< why, where it isn't plainly applied
+    int forgotten_steps = 0;  ///< oldest steps that this one pushed out of the history; see Undo
+    std::string message;      ///< why, where it isn't plainly applied
 };
 
 /// What a tool took hold of, and what it can carry along.
@@ -120,10 +128,13 @@ struct LatticeState {
     /// materials changed.
     double max_violation_mm = 0;
     std::int64_t excused_links = 0;  ///< components of links that are outside of their limits
-    std::int64_t folded_cells = 0;   ///< cells with a corner where space is turned inside out
+    std::int64_t folded_cells = 0;   ///< whole cells with a corner where space is turned inside out
+    std::int64_t cut_links = 0;
+    std::int64_t carved_elements = 0;
 };
 
 class Lattice;
+class ObjectSpace;
 
 class ChainMail {
   public:
@@ -171,10 +182,48 @@ class ChainMail {
     Status set_materials(const ChainMailSettings& settings);
     FoldCertificate fold_certificate() const;
 
+    /// Cuts the links that cross a surface, wherever the elements are now.
+    /// @returns InvalidArgument for a surface of no area; LimitExceeded (nothing changed) where it
+    ///          passes through more than settings.max_elements
+    Result<CutReport> cut(const CutSurface& surface);
+    /// Takes out the elements that are inside of the tool now. They are void from then on: at their
+    /// rest place, and linked to nothing.
+    Result<CarveReport> carve(const CarveTool& tool);
+
+    /// Undo: takes back the last step that changed something, bit for bit. Steps are forgotten,
+    /// the oldest first, where there are more of them, or more bytes, than the settings allow; a
+    /// report's forgotten_steps is then not 0. (−1: that step alone is larger than allowed, and
+    /// nothing can be undone.)
+    /// @returns NotFound where there is nothing to undo; InvalidArgument inside of a group
+    Status undo();
+    /// Does again what was undone, until something else is done.
+    Status redo();
+    int undo_steps() const;
+    int redo_steps() const;
+    std::size_t history_bytes() const;          ///< of all steps
+    const std::string& next_undo_name() const;  ///< "push", "cut", …; empty if there is none
+    const std::string& next_redo_name() const;
+    /// Everything until the group's end is one step. Groups inside of a group belong to it.
+    void begin_group(const std::string& name);
+    /// @returns forgotten steps. @pre a group has begun
+    int end_group();
+
+    /// Displacements, cut links, void elements and settings in one file. It appears as a whole, or
+    /// not at all.
+    /// @returns Unwritable
+    Status save_state(const std::filesystem::path& path) const;
+    /// Replaces all of these, but the solver, and the history is empty then. References to
+    /// settings() and lattice() end. Where it fails nothing changes.
+    /// @returns NotFound; Unreadable where the file is damaged, cut short, or holds displacements
+    ///          outside of their limits; Unsupported where a newer Pliant wrote it; InvalidArgument
+    ///          where it belongs to another scan or law
+    Status load_state(const std::filesystem::path& path);
+
     /// Displacement of element ijk [mm, LPS]; zero where nothing moved; also beyond the scan.
     Vec3d displacement_mm(Vec3i ijk) const;
     LatticeState state() const;
-    /// Of all displacements: equal for every solver, brick size and number of threads.
+    /// Of all displacements, cut links and void elements: equal for every solver, brick size and
+    /// number of threads.
     std::uint64_t hash() const;
     /// Elements away from their rest place lie in this box (not cut to the scan).
     Box3i moved_box() const;
@@ -185,6 +234,7 @@ class ChainMail {
     const Lattice& lattice() const;  ///< for the rooms above; opaque to users
 
   private:
+    friend class ObjectSpace;
     struct Impl;
     explicit ChainMail(std::unique_ptr<Impl> impl);
     std::unique_ptr<Impl> m_impl;

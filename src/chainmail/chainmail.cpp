@@ -36,6 +36,11 @@ std::string reason(const PushReport& report) {
         case LimitedBy::Movement:
             return std::string(none ? "nothing moved" : "stopped") +
                    ": an element reached its largest movement ([material] max_movement_mm)";
+        case LimitedBy::Object:
+            return std::string(none ? "nothing moved" : "stopped") +
+                   ": another object is in the way";
+        case LimitedBy::Wall:
+            return std::string(none ? "nothing moved" : "stopped") + ": a wall is in the way";
     }
     return {};
 }
@@ -67,12 +72,11 @@ bool ChainMail::Impl::propagate(std::span<const ElementRef> elements, Vec3<Fixed
     return done;
 }
 
-PushReport report_of_step(std::int64_t grabbed, StepLimit own, StepLimit reached,
-                          std::int64_t moved) {
+PushReport report_of_step(std::int64_t grabbed, StepLimit limit, std::int64_t moved) {
     PushReport report;
     report.grabbed_elements = grabbed;
-    report.step_fraction = own.fraction * reached.fraction;
-    report.limited_by = reached.fraction < 1 ? reached.limited_by : own.limited_by;
+    report.step_fraction = limit.fraction;
+    report.limited_by = limit.limited_by;
     report.moved_elements = moved;
     const bool nothing = report.step_fraction <= 0 || (report.step_fraction < 1 && moved == 0);
     report.status = nothing                    ? PushStatus::Rejected
@@ -89,14 +93,19 @@ Result<PushReport> ChainMail::Impl::push_grabbed(std::span<const ElementRef> ele
     // needs no larger one.
     const StepLimit own = limit_of_grabbed(lattice, elements, shift);
     const Vec3<Fixed> tried = fraction_of(shift, own.fraction);
+    work.may_share = guard == nullptr;
     if (!propagate(elements, tried)) {
         discard_raises(lattice, work);
         return too_large(settings);
     }
     const StepLimit reached = limit_of_reached(lattice, work, kernels(), tried, arena);
-    *done = fraction_of(tried, reached.fraction);
-    const std::int64_t moved = apply_shift(lattice, work, kernels(), tried, *done, arena);
-    return report_of_step(std::int64_t(elements.size()), own, reached, moved);
+    StepGuard::Verdict verdict{reached.fraction, fraction_of(tried, reached.fraction),
+                               reached.fraction < 1 ? reached.limited_by : own.limited_by};
+    if (guard) verdict = guard->limit(work.touched, tried, verdict);
+    *done = verdict.done;
+    const std::int64_t moved = apply_shift(lattice, work, kernels(), tried, verdict.done, arena);
+    return report_of_step(std::int64_t(elements.size()),
+                          {own.fraction * verdict.fraction, verdict.limited_by}, moved);
 }
 
 void ChainMail::Impl::drop_unmoved() {
@@ -134,13 +143,18 @@ Result<PushReport> ChainMail::Impl::push(std::span<const Vec3i> elements, Vec3d 
     lattice.tick();
     const Vec3<Fixed> shift{units_from_mm(lattice_mm.x), units_from_mm(lattice_mm.y),
                             units_from_mm(lattice_mm.z)};
+    begin_step("push");
     Vec3<Fixed> done{0, 0, 0};
     Result<PushReport> report = push_grabbed(grabbed_elements, shift, &done);
     allowance.shrink(lattice, arena);
     drop_unmoved();
     const std::chrono::duration<double, std::milli> elapsed =
         std::chrono::steady_clock::now() - start;
-    if (report.ok()) report->solve_ms = elapsed.count();
+    const int forgotten = end_step();
+    if (report.ok()) {
+        report->solve_ms = elapsed.count();
+        report->forgotten_steps = forgotten;
+    }
     return report;
 }
 
@@ -183,8 +197,12 @@ Result<PushReport> ChainMail::push_elements(std::span<const Vec3i> elements, Vec
 
 void ChainMail::reset() {
     m_impl->let_go();
+    m_impl->begin_step("reset");
     m_impl->lattice.tick();
+    m_impl->lattice.for_each_brick([&](Brick& brick) { m_impl->lattice.before_move(brick); });
     m_impl->lattice.drop_all_bricks();
+    m_impl->allowance.shrink(m_impl->lattice, m_impl->arena);
+    m_impl->end_step();
 }
 
 Vec3d ChainMail::displacement_mm(Vec3i ijk) const {
@@ -201,7 +219,7 @@ LatticeState ChainMail::state() const {
 }
 
 std::uint64_t ChainMail::hash() const {
-    return hash_displacements(m_impl->lattice);
+    return hash_state(m_impl->lattice);
 }
 
 Box3i ChainMail::moved_box() const {

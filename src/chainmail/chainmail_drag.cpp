@@ -59,6 +59,7 @@ Result<GrabReport> ChainMail::Impl::grab(std::span<const Vec3i> elements, double
     lattice.tick();
     drag_reach = std::max<Fixed>(1, units_from_mm(reach));
     drag_offset = {0, 0, 0};
+    begin_step("drag");
     if (const Status status = pick(); !status.ok()) return status.error();
     report.grabbed_elements = std::int64_t(held.size());
     if (has_fields) {
@@ -86,7 +87,10 @@ Result<PushReport> ChainMail::Impl::drag_by(Vec3<Fixed> step, Vec3<Fixed>& done)
     const StepLimit reached = drag.limit(lattice, tried, arena);
     done = fraction_of(tried, reached.fraction);
     const std::int64_t moved = drag.move(lattice, tried, done, kernels(), arena);
-    return report_of_step(std::int64_t(held.size()), own, reached, moved);
+    const bool by_reached = reached.fraction < 1;
+    return report_of_step(
+        std::int64_t(held.size()),
+        {own.fraction * reached.fraction, by_reached ? reached.limited_by : own.limited_by}, moved);
 }
 
 Result<PushReport> ChainMail::Impl::drag_to(Vec3d offset_mm) {
@@ -117,6 +121,7 @@ void ChainMail::Impl::let_go() {
     if (has_fields) drag.let_go(lattice);
     held.clear();
     has_fields = false;
+    end_step();
 }
 
 Result<GrabReport> ChainMail::grab(const Push& place, double reach_mm) {

@@ -9,32 +9,51 @@
 #include <pliant/chainmail.h>
 
 #include <span>
+#include <string>
 #include <utility>
 
 #include "chainmail/allowance.h"
 #include "chainmail/drag.h"
+#include "chainmail/history.h"
 #include "chainmail/lattice.h"
 #include "chainmail/propagation.h"
 
 namespace pliant {
 
-PushReport report_of_step(std::int64_t grabbed, StepLimit own, StepLimit reached,
-                          std::int64_t moved);
+PushReport report_of_step(std::int64_t grabbed, StepLimit limit, std::int64_t moved);
 Error too_large(const ChainMailSettings& settings);
 
 /// @returns InvalidArgument that names the setting
 Result<MaterialMap> make_materials(const Volume& volume, const ChainMailSettings& settings);
+
+/// Something outside of the lattice that may stop a push before the lattice's own limits do.
+class StepGuard {
+  public:
+    struct Verdict {
+        double fraction;
+        Vec3<Fixed> done;  ///< of the shift
+        LimitedBy limited_by;
+    };
+    virtual ~StepGuard() = default;
+    /// @param bricks    hold the raises of the whole shift
+    /// @param so_far    what the lattice's own limits allow
+    virtual Verdict limit(std::span<const int> bricks, Vec3<Fixed> shift, Verdict so_far) = 0;
+};
 
 struct ChainMail::Impl {
     Impl(const Volume& v, const ChainMailSettings& s, MaterialMap materials, const TaskArena& a)
         : volume(v),
           settings(s),
           lattice(v, std::move(materials), s.brick_size, s.bounded),
-          arena(a) {}
+          arena(a),
+          history(lattice, a, s.history_max_steps, s.history_max_bytes()) {}
 
     Result<PushReport> push(std::span<const Vec3i> elements, Vec3d push_mm);
     const SweepKernels& kernels() const;
+    class MaterialChange;
     Status set_materials(const ChainMailSettings& changed);
+    /// After displacements came back from elsewhere: links may be outside of their limits again.
+    void restore_allowance();
     bool propagate(std::span<const ElementRef> grabbed, Vec3<Fixed> shift);
     /// The elements that a push at this place moves.
     Result<std::vector<Vec3i>> elements_at(const Push& push) const;
@@ -48,10 +67,17 @@ struct ChainMail::Impl {
     /// Drops the bricks of a push that stayed at rest.
     void drop_unmoved();
 
+    /// Between these two everything that changes the lattice is one step of the history. A drag
+    /// begins when it grabs and ends when it lets go; steps inside of a step belong to it.
+    void begin_step(std::string name) { history.begin(std::move(name)); }
+    /// @returns see History::end
+    int end_step() { return history.end(); }
+
     const Volume& volume;
     ChainMailSettings settings;
     Lattice lattice;
     Allowance allowance;  ///< of links that were outside of their limits when these changed
+    bool materials_changed = false;  ///< at some time
     const TaskArena& arena;
     // Memory of a push, kept for the next.
     SweepWork work;
@@ -71,6 +97,8 @@ struct ChainMail::Impl {
     Fixed drag_reach = 0;
     bool has_fields = false;
     Drag drag;
+    History history;
+    StepGuard* guard = nullptr;  ///< for the time of a push
 };
 
 }  // namespace pliant

@@ -43,15 +43,41 @@ Result<MaterialMap> make_materials(const Volume& volume, const ChainMailSettings
     return materials;
 }
 
+/// The other settings: those of before while the change is done, those of after while it's undone.
+class ChainMail::Impl::MaterialChange final : public Exchange {
+  public:
+    MaterialChange(Impl& impl, ChainMailSettings other) : m_impl(impl), m_other(std::move(other)) {}
+    void exchange() override {
+        // The same settings were good before.
+        if (auto materials = make_materials(m_impl.volume, m_other); materials.ok())
+            m_impl.lattice.set_materials(std::move(*materials));
+        std::swap(m_impl.settings, m_other);
+    }
+    std::size_t bytes() const override { return sizeof *this; }
+
+  private:
+    Impl& m_impl;
+    ChainMailSettings m_other;
+};
+
 Status ChainMail::Impl::set_materials(const ChainMailSettings& changed) {
     if (const Status s = check_unchanged(settings, changed); !s.ok()) return s;
     Result<MaterialMap> materials = make_materials(volume, changed);
     if (!materials.ok()) return materials.error();
     let_go();
+    begin_step("materials");
+    history.add(std::make_unique<MaterialChange>(*this, settings));
+    lattice.tick();
     lattice.set_materials(std::move(*materials));
     settings = changed;
+    materials_changed = true;
     allowance.excuse_present(lattice, arena);
+    end_step();
     return Ok{};
+}
+
+void ChainMail::Impl::restore_allowance() {
+    if (materials_changed) allowance.excuse_present(lattice, arena);
 }
 
 Status ChainMail::set_materials(const ChainMailSettings& settings) {

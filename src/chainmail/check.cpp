@@ -103,8 +103,31 @@ bool is_folded(const std::array<Vec3d, 8>& p) {
     return false;
 }
 
+/// Whether one of a cell's twelve links is cut or one of its corners void: it is a gap then.
+bool is_torn(const Lattice& lattice, Vec3i lowest) {
+    for (int b = 0; b < 3; ++b)
+        for (int c = 0; c < 4; ++c) {
+            Vec3i e = lowest;
+            e[(b + 1) % 3] += c & 1;
+            e[(b + 2) % 3] += c >> 1;
+            if (!lattice.is_linked(e, b)) return true;
+        }
+    return false;
+}
+
+void count_edits(const Lattice& lattice, LatticeState& state) {
+    for (const auto& [coord, edits] : lattice.all_edits())
+        for (const std::uint8_t flags : edits) {
+            state.carved_elements += (flags & kVoid) != 0;
+            for (const ElementEdit cut : {kCutX, kCutY, kCutZ})
+                state.cut_links += (flags & cut) != 0;
+        }
+}
+
 void look_at_elements(const Lattice& lattice, const CellBlock& block, LatticeState& state) {
     const Vec3d scale = voxels_per_unit(lattice.grid());
+    const bool edited = lattice.may_have_gaps();
+    const Vec3i first = block.first_element();
     for (int z = 0; z < block.size(); ++z)
         for (int y = 0; y < block.size(); ++y)
             for (int x = 0; x < block.size(); ++x) {
@@ -114,9 +137,10 @@ void look_at_elements(const Lattice& lattice, const CellBlock& block, LatticeSta
                     state.moved_elements += 1;
                     state.max_movement_mm = std::max(state.max_movement_mm, norm(mm));
                 }
-                if (block.is_touched(block.index(x, y, z)))
-                    state.folded_cells +=
-                        is_folded(deformed_corners(block, block.corners(x, y, z), scale));
+                if (!block.is_touched(block.index(x, y, z))) continue;
+                if (edited && is_torn(lattice, first + Vec3i{x, y, z})) continue;
+                state.folded_cells +=
+                    is_folded(deformed_corners(block, block.corners(x, y, z), scale));
             }
 }
 
@@ -145,6 +169,7 @@ LatticeState check_lattice(const Lattice& lattice, const LimitsAt& limits_at,
         state.max_movement_mm = std::max(state.max_movement_mm, own.max_movement_mm);
         state.max_violation_mm = std::max(state.max_violation_mm, own.max_violation_mm);
     });
+    count_edits(lattice, state);
     state.resident_bricks = lattice.resident_brick_count();
     if (state.resident_bricks > 0)
         state.bytes_per_resident_element =
@@ -170,7 +195,25 @@ Box3i moved_box(const Lattice& lattice) {
     return is_empty(box) ? Box3i{} : box;
 }
 
-std::uint64_t hash_displacements(const Lattice& lattice) {
+namespace {
+
+std::uint64_t hash_edits(const Lattice& lattice) {
+    std::uint64_t sum = 0;
+    for (const auto& [coord, edits] : lattice.all_edits())
+        for (std::size_t n = 0; n < edits.size(); ++n) {
+            if (edits[n] == 0) continue;
+            const Vec3i e = lattice.element_of(coord, int(n));
+            Hash64 hash;
+            for (const std::int32_t word : {e.x, e.y, e.z, std::int32_t(edits[n])})
+                hash.add_word(std::uint32_t(word));
+            sum += hash.value();
+        }
+    return sum;
+}
+
+}  // namespace
+
+std::uint64_t hash_state(const Lattice& lattice) {
     std::uint64_t sum = 0;
     for (const int index : lattice.resident_bricks()) {
         const Brick& brick = lattice.brick(index);
@@ -185,7 +228,7 @@ std::uint64_t hash_displacements(const Lattice& lattice) {
             sum += hash.value();
         }
     }
-    return sum;
+    return sum + hash_edits(lattice);
 }
 
 }  // namespace pliant

@@ -22,8 +22,9 @@ using LimitsAt = std::function<ElementLimits(Vec3i ijk)>;
 LatticeState check_lattice(const Lattice& lattice, const LimitsAt& limits_at,
                            const TaskArena& arena, const Allowance* allowance = nullptr);
 
-/// Sum of a hash of every moved element and its displacement: independent of the order.
-std::uint64_t hash_displacements(const Lattice& lattice);
+/// Sum of a hash of every moved or edited element and its displacement or flags: independent of the
+/// order.
+std::uint64_t hash_state(const Lattice& lattice);
 
 /// The smallest box that holds every moved element.
 Box3i moved_box(const Lattice& lattice);

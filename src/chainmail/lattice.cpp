@@ -169,6 +169,7 @@ std::unique_ptr<Brick> Lattice::take_brick() {
     }
     taken->reached = {};
     taken->changed_at = m_clock;
+    taken->saved_for = 0;
     taken->u_min = taken->u_max = {0, 0, 0};
     return taken;
 }
@@ -294,7 +295,14 @@ const BrickEdits* Lattice::edits_of(Vec3i brick_coord) const {
     return found == m_edits.end() ? nullptr : &found->second;
 }
 
+bool Lattice::is_linked(Vec3i low, int axis) const {
+    const BrickEdits* edits = edits_of(brick_of(low));
+    if (edits && ((*edits)[std::size_t(index_in_brick(low))] & (kCutX << axis))) return false;
+    return !is_void(low) && !is_void(low + Vec3i{axis == 0, axis == 1, axis == 2});
+}
+
 void Lattice::set_edits(Vec3i brick_coord, BrickEdits edits) {
+    if (m_observer) m_observer->before_edit(brick_coord, edits_of(brick_coord));
     const bool any = std::any_of(edits.begin(), edits.end(), [](auto flags) { return flags != 0; });
     if (any)
         m_edits[brick_coord] = std::move(edits);

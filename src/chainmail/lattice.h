@@ -63,12 +63,29 @@ struct Brick {
     bool is_unplaced = false;                    ///< u is not written yet, and counts as zero
     Vec3<Fixed> u_min{0, 0, 0}, u_max{0, 0, 0};  ///< over the brick, after each push
     std::uint64_t changed_at = 0;                ///< Lattice::clock() when u last changed
+    std::uint64_t saved_for = 0;                 ///< step of the history that has it as it was
 };
 
 /// Whether every element of the brick is at its rest place.
 inline bool is_at_rest(const Brick& brick) {
     return brick.u_min == Vec3<Fixed>{0, 0, 0} && brick.u_max == Vec3<Fixed>{0, 0, 0};
 }
+
+/// Told before something changes, where it may have to be taken back.
+class LatticeObserver {
+  public:
+    virtual ~LatticeObserver() = default;
+    /// Of a brick whose displacements change; may be called from several threads.
+    virtual void before_move(Brick& brick) = 0;
+    virtual void before_edit(Vec3i coord, const BrickEdits* edits) = 0;
+};
+
+struct CoordHash {
+    std::size_t operator()(Vec3i c) const {
+        return std::size_t(c.x) * 73856093u ^ std::size_t(c.y) * 19349663u ^
+               std::size_t(c.z) * 83492791u;
+    }
+};
 
 struct ElementRef {
     int brick;
@@ -90,6 +107,7 @@ class Lattice {
     /// Other materials from now on; nothing moves.
     void set_materials(MaterialMap materials);
     int brick_size() const { return m_size; }
+    bool is_bounded() const { return m_bounded; }
     int elements_per_brick() const { return m_size * m_size * m_size; }
     int stride(int axis) const { return axis == 0 ? 1 : axis == 1 ? m_size : m_size * m_size; }
     /// Indices of a brick's elements on its low or high side along an axis, in one fixed order.
@@ -138,6 +156,19 @@ class Lattice {
     /// Replaces them; all zero takes them away. A resident brick's materials follow.
     void set_edits(Vec3i brick_coord, BrickEdits edits);
     const auto& all_edits() const { return m_edits; }
+    /// False where every element has all its links.
+    bool may_have_gaps() const { return m_bounded || !m_edits.empty(); }
+
+    /// Whether the link from an element to its neighbour at + along an axis is there: not cut, and
+    /// neither end void.
+    bool is_linked(Vec3i low, int axis) const;
+
+    /// At most one; null: none. It must outlive its time here.
+    void set_observer(LatticeObserver* observer) { m_observer = observer; }
+    /// To be called before a brick's displacements are written. Cheap where nobody listens.
+    void before_move(Brick& brick) const {
+        if (m_observer) m_observer->before_move(brick);
+    }
 
     /// Links may be outside of their limits after a change of materials. They may then not get
     /// worse: solvers take the larger of a link's limit and what it has now.
@@ -147,6 +178,8 @@ class Lattice {
     /// Counts changes: a brick's changed_at is the clock's value at its last one.
     std::uint64_t clock() const { return m_clock; }
     std::uint64_t tick() { return ++m_clock; }
+    /// For a lattice that takes the place of another: nobody mistakes a new stamp for an old one.
+    void continue_clock(std::uint64_t clock) { m_clock = clock; }
 
     /// Indices of the bricks that are there, sorted by coordinate: the same order however they came
     /// into being.
@@ -158,6 +191,11 @@ class Lattice {
     template <class Visit>
     void for_each_brick(const Visit& visit) const {
         for (const auto& slot : m_bricks)
+            if (slot) visit(std::as_const(*slot));
+    }
+    template <class Visit>
+    void for_each_brick(const Visit& visit) {
+        for (const auto& slot : m_bricks)
             if (slot) visit(*slot);
     }
     Brick& brick(int index) { return *m_bricks[std::size_t(index)]; }
@@ -166,13 +204,6 @@ class Lattice {
     std::size_t resident_bytes() const;
 
   private:
-    struct CoordHash {
-        std::size_t operator()(Vec3i c) const {
-            return std::size_t(c.x) * 73856093u ^ std::size_t(c.y) * 19349663u ^
-                   std::size_t(c.z) * 83492791u;
-        }
-    };
-
     int add_brick(Vec3i coord);
     void drop_brick(int index);
     std::unique_ptr<Brick> take_brick();
@@ -191,6 +222,7 @@ class Lattice {
     int m_size;
     bool m_bounded;
     bool m_may_exceed = false;
+    LatticeObserver* m_observer = nullptr;
     std::uint64_t m_clock = 0;
     std::array<std::vector<int>, 6> m_faces;
     std::vector<std::unique_ptr<Brick>> m_bricks;  ///< null where dropped

@@ -32,7 +32,7 @@ class SweepSolver {
     }
 
     void grab(std::span<const ElementRef> grabbed) {
-        bool at_rest = !m_lattice.may_exceed_limits();
+        bool at_rest = m_work.may_share && !m_lattice.may_exceed_limits();
         Fixed largest = 0;
         for (const ElementRef& element : grabbed)
             at_rest &= is_at_rest(m_lattice.brick(element.brick));

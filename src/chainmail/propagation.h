@@ -84,8 +84,9 @@ struct SweepWork {
     };
 
     std::vector<int> touched;  ///< all bricks that the solve reached or made
-    bool shared = false;
-    Fixed shared_amount = 0;  ///< what the grabbed elements are raised by in a shared solve
+    bool may_share = true;     ///< set before a solve: false keeps the components apart
+    bool shared = false;       ///< one field serves all components, from a state of rest
+    Fixed shared_amount = 0;   ///< what the grabbed elements are raised by in a shared solve
 
     std::vector<Node> nodes;  ///< by brick index
     std::vector<int> active;  ///< bricks with pending > 0

@@ -96,6 +96,10 @@ Status check_settings(const ChainMailSettings& s) {
         return out_of_range("[lattice] brick_size", s.brick_size, "2 to 32");
     if (s.max_elements < 1)
         return out_of_range("[lattice] max_elements", double(s.max_elements), "1 or more");
+    if (s.history_max_steps < 0 || s.history_max_steps > 100'000)
+        return out_of_range("[history] max_steps", s.history_max_steps, "0 to 100000");
+    if (s.history_max_mb < 0 || s.history_max_mb > 1'000'000)
+        return out_of_range("[history] max_mb", s.history_max_mb, "0 to 1000000");
     if (const Status air = check_air(s); !air.ok()) return air;
     return check_label_materials(s);
 }

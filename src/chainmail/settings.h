@@ -12,4 +12,9 @@ namespace pliant {
 /// @returns InvalidArgument that names the key, what was found and what was expected
 Status check_settings(const ChainMailSettings& settings);
 
+/// All keys that a settings file can have, as TOML; parse_settings reads them back, bit for bit.
+std::string settings_text(const ChainMailSettings& settings);
+/// @param name  for messages
+Result<ChainMailSettings> parse_settings(const std::string& name, const std::string& toml);
+
 }  // namespace pliant

@@ -123,6 +123,8 @@ Status read_key(const Reader& r, const std::string& key, const toml::node& node,
     if (key == "[lattice] brick_size") return r.read(node, key, s.brick_size);
     if (key == "[lattice] max_elements") return r.read(node, key, s.max_elements);
     if (key == "[lattice] bounded") return r.read(node, key, s.bounded);
+    if (key == "[history] max_steps") return r.read(node, key, s.history_max_steps);
+    if (key == "[history] max_mb") return r.read(node, key, s.history_max_mb);
     if (key == "[air] enabled") return r.read(node, key, s.air_enabled);
     if (key == "[air] threshold_hu") return r.read(node, key, s.air_threshold_hu);
     if (key == "[air] compress") return r.read(node, key, s.air_compress);
@@ -130,8 +132,9 @@ Status read_key(const Reader& r, const std::string& key, const toml::node& node,
     if (key == "[air] shear") return r.read(node, key, s.air_shear);
     return r.wrong(key,
                    "one of [material] law, offset, bone_threshold_hu, max_movement_mm, limits; "
-                   "[push] scale; [lattice] brick_size, max_elements, bounded; [air] enabled, "
-                   "threshold_hu, compress, stretch, shear; or [[label]] tables",
+                   "[push] scale; [lattice] brick_size, max_elements, bounded; [history] "
+                   "max_steps, max_mb; [air] enabled, threshold_hu, compress, stretch, shear; or "
+                   "[[label]] tables",
                    "a key that has no meaning here");
 }
 
@@ -293,6 +296,14 @@ bool looks_like_toml(const std::string& text) {
 }
 
 }  // namespace
+
+Result<ChainMailSettings> parse_settings(const std::string& name, const std::string& toml) {
+    ChainMailSettings settings;
+    if (const Status read = read_toml({name}, toml, settings); !read.ok()) return read.error();
+    if (const Status valid = check_settings(settings); !valid.ok())
+        return Error{valid.error().code, name + ": " + valid.error().message};
+    return settings;
+}
 
 Result<ChainMailSettings> read_chainmail_settings(const std::filesystem::path& path,
                                                   std::vector<std::string>* notes) {

@@ -174,6 +174,17 @@ StepLimit limit_of_reached(const Lattice& lattice, const SweepWork& work,
     return limit;
 }
 
+Vec3<Fixed> raise_of(const Brick& brick, std::size_t index, Vec3<Fixed> shift) {
+    Vec3<Fixed> raise{0, 0, 0};
+    for (int a = 0; a < 3; ++a) {
+        const auto c = std::size_t(a);
+        if (shift[a] == 0 || !brick.reached[c]) continue;
+        const Fixed u = brick.is_unplaced ? 0 : brick.u[c][index];
+        raise[a] = brick.raised[c][index] - (shift[a] > 0 ? u : -u);
+    }
+    return raise;
+}
+
 Vec3<Fixed> fraction_of(Vec3<Fixed> shift, double fraction) {
     if (fraction >= 1) return shift;
     return {Fixed(std::trunc(fraction * shift.x)), Fixed(std::trunc(fraction * shift.y)),
@@ -184,6 +195,7 @@ int move_brick(const Lattice& lattice, Brick& brick, BrickMotion motion, Vec3<Fi
                Vec3<Fixed> done, const SweepKernels& kernels) {
     for (int a = 0; a < 3; ++a)
         motion[std::size_t(a)].left += std::abs(shift[a]) - std::abs(done[a]);
+    lattice.before_move(brick);
     const MoveResult result = kernels.move(motion, lattice.elements_per_brick(), brick.is_unplaced);
     brick.is_unplaced = false;
     for (int a = 0; a < 3; ++a) {

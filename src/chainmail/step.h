@@ -43,8 +43,6 @@ StepLimit limit_of_grabbed(const Lattice& lattice, std::span<const ElementRef> g
 /// What one brick's elements do in a whole step; `left` grows by what is left undone.
 using BrickMotion = std::array<MovingComponent, 3>;
 
-/// The smaller fraction; bone before movement where they are equal.
-void tighten(StepLimit& limit, StepLimit other);
 /// Whether elements that come no farther than this along each axis are within the movement limit of
 /// every material.
 bool stays_inside(const Lattice& lattice, const Vec3d& farthest);
@@ -59,6 +57,10 @@ int move_brick(const Lattice& lattice, Brick& brick, BrickMotion motion, Vec3<Fi
 /// @pre work holds the raises of the whole shift
 StepLimit limit_of_reached(const Lattice& lattice, const SweepWork& work,
                            const SweepKernels& kernels, Vec3<Fixed> shift, const TaskArena& arena);
+
+/// By how much the whole shift of the solve in progress moves an element, 0…|shift_a|.
+/// @pre the solve is not a shared one
+Vec3<Fixed> raise_of(const Brick& brick, std::size_t index, Vec3<Fixed> shift);
 
 /// The shift times the fraction, each component rounded towards zero.
 Vec3<Fixed> fraction_of(Vec3<Fixed> shift, double fraction);

@@ -245,6 +245,47 @@ TEST_F(ProgramTest, BadInputIsOneLineStatusTwoAndNoFile) {
         EXPECT_FALSE(entry.path().filename().string().starts_with(".pliant")) << entry.path();
 }
 
+TEST_F(ProgramTest, CutsCarvingsAndPushesAreDoneInTheOrderGiven) {
+    // The push is in the air beside the cube, which is to carry it.
+    std::ofstream(file("no_air.toml")) << "[air]\nenabled = false\n";
+    const std::string cut = " --cut '-40,-60,-60;-40,0,-60:0,0,60'",
+                      push = " --push=-43,-40,-40:1,0.3,0";
+    const auto report = [&](const std::string& actions) {
+        const Finished done = run("deform cube.nrrd --config no_air.toml" + actions +
+                                  " --out o.nrrd --report o.json");
+        EXPECT_EQ(done.status, 0) << done.err;
+        return Json::parse(text_of(file("o.json")));
+    };
+    const Json first = report(cut + push), last = report(push + cut);
+    EXPECT_GT(first["cut_links"], 100);
+    EXPECT_GT(last["cut_links"], 100);
+    EXPECT_NE(first["hash"], last["hash"]);
+    EXPECT_LT(first["moved_elements"], last["moved_elements"]) << "the cut stops the push";
+    const Json both =
+        report(" --carve=-30,-40,-40:5" + push + " --carve='-30,-40,-40;-20,-40,-40:5'" + cut);
+    EXPECT_GT(both["carved_elements"], 20);
+    EXPECT_EQ(both["pushes"].size(), 1u);
+    EXPECT_LE(both["max_violation_mm"], 0);
+}
+
+TEST_F(ProgramTest, SavedStateGoesOnWhereItWasLeft) {
+    // The push is in the air beside the cube, which is to carry it.
+    std::ofstream(file("no_air.toml")) << "[air]\nenabled = false\n";
+    const std::string cut = " --cut '-40,-60,-60;-40,0,-60:0,0,60'",
+                      push = " --push=-43,-40,-40:1,0.3,0";
+    EXPECT_EQ(run("deform cube.nrrd" + cut + push + " --out a.nrrd --report a.json").status, 0);
+    EXPECT_EQ(run("deform cube.nrrd" + cut + " --out b.nrrd --save-state b.plst").status, 0);
+    const Finished loaded =
+        run("deform cube.nrrd --load-state b.plst" + push + " --out c.nrrd --report c.json");
+    EXPECT_EQ(loaded.status, 0) << loaded.err;
+    EXPECT_EQ(Json::parse(text_of(file("a.json")))["hash"],
+              Json::parse(text_of(file("c.json")))["hash"]);
+    const Finished other = run("deform airway.nrrd --load-state b.plst --out refused.nrrd");
+    EXPECT_EQ(other.status, 2);
+    EXPECT_NE(other.err.find("b.plst: expected a state of this scan"), std::string::npos);
+    EXPECT_FALSE(fs::exists(file("refused.nrrd")));
+}
+
 TEST_F(ProgramTest, FailureLeavesOldOutputsAlone) {
     std::ofstream(file("kept.nrrd")) << "old";
     const Finished done =

@@ -53,6 +53,7 @@ class Oracle {
                 }
         for (auto& u : m_u) u.assign(n, 0);
         for (auto& cut : m_cut) cut.assign(n, false);
+        m_edits.assign(n, 0);
         for (std::size_t b = 0; b < 3; ++b)
             for (const ElementLimits& limits : m_limits) {
                 m_compress[b].push_back(half(limits.compress[int(b)], int(b)));
@@ -83,6 +84,13 @@ class Oracle {
     /// Links that are outside of their limits before a push may stay there, and get no worse.
     void set_may_exceed_limits(bool may) { m_may_exceed = may; }
     void place(Vec3i e, int axis, T u) { m_u[std::size_t(axis)][index(e)] = u; }
+    /// Flags as the lattice has them: 1, 2, 4, the link to the neighbour at +x, +y, +z is cut; 8,
+    /// the element is void, and has no links at all.
+    void set_edits(Vec3i e, std::uint8_t flags) {
+        m_edits[index(e)] = flags;
+        if (flags & 8)
+            for (auto& u : m_u) u[index(e)] = 0;
+    }
 
     /// Elements of the grid, margin included.
     template <class Visit>
@@ -151,6 +159,7 @@ class Oracle {
                 std::size_t i = index(first + Vec3i{0, y, z});
                 for (int x = 0; x < links.x; ++x, ++i) {
                     const std::size_t j = i + step;
+                    if ((m_edits[i] & (8 | 1 << b)) || (m_edits[j] & 8)) continue;
                     if (m_cut[std::size_t(b)][i]) continue;
                     T up = most[i] + most[j], down = least[i] + least[j];
                     if (m_may_exceed) {
@@ -174,6 +183,7 @@ class Oracle {
     std::array<std::vector<T>, 3> m_u;
     std::array<std::vector<bool>, 3> m_cut;  ///< by the link's lower element
     bool m_may_exceed = false;
+    std::vector<std::uint8_t> m_edits;
 };
 
 }  // namespace pliant::test

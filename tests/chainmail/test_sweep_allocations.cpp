@@ -15,6 +15,13 @@
 namespace pliant::test {
 namespace {
 
+/// A history keeps each step, and needs memory for it.
+const ChainMailSettings kNoHistory = [] {
+    ChainMailSettings settings;
+    settings.history_max_steps = 0;
+    return settings;
+}();
+
 class SweepAllocations : public ::testing::TestWithParam<int> {
   protected:
     void SetUp() override {
@@ -41,7 +48,7 @@ class SweepAllocations : public ::testing::TestWithParam<int> {
 
 TEST_P(SweepAllocations, NoneInPushesFromRestAfterTheFirst) {
     const TaskArena arena(GetParam());
-    ChainMail tissue = std::move(ChainMail::create(volume, {}, arena)).value();
+    ChainMail tissue = std::move(ChainMail::create(volume, kNoHistory, arena)).value();
     std::int64_t moved = 0;
     EXPECT_EQ(allocations_of([&] {
                   tissue.reset();
@@ -53,7 +60,7 @@ TEST_P(SweepAllocations, NoneInPushesFromRestAfterTheFirst) {
 
 TEST_P(SweepAllocations, NoneInPushesToAndFroAfterTheFirst) {
     const TaskArena arena(GetParam());
-    ChainMail tissue = std::move(ChainMail::create(volume, {}, arena)).value();
+    ChainMail tissue = std::move(ChainMail::create(volume, kNoHistory, arena)).value();
     EXPECT_EQ(allocations_of([&] {
                   EXPECT_TRUE(tissue.push_elements(elements, {4, -3, 2}).ok());
                   EXPECT_TRUE(tissue.push_elements(elements, {-4, 3, -2}).ok());
@@ -63,7 +70,7 @@ TEST_P(SweepAllocations, NoneInPushesToAndFroAfterTheFirst) {
 
 TEST_P(SweepAllocations, NoneInFramesOfADrag) {
     const TaskArena arena(GetParam());
-    ChainMail tissue = std::move(ChainMail::create(volume, {}, arena)).value();
+    ChainMail tissue = std::move(ChainMail::create(volume, kNoHistory, arena)).value();
     ASSERT_TRUE(tissue.grab_elements(elements, 8).ok());
     EXPECT_EQ(allocations_of([&] {
                   EXPECT_TRUE(tissue.drag_to({4, -3, 2}).ok());

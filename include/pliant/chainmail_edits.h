@@ -1,0 +1,49 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// Cutting and carving: links and elements that are taken out of a lattice.
+//
+//        line[0]      line[1]   line[2]
+//           +-----------+---------+        a blade's way through the deformed scan: a line that is
+//          /           /         /         swept along the depth vector. Links that cross this
+//         /           /         /          ribbon vanish.
+//        +-----------+---------+
+//
+// Both act on where the elements are now, and are undone exactly by ChainMail::undo.
+
+#pragma once
+
+#include <pliant/vec.h>
+
+#include <cstdint>
+#include <vector>
+
+namespace pliant {
+
+/// A line swept along a vector.
+struct CutSurface {
+    std::vector<Vec3d> line_mm;  ///< two or more points in the deformed scan, LPS
+    Vec3d depth_mm{0, 0, 0};     ///< LPS; not along the line
+};
+
+struct CutReport {
+    std::int64_t cut_links = 0;  ///< that this cut added
+    double cut_ms = 0;
+    int forgotten_steps = 0;  ///< oldest steps that can't be undone any more
+};
+
+/// A sphere that moves from one place to another: a capsule, or a sphere where they are equal.
+struct CarveTool {
+    Vec3d from_mm{0, 0, 0};  ///< centre, in the deformed scan, LPS
+    Vec3d to_mm{0, 0, 0};
+    double radius_mm = 0;      ///< above 0, up to 500
+    bool spare_fixed = false;  ///< leaves elements that never move (bone) where they are
+};
+
+struct CarveReport {
+    std::int64_t carved_elements = 0;  ///< that this carving added
+    double carve_ms = 0;
+    int forgotten_steps = 0;
+};
+
+}  // namespace pliant

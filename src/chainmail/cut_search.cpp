@@ -1,0 +1,72 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "chainmail/cut_search.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "chainmail/cell_block.h"
+
+namespace pliant {
+
+BrickSearch::BrickSearch(const Lattice& lattice) : m_lattice(lattice) {
+    for (const int index : lattice.resident_bricks()) {
+        const Brick& brick = lattice.brick(index);
+        for (int a = 0; a < 3; ++a) {
+            m_lowest[a] = std::min(m_lowest[a], brick.u_min[a]);
+            m_highest[a] = std::max(m_highest[a], brick.u_max[a]);
+        }
+    }
+}
+
+BrickSearch::Range BrickSearch::bricks_near(const PlaceBox& box) const {
+    const Grid& grid = m_lattice.grid();
+    Vec3i low{}, high{};
+    for (int a = 0; a < 3; ++a) {
+        const double spacing = grid.spacing_mm[a] * kUnitsPerMm;
+        // One element more on each side: links that start below, and rounding.
+        low[a] = int(std::floor(double(box.low[a] - m_highest[a]) / spacing)) - 1;
+        high[a] = int(std::ceil(double(box.high[a] - m_lowest[a]) / spacing)) + 1;
+        if (m_lattice.is_bounded()) {
+            low[a] = std::max(low[a], 0);
+            high[a] = std::min(high[a], grid.size[a] - 1);
+        }
+    }
+    Range range{m_lattice.brick_of(low), m_lattice.brick_of(high) + Vec3i{1, 1, 1}};
+    for (int a = 0; a < 3; ++a)
+        if (high[a] < low[a]) range.end = range.begin;
+    return range;
+}
+
+std::int64_t BrickSearch::brick_count(const PlaceBox& box) const {
+    const Range range = bricks_near(box);
+    const Vec3i size = range.end - range.begin;
+    return std::int64_t(size.x) * size.y * size.z;
+}
+
+void BrickSearch::for_each_brick(const PlaceBox& box,
+                                 const std::function<void(Vec3i, const PlaceBox&)>& visit,
+                                 const std::function<bool(const PlaceBox&)>& may_meet) const {
+    const Range range = bricks_near(box);
+    const Vec3i layers{m_lattice.brick_size(), m_lattice.brick_size(), m_lattice.brick_size()};
+    for (int z = range.begin.z; z < range.end.z; ++z)
+        for (int y = range.begin.y; y < range.end.y; ++y)
+            for (int x = range.begin.x; x < range.end.x; ++x) {
+                const Vec3i first = m_lattice.brick_size() * Vec3i{x, y, z};
+                const Place low = rest_place(m_lattice.grid(), first);
+                const Place high = rest_place(m_lattice.grid(), first + layers);
+                if (may_meet &&
+                    !may_meet({moved_place(low, m_lowest), moved_place(high, m_highest)}))
+                    continue;
+                Vec3<Fixed> lowest, highest;
+                bound_block(m_lattice, {x, y, z}, lowest, highest);
+                const PlaceBox own{moved_place(low, lowest), moved_place(high, highest)};
+                bool meets = true;
+                for (int a = 0; a < 3; ++a)
+                    meets &= own.low[a] <= box.high[a] && own.high[a] >= box.low[a];
+                if (meets) visit({x, y, z}, own);
+            }
+}
+
+}  // namespace pliant

@@ -1,0 +1,128 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "chainmail/history_codec.h"
+
+#include <lz4.h>
+
+#include <algorithm>
+#include <climits>
+#include <cstring>
+
+namespace pliant {
+namespace {
+
+constexpr int kPlanes = 4;
+constexpr std::size_t kMaskBytes = 2;  ///< which of the 3 × 4 planes follow
+
+/// values[i] −= values[i − 1] along each axis. From one array to the other, so that compilers can
+/// take several at a time. @param other  of the same length
+void predict(std::uint32_t* values, std::uint32_t* other, int size) {
+    const auto n = std::size_t(size), slice = n * n, all = slice * n;
+    for (std::size_t i = 1; i < all; ++i) other[i] = values[i] - values[i - 1];
+    for (std::size_t row = 0; row < all; row += n) other[row] = values[row];
+    for (std::size_t i = n; i < all; ++i) values[i] = other[i] - other[i - n];
+    for (std::size_t z = 0; z < all; z += slice) std::copy_n(other + z, n, values + z);
+    for (std::size_t i = slice; i < all; ++i) other[i] = values[i] - values[i - slice];
+    std::copy(other + slice, other + all, values + slice);
+}
+
+void unpredict(std::uint32_t* values, int size) {
+    const auto n = std::size_t(size), slice = n * n, all = slice * n;
+    for (std::size_t i = slice; i < all; ++i) values[i] += values[i - slice];
+    for (std::size_t z = 0; z < all; z += slice)
+        for (std::size_t i = n; i < slice; ++i) values[z + i] += values[z + i - n];
+    for (std::size_t row = 0; row < all; row += n)
+        for (std::size_t x = 1; x < n; ++x) values[row + x] += values[row + x - 1];
+}
+
+/// Small numbers of either sign become small numbers without one.
+std::uint32_t folded(std::uint32_t v) {
+    return v << 1 ^ (v >> 31 ? 0xffffffffu : 0u);
+}
+std::uint32_t unfolded(std::uint32_t v) {
+    return v >> 1 ^ (v & 1 ? 0xffffffffu : 0u);
+}
+
+}  // namespace
+
+bool encode_change(const Components& before, const Components& after, int brick_size, Bytes& out) {
+    static thread_local std::vector<std::uint32_t> buffer;
+    const auto n = std::size_t(brick_size) * std::size_t(brick_size) * std::size_t(brick_size);
+    buffer.resize(2 * n);
+    std::uint32_t* const values = buffer.data();
+    const std::size_t start = out.size();
+    out.resize(start + kMaskBytes);
+    unsigned mask = 0;
+    for (std::size_t a = 0; a < 3; ++a) {
+        std::uint32_t any = 0;
+        const Fixed *old_u = before[a], *new_u = after[a];
+        for (std::size_t i = 0; i < n; ++i)
+            any |= values[i] = std::uint32_t(new_u[i]) - std::uint32_t(old_u[i]);
+        if (any == 0) continue;
+        predict(values, values + n, brick_size);
+        any = 0;
+        for (std::size_t i = 0; i < n; ++i) any |= values[i] = folded(values[i]);
+        for (int plane = 0; plane < kPlanes; ++plane) {
+            if ((any >> 8 * plane & 0xff) == 0) continue;
+            mask |= 1u << (kPlanes * int(a) + plane);
+            const std::size_t at = out.size();
+            out.resize(at + n);
+            std::byte* const bytes = out.data() + at;
+            for (std::size_t i = 0; i < n; ++i) bytes[i] = std::byte(values[i] >> 8 * plane & 0xff);
+        }
+    }
+    if (mask == 0) {
+        out.resize(start);
+        return false;
+    }
+    out[start] = std::byte(mask & 0xff);
+    out[start + 1] = std::byte(mask >> 8);
+    return true;
+}
+
+bool decode_change(std::span<const std::byte>& in, int brick_size,
+                   const std::array<std::uint32_t*, 3>& change) {
+    const auto n = std::size_t(brick_size) * std::size_t(brick_size) * std::size_t(brick_size);
+    if (in.size() < kMaskBytes) return false;
+    const unsigned mask = unsigned(in[0]) | unsigned(in[1]) << 8;
+    in = in.subspan(kMaskBytes);
+    if (mask >> 3 * kPlanes) return false;
+    for (std::size_t a = 0; a < 3; ++a) {
+        std::uint32_t* values = change[a];
+        std::memset(values, 0, n * sizeof *values);
+        const unsigned planes = mask >> kPlanes * int(a) & 0xf;
+        if (planes == 0) continue;
+        for (int plane = 0; plane < kPlanes; ++plane) {
+            if (!(planes >> plane & 1)) continue;
+            if (in.size() < n) return false;
+            for (std::size_t i = 0; i < n; ++i) values[i] |= std::uint32_t(in[i]) << 8 * plane;
+            in = in.subspan(n);
+        }
+        for (std::size_t i = 0; i < n; ++i) values[i] = unfolded(values[i]);
+        unpredict(values, brick_size);
+    }
+    return true;
+}
+
+Bytes pack(std::span<const std::byte> raw) {
+    Bytes packed(std::size_t(LZ4_compressBound(int(raw.size()))));
+    const int size = LZ4_compress_default(reinterpret_cast<const char*>(raw.data()),
+                                          reinterpret_cast<char*>(packed.data()), int(raw.size()),
+                                          int(packed.size()));
+    return Bytes(packed.begin(), packed.begin() + size);
+}
+
+bool unpack(std::span<const std::byte> packed, std::span<std::byte> raw) {
+    if (packed.size() > INT_MAX || raw.size() > INT_MAX) return false;
+    const int size = LZ4_decompress_safe(reinterpret_cast<const char*>(packed.data()),
+                                         reinterpret_cast<char*>(raw.data()), int(packed.size()),
+                                         int(raw.size()));
+    return size >= 0 && std::size_t(size) == raw.size();
+}
+
+std::size_t longest_unpacked(std::size_t packed_size) {
+    return 255 * packed_size + 64;
+}
+
+}  // namespace pliant

@@ -1,0 +1,82 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// Which elements of an object can be in a box of space. The lattice is its own index: an element's
+// place is its rest place plus something between its brick's bounds, so the box asks for a range of
+// bricks, and in each for a range of elements.
+
+#pragma once
+
+#include <functional>
+
+#include "chainmail/cut_search.h"
+#include "chainmail/objects_contact.h"
+
+namespace pliant {
+
+/// A lattice with its place in space [units along the common axes].
+struct PlacedLattice {
+    const Lattice* lattice = nullptr;
+    Place base{0, 0, 0};  ///< of element (0,0,0) at rest
+    Place half{0, 0, 0};  ///< half of an element's box
+
+    Place place_of(Vec3i ijk, Vec3<Fixed> u) const {
+        return base + moved_place(rest_place(lattice->grid(), ijk), u);
+    }
+};
+
+/// Half of the extents of an element's box: half of the spacing, and a unit less than rounding
+/// could make of it, so that objects which share a border at rest don't overlap.
+Place half_extents(const Grid& grid);
+
+/// The solid elements of one brick, and where they are.
+struct SolidBrick {
+    struct Element {
+        Vec3i ijk;
+        Place place;
+        Vec3<Fixed> raise;  ///< by the whole push; zero where it isn't asked for
+    };
+    std::vector<Element> elements;
+    PlaceBox box;  ///< of all places, and of those after the push
+};
+
+/// @param shift  of the solve in progress: only elements that it moves are wanted; null: all are
+SolidBrick solid_elements(const PlacedLattice& object, Vec3i coord, const Vec3<Fixed>* shift);
+
+/// Visits the solid elements of an object whose places may be in a box; a few others too.
+class SolidSearch {
+  public:
+    explicit SolidSearch(const PlacedLattice& object)
+        : m_object(object), m_search(*object.lattice) {}
+
+    const PlacedLattice& object() const { return m_object; }
+    void for_each_brick(const PlaceBox& box, const std::function<void(Vec3i coord)>& visit) const;
+    template <class Visit>
+    void for_each_element(Vec3i coord, const PlaceBox& box, const Visit& visit) const {
+        const Lattice& lattice = *m_object.lattice;
+        Vec3i begin, end;
+        if (!range_in(coord, box, begin, end)) return;
+        const BrickEdits* edits = lattice.edits_of(coord);
+        const int index = lattice.find_brick(coord);
+        for (int z = begin.z; z < end.z; ++z)
+            for (int y = begin.y; y < end.y; ++y)
+                for (int x = begin.x; x < end.x; ++x) {
+                    const auto n = std::size_t(lattice.index_in_brick({x, y, z}));
+                    if (edits && ((*edits)[n] & kVoid)) continue;
+                    Vec3<Fixed> u{0, 0, 0};
+                    if (index >= 0) {
+                        const auto& from = lattice.brick(index).u;
+                        u = {from[0][n], from[1][n], from[2][n]};
+                    }
+                    visit(Vec3i{x, y, z}, m_object.place_of({x, y, z}, u));
+                }
+    }
+
+  private:
+    bool range_in(Vec3i coord, const PlaceBox& box, Vec3i& begin, Vec3i& end) const;
+
+    PlacedLattice m_object;
+    BrickSearch m_search;
+};
+
+}  // namespace pliant

@@ -1,0 +1,95 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// The state of a lattice in a file (.plst). Little-endian, whatever the machine:
+//
+//     8  bytes  89 "PLST" 0d 0a 1a: a file that was sent as text doesn't begin like this
+//     4  u32    version
+//     4  u32    flags
+//     8  u64    length of the file
+//   144         fingerprint of the scan
+//     4  u32    length of the settings, and then these: TOML, as in a settings file
+//     …         displacements: bricks that moved, packed in pieces as in the history
+//     …         edits: likewise
+//     8  u64    checksum of everything before it
+//
+// A piece is: u32 bricks (0: no more pieces), i32 × 3 coordinates of each, u32 length before and
+// after packing, packed bytes. Bricks are in ascending order of their coordinates (z, y, x).
+
+#pragma once
+
+#include <pliant/volume.h>
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "chainmail/history_codec.h"
+#include "chainmail/lattice.h"
+
+namespace pliant {
+
+/// What tells one scan from another.
+struct ScanFingerprint {
+    Grid grid;
+    bool is_16_bit = true;
+    std::uint64_t voxel_hash = 0;
+    friend bool operator==(const ScanFingerprint&, const ScanFingerprint&) = default;
+};
+ScanFingerprint fingerprint_of(const Volume& volume);
+
+/// Everything but displacements and edits.
+struct StateHeader {
+    ScanFingerprint scan;
+    bool custom_law = false;  ///< the settings' named law isn't the one in use
+    /// At some time: then links, movements and bone may be outside of what is allowed now.
+    bool materials_changed = false;
+    std::uint64_t label_hash = 0;  ///< of label materials, labels and directions; 0: none
+    std::string settings;          ///< TOML, all but these
+};
+
+Bytes encode_state(const StateHeader& header, const Lattice& lattice);
+
+/// A reader that never goes beyond the end.
+class StateReader {
+  public:
+    /// @param name  of the file, for messages
+    StateReader(std::string name, std::span<const std::byte> bytes)
+        : m_name(std::move(name)), m_bytes(bytes) {}
+
+    /// Magic, version, length, checksum, header; what follows is left to be read.
+    Result<StateHeader> read_header();
+    /// Displacements and edits, into a lattice that is at rest.
+    Status read_lattice(Lattice& lattice, std::int64_t max_elements);
+
+  private:
+    struct Piece {
+        std::vector<Vec3i> coords;
+        Bytes raw;
+    };
+
+    bool take(std::size_t count, std::span<const std::byte>& out);
+    bool take_u32(std::uint32_t& value);
+    bool take_u64(std::uint64_t& value);
+    bool take_vector(Vec3d& v);
+    bool take_fingerprint(ScanFingerprint& scan);
+    Error damaged() const;
+    /// @param raw_limit  largest length of one brick before packing
+    /// @returns nothing at the end of the pieces
+    Result<std::optional<Piece>> read_piece(std::size_t raw_limit);
+    bool follows(Vec3i coord, const Lattice& lattice);
+    Status read_moves(Lattice& lattice, std::int64_t max_bricks);
+    Status read_edits(Lattice& lattice, std::int64_t max_bricks);
+
+    std::string m_name;
+    std::span<const std::byte> m_bytes;  ///< not yet read
+    std::optional<Vec3i> m_last;         ///< coordinates of the brick before
+};
+
+/// What is wrong with a lattice: a link outside of its limits, a fixed element away from its place,
+/// an element too far from it, a void one that moved. @returns an empty text if nothing is
+std::string find_fault(const Lattice& lattice, const TaskArena& arena);
+
+}  // namespace pliant

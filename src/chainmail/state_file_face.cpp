@@ -1,0 +1,156 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// Saving and loading as a user of ChainMail sees them. A loaded state is built and checked beside
+// the present one, which is replaced only when nothing can go wrong any more.
+
+#include <pliant/staged_files.h>
+
+#include <charconv>
+#include <fstream>
+
+#include "chainmail/chainmail_impl.h"
+#include "chainmail/settings.h"
+#include "chainmail/state_file.h"
+#include "core/hash.h"
+
+namespace pliant {
+namespace {
+
+std::string text_of(Vec3i v) {
+    return std::to_string(v.x) + " x " + std::to_string(v.y) + " x " + std::to_string(v.z);
+}
+
+std::string text_of(Vec3d v) {
+    std::string text;
+    for (int a = 0; a < 3; ++a) {
+        char buffer[32];
+        const auto end = std::to_chars(buffer, buffer + sizeof buffer, v[a]).ptr;
+        text += (a ? ", " : "") + std::string(buffer, end);
+    }
+    return text;
+}
+
+Status check_scan(const std::string& name, const ScanFingerprint& own,
+                  const ScanFingerprint& found) {
+    const auto other = [&](const std::string& what) -> Status {
+        return Error{ErrorCode::InvalidArgument,
+                     name + ": expected a state of this scan, found one of another: " + what};
+    };
+    if (own.grid.size != found.grid.size)
+        return other("of " + text_of(found.grid.size) + " voxels instead of " +
+                     text_of(own.grid.size));
+    if (own.grid.spacing_mm != found.grid.spacing_mm)
+        return other("with a spacing of " + text_of(found.grid.spacing_mm) + " mm instead of " +
+                     text_of(own.grid.spacing_mm));
+    if (own.grid.origin_mm != found.grid.origin_mm)
+        return other("with its origin at " + text_of(found.grid.origin_mm) + " mm instead of " +
+                     text_of(own.grid.origin_mm));
+    if (own.grid != found.grid) return other("with other directions");
+    if (own != found) return other("with other voxel values");
+    return Ok{};
+}
+
+Result<Bytes> read_bytes(const std::filesystem::path& path) {
+    std::error_code error;
+    std::ifstream stream(path, std::ios::binary);
+    const auto size = std::filesystem::file_size(path, error);
+    if (!stream || error)
+        return Error{ErrorCode::NotFound,
+                     path.string() + ": expected a saved state that can be read"};
+    Bytes bytes(size);
+    stream.read(reinterpret_cast<char*>(bytes.data()), std::streamsize(size));
+    if (std::size_t(stream.gcount()) != bytes.size())
+        return Error{ErrorCode::Unreadable, path.string() + ": can't be read to its end"};
+    return bytes;
+}
+
+/// Of what the settings' text doesn't hold. @returns 0 where there are no label materials
+std::uint64_t hash_label_materials(const ChainMailSettings& settings) {
+    if (settings.label_materials.empty()) return 0;
+    Hash64 hash;
+    const auto add_numbers = [&](Vec3d v) {
+        const double numbers[] = {v.x, v.y, v.z};
+        hash.add(std::span<const double>(numbers));
+    };
+    for (const LabelMaterial& label : settings.label_materials) {
+        hash.add(std::span<const int>(label.values));
+        for (const auto& number : {label.offset, label.bone_threshold_hu, label.max_movement_mm})
+            add_numbers({number ? 1.0 : 0.0, number.value_or(0), 0});
+        for (const Vec3d& v : {label.factor, label.compress, label.stretch, label.shear})
+            add_numbers(v);
+        hash.add_word(std::uint64_t(label.law) * 2 + label.along_direction);
+    }
+    if (settings.labels) hash.add_word(fingerprint_of(*settings.labels).voxel_hash);
+    if (settings.directions) hash.add(std::span<const Vec3f>(settings.directions->vectors_mm));
+    return hash.value();
+}
+
+}  // namespace
+
+Status ChainMail::save_state(const std::filesystem::path& path) const {
+    const StateHeader header{.scan = fingerprint_of(m_impl->volume),
+                             .custom_law = bool(m_impl->settings.custom_law),
+                             .materials_changed = m_impl->materials_changed,
+                             .label_hash = hash_label_materials(m_impl->settings),
+                             .settings = settings_text(m_impl->settings)};
+    const Bytes bytes = encode_state(header, m_impl->lattice);
+    StagedFiles files;
+    const auto staged = files.stage(path);
+    if (!staged.ok()) return staged.error();
+    std::ofstream stream(*staged, std::ios::binary);
+    stream.write(reinterpret_cast<const char*>(bytes.data()), std::streamsize(bytes.size()));
+    stream.close();
+    if (!stream) return Error{ErrorCode::Unwritable, path.string() + ": can't be written"};
+    return files.commit();
+}
+
+Status ChainMail::load_state(const std::filesystem::path& path) {
+    const std::string name = path.string();
+    if (m_impl->history.is_open())
+        return Error{ErrorCode::InvalidArgument,
+                     name + ": expected no open group of steps, found one; end it first"};
+    const auto bytes = read_bytes(path);
+    if (!bytes.ok()) return bytes.error();
+    StateReader reader(name, *bytes);
+    const auto header = reader.read_header();
+    if (!header.ok()) return header.error();
+    const Status scan = check_scan(name, fingerprint_of(m_impl->volume), header->scan);
+    if (!scan.ok()) return scan;
+    auto settings = parse_settings(name, header->settings);
+    if (!settings.ok()) return settings.error();
+    if (header->custom_law && !m_impl->settings.custom_law)
+        return Error{
+            ErrorCode::InvalidArgument,
+            name + ": was saved with a material law of its own; expected the same law here"};
+    if (header->custom_law) settings->custom_law = m_impl->settings.custom_law;
+    settings->solver = m_impl->settings.solver;
+    if (header->label_hash != hash_label_materials(m_impl->settings))
+        return Error{ErrorCode::InvalidArgument,
+                     name +
+                         ": was saved with other label materials; expected the same [[label]] "
+                         "tables, labels and directions here"};
+    settings->label_materials = m_impl->settings.label_materials;
+    settings->labels = m_impl->settings.labels;
+    settings->directions = m_impl->settings.directions;
+    auto materials = make_materials(m_impl->volume, *settings);
+    if (!materials.ok())
+        return Error{materials.error().code, name + ": " + materials.error().message};
+    m_impl->let_go();
+    auto impl =
+        std::make_unique<Impl>(m_impl->volume, *settings, std::move(*materials), m_impl->arena);
+    impl->lattice.continue_clock(m_impl->lattice.clock());
+    impl->lattice.tick();
+    const Status read = reader.read_lattice(impl->lattice, m_impl->settings.max_elements);
+    if (!read.ok()) return read;
+    impl->materials_changed = header->materials_changed;
+    impl->restore_allowance();
+    if (!header->materials_changed)
+        if (const std::string fault = find_fault(impl->lattice, m_impl->arena); !fault.empty())
+            return Error{ErrorCode::Unreadable,
+                         name + ": expected displacements within all limits, but " + fault};
+    m_impl = std::move(impl);
+    return Ok{};
+}
+
+}  // namespace pliant

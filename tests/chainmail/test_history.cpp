@@ -1,0 +1,313 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// Undo and redo: the same bits again, within a bound of memory.
+
+#include "chainmail/history.h"
+
+#include <gtest/gtest.h>
+
+#include "chainmail/instances.h"
+
+namespace pliant::test {
+namespace {
+
+constexpr std::uint64_t kSeed = 20260302;
+
+Volume block(Vec3i size, int value = 40) {
+    Volume volume;
+    volume.grid.size = size;
+    volume.voxels = std::vector<std::int16_t>(voxel_count(volume.grid), std::int16_t(value));
+    return volume;
+}
+
+ChainMail tissue_of(const Volume& volume, const TaskArena& arena,
+                    const ChainMailSettings& settings = {}) {
+    return std::move(ChainMail::create(volume, settings, arena)).value();
+}
+
+TEST(HistoryCodec, AnyChangeComesBack) {
+    Random random(kSeed);
+    for (int n = 0; n < 400; ++n) {
+        const int size = random.whole(2, 9);
+        const auto count = std::size_t(size * size * size);
+        std::vector<Fixed> before(3 * count), after(3 * count);
+        const int kind = n % 4;
+        for (std::size_t i = 0; i < 3 * count; ++i) {
+            before[i] = kind == 0 ? Fixed(random.next()) : random.whole(-1000, 1000);
+            after[i] = kind == 0   ? Fixed(random.next())
+                       : kind == 1 ? before[i] + 5
+                       : kind == 2 ? before[i]
+                                   : before[i] + random.whole(0, 1) * 70'000;
+        }
+        const auto parts = [&](const std::vector<Fixed>& v) {
+            return Components{v.data(), v.data() + count, v.data() + 2 * count};
+        };
+        Bytes raw;
+        ASSERT_EQ(encode_change(parts(before), parts(after), size, raw), before != after);
+        if (before == after) {
+            ASSERT_TRUE(raw.empty());
+            continue;
+        }
+        const Bytes packed = pack(raw);
+        Bytes unpacked(raw.size());
+        ASSERT_TRUE(unpack(packed, unpacked));
+        std::span<const std::byte> left = unpacked;
+        std::vector<std::uint32_t> change(3 * count);
+        ASSERT_TRUE(decode_change(
+            left, size, {change.data(), change.data() + count, change.data() + 2 * count}));
+        ASSERT_TRUE(left.empty());
+        for (std::size_t i = 0; i < 3 * count; ++i)
+            ASSERT_EQ(Fixed(std::uint32_t(before[i]) + change[i]), after[i]);
+    }
+}
+
+TEST(HistoryCodec, DamagedBytesAreRefusedOrDecodeWithoutACrash) {
+    Random random(kSeed);
+    const int size = 4, count = 64;
+    std::vector<Fixed> before(3 * count, 0), after(3 * count);
+    for (Fixed& u : after) u = random.whole(-100'000, 100'000);
+    Bytes raw;
+    encode_change({before.data(), before.data() + count, before.data() + 2 * count},
+                  {after.data(), after.data() + count, after.data() + 2 * count}, size, raw);
+    std::vector<std::uint32_t> change(3 * count);
+    const auto decode = [&](std::span<const std::byte> bytes) {
+        return decode_change(bytes, size,
+                             {change.data(), change.data() + count, change.data() + 2 * count});
+    };
+    for (std::size_t length = 0; length < raw.size(); ++length)
+        EXPECT_FALSE(decode(std::span(raw).first(length)));
+    const Bytes packed = pack(raw);
+    Bytes unpacked(raw.size());
+    for (int n = 0; n < 500; ++n) {
+        Bytes damaged = packed;
+        damaged[std::size_t(random.whole(0, int(packed.size()) - 1))] = std::byte(random.next());
+        if (unpack(damaged, unpacked)) (void)decode(unpacked);
+    }
+    EXPECT_FALSE(unpack(std::span(packed).first(packed.size() / 2), unpacked));
+}
+
+/// One random step of any kind; most change something.
+void random_step(Random& random, ChainMail& tissue, double reach) {
+    const Grid& grid = tissue.volume().grid;
+    const auto anywhere = [&] {
+        return world_from_voxel(grid, {random.real(0, grid.size.x), random.real(0, grid.size.y),
+                                       random.real(0, grid.size.z)});
+    };
+    switch (random.whole(0, 5)) {
+        case 0:
+            ASSERT_TRUE(tissue.cut({{anywhere(), anywhere()}, random.vector(10)}).ok());
+            break;
+        case 1:
+            ASSERT_TRUE(tissue.carve({anywhere(), anywhere(), random.real(0.2, 1.0)}).ok());
+            break;
+        case 2:
+            tissue.begin_group("drag");
+            for (int n = 0; n < 3; ++n)
+                ASSERT_TRUE(
+                    tissue.push_elements(random_grab(random, grid), random.vector(reach)).ok());
+            tissue.end_group();
+            break;
+        default:
+            ASSERT_TRUE(tissue.push_elements(random_grab(random, grid), random.vector(reach)).ok());
+    }
+}
+
+void run_instance(std::uint64_t seed) {
+    Random random(seed);
+    const TaskArena arena(random.whole(1, 2));
+    const Instance instance = random_instance(random, 5, 12, true);
+    ChainMailSettings settings;
+    settings.custom_law = instance.law;
+    settings.brick_size = random.whole(2, 9);
+    settings.bounded = random.whole(0, 1);
+    ChainMail tissue = tissue_of(instance.volume, arena, settings);
+    const double reach = 3 * instance.push_limit_mm.x;
+    std::vector<std::uint64_t> hashes = {tissue.hash()};  // after each step that can be undone
+    for (int n = 0; n < 60; ++n) {
+        const int action = random.whole(0, 5);
+        const auto at = std::size_t(tissue.undo_steps());
+        if (action == 0 && tissue.undo_steps() > 0) {
+            ASSERT_TRUE(tissue.undo().ok());
+            ASSERT_EQ(tissue.hash(), hashes[at - 1]);
+        } else if (action == 1 && tissue.redo_steps() > 0) {
+            ASSERT_TRUE(tissue.redo().ok());
+            ASSERT_EQ(tissue.hash(), hashes[at + 1]);
+        } else {
+            const std::uint64_t before = tissue.hash();
+            random_step(random, tissue, reach);
+            if (tissue.hash() == before) continue;
+            ASSERT_EQ(std::size_t(tissue.undo_steps()), at + 1);
+            ASSERT_EQ(tissue.redo_steps(), 0);
+            hashes.resize(at + 1);
+            hashes.push_back(tissue.hash());
+        }
+        if (n % 10 == 0) {
+            ASSERT_LT(tissue.state().max_violation_mm, 1e-9);
+        }
+    }
+    for (auto at = std::size_t(tissue.undo_steps()); at > 0; --at) {
+        ASSERT_TRUE(tissue.undo().ok());
+        ASSERT_EQ(tissue.hash(), hashes[at - 1]);
+    }
+    const LatticeState state = tissue.state();
+    EXPECT_EQ(state.moved_elements + state.cut_links + state.carved_elements, 0);
+    EXPECT_EQ(state.resident_bricks, 0);
+    while (tissue.redo_steps() > 0) ASSERT_TRUE(tissue.redo().ok());
+    EXPECT_EQ(tissue.hash(), hashes.back());
+}
+
+TEST(History, UndoAndRedoGiveTheSameBitsAfterAnySteps) {
+    for (std::uint64_t n = 0; n < 30 && !::testing::Test::HasFailure(); ++n) {
+        SCOPED_TRACE("seed " + std::to_string(kSeed + n));
+        run_instance(kSeed + n);
+    }
+}
+
+class HistoryTest : public ::testing::Test {
+  protected:
+    TaskArena arena{2};
+    Volume volume = block({24, 24, 24});
+    void push(ChainMail& tissue, Vec3d push_mm) {
+        ASSERT_TRUE(tissue.push({.point_mm = {10.5, 11.5, 12.5}, .push_mm = push_mm}).ok());
+    }
+};
+
+TEST_F(HistoryTest, TwoHundredStepsCanBeUndone) {
+    ChainMail tissue = tissue_of(volume, arena);
+    const std::uint64_t rest = tissue.hash();
+    for (int n = 0; n < 200; ++n) push(tissue, {n % 2 ? -0.4 : 0.5, 0.01, 0});
+    EXPECT_EQ(tissue.undo_steps(), 200);
+    EXPECT_LT(tissue.history_bytes(), 256'000'000u);
+    for (int n = 0; n < 200; ++n) ASSERT_TRUE(tissue.undo().ok());
+    EXPECT_EQ(tissue.hash(), rest);
+    EXPECT_EQ(tissue.undo().error().code, ErrorCode::NotFound);
+}
+
+TEST_F(HistoryTest, OldestStepsAreForgottenAtTheBoundAndTheReportSaysSo) {
+    ChainMailSettings settings;
+    settings.history_max_steps = 3;
+    ChainMail tissue = tissue_of(volume, arena, settings);
+    for (int n = 0; n < 3; ++n) push(tissue, {0.5, 0, 0});
+    const std::uint64_t after_two = [&] {
+        EXPECT_TRUE(tissue.undo().ok());
+        const std::uint64_t hash = tissue.hash();
+        EXPECT_TRUE(tissue.redo().ok());
+        return hash;
+    }();
+    const auto fourth = tissue.push({.point_mm = {10.5, 11.5, 12.5}, .push_mm = {0, 1, 0}});
+    EXPECT_EQ(fourth->forgotten_steps, 1);
+    const auto fifth = tissue.push({.point_mm = {10.5, 11.5, 12.5}, .push_mm = {0, 1, 0}});
+    EXPECT_EQ(fifth->forgotten_steps, 1);
+    while (tissue.undo_steps() > 0) ASSERT_TRUE(tissue.undo().ok());
+    EXPECT_EQ(tissue.hash(), after_two);
+}
+
+TEST_F(HistoryTest, BytesStayWithinTheBound) {
+    ChainMailSettings settings;
+    settings.history_max_mb = 1;
+    settings.max_movement_mm = 200;
+    const Volume large = block({80, 80, 80});
+    ChainMail tissue = tissue_of(large, arena, settings);
+    Random random(kSeed);
+    int forgotten = 0;
+    for (int n = 0; n < 60; ++n) {
+        const auto report =
+            tissue.push({.point_mm = {random.real(1, 78), random.real(1, 78), random.real(1, 78)},
+                         .push_mm = random.vector(4)});
+        ASSERT_TRUE(report.ok());
+        forgotten += report->forgotten_steps;
+        ASSERT_LE(tissue.history_bytes(), 1'000'000u);
+        ASSERT_GT(tissue.undo_steps(), 0);
+    }
+    EXPECT_GT(forgotten, 5);
+    EXPECT_EQ(tissue.undo_steps() + forgotten, 60);
+}
+
+TEST_F(HistoryTest, StepLargerThanTheBoundLeavesNothingToUndo) {
+    ChainMailSettings settings;
+    settings.history_max_mb = 0;
+    ChainMail tissue = tissue_of(volume, arena, settings);
+    const auto report = tissue.push({.point_mm = {10.5, 11.5, 12.5}, .push_mm = {1, 0, 0}});
+    EXPECT_EQ(report->forgotten_steps, -1);
+    EXPECT_EQ(tissue.undo_steps(), 0);
+    EXPECT_EQ(tissue.history_bytes(), 0u);
+}
+
+TEST_F(HistoryTest, WithoutStepsNothingIsKept) {
+    ChainMailSettings settings;
+    settings.history_max_steps = 0;
+    ChainMail tissue = tissue_of(volume, arena, settings);
+    const auto report = tissue.push({.point_mm = {10.5, 11.5, 12.5}, .push_mm = {1, 0, 0}});
+    EXPECT_EQ(report->forgotten_steps, 0);
+    EXPECT_EQ(tissue.undo_steps(), 0);
+    EXPECT_FALSE(tissue.undo().ok());
+}
+
+TEST_F(HistoryTest, RejectedPushIsNoStepAndKeepsWhatCanBeRedone) {
+    ChainMail tissue = tissue_of(volume, arena);
+    push(tissue, {1, 0, 0});
+    ASSERT_TRUE(tissue.undo().ok());
+    push(tissue, {0, 0, 0});
+    EXPECT_EQ(tissue.redo_steps(), 1);
+    push(tissue, {0, 1, 0});
+    EXPECT_EQ(tissue.redo_steps(), 0);
+    EXPECT_EQ(tissue.redo().error().code, ErrorCode::NotFound);
+}
+
+TEST_F(HistoryTest, GroupIsOneStepWithItsName) {
+    ChainMail tissue = tissue_of(volume, arena);
+    const std::uint64_t rest = tissue.hash();
+    tissue.begin_group("drag");
+    for (int n = 0; n < 5; ++n) push(tissue, {0.3, 0, 0});
+    push(tissue, {-0.5, 0, 0});
+    EXPECT_EQ(tissue.undo().error().code, ErrorCode::InvalidArgument);
+    tissue.end_group();
+    EXPECT_EQ(tissue.next_undo_name(), "drag");
+    EXPECT_EQ(tissue.undo_steps(), 1);
+    ASSERT_TRUE(tissue.undo().ok());
+    EXPECT_EQ(tissue.next_redo_name(), "drag");
+    EXPECT_EQ(tissue.next_undo_name(), "");
+    EXPECT_EQ(tissue.hash(), rest);
+    EXPECT_EQ(tissue.lattice().resident_brick_count(), 0);
+}
+
+TEST_F(HistoryTest, StepThatEndsWhereItBeganIsNoStep) {
+    const auto rigid = [](int) { return ElementLimits{.max_movement_mm = 100}; };
+    ChainMailSettings settings;
+    settings.custom_law = rigid;
+    settings.bounded = true;
+    ChainMail tissue = tissue_of(volume, arena, settings);
+    tissue.begin_group("there and back");
+    push(tissue, {1, 0, 0});
+    push(tissue, {-1, 0, 0});
+    tissue.end_group();
+    EXPECT_EQ(tissue.undo_steps(), 0);
+}
+
+struct Number final : Exchange {
+    Number(int& p, int v) : place(p), value(v) { std::swap(place, value); }
+    void exchange() override { std::swap(place, value); }
+    std::size_t bytes() const override { return sizeof *this; }
+    int& place;
+    int value;
+};
+
+TEST_F(HistoryTest, OtherThingsAreExchangedInTheOrderTheyWereDone) {
+    Lattice lattice(volume, {[](int) { return ElementLimits{}; }}, 8, false);
+    History history(lattice, arena, 10, 1'000'000);
+    int setting = 1;
+    history.begin("threshold");
+    history.add(std::make_unique<Number>(setting, 2));
+    history.add(std::make_unique<Number>(setting, 3));
+    history.end();
+    EXPECT_EQ(setting, 3);
+    history.undo();
+    EXPECT_EQ(setting, 1);
+    history.redo();
+    EXPECT_EQ(setting, 3);
+    EXPECT_GE(history.bytes(), 2 * sizeof(Number));
+}
+
+}  // namespace
+}  // namespace pliant::test
