@@ -1,54 +1,141 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Whole cells against twelve tetrahedra. One item is a written voxel.
+// From the lattice back to the grid: vectors of cells against their scalar twin, and against twelve
+// tetrahedra. One item is a written voxel. Beside it the floor: the bytes that must be moved for a
+// voxel (displacement and original value read, new value written) over the bandwidth that the same
+// threads reach in the same run, copying.
 
 #include <pliant/resample.h>
 
 #include <cmath>
+#include <cstring>
+#include <optional>
 
 #include "interleaved.h"
 
 namespace pliant::bench {
 namespace {
 
-/// Arguments: length of the push in voxels, threads.
-void resample(benchmark::State& state) {
-    const TaskArena arena(int(state.range(1)));
+constexpr double kBytesPerVoxel = 3 * 4 + 2 + 2;
+
+Volume wavy_volume(int side) {
     Volume volume;
-    volume.grid.size = {128, 128, 128};
+    volume.grid.size = {side, side, side};
     std::vector<std::int16_t> voxels;
-    for (int z = 0; z < 128; ++z)
-        for (int y = 0; y < 128; ++y)
-            for (int x = 0; x < 128; ++x)
+    voxels.reserve(voxel_count(volume.grid));
+    for (int z = 0; z < side; ++z)
+        for (int y = 0; y < side; ++y)
+            for (int x = 0; x < side; ++x)
                 voxels.push_back(std::int16_t(100 * std::sin(0.2 * x + 0.1 * y) + 50 * (z & 1)));
     volume.voxels = std::move(voxels);
-    ChainMail tissue = std::move(ChainMail::create(volume, {}, arena)).value();
-    const double along = double(state.range(0)) / std::sqrt(3.0);
-    if (!tissue.push({.point_mm = {64.5, 64.5, 64.5}, .push_mm = {along, along, along}}).ok()) {
+    return volume;
+}
+
+/// Read and written by all threads of an arena [bytes/ns].
+double copy_bandwidth(const TaskArena& arena) {
+    constexpr std::int64_t kBytes = 64 << 20, kPiece = 1 << 20;
+    static const std::vector<char> from(kBytes, 1);
+    static std::vector<char> to(kBytes);
+    const double seconds = seconds_of([&] {
+        arena.for_each(kBytes, kPiece, [&](std::int64_t begin, std::int64_t end) {
+            std::memcpy(to.data() + begin, from.data() + begin, std::size_t(end - begin));
+        });
+    });
+    return 2 * kBytes / seconds * 1e-9;
+}
+
+std::optional<ChainMail> pushed_tissue(const Volume& volume, double length,
+                                       const TaskArena& arena) {
+    ChainMailSettings settings;
+    settings.max_movement_mm = 500;
+    auto tissue = ChainMail::create(volume, settings, arena);
+    const double middle = volume.grid.size.x / 2 + 0.5, along = length / std::sqrt(3.0);
+    if (!tissue.ok() || !tissue
+                             ->push({.point_mm = {middle, middle, middle},
+                                     .push_mm = {along, 0.8 * along, 1.1 * along}})
+                             .ok())
+        return std::nullopt;
+    return std::move(tissue).value();
+}
+
+/// Arguments: side of the scan, length of the push in voxels, threads.
+void resample(benchmark::State& state) {
+    const TaskArena arena(int(state.range(2)));
+    const Volume volume = wavy_volume(int(state.range(0)));
+    const auto tissue = pushed_tissue(volume, double(state.range(1)), arena);
+    if (!tissue) {
         state.SkipWithError("the push failed");
         return;
     }
-    std::vector<double> cells_ms, tetrahedra_ms;
+    std::vector<double> cells_ms, scalar_ms, tetrahedra_ms, bandwidth;
     double items = 0;
     for (auto _ : state) {
-        const Deformed reference = deform_volume(tissue, Mapping::Tetrahedra);
-        const Deformed subject = deform_volume(tissue, Mapping::Cells);
-        tetrahedra_ms.push_back(reference.resample_ms);
+        bandwidth.push_back(copy_bandwidth(arena));
+        tetrahedra_ms.push_back(deform_volume(*tissue, Mapping::Tetrahedra).resample_ms);
+        scalar_ms.push_back(deform_volume(*tissue, Mapping::CellsScalar).resample_ms);
+        const Deformed subject = deform_volume(*tissue, Mapping::Cells);
         cells_ms.push_back(subject.resample_ms);
         items = double(subject.written_voxels);
         state.SetIterationTime(subject.resample_ms * 1e-3);
     }
-    const double a = median(cells_ms), b = median(tetrahedra_ms);
+    const double cells = median(cells_ms), tetrahedra = median(tetrahedra_ms);
     state.counters["items"] = items;
-    state.counters["ns/item"] = a / items * 1e6;
-    state.counters["reference_ns/item"] = b / items * 1e6;
-    state.counters["times_faster"] = b / a;
+    state.counters["ns/item"] = cells / items * 1e6;
+    state.counters["scalar_ns/item"] = median(scalar_ms) / items * 1e6;
+    state.counters["reference_ns/item"] = tetrahedra / items * 1e6;
+    state.counters["floor_ns/item"] = kBytesPerVoxel / median(bandwidth);
+    state.counters["times_faster"] = tetrahedra / cells;
+}
+
+/// A drag: the same place pushed to and fro, each frame solved and written. One item is a voxel
+/// written in a frame. Arguments: side of the scan, length of the push in voxels, threads.
+void live_frame(benchmark::State& state) {
+    const TaskArena arena(int(state.range(2)));
+    const Volume volume = wavy_volume(int(state.range(0)));
+    auto tissue = pushed_tissue(volume, double(state.range(1)), arena);
+    if (!tissue) {
+        state.SkipWithError("the push failed");
+        return;
+    }
+    const double middle = volume.grid.size.x / 2 + 0.5;
+    LiveDeformation live(*tissue);
+    live.update();
+    std::vector<double> solve_ms, resample_ms, items;
+    double step = 1;
+    for (auto _ : state) {
+        const auto report =
+            tissue->push({.point_mm = {middle, middle, middle}, .push_mm = {step, -step, step}});
+        if (!report.ok()) {
+            state.SkipWithError("the push failed");
+            return;
+        }
+        const LiveUpdate update = live.update();
+        solve_ms.push_back(report->solve_ms);
+        resample_ms.push_back(update.resample_ms);
+        items.push_back(double(update.written_voxels));
+        state.SetIterationTime((report->solve_ms + update.resample_ms) * 1e-3);
+        step = -step;
+    }
+    state.counters["items"] = median(items);
+    state.counters["ns/item"] = median(resample_ms) / median(items) * 1e6;
+    state.counters["solve_ms"] = median(solve_ms);
+    state.counters["resample_ms"] = median(resample_ms);
 }
 
 BENCHMARK(resample)
-    ->ArgNames({"push", "threads"})
-    ->ArgsProduct({{4, 10}, {1, 2}})
+    ->ArgNames({"side", "push", "threads"})
+    ->ArgsProduct({{64}, {2}, {1, 2}})
+    ->ArgsProduct({{96}, {5}, {1, 2}})
+    ->ArgsProduct({{128}, {12}, {1, 2}})
+    ->ArgsProduct({{192}, {26}, {1, 2}})
+    ->ArgsProduct({{320}, {58}, {1, 2}})
+    ->UseManualTime()
+    ->Unit(benchmark::kMillisecond)
+    ->MinTime(0.1);
+BENCHMARK(live_frame)
+    ->ArgNames({"side", "push", "threads"})
+    ->ArgsProduct({{192}, {26}, {1, 2}})
     ->UseManualTime()
     ->Unit(benchmark::kMillisecond)
     ->MinTime(0.5);

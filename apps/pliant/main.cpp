@@ -149,6 +149,8 @@ void add_deform(CLI::App& app, DeformOptions& o) {
     c->add_option("--out", o.out, "deformed scan (.nrrd or .nhdr)")->required();
     c->add_option("--displacement", o.displacement, "forward displacement field (NRRD, LPS mm)");
     c->add_option("--transform", o.transform, "inverse: a grid transform of 3D Slicer (NRRD)");
+    c->add_option("--jacobian", o.jacobian, "growth of the tissue's volume, 1: none (NRRD)");
+    c->add_option("--strain", o.strain, "largest principal Green-Lagrange strain (NRRD)");
     c->add_option("--report", o.report, "what happened, JSON");
     c->add_option("--png", o.png, "before and after, four views each");
     add_vector(c, "--eye", o.eye_mm, "of the picture's endoscope (default: chosen in the lumen)");
@@ -208,6 +210,28 @@ void add_render(CLI::App& app, RenderOptions& o) {
         "--out view.png");
 }
 
+void add_bench(CLI::App& app, BenchOptions& o) {
+    auto* c = app.add_subcommand("bench", "Compare solvers: time, and how far from exact");
+    c->add_option("WHAT", o.what, "chainmail")->required()->check(CLI::IsMember({"chainmail"}));
+    c->add_flag("--compare", o.compare, "published orderings beside the exact solvers");
+    c->add_flag("--json", o.json, "one JSON object per case and solver, one on each line");
+    c->add_option("--size", o.size, "elements along each edge (default 50)")
+        ->check(CLI::Range(3, 400));
+    c->add_option("--pull", o.pull_voxels, "length of the push [voxels] (default 5)")
+        ->check(CLI::Range(0.01, 400.0));
+    c->add_option("--grab", o.grab, "element (in the middle of a face), or cell (eight inside)")
+        ->check(CLI::IsMember({"element", "cell"}));
+    c->add_flag("--homogeneous", o.homogeneous, "only the case of one material");
+    c->add_flag("--heterogeneous", o.heterogeneous, "only the case of four materials");
+    c->add_option("--shear", o.shear_ratio, "shear / stretch of the four (default 0.5)")
+        ->check(CLI::Range(0.0, 2.0));
+    c->add_option("--rounds", o.rounds, "how often each is timed, turn by turn (default 9)")
+        ->check(CLI::Range(1, 1000));
+    c->add_option("--threads", o.threads, "threads of the exact solvers (default 1; 0: all)")
+        ->check(CLI::Range(0, 256));
+    c->footer("Example:\n  pliant bench chainmail --compare --size 64 --pull 4 --heterogeneous");
+}
+
 }  // namespace
 
 int bad_input(const std::string& message) {
@@ -229,14 +253,16 @@ int main(int argc, char** argv) {
     PhantomOptions phantom;
     DeformOptions deform;
     RenderOptions render;
+    BenchOptions bench;
     add_info(app, info);
     add_phantom(app, phantom);
     add_deform(app, deform);
     add_render(app, render);
+    add_bench(app, bench);
     const auto named = [&](const CLI::App* command) { return command->get_name() == argv[1]; };
     if (argc > 1 && argv[1][0] != '-' && app.get_subcommands(named).empty())
         return bad_input("unknown command '" + std::string(argv[1]) +
-                         "', expected info, phantom, deform or render");
+                         "', expected info, phantom, deform, render or bench");
     try {
         app.parse(argc, argv);
     } catch (const CLI::Success& done) {
@@ -247,5 +273,6 @@ int main(int argc, char** argv) {
     if (app.got_subcommand("info")) return run_info(info);
     if (app.got_subcommand("phantom")) return run_phantom(phantom);
     if (app.got_subcommand("deform")) return run_deform(deform);
+    if (app.got_subcommand("bench")) return run_bench(bench);
     return run_render(render);
 }

@@ -49,7 +49,7 @@ struct DeformOptions {
     std::string config;
     std::string solver = "sweep";   ///< or "heap"
     std::string mapping = "cells";  ///< or "tetrahedra"
-    std::string out, displacement, transform, report, png;
+    std::string out, displacement, transform, jacobian, strain, report, png;
     std::optional<Vec3d> eye_mm, look;  ///< of the picture
     std::optional<double> iso_hu;
     bool raw = false;
@@ -73,10 +73,24 @@ struct RenderOptions {
     int threads = 0;
 };
 
+struct BenchOptions {
+    std::string what;              ///< "chainmail"
+    bool compare = false;          ///< published orderings beside the exact solvers
+    bool json = false;             ///< one object per case and solver, one on each line
+    int size = 50;                 ///< elements along each edge of the lattice
+    double pull_voxels = 5;        ///< length of the push; of the longest step of the drag
+    std::string grab = "element";  ///< or "cell"
+    bool homogeneous = false, heterogeneous = false;  ///< neither: both
+    double shear_ratio = 0.5;  ///< shear / stretch of the heterogeneous materials
+    int rounds = 9;
+    int threads = 1;
+};
+
 int run_info(const InfoOptions& options);
 int run_phantom(const PhantomOptions& options);
 int run_deform(const DeformOptions& options);
 int run_render(const RenderOptions& options);
+int run_bench(const BenchOptions& options);
 
 /// Prints "pliant: message" as one line on standard error. @returns kExitBadInput
 int bad_input(const std::string& message);

@@ -28,7 +28,7 @@ constexpr int kPictureSide = 800;  ///< pixels of each of the two four-ups
 /// Where each output is written until all are there.
 struct Outputs {
     StagedFiles files;
-    fs::path out, displacement, transform, report, png;
+    fs::path out, displacement, transform, jacobian, strain, report, png;
 };
 
 /// @param endings  none: any name will do
@@ -56,6 +56,8 @@ Status stage_outputs(const DeformOptions& o, Outputs& outputs) {
         {"--out", o.out, outputs.out, {".nrrd", ".nhdr"}},
         {"--displacement", o.displacement, outputs.displacement, {".nrrd", ".nhdr"}},
         {"--transform", o.transform, outputs.transform, {".nrrd", ".nhdr"}},
+        {"--jacobian", o.jacobian, outputs.jacobian, {".nrrd", ".nhdr"}},
+        {"--strain", o.strain, outputs.strain, {".nrrd", ".nhdr"}},
         {"--report", o.report, outputs.report, {}},
         {"--png", o.png, outputs.png, {".png"}},
     };
@@ -126,6 +128,8 @@ Image before_and_after(const DeformOptions& o, const Volume& before, const Volum
     view.section.width_mm = std::min(width_mm, std::max(80.0, 10 * norm(push.push_mm)));
     view.caption = "before";
     const Image left = four_up_view(before, view, kPictureSide, kPictureSide, arena);
+    // Most pages are those of the other scan, too, and would count twice.
+    std::visit([](const auto& voxels) { voxels.let_go(); }, before.voxels);
     view.caption = "after";
     return side_by_side(left, four_up_view(after, view, kPictureSide, kPictureSide, arena));
 }
@@ -145,15 +149,23 @@ Status write_outputs(const DeformOptions& o, const ChainMail& tissue, const Defo
     if (Status s = write_volume(outputs.out, deformed.volume, encoding); !s.ok()) return s;
     bar.show(0.6);
     if (!outputs.displacement.empty()) {
-        Status s = write_vector_field(outputs.displacement, displacement_field(tissue), encoding);
+        Status s = write_vector_field(outputs.displacement, tissue.volume().grid,
+                                      FieldKind::Modeling, displacement_slices(tissue), encoding);
         if (!s.ok()) return s;
     }
     bar.show(0.7);
     if (!outputs.transform.empty()) {
-        Status s = write_vector_field(outputs.transform, inverse_field(deformed), encoding);
+        Status s = write_vector_field(outputs.transform, deformed.volume.grid,
+                                      FieldKind::Resampling, inverse_slices(deformed), encoding);
         if (!s.ok()) return s;
     }
     bar.show(0.8);
+    if (!outputs.jacobian.empty())
+        if (Status s = write_volume(outputs.jacobian, jacobian_field(tissue), encoding); !s.ok())
+            return s;
+    if (!outputs.strain.empty())
+        if (Status s = write_volume(outputs.strain, strain_field(tissue), encoding); !s.ok())
+            return s;
     if (!outputs.png.empty()) {
         const Image image = before_and_after(o, tissue.volume(), deformed.volume, tissue.arena());
         if (Status s = write_png(outputs.png, image); !s.ok()) return s;

@@ -5,6 +5,7 @@
 
 #include "options.h"
 #include "suggest_push.h"
+#include "value_range.h"
 
 #include <pliant/volume.h>
 
@@ -18,31 +19,6 @@
 
 namespace pliant::app {
 namespace {
-
-constexpr double kPercents[] = {1, 5, 25, 50, 75, 95, 99};
-constexpr std::size_t kPercentCount = std::size(kPercents);
-
-struct ValueRange {
-    double min_hu = 0, max_hu = 0;
-    double percentiles_hu[kPercentCount] = {};
-};
-
-/// Exact, by selection in a copy of the values.
-template <class T>
-ValueRange range_of(std::vector<T> values) {
-    ValueRange range;
-    auto from = values.begin();
-    for (std::size_t p = 0; p < kPercentCount; ++p) {
-        const auto rank = std::llround(kPercents[p] / 100 * double(values.size() - 1));
-        const auto at = values.begin() + rank;
-        std::nth_element(from, at, values.end());
-        range.percentiles_hu[p] = double(*at);
-        if (p == 0) range.min_hu = double(*std::min_element(values.begin(), at + 1));
-        from = at;
-    }
-    range.max_hu = double(*std::max_element(from, values.end()));
-    return range;
-}
 
 /// Letter of the direction that an axis points to, most of all.
 char letter_of(Vec3d axis) {
@@ -190,8 +166,7 @@ int run_info(const InfoOptions& options) {
     ReadNotes notes;
     const auto volume = read_volume(options.file, {options.series}, &notes);
     if (!volume) return bad_input(volume.error().message);
-    const ValueRange range =
-        std::visit([](const auto& voxels) { return range_of(voxels); }, volume->voxels);
+    const ValueRange range = value_range(*volume);
     std::optional<PushOption> push;
     if (options.suggest_push) push = suggest_push(*volume, TaskArena());
     if (options.json)

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 #
 # ITK, the Insight Toolkit. Apache-2.0.
-# Reads scans (NRRD, MetaImage, NIfTI, DICOM through GDCM, BSD-3-Clause) and writes NRRD.
+# Reads scans (NRRD, MetaImage, NIfTI, DICOM through GDCM, BSD-3-Clause).
 #
 # GDCM's package lists its command line tools, which Debian puts in a package of their own that
 # nobody needs here, and CMake reports each of them at length; hence the quiet search.

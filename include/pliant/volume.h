@@ -10,10 +10,12 @@
 
 #include <pliant/grid.h>
 #include <pliant/result.h>
+#include <pliant/voxel_array.h>
 
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <span>
 #include <string>
 #include <utility>
 #include <variant>
@@ -29,7 +31,7 @@ using KeyValues = std::vector<std::pair<std::string, std::string>>;
 struct Volume {
     Grid grid;
     /// One value per voxel, i fastest: voxel_count(grid) of them.
-    std::variant<std::vector<std::int16_t>, std::vector<float>> voxels;
+    std::variant<VoxelArray<std::int16_t>, VoxelArray<float>> voxels;
     KeyValues key_values;  ///< as in the file, in its order
 
     bool is_16_bit() const { return voxels.index() == 0; }
@@ -59,7 +61,9 @@ struct ReadOptions {
 };
 
 /// Reads NRRD, NHDR, MetaImage, NIfTI, or a folder of DICOM slices (sorted by position along the
-/// slice normal).
+/// slice normal). Voxels that lie in the file as they are in memory (raw, 16-bit integers or
+/// floats, not scaled) are mapped instead of read: then the file must not be cut short while the
+/// volume lives, nor written to in place (VoxelMemory::mapped). Replacing it is safe.
 /// @param[out] notes  format, stored type and remarks; may be null
 /// @returns NotFound, Unreadable or Unsupported with one line that names the file
 Result<Volume> read_volume(const std::filesystem::path& path, const ReadOptions& options = {},
@@ -88,6 +92,14 @@ struct VectorField {
 /// `displacement field type`, which 3D Slicer opens as a transform.
 Status write_vector_field(const std::filesystem::path& path, const VectorField& field,
                           Encoding encoding = Encoding::Gzip);
+
+/// Fills slice k of a field, i fastest. Called once for each slice, in order.
+/// @param[out] vectors_mm  grid.size.x · grid.size.y vectors [mm, LPS], zero before
+using FieldSlices = std::function<void(int k, std::span<Vec3f> vectors_mm)>;
+
+/// The same for a field that is made as it is written, and never in memory as a whole.
+Status write_vector_field(const std::filesystem::path& path, const Grid& grid, FieldKind kind,
+                          const FieldSlices& fill_slice, Encoding encoding = Encoding::Gzip);
 Result<VectorField> read_vector_field(const std::filesystem::path& path);
 
 }  // namespace pliant

@@ -59,19 +59,6 @@ double fraction_within(Vec3<Fixed> u, Raises raise, Vec3<Fixed> shift, double li
     return 1;
 }
 
-/// @returns the bound that one element sets; limited_by None if none
-StepLimit limit_of_element(const HalfLimits& half, Vec3<Fixed> u, Raises raise, Vec3<Fixed> shift) {
-    if (half.fixed) {
-        double fraction = 1;
-        for (int a = 0; a < 3; ++a)
-            if (raise[a] > 0)
-                fraction = std::min(fraction, 1 - raise[a] / std::abs(double(shift[a])));
-        return {fraction, fraction < 1 ? LimitedBy::Bone : LimitedBy::None};
-    }
-    const double fraction = fraction_within(u, raise, shift, half.max_movement);
-    return {fraction, fraction < 1 ? LimitedBy::Movement : LimitedBy::None};
-}
-
 Vec3<Fixed> displacement(const Brick& brick, std::size_t n) {
     return {brick.u[0][n], brick.u[1][n], brick.u[2][n]};
 }
@@ -113,6 +100,18 @@ bool is_unlimited(const Lattice& lattice, const Brick& brick, const BrickMotion&
 }
 
 }  // namespace
+
+StepLimit limit_of_element(const HalfLimits& half, Vec3<Fixed> u, Raises raise, Vec3<Fixed> shift) {
+    if (half.fixed) {
+        double fraction = 1;
+        for (int a = 0; a < 3; ++a)
+            if (raise[a] > 0)
+                fraction = std::min(fraction, 1 - raise[a] / std::abs(double(shift[a])));
+        return {fraction, fraction < 1 ? LimitedBy::Bone : LimitedBy::None};
+    }
+    const double fraction = fraction_within(u, raise, shift, half.max_movement);
+    return {fraction, fraction < 1 ? LimitedBy::Movement : LimitedBy::None};
+}
 
 void tighten(StepLimit& limit, StepLimit other) {
     const bool bone = other.limited_by == LimitedBy::Bone && other.fraction == limit.fraction;

@@ -27,6 +27,15 @@ struct StepLimit {
     LimitedBy limited_by = LimitedBy::None;
 };
 
+/// The smaller fraction; bone before movement where they are equal.
+void tighten(StepLimit& limit, StepLimit other);
+
+/// The bound that one element sets, of which only `fixed` and `max_movement` are looked at.
+/// @param raise  how far the whole shift would move it, 0…|shift| for each component
+/// @returns limited_by None if it sets none
+StepLimit limit_of_element(const HalfLimits& half, Vec3<Fixed> u, Vec3<Fixed> raise,
+                           Vec3<Fixed> shift);
+
 /// Limit that the grabbed elements set by themselves: a bound for the solve, found without it.
 StepLimit limit_of_grabbed(const Lattice& lattice, std::span<const ElementRef> grabbed,
                            Vec3<Fixed> shift);
@@ -34,8 +43,6 @@ StepLimit limit_of_grabbed(const Lattice& lattice, std::span<const ElementRef> g
 /// What one brick's elements do in a whole step; `left` grows by what is left undone.
 using BrickMotion = std::array<MovingComponent, 3>;
 
-/// The smaller fraction; bone before movement where they are equal.
-void tighten(StepLimit& limit, StepLimit other);
 /// Whether elements that come no farther than this along each axis are within the movement limit of
 /// every material.
 bool stays_inside(const Lattice& lattice, const Vec3d& farthest);

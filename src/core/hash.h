@@ -22,11 +22,17 @@ class Hash64 {
     }
     template <class T>
     void add(std::span<const T> values) {
+        add_part(values);
+        add_word(values.size_bytes());
+    }
+    /// Values that are followed by more of the same span. Parts of whole words, and the count
+    /// after the last, give what add would give for all.
+    template <class T>
+    void add_part(std::span<const T> values) {
         const auto* bytes = reinterpret_cast<const unsigned char*>(values.data());
         std::size_t left = values.size_bytes();
         for (; left >= 8; left -= 8, bytes += 8) add_partial(bytes, 8);
         if (left) add_partial(bytes, left);
-        add_word(values.size_bytes());
     }
     std::uint64_t value() const { return m_state; }
 

@@ -5,18 +5,14 @@
 
 #include "volume/text.h"
 
-#include <zlib.h>
-
 #include <fstream>
 #include <limits>
-#include <memory>
 #include <system_error>
 
 namespace pliant {
 namespace fs = std::filesystem;
 namespace {
 
-constexpr std::size_t kPieceBytes = 1 << 18;
 /// A compressed byte stands for at most this many (deflate's own bound is 1032).
 constexpr std::uint64_t kMaxCompressionRatio = 1040;
 /// Most files that one image may be spread over.
@@ -24,40 +20,6 @@ constexpr std::int64_t kMaxDataFiles = kMaxAxisSize;
 
 Error damaged(const fs::path& path, const std::string& message) {
     return {ErrorCode::Unreadable, path.string() + ": " + message};
-}
-
-/// Runs through gzip or zlib data, to the end, where their checksum is, if that is near: like a
-/// raw file, a compressed one may hold more than its sizes say. gzip files may be chains.
-Status check_deflated(const fs::path& path, std::ifstream& file, std::uint64_t expected) {
-    constexpr int kGzipOrZlib = 15 + 32;
-    z_stream stream{};
-    if (inflateInit2(&stream, kGzipOrZlib) != Z_OK)
-        return Error{ErrorCode::LimitExceeded, path.string() + ": not enough memory"};
-    const std::unique_ptr<z_stream, decltype(&inflateEnd)> end_it(&stream, inflateEnd);
-    std::vector<Bytef> input(kPieceBytes), output(kPieceBytes);
-    std::uint64_t held = 0;
-    bool ended = false;
-    while (!(ended && held >= expected) && held < expected + kPieceBytes) {
-        if (stream.avail_in == 0) {
-            file.read(reinterpret_cast<char*>(input.data()), std::streamsize(input.size()));
-            stream.next_in = input.data();
-            stream.avail_in = uInt(file.gcount());
-        }
-        if (stream.avail_in == 0)
-            return damaged(path, ended ? "ends early: its compressed data hold less than its "
-                                         "sizes say"
-                                       : "ends early: its compressed data are cut off");
-        if (ended) inflateReset(&stream);
-        stream.next_out = output.data();
-        stream.avail_out = uInt(output.size());
-        const int result = inflate(&stream, Z_NO_FLUSH);
-        ended = result == Z_STREAM_END;
-        if (result != Z_OK && !ended)
-            return damaged(path, std::string("its compressed data are damaged (") +
-                                     (stream.msg ? stream.msg : "no gzip or zlib") + ")");
-        held += output.size() - stream.avail_out;
-    }
-    return Ok{};
 }
 
 Status check_text(const fs::path& path, std::ifstream& file, std::uint64_t count) {
@@ -73,30 +35,20 @@ Status check_text(const fs::path& path, std::ifstream& file, std::uint64_t count
     return Ok{};
 }
 
-Status check_file(const fs::path& path, const ImageHeader& header, const fs::path& name,
-                  std::uint64_t count) {
-    const DataPlace& data = header.data;
-    const std::string what = name == path ? "the file" : "its data file " + name.string();
-    std::error_code error;
-    const std::uint64_t length = fs::file_size(name, error);
+/// Bytes of the image in each data file, before compression.
+std::uint64_t bytes_per_file(const ImageHeader& header) {
+    const std::uint64_t values =
+        std::uint64_t(voxel_count(header.grid)) * std::uint64_t(header.components);
+    return values / header.data.files.size() * size_of(header.stored);
+}
+
+Status check_file(const fs::path& path, const ImageHeader& header, const fs::path& name) {
+    const auto start = find_data_start(path, header, name);
+    if (!start) return start.error();
+    if (header.data.encoding != DataEncoding::Text) return Ok{};
     std::ifstream file(name, std::ios::binary);
-    if (error || !file) return damaged(path, what + " can't be opened");
-    file.seekg(std::streamoff(data.start));
-    for (std::int64_t line = 0; line < data.line_skip && file; ++line)
-        file.ignore(std::numeric_limits<std::streamsize>::max(), '\n');
-    file.seekg(std::streamoff(data.byte_skip), std::ios::cur);
-    const std::uint64_t start = file ? std::uint64_t(file.tellg()) : length;
-    const std::uint64_t bytes = count * size_of(header.stored);
-    std::uint64_t least = bytes;
-    if (data.encoding == DataEncoding::Deflated) least /= kMaxCompressionRatio;
-    if (data.encoding == DataEncoding::Text) least = 2 * count - 1;
-    if (length < start || length - start < least)
-        return damaged(path, "ends early: " + what + " has " + std::to_string(length) +
-                                 " bytes, expected at least " + std::to_string(start + least));
-    if (data.encoding == DataEncoding::Text) return check_text(path, file, count);
-    if (data.encoding == DataEncoding::Deflated)
-        return check_deflated(path, file, data.inner_skip + bytes);
-    return Ok{};
+    file.seekg(std::streamoff(*start));
+    return check_text(path, file, bytes_per_file(header) / size_of(header.stored));
 }
 
 }  // namespace
@@ -111,6 +63,29 @@ Status check_data_files(const fs::path& path, const DataPlace& data) {
     return Ok{};
 }
 
+Result<std::uint64_t> find_data_start(const fs::path& path, const ImageHeader& header,
+                                      const fs::path& name) {
+    const DataPlace& data = header.data;
+    const std::string what = name == path ? "the file" : "its data file " + name.string();
+    std::error_code error;
+    const std::uint64_t length = fs::file_size(name, error);
+    std::ifstream file(name, std::ios::binary);
+    if (error || !file) return damaged(path, what + " can't be opened");
+    file.seekg(std::streamoff(data.start));
+    for (std::int64_t line = 0; line < data.line_skip && file; ++line)
+        file.ignore(std::numeric_limits<std::streamsize>::max(), '\n');
+    file.seekg(std::streamoff(data.byte_skip), std::ios::cur);
+    const std::uint64_t start = file ? std::uint64_t(file.tellg()) : length;
+    const std::uint64_t bytes = bytes_per_file(header);
+    std::uint64_t least = bytes;
+    if (data.encoding == DataEncoding::Deflated) least /= kMaxCompressionRatio;
+    if (data.encoding == DataEncoding::Text) least = 2 * (bytes / size_of(header.stored)) - 1;
+    if (length < start || length - start < least)
+        return damaged(path, "ends early: " + what + " has " + std::to_string(length) +
+                                 " bytes, expected at least " + std::to_string(start + least));
+    return data.at_end && data.encoding == DataEncoding::Raw ? length - bytes : start;
+}
+
 Status check_data(const fs::path& path, const ImageHeader& header) {
     const std::size_t count = header.data.files.size();
     const std::uint64_t values =
@@ -120,7 +95,7 @@ Status check_data(const fs::path& path, const ImageHeader& header) {
                                  " data files, expected a number that divides " +
                                  text_of_sizes(header.sizes) + " voxels");
     for (const fs::path& file : header.data.files)
-        if (Status status = check_file(path, header, file, values / count); !status) return status;
+        if (Status status = check_file(path, header, file); !status) return status;
     return Ok{};
 }
 

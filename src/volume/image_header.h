@@ -3,7 +3,7 @@
 
 // What the header of an image file says: NRRD, MetaImage or NIfTI.
 //
-// ITK reads the file; but its readers are too lenient for scans that somebody will rely on, and
+// ITK reads headers; but its readers are too lenient for scans that somebody will rely on, and
 // some damage ends the process: data that end early come back padded with zeros, numbers that
 // overflow wrap, a spacing that isn't a number counts as missing, a list of data files that is too
 // short crashes, and a NIfTI orientation that isn't finite aborts. So the functions below look at
@@ -48,6 +48,11 @@ struct DataPlace {
     std::int64_t line_skip = 0;    ///< lines to skip then
     std::uint64_t byte_skip = 0;   ///< bytes to skip then (before decompression)
     std::uint64_t inner_skip = 0;  ///< bytes to skip of what was decompressed
+    bool at_end = false;   ///< raw data are the last bytes of each file, wherever they start
+    bool swapped = false;  ///< numbers are in the other byte order
+    /// Numbers are voxels as they are: nothing is to be applied to them, and a voxel's numbers lie
+    /// side by side. Others are left to ITK.
+    bool plain = false;
 };
 
 struct ImageHeader {

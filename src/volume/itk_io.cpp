@@ -21,9 +21,6 @@ namespace pliant {
 namespace fs = std::filesystem;
 namespace {
 
-/// Fast: on scans and on sparse fields higher levels cost three times the time for a few percent.
-constexpr int kGzipLevel = 1;
-
 /// ITK and the libraries below it print warnings to the C++ error stream. While one of these lives
 /// they don't. They also keep state that is not safe to share, so one thread reads at a time, and
 /// read numbers as the locale says, so it is C's on this thread.
@@ -107,14 +104,6 @@ std::optional<Component> component_of(const itk::ImageIOBase& io) {
         default:
             return std::nullopt;
     }
-}
-
-itk::IOComponentEnum itk_type(Component component) {
-    using Type = itk::IOComponentEnum;
-    constexpr Type kTypes[] = {Type::CHAR,  Type::UCHAR, Type::SHORT,    Type::USHORT,
-                               Type::INT,   Type::UINT,  Type::LONGLONG, Type::ULONGLONG,
-                               Type::FLOAT, Type::DOUBLE};
-    return kTypes[int(component)];
 }
 
 /// @param[out] oriented  false where ITK took none of NIfTI's orientations. It looks for one last,
@@ -214,37 +203,6 @@ Status itk_read_slice(const fs::path& path, int columns, int rows, VoxelBuilder&
         read_all(*io, values.data());
         voxels.add(*component, values.data(), count);
         return Ok{};
-    });
-}
-
-Status itk_write_nrrd(const fs::path& path, const NrrdImage& image, Encoding encoding) {
-    return guarded(path, ErrorCode::Unwritable, "can't be written", [&]() {
-        const auto io = itk::NrrdImageIO::New();
-        io->SetFileName(path.string());
-        io->SetNumberOfDimensions(3);
-        io->SetComponentType(itk_type(image.component));
-        io->SetNumberOfComponents(unsigned(image.components));
-        io->SetPixelType(image.components == 1 ? itk::IOPixelEnum::SCALAR
-                                               : itk::IOPixelEnum::VECTOR);
-        io->SetByteOrderToLittleEndian();
-        itk::ImageIORegion region(3);
-        for (unsigned a = 0; a < 3; ++a) {
-            const auto size = itk::SizeValueType(image.grid.size[int(a)]);
-            const Vec3d axis = image.grid.direction.columns[a];
-            io->SetDimensions(a, size);
-            region.SetSize(a, size);
-            io->SetSpacing(a, image.grid.spacing_mm[int(a)]);
-            io->SetOrigin(a, image.grid.origin_mm[int(a)]);
-            io->SetDirection(a, std::vector<double>{axis.x, axis.y, axis.z});
-        }
-        io->SetIORegion(region);
-        for (const auto& [key, value] : image.key_values)
-            if (!is_itk_key(key))
-                itk::EncapsulateMetaData<std::string>(io->GetMetaDataDictionary(), key, value);
-        io->SetUseCompression(encoding == Encoding::Gzip);
-        io->SetCompressionLevel(kGzipLevel);
-        io->Write(image.values);
-        return Status(Ok{});
     });
 }
 

@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// What ITK does: it reads scans and writes NRRD. Its warnings, and those of the libraries below it,
+// What ITK does: it reads headers, DICOM slices, and the few kinds of data that are not simply
+// there (data_stream.h). Its warnings, and those of the libraries below it,
 // go nowhere: what they have to say comes back as a Status.
 
 #pragma once
@@ -27,16 +28,5 @@ Status itk_read_values(const std::filesystem::path& path, const ImageHeader& hea
 /// Decodes one DICOM slice with its rescale slope and intercept applied, and adds it.
 Status itk_read_slice(const std::filesystem::path& path, int columns, int rows,
                       VoxelBuilder& voxels);
-
-struct NrrdImage {
-    const Grid& grid;
-    Component component;
-    int components;  ///< numbers per voxel: 1, or 3 for vectors
-    const void* values;
-    const KeyValues& key_values;
-};
-
-/// Writes NRRD in LPS, under exactly this name (.nhdr: the data beside it).
-Status itk_write_nrrd(const std::filesystem::path& path, const NrrdImage& image, Encoding encoding);
 
 }  // namespace pliant

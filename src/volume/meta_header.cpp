@@ -10,6 +10,7 @@
 #include "volume/text.h"
 
 #include <algorithm>
+#include <bit>
 #include <fstream>
 #include <map>
 
@@ -145,7 +146,12 @@ bool find_data(const fs::path& path, const Fields& fields, DataPlace& data) {
     else if (!binary.empty() && !fields.is_true("BinaryData"))
         data.encoding = DataEncoding::Text;
     const std::int64_t skip = whole_number_from(fields.value({"HeaderSize"})).value_or(0);
-    data.byte_skip = skip > 0 ? std::uint64_t(skip) : 0;  // negative: the data end the file
+    data.byte_skip = skip > 0 ? std::uint64_t(skip) : 0;
+    data.at_end = skip == -1;
+    const bool big =
+        fields.is_true("BinaryDataByteOrderMSB") || fields.is_true("ElementByteOrderMSB");
+    data.swapped = big != (std::endian::native == std::endian::big);
+    data.plain = data.encoding != DataEncoding::Text;
     const std::string_view name = fields.value({"ElementDataFile"});
     const std::string lower = lower_case(name);
     const fs::path folder = path.parent_path();

@@ -192,6 +192,7 @@ Status find_data(const fs::path& path, const Bytes& bytes, DataPlace& data) {
     if (!(offset >= 352 && offset < 1e9))
         return damaged(path, "vox_offset is " + text_of(offset) + ", expected 352 or more");
     data.files = {path};
+    data.swapped = bytes.swapped;
     const auto start = std::uint64_t(offset);
     if (lower_case(path.extension().string()) == ".gz") {
         data.encoding = DataEncoding::Deflated;
@@ -217,6 +218,8 @@ Result<ImageHeader> read_nifti_header(const fs::path& path) {
     if (!itk_read_header(path, header))
         return damaged(path, "its header can't be read, expected NIfTI-1");
     // ITK scales the distances between voxels by the file's unit, but not the origin.
+    const double slope = bytes->number(at::kSclSlope), intercept = bytes->number(at::kSclInter);
+    header.data.plain = (slope == 0 || slope == 1) && intercept == 0;
     header.grid.origin_mm = millimetres_per_unit(*bytes) * header.grid.origin_mm;
     if (!header.oriented) take_sform(*bytes, header.grid);
     note_orientation(*bytes, header);

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // NRRD: lines `field: value`, `key:=value` and comments, up to an empty line; then the data, or a
-// field that names the file with the data. ITK reads them; here they are searched for what ITK
+// field that names the file with the data. ITK reads the lines; here they are searched for what ITK
 // would misread, for where the data are, and for words to say what ITK could not read.
 
 #include "volume/data_check.h"
@@ -11,6 +11,7 @@
 #include "volume/text.h"
 
 #include <algorithm>
+#include <bit>
 #include <fstream>
 #include <map>
 
@@ -223,8 +224,9 @@ Status find_skips(const fs::path& path, const Lines& lines, DataPlace& data) {
     data.line_skip = *line_skip;
     if (data.encoding == DataEncoding::Deflated)
         data.inner_skip = std::uint64_t(*byte_skip);
-    else if (*byte_skip > 0)  // negative: the data end the file
+    else if (*byte_skip > 0)
         data.byte_skip = std::uint64_t(*byte_skip);
+    data.at_end = *byte_skip == -1;
     return Ok{};
 }
 
@@ -244,6 +246,18 @@ Status find_data(const fs::path& path, const Lines& lines, DataPlace& data) {
         data.files = {folder / fs::path(name)};
     }
     return Ok{};
+}
+
+/// Whether numbers are stored as they are wanted. ITK moves the numbers of a voxel side by side
+/// where they aren't.
+void find_layout(const Lines& lines, ImageHeader& header) {
+    const bool big = lower_case(lines.field("endian")) == "big";
+    header.data.swapped =
+        size_of(header.stored) > 1 && big != (std::endian::native == std::endian::big);
+    const auto axes = split(lines.field("space directions"), ' ');
+    const bool vectors_first = !axes.empty() && lower_case(axes[0]) == "none";
+    header.data.plain =
+        header.data.encoding != DataEncoding::Text && (header.components == 1 || vectors_first);
 }
 
 /// Whether vectors are measured along other axes than those of the space.
@@ -281,6 +295,7 @@ Result<ImageHeader> read_nrrd_header(const fs::path& path) {
         if (Status status = finish_grid(path, *lines, header); !status) return status.error();
     sort_as_in_file(*lines, header.key_values);
     header.stored = header.component;
+    find_layout(*lines, header);
     header.turned_vectors = has_turned_vectors(*lines);
     return header;
 }

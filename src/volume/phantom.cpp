@@ -138,8 +138,10 @@ Result<Phantom> make_phantom(const PhantomSettings& settings, const TaskArena& a
         phantom::Model model = kModels[which]();
         Phantom phantom;
         phantom.volume.grid = centred_grid(settings, model.extent_mm);
-        std::vector<std::int16_t> voxels(voxel_count(phantom.volume.grid));
-        phantom::sample_scene(model.scene, phantom.volume.grid, arena, progress, voxels);
+        VoxelArray<std::int16_t> voxels(voxel_count(phantom.volume.grid));
+        phantom::sample_scene(model.scene, phantom.volume.grid, arena, progress,
+                              {voxels.data(), voxels.size()});
+        voxels.freeze();
         phantom.volume.voxels = std::move(voxels);
         phantom.landmarks = std::move(model.landmarks);
         phantom.volume.key_values.emplace_back("phantom", settings.name);

@@ -5,6 +5,7 @@
 // is.
 
 #include "volume/data_check.h"
+#include "volume/data_stream.h"
 #include "volume/dicom_series.h"
 #include "volume/image_file.h"
 #include "volume/image_header.h"
@@ -14,11 +15,13 @@
 
 #include <pliant/volume.h>
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <cstring>
 #include <fstream>
 #include <new>
+#include <span>
 
 namespace pliant {
 namespace fs = std::filesystem;
@@ -117,21 +120,61 @@ Result<ImageHeader> read_image_header(const fs::path& path, ImageFormat format) 
 
 namespace {
 
-/// 16-bit numbers stay where ITK puts them; others are in memory twice.
-Result<Voxels> read_voxels(const fs::path& path, const ImageHeader& header, ReadNotes& notes) {
-    const std::size_t count = voxel_count(header.grid);
-    if (header.component == Component::Int16) {
-        std::vector<std::int16_t> voxels(count);
-        if (Status status = itk_read_values(path, header, voxels.data()); !status)
-            return status.error();
-        return Voxels(std::move(voxels));
+/// Smaller scans are read: a mapping costs more than it saves.
+constexpr std::size_t kLeastMappedBytes = 1 << 20;
+
+/// Numbers that are neither text nor scaled come straight out of the file.
+Result<Voxels> stream_voxels(const fs::path& path, const ImageHeader& header, ReadNotes& notes) {
+    constexpr std::size_t kPieceBytes = 1 << 18;
+    const std::size_t size = size_of(header.stored), count = voxel_count(header.grid);
+    VoxelBuilder voxels(count);
+    DataStream stream(path, header);
+    std::vector<double> piece(kPieceBytes / sizeof(double));  // aligned for all
+    for (std::size_t done = 0; done < count;) {
+        const std::size_t next = std::min(count - done, kPieceBytes / size);
+        const auto bytes = std::as_writable_bytes(std::span(piece)).first(next * size);
+        if (Status status = stream.read(bytes); !status) return status.error();
+        voxels.add(header.stored, piece.data(), next);
+        done += next;
     }
+    if (Status status = stream.finish(); !status) return status.error();
+    return voxels.finish(notes.notes);
+}
+
+/// The others come from ITK, and are in memory twice.
+Result<Voxels> convert_voxels(const fs::path& path, const ImageHeader& header, ReadNotes& notes) {
+    if (header.data.encoding == DataEncoding::Deflated)
+        if (Status status = check_stream(path, header); !status) return status.error();
+    const std::size_t count = voxel_count(header.grid);
     std::vector<double> values((count * size_of(header.component) + 7) / 8);  // aligned for all
     if (Status status = itk_read_values(path, header, values.data()); !status)
         return status.error();
     VoxelBuilder voxels(count);
     voxels.add(header.component, values.data(), count);
     return voxels.finish(notes.notes);
+}
+
+/// The file's own bytes, where they are what a volume is made of.
+template <class T>
+std::optional<VoxelArray<T>> map_voxels(const fs::path& path, const ImageHeader& header) {
+    const DataPlace& data = header.data;
+    if (data.encoding != DataEncoding::Raw || data.files.size() != 1 || data.swapped)
+        return std::nullopt;
+    const auto start = find_data_start(path, header, data.files[0]);
+    if (!start || voxel_count(header.grid) * sizeof(T) < kLeastMappedBytes) return std::nullopt;
+    return VoxelArray<T>::mapped(data.files[0], *start, voxel_count(header.grid));
+}
+
+Result<Voxels> read_voxels(const fs::path& path, const ImageHeader& header, ReadNotes& notes) {
+    if (!header.data.plain) return convert_voxels(path, header, notes);
+    if (header.stored == Component::Int16)
+        if (auto mapped = map_voxels<std::int16_t>(path, header)) return Voxels(std::move(*mapped));
+    if (header.stored == Component::Float32)
+        if (auto mapped = map_voxels<float>(path, header); mapped && stay_floats(*mapped)) {
+            make_finite(*mapped, notes.notes);
+            return Voxels(std::move(*mapped));
+        }
+    return stream_voxels(path, header, notes);
 }
 
 Result<Volume> read_image_file(const fs::path& path, ReadNotes& notes) {

@@ -4,6 +4,7 @@
 // Displacement fields and grid transforms: NRRD with three numbers per voxel.
 
 #include "volume/data_check.h"
+#include "volume/data_stream.h"
 #include "volume/image_file.h"
 #include "volume/itk_io.h"
 
@@ -12,6 +13,8 @@
 #include <algorithm>
 #include <cmath>
 #include <new>
+#include <span>
+#include <vector>
 
 namespace pliant {
 namespace fs = std::filesystem;
@@ -45,6 +48,23 @@ FieldKind kind_of(const ImageHeader& header) {
 
 }  // namespace
 
+namespace {
+
+/// Numbers of a field, three a voxel.
+template <class Number>
+Status read_numbers(const fs::path& path, const ImageHeader& header, std::span<Number> numbers) {
+    if (header.data.plain) {
+        DataStream stream(path, header);
+        if (Status status = stream.read(std::as_writable_bytes(numbers)); !status) return status;
+        return stream.finish();
+    }
+    if (header.data.encoding == DataEncoding::Deflated)
+        if (Status status = check_stream(path, header); !status) return status;
+    return itk_read_values(path, header, numbers.data());
+}
+
+}  // namespace
+
 Result<VectorField> read_vector_field(const fs::path& path) {
     try {
         const auto header = read_field_header(path);
@@ -52,16 +72,16 @@ Result<VectorField> read_vector_field(const fs::path& path) {
         VectorField field{header->grid, kind_of(*header), {}};
         field.vectors_mm.resize(voxel_count(field.grid));
         static_assert(sizeof(Vec3f) == 3 * sizeof(float));
+        const std::size_t count = 3 * field.vectors_mm.size();
+        const std::span narrow(reinterpret_cast<float*>(field.vectors_mm.data()), count);
         if (header->component == Component::Float32) {
-            if (Status status = itk_read_values(path, *header, field.vectors_mm.data()); !status)
-                return status.error();
+            if (Status status = read_numbers(path, *header, narrow); !status) return status.error();
         } else {
-            std::vector<Vec3d> wide(field.vectors_mm.size());
-            if (Status status = itk_read_values(path, *header, wide.data()); !status)
+            std::vector<double> wide(count);
+            if (Status status = read_numbers(path, *header, std::span(wide)); !status)
                 return status.error();
-            std::transform(wide.begin(), wide.end(), field.vectors_mm.begin(), [](Vec3d v) {
-                return Vec3f{float(v.x), float(v.y), float(v.z)};
-            });
+            std::transform(wide.begin(), wide.end(), narrow.begin(),
+                           [](double v) { return float(v); });
         }
         bool finite = true;
         for (Vec3f& vector : field.vectors_mm)

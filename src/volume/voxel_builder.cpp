@@ -7,6 +7,7 @@
 #include <cmath>
 #include <limits>
 #include <type_traits>
+#include <utility>
 
 namespace pliant {
 namespace {
@@ -44,39 +45,41 @@ std::string counted(std::size_t count, const std::string& what) {
     return std::to_string(count) + (count == 1 ? " voxel " : " voxels ") + what;
 }
 
+void note_not_finite(std::size_t count, std::vector<std::string>& notes) {
+    if (count) notes.push_back(counted(count, "had no finite value and became air"));
+}
+
 }  // namespace
 
 void VoxelBuilder::widen() {
-    m_floats.reserve(m_count);
-    m_floats.assign(m_shorts.begin(), m_shorts.end());
+    m_floats = VoxelArray<float>(m_count);
+    std::copy_n(m_shorts.data(), m_added, m_floats.data());
     m_shorts = {};
     m_wide = true;
 }
 
 template <class T>
 void VoxelBuilder::add_values(const T* values, std::size_t count) {
-    if (!m_wide) m_shorts.reserve(m_count);
-    if constexpr (std::is_same_v<T, std::int16_t>) {
-        if (m_wide)
-            m_floats.insert(m_floats.end(), values, values + count);
-        else
-            m_shorts.insert(m_shorts.end(), values, values + count);
-        return;
-    }
-    for (std::size_t n = 0; n < count; ++n) {
-        const T value = values[n];
-        const bool finite = is_finite_float(value);
-        m_not_finite += std::size_t(!finite);
-        if (!m_wide) {
-            if (!finite || fits_16_bits(value)) {
-                m_shorts.push_back(finite ? std::int16_t(value) : std::int16_t(kAirHu));
-                continue;
-            }
+    PLIANT_ASSERT(count <= m_count - m_added);
+    std::size_t n = 0;
+    for (std::int16_t* out = m_shorts.data() + m_added; !m_wide && n < count; ++n) {
+        const bool finite = is_finite_float(values[n]);
+        if (finite && !fits_16_bits(values[n])) {
+            m_added += n;
             widen();
+            m_added -= n;
+            break;
         }
-        if (finite) m_rounded += std::size_t(!is_exact_in_float(value));
-        m_floats.push_back(finite ? float(value) : float(kAirHu));
+        m_not_finite += std::size_t(!finite);
+        out[n] = finite ? std::int16_t(values[n]) : std::int16_t(kAirHu);
     }
+    for (float* out = m_floats.data() + m_added; n < count; ++n) {
+        const bool finite = is_finite_float(values[n]);
+        m_not_finite += std::size_t(!finite);
+        m_rounded += std::size_t(finite && !is_exact_in_float(values[n]));
+        out[n] = finite ? float(values[n]) : float(kAirHu);
+    }
+    m_added += count;
 }
 
 void VoxelBuilder::add(Component component, const void* values, std::size_t count) {
@@ -105,10 +108,32 @@ void VoxelBuilder::add(Component component, const void* values, std::size_t coun
 }
 
 Voxels VoxelBuilder::finish(std::vector<std::string>& notes) {
-    if (m_not_finite) notes.push_back(counted(m_not_finite, "had no finite value and became air"));
+    note_not_finite(m_not_finite, notes);
     if (m_rounded) notes.push_back(counted(m_rounded, "rounded to 32-bit floats"));
+    m_shorts.freeze();
+    m_floats.freeze();
     if (m_wide) return std::move(m_floats);
     return std::move(m_shorts);
+}
+
+bool stay_floats(const VoxelArray<float>& values) {
+    for (const float value : values)
+        if (std::isfinite(value) && !fits_16_bits(value)) return true;
+    return false;
+}
+
+void make_finite(VoxelArray<float>& values, std::vector<std::string>& notes) {
+    std::size_t at = 0, count = 0;
+    std::as_const(values).for_each_piece([&](std::span<const float> piece) {
+        for (const float value : piece) {
+            if (!std::isfinite(value)) {
+                values[at] = float(kAirHu);
+                ++count;
+            }
+            ++at;
+        }
+    });
+    note_not_finite(count, notes);
 }
 
 }  // namespace pliant

@@ -40,13 +40,13 @@ double value_at(const Phantom& p, Vec3d x) {
     return sample_linear(p.volume, voxel_from_world(p.volume.grid, x));
 }
 
-const std::vector<std::int16_t>& voxels_of(const Phantom& p) {
+const VoxelArray<std::int16_t>& voxels_of(const Phantom& p) {
     return std::get<0>(p.volume.voxels);
 }
 
 std::uint64_t hash_of(const Phantom& p) {
     Hash64 hash;
-    hash.add(std::span<const std::int16_t>(voxels_of(p)));
+    hash.add(std::span<const std::int16_t>(voxels_of(p).data(), voxels_of(p).size()));
     return hash.value();
 }
 

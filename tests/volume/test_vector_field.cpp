@@ -8,7 +8,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <limits>
+#include <span>
 
 namespace pliant {
 namespace {
@@ -36,6 +38,29 @@ TEST(VectorField, ComesBackAsItWas) {
                 EXPECT_EQ(again->kind, field.kind);
                 EXPECT_EQ(again->vectors_mm, field.vectors_mm);
             }
+}
+
+TEST(VectorField, IsTheSameSliceBySlice) {
+    const test::TemporaryFolder folder;
+    const VectorField field = some_field(FieldKind::Resampling);
+    for (const auto encoding : {Encoding::Gzip, Encoding::Raw}) {
+        int next = 0;
+        const auto fill = [&](int k, std::span<Vec3f> slice) {
+            EXPECT_EQ(k, next++);
+            ASSERT_EQ(slice.size(), 12u);
+            for (const Vec3f& vector : slice) EXPECT_EQ(vector, (Vec3f{0, 0, 0}));
+            if (k == 1) std::copy_n(field.vectors_mm.begin() + 12, 12, slice.begin());
+        };
+        ASSERT_TRUE(
+            write_vector_field(folder / "u.nrrd", field.grid, field.kind, fill, encoding).ok());
+        EXPECT_EQ(next, 2);
+        const auto again = read_vector_field(folder / "u.nrrd");
+        ASSERT_TRUE(again.ok()) << again.error().message;
+        EXPECT_EQ(again->kind, field.kind);
+        VectorField expected = field;
+        std::fill_n(expected.vectors_mm.begin(), 12, Vec3f{0, 0, 0});
+        EXPECT_EQ(again->vectors_mm, expected.vectors_mm);
+    }
 }
 
 TEST(VectorField, TheHeaderIsThatOfAGridTransform) {
