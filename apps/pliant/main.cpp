@@ -146,6 +146,9 @@ void add_deform(CLI::App& app, DeformOptions& o) {
          "point (the eight elements around it) or sphere:R_MM (default point)")
         ->type_name("point|sphere:R_MM");
     c->add_option("--config", o.config, "settings, TOML, or key=value lines as of Divod");
+    c->add_option("--labels", o.labels, "label map on the scan's grid, for [[label]] settings");
+    c->add_option("--directions", o.directions,
+                  "vector field (NRRD, LPS) on the scan's grid, for frame = \"direction\"");
     c->add_option("--out", o.out, "deformed scan (.nrrd or .nhdr)")->required();
     c->add_option("--displacement", o.displacement, "forward displacement field (NRRD, LPS mm)");
     c->add_option("--transform", o.transform, "inverse: a grid transform of 3D Slicer (NRRD)");

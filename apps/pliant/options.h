@@ -47,8 +47,9 @@ struct DeformOptions {
     std::vector<PushOption> pushes;
     double sphere_radius_mm = 0;  ///< 0: the point tool
     std::string config;
-    std::string solver = "sweep";   ///< or "heap"
-    std::string mapping = "cells";  ///< or "tetrahedra"
+    std::string labels, directions;  ///< for [[label]] of the config
+    std::string solver = "sweep";    ///< or "heap"
+    std::string mapping = "cells";   ///< or "tetrahedra"
     std::string out, displacement, transform, jacobian, strain, report, png;
     std::optional<Vec3d> eye_mm, look;  ///< of the picture
     std::optional<double> iso_hu;

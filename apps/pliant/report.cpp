@@ -105,6 +105,8 @@ std::string report_json(const DeformOptions& options, const DeformResult& result
     json["max_movement_mm"] = result.state.max_movement_mm;
     json["max_violation_mm"] = result.state.max_violation_mm;
     json["folded_cells"] = result.state.folded_cells;
+    json["no_fold_certified"] = result.certificate.certified;
+    json["certificate"] = {{"all", result.certificate.all}, {"tissue", result.certificate.tissue}};
     json["solve_ms"] = all.solve_ms;
     json["resample_ms"] = deformed.resample_ms;
     json["dirty_box_ijk"] =

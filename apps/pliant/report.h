@@ -18,6 +18,7 @@ namespace pliant::app {
 struct DeformResult {
     std::vector<PushReport> pushes;
     LatticeState state;
+    FoldCertificate certificate;
     Deformed deformed;
     std::uint64_t hash = 0;
     std::vector<std::string> notes;

@@ -12,7 +12,9 @@
 #include <cctype>
 #include <cstdio>
 #include <fstream>
+#include <memory>
 #include <optional>
+#include <utility>
 
 #include "options.h"
 #include "progress.h"
@@ -89,6 +91,32 @@ Result<ChainMailSettings> settings_of(const DeformOptions& o, std::vector<std::s
     }
     settings.solver = o.solver == "heap" ? ChainMailSolver::Heap : ChainMailSolver::Sweep;
     return settings;
+}
+
+/// Label map and direction field, where they are asked for.
+Status read_maps(const DeformOptions& o, ChainMailSettings& settings) {
+    if (!o.labels.empty()) {
+        auto labels = read_volume(o.labels);
+        if (!labels.ok()) return Error{labels.error().code, "--labels: " + labels.error().message};
+        settings.labels = std::make_shared<const Volume>(std::move(*labels));
+    }
+    if (!o.directions.empty()) {
+        auto directions = read_vector_field(o.directions);
+        if (!directions.ok())
+            return Error{directions.error().code, "--directions: " + directions.error().message};
+        settings.directions = std::make_shared<const VectorField>(std::move(*directions));
+    }
+    if (settings.labels && settings.label_materials.empty())
+        return Error{ErrorCode::InvalidArgument,
+                     "--labels: expected [[label]] tables in --config, found none"};
+    return Ok{};
+}
+
+/// The room speaks of labels and directions; a user gave them as options.
+Error named_by_option(Error error) {
+    for (const char* option : {"labels:", "directions:"})
+        if (error.message.starts_with(option)) error.message.insert(0, "--");
+    return error;
 }
 
 Status apply_pushes(const DeformOptions& o, ChainMail& tissue, DeformResult& result,
@@ -192,8 +220,10 @@ int run_deform(const DeformOptions& options) {
     if (const Status s = stage_outputs(options, outputs); !s.ok())
         return bad_input(s.error().message);
     DeformResult result;
-    const auto settings = settings_of(options, result.notes);
+    auto settings = settings_of(options, result.notes);
     if (!settings.ok()) return bad_input(settings.error().message);
+    if (const Status s = read_maps(options, *settings); !s.ok())
+        return bad_input(s.error().message);
     std::optional<ProgressBar> bar(std::in_place, "deform");
     const auto fail = [&](const Error& error) {
         bar.reset();
@@ -206,10 +236,11 @@ int run_deform(const DeformOptions& options) {
     bar->show(0.2);
     const TaskArena arena(options.threads);
     auto tissue = ChainMail::create(*volume, *settings, arena);
-    if (!tissue.ok()) return fail(tissue.error());
+    if (!tissue.ok()) return fail(named_by_option(tissue.error()));
     if (const Status s = apply_pushes(options, *tissue, result, *bar); !s.ok())
         return fail(s.error());
     result.state = tissue->state();
+    result.certificate = tissue->fold_certificate();
     result.deformed = deform_volume(
         *tissue, options.mapping == "tetrahedra" ? Mapping::Tetrahedra : Mapping::Cells,
         !options.transform.empty());

@@ -12,7 +12,6 @@
 #include "chainmail/check.h"
 #include "chainmail/grab.h"
 #include "chainmail/propagation.h"
-#include "chainmail/settings.h"
 #include "chainmail/step.h"
 
 namespace pliant {
@@ -55,12 +54,14 @@ int ChainMail::Impl::max_bricks() const {
 }
 
 bool ChainMail::Impl::propagate(std::span<const ElementRef> elements, Vec3<Fixed> shift) {
-    if (settings.solver != ChainMailSolver::Heap)
+    const bool rounded = settings.limits == LinkLimits::Rounded;
+    if (!rounded && settings.solver != ChainMailSolver::Heap)
         return propagate_by_sweeps(lattice, elements, shift, kernels(), arena, max_bricks(), work);
     bool done = true;
     for (const ComponentPush& push : components_of(shift))
         if (done && push.amount > 0)
-            done = propagate_by_heap(lattice, elements, push, max_bricks());
+            done = rounded ? propagate_rounded(lattice, elements, push, arena, max_bricks())
+                           : propagate_by_heap(lattice, elements, push, max_bricks());
     work.shared = false;
     work.touched = lattice.resident_bricks();
     return done;
@@ -135,6 +136,7 @@ Result<PushReport> ChainMail::Impl::push(std::span<const Vec3i> elements, Vec3d 
                             units_from_mm(lattice_mm.z)};
     Vec3<Fixed> done{0, 0, 0};
     Result<PushReport> report = push_grabbed(grabbed_elements, shift, &done);
+    allowance.shrink(lattice, arena);
     drop_unmoved();
     const std::chrono::duration<double, std::milli> elapsed =
         std::chrono::steady_clock::now() - start;
@@ -164,12 +166,9 @@ ChainMail& ChainMail::operator=(ChainMail&&) noexcept = default;
 
 Result<ChainMail> ChainMail::create(const Volume& volume, const ChainMailSettings& settings,
                                     const TaskArena& arena) {
-    if (const Status status = check_settings(settings); !status.ok()) return status.error();
-    auto impl = std::make_unique<Impl>(volume, settings, arena);
-    if (!impl->lattice.materials().fits())
-        return Error{ErrorCode::InvalidArgument,
-                     "material laws: expected up to 65535 different limits in all, found more"};
-    return ChainMail(std::move(impl));
+    Result<MaterialMap> materials = make_materials(volume, settings);
+    if (!materials.ok()) return materials.error();
+    return ChainMail(std::make_unique<Impl>(volume, settings, std::move(*materials), arena));
 }
 
 Result<PushReport> ChainMail::push(const Push& push) {
@@ -195,7 +194,10 @@ Vec3d ChainMail::displacement_mm(Vec3i ijk) const {
 }
 
 LatticeState ChainMail::state() const {
-    return check_lattice(m_impl->lattice, m_impl->law, m_impl->arena);
+    const MaterialMap& materials = m_impl->lattice.material_map();
+    return check_lattice(
+        m_impl->lattice, [&](Vec3i ijk) { return materials.limits_at(ijk); }, m_impl->arena,
+        &m_impl->allowance);
 }
 
 std::uint64_t ChainMail::hash() const {

@@ -25,7 +25,8 @@ Vec3<Fixed> whole_units(Vec3d mm) {
 }  // namespace
 
 bool ChainMail::Impl::can_use_fields() const {
-    return settings.solver != ChainMailSolver::Heap && !lattice.may_exceed_limits();
+    return settings.solver != ChainMailSolver::Heap && settings.limits == LinkLimits::Box &&
+           !lattice.may_exceed_limits();
 }
 
 Status ChainMail::Impl::pick() {
@@ -106,6 +107,7 @@ Result<PushReport> ChainMail::Impl::drag_to(Vec3d offset_mm) {
     Result<PushReport> report = drag_by(whole_units(to_mm) - drag_offset, done);
     if (!report.ok()) return report;
     drag_offset = drag_offset + done;
+    allowance.shrink(lattice, arena);
     report->solve_ms = ms_since(start);
     return report;
 }

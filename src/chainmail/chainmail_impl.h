@@ -9,7 +9,9 @@
 #include <pliant/chainmail.h>
 
 #include <span>
+#include <utility>
 
+#include "chainmail/allowance.h"
 #include "chainmail/drag.h"
 #include "chainmail/lattice.h"
 #include "chainmail/propagation.h"
@@ -20,16 +22,19 @@ PushReport report_of_step(std::int64_t grabbed, StepLimit own, StepLimit reached
                           std::int64_t moved);
 Error too_large(const ChainMailSettings& settings);
 
+/// @returns InvalidArgument that names the setting
+Result<MaterialMap> make_materials(const Volume& volume, const ChainMailSettings& settings);
+
 struct ChainMail::Impl {
-    Impl(const Volume& v, const ChainMailSettings& s, const TaskArena& a)
+    Impl(const Volume& v, const ChainMailSettings& s, MaterialMap materials, const TaskArena& a)
         : volume(v),
           settings(s),
-          law(s.custom_law ? s.custom_law : draeger_law(s)),
-          lattice(v, {law}, s.brick_size, s.bounded),
+          lattice(v, std::move(materials), s.brick_size, s.bounded),
           arena(a) {}
 
     Result<PushReport> push(std::span<const Vec3i> elements, Vec3d push_mm);
     const SweepKernels& kernels() const;
+    Status set_materials(const ChainMailSettings& changed);
     bool propagate(std::span<const ElementRef> grabbed, Vec3<Fixed> shift);
     /// The elements that a push at this place moves.
     Result<std::vector<Vec3i>> elements_at(const Push& push) const;
@@ -45,8 +50,8 @@ struct ChainMail::Impl {
 
     const Volume& volume;
     ChainMailSettings settings;
-    MaterialLaw law;
     Lattice lattice;
+    Allowance allowance;  ///< of links that were outside of their limits when these changed
     const TaskArena& arena;
     // Memory of a push, kept for the next.
     SweepWork work;
@@ -55,8 +60,8 @@ struct ChainMail::Impl {
     Result<GrabReport> grab(std::span<const Vec3i> elements, double reach_mm);
     Result<PushReport> drag_to(Vec3d offset_mm);
     Result<PushReport> drag_by(Vec3<Fixed> step, Vec3<Fixed>& done);
-    /// Whether the fields of a pick are of use: not while links are outside of their limits, which
-    /// depend on the present state then.
+    /// Whether the fields of a pick are of use: not with rounded limits, and not while links are
+    /// outside of their limits, which depend on the present state then.
     bool can_use_fields() const;
     Status pick();
     void let_go();

@@ -22,13 +22,6 @@ int floor_div(int a, int b) {
     return a >= 0 ? a / b : -((-a + b - 1) / b);
 }
 
-int whole_value(std::int16_t value) {
-    return value;
-}
-int whole_value(float value) {
-    return int(std::lround(std::clamp(value, -32768.0f, 32767.0f)));
-}
-
 constexpr std::size_t kHugePage = std::size_t(2) << 20;
 
 Vec3i bricks_of(Vec3i elements, int brick_size) {
@@ -49,39 +42,11 @@ void for_each_row(const Box3i& box, const Visit& visit) {
         for (int y = box.begin.y; y < box.end.y; ++y) visit(y, z);
 }
 
-/// Asks for memory before it is needed: a brick's rows lie far apart in the scan.
-void prefetch(const void* where) {
-#ifdef __GNUC__
-    __builtin_prefetch(where);
-#endif
-}
-
-template <class Voxel>
-void translate_row(const Voxel* voxels, int count, const MaterialId* ids, MaterialId* out) {
-    for (int x = 0; x < count; ++x)
-        out[x] = ids[std::max(whole_value(voxels[x]), kLowestValue) - kLowestValue];
-}
-
-template <class Voxel>
-bool is_row_of(Voxel value, const Voxel* row, int count) {
-    if constexpr (sizeof(Voxel) == 2)
-        if (count == 8) {
-            std::array<Voxel, 8> all;
-            all.fill(value);
-            std::array<std::uint64_t, 2> a, b;
-            std::memcpy(a.data(), row, sizeof a);
-            std::memcpy(b.data(), all.data(), sizeof b);
-            return a == b;
-        }
-    return std::all_of(row, row + count, [&](Voxel other) { return other == value; });
-}
-
 }  // namespace
 
-Lattice::Lattice(const Volume& volume, const std::vector<MaterialLaw>& laws, int brick_size,
-                 bool bounded)
+Lattice::Lattice(const Volume& volume, MaterialMap materials, int brick_size, bool bounded)
     : m_volume(volume),
-      m_materials(laws, volume.grid.spacing_mm),
+      m_materials(std::move(materials)),
       m_size(brick_size),
       m_bounded(bounded),
       m_index_of(bricks_of(volume.grid.size, brick_size)) {
@@ -110,17 +75,11 @@ Vec3i Lattice::element_of(Vec3i brick_coord, int index) const {
     return m_size * brick_coord + local;
 }
 
-int Lattice::value_at(Vec3i ijk) const {
-    if (!contains(voxel_box(grid()), ijk)) return kAirHu;
-    const std::size_t n = voxel_index(grid(), ijk);
-    return std::visit([&](const auto& voxels) { return whole_value(voxels[n]); }, m_volume.voxels);
-}
-
 MaterialId Lattice::material_at(Vec3i ijk) const {
     if (m_bounded && !contains(voxel_box(grid()), ijk)) return kVoidMaterial;
     const BrickEdits* edits = edits_of(brick_of(ijk));
     if (edits && ((*edits)[std::size_t(index_in_brick(ijk))] & kVoid)) return kVoidMaterial;
-    return m_materials.id(0, value_at(ijk));
+    return m_materials.at(ijk);
 }
 
 Vec3<Fixed> Lattice::displacement_at(Vec3i ijk) const {
@@ -274,58 +233,36 @@ bool Lattice::is_whole(const Box3i& part) const {
     return part.begin == Vec3i{0, 0, 0} && part.end == Vec3i{m_size, m_size, m_size};
 }
 
-template <class Voxel>
-bool Lattice::translate(const Voxel* voxels, const Box3i& part, Brick& brick) const {
-    if (is_empty(part)) return false;
-    const MaterialId* ids = m_materials.ids(0);
+bool Lattice::fill_materials(Brick& brick) const {
     const Vec3i first = m_size * brick.coord;
-    const int count = part.end.x - part.begin.x;
-    const auto row_at = [&](int y, int z) {
-        return voxels + voxel_index(grid(), first + Vec3i{part.begin.x, y, z});
-    };
-    const auto out_at = [&](int y, int z) {
-        return brick.material + part.begin.x + m_size * (y + m_size * z);
-    };
-    for_each_row(part, [&](int y, int z) { prefetch(row_at(y, z)); });
-    const Voxel value = *row_at(part.begin.y, part.begin.z);
-    bool is_one = true;
-    for_each_row(part,
-                 [&](int y, int z) { is_one = is_one && is_row_of(value, row_at(y, z), count); });
-    if (!is_one) {
-        for_each_row(part,
-                     [&](int y, int z) { translate_row(row_at(y, z), count, ids, out_at(y, z)); });
-    } else {
-        MaterialId id;
-        translate_row(&value, 1, ids, &id);
-        for_each_row(part, [&](int y, int z) { std::fill_n(out_at(y, z), count, id); });
+    const Box3i part = part_in_scan(brick.coord);
+    const bool is_one = m_materials.fill(first, m_size, part, brick.material);
+    const BrickEdits* edits = edits_of(brick.coord);
+    const bool partly = m_bounded && !is_whole(part);
+    for (int n = 0; (partly || edits) && n < elements_per_brick(); ++n) {
+        const bool carved = edits && ((*edits)[std::size_t(n)] & kVoid);
+        if (carved || (partly && !contains(part, element_of({0, 0, 0}, n))))
+            brick.material[n] = kVoidMaterial;
     }
-    return is_one;
+    return is_one && !edits && (m_bounded || is_whole(part));
 }
 
-bool Lattice::fill_materials(Brick& brick) const {
-    const Box3i part = part_in_scan(brick.coord);
-    if (!is_whole(part))
-        std::fill_n(brick.material, elements_per_brick(),
-                    m_bounded ? kVoidMaterial : m_materials.id(0, kAirHu));
-    const bool is_one = std::visit(
-        [&](const auto& voxels) { return translate(voxels.data(), part, brick); }, m_volume.voxels);
-    const BrickEdits* edits = edits_of(brick.coord);
-    if (!edits) return is_one && (m_bounded || is_whole(part));
-    for (std::size_t n = 0; n < edits->size(); ++n)
-        if ((*edits)[n] & kVoid) brick.material[n] = kVoidMaterial;
-    return false;
+void Lattice::set_materials(MaterialMap materials) {
+    m_materials = std::move(materials);
+    for (auto& brick : m_bricks)
+        if (brick && !brick->is_blank) fill_in(*brick);
 }
 
 std::uint8_t Lattice::traits_of_one(const Brick& brick) const {
     // A bounded lattice has no bricks before its first element, so that the first is inside.
-    const std::uint8_t traits = m_materials.traits()[brick.material[0]];
+    const std::uint8_t traits = m_materials.table().traits()[brick.material[0]];
     const bool partly = m_bounded && !is_whole(part_in_scan(brick.coord));
     return std::uint8_t(traits | (partly ? kPartlyBeyond : 0));
 }
 
 void Lattice::look_at_materials(Brick& brick) const {
     const MaterialId* ids = brick.material;
-    const std::uint8_t* traits = m_materials.traits();
+    const std::uint8_t* traits = m_materials.table().traits();
     brick.traits = traits_of_one(brick);
     const Box3i part = part_in_scan(brick.coord);
     bool mixed = false;

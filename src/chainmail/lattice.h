@@ -27,7 +27,7 @@
 
 #include "chainmail/brick_index.h"
 #include "chainmail/fixed_point.h"
-#include "chainmail/material.h"
+#include "chainmail/material_map.h"
 
 namespace pliant {
 
@@ -79,11 +79,16 @@ struct ElementRef {
 class Lattice {
   public:
     /// Keeps a reference to the volume. @param bounded  whether elements beyond it are void
+    Lattice(const Volume& volume, MaterialMap materials, int brick_size, bool bounded);
     Lattice(const Volume& volume, const std::vector<MaterialLaw>& laws, int brick_size,
-            bool bounded);
+            bool bounded)
+        : Lattice(volume, MaterialMap(volume, laws), brick_size, bounded) {}
 
     const Grid& grid() const { return m_volume.grid; }
-    const MaterialTable& materials() const { return m_materials; }
+    const MaterialTable& materials() const { return m_materials.table(); }
+    const MaterialMap& material_map() const { return m_materials; }
+    /// Other materials from now on; nothing moves.
+    void set_materials(MaterialMap materials);
     int brick_size() const { return m_size; }
     int elements_per_brick() const { return m_size * m_size * m_size; }
     int stride(int axis) const { return axis == 0 ? 1 : axis == 1 ? m_size : m_size * m_size; }
@@ -97,7 +102,7 @@ class Lattice {
     Vec3i element_of(Vec3i brick_coord, int index) const;
 
     /// The scan's value, rounded; air beyond it. @returns HU
-    int value_at(Vec3i ijk) const;
+    int value_at(Vec3i ijk) const { return m_materials.value_at(ijk); }
     /// Material of an element, whether it has a brick or not.
     MaterialId material_at(Vec3i ijk) const;
     bool is_void(Vec3i ijk) const { return material_at(ijk) == kVoidMaterial; }
@@ -176,15 +181,13 @@ class Lattice {
     std::size_t brick_bytes() const;
     /// @returns whether all elements that count have one material
     bool fill_materials(Brick& brick) const;
-    template <class Voxel>
-    bool translate(const Voxel* voxels, const Box3i& part, Brick& brick) const;
     void look_at_materials(Brick& brick) const;
     std::uint8_t traits_of_one(const Brick& brick) const;
     bool is_whole(const Box3i& part) const;
     Box3i part_in_scan(Vec3i brick_coord) const;
 
     const Volume& m_volume;
-    MaterialTable m_materials;
+    MaterialMap m_materials;
     int m_size;
     bool m_bounded;
     bool m_may_exceed = false;

@@ -77,6 +77,39 @@ TemporaryFolder* ProgramTest::s_folder = nullptr;
 
 constexpr const char* kSoft = "[material]\nbone_threshold_hu = 3000\n";
 
+TEST_F(ProgramTest, LabelsDecideWhatGivesWay) {
+    auto labels = read_volume(file("cube.nrrd"));
+    ASSERT_TRUE(labels.ok());
+    labels->voxels = std::vector<std::int16_t>(voxel_count(labels->grid), 1);
+    ASSERT_TRUE(write_volume(file("ones.nrrd"), *labels).ok());
+    std::ofstream(file("free.toml")) << kSoft << "[air]\nenabled = false\n";
+    std::ofstream(file("held.toml")) << kSoft << "[[label]]\nvalues = 1\nlaw = \"fixed\"\n";
+    const std::string push = "cube.nrrd --push 0,0,0:0,6,0 --tool sphere:5 --config ";
+    const Json freely = deform_report(push + "free.toml");
+    EXPECT_EQ(freely["status"], "applied");
+    EXPECT_EQ(freely["no_fold_certified"], true);
+    EXPECT_NEAR(freely["certificate"]["tissue"], 0.6, 1e-5);
+    const Json held = deform_report(push + "held.toml --labels ones.nrrd");
+    EXPECT_EQ(held["status"], "rejected");
+    EXPECT_EQ(held["limited_by"], "bone");
+    EXPECT_EQ(held["no_fold_certified"], false);
+    const struct {
+        const char *arguments, *expected;
+    } wrong[] = {
+        {"held.toml --labels airway.nrrd", "--labels: expected the scan's grid"},
+        {"held.toml --labels none.nrrd", "none.nrrd"},
+        {"held.toml", "--labels: expected a label volume for [[label]], found none"},
+        {"free.toml --labels ones.nrrd", "--labels: expected [[label]] tables in --config"},
+        {"held.toml --labels ones.nrrd --directions cube.nrrd", "--directions: cube.nrrd"},
+    };
+    for (const auto& c : wrong) {
+        const Finished done = run("deform " + push + c.arguments + " --out wrong.nrrd");
+        EXPECT_EQ(done.status, 2) << c.arguments;
+        EXPECT_NE(done.err.find(c.expected), std::string::npos) << done.err;
+        EXPECT_FALSE(fs::exists(file("wrong.nrrd")));
+    }
+}
+
 TEST_F(ProgramTest, DeformWritesEverythingThatItPromises) {
     std::ofstream(file("soft.toml")) << kSoft;
     const Finished done =

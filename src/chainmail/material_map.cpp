@@ -1,0 +1,199 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "chainmail/material_map.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstring>
+
+#include "chainmail/air.h"
+
+namespace pliant {
+namespace {
+
+int whole_value(std::int16_t value) {
+    return value;
+}
+int whole_value(float value) {
+    if (std::isnan(value)) return kAirHu;
+    return int(std::lround(std::clamp(value, -32768.0f, 32767.0f)));
+}
+
+/// Calls visit(y, z) for the rows of a box.
+template <class Visit>
+void for_each_row(const Box3i& box, const Visit& visit) {
+    for (int z = box.begin.z; z < box.end.z; ++z)
+        for (int y = box.begin.y; y < box.end.y; ++y) visit(y, z);
+}
+
+/// Asks for memory before it is needed: a brick's rows lie far apart in the scan.
+void prefetch(const void* where) {
+#ifdef __GNUC__
+    __builtin_prefetch(where);
+#endif
+}
+
+template <class Voxel>
+void translate_row(const Voxel* voxels, int count, const MaterialId* ids, MaterialId* out) {
+    for (int x = 0; x < count; ++x)
+        out[x] = ids[std::max(whole_value(voxels[x]), kLowestValue) - kLowestValue];
+}
+
+template <class Voxel>
+bool is_row_of(Voxel value, const Voxel* row, int count) {
+    if constexpr (sizeof(Voxel) == 2)
+        if (count == 8) {
+            std::array<Voxel, 8> all;
+            all.fill(value);
+            std::array<std::uint64_t, 2> a, b;
+            std::memcpy(a.data(), row, sizeof a);
+            std::memcpy(b.data(), all.data(), sizeof b);
+            return a == b;
+        }
+    return std::all_of(row, row + count, [&](Voxel other) { return other == value; });
+}
+
+std::vector<MaterialLaw> all_laws(const ChainMailSettings& settings) {
+    std::vector<MaterialLaw> laws = {settings.custom_law ? settings.custom_law
+                                                         : draeger_law(settings)};
+    for (MaterialLaw& law : label_laws(settings)) laws.push_back(std::move(law));
+    return laws;
+}
+
+Vec3i moved_along(Vec3i ijk, int axis, int steps) {
+    ijk[axis] += steps;
+    return ijk;
+}
+
+}  // namespace
+
+MaterialMap::MaterialMap(const Volume& volume, const std::vector<MaterialLaw>& laws)
+    : m_volume(&volume), m_laws(laws), m_table(laws, {}, volume.grid.spacing_mm) {}
+
+MaterialMap::MaterialMap(const Volume& volume, const ChainMailSettings& settings)
+    : m_volume(&volume),
+      m_laws(all_laws(settings)),
+      m_air(air_limits(settings)),
+      m_has_air(settings.air_enabled && !settings.custom_law),
+      m_air_threshold_hu(settings.air_threshold_hu),
+      m_labels(settings),
+      m_table(m_laws,
+              m_has_air ? std::vector(m_air.begin(), m_air.end()) : std::vector(0, m_air[0]),
+              volume.grid.spacing_mm) {}
+
+int MaterialMap::value_at(Vec3i ijk) const {
+    const Grid& grid = m_volume->grid;
+    if (!contains(voxel_box(grid), ijk)) return kAirHu;
+    const std::size_t n = voxel_index(grid, ijk);
+    return std::visit([&](const auto& voxels) { return whole_value(voxels[n]); }, m_volume->voxels);
+}
+
+bool MaterialMap::is_air(Vec3i ijk) const {
+    return m_has_air && value_at(ijk) < m_air_threshold_hu && m_labels.law_at(ijk) < 0;
+}
+
+unsigned MaterialMap::air_axes(Vec3i ijk) const {
+    return skin_axes([&](int axis, int steps) { return is_air(moved_along(ijk, axis, steps)); });
+}
+
+MaterialId MaterialMap::at(Vec3i ijk) const {
+    const int label = m_labels.law_at(ijk);
+    if (label >= 0) return m_table.id(1 + label, value_at(ijk));
+    return is_air(ijk) ? m_table.other_id(int(air_axes(ijk))) : m_table.id(0, value_at(ijk));
+}
+
+ElementLimits MaterialMap::limits_at(Vec3i ijk) const {
+    const int label = m_labels.law_at(ijk);
+    if (label >= 0) return m_laws[std::size_t(1 + label)](value_at(ijk));
+    return is_air(ijk) ? m_air[air_axes(ijk)] : m_laws[0](value_at(ijk));
+}
+
+template <class Voxel>
+bool MaterialMap::has_air(const Voxel* voxels, Vec3i first, const Box3i& part) const {
+    const int count = part.end.x - part.begin.x;
+    bool any = false;
+    for_each_row(part, [&](int y, int z) {
+        const Voxel* row = voxels + voxel_index(m_volume->grid, first + Vec3i{part.begin.x, y, z});
+        for (int x = 0; x < count; ++x) any |= whole_value(row[x]) < m_air_threshold_hu;
+    });
+    return any;
+}
+
+template <class Voxel>
+bool MaterialMap::fill_by_value(const Voxel* voxels, Vec3i first, int size, const Box3i& part,
+                                MaterialId* out) const {
+    if (is_empty(part)) return false;
+    const MaterialId* ids = m_table.ids(0);
+    const int count = part.end.x - part.begin.x;
+    const auto row_at = [&](int y, int z) {
+        return voxels + voxel_index(m_volume->grid, first + Vec3i{part.begin.x, y, z});
+    };
+    const auto out_at = [&](int y, int z) { return out + part.begin.x + size * (y + size * z); };
+    const Voxel value = *row_at(part.begin.y, part.begin.z);
+    bool is_one = true;
+    for_each_row(part,
+                 [&](int y, int z) { is_one = is_one && is_row_of(value, row_at(y, z), count); });
+    if (!is_one) {
+        for_each_row(part,
+                     [&](int y, int z) { translate_row(row_at(y, z), count, ids, out_at(y, z)); });
+    } else {
+        MaterialId id;
+        translate_row(&value, 1, ids, &id);
+        for_each_row(part, [&](int y, int z) { std::fill_n(out_at(y, z), count, id); });
+    }
+    return is_one;
+}
+
+bool MaterialMap::fill(Vec3i first, int size, const Box3i& part, MaterialId* out) const {
+    const bool whole = part == Box3i{{0, 0, 0}, {size, size, size}};
+    return std::visit(
+        [&](const auto& voxels) {
+            if (!is_empty(part))
+                for_each_row(part, [&](int y, int z) {
+                    prefetch(voxels.data() +
+                             voxel_index(m_volume->grid, first + Vec3i{part.begin.x, y, z}));
+                });
+            if (!m_labels.empty() ||
+                (m_has_air && (!whole || has_air(voxels.data(), first, part)))) {
+                fill_one_by_one(first, size, out);
+                return false;
+            }
+            if (!whole) std::fill_n(out, size * size * size, m_table.id(0, kAirHu));
+            return fill_by_value(voxels.data(), first, size, part, out);
+        },
+        m_volume->voxels);
+}
+
+/// Values, labels and what is air are looked up once for the cube and its surroundings.
+void MaterialMap::fill_one_by_one(Vec3i first, int size, MaterialId* out) const {
+    const int reach = m_has_air ? kSkinReach : 0, row = size + 2 * reach;
+    static thread_local std::vector<unsigned char> air;
+    air.assign(std::size_t(row) * std::size_t(row) * std::size_t(row), 0);
+    const int strides[3] = {1, row, row * row};
+    const auto index = [&](int x, int y, int z) {
+        return std::size_t(x + reach + row * (y + reach + row * (z + reach)));
+    };
+    const auto inner = [&](int n) { return n >= 0 && n < size; };
+    for (int z = -reach; m_has_air && z < size + reach; ++z)
+        for (int y = -reach; y < size + reach; ++y)
+            for (int x = -reach; x < size + reach; ++x)
+                if (int(inner(x)) + int(inner(y)) + int(inner(z)) >= 2)
+                    air[index(x, y, z)] = is_air(first + Vec3i{x, y, z});
+    for (int z = 0; z < size; ++z)
+        for (int y = 0; y < size; ++y)
+            for (int x = 0; x < size; ++x) {
+                const Vec3i e = first + Vec3i{x, y, z};
+                const auto* here = air.data() + index(x, y, z);
+                if (*here) {
+                    const unsigned axes = skin_axes(
+                        [&](int axis, int steps) { return here[steps * strides[axis]] != 0; });
+                    *out++ = m_table.other_id(int(axes));
+                } else {
+                    *out++ = m_table.id(1 + m_labels.law_at(e), value_at(e));
+                }
+            }
+}
+
+}  // namespace pliant
