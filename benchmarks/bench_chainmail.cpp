@@ -7,6 +7,7 @@
 // moved at the bandwidth that a plain copy reaches in the same turns.
 
 #include <pliant/chainmail.h>
+#include <pliant/chainmail_orderings.h>
 
 #include <algorithm>
 #include <array>
@@ -147,15 +148,18 @@ void moving_contact_against_plain_loops(benchmark::State& state) {
 }
 
 /// The 50³ lattice on which other programs were measured: one element in the middle of a face is
-/// pulled outwards. Arguments: pull [elements]. The reference is the sweep in plain loops.
+/// pulled outwards. Arguments: pull [elements]. The reference are Gibson's lists.
 void bounded_lattice(benchmark::State& state) {
     const TaskArena arena(1);
     const Volume volume = layered_volume(50, false);
     ChainMailSettings settings = settings_of(false, ChainMailSolver::Sweep);
     settings.bounded = true;
     ChainMail subject = std::move(ChainMail::create(volume, settings, arena)).value();
-    settings.solver = ChainMailSolver::PlainSweep;
-    ChainMail plain = std::move(ChainMail::create(volume, settings, arena)).value();
+    ChainLattice block;
+    block.size = volume.grid.size;
+    block.materials = {{{.2, .2, .2}, {.2, .2, .2}, {.2, .2, .2}, 500, false}};
+    auto lists = std::move(make_ordering(block, Ordering::GibsonConvex)).value();
+    const std::array<std::int32_t, 1> pulled_by_index = {25 + 50 * (25 + 50 * 49)};
     const std::array<Vec3i, 1> pulled = {{{25, 25, 49}}};
     const Vec3d pull_mm{0, 0, double(state.range(0))};
     const auto push = [&](ChainMail& tissue) {
@@ -163,8 +167,8 @@ void bounded_lattice(benchmark::State& state) {
     };
     const std::int64_t items = push(subject);
     run_interleaved(
-        state, double(items), [&] { subject.reset(), plain.reset(); }, [&] { push(subject); },
-        [&] { push(plain); });
+        state, double(items), [&] { subject.reset(), lists->reset(); }, [&] { push(subject); },
+        [&] { lists->push(pulled_by_index, pull_mm); });
     add_floor(state, arena, kPushBytes);
 }
 

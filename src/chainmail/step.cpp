@@ -199,6 +199,7 @@ int move_brick(const Lattice& lattice, Brick& brick, BrickMotion motion, Vec3<Fi
     const MoveResult result = kernels.move(motion, lattice.elements_per_brick(), brick.is_unplaced);
     brick.is_unplaced = false;
     for (int a = 0; a < 3; ++a) {
+        if (!motion[std::size_t(a)].raised) continue;
         brick.u_min[a] = result.u_min[std::size_t(a)];
         brick.u_max[a] = result.u_max[std::size_t(a)];
     }

@@ -46,7 +46,7 @@ struct MovingComponent {
     Fixed left;
     Fixed sign;
 };
-/// What a move did to a brick.
+/// What a move did to a brick. Bounds are of the components that don't stay.
 struct MoveResult {
     int moved = 0;  ///< elements
     std::array<Fixed, 3> u_min{0, 0, 0}, u_max{0, 0, 0};

@@ -123,6 +123,7 @@ MoveResult move(const std::array<MovingComponent, 3>& components, int count, boo
         result.moved += any;
     }
     for (std::size_t a = 0; a < 3; ++a) {
+        if (!components[a].raised) continue;
         const Fixed* u = components[a].u;
         const auto [low, high] = std::minmax_element(u, u + std::ptrdiff_t(count));
         result.u_min[a] = *low;

@@ -391,17 +391,39 @@ MoveResult move_brick(const std::array<MovingComponent, 3>& components, int coun
     }
     MoveResult result;
     result.moved = count + hn::GetLane(hn::SumOfLanes(D(), still));
-    x.bounds(result.u_min[0], result.u_max[0]);
-    y.bounds(result.u_min[1], result.u_max[1]);
-    z.bounds(result.u_min[2], result.u_max[2]);
+    const std::array<const Motion*, 3> motions = {&x, &y, &z};
+    for (std::size_t a = 0; a < 3; ++a)
+        if (components[a].raised) motions[a]->bounds(result.u_min[a], result.u_max[a]);
+    return result;
+}
+
+/// The same where one component moves alone.
+template <bool kFromRest>
+MoveResult move_alone(const std::array<MovingComponent, 3>& components, std::size_t a, int count) {
+    Motion motion(components[a]);
+    V still = hn::Zero(D());
+    for (int n = 0; n < count; n += kLanes)
+        still =
+            hn::Add(still, hn::VecFromMask(D(), hn::Eq(motion.step<kFromRest>(n), hn::Zero(D()))));
+    MoveResult result;
+    result.moved = count + hn::GetLane(hn::SumOfLanes(D(), still));
+    motion.bounds(result.u_min[a], result.u_max[a]);
     return result;
 }
 
 MoveResult move(const std::array<MovingComponent, 3>& components, int count, bool from_rest) {
-    if (!from_rest) return move_brick<false>(components, count);
-    for (const MovingComponent& c : components)
-        if (!c.raised) std::fill_n(c.u, count, 0);
-    return move_brick<true>(components, count);
+    int moving = 0;
+    std::size_t alone = 0;
+    for (std::size_t a = 0; a < 3; ++a) {
+        if (components[a].raised)
+            ++moving, alone = a;
+        else if (from_rest)
+            std::fill_n(components[a].u, count, 0);
+    }
+    if (moving == 1)
+        return from_rest ? move_alone<true>(components, alone, count)
+                         : move_alone<false>(components, alone, count);
+    return from_rest ? move_brick<true>(components, count) : move_brick<false>(components, count);
 }
 
 Fixed largest(const Fixed* values, int count) {
