@@ -62,5 +62,53 @@ Frames run_drag(Scenario& s, const Drag& drag) {
     return frames;
 }
 
+
+Scenario drag_scenario(const std::filesystem::path& file, bool bone_moves, const TaskArena& arena) {
+    ChainMailSettings settings;
+    settings.offset = 0.1;
+    settings.max_movement_mm = 30;
+    if (bone_moves) settings.bone_threshold_hu = 4000;
+    return make_scenario(must(read_volume(file)), settings, arena);
+}
+
+std::vector<std::string> row_for(const Drag& drag, const Frames& f) {
+    std::int64_t late = 0;
+    for (const double ms : f.both_ms) late += ms > kFrame_ms;
+    const auto ms = [](const std::vector<double>& times, double share) {
+        return text_of(quantile(times, share), 2);
+    };
+    return {drag.organ,
+            text_of(std::int64_t(quantile(f.moved, 0))),
+            text_of(std::int64_t(quantile(f.moved, 0.5))),
+            ms(f.solve_ms, 0.5),
+            ms(f.resample_ms, 0.5),
+            ms(f.both_ms, 0.5),
+            ms(f.both_ms, 0.95),
+            ms(f.both_ms, 0.99),
+            ms(f.both_ms, 1),
+            text_of(100.0 * double(late) / double(f.both_ms.size()), 1) + " %"};
+}
+
 }  // namespace
+
+void add_drags(Page& page, const std::filesystem::path& scans, const TaskArena& arena) {
+    const Drag drags[] = {{"thorax_ct_256.nrrd", "thorax, heart", {0, 130, -590}, 10},
+                          {"abdomen_ct_3mm.nii.gz", "abdomen, liver", {-64, -185, 396}, 12}};
+    for (const Drag& drag : drags) {
+        for (const bool moves : {false, true}) {
+            Scenario s = drag_scenario(scans / drag.file, moves, arena);
+            const Frames f = run_drag(s, drag);
+            double done = 0;
+            for (const auto& r : s.reports) done += r.step_fraction / double(s.reports.size());
+            std::printf("%s first %.3f mean %.3f:", drag.organ, s.reports[0].step_fraction, done);
+            for (const auto& t : row_for(drag, f)) std::printf(" %s |", t.c_str());
+            std::printf("\n");
+            for (int n = 0; n < 300; n += 30) std::printf(" %g", f.moved[std::size_t(n)]);
+            std::printf("\n");
+        }
+    }
+    (void)page;
+    (void)histogram;
+}
+
 }  // namespace pliant::results

@@ -45,6 +45,7 @@ int main(int argc, char** argv) {
     add_gibson(page, arena);
     add_cubes(page, arena);
     add_timings(page, arena);
+    if (argc == 3) add_drags(page, argv[2], arena);
     if (const pliant::Status status = page.finish(); !status.ok()) {
         std::fprintf(stderr, "results: %s\n", status.error().message.c_str());
         return 1;

@@ -29,7 +29,7 @@ Volume filled(Vec3i size, Vec3d spacing_mm, const std::function<int(Vec3i)>& val
 }
 
 ElementLimits even_limits(double range, double shear, bool fixed) {
-    constexpr double kFar_mm = 1000;
+    constexpr double kFar_mm = 500;
     return {{range, range, range}, {range, range, range}, {shear, shear, shear}, kFar_mm, fixed};
 }
 
@@ -62,7 +62,7 @@ Scenario make_scenario(Volume scan, const ChainMailSettings& settings, const Tas
 Scenario gibson_object(const ObjectShape& shape, double range, double shear,
                        const TaskArena& arena) {
     ChainMailSettings settings;
-    settings.max_movement_mm = 1000;
+    settings.max_movement_mm = 500;
     settings.custom_law = [=](int value) {
         constexpr double kNoLink = 1000;
         return value < kTissue ? even_limits(kNoLink, kNoLink, false)

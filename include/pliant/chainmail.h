@@ -57,11 +57,13 @@ struct ChainMailSettings {
     std::string law = "draeger";     ///< draeger_law below, the only named one
     double offset = 0.2;             ///< size of the chain regions, fraction of a link, 0…1
     double bone_threshold_hu = 300;  ///< values above it don't move
-    double max_movement_mm = 20;     ///< of the softest element, 0…1000
+    double max_movement_mm = 20;     ///< of the softest element, 0…500
     // [push]
     double scale = 1;  ///< every push is multiplied by it
     // [lattice]
-    int brick_size = 8;                       ///< elements along a brick's edge, 2…32
+    int brick_size = 8;  ///< elements along a brick's edge, 2…32
+    bool bounded =
+        false;  ///< whether the lattice ends at the scan's border; else it goes on in air
     std::int64_t max_elements = 150'000'000;  ///< a push that needs more (about 4 GB) is refused
     // [air]
     bool air_enabled = false;        ///< must be false: air as a material of its own doesn't exist

@@ -30,7 +30,7 @@ void CellBlock::copy_from_brick(const Lattice& lattice, const Brick& brick, Vec3
             const int from = lattice.stride(1) * y + lattice.stride(2) * z;
             const int to = index(m_size * offset.x, y + m_size * offset.y, z + m_size * offset.z);
             for (std::size_t a = 0; a < 3; ++a)
-                std::copy_n(brick.u[a].get() + from, count(0), m_u[a].data() + to);
+                std::copy_n(brick.u[a] + from, count(0), m_u[a].data() + to);
         }
 }
 

@@ -3,40 +3,19 @@
 
 // The face of the room: a push from the world's coordinates to the lattice's and back.
 
-#include <pliant/chainmail.h>
-
 #include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <string>
 
+#include "chainmail/chainmail_impl.h"
 #include "chainmail/check.h"
 #include "chainmail/grab.h"
-#include "chainmail/lattice.h"
 #include "chainmail/propagation.h"
 #include "chainmail/settings.h"
 #include "chainmail/step.h"
 
 namespace pliant {
-
-struct ChainMail::Impl {
-    Impl(const Volume& v, const ChainMailSettings& s, const TaskArena& a)
-        : volume(v),
-          settings(s),
-          law(s.custom_law ? s.custom_law : draeger_law(s)),
-          lattice(v, law, s.brick_size),
-          arena(a) {}
-
-    Result<PushReport> push(std::span<const Vec3i> elements, Vec3d push_mm);
-    bool propagate(std::span<const ElementRef> grabbed, Vec3<Fixed> shift);
-    Result<PushReport> push_grabbed(std::span<const ElementRef> grabbed, Vec3<Fixed> shift);
-
-    const Volume& volume;
-    ChainMailSettings settings;
-    MaterialLaw law;
-    Lattice lattice;
-    const TaskArena& arena;
-};
 
 namespace {
 
@@ -110,19 +89,21 @@ Result<PushReport> ChainMail::Impl::push(std::span<const Vec3i> elements, Vec3d 
     const Vec3d lattice_mm = settings.scale * lattice_from_world_vector(volume.grid, push_mm);
     if (!is_finite(lattice_mm) || norm(lattice_mm) > kMaxMovementMm)
         return Error{ErrorCode::InvalidArgument,
-                     "push: expected three numbers and a length up to 1000 mm after scaling, "
+                     "push: expected three numbers and a length up to 500 mm after scaling, "
                      "found a length of " +
                          std::to_string(norm(lattice_mm)) + " mm"};
-    if (elements.empty()) {
+    const auto start = std::chrono::steady_clock::now();
+    std::vector<ElementRef> grabbed;
+    for (const Vec3i& element : elements)
+        if (!lattice.is_void(element)) grabbed.push_back(lattice.ensure_element(element));
+    if (grabbed.empty()) {
         PushReport report;
         report.message = "nothing moved: the tool touches no tissue there";
         return report;
     }
-    const auto start = std::chrono::steady_clock::now();
-    std::vector<ElementRef> grabbed;
-    for (const Vec3i& element : elements) grabbed.push_back(lattice.ensure_element(element));
     const Vec3<Fixed> shift{units_from_mm(lattice_mm.x), units_from_mm(lattice_mm.y),
                             units_from_mm(lattice_mm.z)};
+    lattice.tick();
     Result<PushReport> report = push_grabbed(grabbed, shift);
     lattice.drop_still_bricks();
     const std::chrono::duration<double, std::milli> elapsed =
@@ -139,7 +120,11 @@ ChainMail& ChainMail::operator=(ChainMail&&) noexcept = default;
 Result<ChainMail> ChainMail::create(const Volume& volume, const ChainMailSettings& settings,
                                     const TaskArena& arena) {
     if (const Status status = check_settings(settings); !status.ok()) return status.error();
-    return ChainMail(std::make_unique<Impl>(volume, settings, arena));
+    auto impl = std::make_unique<Impl>(volume, settings, arena);
+    if (!impl->lattice.materials().fits())
+        return Error{ErrorCode::InvalidArgument,
+                     "material laws: expected up to 65535 different limits in all, found more"};
+    return ChainMail(std::move(impl));
 }
 
 Result<PushReport> ChainMail::push(const Push& push) {
@@ -152,7 +137,7 @@ Result<PushReport> ChainMail::push(const Push& push) {
                              std::to_string(ijk.x) + ", " + std::to_string(ijk.y) + ", " +
                              std::to_string(ijk.z) + "), expected 0 to size - 1 along each axis"};
     if (!(push.sphere_radius_mm >= 0 && push.sphere_radius_mm <= kMaxMovementMm))
-        return Error{ErrorCode::InvalidArgument, "push: expected a sphere radius of 0 to 1000 mm"};
+        return Error{ErrorCode::InvalidArgument, "push: expected a sphere radius of 0 to 500 mm"};
     if (push.sphere_radius_mm > 0)
         return m_impl->push(grab_sphere(m_impl->lattice, ijk, push.sphere_radius_mm,
                                         m_impl->settings.air_threshold_hu),

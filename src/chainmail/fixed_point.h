@@ -15,9 +15,12 @@ using Fixed = std::int32_t;
 
 inline constexpr double kUnitsPerMm = 1 << 20;
 /// Longest push and largest movement limit [mm]: a displacement plus a push still fits.
-inline constexpr double kMaxMovementMm = 1000;
-/// Largest half of a link's limit [units]; a longer one never binds within kMaxMovementMm.
-inline constexpr Fixed kMaxHalfLimit = 1 << 28;
+inline constexpr double kMaxMovementMm = 500;
+/// Largest half of a link's limit [units]. Two of them, 1024 mm, never bind: no two displacements
+/// differ by more than 2·kMaxMovementMm.
+inline constexpr Fixed kMaxHalfLimit = 1 << 29;
+/// Lag of a link that is cut [units].
+inline constexpr Fixed kUnlinked = 2 * kMaxHalfLimit;
 
 inline double mm_from_units(Fixed units) {
     return units / kUnitsPerMm;

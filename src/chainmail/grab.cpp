@@ -103,7 +103,7 @@ std::vector<Vec3i> grab_sphere(const Lattice& lattice, Vec3d centre, double radi
         for (int y = low.y; y <= high.y; ++y)
             for (int x = low.x; x <= high.x; ++x) {
                 const Vec3i e{x, y, z};
-                if (int(lattice.material_at(e)) - 32768 < air_threshold_hu) continue;
+                if (lattice.value_at(e) < air_threshold_hu || lattice.is_void(e)) continue;
                 const Vec3<Fixed> u = lattice.displacement_at(e);
                 Vec3d away{};
                 for (int a = 0; a < 3; ++a)

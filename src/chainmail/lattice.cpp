@@ -5,7 +5,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <tuple>
+#include <utility>
 
 namespace pliant {
 namespace {
@@ -14,17 +16,25 @@ int floor_div(int a, int b) {
     return a >= 0 ? a / b : -((-a + b - 1) / b);
 }
 
-MaterialId material_of_value(std::int16_t value) {
-    return material_from_hu(value);
+int whole_value(std::int16_t value) {
+    return value;
 }
-MaterialId material_of_value(float value) {
-    return material_from_hu(int(std::lround(std::clamp(value, -32768.0f, 32767.0f))));
+int whole_value(float value) {
+    return int(std::lround(std::clamp(value, -32768.0f, 32767.0f)));
+}
+
+std::size_t round_up_to_line(std::size_t bytes) {
+    return (bytes + 63) / 64 * 64;
 }
 
 }  // namespace
 
-Lattice::Lattice(const Volume& volume, const MaterialLaw& law, int brick_size)
-    : m_volume(volume), m_materials(law, volume.grid.spacing_mm), m_size(brick_size) {
+Lattice::Lattice(const Volume& volume, const std::vector<MaterialLaw>& laws, int brick_size,
+                 bool bounded)
+    : m_volume(volume),
+      m_materials(laws, volume.grid.spacing_mm),
+      m_size(brick_size),
+      m_bounded(bounded) {
     for (int axis = 0; axis < 3; ++axis) {
         const int s = stride(axis), t = stride((axis + 1) % 3), v = stride((axis + 2) % 3);
         for (int q = 0; q < m_size; ++q) {
@@ -50,11 +60,17 @@ Vec3i Lattice::element_of(Vec3i brick_coord, int index) const {
     return m_size * brick_coord + local;
 }
 
-MaterialId Lattice::material_at(Vec3i ijk) const {
-    if (!contains(voxel_box(grid()), ijk)) return material_from_hu(kAirHu);
+int Lattice::value_at(Vec3i ijk) const {
+    if (!contains(voxel_box(grid()), ijk)) return kAirHu;
     const std::size_t n = voxel_index(grid(), ijk);
-    return std::visit([&](const auto& voxels) { return material_of_value(voxels[n]); },
-                      m_volume.voxels);
+    return std::visit([&](const auto& voxels) { return whole_value(voxels[n]); }, m_volume.voxels);
+}
+
+MaterialId Lattice::material_at(Vec3i ijk) const {
+    if (m_bounded && !contains(voxel_box(grid()), ijk)) return kVoidMaterial;
+    const BrickEdits* edits = edits_of(brick_of(ijk));
+    if (edits && ((*edits)[std::size_t(index_in_brick(ijk))] & kVoid)) return kVoidMaterial;
+    return m_materials.id(0, value_at(ijk));
 }
 
 Vec3<Fixed> Lattice::displacement_at(Vec3i ijk) const {
@@ -91,6 +107,8 @@ int Lattice::ensure_brick(Vec3i coord) {
         if (neighbour >= 0) brick(neighbour).neighbours[std::size_t(side ^ 1)] = index;
     }
     fill_materials(made);
+    const BrickEdits* edits = edits_of(coord);
+    made.edits = edits ? edits->data() : nullptr;
     return index;
 }
 
@@ -103,27 +121,36 @@ std::unique_ptr<Brick> Lattice::take_brick() {
     std::unique_ptr<Brick> taken;
     if (m_spare.empty()) {
         taken = std::make_unique<Brick>();
-        for (int a = 0; a < 3; ++a) {
-            taken->u[std::size_t(a)] = std::make_unique_for_overwrite<Fixed[]>(n);
-            taken->raised[std::size_t(a)] = std::make_unique_for_overwrite<Fixed[]>(n);
-        }
-        taken->material = std::make_unique_for_overwrite<MaterialId[]>(n);
+        taken->memory.reset(::operator new (brick_bytes(), std::align_val_t{64}));
+        auto* piece = static_cast<std::byte*>(taken->memory.get());
+        const auto next = [&](std::size_t bytes) {
+            return std::exchange(piece, piece + round_up_to_line(bytes));
+        };
+        for (auto* arrays : {&taken->u, &taken->raised})
+            for (Fixed*& array : *arrays) array = reinterpret_cast<Fixed*>(next(n * sizeof(Fixed)));
+        taken->material = reinterpret_cast<MaterialId*>(next(n * sizeof(MaterialId)));
     } else {
         taken = std::move(m_spare.back());
         m_spare.pop_back();
     }
-    for (auto& component : taken->u) std::fill_n(component.get(), n, 0);
+    for (Fixed* component : taken->u) std::fill_n(component, n, 0);
     taken->reached = {};
+    taken->changed_at = m_clock;
     taken->u_min = taken->u_max = {0, 0, 0};
     return taken;
+}
+
+std::size_t Lattice::brick_bytes() const {
+    const auto n = std::size_t(elements_per_brick());
+    return 6 * round_up_to_line(n * sizeof(Fixed)) + round_up_to_line(n * sizeof(MaterialId));
 }
 
 void Lattice::fill_materials(Brick& brick) const {
     const Vec3i first = m_size * brick.coord;
     const Vec3i last = first + Vec3i{m_size - 1, m_size - 1, m_size - 1};
     const Box3i box = voxel_box(grid());
-    MaterialId* out = brick.material.get();
-    if (!contains(box, first) || !contains(box, last)) {
+    MaterialId* out = brick.material;
+    if (!contains(box, first) || !contains(box, last) || m_edits.contains(brick.coord)) {
         for (int n = 0; n < elements_per_brick(); ++n)
             out[n] = material_at(element_of(brick.coord, n));
         return;
@@ -133,7 +160,8 @@ void Lattice::fill_materials(Brick& brick) const {
             for (int z = first.z; z <= last.z; ++z)
                 for (int y = first.y; y <= last.y; ++y) {
                     const auto* row = voxels.data() + voxel_index(grid(), {first.x, y, z});
-                    for (int x = 0; x < m_size; ++x) *out++ = material_of_value(row[x]);
+                    for (int x = 0; x < m_size; ++x)
+                        *out++ = m_materials.id(0, whole_value(row[x]));
                 }
         },
         m_volume.voxels);
@@ -142,23 +170,39 @@ void Lattice::fill_materials(Brick& brick) const {
 void Lattice::update_bounds(int index) {
     Brick& changed = brick(index);
     for (int a = 0; a < 3; ++a) {
-        const Fixed* u = changed.u[std::size_t(a)].get();
+        const Fixed* u = changed.u[std::size_t(a)];
         const auto [low, high] = std::minmax_element(u, u + elements_per_brick());
         changed.u_min[a] = *low;
         changed.u_max[a] = *high;
     }
 }
 
+const BrickEdits* Lattice::edits_of(Vec3i brick_coord) const {
+    if (m_edits.empty()) return nullptr;
+    const auto found = m_edits.find(brick_coord);
+    return found == m_edits.end() ? nullptr : &found->second;
+}
+
+void Lattice::set_edits(Vec3i brick_coord, BrickEdits edits) {
+    const bool any = std::any_of(edits.begin(), edits.end(), [](auto flags) { return flags != 0; });
+    if (any)
+        m_edits[brick_coord] = std::move(edits);
+    else
+        m_edits.erase(brick_coord);
+    const int index = find_brick(brick_coord);
+    if (index < 0) return;
+    Brick& edited = brick(index);
+    const BrickEdits* now = edits_of(brick_coord);
+    edited.edits = now ? now->data() : nullptr;
+    edited.changed_at = tick();
+    fill_materials(edited);
+}
+
 void Lattice::drop_still_bricks() {
-    const auto n = std::size_t(elements_per_brick());
     for (int index = 0; index < int(m_bricks.size()); ++index) {
         auto& slot = m_bricks[std::size_t(index)];
         if (!slot) continue;
-        const bool still = std::all_of(slot->u.begin(), slot->u.end(), [&](const auto& component) {
-            return std::all_of(component.get(), component.get() + n,
-                               [](Fixed v) { return v == 0; });
-        });
-        if (!still) continue;
+        if (slot->u_min != Vec3<Fixed>{0, 0, 0} || slot->u_max != Vec3<Fixed>{0, 0, 0}) continue;
         for (int side = 0; side < 6; ++side) {
             const int neighbour = slot->neighbours[std::size_t(side)];
             if (neighbour >= 0) brick(neighbour).neighbours[std::size_t(side ^ 1)] = -1;
@@ -182,9 +226,8 @@ std::vector<int> Lattice::resident_bricks() const {
 }
 
 std::size_t Lattice::resident_bytes() const {
-    const auto n = std::size_t(elements_per_brick());
-    const std::size_t per_brick = sizeof(Brick) + n * (6 * sizeof(Fixed) + sizeof(MaterialId));
-    return std::size_t(resident_brick_count()) * per_brick;
+    const auto edited = m_edits.size() * std::size_t(elements_per_brick());
+    return std::size_t(resident_brick_count()) * (sizeof(Brick) + brick_bytes()) + edited;
 }
 
 }  // namespace pliant

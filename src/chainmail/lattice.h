@@ -19,6 +19,7 @@
 #include <array>
 #include <cstdint>
 #include <memory>
+#include <new>
 #include <unordered_map>
 #include <vector>
 
@@ -27,15 +28,32 @@
 
 namespace pliant {
 
+/// What was done to an element beside moving it: one byte of flags each.
+enum ElementEdit : std::uint8_t {
+    kCutX = 1,  ///< the link to the neighbour at +x is cut
+    kCutY = 2,
+    kCutZ = 4,
+    kVoid = 8,  ///< carved away
+};
+using BrickEdits = std::vector<std::uint8_t>;  ///< elements_per_brick flags
+
+struct FreeAligned {
+    void operator()(void* memory) const { ::operator delete (memory, std::align_val_t{64}); }
+};
+
 struct Brick {
-    Vec3i coord;                                ///< of its first element, divided by the brick size
-    std::array<int, 6> neighbours;              ///< brick indices, −1: not there
-    std::array<std::unique_ptr<Fixed[]>, 3> u;  ///< displacement along i, j, k
+    Vec3i coord;                    ///< of its first element, divided by the brick size
+    std::array<int, 6> neighbours;  ///< brick indices, −1: not there
+    // Arrays of elements_per_brick, each aligned to 64 bytes, in one piece of memory.
+    std::array<Fixed*, 3> u;  ///< displacement along i, j, k
     /// Where the elements of a solve in progress are: sign·u, raised (see propagation.h).
-    std::array<std::unique_ptr<Fixed[]>, 3> raised;
-    std::unique_ptr<MaterialId[]> material;
+    std::array<Fixed*, 3> raised;
+    MaterialId* material;
+    const std::uint8_t* edits = nullptr;         ///< null: none in this brick
     std::array<bool, 3> reached{};               ///< by the solve in progress, per component
     Vec3<Fixed> u_min{0, 0, 0}, u_max{0, 0, 0};  ///< over the brick, after each push
+    std::uint64_t changed_at = 0;                ///< Lattice::clock() when u last changed
+    std::unique_ptr<void, FreeAligned> memory;
 };
 
 struct ElementRef {
@@ -46,8 +64,9 @@ struct ElementRef {
 
 class Lattice {
   public:
-    /// Keeps a reference to the volume.
-    Lattice(const Volume& volume, const MaterialLaw& law, int brick_size);
+    /// Keeps a reference to the volume. @param bounded  whether elements beyond it are void
+    Lattice(const Volume& volume, const std::vector<MaterialLaw>& laws, int brick_size,
+            bool bounded);
 
     const Grid& grid() const { return m_volume.grid; }
     const MaterialTable& materials() const { return m_materials; }
@@ -63,8 +82,11 @@ class Lattice {
     int index_in_brick(Vec3i ijk) const;
     Vec3i element_of(Vec3i brick_coord, int index) const;
 
-    /// Material of an element, whether it has a brick or not; air beyond the scan.
+    /// The scan's value, rounded; air beyond it. @returns HU
+    int value_at(Vec3i ijk) const;
+    /// Material of an element, whether it has a brick or not.
     MaterialId material_at(Vec3i ijk) const;
+    bool is_void(Vec3i ijk) const { return material_at(ijk) == kVoidMaterial; }
     /// Displacement of an element along the lattice's axes; zero where there is no brick.
     Vec3<Fixed> displacement_at(Vec3i ijk) const;
 
@@ -77,6 +99,21 @@ class Lattice {
     void update_bounds(int index);
     /// Removes bricks where every displacement is zero.
     void drop_still_bricks();
+
+    /// Flags of a brick's elements, whether it is there or not; null: none.
+    const BrickEdits* edits_of(Vec3i brick_coord) const;
+    /// Replaces them; all zero takes them away. A resident brick's materials follow.
+    void set_edits(Vec3i brick_coord, BrickEdits edits);
+    const auto& all_edits() const { return m_edits; }
+
+    /// Links may be outside of their limits after a change of materials. They may then not get
+    /// worse: solvers take the larger of a link's limit and what it has now.
+    bool may_exceed_limits() const { return m_may_exceed; }
+    void set_may_exceed_limits(bool may) { m_may_exceed = may; }
+
+    /// Counts changes: a brick's changed_at is the clock's value at its last one.
+    std::uint64_t clock() const { return m_clock; }
+    std::uint64_t tick() { return ++m_clock; }
 
     /// Indices of the bricks that are there, sorted by coordinate: the same order however they came
     /// into being.
@@ -96,16 +133,21 @@ class Lattice {
     };
 
     std::unique_ptr<Brick> take_brick();
+    std::size_t brick_bytes() const;
     void fill_materials(Brick& brick) const;
 
     const Volume& m_volume;
     MaterialTable m_materials;
     int m_size;
+    bool m_bounded;
+    bool m_may_exceed = false;
+    std::uint64_t m_clock = 0;
     std::array<std::vector<int>, 6> m_faces;
     std::vector<std::unique_ptr<Brick>> m_bricks;  ///< null where dropped
     std::vector<int> m_free_indices;
     std::vector<std::unique_ptr<Brick>> m_spare;  ///< dropped, to be used again
     std::unordered_map<Vec3i, int, CoordHash> m_index_of;
+    std::unordered_map<Vec3i, BrickEdits, CoordHash> m_edits;
 };
 
 }  // namespace pliant

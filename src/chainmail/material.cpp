@@ -4,6 +4,10 @@
 #include "chainmail/material.h"
 
 #include <algorithm>
+#include <cmath>
+#include <unordered_map>
+
+#include "core/hash.h"
 
 namespace pliant {
 
@@ -23,19 +27,59 @@ MaterialLaw draeger_law(const ChainMailSettings& settings) {
     };
 }
 
-MaterialTable::MaterialTable(const MaterialLaw& law, Vec3d spacing_mm) : m_entries(65536) {
-    for (int id = 0; id < 65536; ++id) {
-        const ElementLimits limits = law(id - 32768);
-        HalfLimits& half = m_entries[std::size_t(id)];
-        for (int b = 0; b < 3; ++b) {
-            half.compress[b] = limit_units_from_mm(spacing_mm[b] * limits.compress[b] / 2);
-            half.stretch[b] = limit_units_from_mm(spacing_mm[b] * limits.stretch[b] / 2);
-            half.shear[b] = limit_units_from_mm(spacing_mm[b] * limits.shear[b] / 2);
-        }
-        half.max_movement =
-            Fixed(std::floor(std::min(limits.max_movement_mm, kMaxMovementMm) * kUnitsPerMm));
-        half.fixed = limits.fixed;
+namespace {
+
+HalfLimits quantised(const ElementLimits& limits, Vec3d spacing_mm) {
+    HalfLimits half{};
+    for (int b = 0; b < 3; ++b) {
+        half.compress[b] = limit_units_from_mm(spacing_mm[b] * limits.compress[b] / 2);
+        half.stretch[b] = limit_units_from_mm(spacing_mm[b] * limits.stretch[b] / 2);
+        half.shear[b] = limit_units_from_mm(spacing_mm[b] * limits.shear[b] / 2);
     }
+    half.max_movement =
+        Fixed(std::floor(std::min(limits.max_movement_mm, kMaxMovementMm) * kUnitsPerMm));
+    half.fixed = limits.fixed;
+    return half;
+}
+
+HalfLimits void_limits() {
+    constexpr Fixed far = kMaxHalfLimit;
+    return {{far, far, far}, {far, far, far}, {far, far, far}, 0, false};
+}
+
+struct HashLimits {
+    std::size_t operator()(const HalfLimits& half) const {
+        Hash64 hash;
+        for (int b = 0; b < 3; ++b)
+            for (const Fixed word : {half.compress[b], half.stretch[b], half.shear[b]})
+                hash.add_word(std::uint32_t(word));
+        hash.add_word(std::uint32_t(half.max_movement) * 2 + half.fixed);
+        return std::size_t(hash.value());
+    }
+};
+
+}  // namespace
+
+MaterialTable::MaterialTable(const std::vector<MaterialLaw>& laws, Vec3d spacing_mm)
+    : m_entries{void_limits()} {
+    std::unordered_map<HalfLimits, MaterialId, HashLimits> known;
+    for (const MaterialLaw& law : laws) {
+        std::vector<MaterialId>& ids = m_ids.emplace_back(32768 - kLowestValue);
+        for (std::size_t n = 0; n < ids.size(); ++n) {
+            const HalfLimits half = quantised(law(int(n) + kLowestValue), spacing_mm);
+            const auto [entry, is_new] = known.try_emplace(half, MaterialId(m_entries.size()));
+            if (is_new) m_entries.push_back(half);
+            m_fits &= m_entries.size() <= 65536;
+            ids[n] = entry->second;
+        }
+    }
+    for (const HalfLimits& half : m_entries)
+        for (std::size_t b = 0; b < 3; ++b) {
+            m_columns.compress[b].push_back(half.compress[b]);
+            m_columns.stretch[b].push_back(half.stretch[b]);
+            m_columns.shear[b].push_back(half.shear[b]);
+            m_symmetric &= half.compress[b] == half.shear[b] && half.stretch[b] == half.shear[b];
+        }
 }
 
 }  // namespace pliant

@@ -1,15 +1,20 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The material law, evaluated once for every voxel value and quantised towards tighter limits.
+// The material laws, evaluated once for every voxel value and quantised towards tighter limits.
 //
 // A link's limit is the mean of its two ends times its length h, so each end contributes half:
 // limit(i, j) = half(i) + half(j), half = ⌊h·fraction/2⌋ in fixed-point units.
+//
+// Values with equal limits share an entry, so that the table stays small enough for the caches: a
+// few thousand entries for a CT under a smooth law, one for a homogeneous block. Entry 0 is void:
+// elements that were carved away or lie beyond a bounded lattice. Its links never bind.
 
 #pragma once
 
 #include <pliant/chainmail.h>
 
+#include <array>
 #include <cstdint>
 #include <vector>
 
@@ -17,31 +22,53 @@
 
 namespace pliant {
 
-/// Index into the table: the voxel value, shifted to be unsigned.
+/// Index into the table.
 using MaterialId = std::uint16_t;
+inline constexpr MaterialId kVoidMaterial = 0;
+/// Lower values count as this one, so that the entries of one law always fit beside void.
+inline constexpr int kLowestValue = -32767;
 
-constexpr MaterialId material_from_hu(int value_hu) {
-    const int shifted = value_hu + 32768;
-    return MaterialId(shifted < 0 ? 0 : shifted > 65535 ? 65535 : shifted);
-}
-
-/// One value's contribution to the links along each axis [fixed-point units]. 44 bytes.
+/// One material's contribution to the links along each axis [fixed-point units].
 struct HalfLimits {
     Fixed compress[3];
     Fixed stretch[3];
     Fixed shear[3];
     Fixed max_movement;
     bool fixed;
+    friend bool operator==(const HalfLimits&, const HalfLimits&) = default;
 };
 
 class MaterialTable {
   public:
-    MaterialTable(const MaterialLaw& law, Vec3d spacing_mm);
+    /// The same numbers as the entries', one array for each kind and link axis, by material.
+    struct Columns {
+        std::array<std::vector<Fixed>, 3> compress, stretch, shear;
+    };
 
+    /// @param laws  variant 0 is the main law; others apply to chosen elements
+    MaterialTable(const std::vector<MaterialLaw>& laws, Vec3d spacing_mm);
+
+    MaterialId id(int variant, int value_hu) const {
+        const int clamped = value_hu < kLowestValue ? kLowestValue
+                            : value_hu > 32767      ? 32767
+                                                    : value_hu;
+        return m_ids[std::size_t(variant)][std::size_t(clamped - kLowestValue)];
+    }
     const HalfLimits& operator[](MaterialId id) const { return m_entries[id]; }
+    int size() const { return int(m_entries.size()); }
+    /// False if the laws give more than 65535 different limits: then the table is of no use.
+    bool fits() const { return m_fits; }
+    const Columns& columns() const { return m_columns; }
+    /// Compress, stretch and shear are equal in every entry, axis by axis: then a link's lag is the
+    /// same for every component and direction of a push.
+    bool is_symmetric() const { return m_symmetric; }
 
   private:
-    std::vector<HalfLimits> m_entries;  ///< 65,536
+    std::vector<HalfLimits> m_entries;
+    Columns m_columns;
+    std::vector<std::vector<MaterialId>> m_ids;  ///< by variant and value
+    bool m_symmetric = true;
+    bool m_fits = true;
 };
 
 }  // namespace pliant

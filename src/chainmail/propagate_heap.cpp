@@ -3,6 +3,7 @@
 
 // The readable reference: one element at a time, the largest raise first.
 
+#include <algorithm>
 #include <queue>
 
 #include "chainmail/propagation.h"
@@ -16,14 +17,35 @@ struct Candidate {
     friend bool operator<(const Candidate& a, const Candidate& b) { return a.raise < b.raise; }
 };
 
+bool is_cut(const Lattice& lattice, Vec3i low, int b) {
+    const BrickEdits* edits = lattice.edits_of(lattice.brick_of(low));
+    return edits && ((*edits)[std::size_t(lattice.index_in_brick(low))] & (kCutX << b));
+}
+
 }  // namespace
+
+Fixed link_lag(const Lattice& lattice, Vec3i element, int side, const ComponentPush& push) {
+    const int b = side / 2;
+    const bool up = side % 2;
+    Vec3i to = element;
+    to[b] += up ? 1 : -1;
+    if (is_cut(lattice, up ? element : to, b)) return kUnlinked;
+    const HalfLimits& half = lattice.materials()[lattice.material_at(element)];
+    const HalfLimits& to_half = lattice.materials()[lattice.material_at(to)];
+    const Fixed lag = up ? half_lag_forward(half, push, b) + half_lag_forward(to_half, push, b)
+                         : half_lag_backward(half, push, b) + half_lag_backward(to_half, push, b);
+    if (!lattice.may_exceed_limits()) return lag;
+    const Fixed present = push.sign * (lattice.displacement_at(element)[push.axis] -
+                                       lattice.displacement_at(to)[push.axis]);
+    return std::max(lag, present);
+}
 
 void begin_raise(const Lattice& lattice, Brick& brick, const ComponentPush& push) {
     const auto axis = std::size_t(push.axis);
     if (brick.reached[axis]) return;
     brick.reached[axis] = true;
-    const Fixed* u = brick.u[axis].get();
-    Fixed* w = brick.raised[axis].get();
+    const Fixed* u = brick.u[axis];
+    Fixed* w = brick.raised[axis];
     for (int n = 0; n < lattice.elements_per_brick(); ++n) w[n] = push.sign * u[n];
 }
 
@@ -51,17 +73,11 @@ bool propagate_by_heap(Lattice& lattice, std::span<const ElementRef> grabbed,
         const Brick& from = lattice.brick(candidate.element.brick);
         const Fixed w = from.raised[axis][from_index];
         if (w - push.sign * from.u[axis][from_index] != candidate.raise) continue;  // outdated
-        const HalfLimits& half = lattice.materials()[from.material[from_index]];
         const Vec3i ijk = lattice.element_of(from.coord, candidate.element.index);
         for (int side = 0; side < 6; ++side) {
-            const int b = side / 2;
-            const bool up = side % 2;
             Vec3i to = ijk;
-            to[b] += up ? 1 : -1;
-            const HalfLimits& to_half = lattice.materials()[lattice.material_at(to)];
-            const Fixed lag =
-                up ? half_lag_forward(half, push, b) + half_lag_forward(to_half, push, b)
-                   : half_lag_backward(half, push, b) + half_lag_backward(to_half, push, b);
+            to[side / 2] += side % 2 ? 1 : -1;
+            const Fixed lag = link_lag(lattice, ijk, side, push);
             // An element without a brick is at rest; make one only if it really moves.
             if (w - lag <= 0 && lattice.find_brick(lattice.brick_of(to)) < 0) continue;
             offer(lattice.ensure_element(to), w - lag);

@@ -44,6 +44,16 @@ void gather_lags(const Lattice& lattice, const Brick& brick, const ComponentPush
             forward[i] += forward[i + stride];
             backward[i] += backward[i + stride];
         }
+        if (brick.edits)
+            for (std::size_t i = 0; i + stride < n; ++i)
+                if (brick.edits[i] & (kCutX << b)) forward[i] = backward[i] = kUnlinked;
+        if (!lattice.may_exceed_limits()) continue;
+        const Fixed* u = brick.u[std::size_t(push.axis)];
+        for (std::size_t i = 0; i + stride < n; ++i) {
+            const Fixed present = push.sign * (u[i] - u[i + stride]);
+            forward[i] = std::max(forward[i], present);
+            backward[i] = std::max(backward[i], -present);
+        }
     }
 }
 
@@ -169,7 +179,7 @@ class SweepSolver {
     /// Brings one brick to its fixed point. Reads the neighbours, writes only the brick.
     Wakes relax(Brick& brick) const {
         static thread_local BrickLags lags;
-        Fixed* w = brick.raised[axis()].get();
+        Fixed* w = brick.raised[axis()];
         for (int side = 0; side < 6; ++side) take_from_neighbour(brick, side, w);
         gather_lags(m_lattice, brick, m_push, lags);
         sweep_to_fixed_point(w, lags, m_lattice.brick_size());
@@ -179,12 +189,22 @@ class SweepSolver {
         return wakes;
     }
 
-    /// Half of the lag of a link that crosses to or from the neighbour on a side.
-    Fixed half_lag(MaterialId material, int side, bool towards_neighbour) const {
+    /// Half of the lag of a link from an element to its neighbour on a side.
+    Fixed half_lag(MaterialId material, int side) const {
         const HalfLimits& half = m_lattice.materials()[material];
-        const bool upwards = (side % 2 == 1) == towards_neighbour;
-        return upwards ? half_lag_forward(half, m_push, side / 2)
-                       : half_lag_backward(half, m_push, side / 2);
+        return side % 2 ? half_lag_forward(half, m_push, side / 2)
+                        : half_lag_backward(half, m_push, side / 2);
+    }
+    /// How far element `to`, the neighbour of element `from` on a side, may lag behind it.
+    Fixed face_lag(const Brick& from_brick, std::size_t from, const Brick& to_brick, std::size_t to,
+                   int side) const {
+        const std::uint8_t* edits = side % 2 ? from_brick.edits : to_brick.edits;
+        if (edits && (edits[side % 2 ? from : to] & (kCutX << side / 2))) return kUnlinked;
+        const Fixed lag =
+            half_lag(from_brick.material[from], side) + half_lag(to_brick.material[to], side);
+        if (!m_lattice.may_exceed_limits()) return lag;
+        const Fixed present = m_push.sign * (from_brick.u[axis()][from] - to_brick.u[axis()][to]);
+        return std::max(lag, present);
     }
 
     void take_from_neighbour(const Brick& brick, int side, Fixed* w) const {
@@ -194,12 +214,11 @@ class SweepSolver {
         if (!there.reached[axis()]) return;  // at its old place, which is feasible
         const auto& own_face = m_lattice.face(side / 2, side % 2);
         const auto& their_face = m_lattice.face(side / 2, !(side % 2));
-        const Fixed* their_w = there.raised[axis()].get();
+        const Fixed* their_w = there.raised[axis()];
         for (std::size_t n = 0; n < own_face.size(); ++n) {
-            const int own = own_face[n], their = their_face[n];
-            const Fixed lag = half_lag(brick.material[std::size_t(own)], side, false) +
-                              half_lag(there.material[std::size_t(their)], side, false);
-            w[own] = std::max(w[own], their_w[their] - lag);
+            const auto own = std::size_t(own_face[n]), their = std::size_t(their_face[n]);
+            w[own] =
+                std::max(w[own], their_w[their] - face_lag(there, their, brick, own, side ^ 1));
         }
     }
 
@@ -212,25 +231,18 @@ class SweepSolver {
         for (std::size_t n = 0; n < own_face.size(); ++n) {
             const int own = own_face[n];
             const auto their = std::size_t(their_face[n]);
-            const Fixed reach = w[own] - half_lag(brick.material[std::size_t(own)], side, true);
             Fixed before = 0, now = 0;
             if (there) {
                 before = m_push.sign * there->u[axis()][their];
                 now = there->reached[axis()] ? there->raised[axis()][their] : before;
             }
-            if (reach <= now) continue;
-            const MaterialId material =
-                there ? there->material[their] : material_beyond(brick, own, side);
-            const Fixed raised = reach - half_lag(material, side, true);
-            if (raised > now) offer = std::max(offer, raised - before);
+            if (w[own] <= now) continue;
+            const Fixed lag =
+                there ? face_lag(brick, std::size_t(own), *there, their, side)
+                      : link_lag(m_lattice, m_lattice.element_of(brick.coord, own), side, m_push);
+            if (w[own] - lag > now) offer = std::max(offer, w[own] - lag - before);
         }
         return offer;
-    }
-
-    MaterialId material_beyond(const Brick& brick, int own, int side) const {
-        Vec3i ijk = m_lattice.element_of(brick.coord, own);
-        ijk[side / 2] += side % 2 ? 1 : -1;
-        return m_lattice.material_at(ijk);
     }
 
     Lattice& m_lattice;

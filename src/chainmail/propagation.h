@@ -44,6 +44,11 @@ inline Fixed half_lag_backward(const HalfLimits& half, const ComponentPush& push
     return push.sign > 0 ? half.stretch[b] : half.compress[b];
 }
 
+/// How far the neighbour of an element on a side (0…5: −x, +x, −y, …) may lag behind the element.
+/// Links that are outside of their limits already (see Lattice::may_exceed_limits) may not get
+/// worse.
+Fixed link_lag(const Lattice& lattice, Vec3i element, int side, const ComponentPush& push);
+
 /// Marks a brick as reached, with every element where it was before the push.
 void begin_raise(const Lattice& lattice, Brick& brick, const ComponentPush& push);
 

@@ -79,11 +79,12 @@ Status read_key(const Reader& r, const std::string& key, const toml::node& node,
     if (key == "[push] scale") return r.read(node, key, s.scale);
     if (key == "[lattice] brick_size") return r.read(node, key, s.brick_size);
     if (key == "[lattice] max_elements") return r.read(node, key, s.max_elements);
+    if (key == "[lattice] bounded") return r.read(node, key, s.bounded);
     if (key == "[air] enabled") return r.read(node, key, s.air_enabled);
     if (key == "[air] threshold_hu") return r.read(node, key, s.air_threshold_hu);
     return r.wrong(key,
                    "one of [material] law, offset, bone_threshold_hu, max_movement_mm; [push] "
-                   "scale; [lattice] brick_size, max_elements; [air] enabled, threshold_hu",
+                   "scale; [lattice] brick_size, max_elements, bounded; [air] enabled, threshold_hu",
                    "a key that has no meaning here");
 }
 

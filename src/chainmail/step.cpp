@@ -157,6 +157,7 @@ std::int64_t apply_shift(Lattice& lattice, std::span<const int> bricks, Vec3<Fix
                 }
                 moved[std::size_t(k)] += any;
             }
+            if (moved[std::size_t(k)] > 0) brick.changed_at = lattice.clock();
             brick.reached = {};
             lattice.update_bounds(bricks[std::size_t(k)]);
         }

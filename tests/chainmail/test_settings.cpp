@@ -83,7 +83,7 @@ TEST(Settings, BadFilesAreNamedWithKeyAndExpectation) {
         {"[material]\nofset = 0.1", "[material] ofset: expected one of"},
         {"[material]\nlaw = \"hooke\"", "expected \"draeger\", found \"hooke\""},
         {"[materials]\noffset = 0.1", "[materials] offset"},
-        {"[material]\nmax_movement_mm = -1", "max_movement_mm: expected 0 to 1000 mm"},
+        {"[material]\nmax_movement_mm = -1", "max_movement_mm: expected 0 to 500 mm"},
         {"[push]\nscale = 0", "[push] scale"},
         {"[lattice]\nbrick_size = 1", "brick_size: expected 2 to 32, found 1"},
         {"[lattice]\nbrick_size = 8.5", "brick_size: expected a whole number"},

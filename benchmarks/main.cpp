@@ -1,0 +1,49 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// pliant_bench [GROUP] [Google Benchmark's options]: with a group, only its cases, as a table and
+// as JSON in bench-GROUP.json beside the working directory's other files.
+
+#include <benchmark/benchmark.h>
+
+#include <cstring>
+#include <iostream>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "table_reporter.h"
+
+int main(int argc, char** argv) {
+    static const std::map<std::string, std::string> kGroups = {
+        {"chainmail", "--benchmark_filter=^chainmail_"},
+        {"resample", "--benchmark_filter=^chainmail_resample"},
+        {"render", "--benchmark_filter=^(endoscope_view|ray_caster_bricks)"},
+    };
+    std::vector<std::string> arguments(argv, argv + argc);
+    bool as_table = false;
+    if (argc > 1 && argv[1][0] != '-') {
+        const auto group = kGroups.find(argv[1]);
+        if (group == kGroups.end()) {
+            std::cerr << "pliant_bench: no group '" << argv[1] << "'; expected one of";
+            for (const auto& [name, filter] : kGroups) std::cerr << ' ' << name;
+            std::cerr << '\n';
+            return 2;
+        }
+        as_table = true;
+        arguments[1] = group->second;
+        arguments.insert(arguments.begin() + 2, {"--benchmark_out=bench-" + group->first + ".json",
+                                                 "--benchmark_out_format=json"});
+    }
+    std::vector<char*> pointers;
+    for (std::string& argument : arguments) pointers.push_back(argument.data());
+    int count = int(pointers.size());
+    benchmark::Initialize(&count, pointers.data());
+    if (benchmark::ReportUnrecognizedArguments(count, pointers.data())) return 2;
+    pliant::bench::TableReporter table;
+    if (as_table)
+        benchmark::RunSpecifiedBenchmarks(&table);
+    else
+        benchmark::RunSpecifiedBenchmarks();
+    benchmark::Shutdown();
+}

@@ -1,0 +1,25 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// A table for people: one line per case, with the reference of the same run and the floor beside
+// it. The same numbers go to a JSON file by Google Benchmark's own reporter.
+
+#pragma once
+
+#include <benchmark/benchmark.h>
+
+#include <string>
+#include <vector>
+
+namespace pliant::bench {
+
+class TableReporter : public benchmark::BenchmarkReporter {
+  public:
+    bool ReportContext(const Context& context) override;
+    void ReportRuns(const std::vector<Run>& runs) override;
+
+  private:
+    std::string m_family;  ///< of the last line: a new one gets a heading
+};
+
+}  // namespace pliant::bench
