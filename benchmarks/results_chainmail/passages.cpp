@@ -126,7 +126,7 @@ void add_opposite_walls(Page& page, const TaskArena& arena) {
     const bool air = has_air(arena);
     if (air)
         add(true, "draeger-5-11-walls-air", "air as a material of its own: the same two pushes");
-    Chart chart(720, 320, {0, 10, 1}, {-8, 10, 2});
+    Chart chart(720, 320, {0, 10, 1}, {-10, 10, 2});
     for (std::size_t n = 0; n < curves.size(); ++n)
         chart.curve(curves[n], {n < 2 ? kRed : kBlue, 2, 1});
     chart.mark(kGap_mm, {kDark, 1.2, 1});
