@@ -82,6 +82,7 @@ ChainMailSettings settings_of(const CubeSettings& cube) {
     settings.scale = cube.scale;
     settings.max_movement_mm = cube.max_movement_mm;
     settings.bone_threshold_hu = 1600;
+    settings.air_enabled = false;  // as in the thesis
     if (cube.z_adjusted) return settings;
     settings.custom_law = [law = draeger_law(settings), z_scale = cube.z_scale](int value) {
         ElementLimits limits = law(value);
