@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cstddef>
+#include <ctime>
 #include <vector>
 
 namespace pliant::results {
@@ -18,6 +19,14 @@ double milliseconds_of(Work&& work) {
     work();
     return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start)
         .count();
+}
+
+/// Of all threads together; other work on the machine does not count.
+template <class Work>
+double processor_ms_of(Work&& work) {
+    const std::clock_t start = std::clock();
+    work();
+    return 1000.0 * double(std::clock() - start) / CLOCKS_PER_SEC;
 }
 
 /// The smallest value that a share of all does not exceed. @param share  0…1
