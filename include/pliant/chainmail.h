@@ -19,6 +19,7 @@
 
 #pragma once
 
+#include <pliant/chainmail_materials.h>
 #include <pliant/grid.h>
 #include <pliant/result.h>
 #include <pliant/tasks.h>
@@ -34,18 +35,6 @@
 
 namespace pliant {
 
-/// What one element allows to the links around it. A link takes the mean of its two ends.
-struct ElementLimits {
-    Vec3d compress{0, 0, 0};     ///< of a link along i, j, k, as a fraction of its length, ≥ 0
-    Vec3d stretch{0, 0, 0};      ///< likewise
-    Vec3d shear{0, 0, 0};        ///< likewise
-    double max_movement_mm = 0;  ///< largest distance from the rest place (Euclidean)
-    bool fixed = false;          ///< bone: never moves
-};
-
-/// Limits by voxel value [HU, rounded to a whole number].
-using MaterialLaw = std::function<ElementLimits(int value_hu)>;
-
 /// How the minimal move is found. Both give the same bits.
 enum class ChainMailSolver {
     Sweep,  ///< brick-wise sweeps, parallel
@@ -58,6 +47,7 @@ struct ChainMailSettings {
     double offset = 0.2;             ///< size of the chain regions, fraction of a link, 0…1
     double bone_threshold_hu = 300;  ///< values above it don't move
     double max_movement_mm = 20;     ///< of the softest element, 0…500
+    LinkLimits limits = LinkLimits::Box;
     // [push]
     double scale = 1;  ///< every push is multiplied by it
     // [lattice]
@@ -66,11 +56,18 @@ struct ChainMailSettings {
         false;  ///< whether the lattice ends at the scan's border; else it goes on in air
     std::int64_t max_elements = 150'000'000;  ///< a push that needs more (about 4 GB) is refused
     // [air]
-    bool air_enabled = false;        ///< must be false: air as a material of its own doesn't exist
+    bool air_enabled = true;         ///< air is a material of its own, not one of the law's
     double air_threshold_hu = -500;  ///< values below are air: a sphere doesn't grab them
+    double air_compress = 0.98;      ///< of a link, as a fraction of its length, 0…1
+    double air_stretch = 50;         ///< likewise, 0…500
+    double air_shear = 50;           ///< likewise
+    // [[label]]
+    std::vector<LabelMaterial> label_materials;
+    std::shared_ptr<const Volume> labels;           ///< on the scan's grid; needed by the above
+    std::shared_ptr<const VectorField> directions;  ///< likewise, for along_direction
 
     ChainMailSolver solver = ChainMailSolver::Sweep;
-    MaterialLaw custom_law;  ///< if set, used instead of the named law
+    MaterialLaw custom_law;  ///< if set, used instead of the named law and of air
 };
 
 /// Reads TOML with the tables above, or the key=value lines of Divod's configuration [Draeger2005,
@@ -108,9 +105,12 @@ struct LatticeState {
     std::int64_t moved_elements = 0;  ///< away from their rest place
     std::int64_t resident_bricks = 0;
     double bytes_per_resident_element = 0;
-    double max_movement_mm = 0;     ///< of any element
-    double max_violation_mm = 0;    ///< by how much the worst link is outside of its limits
-    std::int64_t folded_cells = 0;  ///< cells with a corner where space is turned inside out
+    double max_movement_mm = 0;  ///< of any element
+    /// By how much the worst link is outside of its limits, or of what it was excused for when the
+    /// materials changed.
+    double max_violation_mm = 0;
+    std::int64_t excused_links = 0;  ///< components of links that are outside of their limits
+    std::int64_t folded_cells = 0;   ///< cells with a corner where space is turned inside out
 };
 
 class Lattice;
@@ -133,6 +133,13 @@ class ChainMail {
 
     /// Moves the given elements together. @param push_mm  LPS, multiplied by the scale setting
     Result<PushReport> push_elements(std::span<const Vec3i> elements, Vec3d push_mm);
+
+    /// Other materials, labels, air or limits from now on. Nothing moves: links that are outside of
+    /// the new limits may stay so, but not get worse; elements beyond their new movement limit may
+    /// come back, but not go farther; elements that are now fixed stay where they are.
+    /// @returns InvalidArgument that names the setting; then nothing has changed
+    Status set_materials(const ChainMailSettings& settings);
+    FoldCertificate fold_certificate() const;
 
     /// Displacement of element ijk [mm, LPS]; zero where nothing moved; also beyond the scan.
     Vec3d displacement_mm(Vec3i ijk) const;

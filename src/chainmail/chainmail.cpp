@@ -12,7 +12,6 @@
 #include "chainmail/check.h"
 #include "chainmail/grab.h"
 #include "chainmail/propagation.h"
-#include "chainmail/settings.h"
 #include "chainmail/step.h"
 
 namespace pliant {
@@ -105,6 +104,7 @@ Result<PushReport> ChainMail::Impl::push(std::span<const Vec3i> elements, Vec3d 
                             units_from_mm(lattice_mm.z)};
     lattice.tick();
     Result<PushReport> report = push_grabbed(grabbed, shift);
+    allowance.shrink(lattice, arena);
     lattice.drop_still_bricks();
     const std::chrono::duration<double, std::milli> elapsed =
         std::chrono::steady_clock::now() - start;
@@ -119,12 +119,9 @@ ChainMail& ChainMail::operator=(ChainMail&&) noexcept = default;
 
 Result<ChainMail> ChainMail::create(const Volume& volume, const ChainMailSettings& settings,
                                     const TaskArena& arena) {
-    if (const Status status = check_settings(settings); !status.ok()) return status.error();
-    auto impl = std::make_unique<Impl>(volume, settings, arena);
-    if (!impl->lattice.materials().fits())
-        return Error{ErrorCode::InvalidArgument,
-                     "material laws: expected up to 65535 different limits in all, found more"};
-    return ChainMail(std::move(impl));
+    Result<MaterialMap> materials = make_materials(volume, settings);
+    if (!materials.ok()) return materials.error();
+    return ChainMail(std::make_unique<Impl>(volume, settings, std::move(*materials), arena));
 }
 
 Result<PushReport> ChainMail::push(const Push& push) {
@@ -157,7 +154,10 @@ Vec3d ChainMail::displacement_mm(Vec3i ijk) const {
 }
 
 LatticeState ChainMail::state() const {
-    return check_lattice(m_impl->lattice, m_impl->law, m_impl->arena);
+    const MaterialMap& materials = m_impl->lattice.material_map();
+    return check_lattice(
+        m_impl->lattice, [&](Vec3i ijk) { return materials.limits_at(ijk); }, m_impl->arena,
+        &m_impl->allowance);
 }
 
 std::uint64_t ChainMail::hash() const {

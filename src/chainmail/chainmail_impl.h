@@ -9,27 +9,32 @@
 #include <pliant/chainmail.h>
 
 #include <span>
+#include <utility>
 
+#include "chainmail/allowance.h"
 #include "chainmail/lattice.h"
 
 namespace pliant {
 
+/// @returns InvalidArgument that names the setting
+Result<MaterialMap> make_materials(const Volume& volume, const ChainMailSettings& settings);
+
 struct ChainMail::Impl {
-    Impl(const Volume& v, const ChainMailSettings& s, const TaskArena& a)
+    Impl(const Volume& v, const ChainMailSettings& s, MaterialMap materials, const TaskArena& a)
         : volume(v),
           settings(s),
-          law(s.custom_law ? s.custom_law : draeger_law(s)),
-          lattice(v, {law}, s.brick_size, s.bounded),
+          lattice(v, std::move(materials), s.brick_size, s.bounded),
           arena(a) {}
 
     Result<PushReport> push(std::span<const Vec3i> elements, Vec3d push_mm);
+    Status set_materials(const ChainMailSettings& changed);
     bool propagate(std::span<const ElementRef> grabbed, Vec3<Fixed> shift);
     Result<PushReport> push_grabbed(std::span<const ElementRef> grabbed, Vec3<Fixed> shift);
 
     const Volume& volume;
     ChainMailSettings settings;
-    MaterialLaw law;
     Lattice lattice;
+    Allowance allowance;  ///< of links that were outside of their limits when these changed
     const TaskArena& arena;
 };
 

@@ -13,8 +13,7 @@
 namespace pliant {
 namespace {
 
-/// By how much a link is outside of its limits [mm]; limits straight from the law, not from the
-/// quantised table that the solvers use.
+/// By how much a link is outside of its limits [mm].
 double violation_mm(const ElementLimits& low, const ElementLimits& high, int axis, int b,
                     double spacing_mm, double difference_mm) {
     const auto mean = [&](Vec3d ElementLimits::*field) {
@@ -25,37 +24,71 @@ double violation_mm(const ElementLimits& low, const ElementLimits& high, int axi
                     -difference_mm - mean(&ElementLimits::compress));
 }
 
-/// Limits of every value, once: the law is a slow call.
-std::vector<ElementLimits> tabulate(const MaterialLaw& law) {
-    std::vector<ElementLimits> limits;
-    limits.reserve(65536);
-    for (int id = 0; id < 65536; ++id) limits.push_back(law(id - 32768));
-    return limits;
+/// A block's elements and those that its links lead to.
+struct Elements {
+    std::vector<ElementLimits> limits;  ///< by CellBlock::index
+    std::vector<bool> is_void;
+};
+
+/// Limits straight from the law, looked up only where something moved.
+Elements elements_of(const Lattice& lattice, const LimitsAt& limits_at, const CellBlock& block) {
+    Elements elements;
+    const int last = block.size();
+    const auto count = std::size_t(block.index(last, last, last)) + 1;
+    elements.limits.resize(count);
+    elements.is_void.resize(count);
+    for (int z = 0; z <= last; ++z)
+        for (int y = 0; y <= last; ++y)
+            for (int x = 0; x <= last; ++x) {
+                const auto n = std::size_t(block.index(x, y, z));
+                const Vec3i e = block.first_element() + Vec3i{x, y, z};
+                elements.limits[n] = limits_at(e);
+                elements.is_void[n] = lattice.is_void(e);
+            }
+    return elements;
 }
 
-double worst_violation_mm(const Lattice& lattice, const CellBlock& block,
-                          const std::vector<ElementLimits>& limits) {
-    double worst = 0;
-    const Vec3i first = block.first_element();
-    for (int z = 0; z < block.size(); ++z)
-        for (int y = 0; y < block.size(); ++y)
-            for (int x = 0; x < block.size(); ++x) {
-                const Vec3i e = first + Vec3i{x, y, z};
-                const int low = block.index(x, y, z);
-                for (int b = 0; b < 3; ++b) {
-                    const int high = block.index(x + (b == 0), y + (b == 1), z + (b == 2));
-                    if (!block.is_moved(low) && !block.is_moved(high)) continue;
-                    const Vec3i f = e + Vec3i{b == 0, b == 1, b == 2};
-                    for (int a = 0; a < 3; ++a)
-                        worst = std::max(
-                            worst, violation_mm(limits[lattice.material_at(e)],
-                                                limits[lattice.material_at(f)], a, b,
-                                                lattice.grid().spacing_mm[b],
-                                                mm_from_units(block.displacement(high)[a]) -
-                                                    mm_from_units(block.displacement(low)[a])));
-                }
+struct Checked {
+    double worst_mm = 0;
+    std::int64_t excused = 0;
+};
+
+/// A link outside of its limits is excused up to what it was when the materials changed.
+void check_link(Checked& checked, double violation, Vec3i coord, int index, int b, int a,
+                Fixed difference, const Allowance* allowance) {
+    const Fixed excused = violation > 0 && allowance ? allowance->excused(coord, index, b, a) : 0;
+    if (excused != 0 && (excused > 0) == (difference > 0)) {
+        checked.excused += 1;
+        violation = std::abs(mm_from_units(difference)) - std::abs(mm_from_units(excused));
+    }
+    checked.worst_mm = std::max(checked.worst_mm, violation);
+}
+
+Checked check_links(const Lattice& lattice, Vec3i coord, const CellBlock& block,
+                    const LimitsAt& limits_at, const Allowance* allowance) {
+    Checked checked;
+    const Elements elements = elements_of(lattice, limits_at, block);
+    const BrickEdits* edits = lattice.edits_of(coord);
+    for (int n = 0; n < lattice.elements_per_brick(); ++n) {
+        const Vec3i local = lattice.element_of(coord, n) - block.first_element();
+        const int low = block.index(local.x, local.y, local.z);
+        for (int b = 0; b < 3; ++b) {
+            const int high =
+                block.index(local.x + (b == 0), local.y + (b == 1), local.z + (b == 2));
+            const auto from = std::size_t(low), to = std::size_t(high);
+            if (!block.is_moved(low) && !block.is_moved(high)) continue;
+            if (elements.is_void[from] || elements.is_void[to]) continue;
+            if (edits && ((*edits)[std::size_t(n)] & (kCutX << b))) continue;
+            for (int a = 0; a < 3; ++a) {
+                const Fixed difference = block.displacement(high)[a] - block.displacement(low)[a];
+                const double violation =
+                    violation_mm(elements.limits[from], elements.limits[to], a, b,
+                                 lattice.grid().spacing_mm[b], mm_from_units(difference));
+                check_link(checked, violation, coord, n, b, a, difference, allowance);
             }
-    return worst;
+        }
+    }
+    return checked;
 }
 
 /// A cell is folded if space is turned inside out, or flat, at one of its corners.
@@ -89,8 +122,8 @@ void look_at_elements(const Lattice& lattice, const CellBlock& block, LatticeSta
 
 }  // namespace
 
-LatticeState check_lattice(const Lattice& lattice, const MaterialLaw& law, const TaskArena& arena) {
-    const std::vector<ElementLimits> limits = tabulate(law);
+LatticeState check_lattice(const Lattice& lattice, const LimitsAt& limits_at,
+                           const TaskArena& arena, const Allowance* allowance) {
     const std::vector<Vec3i> coords = cell_blocks(lattice);
     LatticeState state;
     std::mutex mutex;
@@ -100,12 +133,15 @@ LatticeState check_lattice(const Lattice& lattice, const MaterialLaw& law, const
         for (std::int64_t n = begin; n < end; ++n) {
             block.load(lattice, coords[std::size_t(n)]);
             look_at_elements(lattice, block, own);
-            own.max_violation_mm =
-                std::max(own.max_violation_mm, worst_violation_mm(lattice, block, limits));
+            const Checked checked =
+                check_links(lattice, coords[std::size_t(n)], block, limits_at, allowance);
+            own.max_violation_mm = std::max(own.max_violation_mm, checked.worst_mm);
+            own.excused_links += checked.excused;
         }
         const std::lock_guard lock(mutex);
         state.moved_elements += own.moved_elements;
         state.folded_cells += own.folded_cells;
+        state.excused_links += own.excused_links;
         state.max_movement_mm = std::max(state.max_movement_mm, own.max_movement_mm);
         state.max_violation_mm = std::max(state.max_violation_mm, own.max_violation_mm);
     });

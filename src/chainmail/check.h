@@ -8,11 +8,19 @@
 #include <pliant/chainmail.h>
 #include <pliant/tasks.h>
 
+#include <functional>
+
+#include "chainmail/allowance.h"
 #include "chainmail/lattice.h"
 
 namespace pliant {
 
-LatticeState check_lattice(const Lattice& lattice, const MaterialLaw& law, const TaskArena& arena);
+/// Limits of an element, apart from the lattice's own table.
+using LimitsAt = std::function<ElementLimits(Vec3i ijk)>;
+
+/// @param allowance  of links that may be outside of their limits; null: none may
+LatticeState check_lattice(const Lattice& lattice, const LimitsAt& limits_at,
+                           const TaskArena& arena, const Allowance* allowance = nullptr);
 
 /// Sum of a hash of every moved element and its displacement: independent of the order.
 std::uint64_t hash_displacements(const Lattice& lattice);

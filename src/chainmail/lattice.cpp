@@ -16,25 +16,14 @@ int floor_div(int a, int b) {
     return a >= 0 ? a / b : -((-a + b - 1) / b);
 }
 
-int whole_value(std::int16_t value) {
-    return value;
-}
-int whole_value(float value) {
-    return int(std::lround(std::clamp(value, -32768.0f, 32767.0f)));
-}
-
 std::size_t round_up_to_line(std::size_t bytes) {
     return (bytes + 63) / 64 * 64;
 }
 
 }  // namespace
 
-Lattice::Lattice(const Volume& volume, const std::vector<MaterialLaw>& laws, int brick_size,
-                 bool bounded)
-    : m_volume(volume),
-      m_materials(laws, volume.grid.spacing_mm),
-      m_size(brick_size),
-      m_bounded(bounded) {
+Lattice::Lattice(const Volume& volume, MaterialMap materials, int brick_size, bool bounded)
+    : m_volume(volume), m_materials(std::move(materials)), m_size(brick_size), m_bounded(bounded) {
     for (int axis = 0; axis < 3; ++axis) {
         const int s = stride(axis), t = stride((axis + 1) % 3), v = stride((axis + 2) % 3);
         for (int q = 0; q < m_size; ++q) {
@@ -60,17 +49,11 @@ Vec3i Lattice::element_of(Vec3i brick_coord, int index) const {
     return m_size * brick_coord + local;
 }
 
-int Lattice::value_at(Vec3i ijk) const {
-    if (!contains(voxel_box(grid()), ijk)) return kAirHu;
-    const std::size_t n = voxel_index(grid(), ijk);
-    return std::visit([&](const auto& voxels) { return whole_value(voxels[n]); }, m_volume.voxels);
-}
-
 MaterialId Lattice::material_at(Vec3i ijk) const {
     if (m_bounded && !contains(voxel_box(grid()), ijk)) return kVoidMaterial;
     const BrickEdits* edits = edits_of(brick_of(ijk));
     if (edits && ((*edits)[std::size_t(index_in_brick(ijk))] & kVoid)) return kVoidMaterial;
-    return m_materials.id(0, value_at(ijk));
+    return m_materials.at(ijk);
 }
 
 Vec3<Fixed> Lattice::displacement_at(Vec3i ijk) const {
@@ -148,23 +131,22 @@ std::size_t Lattice::brick_bytes() const {
 void Lattice::fill_materials(Brick& brick) const {
     const Vec3i first = m_size * brick.coord;
     const Vec3i last = first + Vec3i{m_size - 1, m_size - 1, m_size - 1};
+    m_materials.fill(first, m_size, brick.material);
     const Box3i box = voxel_box(grid());
-    MaterialId* out = brick.material;
-    if (!contains(box, first) || !contains(box, last) || m_edits.contains(brick.coord)) {
-        for (int n = 0; n < elements_per_brick(); ++n)
-            out[n] = material_at(element_of(brick.coord, n));
-        return;
+    const bool beyond = m_bounded && !(contains(box, first) && contains(box, last));
+    const BrickEdits* edits = edits_of(brick.coord);
+    if (!beyond && !edits) return;
+    for (int n = 0; n < elements_per_brick(); ++n) {
+        const bool carved = edits && ((*edits)[std::size_t(n)] & kVoid);
+        if (carved || (beyond && !contains(box, element_of(brick.coord, n))))
+            brick.material[n] = kVoidMaterial;
     }
-    std::visit(
-        [&](const auto& voxels) {
-            for (int z = first.z; z <= last.z; ++z)
-                for (int y = first.y; y <= last.y; ++y) {
-                    const auto* row = voxels.data() + voxel_index(grid(), {first.x, y, z});
-                    for (int x = 0; x < m_size; ++x)
-                        *out++ = m_materials.id(0, whole_value(row[x]));
-                }
-        },
-        m_volume.voxels);
+}
+
+void Lattice::set_materials(MaterialMap materials) {
+    m_materials = std::move(materials);
+    for (auto& brick : m_bricks)
+        if (brick) fill_materials(*brick);
 }
 
 void Lattice::update_bounds(int index) {

@@ -24,7 +24,7 @@
 #include <vector>
 
 #include "chainmail/fixed_point.h"
-#include "chainmail/material.h"
+#include "chainmail/material_map.h"
 
 namespace pliant {
 
@@ -65,11 +65,16 @@ struct ElementRef {
 class Lattice {
   public:
     /// Keeps a reference to the volume. @param bounded  whether elements beyond it are void
+    Lattice(const Volume& volume, MaterialMap materials, int brick_size, bool bounded);
     Lattice(const Volume& volume, const std::vector<MaterialLaw>& laws, int brick_size,
-            bool bounded);
+            bool bounded)
+        : Lattice(volume, MaterialMap(volume, laws), brick_size, bounded) {}
 
     const Grid& grid() const { return m_volume.grid; }
-    const MaterialTable& materials() const { return m_materials; }
+    const MaterialTable& materials() const { return m_materials.table(); }
+    const MaterialMap& material_map() const { return m_materials; }
+    /// Other materials from now on; nothing moves.
+    void set_materials(MaterialMap materials);
     int brick_size() const { return m_size; }
     int elements_per_brick() const { return m_size * m_size * m_size; }
     int stride(int axis) const { return axis == 0 ? 1 : axis == 1 ? m_size : m_size * m_size; }
@@ -83,7 +88,7 @@ class Lattice {
     Vec3i element_of(Vec3i brick_coord, int index) const;
 
     /// The scan's value, rounded; air beyond it. @returns HU
-    int value_at(Vec3i ijk) const;
+    int value_at(Vec3i ijk) const { return m_materials.value_at(ijk); }
     /// Material of an element, whether it has a brick or not.
     MaterialId material_at(Vec3i ijk) const;
     bool is_void(Vec3i ijk) const { return material_at(ijk) == kVoidMaterial; }
@@ -137,7 +142,7 @@ class Lattice {
     void fill_materials(Brick& brick) const;
 
     const Volume& m_volume;
-    MaterialTable m_materials;
+    MaterialMap m_materials;
     int m_size;
     bool m_bounded;
     bool m_may_exceed = false;

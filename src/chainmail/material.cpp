@@ -58,21 +58,52 @@ struct HashLimits {
     }
 };
 
+bool operator==(const ElementLimits& a, const ElementLimits& b) {
+    return a.compress == b.compress && a.stretch == b.stretch && a.shear == b.shear &&
+           a.max_movement_mm == b.max_movement_mm && a.fixed == b.fixed;
+}
+
 }  // namespace
 
-MaterialTable::MaterialTable(const std::vector<MaterialLaw>& laws, Vec3d spacing_mm)
+/// Finds entries by their limits.
+class MaterialTable::Builder {
+  public:
+    Builder(std::vector<HalfLimits>& entries, Vec3d spacing_mm)
+        : m_entries(entries), m_spacing_mm(spacing_mm) {}
+
+    MaterialId add(const ElementLimits& limits) {
+        // Neighbouring values often have the same limits: then nothing is looked up.
+        if (m_any && limits == m_last) return m_last_id;
+        const HalfLimits half = quantised(limits, m_spacing_mm);
+        const auto [entry, is_new] = m_known.try_emplace(half, MaterialId(m_entries.size()));
+        if (is_new) m_entries.push_back(half);
+        m_any = true;
+        m_last = limits;
+        return m_last_id = entry->second;
+    }
+
+  private:
+    std::vector<HalfLimits>& m_entries;
+    Vec3d m_spacing_mm;
+    std::unordered_map<HalfLimits, MaterialId, HashLimits> m_known;
+    bool m_any = false;
+    ElementLimits m_last;
+    MaterialId m_last_id = 0;
+};
+
+MaterialTable::MaterialTable(const std::vector<MaterialLaw>& laws,
+                             const std::vector<ElementLimits>& others, Vec3d spacing_mm)
     : m_entries{void_limits()} {
-    std::unordered_map<HalfLimits, MaterialId, HashLimits> known;
+    constexpr std::size_t kMostEntries = 65536;
+    Builder builder(m_entries, spacing_mm);
     for (const MaterialLaw& law : laws) {
         std::vector<MaterialId>& ids = m_ids.emplace_back(32768 - kLowestValue);
-        for (std::size_t n = 0; n < ids.size(); ++n) {
-            const HalfLimits half = quantised(law(int(n) + kLowestValue), spacing_mm);
-            const auto [entry, is_new] = known.try_emplace(half, MaterialId(m_entries.size()));
-            if (is_new) m_entries.push_back(half);
-            m_fits &= m_entries.size() <= 65536;
-            ids[n] = entry->second;
-        }
+        for (std::size_t n = 0; n < ids.size() && m_entries.size() <= kMostEntries; ++n)
+            ids[n] = builder.add(law(int(n) + kLowestValue));
     }
+    m_law_size = int(m_entries.size());
+    for (const ElementLimits& limits : others) m_other_ids.push_back(builder.add(limits));
+    m_fits = m_entries.size() <= kMostEntries;
     for (const HalfLimits& half : m_entries)
         for (std::size_t b = 0; b < 3; ++b) {
             m_columns.compress[b].push_back(half.compress[b]);

@@ -45,8 +45,10 @@ class MaterialTable {
         std::array<std::vector<Fixed>, 3> compress, stretch, shear;
     };
 
-    /// @param laws  variant 0 is the main law; others apply to chosen elements
-    MaterialTable(const std::vector<MaterialLaw>& laws, Vec3d spacing_mm);
+    /// @param laws    variant 0 is the main law; others apply to chosen elements
+    /// @param others  materials that don't depend on a value (air)
+    MaterialTable(const std::vector<MaterialLaw>& laws, const std::vector<ElementLimits>& others,
+                  Vec3d spacing_mm);
 
     MaterialId id(int variant, int value_hu) const {
         const int clamped = value_hu < kLowestValue ? kLowestValue
@@ -54,19 +56,25 @@ class MaterialTable {
                                                     : value_hu;
         return m_ids[std::size_t(variant)][std::size_t(clamped - kLowestValue)];
     }
+    MaterialId other_id(int other) const { return m_other_ids[std::size_t(other)]; }
     const HalfLimits& operator[](MaterialId id) const { return m_entries[id]; }
     int size() const { return int(m_entries.size()); }
     /// False if the laws give more than 65535 different limits: then the table is of no use.
     bool fits() const { return m_fits; }
+    /// Entries from here on belong to no law.
+    int law_size() const { return m_law_size; }
     const Columns& columns() const { return m_columns; }
     /// Compress, stretch and shear are equal in every entry, axis by axis: then a link's lag is the
     /// same for every component and direction of a push.
     bool is_symmetric() const { return m_symmetric; }
 
   private:
+    class Builder;
     std::vector<HalfLimits> m_entries;
     Columns m_columns;
     std::vector<std::vector<MaterialId>> m_ids;  ///< by variant and value
+    std::vector<MaterialId> m_other_ids;
+    int m_law_size = 0;
     bool m_symmetric = true;
     bool m_fits = true;
 };

@@ -5,6 +5,8 @@
 
 #include <charconv>
 #include <cmath>
+#include <set>
+#include <utility>
 
 #include "chainmail/fixed_point.h"
 
@@ -20,6 +22,60 @@ std::string text_of(double number) {
 Error out_of_range(const std::string& key, double found, const std::string& expected) {
     return {ErrorCode::InvalidArgument,
             key + ": expected " + expected + ", found " + text_of(found)};
+}
+
+Status check_air(const ChainMailSettings& s) {
+    if (!std::isfinite(s.air_threshold_hu))
+        return out_of_range("[air] threshold_hu", s.air_threshold_hu, "a number");
+    if (!(s.air_compress >= 0 && s.air_compress <= 1))
+        return out_of_range("[air] compress", s.air_compress, "a fraction 0 to 1");
+    if (!(s.air_stretch >= 0 && s.air_stretch <= 500))
+        return out_of_range("[air] stretch", s.air_stretch, "a fraction 0 to 500");
+    if (!(s.air_shear >= 0 && s.air_shear <= 500))
+        return out_of_range("[air] shear", s.air_shear, "a fraction 0 to 500");
+    return Ok{};
+}
+
+Status check_vector(const std::string& key, Vec3d found) {
+    for (int b = 0; b < 3; ++b)
+        if (!(found[b] >= 0 && found[b] <= 100))
+            return out_of_range(key, found[b], "numbers 0 to 100");
+    return Ok{};
+}
+
+Status check_label_material(const LabelMaterial& m, const std::string& table) {
+    if (m.values.empty())
+        return Error{ErrorCode::InvalidArgument,
+                     table + " values: expected one label or more, found none"};
+    for (const int value : m.values)
+        if (value < -32768 || value > 65535)
+            return out_of_range(table + " values", value, "labels -32768 to 65535");
+    if (m.offset && !(*m.offset > 0 && *m.offset < 1))
+        return out_of_range(table + " offset", *m.offset, "a fraction between 0 and 1, exclusive");
+    if (m.bone_threshold_hu && !std::isfinite(*m.bone_threshold_hu))
+        return out_of_range(table + " bone_threshold_hu", *m.bone_threshold_hu, "a number");
+    if (m.max_movement_mm && !(*m.max_movement_mm >= 0 && *m.max_movement_mm <= kMaxMovementMm))
+        return out_of_range(table + " max_movement_mm", *m.max_movement_mm, "0 to 500 mm");
+    for (const auto& [key, numbers] : {std::pair{"factor", m.factor},
+                                       {"compress", m.compress},
+                                       {"stretch", m.stretch},
+                                       {"shear", m.shear}})
+        if (const Status s = check_vector(table + " " + key, numbers); !s.ok()) return s;
+    return Ok{};
+}
+
+Status check_label_materials(const ChainMailSettings& s) {
+    std::set<int> taken;
+    for (std::size_t n = 0; n < s.label_materials.size(); ++n) {
+        const std::string table = "[[label]] " + std::to_string(n + 1);
+        const LabelMaterial& material = s.label_materials[n];
+        if (const Status status = check_label_material(material, table); !status.ok())
+            return status;
+        for (const int value : material.values)
+            if (!taken.insert(value).second)
+                return out_of_range(table + " values", value, "each label once");
+    }
+    return Ok{};
 }
 
 }  // namespace
@@ -40,13 +96,8 @@ Status check_settings(const ChainMailSettings& s) {
         return out_of_range("[lattice] brick_size", s.brick_size, "2 to 32");
     if (s.max_elements < 1)
         return out_of_range("[lattice] max_elements", double(s.max_elements), "1 or more");
-    if (s.air_enabled)
-        return Error{ErrorCode::InvalidArgument,
-                     "[air] enabled: expected false, air as a material of its own is not there "
-                     "in this version"};
-    if (!std::isfinite(s.air_threshold_hu))
-        return out_of_range("[air] threshold_hu", s.air_threshold_hu, "a number");
-    return Ok{};
+    if (const Status air = check_air(s); !air.ok()) return air;
+    return check_label_materials(s);
 }
 
 }  // namespace pliant

@@ -63,9 +63,51 @@ struct Reader {
         out = node.value_or(std::string());
         return Ok{};
     }
+    Status read(const toml::node& node, const std::string& key, LinkLimits& out) const {
+        const std::string name = node.value_or(std::string());
+        if (name != "box" && name != "rounded")
+            return wrong(key, "\"box\" or \"rounded\"", found(node));
+        out = name == "box" ? LinkLimits::Box : LinkLimits::Rounded;
+        return Ok{};
+    }
+    Status read(const toml::node& node, const std::string& key, LabelLaw& out) const {
+        const std::string name = node.value_or(std::string());
+        if (name != "draeger" && name != "constant" && name != "fixed")
+            return wrong(key, "\"draeger\", \"constant\" or \"fixed\"", found(node));
+        out = name == "draeger"    ? LabelLaw::ByValue
+              : name == "constant" ? LabelLaw::Constant
+                                   : LabelLaw::Immobile;
+        return Ok{};
+    }
+    Status read(const toml::node& node, const std::string& key, std::optional<double>& out) const {
+        return read(node, key, out.emplace());
+    }
+    /// One number for all axes, or three.
+    Status read(const toml::node& node, const std::string& key, Vec3d& out) const {
+        const toml::array* numbers = node.as_array();
+        if (numbers && numbers->size() != 3)
+            return wrong(key, "one number or three", std::to_string(numbers->size()));
+        for (int b = 0; b < 3; ++b) {
+            const toml::node& number = numbers ? *numbers->get(std::size_t(b)) : node;
+            if (Status s = read(number, key, out[b]); !s.ok()) return s;
+        }
+        return Ok{};
+    }
+    /// One whole number, or several.
+    Status read(const toml::node& node, const std::string& key, std::vector<int>& out) const {
+        const toml::array* numbers = node.as_array();
+        for (std::size_t n = 0; n < (numbers ? numbers->size() : 1); ++n)
+            if (Status s = read(numbers ? *numbers->get(n) : node, key, out.emplace_back());
+                !s.ok())
+                return s;
+        return Ok{};
+    }
     static std::string found(const toml::node& node) {
         std::ostringstream text;
-        text << node.type();
+        if (const auto words = node.value_exact<std::string>())
+            text << '"' << *words << '"';
+        else
+            text << node.type();
         return text.str();
     }
 };
@@ -76,16 +118,62 @@ Status read_key(const Reader& r, const std::string& key, const toml::node& node,
     if (key == "[material] offset") return r.read(node, key, s.offset);
     if (key == "[material] bone_threshold_hu") return r.read(node, key, s.bone_threshold_hu);
     if (key == "[material] max_movement_mm") return r.read(node, key, s.max_movement_mm);
+    if (key == "[material] limits") return r.read(node, key, s.limits);
     if (key == "[push] scale") return r.read(node, key, s.scale);
     if (key == "[lattice] brick_size") return r.read(node, key, s.brick_size);
     if (key == "[lattice] max_elements") return r.read(node, key, s.max_elements);
     if (key == "[lattice] bounded") return r.read(node, key, s.bounded);
     if (key == "[air] enabled") return r.read(node, key, s.air_enabled);
     if (key == "[air] threshold_hu") return r.read(node, key, s.air_threshold_hu);
+    if (key == "[air] compress") return r.read(node, key, s.air_compress);
+    if (key == "[air] stretch") return r.read(node, key, s.air_stretch);
+    if (key == "[air] shear") return r.read(node, key, s.air_shear);
     return r.wrong(key,
-                   "one of [material] law, offset, bone_threshold_hu, max_movement_mm; [push] "
-                   "scale; [lattice] brick_size, max_elements, bounded; [air] enabled, threshold_hu",
+                   "one of [material] law, offset, bone_threshold_hu, max_movement_mm, limits; "
+                   "[push] scale; [lattice] brick_size, max_elements, bounded; [air] enabled, "
+                   "threshold_hu, compress, stretch, shear; or [[label]] tables",
                    "a key that has no meaning here");
+}
+
+Status read_label_key(const Reader& r, const std::string& table, const std::string& name,
+                      const toml::node& node, LabelMaterial& m) {
+    const std::string key = table + " " + name;
+    if (name == "values") return r.read(node, key, m.values);
+    if (name == "law") return r.read(node, key, m.law);
+    if (name == "offset") return r.read(node, key, m.offset);
+    if (name == "bone_threshold_hu") return r.read(node, key, m.bone_threshold_hu);
+    if (name == "max_movement_mm") return r.read(node, key, m.max_movement_mm);
+    if (name == "factor") return r.read(node, key, m.factor);
+    if (name == "compress") return r.read(node, key, m.compress);
+    if (name == "stretch") return r.read(node, key, m.stretch);
+    if (name == "shear") return r.read(node, key, m.shear);
+    if (name == "frame") {
+        const std::string frame = node.value_or(std::string());
+        if (frame != "lattice" && frame != "direction")
+            return r.wrong(key, "\"lattice\" or \"direction\"", Reader::found(node));
+        m.along_direction = frame == "direction";
+        return Ok{};
+    }
+    return r.wrong(key,
+                   "one of values, law, offset, bone_threshold_hu, max_movement_mm, factor, "
+                   "compress, stretch, shear, frame",
+                   "a key that has no meaning here");
+}
+
+Status read_labels(const Reader& r, const toml::node& node, ChainMailSettings& settings) {
+    const toml::array* tables = node.as_array();
+    if (!tables) return r.wrong("[label]", "[[label]], one for each material", Reader::found(node));
+    for (const toml::node& element : *tables) {
+        const toml::table* table = element.as_table();
+        const std::string name = "[[label]] " + std::to_string(settings.label_materials.size() + 1);
+        if (!table) return r.wrong(name, "a table", Reader::found(element));
+        LabelMaterial& material = settings.label_materials.emplace_back();
+        for (const auto& [key, value] : *table)
+            if (Status s = read_label_key(r, name, std::string(key.str()), value, material);
+                !s.ok())
+                return s;
+    }
+    return Ok{};
 }
 
 Status read_toml(const Reader& reader, const std::string& text, ChainMailSettings& settings) {
@@ -100,6 +188,10 @@ Status read_toml(const Reader& reader, const std::string& text, ChainMailSetting
     }
     for (const auto& [table_key, table_node] : root) {
         const std::string table_name{table_key.str()};
+        if (table_name == "label") {
+            if (Status s = read_labels(reader, table_node, settings); !s.ok()) return s;
+            continue;
+        }
         const toml::table* table = table_node.as_table();
         if (!table)
             return reader.wrong(table_name, "a table such as [material]",

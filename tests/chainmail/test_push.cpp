@@ -235,7 +235,7 @@ TEST_F(PushTest, CheckFindsViolatedLinksAndFoldedCells) {
     EXPECT_EQ(state.max_violation_mm, 0);
     EXPECT_EQ(state.moved_elements, 1);
     EXPECT_EQ(state.folded_cells, 4);  // those on the side that the element was pushed to
-    const MaterialLaw hard = [](int) {
+    const auto hard = [](Vec3i) {
         return ElementLimits{{.2, .2, .2}, {.3, .3, .3}, {.1, .1, .1}, 100, false};
     };
     // Worst is the shear of a link along y or z: 1.5 mm where 0.1 mm is allowed.

@@ -17,7 +17,7 @@ TEST(Settings, DefaultsAreTheContract) {
     EXPECT_EQ(settings.max_movement_mm, 20);
     EXPECT_EQ(settings.scale, 1);
     EXPECT_EQ(settings.brick_size, 8);
-    EXPECT_FALSE(settings.air_enabled);
+    EXPECT_TRUE(settings.air_enabled);
     EXPECT_EQ(settings.air_threshold_hu, -500);
 }
 
@@ -29,6 +29,7 @@ TEST(Settings, EveryKeyIsRead) {
         offset = 0.15
         bone_threshold_hu = 250
         max_movement_mm = 12.5
+        limits = "rounded"
         [push]
         scale = 1.2
         [lattice]
@@ -36,7 +37,23 @@ TEST(Settings, EveryKeyIsRead) {
         max_elements = 1000000
         [air]
         enabled = false
-        threshold_hu = -450)");
+        threshold_hu = -450
+        compress = 0.9
+        stretch = 20
+        shear = 30
+        [[label]]
+        values = [3, 5]
+        law = "constant"
+        compress = 0.1
+        stretch = [0.1, 0.2, 0.3]
+        shear = 0
+        max_movement_mm = 4
+        frame = "direction"
+        [[label]]
+        values = 9
+        offset = 0.05
+        bone_threshold_hu = 1000
+        factor = [1, 1, 0.5])");
     const auto settings = read_chainmail_settings(file);
     ASSERT_TRUE(settings.ok()) << settings.error().message;
     EXPECT_EQ(settings->offset, 0.15);
@@ -45,7 +62,27 @@ TEST(Settings, EveryKeyIsRead) {
     EXPECT_EQ(settings->scale, 1.2);
     EXPECT_EQ(settings->brick_size, 5);
     EXPECT_EQ(settings->max_elements, 1'000'000);
+    EXPECT_EQ(settings->limits, LinkLimits::Rounded);
+    EXPECT_FALSE(settings->air_enabled);
     EXPECT_EQ(settings->air_threshold_hu, -450);
+    EXPECT_EQ(settings->air_compress, 0.9);
+    EXPECT_EQ(settings->air_stretch, 20);
+    EXPECT_EQ(settings->air_shear, 30);
+    ASSERT_EQ(settings->label_materials.size(), 2u);
+    const LabelMaterial& fibres = settings->label_materials[0];
+    EXPECT_EQ(fibres.values, (std::vector<int>{3, 5}));
+    EXPECT_EQ(fibres.law, LabelLaw::Constant);
+    EXPECT_EQ(fibres.compress, (Vec3d{0.1, 0.1, 0.1}));
+    EXPECT_EQ(fibres.stretch, (Vec3d{0.1, 0.2, 0.3}));
+    EXPECT_EQ(fibres.shear, (Vec3d{0, 0, 0}));
+    EXPECT_EQ(fibres.max_movement_mm, 4);
+    EXPECT_TRUE(fibres.along_direction);
+    const LabelMaterial& other = settings->label_materials[1];
+    EXPECT_EQ(other.law, LabelLaw::ByValue);
+    EXPECT_EQ(other.offset, 0.05);
+    EXPECT_EQ(other.bone_threshold_hu, 1000);
+    EXPECT_EQ(other.factor, (Vec3d{1, 1, 0.5}));
+    EXPECT_FALSE(other.along_direction);
 }
 
 TEST(Settings, DivodsKeyValueLinesAreRead) {
@@ -79,7 +116,7 @@ TEST(Settings, BadFilesAreNamedWithKeyAndExpectation) {
         {"[material]\noffset = 1.5", "[material] offset: expected a fraction"},
         {"[material]\noffset = 0", "[material] offset"},
         {"[material]\noffset = nan", "[material] offset"},
-        {"[material]\noffset = \"soft\"", "[material] offset: expected a number, found string"},
+        {"[material]\noffset = \"soft\"", "[material] offset: expected a number, found \"soft\""},
         {"[material]\nofset = 0.1", "[material] ofset: expected one of"},
         {"[material]\nlaw = \"hooke\"", "expected \"draeger\", found \"hooke\""},
         {"[materials]\noffset = 0.1", "[materials] offset"},
@@ -87,7 +124,22 @@ TEST(Settings, BadFilesAreNamedWithKeyAndExpectation) {
         {"[push]\nscale = 0", "[push] scale"},
         {"[lattice]\nbrick_size = 1", "brick_size: expected 2 to 32, found 1"},
         {"[lattice]\nbrick_size = 8.5", "brick_size: expected a whole number"},
-        {"[air]\nenabled = true", "[air] enabled: expected false"},
+        {"[air]\ncompress = 1.5", "[air] compress: expected a fraction 0 to 1, found 1.5"},
+        {"[air]\nstretch = -1", "[air] stretch: expected a fraction 0 to 500, found -1"},
+        {"[air]\nshear = 1e9", "[air] shear"},
+        {"[material]\nlimits = \"round\"", "expected \"box\" or \"rounded\", found \"round\""},
+        {"[label]\nvalues = 1", "[label]: expected [[label]]"},
+        {"[[label]]\nvalue = 1", "[[label]] 1 value: expected one of values, law"},
+        {"[[label]]\nlaw = \"fixed\"", "[[label]] 1 values: expected one label or more"},
+        {"[[label]]\nvalues = [1, \"a\"]", "[[label]] 1 values: expected a whole number"},
+        {"[[label]]\nvalues = 1\n[[label]]\nvalues = [2, 1]",
+         "[[label]] 2 values: expected each label once, found 1"},
+        {"[[label]]\nvalues = 1\nfactor = [1, 2]", "factor: expected one number or three, found 2"},
+        {"[[label]]\nvalues = 1\nshear = -1", "[[label]] 1 shear: expected numbers 0 to 100"},
+        {"[[label]]\nvalues = 1\nlaw = \"soft\"", "expected \"draeger\", \"constant\" or"},
+        {"[[label]]\nvalues = 1\nframe = \"world\"", "expected \"lattice\" or \"direction\""},
+        {"[[label]]\nvalues = 1\noffset = 2", "[[label]] 1 offset: expected a fraction"},
+        {"[[label]]\nvalues = 99999", "[[label]] 1 values: expected labels -32768 to 65535"},
         {"[air]\nenabled = 3", "[air] enabled: expected true or false"},
         {"[material\noffset = 1", "line 1: expected TOML"},
         {"offset=abc", "offset: expected a number, found 'abc'"},

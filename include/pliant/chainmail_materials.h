@@ -1,0 +1,74 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// What a ChainMail's elements allow to the links around them: by voxel value, by label, by
+// direction.
+//
+//   auto labels = std::make_shared<const Volume>(…);  // same grid as the scan
+//   ChainMailSettings settings;
+//   settings.labels = labels;
+//   settings.label_materials = {{.values = {7}, .law = LabelLaw::Immobile},
+//                               {.values = {3, 4}, .factor = {1, 0.2, 0.2}}};
+
+#pragma once
+
+#include <pliant/vec.h>
+
+#include <functional>
+#include <optional>
+#include <vector>
+
+namespace pliant {
+
+/// What one element allows to the links around it. A link takes the mean of its two ends.
+struct ElementLimits {
+    Vec3d compress{0, 0, 0};     ///< of a link along i, j, k, as a fraction of its length, ≥ 0
+    Vec3d stretch{0, 0, 0};      ///< likewise
+    Vec3d shear{0, 0, 0};        ///< likewise
+    double max_movement_mm = 0;  ///< largest distance from the rest place (Euclidean)
+    bool fixed = false;          ///< bone: never moves
+};
+
+/// Limits by voxel value [HU, rounded to a whole number].
+using MaterialLaw = std::function<ElementLimits(int value_hu)>;
+
+/// How the limits of the links around an element combine.
+enum class LinkLimits {
+    Box,  ///< each link by itself: a push of homogeneous tissue takes the shape of an octahedron
+    Rounded,  ///< beside that, an ellipsoid for the links to the neighbours that lead it
+};
+
+enum class LabelLaw {
+    ByValue,   ///< the main law with own numbers
+    Constant,  ///< the limits given here, whatever the value
+    Immobile,  ///< never moves
+};
+
+/// The material of the elements with some labels, instead of the main law and of air.
+struct LabelMaterial {
+    std::vector<int> values;  ///< of the label volume
+    LabelLaw law = LabelLaw::ByValue;
+    // ByValue; where empty, as in [material]
+    std::optional<double> offset;             ///< fraction of a link, 0…1
+    std::optional<double> bone_threshold_hu;  ///< values above it don't move
+    // ByValue and Constant
+    std::optional<double> max_movement_mm;  ///< 0…500
+    Vec3d factor{1, 1, 1};                  ///< of all limits along i, j, k, 0…100
+    // Constant: of a link along i, j, k, as a fraction of its length, 0…100
+    Vec3d compress{0, 0, 0};
+    Vec3d stretch{0, 0, 0};
+    Vec3d shear{0, 0, 0};
+    /// The three numbers of factor and limits are not for i, j, k, but for the lattice axis that is
+    /// nearest to the direction field at the element, and the two axes that follow it.
+    bool along_direction = false;
+};
+
+/// Whether the map can fold, from the limits alone (docs/chainmail.md): it can't where the number
+/// is below 1. The number is the factor by which all limits could be divided to reach that bound.
+struct FoldCertificate {
+    bool certified = false;  ///< all < 1, and no link is outside of its limits
+    double all = 0;          ///< over all materials
+    double tissue = 0;       ///< without air
+};
+
+}  // namespace pliant

@@ -1,0 +1,65 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// Materials that change while the lattice is deformed: nothing moves, nothing is forgotten.
+//
+// Displacements count from the rest place as before, so a movement limit can't be eluded by
+// changing materials to and fro. Links and elements outside of their new limits may come back, and
+// not get worse: the solvers take what they have now for their limit.
+
+#include <string>
+#include <utility>
+
+#include "chainmail/certificate.h"
+#include "chainmail/chainmail_impl.h"
+#include "chainmail/settings.h"
+
+namespace pliant {
+namespace {
+
+Status check_unchanged(const ChainMailSettings& present, const ChainMailSettings& changed) {
+    if (changed.brick_size != present.brick_size)
+        return Error{ErrorCode::InvalidArgument,
+                     "[lattice] brick_size: expected " + std::to_string(present.brick_size) +
+                         " as at the start, found " + std::to_string(changed.brick_size)};
+    if (changed.bounded != present.bounded)
+        return Error{ErrorCode::InvalidArgument, std::string("[lattice] bounded: expected ") +
+                                                     (present.bounded ? "true" : "false") +
+                                                     " as at the start, found " +
+                                                     (changed.bounded ? "true" : "false")};
+    return Ok{};
+}
+
+}  // namespace
+
+Result<MaterialMap> make_materials(const Volume& volume, const ChainMailSettings& settings) {
+    if (const Status s = check_settings(settings); !s.ok()) return s.error();
+    if (const Status s = check_labels(settings, volume.grid); !s.ok()) return s.error();
+    MaterialMap materials(volume, settings);
+    if (!materials.table().fits())
+        return Error{ErrorCode::InvalidArgument,
+                     "materials: expected up to 65535 different limits over all values and "
+                     "[[label]], found more"};
+    return materials;
+}
+
+Status ChainMail::Impl::set_materials(const ChainMailSettings& changed) {
+    if (const Status s = check_unchanged(settings, changed); !s.ok()) return s;
+    Result<MaterialMap> materials = make_materials(volume, changed);
+    if (!materials.ok()) return materials.error();
+    lattice.set_materials(std::move(*materials));
+    settings = changed;
+    allowance.excuse_present(lattice, arena);
+    return Ok{};
+}
+
+Status ChainMail::set_materials(const ChainMailSettings& settings) {
+    return m_impl->set_materials(settings);
+}
+
+FoldCertificate ChainMail::fold_certificate() const {
+    return pliant::fold_certificate(m_impl->lattice.materials(), m_impl->volume.grid.spacing_mm,
+                                    m_impl->lattice.may_exceed_limits());
+}
+
+}  // namespace pliant
