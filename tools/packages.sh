@@ -9,7 +9,7 @@ packages_of() {
     case $1 in
         build)
             echo g++ cmake ninja-build ccache libinsighttoolkit5-dev libtbb-dev libcli11-dev \
-                libtomlplusplus-dev nlohmann-json3-dev libpng-dev zlib1g-dev
+                libtomlplusplus-dev nlohmann-json3-dev libhwy-dev libpng-dev zlib1g-dev
             ;;
         test) echo clang libgtest-dev ;;
         lint) echo clang-format-14 ;;

@@ -17,8 +17,10 @@ namespace pliant {
 
 /// How φ⁻¹ is found inside a deformed cell.
 enum class Mapping {
-    Cells,       ///< the trilinear map of the whole cell, inverted; the value is trilinear too
-    Tetrahedra,  ///< twelve tetrahedra, barycentric [Draeger2005, 3.6.3]: the reference
+    Cells,  ///< the trilinear map of the whole cell, inverted in vectors; the value is trilinear
+            ///< too
+    CellsScalar,  ///< the same in double precision, one voxel at a time: its readable twin
+    Tetrahedra,   ///< twelve tetrahedra, barycentric [Draeger2005, 3.6.3]: the reference
 };
 
 struct Deformed {

@@ -124,6 +124,12 @@ class Lattice {
     /// into being.
     std::vector<int> resident_bricks() const;
     int resident_brick_count() const { return int(m_index_of.size()); }
+    /// Calls visit(brick) for each brick that is there, in no particular order.
+    template <class Visit>
+    void for_each_brick(const Visit& visit) const {
+        for (const auto& slot : m_bricks)
+            if (slot) visit(*slot);
+    }
     Brick& brick(int index) { return *m_bricks[std::size_t(index)]; }
     const Brick& brick(int index) const { return *m_bricks[std::size_t(index)]; }
     /// Bytes of all bricks that are there.

@@ -1,255 +1,245 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Work is divided by the place where it is written: each task owns a slab of the output, visits the
-// blocks of cells that may reach into it, in one fixed order, and the first cell to cover a voxel
-// writes it. So no two threads write one voxel, and the result doesn't depend on their number.
-
 #include "resample/scatter.h"
 
 #include <algorithm>
-#include <atomic>
 #include <chrono>
 #include <cmath>
-#include <type_traits>
 
 #include "chainmail/cell_block.h"
-#include "chainmail/tetrahedra.h"
-#include "resample/touched.h"
-#include "resample/trilinear_cell.h"
 
 namespace pliant {
 namespace {
 
-constexpr double kOnFace = 1e-9;  ///< tolerance of barycentric coordinates
-/// A slab is at least as thick as this; thicker where that leaves each thread several.
-constexpr int kLeastSlabLayers = 8;
-constexpr int kSlabsPerThread = 4;
+constexpr int kSlabsPerThread = 4;    ///< if there are several
+constexpr double kReachSlack = 1e-3;  ///< for rounding [voxels]
 
-/// std::floor is a call on plain x86-64, and most of the work in a cell that holds no voxel.
-int floor_to_int(double v) {
-    const int truncated = int(v);
-    return truncated - (v < truncated);
-}
-int ceil_to_int(double v) {
-    return -floor_to_int(-v);
-}
-
-/// A block of cells and the voxels that it can reach along z.
-struct BlockReach {
-    Vec3i coord;
-    int first_z, last_z;
-};
-
-std::vector<BlockReach> blocks_with_reach(const Lattice& lattice) {
-    const double scale = voxels_per_unit(lattice.grid()).z;
-    std::vector<BlockReach> blocks;
-    for (const Vec3i& coord : cell_blocks(lattice)) {
-        Vec3<Fixed> lowest, highest;
-        bound_block(lattice, coord, lowest, highest);
-        const int first = coord.z * lattice.brick_size();
-        blocks.push_back(
-            {coord, int(std::ceil(first + scale * lowest.z - kOnFace)),
-             int(std::floor(first + lattice.brick_size() + scale * highest.z + kOnFace))});
+Box3i voxels_within(const BlockReach& reach, const Box3i& within) {
+    Box3i box;
+    for (int a = 0; a < 3; ++a) {
+        const double low = std::ceil(reach.low[a] - kReachSlack);
+        const double high = std::floor(reach.high[a] + kReachSlack) + 1;
+        box.begin[a] = int(std::clamp<double>(low, within.begin[a], within.end[a]));
+        box.end[a] = int(std::clamp<double>(high, within.begin[a], within.end[a]));
     }
-    return blocks;
+    return box;
 }
 
-template <class T>
-T stored(double value) {
-    if constexpr (std::is_integral_v<T>) return T(std::lrint(std::clamp(value, -32768.0, 32767.0)));
-    return T(value);
+std::size_t dense_index(Vec3i p, Vec3i n) {
+    return std::size_t(p.x) +
+           std::size_t(n.x) * (std::size_t(p.y) + std::size_t(n.y) * std::size_t(p.z));
 }
-
-/// One task: writes the voxels of its slab.
-template <class T>
-class SlabWriter {
-  public:
-    SlabWriter(const Lattice& lattice, Mapping mapping, const VoxelMask& changeable,
-               const std::vector<T>& original, std::vector<T>& out, std::vector<Vec3f>& inverse_mm)
-        : m_grid(lattice.grid()),
-          m_lattice(lattice),
-          m_mapping(mapping),
-          m_changeable(changeable),
-          m_scale(voxels_per_unit(m_grid)),
-          m_original(original),
-          m_out(out),
-          m_inverse_mm(inverse_mm) {}
-
-    /// Layers begin…end of the changeable box. @returns the number of gaps
-    std::int64_t write(const std::vector<BlockReach>& blocks, int begin, int end) {
-        m_slab = m_changeable.box;
-        m_slab.begin.z = begin;
-        m_slab.end.z = end;
-        m_open.assign(m_changeable.flags.begin() + std::ptrdiff_t(layer_index(begin)),
-                      m_changeable.flags.begin() + std::ptrdiff_t(layer_index(end)));
-        scatter(blocks, m_mapping);
-        // Newton's method can miss in a strongly folded cell; the tetrahedra always settle.
-        if (m_mapping == Mapping::Cells && any_open()) scatter(blocks, Mapping::Tetrahedra);
-        return fill_gaps();
-    }
-
-  private:
-    std::size_t layer_index(int z) const {
-        const Vec3i n = m_changeable.box.end - m_changeable.box.begin;
-        return std::size_t(n.x) * std::size_t(n.y) * std::size_t(z - m_changeable.box.begin.z);
-    }
-    std::size_t open_index(Vec3i p) const {
-        return m_changeable.index(p) - layer_index(m_slab.begin.z);
-    }
-    bool any_open() const {
-        return std::any_of(m_open.begin(), m_open.end(), [](auto flag) { return flag != 0; });
-    }
-
-    void scatter(const std::vector<BlockReach>& blocks, Mapping mapping) {
-        for (const BlockReach& block : blocks) {
-            if (block.last_z < m_slab.begin.z || block.first_z >= m_slab.end.z) continue;
-            m_block.load(m_lattice, block.coord);
-            for (int z = 0; z < m_block.size(); ++z)
-                for (int y = 0; y < m_block.size(); ++y)
-                    for (int x = 0; x < m_block.size(); ++x)
-                        if (m_block.is_touched(m_block.index(x, y, z)))
-                            write_cell({x, y, z}, mapping);
-        }
-    }
-
-    void write_cell(Vec3i local, Mapping mapping) {
-        const std::array<int, 8> corners = m_block.corners(local.x, local.y, local.z);
-        const Vec3i cell = m_block.first_element() + local;
-        const std::array<Vec3d, 8> points = deformed_corners(m_block, corners, m_scale);
-        Box3i candidates;
-        for (int a = 0; a < 3; ++a) {
-            double low = points[0][a], high = points[0][a];
-            for (const Vec3d& p : points) low = std::min(low, p[a]), high = std::max(high, p[a]);
-            candidates.begin[a] = std::max(m_slab.begin[a], cell[a] + ceil_to_int(low - kOnFace));
-            candidates.end[a] = std::min(m_slab.end[a], cell[a] + floor_to_int(high + kOnFace) + 1);
-        }
-        if (is_empty(candidates)) return;
-        if (mapping == Mapping::Cells)
-            write_trilinear(cell, TrilinearCell(points), candidates);
-        else
-            write_tetrahedra(cell, points, candidates);
-    }
-
-    template <class Visit>
-    void for_each_open(const Box3i& box, const Visit& visit) {
-        for (int z = box.begin.z; z < box.end.z; ++z)
-            for (int y = box.begin.y; y < box.end.y; ++y)
-                for (int x = box.begin.x; x < box.end.x; ++x)
-                    if (m_open[open_index({x, y, z})]) visit(Vec3i{x, y, z});
-    }
-
-    void write_trilinear(Vec3i cell, const TrilinearCell& map, const Box3i& candidates) {
-        for_each_open(candidates, [&](Vec3i p) {
-            const Vec3i local = p - cell;
-            const auto t = map.locate({double(local.x), double(local.y), double(local.z)});
-            if (t) put(p, interpolate(corner_values(cell), *t), cell, *t);
-        });
-    }
-
-    void write_tetrahedra(Vec3i cell, const std::array<Vec3d, 8>& points, const Box3i& candidates) {
-        for_each_open(candidates, [&](Vec3i p) {
-            const Vec3i local = p - cell;
-            const auto where = locate_in_tetrahedra(
-                points, {double(local.x), double(local.y), double(local.z)}, kOnFace);
-            if (!where) return;
-            static constexpr std::array<Vec3d, 8> kRest = {{{0, 0, 0},
-                                                            {1, 0, 0},
-                                                            {0, 1, 0},
-                                                            {1, 1, 0},
-                                                            {0, 0, 1},
-                                                            {1, 0, 1},
-                                                            {0, 1, 1},
-                                                            {1, 1, 1}}};
-            put(p, combine(*where, corner_values(cell)), cell, combine(*where, kRest));
-        });
-    }
-
-    std::array<double, 8> corner_values(Vec3i cell) const {
-        std::array<double, 8> values{};
-        for (int c = 0; c < 8; ++c) {
-            const Vec3i e = cell + Vec3i{c & 1, c >> 1 & 1, c >> 2};
-            values[std::size_t(c)] = contains(voxel_box(m_grid), e)
-                                         ? double(m_original[voxel_index(m_grid, e)])
-                                         : double(kAirHu);
-        }
-        return values;
-    }
-
-    void put(Vec3i p, double value, Vec3i cell, Vec3d t) {
-        m_open[open_index(p)] = 0;
-        m_out[voxel_index(m_grid, p)] = stored<T>(value);
-        if (m_inverse_mm.empty()) return;
-        Vec3d away{};
-        for (int a = 0; a < 3; ++a) away[a] = (cell[a] - p[a] + t[a]) * m_grid.spacing_mm[a];
-        const Vec3d world = world_from_lattice_vector(m_grid, away);
-        m_inverse_mm[m_changeable.index(p)] = {float(world.x), float(world.y), float(world.z)};
-    }
-
-    std::int64_t fill_gaps() {
-        std::int64_t gaps = 0;
-        for_each_open(m_slab, [&](Vec3i p) {
-            m_out[voxel_index(m_grid, p)] = T(kAirHu);
-            ++gaps;
-        });
-        return gaps;
-    }
-
-    const Grid& m_grid;
-    const Lattice& m_lattice;
-    Mapping m_mapping;
-    const VoxelMask& m_changeable;
-    Vec3d m_scale;
-    const std::vector<T>& m_original;
-    std::vector<T>& m_out;
-    std::vector<Vec3f>& m_inverse_mm;
-    Box3i m_slab;
-    std::vector<std::uint8_t> m_open;  ///< changeable voxels of the slab that nothing has covered
-    CellBlock m_block;
-};
-
-/// Writes the changeable voxels of `deformed.volume`, which starts as a copy of the original, and
-/// deformed.inverse_mm where that isn't empty.
-/// @returns the number of voxels that no cell covers; they become air
-template <class T>
-std::int64_t scatter_cells(const std::vector<T>& original, const Lattice& lattice, Mapping mapping,
-                           const VoxelMask& changeable, const TaskArena& arena,
-                           Deformed& deformed) {
-    auto& out = std::get<std::vector<T>>(deformed.volume.voxels);
-    const std::vector<BlockReach> blocks = blocks_with_reach(lattice);
-    const Box3i& box = changeable.box;
-    const int layers = box.end.z - box.begin.z;
-    const int slab_layers =
-        std::max(kLeastSlabLayers, layers / (kSlabsPerThread * arena.thread_count()));
-    const int slabs = (layers + slab_layers - 1) / slab_layers;
-    std::atomic<std::int64_t> gaps{0};
-    arena.for_each(slabs, 1, [&](std::int64_t first, std::int64_t last) {
-        SlabWriter<T> writer(lattice, mapping, changeable, original, out, deformed.inverse_mm);
-        for (std::int64_t slab = first; slab < last; ++slab) {
-            const int begin = box.begin.z + int(slab) * slab_layers;
-            gaps += writer.write(blocks, begin, std::min(begin + slab_layers, box.end.z));
-        }
-    });
-    return gaps;
+std::size_t dense_count(Vec3i n) {
+    return std::size_t(n.x) * std::size_t(n.y) * std::size_t(n.z);
 }
 
 }  // namespace
+
+Scatter::Scatter(const Volume& original, const TaskArena& arena)
+    : m_original(original), m_arena(arena) {
+    // Each slab starts at a word of its own, so that no two share one.
+    m_open.assign(voxel_count(original.grid) / 64 + 2 * std::size_t(original.grid.size.z) + 2, 0);
+}
+
+OpenVoxels Scatter::look(const Lattice& lattice, Mapping mapping, Volume& deformed) {
+    std::swap(m_now, m_before);
+    m_now.take(lattice, m_before, m_arena);
+    find_dirty(lattice);
+    list_blocks(lattice);
+    list_slabs();
+    if (m_writers.size() < m_slabs.size()) m_writers.resize(m_slabs.size());
+    const ScatterJob job = job_of(lattice, mapping);
+    m_arena.for_each(std::int64_t(m_slabs.size()), 1, [&](std::int64_t begin, std::int64_t end) {
+        for (auto s = std::size_t(begin); s < std::size_t(end); ++s) {
+            Slab& slab = m_slabs[s];
+            slab.open = m_writers[s].open(
+                job, target_of(slab, lattice.brick_size(), deformed),
+                std::span(m_bricks).subspan(slab.first_brick, slab.last_brick - slab.first_brick));
+        }
+    });
+    OpenVoxels all;
+    all.box = {{INT32_MAX, INT32_MAX, INT32_MAX}, {INT32_MIN, INT32_MIN, INT32_MIN}};
+    for (const Slab& slab : m_slabs) {
+        all.count += slab.open.count;
+        for (int a = 0; a < 3; ++a) {
+            all.box.begin[a] = std::min(all.box.begin[a], slab.open.box.begin[a]);
+            all.box.end[a] = std::max(all.box.end[a], slab.open.box.end[a]);
+        }
+    }
+    if (all.count == 0) all.box = {};
+    return all;
+}
+
+std::int64_t Scatter::write(const Lattice& lattice, Mapping mapping, Volume& deformed,
+                            Vec3f* inverse_mm, const Box3i& inverse_box) {
+    const ScatterJob job = job_of(lattice, mapping);
+    m_arena.for_each(std::int64_t(m_slabs.size()), 1, [&](std::int64_t begin, std::int64_t end) {
+        for (auto s = std::size_t(begin); s < std::size_t(end); ++s) {
+            Slab& slab = m_slabs[s];
+            CellTarget target = target_of(slab, lattice.brick_size(), deformed);
+            target.inverse_mm = inverse_mm;
+            target.inverse_box = inverse_box;
+            slab.gaps = m_writers[s].write(
+                job, target,
+                std::span(m_bricks).subspan(slab.first_brick, slab.last_brick - slab.first_brick));
+        }
+    });
+    std::int64_t gaps = 0;
+    for (const Slab& slab : m_slabs) gaps += slab.gaps;
+    list_boxes(lattice.brick_size());
+    return gaps;
+}
+
+void Scatter::find_dirty(const Lattice& lattice) {
+    const Vec3i n = m_original.grid.size;
+    const int size = lattice.brick_size();
+    m_brick_count = {(n.x + size - 1) / size, (n.y + size - 1) / size, (n.z + size - 1) / size};
+    m_dirty.assign(dense_count(m_brick_count), 0);
+    m_changed.resize(dense_count(m_brick_count), 0);
+    for (const BrickRecord& record : m_now.records()) {
+        const BrickRecord* old = m_before.record_at(record.coord);
+        if (!old || old->stamp != record.stamp) mark_around(lattice, record.coord);
+    }
+    for (const BrickRecord& record : m_before.records())
+        if (!m_now.record_at(record.coord)) mark_around(lattice, record.coord);
+    m_bricks.clear();
+    std::size_t i = 0;
+    for (int z = 0; z < m_brick_count.z; ++z)
+        for (int y = 0; y < m_brick_count.y; ++y)
+            for (int x = 0; x < m_brick_count.x; ++x, ++i)
+                if (m_dirty[i]) m_bricks.push_back({{x, y, z}, m_changed[i] != 0});
+}
+
+/// Marks what the cells at a brick's elements cover at rest, covered before, and cover now.
+void Scatter::mark_around(const Lattice& lattice, Vec3i coord) {
+    const int size = lattice.brick_size();
+    const Box3i scan = voxel_box(m_original.grid);
+    const Vec3i first = size * coord, one{1, 1, 1};
+    mark({first - one, first + size * one + one}, size);
+    for (const Snapshot* snapshot : {&m_before, &m_now}) {
+        if (snapshot->records().empty()) continue;
+        for (int c = 0; c < 8; ++c) {
+            const Vec3i block = coord - Vec3i{c & 1, c >> 1 & 1, c >> 2};
+            mark(voxels_within(reach_of_block(records_of_block(*snapshot, block), m_original.grid,
+                                              size, block),
+                               scan),
+                 size);
+        }
+    }
+}
+
+void Scatter::mark(Box3i voxels, int brick_size) {
+    for (int a = 0; a < 3; ++a) {
+        voxels.begin[a] = std::max(voxels.begin[a], 0);
+        voxels.end[a] = std::min(voxels.end[a], m_original.grid.size[a]);
+    }
+    if (is_empty(voxels)) return;
+    for (int z = voxels.begin.z / brick_size; z <= (voxels.end.z - 1) / brick_size; ++z)
+        for (int y = voxels.begin.y / brick_size; y <= (voxels.end.y - 1) / brick_size; ++y)
+            for (int x = voxels.begin.x / brick_size; x <= (voxels.end.x - 1) / brick_size; ++x)
+                m_dirty[dense_index({x, y, z}, m_brick_count)] = 1;
+}
+
+/// All blocks that can hold a touched cell and reach into the scan, sorted by coordinate: the same
+/// for any history.
+void Scatter::list_blocks(const Lattice& lattice) {
+    m_blocks.clear();
+    if (m_now.records().empty()) return;
+    const Box3i box = m_now.box();
+    const Vec3i first = box.begin - Vec3i{1, 1, 1}, n = box.end - first;
+    m_block_flags.assign(dense_count(n), 0);
+    for (const BrickRecord& record : m_now.records())
+        for (int c = 0; c < 8; ++c)
+            m_block_flags[dense_index(record.coord - Vec3i{c & 1, c >> 1 & 1, c >> 2} - first, n)] =
+                1;
+    std::size_t i = 0;
+    for (int z = 0; z < n.z; ++z)
+        for (int y = 0; y < n.y; ++y)
+            for (int x = 0; x < n.x; ++x, ++i) {
+                if (!m_block_flags[i]) continue;
+                const Vec3i coord = first + Vec3i{x, y, z};
+                const Box3i reach =
+                    voxels_within(reach_of_block(records_of_block(m_now, coord), m_original.grid,
+                                                 lattice.brick_size(), coord),
+                                  voxel_box(m_original.grid));
+                if (!is_empty(reach)) m_blocks.push_back({coord, reach});
+            }
+}
+
+/// m_bricks is sorted by layer.
+void Scatter::list_slabs() {
+    m_slabs.clear();
+    if (m_bricks.empty()) return;
+    const int first = m_bricks.front().coord.z, last = m_bricks.back().coord.z;
+    const int threads = m_arena.thread_count();
+    const int thickness = 1 + (last - first) / (threads > 1 ? kSlabsPerThread * threads : 1);
+    std::size_t brick = 0;
+    for (int begin = first; begin <= last; begin += thickness) {
+        Slab slab{begin, begin + thickness, brick, brick, {}, 0};
+        while (brick < m_bricks.size() && m_bricks[brick].coord.z < slab.end) ++brick;
+        slab.last_brick = brick;
+        m_slabs.push_back(slab);
+    }
+}
+
+void Scatter::list_boxes(int brick_size) {
+    m_boxes.clear();
+    const Vec3i n = m_original.grid.size;
+    for (const DirtyBrick& brick : m_bricks) {
+        m_changed[dense_index(brick.coord, m_brick_count)] = brick.is_changeable;
+        if (!brick.is_changeable && !brick.was_changed) continue;
+        const Vec3i first = brick_size * brick.coord;
+        const Box3i box{first,
+                        {std::min(first.x + brick_size, n.x), std::min(first.y + brick_size, n.y),
+                         std::min(first.z + brick_size, n.z)}};
+        // Neighbours in a row are one box.
+        if (!m_boxes.empty() && m_boxes.back().end.x == box.begin.x &&
+            m_boxes.back().begin.y == box.begin.y && m_boxes.back().begin.z == box.begin.z)
+            m_boxes.back().end.x = box.end.x;
+        else
+            m_boxes.push_back(box);
+    }
+}
+
+CellTarget Scatter::target_of(const Slab& slab, int brick_size, Volume& deformed) {
+    const Grid& grid = m_original.grid;
+    CellTarget target;
+    target.box = voxel_box(grid);
+    target.box.begin.z = slab.begin * brick_size;
+    target.box.end.z = std::min(slab.end * brick_size, grid.size.z);
+    target.grid_size = grid.size;
+    target.first_voxel = std::ptrdiff_t(grid.size.x) * grid.size.y * target.box.begin.z;
+    target.open = m_open.data() + target.first_voxel / 64 + 2 * slab.begin;
+    if (auto* voxels = std::get_if<std::vector<std::int16_t>>(&deformed.voxels))
+        target.voxels16 = voxels->data();
+    else
+        target.voxels32 = std::get<std::vector<float>>(deformed.voxels).data();
+    for (int a = 0; a < 3; ++a) {
+        const Vec3d step = grid.spacing_mm[a] * grid.direction.columns[a];
+        target.world_from_voxels[a] = {float(step.x), float(step.y), float(step.z)};
+    }
+    return target;
+}
+
+ScatterJob Scatter::job_of(const Lattice& lattice, Mapping mapping) const {
+    return {m_original, lattice, m_now, mapping, m_blocks, m_dirty, m_brick_count};
+}
 
 Deformed deform_by_lattice(const Volume& original, const Lattice& lattice, Mapping mapping,
                            bool with_inverse, const TaskArena& arena) {
     Deformed deformed;
     deformed.volume = original;
     const auto start = std::chrono::steady_clock::now();
-    const VoxelMask changeable = changeable_voxels(lattice, arena);
-    deformed.dirty_box = changeable.box;
-    deformed.written_voxels =
-        std::count(changeable.flags.begin(), changeable.flags.end(), std::uint8_t(1));
-    if (with_inverse) deformed.inverse_mm.assign(changeable.flags.size(), Vec3f{0, 0, 0});
-    deformed.gap_voxels = std::visit(
-        [&](const auto& voxels) {
-            return scatter_cells(voxels, lattice, mapping, changeable, arena, deformed);
-        },
-        original.voxels);
+    Scatter scatter(original, arena);
+    const OpenVoxels open = scatter.look(lattice, mapping, deformed.volume);
+    deformed.dirty_box = open.box;
+    deformed.written_voxels = open.count;
+    const Vec3i n = open.box.end - open.box.begin;
+    if (with_inverse) deformed.inverse_mm.assign(dense_count(n), Vec3f{0, 0, 0});
+    deformed.gap_voxels =
+        scatter.write(lattice, mapping, deformed.volume,
+                      with_inverse ? deformed.inverse_mm.data() : nullptr, open.box);
     deformed.resample_ms =
         std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
     return deformed;

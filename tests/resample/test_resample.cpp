@@ -35,7 +35,7 @@ Volume make_volume(Vec3i size, Vec3d spacing_mm, Value value) {
 /// Displaces every element of a box [mm along the lattice's axes].
 template <class Displacement>
 Lattice displaced_lattice(const Volume& volume, Box3i box, Displacement displacement) {
-    Lattice lattice(volume, draeger_law({}), 8);
+    Lattice lattice(volume, {draeger_law({})}, 8, false);
     for (int z = box.begin.z; z < box.end.z; ++z)
         for (int y = box.begin.y; y < box.end.y; ++y)
             for (int x = box.begin.x; x < box.end.x; ++x) {
@@ -58,11 +58,16 @@ class ResampleTest : public ::testing::TestWithParam<Mapping> {
     TaskArena arena{2};
 };
 
+std::string name_of(Mapping mapping) {
+    return mapping == Mapping::Cells         ? "Cells"
+           : mapping == Mapping::CellsScalar ? "CellsScalar"
+                                             : "Tetrahedra";
+}
+
 INSTANTIATE_TEST_SUITE_P(Mappings, ResampleTest,
-                         ::testing::Values(Mapping::Cells, Mapping::Tetrahedra),
-                         [](const auto& mapping) {
-                             return mapping.param == Mapping::Cells ? "Cells" : "Tetrahedra";
-                         });
+                         ::testing::Values(Mapping::Cells, Mapping::CellsScalar,
+                                           Mapping::Tetrahedra),
+                         [](const auto& mapping) { return name_of(mapping.param); });
 
 TEST_P(ResampleTest, IdentityReturnsTheVolumeBitForBit) {
     Random random(3);

@@ -1,0 +1,73 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// Writes the voxels inside deformed cells, a vector of cells at a time.
+//
+// A cell is the image of the cube −1 ≤ s ≤ 1 under φ(s) = c + J·s + C(s), where C holds the
+// products of coordinates: q_xy·s_x·s_y + q_xz·s_x·s_z + q_yz·s_y·s_z + q_xyz·s_x·s_y·s_z.
+// Multiplied by J⁻¹, φ(s) = p reads
+//
+//     s + G(s) = s₁   with   s₁ = J⁻¹(p − c),   G = J⁻¹C,
+//
+// and is solved by s ← s₁ − G(s). That costs a third of a Newton step, and in a cell whose edges
+// are not too different it contracts at a rate that is known beforehand from the coefficients of G,
+// which also bound how far s₁ can be from the answer: nearly all voxels that are not in the cell
+// are seen off by s₁ alone. Cells of one material under a push are parallelepipeds: G = 0.
+//
+// Every target does the same single-precision operations in the same order on each cell (no fused
+// multiply-add), and cells are taken in groups of kCellGroup whatever the vector's width: so the
+// results are the same bits on each machine.
+
+#pragma once
+
+#include <vector>
+
+#include "resample/block_nodes.h"
+
+namespace pliant {
+
+inline constexpr int kCellGroup = 16;
+
+/// Which of two cells that share a face writes the voxels on it.
+enum class CellFaces {
+    HalfOpen,  ///< one of them: a face on the high side is left to the neighbour
+    Closed,    ///< both, and the first one wins: where the neighbour is missing
+};
+
+/// Where cells are written to.
+struct CellTarget {
+    Box3i box;                       ///< voxels that may be written; inside the scan
+    Vec3i grid_size;                 ///< of the scan
+    RowBits* open = nullptr;         ///< one bit per voxel of the box's layers: still to be written
+    std::ptrdiff_t first_voxel = 0;  ///< index of the voxel that the first bit stands for
+    std::int16_t* voxels16 = nullptr;  ///< one of the two
+    float* voxels32 = nullptr;
+    Vec3f* inverse_mm = nullptr;  ///< over inverse_box; null: not wanted
+    Box3i inverse_box;
+    Vec3f world_from_voxels[3];  ///< columns: a step along i, j, k [mm, LPS]
+};
+
+/// @param back  φ⁻¹(p) − p [voxels]
+inline void store_inverse(const CellTarget& target, std::ptrdiff_t voxel, Vec3f back) {
+    const std::ptrdiff_t nx = target.grid_size.x, ny = target.grid_size.y;
+    const std::ptrdiff_t x = voxel % nx - target.inverse_box.begin.x;
+    const std::ptrdiff_t y = voxel / nx % ny - target.inverse_box.begin.y;
+    const std::ptrdiff_t z = voxel / (nx * ny) - target.inverse_box.begin.z;
+    const Vec3i n = target.inverse_box.end - target.inverse_box.begin;
+    const Vec3f* m = target.world_from_voxels;
+    target.inverse_mm[x + n.x * (y + n.y * z)] = back.x * m[0] + back.y * m[1] + back.z * m[2];
+}
+
+/// Writes the open voxels that lie in cells of `block.use()`, and closes them.
+/// @param[out] slow  appended: cells that are folded or nearly so, or reach too far; to be written
+///                   one by one
+/// @pre !block.is_wild()
+void write_cells(const BlockNodes& block, const CellTarget& target, CellFaces faces,
+                 std::vector<int>& slow);
+
+/// Displacements of a block's nodes relative to a base: (u − base)·scale + shift [voxels].
+/// @param from  one component in the eight bricks of the block
+void convert_block_nodes(const std::array<const Fixed*, 8>& from, int size, Fixed base, float scale,
+                         float shift, float* to);
+
+}  // namespace pliant

@@ -1,0 +1,266 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "resample/slab_writer.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+
+#include "chainmail/cell_block.h"
+#include "chainmail/tetrahedra.h"
+#include "resample/touched.h"
+#include "resample/trilinear_cell.h"
+
+namespace pliant {
+namespace {
+
+constexpr double kOnFace = 1e-9;  ///< tolerance of barycentric coordinates
+
+constexpr std::array<Vec3d, 8> kRestCorners = {
+    {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {1, 1, 0}, {0, 0, 1}, {1, 0, 1}, {0, 1, 1}, {1, 1, 1}}};
+
+Box3i overlap(const Box3i& a, const Box3i& b) {
+    Box3i both;
+    for (int axis = 0; axis < 3; ++axis) {
+        both.begin[axis] = std::max(a.begin[axis], b.begin[axis]);
+        both.end[axis] = std::min(a.end[axis], b.end[axis]);
+    }
+    return both;
+}
+
+Box3i box_of_brick(const Lattice& lattice, Vec3i coord) {
+    const int size = lattice.brick_size();
+    const Vec3i first = size * coord;
+    return overlap({first, first + Vec3i{size, size, size}}, voxel_box(lattice.grid()));
+}
+
+std::ptrdiff_t voxel_at(const CellTarget& target, Vec3i p) {
+    return p.x +
+           std::ptrdiff_t(target.grid_size.x) * (p.y + std::ptrdiff_t(target.grid_size.y) * p.z);
+}
+std::size_t open_bit(const CellTarget& target, Vec3i p) {
+    return std::size_t(voxel_at(target, p) - target.first_voxel);
+}
+RowBits low_bits(int count) {
+    return (RowBits(1) << count) - 1;
+}
+void set_open(const CellTarget& target, Vec3i p, RowBits bits) {
+    const std::size_t at = open_bit(target, p);
+    target.open[at / 64] |= bits << (at % 64);
+    if (at % 64 && bits >> (64 - at % 64)) target.open[at / 64 + 1] |= bits >> (64 - at % 64);
+}
+/// @param count  1…63
+RowBits get_open(const CellTarget& target, Vec3i p, int count) {
+    const std::size_t at = open_bit(target, p);
+    RowBits bits = target.open[at / 64] >> (at % 64);
+    if (int(at % 64) + count > 64) bits |= target.open[at / 64 + 1] << (64 - at % 64);
+    return bits & low_bits(count);
+}
+void clear_open(const CellTarget& target, Vec3i p) {
+    const std::size_t at = open_bit(target, p);
+    target.open[at / 64] &= ~(RowBits(1) << (at % 64));
+}
+
+template <class Visit>
+void for_each_row(const Box3i& box, const Visit& visit) {
+    for (int z = box.begin.z; z < box.end.z; ++z)
+        for (int y = box.begin.y; y < box.end.y; ++y) visit(Vec3i{box.begin.x, y, z});
+}
+
+bool any_open(const CellTarget& target, const Box3i& box) {
+    for (int z = box.begin.z; z < box.end.z; ++z)
+        for (int y = box.begin.y; y < box.end.y; ++y)
+            for (int x = box.begin.x; x < box.end.x; x += 32)
+                if (get_open(target, {x, y, z}, std::min(32, box.end.x - x))) return true;
+    return false;
+}
+
+bool reaches_dirty_brick(const ScatterJob& job, const Box3i& voxels) {
+    const int size = job.lattice.brick_size();
+    for (int z = voxels.begin.z / size; z <= (voxels.end.z - 1) / size; ++z)
+        for (int y = voxels.begin.y / size; y <= (voxels.end.y - 1) / size; ++y)
+            for (int x = voxels.begin.x / size; x <= (voxels.end.x - 1) / size; ++x)
+                if (job.dirty[std::size_t(x + job.bricks.x * (y + job.bricks.y * z))]) return true;
+    return false;
+}
+
+void put_back(const CellTarget& target, const Volume& original, Vec3i p, int count) {
+    const std::size_t at = voxel_index(original.grid, p);
+    std::visit(
+        [&]<class T>(const std::vector<T>& voxels) {
+            if constexpr (std::is_integral_v<T>)
+                std::copy_n(voxels.data() + at, count, target.voxels16 + at);
+            else
+                std::copy_n(voxels.data() + at, count, target.voxels32 + at);
+        },
+        original.voxels);
+}
+
+void store(const CellTarget& target, Vec3i p, double value) {
+    const std::ptrdiff_t at = voxel_at(target, p);
+    if (target.voxels16)
+        target.voxels16[at] = std::int16_t(std::lrint(value));
+    else
+        target.voxels32[at] = float(value);
+}
+
+std::array<double, 8> corner_values(const Volume& original, Vec3i cell) {
+    std::array<double, 8> values{};
+    for (int c = 0; c < 8; ++c) {
+        const Vec3i e = cell + Vec3i{c & 1, c >> 1 & 1, c >> 2};
+        values[std::size_t(c)] =
+            contains(voxel_box(original.grid), e) ? double(original.at(e)) : double(kAirHu);
+    }
+    return values;
+}
+
+/// Where a voxel comes from: its value, and its place in the cell at rest.
+struct Source {
+    double value;
+    Vec3d t;
+};
+
+std::optional<Source> find_source(const std::array<Vec3d, 8>& corners, const TrilinearCell& map,
+                                  const std::array<double, 8>& values, Vec3d p, Mapping mapping) {
+    if (mapping == Mapping::Tetrahedra) {
+        const auto where = locate_in_tetrahedra(corners, p, kOnFace);
+        if (!where) return std::nullopt;
+        return Source{combine(*where, values), combine(*where, kRestCorners)};
+    }
+    const auto t = map.locate(p);
+    if (!t) return std::nullopt;
+    return Source{interpolate(values, *t), *t};
+}
+
+}  // namespace
+
+OpenVoxels SlabWriter::open(const ScatterJob& job, const CellTarget& target,
+                            std::span<DirtyBrick> bricks) {
+    const int size = job.lattice.brick_size();
+    std::array<RowBits, 32 * 32> rows;
+    OpenVoxels opened;
+    opened.box = {{INT32_MAX, INT32_MAX, INT32_MAX}, {INT32_MIN, INT32_MIN, INT32_MIN}};
+    for (DirtyBrick& brick : bricks) {
+        const Box3i box = box_of_brick(job.lattice, brick.coord);
+        const int width = box.end.x - box.begin.x;
+        brick.is_changeable = false;
+        changeable_rows(job.snapshot, size, brick.coord, rows.data());
+        for_each_row(box, [&](Vec3i p) {
+            const Vec3i local = p - size * brick.coord;
+            const RowBits bits = rows[std::size_t(local.y + size * local.z)] & low_bits(width);
+            if (brick.was_changed && bits != low_bits(width))
+                put_back(target, job.original, p, width);
+            if (!bits) return;
+            set_open(target, p, bits);
+            brick.is_changeable = true;
+            opened.count += std::popcount(bits);
+            opened.box.begin = {std::min(opened.box.begin.x, p.x + std::countr_zero(bits)),
+                                std::min(opened.box.begin.y, p.y),
+                                std::min(opened.box.begin.z, p.z)};
+            opened.box.end = {std::max(opened.box.end.x, p.x + int(std::bit_width(bits))),
+                              std::max(opened.box.end.y, p.y + 1),
+                              std::max(opened.box.end.z, p.z + 1)};
+        });
+    }
+    return opened;
+}
+
+std::int64_t SlabWriter::write(const ScatterJob& job, const CellTarget& target,
+                               std::span<const DirtyBrick> bricks) {
+    const auto is_open = [&] {
+        return std::any_of(bricks.begin(), bricks.end(), [&](const DirtyBrick& brick) {
+            return brick.is_changeable && any_open(target, box_of_brick(job.lattice, brick.coord));
+        });
+    };
+    m_met_slow = false;
+    scatter(job, target, job.mapping, CellFaces::HalfOpen, false);
+    if (!is_open()) return 0;
+    // Beside a cell that isn't there, the voxels on the face between belong to the other one.
+    if (job.mapping == Mapping::Cells) scatter(job, target, job.mapping, CellFaces::Closed, true);
+    // Inversion can miss in a strongly folded cell; the tetrahedra always settle. Where nothing is
+    // folded, what is open is a gap.
+    const bool has_gaps = job.snapshot.has_edits() || job.lattice.is_void({-1, 0, 0});
+    if (job.mapping != Mapping::Tetrahedra && (m_met_slow || !has_gaps) && is_open())
+        scatter(job, target, Mapping::Tetrahedra, CellFaces::Closed, true);
+    std::int64_t gaps = 0;
+    for (const DirtyBrick& brick : bricks) {
+        if (!brick.is_changeable) continue;
+        const Box3i box = box_of_brick(job.lattice, brick.coord);
+        for_each_row(box, [&](Vec3i p) {
+            for (RowBits left = get_open(target, p, box.end.x - box.begin.x); left;
+                 left &= left - 1) {
+                const Vec3i gap = p + Vec3i{std::countr_zero(left), 0, 0};
+                store(target, gap, kAirHu);
+                clear_open(target, gap);
+                ++gaps;
+            }
+        });
+    }
+    return gaps;
+}
+
+void SlabWriter::scatter(const ScatterJob& job, const CellTarget& target, Mapping mapping,
+                         CellFaces faces, bool left) {
+    for (const ReachingBlock& block : job.blocks) {
+        const Box3i reach = overlap(block.reach, target.box);
+        if (is_empty(reach) || !reaches_dirty_brick(job, reach)) continue;
+        if (left && !any_open(target, reach)) continue;
+        if (!m_block.load(job.snapshot, job.lattice, job.original, block.coord, target.box.begin.z,
+                          target.box.end.z))
+            continue;
+        if (mapping == Mapping::Cells && !m_block.is_wild()) {
+            m_slow.clear();
+            write_cells(m_block, target, faces, m_slow);
+            for (const int cell : m_slow) write_cell(job, target, mapping, cell);
+            m_met_slow |= !m_slow.empty();
+            continue;
+        }
+        m_met_slow |= m_block.is_wild();
+        const auto use = m_block.use();
+        for (std::size_t w = 0; w < use.size(); ++w)
+            for (RowBits bits = use[w]; bits; bits &= bits - 1)
+                write_cell(job, target, mapping, int(64 * w) + std::countr_zero(bits));
+    }
+}
+
+/// The readable twin of the kernel: one cell, in double precision.
+void SlabWriter::write_cell(const ScatterJob& job, const CellTarget& target, Mapping mapping,
+                            int cell) {
+    const Vec3d scale = voxels_per_unit(job.lattice.grid());
+    const Vec3i local = m_block.local(cell), first = m_block.first_element() + local;
+    std::array<Vec3d, 8> points;
+    for (int c = 0; c < 8; ++c) {
+        const Vec3i corner{c & 1, c >> 1 & 1, c >> 2};
+        const Vec3<Fixed> u = m_block.displacement(local + corner);
+        for (int a = 0; a < 3; ++a) points[std::size_t(c)][a] = corner[a] + scale[a] * u[a];
+    }
+    Box3i candidates;
+    for (int a = 0; a < 3; ++a) {
+        double low = points[0][a], high = points[0][a];
+        for (const Vec3d& p : points) low = std::min(low, p[a]), high = std::max(high, p[a]);
+        candidates.begin[a] = first[a] + int(std::ceil(low - kOnFace));
+        candidates.end[a] = first[a] + int(std::floor(high + kOnFace)) + 1;
+    }
+    candidates = overlap(candidates, target.box);
+    if (is_empty(candidates) || !any_open(target, candidates)) return;
+    const TrilinearCell map(points);
+    const std::array<double, 8> values = corner_values(job.original, first);
+    for (int z = candidates.begin.z; z < candidates.end.z; ++z)
+        for (int y = candidates.begin.y; y < candidates.end.y; ++y)
+            for (int x = candidates.begin.x; x < candidates.end.x; ++x) {
+                const Vec3i p{x, y, z}, d = p - first;
+                if (!get_open(target, p, 1)) continue;
+                const auto source = find_source(points, map, values,
+                                                {double(d.x), double(d.y), double(d.z)}, mapping);
+                if (!source) continue;
+                clear_open(target, p);
+                store(target, p, source->value);
+                if (target.inverse_mm)
+                    store_inverse(target, voxel_at(target, p),
+                                  {float(source->t.x - d.x), float(source->t.y - d.y),
+                                   float(source->t.z - d.z)});
+            }
+}
+
+}  // namespace pliant

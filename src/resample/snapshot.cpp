@@ -1,0 +1,97 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "resample/snapshot.h"
+
+#include <algorithm>
+#include <span>
+
+#include "core/hash.h"
+
+namespace pliant {
+namespace {
+
+constexpr int kRecordsPerTask = 64;
+
+/// A brick's clock, and its edits as they are: those of a brick at rest have no clock.
+std::uint64_t stamp_of(const Brick* brick, const std::uint8_t* edits, int element_count) {
+    const std::uint64_t clock = brick ? brick->changed_at + 1 : 0;
+    if (!edits) return clock;
+    Hash64 hash;
+    hash.add_word(clock);
+    hash.add(std::span(edits, std::size_t(element_count)));
+    return hash.value();
+}
+
+void find_altered_rows(const BrickRecord& record, int size, RowBits* rows) {
+    std::fill_n(rows, size * size, 0);
+    for (int r = 0; r < size * size; ++r) {
+        RowBits bits = 0;
+        if (const Brick* brick = record.brick)
+            for (int x = 0; x < size; ++x) {
+                const int n = r * size + x;
+                bits |= RowBits((brick->u[0][n] | brick->u[1][n] | brick->u[2][n]) != 0) << x;
+            }
+        if (record.edits)
+            for (int x = 0; x < size; ++x)
+                bits |= RowBits((record.edits[r * size + x] & kVoid) != 0) << x;
+        rows[r] = bits;
+    }
+}
+
+}  // namespace
+
+void Snapshot::take(const Lattice& lattice, const Snapshot& before, const TaskArena& arena) {
+    list_records(lattice);
+    index_records();
+    const int size = lattice.brick_size();
+    m_rows_per_brick = std::size_t(size) * std::size_t(size);
+    m_rows.resize(m_records.size() * m_rows_per_brick);
+    arena.for_each(
+        std::int64_t(m_records.size()), kRecordsPerTask, [&](std::int64_t begin, std::int64_t end) {
+            for (auto n = std::size_t(begin); n < std::size_t(end); ++n) {
+                RowBits* rows = m_rows.data() + n * m_rows_per_brick;
+                const int old = before.find(m_records[n].coord);
+                if (old >= 0 && before.m_records[std::size_t(old)].stamp == m_records[n].stamp)
+                    std::copy_n(before.altered_rows(old), m_rows_per_brick, rows);
+                else
+                    find_altered_rows(m_records[n], size, rows);
+            }
+        });
+}
+
+void Snapshot::list_records(const Lattice& lattice) {
+    const int count = lattice.elements_per_brick();
+    m_records.clear();
+    m_has_edits = !lattice.all_edits().empty();
+    lattice.for_each_brick([&](const Brick& brick) {
+        m_records.push_back({brick.coord, &brick, brick.edits, stamp_of(&brick, brick.edits, count),
+                             brick.u_min, brick.u_max});
+    });
+    for (const auto& [coord, edits] : lattice.all_edits())
+        if (lattice.find_brick(coord) < 0)
+            m_records.push_back({coord,
+                                 nullptr,
+                                 edits.data(),
+                                 stamp_of(nullptr, edits.data(), count),
+                                 {0, 0, 0},
+                                 {0, 0, 0}});
+}
+
+void Snapshot::index_records() {
+    m_box = {};
+    m_record_at.clear();
+    if (m_records.empty()) return;
+    m_box = {m_records[0].coord, m_records[0].coord};
+    for (const BrickRecord& record : m_records)
+        for (int a = 0; a < 3; ++a) {
+            m_box.begin[a] = std::min(m_box.begin[a], record.coord[a]);
+            m_box.end[a] = std::max(m_box.end[a], record.coord[a] + 1);
+        }
+    const Vec3i n = m_box.end - m_box.begin;
+    m_record_at.assign(std::size_t(n.x) * std::size_t(n.y) * std::size_t(n.z), -1);
+    for (std::size_t r = 0; r < m_records.size(); ++r)
+        m_record_at[slot_of(m_records[r].coord)] = std::int32_t(r);
+}
+
+}  // namespace pliant

@@ -1,0 +1,68 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// The lattice as it was when it was last written back to the grid: one record per brick that holds
+// moved or carved elements. Two of them, before and now, say what has to be written again.
+
+#pragma once
+
+#include <pliant/tasks.h>
+
+#include <cstdint>
+#include <vector>
+
+#include "chainmail/lattice.h"
+
+namespace pliant {
+
+/// One bit per element of a row along x.
+using RowBits = std::uint64_t;
+
+struct BrickRecord {
+    Vec3i coord;
+    const Brick* brick;         ///< null: at rest; valid until the lattice changes
+    const std::uint8_t* edits;  ///< null: none; likewise
+    std::uint64_t stamp;        ///< differs whenever displacements or edits do
+    Vec3<Fixed> u_min, u_max;
+};
+
+class Snapshot {
+  public:
+    /// @param before  rows of bricks that didn't change are taken from it
+    void take(const Lattice& lattice, const Snapshot& before, const TaskArena& arena);
+
+    const std::vector<BrickRecord>& records() const { return m_records; }
+    /// Coordinates of all bricks with a record lie in this box.
+    const Box3i& box() const { return m_box; }
+    /// @returns −1 if everything in the brick is at rest and whole
+    int find(Vec3i coord) const {
+        return contains(m_box, coord) ? m_record_at[slot_of(coord)] : -1;
+    }
+    const BrickRecord* record_at(Vec3i coord) const {
+        const int found = find(coord);
+        return found < 0 ? nullptr : &m_records[std::size_t(found)];
+    }
+    /// Elements that moved or are void: brick_size² rows, y faster than z.
+    const RowBits* altered_rows(int record) const {
+        return m_rows.data() + std::size_t(record) * m_rows_per_brick;
+    }
+    bool has_edits() const { return m_has_edits; }
+
+  private:
+    std::size_t slot_of(Vec3i coord) const {
+        const Vec3i p = coord - m_box.begin, n = m_box.end - m_box.begin;
+        return std::size_t(p.x) +
+               std::size_t(n.x) * (std::size_t(p.y) + std::size_t(n.y) * std::size_t(p.z));
+    }
+    void list_records(const Lattice& lattice);
+    void index_records();
+
+    std::vector<BrickRecord> m_records;
+    std::vector<RowBits> m_rows;
+    std::size_t m_rows_per_brick = 0;
+    Box3i m_box;
+    std::vector<std::int32_t> m_record_at;  ///< dense over m_box
+    bool m_has_edits = false;
+};
+
+}  // namespace pliant
