@@ -98,25 +98,35 @@ void add_z_scale(Page& page, const TaskArena& arena) {
         "times the scale factor; here it is 60 mm wide, and pixels are 1 mm. Slices are 2.2 mm "
         "apart, the offset is 0.25, the scale factor 1.2. Left: as the thesis has it without its "
         "z-scale adjustment, limits along z are those along x in millimetres; it says that the "
-        "deformation is stretched along z. Right: limits in proportion to the distance of the "
-        "slices, which is what the adjustment restores and what Pliant always does. Upper row: the "
+        "deformation is stretched along z. Middle and right: limits in proportion to the distance "
+        "of the "
+        "slices, which is what the adjustment restores and what Pliant always does; and the same "
+        "with "
+        "rounded limits, which the thesis does not have. Upper row: the "
         "surface from outside (5.2). Lower row: contours of the displacement in the plane "
         "perpendicular to the push (5.3), x to the right and z down, at 10 % to 90 % of the push; "
         "thick: half of it; red: the circle of the same mean radius; dots: elements at rest.");
     std::vector<Image> views, contours;
     std::vector<std::vector<std::string>> rows;
-    for (const bool adjusted : {false, true}) {
-        Scenario s = cube_scenario({0.25, 1.2, 2.2, adjusted}, arena);
+    CubeSettings cube{.offset = 0.25, .z_scale = 2.2, .z_adjusted = false};
+    const auto add = [&](const char* name) {
+        Scenario s = cube_scenario(cube, arena);
         s.push({kFace_mm, kThesisPush_mm});
         views.push_back(virtual_view(deform_volume(*s.tissue).volume, close_view(kFace_mm), arena));
         contours.push_back(contour_picture(s, kFace_mm, 0, 2, 20, 1.2));
         const Contour c = roundness_of(s, kFace_mm, 1.2).across_push;
-        rows.push_back({adjusted ? "in proportion (Pliant)" : "not adjusted",
-                        text_of(s.reports[0].moved_elements), text_of(extent(c, 0), 2),
+        rows.push_back({name, text_of(s.reports[0].moved_elements), text_of(extent(c, 0), 2),
                         text_of(extent(c, 1), 2), text_of(extent(c, 1) / extent(c, 0), 2)});
-    }
-    page.picture("draeger-5-2-z-scale", "surface, without and with the adjustment", row_of(views));
-    page.picture("draeger-5-3-z-scale", "contours, without and with it", row_of(contours));
+    };
+    add("not adjusted");
+    cube.z_adjusted = true;
+    add("in proportion");
+    cube.limits = LinkLimits::Rounded;
+    add("in proportion, rounded");
+    page.picture("draeger-5-2-z-scale", "surface: not adjusted, in proportion, rounded",
+                 row_of(views));
+    page.picture("draeger-5-3-z-scale", "contours: not adjusted, in proportion, rounded",
+                 row_of(contours));
     page.table({"limits along z", "moved elements", "extent along x [mm]", "along z [mm]", "z : x"},
                rows);
     page.paragraph(
@@ -255,14 +265,22 @@ void add_stages(Page& page, const TaskArena& arena) {
     page.paragraph(
         "A large push with a large offset: 0.25, scale factor 2.5. The thesis shows stages between "
         "the moved elements, and blames the cubic chain regions. Left: the surface; middle: the "
-        "plane z = 0; right: contours in the plane perpendicular to the push.");
-    Scenario s = cube_scenario({0.25, 2.5}, arena);
-    s.push({kFace_mm, kThesisPush_mm});
-    const Image pictures[] = {
-        virtual_view(deform_volume(*s.tissue).volume, close_view(kFace_mm), arena),
-        cut_picture(s, kFace_mm + Vec3d{0, 8, 0}, 0, 1, 17, 2.5),
-        contour_picture(s, kFace_mm, 0, 2, 17, 2.5)};
-    page.picture("draeger-5-10-stages", "box limits: surface, section, contours", row_of(pictures));
+        "plane z = 0; right: contours in the plane perpendicular to the push. Upper row: box "
+        "limits, as in the thesis; lower row: rounded limits.");
+    for (const bool rounded : {false, true}) {
+        CubeSettings cube{.offset = 0.25, .scale = 2.5};
+        cube.limits = rounded ? LinkLimits::Rounded : LinkLimits::Box;
+        Scenario s = cube_scenario(cube, arena);
+        s.push({kFace_mm, kThesisPush_mm});
+        const Image pictures[] = {
+            virtual_view(deform_volume(*s.tissue).volume, close_view(kFace_mm), arena),
+            cut_picture(s, kFace_mm + Vec3d{0, 8, 0}, 0, 1, 17, 2.5),
+            contour_picture(s, kFace_mm, 0, 2, 17, 2.5)};
+        page.picture(rounded ? "draeger-5-10-stages-rounded" : "draeger-5-10-stages",
+                     rounded ? "rounded limits: surface, section, contours"
+                             : "box limits: surface, section, contours",
+                     row_of(pictures));
+    }
 }
 
 void add_roundness(Page& page, const TaskArena& arena) {
@@ -272,17 +290,40 @@ void add_roundness(Page& page, const TaskArena& arena) {
         "without a surface. Deviation from a circle: (largest − smallest radius) / mean radius, "
         "over 360 angles. A circle has 0, a square 37 %.");
     std::vector<std::vector<std::string>> rows;
-    for (const double z_scale : {1.0, 2.2}) {
+    for (const double z_scale : {1.0, 2.2})
         for (const auto& [offset, scale] : {std::pair{0.25, 1.2}, {0.25, 2.5}, {0.1, 1.2}}) {
-            Scenario s = solid_scenario({offset, scale, z_scale}, arena);
-            s.push({{0, 0, 0}, kThesisPush_mm});
-            const Roundness r = roundness_of(s, {0, 0, 0}, scale);
-            rows.push_back({text_of(z_scale, 1), text_of(offset, 2), text_of(scale, 1),
-                            text_of(r.across_push.mean_mm, 2), percent(r.across_push.deviation),
-                            percent(r.along_push.deviation), percent(r.along_push_in_z.deviation)});
+            std::vector<std::string> row{text_of(z_scale, 1), text_of(offset, 2),
+                                         text_of(scale, 1)};
+            for (const LinkLimits limits : {LinkLimits::Box, LinkLimits::Rounded}) {
+                Scenario s = solid_scenario(
+                    {.offset = offset, .scale = scale, .z_scale = z_scale, .limits = limits},
+                    arena);
+                s.push({{0, 0, 0}, kThesisPush_mm});
+                const Roundness r = roundness_of(s, {0, 0, 0}, scale);
+                row.push_back(text_of(r.across_push.mean_mm, 2));
+                for (const Contour* c : {&r.across_push, &r.along_push, &r.along_push_in_z})
+                    row.push_back(percent(c->deviation));
+            }
+            rows.push_back(row);
         }
+    page.table({"z-scale", "offset", "scale", "box: mean radius, xz [mm]", "xz", "xy", "zy",
+                "rounded: mean radius, xz [mm]", "xz", "xy", "zy"},
+               rows);
+    page.paragraph(
+        "The contours of the fifth row (z-scale 2.2, offset 0.25, scale 2.5) in the planes xz, xy "
+        "and zy, box limits above and rounded limits below:");
+    for (const LinkLimits limits : {LinkLimits::Box, LinkLimits::Rounded}) {
+        Scenario s =
+            solid_scenario({.offset = 0.25, .scale = 2.5, .z_scale = 2.2, .limits = limits}, arena);
+        s.push({{0, 0, 0}, kThesisPush_mm});
+        const Image pictures[] = {contour_picture(s, {0, 0, 0}, 0, 2, 17, 2.5),
+                                  contour_picture(s, {0, 0, 0}, 0, 1, 17, 2.5),
+                                  contour_picture(s, {0, 0, 0}, 2, 1, 17, 2.5)};
+        const bool rounded = limits == LinkLimits::Rounded;
+        page.picture(rounded ? "contours-rounded" : "contours-box",
+                     rounded ? "rounded limits, three planes" : "box limits, three planes",
+                     row_of(pictures));
     }
-    page.table({"z-scale", "offset", "scale", "mean radius, xz [mm]", "box: xz", "xy", "zy"}, rows);
 }
 
 }  // namespace

@@ -82,6 +82,7 @@ ChainMailSettings settings_of(const CubeSettings& cube) {
     settings.scale = cube.scale;
     settings.max_movement_mm = cube.max_movement_mm;
     settings.bone_threshold_hu = 1600;
+    settings.limits = cube.limits;
     settings.air_enabled = false;  // as in the thesis
     if (cube.z_adjusted) return settings;
     settings.custom_law = [law = draeger_law(settings), z_scale = cube.z_scale](int value) {
@@ -199,11 +200,6 @@ Scenario bump_scenario(bool air, const TaskArena& arena) {
                                     return int(std::lround(kAirHu + share * (50 - kAirHu)));
                                 }),
                          tissue_settings(air), arena);
-}
-
-bool has_air(const TaskArena& arena) {
-    const Volume volume = filled({2, 2, 2}, {1, 1, 1}, [](Vec3i) { return kAirHu; });
-    return ChainMail::create(volume, tissue_settings(true), arena).ok();
 }
 
 }  // namespace pliant::results

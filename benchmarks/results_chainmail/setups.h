@@ -60,6 +60,7 @@ struct CubeSettings {
     double z_scale = 1;      ///< distance of slices, where pixels are 1 mm
     bool z_adjusted = true;  ///< false: links along z have the limits of those along x
     double max_movement_mm = 20;
+    LinkLimits limits = LinkLimits::Box;
 };
 ChainMailSettings settings_of(const CubeSettings& cube);
 /// The thesis's cube, 60 mm wide, of the value 2000 on its scale, in air.
@@ -100,7 +101,5 @@ std::vector<Vec3i> near_wall_patch();
 Scenario bump_scenario(bool air, const TaskArena& arena);
 inline constexpr Vec3i kBumpTip{40, 20, 32};
 inline constexpr int kWallFront = 30;  ///< first element of the wall, along y
-/// Whether this version knows air as a material of its own.
-bool has_air(const TaskArena& arena);
 
 }  // namespace pliant::results
