@@ -46,14 +46,14 @@ enum class LabelLaw {
 
 /// The material of the elements with some labels, instead of the main law and of air.
 struct LabelMaterial {
-    std::vector<int> values;  ///< of the label volume
+    std::vector<int> values{};  ///< of the label volume
     LabelLaw law = LabelLaw::ByValue;
     // ByValue; where empty, as in [material]
-    std::optional<double> offset;             ///< fraction of a link, 0…1
-    std::optional<double> bone_threshold_hu;  ///< values above it don't move
+    std::optional<double> offset{};             ///< fraction of a link, 0…1
+    std::optional<double> bone_threshold_hu{};  ///< values above it don't move
     // ByValue and Constant
-    std::optional<double> max_movement_mm;  ///< 0…500
-    Vec3d factor{1, 1, 1};                  ///< of all limits along i, j, k, 0…100
+    std::optional<double> max_movement_mm{};  ///< 0…500
+    Vec3d factor{1, 1, 1};                    ///< of all limits along i, j, k, 0…100
     // Constant: of a link along i, j, k, as a fraction of its length, 0…100
     Vec3d compress{0, 0, 0};
     Vec3d stretch{0, 0, 0};

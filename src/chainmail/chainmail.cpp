@@ -48,7 +48,9 @@ bool ChainMail::Impl::propagate(std::span<const ElementRef> grabbed, Vec3<Fixed>
     for (int axis = 0; axis < 3; ++axis) {
         if (shift[axis] == 0) continue;
         const ComponentPush push{axis, shift[axis] > 0 ? 1 : -1, std::abs(shift[axis])};
-        const bool done = settings.solver == ChainMailSolver::Heap
+        const bool done = settings.limits == LinkLimits::Rounded
+                              ? propagate_rounded(lattice, grabbed, push, arena, max_bricks)
+                          : settings.solver == ChainMailSolver::Heap
                               ? propagate_by_heap(lattice, grabbed, push, max_bricks)
                               : propagate_by_sweeps(lattice, grabbed, push, arena, max_bricks);
         if (!done) return false;

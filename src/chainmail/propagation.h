@@ -67,4 +67,9 @@ void begin_raise(const Lattice& lattice, Brick& brick, const ComponentPush& push
 [[nodiscard]] bool propagate_by_heap(Lattice& lattice, std::span<const ElementRef> grabbed,
                                      const ComponentPush& push, int max_bricks);
 
+/// The least raise under rounded limits (rounded.h).
+[[nodiscard]] bool propagate_rounded(Lattice& lattice, std::span<const ElementRef> grabbed,
+                                     const ComponentPush& push, const TaskArena& arena,
+                                     int max_bricks);
+
 }  // namespace pliant

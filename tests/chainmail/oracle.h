@@ -16,6 +16,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <functional>
 #include <limits>
 #include <span>
 #include <type_traits>
@@ -29,7 +30,17 @@ class Oracle {
   public:
     /// The grid reaches `margin` elements of air beyond the volume on every side.
     Oracle(const Volume& volume, const MaterialLaw& law, int margin)
-        : m_grid(volume.grid), m_margin(margin) {
+        : Oracle(
+              volume.grid,
+              [&](Vec3i e) {
+                  const bool inside = contains(voxel_box(volume.grid), e);
+                  return law(inside ? int(volume.at(e)) : kAirHu);
+              },
+              margin) {}
+
+    /// A law for each element by itself.
+    Oracle(const Grid& grid, const std::function<ElementLimits(Vec3i)>& limits_at, int margin)
+        : m_grid(grid), m_margin(margin) {
         m_size = m_grid.size + Vec3i{2 * margin, 2 * margin, 2 * margin};
         const auto n = std::size_t(m_size.x) * std::size_t(m_size.y) * std::size_t(m_size.z);
         m_limits.reserve(n);
@@ -37,8 +48,7 @@ class Oracle {
             for (int y = 0; y < m_size.y; ++y)
                 for (int x = 0; x < m_size.x; ++x) {
                     const Vec3i e = Vec3i{x, y, z} - Vec3i{margin, margin, margin};
-                    const bool inside = contains(voxel_box(m_grid), e);
-                    m_limits.push_back(law(inside ? int(volume.at(e)) : kAirHu));
+                    m_limits.push_back(limits_at(e));
                 }
         for (auto& u : m_u) u.assign(n, 0);
         for (std::size_t b = 0; b < 3; ++b)

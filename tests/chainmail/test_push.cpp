@@ -107,7 +107,10 @@ TEST_F(PushTest, EveryPointOfADeformedLatticeIsInACell) {
 }
 
 TEST_F(PushTest, MotionGoesBeyondTheBorderOfTheScan) {
-    ChainMail tissue = tissue_of(volume, arena);
+    // Air that follows the law of its value is dragged along.
+    ChainMailSettings settings;
+    settings.air_enabled = false;
+    ChainMail tissue = tissue_of(volume, arena, settings);
     ASSERT_TRUE(tissue.push({.point_mm = {0.5, 12.5, 12.5}, .push_mm = {-2, 0, 0}}).ok());
     EXPECT_LT(tissue.displacement_mm({-3, 12, 12}).x, -0.5);
     EXPECT_EQ(tissue.displacement_mm({-40, 12, 12}), (Vec3d{0, 0, 0}));
@@ -242,8 +245,10 @@ TEST_F(PushTest, CheckFindsViolatedLinksAndFoldedCells) {
     EXPECT_NEAR(check_lattice(tissue.lattice(), hard, arena).max_violation_mm, 1.4, 1e-5);
 }
 
-TEST_F(PushTest, DefaultLimitsNeverFold) {
-    ChainMail tissue = tissue_of(volume, arena);
+TEST_F(PushTest, DefaultLimitsOfTissueNeverFold) {
+    ChainMailSettings settings;
+    settings.air_enabled = false;
+    ChainMail tissue = tissue_of(volume, arena, settings);
     Random random(9);
     for (int n = 0; n < 10; ++n) {
         ASSERT_TRUE(
