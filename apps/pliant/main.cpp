@@ -149,6 +149,8 @@ void add_deform(CLI::App& app, DeformOptions& o) {
     c->add_option("--out", o.out, "deformed scan (.nrrd or .nhdr)")->required();
     c->add_option("--displacement", o.displacement, "forward displacement field (NRRD, LPS mm)");
     c->add_option("--transform", o.transform, "inverse: a grid transform of 3D Slicer (NRRD)");
+    c->add_option("--jacobian", o.jacobian, "growth of the tissue's volume, 1: none (NRRD)");
+    c->add_option("--strain", o.strain, "largest principal Green-Lagrange strain (NRRD)");
     c->add_option("--report", o.report, "what happened, JSON");
     c->add_option("--png", o.png, "before and after, four views each");
     add_vector(c, "--eye", o.eye_mm, "of the picture's endoscope (default: chosen in the lumen)");

@@ -49,7 +49,7 @@ struct DeformOptions {
     std::string config;
     std::string solver = "sweep";   ///< or "heap"
     std::string mapping = "cells";  ///< or "tetrahedra"
-    std::string out, displacement, transform, report, png;
+    std::string out, displacement, transform, jacobian, strain, report, png;
     std::optional<Vec3d> eye_mm, look;  ///< of the picture
     std::optional<double> iso_hu;
     bool raw = false;

@@ -28,7 +28,7 @@ constexpr int kPictureSide = 800;  ///< pixels of each of the two four-ups
 /// Where each output is written until all are there.
 struct Outputs {
     StagedFiles files;
-    fs::path out, displacement, transform, report, png;
+    fs::path out, displacement, transform, jacobian, strain, report, png;
 };
 
 /// @param endings  none: any name will do
@@ -56,6 +56,8 @@ Status stage_outputs(const DeformOptions& o, Outputs& outputs) {
         {"--out", o.out, outputs.out, {".nrrd", ".nhdr"}},
         {"--displacement", o.displacement, outputs.displacement, {".nrrd", ".nhdr"}},
         {"--transform", o.transform, outputs.transform, {".nrrd", ".nhdr"}},
+        {"--jacobian", o.jacobian, outputs.jacobian, {".nrrd", ".nhdr"}},
+        {"--strain", o.strain, outputs.strain, {".nrrd", ".nhdr"}},
         {"--report", o.report, outputs.report, {}},
         {"--png", o.png, outputs.png, {".png"}},
     };
@@ -154,6 +156,12 @@ Status write_outputs(const DeformOptions& o, const ChainMail& tissue, const Defo
         if (!s.ok()) return s;
     }
     bar.show(0.8);
+    if (!outputs.jacobian.empty())
+        if (Status s = write_volume(outputs.jacobian, jacobian_field(tissue), encoding); !s.ok())
+            return s;
+    if (!outputs.strain.empty())
+        if (Status s = write_volume(outputs.strain, strain_field(tissue), encoding); !s.ok())
+            return s;
     if (!outputs.png.empty()) {
         const Image image = before_and_after(o, tissue.volume(), deformed.volume, tissue.arena());
         if (Status s = write_png(outputs.png, image); !s.ok()) return s;

@@ -12,6 +12,9 @@
 #include <pliant/volume.h>
 
 #include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
 
 namespace pliant {
 
@@ -39,12 +42,59 @@ struct Deformed {
 Deformed deform_volume(const ChainMail& tissue, Mapping mapping = Mapping::Cells,
                        bool with_inverse = false);
 
+/// What one update of a LiveDeformation did.
+struct LiveUpdate {
+    /// Boxes of voxels that may have changed: whole bricks of the lattice, cut to the scan, with
+    /// neighbours along i joined. Valid until the next update.
+    std::span<const Box3i> boxes;
+    /// Smallest box with every voxel that was computed; empty if there was none.
+    Box3i dirty_box;
+    std::int64_t written_voxels = 0;  ///< computed; voxels that are at rest again are put back too
+    std::int64_t gap_voxels = 0;      ///< of these: covered by no cell, filled with air
+    double resample_ms = 0;
+};
+
+/// A deformed scan that is kept up to date while the tissue is pushed.
+///
+///   LiveDeformation live(tissue);
+///   tissue.push(…);
+///   for (const Box3i& box : live.update().boxes) show(live.volume(), box);
+///
+/// The first update writes all that is deformed, each later one only what cells that changed since
+/// then have left or entered. After any number of updates the volume is, bit for bit, that of
+/// deform_volume(tissue). Once the largest deformation has been seen, an update allocates nothing.
+class LiveDeformation {
+  public:
+    /// Copies the scan, and keeps a reference: the tissue must outlive it, and stay where it is.
+    explicit LiveDeformation(const ChainMail& tissue);
+    ~LiveDeformation();
+    LiveDeformation(LiveDeformation&&) noexcept;
+    LiveDeformation& operator=(LiveDeformation&&) noexcept;
+
+    LiveUpdate update();
+    const Volume& volume() const;
+
+  private:
+    struct Impl;
+    std::unique_ptr<Impl> m_impl;
+};
+
 /// Forward displacement at every rest voxel centre of the scan.
 VectorField displacement_field(const ChainMail& tissue);
 
 /// Inverse displacement on the whole grid, in the direction that resampling filters expect.
 /// @pre deformed was made with_inverse
 VectorField inverse_field(const Deformed& deformed);
+
+/// By how much the tissue around each rest voxel centre grew: det F with F = I + ∂u/∂X, from
+/// central differences along the lattice's axes, one-sided beside a cut link or a void element.
+/// @returns float, dimensionless: 1 at rest and at void elements, below 0 where space is inside out
+Volume jacobian_field(const ChainMail& tissue);
+
+/// By how much the tissue is stretched where it is stretched most: the largest eigenvalue of the
+/// Green–Lagrange strain E = ½(FᵀF − I), F as above.
+/// @returns float, dimensionless: 0 at rest and at void elements
+Volume strain_field(const ChainMail& tissue);
 
 /// Of all voxels and their grid's size: to compare results.
 std::uint64_t hash_volume(const Volume& volume);

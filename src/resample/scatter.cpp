@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <functional>
 
 #include "chainmail/cell_block.h"
 
@@ -50,14 +51,16 @@ OpenVoxels Scatter::look(const Lattice& lattice, Mapping mapping, Volume& deform
     list_slabs();
     if (m_writers.size() < m_slabs.size()) m_writers.resize(m_slabs.size());
     const ScatterJob job = job_of(lattice, mapping);
-    m_arena.for_each(std::int64_t(m_slabs.size()), 1, [&](std::int64_t begin, std::int64_t end) {
+    const auto task = [&](std::int64_t begin, std::int64_t end) {
         for (auto s = std::size_t(begin); s < std::size_t(end); ++s) {
             Slab& slab = m_slabs[s];
             slab.open = m_writers[s].open(
                 job, target_of(slab, lattice.brick_size(), deformed),
                 std::span(m_bricks).subspan(slab.first_brick, slab.last_brick - slab.first_brick));
         }
-    });
+    };
+    // By reference: a copy of the captures would be allocated.
+    m_arena.for_each(std::int64_t(m_slabs.size()), 1, std::ref(task));
     OpenVoxels all;
     all.box = {{INT32_MAX, INT32_MAX, INT32_MAX}, {INT32_MIN, INT32_MIN, INT32_MIN}};
     for (const Slab& slab : m_slabs) {
@@ -74,7 +77,7 @@ OpenVoxels Scatter::look(const Lattice& lattice, Mapping mapping, Volume& deform
 std::int64_t Scatter::write(const Lattice& lattice, Mapping mapping, Volume& deformed,
                             Vec3f* inverse_mm, const Box3i& inverse_box) {
     const ScatterJob job = job_of(lattice, mapping);
-    m_arena.for_each(std::int64_t(m_slabs.size()), 1, [&](std::int64_t begin, std::int64_t end) {
+    const auto task = [&](std::int64_t begin, std::int64_t end) {
         for (auto s = std::size_t(begin); s < std::size_t(end); ++s) {
             Slab& slab = m_slabs[s];
             CellTarget target = target_of(slab, lattice.brick_size(), deformed);
@@ -84,7 +87,8 @@ std::int64_t Scatter::write(const Lattice& lattice, Mapping mapping, Volume& def
                 job, target,
                 std::span(m_bricks).subspan(slab.first_brick, slab.last_brick - slab.first_brick));
         }
-    });
+    };
+    m_arena.for_each(std::int64_t(m_slabs.size()), 1, std::ref(task));
     std::int64_t gaps = 0;
     for (const Slab& slab : m_slabs) gaps += slab.gaps;
     list_boxes(lattice.brick_size());

@@ -4,6 +4,7 @@
 #include "resample/snapshot.h"
 
 #include <algorithm>
+#include <functional>
 #include <span>
 
 #include "core/hash.h"
@@ -47,17 +48,18 @@ void Snapshot::take(const Lattice& lattice, const Snapshot& before, const TaskAr
     const int size = lattice.brick_size();
     m_rows_per_brick = std::size_t(size) * std::size_t(size);
     m_rows.resize(m_records.size() * m_rows_per_brick);
-    arena.for_each(
-        std::int64_t(m_records.size()), kRecordsPerTask, [&](std::int64_t begin, std::int64_t end) {
-            for (auto n = std::size_t(begin); n < std::size_t(end); ++n) {
-                RowBits* rows = m_rows.data() + n * m_rows_per_brick;
-                const int old = before.find(m_records[n].coord);
-                if (old >= 0 && before.m_records[std::size_t(old)].stamp == m_records[n].stamp)
-                    std::copy_n(before.altered_rows(old), m_rows_per_brick, rows);
-                else
-                    find_altered_rows(m_records[n], size, rows);
-            }
-        });
+    const auto task = [&](std::int64_t begin, std::int64_t end) {
+        for (auto n = std::size_t(begin); n < std::size_t(end); ++n) {
+            RowBits* rows = m_rows.data() + n * m_rows_per_brick;
+            const int old = before.find(m_records[n].coord);
+            if (old >= 0 && before.m_records[std::size_t(old)].stamp == m_records[n].stamp)
+                std::copy_n(before.altered_rows(old), m_rows_per_brick, rows);
+            else
+                find_altered_rows(m_records[n], size, rows);
+        }
+    };
+    // By reference: a copy of the captures would be allocated.
+    arena.for_each(std::int64_t(m_records.size()), kRecordsPerTask, std::ref(task));
 }
 
 void Snapshot::list_records(const Lattice& lattice) {

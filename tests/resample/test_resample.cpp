@@ -10,48 +10,12 @@
 #include <algorithm>
 #include <set>
 
-#include "chainmail/lattice.h"
+#include "resample/lattices.h"
 #include "resample/scatter.h"
 #include "support/random.h"
 
 namespace pliant::test {
 namespace {
-
-template <class Value>
-Volume make_volume(Vec3i size, Vec3d spacing_mm, Value value) {
-    Volume volume;
-    volume.grid.size = size;
-    volume.grid.spacing_mm = spacing_mm;
-    using T = decltype(value(Vec3d{}));
-    std::vector<T> voxels;
-    for (int z = 0; z < size.z; ++z)
-        for (int y = 0; y < size.y; ++y)
-            for (int x = 0; x < size.x; ++x)
-                voxels.push_back(value(Vec3d{double(x), double(y), double(z)}));
-    volume.voxels = voxels;
-    return volume;
-}
-
-/// Displaces every element of a box [mm along the lattice's axes].
-template <class Displacement>
-Lattice displaced_lattice(const Volume& volume, Box3i box, Displacement displacement) {
-    Lattice lattice(volume, {draeger_law({})}, 8, false);
-    for (int z = box.begin.z; z < box.end.z; ++z)
-        for (int y = box.begin.y; y < box.end.y; ++y)
-            for (int x = box.begin.x; x < box.end.x; ++x) {
-                const ElementRef element = lattice.ensure_element({x, y, z});
-                const Vec3d u = displacement(Vec3d{double(x), double(y), double(z)});
-                for (int a = 0; a < 3; ++a)
-                    lattice.brick(element.brick).u[std::size_t(a)][std::size_t(element.index)] =
-                        units_from_mm(u[a]);
-            }
-    for (const int brick : lattice.resident_bricks()) lattice.update_bounds(brick);
-    return lattice;
-}
-
-double smooth_value(Vec3d p) {
-    return 100 * std::sin(0.11 * p.x + 1) * std::cos(0.09 * p.y) + 60 * std::sin(0.1 * p.z);
-}
 
 class ResampleTest : public ::testing::TestWithParam<Mapping> {
   protected:

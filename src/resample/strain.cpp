@@ -1,0 +1,145 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// The deformation gradient at each element, and what is derived from it. All of it is invariant
+// under rotations of the world, so the scan's direction matrix doesn't matter.
+
+#include "resample/strain.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "resample/snapshot.h"
+
+namespace pliant {
+namespace {
+
+/// The lattice's elements with their neighbours, wherever they are.
+class Elements {
+  public:
+    Elements(const Lattice& lattice, const TaskArena& arena) : m_lattice(lattice) {
+        m_snapshot.take(lattice, {}, arena);
+    }
+
+    /// Whether the bricks at or beside a brick of elements hold anything that moved.
+    bool is_calm(Vec3i brick) const {
+        for (int side = 0; side < 7; ++side) {
+            Vec3i there = brick;
+            if (side < 6) there[side / 2] += side % 2 ? 1 : -1;
+            if (m_snapshot.find(there) >= 0) return false;
+        }
+        return true;
+    }
+    /// F = I + ∂u/∂X at an element.
+    Mat3d gradient(Vec3i e) const {
+        Mat3d f = kIdentity3;
+        if (edits(e) & kVoid) return f;
+        for (int b = 0; b < 3; ++b) {
+            Vec3i high = e, low = e;
+            high[b] += is_linked(e, b) ? 1 : 0;
+            Vec3i before = e;
+            before[b] -= 1;
+            if (is_linked(before, b)) low = before;
+            const int links = high[b] - low[b];
+            if (links == 0) continue;
+            const Vec3d u = displacement_mm(high) - displacement_mm(low);
+            f.columns[b] = f.columns[b] + (1 / (links * m_lattice.grid().spacing_mm[b])) * u;
+        }
+        return f;
+    }
+
+  private:
+    const BrickRecord* record(Vec3i e) const { return m_snapshot.record_at(m_lattice.brick_of(e)); }
+    int edits(Vec3i e) const {
+        const BrickRecord* found = record(e);
+        return found && found->edits ? found->edits[m_lattice.index_in_brick(e)] : 0;
+    }
+    /// Whether an element hangs together with the next one along an axis.
+    bool is_linked(Vec3i e, int axis) const {
+        Vec3i next = e;
+        next[axis] += 1;
+        if ((edits(e) & (kCutX << axis | kVoid)) || (edits(next) & kVoid)) return false;
+        return !m_lattice.is_void({-1, 0, 0}) || (is_inside(e) && is_inside(next));
+    }
+    bool is_inside(Vec3i e) const { return contains(voxel_box(m_lattice.grid()), e); }
+    Vec3d displacement_mm(Vec3i e) const {
+        const BrickRecord* found = record(e);
+        if (!found || !found->brick) return {0, 0, 0};
+        const int n = m_lattice.index_in_brick(e);
+        const auto& u = found->brick->u;
+        return {mm_from_units(u[0][n]), mm_from_units(u[1][n]), mm_from_units(u[2][n])};
+    }
+
+    const Lattice& m_lattice;
+    Snapshot m_snapshot;
+};
+
+/// Largest eigenvalue of a symmetric matrix [Smith1961].
+double largest_eigenvalue(const Mat3d& m) {
+    const auto& c = m.columns;
+    const double mean = (c[0].x + c[1].y + c[2].z) / 3;
+    const Vec3d diagonal{c[0].x - mean, c[1].y - mean, c[2].z - mean};
+    const double squares =
+        dot(diagonal, diagonal) + 2 * (c[1].x * c[1].x + c[2].x * c[2].x + c[2].y * c[2].y);
+    const double p = std::sqrt(squares / 6);
+    if (p == 0) return mean;
+    const Mat3d shifted = {{{diagonal.x / p, c[0].y / p, c[0].z / p},
+                            {c[1].x / p, diagonal.y / p, c[1].z / p},
+                            {c[2].x / p, c[2].y / p, diagonal.z / p}}};
+    const double r = std::clamp(determinant(shifted) / 2, -1.0, 1.0);
+    return mean + 2 * p * std::cos(std::acos(r) / 3);
+}
+
+double largest_strain(const Mat3d& f) {
+    Mat3d e = transposed(f) * f;
+    for (int a = 0; a < 3; ++a) {
+        e.columns[a][a] -= 1;
+        e.columns[a] = 0.5 * e.columns[a];
+    }
+    return largest_eigenvalue(e);
+}
+
+template <class Measure>
+Volume field_of(const Lattice& lattice, const TaskArena& arena, float at_rest, const char* quantity,
+                const Measure& measure) {
+    const Grid& grid = lattice.grid();
+    const Elements elements(lattice, arena);
+    std::vector<float> values(voxel_count(grid), at_rest);
+    const int size = lattice.brick_size();
+    const int layers = (grid.size.z + size - 1) / size, rows = (grid.size.y + size - 1) / size;
+    arena.for_each(std::int64_t(layers) * rows, 1, [&](std::int64_t begin, std::int64_t end) {
+        for (; begin < end; ++begin) {
+            const int by = int(begin % rows), bz = int(begin / rows);
+            for (int x = 0; x < grid.size.x; ++x) {
+                if (elements.is_calm({x / size, by, bz})) {
+                    x += size - 1 - x % size;
+                    continue;
+                }
+                for (int z = bz * size; z < std::min((bz + 1) * size, grid.size.z); ++z)
+                    for (int y = by * size; y < std::min((by + 1) * size, grid.size.y); ++y)
+                        values[voxel_index(grid, {x, y, z})] =
+                            float(measure(elements.gradient({x, y, z})));
+            }
+        }
+    });
+    return {grid, std::move(values), {{"quantity", quantity}, {"unit", "1"}}};
+}
+
+}  // namespace
+
+Volume jacobian_by_lattice(const Lattice& lattice, const TaskArena& arena) {
+    return field_of(lattice, arena, 1, "determinant of the deformation gradient",
+                    [](const Mat3d& f) { return determinant(f); });
+}
+Volume strain_by_lattice(const Lattice& lattice, const TaskArena& arena) {
+    return field_of(lattice, arena, 0, "largest principal Green-Lagrange strain", largest_strain);
+}
+
+Volume jacobian_field(const ChainMail& tissue) {
+    return jacobian_by_lattice(tissue.lattice(), tissue.arena());
+}
+Volume strain_field(const ChainMail& tissue) {
+    return strain_by_lattice(tissue.lattice(), tissue.arena());
+}
+
+}  // namespace pliant

@@ -1,0 +1,191 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// Updates brick by brick against everything written at once.
+
+#include <gtest/gtest.h>
+#include <pliant/resample.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cstdlib>
+#include <new>
+
+#include "resample/lattices.h"
+#include "resample/scatter.h"
+#include "support/random.h"
+
+namespace {
+std::atomic<long> allocations{0};
+}
+
+// Counted, for the test that an update allocates nothing. Each delete belongs to a new above, which
+// GCC no longer sees once it has inlined one of the two.
+#pragma GCC diagnostic ignored "-Wmismatched-new-delete"
+void* operator new(std::size_t bytes) {
+    ++allocations;
+    if (void* memory = std::malloc(bytes)) return memory;
+    throw std::bad_alloc();
+}
+void* operator new(std::size_t bytes, std::align_val_t alignment) {
+    ++allocations;
+    const auto line = std::size_t(alignment);
+    if (void* memory = std::aligned_alloc(line, (bytes + line - 1) / line * line)) return memory;
+    throw std::bad_alloc();
+}
+void operator delete(void* memory) noexcept {
+    std::free(memory);
+}
+void operator delete(void* memory, std::size_t) noexcept {
+    std::free(memory);
+}
+void operator delete(void* memory, std::align_val_t) noexcept {
+    std::free(memory);
+}
+void operator delete(void* memory, std::size_t, std::align_val_t) noexcept {
+    std::free(memory);
+}
+
+namespace pliant::test {
+namespace {
+
+Volume noise(Random& random, Vec3i size, Vec3d spacing_mm) {
+    return make_volume(size, spacing_mm,
+                       [&](Vec3d) { return std::int16_t(random.whole(-900, 900)); });
+}
+
+/// Voxels that differ, outside of some boxes.
+int count_changes(const Volume& before, const Volume& after, std::span<const Box3i> outside) {
+    int changes = 0;
+    const Vec3i n = before.grid.size;
+    for (int z = 0; z < n.z; ++z)
+        for (int y = 0; y < n.y; ++y)
+            for (int x = 0; x < n.x; ++x) {
+                const Vec3i p{x, y, z};
+                if (before.at(p) == after.at(p)) continue;
+                changes += std::none_of(outside.begin(), outside.end(),
+                                        [&](const Box3i& box) { return contains(box, p); });
+            }
+    return changes;
+}
+
+TEST(LiveDeformation, RandomPushesGiveTheBitsOfTheOneShotForm) {
+    for (std::uint64_t seed = 1; seed <= 6; ++seed) {
+        SCOPED_TRACE("seed " + std::to_string(seed));
+        Random random(seed);
+        const TaskArena arena(1 + int(seed % 3));
+        const Volume volume =
+            noise(random, {random.whole(30, 60), random.whole(30, 50), random.whole(20, 45)},
+                  {1, random.real(0.6, 1.4), random.real(0.8, 2)});
+        ChainMailSettings settings;
+        settings.brick_size = seed % 3 == 0 ? 5 : 8;
+        settings.bone_threshold_hu = 2000;
+        ChainMail tissue = std::move(ChainMail::create(volume, settings, arena)).value();
+        LiveDeformation live(tissue);
+        Volume before = live.volume();
+        for (int push = 0; push < 12; ++push) {
+            const Vec3d ijk{random.real(0, volume.grid.size.x - 1),
+                            random.real(0, volume.grid.size.y - 1),
+                            random.real(0, volume.grid.size.z - 1)};
+            ASSERT_TRUE(tissue
+                            .push({.point_mm = world_from_voxel(volume.grid, ijk),
+                                   .push_mm = random.vector(random.ratio(0.2, 12)),
+                                   .sphere_radius_mm = push % 2 ? 3.0 : 0.0})
+                            .ok());
+            const LiveUpdate update = live.update();
+            const Deformed once = deform_volume(tissue);
+            ASSERT_EQ(live.volume().voxels, once.volume.voxels) << "push " << push;
+            ASSERT_EQ(count_changes(before, live.volume(), update.boxes), 0);
+            EXPECT_LE(update.written_voxels, once.written_voxels);
+            before = live.volume();
+        }
+    }
+}
+
+TEST(LiveDeformation, AnUpdateWithoutAChangeWritesNothing) {
+    const TaskArena arena(2);
+    Random random(2);
+    const Volume volume = noise(random, {30, 30, 30}, {1, 1, 1});
+    ChainMailSettings settings;
+    settings.bone_threshold_hu = 2000;
+    ChainMail tissue = std::move(ChainMail::create(volume, settings, arena)).value();
+    LiveDeformation live(tissue);
+    EXPECT_TRUE(live.update().boxes.empty());
+    ASSERT_TRUE(tissue.push({.point_mm = {15, 15, 15}, .push_mm = {2, 0, 1}}).ok());
+    EXPECT_GT(live.update().written_voxels, 0);
+    const LiveUpdate second = live.update();
+    EXPECT_TRUE(second.boxes.empty());
+    EXPECT_TRUE(is_empty(second.dirty_box));
+    EXPECT_EQ(second.written_voxels, 0);
+}
+
+TEST(LiveDeformation, ASmallChangeFarFromALargeOneWritesOnlyItsOwnBricks) {
+    const TaskArena arena(1);
+    Random random(3);
+    const Volume volume = noise(random, {96, 32, 32}, {1, 1, 1});
+    Volume deformed = volume;
+    Lattice lattice = displaced_lattice(volume, {{8, 8, 8}, {24, 24, 24}}, [](Vec3d) {
+        return Vec3d{0.5, 0.25, 0};
+    });
+    Scatter scatter(volume, arena);
+    EXPECT_GT(scatter.look(lattice, Mapping::Cells, deformed).count, 1000);
+    scatter.write(lattice, Mapping::Cells, deformed, nullptr, {});
+    displace(lattice, {{80, 12, 12}, {84, 16, 16}}, [](Vec3d) { return Vec3d{0.2, 0, 0}; });
+    const OpenVoxels second = scatter.look(lattice, Mapping::Cells, deformed);
+    EXPECT_LT(second.count, 200);
+    EXPECT_GE(second.box.begin.x, 72);
+    scatter.write(lattice, Mapping::Cells, deformed, nullptr, {});
+    for (const Box3i& box : scatter.written_boxes()) EXPECT_GE(box.begin.x, 64);
+    const Deformed once = deform_by_lattice(volume, lattice, Mapping::Cells, false, arena);
+    EXPECT_EQ(deformed.voxels, once.volume.voxels);
+}
+
+TEST(LiveDeformation, WhatIsAtRestAgainIsTheScanAgain) {
+    const TaskArena arena(2);
+    Random random(4);
+    const Volume volume = noise(random, {40, 40, 40}, {1, 1, 1});
+    const Box3i box{{10, 10, 10}, {30, 30, 30}};
+    Lattice lattice = displaced_lattice(volume, box, [](Vec3d p) {
+        return Vec3d{3 + 0.1 * p.x, -0.1 * p.y, 0.05 * p.z};
+    });
+    Volume deformed = volume;
+    Scatter scatter(volume, arena);
+    scatter.look(lattice, Mapping::Cells, deformed);
+    scatter.write(lattice, Mapping::Cells, deformed, nullptr, {});
+    EXPECT_NE(deformed.voxels, volume.voxels);
+    displace(lattice, box, [](Vec3d) { return Vec3d{0, 0, 0}; });
+    ASSERT_EQ(lattice.resident_brick_count(), 0);
+    EXPECT_EQ(scatter.look(lattice, Mapping::Cells, deformed).count, 0);
+    scatter.write(lattice, Mapping::Cells, deformed, nullptr, {});
+    EXPECT_FALSE(scatter.written_boxes().empty());
+    EXPECT_EQ(deformed.voxels, volume.voxels);
+}
+
+TEST(LiveDeformation, AnUpdateAllocatesNothingOnceItHasSeenTheLargestDeformation) {
+    const TaskArena arena(1);
+    Random random(5);
+    const Volume volume = noise(random, {48, 48, 48}, {1, 1, 1});
+    ChainMailSettings settings;
+    settings.bone_threshold_hu = 2000;
+    ChainMail tissue = std::move(ChainMail::create(volume, settings, arena)).value();
+    LiveDeformation live(tissue);
+    const auto drag = [&](Vec3d push_mm) {
+        ASSERT_TRUE(tissue.push({.point_mm = {24, 24, 24}, .push_mm = push_mm}).ok());
+    };
+    long counted = 0;
+    std::int64_t written = 0;
+    for (int step = 0; step < 10; ++step) {
+        const double x = step % 2 ? 3 : -3;
+        drag({x, 0.5 * x, 0});
+        const long before = allocations;
+        const LiveUpdate update = live.update();
+        if (step < 5) continue;
+        counted += allocations - before;
+        written += update.written_voxels;
+    }
+    EXPECT_GT(written, 4000);
+    EXPECT_EQ(counted, 0);
+}
+
+}  // namespace
+}  // namespace pliant::test
