@@ -12,6 +12,7 @@ namespace pliant::results {
 namespace {
 
 constexpr int kTissue = 0, kFixed = 1;
+constexpr int kSoftHu = 50;
 /// Value 2000 on the thesis's scale.
 constexpr std::int16_t kCubeHu = 1000;
 
@@ -171,7 +172,7 @@ Scenario passage_scenario(bool air, const TaskArena& arena) {
     return make_scenario(filled({90, 64, 64}, {1, 1, 1},
                                 [](Vec3i e) {
                                     const bool wall = e.x <= kNearWall.x || e.x >= kFarWall.x;
-                                    return wall ? 50 : kAirHu;
+                                    return wall ? kSoftHu : kAirHu;
                                 }),
                          tissue_settings(air), arena);
 }
@@ -185,21 +186,30 @@ std::vector<Vec3i> near_wall_patch() {
     return patch;
 }
 
-Scenario bump_scenario(bool air, const TaskArena& arena) {
-    constexpr double kHalfWidth = 4, kRound = 3;
-    return make_scenario(filled({80, 80, 64}, {1, 1, 1},
-                                [](Vec3i e) {
-                                    if (e.y >= kWallFront) return 50;
-                                    // A column with a round top, anti-aliased over one voxel.
-                                    const double r = std::hypot(e.x - kBumpTip.x, e.z - kBumpTip.z);
-                                    const double top = kBumpTip.y - 0.5;
-                                    const double dx = std::max(r - kHalfWidth + kRound, 0.0);
-                                    const double dy = std::max(top + kRound - e.y, 0.0);
-                                    const double outside = std::hypot(dx, dy) - kRound;
-                                    const double share = std::clamp(0.5 - outside, 0.0, 1.0);
-                                    return int(std::lround(kAirHu + share * (50 - kAirHu)));
-                                }),
-                         tissue_settings(air), arena);
+Scenario bump_scenario(bool overhanging, bool air, const TaskArena& arena) {
+    const auto column = [](Vec3i e) {
+        constexpr double kHalfWidth = 4, kRound = 3;
+        const double side = std::hypot(e.x - kBumpTip.x, e.z - kBumpTip.z);
+        const double dx = std::max(side - kHalfWidth + kRound, 0.0);
+        const double dy = std::max(kBumpTip.y - 0.5 + kRound - e.y, 0.0);
+        return std::hypot(dx, dy) - kRound;
+    };
+    const auto box = [](Vec3i e, Vec3i low, Vec3i high) {
+        double outside = -1e9;
+        for (int a = 0; a < 3; ++a)
+            outside = std::max({outside, double(low[a] - e[a]), double(e[a] - high[a])});
+        return outside - 0.5;
+    };
+    const auto value = [&](Vec3i e) {
+        if (e.y >= kWallFront) return kSoftHu;
+        const double outside = overhanging ? std::min(box(e, {28, 22, 29}, {32, 30, 35}),
+                                                      box(e, {28, 19, 29}, {52, 23, 35}))
+                                           : column(e);
+        // Anti-aliased over one voxel.
+        const double share = std::clamp(0.5 - outside, 0.0, 1.0);
+        return int(std::lround(kAirHu + share * (kSoftHu - kAirHu)));
+    };
+    return make_scenario(filled({80, 80, 64}, {1, 1, 1}, value), tissue_settings(air), arena);
 }
 
 }  // namespace pliant::results

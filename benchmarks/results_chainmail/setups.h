@@ -97,9 +97,11 @@ inline constexpr Vec3i kNearWall{41, 32, 32}, kFarWall{48, 32, 32};
 inline constexpr double kGap_mm = 6;
 /// Elements of the near wall's face within 4 mm of its middle.
 std::vector<Vec3i> near_wall_patch();
-/// A wall with a bump that stands out by ten voxels, 1 mm each.
-Scenario bump_scenario(bool air, const TaskArena& arena);
+/// A wall with a bump that stands out by ten voxels, 1 mm each; or one that hangs over, a head on a
+/// stalk with six voxels of air below it.
+Scenario bump_scenario(bool overhanging, bool air, const TaskArena& arena);
 inline constexpr Vec3i kBumpTip{40, 20, 32};
-inline constexpr int kWallFront = 30;  ///< first element of the wall, along y
+inline constexpr Vec3i kHeadEnd{51, 20, 32};  ///< of the overhanging one, at its free end
+inline constexpr int kWallFront = 30;         ///< first element of the wall, along y
 
 }  // namespace pliant::results

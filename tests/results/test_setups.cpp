@@ -59,6 +59,43 @@ TEST(ChainMailResults, WithAirAsATissueTheFarWallMovesLongBeforeContact) {
     }
 }
 
+TEST(ChainMailResults, WithAirOfItsOwnTheFarWallWaitsForContactAndIsThenPushed) {
+    const TaskArena arena(2);
+    Scenario s = passage_scenario(true, arena);
+    s.push(near_wall_patch(), {kGap_mm, 0, 0});
+    EXPECT_EQ(s.tissue->displacement_mm(kFarWall), (Vec3d{0, 0, 0}));
+    s.push(near_wall_patch(), {4, 0, 0});
+    EXPECT_NEAR(s.tissue->displacement_mm(kFarWall).x, 3.93, 0.02);
+    Scenario away = passage_scenario(true, arena);
+    away.push(near_wall_patch(), {-10, 0, 0});
+    EXPECT_EQ(away.tissue->displacement_mm(kFarWall), (Vec3d{0, 0, 0}));
+}
+
+TEST(ChainMailResults, AnOverhangingBumpTakesTheWallAlongOnlyThroughAirThatIsTissue) {
+    const TaskArena arena(2);
+    for (const bool air : {false, true}) {
+        Scenario s = bump_scenario(true, air, arena);
+        s.push({{double(kHeadEnd.x), kHeadEnd.y + 1.0, double(kHeadEnd.z)}, {0, 6, 0}, 2.5});
+        const double below =
+            norm(s.tissue->displacement_mm({kHeadEnd.x, kWallFront + 1, kHeadEnd.z}));
+        EXPECT_NEAR(below, air ? 0.0 : 4.43, air ? 0 : 0.02);
+    }
+}
+
+TEST(ChainMailResults, RoundedLimitsGiveRounderContoursInEachPlane) {
+    const TaskArena arena(2);
+    for (const double z_scale : {1.0, 2.2}) {
+        Scenario s = solid_scenario(
+            {.offset = 0.25, .scale = 2.5, .z_scale = z_scale, .limits = LinkLimits::Rounded},
+            arena);
+        s.push({{0, 0, 0}, kThesisPush_mm});
+        const Roundness r = roundness_of(s, {0, 0, 0}, 2.5);
+        EXPECT_NEAR(r.across_push.deviation, z_scale > 1 ? 0.114 : 0.060, 0.01);
+        EXPECT_NEAR(r.along_push.deviation, 0.060, 0.01);
+        EXPECT_NEAR(r.along_push_in_z.deviation, z_scale > 1 ? 0.114 : 0.060, 0.01);
+    }
+}
+
 TEST(ChainMailResults, AFixedElementStopsAPullAtTheTautChain) {
     const TaskArena arena(2);
     Scenario s =
