@@ -310,12 +310,13 @@ void add_roundness(Page& page, const TaskArena& arena) {
                 "rounded: mean radius, xz [mm]", "xz", "xy", "zy"},
                rows);
     page.paragraph(
-        "Box limits stay near the square that they must tend to for long pushes; the smaller the "
-        "push, the more the grabbed cell rounds it. With rounded limits a few percent are left: "
+        "Box limits stay near the square that they must tend to for long pushes; the shorter the "
+        "push, the more the grabbed cell rounds it. What is left with rounded limits comes from "
         "the "
-        "grabbed cell's own shape, which with thick slices is 2.2 times as long along z, and the "
-        "one-sided differences of the first steps around it. The thesis soothes the stages with a "
-        "smaller offset, at the price of many more elements; the third and sixth rows show that "
+        "grabbed cell's own shape, which with thick slices is 2.2 times as long along z, and from "
+        "the one-sided differences of the first steps around it. The thesis soothes the stages "
+        "with "
+        "a smaller offset, at the price of many more elements; the third and sixth rows show that "
         "the contour does not get rounder by it.");
     page.paragraph(
         "The contours of the fifth row (z-scale 2.2, offset 0.25, scale 2.5) in the planes xz, xy "

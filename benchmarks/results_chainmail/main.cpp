@@ -6,8 +6,8 @@
 //   results_chainmail FOLDER SCANS [PART…]
 //
 // FOLDER gets README.md and its pictures; SCANS has the real scans of the drag; parts are gibson,
-// cubes, passages, timings and drags, by default all. Pictures and counts are the same on each run
-// and each machine; times are not.
+// cubes, passages, timings and drags, by default all. Pictures and counts are the same on each run;
+// times are not.
 
 #include <pliant/tasks.h>
 
