@@ -23,6 +23,12 @@
 
 namespace {
 
+#ifdef __clang__
+constexpr const char* kCompiler = __VERSION__ ", release build";
+#else
+constexpr const char* kCompiler = "GCC " __VERSION__ ", release build";
+#endif
+
 void add_introduction(pliant::results::Page& page) {
     using namespace pliant::results;
     page.heading(1, "ChainMail beside its papers");
@@ -34,7 +40,7 @@ void add_introduction(pliant::results::Page& page) {
     page.table({"what", "this run"}, {{"command", "`./dev results chainmail`"},
                                       {"date", date_text()},
                                       {"machine", machine_text()},
-                                      {"compiler", "`" __VERSION__ "`, release build"}});
+                                      {"compiler", kCompiler}});
 }
 
 void add_differences(pliant::results::Page& page) {

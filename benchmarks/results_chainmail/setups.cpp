@@ -64,6 +64,7 @@ Scenario gibson_object(const ObjectShape& shape, double range, double shear,
                        const TaskArena& arena) {
     ChainMailSettings settings;
     settings.max_movement_mm = 500;
+    settings.bounded = true;
     settings.custom_law = [=](int value) {
         constexpr double kNoLink = 1000;
         return value < kTissue ? even_limits(kNoLink, kNoLink, false)
