@@ -1,0 +1,203 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// [Gibson1996]: sheets and a cube, seen as the paper shows them, as points, grid lines and
+// polygons.
+
+#include <algorithm>
+#include <cmath>
+
+#include "figures.h"
+#include "setups.h"
+#include "timing.h"
+
+namespace pliant::results {
+namespace {
+
+constexpr int kSheet = 180;
+
+ObjectShape sheet_of(int side, std::function<bool(Vec3i)> inside,
+                     std::function<bool(Vec3i)> fixed) {
+    return {{side, side, 1}, std::move(inside), std::move(fixed)};
+}
+bool everywhere(Vec3i) {
+    return true;
+}
+
+/// A sheet of paper with room around the object, which may leave its window.
+Plot paper_for(int side, double margin, int pixels) {
+    return Plot(pixels, pixels, {-margin, -margin}, {side - 1 + margin, side - 1 + margin});
+}
+
+Image lattice_picture(const Scenario& scenario, double margin, int pixels, LatticeStyle style) {
+    const int side = scenario.scan->grid.size.x;
+    Plot plot = paper_for(side, margin, pixels);
+    draw_lattice(plot, *scenario.tissue, {0, 1, 0}, {0, side, 0, side}, style);
+    return plot.image();
+}
+
+/// Four-sided polygons between elements, lit by how far each is stretched.
+Image polygon_picture(const Scenario& scenario, double margin, int pixels) {
+    const int side = scenario.scan->grid.size.x;
+    Plot plot = paper_for(side, margin, pixels);
+    const auto place = [&](int x, int y) {
+        const Vec3d u = scenario.tissue->displacement_mm({x, y, 0});
+        return Point2{x + u.x, y + u.y};
+    };
+    for (int y = 0; y + 1 < side; ++y)
+        for (int x = 0; x + 1 < side; ++x) {
+            const Point2 c[] = {place(x, y), place(x + 1, y), place(x + 1, y + 1), place(x, y + 1)};
+            const double area = 0.5 * ((c[2].x - c[0].x) * (c[3].y - c[1].y) -
+                                       (c[3].x - c[1].x) * (c[2].y - c[0].y));
+            plot.polygon(c, shade_of(std::clamp(0.4 + 0.55 * (1 - area), 0.0, 1.0)));
+        }
+    return plot.image();
+}
+
+void add_stiffness(Page& page, const TaskArena& arena) {
+    page.heading(3, "Figure 5: sheets of different stiffness");
+    page.paragraph(
+        "A sheet of 180 × 180 elements, the largest that the paper names in two dimensions. The "
+        "element at (60, 90) is pulled by (30, −18) element distances. The limits are the same on "
+        "all links; the paper's text gives none, so these are ours: nearly rigid, deformable, "
+        "slack. Every fourth grid line is drawn.");
+    std::vector<Image> pictures;
+    std::vector<std::vector<std::string>> rows;
+    const std::pair<double, double> limits[] = {{0.02, 0.02}, {0.25, 0.25}, {0.6, 0.6}};
+    for (const auto& [range, shear] : limits) {
+        Scenario sheet = gibson_object(sheet_of(kSheet, everywhere, nullptr), range, shear, arena);
+        const auto& report = sheet.push({{60, 90, 0}}, {30, -18, 0});
+        pictures.push_back(lattice_picture(sheet, 24, 420, {30, 1, 0, -500, 4}));
+        rows.push_back({"minDx = " + text_of(1 - range, 2) + ", maxDx = " + text_of(1 + range, 2) +
+                            ", shear = " + text_of(shear, 2),
+                        text_of(report.moved_elements),
+                        text_of(sheet.tissue->state().max_violation_mm, 6)});
+    }
+    page.picture("gibson-5-stiffness", "three sheets, the stiffest on the left", row_of(pictures));
+    page.table({"limits", "moved of 32 400", "worst link outside its limits"}, rows);
+}
+
+void add_renderings(Page& page, const TaskArena& arena) {
+    page.heading(3, "Figure 6: points, grid lines, shaded polygons");
+    page.paragraph(
+        "The same state drawn in the three ways that the paper names (its section 3.6): a sheet of "
+        "40 × 40 elements, limits ±0.3, shear 0.3, one element pulled by (9, 6).");
+    Scenario sheet = gibson_object(sheet_of(40, everywhere, nullptr), 0.3, 0.3, arena);
+    sheet.push({{20, 20, 0}}, {9, 6, 0});
+    const Image pictures[] = {lattice_picture(sheet, 5, 420, {9, 0, 2.2}),
+                              lattice_picture(sheet, 5, 420, {9, 1.2, 0}),
+                              polygon_picture(sheet, 5, 420)};
+    page.picture("gibson-6-renderings", "the same sheet as points, lines and polygons",
+                 row_of(pictures));
+}
+
+/// An open ring: not convex, so that motion has to go round.
+bool in_open_ring(Vec3i e) {
+    const double x = e.x - 39.5, y = e.y - 39.5, r = std::hypot(x, y);
+    return r < 36 && r > 20 && !(x > 0 && std::abs(y) < 9);
+}
+
+void add_objects(Page& page, const TaskArena& arena) {
+    page.heading(3, "Figure 7: objects that are not convex, elements that are fixed");
+    page.paragraph(
+        "Left: an open ring, not convex; its lower end is pulled down and to the left. The motion "
+        "reaches the upper end only through the ring, not across the opening. Right: a sheet whose "
+        "left column and lower right corner are fixed (red); the pull (24, −14) at (40, 30) would "
+        "move "
+        "them, so it stops at the largest permitted fraction.");
+    Scenario ring = gibson_object({{80, 80, 1}, in_open_ring, nullptr}, 0.15, 0.15, arena);
+    ring.push({{70, 52, 0}, {69, 52, 0}, {68, 52, 0}, {67, 52, 0}}, {-14, 16, 0});
+    const auto is_fixed = [](Vec3i e) { return e.x == 0 || (e.x > 70 && e.y > 70); };
+    Scenario sheet = gibson_object(sheet_of(80, everywhere, is_fixed), 0.25, 0.25, arena);
+    const PushReport report = sheet.push({{40, 30, 0}}, {24, -14, 0});
+    Plot fixed = paper_for(80, 8, 520);
+    draw_lattice(fixed, *sheet.tissue, {0, 1, 0}, {0, 80, 0, 80}, {12, 1, 1.4});
+    for (int y = 0; y < 80; ++y)
+        for (int x = 0; x < 80; ++x)
+            if (is_fixed({x, y, 0})) fixed.dot({double(x), double(y)}, 2.2, kRed);
+    const Image pictures[] = {lattice_picture(ring, 8, 520, {18, 1, 1.4}), fixed.image()};
+    page.picture("gibson-7-objects", "an open ring, and a sheet with fixed elements",
+                 row_of(pictures));
+    page.paragraph(
+        "Fraction of the pull that was done beside the fixed elements: " +
+        text_of(report.step_fraction, 4) + " (limited by " +
+        (report.limited_by == LimitedBy::Bone ? "fixed elements" : "something else") +
+        "). The paper reduces the step and tries again until an allowed one is found; here the "
+        "fraction is computed, and the next larger one would move a fixed element.");
+}
+
+/// The surface points of a cube, seen from a corner; far ones paler.
+Image surface_points(const Scenario& scenario, int pixels) {
+    const int side = scenario.scan->grid.size.x;
+    struct Drawn {
+        Point2 at;
+        double depth, moved;
+    };
+    std::vector<Drawn> points;
+    const double middle = 0.5 * (side - 1);
+    for (int z = 0; z < side; ++z)
+        for (int y = 0; y < side; ++y)
+            for (int x = 0; x < side; ++x) {
+                const auto edge = [&](int n) { return n == 0 || n == side - 1; };
+                if (!edge(x) && !edge(y) && !edge(z)) continue;
+                const Vec3d u = scenario.tissue->displacement_mm({x, y, z});
+                const Vec3d p = Vec3d{x - middle, y - middle, z - middle} + u;
+                points.push_back({{0.82 * p.x + 0.57 * p.y, 0.30 * p.x - 0.43 * p.y - 0.85 * p.z},
+                                  -0.49 * p.x + 0.70 * p.y - 0.52 * p.z,
+                                  norm(u)});
+            }
+    std::sort(points.begin(), points.end(),
+              [](const Drawn& a, const Drawn& b) { return a.depth > b.depth; });
+    Plot plot(pixels, pixels, {-0.95 * side, -1.15 * side}, {1.25 * side, 1.05 * side});
+    for (const Drawn& p : points)
+        plot.dot(p.at, 1.3, shade_of(0.2 + 0.8 * p.moved / 26),
+                 std::clamp(0.6 - 0.6 * p.depth / side, 0.08, 1.0));
+    return plot.image();
+}
+
+void add_solid(Page& page, const TaskArena& arena) {
+    page.heading(3, "Figure 8: a cube of 50 × 50 × 50 elements");
+    page.paragraph(
+        "125 000 elements, the largest object of the paper; surface points, as there. A corner is "
+        "pulled outwards by (15, 15, 15) element distances; limits ±0.3 and shear 0.3 (left), ±0.1 "
+        "and shear 0.1 (right).");
+    constexpr int kRuns = 21;
+    const std::vector<Vec3i> corner{{49, 49, 49}};
+    std::vector<Image> pictures;
+    std::vector<std::vector<std::string>> rows;
+    for (const double limit : {0.3, 0.1}) {
+        std::vector<double> times_ms;
+        Scenario cube;
+        for (int n = 0; n < kRuns; ++n) {
+            cube = gibson_object({{50, 50, 50}, everywhere, nullptr}, limit, limit, arena);
+            times_ms.push_back(milliseconds_of([&] { cube.push(corner, {15, 15, 15}); }));
+        }
+        pictures.push_back(surface_points(cube, 560));
+        rows.push_back({"±" + text_of(limit, 1), text_of(cube.reports[0].moved_elements),
+                        text_of(quantile(times_ms, 0.5), 2)});
+    }
+    page.picture("gibson-8-cube", "surface points of a pulled cube, soft and stiff",
+                 row_of(pictures));
+    page.table({"limits", "moved of 125 000", "the pull, median of 21 fresh cubes [ms]"}, rows);
+    page.paragraph(
+        "The paper reports at least three frames a second for this cube on an SGI Indy, drawing "
+        "and relaxation included. Its deformation alone is not timed there.");
+}
+
+}  // namespace
+
+void add_gibson(Page& page, const TaskArena& arena) {
+    page.heading(2, "Gibson 1996: figures 5 to 8");
+    page.paragraph(
+        "[Gibson1996] shows sheets, objects with holes and fixed elements, and a cube, without "
+        "naming limits or motions; the text that we have holds no captions for these figures. What "
+        "they show follows from its section 4. Elements are 1 mm apart, colours go from pale (at "
+        "rest) to dark (moved farthest). The paper relaxes the object after each move, so its "
+        "pictures are smoother than these, which show the propagation alone.");
+    add_stiffness(page, arena);
+    add_renderings(page, arena);
+    add_objects(page, arena);
+    add_solid(page, arena);
+}
+
+}  // namespace pliant::results

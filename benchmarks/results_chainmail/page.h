@@ -1,0 +1,49 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// The page with the results: Markdown with pictures and tables, written to its folder at the end.
+
+#pragma once
+
+#include <pliant/render.h>
+#include <pliant/staged_files.h>
+
+#include <filesystem>
+#include <initializer_list>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace pliant::results {
+
+/// Fixed notation, whatever the locale.
+std::string text_of(double number, int decimals);
+/// With a thin space between groups of three digits.
+std::string text_of(std::int64_t count);
+
+class Page {
+  public:
+    explicit Page(std::filesystem::path folder) : m_folder(std::move(folder)) {}
+
+    void heading(int level, std::string_view text);
+    void paragraph(std::string_view text);
+    void table(std::initializer_list<std::string> head,
+               const std::vector<std::vector<std::string>>& rows);
+    /// @param name  of the file, without its ending
+    void picture(std::string_view name, std::string_view description, const Image& image);
+    /// Writes the page; pictures and page appear together.
+    Status finish();
+
+  private:
+    std::filesystem::path m_folder;
+    StagedFiles m_files;
+    std::string m_text;
+    std::string m_failure;  ///< the first picture that couldn't be written
+};
+
+/// "model name, n logical processors", as the system names them.
+std::string machine_text();
+/// ISO 8601, UTC.
+std::string date_text();
+
+}  // namespace pliant::results

@@ -1,0 +1,262 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// [Draeger2005], figures 5.9, 5.11 and 5.12: the way through the nose, walls that face each other,
+// and a bump that stands out into the air.
+
+#include <pliant/phantom.h>
+#include <pliant/resample.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "chart.h"
+#include "figures.h"
+#include "setups.h"
+
+namespace pliant::results {
+namespace {
+
+constexpr double kIso_hu = -500;
+
+// --- Figure 5.9 ---
+
+/// Three pushes into the nose, and the view after each.
+struct NosePushes {
+    std::vector<Image> views;
+    std::vector<PushReport> reports;
+};
+
+NosePushes push_nose(bool air, const TaskArena& arena) {
+    PhantomSettings phantom;
+    phantom.name = "sinus";
+    phantom.size = {160, 160, 160};
+    ChainMailSettings settings;
+    settings.scale = 1.2;
+    settings.air_enabled = air;
+    Scenario s = make_scenario(must(make_phantom(phantom, arena)).volume, settings, arena);
+    Endoscope camera;
+    camera.eye_mm = {4.6, -42, -9};
+    camera.look = {0, 1, -0.04};
+    camera.field_of_view_deg = 75;
+    const auto view = [&](const Volume& volume) {
+        return RayCaster(volume, arena).endoscope_view(camera, 310, 310);
+    };
+    /// Where a ray from the endoscope meets the wall, a little inside.
+    const auto wall = [&](const Volume& volume, Vec3d direction) {
+        const auto hit =
+            RayCaster(volume, arena).first_hit(camera.eye_mm, direction, kIso_hu, Polarity::Rising);
+        const double distance_mm = hit ? hit->distance_mm + 0.6 : 10;
+        return camera.eye_mm + distance_mm * normalized(direction);
+    };
+    const std::pair<Vec3d, Vec3d> pushes[] = {{{-0.3, 1, 0.1}, {-2.5, 0.8, 0}},
+                                              {{-0.17, 1, -0.1}, {-2.5, 1, 0}},
+                                              {{0.3, 1, -0.32}, {0.6, 2.5, -1}}};
+    NosePushes result{{view(*s.scan)}, {}};
+    for (const auto& [direction, push_mm] : pushes) {
+        const Vec3d place = wall(deform_volume(*s.tissue).volume, direction);
+        s.push({place, push_mm, 2.5});
+        result.views.push_back(view(deform_volume(*s.tissue).volume));
+    }
+    result.reports = s.reports;
+    return result;
+}
+
+void add_nose(Page& page, const TaskArena& arena) {
+    page.heading(3, "Figure 5.9: through the nose");
+    page.paragraph(
+        "The thesis's CT of a head is not at hand; this is `pliant phantom sinus`, 160³ voxels of "
+        "0.8 mm. The endoscope is in the left nostril, between septum and turbinate, and looks "
+        "towards the sphenoid sinus. Offset 0.2, scale factor 1.2, tool: a sphere of 2.5 mm. From "
+        "left to right: at rest; the septum pushed aside; once more, farther in; then the "
+        "turbinate, on the opposite side. Upper row: air follows the law of its value, as in the "
+        "thesis; lower row: air as a material of its own.");
+    std::vector<std::vector<std::string>> rows;
+    for (const bool air : {false, true}) {
+        const NosePushes nose = push_nose(air, arena);
+        page.picture(air ? "draeger-5-9-nose-air" : "draeger-5-9-nose",
+                     "the passage at rest and after each of three pushes", row_of(nose.views, 8));
+        for (const PushReport& report : nose.reports)
+            rows.push_back({std::to_string(rows.size() % 3 + 1), air ? "on" : "off",
+                            text_of(report.step_fraction, 3),
+                            report.limited_by == LimitedBy::Bone ? "bone" : "–",
+                            text_of(report.moved_elements)});
+    }
+    page.table({"push", "air of its own", "done", "limited by", "moved elements"}, rows);
+    page.paragraph(
+        "The thesis pushes by about a voxel at a time; these pushes are 3 mm, to show, and end "
+        "where the bone behind the mucosa would have to move.");
+}
+
+// --- Figure 5.11 ---
+
+/// Pushes the near wall in half millimetres, and reads the far wall's element opposite the tool.
+/// @returns x: the push, y: the far wall's motion [mm]
+std::vector<Point2> far_wall_motion(Scenario& s, double sign) {
+    constexpr double kStep_mm = 0.5;
+    constexpr int kSteps = 20;
+    std::vector<Point2> motion{{0, 0}};
+    double pushed = 0;
+    for (int n = 0; n < kSteps; ++n) {
+        pushed += kStep_mm * s.push(near_wall_patch(), {sign * kStep_mm, 0, 0}).step_fraction;
+        motion.push_back({pushed, s.tissue->displacement_mm(kFarWall).x});
+    }
+    return motion;
+}
+
+/// The plane through the tool, deformed scan and lattice; the push goes to the right.
+Image passage_picture(const Scenario& s, int pixels) {
+    const Slice slice{0, 1, kNearWall.z};
+    const Window window{22, 68, 9, 56};
+    Plot plot(pixels, pixels, {22, 9}, {68, 55});
+    draw_values(plot, deform_volume(*s.tissue).volume, slice, 3600, -900);
+    draw_lattice(plot, *s.tissue, slice, window, {10, 1, 0});
+    return plot.image();
+}
+
+/// The first push after which the far wall has moved by more than a tenth of a millimetre.
+std::string onset_of(const std::vector<Point2>& motion) {
+    constexpr double kMoved_mm = 0.1;
+    for (const Point2 p : motion)
+        if (std::abs(p.y) > kMoved_mm) return text_of(p.x, 1) + " mm";
+    return "never";
+}
+
+void add_opposite_walls(Page& page, const TaskArena& arena) {
+    page.heading(3, "Figure 5.11: walls that face each other");
+    page.paragraph(
+        "The thesis pushes one wall of a narrow passage, and a bump appears on the other one, "
+        "although air is between them. To measure it: two walls of 50 HU, voxels of 1 mm, six "
+        "voxels of air between them. A patch of the near wall's face, 4 mm in radius, is pushed "
+        "across the gap (left pictures) and, in a second scan, away from it (right pictures), by "
+        "10 mm in steps of 0.5 mm. Offset 0.2.");
+    std::vector<std::vector<std::string>> rows;
+    std::vector<std::vector<Point2>> curves;
+    const auto add = [&](bool air, std::string_view name, std::string_view description) {
+        Scenario towards = passage_scenario(air, arena), away = passage_scenario(air, arena);
+        const auto near = far_wall_motion(towards, 1), far = far_wall_motion(away, -1);
+        const Image pictures[] = {passage_picture(towards, 420), passage_picture(away, 420)};
+        page.picture(name, description, row_of(pictures));
+        const auto before = std::size_t(kGap_mm / 0.5);
+        rows.push_back({air ? "on" : "off", onset_of(near), text_of(near[before].y, 2),
+                        text_of(near.back().y, 2), text_of(far.back().y, 2)});
+        curves.push_back(near);
+        curves.push_back(far);
+    };
+    add(false, "draeger-5-11-walls", "air as a tissue: pushed across the gap, and away from it");
+    add(true, "draeger-5-11-walls-air", "air as a material of its own: the same two pushes");
+    Chart chart(720, 320, {0, 10, 1}, {-10, 10, 2});
+    for (std::size_t n = 0; n < curves.size(); ++n)
+        chart.curve(curves[n], {n < 2 ? kRed : kBlue, 2, 1});
+    chart.mark(kGap_mm, {kDark, 1.2, 1});
+    page.picture("draeger-5-11-motion", "motion of the far wall over the push", chart.image());
+    page.paragraph(
+        "Motion of the far wall [mm] over the push [mm]; red: air follows the law of its value, as "
+        "in the thesis; blue: air as a material of its own, the default of Pliant. Upper curves: "
+        "pushed across the gap; lower ones: away from it. Dashed: the faces touch.");
+    page.table({"air of its own", "far wall moves after", "at 6 mm [mm]", "at 10 mm [mm]",
+                "at 10 mm away [mm]"},
+               rows);
+    page.paragraph(
+        "Off, the artefact of the thesis: the far wall moves long before contact, and follows when "
+        "the near wall is pushed away. On, it stands still until the walls touch, then it is "
+        "pushed; pushed away, the near wall leaves it alone.");
+}
+
+// --- Figure 5.12 ---
+
+/// How far the bump stands out of the wall around it, where nothing moved.
+double bump_height_mm(const Volume& volume, const TaskArena& arena) {
+    const RayCaster caster(volume, arena);
+    const auto surface = [&](int x, int z) {
+        const auto hit =
+            caster.first_hit({double(x), 1, double(z)}, {0, 1, 0}, kIso_hu, Polarity::Rising);
+        return hit ? hit->point_mm.y : double(volume.grid.size.y);
+    };
+    double top = 1e9;
+    for (int x = 20; x <= 60; ++x)
+        for (int z = 16; z <= 48; ++z) top = std::min(top, surface(x, z));
+    return surface(4, 4) - top;
+}
+
+Image bump_picture(const Scenario& s, int pixels) {
+    const Slice slice{0, 1, kBumpTip.z};
+    Plot plot(pixels, pixels, {20, 14}, {60, 54});
+    draw_values(plot, deform_volume(*s.tissue).volume, slice, 3600, -900);
+    draw_lattice(plot, *s.tissue, slice, {20, 61, 14, 55}, {8, 1, 0});
+    return plot.image();
+}
+
+Image bump_view(const Volume& volume, const TaskArena& arena, int pixels) {
+    Endoscope camera;
+    camera.eye_mm = {16, 2, 46};
+    camera.look = Vec3d{40, 27, 32} - camera.eye_mm;
+    camera.field_of_view_deg = 58;
+    camera.barrel_distortion = 0;
+    camera.fog_distance_mm = 0;
+    return RayCaster(volume, arena).endoscope_view(camera, pixels, pixels);
+}
+
+/// A bump at rest and pushed into the wall, air as a tissue and air of its own.
+void add_bump_pushes(Page& page, bool overhanging, const TaskArena& arena) {
+    constexpr int kSide_px = 400;
+    const Vec3i tip = overhanging ? kHeadEnd : kBumpTip;
+    std::vector<Image> views, cuts;
+    std::vector<std::vector<std::string>> rows;
+    for (const char* state : {"at rest", "pushed, off", "pushed, on"}) {
+        Scenario s = bump_scenario(overhanging, state == std::string_view("pushed, on"), arena);
+        const bool pushed = state != std::string_view("at rest");
+        if (pushed)
+            s.push({{double(tip.x), tip.y + 1.0, double(tip.z)},
+                    {0, overhanging ? 6.0 : 8.0, 0},
+                    2.5});
+        const Volume deformed = deform_volume(*s.tissue).volume;
+        views.push_back(bump_view(deformed, arena, kSide_px));
+        cuts.push_back(bump_picture(s, kSide_px));
+        const Vec3i floor{tip.x, kWallFront + 1, tip.z};
+        rows.push_back({state, pushed ? text_of(s.reports[0].moved_elements) : "",
+                        text_of(bump_height_mm(deformed, arena), 2),
+                        text_of(norm(s.tissue->displacement_mm(tip)), 2),
+                        text_of(norm(s.tissue->displacement_mm(floor)), 2)});
+    }
+    const std::string name = overhanging ? "draeger-5-12-overhang" : "draeger-5-12-bump";
+    page.picture(name, "from outside: at rest; pushed, air as a tissue; pushed, air of its own",
+                 row_of(views, 8));
+    page.picture(name + "-cut", "the same, cut through the tool", row_of(cuts, 8));
+    page.table({"air of its own", "moved elements", "highest place over the wall [mm]",
+                "motion of the pushed place [mm]", "of the wall below it [mm]"},
+               rows);
+}
+
+void add_bump(Page& page, const TaskArena& arena) {
+    page.heading(3, "Figure 5.12: the bump");
+    page.paragraph(
+        "In the thesis a bump vanishes when it is pushed; it says that it should rather be pushed "
+        "or bent to a side. Two bumps on a wall of 50 HU, voxels of 1 mm, offset 0.2, tool: a "
+        "sphere of 2.5 mm. First a column, ten voxels high and nine wide, pushed into the wall by "
+        "8 mm. Heights are over the wall where nothing moved.");
+    add_bump_pushes(page, false, arena);
+    page.paragraph(
+        "The column goes down with the wall: over the wall at rest next to nothing of it is left, "
+        "which is the thesis's picture. Air of its own does not change that, because it is tissue "
+        "that links the column to the wall; it only spares the air around it. The column is not "
+        "lost: it stands in the dent nearly as high as before. Second, a bump that hangs over, "
+        "with six voxels of air below its head, pushed by 6 mm at its free end:");
+    add_bump_pushes(page, true, arena);
+    page.paragraph(
+        "Here air decides. Off, the wall below goes down long before the head touches it, and the "
+        "bump sinks as a whole. On, the head bends down into the gap, and the wall below rests. "
+        "The "
+        "price is a small smear beside the stalk, where the air next to it is sheared far.");
+}
+
+}  // namespace
+
+void add_passages(Page& page, const TaskArena& arena) {
+    page.heading(2, "Dräger 2005, chapter 5: passages");
+    add_nose(page, arena);
+    add_opposite_walls(page, arena);
+    add_bump(page, arena);
+}
+
+}  // namespace pliant::results

@@ -1,0 +1,107 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// The set-ups of the two papers: what is pushed, with which settings, and what is measured on it.
+// The numbers that the page names come from here, and so does the test of them.
+
+#pragma once
+
+#include <pliant/chainmail.h>
+
+#include <cstdio>
+#include <cstdlib>
+#include <functional>
+#include <memory>
+#include <vector>
+
+#include "slices.h"
+
+namespace pliant::results {
+
+/// The set-ups are fixed, so an error in one is a mistake in this program.
+template <class T>
+T must(Result<T> result) {
+    if (!result.ok()) {
+        std::fprintf(stderr, "results: %s\n", result.error().message.c_str());
+        std::exit(1);
+    }
+    return std::move(result).value();
+}
+
+/// A scan, the tissue over it, and what the pushes so far reported.
+struct Scenario {
+    std::unique_ptr<Volume> scan;
+    std::unique_ptr<ChainMail> tissue;
+    std::vector<PushReport> reports;
+
+    PushReport& push(const Push& push);
+    PushReport& push(const std::vector<Vec3i>& elements, Vec3d push_mm);
+};
+Scenario make_scenario(Volume scan, const ChainMailSettings& settings, const TaskArena& arena);
+
+// --- [Gibson1996] ---
+
+/// Elements of a flat or solid object: tissue where inside says so, fixed where fixed does. All
+/// around is nothing: links to it carry no motion.
+struct ObjectShape {
+    Vec3i size;
+    std::function<bool(Vec3i)> inside;
+    std::function<bool(Vec3i)> fixed;
+};
+/// @param range, shear  how far a link may be compressed or stretched, and sheared; fraction
+Scenario gibson_object(const ObjectShape& shape, double range, double shear,
+                       const TaskArena& arena);
+
+// --- [Draeger2005] ---
+
+struct CubeSettings {
+    double offset = 0.2;
+    double scale = 1.2;
+    double z_scale = 1;      ///< distance of slices, where pixels are 1 mm
+    bool z_adjusted = true;  ///< false: links along z have the limits of those along x
+    double max_movement_mm = 20;
+    LinkLimits limits = LinkLimits::Box;
+};
+ChainMailSettings settings_of(const CubeSettings& cube);
+/// The thesis's cube, 60 mm wide, of the value 2000 on its scale, in air.
+Scenario cube_scenario(const CubeSettings& cube, const TaskArena& arena);
+/// A tool on the middle of the cube's face, against which the thesis's vector (0,1,0) goes.
+inline constexpr Vec3d kFace_mm{0, -29.5, 0};
+inline constexpr Vec3d kThesisPush_mm{0, 1, 0};
+/// The same material without a surface, pushed in its middle.
+Scenario solid_scenario(const CubeSettings& cube, const TaskArena& arena);
+
+/// Contours of half the push around the grabbed cell, in the three planes through it.
+struct Roundness {
+    Contour across_push;      ///< xz
+    Contour along_push;       ///< xy
+    Contour along_push_in_z;  ///< zy
+};
+Roundness roundness_of(const Scenario& scenario, Vec3d grabbed_mm, double push_mm);
+
+/// A row of figure 6.2, or the setting that section 6.1 names beside it.
+struct TimingCase {
+    double offset, scale;
+    std::int64_t elements_2005;
+    double deform_2005_ms, map_2005_ms;
+};
+std::vector<TimingCase> timing_cases();
+Scenario timing_scenario(const TimingCase& timing, int brick_size, const TaskArena& arena);
+Push timing_push(const Scenario& scenario);
+/// Elements that moved by more than rounding: a micrometre.
+std::int64_t visibly_moved(const ChainMail& tissue);
+
+/// Two walls that face each other over a gap of six voxels, 1 mm each.
+Scenario passage_scenario(bool air, const TaskArena& arena);
+inline constexpr Vec3i kNearWall{41, 32, 32}, kFarWall{48, 32, 32};
+inline constexpr double kGap_mm = 6;
+/// Elements of the near wall's face within 4 mm of its middle.
+std::vector<Vec3i> near_wall_patch();
+/// A wall with a bump that stands out by ten voxels, 1 mm each; or one that hangs over, a head on a
+/// stalk with six voxels of air below it.
+Scenario bump_scenario(bool overhanging, bool air, const TaskArena& arena);
+inline constexpr Vec3i kBumpTip{40, 20, 32};
+inline constexpr Vec3i kHeadEnd{51, 20, 32};  ///< of the overhanging one, at its free end
+inline constexpr int kWallFront = 30;         ///< first element of the wall, along y
+
+}  // namespace pliant::results

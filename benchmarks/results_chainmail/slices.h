@@ -1,0 +1,74 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// Planes of the lattice as pictures and as numbers: elements and links, the deformed scan below
+// them, contours of equal displacement, and how far a contour is from a circle.
+//
+// A plane holds elements with one common index. Its picture has one lattice axis to the right and
+// another downwards, in millimetres along the lattice's axes from element (0,0,0).
+
+#pragma once
+
+#include <pliant/chainmail.h>
+
+#include <vector>
+
+#include "plot.h"
+
+namespace pliant::results {
+
+struct Slice {
+    int across = 0;  ///< lattice axis that goes to the right
+    int down = 1;    ///< lattice axis that goes down
+    int index = 0;   ///< along the third axis
+    int third() const { return 3 - across - down; }
+    Vec3i element(int a, int d) const;
+};
+
+/// Half-open ranges of elements in a slice.
+struct Window {
+    int across_begin, across_end, down_begin, down_end;
+};
+Window window_around(const Slice& slice, const Grid& grid, Vec3d centre_ijk, double half_mm);
+
+struct LatticeStyle {
+    double largest_mm = 1;  ///< displacement of the darkest colour
+    double link_px = 1;
+    double dot_px = 1.6;         ///< radius; 0: none
+    double threshold_hu = -500;  ///< elements below it are not drawn
+    int every = 1;               ///< of so many grid lines one is drawn
+};
+/// Elements and links of a slice where they are now, coloured by their displacement.
+void draw_lattice(Plot& plot, const ChainMail& tissue, const Slice& slice, const Window& window,
+                  const LatticeStyle& style);
+
+/// Grey values of a scan in a slice.
+void draw_values(Plot& plot, const Volume& volume, const Slice& slice, double window_hu,
+                 double level_hu);
+
+/// One number per element of a window, a the fastest.
+struct PlaneField {
+    Slice slice;
+    Window window;
+    Vec3d spacing_mm;
+    std::vector<double> values;
+    double at(int a, int d) const;
+    /// Bilinear. @param p_mm  along the lattice's axes; zero outside of the window
+    double sample(Point2 p_mm) const;
+};
+/// Component of the displacement along a unit vector [LPS].
+PlaneField displacement_along(const ChainMail& tissue, const Slice& slice, const Window& window,
+                              Vec3d direction);
+void draw_contour(Plot& plot, const PlaneField& field, double level, const Ink& ink);
+
+/// A closed contour around a point, by its radius at equally spaced angles.
+struct Contour {
+    std::vector<double> radii_mm;
+    double mean_mm = 0;
+    /// (largest − smallest radius) / mean radius: 0 for a circle, 0.37 for a square.
+    double deviation = 0;
+};
+/// The first place along each ray from the centre where the field falls to a level.
+Contour contour_around(const PlaneField& field, Point2 centre_mm, double level, int rays = 360);
+
+}  // namespace pliant::results

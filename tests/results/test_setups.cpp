@@ -1,0 +1,120 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// The numbers that docs/results/chainmail/README.md claims.
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "setups.h"
+
+namespace pliant::results {
+namespace {
+
+TEST(ChainMailResults, TheTableOfTheThesisMovesAsManyElements) {
+    const TaskArena arena(2);
+    for (const TimingCase& timing : timing_cases()) {
+        Scenario s = timing_scenario(timing, 8, arena);
+        const std::int64_t moved = s.push(timing_push(s)).moved_elements;
+        const std::int64_t visibly = visibly_moved(*s.tissue);
+        // Where the push is a whole multiple of the offset, rounding decides about the outermost.
+        EXPECT_LE(visibly, timing.elements_2005) << timing.offset;
+        EXPECT_GE(moved, timing.elements_2005) << timing.offset;
+        EXPECT_TRUE(moved == timing.elements_2005 || visibly == timing.elements_2005)
+            << timing.offset << ": " << moved << ", " << visibly;
+    }
+}
+
+TEST(ChainMailResults, ThickSlicesStretchTheDeformationOnlyWithoutTheAdjustment) {
+    const TaskArena arena(2);
+    const auto z_over_x = [&](bool adjusted) {
+        Scenario s = cube_scenario({0.25, 1.2, 2.2, adjusted}, arena);
+        s.push({kFace_mm, kThesisPush_mm});
+        const auto r = roundness_of(s, kFace_mm, 1.2).across_push.radii_mm;
+        return (r[90] + r[270]) / (r[0] + r[180]);
+    };
+    EXPECT_NEAR(z_over_x(false), 2.2, 0.05);
+    EXPECT_NEAR(z_over_x(true), 1.16, 0.03);
+}
+
+TEST(ChainMailResults, BoxLimitsGiveContoursThatAreAsFarFromACircleAsThePageSays) {
+    const TaskArena arena(2);
+    for (const double z_scale : {1.0, 2.2}) {
+        Scenario s = solid_scenario({0.25, 2.5, z_scale}, arena);
+        s.push({{0, 0, 0}, kThesisPush_mm});
+        const Roundness r = roundness_of(s, {0, 0, 0}, 2.5);
+        EXPECT_NEAR(r.across_push.deviation, 0.29, 0.015);
+        EXPECT_NEAR(r.along_push.deviation, 0.29, 0.015);
+        EXPECT_NEAR(r.along_push_in_z.deviation, 0.29, 0.015);
+    }
+}
+
+TEST(ChainMailResults, WithAirAsATissueTheFarWallMovesLongBeforeContact) {
+    const TaskArena arena(2);
+    for (const double sign : {1.0, -1.0}) {
+        Scenario s = passage_scenario(false, arena);
+        s.push(near_wall_patch(), {sign * kGap_mm, 0, 0});
+        EXPECT_NEAR(sign * s.tissue->displacement_mm(kFarWall).x, 4.61, 0.02);
+    }
+}
+
+TEST(ChainMailResults, WithAirOfItsOwnTheFarWallWaitsForContactAndIsThenPushed) {
+    const TaskArena arena(2);
+    Scenario s = passage_scenario(true, arena);
+    s.push(near_wall_patch(), {kGap_mm, 0, 0});
+    EXPECT_EQ(s.tissue->displacement_mm(kFarWall), (Vec3d{0, 0, 0}));
+    s.push(near_wall_patch(), {4, 0, 0});
+    EXPECT_NEAR(s.tissue->displacement_mm(kFarWall).x, 3.93, 0.02);
+    Scenario away = passage_scenario(true, arena);
+    away.push(near_wall_patch(), {-10, 0, 0});
+    EXPECT_EQ(away.tissue->displacement_mm(kFarWall), (Vec3d{0, 0, 0}));
+}
+
+TEST(ChainMailResults, AnOverhangingBumpTakesTheWallAlongOnlyThroughAirThatIsTissue) {
+    const TaskArena arena(2);
+    for (const bool air : {false, true}) {
+        Scenario s = bump_scenario(true, air, arena);
+        s.push({{double(kHeadEnd.x), kHeadEnd.y + 1.0, double(kHeadEnd.z)}, {0, 6, 0}, 2.5});
+        const double below =
+            norm(s.tissue->displacement_mm({kHeadEnd.x, kWallFront + 1, kHeadEnd.z}));
+        EXPECT_NEAR(below, air ? 0.0 : 4.43, air ? 0 : 0.02);
+    }
+}
+
+TEST(ChainMailResults, RoundedLimitsGiveRounderContoursInEachPlane) {
+    const TaskArena arena(2);
+    for (const double z_scale : {1.0, 2.2}) {
+        Scenario s = solid_scenario(
+            {.offset = 0.25, .scale = 2.5, .z_scale = z_scale, .limits = LinkLimits::Rounded},
+            arena);
+        s.push({{0, 0, 0}, kThesisPush_mm});
+        const Roundness r = roundness_of(s, {0, 0, 0}, 2.5);
+        EXPECT_NEAR(r.across_push.deviation, z_scale > 1 ? 0.114 : 0.060, 0.01);
+        EXPECT_NEAR(r.along_push.deviation, 0.060, 0.01);
+        EXPECT_NEAR(r.along_push_in_z.deviation, z_scale > 1 ? 0.114 : 0.060, 0.01);
+    }
+}
+
+TEST(ChainMailResults, AFixedElementStopsAPullAtTheTautChain) {
+    const TaskArena arena(2);
+    Scenario s =
+        gibson_object({{41, 41, 1}, [](Vec3i) { return true; }, [](Vec3i e) { return e.x == 0; }},
+                      0.25, 0.25, arena);
+    const PushReport& report = s.push({{20, 20, 0}}, {10, 0, 0});
+    EXPECT_EQ(report.limited_by, LimitedBy::Bone);
+    EXPECT_NEAR(report.step_fraction, 20 * 0.25 / 10, 1e-5);
+}
+
+TEST(ChainMailResults, MotionGoesThroughAnObjectAndNotAcrossItsOpening) {
+    const TaskArena arena(2);
+    // Two bars with nothing between them, joined at one end only.
+    const auto inside = [](Vec3i e) { return e.y < 10 || e.y > 14 || e.x < 5; };
+    Scenario s = gibson_object({{60, 25, 1}, inside, nullptr}, 0.1, 0.1, arena);
+    s.push({{55, 12 + 5, 0}}, {0, -2, 0});
+    EXPECT_EQ(s.tissue->displacement_mm({55, 9, 0}), (Vec3d{0, 0, 0}));
+    EXPECT_LT(s.tissue->displacement_mm({55, 24, 0}).y, -0.5);
+}
+
+}  // namespace
+}  // namespace pliant::results

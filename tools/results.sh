@@ -1,0 +1,26 @@
+# SPDX-FileCopyrightText: 2026 The Pliant authors
+# SPDX-License-Identifier: Apache-2.0
+# shellcheck shell=bash disable=SC2154  # root comes from ./dev
+#
+# The pages that set Pliant beside its papers, each written by a program of its own: pictures and
+# numbers together, or nothing where something fails.
+
+results() { # TOPIC
+    (($# == 1)) || fail "results: expected one topic (chainmail), found $#"
+    case $1 in
+        chainmail) results_chainmail ;;
+        *) fail "results: expected chainmail, found '$1'" ;;
+    esac
+}
+
+results_chainmail() {
+    local scans=$root/../shared/data page=$root/docs/results/chainmail
+    [[ -d $scans ]] || fail "results: the scans of the drag are not there: expected $scans"
+    need_packages build bench
+    configure release -DPLIANT_BUILD_BENCHMARKS=ON -DPLIANT_BUILD_TESTS=OFF
+    compile release --target results_chainmail
+    mkdir -p "$page"
+    say "measuring and drawing; some minutes"
+    "$root/build/release/results_chainmail" "$page" "$scans"
+    say "done: docs/results/chainmail/README.md"
+}
