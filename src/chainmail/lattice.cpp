@@ -221,12 +221,15 @@ Box3i Lattice::part_in_scan(Vec3i brick_coord) const {
     return part;
 }
 
-void Lattice::set_beyond(const Brick& brick, Fixed* values, Fixed value) const {
+template <class Value>
+void Lattice::set_beyond(const Brick& brick, Value* values, Value value) const {
     const Box3i part = part_in_scan(brick.coord);
     for (int z = 0; z < m_size; ++z)
         for (int y = 0; y < m_size; ++y, values += m_size) {
-            const bool outside = z >= part.end.z || y >= part.end.y;
-            std::fill(values + (outside ? 0 : part.end.x), values + m_size, value);
+            const bool inside =
+                z >= part.begin.z && z < part.end.z && y >= part.begin.y && y < part.end.y;
+            std::fill(values, values + (inside ? part.begin.x : m_size), value);
+            if (inside) std::fill(values + part.end.x, values + m_size, value);
         }
 }
 
@@ -239,12 +242,9 @@ bool Lattice::fill_materials(Brick& brick) const {
     const Box3i part = part_in_scan(brick.coord);
     const bool is_one = m_materials.fill(first, m_size, part, brick.material);
     const BrickEdits* edits = edits_of(brick.coord);
-    const bool partly = m_bounded && !is_whole(part);
-    for (int n = 0; (partly || edits) && n < elements_per_brick(); ++n) {
-        const bool carved = edits && ((*edits)[std::size_t(n)] & kVoid);
-        if (carved || (partly && !contains(part, element_of({0, 0, 0}, n))))
-            brick.material[n] = kVoidMaterial;
-    }
+    if (m_bounded && !is_whole(part)) set_beyond(brick, brick.material, kVoidMaterial);
+    for (std::size_t n = 0; edits && n < edits->size(); ++n)
+        if ((*edits)[n] & kVoid) brick.material[n] = kVoidMaterial;
     return is_one && !edits && (m_bounded || is_whole(part));
 }
 
@@ -253,6 +253,8 @@ void Lattice::set_materials(MaterialMap materials) {
     for (auto& brick : m_bricks)
         if (brick && !brick->is_blank) fill_in(*brick);
 }
+
+template void Lattice::set_beyond(const Brick&, Fixed*, Fixed) const;
 
 std::uint8_t Lattice::traits_of_one(const Brick& brick) const {
     // A bounded lattice has no bricks before its first element, so that the first is inside.

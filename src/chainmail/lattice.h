@@ -140,7 +140,8 @@ class Lattice {
     /// Writes zero to all its displacements.
     void place_at_rest(Brick& brick) const;
     /// Sets the values of those elements of a kPartlyBeyond brick that are beyond the border.
-    void set_beyond(const Brick& brick, Fixed* values, Fixed value) const;
+    template <class Value>
+    void set_beyond(const Brick& brick, Value* values, Value value) const;
     /// No element of the brick can be anything but void.
     bool is_beyond_border(Vec3i brick_coord) const;
     /// Bounds of a brick's displacements, after they changed.
