@@ -138,14 +138,21 @@ int BlockNodes::edits(Vec3i p) const {
     return record->edits[(hx ? 0 : p.x) + m_size * ((hy ? 0 : p.y) + m_size * (hz ? 0 : p.z))];
 }
 
-/// Bricks lie anywhere in memory. The one that the next block along x will be the first to read is
-/// asked for now.
+/// Bricks lie anywhere in memory. What the next block along x will be the first to read is asked
+/// for now: a brick, and the faces of two more.
 void BlockNodes::fetch_ahead(const Snapshot& snapshot, Vec3i coord) const {
-    const BrickRecord* next = snapshot.record_at(coord + Vec3i{2, 0, 0});
-    if (!next || !next->brick) return;
-    const int count = m_size * m_size * m_size;
-    for (const Fixed* u : next->brick->u)
-        for (int n = 0; n < count; n += kFixedPerLine) __builtin_prefetch(u + n);
+    const int layer = m_size * m_size, count = m_size * layer;
+    const auto fetch = [&](Vec3i offset, int row_count, int row_step, int row_size) {
+        const BrickRecord* next = snapshot.record_at(coord + offset);
+        if (!next || !next->brick) return;
+        for (const Fixed* u : next->brick->u)
+            for (int row = 0; row < row_count; ++row)
+                for (int n = 0; n < row_size; n += kFixedPerLine)
+                    __builtin_prefetch(u + row * row_step + n);
+    };
+    fetch({2, 0, 0}, 1, 0, count);
+    fetch({2, 1, 0}, m_size, layer, m_size);
+    fetch({2, 0, 1}, 1, 0, layer);
 }
 
 void BlockNodes::load_displacements(const Grid& grid, int axis) {

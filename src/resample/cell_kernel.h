@@ -36,10 +36,9 @@ enum class CellFaces {
 
 /// Where cells are written to.
 struct CellTarget {
-    Box3i box;                       ///< voxels that may be written; inside the scan
-    Vec3i grid_size;                 ///< of the scan
-    RowBits* open = nullptr;         ///< one bit per voxel of the box's layers: still to be written
-    std::ptrdiff_t first_voxel = 0;  ///< index of the voxel that the first bit stands for
+    Box3i box;                         ///< voxels that may be written; inside the scan
+    Vec3i grid_size;                   ///< of the scan
+    std::uint8_t* open = nullptr;      ///< per voxel of the scan: 1 if it is still to be written
     std::int16_t* voxels16 = nullptr;  ///< one of the two
     float* voxels32 = nullptr;
     Vec3f* inverse_mm = nullptr;  ///< over inverse_box; null: not wanted
