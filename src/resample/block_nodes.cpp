@@ -82,12 +82,12 @@ bool BlockNodes::load(const Snapshot& snapshot, const Lattice& lattice, const Vo
     m_is_wild = double(n.x) * n.y * (2 * m_size + 2 * kWild) > INT32_MAX;
     for (int a = 0; a < 3; ++a) m_is_wild |= m_reach.high[a] - m_reach.low[a] > m_size + kWild;
     if (m_is_wild) return true;
-    fetch_ahead(snapshot, coord);
     load_displacements(lattice.grid(), 2);
     if (!keep_layers_within(begin_z, end_z)) return false;
     load_displacements(lattice.grid(), 0);
     load_displacements(lattice.grid(), 1);
     load_values(original);
+    fetch_ahead(snapshot, coord);
     return true;
 }
 

@@ -226,6 +226,15 @@ HWY_INLINE V bend_of(const Component& k) {
                    hn::Add(hn::Abs(k.yz), hn::Mul(hn::Set(D(), 1.5f), hn::Abs(k.xyz))));
 }
 
+/// @param row  of the first coefficient; those of one component lie three apart
+HWY_INLINE void store_bent(const Component& k, int row, std::size_t lane, CellRows& rows, V& bend) {
+    store(k.xy, row, lane, rows);
+    store(k.xz, row + 3, lane, rows);
+    store(k.yz, row + 6, lane, rows);
+    store(k.xyz, row + 9, lane, rows);
+    bend = bend_of(k);
+}
+
 /// Grid points between the cell's lowest and highest place along an axis. A face at rest lies on
 /// grid points; for it the high side is left out here already.
 HWY_INLINE void find_range(const Component& k, V bend, V along, float high_slack, V& begin,
@@ -250,9 +259,14 @@ HWY_INLINE Prepared prepare(const BlockNodes& block, std::size_t n, const BlockT
     const D d;
     const hn::RebindToSigned<D> di;
     const auto row = std::size_t(block.row());
+    // What is only kept goes away at once: registers are few.
+    Vec bend;
     const Component a = component_of(block.u(0) + n, row, 0);
+    store_bent(a, kRowC, lane, rows, bend.x);
     const Component b = component_of(block.u(1) + n, row, 1);
+    store_bent(b, kRowC + 1, lane, rows, bend.y);
     const Component c = component_of(block.u(2) + n, row, 2);
+    store_bent(c, kRowC + 2, lane, rows, bend.z);
     const Vec x{a.x, b.x, c.x}, y{a.y, b.y, c.y}, z{a.z, b.z, c.z};
     const Vec r0 = cross(y, z), r1 = cross(z, x), r2 = cross(x, y);
     const V det = dot(x, r0);
@@ -263,11 +277,6 @@ HWY_INLINE Prepared prepare(const BlockNodes& block, std::size_t n, const BlockT
     store(jx, kRowJ, lane, rows);
     store(jy, kRowJ + 3, lane, rows);
     store(jz, kRowJ + 6, lane, rows);
-    store(Vec{a.xy, b.xy, c.xy}, kRowC, lane, rows);
-    store(Vec{a.xz, b.xz, c.xz}, kRowC + 3, lane, rows);
-    store(Vec{a.yz, b.yz, c.yz}, kRowC + 6, lane, rows);
-    store(Vec{a.xyz, b.xyz, c.xyz}, kRowC + 9, lane, rows);
-    const Vec bend{bend_of(a), bend_of(b), bend_of(c)};
     const auto size = [](const Vec& v) HWY_ATTR {
         return Vec{hn::Abs(v.x), hn::Abs(v.y), hn::Abs(v.z)};
     };
