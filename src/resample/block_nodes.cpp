@@ -139,12 +139,14 @@ int BlockNodes::edits(Vec3i p) const {
 }
 
 /// Bricks lie anywhere in memory. What the next block along x will be the first to read is asked
-/// for now: a brick, and the faces of two more.
-void BlockNodes::fetch_ahead(const Snapshot& snapshot, Vec3i coord) const {
+/// for now: a brick, and the faces and the edge of three more. Processors may ignore the wish where
+/// they don't know the page yet, so one element of each component is really read.
+void BlockNodes::fetch_ahead(const Snapshot& snapshot, Vec3i coord) {
     const int layer = m_size * m_size, count = m_size * layer;
     const auto fetch = [&](Vec3i offset, int row_count, int row_step, int row_size) {
         const BrickRecord* next = snapshot.record_at(coord + offset);
         if (!next || !next->brick) return;
+        for (const Fixed* u : next->brick->u) m_ignored = *u;
         for (const Fixed* u : next->brick->u)
             for (int row = 0; row < row_count; ++row)
                 for (int n = 0; n < row_size; n += kFixedPerLine)
@@ -153,6 +155,7 @@ void BlockNodes::fetch_ahead(const Snapshot& snapshot, Vec3i coord) const {
     fetch({2, 0, 0}, 1, 0, count);
     fetch({2, 1, 0}, m_size, layer, m_size);
     fetch({2, 0, 1}, 1, 0, layer);
+    fetch({2, 1, 1}, 1, 0, m_size);
 }
 
 void BlockNodes::load_displacements(const Grid& grid, int axis) {
