@@ -15,8 +15,9 @@
 namespace pliant {
 namespace {
 
-constexpr int kSlabsPerThread = 4;    ///< if there are several
-constexpr double kReachSlack = 1e-3;  ///< for rounding [voxels]
+constexpr int kSlabsPerThread = 2;  ///< if there are several; blocks between two are visited twice
+constexpr std::size_t kFewBricks = 128;  ///< that one thread writes before another is awake
+constexpr double kReachSlack = 1e-3;     ///< for rounding [voxels]
 
 Box3i voxels_within(const BlockReach& reach, const Box3i& within) {
     Box3i box;
@@ -179,7 +180,7 @@ void Scatter::list_slabs() {
     m_slabs.clear();
     if (m_bricks.empty()) return;
     const int first = m_bricks.front().coord.z, last = m_bricks.back().coord.z;
-    const int threads = m_arena.thread_count();
+    const int threads = m_bricks.size() <= kFewBricks ? 1 : m_arena.thread_count();
     const int thickness = 1 + (last - first) / (threads > 1 ? kSlabsPerThread * threads : 1);
     std::size_t brick = 0;
     for (int begin = first; begin <= last; begin += thickness) {
