@@ -82,12 +82,12 @@ bool BlockNodes::load(const Snapshot& snapshot, const Lattice& lattice, const Vo
     m_is_wild = double(n.x) * n.y * (2 * m_size + 2 * kWild) > INT32_MAX;
     for (int a = 0; a < 3; ++a) m_is_wild |= m_reach.high[a] - m_reach.low[a] > m_size + kWild;
     if (m_is_wild) return true;
-    fetch_ahead(snapshot, coord);
     load_displacements(lattice.grid(), 2);
     if (!keep_layers_within(begin_z, end_z)) return false;
     load_displacements(lattice.grid(), 0);
     load_displacements(lattice.grid(), 1);
     load_values(original);
+    fetch_ahead(snapshot, coord);
     return true;
 }
 
@@ -138,14 +138,24 @@ int BlockNodes::edits(Vec3i p) const {
     return record->edits[(hx ? 0 : p.x) + m_size * ((hy ? 0 : p.y) + m_size * (hz ? 0 : p.z))];
 }
 
-/// Bricks lie anywhere in memory. The one that the next block along x will be the first to read is
-/// asked for now.
-void BlockNodes::fetch_ahead(const Snapshot& snapshot, Vec3i coord) const {
-    const BrickRecord* next = snapshot.record_at(coord + Vec3i{2, 0, 0});
-    if (!next || !next->brick) return;
-    const int count = m_size * m_size * m_size;
-    for (const Fixed* u : next->brick->u)
-        for (int n = 0; n < count; n += kFixedPerLine) __builtin_prefetch(u + n);
+/// Bricks lie anywhere in memory. What the next block along x will be the first to read is asked
+/// for now: a brick, and the faces and the edge of three more. Processors may ignore the wish where
+/// they don't know the page yet, so one element of each component is really read.
+void BlockNodes::fetch_ahead(const Snapshot& snapshot, Vec3i coord) {
+    const int layer = m_size * m_size, count = m_size * layer;
+    const auto fetch = [&](Vec3i offset, int row_count, int row_step, int row_size) {
+        const BrickRecord* next = snapshot.record_at(coord + offset);
+        if (!next || !next->brick) return;
+        for (const Fixed* u : next->brick->u) m_ignored = *u;
+        for (const Fixed* u : next->brick->u)
+            for (int row = 0; row < row_count; ++row)
+                for (int n = 0; n < row_size; n += kFixedPerLine)
+                    __builtin_prefetch(u + row * row_step + n);
+    };
+    fetch({2, 0, 0}, 1, 0, count);
+    fetch({2, 1, 0}, m_size, layer, m_size);
+    fetch({2, 0, 1}, 1, 0, layer);
+    fetch({2, 1, 1}, 1, 0, m_size);
 }
 
 void BlockNodes::load_displacements(const Grid& grid, int axis) {

@@ -70,7 +70,7 @@ class BlockNodes {
     void resize(int brick_size);
     bool find_use(const Snapshot& snapshot, const Lattice& lattice, Vec3i coord);
     void drop_broken_cells(const Lattice& lattice);
-    void fetch_ahead(const Snapshot& snapshot, Vec3i coord) const;
+    void fetch_ahead(const Snapshot& snapshot, Vec3i coord);
     void load_displacements(const Grid& grid, int axis);
     bool keep_layers_within(int begin_z, int end_z);
     void load_values(const Volume& original);
@@ -84,6 +84,7 @@ class BlockNodes {
     std::vector<float> m_values;
     std::vector<RowBits> m_use;
     std::vector<Fixed> m_at_rest;  ///< a brick of zeros
+    volatile Fixed m_ignored = 0;  ///< what is read only so that its page is known
 };
 
 /// Whether a cell hangs together: no corner is void, and where a link along one of its twelve edges

@@ -3,6 +3,7 @@
 
 #include "resample/cell_kernel.h"
 
+#include <algorithm>
 #include <array>
 
 // Vectors without a size at compile time can't be kept in structs.
@@ -12,254 +13,71 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
-#ifndef PLIANT_CELL_KERNEL_ONCE
-#define PLIANT_CELL_KERNEL_ONCE
-namespace pliant {
-
-/// Voxels that one cell may hold; one with more is slow.
-inline constexpr int kMaxHits = 4;
-/// Voxels along one axis of a cell's bounding box; likewise.
-inline constexpr int kMaxAlong = 4;
-
-/// A group's voxels: what each lane found, first to last.
-struct CellHits {
-    alignas(64) std::int32_t voxel[kMaxHits][kCellGroup];  ///< index, from the block's origin on
-    alignas(64) std::int32_t whole[kMaxHits][kCellGroup];  ///< value, rounded: of 16-bit targets
-    alignas(64) float value[kMaxHits][kCellGroup];         ///< of others
-    alignas(64) float back[3][kMaxHits][kCellGroup];  ///< φ⁻¹(p) − p [voxels], if it is wanted
-    unsigned found[kMaxHits];                         ///< bit: lane
-};
-
-/// What is the same for all cells of a block.
-struct BlockTarget {
-    Vec3f low, high;          ///< first and last voxel of the target's box, from the origin on
-    bool is_inside;           ///< all that the block reaches lies in the box
-    std::int32_t row, slice;  ///< voxels from one row, one layer, to the next
-    Vec3f shift;              ///< of the origin
-    float high_slack;
-    bool is_16_bit, with_inverse;
-};
-
-}  // namespace pliant
-#endif
+#include "resample/cell_stages.inc"  // a part of this file
 
 HWY_BEFORE_NAMESPACE();
 namespace pliant {
 namespace HWY_NAMESPACE {
 namespace {
 
-namespace hn = hwy::HWY_NAMESPACE;
-using D = hn::CappedTag<float, kCellGroup>;
-using DI = hn::RebindToSigned<D>;
-using V = hn::Vec<D>;
-using M = hn::Mask<D>;
-
-// All in units of s, in which a cell is two wide, but kBox [voxels].
-constexpr float kSettled = 1e-5f;    ///< last change of s
-constexpr float kLowSlack = 8e-5f;   ///< how far s may be beyond −1 …
-constexpr float kHighSlack = 2e-5f;  ///< … and how far short of +1 it must stay if half-open:
-                                     ///< larger than all rounding, and than kLowSlack smaller
-constexpr float kAffine = 1e-6f;     ///< G below it is none
-/// Largest rate of contraction; the error is then below 3·kSettled.
-constexpr float kSteepest = 0.75f;
-constexpr float kFlat = 0.00625f;  ///< det J: a twentieth of a voxel
-constexpr int kMaxSteps = 40;      ///< 0.75⁴⁰ is below kSettled
-
-struct Vec {
-    V x, y, z;
-};
-
-HWY_INLINE V dot(const Vec& a, const Vec& b) {
-    return hn::Add(hn::Add(hn::Mul(a.x, b.x), hn::Mul(a.y, b.y)), hn::Mul(a.z, b.z));
-}
-HWY_INLINE Vec cross(const Vec& a, const Vec& b) {
-    return {hn::Sub(hn::Mul(a.y, b.z), hn::Mul(a.z, b.y)),
-            hn::Sub(hn::Mul(a.z, b.x), hn::Mul(a.x, b.z)),
-            hn::Sub(hn::Mul(a.x, b.y), hn::Mul(a.y, b.x))};
-}
-HWY_INLINE Vec scaled(V s, const Vec& a) {
-    return {hn::Mul(s, a.x), hn::Mul(s, a.y), hn::Mul(s, a.z)};
-}
-HWY_INLINE Vec sum(const Vec& a, const Vec& b) {
-    return {hn::Add(a.x, b.x), hn::Add(a.y, b.y), hn::Add(a.z, b.z)};
-}
-HWY_INLINE V sum_of_sizes(V a, V b, V c, V d) {
-    return hn::Add(hn::Add(hn::Abs(a), hn::Abs(b)), hn::Add(hn::Abs(c), hn::Abs(d)));
-}
-HWY_INLINE V largest(const Vec& a) {
-    return hn::Max(hn::Max(a.x, a.y), a.z);
-}
-
-/// One component of φ by powers of s.
-struct Component {
-    V c, x, y, z, xy, xz, yz, xyz;
-};
-
-/// @param u  at the lowest corner of the first lane's cell
-HWY_INLINE Component component_of(const float* HWY_RESTRICT u, std::size_t row, int axis) {
-    const D d;
-    const std::size_t slice = row * row;
-    const V a0 = hn::LoadU(d, u), a1 = hn::LoadU(d, u + 1);
-    const V a2 = hn::LoadU(d, u + row), a3 = hn::LoadU(d, u + row + 1);
-    const V a4 = hn::LoadU(d, u + slice), a5 = hn::LoadU(d, u + slice + 1);
-    const V a6 = hn::LoadU(d, u + slice + row), a7 = hn::LoadU(d, u + slice + row + 1);
-    const V s01 = hn::Add(a0, a1), s23 = hn::Add(a2, a3), s45 = hn::Add(a4, a5),
-            s67 = hn::Add(a6, a7);
-    const V d01 = hn::Sub(a1, a0), d23 = hn::Sub(a3, a2), d45 = hn::Sub(a5, a4),
-            d67 = hn::Sub(a7, a6);
-    const V ss0 = hn::Add(s01, s23), ss1 = hn::Add(s45, s67);
-    const V sd0 = hn::Sub(s23, s01), sd1 = hn::Sub(s67, s45);
-    const V ds0 = hn::Add(d01, d23), ds1 = hn::Add(d45, d67);
-    const V dd0 = hn::Sub(d23, d01), dd1 = hn::Sub(d67, d45);
-    const V eighth = hn::Set(d, 0.125f), half = hn::Set(d, 0.5f);
-    Component k{hn::Mul(eighth, hn::Add(ss0, ss1)), hn::Mul(eighth, hn::Add(ds0, ds1)),
-                hn::Mul(eighth, hn::Add(sd0, sd1)), hn::Mul(eighth, hn::Sub(ss1, ss0)),
-                hn::Mul(eighth, hn::Add(dd0, dd1)), hn::Mul(eighth, hn::Sub(ds1, ds0)),
-                hn::Mul(eighth, hn::Sub(sd1, sd0)), hn::Mul(eighth, hn::Sub(dd1, dd0))};
-    // The rest place of the cell: the cube 0…1.
-    k.c = hn::Add(k.c, half);
-    if (axis == 0) k.x = hn::Add(k.x, half);
-    if (axis == 1) k.y = hn::Add(k.y, half);
-    if (axis == 2) k.z = hn::Add(k.z, half);
-    return k;
-}
-
-/// φ of a vector of cells, made ready for inversion.
-struct Cells {
-    Vec jx, jy, jz;  ///< columns of J⁻¹
-    Vec gxy, gxz, gyz, gxyz;
-    Vec delta;        ///< bound of |G|
-    Vec begin, last;  ///< grid points in the bounding box, relative to the lowest corner
-    Vec s;            ///< s₁ of `begin`
-    M fast;           ///< can be inverted here
-};
-
-HWY_INLINE V bound(const Component& k) {
-    return hn::Add(sum_of_sizes(k.x, k.y, k.z, k.xyz),
-                   hn::Add(hn::Add(hn::Abs(k.xy), hn::Abs(k.xz)), hn::Abs(k.yz)));
-}
-
-/// Grid points between the cell's lowest and highest place along an axis. A face at rest lies on
-/// grid points; for it the high side must be left out here already.
-HWY_INLINE void find_range(const Component& k, V along, float high_slack, V& begin, V& last) {
-    const D d;
-    const V extent = bound(k);
-    const V widened = hn::Mul(extent, hn::Set(d, 1 + kLowSlack));
-    begin = hn::Ceil(hn::Sub(k.c, widened));
-    const V inward = hn::Mul(along, hn::Set(d, kLowSlack + high_slack));
-    last = hn::Floor(hn::Sub(hn::Add(k.c, widened), inward));
-}
-
-HWY_INLINE Cells prepare(const Component& a, const Component& b, const Component& c,
-                         float high_slack) {
-    const D d;
-    Cells cells;
-    const Vec x{a.x, b.x, c.x}, y{a.y, b.y, c.y}, z{a.z, b.z, c.z};
-    const Vec r0 = cross(y, z), r1 = cross(z, x), r2 = cross(x, y);
-    const V det = dot(x, r0);
-    cells.fast = hn::Gt(det, hn::Set(d, kFlat));
-    const V inverse = hn::Div(hn::Set(d, 1), hn::IfThenElse(cells.fast, det, hn::Set(d, 1)));
-    cells.jx = scaled(inverse, {r0.x, r1.x, r2.x});
-    cells.jy = scaled(inverse, {r0.y, r1.y, r2.y});
-    cells.jz = scaled(inverse, {r0.z, r1.z, r2.z});
-    const auto times = [&cells](V p, V q, V r) HWY_ATTR {
-        return sum(sum(scaled(p, cells.jx), scaled(q, cells.jy)), scaled(r, cells.jz));
-    };
-    cells.gxy = times(a.xy, b.xy, c.xy);
-    cells.gxz = times(a.xz, b.xz, c.xz);
-    cells.gyz = times(a.yz, b.yz, c.yz);
-    cells.gxyz = times(a.xyz, b.xyz, c.xyz);
-    cells.delta = {sum_of_sizes(cells.gxy.x, cells.gxz.x, cells.gyz.x, cells.gxyz.x),
-                   sum_of_sizes(cells.gxy.y, cells.gxz.y, cells.gyz.y, cells.gxyz.y),
-                   sum_of_sizes(cells.gxy.z, cells.gxz.z, cells.gyz.z, cells.gxyz.z)};
-    // Row sums of |∂G/∂s| are at most 2·(|g_xy| + |g_xz| + |g_yz|) + 3·|g_xyz|.
-    const Vec rate{hn::Add(hn::Add(cells.delta.x, cells.delta.x), hn::Abs(cells.gxyz.x)),
-                   hn::Add(hn::Add(cells.delta.y, cells.delta.y), hn::Abs(cells.gxyz.y)),
-                   hn::Add(hn::Add(cells.delta.z, cells.delta.z), hn::Abs(cells.gxyz.z))};
-    cells.fast = hn::And(cells.fast, hn::Lt(largest(rate), hn::Set(d, kSteepest)));
-    find_range(a, a.x, high_slack, cells.begin.x, cells.last.x);
-    find_range(b, b.y, high_slack, cells.begin.y, cells.last.y);
-    find_range(c, c.z, high_slack, cells.begin.z, cells.last.z);
-    cells.s = times(hn::Sub(cells.begin.x, a.c), hn::Sub(cells.begin.y, b.c),
-                    hn::Sub(cells.begin.z, c.c));
-    return cells;
-}
-
-/// The voxels that each lane may hold, up to kMaxHits: numbers i + 4·j + 16·k of steps from begin.
-struct Pending {
-    V code[kMaxHits];
-    M have[kMaxHits];
-    M too_many;
-};
-
-HWY_INLINE void add_pending(M found, V code, Pending& pending) {
-    for (int h = 0; h < kMaxHits; ++h) {
-        const M here = hn::AndNot(pending.have[h], found);
-        pending.code[h] = hn::IfThenElse(here, code, pending.code[h]);
-        found = hn::And(found, pending.have[h]);
-        pending.have[h] = hn::Or(pending.have[h], here);
-        if (hn::AllFalse(D(), found)) return;
+/// Reads rows at the cells of the voxels to be solved.
+class RowsAt {
+  public:
+    HWY_INLINE RowsAt(const CellRows& rows, hn::Vec<DI> cell) : m_rows(rows), m_cell(cell) {}
+    HWY_INLINE V operator()(int row) const { return at(m_rows.row[row]); }
+    HWY_INLINE Vec vec(int row) const { return {(*this)(row), (*this)(row + 1), (*this)(row + 2)}; }
+    HWY_INLINE hn::Vec<DI> voxel() const {
+        const DI di;
+        return hn::BitCast(di, at(reinterpret_cast<const float*>(m_rows.voxel)));
     }
-    pending.too_many = hn::Or(pending.too_many, found);
-}
 
-HWY_INLINE Pending find_candidates(const Cells& cells, M use, float high_slack) {
-    const D d;
-    // −1 − kLowSlack − δ ≤ s ≤ 1 − high_slack + δ
-    const V middle = hn::Set(d, 0.5f * (kLowSlack + high_slack));
-    const V half = hn::Set(d, 1 + 0.5f * (kLowSlack - high_slack));
-    const Vec width{hn::Add(half, cells.delta.x), hn::Add(half, cells.delta.y),
-                    hn::Add(half, cells.delta.z)};
-    Pending pending;
-    for (int h = 0; h < kMaxHits; ++h) {
-        pending.code[h] = hn::Zero(d);
-        pending.have[h] = hn::MaskFromVec(hn::Zero(d));
+  private:
+    HWY_INLINE V at(const float* HWY_RESTRICT row) const {
+        const D d;
+#if HWY_TARGET <= HWY_AVX3
+        return V{_mm512_permutex2var_ps(hn::Load(d, row).raw, m_cell.raw,
+                                        hn::Load(d, row + kCellGroup).raw)};
+#else
+        return hn::GatherIndex(d, row, m_cell);
+#endif
     }
-    const Vec count{hn::Sub(cells.last.x, cells.begin.x), hn::Sub(cells.last.y, cells.begin.y),
-                    hn::Sub(cells.last.z, cells.begin.z)};
-    pending.too_many = hn::And(use, hn::Gt(largest(count), hn::Set(d, float(kMaxAlong) - 1)));
-    Vec sk{hn::Add(cells.s.x, middle), hn::Add(cells.s.y, middle), hn::Add(cells.s.z, middle)};
-    for (int k = 0; k < kMaxAlong; ++k, sk = sum(sk, cells.jz)) {
-        const M in_z = hn::And(use, hn::Ge(count.z, hn::Set(d, float(k))));
-        if (hn::AllFalse(d, in_z)) break;
-        Vec sj = sk;
-        for (int j = 0; j < kMaxAlong; ++j, sj = sum(sj, cells.jy)) {
-            const M in_y = hn::And(in_z, hn::Ge(count.y, hn::Set(d, float(j))));
-            if (hn::AllFalse(d, in_y)) break;
-            Vec s = sj;
-            for (int i = 0; i < kMaxAlong; ++i, s = sum(s, cells.jx)) {
-                const M in_x = hn::And(in_y, hn::Ge(count.x, hn::Set(d, float(i))));
-                if (hn::AllFalse(d, in_x)) break;
-                const Vec beyond{hn::Sub(hn::Abs(s.x), width.x), hn::Sub(hn::Abs(s.y), width.y),
-                                 hn::Sub(hn::Abs(s.z), width.z)};
-                const M found = hn::And(in_x, hn::Le(largest(beyond), hn::Zero(d)));
-                if (!hn::AllFalse(d, found))
-                    add_pending(found, hn::Set(d, float(i + 4 * j + 16 * k)), pending);
-            }
-        }
-    }
-    return pending;
-}
 
-/// Solves s + G(s) = s₁. @param active  lanes to look at @returns lanes that did not settle
-HWY_INLINE M settle(const Cells& cells, const Vec& s1, M active, Vec& s) {
+    const CellRows& m_rows;
+    const hn::Vec<DI> m_cell;
+};
+
+/// Solves s + G(s) = s₁ with as many steps as the cells' bends ask for.
+/// @param[out] moving  lanes that did not settle
+HWY_INLINE Vec settle(const RowsAt& at, const Vec& jx, const Vec& jy, const Vec& jz, const Vec& s1,
+                      M active, M& moving) {
     const D d;
-    s = s1;
-    M moving = hn::And(active, hn::Gt(largest(cells.delta), hn::Set(d, kAffine)));
-    for (int step = 0; step < kMaxSteps && !hn::AllFalse(d, moving); ++step) {
+    const V bend = at(kRowBend);
+    Vec s = s1;
+    moving = hn::And(active, hn::Gt(bend, hn::Set(d, kBends[0])));
+    if (hn::AllFalse(d, moving)) return s;
+    const Vec cxy = at.vec(kRowC), cxz = at.vec(kRowC + 3), cyz = at.vec(kRowC + 6),
+              cxyz = at.vec(kRowC + 9);
+    for (std::size_t step = 1; step < kMaxSteps; ++step) {
         const V xy = hn::Mul(s.x, s.y), xz = hn::Mul(s.x, s.z), yz = hn::Mul(s.y, s.z);
         const V xyz = hn::Mul(xy, s.z);
-        const Vec g = sum(sum(scaled(xy, cells.gxy), scaled(xz, cells.gxz)),
-                          sum(scaled(yz, cells.gyz), scaled(xyz, cells.gxyz)));
+        const Vec c =
+            sum(sum(scaled(xy, cxy), scaled(xz, cxz)), sum(scaled(yz, cyz), scaled(xyz, cxyz)));
+        const Vec g = sum(sum(scaled(c.x, jx), scaled(c.y, jy)), scaled(c.z, jz));
         const Vec next{hn::Sub(s1.x, g.x), hn::Sub(s1.y, g.y), hn::Sub(s1.z, g.z)};
-        const Vec change{hn::Abs(hn::Sub(next.x, s.x)), hn::Abs(hn::Sub(next.y, s.y)),
-                         hn::Abs(hn::Sub(next.z, s.z))};
         // Settled lanes stay as they are, or they would depend on their neighbours.
+        const Vec before = s;
         s = {hn::IfThenElse(moving, next.x, s.x), hn::IfThenElse(moving, next.y, s.y),
              hn::IfThenElse(moving, next.z, s.z)};
-        moving = hn::And(moving, hn::Gt(largest(change), hn::Set(d, kSettled)));
+        if (step < kWatched) {
+            moving = hn::And(moving, hn::Gt(bend, hn::Set(d, kBends[step])));
+        } else {
+            const Vec change{hn::Abs(hn::Sub(s.x, before.x)), hn::Abs(hn::Sub(s.y, before.y)),
+                             hn::Abs(hn::Sub(s.z, before.z))};
+            moving = hn::And(moving, hn::Gt(largest(change), hn::Set(d, kSettled)));
+        }
+        if (hn::AllFalse(d, moving)) break;
     }
-    return moving;
+    return s;
 }
 
 HWY_INLINE V lerp(V a, V b, V t) {
@@ -267,13 +85,11 @@ HWY_INLINE V lerp(V a, V b, V t) {
 }
 
 /// Trilinear in the original values at the corners. @param t  0…1
-HWY_INLINE V value_at(const float* HWY_RESTRICT v, std::size_t row, const Vec& t) {
-    const D d;
-    const std::size_t slice = row * row;
-    const V x0 = lerp(hn::LoadU(d, v), hn::LoadU(d, v + 1), t.x);
-    const V x1 = lerp(hn::LoadU(d, v + row), hn::LoadU(d, v + row + 1), t.x);
-    const V x2 = lerp(hn::LoadU(d, v + slice), hn::LoadU(d, v + slice + 1), t.x);
-    const V x3 = lerp(hn::LoadU(d, v + slice + row), hn::LoadU(d, v + slice + row + 1), t.x);
+HWY_INLINE V value_at(const RowsAt& at, const Vec& t) {
+    const V x0 = lerp(at(kRowValue), at(kRowValue + 1), t.x);
+    const V x1 = lerp(at(kRowValue + 2), at(kRowValue + 3), t.x);
+    const V x2 = lerp(at(kRowValue + 4), at(kRowValue + 5), t.x);
+    const V x3 = lerp(at(kRowValue + 6), at(kRowValue + 7), t.x);
     return lerp(lerp(x0, x1, t.y), lerp(x2, x3, t.y), t.z);
 }
 
@@ -281,16 +97,6 @@ HWY_INLINE V unit_interval(V s) {
     const D d;
     const V t = hn::Add(hn::Set(d, 0.5f), hn::Mul(hn::Set(d, 0.5f), s));
     return hn::Min(hn::Max(t, hn::Zero(d)), hn::Set(d, 1));
-}
-
-HWY_INLINE unsigned bits_of(M mask) {
-    std::uint8_t bytes[8] = {};
-    hn::StoreMaskBits(D(), mask, bytes);
-    return bytes[0] | unsigned(bytes[1]) << 8;
-}
-HWY_INLINE M mask_of(unsigned bits) {
-    const std::uint8_t bytes[8] = {std::uint8_t(bits), std::uint8_t(bits >> 8)};
-    return hn::LoadMaskBits(D(), bytes);
 }
 
 /// Where voxels p (relative to the block's origin) are outside of the target's box.
@@ -302,81 +108,86 @@ HWY_INLINE M outside(const Vec& p, const BlockTarget& to) {
     return hn::Gt(largest({x, y, z}), hn::Zero(d));
 }
 
-/// What the cells of one vector hold goes into the lanes from `lane` on.
-/// @returns cells that are slow
-HWY_INLINE unsigned look_into_cells(const BlockNodes& block, std::size_t n, unsigned use_bits,
-                                    const BlockTarget& to, int lane, CellHits& hits) {
-    const D d;
-    const DI di;
-    const auto row = std::size_t(block.row());
-    const Cells cells =
-        prepare(component_of(block.u(0) + n, row, 0), component_of(block.u(1) + n, row, 1),
-                component_of(block.u(2) + n, row, 2), to.high_slack);
-    const M used = mask_of(use_bits);
-    const M use = hn::And(used, cells.fast);
-    const Pending pending = find_candidates(cells, use, to.high_slack);
-    M slow = hn::Or(hn::AndNot(cells.fast, used), pending.too_many);
-    const V low = hn::Set(d, -1 - kLowSlack), high = hn::Set(d, 1 - to.high_slack);
-    for (int h = 0; h < kMaxHits; ++h) {
-        if (hn::AllFalse(d, pending.have[h])) break;
-        const auto code = hn::ConvertTo(di, pending.code[h]);
-        const auto three = hn::Set(di, 3);
-        const Vec steps{hn::ConvertTo(d, hn::And(code, three)),
-                        hn::ConvertTo(d, hn::And(hn::ShiftRight<2>(code), three)),
-                        hn::ConvertTo(d, hn::ShiftRight<4>(code))};
-        const Vec s1 = sum(cells.s, sum(sum(scaled(steps.x, cells.jx), scaled(steps.y, cells.jy)),
-                                        scaled(steps.z, cells.jz)));
-        Vec s;
-        const M unsettled = settle(cells, s1, pending.have[h], s);
-        slow = hn::Or(slow, unsettled);
-        const V least = hn::Min(hn::Min(s.x, s.y), s.z);
-        M found = hn::And(hn::AndNot(unsettled, pending.have[h]),
-                          hn::And(hn::Ge(least, low), hn::Le(largest(s), high)));
-        const Vec step = sum(cells.begin, steps);
-        const Vec p{hn::Add(step.x, hn::LoadU(d, block.place(0) + n)),
-                    hn::Add(step.y, hn::LoadU(d, block.place(1) + n)),
-                    hn::Add(step.z, hn::LoadU(d, block.place(2) + n))};
-        if (!to.is_inside) found = hn::AndNot(outside(p, to), found);
-        hits.found[h] |= bits_of(found) << lane;
-        const auto voxel = hn::Add(hn::ConvertTo(di, p.x),
-                                   hn::Add(hn::Mul(hn::ConvertTo(di, p.y), hn::Set(di, to.row)),
-                                           hn::Mul(hn::ConvertTo(di, p.z), hn::Set(di, to.slice))));
-        hn::Store(voxel, di, &hits.voxel[h][lane]);
-        const Vec t{unit_interval(s.x), unit_interval(s.y), unit_interval(s.z)};
-        const V value = value_at(block.values() + n, row, t);
-        if (to.is_16_bit)
-            hn::Store(hn::NearestInt(value), di, &hits.whole[h][lane]);
+/// Stores what lies in a cell where the target is open. @param found  bit: lane
+HWY_INLINE void write_solved(const Solved& solved, unsigned found, const BlockTarget& block,
+                             const CellTarget& to) {
+    for (; found; found &= found - 1) {
+        const auto lane = unsigned(__builtin_ctz(found));
+        const std::ptrdiff_t voxel = block.origin + solved.voxel[lane];
+        if (!to.open[voxel]) continue;
+        to.open[voxel] = 0;
+        if (block.is_16_bit)
+            to.voxels16[voxel] = std::int16_t(solved.whole[lane]);
         else
-            hn::Store(value, d, &hits.value[h][lane]);
-        if (!to.with_inverse) continue;
-        hn::Store(hn::Sub(t.x, step.x), d, &hits.back[0][h][lane]);
-        hn::Store(hn::Sub(t.y, step.y), d, &hits.back[1][h][lane]);
-        hn::Store(hn::Sub(t.z, step.z), d, &hits.back[2][h][lane]);
+            to.voxels32[voxel] = solved.value[lane];
+        if (block.with_inverse)
+            store_inverse(
+                to, voxel,
+                {solved.back[0][lane] - block.shift.x, solved.back[1][lane] - block.shift.y,
+                 solved.back[2][lane] - block.shift.z});
     }
-    return bits_of(slow);
 }
 
-/// Stores what a group found where the target is open. @param origin  voxel index of the block's
-void write_hits(const CellHits& hits, std::ptrdiff_t origin, const BlockTarget& block,
-                const CellTarget& to) {
-    for (int h = 0; h < kMaxHits; ++h)
-        for (unsigned left = hits.found[h]; left; left &= left - 1) {
-            const auto lane = unsigned(__builtin_ctz(left));
-            const std::ptrdiff_t voxel = origin + hits.voxel[h][lane];
-            const auto bit = std::size_t(voxel - to.first_voxel);
-            const RowBits word = to.open[bit / 64], flag = RowBits(1) << (bit % 64);
-            if (!(word & flag)) continue;
-            to.open[bit / 64] = word & ~flag;
-            if (block.is_16_bit)
-                to.voxels16[voxel] = std::int16_t(hits.whole[h][lane]);
-            else
-                to.voxels32[voxel] = hits.value[h][lane];
-            if (block.with_inverse)
-                store_inverse(
-                    to, voxel,
-                    {hits.back[0][h][lane] - block.shift.x, hits.back[1][h][lane] - block.shift.y,
-                     hits.back[2][h][lane] - block.shift.z});
+/// Solves and writes the voxels from `first` on, at most a vector of them.
+HWY_INLINE void solve(const CellRows& rows, const Waiting& waiting, int first,
+                      const BlockTarget& block, const CellTarget& to, Solved& solved,
+                      std::vector<int>& slow) {
+    const D d;
+    const DI di;
+    M active = hn::FirstN(d, std::size_t(std::min(waiting.count - first, kCellGroup)));
+    const auto item =
+        hn::IfThenElseZero(hn::RebindMask(di, active), hn::LoadU(di, waiting.item + first));
+    const RowsAt at(rows, hn::And(item, hn::Set(di, 31)));
+    const auto three = hn::Set(di, 3);
+    const auto i = hn::And(hn::ShiftRight<5>(item), three),
+               j = hn::And(hn::ShiftRight<7>(item), three), k = hn::ShiftRight<9>(item);
+    const Vec steps{hn::ConvertTo(d, i), hn::ConvertTo(d, j), hn::ConvertTo(d, k)};
+    const Vec jx = at.vec(kRowJ), jy = at.vec(kRowJ + 3), jz = at.vec(kRowJ + 6);
+    const Vec s1 =
+        sum(at.vec(kRowS), sum(sum(scaled(steps.x, jx), scaled(steps.y, jy)), scaled(steps.z, jz)));
+    M unsettled;
+    const Vec s = settle(at, jx, jy, jz, s1, active, unsettled);
+    if (HWY_UNLIKELY(!hn::AllFalse(d, unsettled))) {
+        for (unsigned left = bits_of(unsettled); left; left &= left - 1) {
+            const int cell = waiting.item[first + __builtin_ctz(left)] & 31;
+            slow.push_back(rows.first_cell[cell / kCellGroup] + cell % kCellGroup);
         }
+        active = hn::AndNot(unsettled, active);
+    }
+    const V least = hn::Min(hn::Min(s.x, s.y), s.z);
+    M found = hn::And(active, hn::And(hn::Ge(least, hn::Set(d, -1 - kLowSlack)),
+                                      hn::Le(largest(s), hn::Set(d, 1 - block.high_slack))));
+    if (!block.is_inside) found = hn::AndNot(outside(sum(at.vec(kRowPlace), steps), block), found);
+    hn::Store(hn::Add(hn::Add(at.voxel(), i), hn::Add(hn::Mul(j, hn::Set(di, block.row)),
+                                                      hn::Mul(k, hn::Set(di, block.slice)))),
+              di, solved.voxel);
+    const Vec t{unit_interval(s.x), unit_interval(s.y), unit_interval(s.z)};
+    const V value = value_at(at, t);
+    if (block.is_16_bit)
+        hn::Store(hn::NearestInt(value), di, solved.whole);
+    else
+        hn::Store(value, d, solved.value);
+    if (block.with_inverse) {
+        const Vec p = sum(at.vec(kRowBegin), steps);
+        hn::Store(hn::Sub(t.x, p.x), d, solved.back[0]);
+        hn::Store(hn::Sub(t.y, p.y), d, solved.back[1]);
+        hn::Store(hn::Sub(t.z, p.z), d, solved.back[2]);
+    }
+    write_solved(solved, bits_of(found), block, to);
+}
+
+/// Solves all that fills kCellGroup lanes, whatever the vector's width; the rest too if it must not
+/// wait any longer.
+HWY_INLINE void solve_waiting(const CellRows& rows, bool all, const BlockTarget& block,
+                              const CellTarget& to, Waiting& waiting, Solved& solved,
+                              std::vector<int>& slow) {
+    constexpr auto kLanes = int(hn::MaxLanes(D()));
+    const int count = all ? waiting.count : waiting.count / kCellGroup * kCellGroup;
+    if (!count) return;
+    for (int first = 0; first < count; first += kLanes)
+        solve(rows, waiting, first, block, to, solved, slow);
+    waiting.count -= count;
+    for (int n = 0; n < waiting.count; ++n) waiting.item[n] = waiting.item[count + n];
 }
 
 BlockTarget target_of(const BlockNodes& block, const CellTarget& target, CellFaces faces) {
@@ -391,40 +202,77 @@ BlockTarget target_of(const BlockNodes& block, const CellTarget& target, CellFac
     }
     to.row = target.grid_size.x;
     to.slice = target.grid_size.x * target.grid_size.y;
+    const Vec3i first = block.origin();
+    to.origin = first.x + std::ptrdiff_t(to.row) * first.y + std::ptrdiff_t(to.slice) * first.z;
     to.high_slack = faces == CellFaces::HalfOpen ? kHighSlack : -kLowSlack;
     to.is_16_bit = target.voxels16 != nullptr;
     to.with_inverse = target.inverse_mm != nullptr;
     return to;
 }
 
+/// @returns lanes whose cells are slow
+HWY_INLINE unsigned look_into_group(const BlockNodes& block, std::size_t n, unsigned use,
+                                    const BlockTarget& to, unsigned parity, CellRows& rows,
+                                    std::array<Waiting, 2>& waiting) {
+    constexpr auto kLanes = unsigned(hn::MaxLanes(D()));
+    constexpr unsigned kLaneBits = (1u << kLanes) - 1;
+    const D d;
+    unsigned fast = 0, flat = 0;
+    bool wide = false;
+    for (unsigned lane = 0; lane < kCellGroup; lane += kLanes) {
+        const M used = mask_of(use >> lane & kLaneBits);
+        const Prepared prepared = prepare(block, n + lane, to, parity * kCellGroup + lane, rows);
+        fast |= bits_of(hn::And(used, prepared.fast)) << lane;
+        flat |= bits_of(prepared.flat) << lane;
+        wide |= !hn::AllFalse(d, hn::And(used, prepared.wide));
+    }
+    Candidates candidates;
+    candidates.along = wide ? kMaxAlong : 2;
+    for (unsigned& found : candidates.found) found = 0;
+    for (unsigned lane = 0; lane < kCellGroup; lane += kLanes)
+        find_candidates(rows, parity * kCellGroup + lane, mask_of(fast >> lane & kLaneBits),
+                        to.high_slack, candidates.along, lane, candidates);
+    append(candidates, flat, parity, waiting[0]);
+    append(candidates, ~flat, parity, waiting[1]);
+    return use & ~fast;
+}
+
 void write_block(const BlockNodes& block, const CellTarget& target, CellFaces faces,
                  std::vector<int>& slow) {
-    constexpr auto kLanes = int(hn::MaxLanes(D()));
     const BlockTarget to = target_of(block, target, faces);
-    const Vec3i first = block.origin();
-    const std::ptrdiff_t origin =
-        first.x + std::ptrdiff_t(to.row) * first.y + std::ptrdiff_t(to.slice) * first.z;
-    CellHits hits;
+    CellRows rows;
+    std::array<Waiting, 2> waiting;  // flat ones, others
+    Solved solved{};
+    unsigned parity = 0;
+    std::array<int, 2> last_count{};  // of the group before
     const std::span<const RowBits> use = block.use();
     for (std::size_t w = 0; w < use.size(); ++w) {
         if (!use[w]) continue;
         for (int part = 0; part < 64; part += kCellGroup) {
             const auto group = unsigned(use[w] >> part & 0xffff);
             if (!group) continue;
-            for (unsigned& found : hits.found) found = 0;
-            unsigned slow_lanes = 0;
-            for (int lane = 0; lane < kCellGroup; lane += kLanes) {
-                const unsigned lanes = group >> lane & ((1u << kLanes) - 1);
-                if (!lanes) continue;
-                slow_lanes |=
-                    look_into_cells(block, 64 * w + unsigned(part + lane), lanes, to, lane, hits)
-                    << lane;
+            // Items of the group whose place is about to be taken are the first ones.
+            for (std::size_t i = 0; i < 2; ++i) {
+                if (waiting[i].count > last_count[i])
+                    solve_waiting(rows, true, to, target, waiting[i], solved, slow);
+                last_count[i] = waiting[i].count;
             }
-            write_hits(hits, origin, to, target);
+            rows.first_cell[parity] = int(64 * w) + part;
+            unsigned slow_lanes =
+                look_into_group(block, 64 * w + unsigned(part), group, to, parity, rows, waiting);
+            for (std::size_t i = 0; i < 2; ++i) {
+                last_count[i] = waiting[i].count - last_count[i];
+                solve_waiting(rows, false, to, target, waiting[i], solved, slow);
+            }
+            parity ^= 1;
             for (; slow_lanes; slow_lanes &= slow_lanes - 1)
                 slow.push_back(int(64 * w) + part + __builtin_ctz(slow_lanes));
         }
     }
+    for (Waiting& left : waiting) solve_waiting(rows, true, to, target, left, solved, slow);
+    // In an order that doesn't depend on the vector's width.
+    std::sort(slow.begin(), slow.end());
+    slow.erase(std::unique(slow.begin(), slow.end()), slow.end());
 }
 
 /// Fixed point to voxels, for the nodes of a block. @param from  a component in its eight bricks

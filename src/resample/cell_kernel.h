@@ -9,10 +9,14 @@
 //
 //     s + G(s) = s₁   with   s₁ = J⁻¹(p − c),   G = J⁻¹C,
 //
-// and is solved by s ← s₁ − G(s). That costs a third of a Newton step, and in a cell whose edges
-// are not too different it contracts at a rate that is known beforehand from the coefficients of G,
-// which also bound how far s₁ can be from the answer: nearly all voxels that are not in the cell
-// are seen off by s₁ alone. Cells of one material under a push are parallelepipeds: G = 0.
+// and is solved by s ← s₁ − G(s). That costs a third of a Newton step, and contracts at a rate that
+// is known beforehand from bounds of J⁻¹ and C. They say how many steps a cell needs, and how far
+// s₁ can be from the answer: nearly all voxels that are not in the cell are seen off by s₁ alone.
+// Cells of one material under a push are parallelepipeds: G = 0.
+//
+// A group of cells holds as many voxels as cells, but one cell none and the next one four. So the
+// voxels that may lie in a group's cells are listed, and solved a full vector at a time; what is
+// left over waits for the next group's. Flat cells, which need few steps, and bent ones wait apart.
 //
 // Every target does the same single-precision operations in the same order on each cell (no fused
 // multiply-add), and cells are taken in groups of kCellGroup whatever the vector's width: so the
@@ -36,10 +40,9 @@ enum class CellFaces {
 
 /// Where cells are written to.
 struct CellTarget {
-    Box3i box;                       ///< voxels that may be written; inside the scan
-    Vec3i grid_size;                 ///< of the scan
-    RowBits* open = nullptr;         ///< one bit per voxel of the box's layers: still to be written
-    std::ptrdiff_t first_voxel = 0;  ///< index of the voxel that the first bit stands for
+    Box3i box;                         ///< voxels that may be written; inside the scan
+    Vec3i grid_size;                   ///< of the scan
+    std::uint8_t* open = nullptr;      ///< per voxel of the scan: 1 if it is still to be written
     std::int16_t* voxels16 = nullptr;  ///< one of the two
     float* voxels32 = nullptr;
     Vec3f* inverse_mm = nullptr;  ///< over inverse_box; null: not wanted

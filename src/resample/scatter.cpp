@@ -6,15 +6,18 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <cstdlib>
 #include <functional>
+#include <new>
 
 #include "chainmail/cell_block.h"
 
 namespace pliant {
 namespace {
 
-constexpr int kSlabsPerThread = 4;    ///< if there are several
-constexpr double kReachSlack = 1e-3;  ///< for rounding [voxels]
+constexpr int kSlabsPerThread = 2;  ///< if there are several; blocks between two are visited twice
+constexpr std::size_t kFewBricks = 128;  ///< that one thread writes before another is awake
+constexpr double kReachSlack = 1e-3;     ///< for rounding [voxels]
 
 Box3i voxels_within(const BlockReach& reach, const Box3i& within) {
     Box3i box;
@@ -39,8 +42,9 @@ std::size_t dense_count(Vec3i n) {
 
 Scatter::Scatter(const Volume& original, const TaskArena& arena)
     : m_original(original), m_arena(arena) {
-    // Each slab starts at a word of its own, so that no two share one.
-    m_open.assign(voxel_count(original.grid) / 64 + 2 * std::size_t(original.grid.size.z) + 2, 0);
+    // Memory that nobody writes to stays unused: only pages with open voxels become resident.
+    m_open.reset(static_cast<std::uint8_t*>(std::calloc(voxel_count(original.grid), 1)));
+    if (!m_open) throw std::bad_alloc();
 }
 
 OpenVoxels Scatter::look(const Lattice& lattice, Mapping mapping, Volume& deformed) {
@@ -176,7 +180,7 @@ void Scatter::list_slabs() {
     m_slabs.clear();
     if (m_bricks.empty()) return;
     const int first = m_bricks.front().coord.z, last = m_bricks.back().coord.z;
-    const int threads = m_arena.thread_count();
+    const int threads = m_bricks.size() <= kFewBricks ? 1 : m_arena.thread_count();
     const int thickness = 1 + (last - first) / (threads > 1 ? kSlabsPerThread * threads : 1);
     std::size_t brick = 0;
     for (int begin = first; begin <= last; begin += thickness) {
@@ -213,8 +217,7 @@ CellTarget Scatter::target_of(const Slab& slab, int brick_size, Volume& deformed
     target.box.begin.z = slab.begin * brick_size;
     target.box.end.z = std::min(slab.end * brick_size, grid.size.z);
     target.grid_size = grid.size;
-    target.first_voxel = std::ptrdiff_t(grid.size.x) * grid.size.y * target.box.begin.z;
-    target.open = m_open.data() + target.first_voxel / 64 + 2 * slab.begin;
+    target.open = m_open.get();
     if (auto* voxels = std::get_if<VoxelArray<std::int16_t>>(&deformed.voxels))
         target.voxels16 = voxels->data();
     else

@@ -8,6 +8,8 @@
 
 #include <pliant/resample.h>
 
+#include <cstdlib>
+#include <memory>
 #include <vector>
 
 #include "resample/slab_writer.h"
@@ -38,6 +40,10 @@ class Scatter {
         std::int64_t gaps;
     };
 
+    struct Free {
+        void operator()(void* memory) const { std::free(memory); }
+    };
+
     void find_dirty(const Lattice& lattice);
     void mark_around(const Lattice& lattice, Vec3i coord);
     void mark(Box3i voxels, int brick_size);
@@ -57,7 +63,7 @@ class Scatter {
     std::vector<ReachingBlock> m_blocks;
     std::vector<Slab> m_slabs;
     std::vector<SlabWriter> m_writers;
-    std::vector<RowBits> m_open;
+    std::unique_ptr<std::uint8_t[], Free> m_open;  ///< per voxel, all 0 between updates
     std::vector<Box3i> m_boxes;
 };
 

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <cstring>
 
 #include "chainmail/cell_block.h"
 #include "chainmail/tetrahedra.h"
@@ -39,27 +40,24 @@ std::ptrdiff_t voxel_at(const CellTarget& target, Vec3i p) {
     return p.x +
            std::ptrdiff_t(target.grid_size.x) * (p.y + std::ptrdiff_t(target.grid_size.y) * p.z);
 }
-std::size_t open_bit(const CellTarget& target, Vec3i p) {
-    return std::size_t(voxel_at(target, p) - target.first_voxel);
+std::uint8_t* open_at(const CellTarget& target, Vec3i p) {
+    return target.open + voxel_at(target, p);
+}
+void open_row(const CellTarget& target, Vec3i p, int count, RowBits bits) {
+    std::uint8_t* open = open_at(target, p);
+    for (int x = 0; x < count; ++x) open[x] = bits >> x & 1;
+}
+bool any_open_in_row(const std::uint8_t* open, int count) {
+    RowBits any = 0, eight;
+    for (; count >= 8; count -= 8, open += 8) {
+        std::memcpy(&eight, open, 8);
+        any |= eight;
+    }
+    for (; count > 0; --count) any |= *open++;
+    return any != 0;
 }
 RowBits low_bits(int count) {
     return (RowBits(1) << count) - 1;
-}
-void set_open(const CellTarget& target, Vec3i p, RowBits bits) {
-    const std::size_t at = open_bit(target, p);
-    target.open[at / 64] |= bits << (at % 64);
-    if (at % 64 && bits >> (64 - at % 64)) target.open[at / 64 + 1] |= bits >> (64 - at % 64);
-}
-/// @param count  1…63
-RowBits get_open(const CellTarget& target, Vec3i p, int count) {
-    const std::size_t at = open_bit(target, p);
-    RowBits bits = target.open[at / 64] >> (at % 64);
-    if (int(at % 64) + count > 64) bits |= target.open[at / 64 + 1] << (64 - at % 64);
-    return bits & low_bits(count);
-}
-void clear_open(const CellTarget& target, Vec3i p) {
-    const std::size_t at = open_bit(target, p);
-    target.open[at / 64] &= ~(RowBits(1) << (at % 64));
 }
 
 template <class Visit>
@@ -71,8 +69,8 @@ void for_each_row(const Box3i& box, const Visit& visit) {
 bool any_open(const CellTarget& target, const Box3i& box) {
     for (int z = box.begin.z; z < box.end.z; ++z)
         for (int y = box.begin.y; y < box.end.y; ++y)
-            for (int x = box.begin.x; x < box.end.x; x += 32)
-                if (get_open(target, {x, y, z}, std::min(32, box.end.x - x))) return true;
+            if (any_open_in_row(open_at(target, {box.begin.x, y, z}), box.end.x - box.begin.x))
+                return true;
     return false;
 }
 
@@ -152,7 +150,7 @@ OpenVoxels SlabWriter::open(const ScatterJob& job, const CellTarget& target,
             if (brick.was_changed && bits != low_bits(width))
                 put_back(target, job.original, p, width);
             if (!bits) return;
-            set_open(target, p, bits);
+            open_row(target, p, width, bits);
             brick.is_changeable = true;
             opened.count += std::popcount(bits);
             opened.box.begin = {std::min(opened.box.begin.x, p.x + std::countr_zero(bits)),
@@ -188,11 +186,13 @@ std::int64_t SlabWriter::write(const ScatterJob& job, const CellTarget& target,
         if (!brick.is_changeable) continue;
         const Box3i box = box_of_brick(job.lattice, brick.coord);
         for_each_row(box, [&](Vec3i p) {
-            for (RowBits left = get_open(target, p, box.end.x - box.begin.x); left;
-                 left &= left - 1) {
-                const Vec3i gap = p + Vec3i{std::countr_zero(left), 0, 0};
-                store(target, gap, kAirHu);
-                clear_open(target, gap);
+            const int width = box.end.x - box.begin.x;
+            std::uint8_t* open = open_at(target, p);
+            if (!any_open_in_row(open, width)) return;
+            for (int x = 0; x < width; ++x) {
+                if (!open[x]) continue;
+                store(target, p + Vec3i{x, 0, 0}, kAirHu);
+                open[x] = 0;
                 ++gaps;
             }
         });
@@ -250,11 +250,11 @@ void SlabWriter::write_cell(const ScatterJob& job, const CellTarget& target, Map
         for (int y = candidates.begin.y; y < candidates.end.y; ++y)
             for (int x = candidates.begin.x; x < candidates.end.x; ++x) {
                 const Vec3i p{x, y, z}, d = p - first;
-                if (!get_open(target, p, 1)) continue;
+                if (!*open_at(target, p)) continue;
                 const auto source = find_source(points, map, values,
                                                 {double(d.x), double(d.y), double(d.z)}, mapping);
                 if (!source) continue;
-                clear_open(target, p);
+                *open_at(target, p) = 0;
                 store(target, p, source->value);
                 if (target.inverse_mm)
                     store_inverse(target, voxel_at(target, p),

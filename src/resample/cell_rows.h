@@ -1,0 +1,106 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// What the vector kernel keeps of its cells and voxels between its two stages.
+//
+// First all cells of a group are made ready for inversion, a lane each, and the grid points that
+// may lie in them are listed. Then the listed voxels are solved, a lane each, and every lane
+// fetches what it needs of its cell from the rows below: so lanes are full however many voxels the
+// single cells hold.
+
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+
+#include "resample/cell_kernel.h"
+
+namespace pliant {
+
+/// Voxels along one axis of a cell's bounding box; a cell with more is slow.
+inline constexpr int kMaxAlong = 4;
+inline constexpr int kMaxCandidates = kMaxAlong * kMaxAlong * kMaxAlong;
+
+/// Steps of s ← s₁ − G(s) after which a cell that has not settled is slow.
+inline constexpr int kMaxSteps = 40;
+
+/// Steps from which on is watched whether they still move s; fewer are simply taken.
+inline constexpr std::size_t kWatched = 4;
+
+/// Cells that need no more are flat; they wait apart from the others, so that they needn't take the
+/// others' steps with them.
+inline constexpr std::size_t kFlatSteps = 2;
+
+/// What is kept of a cell while its voxels are solved: the rows of CellRows.
+enum Row {
+    kRowJ = 0,       ///< J⁻¹, by columns
+    kRowC = 9,       ///< coefficients of C: xy, xz, yz, xyz, each with three components
+    kRowS = 21,      ///< s₁ of the first grid point in the bounding box
+    kRowBend = 24,   ///< bound of |G|
+    kRowValue = 25,  ///< original values at the corners
+    kRowBegin = 33,  ///< that grid point, from the cell's lowest corner on
+    kRowPlace = 36,  ///< and from the block's origin on
+    kRowWidth = 39,  ///< bound of |G| by component
+    kRowCount = 42,
+};
+
+/// Two groups of cells, so that voxels which are left over from one group can be solved together
+/// with those of the next, in full vectors.
+struct CellRows {
+    alignas(64) float row[kRowCount][2 * kCellGroup];
+    alignas(64) std::int32_t voxel[2 * kCellGroup];  ///< index of kRowPlace
+    int first_cell[2];
+};
+
+/// Voxels to be solved, first to last: number of the cell in CellRows, and 32 times the candidate:
+/// i + 4·j + 16·k steps from the first one.
+struct Waiting {
+    alignas(64) std::int32_t item[kCellGroup * (kMaxCandidates + 3)];
+    int count = 0;
+};
+
+/// What was found out of a vector of voxels.
+struct Solved {
+    alignas(64) std::int32_t voxel[kCellGroup];  ///< index, from the block's origin on
+    alignas(64) std::int32_t whole[kCellGroup];  ///< value, rounded: of 16-bit targets
+    alignas(64) float value[kCellGroup];         ///< of others
+    alignas(64) float back[3][kCellGroup];       ///< φ⁻¹(p) − p [voxels], if it is wanted
+};
+
+/// Candidates of a group, from the affine part alone.
+struct Candidates {
+    unsigned found[kMaxCandidates];  ///< bit: lane
+    int along;                       ///< 2 or 4 per axis
+};
+
+/// What is the same for all cells of a block.
+struct BlockTarget {
+    Vec3f low, high;          ///< first and last voxel of the target's box, from the origin on
+    bool is_inside;           ///< all that the block reaches lies in the box
+    std::int32_t row, slice;  ///< voxels from one row, one layer, to the next
+    std::ptrdiff_t origin;    ///< index of the block's origin
+    Vec3f shift;              ///< of the origin
+    float high_slack;
+    bool is_16_bit, with_inverse;
+};
+
+/// Largest bound of |G| [units of s] with which n steps leave an error below `settled`: the rate of
+/// contraction on the way is at most 2·bend·(1 + 2·bend)².
+constexpr std::array<float, kWatched> bends_by_steps(double settled) {
+    std::array<float, kWatched> bends{};
+    for (int n = 0; n < int(kWatched); ++n) {
+        double low = 0, high = 0.19;
+        for (int bisection = 0; bisection < 40; ++bisection) {
+            const double bend = 0.5 * (low + high);
+            double error = bend;
+            for (int step = 0; step < n; ++step)
+                error *= 2 * bend * (1 + 2 * bend) * (1 + 2 * bend);
+            (error <= settled ? low : high) = bend;
+        }
+        bends[std::size_t(n)] = float(low);
+    }
+    return bends;
+}
+
+}  // namespace pliant
