@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <tuple>
 
 #include "chainmail/cell_block.h"
 #include "chainmail/tetrahedra.h"
@@ -17,6 +18,10 @@ constexpr double kOnFace = 1e-9;  ///< tolerance of barycentric coordinates
 
 Vec3i floored(Vec3d v) {
     return {int(std::floor(v.x)), int(std::floor(v.y)), int(std::floor(v.z))};
+}
+
+bool comes_before(Vec3i p, Vec3i q) {
+    return std::tie(p.z, p.y, p.x) < std::tie(q.z, q.y, q.x);
 }
 
 std::vector<Vec3i> corners_of(Vec3i lowest) {
@@ -78,14 +83,19 @@ std::optional<std::vector<Vec3i>> grab_cell(const Lattice& lattice, Vec3d point)
     const Vec3i high = lattice.brick_of(rest_cell + reach);
     const Vec3d scale = voxels_per_unit(lattice.grid());
     CellBlock block;
+    // Where the lattice is folded several cells may hold the point: one that doesn't depend on the
+    // bricks is taken.
+    std::optional<Vec3i> lowest;
     for (int z = low.z; z <= high.z; ++z)
         for (int y = low.y; y <= high.y; ++y)
             for (int x = low.x; x <= high.x; ++x) {
                 if (!holds(lattice, {x, y, z}, point, scale)) continue;
                 block.load(lattice, {x, y, z});
-                if (const auto cell = find_in_block(block, point, scale)) return corners_of(*cell);
+                const auto cell = find_in_block(block, point, scale);
+                if (cell && (!lowest || comes_before(*cell, *lowest))) lowest = cell;
             }
-    return std::nullopt;
+    if (!lowest) return std::nullopt;
+    return corners_of(*lowest);
 }
 
 std::vector<Vec3i> grab_sphere(const Lattice& lattice, Vec3d centre, double radius_mm,

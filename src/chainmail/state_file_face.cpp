@@ -107,6 +107,7 @@ Status ChainMail::save_state(const std::filesystem::path& path) const {
 
 Status ChainMail::load_state(const std::filesystem::path& path) {
     const std::string name = path.string();
+    m_impl->let_go();
     if (m_impl->history.is_open())
         return Error{ErrorCode::InvalidArgument,
                      name + ": expected no open group of steps, found one; end it first"};
@@ -136,7 +137,6 @@ Status ChainMail::load_state(const std::filesystem::path& path) {
     auto materials = make_materials(m_impl->volume, *settings);
     if (!materials.ok())
         return Error{materials.error().code, name + ": " + materials.error().message};
-    m_impl->let_go();
     auto impl =
         std::make_unique<Impl>(m_impl->volume, *settings, std::move(*materials), m_impl->arena);
     impl->lattice.continue_clock(m_impl->lattice.clock());
