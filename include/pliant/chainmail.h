@@ -19,6 +19,7 @@
 
 #pragma once
 
+#include <pliant/chainmail_relax.h>
 #include <pliant/grid.h>
 #include <pliant/result.h>
 #include <pliant/tasks.h>
@@ -41,6 +42,8 @@ struct ElementLimits {
     Vec3d shear{0, 0, 0};        ///< likewise
     double max_movement_mm = 0;  ///< largest distance from the rest place (Euclidean)
     bool fixed = false;          ///< bone: never moves
+    /// Strain beyond this fraction of the link's limits stays as an imprint, 0…1; 0: none stays.
+    double yield = 0;
 };
 
 /// Limits by voxel value [HU, rounded to a whole number].
@@ -58,6 +61,7 @@ struct ChainMailSettings {
     double offset = 0.2;             ///< size of the chain regions, fraction of a link, 0…1
     double bone_threshold_hu = 300;  ///< values above it don't move
     double max_movement_mm = 20;     ///< of the softest element, 0…500
+    double yield = 0;                ///< strain beyond this fraction of the limits stays; 0: none
     // [push]
     double scale = 1;  ///< every push is multiplied by it
     // [lattice]
@@ -133,6 +137,17 @@ class ChainMail {
 
     /// Moves the given elements together. @param push_mm  LPS, multiplied by the scale setting
     Result<PushReport> push_elements(std::span<const Vec3i> elements, Vec3d push_mm);
+
+    /// Elastic return, as far as a budget of time or sweeps goes; valid wherever it stops.
+    /// @returns InvalidArgument that names the option
+    Result<RelaxReport> relax(const RelaxOptions& options);
+    /// E of chainmail_relax.h now [mm² · weight].
+    double elastic_energy_mm2() const;
+    /// Where element ijk returns to: the imprint of pushes beyond the yield limit [mm, LPS].
+    Vec3d imprint_mm(Vec3i ijk) const;
+    /// The elements that a push would take hold of now: to be held while its tool stays.
+    /// @returns InvalidArgument as push
+    Result<std::vector<Vec3i>> elements_at(const Push& push) const;
 
     /// Displacement of element ijk [mm, LPS]; zero where nothing moved; also beyond the scan.
     Vec3d displacement_mm(Vec3i ijk) const;

@@ -105,6 +105,7 @@ Result<PushReport> ChainMail::Impl::push(std::span<const Vec3i> elements, Vec3d 
                             units_from_mm(lattice_mm.z)};
     lattice.tick();
     Result<PushReport> report = push_grabbed(grabbed, shift);
+    if (report.ok() && report->moved_elements > 0) flow(lattice, plastic_rest, arena);
     lattice.drop_still_bricks();
     const std::chrono::duration<double, std::milli> elapsed =
         std::chrono::steady_clock::now() - start;
@@ -127,7 +128,7 @@ Result<ChainMail> ChainMail::create(const Volume& volume, const ChainMailSetting
     return ChainMail(std::move(impl));
 }
 
-Result<PushReport> ChainMail::push(const Push& push) {
+Result<std::vector<Vec3i>> ChainMail::elements_at(const Push& push) const {
     const Grid& grid = m_impl->volume.grid;
     const Vec3d ijk = voxel_from_world(grid, push.point_mm);
     for (int a = 0; a < 3; ++a)
@@ -139,11 +140,15 @@ Result<PushReport> ChainMail::push(const Push& push) {
     if (!(push.sphere_radius_mm >= 0 && push.sphere_radius_mm <= kMaxMovementMm))
         return Error{ErrorCode::InvalidArgument, "push: expected a sphere radius of 0 to 500 mm"};
     if (push.sphere_radius_mm > 0)
-        return m_impl->push(grab_sphere(m_impl->lattice, ijk, push.sphere_radius_mm,
-                                        m_impl->settings.air_threshold_hu),
-                            push.push_mm);
-    const auto cell = grab_cell(m_impl->lattice, ijk);
-    return m_impl->push(cell.value_or(std::vector<Vec3i>{}), push.push_mm);
+        return grab_sphere(m_impl->lattice, ijk, push.sphere_radius_mm,
+                           m_impl->settings.air_threshold_hu);
+    return grab_cell(m_impl->lattice, ijk).value_or(std::vector<Vec3i>{});
+}
+
+Result<PushReport> ChainMail::push(const Push& push) {
+    const Result<std::vector<Vec3i>> grabbed = elements_at(push);
+    if (!grabbed.ok()) return grabbed.error();
+    return m_impl->push(*grabbed, push.push_mm);
 }
 
 Result<PushReport> ChainMail::push_elements(std::span<const Vec3i> elements, Vec3d push_mm) {
@@ -157,7 +162,12 @@ Vec3d ChainMail::displacement_mm(Vec3i ijk) const {
 }
 
 LatticeState ChainMail::state() const {
-    return check_lattice(m_impl->lattice, m_impl->law, m_impl->arena);
+    LatticeState state = check_lattice(m_impl->lattice, m_impl->law, m_impl->arena);
+    if (state.resident_bricks > 0)
+        state.bytes_per_resident_element +=
+            double(m_impl->plastic_rest.bytes()) /
+            (double(state.resident_bricks) * m_impl->lattice.elements_per_brick());
+    return state;
 }
 
 std::uint64_t ChainMail::hash() const {

@@ -11,6 +11,8 @@
 #include <span>
 
 #include "chainmail/lattice.h"
+#include "chainmail/plastic.h"
+#include "chainmail/relax.h"
 
 namespace pliant {
 
@@ -20,7 +22,8 @@ struct ChainMail::Impl {
           settings(s),
           law(s.custom_law ? s.custom_law : draeger_law(s)),
           lattice(v, {law}, s.brick_size, s.bounded),
-          arena(a) {}
+          arena(a),
+          relaxation(lattice, plastic_rest, a) {}
 
     Result<PushReport> push(std::span<const Vec3i> elements, Vec3d push_mm);
     bool propagate(std::span<const ElementRef> grabbed, Vec3<Fixed> shift);
@@ -31,6 +34,8 @@ struct ChainMail::Impl {
     MaterialLaw law;
     Lattice lattice;
     const TaskArena& arena;
+    PlasticRest plastic_rest;
+    Relaxation relaxation;
 };
 
 }  // namespace pliant

@@ -189,6 +189,7 @@ void Lattice::set_edits(Vec3i brick_coord, BrickEdits edits) {
         m_edits[brick_coord] = std::move(edits);
     else
         m_edits.erase(brick_coord);
+    ++m_links_version;
     const int index = find_brick(brick_coord);
     if (index < 0) return;
     Brick& edited = brick(index);

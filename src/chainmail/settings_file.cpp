@@ -76,6 +76,7 @@ Status read_key(const Reader& r, const std::string& key, const toml::node& node,
     if (key == "[material] offset") return r.read(node, key, s.offset);
     if (key == "[material] bone_threshold_hu") return r.read(node, key, s.bone_threshold_hu);
     if (key == "[material] max_movement_mm") return r.read(node, key, s.max_movement_mm);
+    if (key == "[material] yield") return r.read(node, key, s.yield);
     if (key == "[push] scale") return r.read(node, key, s.scale);
     if (key == "[lattice] brick_size") return r.read(node, key, s.brick_size);
     if (key == "[lattice] max_elements") return r.read(node, key, s.max_elements);
@@ -83,8 +84,8 @@ Status read_key(const Reader& r, const std::string& key, const toml::node& node,
     if (key == "[air] enabled") return r.read(node, key, s.air_enabled);
     if (key == "[air] threshold_hu") return r.read(node, key, s.air_threshold_hu);
     return r.wrong(key,
-                   "one of [material] law, offset, bone_threshold_hu, max_movement_mm; [push] "
-                   "scale; [lattice] brick_size, max_elements, bounded; [air] enabled, threshold_hu",
+                   "one of [material] law, offset, bone_threshold_hu, max_movement_mm, yield; "
+                   "[push] scale; [lattice] brick_size, max_elements, bounded; [air] enabled, threshold_hu",
                    "a key that has no meaning here");
 }
 

@@ -1,0 +1,274 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// Eight elements of a row at a time, of which every other has the colour: four lanes. Written with
+// the compilers' own vector types, which they turn into what the processor has; the only thing
+// chosen at run time is whether it has AVX2.
+
+#include "chainmail/relax_kernel.h"
+
+#include <algorithm>
+#include <cstring>
+
+// Vectors are passed between inlined functions only, so how a call would pass them doesn't matter.
+#pragma GCC diagnostic ignored "-Wpsabi"
+#if defined(__GNUC__)
+#define PLIANT_INLINE inline __attribute__((always_inline))
+#endif
+
+namespace pliant {
+namespace {
+
+using Lanes = Fixed __attribute__((vector_size(16)));
+using Doubles = double __attribute__((vector_size(32)));
+using Row8 = Fixed __attribute__((vector_size(32)));
+using Weights8 = std::uint16_t __attribute__((vector_size(16)));
+
+constexpr double kFarthestStep = 1 << 29;  ///< [units]: u and twice a step still fit
+
+PLIANT_INLINE Lanes smaller(Lanes a, Lanes b) {
+    return a < b ? a : b;
+}
+PLIANT_INLINE Lanes larger(Lanes a, Lanes b) {
+    return a > b ? a : b;
+}
+PLIANT_INLINE Doubles to_doubles(Lanes a) {
+    return __builtin_convertvector(a, Doubles);
+}
+/// Towards zero.
+PLIANT_INLINE Lanes to_lanes(Doubles a) {
+    return __builtin_convertvector(a, Lanes);
+}
+PLIANT_INLINE bool any(Lanes mask) {
+    return (mask[0] | mask[1] | mask[2] | mask[3]) != 0;
+}
+
+/// Every other of up to eight values, from the first or the second on.
+template <int Phase, bool Whole>
+PLIANT_INLINE Lanes every_other(const Fixed* row, int count) {
+    Row8 values{};
+    std::memcpy(&values, row, Whole ? sizeof values : std::size_t(count) * sizeof *row);
+    return __builtin_shufflevector(values, values, Phase, Phase + 2, Phase + 4, Phase + 6);
+}
+template <int Phase, bool Whole>
+PLIANT_INLINE Doubles every_other(const std::uint16_t* row, int count) {
+    Weights8 values{};
+    std::memcpy(&values, row, Whole ? sizeof values : std::size_t(count) * sizeof *row);
+    const auto chosen =
+        __builtin_shufflevector(values, values, Phase, Phase + 2, Phase + 4, Phase + 6);
+    return to_doubles(__builtin_convertvector(chosen, Lanes));
+}
+template <int Phase>
+PLIANT_INLINE Doubles every_other(const double* row, int count) {
+    Doubles values{};
+    for (int k = 0; k < 4; ++k)
+        if (Phase + 2 * k < count) values[k] = row[Phase + 2 * k];
+    return values;
+}
+
+/// The six links and neighbours of a row, each as a pointer to the row's first element: along −x,
+/// +x, −y, +y, −z, +z.
+struct Rows {
+    std::array<std::array<const Fixed*, 6>, 3> neighbour;  ///< by component
+    std::array<const Fixed*, 6> shear, stretch, compress;
+    std::array<const std::uint16_t*, 6> weight;
+};
+
+struct Moved {
+    Lanes from[3], to[3];
+};
+
+/// The step to the nearest unit, and beyond it by over-relaxation: see the header.
+PLIANT_INLINE Lanes step_of(Doubles x, Lanes e, double beyond) {
+    const Doubles far = Doubles{} + kFarthestStep;
+    x = x > far ? far : x < -far ? -far : x;
+    const Lanes whole = to_lanes(x);
+    const Doubles rest = x - to_doubles(whole), elastic = to_doubles(e);
+    const Doubles zero{}, one = zero + 1.0, half = zero + 0.5;
+    Doubles extra = rest > half ? one : zero;
+    extra = rest < -half ? -one : extra;
+    extra = (x == half) & (elastic < zero) ? one : extra;
+    extra = (x == -half) & (elastic > zero) ? -one : extra;
+    return whole + to_lanes(extra) + to_lanes(x * beyond);
+}
+
+template <int Phase, bool Whole, bool Symmetric>
+PLIANT_INLINE void move_component(const Rows& rows, int a, int x, int count,
+                                  const Doubles (&weights)[6], Doubles weight_sum, Lanes imprint,
+                                  Doubles force, double beyond, Moved& moved) {
+    const Lanes u = moved.from[a];
+    Lanes lowest = Lanes{} + INT32_MIN, highest = Lanes{} + INT32_MAX;
+    for (std::size_t side = 0; side < 6; ++side) {
+        const auto row = rows.neighbour[std::size_t(a)][side] + x;
+        const Lanes v = every_other<Phase, Whole>(row, count);
+        // How far this element may be below and above its neighbour.
+        Lanes below, above;
+        if (Symmetric || int(side / 2) != a) {
+            below = above = every_other<Phase, Whole>(rows.shear[side] + x, count);
+        } else {
+            const Lanes stretch = every_other<Phase, Whole>(rows.stretch[side] + x, count);
+            const Lanes compress = every_other<Phase, Whole>(rows.compress[side] + x, count);
+            below = side % 2 ? stretch : compress;
+            above = side % 2 ? compress : stretch;
+        }
+        lowest = larger(lowest, v - below);
+        highest = smaller(highest, v + above);
+        force += weights[side] * to_doubles(v - u);
+    }
+    // Links that are outside of their limits may not get worse: standing still is always allowed.
+    lowest = smaller(lowest, u);
+    highest = larger(highest, u);
+    const Lanes to = u + step_of(force / weight_sum, u - imprint, beyond);
+    moved.to[a] = smaller(larger(to, lowest), highest);
+}
+
+template <int Phase>
+PLIANT_INLINE Lanes flags_of(const std::uint8_t* flags, int count) {
+    Lanes mask{};
+    for (int k = 0; k < 4; ++k)
+        if (Phase + 2 * k < count && flags[Phase + 2 * k]) mask[k] = -1;
+    return mask;
+}
+
+/// Moves the elements of one colour among eight. @param n  index of the first of the eight
+template <int Phase, bool Whole, bool Symmetric>
+PLIANT_INLINE Lanes move_eight(const RelaxedBrick& brick, const Rows& rows, int n, int x, int count,
+                               double beyond) {
+    Moved moved;
+    Lanes imprint[3]{};
+    for (std::size_t a = 0; a < 3; ++a) {
+        moved.from[a] = every_other<Phase, Whole>(brick.u[a] + n, count);
+        if (brick.imprint[a]) imprint[a] = every_other<Phase, Whole>(brick.imprint[a] + n, count);
+    }
+    // What is at rest stays: only what was pushed relaxes.
+    Lanes stays =
+        (moved.from[0] | moved.from[1] | moved.from[2] | imprint[0] | imprint[1] | imprint[2]) == 0;
+    if (brick.held) stays |= flags_of<Phase>(brick.held + n, count);
+    if (!brick.links->fixed.empty()) stays |= flags_of<Phase>(brick.links->fixed.data() + n, count);
+    Doubles weights[6], sum{};
+    for (std::size_t side = 0; side < 6; ++side) {
+        weights[side] = every_other<Phase, Whole>(rows.weight[side] + x, count);
+        sum += weights[side];
+    }
+    sum = sum > 0.0 ? sum : Doubles{} + 1.0;
+    Lanes changed{};
+    for (int a = 0; a < 3; ++a) {
+        const double* pull = brick.pull[std::size_t(a)];
+        const Doubles force = pull ? every_other<Phase>(pull + n, count) : Doubles{};
+        move_component<Phase, Whole, Symmetric>(rows, a, x, count, weights, sum, imprint[a], force,
+                                                beyond, moved);
+        moved.to[a] = stays ? moved.from[a] : moved.to[a];
+        changed |= moved.to[a] != moved.from[a];
+    }
+    if (!any(changed)) return Lanes{};
+    Doubles squared{};
+    for (const Lanes to : moved.to) squared += to_doubles(to) * to_doubles(to);
+    const auto beyond_radius = squared > brick.free_radius_squared;
+    const bool ask = brick.guard_all ||
+                     (beyond_radius[0] | beyond_radius[1] | beyond_radius[2] | beyond_radius[3]);
+    Lanes largest{};
+    for (int k = 0; k < 4; ++k) {
+        if (!changed[k]) continue;
+        const int index = n + Phase + 2 * k;
+        const Vec3<Fixed> from{moved.from[0][k], moved.from[1][k], moved.from[2][k]};
+        Vec3<Fixed> to{moved.to[0][k], moved.to[1][k], moved.to[2][k]};
+        if (ask) to = brick.guard->admit(index, from, to);
+        for (int a = 0; a < 3; ++a) {
+            brick.u[std::size_t(a)][index] = to[a];
+            largest[k] = std::max(largest[k], std::abs(to[a] - from[a]));
+        }
+    }
+    return largest;
+}
+
+/// Rows of elements that are not there.
+alignas(64) constexpr Fixed kRowAtRest[64] = {};
+
+template <bool Whole, bool Symmetric>
+PLIANT_INLINE Fixed move_row(const RelaxedBrick& brick, int y, int z, int phase, double beyond) {
+    const int size = brick.size, row = size * (y + size * z);
+    const int size_of_slice = size * size;
+    Fixed padded[3][48];  // the row, and one element more on both sides
+    Rows rows;
+    for (std::size_t a = 0; a < 3; ++a) {
+        const auto& side = brick.side[a];
+        const Fixed* u = brick.u[a];
+        padded[a][0] = side[0] ? side[0][row + size - 1] : 0;
+        std::copy_n(u + row, size, padded[a] + 1);
+        padded[a][size + 1] = side[1] ? side[1][row] : 0;
+        const auto beside = [&](std::size_t s, int offset) {
+            return side[s] ? side[s] + row + offset : kRowAtRest;
+        };
+        rows.neighbour[a] = {
+            padded[a],
+            padded[a] + 2,
+            y > 0 ? u + row - size : beside(2, size_of_slice - size),
+            y + 1 < size ? u + row + size : beside(3, size - size_of_slice),
+            z > 0 ? u + row - size_of_slice : beside(4, (size - 1) * size_of_slice),
+            z + 1 < size ? u + row + size_of_slice : beside(5, (1 - size) * size_of_slice)};
+    }
+    for (int b = 0; b < 3; ++b) {
+        const auto axis = std::size_t(b);
+        const BrickLinks& links = *brick.links;
+        const Vec3i strides = link_strides(size, b);
+        const int below = y * strides.y + z * strides.z;
+        for (const std::size_t high : {0u, 1u}) {
+            const int at = below + (high ? strides[b] : 0);
+            rows.shear[2 * axis + high] = links.shear[axis].data() + at;
+            rows.weight[2 * axis + high] = links.weight[axis].data() + at;
+            rows.stretch[2 * axis + high] = Symmetric ? nullptr : links.stretch[axis].data() + at;
+            rows.compress[2 * axis + high] = Symmetric ? nullptr : links.compress[axis].data() + at;
+        }
+    }
+    Lanes largest{};
+    for (int x = 0; x < size; x += 8) {
+        const int count = std::min(8, size - x);
+        const Lanes moved =
+            phase ? move_eight<1, Whole, Symmetric>(brick, rows, row + x, x, count, beyond)
+                  : move_eight<0, Whole, Symmetric>(brick, rows, row + x, x, count, beyond);
+        largest = larger(largest, moved);
+    }
+    return std::max({largest[0], largest[1], largest[2], largest[3]});
+}
+
+template <bool Whole, bool Symmetric>
+PLIANT_INLINE Fixed move_rows(const RelaxedBrick& brick, int colour, double beyond) {
+    Fixed largest = 0;
+    for (int z = 0; z < brick.size; ++z)
+        for (int y = 0; y < brick.size; ++y) {
+            const int phase = (brick.parity + y + z + colour) & 1;
+            largest = std::max(largest, move_row<Whole, Symmetric>(brick, y, z, phase, beyond));
+        }
+    return largest;
+}
+
+PLIANT_INLINE Fixed move_brick(const RelaxedBrick& brick, int colour, double beyond) {
+    const bool symmetric = brick.links->stretch[0].empty();
+    if (brick.size % 8 == 0)
+        return symmetric ? move_rows<true, true>(brick, colour, beyond)
+                         : move_rows<true, false>(brick, colour, beyond);
+    return symmetric ? move_rows<false, true>(brick, colour, beyond)
+                     : move_rows<false, false>(brick, colour, beyond);
+}
+
+Fixed move_brick_anywhere(const RelaxedBrick& brick, int colour, double beyond) {
+    return move_brick(brick, colour, beyond);
+}
+
+#if defined(__x86_64__)
+__attribute__((target("avx2"))) Fixed move_brick_avx2(const RelaxedBrick& brick, int colour,
+                                                      double beyond) {
+    return move_brick(brick, colour, beyond);
+}
+const auto kMoveBrick = __builtin_cpu_supports("avx2") ? move_brick_avx2 : move_brick_anywhere;
+#else
+const auto kMoveBrick = move_brick_anywhere;
+#endif
+
+}  // namespace
+
+Fixed relax_colour(const RelaxedBrick& brick, int colour, double over_relaxation) {
+    return kMoveBrick(brick, colour, over_relaxation - 1);
+}
+
+}  // namespace pliant
