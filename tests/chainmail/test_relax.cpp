@@ -56,8 +56,11 @@ Volume block(Vec3i size, Vec3d spacing_mm = {1, 1, 1}) {
 
 MaterialLaw one_material(double limit, double max_movement_mm = 500) {
     return [=](int) {
-        return ElementLimits{{limit, limit, limit}, {limit, limit, limit}, {limit, limit, limit},
-                             max_movement_mm,       false};
+        return ElementLimits{{limit, limit, limit},
+                             {limit, limit, limit},
+                             {limit, limit, limit},
+                             max_movement_mm,
+                             false};
     };
 }
 
@@ -116,8 +119,13 @@ struct Case {
 };
 
 Case random_case(Random& random) {
-    Case c{random_instance(random, 8, 20, random.whole(0, 1)), {}, {}, random.whole(2, 17), 0,
-           random.whole(0, 1) == 1, {}};
+    Case c{random_instance(random, 8, 14, random.whole(0, 1)),
+           {},
+           {},
+           random.whole(2, 17),
+           0,
+           random.whole(0, 1) == 1,
+           {}};
     c.movement_mm = random.whole(0, 2) ? 500 : random.real(0.3, 1.5);
     const double yield = random.whole(0, 2) ? 0 : random.real(0.1, 0.9);
     c.law = [inner = c.instance.law, movement = c.movement_mm, yield](int value) {
@@ -142,9 +150,9 @@ void edit_at_random(Random& random, Lattice& lattice) {
 double distance_to_tool(const Grid& grid, const Lattice& lattice, Vec3i e, const RelaxTool& tool) {
     const Vec3<Fixed> u = lattice.displacement_at(e);
     const Vec3d h = grid.spacing_mm;
-    const Vec3d x = world_from_voxel(
-        grid, {e.x + mm_from_units(u.x) / h.x, e.y + mm_from_units(u.y) / h.y,
-               e.z + mm_from_units(u.z) / h.z});
+    const Vec3d x =
+        world_from_voxel(grid, {e.x + mm_from_units(u.x) / h.x, e.y + mm_from_units(u.y) / h.y,
+                                e.z + mm_from_units(u.z) / h.z});
     return std::sqrt(squared_distance_of_segments(x, x, tool.from_mm, tool.to_mm));
 }
 
@@ -157,9 +165,8 @@ RelaxTool random_tool(Random& random, const Grid& grid) {
     return {from, random.whole(0, 1) ? from : place(), random.real(0.5, 4)};
 }
 
-
 TEST(Relax, EnergyNeverRisesAndEveryConstraintHoldsAfterEachSweep) {
-    for (std::uint64_t seed = 1; seed <= 60; ++seed) {
+    for (std::uint64_t seed = 1; seed <= 25; ++seed) {
         SCOPED_TRACE("seed " + std::to_string(seed));
         Random random(seed);
         Case c = random_case(random);
@@ -184,11 +191,9 @@ TEST(Relax, EnergyNeverRisesAndEveryConstraintHoldsAfterEachSweep) {
                 distances[e].push_back(distance_to_tool(lattice.grid(), lattice, e, tool));
         double last = tissue.elastic_energy_mm2();
         const double omega = random.real(1, 1.95);
-        for (int sweep = 0; sweep < 12; ++sweep) {
-            relaxed(tissue, {.max_sweeps = 1,
-                             .tools = c.tools,
-                             .held = c.held,
-                             .over_relaxation = omega});
+        for (int sweep = 0; sweep < 8; ++sweep) {
+            relaxed(tissue,
+                    {.max_sweeps = 1, .tools = c.tools, .held = c.held, .over_relaxation = omega});
             const double now = tissue.elastic_energy_mm2();
             ASSERT_LE(now, last);
             last = now;
@@ -205,8 +210,7 @@ TEST(Relax, EnergyNeverRisesAndEveryConstraintHoldsAfterEachSweep) {
                 ASSERT_LE(norm({mm_from_units(v.x), mm_from_units(v.y), mm_from_units(v.z)}),
                           limits.max_movement_mm);
                 for (std::size_t n = 0; n < c.tools.size(); ++n) {
-                    const double now_mm =
-                        distance_to_tool(lattice.grid(), lattice, e, c.tools[n]);
+                    const double now_mm = distance_to_tool(lattice.grid(), lattice, e, c.tools[n]);
                     const double must = std::min(distances[e][n], c.tools[n].radius_mm);
                     ASSERT_GE(now_mm, must - 1e-9);
                     distances[e][n] = std::max(distances[e][n], now_mm);
@@ -226,7 +230,11 @@ TEST(Relax, EnergyIsTheSumOverLinksOfWeightTimesSquare) {
     const double least = std::min({h.x, h.y, h.z});
     const auto weight = [&](Vec3i e, int b) {
         const ElementLimits l = instance.law(tissue.lattice().value_at(e));
-        const double fraction = (l.compress[b] + l.stretch[b] + 4 * l.shear[b]) / 6;
+        // From the limits in whole units, as the links have them.
+        const auto units = [&](double f) { return std::floor(h[b] * f / 2 * (1 << 20)); };
+        const double fraction =
+            (units(l.compress[b]) + units(l.stretch[b]) + 4 * units(l.shear[b])) / 6 * 2 /
+            (1 << 20) / h[b];
         return std::round(std::clamp(64 * least * least / (h[b] * h[b]) / fraction, 1.0, 32767.0));
     };
     double sum = 0;
@@ -274,61 +282,68 @@ TEST(Relax, MixedMaterialReturnsToRestToo) {
         const Instance instance = random_instance(random, 8, 14, true);
         const TaskArena arena(1);
         ChainMail tissue = tissue_of(instance.volume, instance.law, arena);
-        ASSERT_TRUE(tissue.push_elements(random_grab(random, instance.volume.grid), {.5, .4, 0}).ok());
+        ASSERT_TRUE(
+            tissue.push_elements(random_grab(random, instance.volume.grid), {.5, .4, 0}).ok());
         EXPECT_TRUE(relaxed(tissue, {.max_sweeps = 20000}).settled);
         EXPECT_EQ(tissue.moved_box(), Box3i{});
     }
 }
 
-/// Solves Σ w (v_j − v_i) = −load for the free elements in doubles, the others given.
-Displacements free_of(const Displacements& all, const std::vector<Vec3i>& held) {
-    Displacements free;
-    for (const auto& [e, u] : all)
-        if (u != Vec3<Fixed>{0, 0, 0} && std::find(held.begin(), held.end(), e) == held.end())
-            free[e] = u;
-    return free;
-}
-
 TEST(Relax, WithAHeldPatchItReachesTheDiscreteHarmonicState) {
     const TaskArena arena(2);
-    // Room enough that no link is ever at its limit: only the push is long.
-    const Volume volume = block({16, 16, 16});
-    ChainMail tissue = tissue_of(volume, one_material(0.3), arena);
-    const std::vector<Vec3i> held{{7, 7, 7}, {8, 7, 7}, {7, 8, 7}, {8, 8, 7}};
-    ASSERT_TRUE(tissue.push_elements(held, {1.5, 0, 0.6}).ok());
-    const Displacements start = displacements(tissue.lattice());
-    const Displacements free = free_of(start, held);
+    Volume volume = block({14, 14, 14}, {1, 1.3, 0.8});
+    auto& voxels = std::get<std::vector<std::int16_t>>(volume.voxels);
+    for (std::size_t n = 0; n < voxels.size(); ++n) voxels[n] = std::int16_t(n / 5 % 2);
+    // Limits above the push: whatever the state, none binds.
+    const MaterialLaw law = [](int value) {
+        const double limit = value == 1 ? 0.9 : 0.5;
+        return one_material(limit)(0);
+    };
+    ChainMail tissue = tissue_of(volume, law, arena);
+    std::vector<Vec3i> pushed;
+    for (int z = 2; z < 12; ++z)
+        for (int y = 2; y < 12; ++y)
+            for (int x = 2; x < 12; ++x) pushed.push_back({x, y, z});
+    const std::vector<Vec3i> held{{6, 6, 6}, {7, 6, 6}, {6, 7, 6}, {7, 7, 8}};
+    ASSERT_TRUE(tissue.push_elements(pushed, {0.25, 0, -0.17}).ok());
     EXPECT_TRUE(relaxed(tissue, {.max_sweeps = 5000, .held = held}).settled);
-    // The same by a plain Gauss-Seidel in doubles, without limits, and how far a residual of half
-    // a unit at every element can lead: the solution for a load of half a unit.
-    std::map<Vec3i, Vec3d, Before> harmonic;
-    std::map<Vec3i, double, Before> bound;
-    for (const auto& [e, u] : start)
-        harmonic[e] = {mm_from_units(u.x), mm_from_units(u.y), mm_from_units(u.z)};
-    for (int sweep = 0; sweep < 600; ++sweep)
-        for (const auto& [e, u] : free) {
-            Vec3d mean{0, 0, 0};
-            double bounds = 0;
+    // The same by a plain Gauss-Seidel in doubles, and how far a residual of half a unit at every
+    // element can lead: the solution for a load of half a unit.
+    const auto weight = [&](Vec3i e, Vec3i f, int b) {
+        const double h = volume.grid.spacing_mm[b];
+        const auto end = [&](Vec3i p) {
+            const double limit = tissue.lattice().value_at(p) == 1 ? 0.9 : 0.5;
+            return std::round(64 * 0.8 * 0.8 / (h * h) / limit);
+        };
+        return end(e) + end(f);
+    };
+    std::map<Vec3i, std::pair<double, double>, Before> harmonic;  // of a push by 1; bound [units]
+    for (const Vec3i& e : pushed) harmonic[e] = {1, 0};
+    for (int sweep = 0; sweep < 400; ++sweep)
+        for (auto& [e, solution] : harmonic) {
+            if (std::find(held.begin(), held.end(), e) != held.end()) continue;
+            double sum = 0, part = 0, bound = 0;
             for (int side = 0; side < 6; ++side) {
-                const Vec3i f = beside(e, side);
-                if (harmonic.contains(f)) mean = mean + harmonic[f];
-                if (bound.contains(f)) bounds += bound[f];
+                const auto found = harmonic.find(beside(e, side));
+                const double w = weight(e, beside(e, side), side / 2);
+                sum += w;
+                if (found == harmonic.end()) continue;
+                part += w * found->second.first;
+                bound += w * found->second.second;
             }
-            harmonic[e] = (1.0 / 6) * mean;
-            bound[e] = bounds / 6 + 0.5;
+            solution = {part / sum, bound / sum + 0.5};
         }
     double worst_units = 0;
-    for (const auto& [e, u] : free) {
+    for (const auto& [e, solution] : harmonic) {
         const Vec3<Fixed> v = tissue.lattice().displacement_at(e);
-        for (int a = 0; a < 3; ++a) {
-            const double apart = std::abs(v[a] - harmonic[e][a] * kUnitsPerMm);
-            EXPECT_LE(apart, bound[e] + 0.01);
+        for (const auto& [a, push_mm] : {std::pair{0, 0.25}, std::pair{2, -0.17}}) {
+            const double apart = std::abs(v[a] - solution.first * push_mm * kUnitsPerMm);
+            ASSERT_LE(apart, solution.second + 0.6);
             worst_units = std::max(worst_units, apart);
         }
     }
-    EXPECT_GT(free.size(), 500u);
-    EXPECT_LT(worst_units, 20);  // nanometres
-    RecordProperty("worst_units", int(worst_units));
+    EXPECT_LT(worst_units, 5);  // nanometres
+    RecordProperty("worst_units", std::to_string(worst_units));
 }
 
 std::uint64_t hash_after(const Case& c, int threads, int brick_size, int slice_sweeps, int sweeps) {
