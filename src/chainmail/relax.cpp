@@ -166,6 +166,12 @@ void Relaxation::relax_brick(int index, int colour, double over_relaxation) {
     own.changed[colour] = own.step > 0;
     if (own.step == 0) return;
     brick.changed_at = m_lattice.clock();
+    own.has_old_bounds = true;
+    if (!m_contact.empty()) update_bounds(index);
+}
+
+void Relaxation::update_bounds(int index) {
+    if (!std::exchange(workspace(index).has_old_bounds, false)) return;
     m_lattice.update_bounds(index);
 }
 
@@ -229,6 +235,9 @@ RelaxReport Relaxation::run(const RelaxOptions& options) {
         if (!run_pass(options, end)) break;
         finish_pass();
     }
+    m_arena.for_each(std::int64_t(m_bricks.size()), 16, [&](std::int64_t first, std::int64_t last) {
+        for (std::int64_t n = first; n < last; ++n) update_bounds(m_bricks[std::size_t(n)]);
+    });
     RelaxReport report;
     report.sweeps = m_finished_sweeps;
     report.settled = m_quiet_passes >= 2;

@@ -43,6 +43,7 @@ class Relaxation {
         std::vector<std::uint8_t> held;
         PlasticPull pull;
         bool changed[2] = {true, true};  ///< by its last pass of each colour
+        bool has_old_bounds = false;     ///< of the displacements, u_min and u_max
         Fixed step = 0;                  ///< largest of its last pass
     };
 
@@ -54,6 +55,7 @@ class Relaxation {
     void mark_held();
     bool run_pass(const RelaxOptions& options, Clock::time_point end);
     void finish_pass();
+    void update_bounds(int index);
     void relax_brick(int index, int colour, double over_relaxation);
     bool is_wanted(int index, int colour) const;
     void snap_to_rest();

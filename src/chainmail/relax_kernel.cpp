@@ -98,6 +98,7 @@ PLIANT_INLINE void move_component(const Rows& rows, int a, int x, int count,
                                   Doubles force, double beyond, Moved& moved) {
     const Lanes u = moved.from[a];
     Lanes lowest = Lanes{} + INT32_MIN, highest = Lanes{} + INT32_MAX;
+#pragma GCC unroll 6
     for (std::size_t side = 0; side < 6; ++side) {
         const auto row = rows.neighbour[std::size_t(a)][side] + x;
         const Lanes v = every_other<Phase, Whole>(row, count);
@@ -130,6 +131,34 @@ PLIANT_INLINE Lanes flags_of(const std::uint8_t* flags, int count) {
     return mask;
 }
 
+/// Puts lanes back where every_other took them from.
+template <int Phase, bool Whole>
+PLIANT_INLINE void write_every_other(Lanes lanes, Fixed* row, int count) {
+    if (!Whole) {
+        for (int k = 0; k < 4; ++k)
+            if (Phase + 2 * k < count) row[Phase + 2 * k] = lanes[k];
+        return;
+    }
+    Row8 old;
+    std::memcpy(&old, row, sizeof old);
+    const Row8 wide = __builtin_shufflevector(lanes, lanes, 0, 0, 1, 1, 2, 2, 3, 3);
+    const Row8 mixed = Phase ? __builtin_shufflevector(old, wide, 0, 9, 2, 11, 4, 13, 6, 15)
+                             : __builtin_shufflevector(old, wide, 8, 1, 10, 3, 12, 5, 14, 7);
+    std::memcpy(row, &mixed, sizeof mixed);
+}
+
+/// @param n  index of the first of the eight
+template <int Phase>
+void ask_guard(const RelaxedBrick& brick, int n, Moved& moved) {
+    for (int k = 0; k < 4; ++k) {
+        const Vec3<Fixed> from{moved.from[0][k], moved.from[1][k], moved.from[2][k]};
+        Vec3<Fixed> to{moved.to[0][k], moved.to[1][k], moved.to[2][k]};
+        if (to == from) continue;
+        to = brick.guard->admit(n + Phase + 2 * k, from, to);
+        for (int a = 0; a < 3; ++a) moved.to[a][k] = to[a];
+    }
+}
+
 /// Moves the elements of one colour among eight. @param n  index of the first of the eight
 template <int Phase, bool Whole, bool Symmetric>
 PLIANT_INLINE Lanes move_eight(const RelaxedBrick& brick, const Rows& rows, int n, int x, int count,
@@ -146,12 +175,14 @@ PLIANT_INLINE Lanes move_eight(const RelaxedBrick& brick, const Rows& rows, int 
     if (brick.held) stays |= flags_of<Phase>(brick.held + n, count);
     if (!brick.links->fixed.empty()) stays |= flags_of<Phase>(brick.links->fixed.data() + n, count);
     Doubles weights[6], sum{};
+#pragma GCC unroll 6
     for (std::size_t side = 0; side < 6; ++side) {
         weights[side] = every_other<Phase, Whole>(rows.weight[side] + x, count);
         sum += weights[side];
     }
     sum = sum > 0.0 ? sum : Doubles{} + 1.0;
     Lanes changed{};
+#pragma GCC unroll 3
     for (int a = 0; a < 3; ++a) {
         const double* pull = brick.pull[std::size_t(a)];
         const Doubles force = pull ? every_other<Phase>(pull + n, count) : Doubles{};
@@ -166,17 +197,12 @@ PLIANT_INLINE Lanes move_eight(const RelaxedBrick& brick, const Rows& rows, int 
     const auto beyond_radius = squared > brick.free_radius_squared;
     const bool ask = brick.guard_all ||
                      (beyond_radius[0] | beyond_radius[1] | beyond_radius[2] | beyond_radius[3]);
+    if (ask) ask_guard<Phase>(brick, n, moved);
     Lanes largest{};
-    for (int k = 0; k < 4; ++k) {
-        if (!changed[k]) continue;
-        const int index = n + Phase + 2 * k;
-        const Vec3<Fixed> from{moved.from[0][k], moved.from[1][k], moved.from[2][k]};
-        Vec3<Fixed> to{moved.to[0][k], moved.to[1][k], moved.to[2][k]};
-        if (ask) to = brick.guard->admit(index, from, to);
-        for (int a = 0; a < 3; ++a) {
-            brick.u[std::size_t(a)][index] = to[a];
-            largest[k] = std::max(largest[k], std::abs(to[a] - from[a]));
-        }
+    for (std::size_t a = 0; a < 3; ++a) {
+        write_every_other<Phase, Whole>(moved.to[a], brick.u[a] + n, count);
+        const Lanes step = moved.to[a] - moved.from[a];
+        largest = larger(largest, larger(step, -step));
     }
     return largest;
 }
