@@ -146,6 +146,13 @@ void add_deform(CLI::App& app, DeformOptions& o) {
          "point (the eight elements around it) or sphere:R_MM (default point)")
         ->type_name("point|sphere:R_MM");
     c->add_option("--config", o.config, "settings, TOML, or key=value lines as of Divod");
+    c->add_option("--relax", o.relax_ms, "let the tissue relax for so many milliseconds at most")
+        ->check(CLI::NonNegativeNumber)
+        ->type_name("MS");
+    c->add_option("--relax-sweeps", o.relax_sweeps, "likewise, so many sweeps at most")
+        ->check(CLI::NonNegativeNumber)
+        ->type_name("N");
+    c->add_flag("--release", o.release, "relax without the tool; else what it holds stays");
     c->add_option("--out", o.out, "deformed scan (.nrrd or .nhdr)")->required();
     c->add_option("--displacement", o.displacement, "forward displacement field (NRRD, LPS mm)");
     c->add_option("--transform", o.transform, "inverse: a grid transform of 3D Slicer (NRRD)");

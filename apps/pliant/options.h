@@ -47,8 +47,11 @@ struct DeformOptions {
     std::vector<PushOption> pushes;
     double sphere_radius_mm = 0;  ///< 0: the point tool
     std::string config;
-    std::string solver = "sweep";   ///< or "heap"
-    std::string mapping = "cells";  ///< or "tetrahedra"
+    std::optional<double> relax_ms;   ///< budget of the relaxation after the pushes
+    std::optional<int> relax_sweeps;  ///< likewise; both: whichever ends first; none: no relaxation
+    bool release = false;             ///< the tool has gone before it; else it stays
+    std::string solver = "sweep";     ///< or "heap"
+    std::string mapping = "cells";    ///< or "tetrahedra"
     std::string out, displacement, transform, report, png;
     std::optional<Vec3d> eye_mm, look;  ///< of the picture
     std::optional<double> iso_hu;

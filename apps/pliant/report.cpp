@@ -106,6 +106,14 @@ std::string report_json(const DeformOptions& options, const DeformResult& result
     json["max_violation_mm"] = result.state.max_violation_mm;
     json["folded_cells"] = result.state.folded_cells;
     json["solve_ms"] = all.solve_ms;
+    if (result.relax) {
+        json["relax_ms"] = result.relax->relax_ms;
+        json["relax_sweeps"] = result.relax->sweeps;
+        json["relax_settled"] = result.relax->settled;
+        json["energy_before"] = result.relax->energy_before_mm2;
+        json["energy_after"] = result.relax->energy_after_mm2;
+        json["energy_unit"] = "mm^2 * weight";
+    }
     json["resample_ms"] = deformed.resample_ms;
     json["dirty_box_ijk"] =
         is_empty(deformed.dirty_box)
@@ -141,6 +149,13 @@ std::string report_text(const DeformResult& result) {
                   all.solve_ms, result.deformed.resample_ms,
                   static_cast<long long>(result.deformed.written_voxels));
     std::string text = line;
+    if (result.relax) {
+        std::snprintf(line, sizeof line, "relaxed %.2f ms, %d sweeps%s, energy %.4g to %.4g mm2\n",
+                      result.relax->relax_ms, result.relax->sweeps,
+                      result.relax->settled ? " (settled)" : "", result.relax->energy_before_mm2,
+                      result.relax->energy_after_mm2);
+        text += line;
+    }
     if (!all.message.empty()) text += all.message + "\n";
     return text;
 }

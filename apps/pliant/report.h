@@ -8,6 +8,7 @@
 #include <pliant/chainmail.h>
 #include <pliant/resample.h>
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -17,6 +18,7 @@ namespace pliant::app {
 
 struct DeformResult {
     std::vector<PushReport> pushes;
+    std::optional<RelaxReport> relax;  ///< none: not asked for
     LatticeState state;
     Deformed deformed;
     std::uint64_t hash = 0;

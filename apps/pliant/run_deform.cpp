@@ -13,6 +13,7 @@
 #include <cstdio>
 #include <fstream>
 #include <optional>
+#include <utility>
 
 #include "options.h"
 #include "progress.h"
@@ -89,16 +90,34 @@ Result<ChainMailSettings> settings_of(const DeformOptions& o, std::vector<std::s
     return settings;
 }
 
+/// @param[out] held  what the last push took hold of
 Status apply_pushes(const DeformOptions& o, ChainMail& tissue, DeformResult& result,
-                    ProgressBar& bar) {
-    for (const PushOption& push : o.pushes) {
-        const auto report = tissue.push({.point_mm = push.point_mm,
-                                         .push_mm = push.push_mm,
-                                         .sphere_radius_mm = o.sphere_radius_mm});
+                    ProgressBar& bar, std::vector<Vec3i>& held) {
+    for (const PushOption& option : o.pushes) {
+        const Push push{.point_mm = option.point_mm,
+                        .push_mm = option.push_mm,
+                        .sphere_radius_mm = o.sphere_radius_mm};
+        auto grabbed = tissue.elements_at(push);
+        if (!grabbed.ok()) return Error{grabbed.error().code, "--" + grabbed.error().message};
+        held = std::move(*grabbed);
+        const auto report = tissue.push_elements(held, push.push_mm);
         if (!report.ok()) return Error{report.error().code, "--" + report.error().message};
         result.pushes.push_back(*report);
         bar.show(0.2 + 0.2 * double(result.pushes.size()) / double(o.pushes.size()));
     }
+    return Ok{};
+}
+
+Status apply_relaxation(const DeformOptions& o, ChainMail& tissue, std::vector<Vec3i> held,
+                        DeformResult& result) {
+    if (!o.relax_ms && !o.relax_sweeps) return Ok{};
+    RelaxOptions options{.measure_energy = true};
+    if (o.relax_ms) options.budget_ms = *o.relax_ms;
+    if (o.relax_sweeps) options.max_sweeps = *o.relax_sweeps;
+    if (!o.release) options.held = std::move(held);
+    const auto report = tissue.relax(options);
+    if (!report.ok()) return Error{report.error().code, "--" + report.error().message};
+    result.relax = *report;
     return Ok{};
 }
 
@@ -164,6 +183,9 @@ Status write_outputs(const DeformOptions& o, const ChainMail& tissue, const Defo
 }
 
 Status check_options(const DeformOptions& o) {
+    if (o.release && !o.relax_ms && !o.relax_sweeps)
+        return Error{ErrorCode::InvalidArgument,
+                     "--release: expected --relax or --relax-sweeps too, found neither"};
     if (o.look && !(norm(*o.look) > 0))
         return Error{ErrorCode::InvalidArgument, "--look: expected a direction, found 0,0,0"};
     if (o.eye_mm && !o.look && norm(o.pushes.back().point_mm - *o.eye_mm) == 0)
@@ -195,7 +217,10 @@ int run_deform(const DeformOptions& options) {
     const TaskArena arena(options.threads);
     auto tissue = ChainMail::create(*volume, *settings, arena);
     if (!tissue.ok()) return fail(tissue.error());
-    if (const Status s = apply_pushes(options, *tissue, result, *bar); !s.ok())
+    std::vector<Vec3i> held;
+    if (const Status s = apply_pushes(options, *tissue, result, *bar, held); !s.ok())
+        return fail(s.error());
+    if (const Status s = apply_relaxation(options, *tissue, std::move(held), result); !s.ok())
         return fail(s.error());
     result.state = tissue->state();
     result.deformed = deform_volume(

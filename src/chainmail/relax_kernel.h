@@ -57,4 +57,8 @@ struct RelaxedBrick {
 /// @returns the largest step of any component [units]; 0: nothing moved
 Fixed relax_colour(const RelaxedBrick& brick, int colour, double over_relaxation);
 
+/// The same for any processor, and for those that have AVX2.
+Fixed relax_colour_plain(const RelaxedBrick& brick, int colour, double over_relaxation);
+Fixed relax_colour_avx2(const RelaxedBrick& brick, int colour, double over_relaxation);
+
 }  // namespace pliant

@@ -85,7 +85,8 @@ Status read_key(const Reader& r, const std::string& key, const toml::node& node,
     if (key == "[air] threshold_hu") return r.read(node, key, s.air_threshold_hu);
     return r.wrong(key,
                    "one of [material] law, offset, bone_threshold_hu, max_movement_mm, yield; "
-                   "[push] scale; [lattice] brick_size, max_elements, bounded; [air] enabled, threshold_hu",
+                   "[push] scale; [lattice] brick_size, max_elements, bounded; [air] enabled, "
+                   "threshold_hu",
                    "a key that has no meaning here");
 }
 

@@ -7,105 +7,16 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <set>
 #include <stop_token>
 #include <thread>
-#include <tuple>
 
-#include "chainmail/energy.h"
 #include "chainmail/lattice.h"
-#include "chainmail/tool_contact.h"
 #include "instances.h"
+#include "relaxing.h"
 #include "support/random.h"
 
 namespace pliant::test {
 namespace {
-
-bool before(Vec3i p, Vec3i q) {
-    return std::tie(p.z, p.y, p.x) < std::tie(q.z, q.y, q.x);
-}
-struct Before {
-    bool operator()(Vec3i p, Vec3i q) const { return before(p, q); }
-};
-using Displacements = std::map<Vec3i, Vec3<Fixed>, Before>;
-
-/// Of all elements with a brick.
-Displacements displacements(const Lattice& lattice) {
-    Displacements all;
-    for (const int index : lattice.resident_bricks())
-        for (int n = 0; n < lattice.elements_per_brick(); ++n) {
-            const Vec3i e = lattice.element_of(lattice.brick(index).coord, n);
-            all[e] = lattice.displacement_at(e);
-        }
-    return all;
-}
-
-Vec3i beside(Vec3i e, int side) {
-    e[side / 2] += side % 2 ? 1 : -1;
-    return e;
-}
-
-/// A scan of one value.
-Volume block(Vec3i size, Vec3d spacing_mm = {1, 1, 1}) {
-    Volume volume;
-    volume.grid.size = size;
-    volume.grid.spacing_mm = spacing_mm;
-    volume.voxels = std::vector<std::int16_t>(voxel_count(volume.grid), 0);
-    return volume;
-}
-
-MaterialLaw one_material(double limit, double max_movement_mm = 500) {
-    return [=](int) {
-        return ElementLimits{{limit, limit, limit},
-                             {limit, limit, limit},
-                             {limit, limit, limit},
-                             max_movement_mm,
-                             false};
-    };
-}
-
-ChainMail tissue_of(const Volume& volume, const MaterialLaw& law, const TaskArena& arena,
-                    int brick_size = 8) {
-    ChainMailSettings settings;
-    settings.custom_law = law;
-    settings.brick_size = brick_size;
-    return std::move(ChainMail::create(volume, settings, arena)).value();
-}
-
-RelaxReport relaxed(ChainMail& tissue, const RelaxOptions& options) {
-    const auto report = tissue.relax(options);
-    EXPECT_TRUE(report.ok()) << report.error().message;
-    return *report;
-}
-
-/// By how much the worst link is outside of its limits [units], straight from the law.
-std::int64_t worst_link(const ChainMail& tissue, const MaterialLaw& law) {
-    const Lattice& lattice = tissue.lattice();
-    const Grid& grid = lattice.grid();
-    const auto half = [&](double fraction, int b) {
-        return std::int64_t(std::floor(grid.spacing_mm[b] * fraction / 2 * (1 << 20)));
-    };
-    std::int64_t worst = 0;
-    for (const auto& [e, u] : displacements(lattice))
-        for (int side = 0; side < 6; ++side) {
-            const int b = side / 2;
-            const Vec3i f = beside(e, side), low = side % 2 ? e : f;
-            const BrickEdits* edits = lattice.edits_of(lattice.brick_of(low));
-            if (edits && ((*edits)[std::size_t(lattice.index_in_brick(low))] & (kCutX << b)))
-                continue;
-            if (lattice.is_void(e) || lattice.is_void(f)) continue;
-            const ElementLimits p = law(lattice.value_at(e)), q = law(lattice.value_at(f));
-            const Vec3<Fixed> v = lattice.displacement_at(f);
-            for (int a = 0; a < 3; ++a) {
-                const std::int64_t up = (side % 2 ? 1 : -1) * (std::int64_t(v[a]) - u[a]);
-                const auto& most = a == b ? &ElementLimits::stretch : &ElementLimits::shear;
-                const auto& least = a == b ? &ElementLimits::compress : &ElementLimits::shear;
-                worst = std::max(worst, up - half((p.*most)[b], b) - half((q.*most)[b], b));
-                worst = std::max(worst, -up - half((p.*least)[b], b) - half((q.*least)[b], b));
-            }
-        }
-    return worst;
-}
 
 /// Each of the constraints that relaxation knows, or not, at random.
 struct Case {
@@ -145,15 +56,6 @@ void edit_at_random(Random& random, Lattice& lattice) {
             if (random.whole(0, 4) == 0) flags = std::uint8_t(1 << random.whole(0, 2));
         lattice.set_edits(coord, edits);
     }
-}
-
-double distance_to_tool(const Grid& grid, const Lattice& lattice, Vec3i e, const RelaxTool& tool) {
-    const Vec3<Fixed> u = lattice.displacement_at(e);
-    const Vec3d h = grid.spacing_mm;
-    const Vec3d x =
-        world_from_voxel(grid, {e.x + mm_from_units(u.x) / h.x, e.y + mm_from_units(u.y) / h.y,
-                                e.z + mm_from_units(u.z) / h.z});
-    return std::sqrt(squared_distance_of_segments(x, x, tool.from_mm, tool.to_mm));
 }
 
 RelaxTool random_tool(Random& random, const Grid& grid) {
@@ -424,55 +326,6 @@ TEST(Relax, AnotherThreadCanStopASlice) {
     EXPECT_EQ(relaxed(tissue, {.stop = source.get_token(), .held = held}).sweeps, 0);
     EXPECT_EQ(tissue.hash(), hash);
     EXPECT_LE(worst_link(tissue, law), 0);
-}
-
-TEST(Relax, TissueComesToLieAgainstATool) {
-    const TaskArena arena(1);
-    const Volume volume = block({24, 24, 24});
-    ChainMail tissue = tissue_of(volume, one_material(0.3), arena);
-    // A wall below z = 12.5 is pushed down, and a sphere put into the dent.
-    std::vector<Vec3i> pushed;
-    for (int y = 9; y < 15; ++y)
-        for (int x = 9; x < 15; ++x) pushed.push_back({x, y, 12});
-    ASSERT_TRUE(tissue.push_elements(pushed, {0, 0, -3}).ok());
-    const RelaxTool ball{{11.5, 11.5, 13}, {11.5, 11.5, 13}, 2.5};
-    std::set<Vec3i, Before> inside;
-    const auto distance = [&](Vec3i e) {
-        return distance_to_tool(volume.grid, tissue.lattice(), e, ball);
-    };
-    for (const auto& [e, u] : displacements(tissue.lattice()))
-        if (distance(e) < ball.radius_mm) inside.insert(e);
-    EXPECT_TRUE(relaxed(tissue, {.max_sweeps = 20000, .tools = {ball}}).settled);
-    double nearest = 1e9;
-    for (const auto& [e, u] : displacements(tissue.lattice()))
-        if (!inside.contains(e)) nearest = std::min(nearest, distance(e));
-    EXPECT_GE(nearest, ball.radius_mm);
-    EXPECT_LT(nearest, ball.radius_mm + 1e-4);
-    // Without the ball it all comes back.
-    EXPECT_TRUE(relaxed(tissue, {.max_sweeps = 20000}).settled);
-    EXPECT_EQ(tissue.moved_box(), Box3i{});
-}
-
-TEST(Relax, SegmentsAreAsFarApartAsTheirNearestPoints) {
-    Random random(9);
-    for (int n = 0; n < 300; ++n) {
-        Vec3d p[4];
-        for (Vec3d& point : p) point = random.vector(5);
-        if (n % 5 == 0) p[1] = p[0];
-        if (n % 7 == 0) p[3] = p[2];
-        if (n % 11 == 0) p[3] = p[2] + 2.0 * (p[1] - p[0]);
-        double least = 1e9;
-        constexpr int kSteps = 200;
-        for (int s = 0; s <= kSteps; ++s)
-            for (int t = 0; t <= kSteps; ++t) {
-                const Vec3d d = p[0] + (double(s) / kSteps) * (p[1] - p[0]) - p[2] -
-                                (double(t) / kSteps) * (p[3] - p[2]);
-                least = std::min(least, dot(d, d));
-            }
-        const double found = squared_distance_of_segments(p[0], p[1], p[2], p[3]);
-        EXPECT_LE(found, least + 1e-9) << n;
-        EXPECT_LE(std::sqrt(least), std::sqrt(found) + 0.06) << n;
-    }
 }
 
 TEST(Relax, LinksOutsideOfTheirLimitsDoNotGetWorse) {
