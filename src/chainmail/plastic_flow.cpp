@@ -57,7 +57,8 @@ class Flow {
 
     void run(PlasticRest& rest) {
         for (int a = 0; a < 3; ++a) {
-            const auto [negative, positive] = signs(a);
+            const auto signs = find_signs(a);
+            const bool negative = signs.first, positive = signs.second;
             if (!negative && !positive) continue;
             find_envelope(a, 1);
             std::vector<std::vector<Fixed>> low(m_flows.size());
@@ -103,7 +104,7 @@ class Flow {
     }
 
     /// Whether component a of e is anywhere below and above zero.
-    std::pair<bool, bool> signs(int a) const {
+    std::pair<bool, bool> find_signs(int a) const {
         std::pair<bool, bool> found{false, false};
         for (const int index : m_bricks)
             for (std::size_t n = 0; n < std::size_t(m_lattice.elements_per_brick()); ++n) {

@@ -19,9 +19,7 @@
 #endif
 
 // Vectors are passed between inlined functions only, so how a call would pass them doesn't matter.
-#if !defined(__clang__)
 #pragma GCC diagnostic ignored "-Wpsabi"
-#endif
 #define PLIANT_INLINE inline __attribute__((always_inline))
 
 #ifdef PLIANT_RELAX_FOR_AVX2
@@ -152,8 +150,8 @@ PLIANT_INLINE Lanes step_of(Doubles x, Lanes e, double beyond) {
     const Doubles zero{}, one = zero + 1.0, half = zero + 0.5;
     Doubles extra = rest > half ? one : zero;
     extra = rest < -half ? -one : extra;
-    extra = (x == half) & (elastic < zero) ? one : extra;
-    extra = (x == -half) & (elastic > zero) ? -one : extra;
+    extra = ((x == half) & (elastic < zero)) ? one : extra;
+    extra = ((x == -half) & (elastic > zero)) ? -one : extra;
     return whole + to_lanes(extra) + to_lanes(x * beyond);
 }
 
