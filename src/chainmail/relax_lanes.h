@@ -57,7 +57,19 @@ PLIANT_INLINE Doubles to_doubles(Lanes a) {
 PLIANT_INLINE Lanes to_lanes(Doubles a) {
     return Lanes(_mm256_cvttpd_epi32(__m256d(a)));
 }
+PLIANT_INLINE Doubles smaller(Doubles a, Doubles b) {
+    return Doubles(_mm256_min_pd(__m256d(a), __m256d(b)));
+}
+PLIANT_INLINE Doubles larger(Doubles a, Doubles b) {
+    return Doubles(_mm256_max_pd(__m256d(a), __m256d(b)));
+}
 #else
+PLIANT_INLINE Doubles smaller(Doubles a, Doubles b) {
+    return a < b ? a : b;
+}
+PLIANT_INLINE Doubles larger(Doubles a, Doubles b) {
+    return a > b ? a : b;
+}
 PLIANT_INLINE Doubles to_doubles(Lanes a) {
     return __builtin_convertvector(a, Doubles);
 }
@@ -99,8 +111,19 @@ PLIANT_INLINE Doubles every_other(const double* row, int count) {
 struct Rows {
     std::array<std::array<const Fixed*, 6>, 3> neighbour;  ///< by component; from −y on
     std::array<std::array<Fixed, 2>, 3> ends;  ///< elements before and after the row, by component
-    std::array<const Fixed*, 6> shear, stretch, compress;
-    std::array<const std::uint16_t*, 6> weight;
+    std::array<int, 6> link;                   ///< index of the first element's link on each side
+};
+
+/// The first of a brick's links along each axis.
+struct LinkArrays {
+    explicit LinkArrays(const BrickLinks& links) {
+        for (std::size_t b = 0; b < 3; ++b) {
+            shear[b] = links.shear[b].data(), weight[b] = links.weight[b].data();
+            stretch[b] = links.stretch[b].data(), compress[b] = links.compress[b].data();
+        }
+    }
+    std::array<const Fixed*, 3> shear, stretch, compress;
+    std::array<const std::uint16_t*, 3> weight;
 };
 
 /// Neighbours along −x or +x of every other of up to eight elements; those at the ends of the row
@@ -141,24 +164,25 @@ struct Moved {
     Lanes from[3], to[3];
 };
 
-/// The step to the nearest unit, and beyond it by over-relaxation: see the header.
+/// The step to the nearest unit, and beyond it by over-relaxation: see relax_kernel.h. Adding a
+/// little less than a half, away from zero, and cutting off the rest rounds halves towards zero:
+/// other fractions are at least 2⁻²⁰ away from a half, as no sum of weights is above 2¹⁹.
 PLIANT_INLINE Lanes step_of(Doubles x, Lanes e, double beyond) {
+    constexpr double kAlmost = 0.5 - 0x1p-24, kMore = 0.5 + 0x1p-24;
     const Doubles far = Doubles{} + kFarthestStep;
-    x = x > far ? far : x < -far ? -far : x;
-    const Lanes whole = to_lanes(x);
-    const Doubles rest = x - to_doubles(whole), elastic = to_doubles(e);
-    const Doubles zero{}, one = zero + 1.0, half = zero + 0.5;
-    Doubles extra = rest > half ? one : zero;
-    extra = rest < -half ? -one : extra;
-    extra = ((x == half) & (elastic < zero)) ? one : extra;
-    extra = ((x == -half) & (elastic > zero)) ? -one : extra;
-    return whole + to_lanes(extra) + to_lanes(x * beyond);
+    x = smaller(larger(x, -far), far);
+    const Doubles zero{}, almost = zero + kAlmost, half = zero + 0.5;
+    // One half, and towards rest: round up instead. (x·e < 0: no such place where e is 0.)
+    const auto to_rest = (x * x == half * half) & (x * to_doubles(e) < zero);
+    const Doubles size = to_rest ? zero + kMore : almost;
+    return to_lanes(x + (x < zero ? -size : size)) + to_lanes(x * beyond);
 }
 
 template <int Phase, bool Whole, bool Symmetric>
-PLIANT_INLINE void move_component(const RelaxedBrick& brick, const Rows& rows, int a, int n, int x,
-                                  int count, const Doubles (&weights)[6], Doubles weight_sum,
-                                  Lanes imprint, Doubles force, double beyond, Moved& moved) {
+PLIANT_INLINE void move_component(const RelaxedBrick& brick, const LinkArrays& links,
+                                  const Rows& rows, int a, int n, int x, int count,
+                                  const Doubles (&weights)[6], Doubles weight_sum, Lanes imprint,
+                                  Doubles force, double beyond, Moved& moved) {
     const Lanes u = moved.from[a];
     Lanes lowest = Lanes{} + INT32_MIN, highest = Lanes{} + INT32_MAX;
 #pragma GCC unroll 6
@@ -169,10 +193,13 @@ PLIANT_INLINE void move_component(const RelaxedBrick& brick, const Rows& rows, i
         // How far this element may be below and above its neighbour.
         Lanes below, above;
         if (Symmetric || int(side / 2) != a) {
-            below = above = every_other<Phase, Whole>(rows.shear[side] + x, count);
+            below = above =
+                every_other<Phase, Whole>(links.shear[side / 2] + rows.link[side] + x, count);
         } else {
-            const Lanes stretch = every_other<Phase, Whole>(rows.stretch[side] + x, count);
-            const Lanes compress = every_other<Phase, Whole>(rows.compress[side] + x, count);
+            const Lanes stretch =
+                every_other<Phase, Whole>(links.stretch[side / 2] + rows.link[side] + x, count);
+            const Lanes compress =
+                every_other<Phase, Whole>(links.compress[side / 2] + rows.link[side] + x, count);
             below = side % 2 ? stretch : compress;
             above = side % 2 ? compress : stretch;
         }
@@ -225,8 +252,8 @@ void ask_guard(const RelaxedBrick& brick, int n, Moved& moved) {
 
 /// Moves the elements of one colour among eight. @param n  index of the first of the eight
 template <int Phase, bool Whole, bool Symmetric>
-PLIANT_INLINE Lanes move_eight(const RelaxedBrick& brick, const Rows& rows, int n, int x, int count,
-                               double beyond) {
+PLIANT_INLINE Lanes move_eight(const RelaxedBrick& brick, const LinkArrays& links, const Rows& rows,
+                               int n, int x, int count, double beyond) {
     Moved moved;
     Lanes imprint[3]{};
     for (std::size_t a = 0; a < 3; ++a) {
@@ -238,10 +265,12 @@ PLIANT_INLINE Lanes move_eight(const RelaxedBrick& brick, const Rows& rows, int 
         (moved.from[0] | moved.from[1] | moved.from[2] | imprint[0] | imprint[1] | imprint[2]) == 0;
     if (brick.held) stays |= flags_of<Phase>(brick.held + n, count);
     if (!brick.links->fixed.empty()) stays |= flags_of<Phase>(brick.links->fixed.data() + n, count);
+    if (!any(~stays)) return Lanes{};
     Doubles weights[6], sum{};
 #pragma GCC unroll 6
     for (std::size_t side = 0; side < 6; ++side) {
-        weights[side] = every_other<Phase, Whole>(rows.weight[side] + x, count);
+        weights[side] =
+            every_other<Phase, Whole>(links.weight[side / 2] + rows.link[side] + x, count);
         sum += weights[side];
     }
     sum = sum > 0.0 ? sum : Doubles{} + 1.0;
@@ -250,7 +279,7 @@ PLIANT_INLINE Lanes move_eight(const RelaxedBrick& brick, const Rows& rows, int 
     for (int a = 0; a < 3; ++a) {
         const double* pull = brick.pull[std::size_t(a)];
         const Doubles force = pull ? every_other<Phase>(pull + n, count) : Doubles{};
-        move_component<Phase, Whole, Symmetric>(brick, rows, a, n, x, count, weights, sum,
+        move_component<Phase, Whole, Symmetric>(brick, links, rows, a, n, x, count, weights, sum,
                                                 imprint[a], force, beyond, moved);
         moved.to[a] = stays ? moved.from[a] : moved.to[a];
         changed |= moved.to[a] != moved.from[a];
@@ -279,7 +308,8 @@ PLIANT_INLINE Lanes move_eight(const RelaxedBrick& brick, const Rows& rows, int 
 alignas(64) constexpr Fixed kRowAtRest[64] = {};
 
 template <bool Whole, bool Symmetric>
-PLIANT_INLINE Fixed move_row(const RelaxedBrick& brick, int y, int z, int phase, double beyond) {
+PLIANT_INLINE Lanes move_row(const RelaxedBrick& brick, const LinkArrays& links, int y, int z,
+                             int phase, double beyond) {
     const int size = brick.size, row = size * (y + size * z);
     const int size_of_slice = size * size;
     Rows rows;
@@ -299,38 +329,33 @@ PLIANT_INLINE Fixed move_row(const RelaxedBrick& brick, int y, int z, int phase,
             z + 1 < size ? u + row + size_of_slice : beside(5, (1 - size) * size_of_slice)};
     }
     for (int b = 0; b < 3; ++b) {
-        const auto axis = std::size_t(b);
-        const BrickLinks& links = *brick.links;
         const Vec3i strides = link_strides(size, b);
         const int below = y * strides.y + z * strides.z;
-        for (const std::size_t high : {0u, 1u}) {
-            const int at = below + (high ? strides[b] : 0);
-            rows.shear[2 * axis + high] = links.shear[axis].data() + at;
-            rows.weight[2 * axis + high] = links.weight[axis].data() + at;
-            rows.stretch[2 * axis + high] = Symmetric ? nullptr : links.stretch[axis].data() + at;
-            rows.compress[2 * axis + high] = Symmetric ? nullptr : links.compress[axis].data() + at;
-        }
+        rows.link[std::size_t(2 * b)] = below;
+        rows.link[std::size_t(2 * b + 1)] = below + strides[b];
     }
     Lanes largest{};
     for (int x = 0; x < size; x += 8) {
         const int count = std::min(8, size - x);
         const Lanes moved =
-            phase ? move_eight<1, Whole, Symmetric>(brick, rows, row + x, x, count, beyond)
-                  : move_eight<0, Whole, Symmetric>(brick, rows, row + x, x, count, beyond);
+            phase ? move_eight<1, Whole, Symmetric>(brick, links, rows, row + x, x, count, beyond)
+                  : move_eight<0, Whole, Symmetric>(brick, links, rows, row + x, x, count, beyond);
         largest = larger(largest, moved);
     }
-    return std::max({largest[0], largest[1], largest[2], largest[3]});
+    return largest;
 }
 
 template <bool Whole, bool Symmetric>
 PLIANT_INLINE Fixed move_rows(const RelaxedBrick& brick, int colour, double beyond) {
-    Fixed largest = 0;
+    const LinkArrays links(*brick.links);
+    Lanes largest{};
     for (int z = 0; z < brick.size; ++z)
         for (int y = 0; y < brick.size; ++y) {
             const int phase = (brick.parity + y + z + colour) & 1;
-            largest = std::max(largest, move_row<Whole, Symmetric>(brick, y, z, phase, beyond));
+            largest =
+                larger(largest, move_row<Whole, Symmetric>(brick, links, y, z, phase, beyond));
         }
-    return largest;
+    return std::max({largest[0], largest[1], largest[2], largest[3]});
 }
 
 Fixed move_brick(const RelaxedBrick& brick, int colour, double beyond) {
