@@ -12,8 +12,9 @@
 namespace pliant {
 namespace {
 
-/// Bricks of 8³ between two looks at the time, for each thread: about a tenth of a millisecond.
-constexpr int kElementsPerLook = 32 * 512;
+/// Bricks of 8³ between two looks at the time, for each thread: about a tenth of a millisecond,
+/// twice that where links have to be made first.
+constexpr int kElementsPerLook = 8 * 512;
 
 /// Where everything is nearer to rest than this when nothing moves any more, it goes there: about
 /// a micrometre [units].
@@ -186,7 +187,7 @@ bool Relaxation::run_pass(const RelaxOptions& options, Clock::time_point end) {
         for (; m_cursor < limit && m_wanted.size() < look; ++m_cursor)
             if (is_wanted(m_bricks[m_cursor], m_colour)) m_wanted.push_back(m_bricks[m_cursor]);
         m_arena.for_each(
-            std::int64_t(m_wanted.size()), 4, [&](std::int64_t first, std::int64_t last) {
+            std::int64_t(m_wanted.size()), 2, [&](std::int64_t first, std::int64_t last) {
                 for (std::int64_t n = first; n < last; ++n)
                     relax_brick(m_wanted[std::size_t(n)], m_colour, options.over_relaxation);
             });
