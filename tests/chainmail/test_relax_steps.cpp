@@ -91,7 +91,7 @@ void random_step(Random& random, ChainMail& tissue, double reach) {
         case 4:
         case 5:
         case 6:
-            ASSERT_TRUE(tissue.relax({.max_sweeps = random.whole(1, 3000)}).ok());
+            ASSERT_TRUE(tissue.relax({.max_sweeps = random.whole(1, 40)}).ok());
             break;
         default:
             ASSERT_TRUE(tissue.push_elements(random_grab(random, grid), random.vector(reach)).ok());
@@ -138,11 +138,11 @@ void run_history(std::uint64_t seed, int& imprints) {
 
 TEST(RelaxSteps, UndoAndRedoBringDisplacementsAndImprintsBack) {
     int imprints = 0;
-    for (std::uint64_t n = 0; n < 20 && !::testing::Test::HasFailure(); ++n) {
+    for (std::uint64_t n = 0; n < 12 && !::testing::Test::HasFailure(); ++n) {
         SCOPED_TRACE("seed " + std::to_string(kSeed + n));
         run_history(kSeed + n, imprints);
     }
-    EXPECT_GT(imprints, 50);
+    EXPECT_GT(imprints, 20);
 }
 
 TEST(RelaxSteps, SliceThatMovesSomethingIsAStepWithItsName) {
@@ -219,7 +219,7 @@ void run_drag(std::uint64_t seed, int& moved_by_relaxation) {
 
 TEST(RelaxSteps, DragThatRelaxesBetweenItsStepsEqualsPushesThatDo) {
     int moved_by_relaxation = 0;
-    for (std::uint64_t n = 0; n < 60 && !::testing::Test::HasFailure(); ++n) {
+    for (std::uint64_t n = 0; n < 40 && !::testing::Test::HasFailure(); ++n) {
         SCOPED_TRACE("seed " + std::to_string(kSeed + n));
         run_drag(kSeed + n, moved_by_relaxation);
     }
