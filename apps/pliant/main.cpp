@@ -217,6 +217,13 @@ void add_deform(CLI::App& app, DeformOptions& o) {
     c->add_option("--labels", o.labels, "label map on the scan's grid, for [[label]] settings");
     c->add_option("--directions", o.directions,
                   "vector field (NRRD, LPS) on the scan's grid, for frame = \"direction\"");
+    c->add_option("--relax", o.relax_ms, "let the tissue relax for so many milliseconds at most")
+        ->check(CLI::NonNegativeNumber)
+        ->type_name("MS");
+    c->add_option("--relax-sweeps", o.relax_sweeps, "likewise, so many sweeps at most")
+        ->check(CLI::NonNegativeNumber)
+        ->type_name("N");
+    c->add_flag("--release", o.release, "relax without the tool; else what it holds stays");
     c->add_option("--out", o.out, "deformed scan (.nrrd or .nhdr)")->required();
     c->add_option("--displacement", o.displacement, "forward displacement field (NRRD, LPS mm)");
     c->add_option("--transform", o.transform, "inverse: a grid transform of 3D Slicer (NRRD)");

@@ -52,9 +52,12 @@ struct DeformOptions {
     std::vector<DeformAction> actions;  ///< in the order of the command line
     double sphere_radius_mm = 0;        ///< 0: the point tool
     std::string config;
-    std::string labels, directions;  ///< for [[label]] of the config
-    std::string solver = "sweep";    ///< or "heap"
-    std::string mapping = "cells";   ///< or "tetrahedra"
+    std::string labels, directions;   ///< for [[label]] of the config
+    std::optional<double> relax_ms;   ///< budget of the relaxation after all actions
+    std::optional<int> relax_sweeps;  ///< likewise; both: whichever ends first; none: no relaxation
+    bool release = false;             ///< the tool has gone before it; else it stays
+    std::string solver = "sweep";     ///< or "heap"
+    std::string mapping = "cells";    ///< or "tetrahedra"
     std::string load_state, save_state;
     std::string out, displacement, transform, jacobian, strain, report, png;
     std::optional<Vec3d> eye_mm, look;  ///< of the picture

@@ -115,6 +115,14 @@ std::string report_json(const DeformOptions& options, const DeformResult& result
     json["carved_elements"] = result.state.carved_elements;
     json["solve_ms"] = all.solve_ms;
     json["edit_ms"] = result.edit_ms;
+    if (result.relax) {
+        json["relax_ms"] = result.relax->relax_ms;
+        json["relax_sweeps"] = result.relax->sweeps;
+        json["relax_settled"] = result.relax->settled;
+        json["energy_before"] = result.relax->energy_before_mm2;
+        json["energy_after"] = result.relax->energy_after_mm2;
+        json["energy_unit"] = "mm^2 * weight";
+    }
     json["resample_ms"] = deformed.resample_ms;
     json["dirty_box_ijk"] =
         is_empty(deformed.dirty_box)
@@ -158,6 +166,13 @@ std::string report_text(const DeformResult& result) {
         std::snprintf(line, sizeof line, "%lld links cut, %lld elements carved away\n",
                       static_cast<long long>(result.state.cut_links),
                       static_cast<long long>(result.state.carved_elements));
+        text += line;
+    }
+    if (result.relax) {
+        std::snprintf(line, sizeof line, "relaxed %.2f ms, %d sweeps%s, energy %.4g to %.4g mm2\n",
+                      result.relax->relax_ms, result.relax->sweeps,
+                      result.relax->settled ? " (settled)" : "", result.relax->energy_before_mm2,
+                      result.relax->energy_after_mm2);
         text += line;
     }
     if (!all.message.empty()) text += all.message + "\n";

@@ -8,6 +8,7 @@
 #include <pliant/chainmail.h>
 #include <pliant/resample.h>
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -17,7 +18,8 @@ namespace pliant::app {
 
 struct DeformResult {
     std::vector<PushReport> pushes;
-    double edit_ms = 0;  ///< of cuts and carvings
+    double edit_ms = 0;                ///< of cuts and carvings
+    std::optional<RelaxReport> relax;  ///< none: not asked for
     LatticeState state;
     FoldCertificate certificate;
     Deformed deformed;

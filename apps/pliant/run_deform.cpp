@@ -120,15 +120,19 @@ Error named_by_option(Error error) {
     return error;
 }
 
+/// @param[out] held  what a push took hold of
 Status apply(const DeformAction& action, const DeformOptions& o, ChainMail& tissue,
-             DeformResult& result) {
+             DeformResult& result, std::vector<Vec3i>& held) {
     const auto failed = [](const Error& error) -> Status {
         return Error{error.code, "--" + error.message};
     };
-    if (const auto* push = std::get_if<PushOption>(&action)) {
-        const auto report = tissue.push({.point_mm = push->point_mm,
-                                         .push_mm = push->push_mm,
-                                         .sphere_radius_mm = o.sphere_radius_mm});
+    if (const auto* option = std::get_if<PushOption>(&action)) {
+        auto grabbed = tissue.elements_at({.point_mm = option->point_mm,
+                                           .push_mm = option->push_mm,
+                                           .sphere_radius_mm = o.sphere_radius_mm});
+        if (!grabbed.ok()) return failed(grabbed.error());
+        held = std::move(*grabbed);
+        const auto report = tissue.push_elements(held, option->push_mm);
         if (!report.ok()) return failed(report.error());
         result.pushes.push_back(*report);
     } else if (const auto* surface = std::get_if<CutSurface>(&action)) {
@@ -143,12 +147,26 @@ Status apply(const DeformAction& action, const DeformOptions& o, ChainMail& tiss
     return Ok{};
 }
 
+/// @param[out] held  what the last push took hold of
 Status apply_actions(const DeformOptions& o, ChainMail& tissue, DeformResult& result,
-                     ProgressBar& bar) {
+                     ProgressBar& bar, std::vector<Vec3i>& held) {
     for (std::size_t n = 0; n < o.actions.size(); ++n) {
-        if (const Status s = apply(o.actions[n], o, tissue, result); !s.ok()) return s;
+        if (const Status s = apply(o.actions[n], o, tissue, result, held); !s.ok()) return s;
         bar.show(0.2 + 0.2 * double(n + 1) / double(o.actions.size()));
     }
+    return Ok{};
+}
+
+Status apply_relaxation(const DeformOptions& o, ChainMail& tissue, std::vector<Vec3i> held,
+                        DeformResult& result) {
+    if (!o.relax_ms && !o.relax_sweeps) return Ok{};
+    RelaxOptions options{.measure_energy = true};
+    if (o.relax_ms) options.budget_ms = *o.relax_ms;
+    if (o.relax_sweeps) options.max_sweeps = *o.relax_sweeps;
+    if (!o.release) options.held = std::move(held);
+    const auto report = tissue.relax(options);
+    if (!report.ok()) return Error{report.error().code, "--" + report.error().message};
+    result.relax = *report;
     return Ok{};
 }
 
@@ -244,6 +262,9 @@ Status write_outputs(const DeformOptions& o, const ChainMail& tissue, const Defo
 }
 
 Status check_options(const DeformOptions& o) {
+    if (o.release && !o.relax_ms && !o.relax_sweeps)
+        return Error{ErrorCode::InvalidArgument,
+                     "--release: expected --relax or --relax-sweeps too, found neither"};
     if (o.look && !(norm(*o.look) > 0))
         return Error{ErrorCode::InvalidArgument, "--look: expected a direction, found 0,0,0"};
     const auto* push = o.actions.empty() ? nullptr : std::get_if<PushOption>(&o.actions.back());
@@ -286,7 +307,10 @@ int run_deform(const DeformOptions& options) {
     if (!options.load_state.empty())
         if (const Status s = tissue->load_state(options.load_state); !s.ok())
             return fail(s.error());
-    if (const Status s = apply_actions(options, *tissue, result, *bar); !s.ok())
+    std::vector<Vec3i> held;
+    if (const Status s = apply_actions(options, *tissue, result, *bar, held); !s.ok())
+        return fail(s.error());
+    if (const Status s = apply_relaxation(options, *tissue, std::move(held), result); !s.ok())
         return fail(s.error());
     result.state = tissue->state();
     result.certificate = tissue->fold_certificate();

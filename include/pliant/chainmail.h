@@ -21,6 +21,7 @@
 
 #include <pliant/chainmail_edits.h>
 #include <pliant/chainmail_materials.h>
+#include <pliant/chainmail_relax.h>
 #include <pliant/grid.h>
 #include <pliant/result.h>
 #include <pliant/tasks.h>
@@ -50,6 +51,7 @@ struct ChainMailSettings {
     double bone_threshold_hu = 300;  ///< values above it don't move
     double max_movement_mm = 20;     ///< of the softest element, 0…500
     LinkLimits limits = LinkLimits::Box;
+    double yield = 0;  ///< strain beyond this fraction of the limits stays; 0: none
     // [push]
     double scale = 1;  ///< every push is multiplied by it
     // [lattice]
@@ -168,11 +170,12 @@ class ChainMail {
     /// the same step changes; step_fraction is that of the step.
     /// @returns InvalidArgument if nothing is grabbed, or the step is no number or above 500 mm
     Result<PushReport> drag_to(Vec3d offset_mm);
-    /// Ends the drag; everything stays where it is. Whatever else changes the tissue does so first.
+    /// Ends the drag; everything stays where it is. Whatever else changes the tissue, but relax,
+    /// does so first.
     void let_go();
     bool is_grabbing() const;
 
-    /// Puts every element back to its rest place.
+    /// Puts every element back to its rest place, and takes all imprints away.
     void reset();
 
     /// Other materials, labels, air or limits from now on. Nothing moves: links that are outside of
@@ -208,8 +211,8 @@ class ChainMail {
     /// @returns forgotten steps. @pre a group has begun
     int end_group();
 
-    /// Displacements, cut links, void elements and settings in one file. It appears as a whole, or
-    /// not at all.
+    /// Displacements, imprints, cut links, void elements and settings in one file. It appears as a
+    /// whole, or not at all.
     /// @returns Unwritable
     Status save_state(const std::filesystem::path& path) const;
     /// Replaces all of these, but the solver, and the history is empty then. References to
@@ -218,6 +221,19 @@ class ChainMail {
     ///          outside of their limits; Unsupported where a newer Pliant wrote it; InvalidArgument
     ///          where it belongs to another scan or law
     Status load_state(const std::filesystem::path& path);
+
+    /// Elastic return, as far as a budget of time or sweeps goes; valid wherever it stops.
+    /// @returns InvalidArgument that names the option
+    /// A drag goes on afterwards; the elements that it holds stay where they are. What changed is a
+    /// step of the history, "relax", or belongs to the drag's.
+    Result<RelaxReport> relax(const RelaxOptions& options);
+    /// E of chainmail_relax.h now [mm² · weight].
+    double elastic_energy_mm2() const;
+    /// Where element ijk returns to: the imprint of pushes beyond the yield limit [mm, LPS].
+    Vec3d imprint_mm(Vec3i ijk) const;
+    /// The elements that a push would take hold of now: to be held while its tool stays.
+    /// @returns InvalidArgument as push
+    Result<std::vector<Vec3i>> elements_at(const Push& push) const;
 
     /// Displacement of element ijk [mm, LPS]; zero where nothing moved; also beyond the scan.
     Vec3d displacement_mm(Vec3i ijk) const;

@@ -27,6 +27,8 @@ struct ElementLimits {
     Vec3d shear{0, 0, 0};        ///< likewise
     double max_movement_mm = 0;  ///< largest distance from the rest place (Euclidean)
     bool fixed = false;          ///< bone: never moves
+    /// Strain beyond this fraction of the link's limits stays as an imprint, 0…1; 0: none stays.
+    double yield = 0;
 };
 
 /// Limits by voxel value [HU, rounded to a whole number].
@@ -53,6 +55,7 @@ struct LabelMaterial {
     std::optional<double> bone_threshold_hu{};  ///< values above it don't move
     // ByValue and Constant
     std::optional<double> max_movement_mm{};  ///< 0…500
+    std::optional<double> yield{};            ///< fraction of the limits, 0…1
     Vec3d factor{1, 1, 1};                    ///< of all limits along i, j, k, 0…100
     // Constant: of a link along i, j, k, as a fraction of its length, 0…100
     Vec3d compress{0, 0, 0};

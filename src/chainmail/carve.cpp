@@ -103,6 +103,7 @@ Result<CarveReport> ChainMail::carve(const CarveTool& tool) {
     lattice.tick();
     for (const Vec3i& coord : coords)
         report.carved_elements += carve_brick(lattice, coord, *capsule, tool.spare_fixed);
+    m_impl->plastic_rest.forget_void(lattice, coords);
     lattice.drop_still_bricks();
     const std::chrono::duration<double, std::milli> elapsed =
         std::chrono::steady_clock::now() - start;

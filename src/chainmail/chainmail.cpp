@@ -115,6 +115,15 @@ void ChainMail::Impl::drop_unmoved() {
         lattice.drop_still_bricks({&element.brick, 1});
 }
 
+void ChainMail::Impl::yield_to_push() {
+    // Imprints may be where no element is away from its rest place.
+    std::vector<int> made;
+    for (const auto& [coord, brick] : plastic_rest.bricks())
+        if (lattice.find_brick(coord) < 0) made.push_back(lattice.ensure_brick(coord));
+    flow(lattice, plastic_rest, arena);
+    lattice.drop_still_bricks(made);
+}
+
 Vec3d ChainMail::Impl::lattice_mm_from_world(Vec3d push_mm) const {
     return settings.scale * lattice_from_world_vector(volume.grid, push_mm);
 }
@@ -148,6 +157,7 @@ Result<PushReport> ChainMail::Impl::push(std::span<const Vec3i> elements, Vec3d 
     Result<PushReport> report = push_grabbed(grabbed_elements, shift, &done);
     allowance.shrink(lattice, arena);
     drop_unmoved();
+    if (report.ok() && report->moved_elements > 0) yield_to_push();
     const std::chrono::duration<double, std::milli> elapsed =
         std::chrono::steady_clock::now() - start;
     const int forgotten = end_step();
@@ -185,6 +195,10 @@ Result<ChainMail> ChainMail::create(const Volume& volume, const ChainMailSetting
     return ChainMail(std::make_unique<Impl>(volume, settings, std::move(*materials), arena));
 }
 
+Result<std::vector<Vec3i>> ChainMail::elements_at(const Push& push) const {
+    return m_impl->elements_at(push);
+}
+
 Result<PushReport> ChainMail::push(const Push& push) {
     const Result<std::vector<Vec3i>> elements = m_impl->elements_at(push);
     if (!elements.ok()) return elements.error();
@@ -201,6 +215,7 @@ void ChainMail::reset() {
     m_impl->lattice.tick();
     m_impl->lattice.for_each_brick([&](Brick& brick) { m_impl->lattice.before_move(brick); });
     m_impl->lattice.drop_all_bricks();
+    m_impl->plastic_rest.clear();
     m_impl->allowance.shrink(m_impl->lattice, m_impl->arena);
     m_impl->end_step();
 }
@@ -213,9 +228,14 @@ Vec3d ChainMail::displacement_mm(Vec3i ijk) const {
 
 LatticeState ChainMail::state() const {
     const MaterialMap& materials = m_impl->lattice.material_map();
-    return check_lattice(
+    LatticeState state = check_lattice(
         m_impl->lattice, [&](Vec3i ijk) { return materials.limits_at(ijk); }, m_impl->arena,
         &m_impl->allowance);
+    if (state.resident_bricks > 0)
+        state.bytes_per_resident_element +=
+            double(m_impl->plastic_rest.bytes()) /
+            (double(state.resident_bricks) * m_impl->lattice.elements_per_brick());
+    return state;
 }
 
 std::uint64_t ChainMail::hash() const {

@@ -29,9 +29,17 @@ bool ChainMail::Impl::can_use_fields() const {
            !lattice.may_exceed_limits();
 }
 
-Status ChainMail::Impl::pick() {
-    if (has_fields) drag.let_go(lattice);
+void ChainMail::Impl::drop_fields() {
+    if (!has_fields) return;
     has_fields = false;
+    drag.let_go(lattice);
+    // Whoever remembers bricks by their index must see that some are gone.
+    lattice.tick();
+}
+
+Status ChainMail::Impl::pick() {
+    drop_fields();
+    steps_without_fields.reset();
     if (!can_use_fields()) return Ok{};
     take_hold(held);
     has_fields =
@@ -76,6 +84,11 @@ Result<PushReport> ChainMail::Impl::drag_by(Vec3<Fixed> step, Vec3<Fixed>& done)
         for (int a = 0; a < 3; ++a) drag_reach = std::max(drag_reach, std::abs(step[a]));
         if (const Status status = pick(); !status.ok()) return status.error();
     }
+    // New fields for the second step after relaxation: who relaxes after each has no use for them.
+    if (steps_without_fields && (*steps_without_fields)++ > 0) {
+        for (int a = 0; a < 3; ++a) drag_reach = std::max(drag_reach, std::abs(step[a]));
+        if (const Status status = pick(); !status.ok()) return status.error();
+    }
     if (!has_fields) {
         take_hold(held);
         Result<PushReport> report = push_grabbed(grabbed_elements, step, &done);
@@ -112,15 +125,16 @@ Result<PushReport> ChainMail::Impl::drag_to(Vec3d offset_mm) {
     if (!report.ok()) return report;
     drag_offset = drag_offset + done;
     allowance.shrink(lattice, arena);
+    if (report->moved_elements > 0) yield_to_push();
     report->solve_ms = ms_since(start);
     return report;
 }
 
 void ChainMail::Impl::let_go() {
     if (held.empty()) return;
-    if (has_fields) drag.let_go(lattice);
+    drop_fields();
+    steps_without_fields.reset();
     held.clear();
-    has_fields = false;
     end_step();
 }
 

@@ -8,6 +8,7 @@
 
 #include <pliant/chainmail.h>
 
+#include <optional>
 #include <span>
 #include <string>
 #include <utility>
@@ -16,7 +17,9 @@
 #include "chainmail/drag.h"
 #include "chainmail/history.h"
 #include "chainmail/lattice.h"
+#include "chainmail/plastic.h"
 #include "chainmail/propagation.h"
+#include "chainmail/relax.h"
 
 namespace pliant {
 
@@ -46,7 +49,8 @@ struct ChainMail::Impl {
           settings(s),
           lattice(v, std::move(materials), s.brick_size, s.bounded),
           arena(a),
-          history(lattice, a, s.history_max_steps, s.history_max_bytes()) {}
+          history(lattice, a, s.history_max_steps, s.history_max_bytes()),
+          relaxation(lattice, plastic_rest, a) {}
 
     Result<PushReport> push(std::span<const Vec3i> elements, Vec3d push_mm);
     const SweepKernels& kernels() const;
@@ -66,16 +70,21 @@ struct ChainMail::Impl {
                                     Vec3<Fixed>* done);
     /// Drops the bricks of a push that stayed at rest.
     void drop_unmoved();
+    /// Lets links beyond their yield limits flow, after a push or a step of a drag.
+    void yield_to_push();
+    RelaxReport relax(const RelaxOptions& options);
 
     /// Between these two everything that changes the lattice is one step of the history. A drag
     /// begins when it grabs and ends when it lets go; steps inside of a step belong to it.
     void begin_step(std::string name) { history.begin(std::move(name)); }
     /// @returns see History::end
-    int end_step() { return history.end(); }
+    int end_step();
+    class ImprintChange;
 
     const Volume& volume;
     ChainMailSettings settings;
     Lattice lattice;
+    PlasticRest plastic_rest;
     Allowance allowance;  ///< of links that were outside of their limits when these changed
     bool materials_changed = false;  ///< at some time
     const TaskArena& arena;
@@ -90,15 +99,19 @@ struct ChainMail::Impl {
     /// outside of their limits, which depend on the present state then.
     bool can_use_fields() const;
     Status pick();
+    void drop_fields();
     void let_go();
 
     std::vector<Vec3i> held;           ///< elements of the drag; empty: none
     Vec3<Fixed> drag_offset{0, 0, 0};  ///< of them since they were grabbed
     Fixed drag_reach = 0;
     bool has_fields = false;
+    /// Steps of the drag since relaxation made the fields useless; none: they were not lost.
+    std::optional<int> steps_without_fields;
     Drag drag;
     History history;
     StepGuard* guard = nullptr;  ///< for the time of a push
+    Relaxation relaxation;
 };
 
 }  // namespace pliant

@@ -14,6 +14,31 @@ Error open_group() {
 
 }  // namespace
 
+/// The other imprints: those of before while the change is done, those of after while it's undone.
+class ChainMail::Impl::ImprintChange final : public Exchange {
+  public:
+    ImprintChange(Impl& impl, std::vector<PlasticRest::Former> others)
+        : m_impl(impl), m_others(std::move(others)) {}
+    void exchange() override { m_impl.plastic_rest.exchange(m_impl.lattice, m_others); }
+    std::size_t bytes() const override {
+        // Either way it may be the fuller one; a step's size is asked for once.
+        const auto n = std::size_t(m_impl.lattice.elements_per_brick());
+        return sizeof *this + m_others.size() * (sizeof m_others[0] + 3 * n * sizeof(Fixed));
+    }
+
+  private:
+    Impl& m_impl;
+    std::vector<PlasticRest::Former> m_others;
+};
+
+int ChainMail::Impl::end_step() {
+    // Of the outermost step, and also where it is told from another: exchanges are taken back in
+    // turn.
+    if (auto changes = plastic_rest.take_changes(); !changes.empty())
+        history.add(std::make_unique<ImprintChange>(*this, std::move(changes)));
+    return history.end();
+}
+
 Status ChainMail::undo() {
     m_impl->let_go();
     if (m_impl->history.is_open()) return open_group();

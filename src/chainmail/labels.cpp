@@ -59,6 +59,7 @@ MaterialLaw law_of(const LabelMaterial& material, const ChainMailSettings& setti
     own.offset = material.offset.value_or(settings.offset);
     own.bone_threshold_hu = material.bone_threshold_hu.value_or(settings.bone_threshold_hu);
     own.max_movement_mm = max_movement_mm;
+    own.yield = material.yield.value_or(settings.yield);
     MaterialLaw by_value = settings.custom_law ? settings.custom_law : draeger_law(own);
     return [=](int value_hu) {
         ElementLimits limits;
@@ -69,7 +70,12 @@ MaterialLaw law_of(const LabelMaterial& material, const ChainMailSettings& setti
         if (material.law == LabelLaw::ByValue)
             limits = by_value(value_hu);
         else
-            limits = {material.compress, material.stretch, material.shear, max_movement_mm, false};
+            limits = {.compress = material.compress,
+                      .stretch = material.stretch,
+                      .shear = material.shear,
+                      .max_movement_mm = max_movement_mm,
+                      .yield = own.yield};
+        if (material.yield) limits.yield = *material.yield;
         for (Vec3d* v : {&limits.compress, &limits.stretch, &limits.shear})
             for (int b = 0; b < 3; ++b) (*v)[b] *= material.factor[b];
         return limits;

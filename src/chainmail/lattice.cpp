@@ -250,6 +250,7 @@ bool Lattice::fill_materials(Brick& brick) const {
 
 void Lattice::set_materials(MaterialMap materials) {
     m_materials = std::move(materials);
+    ++m_links_version;
     for (auto& brick : m_bricks)
         if (brick && !brick->is_blank) fill_in(*brick);
 }
@@ -310,6 +311,7 @@ void Lattice::set_edits(Vec3i brick_coord, BrickEdits edits) {
         m_edits[brick_coord] = std::move(edits);
     else
         m_edits.erase(brick_coord);
+    ++m_links_version;
     const int index = find_brick(brick_coord);
     if (index < 0) return;
     Brick& edited = brick(index);

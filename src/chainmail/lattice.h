@@ -157,6 +157,8 @@ class Lattice {
     /// Replaces them; all zero takes them away. A resident brick's materials follow.
     void set_edits(Vec3i brick_coord, BrickEdits edits);
     const auto& all_edits() const { return m_edits; }
+    /// Counts changes of links: of edits and materials.
+    std::uint64_t links_version() const { return m_links_version; }
     /// False where every element has all its links.
     bool may_have_gaps() const { return m_bounded || !m_edits.empty(); }
 
@@ -225,6 +227,7 @@ class Lattice {
     bool m_may_exceed = false;
     LatticeObserver* m_observer = nullptr;
     std::uint64_t m_clock = 0;
+    std::uint64_t m_links_version = 0;
     std::array<std::vector<int>, 6> m_faces;
     std::vector<std::unique_ptr<Brick>> m_bricks;  ///< null where dropped
     std::vector<int> m_free_indices;

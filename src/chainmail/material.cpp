@@ -13,7 +13,7 @@ namespace pliant {
 
 MaterialLaw draeger_law(const ChainMailSettings& settings) {
     return [offset = settings.offset, max_movement_mm = settings.max_movement_mm,
-            bone_threshold_hu = settings.bone_threshold_hu](int value_hu) {
+            bone_threshold_hu = settings.bone_threshold_hu, yield = settings.yield](int value_hu) {
         // The thesis divides by 4096 in its text and keeps values up to 4095; with 4095 the
         // hardest value gets exactly no play.
         const double w = std::clamp((value_hu + 1000) / 4095.0, 0.0, 1.0);
@@ -23,7 +23,8 @@ MaterialLaw draeger_law(const ChainMailSettings& settings) {
                              .stretch = {region, region, region},
                              .shear = {region, region, region},
                              .max_movement_mm = softness * max_movement_mm,
-                             .fixed = value_hu > bone_threshold_hu};
+                             .fixed = value_hu > bone_threshold_hu,
+                             .yield = yield};
     };
 }
 
@@ -39,12 +40,13 @@ HalfLimits quantised(const ElementLimits& limits, Vec3d spacing_mm) {
     half.max_movement =
         Fixed(std::floor(std::min(limits.max_movement_mm, kMaxMovementMm) * kUnitsPerMm));
     half.fixed = limits.fixed;
+    half.yield = Fixed(std::lround(std::clamp(limits.yield, 0.0, 1.0) * kWholeYield));
     return half;
 }
 
 HalfLimits void_limits() {
     constexpr Fixed far = kMaxHalfLimit;
-    return {{far, far, far}, {far, far, far}, {far, far, far}, 0, false};
+    return {{far, far, far}, {far, far, far}, {far, far, far}, 0, false, 0};
 }
 
 std::uint8_t traits_of(const HalfLimits& half) {
@@ -66,13 +68,14 @@ struct HashLimits {
             for (const Fixed word : {half.compress[b], half.stretch[b], half.shear[b]})
                 hash.add_word(std::uint32_t(word));
         hash.add_word(std::uint32_t(half.max_movement) * 2 + half.fixed);
+        hash.add_word(std::uint32_t(half.yield));
         return std::size_t(hash.value());
     }
 };
 
 bool operator==(const ElementLimits& a, const ElementLimits& b) {
     return a.compress == b.compress && a.stretch == b.stretch && a.shear == b.shear &&
-           a.max_movement_mm == b.max_movement_mm && a.fixed == b.fixed;
+           a.max_movement_mm == b.max_movement_mm && a.fixed == b.fixed && a.yield == b.yield;
 }
 
 }  // namespace

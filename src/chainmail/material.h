@@ -28,6 +28,9 @@ inline constexpr MaterialId kVoidMaterial = 0;
 /// Lower values count as this one, so that the entries of one law always fit beside void.
 inline constexpr int kLowestValue = -32767;
 
+/// HalfLimits::yield of a material that yields only at its limits.
+inline constexpr Fixed kWholeYield = 1 << 16;
+
 /// One material's contribution to the links along each axis [fixed-point units].
 struct HalfLimits {
     Fixed compress[3];
@@ -35,6 +38,7 @@ struct HalfLimits {
     Fixed shear[3];
     Fixed max_movement;
     bool fixed;
+    Fixed yield;  ///< fraction of the limits beyond which strain stays [2⁻¹⁶]; 0: none stays
     friend bool operator==(const HalfLimits&, const HalfLimits&) = default;
 };
 

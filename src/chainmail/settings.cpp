@@ -56,6 +56,8 @@ Status check_label_material(const LabelMaterial& m, const std::string& table) {
         return out_of_range(table + " bone_threshold_hu", *m.bone_threshold_hu, "a number");
     if (m.max_movement_mm && !(*m.max_movement_mm >= 0 && *m.max_movement_mm <= kMaxMovementMm))
         return out_of_range(table + " max_movement_mm", *m.max_movement_mm, "0 to 500 mm");
+    if (m.yield && !(*m.yield >= 0 && *m.yield <= 1))
+        return out_of_range(table + " yield", *m.yield, "0 to 1");
     for (const auto& [key, numbers] : {std::pair{"factor", m.factor},
                                        {"compress", m.compress},
                                        {"stretch", m.stretch},
@@ -90,6 +92,7 @@ Status check_settings(const ChainMailSettings& s) {
         return out_of_range("[material] bone_threshold_hu", s.bone_threshold_hu, "a number");
     if (!(s.max_movement_mm >= 0 && s.max_movement_mm <= kMaxMovementMm))
         return out_of_range("[material] max_movement_mm", s.max_movement_mm, "0 to 500 mm");
+    if (!(s.yield >= 0 && s.yield <= 1)) return out_of_range("[material] yield", s.yield, "0 to 1");
     if (!(s.scale > 0 && s.scale <= 1000))
         return out_of_range("[push] scale", s.scale, "a factor above 0, up to 1000");
     if (s.brick_size < 2 || s.brick_size > 32)

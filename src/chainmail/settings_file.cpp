@@ -119,6 +119,7 @@ Status read_key(const Reader& r, const std::string& key, const toml::node& node,
     if (key == "[material] bone_threshold_hu") return r.read(node, key, s.bone_threshold_hu);
     if (key == "[material] max_movement_mm") return r.read(node, key, s.max_movement_mm);
     if (key == "[material] limits") return r.read(node, key, s.limits);
+    if (key == "[material] yield") return r.read(node, key, s.yield);
     if (key == "[push] scale") return r.read(node, key, s.scale);
     if (key == "[lattice] brick_size") return r.read(node, key, s.brick_size);
     if (key == "[lattice] max_elements") return r.read(node, key, s.max_elements);
@@ -131,8 +132,8 @@ Status read_key(const Reader& r, const std::string& key, const toml::node& node,
     if (key == "[air] stretch") return r.read(node, key, s.air_stretch);
     if (key == "[air] shear") return r.read(node, key, s.air_shear);
     return r.wrong(key,
-                   "one of [material] law, offset, bone_threshold_hu, max_movement_mm, limits; "
-                   "[push] scale; [lattice] brick_size, max_elements, bounded; [history] "
+                   "one of [material] law, offset, bone_threshold_hu, max_movement_mm, yield, "
+                   "limits; [push] scale; [lattice] brick_size, max_elements, bounded; [history] "
                    "max_steps, max_mb; [air] enabled, threshold_hu, compress, stretch, shear; or "
                    "[[label]] tables",
                    "a key that has no meaning here");
@@ -146,6 +147,7 @@ Status read_label_key(const Reader& r, const std::string& table, const std::stri
     if (name == "offset") return r.read(node, key, m.offset);
     if (name == "bone_threshold_hu") return r.read(node, key, m.bone_threshold_hu);
     if (name == "max_movement_mm") return r.read(node, key, m.max_movement_mm);
+    if (name == "yield") return r.read(node, key, m.yield);
     if (name == "factor") return r.read(node, key, m.factor);
     if (name == "compress") return r.read(node, key, m.compress);
     if (name == "stretch") return r.read(node, key, m.stretch);
@@ -158,7 +160,7 @@ Status read_label_key(const Reader& r, const std::string& table, const std::stri
         return Ok{};
     }
     return r.wrong(key,
-                   "one of values, law, offset, bone_threshold_hu, max_movement_mm, factor, "
+                   "one of values, law, offset, bone_threshold_hu, max_movement_mm, yield, factor, "
                    "compress, stretch, shear, frame",
                    "a key that has no meaning here");
 }

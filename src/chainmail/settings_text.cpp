@@ -35,6 +35,7 @@ std::string settings_text(const ChainMailSettings& s) {
     line("offset", s.offset);
     line("bone_threshold_hu", s.bone_threshold_hu);
     line("max_movement_mm", s.max_movement_mm);
+    line("yield", s.yield);
     text += s.limits == LinkLimits::Box ? "limits = \"box\"\n" : "limits = \"rounded\"\n";
     table("push");
     line("scale", s.scale);

@@ -71,6 +71,10 @@ class Writer {
     Bytes m_out;
 };
 
+bool comes_first(Vec3i p, Vec3i q) {
+    return std::tie(p.z, p.y, p.x) < std::tie(q.z, q.y, q.x);
+}
+
 void put_fingerprint(Writer& out, const ScanFingerprint& scan) {
     for (int a = 0; a < 3; ++a) out.put_u32(std::uint32_t(scan.grid.size[a]));
     out.put_u32(scan.is_16_bit ? 1 : 0);
@@ -78,6 +82,26 @@ void put_fingerprint(Writer& out, const ScanFingerprint& scan) {
     out.put_vector(scan.grid.origin_mm);
     for (const Vec3d& column : scan.grid.direction.columns) out.put_vector(column);
     out.put_u64(scan.voxel_hash);
+}
+
+void put_imprints(Writer& out, const Lattice& lattice, const PlasticRest& imprints) {
+    const std::vector<Fixed> none(std::size_t(lattice.elements_per_brick()), 0);
+    const Components before{none.data(), none.data(), none.data()};
+    std::vector<Vec3i> coords;
+    for (const auto& entry : imprints.bricks()) coords.push_back(entry.first);
+    std::sort(coords.begin(), coords.end(), comes_first);
+    for (std::size_t first = 0; first < coords.size(); first += kBricksPerPiece) {
+        const auto piece =
+            std::span(coords).subspan(first, std::min(kBricksPerPiece, coords.size() - first));
+        Bytes raw;
+        for (const Vec3i& coord : piece) {
+            const auto& imprint = imprints.find(coord)->imprint;
+            encode_change(before, {imprint[0].data(), imprint[1].data(), imprint[2].data()},
+                          lattice.brick_size(), raw);
+        }
+        out.put_piece(piece, raw);
+    }
+    out.put_u32(0);
 }
 
 void put_moves(Writer& out, const Lattice& lattice) {
@@ -104,8 +128,7 @@ void put_moves(Writer& out, const Lattice& lattice) {
 void put_edits(Writer& out, const Lattice& lattice) {
     std::vector<Vec3i> coords;
     for (const auto& entry : lattice.all_edits()) coords.push_back(entry.first);
-    std::sort(coords.begin(), coords.end(),
-              [](Vec3i p, Vec3i q) { return std::tie(p.z, p.y, p.x) < std::tie(q.z, q.y, q.x); });
+    std::sort(coords.begin(), coords.end(), comes_first);
     for (std::size_t first = 0; first < coords.size(); first += kBricksPerPiece) {
         const auto piece =
             std::span(coords).subspan(first, std::min(kBricksPerPiece, coords.size() - first));
@@ -127,7 +150,7 @@ ScanFingerprint fingerprint_of(const Volume& volume) {
     return {volume.grid, volume.is_16_bit(), hash.value()};
 }
 
-Bytes encode_state(const StateHeader& header, const Lattice& lattice) {
+Bytes encode_state(const StateHeader& header, const Lattice& lattice, const PlasticRest& imprints) {
     Writer out;
     out.put(std::as_bytes(std::span(kMagic)));
     out.put_u32(kVersion);
@@ -140,6 +163,7 @@ Bytes encode_state(const StateHeader& header, const Lattice& lattice) {
     out.put(std::as_bytes(std::span(header.settings)));
     put_moves(out, lattice);
     put_edits(out, lattice);
+    put_imprints(out, lattice, imprints);
     return out.finish();
 }
 
@@ -257,7 +281,9 @@ bool StateReader::follows(Vec3i coord, const Lattice& lattice) {
            coord.y <= farthest && coord.z >= -farthest && coord.z <= farthest;
 }
 
-Status StateReader::read_moves(Lattice& lattice, std::int64_t max_bricks) {
+template <class Write>
+Status StateReader::read_changes(const Lattice& lattice, std::int64_t max_bricks,
+                                 const Write& write) {
     const auto n = std::size_t(lattice.elements_per_brick());
     std::vector<std::uint32_t> change(3 * n);
     m_last.reset();
@@ -276,14 +302,39 @@ Status StateReader::read_moves(Lattice& lattice, std::int64_t max_bricks) {
                 !decode_change(raw, lattice.brick_size(),
                                {change.data(), change.data() + n, change.data() + 2 * n}))
                 return damaged();
-            const int index = lattice.ensure_brick(coord);
-            for (std::size_t a = 0; a < 3; ++a)
-                std::memcpy(lattice.brick(index).u[a], change.data() + a * n, n * sizeof(Fixed));
-            lattice.brick(index).changed_at = lattice.clock();
-            lattice.update_bounds(index);
+            if (!write(coord, change)) return damaged();
         }
         if (!raw.empty()) return damaged();
     }
+}
+
+Status StateReader::read_moves(Lattice& lattice, std::int64_t max_bricks) {
+    const auto n = std::size_t(lattice.elements_per_brick());
+    return read_changes(lattice, max_bricks, [&](Vec3i coord, const auto& change) {
+        const int index = lattice.ensure_brick(coord);
+        for (std::size_t a = 0; a < 3; ++a)
+            std::memcpy(lattice.brick(index).u[a], change.data() + a * n, n * sizeof(Fixed));
+        lattice.brick(index).changed_at = lattice.clock();
+        lattice.update_bounds(index);
+        return true;
+    });
+}
+
+Status StateReader::read_imprints(const Lattice& lattice, PlasticRest& imprints,
+                                  std::int64_t max_bricks) {
+    const auto n = std::size_t(lattice.elements_per_brick());
+    constexpr auto kFarthest = std::int64_t(kMaxMovementMm * kUnitsPerMm);
+    return read_changes(lattice, max_bricks, [&](Vec3i coord, const auto& change) {
+        std::array<std::vector<Fixed>, 3> imprint;
+        for (std::size_t a = 0; a < 3; ++a)
+            for (std::size_t k = a * n; k < (a + 1) * n; ++k) {
+                const auto p = Fixed(change[k]);
+                if (p < -kFarthest || p > kFarthest) return false;
+                imprint[a].push_back(p);
+            }
+        imprints.set(lattice, coord, std::move(imprint));
+        return true;
+    });
 }
 
 Status StateReader::read_edits(Lattice& lattice, std::int64_t max_bricks) {
@@ -306,10 +357,13 @@ Status StateReader::read_edits(Lattice& lattice, std::int64_t max_bricks) {
     }
 }
 
-Status StateReader::read_lattice(Lattice& lattice, std::int64_t max_elements) {
+Status StateReader::read_lattice(Lattice& lattice, PlasticRest& imprints,
+                                 std::int64_t max_elements) {
     const std::int64_t max_bricks = max_elements / lattice.elements_per_brick() + 8;
     if (const Status moves = read_moves(lattice, max_bricks); !moves.ok()) return moves;
     if (const Status edits = read_edits(lattice, max_bricks); !edits.ok()) return edits;
+    if (const Status read = read_imprints(lattice, imprints, max_bricks); !read.ok()) return read;
+    imprints.take_changes();  // there is no step that they could be part of
     if (!m_bytes.empty()) return damaged();
     return Ok{};
 }

@@ -11,6 +11,7 @@
 //     4  u32    length of the settings, and then these: TOML, as in a settings file
 //     …         displacements: bricks that moved, packed in pieces as in the history
 //     …         edits: likewise
+//     …         imprints: likewise
 //     8  u64    checksum of everything before it
 //
 // A piece is: u32 bricks (0: no more pieces), i32 × 3 coordinates of each, u32 length before and
@@ -28,6 +29,7 @@
 
 #include "chainmail/history_codec.h"
 #include "chainmail/lattice.h"
+#include "chainmail/plastic.h"
 
 namespace pliant {
 
@@ -40,7 +42,7 @@ struct ScanFingerprint {
 };
 ScanFingerprint fingerprint_of(const Volume& volume);
 
-/// Everything but displacements and edits.
+/// Everything but displacements, edits and imprints.
 struct StateHeader {
     ScanFingerprint scan;
     bool custom_law = false;  ///< the settings' named law isn't the one in use
@@ -50,7 +52,7 @@ struct StateHeader {
     std::string settings;          ///< TOML, all but these
 };
 
-Bytes encode_state(const StateHeader& header, const Lattice& lattice);
+Bytes encode_state(const StateHeader& header, const Lattice& lattice, const PlasticRest& imprints);
 
 /// A reader that never goes beyond the end.
 class StateReader {
@@ -61,8 +63,8 @@ class StateReader {
 
     /// Magic, version, length, checksum, header; what follows is left to be read.
     Result<StateHeader> read_header();
-    /// Displacements and edits, into a lattice that is at rest.
-    Status read_lattice(Lattice& lattice, std::int64_t max_elements);
+    /// Displacements, edits and imprints, into a lattice that is at rest and has no imprints.
+    Status read_lattice(Lattice& lattice, PlasticRest& imprints, std::int64_t max_elements);
 
   private:
     struct Piece {
@@ -80,7 +82,11 @@ class StateReader {
     /// @returns nothing at the end of the pieces
     Result<std::optional<Piece>> read_piece(std::size_t raw_limit);
     bool follows(Vec3i coord, const Lattice& lattice);
+    /// Calls write(coord, change) for each brick, with the three components one after the other.
+    template <class Write>
+    Status read_changes(const Lattice& lattice, std::int64_t max_bricks, const Write& write);
     Status read_moves(Lattice& lattice, std::int64_t max_bricks);
+    Status read_imprints(const Lattice& lattice, PlasticRest& imprints, std::int64_t max_bricks);
     Status read_edits(Lattice& lattice, std::int64_t max_bricks);
 
     std::string m_name;
@@ -91,5 +97,9 @@ class StateReader {
 /// What is wrong with a lattice: a link outside of its limits, a fixed element away from its place,
 /// an element too far from it, a void one that moved. @returns an empty text if nothing is
 std::string find_fault(const Lattice& lattice, const TaskArena& arena);
+
+/// The same of imprints: they are places that elements can return to, so links and fixed elements
+/// are looked at; a movement limit keeps elements from getting there, and is none of theirs.
+std::string find_imprint_fault(const Lattice& lattice, const PlasticRest& imprints);
 
 }  // namespace pliant

@@ -78,4 +78,30 @@ std::string find_fault(const Lattice& lattice, const TaskArena& arena) {
     return found == faults.end() ? "" : *found;
 }
 
+std::string find_imprint_fault(const Lattice& lattice, const PlasticRest& imprints) {
+    const auto limits = [&](Vec3i e) -> const HalfLimits& {
+        return lattice.materials()[lattice.material_at(e)];
+    };
+    for (const auto& [coord, brick] : imprints.bricks())
+        for (int n = 0; n < lattice.elements_per_brick(); ++n) {
+            const Vec3i e = lattice.element_of(coord, n);
+            const auto k = std::size_t(n);
+            const Vec3<Fixed> p{brick.imprint[0][k], brick.imprint[1][k], brick.imprint[2][k]};
+            if (p == Vec3<Fixed>{0, 0, 0}) continue;
+            if (lattice.is_void(e)) return "an element that isn't there has an imprint";
+            if (limits(e).fixed) return "a fixed element has an imprint";
+            for (int side = 0; side < 6; ++side) {
+                const int b = side / 2;
+                Vec3i f = e;
+                f[b] += side % 2 ? 1 : -1;
+                const Vec3<Fixed> q = imprints.imprint_at(lattice, f);
+                const bool up = side % 2;
+                if (p == q || !lattice.is_linked(up ? e : f, b)) continue;
+                if (!link_holds(limits(up ? e : f), limits(up ? f : e), up ? p : q, up ? q : p, b))
+                    return "an imprint is outside of a link's limits";
+            }
+        }
+    return "";
+}
+
 }  // namespace pliant

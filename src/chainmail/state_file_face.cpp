@@ -75,7 +75,8 @@ std::uint64_t hash_label_materials(const ChainMailSettings& settings) {
     };
     for (const LabelMaterial& label : settings.label_materials) {
         hash.add(std::span<const int>(label.values));
-        for (const auto& number : {label.offset, label.bone_threshold_hu, label.max_movement_mm})
+        for (const auto& number :
+             {label.offset, label.bone_threshold_hu, label.max_movement_mm, label.yield})
             add_numbers({number ? 1.0 : 0.0, number.value_or(0), 0});
         for (const Vec3d& v : {label.factor, label.compress, label.stretch, label.shear})
             add_numbers(v);
@@ -94,7 +95,7 @@ Status ChainMail::save_state(const std::filesystem::path& path) const {
                              .materials_changed = m_impl->materials_changed,
                              .label_hash = hash_label_materials(m_impl->settings),
                              .settings = settings_text(m_impl->settings)};
-    const Bytes bytes = encode_state(header, m_impl->lattice);
+    const Bytes bytes = encode_state(header, m_impl->lattice, m_impl->plastic_rest);
     StagedFiles files;
     const auto staged = files.stage(path);
     if (!staged.ok()) return staged.error();
@@ -141,14 +142,18 @@ Status ChainMail::load_state(const std::filesystem::path& path) {
         std::make_unique<Impl>(m_impl->volume, *settings, std::move(*materials), m_impl->arena);
     impl->lattice.continue_clock(m_impl->lattice.clock());
     impl->lattice.tick();
-    const Status read = reader.read_lattice(impl->lattice, m_impl->settings.max_elements);
+    const Status read =
+        reader.read_lattice(impl->lattice, impl->plastic_rest, m_impl->settings.max_elements);
     if (!read.ok()) return read;
     impl->materials_changed = header->materials_changed;
     impl->restore_allowance();
-    if (!header->materials_changed)
-        if (const std::string fault = find_fault(impl->lattice, m_impl->arena); !fault.empty())
+    if (!header->materials_changed) {
+        std::string fault = find_fault(impl->lattice, m_impl->arena);
+        if (fault.empty()) fault = find_imprint_fault(impl->lattice, impl->plastic_rest);
+        if (!fault.empty())
             return Error{ErrorCode::Unreadable,
                          name + ": expected displacements within all limits, but " + fault};
+    }
     m_impl = std::move(impl);
     return Ok{};
 }

@@ -268,6 +268,30 @@ TEST_F(ProgramTest, CutsCarvingsAndPushesAreDoneInTheOrderGiven) {
     EXPECT_LE(both["max_violation_mm"], 0);
 }
 
+TEST_F(ProgramTest, RelaxationFollowsTheActionsWithTheToolHeldOrGone) {
+    std::ofstream(file("soft.toml")) << kSoft << "yield = 0.25\n[air]\nenabled = false\n";
+    const std::string push = "cube.nrrd --push 0,0,0:0,6,0 --tool sphere:5 --config soft.toml";
+    const Json pushed = deform_report(push);
+    EXPECT_FALSE(pushed.contains("relax_sweeps"));
+    const Json held = deform_report(push + " --relax-sweeps 4");
+    EXPECT_EQ(held["relax_sweeps"], 4);
+    EXPECT_EQ(held["relax_settled"], false);
+    EXPECT_GT(held["relax_ms"], 0);
+    EXPECT_EQ(held["energy_unit"], "mm^2 * weight");
+    EXPECT_LT(held["energy_after"], held["energy_before"]);
+    EXPECT_NE(held["hash"], pushed["hash"]);
+    EXPECT_EQ(held["max_violation_mm"], 0);
+    EXPECT_NEAR(held["max_movement_mm"], 6, 1e-5) << "what the tool holds stays";
+    const Json released = deform_report(push + " --relax 60000 --release");
+    EXPECT_EQ(released["relax_settled"], true);
+    EXPECT_LT(released["energy_after"], 0.1 * double(held["energy_after"]));
+    // The imprint of the yield limit is left.
+    EXPECT_NEAR(released["max_movement_mm"], 0.75 * 6, 0.3);
+    const Finished wrong = run("deform " + push + " --release --out wrong.nrrd");
+    EXPECT_EQ(wrong.status, 2);
+    EXPECT_NE(wrong.err.find("--release: expected --relax"), std::string::npos) << wrong.err;
+}
+
 TEST_F(ProgramTest, SavedStateGoesOnWhereItWasLeft) {
     // The push is in the air beside the cube, which is to carry it.
     std::ofstream(file("no_air.toml")) << "[air]\nenabled = false\n";

@@ -87,6 +87,7 @@ TEST_F(StateFileTest, EachSettingOfTheFileComesBack) {
     s.offset = 0.1234567890123;
     s.bone_threshold_hu = 301.5;
     s.max_movement_mm = 1e-3;
+    s.yield = 0.3;
     s.scale = 2.5e-7;
     s.brick_size = 13;
     s.bounded = true;
@@ -99,6 +100,7 @@ TEST_F(StateFileTest, EachSettingOfTheFileComesBack) {
     EXPECT_EQ(read->offset, s.offset);
     EXPECT_EQ(read->bone_threshold_hu, s.bone_threshold_hu);
     EXPECT_EQ(read->max_movement_mm, s.max_movement_mm);
+    EXPECT_EQ(read->yield, s.yield);
     EXPECT_EQ(read->scale, s.scale);
     EXPECT_EQ(read->brick_size, s.brick_size);
     EXPECT_EQ(read->bounded, s.bounded);
@@ -208,7 +210,9 @@ TEST_F(StateFileTest, EveryFlippedBitIsRefused) {
 }
 
 TEST_F(StateFileTest, DamageBehindARightChecksumDoesNotCrash) {
-    ChainMail saved = worked_tissue();
+    ChainMailSettings settings;
+    settings.yield = 0.3;
+    ChainMail saved = worked_tissue(settings);
     ASSERT_TRUE(saved.save_state(file).ok());
     const std::string whole = bytes_of(file);
     ChainMail tissue = tissue_of(volume);

@@ -1,0 +1,104 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// Sweeps of relaxation beside their floor: what memory must move. One item is an element, swept
+// once. The floor reads and writes the displacements once and, where materials are mixed, reads the
+// links, at the speed at which a plain loop over arrays of that size does it in the same run.
+
+#include <pliant/chainmail.h>
+
+#include <cmath>
+#include <cstdlib>
+#include <optional>
+
+#include "interleaved.h"
+
+namespace pliant::bench {
+namespace {
+
+/// One material, or noise about it as a scan has.
+Volume noisy_volume(int side, bool mixed) {
+    Volume volume;
+    volume.grid.size = {side, side, side};
+    std::vector<std::int16_t> values(voxel_count(volume.grid), 0);
+    std::uint32_t state = 1;
+    if (mixed)
+        for (auto& value : values) {
+            state = state * 1664525u + 1013904223u;
+            value = std::int16_t(state >> 24);
+        }
+    volume.voxels = std::move(values);
+    return volume;
+}
+
+/// Reads and writes as many bytes as a sweep must.
+class Floor {
+  public:
+    Floor(std::int64_t read_written, std::int64_t read, const TaskArena& arena)
+        : m_changed(std::size_t(read_written / 4), 1),
+          m_read(std::size_t(read / 4), 1),
+          m_arena(arena) {}
+
+    void run() {
+        constexpr std::int64_t kGrain = 1 << 16;
+        m_arena.for_each(std::int64_t(m_changed.size()), kGrain, [&](auto begin, auto end) {
+            for (auto n = begin; n < end; ++n) m_changed[std::size_t(n)] += 3;
+        });
+        m_arena.for_each(std::int64_t(m_read.size()), kGrain, [&](auto begin, auto end) {
+            std::uint32_t sum = 0;
+            for (auto n = begin; n < end; ++n) sum += m_read[std::size_t(n)];
+            benchmark::DoNotOptimize(sum);
+        });
+    }
+
+  private:
+    std::vector<std::uint32_t> m_changed, m_read;
+    const TaskArena& m_arena;
+};
+
+/// Arguments: side of the pushed cube of elements, mixed materials, threads.
+void chainmail_relax(benchmark::State& state) {
+    const int side = int(state.range(0));
+    const bool mixed = state.range(1) != 0;
+    const TaskArena arena(int(state.range(2)));
+    const Volume volume = noisy_volume(side + 4, mixed);
+    ChainMailSettings settings;
+    settings.offset = 0.32;
+    std::vector<Vec3i> pushed;
+    for (int z = 2; z < side + 2; ++z)
+        for (int y = 2; y < side + 2; ++y)
+            for (int x = 2; x < side + 2; ++x) pushed.push_back({x, y, z});
+    const Vec3i middle{side / 2, side / 2, side / 2};
+    const RelaxOptions options{.max_sweeps = 1, .held = {middle}};
+    std::optional<ChainMail> tissue;
+    const auto fresh = [&] {
+        tissue.emplace(std::move(ChainMail::create(volume, settings, arena)).value());
+        if (!tissue->push_elements(pushed, {0.25, -0.2, 0.15}).ok()) std::abort();
+        // From the surface into the depth, so that there is work everywhere; and the workspace.
+        for (int n = 0; n < 4; ++n)
+            if (!tissue->relax(options).ok()) std::abort();
+    };
+    fresh();
+    const auto workspace = tissue->relax(options)->workspace_bytes;
+    const double items = double(pushed.size());
+    Floor floor(std::int64_t(items) * 12, mixed ? workspace : 0, arena);
+    constexpr int kSweeps = 8;
+    RelaxOptions several = options;
+    several.max_sweeps = kSweeps;
+    run_interleaved(
+        state, kSweeps * items, fresh, [&] { (void)tissue->relax(several).ok(); },
+        [&] {
+            for (int n = 0; n < kSweeps; ++n) floor.run();
+        });
+    state.counters["workspace_bytes/element"] = double(workspace) / items;
+}
+
+BENCHMARK(chainmail_relax)
+    ->ArgNames({"side", "mixed", "threads"})
+    ->ArgsProduct({{46, 100}, {0, 1}, {1, 2}})
+    ->UseManualTime()
+    ->Iterations(5)
+    ->Unit(benchmark::kMillisecond);
+
+}  // namespace
+}  // namespace pliant::bench

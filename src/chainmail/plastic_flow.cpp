@@ -1,0 +1,247 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// The two envelopes, component by component: bricks swept until nothing changes, those of one
+// chessboard colour in parallel.
+
+#include <algorithm>
+#include <utility>
+
+#include "chainmail/plastic.h"
+
+namespace pliant {
+namespace {
+
+/// Limits of the elastic part, by material; never binding where a material doesn't yield.
+std::vector<HalfLimits> yield_limits(const MaterialTable& materials) {
+    std::vector<HalfLimits> limits;
+    for (int id = 0; id < materials.size(); ++id) {
+        HalfLimits half = materials[MaterialId(id)];
+        const auto yielded = [&](Fixed& limit) {
+            limit = half.yield == 0 ? kMaxHalfLimit
+                                    : Fixed(std::int64_t(limit) * half.yield / kWholeYield);
+        };
+        for (int b = 0; b < 3; ++b)
+            yielded(half.compress[b]), yielded(half.stretch[b]), yielded(half.shear[b]);
+        limits.push_back(half);
+    }
+    return limits;
+}
+
+bool is_odd(Vec3i coord) {
+    return ((coord.x ^ coord.y ^ coord.z) & 1) != 0;
+}
+
+struct FlowBrick {
+    std::shared_ptr<const BrickLinks> links, yield;
+    std::array<const Fixed*, 3> imprint{};   ///< null: none
+    std::vector<std::uint8_t> is_moved;      ///< by element: away from its first rest place
+    std::vector<Fixed> envelope;             ///< of sign·e
+    std::array<std::vector<Fixed>, 3> kept;  ///< e'
+    bool changed = true;
+    bool wanted = true;
+};
+
+class Flow {
+  public:
+    Flow(const Lattice& lattice, const PlasticRest& rest, const TaskArena& arena)
+        : m_lattice(lattice),
+          m_arena(arena),
+          m_maker(lattice),
+          m_yield_maker(lattice, yield_limits(lattice.materials())) {
+        m_bricks = lattice.resident_bricks();
+        for (const int index : m_bricks)
+            if (std::size_t(index) >= m_flows.size()) m_flows.resize(std::size_t(index) + 1);
+        for_each_brick(m_bricks, [&](int index) { load(rest, index); });
+    }
+
+    void run(PlasticRest& rest) {
+        for (int a = 0; a < 3; ++a) {
+            const auto signs = find_signs(a);
+            const bool negative = signs.first, positive = signs.second;
+            if (!negative && !positive) continue;
+            find_envelope(a, 1);
+            std::vector<std::vector<Fixed>> low(m_flows.size());
+            for (const int index : m_bricks)
+                low[std::size_t(index)] = m_flows[std::size_t(index)].envelope;
+            if (negative) find_envelope(a, -1);
+            for_each_brick(m_bricks, [&](int index) {
+                FlowBrick& flow = m_flows[std::size_t(index)];
+                auto& kept = flow.kept[std::size_t(a)] = std::move(low[std::size_t(index)]);
+                for (std::size_t n = 0; negative && n < kept.size(); ++n)
+                    kept[n] = std::max(kept[n], std::min(-flow.envelope[n], 0));
+            });
+        }
+        store(rest);
+    }
+
+  private:
+    template <class Body>
+    void for_each_brick(const std::vector<int>& bricks, const Body& body) {
+        m_arena.for_each(std::int64_t(bricks.size()), 4, [&](std::int64_t begin, std::int64_t end) {
+            for (std::int64_t n = begin; n < end; ++n) body(bricks[std::size_t(n)]);
+        });
+    }
+
+    void load(const PlasticRest& rest, int index) {
+        const Brick& brick = m_lattice.brick(index);
+        FlowBrick& flow = m_flows[std::size_t(index)];
+        flow.links = m_maker.make(brick);
+        flow.yield = m_yield_maker.make(brick);
+        const auto count = std::size_t(m_lattice.elements_per_brick());
+        flow.is_moved.assign(count, 0);
+        const PlasticBrick* imprint = rest.find(brick.coord);
+        for (std::size_t a = 0; a < 3; ++a) {
+            if (imprint) flow.imprint[a] = imprint->imprint[a].data();
+            for (std::size_t n = 0; n < count; ++n)
+                flow.is_moved[n] |= brick.u[a][n] != 0 || (imprint && imprint->imprint[a][n] != 0);
+        }
+    }
+
+    Fixed elastic(int index, int a, std::size_t n) const {
+        const Fixed* p = m_flows[std::size_t(index)].imprint[std::size_t(a)];
+        return m_lattice.brick(index).u[std::size_t(a)][n] - (p ? p[n] : 0);
+    }
+
+    /// Whether component a of e is anywhere below and above zero.
+    std::pair<bool, bool> find_signs(int a) const {
+        std::pair<bool, bool> found{false, false};
+        for (const int index : m_bricks)
+            for (std::size_t n = 0; n < std::size_t(m_lattice.elements_per_brick()); ++n) {
+                const Fixed e = elastic(index, a, n);
+                found.first |= e < 0;
+                found.second |= e > 0;
+            }
+        return found;
+    }
+
+    /// Leaves the largest state within yield that is not above sign·e in FlowBrick::envelope.
+    void find_envelope(int a, int sign) {
+        for_each_brick(m_bricks, [&](int index) {
+            FlowBrick& flow = m_flows[std::size_t(index)];
+            flow.envelope.resize(std::size_t(m_lattice.elements_per_brick()));
+            for (std::size_t n = 0; n < flow.envelope.size(); ++n)
+                flow.envelope[n] = sign * elastic(index, a, n);
+            flow.wanted = true;
+        });
+        std::vector<int> wanted;
+        for (bool any = true; any;) {
+            any = false;
+            for (const bool odd : {false, true}) {
+                wanted.clear();
+                for (const int index : m_bricks) {
+                    FlowBrick& flow = m_flows[std::size_t(index)];
+                    if (is_odd(m_lattice.brick(index).coord) != odd || !flow.wanted) continue;
+                    wanted.push_back(index);
+                    flow.wanted = false;
+                }
+                for_each_brick(wanted, [&](int index) {
+                    m_flows[std::size_t(index)].changed = lower_brick(index, a, sign);
+                });
+                for (const int index : wanted) {
+                    if (!m_flows[std::size_t(index)].changed) continue;
+                    any = true;
+                    for (const int beside : m_lattice.brick(index).neighbours)
+                        if (beside >= 0) m_flows[std::size_t(beside)].wanted = true;
+                }
+            }
+        }
+    }
+
+    /// Lowers a brick's envelope to its own fixed point. @returns whether anything changed
+    bool lower_brick(int index, int a, int sign) {
+        const int count = m_lattice.elements_per_brick();
+        bool changed_ever = false;
+        for (bool changed = true; changed;) {
+            changed = false;
+            for (int n = 0; n < count; ++n) changed |= lower_element(index, n, a, sign);
+            for (int n = count - 1; n >= 0; --n) changed |= lower_element(index, n, a, sign);
+            changed_ever |= changed;
+        }
+        return changed_ever;
+    }
+
+    bool lower_element(int index, int n, int a, int sign) {
+        const Brick& brick = m_lattice.brick(index);
+        FlowBrick& flow = m_flows[std::size_t(index)];
+        const auto own = std::size_t(n);
+        if (!flow.is_moved[own]) return false;  // at rest, and stays
+        const int size = m_lattice.brick_size();
+        const Vec3i local = m_lattice.element_of({0, 0, 0}, n);
+        std::int64_t lowest = flow.envelope[own];
+        for (int side = 0; side < 6; ++side) {
+            const int b = side / 2, stride = m_lattice.stride(b);
+            const bool high = side % 2;
+            const bool leaves = local[b] == (high ? size - 1 : 0);
+            const int there = leaves ? brick.neighbours[std::size_t(side)] : index;
+            const auto other = std::size_t(n + (high ? stride : -stride) * (leaves ? 1 - size : 1));
+            const Fixed u = brick.u[std::size_t(a)][own];
+            const Fixed v = there < 0 ? 0 : m_lattice.brick(there).u[std::size_t(a)][other];
+            const Vec3i strides = link_strides(size, b);
+            const auto link = std::size_t(dot(local, strides) + (high ? strides[b] : 0));
+            const Fixed w = there < 0 ? 0 : m_flows[std::size_t(there)].envelope[other];
+            lowest =
+                std::min(lowest, w + room_above(flow, a, b, link, high, sign,
+                                                high ? std::int64_t(v) - u : std::int64_t(u) - v));
+        }
+        return std::exchange(flow.envelope[own], Fixed(lowest)) != lowest;
+    }
+
+    /// How far sign·e of an element may be above that of its neighbour on the high or low side.
+    /// @param stretched  u of the upper end minus u of the lower one
+    static std::int64_t room_above(const FlowBrick& flow, int a, int b, std::size_t link, bool high,
+                                   int sign, std::int64_t stretched) {
+        const auto axis = std::size_t(b);
+        const bool has_own = a == b && !flow.links->stretch[axis].empty();
+        // Of the difference upper − lower; as in plastic.h, so that the imprint stays valid.
+        const auto upward = [&] {
+            const Fixed yield = (has_own ? flow.yield->stretch : flow.yield->shear)[axis][link];
+            const Fixed own = (has_own ? flow.links->compress : flow.links->shear)[axis][link];
+            return std::min<std::int64_t>(yield, std::max<std::int64_t>(0, own + stretched));
+        };
+        const auto downward = [&] {
+            const Fixed yield = (has_own ? flow.yield->compress : flow.yield->shear)[axis][link];
+            const Fixed own = (has_own ? flow.links->stretch : flow.links->shear)[axis][link];
+            return std::min<std::int64_t>(yield, std::max<std::int64_t>(0, own - stretched));
+        };
+        return (sign > 0) != high ? upward() : downward();
+    }
+
+    void store(PlasticRest& rest) {
+        for (const int index : m_bricks) {
+            const Brick& brick = m_lattice.brick(index);
+            FlowBrick& flow = m_flows[std::size_t(index)];
+            std::array<std::vector<Fixed>, 3> imprint;
+            bool changed = false;
+            for (std::size_t a = 0; a < 3; ++a) {
+                imprint[a].resize(std::size_t(m_lattice.elements_per_brick()));
+                for (std::size_t n = 0; n < imprint[a].size(); ++n) {
+                    const Fixed old = flow.imprint[a] ? flow.imprint[a][n] : 0;
+                    imprint[a][n] = flow.kept[a].empty() ? old : brick.u[a][n] - flow.kept[a][n];
+                    changed |= imprint[a][n] != old;
+                }
+            }
+            if (changed) rest.set(m_lattice, brick.coord, std::move(imprint));
+        }
+    }
+
+    const Lattice& m_lattice;
+    const TaskArena& m_arena;
+    BrickLinksMaker m_maker, m_yield_maker;
+    std::vector<int> m_bricks;
+    std::vector<FlowBrick> m_flows;  ///< by brick index
+};
+
+bool any_yields(const MaterialTable& materials) {
+    for (int id = 0; id < materials.size(); ++id)
+        if (materials[MaterialId(id)].yield != 0) return true;
+    return false;
+}
+
+}  // namespace
+
+void flow(const Lattice& lattice, PlasticRest& rest, const TaskArena& arena) {
+    if (any_yields(lattice.materials())) Flow(lattice, rest, arena).run(rest);
+}
+
+}  // namespace pliant
