@@ -207,7 +207,9 @@ class Lattice {
   private:
     int add_brick(Vec3i coord);
     void drop_brick(int index);
-    std::unique_ptr<Brick> take_brick();
+    std::unique_ptr<Brick> take_brick(Vec3i coord);
+    std::unique_ptr<Brick> take_spare(int place);
+    void keep_spare(std::unique_ptr<Brick> dropped);
     void take_slab();
     std::unique_ptr<Brick> carve_brick();
     std::size_t brick_bytes() const;
@@ -228,9 +230,11 @@ class Lattice {
     std::array<std::vector<int>, 6> m_faces;
     std::vector<std::unique_ptr<Brick>> m_bricks;  ///< null where dropped
     std::vector<int> m_free_indices;
-    std::vector<std::unique_ptr<Brick>> m_spare;  ///< dropped, to be used again
+    /// Dropped, to be used again: preferably where they were, as their materials are still there.
+    std::vector<std::unique_ptr<Brick>> m_spare;
     int m_resident_count = 0;
     BrickIndex m_index_of;
+    BrickIndex m_spare_at;  ///< places in m_spare
     /// Bricks' memory, many in one piece: huge pages where the system has them.
     std::vector<std::unique_ptr<void, FreeMemory>> m_slabs;
     std::byte* m_slab_rest = nullptr;
