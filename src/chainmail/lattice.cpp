@@ -134,7 +134,8 @@ int Lattice::add_brick(Vec3i coord) {
 }
 
 void Lattice::place_at_rest(Brick& brick) const {
-    for (Fixed* component : brick.u) std::fill_n(component, elements_per_brick(), 0);
+    for (std::size_t a = 0; a < 3; ++a)
+        if (!brick.holds_zeros[a]) std::fill_n(brick.u[a], elements_per_brick(), 0);
     brick.is_unplaced = false;
 }
 
@@ -167,6 +168,9 @@ std::unique_ptr<Brick> Lattice::take_brick(Vec3i coord) {
         taken->coord = coord;
         taken->is_blank = true;
     }
+    for (int a = 0; a < 3; ++a)
+        if (!taken->is_unplaced)
+            taken->holds_zeros[std::size_t(a)] = taken->u_min[a] == 0 && taken->u_max[a] == 0;
     taken->is_unplaced = true;
     taken->reached = {};
     taken->changed_at = m_clock;
@@ -212,6 +216,7 @@ std::unique_ptr<Brick> Lattice::carve_brick() {
     if (m_slab_bricks_left == 0) take_slab();
     const auto n = std::size_t(elements_per_brick());
     auto carved = std::make_unique<Brick>();
+    carved->is_unplaced = true;
     std::byte* piece = std::exchange(m_slab_rest, m_slab_rest + brick_bytes());
     --m_slab_bricks_left;
     const auto next = [&](std::size_t bytes) {

@@ -61,6 +61,7 @@ struct Brick {
     std::uint8_t traits = 0;                     ///< of all materials in it, and kMixedMaterials
     bool is_blank = false;                       ///< materials and traits are not filled in yet
     bool is_unplaced = false;                    ///< u is not written yet, and counts as zero
+    std::array<bool, 3> holds_zeros{};           ///< while unplaced: u is all zero by chance
     Vec3<Fixed> u_min{0, 0, 0}, u_max{0, 0, 0};  ///< over the brick, after each push
     std::uint64_t changed_at = 0;                ///< Lattice::clock() when u last changed
     std::uint64_t saved_for = 0;                 ///< step of the history that has it as it was
@@ -137,7 +138,8 @@ class Lattice {
     int ensure_blank_brick(Vec3i coord);
     /// Fills a blank brick in, but for its displacements, which a solve may write once and for all.
     void fill_in(Brick& brick) const;
-    /// Writes zero to all its displacements.
+    /// Writes zero to all its displacements. Memory of a brick that was used before may hold zeros
+    /// already, of components that never moved.
     void place_at_rest(Brick& brick) const;
     /// Sets the values of those elements of a kPartlyBeyond brick that are beyond the border.
     template <class Value>
