@@ -59,6 +59,7 @@ TEST_F(SweepMemory, EachComponentStartsFromRestWhicheverMovedBefore) {
 TEST_F(SweepMemory, DroppedBricksForgetMaterialsThatChangedMeanwhile) {
     ChainMailSettings stiffer;
     stiffer.offset = 0.11;
+    stiffer.air_threshold_hu = 0;  // so that elements change from one entry of the table to another
     ChainMail used = make({}), fresh = make(stiffer), softer = make({});
     use(used, {3, 1, 0});
     ASSERT_TRUE(used.set_materials(stiffer).ok());
