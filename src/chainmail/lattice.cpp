@@ -246,13 +246,20 @@ Box3i Lattice::part_in_scan(Vec3i brick_coord) const {
 template <class Value>
 void Lattice::set_beyond(const Brick& brick, Value* values, Value value) const {
     const Box3i part = part_in_scan(brick.coord);
-    for (int z = 0; z < m_size; ++z)
-        for (int y = 0; y < m_size; ++y, values += m_size) {
-            const bool inside =
-                z >= part.begin.z && z < part.end.z && y >= part.begin.y && y < part.end.y;
-            std::fill(values, values + (inside ? part.begin.x : m_size), value);
-            if (inside) std::fill(values + part.end.x, values + m_size, value);
+    const int slice = m_size * m_size;
+    std::fill(values, values + slice * part.begin.z, value);
+    std::fill(values + slice * part.end.z, values + slice * m_size, value);
+    for (int z = part.begin.z; z < part.end.z; ++z) {
+        Value* rows = values + slice * z;
+        std::fill(rows, rows + m_size * part.begin.y, value);
+        std::fill(rows + m_size * part.end.y, rows + slice, value);
+        if (part.begin.x == 0 && part.end.x == m_size) continue;
+        for (int y = part.begin.y; y < part.end.y; ++y) {
+            Value* row = rows + m_size * y;
+            std::fill(row, row + part.begin.x, value);
+            std::fill(row + part.end.x, row + m_size, value);
         }
+    }
 }
 
 bool Lattice::is_whole(const Box3i& part) const {
