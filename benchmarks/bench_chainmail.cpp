@@ -52,6 +52,7 @@ ChainMailSettings settings_of(bool heterogeneous, ChainMailSolver solver) {
     ChainMailSettings settings;
     settings.custom_law = law_of(heterogeneous);
     settings.solver = solver;
+    settings.history_max_steps = 0;  // what undo costs has rows of its own
     return settings;
 }
 
@@ -147,6 +148,20 @@ void moving_contact_against_plain_loops(benchmark::State& state) {
     run_contact(state, ChainMailSolver::PlainSweep);
 }
 
+/// What undo adds: the subject keeps steps, the reference doesn't. Arguments as above.
+void moving_contact_with_undo(benchmark::State& state) {
+    const bool heterogeneous = state.range(1) != 0;
+    Contest contest(int(state.range(0)), heterogeneous, int(state.range(2)),
+                    ChainMailSolver::Sweep);
+    ChainMailSettings settings = settings_of(heterogeneous, ChainMailSolver::Sweep);
+    settings.history_max_steps = ChainMailSettings{}.history_max_steps;
+    contest.subject = std::move(ChainMail::create(contest.volume, settings, contest.arena)).value();
+    const std::int64_t items = contest.push(contest.subject);
+    run_interleaved(
+        state, double(items), [&] { contest.rest(); }, [&] { contest.push(contest.subject); },
+        [&] { contest.push(contest.reference); });
+}
+
 /// The 50³ lattice on which other programs were measured: one element in the middle of a face is
 /// pulled outwards. Arguments: pull [elements]. The reference are Gibson's lists.
 void bounded_lattice(benchmark::State& state) {
@@ -216,6 +231,7 @@ void thesis_push(benchmark::State& state) {
     const TaskArena arena(1);
     const Volume volume = layered_volume(64, false);
     ChainMailSettings settings;
+    settings.history_max_steps = 0;
     ChainMail subject = std::move(ChainMail::create(volume, settings, arena)).value();
     settings.solver = ChainMailSolver::Heap;
     ChainMail heap = std::move(ChainMail::create(volume, settings, arena)).value();
@@ -240,6 +256,7 @@ BENCHMARK(moving_contact_against_heap)->Apply([](auto* b) { contact_arguments(b,
 BENCHMARK(moving_contact_against_plain_loops)->Apply([](auto* b) {
     contact_arguments(b, {0, 1, 2, 3, 4});
 });
+BENCHMARK(moving_contact_with_undo)->Apply([](auto* b) { contact_arguments(b, {0, 1, 2, 3}); });
 BENCHMARK(drag_frame)->Apply([](auto* b) { contact_arguments(b, {0, 1, 2, 3, 4}); });
 BENCHMARK(bounded_lattice)
     ->ArgName("pull")

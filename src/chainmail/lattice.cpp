@@ -49,7 +49,8 @@ Lattice::Lattice(const Volume& volume, MaterialMap materials, int brick_size, bo
       m_materials(std::move(materials)),
       m_size(brick_size),
       m_bounded(bounded),
-      m_index_of(bricks_of(volume.grid.size, brick_size)) {
+      m_index_of(bricks_of(volume.grid.size, brick_size)),
+      m_spare_at(bricks_of(volume.grid.size, brick_size)) {
     for (int axis = 0; axis < 3; ++axis) {
         const int s = stride(axis), t = stride((axis + 1) % 3), v = stride((axis + 2) % 3);
         for (int q = 0; q < m_size; ++q) {
@@ -98,7 +99,7 @@ int Lattice::ensure_brick(Vec3i coord) {
     if (const int found = find_brick(coord); found >= 0) return found;
     const int index = add_brick(coord);
     Brick& made = brick(index);
-    fill_in(made);
+    if (made.is_blank) fill_in(made);
     place_at_rest(made);
     return index;
 }
@@ -111,17 +112,15 @@ int Lattice::ensure_blank_brick(Vec3i coord) {
 int Lattice::add_brick(Vec3i coord) {
     int index = int(m_bricks.size());
     if (m_free_indices.empty()) {
-        m_bricks.push_back(take_brick());
+        m_bricks.push_back(take_brick(coord));
     } else {
         index = m_free_indices.back();
         m_free_indices.pop_back();
-        m_bricks[std::size_t(index)] = take_brick();
+        m_bricks[std::size_t(index)] = take_brick(coord);
     }
     m_index_of.insert(coord, index);
     ++m_resident_count;
     Brick& made = brick(index);
-    made.coord = coord;
-    made.is_blank = made.is_unplaced = true;
     for (int side = 0; side < 6; ++side) {
         Vec3i there = coord;
         there[side / 2] += side % 2 ? 1 : -1;
@@ -135,7 +134,8 @@ int Lattice::add_brick(Vec3i coord) {
 }
 
 void Lattice::place_at_rest(Brick& brick) const {
-    for (Fixed* component : brick.u) std::fill_n(component, elements_per_brick(), 0);
+    for (std::size_t a = 0; a < 3; ++a)
+        if (!brick.holds_zeros[a]) std::fill_n(brick.u[a], elements_per_brick(), 0);
     brick.is_unplaced = false;
 }
 
@@ -159,19 +159,40 @@ ElementRef Lattice::ensure_element(Vec3i ijk) {
     return {ensure_brick(brick_of(ijk)), index_in_brick(ijk)};
 }
 
-std::unique_ptr<Brick> Lattice::take_brick() {
-    std::unique_ptr<Brick> taken;
-    if (m_spare.empty()) {
-        taken = carve_brick();
-    } else {
-        taken = std::move(m_spare.back());
-        m_spare.pop_back();
+std::unique_ptr<Brick> Lattice::take_brick(Vec3i coord) {
+    const int place = m_spare_at.find(coord);
+    std::unique_ptr<Brick> taken = place >= 0        ? take_spare(place)
+                                   : m_spare.empty() ? carve_brick()
+                                                     : take_spare(int(m_spare.size()) - 1);
+    if (place < 0) {
+        taken->coord = coord;
+        taken->is_blank = true;
     }
+    for (int a = 0; a < 3; ++a)
+        if (!taken->is_unplaced)
+            taken->holds_zeros[std::size_t(a)] = taken->u_min[a] == 0 && taken->u_max[a] == 0;
+    taken->is_unplaced = true;
     taken->reached = {};
     taken->changed_at = m_clock;
     taken->saved_for = 0;
     taken->u_min = taken->u_max = {0, 0, 0};
     return taken;
+}
+
+std::unique_ptr<Brick> Lattice::take_spare(int place) {
+    std::unique_ptr<Brick> last = std::move(m_spare.back());
+    m_spare.pop_back();
+    auto& slot = place < int(m_spare.size()) ? m_spare[std::size_t(place)] : last;
+    m_spare_at.erase(slot->coord);
+    if (slot == last) return last;
+    m_spare_at.erase(last->coord);
+    m_spare_at.insert(last->coord, place);
+    return std::exchange(slot, std::move(last));
+}
+
+void Lattice::keep_spare(std::unique_ptr<Brick> dropped) {
+    m_spare_at.insert(dropped->coord, int(m_spare.size()));
+    m_spare.push_back(std::move(dropped));
 }
 
 void Lattice::take_slab() {
@@ -195,6 +216,7 @@ std::unique_ptr<Brick> Lattice::carve_brick() {
     if (m_slab_bricks_left == 0) take_slab();
     const auto n = std::size_t(elements_per_brick());
     auto carved = std::make_unique<Brick>();
+    carved->is_unplaced = true;
     std::byte* piece = std::exchange(m_slab_rest, m_slab_rest + brick_bytes());
     --m_slab_bricks_left;
     const auto next = [&](std::size_t bytes) {
@@ -224,13 +246,20 @@ Box3i Lattice::part_in_scan(Vec3i brick_coord) const {
 template <class Value>
 void Lattice::set_beyond(const Brick& brick, Value* values, Value value) const {
     const Box3i part = part_in_scan(brick.coord);
-    for (int z = 0; z < m_size; ++z)
-        for (int y = 0; y < m_size; ++y, values += m_size) {
-            const bool inside =
-                z >= part.begin.z && z < part.end.z && y >= part.begin.y && y < part.end.y;
-            std::fill(values, values + (inside ? part.begin.x : m_size), value);
-            if (inside) std::fill(values + part.end.x, values + m_size, value);
+    const int slice = m_size * m_size;
+    std::fill(values, values + slice * part.begin.z, value);
+    std::fill(values + slice * part.end.z, values + slice * m_size, value);
+    for (int z = part.begin.z; z < part.end.z; ++z) {
+        Value* rows = values + slice * z;
+        std::fill(rows, rows + m_size * part.begin.y, value);
+        std::fill(rows + m_size * part.end.y, rows + slice, value);
+        if (part.begin.x == 0 && part.end.x == m_size) continue;
+        for (int y = part.begin.y; y < part.end.y; ++y) {
+            Value* row = rows + m_size * y;
+            std::fill(row, row + part.begin.x, value);
+            std::fill(row + part.end.x, row + m_size, value);
         }
+    }
 }
 
 bool Lattice::is_whole(const Box3i& part) const {
@@ -253,6 +282,7 @@ void Lattice::set_materials(MaterialMap materials) {
     ++m_links_version;
     for (auto& brick : m_bricks)
         if (brick && !brick->is_blank) fill_in(*brick);
+    for (auto& brick : m_spare) brick->is_blank = true;
 }
 
 template void Lattice::set_beyond(const Brick&, Fixed*, Fixed) const;
@@ -312,6 +342,8 @@ void Lattice::set_edits(Vec3i brick_coord, BrickEdits edits) {
     else
         m_edits.erase(brick_coord);
     ++m_links_version;
+    if (const int place = m_spare_at.find(brick_coord); place >= 0)
+        m_spare[std::size_t(place)]->is_blank = true;
     const int index = find_brick(brick_coord);
     if (index < 0) return;
     Brick& edited = brick(index);
@@ -345,7 +377,7 @@ void Lattice::drop_brick(int index) {
     m_index_of.erase(slot->coord);
     --m_resident_count;
     m_free_indices.push_back(index);
-    m_spare.push_back(std::move(slot));
+    keep_spare(std::move(slot));
 }
 
 std::vector<int> Lattice::resident_bricks() const {

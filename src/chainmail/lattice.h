@@ -61,6 +61,7 @@ struct Brick {
     std::uint8_t traits = 0;                     ///< of all materials in it, and kMixedMaterials
     bool is_blank = false;                       ///< materials and traits are not filled in yet
     bool is_unplaced = false;                    ///< u is not written yet, and counts as zero
+    std::array<bool, 3> holds_zeros{};           ///< while unplaced: u is all zero by chance
     Vec3<Fixed> u_min{0, 0, 0}, u_max{0, 0, 0};  ///< over the brick, after each push
     std::uint64_t changed_at = 0;                ///< Lattice::clock() when u last changed
     std::uint64_t saved_for = 0;                 ///< step of the history that has it as it was
@@ -137,7 +138,8 @@ class Lattice {
     int ensure_blank_brick(Vec3i coord);
     /// Fills a blank brick in, but for its displacements, which a solve may write once and for all.
     void fill_in(Brick& brick) const;
-    /// Writes zero to all its displacements.
+    /// Writes zero to all its displacements. Memory of a brick that was used before may hold zeros
+    /// already, of components that never moved.
     void place_at_rest(Brick& brick) const;
     /// Sets the values of those elements of a kPartlyBeyond brick that are beyond the border.
     template <class Value>
@@ -209,7 +211,9 @@ class Lattice {
   private:
     int add_brick(Vec3i coord);
     void drop_brick(int index);
-    std::unique_ptr<Brick> take_brick();
+    std::unique_ptr<Brick> take_brick(Vec3i coord);
+    std::unique_ptr<Brick> take_spare(int place);
+    void keep_spare(std::unique_ptr<Brick> dropped);
     void take_slab();
     std::unique_ptr<Brick> carve_brick();
     std::size_t brick_bytes() const;
@@ -231,9 +235,11 @@ class Lattice {
     std::array<std::vector<int>, 6> m_faces;
     std::vector<std::unique_ptr<Brick>> m_bricks;  ///< null where dropped
     std::vector<int> m_free_indices;
-    std::vector<std::unique_ptr<Brick>> m_spare;  ///< dropped, to be used again
+    /// Dropped, to be used again: preferably where they were, as their materials are still there.
+    std::vector<std::unique_ptr<Brick>> m_spare;
     int m_resident_count = 0;
     BrickIndex m_index_of;
+    BrickIndex m_spare_at;  ///< places in m_spare
     /// Bricks' memory, many in one piece: huge pages where the system has them.
     std::vector<std::unique_ptr<void, FreeMemory>> m_slabs;
     std::byte* m_slab_rest = nullptr;

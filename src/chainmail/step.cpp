@@ -196,6 +196,9 @@ int move_brick(const Lattice& lattice, Brick& brick, BrickMotion motion, Vec3<Fi
     for (int a = 0; a < 3; ++a)
         motion[std::size_t(a)].left += std::abs(shift[a]) - std::abs(done[a]);
     lattice.before_move(brick);
+    for (std::size_t a = 0; a < 3; ++a)
+        if (brick.is_unplaced && !motion[a].raised && !brick.holds_zeros[a])
+            std::fill_n(brick.u[a], lattice.elements_per_brick(), 0);
     const MoveResult result = kernels.move(motion, lattice.elements_per_brick(), brick.is_unplaced);
     brick.is_unplaced = false;
     for (int a = 0; a < 3; ++a) {

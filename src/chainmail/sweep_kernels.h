@@ -73,7 +73,8 @@ struct SweepKernels {
     /// @returns the largest raise above the place before the push that w asks of the elements
     ///          behind a side; 0 if none of them would rise
     Fixed (*offer)(const Fixed* w, int size, int side, const Fixed* lags, const FaceBehind& behind);
-    /// Moves count elements. @param from_rest  all u count as 0, whatever is there
+    /// Moves count elements. @param from_rest  all u count as 0, whatever is there; @pre it is 0
+    /// for components that stay
     MoveResult (*move)(const std::array<MovingComponent, 3>& components, int count, bool from_rest);
     /// Largest value. @pre count > 0
     Fixed (*largest)(const Fixed* values, int count);

@@ -51,6 +51,7 @@ void VisitLags::resize(int size) {
     m_count = (size * size * size + 15) / 16 * 16;
     m_elements.reset(allocate(std::size_t(kElementArrays) * std::size_t(m_count)));
     m_faces.reset(allocate(std::size_t(kFaceArrays) * std::size_t(m_face)));
+    m_equal_lags.fill(0);
 }
 
 VisitLags::Kind VisitLags::kind_of(bool up, int axis, const ComponentPush& push,
@@ -163,12 +164,30 @@ void VisitLags::cut_links_of_face(int side, bool with_neighbour, Fixed* out) con
     });
 }
 
+Fixed VisitLags::equal_lag(Kind kind, int side, bool with_neighbour) const {
+    if ((m_brick->traits & kMixedMaterials) || m_brick->edits) return -1;
+    const Fixed* of = column(kind, side / 2);
+    if (!with_neighbour) return of[m_brick->material[0]];
+    const Brick& there = neighbour(side);
+    if ((there.traits & kMixedMaterials) || there.edits) return -1;
+    // Beyond the border nothing is looked at that these lags could lead to.
+    return of[m_brick->material[0]] + of[there.material[0]];
+}
+
 const Fixed* VisitLags::face(Kind kind, int side, bool with_neighbour) {
     const int n = 6 * kind + side;
     std::uint32_t& has = with_neighbour ? m_has_face : m_has_bound;
     Fixed* out = faces(with_neighbour ? n : kFirstBound + n);
     if (has >> n & 1) return out;
     has |= std::uint32_t(1) << n;
+    Fixed& filled_with = m_equal_lags[std::size_t(with_neighbour ? n : kFirstBound + n)];
+    const Fixed all = equal_lag(kind, side, with_neighbour);
+    if (all >= 0) {
+        if (filled_with != all) std::fill_n(out, m_face, all);
+        filled_with = all;
+        return out;
+    }
+    filled_with = -1;
     add_own_halves(kind, side, out);
     if (with_neighbour) add_their_halves(kind, side, out);
     cut_links_of_face(side, with_neighbour, out);

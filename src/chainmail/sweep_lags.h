@@ -55,6 +55,8 @@ class VisitLags {
     const Fixed* with_excess_inside(const Fixed* lags, int axis, bool up,
                                     const ComponentPush& push);
     const Fixed* face(Kind kind, int side, bool with_neighbour);
+    /// What all lags of a face are; −1 if they may differ.
+    Fixed equal_lag(Kind kind, int side, bool with_neighbour) const;
     void add_own_halves(Kind kind, int side, Fixed* out);
     void add_their_halves(Kind kind, int side, Fixed* out);
     void cut_links_of_face(int side, bool with_neighbour, Fixed* out) const;
@@ -75,6 +77,7 @@ class VisitLags {
     std::unique_ptr<Fixed, FreeMemory> m_elements;
     /// Arrays of faces: 18 of lags, 18 of bounds, one with excess, one for work.
     std::unique_ptr<Fixed, FreeMemory> m_faces;
+    std::array<Fixed, 36> m_equal_lags{};  ///< what all of an array's lags are; −1: they differ
 };
 
 }  // namespace pliant

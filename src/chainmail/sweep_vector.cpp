@@ -415,10 +415,7 @@ MoveResult move(const std::array<MovingComponent, 3>& components, int count, boo
     int moving = 0;
     std::size_t alone = 0;
     for (std::size_t a = 0; a < 3; ++a) {
-        if (components[a].raised)
-            ++moving, alone = a;
-        else if (from_rest)
-            std::fill_n(components[a].u, count, 0);
+        if (components[a].raised) ++moving, alone = a;
     }
     if (moving == 1)
         return from_rest ? move_alone<true>(components, alone, count)

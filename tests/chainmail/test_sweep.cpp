@@ -235,6 +235,7 @@ std::vector<Fixed> results_of(const SweepKernels& kernels, const KernelInputs& i
     }
     for (const bool from_rest : {false, true}) {
         work = in;
+        if (from_rest) work.w = {};
         const MoveResult moved = kernels.move({MovingComponent{work.u.data(), in.w.data(), 40, 1},
                                                {work.other.data(), in.w.data(), 90, -1},
                                                {work.w.data(), nullptr, 0, 1}},
