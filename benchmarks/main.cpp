@@ -16,8 +16,11 @@
 
 int main(int argc, char** argv) {
     static const std::map<std::string, std::string> kGroups = {
-        {"chainmail", "--benchmark_filter=^chainmail_"},
-        {"resample", "--benchmark_filter=^chainmail_resample"},
+        {"chainmail",
+         "--benchmark_filter=^(moving_contact|bounded_lattice|drag_frame|pick|whole_frame|thesis_"
+         "push|"
+         "resample|live_frame|chainmail_|bandwidth)"},
+        {"resample", "--benchmark_filter=^(resample|live_frame)"},
         {"render", "--benchmark_filter=^(endoscope_view|ray_caster_bricks)"},
     };
     std::vector<std::string> arguments(argv, argv + argc);

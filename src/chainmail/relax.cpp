@@ -97,6 +97,17 @@ void Relaxation::wake_all() {
     m_quiet_passes = m_cursor > 0 ? -1 : 0;
 }
 
+/// Links that are outside of their limits are allowed what they have now, before anything moves.
+void Relaxation::make_all_links() {
+    m_arena.for_each(std::int64_t(m_bricks.size()), 4, [&](std::int64_t first, std::int64_t last) {
+        for (std::int64_t n = first; n < last; ++n) {
+            const int index = m_bricks[std::size_t(n)];
+            Workspace& own = workspace(index);
+            if (!own.links) own.links = m_maker->make(m_lattice.brick(index));
+        }
+    });
+}
+
 void Relaxation::mark_held() {
     for (const int index : m_bricks) workspace(index).held.clear();
     for (const Vec3i& element : m_held) {
@@ -109,8 +120,10 @@ void Relaxation::mark_held() {
 }
 
 void Relaxation::begin(const RelaxOptions& options) {
-    const bool same = m_held == options.held && same_tools(m_tools, options.tools);
+    const bool same = m_held == options.held && same_tools(m_tools, options.tools) &&
+                      m_over_relaxation == options.over_relaxation;
     if (!same) {
+        m_over_relaxation = options.over_relaxation;
         m_held = options.held;
         m_tools = options.tools;
         m_contact = ToolContact(m_lattice.grid(), m_tools);
@@ -235,6 +248,7 @@ RelaxReport Relaxation::run(const RelaxOptions& options) {
     const Clock::time_point end = start + std::chrono::duration_cast<Clock::duration>(
                                               std::chrono::duration<double, std::milli>(budget_ms));
     begin(options);
+    if (m_lattice.may_exceed_limits()) make_all_links();
     m_lattice.tick();
     m_sweep_step = 0;
     while (m_quiet_passes < 2 && m_finished_sweeps < options.max_sweeps) {

@@ -52,6 +52,7 @@ class Relaxation {
     void wake_all();
     void list_bricks();
     std::size_t place_of(Vec3i coord) const;
+    void make_all_links();
     void mark_held();
     bool run_pass(const RelaxOptions& options, Clock::time_point end);
     void finish_pass();
@@ -71,6 +72,8 @@ class Relaxation {
     std::uint64_t m_links_version = 0;
     std::uint64_t m_clock = 0;  ///< the lattice's at the end of the last slice
     bool m_has_begun = false;
+    // What the bricks stood still under.
+    double m_over_relaxation = 0;
     std::vector<RelaxTool> m_tools;
     std::vector<Vec3i> m_held;
     ToolContact m_contact;

@@ -103,12 +103,15 @@ Fixed BrickGuard::halved_until_allowed(Vec3d rest_mm, Vec3<Fixed> from, int axis
 Vec3<Fixed> BrickGuard::admit(int index, Vec3<Fixed> from, Vec3<Fixed> to) const {
     const std::int64_t limit = square(m_lattice.materials()[m_brick.material[index]].max_movement);
     const Vec3d rest_mm = rest_place(m_lattice.grid(), m_lattice.element_of(m_brick.coord, index));
+    // Whether a guard is asked depends on what else is in the brick; what it says must not. So a
+    // place within the limit is admitted even where the way there, axis by axis, is not.
+    const bool is_inside = square(to.x) + square(to.y) + square(to.z) <= limit;
     Vec3<Fixed> place = from;
     for (int a = 0; a < 3; ++a) {
         const std::int64_t others =
             square(place.x) + square(place.y) + square(place.z) - square(place[a]);
         const Fixed most = std::max(square_root(limit - others), std::abs(from[a]));
-        const Fixed end = std::clamp(to[a], -most, most);
+        const Fixed end = is_inside ? to[a] : std::clamp(to[a], -most, most);
         place[a] = m_tools.empty() ? end : halved_until_allowed(rest_mm, place, a, end);
     }
     return place;

@@ -25,7 +25,7 @@ constexpr int kOperations = 150;
 constexpr int kOperations = 1500;
 #endif
 constexpr int kHistorySteps = 40;
-constexpr int kHistoryMb = 2;
+constexpr int kHistoryMb = 64;  // never reached: how much a step needs depends on the bricks
 
 /// Tissue with a lumen, soft and hard places, and a little bone.
 Volume scan_of(Random& random) {
