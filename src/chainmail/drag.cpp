@@ -200,7 +200,7 @@ StepLimit Drag::limit(const Lattice& lattice, Vec3<Fixed> step, const TaskArena&
             const Brick& brick = lattice.brick(field.index);
             Vec3d farthest{0, 0, 0};
             const BrickMotion motion = motion_of(brick, field, step, &farthest);
-            if (moves(motion) && !stays_inside(lattice, farthest))
+            if (moves(motion) && !stays_inside(brick, farthest))
                 tighten(own, limit_of_brick(lattice, brick, motion, step, false));
         }
         const std::lock_guard lock(mutex);

@@ -140,7 +140,9 @@ void Lattice::place_at_rest(Brick& brick) const {
 }
 
 void Lattice::fill_in(Brick& brick) const {
-    if (fill_materials(brick))
+    const bool is_one = fill_materials(brick);
+    brick.least_movement = m_materials.table().movements()[brick.material[0]];
+    if (is_one)
         brick.traits = traits_of_one(brick);
     else
         look_at_materials(brick);
@@ -309,7 +311,11 @@ void Lattice::look_at_materials(Brick& brick) const {
     });
     if (!mixed) return;
     brick.traits |= kMixedMaterials;
-    for (int n = 0; n < elements_per_brick(); ++n) brick.traits |= traits[ids[n]];
+    const Fixed* movements = m_materials.table().movements();
+    for (int n = 0; n < elements_per_brick(); ++n) {
+        brick.traits |= traits[ids[n]];
+        brick.least_movement = std::min(brick.least_movement, movements[ids[n]]);
+    }
 }
 
 void Lattice::update_bounds(int index) {

@@ -59,6 +59,7 @@ struct Brick {
     const std::uint8_t* edits = nullptr;         ///< null: none in this brick
     std::array<bool, 3> reached{};               ///< by the solve in progress, per component
     std::uint8_t traits = 0;                     ///< of all materials in it, and kMixedMaterials
+    Fixed least_movement = 0;                    ///< smallest movement limit of all that moves
     bool is_blank = false;                       ///< materials and traits are not filled in yet
     bool is_unplaced = false;                    ///< u is not written yet, and counts as zero
     std::array<bool, 3> holds_zeros{};           ///< while unplaced: u is all zero by chance

@@ -121,8 +121,8 @@ MaterialTable::MaterialTable(const std::vector<MaterialLaw>& laws,
     m_fits = m_entries.size() <= kMostEntries;
     for (const HalfLimits& half : m_entries) {
         m_traits.push_back(traits_of(half));
-        if (!half.fixed && &half != &m_entries[kVoidMaterial])
-            m_smallest_movement = std::min(m_smallest_movement, half.max_movement);
+        const bool moves = !half.fixed && &half != &m_entries[kVoidMaterial];
+        m_movements.push_back(moves ? half.max_movement : INT32_MAX);
         for (std::size_t b = 0; b < 3; ++b) {
             m_columns.compress[b].push_back(half.compress[b]);
             m_columns.stretch[b].push_back(half.stretch[b]);

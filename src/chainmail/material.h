@@ -82,8 +82,8 @@ class MaterialTable {
     bool is_symmetric() const { return m_symmetric; }
     /// Flags of MaterialTrait, by material.
     const std::uint8_t* traits() const { return m_traits.data(); }
-    /// Of all that move: no element stops a push that stays below it.
-    Fixed smallest_movement() const { return m_smallest_movement; }
+    /// Movement limits by material; INT32_MAX where it doesn't count: of bone, and of void.
+    const Fixed* movements() const { return m_movements.data(); }
 
   private:
     class Builder;
@@ -91,7 +91,7 @@ class MaterialTable {
     Columns m_columns;
     std::vector<std::vector<MaterialId>> m_ids;  ///< by variant and value
     std::vector<std::uint8_t> m_traits;
-    Fixed m_smallest_movement = INT32_MAX;
+    std::vector<Fixed> m_movements;
     std::vector<MaterialId> m_other_ids;
     int m_law_size = 0;
     bool m_symmetric = true;
