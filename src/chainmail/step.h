@@ -43,8 +43,8 @@ StepLimit limit_of_grabbed(const Lattice& lattice, std::span<const ElementRef> g
 /// What one brick's elements do in a whole step; `left` grows by what is left undone.
 using BrickMotion = std::array<MovingComponent, 3>;
 
-/// Whether elements that come no farther than this along each axis are within the movement limits of
-/// the brick.
+/// Whether elements that come no farther than this along each axis are within the movement limits
+/// of the brick.
 bool stays_inside(const Brick& brick, const Vec3d& farthest);
 /// Bound that one brick's elements set, one by one. @param with_fixed  bone too, or movement alone
 StepLimit limit_of_brick(const Lattice& lattice, const Brick& brick, const BrickMotion& motion,
