@@ -11,6 +11,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "chainmail/check.h"
 #include "chainmail/instances.h"
 #include "resample/lattices.h"
 #include "resample/scatter.h"
@@ -146,15 +147,22 @@ TEST(CellKernel, AgreesWithItsScalarTwin) {
 
 TEST(CellKernel, TheInverseIsExactToATenThousandthOfAVoxel) {
     const TaskArena arena(2);
+    int unfolded = 0;
     for (std::uint64_t seed = 1; seed <= 10; ++seed) {
         SCOPED_TRACE("seed " + std::to_string(seed));
         Random random(seed);
         const Volume volume = random_volume(random);
         const Lattice lattice = rough_lattice(volume, random, 0.02 * double(seed));
-        EXPECT_LE(
-            worst_inverse(lattice, deform_by_lattice(volume, lattice, Mapping::Cells, true, arena)),
-            1e-4);
+        const auto worst = [&](Mapping mapping) {
+            return worst_inverse(lattice, deform_by_lattice(volume, lattice, mapping, true, arena));
+        };
+        // Where the map folds there may be no way to the inverse; then the twin has none either.
+        const auto any = [](Vec3i) { return ElementLimits{}; };
+        const bool folds = check_lattice(lattice, any, arena).folded_cells > 0;
+        EXPECT_LE(worst(Mapping::Cells), folds ? worst(Mapping::CellsScalar) + 1e-4 : 1e-4);
+        unfolded += !folds;
     }
+    EXPECT_GE(unfolded, 3);
 }
 
 TEST(CellKernel, PushedRandomMaterialsLeaveNoHolesAndAnExactInverse) {
