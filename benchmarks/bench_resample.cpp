@@ -88,39 +88,49 @@ void resample(benchmark::State& state) {
     state.counters["times_faster"] = tetrahedra / cells;
 }
 
-/// A drag: the same place pushed to and fro, each frame solved and written. One item is a voxel
-/// written in a frame. Arguments: side of the scan, length of the push in voxels, threads.
-void live_frame(benchmark::State& state) {
+/// A drag with a million moved elements that swings from one side to the other, since on a way back
+/// by less most elements stay where they are: each frame clamps them all and writes their voxels. One item is a written voxel. Arguments: side of the scan, length of
+/// the drag in voxels, threads.
+void whole_frame(benchmark::State& state) {
     const TaskArena arena(int(state.range(2)));
     const Volume volume = wavy_volume(int(state.range(0)));
-    auto tissue = pushed_tissue(volume, double(state.range(1)), arena);
-    if (!tissue) {
-        state.SkipWithError("the push failed");
+    ChainMailSettings settings;
+    settings.max_movement_mm = 500;
+    auto tissue = ChainMail::create(volume, settings, arena);
+    const double length = double(state.range(1)), along = length / std::sqrt(3.0);
+    const double middle = volume.grid.size.x / 2 + 0.5;
+    const Vec3d out{along, 0.8 * along, 1.1 * along};
+    if (!tissue.ok() || !tissue->grab({.point_mm = {middle, middle, middle}}, 1.1 * length).ok()) {
+        state.SkipWithError("the grab failed");
         return;
     }
-    const double middle = volume.grid.size.x / 2 + 0.5;
     LiveDeformation live(*tissue);
-    live.update();
-    std::vector<double> solve_ms, resample_ms, items;
-    double step = 1;
+    std::vector<double> drag_ms, resample_ms, frame_ms, items, moved, bandwidth;
+    double side = 1;
     for (auto _ : state) {
-        const auto report =
-            tissue->push({.point_mm = {middle, middle, middle}, .push_mm = {step, -step, step}});
+        bandwidth.push_back(copy_bandwidth(arena));
+        const auto report = tissue->drag_to(side * out);
         if (!report.ok()) {
-            state.SkipWithError("the push failed");
+            state.SkipWithError("the drag failed");
             return;
         }
         const LiveUpdate update = live.update();
-        solve_ms.push_back(report->solve_ms);
+        drag_ms.push_back(report->solve_ms);
         resample_ms.push_back(update.resample_ms);
+        frame_ms.push_back(report->solve_ms + update.resample_ms);
         items.push_back(double(update.written_voxels));
-        state.SetIterationTime((report->solve_ms + update.resample_ms) * 1e-3);
-        step = -step;
+        moved.push_back(double(report->moved_elements));
+        state.SetIterationTime(frame_ms.back() * 1e-3);
+        side = -side;
     }
     state.counters["items"] = median(items);
-    state.counters["ns/item"] = median(resample_ms) / median(items) * 1e6;
-    state.counters["solve_ms"] = median(solve_ms);
+    state.counters["ns/item"] = median(frame_ms) / median(items) * 1e6;
+    state.counters["floor_ns/item"] = kBytesPerVoxel / median(bandwidth);
+    state.counters["moved"] = median(moved);
+    state.counters["drag_ms"] = median(drag_ms);
     state.counters["resample_ms"] = median(resample_ms);
+    state.counters["resample_ns/voxel"] = median(resample_ms) / median(items) * 1e6;
+    state.counters["frame_ms"] = median(frame_ms);
 }
 
 BENCHMARK(resample)
@@ -133,8 +143,9 @@ BENCHMARK(resample)
     ->UseManualTime()
     ->Unit(benchmark::kMillisecond)
     ->MinTime(0.1);
-BENCHMARK(live_frame)
+BENCHMARK(whole_frame)
     ->ArgNames({"side", "push", "threads"})
+    ->ArgsProduct({{128}, {12}, {1, 2}})
     ->ArgsProduct({{192}, {26}, {1, 2}})
     ->UseManualTime()
     ->Unit(benchmark::kMillisecond)

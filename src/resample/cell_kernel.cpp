@@ -5,6 +5,8 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
+#include <utility>
 
 // Vectors without a size at compile time can't be kept in structs.
 #define HWY_DISABLED_TARGETS (HWY_SVE | HWY_SVE2 | HWY_SVE_256 | HWY_SVE2_128 | HWY_RVV)
@@ -20,10 +22,12 @@ namespace pliant {
 namespace HWY_NAMESPACE {
 namespace {
 
-/// Reads rows at the cells of the voxels to be solved.
+/// Reads rows at the cells of the voxels to be solved, which are in two groups.
 class RowsAt {
   public:
-    HWY_INLINE RowsAt(const CellRows& rows, hn::Vec<DI> cell) : m_rows(rows), m_cell(cell) {}
+    /// @param lane  of the rows, per voxel. @param even, odd  where the two groups begin
+    HWY_INLINE RowsAt(const CellRows& rows, hn::Vec<DI> lane, unsigned even, unsigned odd)
+        : m_rows(rows), m_lane(lane), m_even(even), m_odd(odd) {}
     HWY_INLINE V operator()(int row) const { return at(m_rows.row[row]); }
     HWY_INLINE Vec vec(int row) const { return {(*this)(row), (*this)(row + 1), (*this)(row + 2)}; }
     HWY_INLINE hn::Vec<DI> voxel() const {
@@ -35,53 +39,48 @@ class RowsAt {
     HWY_INLINE V at(const float* HWY_RESTRICT row) const {
         const D d;
 #if HWY_TARGET <= HWY_AVX3
-        return V{_mm512_permutex2var_ps(hn::Load(d, row).raw, m_cell.raw,
-                                        hn::Load(d, row + kCellGroup).raw)};
+        return V{_mm512_permutex2var_ps(hn::Load(d, row + m_even).raw, m_lane.raw,
+                                        hn::Load(d, row + m_odd).raw)};
 #else
-        return hn::GatherIndex(d, row, m_cell);
+        return hn::GatherIndex(d, row, m_lane);
 #endif
     }
 
     const CellRows& m_rows;
-    const hn::Vec<DI> m_cell;
+    const hn::Vec<DI> m_lane;
+    [[maybe_unused]] const unsigned m_even, m_odd;
 };
 
 /// Solves s + G(s) = s₁ with as many steps as the cells' bends ask for.
 /// @param[out] moving  lanes that did not settle
-HWY_INLINE Vec settle(const RowsAt& at, const Vec& jx, const Vec& jy, const Vec& jz, const Vec& s1,
-                      M active, M& moving) {
+HWY_INLINE Vec settle(const RowsAt& at, const Vec& s1, M active, M& moving) {
     const D d;
     const V bend = at(kRowBend);
-    Vec s = s1;
     moving = hn::And(active, hn::Gt(bend, hn::Set(d, kBends[0])));
-    if (hn::AllFalse(d, moving)) return s;
-    const Vec cxy = at.vec(kRowC), cxz = at.vec(kRowC + 3), cyz = at.vec(kRowC + 6),
-              cxyz = at.vec(kRowC + 9);
-    for (std::size_t step = 1; step < kMaxSteps; ++step) {
-        const V xy = hn::Mul(s.x, s.y), xz = hn::Mul(s.x, s.z), yz = hn::Mul(s.y, s.z);
-        const V xyz = hn::Mul(xy, s.z);
-        const Vec c =
-            sum(sum(scaled(xy, cxy), scaled(xz, cxz)), sum(scaled(yz, cyz), scaled(xyz, cxyz)));
-        const Vec g = sum(sum(scaled(c.x, jx), scaled(c.y, jy)), scaled(c.z, jz));
-        const Vec next{hn::Sub(s1.x, g.x), hn::Sub(s1.y, g.y), hn::Sub(s1.z, g.z)};
+    if (hn::AllFalse(d, moving)) return s1;
+    const Bending g{at.vec(kRowG), at.vec(kRowG + 3), at.vec(kRowG + 6), at.vec(kRowG + 9)};
+    Vec s = s1;
+    for (std::size_t step = 0; step < kFlatSteps; ++step) s = next_step(g, s1, s);
+    moving = hn::And(active, hn::Gt(bend, hn::Set(d, kBends[kFlatSteps])));
+    for (std::size_t step = kFlatSteps + 1; step < kMaxSteps; ++step) {
+        if (hn::AllFalse(d, moving)) break;
+        const Vec next = next_step(g, s1, s), before = s;
         // Settled lanes stay as they are, or they would depend on their neighbours.
-        const Vec before = s;
         s = {hn::IfThenElse(moving, next.x, s.x), hn::IfThenElse(moving, next.y, s.y),
              hn::IfThenElse(moving, next.z, s.z)};
         if (step < kWatched) {
             moving = hn::And(moving, hn::Gt(bend, hn::Set(d, kBends[step])));
         } else {
-            const Vec change{hn::Abs(hn::Sub(s.x, before.x)), hn::Abs(hn::Sub(s.y, before.y)),
-                             hn::Abs(hn::Sub(s.z, before.z))};
-            moving = hn::And(moving, hn::Gt(largest(change), hn::Set(d, kSettled)));
+            const Vec change{hn::Sub(s.x, before.x), hn::Sub(s.y, before.y),
+                             hn::Sub(s.z, before.z)};
+            moving = hn::And(moving, hn::Gt(largest_size(change), hn::Set(d, kSettled)));
         }
-        if (hn::AllFalse(d, moving)) break;
     }
     return s;
 }
 
 HWY_INLINE V lerp(V a, V b, V t) {
-    return hn::Add(a, hn::Mul(t, hn::Sub(b, a)));
+    return mul_add(t, hn::Sub(b, a), a);
 }
 
 /// Trilinear in the original values at the corners. @param t  0…1
@@ -95,12 +94,12 @@ HWY_INLINE V value_at(const RowsAt& at, const Vec& t) {
 
 HWY_INLINE V unit_interval(V s) {
     const D d;
-    const V t = hn::Add(hn::Set(d, 0.5f), hn::Mul(hn::Set(d, 0.5f), s));
+    const V t = mul_add(hn::Set(d, 0.5f), s, hn::Set(d, 0.5f));
     return hn::Min(hn::Max(t, hn::Zero(d)), hn::Set(d, 1));
 }
 
-/// Where voxels p (relative to the block's origin) are outside of the target's box.
-HWY_INLINE M outside(const Vec& p, const BlockTarget& to) {
+/// Where voxels p (relative to the strip's origin) are outside of the target's box.
+HWY_INLINE M outside(const Vec& p, const StripTarget& to) {
     const D d;
     const V x = hn::Max(hn::Sub(hn::Set(d, to.low.x), p.x), hn::Sub(p.x, hn::Set(d, to.high.x)));
     const V y = hn::Max(hn::Sub(hn::Set(d, to.low.y), p.y), hn::Sub(p.y, hn::Set(d, to.high.y)));
@@ -109,100 +108,134 @@ HWY_INLINE M outside(const Vec& p, const BlockTarget& to) {
 }
 
 /// Stores what lies in a cell where the target is open. @param found  bit: lane
-HWY_INLINE void write_solved(const Solved& solved, unsigned found, const BlockTarget& block,
+HWY_INLINE void write_solved(const Solved& solved, unsigned found, const StripTarget& strip,
                              const CellTarget& to) {
-    for (; found; found &= found - 1) {
-        const auto lane = unsigned(__builtin_ctz(found));
-        const std::ptrdiff_t voxel = block.origin + solved.voxel[lane];
-        if (!to.open[voxel]) continue;
-        to.open[voxel] = 0;
-        if (block.is_16_bit)
+    const auto write = [&](const auto& store) HWY_ATTR {
+        std::uint8_t* open = to.open + strip.origin;
+        for (unsigned left = found; left; left &= left - 1) {
+            const auto lane = unsigned(__builtin_ctz(left));
+            const std::ptrdiff_t voxel = solved.voxel[lane];
+            if (!open[voxel]) continue;
+            open[voxel] = 0;
+            store(lane, strip.origin + voxel);
+        }
+    };
+    if (strip.is_16_bit && !strip.with_inverse) {
+        std::int16_t* voxels = to.voxels16;
+        write([&](unsigned lane, std::ptrdiff_t voxel) HWY_ATTR {
+            voxels[voxel] = std::int16_t(solved.whole[lane]);
+        });
+        return;
+    }
+    write([&](unsigned lane, std::ptrdiff_t voxel) HWY_ATTR {
+        if (strip.is_16_bit)
             to.voxels16[voxel] = std::int16_t(solved.whole[lane]);
         else
             to.voxels32[voxel] = solved.value[lane];
-        if (block.with_inverse)
+        if (strip.with_inverse)
             store_inverse(
                 to, voxel,
-                {solved.back[0][lane] - block.shift.x, solved.back[1][lane] - block.shift.y,
-                 solved.back[2][lane] - block.shift.z});
-    }
+                {solved.back[0][lane] - strip.shift.x, solved.back[1][lane] - strip.shift.y,
+                 solved.back[2][lane] - strip.shift.z});
+    });
 }
 
-/// Solves and writes the voxels from `first` on, at most a vector of them.
-HWY_INLINE void solve(const CellRows& rows, const Waiting& waiting, int first,
-                      const BlockTarget& block, const CellTarget& to, Solved& solved,
-                      std::vector<int>& slow) {
+/// What one call of write_cells works on.
+struct Work {
+    const StripNodes& strip;
+    const CellTarget& target;
+    const StripTarget to;
+    std::vector<int>& slow;
+    unsigned group = 0;  ///< the latest
+    CellRows rows;
+    Waiting waiting;
+    Solved solved{};
+};
+
+/// Solves and writes the first `count` voxels of those from `first` on, at most a vector of them.
+/// Their cells are in the two groups before the latest.
+HWY_INLINE void solve(int first, int count, Work& work) {
     const D d;
     const DI di;
-    M active = hn::FirstN(d, std::size_t(std::min(waiting.count - first, kCellGroup)));
-    const auto item =
-        hn::IfThenElseZero(hn::RebindMask(di, active), hn::LoadU(di, waiting.item + first));
-    const RowsAt at(rows, hn::And(item, hn::Set(di, 31)));
+    const CellRows& rows = work.rows;
+    const StripTarget& to = work.to;
+    M active = hn::FirstN(d, std::size_t(count));
+    const unsigned last = (work.group - 1) % kKeptGroups, other = (work.group - 2) % kKeptGroups;
+    const auto fill = hn::Set(di, std::int32_t(kCellGroup * last));
+    const auto item = hn::IfThenElse(hn::RebindMask(di, active),
+                                     hn::LoadU(di, work.waiting.item + first), fill);
+    const RowsAt at(rows, hn::And(item, hn::Set(di, (1 << kLaneBits) - 1)),
+                    kCellGroup * (last % 2 ? other : last), kCellGroup * (last % 2 ? last : other));
     const auto three = hn::Set(di, 3);
-    const auto i = hn::And(hn::ShiftRight<5>(item), three),
-               j = hn::And(hn::ShiftRight<7>(item), three), k = hn::ShiftRight<9>(item);
+    const auto i = hn::And(hn::ShiftRight<kLaneBits>(item), three),
+               j = hn::And(hn::ShiftRight<kLaneBits + 2>(item), three),
+               k = hn::ShiftRight<kLaneBits + 4>(item);
     const Vec steps{hn::ConvertTo(d, i), hn::ConvertTo(d, j), hn::ConvertTo(d, k)};
-    const Vec jx = at.vec(kRowJ), jy = at.vec(kRowJ + 3), jz = at.vec(kRowJ + 6);
-    const Vec s1 =
-        sum(at.vec(kRowS), sum(sum(scaled(steps.x, jx), scaled(steps.y, jy)), scaled(steps.z, jz)));
+    const Vec s1 = mul_add(steps.x, at.vec(kRowJ),
+                           mul_add(steps.y, at.vec(kRowJ + 3),
+                                   mul_add(steps.z, at.vec(kRowJ + 6), at.vec(kRowS))));
     M unsettled;
-    const Vec s = settle(at, jx, jy, jz, s1, active, unsettled);
+    const Vec s = settle(at, s1, active, unsettled);
     if (HWY_UNLIKELY(!hn::AllFalse(d, unsettled))) {
         for (unsigned left = bits_of(unsettled); left; left &= left - 1) {
-            const int cell = waiting.item[first + __builtin_ctz(left)] & 31;
-            slow.push_back(rows.first_cell[cell / kCellGroup] + cell % kCellGroup);
+            const int lane =
+                work.waiting.item[first + __builtin_ctz(left)] & ((1 << kLaneBits) - 1);
+            work.slow.push_back(rows.first_cell[lane / kCellGroup] + lane % kCellGroup);
         }
         active = hn::AndNot(unsettled, active);
     }
     const V least = hn::Min(hn::Min(s.x, s.y), s.z);
     M found = hn::And(active, hn::And(hn::Ge(least, hn::Set(d, -1 - kLowSlack)),
-                                      hn::Le(largest(s), hn::Set(d, 1 - block.high_slack))));
-    if (!block.is_inside) found = hn::AndNot(outside(sum(at.vec(kRowPlace), steps), block), found);
-    hn::Store(hn::Add(hn::Add(at.voxel(), i), hn::Add(hn::Mul(j, hn::Set(di, block.row)),
-                                                      hn::Mul(k, hn::Set(di, block.slice)))),
-              di, solved.voxel);
+                                      hn::Le(largest(s), hn::Set(d, 1 - to.high_slack))));
+    if (!to.is_inside) found = hn::AndNot(outside(sum(at.vec(kRowPlace), steps), to), found);
+    hn::Store(hn::Add(hn::Add(at.voxel(), i), hn::Add(hn::Mul(j, hn::Set(di, to.row)),
+                                                      hn::Mul(k, hn::Set(di, to.slice)))),
+              di, work.solved.voxel);
     const Vec t{unit_interval(s.x), unit_interval(s.y), unit_interval(s.z)};
     const V value = value_at(at, t);
-    if (block.is_16_bit)
-        hn::Store(hn::NearestInt(value), di, solved.whole);
+    if (to.is_16_bit)
+        hn::Store(hn::NearestInt(value), di, work.solved.whole);
     else
-        hn::Store(value, d, solved.value);
-    if (block.with_inverse) {
+        hn::Store(value, d, work.solved.value);
+    if (to.with_inverse) {
         const Vec p = sum(at.vec(kRowBegin), steps);
-        hn::Store(hn::Sub(t.x, p.x), d, solved.back[0]);
-        hn::Store(hn::Sub(t.y, p.y), d, solved.back[1]);
-        hn::Store(hn::Sub(t.z, p.z), d, solved.back[2]);
+        hn::Store(hn::Sub(t.x, p.x), d, work.solved.back[0]);
+        hn::Store(hn::Sub(t.y, p.y), d, work.solved.back[1]);
+        hn::Store(hn::Sub(t.z, p.z), d, work.solved.back[2]);
     }
-    write_solved(solved, bits_of(found), block, to);
+    write_solved(work.solved, bits_of(found), to, work.target);
 }
 
-/// Solves all that fills kCellGroup lanes, whatever the vector's width; the rest too if it must not
-/// wait any longer.
-HWY_INLINE void solve_waiting(const CellRows& rows, bool all, const BlockTarget& block,
-                              const CellTarget& to, Waiting& waiting, Solved& solved,
-                              std::vector<int>& slow) {
+/// Solves voxels of the two groups before the latest: all that fill kCellGroup lanes, whatever the
+/// vector's width, and those of the older group even if they don't, as its place is taken next.
+HWY_INLINE void solve_waiting(Work& work) {
     constexpr auto kLanes = int(hn::MaxLanes(D()));
-    const int count = all ? waiting.count : waiting.count / kCellGroup * kCellGroup;
-    if (!count) return;
-    for (int first = 0; first < count; first += kLanes)
-        solve(rows, waiting, first, block, to, solved, slow);
-    waiting.count -= count;
-    for (int n = 0; n < waiting.count; ++n) waiting.item[n] = waiting.item[count + n];
+    Waiting& waiting = work.waiting;
+    int solved = 0;
+    while (waiting.before_last - solved >= kCellGroup || solved < waiting.oldest) {
+        const int count = std::min(waiting.before_last - solved, kCellGroup);
+        for (int lane = 0; lane < count; lane += kLanes)
+            solve(solved + lane, std::min(count - lane, kLanes), work);
+        solved += count;
+    }
+    for (int n = solved; n < waiting.count; ++n) waiting.item[n - solved] = waiting.item[n];
+    waiting.oldest = waiting.before_last - solved;
+    waiting.before_last = waiting.count -= solved;
 }
 
-BlockTarget target_of(const BlockNodes& block, const CellTarget& target, CellFaces faces) {
-    BlockTarget to;
+StripTarget target_of(const StripNodes& strip, const CellTarget& target, CellFaces faces) {
+    StripTarget to;
     to.is_inside = true;
     for (int a = 0; a < 3; ++a) {
-        to.low[a] = float(target.box.begin[a] - block.origin()[a]);
-        to.high[a] = float(target.box.end[a] - 1 - block.origin()[a]);
-        to.shift[a] = float(block.origin()[a] - block.first_element()[a]);
-        to.is_inside &= block.reach().low[a] >= target.box.begin[a] + 1 &&
-                        block.reach().high[a] <= target.box.end[a] - 2;
+        to.low[a] = float(target.box.begin[a] - strip.origin()[a]);
+        to.high[a] = float(target.box.end[a] - 1 - strip.origin()[a]);
+        to.shift[a] = float(strip.origin()[a] - strip.first_element()[a]);
+        to.is_inside &= strip.reach().low[a] >= target.box.begin[a] + 1 &&
+                        strip.reach().high[a] <= target.box.end[a] - 2;
     }
     to.row = target.grid_size.x;
     to.slice = target.grid_size.x * target.grid_size.y;
-    const Vec3i first = block.origin();
+    const Vec3i first = strip.origin();
     to.origin = first.x + std::ptrdiff_t(to.row) * first.y + std::ptrdiff_t(to.slice) * first.z;
     to.high_slack = faces == CellFaces::HalfOpen ? kHighSlack : -kLowSlack;
     to.is_16_bit = target.voxels16 != nullptr;
@@ -210,93 +243,120 @@ BlockTarget target_of(const BlockNodes& block, const CellTarget& target, CellFac
     return to;
 }
 
-/// @returns lanes whose cells are slow
-HWY_INLINE unsigned look_into_group(const BlockNodes& block, std::size_t n, unsigned use,
-                                    const BlockTarget& to, unsigned parity, CellRows& rows,
-                                    std::array<Waiting, 2>& waiting) {
+/// Makes the cells (x…x + 15, y, z) ready and lists their candidates. @param use  bit: lane
+HWY_INLINE void look_into_group(Vec3i place, unsigned use, Work& work) {
     constexpr auto kLanes = unsigned(hn::MaxLanes(D()));
-    constexpr unsigned kLaneBits = (1u << kLanes) - 1;
+    constexpr unsigned kAllLanes = (1u << kLanes) - 1;
     const D d;
-    unsigned fast = 0, flat = 0;
-    bool wide = false;
-    for (unsigned lane = 0; lane < kCellGroup; lane += kLanes) {
-        const M used = mask_of(use >> lane & kLaneBits);
-        const Prepared prepared = prepare(block, n + lane, to, parity * kCellGroup + lane, rows);
-        fast |= bits_of(hn::And(used, prepared.fast)) << lane;
-        flat |= bits_of(prepared.flat) << lane;
-        wide |= !hn::AllFalse(d, hn::And(used, prepared.wide));
+    const int n = work.strip.index(place.x, place.y, place.z);
+    const unsigned slot = work.group % kKeptGroups, first_lane = slot * kCellGroup;
+    work.rows.first_cell[slot] = n;
+    std::array<Prepared, kCellGroup / kLanes> cells;
+    unsigned fast = 0;
+    bool is_bent = false;
+    std::array<int, 3> along{1, 1, 1};
+    for (unsigned part = 0, lane = 0; lane < kCellGroup; ++part, lane += kLanes) {
+        const M used = mask_of(use >> lane & kAllLanes);
+        const Vec at{hn::Add(hn::Iota(d, 0), hn::Set(d, float(place.x + int(lane)))),
+                     hn::Set(d, float(place.y)), hn::Set(d, float(place.z))};
+        cells[part] = prepare(work.strip, std::size_t(n) + lane, at, work.to, first_lane + lane,
+                              work.rows);
+        const M ready = hn::And(used, cells[part].fast);
+        fast |= bits_of(ready) << lane;
+        is_bent |= !hn::AllFalse(
+            d, hn::And(ready, hn::Gt(cells[part].most, hn::Set(d, kBends[kFlatSteps]))));
+        for (std::size_t a = 0; a < 3; ++a)
+            along[a] = most_along(cells[part].count[a], ready, along[a]);
     }
-    Candidates candidates;
-    candidates.along = wide ? kMaxAlong : 2;
-    for (unsigned& found : candidates.found) found = 0;
-    for (unsigned lane = 0; lane < kCellGroup; lane += kLanes)
-        find_candidates(rows, parity * kCellGroup + lane, mask_of(fast >> lane & kLaneBits),
-                        to.high_slack, candidates.along, lane, candidates);
-    append(candidates, flat, parity, waiting[0]);
-    append(candidates, ~flat, parity, waiting[1]);
-    return use & ~fast;
+    const auto list = [&]<bool kIsBent>(std::array<int, 3> points) HWY_ATTR {
+        list_candidates<kIsBent>(cells, fast, work.to.high_slack, work.rows, first_lane, points,
+                                 work.waiting);
+    };
+    // The usual case is known to the compiler.
+    constexpr std::array<int, 3> kTwo{2, 2, 2};
+    if (along == kTwo)
+        is_bent ? list.template operator()<true>(kTwo) : list.template operator()<false>(kTwo);
+    else
+        is_bent ? list.template operator()<true>(along) : list.template operator()<false>(along);
+    for (unsigned left = use & ~fast; left; left &= left - 1)
+        work.slow.push_back(n + __builtin_ctz(left));
 }
 
-void write_block(const BlockNodes& block, const CellTarget& target, CellFaces faces,
+void write_strip(const StripNodes& strip, const CellTarget& target, CellFaces faces,
                  std::vector<int>& slow) {
-    const BlockTarget to = target_of(block, target, faces);
-    CellRows rows;
-    std::array<Waiting, 2> waiting;  // flat ones, others
-    Solved solved{};
-    unsigned parity = 0;
-    std::array<int, 2> last_count{};  // of the group before
-    const std::span<const RowBits> use = block.use();
-    for (std::size_t w = 0; w < use.size(); ++w) {
-        if (!use[w]) continue;
-        for (int part = 0; part < 64; part += kCellGroup) {
-            const auto group = unsigned(use[w] >> part & 0xffff);
+    Work work{strip, target, target_of(strip, target, faces), slow, 0, {}, {}, {}};
+    const std::span<const RowBits> use = strip.use();
+    for (std::size_t r = 0; r < use.size(); ++r)
+        for (int x = 0; x < strip.cells(); x += kCellGroup) {
+            const auto group = unsigned(use[r] >> x & 0xffff);
             if (!group) continue;
-            // Items of the group whose place is about to be taken are the first ones.
-            for (std::size_t i = 0; i < 2; ++i) {
-                if (waiting[i].count > last_count[i])
-                    solve_waiting(rows, true, to, target, waiting[i], solved, slow);
-                last_count[i] = waiting[i].count;
-            }
-            rows.first_cell[parity] = int(64 * w) + part;
-            unsigned slow_lanes =
-                look_into_group(block, 64 * w + unsigned(part), group, to, parity, rows, waiting);
-            for (std::size_t i = 0; i < 2; ++i) {
-                last_count[i] = waiting[i].count - last_count[i];
-                solve_waiting(rows, false, to, target, waiting[i], solved, slow);
-            }
-            parity ^= 1;
-            for (; slow_lanes; slow_lanes &= slow_lanes - 1)
-                slow.push_back(int(64 * w) + part + __builtin_ctz(slow_lanes));
+            look_into_group({x, int(r) % strip.size(), int(r) / strip.size()}, group, work);
+            solve_waiting(work);
+            ++work.group;
         }
-    }
-    for (Waiting& left : waiting) solve_waiting(rows, true, to, target, left, solved, slow);
+    for (int rest = 0; rest < 2; ++rest, ++work.group) solve_waiting(work);
     // In an order that doesn't depend on the vector's width.
     std::sort(slow.begin(), slow.end());
     slow.erase(std::unique(slow.begin(), slow.end()), slow.end());
 }
 
-/// Fixed point to voxels, for the nodes of a block. @param from  a component in its eight bricks
-void convert_nodes(const std::array<const Fixed*, 8>& from, int size, Fixed base, float scale,
-                   float shift, float* HWY_RESTRICT to) {
+/// @param from  size of them
+HWY_INLINE void convert_row(const Fixed* HWY_RESTRICT from, int size, Fixed base, float scale,
+                            float shift, float* HWY_RESTRICT to) {
     const hn::CappedTag<float, 8> d;
     const hn::RebindToSigned<decltype(d)> di;
     constexpr auto kLanes = int(hn::MaxLanes(d));
-    const auto voxels = hn::Set(d, scale), more = hn::Set(d, shift);
-    const auto middle = hn::Set(di, base);
+    int x = 0;
+    for (; x + kLanes <= size; x += kLanes) {
+        const auto u = hn::ConvertTo(d, hn::Sub(hn::LoadU(di, from + x), hn::Set(di, base)));
+        hn::StoreU(hn::Add(hn::Mul(u, hn::Set(d, scale)), hn::Set(d, shift)), d, to + x);
+    }
+    for (; x < size; ++x) to[x] = float(from[x] - base) * scale + shift;
+}
+
+void convert_bricks(std::span<const Fixed* const> from, int size, Fixed base, float scale,
+                    float shift, float* to) {
+    const std::size_t along_x = from.size() / 4, last = along_x - 1;
     for (int z = 0; z <= size; ++z)
-        for (int y = 0; y <= size; ++y, to += size + 1) {
+        for (int y = 0; y <= size; ++y) {
             const bool hy = y == size, hz = z == size;
-            const auto corner = std::size_t(2 * hy + 4 * hz);
+            const auto bricks = from.subspan(along_x * (std::size_t(hy) + 2 * std::size_t(hz)));
             const int at = size * ((hy ? 0 : y) + size * (hz ? 0 : z));
-            const Fixed* HWY_RESTRICT row = from[corner] + at;
-            int x = 0;
-            for (; x + kLanes <= size; x += kLanes) {
-                const auto u = hn::ConvertTo(d, hn::Sub(hn::LoadU(di, row + x), middle));
-                hn::StoreU(hn::Add(hn::Mul(u, voxels), more), d, to + x);
-            }
-            for (; x < size; ++x) to[x] = float(row[x] - base) * scale + shift;
-            to[size] = float(from[corner + 1][at] - base) * scale + shift;
+            for (std::size_t b = 0; b < last; ++b, to += size)
+                convert_row(bricks[b] + at, size, base, scale, shift, to);
+            *to++ = float(bricks[last][at] - base) * scale + shift;
         }
+}
+
+void find_moved_rows(const std::array<Fixed*, 3>& u, int size, RowBits* HWY_RESTRICT rows) {
+    const hn::CappedTag<Fixed, 8> d;
+    constexpr auto kLanes = int(hn::MaxLanes(d));
+    const int count = size * size;
+    for (int r = 0, at = 0; r < count; ++r, at += size) {
+        RowBits bits = 0;
+        int x = 0;
+        for (; x + kLanes <= size; x += kLanes) {
+            const auto any = hn::Or(hn::Or(hn::LoadU(d, u[0] + at + x), hn::LoadU(d, u[1] + at + x)),
+                                    hn::LoadU(d, u[2] + at + x));
+            std::uint8_t mask[8] = {};
+            hn::StoreMaskBits(d, hn::Ne(any, hn::Zero(d)), mask);
+            bits |= RowBits(mask[0]) << x;
+        }
+        for (; x < size; ++x)
+            bits |= RowBits((u[0][at + x] | u[1][at + x] | u[2][at + x]) != 0) << x;
+        rows[r] = bits;
+    }
+}
+
+void convert_16_bits(const std::int16_t* HWY_RESTRICT from, int count, float* HWY_RESTRICT to) {
+    const hn::CappedTag<float, 8> d;
+    const hn::RebindToSigned<decltype(d)> di;
+    const hn::Rebind<std::int16_t, decltype(d)> d16;
+    constexpr auto kLanes = int(hn::MaxLanes(d));
+    int x = 0;
+    for (; x + kLanes <= count; x += kLanes)
+        hn::StoreU(hn::ConvertTo(d, hn::PromoteTo(di, hn::LoadU(d16, from + x))), d, to + x);
+    for (; x < count; ++x) to[x] = from[x];
 }
 
 }  // namespace
@@ -307,18 +367,31 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace pliant {
 namespace {
-HWY_EXPORT(write_block);
-HWY_EXPORT(convert_nodes);
+HWY_EXPORT(write_strip);
+HWY_EXPORT(convert_bricks);
+HWY_EXPORT(convert_16_bits);
+HWY_EXPORT(find_moved_rows);
 }  // namespace
 
-void write_cells(const BlockNodes& block, const CellTarget& target, CellFaces faces,
+void write_cells(const StripNodes& strip, const CellTarget& target, CellFaces faces,
                  std::vector<int>& slow) {
-    HWY_DYNAMIC_DISPATCH(write_block)(block, target, faces, slow);
+    HWY_DYNAMIC_DISPATCH(write_strip)(strip, target, faces, slow);
 }
 
-void convert_block_nodes(const std::array<const Fixed*, 8>& from, int size, Fixed base, float scale,
-                         float shift, float* to) {
-    HWY_DYNAMIC_DISPATCH(convert_nodes)(from, size, base, scale, shift, to);
+void convert_displacements(std::span<const Fixed* const> from, int brick_size, Fixed base,
+                           float scale, float shift, float* to) {
+    HWY_DYNAMIC_DISPATCH(convert_bricks)(from, brick_size, base, scale, shift, to);
+}
+
+void find_moved(const std::array<Fixed*, 3>& u, int brick_size, RowBits* rows) {
+    HWY_DYNAMIC_DISPATCH(find_moved_rows)(u, brick_size, rows);
+}
+
+void convert_values(const std::int16_t* from, int count, float* to) {
+    HWY_DYNAMIC_DISPATCH(convert_16_bits)(from, count, to);
+}
+void convert_values(const float* from, int count, float* to) {
+    std::copy_n(from, count, to);
 }
 
 }  // namespace pliant

@@ -9,28 +9,26 @@
 //
 //     s + G(s) = s₁   with   s₁ = J⁻¹(p − c),   G = J⁻¹C,
 //
-// and is solved by s ← s₁ − G(s). That costs a third of a Newton step, and contracts at a rate that
-// is known beforehand from bounds of J⁻¹ and C. They say how many steps a cell needs, and how far
-// s₁ can be from the answer: nearly all voxels that are not in the cell are seen off by s₁ alone.
-// Cells of one material under a push are parallelepipeds: G = 0.
+// and is solved by s ← s₁ − G(s). That costs a quarter of a Newton step, and contracts at a rate
+// that is known beforehand from the sizes of G's coefficients. They say how many steps a cell
+// needs, and how far s₁ can be from the answer: nearly all voxels that are not in the cell are seen
+// off by s₁ alone. Cells of one material under a push are parallelepipeds: G = 0.
 //
 // A group of cells holds as many voxels as cells, but one cell none and the next one four. So the
 // voxels that may lie in a group's cells are listed, and solved a full vector at a time; what is
-// left over waits for the next group's. Flat cells, which need few steps, and bent ones wait apart.
+// left over waits for the next group's. They wait apart by the steps that they need.
 //
-// Every target does the same single-precision operations in the same order on each cell (no fused
-// multiply-add), and cells are taken in groups of kCellGroup whatever the vector's width: so the
-// results are the same bits on each machine.
+// Every target does the same single-precision operations in the same order on each cell, with the
+// same fused multiply-adds (in software where the processor has none), and cells are taken in groups
+// of kCellGroup whatever the vector's width: so the results are the same bits on each machine.
 
 #pragma once
 
 #include <vector>
 
-#include "resample/block_nodes.h"
+#include "resample/strip_nodes.h"
 
 namespace pliant {
-
-inline constexpr int kCellGroup = 16;
 
 /// Which of two cells that share a face writes the voxels on it.
 enum class CellFaces {
@@ -61,16 +59,25 @@ inline void store_inverse(const CellTarget& target, std::ptrdiff_t voxel, Vec3f 
     target.inverse_mm[x + n.x * (y + n.y * z)] = back.x * m[0] + back.y * m[1] + back.z * m[2];
 }
 
-/// Writes the open voxels that lie in cells of `block.use()`, and closes them.
+/// Writes the open voxels that lie in cells of `strip.use()`, and closes them.
 /// @param[out] slow  appended: cells that are folded or nearly so, or reach too far; to be written
 ///                   one by one
-/// @pre !block.is_wild()
-void write_cells(const BlockNodes& block, const CellTarget& target, CellFaces faces,
+/// @pre !strip.is_wild()
+void write_cells(const StripNodes& strip, const CellTarget& target, CellFaces faces,
                  std::vector<int>& slow);
 
-/// Displacements of a block's nodes relative to a base: (u − base)·scale + shift [voxels].
-/// @param from  one component in the eight bricks of the block
-void convert_block_nodes(const std::array<const Fixed*, 8>& from, int size, Fixed base, float scale,
-                         float shift, float* to);
+/// Displacements of a strip's nodes relative to a base: (u − base)·scale + shift.
+/// @param from  one component in the bricks along x, and in those beside them along y, along z, and
+///              along both
+/// @param[out] to  in the order of StripNodes::index
+void convert_displacements(std::span<const Fixed* const> from, int brick_size, Fixed base,
+                           float scale, float shift, float* to);
+
+/// Bit x of row y + brick_size·z: the element moved.
+void find_moved(const std::array<Fixed*, 3>& u, int brick_size, RowBits* rows);
+
+/// A row of original values.
+void convert_values(const std::int16_t* from, int count, float* to);
+void convert_values(const float* from, int count, float* to);
 
 }  // namespace pliant

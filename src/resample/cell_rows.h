@@ -28,58 +28,60 @@ inline constexpr int kMaxSteps = 40;
 /// Steps from which on is watched whether they still move s; fewer are simply taken.
 inline constexpr std::size_t kWatched = 4;
 
-/// Cells that need no more are flat; they wait apart from the others, so that they needn't take the
-/// others' steps with them.
+/// Cells that need more than these steps are bent: their candidates are looked at more closely.
 inline constexpr std::size_t kFlatSteps = 2;
 
 /// What is kept of a cell while its voxels are solved: the rows of CellRows.
 enum Row {
     kRowJ = 0,       ///< J⁻¹, by columns
-    kRowC = 9,       ///< coefficients of C: xy, xz, yz, xyz, each with three components
+    kRowG = 9,       ///< coefficients of G: xy, xz, yz, xyz, each with three components
     kRowS = 21,      ///< s₁ of the first grid point in the bounding box
     kRowBend = 24,   ///< bound of |G|
     kRowValue = 25,  ///< original values at the corners
     kRowBegin = 33,  ///< that grid point, from the cell's lowest corner on
-    kRowPlace = 36,  ///< and from the block's origin on
-    kRowWidth = 39,  ///< bound of |G| by component
-    kRowCount = 42,
+    kRowPlace = 36,  ///< and from the strip's origin on
+    kRowCount = 39,
 };
 
-/// Two groups of cells, so that voxels which are left over from one group can be solved together
-/// with those of the next, in full vectors.
+/// Groups of cells that are kept: one that is made ready, the two before, whose voxels are solved
+/// together in full vectors, and one more to make it a power of two.
+inline constexpr unsigned kKeptGroups = 4;
+
 struct CellRows {
-    alignas(64) float row[kRowCount][2 * kCellGroup];
-    alignas(64) std::int32_t voxel[2 * kCellGroup];  ///< index of kRowPlace
-    int first_cell[2];
+    alignas(64) float row[kRowCount][kKeptGroups * kCellGroup];
+    alignas(64) std::int32_t voxel[kKeptGroups * kCellGroup];  ///< index of kRowPlace
+    int first_cell[kKeptGroups];
 };
 
-/// Voxels to be solved, first to last: number of the cell in CellRows, and 32 times the candidate:
-/// i + 4·j + 16·k steps from the first one.
+/// Voxels to be solved, first to last, each with the lane in CellRows and the candidate, which is
+/// i + 4·j + 16·k steps from the first one. They are solved a group later than listed: memory that
+/// was written in pieces takes a while until it can be read as a whole.
 struct Waiting {
-    alignas(64) std::int32_t item[kCellGroup * (kMaxCandidates + 3)];
+    alignas(64) std::int32_t item[kCellGroup * (2 * kMaxCandidates + 3)];
     int count = 0;
+    int before_last = 0;  ///< of them, from groups before the latest one
+    int oldest = 0;       ///< of them, from groups before that
 };
+inline constexpr int kLaneBits = 6;  ///< of an item: lane in CellRows
+static_assert(1u << kLaneBits == kKeptGroups * kCellGroup);
+constexpr std::int32_t item_of(unsigned lane, int i, int j, int k) {
+    return std::int32_t(lane) | i << kLaneBits | j << (kLaneBits + 2) | k << (kLaneBits + 4);
+}
 
 /// What was found out of a vector of voxels.
 struct Solved {
-    alignas(64) std::int32_t voxel[kCellGroup];  ///< index, from the block's origin on
+    alignas(64) std::int32_t voxel[kCellGroup];  ///< index, from the strip's origin on
     alignas(64) std::int32_t whole[kCellGroup];  ///< value, rounded: of 16-bit targets
     alignas(64) float value[kCellGroup];         ///< of others
     alignas(64) float back[3][kCellGroup];       ///< φ⁻¹(p) − p [voxels], if it is wanted
 };
 
-/// Candidates of a group, from the affine part alone.
-struct Candidates {
-    unsigned found[kMaxCandidates];  ///< bit: lane
-    int along;                       ///< 2 or 4 per axis
-};
-
-/// What is the same for all cells of a block.
-struct BlockTarget {
+/// What is the same for all cells of a strip.
+struct StripTarget {
     Vec3f low, high;          ///< first and last voxel of the target's box, from the origin on
-    bool is_inside;           ///< all that the block reaches lies in the box
+    bool is_inside;           ///< all that the strip reaches lies in the box
     std::int32_t row, slice;  ///< voxels from one row, one layer, to the next
-    std::ptrdiff_t origin;    ///< index of the block's origin
+    std::ptrdiff_t origin;    ///< index of the strip's origin
     Vec3f shift;              ///< of the origin
     float high_slack;
     bool is_16_bit, with_inverse;

@@ -15,11 +15,11 @@
 namespace pliant {
 namespace {
 
-constexpr int kSlabsPerThread = 2;  ///< if there are several; blocks between two are visited twice
+constexpr int kSlabsPerThread = 2;  ///< if there are several; strips between two are visited twice
 constexpr std::size_t kFewBricks = 128;  ///< that one thread writes before another is awake
 constexpr double kReachSlack = 1e-3;     ///< for rounding [voxels]
 
-Box3i voxels_within(const BlockReach& reach, const Box3i& within) {
+Box3i voxels_within(const CellReach& reach, const Box3i& within) {
     Box3i box;
     for (int a = 0; a < 3; ++a) {
         const double low = std::ceil(reach.low[a] - kReachSlack);
@@ -28,6 +28,18 @@ Box3i voxels_within(const BlockReach& reach, const Box3i& within) {
         box.end[a] = int(std::clamp<double>(high, within.begin[a], within.end[a]));
     }
     return box;
+}
+
+/// The smallest box around two, each of which may be empty.
+Box3i hull(const Box3i& a, const Box3i& b) {
+    if (is_empty(a)) return b;
+    if (is_empty(b)) return a;
+    Box3i both;
+    for (int axis = 0; axis < 3; ++axis) {
+        both.begin[axis] = std::min(a.begin[axis], b.begin[axis]);
+        both.end[axis] = std::max(a.end[axis], b.end[axis]);
+    }
+    return both;
 }
 
 std::size_t dense_index(Vec3i p, Vec3i n) {
@@ -51,7 +63,7 @@ OpenVoxels Scatter::look(const Lattice& lattice, Mapping mapping, Volume& deform
     std::swap(m_now, m_before);
     m_now.take(lattice, m_before, m_arena);
     find_dirty(lattice);
-    list_blocks(lattice);
+    list_strips(lattice);
     list_slabs();
     if (m_writers.size() < m_slabs.size()) m_writers.resize(m_slabs.size());
     const ScatterJob job = job_of(lattice, mapping);
@@ -105,12 +117,7 @@ void Scatter::find_dirty(const Lattice& lattice) {
     m_brick_count = {(n.x + size - 1) / size, (n.y + size - 1) / size, (n.z + size - 1) / size};
     m_dirty.assign(dense_count(m_brick_count), 0);
     m_changed.resize(dense_count(m_brick_count), 0);
-    for (const BrickRecord& record : m_now.records()) {
-        const BrickRecord* old = m_before.record_at(record.coord);
-        if (!old || old->stamp != record.stamp) mark_around(lattice, record.coord);
-    }
-    for (const BrickRecord& record : m_before.records())
-        if (!m_now.record_at(record.coord)) mark_around(lattice, record.coord);
+    mark_changes(lattice);
     m_bricks.clear();
     std::size_t i = 0;
     for (int z = 0; z < m_brick_count.z; ++z)
@@ -119,22 +126,36 @@ void Scatter::find_dirty(const Lattice& lattice) {
                 if (m_dirty[i]) m_bricks.push_back({{x, y, z}, m_changed[i] != 0});
 }
 
-/// Marks what the cells at a brick's elements cover at rest, covered before, and cover now.
-void Scatter::mark_around(const Lattice& lattice, Vec3i coord) {
+/// Marks what the cells at changed elements cover at rest, covered before, and cover now.
+void Scatter::mark_changes(const Lattice& lattice) {
     const int size = lattice.brick_size();
-    const Box3i scan = voxel_box(m_original.grid);
-    const Vec3i first = size * coord, one{1, 1, 1};
-    mark({first - one, first + size * one + one}, size);
-    for (const Snapshot* snapshot : {&m_before, &m_now}) {
-        if (snapshot->records().empty()) continue;
-        for (int c = 0; c < 8; ++c) {
-            const Vec3i block = coord - Vec3i{c & 1, c >> 1 & 1, c >> 2};
-            mark(voxels_within(reach_of_block(records_of_block(*snapshot, block), m_original.grid,
-                                              size, block),
-                               scan),
-                 size);
-        }
+    const Box3i scan = voxel_box(m_original.grid), box = hull(m_before.box(), m_now.box());
+    const Vec3i one{1, 1, 1}, first = box.begin - one, n = box.end - first;
+    if (is_empty(box)) return;
+    m_block_flags.assign(dense_count(n), 0);
+    const auto mark_brick = [&](Vec3i coord) {
+        mark({size * coord - one, size * (coord + one) + one}, size);
+        for (int c = 0; c < 8; ++c)
+            m_block_flags[dense_index(coord - Vec3i{c & 1, c >> 1 & 1, c >> 2} - first, n)] = 1;
+    };
+    for (const BrickRecord& record : m_now.records()) {
+        const BrickRecord* old = m_before.record_at(record.coord);
+        if (!old || old->stamp != record.stamp) mark_brick(record.coord);
     }
+    for (const BrickRecord& record : m_before.records())
+        if (!m_now.record_at(record.coord)) mark_brick(record.coord);
+    std::size_t i = 0;
+    for (int z = 0; z < n.z; ++z)
+        for (int y = 0; y < n.y; ++y)
+            for (int x = 0; x < n.x; ++x, ++i) {
+                if (!m_block_flags[i]) continue;
+                const Vec3i block = first + Vec3i{x, y, z};
+                for (const Snapshot* snapshot : {&m_before, &m_now})
+                    mark(voxels_within(reach_of_block(records_of_block(*snapshot, block),
+                                                      m_original.grid, size, block),
+                                       scan),
+                         size);
+            }
 }
 
 void Scatter::mark(Box3i voxels, int brick_size) {
@@ -149,29 +170,33 @@ void Scatter::mark(Box3i voxels, int brick_size) {
                 m_dirty[dense_index({x, y, z}, m_brick_count)] = 1;
 }
 
-/// All blocks that can hold a touched cell and reach into the scan, sorted by coordinate: the same
+/// All strips that can hold a touched cell and reach into the scan, sorted by coordinate: the same
 /// for any history.
-void Scatter::list_blocks(const Lattice& lattice) {
-    m_blocks.clear();
+void Scatter::list_strips(const Lattice& lattice) {
+    m_strips.clear();
     if (m_now.records().empty()) return;
+    const int bricks = bricks_per_strip(lattice.brick_size());
+    const auto strip_of = [bricks](Vec3i block) {
+        return Vec3i{int(std::floor(double(block.x) / bricks)), block.y, block.z};
+    };
     const Box3i box = m_now.box();
-    const Vec3i first = box.begin - Vec3i{1, 1, 1}, n = box.end - first;
+    const Vec3i first = strip_of(box.begin - Vec3i{1, 1, 1});
+    const Vec3i n = strip_of(box.end - Vec3i{1, 1, 1}) + Vec3i{1, 1, 1} - first;
     m_block_flags.assign(dense_count(n), 0);
     for (const BrickRecord& record : m_now.records())
         for (int c = 0; c < 8; ++c)
-            m_block_flags[dense_index(record.coord - Vec3i{c & 1, c >> 1 & 1, c >> 2} - first, n)] =
-                1;
+            m_block_flags[dense_index(
+                strip_of(record.coord - Vec3i{c & 1, c >> 1 & 1, c >> 2}) - first, n)] = 1;
     std::size_t i = 0;
     for (int z = 0; z < n.z; ++z)
         for (int y = 0; y < n.y; ++y)
             for (int x = 0; x < n.x; ++x, ++i) {
                 if (!m_block_flags[i]) continue;
-                const Vec3i coord = first + Vec3i{x, y, z};
-                const Box3i reach =
-                    voxels_within(reach_of_block(records_of_block(m_now, coord), m_original.grid,
-                                                 lattice.brick_size(), coord),
-                                  voxel_box(m_original.grid));
-                if (!is_empty(reach)) m_blocks.push_back({coord, reach});
+                const Vec3i coord{bricks * (first.x + x), first.y + y, first.z + z};
+                const CellReach reach =
+                    reach_of_strip(m_now, m_original.grid, lattice.brick_size(), coord);
+                const Box3i voxels = voxels_within(reach, voxel_box(m_original.grid));
+                if (!is_empty(voxels)) m_strips.push_back({coord, reach, voxels});
             }
 }
 
@@ -230,7 +255,7 @@ CellTarget Scatter::target_of(const Slab& slab, int brick_size, Volume& deformed
 }
 
 ScatterJob Scatter::job_of(const Lattice& lattice, Mapping mapping) const {
-    return {m_original, lattice, m_now, mapping, m_blocks, m_dirty, m_brick_count};
+    return {m_original, lattice, m_now, mapping, m_strips, m_dirty, m_brick_count};
 }
 
 Deformed deform_by_lattice(const Volume& original, const Lattice& lattice, Mapping mapping,

@@ -45,9 +45,9 @@ class Scatter {
     };
 
     void find_dirty(const Lattice& lattice);
-    void mark_around(const Lattice& lattice, Vec3i coord);
+    void mark_changes(const Lattice& lattice);
     void mark(Box3i voxels, int brick_size);
-    void list_blocks(const Lattice& lattice);
+    void list_strips(const Lattice& lattice);
     void list_slabs();
     void list_boxes(int brick_size);
     CellTarget target_of(const Slab& slab, int brick_size, Volume& deformed);
@@ -58,9 +58,9 @@ class Scatter {
     Vec3i m_brick_count{0, 0, 0};
     Snapshot m_now, m_before;
     std::vector<std::uint8_t> m_dirty, m_changed;  ///< per brick of the scan
-    std::vector<std::uint8_t> m_block_flags;
+    std::vector<std::uint8_t> m_block_flags;  ///< of the blocks or strips in some box
     std::vector<DirtyBrick> m_bricks;
-    std::vector<ReachingBlock> m_blocks;
+    std::vector<ReachingStrip> m_strips;
     std::vector<Slab> m_slabs;
     std::vector<SlabWriter> m_writers;
     std::unique_ptr<std::uint8_t[], Free> m_open;  ///< per voxel, all 0 between updates

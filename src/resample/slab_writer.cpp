@@ -43,8 +43,15 @@ std::ptrdiff_t voxel_at(const CellTarget& target, Vec3i p) {
 std::uint8_t* open_at(const CellTarget& target, Vec3i p) {
     return target.open + voxel_at(target, p);
 }
+RowBits low_bits(int count) {
+    return (RowBits(1) << count) - 1;
+}
 void open_row(const CellTarget& target, Vec3i p, int count, RowBits bits) {
     std::uint8_t* open = open_at(target, p);
+    if (bits == low_bits(count)) {
+        std::memset(open, 1, std::size_t(count));
+        return;
+    }
     for (int x = 0; x < count; ++x) open[x] = bits >> x & 1;
 }
 bool any_open_in_row(const std::uint8_t* open, int count) {
@@ -55,9 +62,6 @@ bool any_open_in_row(const std::uint8_t* open, int count) {
     }
     for (; count > 0; --count) any |= *open++;
     return any != 0;
-}
-RowBits low_bits(int count) {
-    return (RowBits(1) << count) - 1;
 }
 
 template <class Visit>
@@ -202,25 +206,27 @@ std::int64_t SlabWriter::write(const ScatterJob& job, const CellTarget& target,
 
 void SlabWriter::scatter(const ScatterJob& job, const CellTarget& target, Mapping mapping,
                          CellFaces faces, bool left) {
-    for (const ReachingBlock& block : job.blocks) {
-        const Box3i reach = overlap(block.reach, target.box);
+    for (const ReachingStrip& strip : job.strips) {
+        const Box3i reach = overlap(strip.voxels, target.box);
         if (is_empty(reach) || !reaches_dirty_brick(job, reach)) continue;
         if (left && !any_open(target, reach)) continue;
-        if (!m_block.load(job.snapshot, job.lattice, job.original, block.coord, target.box.begin.z,
-                          target.box.end.z))
+        if (!m_strip.load(job.snapshot, job.lattice, job.original, strip.coord, strip.reach,
+                          target.box.begin.z, target.box.end.z))
             continue;
-        if (mapping == Mapping::Cells && !m_block.is_wild()) {
+        if (mapping == Mapping::Cells && !m_strip.is_wild()) {
             m_slow.clear();
-            write_cells(m_block, target, faces, m_slow);
+            write_cells(m_strip, target, faces, m_slow);
             for (const int cell : m_slow) write_cell(job, target, mapping, cell);
             m_met_slow |= !m_slow.empty();
             continue;
         }
-        m_met_slow |= m_block.is_wild();
-        const auto use = m_block.use();
-        for (std::size_t w = 0; w < use.size(); ++w)
-            for (RowBits bits = use[w]; bits; bits &= bits - 1)
-                write_cell(job, target, mapping, int(64 * w) + std::countr_zero(bits));
+        m_met_slow |= m_strip.is_wild();
+        const auto use = m_strip.use();
+        for (std::size_t r = 0; r < use.size(); ++r)
+            for (RowBits bits = use[r]; bits; bits &= bits - 1)
+                write_cell(job, target, mapping,
+                           m_strip.index(std::countr_zero(bits), int(r) % m_strip.size(),
+                                         int(r) / m_strip.size()));
     }
 }
 
@@ -228,11 +234,11 @@ void SlabWriter::scatter(const ScatterJob& job, const CellTarget& target, Mappin
 void SlabWriter::write_cell(const ScatterJob& job, const CellTarget& target, Mapping mapping,
                             int cell) {
     const Vec3d scale = voxels_per_unit(job.lattice.grid());
-    const Vec3i local = m_block.local(cell), first = m_block.first_element() + local;
+    const Vec3i local = m_strip.local(cell), first = m_strip.first_element() + local;
     std::array<Vec3d, 8> points;
     for (int c = 0; c < 8; ++c) {
         const Vec3i corner{c & 1, c >> 1 & 1, c >> 2};
-        const Vec3<Fixed> u = m_block.displacement(local + corner);
+        const Vec3<Fixed> u = m_strip.displacement(local + corner);
         for (int a = 0; a < 3; ++a) points[std::size_t(c)][a] = corner[a] + scale[a] * u[a];
     }
     Box3i candidates;

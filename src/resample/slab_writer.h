@@ -3,7 +3,7 @@
 
 // Writes the voxels of a slab: some layers of bricks, one task.
 //
-// Work is divided by the place where it is written. Each task visits the blocks of cells that may
+// Work is divided by the place where it is written. Each task visits the strips of cells that may
 // reach into its slab, in one fixed order, and the first cell to cover a voxel writes it; so no two
 // threads write one voxel, and the result doesn't depend on their number.
 
@@ -30,10 +30,11 @@ struct DirtyBrick {
     bool is_changeable = false;
 };
 
-/// A block of cells, and the voxels that it may cover.
-struct ReachingBlock {
+/// A strip of cells, named by its first brick, and the voxels that it may cover.
+struct ReachingStrip {
     Vec3i coord;
-    Box3i reach;
+    CellReach reach;
+    Box3i voxels;  ///< of the scan, within reach
 };
 
 /// What all slabs share.
@@ -42,7 +43,7 @@ struct ScatterJob {
     const Lattice& lattice;
     const Snapshot& snapshot;
     Mapping mapping;
-    std::span<const ReachingBlock> blocks;  ///< sorted by coordinate
+    std::span<const ReachingStrip> strips;  ///< sorted by coordinate
     std::span<const std::uint8_t> dirty;    ///< per brick of the scan
     Vec3i bricks;                           ///< of the scan
 };
@@ -58,12 +59,12 @@ class SlabWriter {
                        std::span<const DirtyBrick> bricks);
 
   private:
-    /// @param left  only blocks that reach voxels that are still open
+    /// @param left  only strips that reach voxels that are still open
     void scatter(const ScatterJob& job, const CellTarget& target, Mapping mapping, CellFaces faces,
                  bool left);
     void write_cell(const ScatterJob& job, const CellTarget& target, Mapping mapping, int cell);
 
-    BlockNodes m_block;
+    StripNodes m_strip;
     std::vector<int> m_slow;
     bool m_met_slow = false;
 };

@@ -8,6 +8,7 @@
 #include <span>
 
 #include "core/hash.h"
+#include "resample/cell_kernel.h"
 
 namespace pliant {
 namespace {
@@ -24,23 +25,31 @@ std::uint64_t stamp_of(const Brick* brick, const std::uint8_t* edits, int elemen
     return hash.value();
 }
 
-void find_altered_rows(const BrickRecord& record, int size, RowBits* rows) {
-    if (record.is_full()) {
-        std::fill_n(rows, size * size, (RowBits(1) << size) - 1);
+bool moved_as_a_whole(const BrickRecord& record) {
+    const Vec3<Fixed>&low = record.u_min, &high = record.u_max;
+    return low.x > 0 || low.y > 0 || low.z > 0 || high.x < 0 || high.y < 0 || high.z < 0;
+}
+
+void find_altered_rows(BrickRecord& record, int size, RowBits* rows) {
+    const RowBits all = (RowBits(1) << size) - 1;
+    const auto count = std::size_t(size) * std::size_t(size);
+    record.is_full = moved_as_a_whole(record);
+    if (record.is_full) {
+        std::fill_n(rows, count, all);
         return;
     }
-    for (int r = 0; r < size * size; ++r) {
-        RowBits bits = 0;
-        if (const Brick* brick = record.brick)
-            for (int x = 0; x < size; ++x) {
-                const int n = r * size + x;
-                bits |= RowBits((brick->u[0][n] | brick->u[1][n] | brick->u[2][n]) != 0) << x;
-            }
-        if (record.edits)
+    if (record.brick)
+        find_moved(record.brick->u, size, rows);
+    else
+        std::fill_n(rows, count, 0);
+    if (record.edits)
+        for (std::size_t r = 0; r < count; ++r)
             for (int x = 0; x < size; ++x)
-                bits |= RowBits((record.edits[r * size + x] & kVoid) != 0) << x;
-        rows[r] = bits;
-    }
+                rows[r] |= RowBits((record.edits[r * std::size_t(size) + std::size_t(x)] & kVoid) !=
+                                   0)
+                           << x;
+    record.is_full =
+        std::all_of(rows, rows + count, [all](RowBits row) { return row == all; });
 }
 
 }  // namespace
@@ -55,10 +64,13 @@ void Snapshot::take(const Lattice& lattice, const Snapshot& before, const TaskAr
         for (auto n = std::size_t(begin); n < std::size_t(end); ++n) {
             RowBits* rows = m_rows.data() + n * m_rows_per_brick;
             const int old = before.find(m_records[n].coord);
-            if (old >= 0 && before.m_records[std::size_t(old)].stamp == m_records[n].stamp)
-                std::copy_n(before.altered_rows(old), m_rows_per_brick, rows);
-            else
-                find_altered_rows(m_records[n], size, rows);
+            BrickRecord& record = m_records[n];
+            if (old < 0 || before.m_records[std::size_t(old)].stamp != record.stamp) {
+                find_altered_rows(record, size, rows);
+                continue;
+            }
+            record.is_full = before.m_records[std::size_t(old)].is_full;
+            std::copy_n(before.altered_rows(old), m_rows_per_brick, rows);
         }
     };
     // By reference: a copy of the captures would be allocated.

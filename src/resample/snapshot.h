@@ -24,11 +24,7 @@ struct BrickRecord {
     const std::uint8_t* edits;  ///< null: none; likewise
     std::uint64_t stamp;        ///< differs whenever displacements or edits do
     Vec3<Fixed> u_min, u_max;
-    /// Whether every element is known to have moved; found from the bounds.
-    bool is_full() const {
-        return u_min.x > 0 || u_min.y > 0 || u_min.z > 0 || u_max.x < 0 || u_max.y < 0 ||
-               u_max.z < 0;
-    }
+    bool is_full = false;  ///< every element moved or is void
 };
 
 class Snapshot {

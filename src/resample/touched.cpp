@@ -69,7 +69,7 @@ RowBits low_bits(int count) {
 /// find out.
 bool fill_if_full(const Snapshot& snapshot, int size, Vec3i coord, RowBits* rows) {
     const BrickRecord* record = snapshot.record_at(coord);
-    if (!record || !record->is_full()) return false;
+    if (!record || !record->is_full) return false;
     std::fill_n(rows, size * size, low_bits(size));
     return true;
 }

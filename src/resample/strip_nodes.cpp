@@ -1,0 +1,268 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "resample/strip_nodes.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "chainmail/cell_block.h"
+#include "resample/cell_kernel.h"
+#include "resample/touched.h"
+
+namespace pliant {
+namespace {
+
+/// Widest vector, in lanes, that reads beyond the last node.
+constexpr int kPadding = 16;
+/// Differences of displacement within a strip above which it is wild [voxels].
+constexpr double kWild = 64;
+/// Slack of a layer's reach for rounding [voxels].
+constexpr float kLayerSlack = 1e-3f;
+constexpr int kFixedPerLine = 64 / int(sizeof(Fixed));  ///< of the cache
+
+}  // namespace
+
+BlockRecords records_of_block(const Snapshot& snapshot, Vec3i coord) {
+    BlockRecords records;
+    for (int c = 0; c < 8; ++c)
+        records[std::size_t(c)] = snapshot.record_at(coord + Vec3i{c & 1, c >> 1 & 1, c >> 2});
+    return records;
+}
+
+namespace {
+
+/// Adds a brick's bounds. @param record  null: at rest
+void include(const BrickRecord* record, Vec3<Fixed>& low, Vec3<Fixed>& high) {
+    for (int a = 0; a < 3; ++a) {
+        low[a] = std::min(low[a], record ? record->u_min[a] : 0);
+        high[a] = std::max(high[a], record ? record->u_max[a] : 0);
+    }
+}
+
+CellReach reach_of(Vec3i first, Vec3i size, Vec3<Fixed> low, Vec3<Fixed> high, Vec3d scale) {
+    CellReach reach;
+    for (int a = 0; a < 3; ++a) {
+        reach.low[a] = first[a] + scale[a] * low[a];
+        reach.high[a] = first[a] + size[a] + scale[a] * high[a];
+    }
+    return reach;
+}
+
+constexpr Vec3<Fixed> kHighest{INT32_MAX, INT32_MAX, INT32_MAX};
+constexpr Vec3<Fixed> kLowest{INT32_MIN, INT32_MIN, INT32_MIN};
+
+}  // namespace
+
+CellReach reach_of_block(const BlockRecords& records, const Grid& grid, int brick_size,
+                         Vec3i coord) {
+    Vec3<Fixed> low = kHighest, high = kLowest;
+    for (const BrickRecord* record : records) include(record, low, high);
+    return reach_of(brick_size * coord, {brick_size, brick_size, brick_size}, low, high,
+                    voxels_per_unit(grid));
+}
+
+CellReach reach_of_strip(const Snapshot& snapshot, const Grid& grid, int brick_size, Vec3i coord) {
+    const int bricks = bricks_per_strip(brick_size);
+    Vec3<Fixed> low = kHighest, high = kLowest;
+    for (int z = 0; z <= 1; ++z)
+        for (int y = 0; y <= 1; ++y)
+            for (int x = 0; x <= bricks; ++x)
+                include(snapshot.record_at(coord + Vec3i{x, y, z}), low, high);
+    return reach_of(brick_size * coord, {bricks * brick_size, brick_size, brick_size}, low, high,
+                    voxels_per_unit(grid));
+}
+
+void StripNodes::resize(int brick_size) {
+    if (brick_size == m_size) return;
+    m_size = brick_size;
+    m_bricks = bricks_per_strip(brick_size);
+    m_row = m_bricks * brick_size + 1;
+    const auto side = std::size_t(m_size);
+    // The last cell's highest corner, and a vector that starts there.
+    const std::size_t padded = std::size_t(slice()) * (side + 1) + kPadding;
+    for (auto& component : m_u) component.assign(padded, 0);
+    m_values.assign(padded, 0);
+    m_use.assign(side * side, 0);
+    m_records.assign(4 * std::size_t(m_bricks + 1), nullptr);
+    m_from.assign(m_records.size(), nullptr);
+    m_at_rest.assign(side * side * side, 0);
+}
+
+bool StripNodes::load(const Snapshot& snapshot, const Lattice& lattice, const Volume& original,
+                      Vec3i coord, const CellReach& reach, int begin_z, int end_z) {
+    resize(lattice.brick_size());
+    m_first = m_origin = m_size * coord;
+    for (int z = 0; z <= 1; ++z)
+        for (int y = 0; y <= 1; ++y)
+            for (int x = 0; x <= m_bricks; ++x)
+                m_records[std::size_t(x + (m_bricks + 1) * (y + 2 * z))] =
+                    snapshot.record_at(coord + Vec3i{x, y, z});
+    m_reach = reach;
+    if (!find_use(snapshot, lattice, coord)) return false;
+    // Indices of voxels are whole numbers of 32 bits.
+    const Vec3i n = lattice.grid().size;
+    m_is_wild = double(n.x) * n.y * (2 * m_size + 2 * kWild) > INT32_MAX;
+    const Vec3i size{cells(), m_size, m_size};
+    for (int a = 0; a < 3; ++a) m_is_wild |= m_reach.high[a] - m_reach.low[a] > size[a] + kWild;
+    if (m_is_wild) return true;
+    load_displacements(lattice.grid(), 2);
+    if (!keep_layers_within(begin_z, end_z)) return false;
+    load_displacements(lattice.grid(), 0);
+    load_displacements(lattice.grid(), 1);
+    load_values(original);
+    fetch_ahead(snapshot, coord);
+    return true;
+}
+
+bool StripNodes::find_use(const Snapshot& snapshot, const Lattice& lattice, Vec3i coord) {
+    std::array<RowBits, 32 * 32> rows;
+    std::fill(m_use.begin(), m_use.end(), 0);
+    bool any = false;
+    for (int x = 0; x < m_bricks; ++x) {
+        if (!touched_rows(snapshot, m_size, coord + Vec3i{x, 0, 0}, rows.data())) continue;
+        any = true;
+        for (std::size_t r = 0; r < m_use.size(); ++r) m_use[r] |= rows[r] << (x * m_size);
+    }
+    if (!any) return false;
+    const bool edited = std::any_of(m_records.begin(), m_records.end(),
+                                    [](const auto* record) { return record && record->edits; });
+    if (edited || lattice.is_void({-1, 0, 0})) drop_broken_cells(lattice);
+    return true;
+}
+
+void StripNodes::drop_broken_cells(const Lattice& lattice) {
+    const bool bounded = lattice.is_void({-1, 0, 0});
+    const Vec3i size = lattice.grid().size;
+    for (int z = 0; z < m_size; ++z)
+        for (int y = 0; y < m_size; ++y)
+            for (int x = 0; x < cells(); ++x) {
+                const Vec3i low = m_first + Vec3i{x, y, z};
+                const bool beyond = low.x < 0 || low.y < 0 || low.z < 0 || low.x + 1 >= size.x ||
+                                    low.y + 1 >= size.y || low.z + 1 >= size.z;
+                if (!(bounded && beyond) && cell_is_whole(*this, {x, y, z})) continue;
+                m_use[std::size_t(y + m_size * z)] &= ~(RowBits(1) << x);
+            }
+}
+
+/// @param[out] element  index in the brick
+const BrickRecord* StripNodes::record_of(Vec3i p, int& element) const {
+    const bool hy = p.y == m_size, hz = p.z == m_size;
+    element = p.x % m_size + m_size * ((hy ? 0 : p.y) + m_size * (hz ? 0 : p.z));
+    return record(p.x / m_size, hy, hz);
+}
+
+Vec3<Fixed> StripNodes::displacement(Vec3i p) const {
+    int n;
+    const BrickRecord* found = record_of(p, n);
+    if (!found || !found->brick) return {0, 0, 0};
+    return {found->brick->u[0][n], found->brick->u[1][n], found->brick->u[2][n]};
+}
+
+int StripNodes::edits(Vec3i p) const {
+    int n;
+    const BrickRecord* found = record_of(p, n);
+    return found && found->edits ? found->edits[n] : 0;
+}
+
+/// Bricks lie anywhere in memory. What the next strip along x will be the first to read is asked
+/// for now: its bricks, and faces and edges of their neighbours. Processors may ignore the wish
+/// where they don't know the page yet, so one element of each component is really read.
+void StripNodes::fetch_ahead(const Snapshot& snapshot, Vec3i coord) {
+    const int layer = m_size * m_size, count = m_size * layer;
+    const auto fetch = [&](Vec3i offset, int row_count, int row_step, int row_size) {
+        const BrickRecord* next = snapshot.record_at(coord + offset);
+        if (!next || !next->brick) return;
+        for (const Fixed* u : next->brick->u) m_ignored = *u;
+        for (const Fixed* u : next->brick->u)
+            for (int row = 0; row < row_count; ++row)
+                for (int n = 0; n < row_size; n += kFixedPerLine)
+                    __builtin_prefetch(u + row * row_step + n);
+    };
+    for (int x = m_bricks + 1; x <= 2 * m_bricks; ++x) {
+        fetch({x, 0, 0}, 1, 0, count);
+        fetch({x, 1, 0}, m_size, layer, m_size);
+        fetch({x, 0, 1}, 1, 0, layer);
+        fetch({x, 1, 1}, 1, 0, m_size);
+    }
+}
+
+void StripNodes::load_displacements(const Grid& grid, int axis) {
+    const Fixed base = displacement({cells() / 2, m_size / 2, m_size / 2})[axis];
+    const double scale = voxels_per_unit(grid)[axis], voxels = scale * base;
+    const int whole = int(std::lround(voxels));
+    m_origin[axis] = m_first[axis] + whole;
+    for (std::size_t b = 0; b < m_records.size(); ++b)
+        m_from[b] = m_records[b] && m_records[b]->brick ? m_records[b]->brick->u[std::size_t(axis)]
+                                                        : m_at_rest.data();
+    convert_displacements(m_from, m_size, base, float(scale / 8), float((voxels - whole) / 8),
+                          m_u[std::size_t(axis)].data());
+}
+
+/// Takes away the layers of cells that are wholly beyond the given layers of voxels.
+bool StripNodes::keep_layers_within(int begin_z, int end_z) {
+    if (m_reach.low.z >= begin_z && m_reach.high.z <= end_z - 1) return true;
+    std::array<float, 33> low, high;
+    for (int z = 0; z <= m_size; ++z) {
+        const float* u = m_u[2].data() + z * slice();
+        const auto [least, most] = std::minmax_element(u, u + slice());
+        low[std::size_t(z)] = float(m_origin.z + z) + 8 * *least - kLayerSlack;
+        high[std::size_t(z)] = float(m_origin.z + z) + 8 * *most + kLayerSlack;
+    }
+    bool any = false;
+    for (int z = 0; z < m_size; ++z) {
+        const auto k = std::size_t(z);
+        if (std::max(high[k], high[k + 1]) >= float(begin_z) &&
+            std::min(low[k], low[k + 1]) <= float(end_z - 1)) {
+            any = true;
+            continue;
+        }
+        std::fill_n(m_use.begin() + z * m_size, m_size, 0);
+    }
+    return any;
+}
+
+void StripNodes::load_values(const Volume& original) {
+    const Grid& grid = original.grid;
+    const Box3i box = voxel_box(grid);
+    const Vec3i last = m_first + Vec3i{cells(), m_size, m_size};
+    const bool inside = contains(box, m_first) && contains(box, last);
+    std::visit(
+        [&](const auto& voxels) {
+            float* to = m_values.data();
+            for (int z = m_first.z; z <= last.z; ++z)
+                for (int y = m_first.y; y <= last.y; ++y, to += m_row) {
+                    if (inside) {
+                        convert_values(voxels.data() + voxel_index(grid, {m_first.x, y, z}), m_row,
+                                       to);
+                        continue;
+                    }
+                    for (int x = 0; x < m_row; ++x) {
+                        const Vec3i e{m_first.x + x, y, z};
+                        to[x] =
+                            contains(box, e) ? float(voxels[voxel_index(grid, e)]) : float(kAirHu);
+                    }
+                }
+        },
+        original.voxels);
+}
+
+bool cell_is_whole(const StripNodes& strip, Vec3i cell) {
+    std::array<int, 8> edits;
+    for (int c = 0; c < 8; ++c) {
+        edits[std::size_t(c)] = strip.edits(cell + Vec3i{c & 1, c >> 1 & 1, c >> 2});
+        if (edits[std::size_t(c)] & kVoid) return false;
+    }
+    constexpr int kCut[3] = {kCutX, kCutY, kCutZ};
+    for (int c = 0; c < 8; ++c)
+        for (int axis = 0; axis < 3; ++axis) {
+            if (c >> axis & 1 || !(edits[std::size_t(c)] & kCut[axis])) continue;
+            const int d = c | 1 << axis;
+            if (strip.displacement(cell + Vec3i{c & 1, c >> 1 & 1, c >> 2}) !=
+                strip.displacement(cell + Vec3i{d & 1, d >> 1 & 1, d >> 2}))
+                return false;
+        }
+    return true;
+}
+
+}  // namespace pliant

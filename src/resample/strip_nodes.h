@@ -1,0 +1,113 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// A strip of cells, laid out for vector lanes.
+//
+// A strip is some bricks in a row along x, so many that a row of their cells fills a vector. The
+// corners of its cells are its nodes: the bricks' elements and the next layer on the high sides.
+// Nodes are numbered n = x + row·(y + row_count·z), and a cell has the number of its lowest corner.
+// So corner c of cells n, n + 1, … is at n + offset(c), n + 1 + offset(c), …: neighbouring lanes
+// load neighbouring numbers, without any gather.
+//
+// Displacements are single precision relative to a whole-voxel shift of the strip, so that they
+// keep full precision however far it went.
+
+#pragma once
+
+#include <pliant/volume.h>
+
+#include <array>
+#include <span>
+#include <vector>
+
+#include "resample/snapshot.h"
+
+namespace pliant {
+
+/// Cells that are inverted together, whatever the vector's width.
+inline constexpr int kCellGroup = 16;
+
+/// Bricks of a strip: as many as it takes to fill a group of cells.
+constexpr int bricks_per_strip(int brick_size) {
+    return brick_size < kCellGroup ? kCellGroup / brick_size : 1;
+}
+
+/// Places in the same order as cell corners: c & 1, c >> 1 & 1, c >> 2.
+using BlockRecords = std::array<const BrickRecord*, 8>;
+
+/// The bricks that hold the corners of a brick's cells; null: at rest.
+BlockRecords records_of_block(const Snapshot& snapshot, Vec3i coord);
+
+/// Where the corners of some bricks' cells are now [voxels], from the bounds of the bricks.
+struct CellReach {
+    Vec3d low, high;
+};
+CellReach reach_of_block(const BlockRecords& records, const Grid& grid, int brick_size,
+                         Vec3i coord);
+/// @param coord  the strip's first brick
+CellReach reach_of_strip(const Snapshot& snapshot, const Grid& grid, int brick_size, Vec3i coord);
+
+class StripNodes {
+  public:
+    /// Loads the cells that can write layers begin_z…end_z, and original values at their corners.
+    /// @param coord  the strip's first brick. @param reach  of the strip
+    /// @returns whether there are any
+    bool load(const Snapshot& snapshot, const Lattice& lattice, const Volume& original, Vec3i coord,
+              const CellReach& reach, int begin_z, int end_z);
+
+    /// Rows of cells are size() by size(), cells() long.
+    int size() const { return m_size; }
+    int cells() const { return m_row - 1; }
+    int row() const { return m_row; }
+    int slice() const { return m_row * (m_size + 1); }
+    int index(int x, int y, int z) const { return x + m_row * y + slice() * z; }
+    /// Inverse of index().
+    Vec3i local(int n) const { return {n % m_row, n / m_row % (m_size + 1), n / slice()}; }
+    Vec3i first_element() const { return m_first; }
+    /// Place that u is relative to: first_element() and the strip's whole-voxel shift.
+    Vec3i origin() const { return m_origin; }
+    /// [eighths of… voxels / 8: what cells take the sum of], padded by a vector's width
+    const float* eighth_u(int axis) const { return m_u[std::size_t(axis)].data(); }
+    const float* values() const { return m_values.data(); }
+    /// Bit x of row y + size()·z: the cell is written.
+    std::span<const RowBits> use() const { return m_use; }
+    /// Displacements differ too much for single precision: cells go one by one.
+    bool is_wild() const { return m_is_wild; }
+    /// Exact displacement of a node.
+    Vec3<Fixed> displacement(Vec3i local) const;
+    /// The node's flags (ElementEdit).
+    int edits(Vec3i local) const;
+    const CellReach& reach() const { return m_reach; }
+
+  private:
+    void resize(int brick_size);
+    bool find_use(const Snapshot& snapshot, const Lattice& lattice, Vec3i coord);
+    void drop_broken_cells(const Lattice& lattice);
+    void fetch_ahead(const Snapshot& snapshot, Vec3i coord);
+    void load_displacements(const Grid& grid, int axis);
+    bool keep_layers_within(int begin_z, int end_z);
+    void load_values(const Volume& original);
+    const BrickRecord* record(int brick, int hy, int hz) const {
+        return m_records[std::size_t(brick + (m_bricks + 1) * (hy + 2 * hz))];
+    }
+    const BrickRecord* record_of(Vec3i local, int& element) const;
+
+    int m_size = 0, m_bricks = 0, m_row = 0;
+    Vec3i m_first{}, m_origin{};
+    std::vector<const BrickRecord*> m_records;  ///< along x, then two along y, two along z
+    CellReach m_reach{};
+    bool m_is_wild = false;
+    std::array<std::vector<float>, 3> m_u;
+    std::vector<float> m_values;
+    std::vector<RowBits> m_use;
+    std::vector<const Fixed*> m_from;  ///< one component in all bricks
+    std::vector<Fixed> m_at_rest;      ///< a brick of zeros
+    volatile Fixed m_ignored = 0;      ///< what is read only so that its page is known
+};
+
+/// Whether a cell hangs together: no corner is void, and where a link along one of its twelve edges
+/// is cut, the two ends moved alike. A cut without any motion opens no gap, so such a cell is
+/// written as if it were whole; it is gone as soon as the cut opens.
+bool cell_is_whole(const StripNodes& strip, Vec3i cell);
+
+}  // namespace pliant
