@@ -62,6 +62,7 @@ Scatter::Scatter(const Volume& original, const TaskArena& arena)
 OpenVoxels Scatter::look(const Lattice& lattice, Mapping mapping, Volume& deformed) {
     std::swap(m_now, m_before);
     m_now.take(lattice, m_before, m_arena);
+    m_touched.find(m_now, lattice.brick_size(), m_arena);
     find_dirty(lattice);
     list_strips(lattice);
     list_slabs();
@@ -174,30 +175,17 @@ void Scatter::mark(Box3i voxels, int brick_size) {
 /// for any history.
 void Scatter::list_strips(const Lattice& lattice) {
     m_strips.clear();
-    if (m_now.records().empty()) return;
     const int bricks = bricks_per_strip(lattice.brick_size());
-    const auto strip_of = [bricks](Vec3i block) {
-        return Vec3i{int(std::floor(double(block.x) / bricks)), block.y, block.z};
-    };
-    const Box3i box = m_now.box();
-    const Vec3i first = strip_of(box.begin - Vec3i{1, 1, 1});
-    const Vec3i n = strip_of(box.end - Vec3i{1, 1, 1}) + Vec3i{1, 1, 1} - first;
-    m_block_flags.assign(dense_count(n), 0);
-    for (const BrickRecord& record : m_now.records())
-        for (int c = 0; c < 8; ++c)
-            m_block_flags[dense_index(
-                strip_of(record.coord - Vec3i{c & 1, c >> 1 & 1, c >> 2}) - first, n)] = 1;
-    std::size_t i = 0;
-    for (int z = 0; z < n.z; ++z)
-        for (int y = 0; y < n.y; ++y)
-            for (int x = 0; x < n.x; ++x, ++i) {
-                if (!m_block_flags[i]) continue;
-                const Vec3i coord{bricks * (first.x + x), first.y + y, first.z + z};
-                const CellReach reach =
-                    reach_of_strip(m_now, m_original.grid, lattice.brick_size(), coord);
-                const Box3i voxels = voxels_within(reach, voxel_box(m_original.grid));
-                if (!is_empty(voxels)) m_strips.push_back({coord, reach, voxels});
-            }
+    Vec3i last{INT32_MIN, 0, 0};
+    for (const Vec3i brick : m_touched.bricks()) {
+        const Vec3i coord{bricks * int(std::floor(double(brick.x) / bricks)), brick.y, brick.z};
+        if (coord == last) continue;
+        last = coord;
+        const CellReach reach =
+            reach_of_strip(m_now, m_original.grid, lattice.brick_size(), coord);
+        const Box3i voxels = voxels_within(reach, voxel_box(m_original.grid));
+        if (!is_empty(voxels)) m_strips.push_back({coord, reach, voxels});
+    }
 }
 
 /// m_bricks is sorted by layer.
@@ -255,7 +243,7 @@ CellTarget Scatter::target_of(const Slab& slab, int brick_size, Volume& deformed
 }
 
 ScatterJob Scatter::job_of(const Lattice& lattice, Mapping mapping) const {
-    return {m_original, lattice, m_now, mapping, m_strips, m_dirty, m_brick_count};
+    return {m_original, lattice, m_now, m_touched, mapping, m_strips, m_dirty, m_brick_count};
 }
 
 Deformed deform_by_lattice(const Volume& original, const Lattice& lattice, Mapping mapping,

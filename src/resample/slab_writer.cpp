@@ -10,7 +10,6 @@
 
 #include "chainmail/cell_block.h"
 #include "chainmail/tetrahedra.h"
-#include "resample/touched.h"
 #include "resample/trilinear_cell.h"
 
 namespace pliant {
@@ -147,7 +146,7 @@ OpenVoxels SlabWriter::open(const ScatterJob& job, const CellTarget& target,
         const Box3i box = box_of_brick(job.lattice, brick.coord);
         const int width = box.end.x - box.begin.x;
         brick.is_changeable = false;
-        changeable_rows(job.snapshot, size, brick.coord, rows.data());
+        job.touched.changeable_rows(brick.coord, rows.data());
         for_each_row(box, [&](Vec3i p) {
             const Vec3i local = p - size * brick.coord;
             const RowBits bits = rows[std::size_t(local.y + size * local.z)] & low_bits(width);
@@ -210,8 +209,8 @@ void SlabWriter::scatter(const ScatterJob& job, const CellTarget& target, Mappin
         const Box3i reach = overlap(strip.voxels, target.box);
         if (is_empty(reach) || !reaches_dirty_brick(job, reach)) continue;
         if (left && !any_open(target, reach)) continue;
-        if (!m_strip.load(job.snapshot, job.lattice, job.original, strip.coord, strip.reach,
-                          target.box.begin.z, target.box.end.z))
+        if (!m_strip.load(job.snapshot, job.touched, job.lattice, job.original, strip.coord,
+                          strip.reach, target.box.begin.z, target.box.end.z))
             continue;
         if (mapping == Mapping::Cells && !m_strip.is_wild()) {
             m_slow.clear();

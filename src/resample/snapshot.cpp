@@ -82,6 +82,8 @@ void Snapshot::list_records(const Lattice& lattice) {
     m_records.clear();
     m_has_edits = !lattice.all_edits().empty();
     lattice.for_each_brick([&](const Brick& brick) {
+        // A drag keeps bricks for all that it may reach.
+        if (is_at_rest(brick) && !brick.edits) return;
         m_records.push_back({brick.coord, &brick, brick.edits, stamp_of(&brick, brick.edits, count),
                              brick.u_min, brick.u_max});
     });

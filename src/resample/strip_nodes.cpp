@@ -8,7 +8,6 @@
 
 #include "chainmail/cell_block.h"
 #include "resample/cell_kernel.h"
-#include "resample/touched.h"
 
 namespace pliant {
 namespace {
@@ -89,8 +88,9 @@ void StripNodes::resize(int brick_size) {
     m_at_rest.assign(side * side * side, 0);
 }
 
-bool StripNodes::load(const Snapshot& snapshot, const Lattice& lattice, const Volume& original,
-                      Vec3i coord, const CellReach& reach, int begin_z, int end_z) {
+bool StripNodes::load(const Snapshot& snapshot, const TouchedCells& touched, const Lattice& lattice,
+                      const Volume& original, Vec3i coord, const CellReach& reach, int begin_z,
+                      int end_z) {
     resize(lattice.brick_size());
     m_first = m_origin = m_size * coord;
     for (int z = 0; z <= 1; ++z)
@@ -99,7 +99,7 @@ bool StripNodes::load(const Snapshot& snapshot, const Lattice& lattice, const Vo
                 m_records[std::size_t(x + (m_bricks + 1) * (y + 2 * z))] =
                     snapshot.record_at(coord + Vec3i{x, y, z});
     m_reach = reach;
-    if (!find_use(snapshot, lattice, coord)) return false;
+    if (!find_use(touched, lattice, coord)) return false;
     // Indices of voxels are whole numbers of 32 bits.
     const Vec3i n = lattice.grid().size;
     m_is_wild = double(n.x) * n.y * (2 * m_size + 2 * kWild) > INT32_MAX;
@@ -115,12 +115,12 @@ bool StripNodes::load(const Snapshot& snapshot, const Lattice& lattice, const Vo
     return true;
 }
 
-bool StripNodes::find_use(const Snapshot& snapshot, const Lattice& lattice, Vec3i coord) {
-    std::array<RowBits, 32 * 32> rows;
+bool StripNodes::find_use(const TouchedCells& touched, const Lattice& lattice, Vec3i coord) {
     std::fill(m_use.begin(), m_use.end(), 0);
     bool any = false;
     for (int x = 0; x < m_bricks; ++x) {
-        if (!touched_rows(snapshot, m_size, coord + Vec3i{x, 0, 0}, rows.data())) continue;
+        const RowBits* rows = touched.rows(coord + Vec3i{x, 0, 0});
+        if (!rows) continue;
         any = true;
         for (std::size_t r = 0; r < m_use.size(); ++r) m_use[r] |= rows[r] << (x * m_size);
     }

@@ -20,7 +20,7 @@
 #include <span>
 #include <vector>
 
-#include "resample/snapshot.h"
+#include "resample/touched.h"
 
 namespace pliant {
 
@@ -52,8 +52,8 @@ class StripNodes {
     /// Loads the cells that can write layers begin_z…end_z, and original values at their corners.
     /// @param coord  the strip's first brick. @param reach  of the strip
     /// @returns whether there are any
-    bool load(const Snapshot& snapshot, const Lattice& lattice, const Volume& original, Vec3i coord,
-              const CellReach& reach, int begin_z, int end_z);
+    bool load(const Snapshot& snapshot, const TouchedCells& touched, const Lattice& lattice,
+              const Volume& original, Vec3i coord, const CellReach& reach, int begin_z, int end_z);
 
     /// Rows of cells are size() by size(), cells() long.
     int size() const { return m_size; }
@@ -81,7 +81,7 @@ class StripNodes {
 
   private:
     void resize(int brick_size);
-    bool find_use(const Snapshot& snapshot, const Lattice& lattice, Vec3i coord);
+    bool find_use(const TouchedCells& touched, const Lattice& lattice, Vec3i coord);
     void drop_broken_cells(const Lattice& lattice);
     void fetch_ahead(const Snapshot& snapshot, Vec3i coord);
     void load_displacements(const Grid& grid, int axis);

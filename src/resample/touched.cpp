@@ -5,104 +5,127 @@
 
 #include <algorithm>
 #include <array>
+#include <functional>
 
 namespace pliant {
 namespace {
 
 constexpr int kLargestBrick = 32;
+constexpr std::int64_t kBricksPerTask = 64;
 
-/// Rows of a brick and of one layer around it: element (x, y, z), each −1…size, is bit x + 1 of
-/// row (y + 1, z + 1).
-struct HaloRows {
-    int side;
-    std::array<RowBits, (kLargestBrick + 2) * (kLargestBrick + 2)> rows;
-    RowBits& at(int y, int z) { return rows[std::size_t(y + side * z)]; }
-};
-
-/// Elements that moved or are void. @param low  −1, or 0 where the layer on the low sides is not
-/// wanted: it is then left empty
-/// @returns whether there are any
-bool gather_altered(const Snapshot& snapshot, int size, Vec3i coord, int low, HaloRows& halo) {
-    halo.side = size + 2;
-    std::fill_n(halo.rows.begin(), halo.side * halo.side, 0);
-    bool any = false;
-    for (int dz = low; dz <= 1; ++dz)
-        for (int dy = low; dy <= 1; ++dy)
-            for (int dx = low; dx <= 1; ++dx) {
-                const int found = snapshot.find(coord + Vec3i{dx, dy, dz});
-                if (found < 0) continue;
-                any = true;
-                const RowBits* from = snapshot.altered_rows(found);
-                const auto first = [&](int d) { return d < 0 ? size - 1 : 0; };
-                const auto last = [&](int d) { return d > 0 ? 0 : size - 1; };
-                for (int z = first(dz); z <= last(dz); ++z)
-                    for (int y = first(dy); y <= last(dy); ++y) {
-                        const RowBits row = from[y + size * z];
-                        halo.at(y + dy * size + 1, z + dz * size + 1) |=
-                            dx < 0   ? row >> (size - 1)
-                            : dx > 0 ? (row & 1) << (size + 1)
-                                     : row << 1;
-                    }
-            }
-    return any;
-}
-
-/// From elements to cells: bit x + 1 of row (y + 1, z + 1) is the cell whose lowest corner is
-/// (x, y, z), each −1…size − 1.
-void touch_cells(HaloRows& halo) {
-    const int side = halo.side;
-    for (int r = 0; r < side * side; ++r) {
-        RowBits& row = halo.rows[std::size_t(r)];
-        row |= row >> 1;
-    }
-    for (int z = 0; z < side; ++z)
-        for (int y = 0; y + 1 < side; ++y) halo.at(y, z) |= halo.at(y + 1, z);
-    for (int z = 0; z + 1 < side; ++z)
-        for (int y = 0; y + 1 < side; ++y) halo.at(y, z) |= halo.at(y, z + 1);
-}
+/// Rows of a brick and of the layers beside it on one side: side = size + 1 of them along y and z.
+using HaloRows = std::array<RowBits, (kLargestBrick + 1) * (kLargestBrick + 1)>;
 
 RowBits low_bits(int count) {
     return (RowBits(1) << count) - 1;
 }
 
-/// A moved element touches all eight cells around it, so where all have moved there is nothing to
-/// find out.
-bool fill_if_full(const Snapshot& snapshot, int size, Vec3i coord, RowBits* rows) {
-    const BrickRecord* record = snapshot.record_at(coord);
-    if (!record || !record->is_full) return false;
-    std::fill_n(rows, size * size, low_bits(size));
-    return true;
-}
-
 }  // namespace
 
-bool changeable_rows(const Snapshot& snapshot, int size, Vec3i coord, RowBits* rows) {
-    if (fill_if_full(snapshot, size, coord, rows)) return true;
-    HaloRows halo;
-    if (!gather_altered(snapshot, size, coord, -1, halo)) {
-        std::fill_n(rows, size * size, 0);
-        return false;
-    }
-    touch_cells(halo);
-    RowBits any = 0;
-    for (int z = 0; z < size; ++z)
-        for (int y = 0; y < size; ++y) {
-            const RowBits around =
-                halo.at(y, z) & halo.at(y + 1, z) & halo.at(y, z + 1) & halo.at(y + 1, z + 1);
-            any |= rows[y + size * z] = around & (around >> 1) & low_bits(size);
+void TouchedCells::find(const Snapshot& snapshot, int brick_size, const TaskArena& arena) {
+    m_size = brick_size;
+    list_bricks(snapshot);
+    m_rows.resize(m_bricks.size() * std::size_t(m_size) * std::size_t(m_size));
+    m_is_full.resize(m_bricks.size());
+    const auto task = [&](std::int64_t begin, std::int64_t end) {
+        for (std::int64_t n = begin; n < end; ++n) {
+            const auto place = std::size_t(n);
+            m_is_full[place] = find_rows(snapshot, m_bricks[place],
+                                         m_rows.data() + place * std::size_t(m_size * m_size));
         }
-    return any != 0;
+    };
+    // By reference: a copy of the captures would be allocated.
+    arena.for_each(std::int64_t(m_bricks.size()), kBricksPerTask, std::ref(task));
 }
 
-bool touched_rows(const Snapshot& snapshot, int size, Vec3i coord, RowBits* rows) {
-    if (fill_if_full(snapshot, size, coord, rows)) return true;
+void TouchedCells::list_bricks(const Snapshot& snapshot) {
+    m_bricks.clear();
+    m_place_of.clear();
+    m_box = {};
+    if (snapshot.records().empty()) return;
+    m_box = {snapshot.box().begin - Vec3i{1, 1, 1}, snapshot.box().end};
+    const Vec3i n = m_box.end - m_box.begin;
+    m_place_of.assign(std::size_t(n.x) * std::size_t(n.y) * std::size_t(n.z), -1);
+    for (const BrickRecord& record : snapshot.records())
+        for (int c = 0; c < 8; ++c)
+            m_place_of[slot_of(record.coord - Vec3i{c & 1, c >> 1 & 1, c >> 2})] = 0;
+    std::size_t slot = 0;
+    for (int z = m_box.begin.z; z < m_box.end.z; ++z)
+        for (int y = m_box.begin.y; y < m_box.end.y; ++y)
+            for (int x = m_box.begin.x; x < m_box.end.x; ++x, ++slot) {
+                if (m_place_of[slot] < 0) continue;
+                m_place_of[slot] = std::int32_t(m_bricks.size());
+                m_bricks.push_back({x, y, z});
+            }
+}
+
+/// @returns whether all are touched
+bool TouchedCells::find_rows(const Snapshot& snapshot, Vec3i brick, RowBits* rows) const {
+    const int size = m_size, side = size + 1, all = size * size;
+    // A moved element touches all eight cells around it.
+    const BrickRecord* record = snapshot.record_at(brick);
+    if (record && record->is_full) {
+        std::fill_n(rows, all, low_bits(size));
+        return true;
+    }
+    // Elements first: bit x of row (y, z), each 0…size.
     HaloRows halo;
-    if (!gather_altered(snapshot, size, coord, 0, halo)) return false;
-    touch_cells(halo);
+    std::fill_n(halo.begin(), side * side, 0);
+    for (int c = 0; c < 8; ++c) {
+        const int hx = c & 1, hy = c >> 1 & 1, hz = c >> 2;
+        const int found = snapshot.find(brick + Vec3i{hx, hy, hz});
+        if (found < 0) continue;
+        const RowBits* from = snapshot.altered_rows(found);
+        for (int z = 0; z < (hz ? 1 : size); ++z) {
+            RowBits* to = halo.data() + hy * size + side * (z + hz * size);
+            for (int y = 0; y < (hy ? 1 : size); ++y)
+                to[y] |= hx ? (from[y + size * z] & 1) << size : from[y + size * z];
+        }
+    }
+    // Then cells, along one axis after the other.
+    for (int r = 0; r < side * side; ++r) halo[std::size_t(r)] |= halo[std::size_t(r)] >> 1;
+    for (int r = 0; r + 1 < side * side; ++r) halo[std::size_t(r)] |= halo[std::size_t(r + 1)];
+    for (int r = 0; r < side * size; ++r) halo[std::size_t(r)] |= halo[std::size_t(r + side)];
+    RowBits everywhere = low_bits(size);
+    for (int z = 0; z < size; ++z)
+        for (int y = 0; y < size; ++y)
+            everywhere &= rows[y + size * z] =
+                halo[std::size_t(y + side * z)] & low_bits(size);
+    return everywhere == low_bits(size);
+}
+
+bool TouchedCells::changeable_rows(Vec3i brick, RowBits* rows) const {
+    const int size = m_size, side = size + 1, all = size * size;
+    std::array<int, 8> places;
+    bool full = true;
+    for (int c = 0; c < 8; ++c) {
+        const int place = find(brick - Vec3i{c & 1, c >> 1 & 1, c >> 2});
+        places[std::size_t(c)] = place;
+        full &= place >= 0 && m_is_full[std::size_t(place)];
+    }
+    if (full || places[0] < 0) {
+        std::fill_n(rows, all, full ? low_bits(size) : 0);
+        return full;
+    }
+    // Bit x + 1 of row (y + 1, z + 1) is the cell (x, y, z), each −1…size − 1.
+    HaloRows halo;
+    std::fill_n(halo.begin(), side * side, 0);
+    for (int c = 0; c < 8; ++c) {
+        if (places[std::size_t(c)] < 0) continue;
+        const bool lx = c & 1, ly = c >> 1 & 1, lz = c >> 2;
+        const RowBits* from = rows_of(places[std::size_t(c)]);
+        for (int z = lz ? size - 1 : 0; z < size; ++z)
+            for (int y = ly ? size - 1 : 0; y < size; ++y)
+                halo[std::size_t((ly ? 0 : y + 1) + side * (lz ? 0 : z + 1))] |=
+                    lx ? from[y + size * z] >> (size - 1) : from[y + size * z] << 1;
+    }
+    for (int r = 0; r < side * side; ++r) halo[std::size_t(r)] &= halo[std::size_t(r)] >> 1;
+    for (int r = 0; r + 1 < side * side; ++r) halo[std::size_t(r)] &= halo[std::size_t(r + 1)];
+    for (int r = 0; r < side * size; ++r) halo[std::size_t(r)] &= halo[std::size_t(r + side)];
     RowBits any = 0;
     for (int z = 0; z < size; ++z)
         for (int y = 0; y < size; ++y)
-            any |= rows[y + size * z] = (halo.at(y + 1, z + 1) >> 1) & low_bits(size);
+            any |= rows[y + size * z] = halo[std::size_t(y + side * z)] & low_bits(size);
     return any != 0;
 }
 

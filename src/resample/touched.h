@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Which voxels a deformation can change, and which cells it moves: one bit each, brick by brick.
+// Which cells a deformation moves, and which voxels it can change: one bit each, brick by brick.
 //
 // A cell is touched if one of its corners moved or is void. The cells that aren't stay where they
 // are, so the touched ones together cover at most the place that they covered at rest: a voxel can
@@ -13,12 +13,43 @@
 
 namespace pliant {
 
-/// Voxels of a brick that can change. @param[out] rows  brick_size² rows, y faster than z
-/// @returns whether there are any
-bool changeable_rows(const Snapshot& snapshot, int brick_size, Vec3i coord, RowBits* rows);
+class TouchedCells {
+  public:
+    void find(const Snapshot& snapshot, int brick_size, const TaskArena& arena);
 
-/// Touched cells of a brick, named by their lowest corner. @param[out] rows  likewise
-/// @returns whether there are any
-bool touched_rows(const Snapshot& snapshot, int brick_size, Vec3i coord, RowBits* rows);
+    /// Bricks with touched cells, sorted by coordinate. A cell belongs to the brick of its lowest
+    /// corner, which need not be among the snapshot's.
+    const std::vector<Vec3i>& bricks() const { return m_bricks; }
+    /// brick_size² rows, y faster than z, of the cells named by their lowest corner; null: none
+    const RowBits* rows(Vec3i brick) const {
+        const int found = find(brick);
+        return found < 0 ? nullptr : rows_of(found);
+    }
+    /// Voxels of a brick that can change. @param[out] rows  likewise
+    /// @returns whether there are any
+    bool changeable_rows(Vec3i brick, RowBits* rows) const;
+
+  private:
+    void list_bricks(const Snapshot& snapshot);
+    bool find_rows(const Snapshot& snapshot, Vec3i brick, RowBits* rows) const;
+    std::size_t slot_of(Vec3i brick) const {
+        const Vec3i p = brick - m_box.begin, n = m_box.end - m_box.begin;
+        return std::size_t(p.x) +
+               std::size_t(n.x) * (std::size_t(p.y) + std::size_t(n.y) * std::size_t(p.z));
+    }
+    int find(Vec3i brick) const {
+        return contains(m_box, brick) ? m_place_of[slot_of(brick)] : -1;
+    }
+    const RowBits* rows_of(int place) const {
+        return m_rows.data() + std::size_t(place) * std::size_t(m_size) * std::size_t(m_size);
+    }
+
+    int m_size = 0;
+    Box3i m_box{};
+    std::vector<std::int32_t> m_place_of;  ///< dense over m_box; −1: no touched cells
+    std::vector<Vec3i> m_bricks;
+    std::vector<RowBits> m_rows;
+    std::vector<std::uint8_t> m_is_full;
+};
 
 }  // namespace pliant
