@@ -107,36 +107,35 @@ HWY_INLINE M outside(const Vec& p, const StripTarget& to) {
     return hn::Gt(largest({x, y, z}), hn::Zero(d));
 }
 
+HWY_INLINE bool is_open(const CellTarget& to, std::ptrdiff_t voxel) {
+    return std::atomic_ref(to.open[voxel]).load(std::memory_order_relaxed);
+}
+
 /// Stores what lies in a cell where the target is open. @param found  bit: lane
 HWY_INLINE void write_solved(const Solved& solved, unsigned found, const StripTarget& strip,
                              const CellTarget& to) {
     const auto write = [&](const auto& store) HWY_ATTR {
-        std::uint8_t* open = to.open + strip.origin;
         for (unsigned left = found; left; left &= left - 1) {
             const auto lane = unsigned(__builtin_ctz(left));
-            const std::ptrdiff_t voxel = solved.voxel[lane];
-            if (!open[voxel]) continue;
-            open[voxel] = 0;
-            store(lane, strip.origin + voxel);
+            const std::ptrdiff_t voxel = strip.origin + solved.voxel[lane];
+            if (!is_open(to, voxel)) continue;
+            put(to.open[voxel], std::uint8_t(0));
+            store(lane, voxel);
         }
     };
     if (strip.is_16_bit && !strip.with_inverse) {
         std::int16_t* voxels = to.voxels16;
         write([&](unsigned lane, std::ptrdiff_t voxel) HWY_ATTR {
-            voxels[voxel] = std::int16_t(solved.whole[lane]);
+            put(voxels[voxel], std::int16_t(solved.whole[lane]));
         });
         return;
     }
     write([&](unsigned lane, std::ptrdiff_t voxel) HWY_ATTR {
         if (strip.is_16_bit)
-            to.voxels16[voxel] = std::int16_t(solved.whole[lane]);
+            put(to.voxels16[voxel], std::int16_t(solved.whole[lane]));
         else
-            to.voxels32[voxel] = solved.value[lane];
-        if (strip.with_inverse)
-            store_inverse(
-                to, voxel,
-                {solved.back[0][lane] - strip.shift.x, solved.back[1][lane] - strip.shift.y,
-                 solved.back[2][lane] - strip.shift.z});
+            put(to.voxels32[voxel], solved.value[lane]);
+        if (strip.with_inverse) store_inverse(to, voxel, solved.back_of(int(lane), strip.shift));
     });
 }
 
@@ -145,12 +144,26 @@ struct Work {
     const StripNodes& strip;
     const CellTarget& target;
     const StripTarget to;
-    std::vector<int>& slow;
+    Leftovers& left;
     unsigned group = 0;  ///< the latest
     CellRows rows;
     Waiting waiting;
     Solved solved{};
 };
+
+/// @param first  of the items that were solved. @param found  bit: lane
+HWY_NOINLINE void keep_edge(Work& work, int first, unsigned found) {
+    const Solved& solved = work.solved;
+    for (; found; found &= found - 1) {
+        const int n = __builtin_ctz(found);
+        const int lane = work.waiting.item[first + n] & ((1 << kLaneBits) - 1);
+        work.left.edge.push_back(
+            {work.to.origin + solved.voxel[n], 0,
+             work.rows.first_cell[lane / kCellGroup] + lane % kCellGroup,
+             work.to.is_16_bit ? float(solved.whole[n]) : solved.value[n],
+             work.to.with_inverse ? solved.back_of(n, work.to.shift) : Vec3f{0, 0, 0}});
+    }
+}
 
 /// Solves and writes the first `count` voxels of those from `first` on, at most a vector of them.
 /// Their cells are in the two groups before the latest.
@@ -180,7 +193,7 @@ HWY_INLINE void solve(int first, int count, Work& work) {
         for (unsigned left = bits_of(unsettled); left; left &= left - 1) {
             const int lane =
                 work.waiting.item[first + __builtin_ctz(left)] & ((1 << kLaneBits) - 1);
-            work.slow.push_back(rows.first_cell[lane / kCellGroup] + lane % kCellGroup);
+            work.left.slow.push_back(rows.first_cell[lane / kCellGroup] + lane % kCellGroup);
         }
         active = hn::AndNot(unsettled, active);
     }
@@ -202,6 +215,13 @@ HWY_INLINE void solve(int first, int count, Work& work) {
         hn::Store(hn::Sub(t.x, p.x), d, work.solved.back[0]);
         hn::Store(hn::Sub(t.y, p.y), d, work.solved.back[1]);
         hn::Store(hn::Sub(t.z, p.z), d, work.solved.back[2]);
+    }
+    if (work.left.wants_edge) {
+        const M on_edge = hn::And(found, hn::Lt(least, hn::Set(d, -1 - kEdge)));
+        if (HWY_UNLIKELY(!hn::AllFalse(d, on_edge))) {
+            keep_edge(work, first, bits_of(on_edge));
+            found = hn::AndNot(on_edge, found);
+        }
     }
     write_solved(work.solved, bits_of(found), to, work.target);
 }
@@ -279,12 +299,12 @@ HWY_INLINE void look_into_group(Vec3i place, unsigned use, Work& work) {
     else
         is_bent ? list.template operator()<true>(along) : list.template operator()<false>(along);
     for (unsigned left = use & ~fast; left; left &= left - 1)
-        work.slow.push_back(n + __builtin_ctz(left));
+        work.left.slow.push_back(n + __builtin_ctz(left));
 }
 
 void write_strip(const StripNodes& strip, const CellTarget& target, CellFaces faces,
-                 std::vector<int>& slow) {
-    Work work{strip, target, target_of(strip, target, faces), slow, 0, {}, {}, {}};
+                 Leftovers& left) {
+    Work work{strip, target, target_of(strip, target, faces), left, 0, {}, {}, {}};
     const std::span<const RowBits> use = strip.use();
     for (std::size_t r = 0; r < use.size(); ++r)
         for (int x = 0; x < strip.cells(); x += kCellGroup) {
@@ -296,6 +316,7 @@ void write_strip(const StripNodes& strip, const CellTarget& target, CellFaces fa
         }
     for (int rest = 0; rest < 2; ++rest, ++work.group) solve_waiting(work);
     // In an order that doesn't depend on the vector's width.
+    std::vector<int>& slow = left.slow;
     std::sort(slow.begin(), slow.end());
     slow.erase(std::unique(slow.begin(), slow.end()), slow.end());
 }
@@ -374,8 +395,18 @@ HWY_EXPORT(find_moved_rows);
 }  // namespace
 
 void write_cells(const StripNodes& strip, const CellTarget& target, CellFaces faces,
-                 std::vector<int>& slow) {
-    HWY_DYNAMIC_DISPATCH(write_strip)(strip, target, faces, slow);
+                 Leftovers& left) {
+    HWY_DYNAMIC_DISPATCH(write_strip)(strip, target, faces, left);
+}
+
+void write_edge(const EdgeVoxel& edge, const CellTarget& target) {
+    if (!target.open[edge.voxel]) return;
+    target.open[edge.voxel] = 0;
+    if (target.voxels16)
+        target.voxels16[edge.voxel] = std::int16_t(edge.value);
+    else
+        target.voxels32[edge.voxel] = edge.value;
+    if (target.inverse_mm) store_inverse(target, edge.voxel, edge.back);
 }
 
 void convert_displacements(std::span<const Fixed* const> from, int brick_size, Fixed base,

@@ -24,6 +24,7 @@
 
 #pragma once
 
+#include <atomic>
 #include <vector>
 
 #include "resample/strip_nodes.h"
@@ -48,6 +49,12 @@ struct CellTarget {
     Vec3f world_from_voxels[3];  ///< columns: a step along i, j, k [mm, LPS]
 };
 
+/// Two threads may write one voxel where the map is folded; it is written again then, in order.
+template <class Value>
+inline void put(Value& to, Value value) {
+    std::atomic_ref(to).store(value, std::memory_order_relaxed);
+}
+
 /// @param back  φ⁻¹(p) − p [voxels]
 inline void store_inverse(const CellTarget& target, std::ptrdiff_t voxel, Vec3f back) {
     const std::ptrdiff_t nx = target.grid_size.x, ny = target.grid_size.y;
@@ -56,15 +63,37 @@ inline void store_inverse(const CellTarget& target, std::ptrdiff_t voxel, Vec3f 
     const std::ptrdiff_t z = voxel / (nx * ny) - target.inverse_box.begin.z;
     const Vec3i n = target.inverse_box.end - target.inverse_box.begin;
     const Vec3f* m = target.world_from_voxels;
-    target.inverse_mm[x + n.x * (y + n.y * z)] = back.x * m[0] + back.y * m[1] + back.z * m[2];
+    const Vec3f mm = back.x * m[0] + back.y * m[1] + back.z * m[2];
+    Vec3f& to = target.inverse_mm[x + n.x * (y + n.y * z)];
+    put(to.x, mm.x), put(to.y, mm.y), put(to.z, mm.z);
 }
 
+/// A voxel just outside of a cell, by so little that the cell beside it may leave it out as well.
+struct EdgeVoxel {
+    std::ptrdiff_t voxel;
+    int strip, cell;  ///< the one that would write it
+    float value;
+    Vec3f back;  ///< φ⁻¹(p) − p [voxels]
+};
+
+/// What a strip leaves for later.
+struct Leftovers {
+    /// Cells that are folded or nearly so, very thin, or reach too far: to be written one by one.
+    std::vector<int> slow;
+    /// In any order. If they are wanted, the voxels that are written at once lie in one cell only,
+    /// unless a folded cell covers them too (see Scatter).
+    std::vector<EdgeVoxel> edge;
+    bool wants_edge = false;
+};
+
 /// Writes the open voxels that lie in cells of `strip.use()`, and closes them.
-/// @param[out] slow  appended: cells that are folded or nearly so, or reach too far; to be written
-///                   one by one
+/// @param[out] left  appended; voxels on edges are written at once if they aren't wanted
 /// @pre !strip.is_wild()
 void write_cells(const StripNodes& strip, const CellTarget& target, CellFaces faces,
-                 std::vector<int>& slow);
+                 Leftovers& left);
+
+/// Writes a voxel on an edge if it is still open.
+void write_edge(const EdgeVoxel& edge, const CellTarget& target);
 
 /// Displacements of a strip's nodes relative to a base: (u − base)·scale + shift.
 /// @param from  one component in the bricks along x, and in those beside them along y, along z, and

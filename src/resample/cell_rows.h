@@ -73,7 +73,12 @@ struct Solved {
     alignas(64) std::int32_t voxel[kCellGroup];  ///< index, from the strip's origin on
     alignas(64) std::int32_t whole[kCellGroup];  ///< value, rounded: of 16-bit targets
     alignas(64) float value[kCellGroup];         ///< of others
-    alignas(64) float back[3][kCellGroup];       ///< φ⁻¹(p) − p [voxels], if it is wanted
+    alignas(64) float back[3][kCellGroup];       ///< φ⁻¹(p) − p, but for the strip's shift
+
+    /// φ⁻¹(p) − p [voxels], if it was wanted
+    Vec3f back_of(int lane, Vec3f shift) const {
+        return {back[0][lane] - shift.x, back[1][lane] - shift.y, back[2][lane] - shift.z};
+    }
 };
 
 /// What is the same for all cells of a strip.

@@ -9,6 +9,7 @@
 #include <cstdlib>
 #include <functional>
 #include <new>
+#include <tuple>
 
 #include "chainmail/cell_block.h"
 
@@ -72,7 +73,7 @@ OpenVoxels Scatter::look(const Lattice& lattice, Mapping mapping, Volume& deform
         for (auto s = std::size_t(begin); s < std::size_t(end); ++s) {
             Slab& slab = m_slabs[s];
             slab.open = m_writers[s].open(
-                job, target_of(slab, lattice.brick_size(), deformed),
+                job, target_of(box_of(slab, lattice.brick_size()), deformed),
                 std::span(m_bricks).subspan(slab.first_brick, slab.last_brick - slab.first_brick));
         }
     };
@@ -94,15 +95,24 @@ OpenVoxels Scatter::look(const Lattice& lattice, Mapping mapping, Volume& deform
 std::int64_t Scatter::write(const Lattice& lattice, Mapping mapping, Volume& deformed,
                             Vec3f* inverse_mm, const Box3i& inverse_box) {
     const ScatterJob job = job_of(lattice, mapping);
+    const bool one_to_one = mapping == Mapping::Cells && !m_now.has_edits() &&
+                            !lattice.is_void({-1, 0, 0});
+    if (one_to_one) {
+        CellTarget target = target_of(voxel_box(m_original.grid), deformed);
+        target.inverse_mm = inverse_mm;
+        target.inverse_box = inverse_box;
+        write_strips(job, target);
+    }
     const auto task = [&](std::int64_t begin, std::int64_t end) {
         for (auto s = std::size_t(begin); s < std::size_t(end); ++s) {
             Slab& slab = m_slabs[s];
-            CellTarget target = target_of(slab, lattice.brick_size(), deformed);
+            CellTarget target = target_of(box_of(slab, lattice.brick_size()), deformed);
             target.inverse_mm = inverse_mm;
             target.inverse_box = inverse_box;
             slab.gaps = m_writers[s].write(
                 job, target,
-                std::span(m_bricks).subspan(slab.first_brick, slab.last_brick - slab.first_brick));
+                std::span(m_bricks).subspan(slab.first_brick, slab.last_brick - slab.first_brick),
+                one_to_one);
         }
     };
     m_arena.for_each(std::int64_t(m_slabs.size()), 1, std::ref(task));
@@ -110,6 +120,27 @@ std::int64_t Scatter::write(const Lattice& lattice, Mapping mapping, Volume& def
     for (const Slab& slab : m_slabs) gaps += slab.gaps;
     list_boxes(lattice.brick_size());
     return gaps;
+}
+
+void Scatter::write_strips(const ScatterJob& job, const CellTarget& target) {
+    const std::size_t writers = m_slabs.size() > 1 ? std::size_t(m_arena.thread_count()) : 1;
+    if (m_writers.size() < writers) m_writers.resize(writers);
+    std::atomic<std::size_t> next = 0;
+    const auto task = [&](std::int64_t begin, std::int64_t end) {
+        for (auto w = std::size_t(begin); w < std::size_t(end); ++w)
+            m_writers[w].write_strips(job, target, next);
+    };
+    m_arena.for_each(std::int64_t(writers), 1, std::ref(task));
+    m_edge.clear();
+    for (std::size_t w = 0; w < writers; ++w)
+        m_edge.insert(m_edge.end(), m_writers[w].edge_voxels().begin(),
+                      m_writers[w].edge_voxels().end());
+    std::sort(m_edge.begin(), m_edge.end(), [](const EdgeVoxel& a, const EdgeVoxel& b) {
+        return std::tie(a.voxel, a.strip, a.cell) < std::tie(b.voxel, b.strip, b.cell);
+    });
+    for (const EdgeVoxel& edge : m_edge) write_edge(edge, target);
+    for (std::size_t w = 0; w < writers; ++w)
+        for (const Box3i& box : m_writers[w].contested()) m_writers[w].open_again(job, target, box);
 }
 
 void Scatter::find_dirty(const Lattice& lattice) {
@@ -223,12 +254,17 @@ void Scatter::list_boxes(int brick_size) {
     }
 }
 
-CellTarget Scatter::target_of(const Slab& slab, int brick_size, Volume& deformed) {
+Box3i Scatter::box_of(const Slab& slab, int brick_size) const {
+    Box3i box = voxel_box(m_original.grid);
+    box.begin.z = slab.begin * brick_size;
+    box.end.z = std::min(slab.end * brick_size, box.end.z);
+    return box;
+}
+
+CellTarget Scatter::target_of(const Box3i& box, Volume& deformed) {
     const Grid& grid = m_original.grid;
     CellTarget target;
-    target.box = voxel_box(grid);
-    target.box.begin.z = slab.begin * brick_size;
-    target.box.end.z = std::min(slab.end * brick_size, grid.size.z);
+    target.box = box;
     target.grid_size = grid.size;
     target.open = m_open.get();
     if (auto* voxels = std::get_if<VoxelArray<std::int16_t>>(&deformed.voxels))

@@ -44,13 +44,15 @@ class Scatter {
         void operator()(void* memory) const { std::free(memory); }
     };
 
+    void write_strips(const ScatterJob& job, const CellTarget& target);
     void find_dirty(const Lattice& lattice);
     void mark_changes(const Lattice& lattice);
     void mark(Box3i voxels, int brick_size);
     void list_strips(const Lattice& lattice);
     void list_slabs();
     void list_boxes(int brick_size);
-    CellTarget target_of(const Slab& slab, int brick_size, Volume& deformed);
+    CellTarget target_of(const Box3i& box, Volume& deformed);
+    Box3i box_of(const Slab& slab, int brick_size) const;
     ScatterJob job_of(const Lattice& lattice, Mapping mapping) const;
 
     const Volume& m_original;
@@ -64,6 +66,7 @@ class Scatter {
     std::vector<ReachingStrip> m_strips;
     std::vector<Slab> m_slabs;
     std::vector<SlabWriter> m_writers;
+    std::vector<EdgeVoxel> m_edge;
     std::unique_ptr<std::uint8_t[], Free> m_open;  ///< per voxel, all 0 between updates
     std::vector<Box3i> m_boxes;
 };

@@ -16,6 +16,7 @@ namespace pliant {
 namespace {
 
 constexpr double kOnFace = 1e-9;  ///< tolerance of barycentric coordinates
+constexpr std::size_t kStripsAtOnce = 4;
 
 constexpr std::array<Vec3d, 8> kRestCorners = {
     {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {1, 1, 0}, {0, 0, 1}, {1, 0, 1}, {0, 1, 1}, {1, 1, 1}}};
@@ -75,6 +76,25 @@ bool any_open(const CellTarget& target, const Box3i& box) {
             if (any_open_in_row(open_at(target, {box.begin.x, y, z}), box.end.x - box.begin.x))
                 return true;
     return false;
+}
+
+template <class Visit>
+void for_each_in(const Box3i& box, const Visit& visit) {
+    for (int z = box.begin.z; z < box.end.z; ++z)
+        for (int y = box.begin.y; y < box.end.y; ++y)
+            for (int x = box.begin.x; x < box.end.x; ++x) visit(Vec3i{x, y, z});
+}
+
+/// Box of the voxels that may lie in a cell. @param points  its corners, relative to `first`
+Box3i voxels_around(const std::array<Vec3d, 8>& points, Vec3i first) {
+    Box3i box;
+    for (int a = 0; a < 3; ++a) {
+        double low = points[0][a], high = points[0][a];
+        for (const Vec3d& p : points) low = std::min(low, p[a]), high = std::max(high, p[a]);
+        box.begin[a] = first[a] + int(std::ceil(low - kOnFace));
+        box.end[a] = first[a] + int(std::floor(high + kOnFace)) + 1;
+    }
+    return box;
 }
 
 bool reaches_dirty_brick(const ScatterJob& job, const Box3i& voxels) {
@@ -167,15 +187,63 @@ OpenVoxels SlabWriter::open(const ScatterJob& job, const CellTarget& target,
     return opened;
 }
 
+void SlabWriter::write_strips(const ScatterJob& job, const CellTarget& target,
+                              std::atomic<std::size_t>& next) {
+    m_left.edge.clear();
+    m_left.wants_edge = true;
+    m_contested.clear();
+    for (std::size_t first; (first = next.fetch_add(kStripsAtOnce)) < job.strips.size();)
+        for (std::size_t n = first; n < std::min(first + kStripsAtOnce, job.strips.size()); ++n) {
+            const ReachingStrip& strip = job.strips[n];
+            if (!reaches_dirty_brick(job, strip.voxels) ||
+                !m_strip.load(job.snapshot, job.touched, job.lattice, job.original, strip.coord,
+                              strip.reach, target.box.begin.z, target.box.end.z))
+                continue;
+            if (m_strip.is_wild()) {
+                m_contested.push_back(strip.voxels);
+                continue;
+            }
+            const std::size_t edges = m_left.edge.size();
+            m_left.slow.clear();
+            write_cells(m_strip, target, CellFaces::HalfOpen, m_left);
+            for (std::size_t e = edges; e < m_left.edge.size(); ++e) m_left.edge[e].strip = int(n);
+            for (const int cell : m_left.slow) {
+                const Vec3i first_element = m_strip.first_element() + m_strip.local(cell);
+                const Box3i box =
+                    overlap(voxels_around(corners_of(job.lattice, cell), first_element), target.box);
+                if (!is_empty(box)) m_contested.push_back(box);
+            }
+        }
+}
+
+void SlabWriter::open_again(const ScatterJob& job, const CellTarget& target, const Box3i& box) {
+    const int size = job.lattice.brick_size();
+    std::array<RowBits, 32 * 32> rows;
+    const Vec3i last = job.lattice.brick_of(box.end - Vec3i{1, 1, 1});
+    for_each_in({job.lattice.brick_of(box.begin), last + Vec3i{1, 1, 1}}, [&](Vec3i brick) {
+        if (!job.dirty[std::size_t(brick.x + job.bricks.x * (brick.y + job.bricks.y * brick.z))] ||
+            !job.touched.changeable_rows(brick, rows.data()))
+            return;
+        const Vec3i first = size * brick;
+        for_each_in(overlap({first, first + Vec3i{size, size, size}}, box), [&](Vec3i p) {
+            const Vec3i local = p - first;
+            *open_at(target, p) |=
+                rows[std::size_t(local.y + size * local.z)] >> local.x & 1;
+        });
+    });
+}
+
 std::int64_t SlabWriter::write(const ScatterJob& job, const CellTarget& target,
-                               std::span<const DirtyBrick> bricks) {
+                               std::span<const DirtyBrick> bricks, bool left) {
     const auto is_open = [&] {
         return std::any_of(bricks.begin(), bricks.end(), [&](const DirtyBrick& brick) {
             return brick.is_changeable && any_open(target, box_of_brick(job.lattice, brick.coord));
         });
     };
+    if (left && !is_open()) return 0;
     m_met_slow = false;
-    scatter(job, target, job.mapping, CellFaces::HalfOpen, false);
+    m_left.wants_edge = false;
+    scatter(job, target, job.mapping, CellFaces::HalfOpen, left);
     if (!is_open()) return 0;
     // Beside a cell that isn't there, the voxels on the face between belong to the other one.
     if (job.mapping == Mapping::Cells) scatter(job, target, job.mapping, CellFaces::Closed, true);
@@ -213,10 +281,10 @@ void SlabWriter::scatter(const ScatterJob& job, const CellTarget& target, Mappin
                           strip.reach, target.box.begin.z, target.box.end.z))
             continue;
         if (mapping == Mapping::Cells && !m_strip.is_wild()) {
-            m_slow.clear();
-            write_cells(m_strip, target, faces, m_slow);
-            for (const int cell : m_slow) write_cell(job, target, mapping, cell);
-            m_met_slow |= !m_slow.empty();
+            m_left.slow.clear();
+            write_cells(m_strip, target, faces, m_left);
+            for (const int cell : m_left.slow) write_cell(job, target, mapping, cell);
+            m_met_slow |= !m_left.slow.empty();
             continue;
         }
         m_met_slow |= m_strip.is_wild();
@@ -229,25 +297,24 @@ void SlabWriter::scatter(const ScatterJob& job, const CellTarget& target, Mappin
     }
 }
 
-/// The readable twin of the kernel: one cell, in double precision.
-void SlabWriter::write_cell(const ScatterJob& job, const CellTarget& target, Mapping mapping,
-                            int cell) {
-    const Vec3d scale = voxels_per_unit(job.lattice.grid());
-    const Vec3i local = m_strip.local(cell), first = m_strip.first_element() + local;
+/// Relative to the cell's lowest corner at rest [voxels].
+std::array<Vec3d, 8> SlabWriter::corners_of(const Lattice& lattice, int cell) const {
+    const Vec3d scale = voxels_per_unit(lattice.grid());
     std::array<Vec3d, 8> points;
     for (int c = 0; c < 8; ++c) {
         const Vec3i corner{c & 1, c >> 1 & 1, c >> 2};
-        const Vec3<Fixed> u = m_strip.displacement(local + corner);
+        const Vec3<Fixed> u = m_strip.displacement(m_strip.local(cell) + corner);
         for (int a = 0; a < 3; ++a) points[std::size_t(c)][a] = corner[a] + scale[a] * u[a];
     }
-    Box3i candidates;
-    for (int a = 0; a < 3; ++a) {
-        double low = points[0][a], high = points[0][a];
-        for (const Vec3d& p : points) low = std::min(low, p[a]), high = std::max(high, p[a]);
-        candidates.begin[a] = first[a] + int(std::ceil(low - kOnFace));
-        candidates.end[a] = first[a] + int(std::floor(high + kOnFace)) + 1;
-    }
-    candidates = overlap(candidates, target.box);
+    return points;
+}
+
+/// The readable twin of the kernel: one cell, in double precision.
+void SlabWriter::write_cell(const ScatterJob& job, const CellTarget& target, Mapping mapping,
+                            int cell) {
+    const Vec3i first = m_strip.first_element() + m_strip.local(cell);
+    const std::array<Vec3d, 8> points = corners_of(job.lattice, cell);
+    const Box3i candidates = overlap(voxels_around(points, first), target.box);
     if (is_empty(candidates) || !any_open(target, candidates)) return;
     const TrilinearCell map(points);
     const std::array<double, 8> values = corner_values(job.original, first);
