@@ -335,18 +335,19 @@ HWY_INLINE void convert_row(const Fixed* HWY_RESTRICT from, int size, Fixed base
     for (; x < size; ++x) to[x] = float(from[x] - base) * scale + shift;
 }
 
-void convert_bricks(std::span<const Fixed* const> from, int size, Fixed base, float scale,
-                    float shift, float* to) {
+void convert_bricks(std::span<const Fixed* const> from, std::span<const NodeRow> rows, int size,
+                    Fixed base, float scale, float shift, float* to) {
     const std::size_t along_x = from.size() / 4, last = along_x - 1;
-    for (int z = 0; z <= size; ++z)
-        for (int y = 0; y <= size; ++y) {
-            const bool hy = y == size, hz = z == size;
-            const auto bricks = from.subspan(along_x * (std::size_t(hy) + 2 * std::size_t(hz)));
-            const int at = size * ((hy ? 0 : y) + size * (hz ? 0 : z));
-            for (std::size_t b = 0; b < last; ++b, to += size)
-                convert_row(bricks[b] + at, size, base, scale, shift, to);
-            *to++ = float(bricks[last][at] - base) * scale + shift;
-        }
+    const int row_size = int(last) * size + 1;
+    for (const NodeRow row : rows) {
+        const bool hy = row.y == size, hz = row.z == size;
+        const auto bricks = from.subspan(along_x * (std::size_t(hy) + 2 * std::size_t(hz)));
+        const int at = size * ((hy ? 0 : row.y) + size * (hz ? 0 : row.z));
+        float* HWY_RESTRICT row_to = to + row_size * (row.y + (size + 1) * row.z);
+        for (std::size_t b = 0; b < last; ++b, row_to += size)
+            convert_row(bricks[b] + at, size, base, scale, shift, row_to);
+        *row_to = float(bricks[last][at] - base) * scale + shift;
+    }
 }
 
 void find_moved_rows(const std::array<Fixed*, 3>& u, int size, RowBits* HWY_RESTRICT rows) {
@@ -369,15 +370,22 @@ void find_moved_rows(const std::array<Fixed*, 3>& u, int size, RowBits* HWY_REST
     }
 }
 
-void convert_16_bits(const std::int16_t* HWY_RESTRICT from, int count, float* HWY_RESTRICT to) {
+void convert_16_bits(const std::int16_t* from, Vec3i scan, std::span<const NodeRow> rows,
+                     int row_size, int row_count, float* to) {
     const hn::CappedTag<float, 8> d;
     const hn::RebindToSigned<decltype(d)> di;
     const hn::Rebind<std::int16_t, decltype(d)> d16;
     constexpr auto kLanes = int(hn::MaxLanes(d));
-    int x = 0;
-    for (; x + kLanes <= count; x += kLanes)
-        hn::StoreU(hn::ConvertTo(d, hn::PromoteTo(di, hn::LoadU(d16, from + x))), d, to + x);
-    for (; x < count; ++x) to[x] = from[x];
+    for (const NodeRow row : rows) {
+        const std::int16_t* HWY_RESTRICT row_from =
+            from + scan.x * (row.y + std::ptrdiff_t(scan.y) * row.z);
+        float* HWY_RESTRICT row_to = to + row_size * (row.y + row_count * row.z);
+        int x = 0;
+        for (; x + kLanes <= row_size; x += kLanes)
+            hn::StoreU(hn::ConvertTo(d, hn::PromoteTo(di, hn::LoadU(d16, row_from + x))), d,
+                       row_to + x);
+        for (; x < row_size; ++x) row_to[x] = row_from[x];
+    }
 }
 
 }  // namespace
@@ -409,20 +417,24 @@ void write_edge(const EdgeVoxel& edge, const CellTarget& target) {
     if (target.inverse_mm) store_inverse(target, edge.voxel, edge.back);
 }
 
-void convert_displacements(std::span<const Fixed* const> from, int brick_size, Fixed base,
-                           float scale, float shift, float* to) {
-    HWY_DYNAMIC_DISPATCH(convert_bricks)(from, brick_size, base, scale, shift, to);
+void convert_displacements(std::span<const Fixed* const> from, std::span<const NodeRow> rows,
+                           int brick_size, Fixed base, float scale, float shift, float* to) {
+    HWY_DYNAMIC_DISPATCH(convert_bricks)(from, rows, brick_size, base, scale, shift, to);
 }
 
 void find_moved(const std::array<Fixed*, 3>& u, int brick_size, RowBits* rows) {
     HWY_DYNAMIC_DISPATCH(find_moved_rows)(u, brick_size, rows);
 }
 
-void convert_values(const std::int16_t* from, int count, float* to) {
-    HWY_DYNAMIC_DISPATCH(convert_16_bits)(from, count, to);
+void convert_values(const std::int16_t* from, Vec3i scan_size, std::span<const NodeRow> rows,
+                    int row_size, int row_count, float* to) {
+    HWY_DYNAMIC_DISPATCH(convert_16_bits)(from, scan_size, rows, row_size, row_count, to);
 }
-void convert_values(const float* from, int count, float* to) {
-    std::copy_n(from, count, to);
+void convert_values(const float* from, Vec3i scan_size, std::span<const NodeRow> rows, int row_size,
+                    int row_count, float* to) {
+    for (const NodeRow row : rows)
+        std::copy_n(from + scan_size.x * (row.y + std::ptrdiff_t(scan_size.y) * row.z), row_size,
+                    to + row_size * (row.y + row_count * row.z));
 }
 
 }  // namespace pliant

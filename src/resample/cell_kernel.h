@@ -99,14 +99,17 @@ void write_edge(const EdgeVoxel& edge, const CellTarget& target);
 /// @param from  one component in the bricks along x, and in those beside them along y, along z, and
 ///              along both
 /// @param[out] to  in the order of StripNodes::index
-void convert_displacements(std::span<const Fixed* const> from, int brick_size, Fixed base,
-                           float scale, float shift, float* to);
+void convert_displacements(std::span<const Fixed* const> from, std::span<const NodeRow> rows,
+                           int brick_size, Fixed base, float scale, float shift, float* to);
 
 /// Bit x of row y + brick_size·z: the element moved.
 void find_moved(const std::array<Fixed*, 3>& u, int brick_size, RowBits* rows);
 
-/// A row of original values.
-void convert_values(const std::int16_t* from, int count, float* to);
-void convert_values(const float* from, int count, float* to);
+/// Original values at a strip's nodes. @param from  at the first one, in a scan of this size
+/// @param row_size, row_count  nodes along x, rows along y
+void convert_values(const std::int16_t* from, Vec3i scan_size, std::span<const NodeRow> rows,
+                    int row_size, int row_count, float* to);
+void convert_values(const float* from, Vec3i scan_size, std::span<const NodeRow> rows, int row_size,
+                    int row_count, float* to);
 
 }  // namespace pliant

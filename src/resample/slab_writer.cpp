@@ -48,9 +48,12 @@ RowBits low_bits(int count) {
 }
 void open_row(const CellTarget& target, Vec3i p, int count, RowBits bits) {
     std::uint8_t* open = open_at(target, p);
-    if (bits == low_bits(count)) {
-        std::memset(open, 1, std::size_t(count));
-        return;
+    // Eight bits become eight bytes: byte i keeps bit i of its copy, and any bit of it becomes 1.
+    static_assert(std::endian::native == std::endian::little);
+    for (; count >= 8; count -= 8, open += 8, bits >>= 8) {
+        const RowBits kept = (bits & 0xff) * 0x0101010101010101u & 0x8040201008040201u;
+        const RowBits bytes = (kept + 0x7f7f7f7f7f7f7f7fu) >> 7 & 0x0101010101010101u;
+        std::memcpy(open, &bytes, 8);
     }
     for (int x = 0; x < count; ++x) open[x] = bits >> x & 1;
 }

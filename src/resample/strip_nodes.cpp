@@ -106,6 +106,7 @@ bool StripNodes::load(const Snapshot& snapshot, const TouchedCells& touched, con
     const Vec3i size{cells(), m_size, m_size};
     for (int a = 0; a < 3; ++a) m_is_wild |= m_reach.high[a] - m_reach.low[a] > size[a] + kWild;
     if (m_is_wild) return true;
+    list_rows();
     load_displacements(lattice.grid(), 2);
     if (!keep_layers_within(begin_z, end_z)) return false;
     load_displacements(lattice.grid(), 0);
@@ -129,6 +130,17 @@ bool StripNodes::find_use(const TouchedCells& touched, const Lattice& lattice, V
                                     [](const auto* record) { return record && record->edits; });
     if (edited || lattice.is_void({-1, 0, 0})) drop_broken_cells(lattice);
     return true;
+}
+
+void StripNodes::list_rows() {
+    m_rows.clear();
+    const auto is_used = [&](int y, int z) {
+        return y >= 0 && z >= 0 && y < m_size && z < m_size && m_use[std::size_t(y + m_size * z)];
+    };
+    for (int z = 0; z <= m_size; ++z)
+        for (int y = 0; y <= m_size; ++y)
+            if (is_used(y, z) || is_used(y - 1, z) || is_used(y, z - 1) || is_used(y - 1, z - 1))
+                m_rows.push_back({y, z});
 }
 
 void StripNodes::drop_broken_cells(const Lattice& lattice) {
@@ -195,7 +207,7 @@ void StripNodes::load_displacements(const Grid& grid, int axis) {
     for (std::size_t b = 0; b < m_records.size(); ++b)
         m_from[b] = m_records[b] && m_records[b]->brick ? m_records[b]->brick->u[std::size_t(axis)]
                                                         : m_at_rest.data();
-    convert_displacements(m_from, m_size, base, float(scale / 8), float((voxels - whole) / 8),
+    convert_displacements(m_from, m_rows, m_size, base, float(scale / 8), float((voxels - whole) / 8),
                           m_u[std::size_t(axis)].data());
 }
 
@@ -203,11 +215,13 @@ void StripNodes::load_displacements(const Grid& grid, int axis) {
 bool StripNodes::keep_layers_within(int begin_z, int end_z) {
     if (m_reach.low.z >= begin_z && m_reach.high.z <= end_z - 1) return true;
     std::array<float, 33> low, high;
-    for (int z = 0; z <= m_size; ++z) {
-        const float* u = m_u[2].data() + z * slice();
-        const auto [least, most] = std::minmax_element(u, u + slice());
-        low[std::size_t(z)] = float(m_origin.z + z) + 8 * *least - kLayerSlack;
-        high[std::size_t(z)] = float(m_origin.z + z) + 8 * *most + kLayerSlack;
+    low.fill(INFINITY), high.fill(-INFINITY);
+    for (const NodeRow row : m_rows) {
+        const float* u = m_u[2].data() + index(0, row.y, row.z);
+        const auto [least, most] = std::minmax_element(u, u + m_row);
+        const auto k = std::size_t(row.z);
+        low[k] = std::min(low[k], float(m_origin.z + row.z) + 8 * *least - kLayerSlack);
+        high[k] = std::max(high[k], float(m_origin.z + row.z) + 8 * *most + kLayerSlack);
     }
     bool any = false;
     for (int z = 0; z < m_size; ++z) {
@@ -229,19 +243,16 @@ void StripNodes::load_values(const Volume& original) {
     const bool inside = contains(box, m_first) && contains(box, last);
     std::visit(
         [&](const auto& voxels) {
-            float* to = m_values.data();
-            for (int z = m_first.z; z <= last.z; ++z)
-                for (int y = m_first.y; y <= last.y; ++y, to += m_row) {
-                    if (inside) {
-                        convert_values(voxels.data() + voxel_index(grid, {m_first.x, y, z}), m_row,
-                                       to);
-                        continue;
-                    }
-                    for (int x = 0; x < m_row; ++x) {
-                        const Vec3i e{m_first.x + x, y, z};
-                        to[x] =
-                            contains(box, e) ? float(voxels[voxel_index(grid, e)]) : float(kAirHu);
-                    }
+            if (inside) {
+                convert_values(voxels.data() + voxel_index(grid, m_first), grid.size, m_rows, m_row,
+                               m_size + 1, m_values.data());
+                return;
+            }
+            for (const NodeRow row : m_rows)
+                for (int x = 0; x < m_row; ++x) {
+                    const Vec3i e = m_first + Vec3i{x, row.y, row.z};
+                    m_values[std::size_t(index(x, row.y, row.z))] =
+                        contains(box, e) ? float(voxels[voxel_index(grid, e)]) : float(kAirHu);
                 }
         },
         original.voxels);

@@ -32,6 +32,11 @@ constexpr int bricks_per_strip(int brick_size) {
     return brick_size < kCellGroup ? kCellGroup / brick_size : 1;
 }
 
+/// A row of nodes along x.
+struct NodeRow {
+    int y, z;
+};
+
 /// Places in the same order as cell corners: c & 1, c >> 1 & 1, c >> 2.
 using BlockRecords = std::array<const BrickRecord*, 8>;
 
@@ -66,7 +71,8 @@ class StripNodes {
     Vec3i first_element() const { return m_first; }
     /// Place that u is relative to: first_element() and the strip's whole-voxel shift.
     Vec3i origin() const { return m_origin; }
-    /// [eighths of… voxels / 8: what cells take the sum of], padded by a vector's width
+    /// In eighths of a voxel's width, which is what cells sum up. Rows that no cell in use() needs are
+    /// left out: they hold anything. Padded by a vector's width.
     const float* eighth_u(int axis) const { return m_u[std::size_t(axis)].data(); }
     const float* values() const { return m_values.data(); }
     /// Bit x of row y + size()·z: the cell is written.
@@ -81,6 +87,7 @@ class StripNodes {
 
   private:
     void resize(int brick_size);
+    void list_rows();
     bool find_use(const TouchedCells& touched, const Lattice& lattice, Vec3i coord);
     void drop_broken_cells(const Lattice& lattice);
     void fetch_ahead(const Snapshot& snapshot, Vec3i coord);
@@ -100,6 +107,7 @@ class StripNodes {
     std::array<std::vector<float>, 3> m_u;
     std::vector<float> m_values;
     std::vector<RowBits> m_use;
+    std::vector<NodeRow> m_rows;       ///< that cells in use need
     std::vector<const Fixed*> m_from;  ///< one component in all bricks
     std::vector<Fixed> m_at_rest;      ///< a brick of zeros
     volatile Fixed m_ignored = 0;      ///< what is read only so that its page is known
