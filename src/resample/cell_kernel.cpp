@@ -141,6 +141,10 @@ HWY_INLINE void write_solved(const Solved& solved, unsigned found, const StripTa
 
 /// What one call of write_cells works on.
 struct Work {
+    Work(const StripNodes& nodes, const CellTarget& to_target, const StripTarget& to_strip,
+         Leftovers& leftovers)
+        : strip(nodes), target(to_target), to(to_strip), left(leftovers) {}
+
     const StripNodes& strip;
     const CellTarget& target;
     const StripTarget to;
@@ -148,7 +152,7 @@ struct Work {
     unsigned group = 0;  ///< the latest
     CellRows rows;
     Waiting waiting;
-    Solved solved{};
+    Solved solved;
 };
 
 /// @param first  of the items that were solved. @param found  bit: lane
@@ -231,16 +235,21 @@ HWY_INLINE void solve(int first, int count, Work& work) {
 HWY_INLINE void solve_waiting(Work& work) {
     constexpr auto kLanes = int(hn::MaxLanes(D()));
     Waiting& waiting = work.waiting;
-    int solved = 0;
-    while (waiting.before_last - solved >= kCellGroup || solved < waiting.oldest) {
-        const int count = std::min(waiting.before_last - solved, kCellGroup);
+    while (waiting.last - waiting.begin >= kCellGroup || waiting.begin < waiting.oldest) {
+        const int count = std::min(waiting.last - waiting.begin, kCellGroup);
         for (int lane = 0; lane < count; lane += kLanes)
-            solve(solved + lane, std::min(count - lane, kLanes), work);
-        solved += count;
+            solve(waiting.begin + lane, std::min(count - lane, kLanes), work);
+        waiting.begin += count;
     }
-    for (int n = solved; n < waiting.count; ++n) waiting.item[n - solved] = waiting.item[n];
-    waiting.oldest = waiting.before_last - solved;
-    waiting.before_last = waiting.count -= solved;
+    // Another group may need room for all its candidates.
+    if (waiting.end > Waiting::kCapacity - kCellGroup * kMaxCandidates) {
+        std::copy(waiting.item + waiting.begin, waiting.item + waiting.end, waiting.item);
+        waiting.last -= waiting.begin;
+        waiting.end -= waiting.begin;
+        waiting.begin = 0;
+    }
+    waiting.oldest = waiting.last;
+    waiting.last = waiting.end;
 }
 
 StripTarget target_of(const StripNodes& strip, const CellTarget& target, CellFaces faces) {
@@ -304,7 +313,7 @@ HWY_INLINE void look_into_group(Vec3i place, unsigned use, Work& work) {
 
 void write_strip(const StripNodes& strip, const CellTarget& target, CellFaces faces,
                  Leftovers& left) {
-    Work work{strip, target, target_of(strip, target, faces), left, 0, {}, {}, {}};
+    Work work(strip, target, target_of(strip, target, faces), left);
     const std::span<const RowBits> use = strip.use();
     for (std::size_t r = 0; r < use.size(); ++r)
         for (int x = 0; x < strip.cells(); x += kCellGroup) {

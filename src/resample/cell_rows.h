@@ -57,10 +57,12 @@ struct CellRows {
 /// i + 4·j + 16·k steps from the first one. They are solved a group later than listed: memory that
 /// was written in pieces takes a while until it can be read as a whole.
 struct Waiting {
-    alignas(64) std::int32_t item[kCellGroup * (2 * kMaxCandidates + 3)];
-    int count = 0;
-    int before_last = 0;  ///< of them, from groups before the latest one
-    int oldest = 0;       ///< of them, from groups before that
+    static constexpr int kCapacity = 4 * kCellGroup * kMaxCandidates;
+    alignas(64) std::int32_t item[kCapacity + kCellGroup];
+    int begin = 0;   ///< of those that are not solved yet
+    int oldest = 0;  ///< end of those from groups before the last but one …
+    int last = 0;    ///< … and of those from groups before the latest
+    int end = 0;
 };
 inline constexpr int kLaneBits = 6;  ///< of an item: lane in CellRows
 static_assert(1u << kLaneBits == kKeptGroups * kCellGroup);
