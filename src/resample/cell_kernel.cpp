@@ -51,6 +51,32 @@ class RowsAt {
     [[maybe_unused]] const unsigned m_even, m_odd;
 };
 
+HWY_INLINE M has_moved(const Vec& from, const Vec& to) {
+    const Vec change{hn::Sub(to.x, from.x), hn::Sub(to.y, from.y), hn::Sub(to.z, from.z)};
+    return hn::Gt(largest_size(change), hn::Set(D(), kSettled));
+}
+
+HWY_INLINE Vec if_then_else(M which, const Vec& a, const Vec& b) {
+    return {hn::IfThenElse(which, a.x, b.x), hn::IfThenElse(which, a.y, b.y),
+            hn::IfThenElse(which, a.z, b.z)};
+}
+
+/// @param s  of the other lanes. @param[in,out] moving  joined by lanes that did not settle
+HWY_NOINLINE Vec settle_by_newton(const Bending& g, const Vec& s1, Vec s, M lanes, M& moving) {
+    const D d;
+    const auto start = [&](V x) HWY_ATTR {
+        return hn::Min(hn::Max(x, hn::Set(d, -1)), hn::Set(d, 1));
+    };
+    s = if_then_else(lanes, {start(s1.x), start(s1.y), start(s1.z)}, s);
+    for (int step = 0; step < kMaxSteps && !hn::AllFalse(d, lanes); ++step) {
+        const Vec next = newton_step(g, s1, s), before = s;
+        s = if_then_else(lanes, next, s);
+        lanes = hn::And(lanes, has_moved(before, s));
+    }
+    moving = hn::Or(moving, lanes);
+    return s;
+}
+
 /// Solves s + G(s) = s₁ with as many steps as the cells' bends ask for.
 /// @param[out] moving  lanes that did not settle
 HWY_INLINE Vec settle(const RowsAt& at, const Vec& s1, M active, M& moving) {
@@ -61,22 +87,20 @@ HWY_INLINE Vec settle(const RowsAt& at, const Vec& s1, M active, M& moving) {
     const Bending g{at.vec(kRowG), at.vec(kRowG + 3), at.vec(kRowG + 6), at.vec(kRowG + 9)};
     Vec s = s1;
     for (std::size_t step = 0; step < kFlatSteps; ++step) s = next_step(g, s1, s);
-    moving = hn::And(active, hn::Gt(bend, hn::Set(d, kBends[kFlatSteps])));
+    const M very = hn::And(active, hn::Ge(bend, hn::Set(d, kMostBent)));
+    moving = hn::AndNot(very, hn::And(active, hn::Gt(bend, hn::Set(d, kBends[kFlatSteps]))));
     for (std::size_t step = kFlatSteps + 1; step < kMaxSteps; ++step) {
         if (hn::AllFalse(d, moving)) break;
         const Vec next = next_step(g, s1, s), before = s;
         // Settled lanes stay as they are, or they would depend on their neighbours.
-        s = {hn::IfThenElse(moving, next.x, s.x), hn::IfThenElse(moving, next.y, s.y),
-             hn::IfThenElse(moving, next.z, s.z)};
+        s = if_then_else(moving, next, s);
         if (step < kWatched) {
             moving = hn::And(moving, hn::Gt(bend, hn::Set(d, kBends[step])));
         } else {
-            const Vec change{hn::Sub(s.x, before.x), hn::Sub(s.y, before.y),
-                             hn::Sub(s.z, before.z)};
-            moving = hn::And(moving, hn::Gt(largest_size(change), hn::Set(d, kSettled)));
+            moving = hn::And(moving, has_moved(before, s));
         }
     }
-    return s;
+    return HWY_UNLIKELY(!hn::AllFalse(d, very)) ? settle_by_newton(g, s1, s, very, moving) : s;
 }
 
 HWY_INLINE V lerp(V a, V b, V t) {
@@ -282,7 +306,7 @@ HWY_INLINE void look_into_group(Vec3i place, unsigned use, Work& work) {
     work.rows.first_cell[slot] = n;
     std::array<Prepared, kCellGroup / kLanes> cells;
     unsigned fast = 0;
-    bool is_bent = false;
+    bool is_bent = false, is_very_bent = false;
     std::array<int, 3> along{1, 1, 1};
     for (unsigned part = 0, lane = 0; lane < kCellGroup; ++part, lane += kLanes) {
         const M used = mask_of(use >> lane & kAllLanes);
@@ -290,10 +314,17 @@ HWY_INLINE void look_into_group(Vec3i place, unsigned use, Work& work) {
                      hn::Set(d, float(place.y)), hn::Set(d, float(place.z))};
         cells[part] = prepare(work.strip, std::size_t(n) + lane, at, work.to, first_lane + lane,
                               work.rows);
-        const M ready = hn::And(used, cells[part].fast);
+        M ready = hn::And(used, cells[part].fast);
+        const auto is_beyond = [&](float bend) HWY_ATTR {
+            return !hn::AllFalse(d, hn::And(ready, hn::Ge(cells[part].most, hn::Set(d, bend))));
+        };
+        is_bent |= is_beyond(kBends[kFlatSteps]);
+        if (HWY_UNLIKELY(is_beyond(kMostBent))) {
+            is_very_bent = true;
+            ready = hn::And(ready, hn::Or(hn::Lt(cells[part].most, hn::Set(d, kMostBent)),
+                                          is_nowhere_folded(work.strip, std::size_t(n) + lane)));
+        }
         fast |= bits_of(ready) << lane;
-        is_bent |= !hn::AllFalse(
-            d, hn::And(ready, hn::Gt(cells[part].most, hn::Set(d, kBends[kFlatSteps]))));
         for (std::size_t a = 0; a < 3; ++a)
             along[a] = most_along(cells[part].count[a], ready, along[a]);
     }
@@ -301,6 +332,7 @@ HWY_INLINE void look_into_group(Vec3i place, unsigned use, Work& work) {
         list_candidates<kIsBent>(cells, fast, work.to.high_slack, work.rows, first_lane, points,
                                  work.waiting);
     };
+    is_bent &= !is_very_bent;  // where nothing is gained by looking more closely
     // The usual case is known to the compiler.
     constexpr std::array<int, 3> kTwo{2, 2, 2};
     if (along == kTwo)
