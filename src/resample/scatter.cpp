@@ -139,8 +139,11 @@ void Scatter::write_strips(const ScatterJob& job, const CellTarget& target) {
         return std::tie(a.voxel, a.strip, a.cell) < std::tie(b.voxel, b.strip, b.cell);
     });
     for (const EdgeVoxel& edge : m_edge) write_edge(edge, target);
+    m_contested.clear();
     for (std::size_t w = 0; w < writers; ++w)
-        for (const Box3i& box : m_writers[w].contested()) m_writers[w].open_again(job, target, box);
+        m_contested.insert(m_contested.end(), m_writers[w].contested().begin(),
+                           m_writers[w].contested().end());
+    open_again(job, target, m_contested);
 }
 
 void Scatter::find_dirty(const Lattice& lattice) {

@@ -67,6 +67,7 @@ class Scatter {
     std::vector<Slab> m_slabs;
     std::vector<SlabWriter> m_writers;
     std::vector<EdgeVoxel> m_edge;
+    std::vector<Box3i> m_contested;
     std::unique_ptr<std::uint8_t[], Free> m_open;  ///< per voxel, all 0 between updates
     std::vector<Box3i> m_boxes;
 };

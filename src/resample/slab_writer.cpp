@@ -16,6 +16,7 @@ namespace pliant {
 namespace {
 
 constexpr double kOnFace = 1e-9;  ///< tolerance of barycentric coordinates
+constexpr float kBoxSlack = 1e-3f;  ///< of single precision [voxels]
 constexpr std::size_t kStripsAtOnce = 4;
 
 constexpr std::array<Vec3d, 8> kRestCorners = {
@@ -203,37 +204,74 @@ void SlabWriter::write_strips(const ScatterJob& job, const CellTarget& target,
                               strip.reach, target.box.begin.z, target.box.end.z))
                 continue;
             if (m_strip.is_wild()) {
-                m_contested.push_back(strip.voxels);
+                contest(strip.voxels, job.lattice.brick_size());
                 continue;
             }
             const std::size_t edges = m_left.edge.size();
             m_left.slow.clear();
             write_cells(m_strip, target, CellFaces::HalfOpen, m_left);
             for (std::size_t e = edges; e < m_left.edge.size(); ++e) m_left.edge[e].strip = int(n);
-            for (const int cell : m_left.slow) {
-                const Vec3i first_element = m_strip.first_element() + m_strip.local(cell);
-                const Box3i box =
-                    overlap(voxels_around(corners_of(job.lattice, cell), first_element), target.box);
-                if (!is_empty(box)) m_contested.push_back(box);
-            }
+            for (const int cell : m_left.slow)
+                contest(overlap(box_of(cell), target.box), job.lattice.brick_size());
         }
 }
 
-void SlabWriter::open_again(const ScatterJob& job, const CellTarget& target, const Box3i& box) {
-    const int size = job.lattice.brick_size();
-    std::array<RowBits, 32 * 32> rows;
-    const Vec3i last = job.lattice.brick_of(box.end - Vec3i{1, 1, 1});
-    for_each_in({job.lattice.brick_of(box.begin), last + Vec3i{1, 1, 1}}, [&](Vec3i brick) {
-        if (!job.dirty[std::size_t(brick.x + job.bricks.x * (brick.y + job.bricks.y * brick.z))] ||
-            !job.touched.changeable_rows(brick, rows.data()))
-            return;
-        const Vec3i first = size * brick;
-        for_each_in(overlap({first, first + Vec3i{size, size, size}}, box), [&](Vec3i p) {
-            const Vec3i local = p - first;
-            *open_at(target, p) |=
-                rows[std::size_t(local.y + size * local.z)] >> local.x & 1;
-        });
+/// Adds a box's parts in each brick.
+void SlabWriter::contest(const Box3i& voxels, int brick_size) {
+    if (is_empty(voxels)) return;
+    Box3i bricks;
+    for (int a = 0; a < 3; ++a) {
+        bricks.begin[a] = voxels.begin[a] / brick_size;
+        bricks.end[a] = (voxels.end[a] - 1) / brick_size + 1;
+    }
+    for_each_in(bricks, [&](Vec3i brick) {
+        const Vec3i first = brick_size * brick;
+        m_contested.push_back(
+            overlap(voxels, {first, first + Vec3i{brick_size, brick_size, brick_size}}));
     });
+}
+
+/// Box of the voxels that may lie in a cell, and perhaps one more, from single precision.
+Box3i SlabWriter::box_of(int cell) const {
+    Box3i box;
+    const Vec3i local = m_strip.local(cell);
+    for (int a = 0; a < 3; ++a) {
+        float low = INFINITY, high = -INFINITY;
+        for (int c = 0; c < 8; ++c) {
+            const int n = cell + m_strip.index(c & 1, c >> 1 & 1, c >> 2);
+            const float place = 8 * m_strip.eighth_u(a)[n] + float(c >> a & 1);
+            low = std::min(low, place), high = std::max(high, place);
+        }
+        const int first = m_strip.origin()[a] + local[a];
+        box.begin[a] = first + int(std::ceil(low - kBoxSlack));
+        box.end[a] = first + int(std::floor(high + kBoxSlack)) + 1;
+    }
+    return box;
+}
+
+void open_again(const ScatterJob& job, const CellTarget& target, std::vector<Box3i>& boxes) {
+    const int size = job.lattice.brick_size();
+    const auto place_of = [&](const Box3i& box) {
+        const Vec3i p = box.begin;
+        return std::size_t(p.x / size + job.bricks.x * (p.y / size + job.bricks.y * (p.z / size)));
+    };
+    std::sort(boxes.begin(), boxes.end(),
+              [&](const Box3i& a, const Box3i& b) { return place_of(a) < place_of(b); });
+    std::array<RowBits, 32 * 32> rows;
+    std::size_t last = SIZE_MAX;
+    bool can_change = false;
+    for (const Box3i& box : boxes) {
+        const Vec3i brick = job.lattice.brick_of(box.begin);
+        if (const std::size_t place = place_of(box); place != last) {
+            last = place;
+            can_change = job.dirty[place] && job.touched.changeable_rows(brick, rows.data());
+        }
+        if (!can_change) continue;
+        for_each_in(box, [&](Vec3i p) {
+            const Vec3i local = p - size * brick;
+            *open_at(target, p) |= rows[std::size_t(local.y + size * local.z)] >> local.x & 1;
+        });
+    }
 }
 
 std::int64_t SlabWriter::write(const ScatterJob& job, const CellTarget& target,
@@ -286,7 +324,9 @@ void SlabWriter::scatter(const ScatterJob& job, const CellTarget& target, Mappin
         if (mapping == Mapping::Cells && !m_strip.is_wild()) {
             m_left.slow.clear();
             write_cells(m_strip, target, faces, m_left);
-            for (const int cell : m_left.slow) write_cell(job, target, mapping, cell);
+            for (const int cell : m_left.slow)
+                if (any_open(target, overlap(box_of(cell), target.box)))
+                    write_cell(job, target, mapping, cell);
             m_met_slow |= !m_left.slow.empty();
             continue;
         }

@@ -58,21 +58,22 @@ struct ScatterJob {
     Vec3i bricks;                           ///< of the scan
 };
 
+/// Opens once more what can change in some boxes of dirty bricks.
+/// @param boxes  within a brick each; sorted by brick when it returns
+void open_again(const ScatterJob& job, const CellTarget& target, std::vector<Box3i>& boxes);
+
 class SlabWriter {
   public:
     /// Finds the voxels to write in the given bricks, opens them, and puts back all others.
     OpenVoxels open(const ScatterJob& job, const CellTarget& target, std::span<DirtyBrick> bricks);
 
     /// Writes strips until there are none left. Voxels on edges, and boxes around cells that may be
-    /// folded, stay behind: edge_voxels() and contested().
+    /// folded, cut into bricks, stay behind: edge_voxels() and contested().
     /// @param next  strip that nobody has taken yet
     void write_strips(const ScatterJob& job, const CellTarget& target,
                       std::atomic<std::size_t>& next);
     const std::vector<EdgeVoxel>& edge_voxels() const { return m_left.edge; }
     const std::vector<Box3i>& contested() const { return m_contested; }
-
-    /// Opens what can change in a box of dirty bricks once more.
-    void open_again(const ScatterJob& job, const CellTarget& target, const Box3i& box);
 
     /// Writes the open voxels of the bricks, which lie in target.box.
     /// @param left  most are written already
@@ -86,6 +87,8 @@ class SlabWriter {
                  bool left);
     void write_cell(const ScatterJob& job, const CellTarget& target, Mapping mapping, int cell);
     std::array<Vec3d, 8> corners_of(const Lattice& lattice, int cell) const;
+    Box3i box_of(int cell) const;
+    void contest(const Box3i& voxels, int brick_size);
 
     StripNodes m_strip;
     Leftovers m_left;
