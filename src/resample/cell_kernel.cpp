@@ -61,6 +61,11 @@ HWY_INLINE Vec if_then_else(M which, const Vec& a, const Vec& b) {
             hn::IfThenElse(which, a.z, b.z)};
 }
 
+/// At the border that newton_step keeps to.
+HWY_INLINE M is_held(const Vec& s) {
+    return hn::Ge(largest_size(s), hn::Set(D(), kNewtonReach));
+}
+
 /// @param s  of the other lanes. @param[in,out] moving  joined by lanes that did not settle
 HWY_NOINLINE Vec settle_by_newton(const Bending& g, const Vec& s1, Vec s, M lanes, M& moving) {
     const D d;
@@ -68,10 +73,13 @@ HWY_NOINLINE Vec settle_by_newton(const Bending& g, const Vec& s1, Vec s, M lane
         return hn::Min(hn::Max(x, hn::Set(d, -1)), hn::Set(d, 1));
     };
     s = if_then_else(lanes, {start(s1.x), start(s1.y), start(s1.z)}, s);
-    for (int step = 0; step < kMaxSteps && !hn::AllFalse(d, lanes); ++step) {
+    for (int step = 0; step < kNewtonSteps && !hn::AllFalse(d, lanes); ++step) {
         const Vec next = newton_step(g, s1, s), before = s;
         s = if_then_else(lanes, next, s);
         lanes = hn::And(lanes, has_moved(before, s));
+        // What is held back at the border for long has its answer beyond.
+        if (step >= kNewtonSteps / 2)
+            lanes = hn::AndNot(hn::And(is_held(before), is_held(s)), lanes);
     }
     moving = hn::Or(moving, lanes);
     return s;

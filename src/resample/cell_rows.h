@@ -24,6 +24,7 @@ inline constexpr int kMaxCandidates = kMaxAlong * kMaxAlong * kMaxAlong;
 
 /// Steps of s ← s₁ − G(s) after which a cell that has not settled is slow.
 inline constexpr int kMaxSteps = 40;
+inline constexpr int kNewtonSteps = 16;  ///< of strongly bent cells, likewise
 
 /// Steps from which on is watched whether they still move s; fewer are simply taken.
 inline constexpr std::size_t kWatched = 4;
