@@ -313,7 +313,7 @@ HWY_INLINE void look_into_group(Vec3i place, unsigned use, Work& work) {
     const unsigned slot = work.group % kKeptGroups, first_lane = slot * kCellGroup;
     work.rows.first_cell[slot] = n;
     std::array<Prepared, kCellGroup / kLanes> cells;
-    unsigned fast = 0;
+    unsigned fast = 0, folded = 0;
     bool is_bent = false, is_very_bent = false;
     std::array<int, 3> along{1, 1, 1};
     for (unsigned part = 0, lane = 0; lane < kCellGroup; ++part, lane += kLanes) {
@@ -327,10 +327,13 @@ HWY_INLINE void look_into_group(Vec3i place, unsigned use, Work& work) {
             return !hn::AllFalse(d, hn::And(ready, hn::Ge(cells[part].most, hn::Set(d, bend))));
         };
         is_bent |= is_beyond(kBends[kFlatSteps]);
-        if (HWY_UNLIKELY(is_beyond(kMostBent))) {
-            is_very_bent = true;
-            ready = hn::And(ready, hn::Or(hn::Lt(cells[part].most, hn::Set(d, kMostBent)),
-                                          is_nowhere_folded(work.strip, std::size_t(n) + lane)));
+        is_very_bent |= is_beyond(kMostBent);
+        const M simple = hn::And(ready, hn::Lt(cells[part].most, hn::Set(d, kMostBent)));
+        const M doubtful = hn::AndNot(simple, used);
+        if (HWY_UNLIKELY(!hn::AllFalse(d, doubtful))) {
+            const M sound = is_nowhere_folded(work.strip, std::size_t(n) + lane);
+            folded |= bits_of(hn::AndNot(sound, doubtful)) << lane;
+            ready = hn::Or(simple, hn::And(ready, sound));
         }
         fast |= bits_of(ready) << lane;
         for (std::size_t a = 0; a < 3; ++a)
@@ -349,6 +352,7 @@ HWY_INLINE void look_into_group(Vec3i place, unsigned use, Work& work) {
         is_bent ? list.template operator()<true>(along) : list.template operator()<false>(along);
     for (unsigned left = use & ~fast; left; left &= left - 1)
         work.left.slow.push_back(n + __builtin_ctz(left));
+    for (; folded; folded &= folded - 1) work.left.folded.push_back(n + __builtin_ctz(folded));
 }
 
 void write_strip(const StripNodes& strip, const CellTarget& target, CellFaces faces,

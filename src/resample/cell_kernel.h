@@ -78,8 +78,10 @@ struct EdgeVoxel {
 
 /// What a strip leaves for later.
 struct Leftovers {
-    /// Cells that are folded or nearly so, very thin, or reach too far: to be written one by one.
+    /// Cells that may be folded, are very thin, or reach too far: to be written one by one.
     std::vector<int> slow;
+    /// Those of them that may be folded.
+    std::vector<int> folded;
     /// In any order. If they are wanted, the voxels that are written at once lie in one cell only,
     /// unless a folded cell covers them too (see Scatter).
     std::vector<EdgeVoxel> edge;

@@ -209,9 +209,10 @@ void SlabWriter::write_strips(const ScatterJob& job, const CellTarget& target,
             }
             const std::size_t edges = m_left.edge.size();
             m_left.slow.clear();
+            m_left.folded.clear();
             write_cells(m_strip, target, CellFaces::HalfOpen, m_left);
             for (std::size_t e = edges; e < m_left.edge.size(); ++e) m_left.edge[e].strip = int(n);
-            for (const int cell : m_left.slow)
+            for (const int cell : m_left.folded)
                 contest(overlap(box_of(cell), target.box), job.lattice.brick_size());
         }
 }
@@ -323,6 +324,7 @@ void SlabWriter::scatter(const ScatterJob& job, const CellTarget& target, Mappin
             continue;
         if (mapping == Mapping::Cells && !m_strip.is_wild()) {
             m_left.slow.clear();
+            m_left.folded.clear();
             write_cells(m_strip, target, faces, m_left);
             for (const int cell : m_left.slow)
                 if (any_open(target, overlap(box_of(cell), target.box)))
