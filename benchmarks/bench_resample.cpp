@@ -89,8 +89,8 @@ void resample(benchmark::State& state) {
 }
 
 /// A drag with a million moved elements that swings from one side to the other, since on a way back
-/// by less most elements stay where they are: each frame clamps them all and writes their voxels. One item is a written voxel. Arguments: side of the scan, length of
-/// the drag in voxels, threads.
+/// by less most elements stay where they are: each frame clamps them all and writes their voxels.
+/// One item is a written voxel. Arguments: side of the scan, length of the drag in voxels, threads.
 void whole_frame(benchmark::State& state) {
     const TaskArena arena(int(state.range(2)));
     const Volume volume = wavy_volume(int(state.range(0)));

@@ -69,9 +69,8 @@ HWY_INLINE M is_held(const Vec& s) {
 /// @param s  of the other lanes. @param[in,out] moving  joined by lanes that did not settle
 HWY_NOINLINE Vec settle_by_newton(const Bending& g, const Vec& s1, Vec s, M lanes, M& moving) {
     const D d;
-    const auto start = [&](V x) HWY_ATTR {
-        return hn::Min(hn::Max(x, hn::Set(d, -1)), hn::Set(d, 1));
-    };
+    const auto start = [&](V x)
+                           HWY_ATTR { return hn::Min(hn::Max(x, hn::Set(d, -1)), hn::Set(d, 1)); };
     s = if_then_else(lanes, {start(s1.x), start(s1.y), start(s1.z)}, s);
     for (int step = 0; step < kNewtonSteps && !hn::AllFalse(d, lanes); ++step) {
         const Vec next = newton_step(g, s1, s), before = s;
@@ -157,9 +156,8 @@ HWY_INLINE void write_solved(const Solved& solved, unsigned found, const StripTa
     };
     if (strip.is_16_bit && !strip.with_inverse) {
         std::int16_t* voxels = to.voxels16;
-        write([&](unsigned lane, std::ptrdiff_t voxel) HWY_ATTR {
-            put(voxels[voxel], std::int16_t(solved.whole[lane]));
-        });
+        write([&](unsigned lane, std::ptrdiff_t voxel)
+                  HWY_ATTR { put(voxels[voxel], std::int16_t(solved.whole[lane])); });
         return;
     }
     write([&](unsigned lane, std::ptrdiff_t voxel) HWY_ATTR {
@@ -211,8 +209,8 @@ HWY_INLINE void solve(int first, int count, Work& work) {
     M active = hn::FirstN(d, std::size_t(count));
     const unsigned last = (work.group - 1) % kKeptGroups, other = (work.group - 2) % kKeptGroups;
     const auto fill = hn::Set(di, std::int32_t(kCellGroup * last));
-    const auto item = hn::IfThenElse(hn::RebindMask(di, active),
-                                     hn::LoadU(di, work.waiting.item + first), fill);
+    const auto item =
+        hn::IfThenElse(hn::RebindMask(di, active), hn::LoadU(di, work.waiting.item + first), fill);
     const RowsAt at(rows, hn::And(item, hn::Set(di, (1 << kLaneBits) - 1)),
                     kCellGroup * (last % 2 ? other : last), kCellGroup * (last % 2 ? last : other));
     const auto three = hn::Set(di, 3);
@@ -220,9 +218,9 @@ HWY_INLINE void solve(int first, int count, Work& work) {
                j = hn::And(hn::ShiftRight<kLaneBits + 2>(item), three),
                k = hn::ShiftRight<kLaneBits + 4>(item);
     const Vec steps{hn::ConvertTo(d, i), hn::ConvertTo(d, j), hn::ConvertTo(d, k)};
-    const Vec s1 = mul_add(steps.x, at.vec(kRowJ),
-                           mul_add(steps.y, at.vec(kRowJ + 3),
-                                   mul_add(steps.z, at.vec(kRowJ + 6), at.vec(kRowS))));
+    const Vec s1 = mul_add(
+        steps.x, at.vec(kRowJ),
+        mul_add(steps.y, at.vec(kRowJ + 3), mul_add(steps.z, at.vec(kRowJ + 6), at.vec(kRowS))));
     M unsettled;
     const Vec s = settle(at, s1, active, unsettled);
     if (HWY_UNLIKELY(!hn::AllFalse(d, unsettled))) {
@@ -237,8 +235,8 @@ HWY_INLINE void solve(int first, int count, Work& work) {
     M found = hn::And(active, hn::And(hn::Ge(least, hn::Set(d, -1 - kLowSlack)),
                                       hn::Le(largest(s), hn::Set(d, 1 - to.high_slack))));
     if (!to.is_inside) found = hn::AndNot(outside(sum(at.vec(kRowPlace), steps), to), found);
-    hn::Store(hn::Add(hn::Add(at.voxel(), i), hn::Add(hn::Mul(j, hn::Set(di, to.row)),
-                                                      hn::Mul(k, hn::Set(di, to.slice)))),
+    hn::Store(hn::Add(hn::Add(at.voxel(), i),
+                      hn::Add(hn::Mul(j, hn::Set(di, to.row)), hn::Mul(k, hn::Set(di, to.slice)))),
               di, work.solved.voxel);
     const Vec t{unit_interval(s.x), unit_interval(s.y), unit_interval(s.z)};
     const V value = value_at(at, t);
@@ -320,8 +318,8 @@ HWY_INLINE void look_into_group(Vec3i place, unsigned use, Work& work) {
         const M used = mask_of(use >> lane & kAllLanes);
         const Vec at{hn::Add(hn::Iota(d, 0), hn::Set(d, float(place.x + int(lane)))),
                      hn::Set(d, float(place.y)), hn::Set(d, float(place.z))};
-        cells[part] = prepare(work.strip, std::size_t(n) + lane, at, work.to, first_lane + lane,
-                              work.rows);
+        cells[part] =
+            prepare(work.strip, std::size_t(n) + lane, at, work.to, first_lane + lane, work.rows);
         M ready = hn::And(used, cells[part].fast);
         const auto is_beyond = [&](float bend) HWY_ATTR {
             return !hn::AllFalse(d, hn::And(ready, hn::Ge(cells[part].most, hn::Set(d, bend))));
@@ -411,8 +409,9 @@ void find_moved_rows(const std::array<Fixed*, 3>& u, int size, RowBits* HWY_REST
         RowBits bits = 0;
         int x = 0;
         for (; x + kLanes <= size; x += kLanes) {
-            const auto any = hn::Or(hn::Or(hn::LoadU(d, u[0] + at + x), hn::LoadU(d, u[1] + at + x)),
-                                    hn::LoadU(d, u[2] + at + x));
+            const auto any =
+                hn::Or(hn::Or(hn::LoadU(d, u[0] + at + x), hn::LoadU(d, u[1] + at + x)),
+                       hn::LoadU(d, u[2] + at + x));
             std::uint8_t mask[8] = {};
             hn::StoreMaskBits(d, hn::Ne(any, hn::Zero(d)), mask);
             bits |= RowBits(mask[0]) << x;

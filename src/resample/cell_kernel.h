@@ -19,8 +19,9 @@
 // left over waits for the next group's. They wait apart by the steps that they need.
 //
 // Every target does the same single-precision operations in the same order on each cell, with the
-// same fused multiply-adds (in software where the processor has none), and cells are taken in groups
-// of kCellGroup whatever the vector's width: so the results are the same bits on each machine.
+// same fused multiply-adds (in software where the processor has none), and cells are taken in
+// groups of kCellGroup whatever the vector's width: so the results are the same bits on each
+// machine.
 
 #pragma once
 

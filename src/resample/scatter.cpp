@@ -95,8 +95,8 @@ OpenVoxels Scatter::look(const Lattice& lattice, Mapping mapping, Volume& deform
 std::int64_t Scatter::write(const Lattice& lattice, Mapping mapping, Volume& deformed,
                             Vec3f* inverse_mm, const Box3i& inverse_box) {
     const ScatterJob job = job_of(lattice, mapping);
-    const bool one_to_one = mapping == Mapping::Cells && !m_now.has_edits() &&
-                            !lattice.is_void({-1, 0, 0});
+    const bool one_to_one =
+        mapping == Mapping::Cells && !m_now.has_edits() && !lattice.is_void({-1, 0, 0});
     if (one_to_one) {
         CellTarget target = target_of(voxel_box(m_original.grid), deformed);
         target.inverse_mm = inverse_mm;
@@ -215,8 +215,7 @@ void Scatter::list_strips(const Lattice& lattice) {
         const Vec3i coord{bricks * int(std::floor(double(brick.x) / bricks)), brick.y, brick.z};
         if (coord == last) continue;
         last = coord;
-        const CellReach reach =
-            reach_of_strip(m_now, m_original.grid, lattice.brick_size(), coord);
+        const CellReach reach = reach_of_strip(m_now, m_original.grid, lattice.brick_size(), coord);
         const Box3i voxels = voxels_within(reach, voxel_box(m_original.grid));
         if (!is_empty(voxels)) m_strips.push_back({coord, reach, voxels});
     }

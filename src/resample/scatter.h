@@ -59,9 +59,9 @@ class Scatter {
     const TaskArena& m_arena;
     Vec3i m_brick_count{0, 0, 0};
     Snapshot m_now, m_before;
-    TouchedCells m_touched;  ///< now
+    TouchedCells m_touched;                        ///< now
     std::vector<std::uint8_t> m_dirty, m_changed;  ///< per brick of the scan
-    std::vector<std::uint8_t> m_block_flags;  ///< of the blocks in some box
+    std::vector<std::uint8_t> m_block_flags;       ///< of the blocks in some box
     std::vector<DirtyBrick> m_bricks;
     std::vector<ReachingStrip> m_strips;
     std::vector<Slab> m_slabs;

@@ -15,7 +15,7 @@
 namespace pliant {
 namespace {
 
-constexpr double kOnFace = 1e-9;  ///< tolerance of barycentric coordinates
+constexpr double kOnFace = 1e-9;    ///< tolerance of barycentric coordinates
 constexpr float kBoxSlack = 1e-3f;  ///< of single precision [voxels]
 constexpr std::size_t kStripsAtOnce = 4;
 

@@ -9,10 +9,10 @@
 // cells lies in a folded one too (a voxel is covered once more from the right side than from the
 // wrong one): the boxes around those are contested, and written again.
 //
-// What is contested, or beside cuts and carved cells, is divided by the place where it is written: a
-// slab is some layers of bricks, one task. Each task visits the strips that may reach into its slab,
-// in one fixed order, and the first cell to cover a voxel writes it. Either way the result doesn't
-// depend on the number of threads.
+// What is contested, or beside cuts and carved cells, is divided by the place where it is written:
+// a slab is some layers of bricks, one task. Each task visits the strips that may reach into its
+// slab, in one fixed order, and the first cell to cover a voxel writes it. Either way the result
+// doesn't depend on the number of threads.
 
 #pragma once
 

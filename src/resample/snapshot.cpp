@@ -45,11 +45,10 @@ void find_altered_rows(BrickRecord& record, int size, RowBits* rows) {
     if (record.edits)
         for (std::size_t r = 0; r < count; ++r)
             for (int x = 0; x < size; ++x)
-                rows[r] |= RowBits((record.edits[r * std::size_t(size) + std::size_t(x)] & kVoid) !=
-                                   0)
-                           << x;
-    record.is_full =
-        std::all_of(rows, rows + count, [all](RowBits row) { return row == all; });
+                rows[r] |=
+                    RowBits((record.edits[r * std::size_t(size) + std::size_t(x)] & kVoid) != 0)
+                    << x;
+    record.is_full = std::all_of(rows, rows + count, [all](RowBits row) { return row == all; });
 }
 
 }  // namespace

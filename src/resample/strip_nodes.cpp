@@ -207,8 +207,8 @@ void StripNodes::load_displacements(const Grid& grid, int axis) {
     for (std::size_t b = 0; b < m_records.size(); ++b)
         m_from[b] = m_records[b] && m_records[b]->brick ? m_records[b]->brick->u[std::size_t(axis)]
                                                         : m_at_rest.data();
-    convert_displacements(m_from, m_rows, m_size, base, float(scale / 8), float((voxels - whole) / 8),
-                          m_u[std::size_t(axis)].data());
+    convert_displacements(m_from, m_rows, m_size, base, float(scale / 8),
+                          float((voxels - whole) / 8), m_u[std::size_t(axis)].data());
 }
 
 /// Takes away the layers of cells that are wholly beyond the given layers of voxels.

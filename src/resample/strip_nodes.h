@@ -71,8 +71,8 @@ class StripNodes {
     Vec3i first_element() const { return m_first; }
     /// Place that u is relative to: first_element() and the strip's whole-voxel shift.
     Vec3i origin() const { return m_origin; }
-    /// In eighths of a voxel's width, which is what cells sum up. Rows that no cell in use() needs are
-    /// left out: they hold anything. Padded by a vector's width.
+    /// In eighths of a voxel, which is what cells sum up. Rows that no cell in use() needs
+    /// are left out: they hold anything. Padded by a vector's width.
     const float* eighth_u(int axis) const { return m_u[std::size_t(axis)].data(); }
     const float* values() const { return m_values.data(); }
     /// Bit x of row y + size()·z: the cell is written.

@@ -89,8 +89,7 @@ bool TouchedCells::find_rows(const Snapshot& snapshot, Vec3i brick, RowBits* row
     RowBits everywhere = low_bits(size);
     for (int z = 0; z < size; ++z)
         for (int y = 0; y < size; ++y)
-            everywhere &= rows[y + size * z] =
-                halo[std::size_t(y + side * z)] & low_bits(size);
+            everywhere &= rows[y + size * z] = halo[std::size_t(y + side * z)] & low_bits(size);
     return everywhere == low_bits(size);
 }
 

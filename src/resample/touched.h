@@ -37,9 +37,7 @@ class TouchedCells {
         return std::size_t(p.x) +
                std::size_t(n.x) * (std::size_t(p.y) + std::size_t(n.y) * std::size_t(p.z));
     }
-    int find(Vec3i brick) const {
-        return contains(m_box, brick) ? m_place_of[slot_of(brick)] : -1;
-    }
+    int find(Vec3i brick) const { return contains(m_box, brick) ? m_place_of[slot_of(brick)] : -1; }
     const RowBits* rows_of(int place) const {
         return m_rows.data() + std::size_t(place) * std::size_t(m_size) * std::size_t(m_size);
     }
