@@ -208,10 +208,7 @@ void add_bump_pushes(Page& page, Bump bump, const TaskArena& arena) {
     for (const char* state : {"at rest", "pushed, off", "pushed, on"}) {
         Scenario s = bump_scenario(bump, state == std::string_view("pushed, on"), arena);
         const bool pushed = state != std::string_view("at rest");
-        if (pushed)
-            s.push({{double(tip.x), tip.y + 1.0, double(tip.z)},
-                    {0, overhanging ? 6.0 : 8.0, 0},
-                    2.5});
+        if (pushed) s.push(bump_push(bump));
         const Volume deformed = deform_volume(*s.tissue).volume;
         views.push_back(bump_view(deformed, arena, kBumpSide_px));
         cuts.push_back(bump_picture(s, kBumpSide_px));

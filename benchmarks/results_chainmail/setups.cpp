@@ -214,6 +214,12 @@ Scenario bump_scenario(Bump bump, bool air, const TaskArena& arena) {
     return make_scenario(filled({80, 80, 64}, {1, 1, 1}, value), tissue_settings(air), arena);
 }
 
+Push bump_push(Bump bump) {
+    const bool overhanging = bump == Bump::Overhang;
+    const Vec3i tip = overhanging ? kHeadEnd : kBumpTip;
+    return {{double(tip.x), tip.y + 1.0, double(tip.z)}, {0, overhanging ? 6.0 : 8.0, 0}, 2.5};
+}
+
 namespace {
 constexpr double kAboveFinger_mm = kBumpTip.y - kFingerTool_mm;  ///< where the tool touches the tip
 constexpr double kFingerDepth_mm = 9;

@@ -109,6 +109,9 @@ inline constexpr Vec3i kBumpTip{40, 20, 32};
 inline constexpr Vec3i kHeadEnd{51, 20, 32};  ///< of the overhang, at its free end
 inline constexpr int kWallFront = 30;         ///< first element of the wall, along y
 
+/// Onto the tip of the column by 8 mm, or the overhang's free end by 6 mm; a sphere of 2.5 mm.
+Push bump_push(Bump bump);
+
 /// A sphere of 3 mm that comes down 2 mm beside the finger's axis, 9 mm farther than where it
 /// touches its tip's height.
 inline constexpr double kFingerTool_mm = 3, kBesideFinger_mm = 2;

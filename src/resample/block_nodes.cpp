@@ -139,8 +139,8 @@ int BlockNodes::edits(Vec3i p) const {
 }
 
 /// Bricks lie anywhere in memory. What the next block along x will be the first to read is asked
-/// for now: a brick, and the faces and the edge of three more. Processors may ignore the wish where
-/// they don't know the page yet, so one element of each component is really read.
+/// for in advance: a brick, and the faces and the edge of three more. Processors may ignore the
+/// wish where they don't know the page yet, so one element of each component is really read.
 void BlockNodes::fetch_ahead(const Snapshot& snapshot, Vec3i coord) {
     const int layer = m_size * m_size, count = m_size * layer;
     const auto fetch = [&](Vec3i offset, int row_count, int row_step, int row_size) {

@@ -10,25 +10,13 @@
 #include <cmath>
 #include <limits>
 
-#include "support/random.h"
+#include "chainmail/tissues.h"
 
 namespace pliant::test {
 namespace {
 
 constexpr int kTissueHu = 40, kFloor = 20;
 constexpr double kRadius_mm = 3;
-
-template <class Value>
-Volume volume_of(Vec3i size, const Value& value) {
-    Volume volume;
-    volume.grid.size = size;
-    std::vector<std::int16_t> voxels;
-    for (int z = 0; z < size.z; ++z)
-        for (int y = 0; y < size.y; ++y)
-            for (int x = 0; x < size.x; ++x) voxels.push_back(std::int16_t(value(Vec3i{x, y, z})));
-    volume.voxels = voxels;
-    return volume;
-}
 
 /// A finger of three by three elements and ten high, on a floor.
 Volume finger() {
@@ -44,11 +32,6 @@ Push path_beside(double beside_mm) {
     return {.point_mm = {24 + beside_mm, 16, kFloor + 10 + kRadius_mm + 1},
             .push_mm = {0, 0, -9},
             .sphere_radius_mm = kRadius_mm};
-}
-
-ChainMail tissue_of(const Volume& volume, const TaskArena& arena,
-                    const ChainMailSettings& settings = {}) {
-    return std::move(ChainMail::create(volume, settings, arena)).value();
 }
 
 std::int64_t tissue_inside(const ChainMail& tissue, Vec3d centre_mm) {

@@ -75,7 +75,7 @@ TEST(ChainMailResults, AnOverhangingBumpTakesTheWallAlongOnlyThroughAirThatIsTis
     const TaskArena arena(2);
     for (const bool air : {false, true}) {
         Scenario s = bump_scenario(Bump::Overhang, air, arena);
-        s.push({{double(kHeadEnd.x), kHeadEnd.y + 1.0, double(kHeadEnd.z)}, {0, 6, 0}, 2.5});
+        s.push(bump_push(Bump::Overhang));
         const double below =
             norm(s.tissue->displacement_mm({kHeadEnd.x, kWallFront + 1, kHeadEnd.z}));
         EXPECT_NEAR(below, air ? 0.0 : 4.43, air ? 0 : 0.02);
@@ -86,7 +86,7 @@ TEST(ChainMailResults, AColumnTakesTheWallAlongWhateverAirIs) {
     const TaskArena arena(2);
     for (const bool air : {false, true}) {
         Scenario s = bump_scenario(Bump::Column, air, arena);
-        s.push({{double(kBumpTip.x), kBumpTip.y + 1.0, double(kBumpTip.z)}, {0, 8, 0}, 2.5});
+        s.push(bump_push(Bump::Column));
         EXPECT_NEAR(s.tissue->displacement_mm({kBumpTip.x, kWallFront + 1, kBumpTip.z}).y, 6.51,
                     0.02);
     }
