@@ -152,7 +152,7 @@ TEST(RelaxSteps, SliceThatMovesSomethingIsAStepWithItsName) {
 void run_drag(std::uint64_t seed, int& moved_by_relaxation) {
     Random random(seed);
     const TaskArena arena(2);
-    const Instance instance = random_instance(random, 5, 16, true);
+    const Instance instance = random_instance(random, 5, 12, true);
     ChainMailSettings settings = yielding_settings(random, instance);
     settings.brick_size = 8;
     ChainMail dragged = tissue_of(instance.volume, arena, settings);
@@ -161,14 +161,16 @@ void run_drag(std::uint64_t seed, int& moved_by_relaxation) {
         ASSERT_TRUE(dragged.push_elements(elements, push_mm).ok());
         ASSERT_TRUE(pushed.push_elements(elements, push_mm).ok());
     };
-    both_push(random_grab(random, instance.volume.grid), random.vector(3));
+    constexpr double kReach_mm = 2;
+    const std::vector<Vec3i> first = random_grab(random, instance.volume.grid);
+    both_push(first, random.vector(kReach_mm));
     const std::vector<Vec3i> grabbed = random_grab(random, instance.volume.grid);
     const int steps = dragged.undo_steps();
     const std::uint64_t hash = dragged.hash();
     ASSERT_TRUE(dragged.grab_elements(grabbed, random.real(0.5, 4)).ok());
     const Vec3<Fixed> start = dragged.lattice().displacement_at(grabbed[0]);
     for (int frame = 0; frame < 10; ++frame) {
-        Vec3d offset = random.vector(3);
+        Vec3d offset = random.vector(kReach_mm);
         for (int a = 0; a < 3; ++a) offset[a] = std::round(offset[a] * 1024) / 1024;
         const Vec3<Fixed> now = dragged.lattice().displacement_at(grabbed[0]) - start;
         const Vec3d now_mm{mm_from_units(now.x), mm_from_units(now.y), mm_from_units(now.z)};
