@@ -197,22 +197,21 @@ Image bump_view(const Volume& volume, const TaskArena& arena, int pixels) {
     return RayCaster(volume, arena).endoscope_view(camera, pixels, pixels);
 }
 
+constexpr int kBumpSide_px = 400;
+
 /// A bump at rest and pushed into the wall, air as a tissue and air of its own.
-void add_bump_pushes(Page& page, bool overhanging, const TaskArena& arena) {
-    constexpr int kSide_px = 400;
+void add_bump_pushes(Page& page, Bump bump, const TaskArena& arena) {
+    const bool overhanging = bump == Bump::Overhang;
     const Vec3i tip = overhanging ? kHeadEnd : kBumpTip;
     std::vector<Image> views, cuts;
     std::vector<std::vector<std::string>> rows;
     for (const char* state : {"at rest", "pushed, off", "pushed, on"}) {
-        Scenario s = bump_scenario(overhanging, state == std::string_view("pushed, on"), arena);
+        Scenario s = bump_scenario(bump, state == std::string_view("pushed, on"), arena);
         const bool pushed = state != std::string_view("at rest");
-        if (pushed)
-            s.push({{double(tip.x), tip.y + 1.0, double(tip.z)},
-                    {0, overhanging ? 6.0 : 8.0, 0},
-                    2.5});
+        if (pushed) s.push(bump_push(bump));
         const Volume deformed = deform_volume(*s.tissue).volume;
-        views.push_back(bump_view(deformed, arena, kSide_px));
-        cuts.push_back(bump_picture(s, kSide_px));
+        views.push_back(bump_view(deformed, arena, kBumpSide_px));
+        cuts.push_back(bump_picture(s, kBumpSide_px));
         const Vec3i floor{tip.x, kWallFront + 1, tip.z};
         rows.push_back({state, pushed ? text_of(s.reports[0].moved_elements) : "",
                         text_of(bump_height_mm(deformed, arena), 2),
@@ -228,26 +227,72 @@ void add_bump_pushes(Page& page, bool overhanging, const TaskArena& arena) {
                rows);
 }
 
+/// The finger at rest, pushed, and bent aside by a tool that it slides off.
+void add_finger(Page& page, const TaskArena& arena) {
+    std::vector<Image> views, cuts;
+    std::vector<std::vector<std::string>> rows;
+    const auto add = [&](bool air, const char* tool) {
+        Scenario s = bump_scenario(Bump::Finger, air, arena);
+        if (tool == std::string_view("sticks")) push_finger(s);
+        if (tool == std::string_view("slides")) slide_off_finger(s);
+        const Volume deformed = deform_volume(*s.tissue).volume;
+        if (air) {
+            views.push_back(bump_view(deformed, arena, kBumpSide_px));
+            cuts.push_back(bump_picture(s, kBumpSide_px));
+        }
+        const Vec3d tip = s.tissue->displacement_mm(kBumpTip);
+        const Vec3i floor{kBumpTip.x, kWallFront + 1, kBumpTip.z};
+        rows.push_back({tool, air ? "on" : "off", text_of(s.tissue->state().moved_elements),
+                        text_of(bump_height_mm(deformed, arena), 2), text_of(std::abs(tip.x), 2),
+                        text_of(tip.y, 2), text_of(s.tissue->displacement_mm(floor).y, 2)});
+    };
+    add(true, "at rest");
+    for (const char* tool : {"sticks", "slides"})
+        for (const bool air : {false, true}) add(air, tool);
+    page.picture("draeger-5-12-finger",
+                 "from outside: at rest; a tool that sticks; one that it slides off",
+                 row_of(views, 8));
+    page.picture("draeger-5-12-finger-cut", "the same, cut through the tool", row_of(cuts, 8));
+    page.table({"tool", "air of its own", "moved elements", "highest place over the wall [mm]",
+                "tip aside [mm]", "tip down [mm]", "wall below it down [mm]"},
+               rows);
+}
+
 void add_bump(Page& page, const TaskArena& arena) {
     page.heading(3, "Figure 5.12: the bump");
     page.paragraph(
-        "In the thesis a bump vanishes when it is pushed; it says that it should rather be pushed "
-        "or bent to a side. Two bumps on a wall of 50 HU, voxels of 1 mm, offset 0.2, tool: a "
-        "sphere of 2.5 mm. First a column, ten voxels high and nine wide, pushed into the wall by "
-        "8 mm. Heights are over the wall where nothing moved.");
-    add_bump_pushes(page, false, arena);
+        "In the thesis a bump vanishes when it is pushed: it goes into the wall, and nothing is "
+        "left where it was. It should rather be pushed or bent to a side, the thesis says, and "
+        "blames that the object does not know the tissue's shape. Two things are mixed in this: "
+        "air that carries motion, and a tool that takes the bump along wherever it goes itself. "
+        "Three bumps on a wall of 50 HU, voxels of 1 mm, offset 0.2, tell them apart. First a "
+        "column, ten voxels high and nine wide, pushed into the wall by 8 mm; tool: a sphere of "
+        "2.5 mm. Heights are over the wall where nothing moved.");
+    add_bump_pushes(page, Bump::Column, arena);
     page.paragraph(
         "The column goes down with the wall: over the wall at rest next to nothing of it is left, "
-        "which is the thesis's picture. Air of its own does not change that, because it is tissue "
-        "that links the column to the wall; it only spares the air around it. The column is not "
-        "lost: it stands in the dent nearly as high as before. Second, a bump that hangs over, "
-        "with six voxels of air below its head, pushed by 6 mm at its free end:");
-    add_bump_pushes(page, true, arena);
+        "which is the thesis's picture. Air of its own does not change that, and no propagation "
+        "or relaxation can: the column's links give way by 0.19 of their length, so in every "
+        "valid state the wall below is at most 0.19 times the column's height behind the tip. "
+        "The column is not lost: it stands in the dent nearly as high as before. Second, a bump "
+        "that hangs over, with six voxels of air below its head, pushed by 6 mm at its free end:");
+    add_bump_pushes(page, Bump::Overhang, arena);
     page.paragraph(
         "Here air decides. Off, the wall below goes down long before the head touches it, and the "
         "bump sinks as a whole. On, the head bends down into the gap, and the wall below rests. "
-        "The "
-        "price is a small smear beside the stalk, where the air next to it is sheared far.");
+        "The price is a small smear beside the stalk, where the air next to it is sheared far. "
+        "Third, a finger, ten voxels high and three wide, and a sphere of 3 mm that comes down "
+        "2 mm beside its axis, to 9 mm below the tip's height. Once it sticks, as the thesis's "
+        "tool does: what it holds goes where it goes (`ChainMail::push`). Once tissue slides off "
+        "it: what is in its way leaves it as its surface faces (`slide_sphere`).");
+    add_finger(page, arena);
+    page.paragraph(
+        "Sticking, it goes down with the wall as the column does. Sliding, it is bent to a side, "
+        "and the "
+        "tool goes past it; the wall below hardly moves. Air of its own makes no difference to "
+        "the finger here, only to how much around it moves along: on an even wall the way through "
+        "the tissue is as short as that through the air. A tool that comes down straight on the "
+        "axis still pushes a finger into the wall: ChainMail knows no buckling.");
 }
 
 }  // namespace

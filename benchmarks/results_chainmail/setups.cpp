@@ -187,13 +187,12 @@ std::vector<Vec3i> near_wall_patch() {
     return patch;
 }
 
-Scenario bump_scenario(bool overhanging, bool air, const TaskArena& arena) {
-    const auto column = [](Vec3i e) {
-        constexpr double kHalfWidth = 4, kRound = 3;
+Scenario bump_scenario(Bump bump, bool air, const TaskArena& arena) {
+    const auto column = [](Vec3i e, double half_width, double round) {
         const double side = std::hypot(e.x - kBumpTip.x, e.z - kBumpTip.z);
-        const double dx = std::max(side - kHalfWidth + kRound, 0.0);
-        const double dy = std::max(kBumpTip.y - 0.5 + kRound - e.y, 0.0);
-        return std::hypot(dx, dy) - kRound;
+        const double dx = std::max(side - half_width + round, 0.0);
+        const double dy = std::max(kBumpTip.y - 0.5 + round - e.y, 0.0);
+        return std::hypot(dx, dy) - round;
     };
     const auto box = [](Vec3i e, Vec3i low, Vec3i high) {
         double outside = -1e9;
@@ -201,16 +200,42 @@ Scenario bump_scenario(bool overhanging, bool air, const TaskArena& arena) {
             outside = std::max({outside, double(low[a] - e[a]), double(e[a] - high[a])});
         return outside - 0.5;
     };
+    const auto outside_of = [&](Vec3i e) {
+        if (bump == Bump::Column) return column(e, 4, 3);
+        if (bump == Bump::Finger) return column(e, 1.5, 1.5);
+        return std::min(box(e, {28, 22, 29}, {32, 30, 35}), box(e, {28, 19, 29}, {52, 23, 35}));
+    };
     const auto value = [&](Vec3i e) {
         if (e.y >= kWallFront) return kSoftHu;
-        const double outside = overhanging ? std::min(box(e, {28, 22, 29}, {32, 30, 35}),
-                                                      box(e, {28, 19, 29}, {52, 23, 35}))
-                                           : column(e);
         // Anti-aliased over one voxel.
-        const double share = std::clamp(0.5 - outside, 0.0, 1.0);
+        const double share = std::clamp(0.5 - outside_of(e), 0.0, 1.0);
         return int(std::lround(kAirHu + share * (kSoftHu - kAirHu)));
     };
     return make_scenario(filled({80, 80, 64}, {1, 1, 1}, value), tissue_settings(air), arena);
+}
+
+Push bump_push(Bump bump) {
+    const bool overhanging = bump == Bump::Overhang;
+    const Vec3i tip = overhanging ? kHeadEnd : kBumpTip;
+    return {{double(tip.x), tip.y + 1.0, double(tip.z)}, {0, overhanging ? 6.0 : 8.0, 0}, 2.5};
+}
+
+namespace {
+constexpr double kAboveFinger_mm = kBumpTip.y - kFingerTool_mm;  ///< where the tool touches the tip
+constexpr double kFingerDepth_mm = 9;
+Push finger_path(double from_mm) {
+    return {{kBumpTip.x + kBesideFinger_mm, kAboveFinger_mm + from_mm, double(kBumpTip.z)},
+            {0, kFingerDepth_mm - from_mm, 0},
+            kFingerTool_mm};
+}
+}  // namespace
+
+void push_finger(Scenario& scenario) {
+    scenario.push(finger_path(1));
+}
+
+SlideReport slide_off_finger(Scenario& scenario) {
+    return must(slide_sphere(*scenario.tissue, finger_path(-0.5)));
 }
 
 }  // namespace pliant::results

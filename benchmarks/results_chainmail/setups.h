@@ -7,6 +7,7 @@
 #pragma once
 
 #include <pliant/chainmail.h>
+#include <pliant/chainmail_slide.h>
 
 #include <cstdio>
 #include <cstdlib>
@@ -97,11 +98,26 @@ inline constexpr Vec3i kNearWall{41, 32, 32}, kFarWall{48, 32, 32};
 inline constexpr double kGap_mm = 6;
 /// Elements of the near wall's face within 4 mm of its middle.
 std::vector<Vec3i> near_wall_patch();
-/// A wall with a bump that stands out by ten voxels, 1 mm each; or one that hangs over, a head on a
-/// stalk with six voxels of air below it.
-Scenario bump_scenario(bool overhanging, bool air, const TaskArena& arena);
+/// Bumps that stand out of a wall by ten voxels, 1 mm each.
+enum class Bump {
+    Column,    ///< nine voxels wide
+    Overhang,  ///< a head on a stalk, with six voxels of air below it
+    Finger,    ///< three voxels wide
+};
+Scenario bump_scenario(Bump bump, bool air, const TaskArena& arena);
 inline constexpr Vec3i kBumpTip{40, 20, 32};
-inline constexpr Vec3i kHeadEnd{51, 20, 32};  ///< of the overhanging one, at its free end
+inline constexpr Vec3i kHeadEnd{51, 20, 32};  ///< of the overhang, at its free end
 inline constexpr int kWallFront = 30;         ///< first element of the wall, along y
+
+/// Onto the tip of the column by 8 mm, or the overhang's free end by 6 mm; a sphere of 2.5 mm.
+Push bump_push(Bump bump);
+
+/// A sphere of 3 mm that comes down 2 mm beside the finger's axis, 9 mm farther than where it
+/// touches its tip's height.
+inline constexpr double kFingerTool_mm = 3, kBesideFinger_mm = 2;
+/// It carries along what it holds when it is 1 mm deep.
+void push_finger(Scenario& scenario);
+/// The finger slides off it.
+SlideReport slide_off_finger(Scenario& scenario);
 
 }  // namespace pliant::results

@@ -77,10 +77,13 @@ Vec3i Lattice::element_of(Vec3i brick_coord, int index) const {
 }
 
 MaterialId Lattice::material_at(Vec3i ijk) const {
-    if (m_bounded && !contains(voxel_box(grid()), ijk)) return kVoidMaterial;
+    return is_void(ijk) ? kVoidMaterial : m_materials.at(ijk);
+}
+
+bool Lattice::is_void(Vec3i ijk) const {
+    if (m_bounded && !contains(voxel_box(grid()), ijk)) return true;
     const BrickEdits* edits = edits_of(brick_of(ijk));
-    if (edits && ((*edits)[std::size_t(index_in_brick(ijk))] & kVoid)) return kVoidMaterial;
-    return m_materials.at(ijk);
+    return edits && ((*edits)[std::size_t(index_in_brick(ijk))] & kVoid);
 }
 
 Vec3<Fixed> Lattice::displacement_at(Vec3i ijk) const {

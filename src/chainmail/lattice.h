@@ -125,7 +125,8 @@ class Lattice {
     int value_at(Vec3i ijk) const { return m_materials.value_at(ijk); }
     /// Material of an element, whether it has a brick or not.
     MaterialId material_at(Vec3i ijk) const;
-    bool is_void(Vec3i ijk) const { return material_at(ijk) == kVoidMaterial; }
+    /// Whether it is carved, or beyond the border of a bounded lattice.
+    bool is_void(Vec3i ijk) const;
     /// Displacement of an element along the lattice's axes; zero where there is no brick.
     Vec3<Fixed> displacement_at(Vec3i ijk) const;
 

@@ -95,6 +95,9 @@ bool MaterialMap::is_air(Vec3i ijk) const {
 }
 
 unsigned MaterialMap::air_axes(Vec3i ijk) const {
+    // So far outside of the scan there is no wall within reach.
+    for (int a = 0; a < 3; ++a)
+        if (ijk[a] < -kSkinReach || ijk[a] >= m_volume->grid.size[a] + kSkinReach) return 0;
     return skin_axes([&](int axis, int steps) { return is_air(moved_along(ijk, axis, steps)); });
 }
 

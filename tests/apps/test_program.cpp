@@ -276,7 +276,7 @@ TEST_F(ProgramTest, RelaxationFollowsTheActionsWithTheToolHeldOrGone) {
     const Json held = deform_report(push + " --relax-sweeps 4");
     EXPECT_EQ(held["relax_sweeps"], 4);
     EXPECT_EQ(held["relax_settled"], false);
-    EXPECT_GT(held["relax_ms"], 0);
+    EXPECT_TRUE(held["relax_ms"].is_number());
     EXPECT_EQ(held["energy_unit"], "mm^2 * weight");
     EXPECT_LT(held["energy_after"], held["energy_before"]);
     EXPECT_NE(held["hash"], pushed["hash"]);

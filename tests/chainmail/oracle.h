@@ -129,15 +129,17 @@ class Oracle {
         constexpr T kFar = std::numeric_limits<T>::max() / 4;
         std::vector<T> lower(u.size(), -kFar), upper(u.size(), kFar);
         for (const Vec3i& e : s) lower[index(e)] = upper[index(e)] = u[index(e)] + shift;
-        for (bool changed = true; changed;) {
+        // To and fro, so that nothing has to wait for a turn per link.
+        for (bool changed = true, backwards = false; changed; backwards = !backwards) {
             changed = false;
-            for (int b = 0; b < 3; ++b) changed |= relax_links(axis, b, lower, upper);
+            for (int b = 0; b < 3; ++b) changed |= relax_links(axis, b, backwards, lower, upper);
         }
         for (std::size_t n = 0; n < u.size(); ++n)
             u[n] = std::min(std::max(u[n], lower[n]), upper[n]);
     }
 
-    bool relax_links(int axis, int b, std::vector<T>& lower, std::vector<T>& upper) const {
+    bool relax_links(int axis, int b, bool backwards, std::vector<T>& lower,
+                     std::vector<T>& upper) const {
         const std::size_t step = b == 0   ? 1
                                  : b == 1 ? std::size_t(m_size.x)
                                           : std::size_t(m_size.x) * std::size_t(m_size.y);
@@ -154,10 +156,11 @@ class Oracle {
             if (to < value) value = to, changed = true;
         };
         const Vec3i first{-m_margin, -m_margin, -m_margin};
+        const auto turned = [&](Vec3i n) { return backwards ? links - Vec3i{1, 1, 1} - n : n; };
         for (int z = 0; z < links.z; ++z)
             for (int y = 0; y < links.y; ++y) {
-                std::size_t i = index(first + Vec3i{0, y, z});
-                for (int x = 0; x < links.x; ++x, ++i) {
+                std::size_t i = index(first + turned({0, y, z}));
+                for (int x = 0; x < links.x; ++x, i += backwards ? std::size_t(-1) : 1) {
                     const std::size_t j = i + step;
                     if ((m_edits[i] & (8 | 1 << b)) || (m_edits[j] & 8)) continue;
                     if (m_cut[std::size_t(b)][i]) continue;

@@ -15,6 +15,7 @@
 #include <utility>
 
 #include "chainmail/lattice.h"
+#include "chainmail/tissues.h"
 #include "chainmail/tool_contact.h"
 
 namespace pliant::test {
@@ -43,15 +44,6 @@ inline Vec3i beside(Vec3i e, int side) {
     return e;
 }
 
-/// A scan of one value.
-inline Volume block(Vec3i size, Vec3d spacing_mm = {1, 1, 1}) {
-    Volume volume;
-    volume.grid.size = size;
-    volume.grid.spacing_mm = spacing_mm;
-    volume.voxels = std::vector<std::int16_t>(voxel_count(volume.grid), 0);
-    return volume;
-}
-
 inline MaterialLaw one_material(double limit, double max_movement_mm = 500) {
     return [=](int) {
         return ElementLimits{{limit, limit, limit},
@@ -60,14 +52,6 @@ inline MaterialLaw one_material(double limit, double max_movement_mm = 500) {
                              max_movement_mm,
                              false};
     };
-}
-
-inline ChainMail tissue_of(const Volume& volume, const MaterialLaw& law, const TaskArena& arena,
-                           int brick_size = 8) {
-    ChainMailSettings settings;
-    settings.custom_law = law;
-    settings.brick_size = brick_size;
-    return std::move(ChainMail::create(volume, settings, arena)).value();
 }
 
 inline RelaxReport relaxed(ChainMail& tissue, const RelaxOptions& options) {

@@ -11,7 +11,7 @@
 
 #include "chainmail/air.h"
 #include "chainmail/lattice.h"
-#include "support/random.h"
+#include "chainmail/tissues.h"
 
 namespace pliant::test {
 namespace {
@@ -24,22 +24,14 @@ double tissue_play() {
 }
 
 template <class IsTissue>
-Volume volume_of(Vec3i size, const IsTissue& is_tissue) {
-    Volume volume;
-    volume.grid.size = size;
-    std::vector<std::int16_t> voxels;
-    for (int z = 0; z < size.z; ++z)
-        for (int y = 0; y < size.y; ++y)
-            for (int x = 0; x < size.x; ++x)
-                voxels.push_back(is_tissue(Vec3i{x, y, z}) ? kTissueHu : kAirHu);
-    volume.voxels = voxels;
-    return volume;
+Volume volume_where(Vec3i size, const IsTissue& is_tissue) {
+    return volume_of(size, [&](Vec3i e) { return is_tissue(e) ? kTissueHu : int(kAirHu); });
 }
 
-ChainMail tissue_of(const Volume& volume, bool air_enabled, const TaskArena& arena) {
+ChainMail tissue_with(const Volume& volume, bool air_enabled, const TaskArena& arena) {
     ChainMailSettings settings;
     settings.air_enabled = air_enabled;
-    return std::move(ChainMail::create(volume, settings, arena)).value();
+    return tissue_of(volume, arena, settings);
 }
 
 std::vector<Vec3i> box_of(Vec3i begin, Vec3i end) {
@@ -55,13 +47,13 @@ class GapTest : public ::testing::TestWithParam<int> {
   protected:
     Volume two_walls() const {
         const int gap = GetParam();
-        return volume_of({24 + gap, 16, 16},
-                         [gap](Vec3i e) { return e.x < 12 || e.x >= 12 + gap; });
+        return volume_where({24 + gap, 16, 16},
+                            [gap](Vec3i e) { return e.x < 12 || e.x >= 12 + gap; });
     }
     /// How far the far wall moves when a patch of the near one goes by push_mm.
     double far_motion(bool air_enabled, Vec3d push_mm, int axis) const {
         const Volume volume = two_walls();
-        ChainMail tissue = tissue_of(volume, air_enabled, arena);
+        ChainMail tissue = tissue_with(volume, air_enabled, arena);
         const auto patch = box_of({11, 6, 6}, {12, 10, 10});
         const auto report = tissue.push_elements(patch, push_mm);
         EXPECT_EQ(report->status, PushStatus::Applied);
@@ -109,7 +101,7 @@ INSTANTIATE_TEST_SUITE_P(Gaps, GapTest, ::testing::Values(1, 2, 3, 5, 8));
 //     tttttttttttttttt   z ≤ 12
 class BumpTest : public ::testing::Test {
   protected:
-    Volume volume = volume_of({40, 24, 32}, [](Vec3i e) {
+    Volume volume = volume_where({40, 24, 32}, [](Vec3i e) {
         const bool floor = e.z <= 12;
         const bool stalk = e.z <= 16 && e.x >= 12 && e.x < 15 && e.y >= 10 && e.y < 14;
         const bool head = e.z >= 17 && e.z <= 19 && e.x >= 10 && e.x < 28 && e.y >= 10 && e.y < 14;
@@ -117,7 +109,7 @@ class BumpTest : public ::testing::Test {
     });
     /// The head's far end is pushed down; how much of that the floor below it takes up.
     double floor_motion(bool air_enabled, double push_mm) const {
-        ChainMail tissue = tissue_of(volume, air_enabled, arena);
+        ChainMail tissue = tissue_with(volume, air_enabled, arena);
         const auto report =
             tissue.push_elements(box_of({24, 10, 17}, {28, 14, 20}), {0, 0, -push_mm});
         EXPECT_EQ(report->status, PushStatus::Applied);
@@ -136,7 +128,7 @@ TEST_F(BumpTest, WithAirItBendsUntilItTouchesTheFloor) {
     // From the pushed end to the floor below it along head and stalk there are 25 links or more.
     const double contact = 4 * 0.98 + tissue_play();
     EXPECT_NEAR(floor_motion(true, contact + 0.4), 0.4, 1e-3);
-    ChainMail tissue = tissue_of(volume, true, arena);
+    ChainMail tissue = tissue_with(volume, true, arena);
     ASSERT_TRUE(tissue.push_elements(box_of({24, 10, 17}, {28, 14, 20}), {0, 0, -3}).ok());
     const double free_end = tissue.displacement_mm({26, 12, 18}).z;
     const double at_stalk = tissue.displacement_mm({14, 12, 18}).z;
@@ -153,9 +145,9 @@ double surface_of(const Volume& volume, int y, int z, int from) {
 }
 
 TEST(Air, AWallThatIsPushedAwayLeavesNoSmearInTheLumen) {
-    const Volume volume = volume_of({40, 20, 20}, [](Vec3i e) { return e.x < 16; });
+    const Volume volume = volume_where({40, 20, 20}, [](Vec3i e) { return e.x < 16; });
     const TaskArena arena(2);
-    ChainMail tissue = tissue_of(volume, true, arena);
+    ChainMail tissue = tissue_with(volume, true, arena);
     const auto patch = box_of({14, 6, 6}, {16, 14, 14});
     ASSERT_TRUE(tissue.push_elements(patch, {-5, 0, 0}).ok());
     const Deformed deformed = deform_volume(tissue);
@@ -167,9 +159,9 @@ TEST(Air, AWallThatIsPushedAwayLeavesNoSmearInTheLumen) {
 }
 
 TEST(Air, AThinWallKeepsItsThickness) {
-    const Volume volume = volume_of({48, 20, 20}, [](Vec3i e) { return e.x >= 20 && e.x < 24; });
+    const Volume volume = volume_where({48, 20, 20}, [](Vec3i e) { return e.x >= 20 && e.x < 24; });
     const TaskArena arena(2);
-    ChainMail tissue = tissue_of(volume, true, arena);
+    ChainMail tissue = tissue_with(volume, true, arena);
     ASSERT_TRUE(tissue.push_elements(box_of({20, 8, 8}, {24, 12, 12}), {6, 0, 0}).ok());
     const Deformed deformed = deform_volume(tissue);
     double thickness = 0;
@@ -199,7 +191,8 @@ TEST(Air, SkinIsAtMostThreeElementsAndLeavesTheMiddleOfAGap) {
 
 TEST(Air, BricksHoldTheSameMaterialsAsSingleElements) {
     Random random(11);
-    const Volume volume = volume_of({21, 18, 19}, [&](Vec3i) { return random.whole(0, 5) == 0; });
+    const Volume volume =
+        volume_where({21, 18, 19}, [&](Vec3i) { return random.whole(0, 5) == 0; });
     for (const int brick_size : {3, 8, 13}) {
         Lattice lattice(volume, MaterialMap(volume, ChainMailSettings{}), brick_size, false);
         for (int z = -4; z < 24; z += 3)
@@ -214,7 +207,7 @@ TEST(Air, BricksHoldTheSameMaterialsAsSingleElements) {
 }
 
 TEST(Air, ACustomLawSpeaksForAirToo) {
-    const Volume volume = volume_of({12, 12, 12}, [](Vec3i) { return false; });
+    const Volume volume = volume_where({12, 12, 12}, [](Vec3i) { return false; });
     const TaskArena arena(1);
     ChainMailSettings settings;
     settings.custom_law = [](int) {

@@ -10,37 +10,23 @@
 #include <queue>
 #include <set>
 
-#include "chainmail/instances.h"
 #include "chainmail/oracle.h"
+#include "chainmail/tissues.h"
 
 namespace pliant::test {
 namespace {
 
 constexpr std::uint64_t kSeed = 20260301;
 
-Volume block(Vec3i size, int value = 40) {
-    Volume volume;
-    volume.grid.size = size;
-    volume.voxels = std::vector<std::int16_t>(voxel_count(volume.grid), std::int16_t(value));
-    return volume;
-}
-
 ChainMail bounded_tissue(const Volume& volume, const TaskArena& arena) {
     ChainMailSettings settings;
     settings.bounded = true;
-    return std::move(ChainMail::create(volume, settings, arena)).value();
+    return tissue_of(volume, arena, settings);
 }
 
 Vec3d present_mm(const ChainMail& tissue, Vec3i e) {
     return world_from_voxel(tissue.volume().grid, {double(e.x), double(e.y), double(e.z)}) +
            tissue.displacement_mm(e);
-}
-
-template <class Visit>
-void for_each_element(const Grid& grid, const Visit& visit) {
-    for (int z = 0; z < grid.size.z; ++z)
-        for (int y = 0; y < grid.size.y; ++y)
-            for (int x = 0; x < grid.size.x; ++x) visit(Vec3i{x, y, z});
 }
 
 /// Number of the connected part that each element of the scan belongs to; −1: void.

@@ -7,8 +7,8 @@
 
 #include <cmath>
 
-#include "chainmail/instances.h"
 #include "chainmail/lattice.h"
+#include "chainmail/tissues.h"
 
 namespace pliant::test {
 namespace {
@@ -26,13 +26,6 @@ Vec3d whole_vector(Random& random, double largest) {
     Vec3d v = random.vector(largest);
     for (int a = 0; a < 3; ++a) v[a] = std::round(v[a] * 1024) / 1024;
     return v;
-}
-
-ChainMail tissue_of(const Instance& instance, ChainMailSolver solver, const TaskArena& arena) {
-    ChainMailSettings settings;
-    settings.custom_law = instance.law;
-    settings.solver = solver;
-    return std::move(ChainMail::create(instance.volume, settings, arena)).value();
 }
 
 Vec3d displacement_mm(const ChainMail& tissue, Vec3i e) {
@@ -70,8 +63,8 @@ void run_drag(std::uint64_t seed, Outcomes& outcomes) {
     const TaskArena arena(2);
     const Instance instance = drag_instance(random);
     ChainMail dragged = tissue_of(
-        instance, random.whole(0, 3) ? ChainMailSolver::Sweep : ChainMailSolver::PlainSweep, arena);
-    ChainMail pushed = tissue_of(instance, ChainMailSolver::Sweep, arena);
+        instance, arena, random.whole(0, 3) ? ChainMailSolver::Sweep : ChainMailSolver::PlainSweep);
+    ChainMail pushed = tissue_of(instance, arena);
     if (random.whole(0, 2) == 0) {
         Random same = random;
         cut_some(random, dragged);

@@ -7,24 +7,12 @@
 
 #include <gtest/gtest.h>
 
-#include "chainmail/instances.h"
+#include "chainmail/tissues.h"
 
 namespace pliant::test {
 namespace {
 
 constexpr std::uint64_t kSeed = 20260302;
-
-Volume block(Vec3i size, int value = 40) {
-    Volume volume;
-    volume.grid.size = size;
-    volume.voxels = std::vector<std::int16_t>(voxel_count(volume.grid), std::int16_t(value));
-    return volume;
-}
-
-ChainMail tissue_of(const Volume& volume, const TaskArena& arena,
-                    const ChainMailSettings& settings = {}) {
-    return std::move(ChainMail::create(volume, settings, arena)).value();
-}
 
 TEST(HistoryCodec, AnyChangeComesBack) {
     Random random(kSeed);
@@ -89,27 +77,18 @@ TEST(HistoryCodec, DamagedBytesAreRefusedOrDecodeWithoutACrash) {
 
 /// One random step of any kind; most change something.
 void random_step(Random& random, ChainMail& tissue, double reach) {
-    const Grid& grid = tissue.volume().grid;
-    const auto anywhere = [&] {
-        return world_from_voxel(grid, {random.real(0, grid.size.x), random.real(0, grid.size.y),
-                                       random.real(0, grid.size.z)});
-    };
     switch (random.whole(0, 5)) {
         case 0:
-            ASSERT_TRUE(tissue.cut({{anywhere(), anywhere()}, random.vector(10)}).ok());
-            break;
+            return random_cut(random, tissue);
         case 1:
-            ASSERT_TRUE(tissue.carve({anywhere(), anywhere(), random.real(0.2, 1.0)}).ok());
-            break;
+            return random_carve(random, tissue);
         case 2:
             tissue.begin_group("drag");
-            for (int n = 0; n < 3; ++n)
-                ASSERT_TRUE(
-                    tissue.push_elements(random_grab(random, grid), random.vector(reach)).ok());
+            for (int n = 0; n < 3; ++n) random_push(random, tissue, reach);
             tissue.end_group();
-            break;
+            return;
         default:
-            ASSERT_TRUE(tissue.push_elements(random_grab(random, grid), random.vector(reach)).ok());
+            return random_push(random, tissue, reach);
     }
 }
 

@@ -10,11 +10,10 @@
 #include <set>
 
 #include "chainmail/certificate.h"
-#include "chainmail/instances.h"
 #include "chainmail/labels.h"
 #include "chainmail/lattice.h"
 #include "chainmail/oracle.h"
-#include "support/random.h"
+#include "chainmail/tissues.h"
 
 namespace pliant::test {
 namespace {
@@ -22,20 +21,6 @@ namespace {
 ElementLimits isotropic(double fraction, double max_movement_mm = 500) {
     const Vec3d v{fraction, fraction, fraction};
     return {v, v, v, max_movement_mm, false};
-}
-
-Volume uniform_volume(Vec3i size, int value) {
-    Volume volume;
-    volume.grid.size = size;
-    volume.voxels = std::vector<std::int16_t>(voxel_count(volume.grid), std::int16_t(value));
-    return volume;
-}
-
-ChainMail tissue_of(const Volume& volume, const ChainMailSettings& settings,
-                    const TaskArena& arena) {
-    auto tissue = ChainMail::create(volume, settings, arena);
-    EXPECT_TRUE(tissue.ok()) << (tissue.ok() ? "" : tissue.error().message);
-    return std::move(*tissue);
 }
 
 std::shared_ptr<Volume> random_labels(Random& random, const Grid& grid, int highest) {
@@ -122,7 +107,7 @@ TEST(Labels, LabelsAndDirectionsEqualTheOracleWithALawPerElement) {
         ChainMailSettings settings = labelled_settings(random, instance);
         settings.brick_size = random.whole(2, 9);
         settings.solver = seed % 3 ? ChainMailSolver::Sweep : ChainMailSolver::Heap;
-        ChainMail tissue = tissue_of(instance.volume, settings, arena);
+        ChainMail tissue = tissue_of(instance.volume, arena, settings);
         const auto limits_at = [&](Vec3i e) {
             return expected_limits(settings, instance.volume, e);
         };
@@ -147,14 +132,14 @@ TEST(Labels, LabelsAndDirectionsEqualTheOracleWithALawPerElement) {
 }
 
 TEST(Labels, ImmobileLabelStopsAPushLikeBone) {
-    const Volume volume = uniform_volume({20, 20, 20}, 40);
+    const Volume volume = block({20, 20, 20}, 40);
     const TaskArena arena(1);
     ChainMailSettings settings;
-    auto labels = std::make_shared<Volume>(uniform_volume({20, 20, 20}, 0));
+    auto labels = std::make_shared<Volume>(block({20, 20, 20}, 0));
     for (int n = 0; n < 400; ++n) std::get<0>(labels->voxels)[std::size_t(16 * 400 + n)] = 7;
     settings.labels = labels;
     settings.label_materials = {{.values = {7}, .law = LabelLaw::Immobile}};
-    ChainMail tissue = tissue_of(volume, settings, arena);
+    ChainMail tissue = tissue_of(volume, arena, settings);
     const auto report = tissue.push({.point_mm = {10.5, 10.5, 12.5}, .push_mm = {0, 0, 4}});
     ASSERT_TRUE(report.ok());
     EXPECT_EQ(report->limited_by, LimitedBy::Bone);
@@ -173,7 +158,7 @@ TEST(Labels, DominantAxisFollowsTheLatticeAndNotTheWorld) {
 }
 
 TEST(Labels, WrongLabelsAreRefusedInOneLine) {
-    const Volume volume = uniform_volume({8, 8, 8}, 40);
+    const Volume volume = block({8, 8, 8}, 40);
     const TaskArena arena(1);
     ChainMailSettings settings;
     settings.label_materials = {{.values = {1}, .along_direction = true}};
@@ -184,13 +169,13 @@ TEST(Labels, WrongLabelsAreRefusedInOneLine) {
         EXPECT_EQ(tissue.error().message.find('\n'), std::string::npos);
     };
     refused("labels: expected a label volume for [[label]], found none");
-    settings.labels = std::make_shared<Volume>(uniform_volume({8, 8, 9}, 0));
+    settings.labels = std::make_shared<Volume>(block({8, 8, 9}, 0));
     refused("labels: expected the scan's grid, 8x8x8 voxels, found 8x8x9");
-    auto labels = std::make_shared<Volume>(uniform_volume({8, 8, 8}, 0));
+    auto labels = std::make_shared<Volume>(block({8, 8, 8}, 0));
     labels->grid.origin_mm = {0, 0.5, 0};
     settings.labels = labels;
     refused("labels: expected the scan's grid, found one of the same size whose origin");
-    settings.labels = std::make_shared<Volume>(uniform_volume({8, 8, 8}, 0));
+    settings.labels = std::make_shared<Volume>(block({8, 8, 8}, 0));
     refused("directions: expected a vector field");
     auto directions = std::make_shared<VectorField>();
     directions->grid = volume.grid;
@@ -207,12 +192,12 @@ TEST(Labels, WrongLabelsAreRefusedInOneLine) {
 }
 
 TEST(Labels, UntouchedPartsTakeNoMemory) {
-    const Volume volume = uniform_volume({64, 64, 64}, 40);
+    const Volume volume = block({64, 64, 64}, 40);
     const TaskArena arena(1);
     ChainMailSettings settings, plain;
-    settings.labels = std::make_shared<Volume>(uniform_volume({64, 64, 64}, 1));
+    settings.labels = std::make_shared<Volume>(block({64, 64, 64}, 1));
     settings.label_materials = {{.values = {1}, .factor = {1, 1, 0.5}}};
-    ChainMail labelled = tissue_of(volume, settings, arena), bare = tissue_of(volume, plain, arena);
+    ChainMail labelled = tissue_of(volume, arena, settings), bare = tissue_of(volume, arena, plain);
     for (ChainMail* tissue : {&labelled, &bare}) {
         EXPECT_EQ(tissue->state().resident_bricks, 0);
         ASSERT_TRUE(tissue->push({.point_mm = {30, 30, 30}, .push_mm = {0.5, 0, 0}}).ok());
@@ -224,7 +209,7 @@ class ChangeTest : public ::testing::Test {
   protected:
     ChangeTest() { settings.air_enabled = false; }
     TaskArena arena{2};
-    Volume volume = uniform_volume({24, 24, 24}, 40);
+    Volume volume = block({24, 24, 24}, 40);
     ChainMailSettings settings;
 };
 
@@ -237,7 +222,7 @@ TEST_F(ChangeTest, NothingMovesAndLinksMayOnlyComeBack) {
         soft.custom_law = instance.law;
         soft.solver = seed % 2 ? ChainMailSolver::Sweep : ChainMailSolver::Heap;
         soft.brick_size = random.whole(2, 9);
-        ChainMail tissue = tissue_of(instance.volume, soft, arena);
+        ChainMail tissue = tissue_of(instance.volume, arena, soft);
         const auto push = [&] {
             ASSERT_TRUE(tissue
                             .push_elements(random_grab(random, instance.volume.grid),
@@ -273,7 +258,7 @@ TEST_F(ChangeTest, NothingMovesAndLinksMayOnlyComeBack) {
 
 TEST_F(ChangeTest, TheCheckSeesALinkThatGotWorse) {
     settings.custom_law = [](int) { return isotropic(0.3); };
-    ChainMail tissue = tissue_of(volume, settings, arena);
+    ChainMail tissue = tissue_of(volume, arena, settings);
     const std::vector<Vec3i> one = {{12, 12, 12}};
     ASSERT_TRUE(tissue.push_elements(one, {1, 0, 0}).ok());
     ChainMailSettings hard = settings;
@@ -290,7 +275,7 @@ TEST_F(ChangeTest, TheCheckSeesALinkThatGotWorse) {
 
 TEST_F(ChangeTest, ExcusedLinksComeBackAndStayBack) {
     settings.custom_law = [](int) { return isotropic(0.3); };
-    ChainMail tissue = tissue_of(volume, settings, arena);
+    ChainMail tissue = tissue_of(volume, arena, settings);
     const std::vector<Vec3i> one = {{12, 12, 12}};
     ASSERT_TRUE(tissue.push_elements(one, {1, 0, 0}).ok());
     ChainMailSettings hard = settings;
@@ -310,7 +295,7 @@ TEST_F(ChangeTest, ExcusedLinksComeBackAndStayBack) {
 
 TEST_F(ChangeTest, MovementLimitCannotBeEludedByPushingElsewhereOrChangingTheLawToAndFro) {
     settings.max_movement_mm = 4;
-    ChainMail tissue = tissue_of(volume, settings, arena);
+    ChainMail tissue = tissue_of(volume, arena, settings);
     const double w = 1040 / 4095.0, limit = 4 * (1 - w * w);
     const std::vector<Vec3i> here = {{12, 12, 12}}, elsewhere = {{6, 18, 6}};
     const auto farthest = [&] { return tissue.state().max_movement_mm; };
@@ -344,7 +329,7 @@ TEST_F(ChangeTest, MovementLimitCannotBeEludedByPushingElsewhereOrChangingTheLaw
 
 TEST_F(ChangeTest, ElementsThatBecomeBoneStayWhereTheyAre) {
     for (int n = 0; n < 24 * 24; ++n) std::get<0>(volume.voxels)[std::size_t(16 * 576 + n)] = 250;
-    ChainMail tissue = tissue_of(volume, settings, arena);
+    ChainMail tissue = tissue_of(volume, arena, settings);
     const std::vector<Vec3i> one = {{12, 12, 14}};
     ASSERT_TRUE(tissue.push_elements(one, {0, 0, 2}).ok());
     const Vec3d there = tissue.displacement_mm({12, 12, 16});
@@ -360,7 +345,7 @@ TEST_F(ChangeTest, ElementsThatBecomeBoneStayWhereTheyAre) {
 }
 
 TEST_F(ChangeTest, ResidentBricksFollowAndBadSettingsChangeNothing) {
-    ChainMail tissue = tissue_of(volume, settings, arena);
+    ChainMail tissue = tissue_of(volume, arena, settings);
     const std::vector<Vec3i> one = {{12, 12, 12}};
     ASSERT_TRUE(tissue.push_elements(one, {1, 0, 0}).ok());
     ChainMailSettings changed = settings;
@@ -412,7 +397,7 @@ TEST(Certificate, TablesThatHaveItNeverFoldAndTablesJustBeyondDo) {
     for (std::uint64_t seed = 1; seed <= 60; ++seed) {
         SCOPED_TRACE("seed " + std::to_string(seed));
         Random random(seed);
-        Volume volume = uniform_volume({10, 10, 10}, 0);
+        Volume volume = block({10, 10, 10}, 0);
         for (int a = 0; a < 3; ++a) volume.grid.spacing_mm[a] = random.real(0.5, 3);
         const TaskArena arena(1);
         Vec3d compress{}, stretch{}, shear{};
@@ -426,7 +411,7 @@ TEST(Certificate, TablesThatHaveItNeverFoldAndTablesJustBeyondDo) {
         const double scale = (below ? 0.999 : 1.01) / fold_number(compress, shear);
         compress = scale * compress;
         shear = scale * shear;
-        ChainMail tissue = tissue_of(volume, settings_of(compress, stretch, shear), arena);
+        ChainMail tissue = tissue_of(volume, arena, settings_of(compress, stretch, shear));
         EXPECT_EQ(tissue.fold_certificate().certified, below);
         const std::vector<Vec3i> one = {{5, 5, 5}};
         ASSERT_TRUE(tissue.push_elements(one, folding_push(volume.grid, compress, shear)).ok());
@@ -455,26 +440,26 @@ TEST(Certificate, NumberIsTheSpectralRadius) {
 }
 
 TEST(Certificate, DraegersLawHasItBelowAThirdAndAirNever) {
-    const Volume volume = uniform_volume({8, 8, 8}, 40);
+    const Volume volume = block({8, 8, 8}, 40);
     const TaskArena arena(1);
     ChainMailSettings settings;
-    EXPECT_FALSE(tissue_of(volume, settings, arena).fold_certificate().certified);
-    EXPECT_NEAR(tissue_of(volume, settings, arena).fold_certificate().tissue, 0.6, 1e-5);
+    EXPECT_FALSE(tissue_of(volume, arena, settings).fold_certificate().certified);
+    EXPECT_NEAR(tissue_of(volume, arena, settings).fold_certificate().tissue, 0.6, 1e-5);
     settings.air_enabled = false;
-    EXPECT_TRUE(tissue_of(volume, settings, arena).fold_certificate().certified);
+    EXPECT_TRUE(tissue_of(volume, arena, settings).fold_certificate().certified);
     settings.offset = 0.33;
-    EXPECT_TRUE(tissue_of(volume, settings, arena).fold_certificate().certified);
+    EXPECT_TRUE(tissue_of(volume, arena, settings).fold_certificate().certified);
     settings.offset = 0.34;
-    EXPECT_FALSE(tissue_of(volume, settings, arena).fold_certificate().certified);
+    EXPECT_FALSE(tissue_of(volume, arena, settings).fold_certificate().certified);
 }
 
 TEST(Certificate, IsGoneWhileLinksAreOutsideOfTheirLimits) {
-    const Volume volume = uniform_volume({16, 16, 16}, 40);
+    const Volume volume = block({16, 16, 16}, 40);
     const TaskArena arena(1);
     ChainMailSettings settings;
     settings.air_enabled = false;
     settings.offset = 0.3;
-    ChainMail tissue = tissue_of(volume, settings, arena);
+    ChainMail tissue = tissue_of(volume, arena, settings);
     const std::vector<Vec3i> one = {{8, 8, 8}};
     ASSERT_TRUE(tissue.push_elements(one, {1, 0, 0}).ok());
     EXPECT_TRUE(tissue.fold_certificate().certified);

@@ -8,9 +8,9 @@
 
 #include <optional>
 
-#include "chainmail/instances.h"
 #include "chainmail/lattice.h"
 #include "chainmail/objects_contact.h"
+#include "chainmail/tissues.h"
 
 namespace pliant::test {
 namespace {
@@ -18,19 +18,10 @@ namespace {
 constexpr std::uint64_t kSeed = 20260304;
 constexpr double kUnitMm = 1.0 / (1 << 20);
 
-Volume block(Vec3i size, Vec3d origin_mm, int value = 40) {
-    Volume volume;
-    volume.grid.size = size;
+Volume block_at(Vec3d origin_mm, Vec3i size, int value = 40) {
+    Volume volume = block(size, value);
     volume.grid.origin_mm = origin_mm;
-    volume.voxels = std::vector<std::int16_t>(voxel_count(volume.grid), std::int16_t(value));
     return volume;
-}
-
-template <class Visit>
-void for_each_element(const Grid& grid, const Visit& visit) {
-    for (int z = 0; z < grid.size.z; ++z)
-        for (int y = 0; y < grid.size.y; ++y)
-            for (int x = 0; x < grid.size.x; ++x) visit(Vec3i{x, y, z});
 }
 
 /// Places of all elements along the grid's axes, in doubles.
@@ -229,8 +220,8 @@ class ObjectsTest : public ::testing::Test {
 };
 
 TEST_F(ObjectsTest, PushStopsAtTheUnitWhereTheFacesTouch) {
-    const int fragment = add(block({4, 4, 4}, {0, 0, 0}), true);
-    const int tissue = add(block({10, 10, 10}, {9, -3, -3}), false);
+    const int fragment = add(block_at({0, 0, 0}, {4, 4, 4}), true);
+    const int tissue = add(block_at({9, -3, -3}, {10, 10, 10}), false);
     // Right faces at 3.5, left face at 8.5.
     const std::vector<Vec3i> face = {{3, 0, 0}, {3, 3, 0}, {3, 0, 3}, {3, 3, 3}};
     const auto report = space.push_elements(fragment, face, {20, 0, 0});
@@ -249,8 +240,8 @@ TEST_F(ObjectsTest, PushStopsAtTheUnitWhereTheFacesTouch) {
 }
 
 TEST_F(ObjectsTest, FastFragmentDoesNotTunnelThroughAThinWallOfTissue) {
-    const int fragment = add(block({3, 3, 3}, {0, 0, 0}), true);
-    add(block({1, 9, 9}, {6, -3, -3}), false);
+    const int fragment = add(block_at({0, 0, 0}, {3, 3, 3}), true);
+    add(block_at({6, -3, -3}, {1, 9, 9}), false);
     const std::vector<Vec3i> all = {{0, 0, 0}, {2, 2, 2}, {1, 1, 1}};
     const auto report = space.push_elements(fragment, all, {250, 3, -3});
     ASSERT_TRUE(report.ok());
@@ -259,7 +250,7 @@ TEST_F(ObjectsTest, FastFragmentDoesNotTunnelThroughAThinWallOfTissue) {
 }
 
 TEST_F(ObjectsTest, WallsStopAsFacesDoAndLetGoAgain) {
-    const int fragment = add(block({4, 4, 4}, {0, 0, 0}), true);
+    const int fragment = add(block_at({0, 0, 0}, {4, 4, 4}), true);
     const auto wall = space.add_wall({.point_mm = {0, 7.25, 0}, .axis = 1, .side = -1});
     ASSERT_TRUE(wall.ok()) << wall.error().message;
     const std::vector<Vec3i> one = {{1, 1, 1}};
@@ -276,7 +267,7 @@ TEST_F(ObjectsTest, WallsStopAsFacesDoAndLetGoAgain) {
 }
 
 TEST_F(ObjectsTest, FreeFragmentGoesAnywhereAndKeepsItsShape) {
-    const int fragment = add(block({5, 4, 3}, {1, 2, 3}), true);
+    const int fragment = add(block_at({1, 2, 3}, {5, 4, 3}), true);
     const std::vector<Vec3i> one = {{0, 0, 0}};
     for (int n = 0; n < 30; ++n)
         ASSERT_EQ(space.push_elements(fragment, one, {90, -40, 10})->push.status,
@@ -295,13 +286,13 @@ TEST_F(ObjectsTest, FreeFragmentGoesAnywhereAndKeepsItsShape) {
 }
 
 TEST_F(ObjectsTest, AirOfAnObjectIsNoObstacle) {
-    Volume hollow = block({12, 12, 12}, {0, 0, 0}, -1000);
+    Volume hollow = block_at({0, 0, 0}, {12, 12, 12}, -1000);
     auto& voxels = *std::get_if<0>(&hollow.voxels);
     for_each_element(hollow.grid, [&](Vec3i e) {
         if (e.x == 0 || e.x == 11) voxels[voxel_index(hollow.grid, e)] = 40;
     });
     const int tissue = add(hollow, false);
-    const int fragment = add(block({2, 2, 2}, {3, 5, 5}), true);
+    const int fragment = add(block_at({3, 5, 5}, {2, 2, 2}), true);
     EXPECT_FALSE(space.is_solid(tissue, {5, 5, 5}));
     EXPECT_TRUE(space.is_solid(tissue, {11, 5, 5}));
     const std::vector<Vec3i> all = {{1, 0, 0}, {1, 1, 0}, {1, 0, 1}, {1, 1, 1}};
@@ -311,7 +302,7 @@ TEST_F(ObjectsTest, AirOfAnObjectIsNoObstacle) {
 }
 
 TEST_F(ObjectsTest, FixedElementsStillStopTheirOwnObject) {
-    Volume held = block({8, 4, 4}, {0, 0, 0});
+    Volume held = block_at({0, 0, 0}, {8, 4, 4});
     (*std::get_if<0>(&held.voxels))[voxel_index(held.grid, {7, 2, 2})] = 1200;
     const auto tissue = space.add_object(held, {}, false);
     const auto freed = space.add_object(
@@ -327,12 +318,13 @@ TEST_F(ObjectsTest, FixedElementsStillStopTheirOwnObject) {
 }
 
 TEST_F(ObjectsTest, WhatDoesNotFitIsRefused) {
-    add(block({4, 4, 4}, {0, 0, 0}), false);
-    const auto overlap = space.add_object(block({4, 4, 4}, {3, 3, 3}), soft(), true);
+    add(block_at({0, 0, 0}, {4, 4, 4}), false);
+    const auto overlap = space.add_object(block_at({3, 3, 3}, {4, 4, 4}), soft(), true);
     ASSERT_FALSE(overlap.ok());
     EXPECT_NE(overlap.error().message.find("overlaps object 0"), std::string::npos);
-    EXPECT_TRUE(space.add_object(block({4, 4, 4}, {4, 0, 0}), soft(), true).ok()) << "side by side";
-    Volume turned = block({4, 4, 4}, {50, 0, 0});
+    EXPECT_TRUE(space.add_object(block_at({4, 0, 0}, {4, 4, 4}), soft(), true).ok())
+        << "side by side";
+    Volume turned = block_at({50, 0, 0}, {4, 4, 4});
     turned.grid.direction.columns[0] = {0, 1, 0};
     turned.grid.direction.columns[1] = {-1, 0, 0};
     EXPECT_NE(space.add_object(turned, soft(), true).error().message.find("same directions"),
@@ -341,7 +333,7 @@ TEST_F(ObjectsTest, WhatDoesNotFitIsRefused) {
               std::string::npos);
     EXPECT_FALSE(space.add_wall({{-9, 0, 0}, 3, 1}).ok());
     EXPECT_TRUE(space.add_wall({{-9, 0, 0}, 0, 1}).ok());
-    EXPECT_NE(space.add_object(block({4, 4, 4}, {-11, 0, 0}), soft(), true)
+    EXPECT_NE(space.add_object(block_at({-11, 0, 0}, {4, 4, 4}), soft(), true)
                   .error()
                   .message.find("behind wall 0"),
               std::string::npos);
@@ -359,8 +351,8 @@ TEST_F(ObjectsTest, ResultIsTheSameForAnyThreadsAndBrickSize) {
             ObjectSpace own(own_arena);
             ChainMailSettings settings = soft();
             settings.brick_size = brick_size;
-            ASSERT_TRUE(own.add_object(block({9, 9, 9}, {0, 0, 0}), settings, true).ok());
-            ASSERT_TRUE(own.add_object(block({14, 14, 14}, {10, -2, 3}), settings, false).ok());
+            ASSERT_TRUE(own.add_object(block_at({0, 0, 0}, {9, 9, 9}), settings, true).ok());
+            ASSERT_TRUE(own.add_object(block_at({10, -2, 3}, {14, 14, 14}), settings, false).ok());
             const std::vector<Vec3i> one = {{2, 3, 4}};
             for (const Vec3d push : {Vec3d{4, 1, 0}, {6, -2, 5}, {9, 3, -4}})
                 ASSERT_TRUE(own.push_elements(0, one, push).ok());

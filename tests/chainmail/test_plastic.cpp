@@ -10,20 +10,12 @@
 #include <tuple>
 
 #include "chainmail/lattice.h"
-#include "instances.h"
-#include "support/random.h"
+#include "chainmail/tissues.h"
 
 namespace pliant::test {
 namespace {
 
 constexpr double kUnit = 1.0 / (1 << 20);  // [mm]
-
-Volume block(Vec3i size) {
-    Volume volume;
-    volume.grid.size = size;
-    volume.voxels = std::vector<std::int16_t>(voxel_count(volume.grid), 0);
-    return volume;
-}
 
 MaterialLaw yielding(double limit, double yield, double max_movement_mm = 500) {
     return [=](int) {
@@ -37,14 +29,6 @@ MaterialLaw yielding(double limit, double yield, double max_movement_mm = 500) {
     };
 }
 
-ChainMail tissue_of(const Volume& volume, const MaterialLaw& law, const TaskArena& arena,
-                    int brick_size = 8) {
-    ChainMailSettings settings;
-    settings.custom_law = law;
-    settings.brick_size = brick_size;
-    return std::move(ChainMail::create(volume, settings, arena)).value();
-}
-
 bool settle(ChainMail& tissue, const std::vector<Vec3i>& held = {}) {
     const auto report = tissue.relax({.max_sweeps = 20000, .held = held});
     return report.ok() && report->settled;
@@ -52,7 +36,7 @@ bool settle(ChainMail& tissue, const std::vector<Vec3i>& held = {}) {
 
 TEST(Plastic, APushBelowTheYieldLimitLeavesNothing) {
     const TaskArena arena(1);
-    const Volume volume = block({20, 20, 20});
+    const Volume volume = block({20, 20, 20}, 0);
     // 0.1 mm on links of 1 mm: a tenth of the limit and of the yield limit's 0.12 mm.
     ChainMail tissue = tissue_of(volume, yielding(0.4, 0.3), arena);
     ASSERT_TRUE(tissue.push_elements({{{9, 9, 9}, {10, 9, 9}}}, {0.1, 0.05, 0}).ok());
@@ -64,7 +48,7 @@ TEST(Plastic, APushBelowTheYieldLimitLeavesNothing) {
 
 TEST(Plastic, APushBeyondItLeavesTheImprintThatTheYieldLimitSays) {
     const TaskArena arena(2);
-    const Volume volume = block({24, 24, 24});
+    const Volume volume = block({24, 24, 24}, 0);
     ChainMail tissue = tissue_of(volume, yielding(0.2, 0.25), arena);
     const Vec3i centre{12, 12, 12};
     ASSERT_TRUE(tissue.push_elements({{centre}}, {1, 0, 0}).ok());
@@ -100,7 +84,7 @@ TEST(Plastic, APushBeyondItLeavesTheImprintThatTheYieldLimitSays) {
 
 TEST(Plastic, PushesToTheSamePlaceDoNotDeepenTheImprint) {
     const TaskArena arena(1);
-    const Volume volume = block({24, 24, 24});
+    const Volume volume = block({24, 24, 24}, 0);
     ChainMail tissue = tissue_of(volume, yielding(0.2, 0.25), arena);
     const std::vector<Vec3i> tip{{12, 12, 12}};
     double imprint = 0;
@@ -115,7 +99,7 @@ TEST(Plastic, PushesToTheSamePlaceDoNotDeepenTheImprint) {
 
 TEST(Plastic, EqualPushesFromTheImprintEndAtTheMovementLimit) {
     const TaskArena arena(1);
-    const Volume volume = block({24, 24, 24});
+    const Volume volume = block({24, 24, 24}, 0);
     ChainMail tissue = tissue_of(volume, yielding(0.2, 0.25, 1.5), arena);
     const std::vector<Vec3i> tip{{12, 12, 12}};
     for (int n = 0; n < 6; ++n) {
@@ -129,7 +113,7 @@ TEST(Plastic, EqualPushesFromTheImprintEndAtTheMovementLimit) {
 
 TEST(Plastic, AYieldOfOneLeavesNothingAndAPushBackTakesAnImprintAway) {
     const TaskArena arena(1);
-    const Volume volume = block({20, 20, 20});
+    const Volume volume = block({20, 20, 20}, 0);
     const std::vector<Vec3i> tip{{10, 10, 10}};
     ChainMail stiff = tissue_of(volume, yielding(0.2, 1), arena);
     ASSERT_TRUE(stiff.push_elements(tip, {1, 0, 0}).ok());
@@ -292,7 +276,7 @@ TEST(Plastic, RelaxingTowardsAnImprintNeverRaisesTheEnergy) {
 
 TEST(Plastic, TheImprintCountsAsMemory) {
     const TaskArena arena(1);
-    const Volume volume = block({20, 20, 20});
+    const Volume volume = block({20, 20, 20}, 0);
     ChainMail without = tissue_of(volume, yielding(0.2, 0), arena);
     ChainMail with = tissue_of(volume, yielding(0.2, 0.25), arena);
     for (ChainMail* tissue : {&without, &with})

@@ -10,27 +10,15 @@
 #include "chainmail/check.h"
 #include "chainmail/grab.h"
 #include "chainmail/lattice.h"
-#include "support/random.h"
+#include "chainmail/tissues.h"
 
 namespace pliant::test {
 namespace {
 
-Volume uniform_volume(Vec3i size, int value) {
-    Volume volume;
-    volume.grid.size = size;
-    volume.voxels = std::vector<std::int16_t>(voxel_count(volume.grid), std::int16_t(value));
-    return volume;
-}
-
-ChainMail tissue_of(const Volume& volume, const TaskArena& arena,
-                    const ChainMailSettings& settings = {}) {
-    return std::move(ChainMail::create(volume, settings, arena)).value();
-}
-
 class PushTest : public ::testing::Test {
   protected:
     TaskArena arena{2};
-    Volume volume = uniform_volume({24, 24, 24}, 40);
+    Volume volume = block({24, 24, 24});
 };
 
 TEST_F(PushTest, PointToolMovesTheEightElementsOfTheCellTogether) {

@@ -157,7 +157,7 @@ TEST(Relax, EnergyIsTheSumOverLinksOfWeightTimesSquare) {
 TEST(Relax, ReleasedTissueReturnsToRestExactly) {
     const TaskArena arena(2);
     for (const bool plain : {false, true}) {
-        const Volume volume = block({24, 24, 24}, {1, 1, 1.7});
+        const Volume volume = block({24, 24, 24}, 0, {1, 1, 1.7});
         ChainMail tissue = tissue_of(volume, one_material(0.2), arena);
         ASSERT_TRUE(tissue.push({.point_mm = {12, 12, 20}, .push_mm = {1, -0.8, 0.5}}).ok());
         double last = tissue.elastic_energy_mm2();
@@ -193,7 +193,7 @@ TEST(Relax, MixedMaterialReturnsToRestToo) {
 
 TEST(Relax, WithAHeldPatchItReachesTheDiscreteHarmonicState) {
     const TaskArena arena(2);
-    Volume volume = block({14, 14, 14}, {1, 1.3, 0.8});
+    Volume volume = block({14, 14, 14}, 0, {1, 1.3, 0.8});
     auto& voxels = std::get<VoxelArray<std::int16_t>>(volume.voxels);
     for (std::size_t n = 0; n < voxels.size(); ++n) voxels[n] = std::int16_t(n / 5 % 2);
     // Limits above the push: whatever the state, none binds.
@@ -278,7 +278,7 @@ TEST(Relax, ThreadsBrickSizeAndSlicesDoNotChangeTheResult) {
 
 TEST(Relax, ShortSlicesOfTimeArriveWhereOneLongOneDoes) {
     const TaskArena arena(2);
-    const Volume volume = block({40, 40, 40});
+    const Volume volume = block({40, 40, 40}, 0);
     const std::vector<Vec3i> held{{20, 20, 20}};
     const auto run = [&](double budget_ms) {
         ChainMail tissue = tissue_of(volume, one_material(0.2), arena);
@@ -293,7 +293,7 @@ TEST(Relax, ShortSlicesOfTimeArriveWhereOneLongOneDoes) {
 
 TEST(Relax, NoTimeMeansNoChange) {
     const TaskArena arena(1);
-    const Volume volume = block({16, 16, 16});
+    const Volume volume = block({16, 16, 16}, 0);
     ChainMail tissue = tissue_of(volume, one_material(0.2), arena);
     ASSERT_TRUE(tissue.push({.point_mm = {8, 8, 8}, .push_mm = {1, 0, 0}}).ok());
     const std::uint64_t hash = tissue.hash();
@@ -307,7 +307,7 @@ TEST(Relax, NoTimeMeansNoChange) {
 
 TEST(Relax, AnotherThreadCanStopASlice) {
     const TaskArena arena(2);
-    const Volume volume = block({48, 48, 48});
+    const Volume volume = block({48, 48, 48}, 0);
     const MaterialLaw law = one_material(0.2);
     ChainMail tissue = tissue_of(volume, law, arena);
     const std::vector<Vec3i> held{{24, 24, 24}};
@@ -333,7 +333,7 @@ TEST(Relax, LinksOutsideOfTheirLimitsDoNotGetWorse) {
         SCOPED_TRACE("seed " + std::to_string(seed));
         Random random(seed);
         const TaskArena arena(1);
-        const Volume volume = block({12, 12, 12});
+        const Volume volume = block({12, 12, 12}, 0);
         ChainMail tissue = tissue_of(volume, one_material(0.1), arena, 4);
         ASSERT_TRUE(tissue.push_elements({{{6, 6, 6}}}, {0.5, 0, 0}).ok());
         auto& lattice = const_cast<Lattice&>(tissue.lattice());
@@ -377,7 +377,7 @@ TEST(Relax, LinksOutsideOfTheirLimitsDoNotGetWorse) {
 
 TEST(Relax, OptionsThatMakeNoSenseAreNamed) {
     const TaskArena arena(1);
-    const Volume volume = block({8, 8, 8});
+    const Volume volume = block({8, 8, 8}, 0);
     ChainMail tissue = tissue_of(volume, one_material(0.2), arena);
     const auto message = [&](const RelaxOptions& options) {
         const auto report = tissue.relax(options);

@@ -9,27 +9,15 @@
 #include <cmath>
 #include <fstream>
 
-#include "chainmail/instances.h"
 #include "chainmail/lattice.h"
 #include "chainmail/state_file.h"
+#include "chainmail/tissues.h"
 #include "support/temporary_folder.h"
 
 namespace pliant::test {
 namespace {
 
 constexpr std::uint64_t kSeed = 20260417;
-
-Volume block(Vec3i size) {
-    Volume volume;
-    volume.grid.size = size;
-    volume.voxels = std::vector<std::int16_t>(voxel_count(volume.grid), 0);
-    return volume;
-}
-
-ChainMail tissue_of(const Volume& volume, const ChainMailSettings& settings,
-                    const TaskArena& arena) {
-    return std::move(ChainMail::create(volume, settings, arena)).value();
-}
 
 /// The random law, and strain beyond part of its limits stays.
 ChainMailSettings yielding_settings(Random& random, const Instance& instance) {
@@ -67,17 +55,11 @@ Snapshot snapshot_of(const ChainMail& tissue) {
 
 void random_step(Random& random, ChainMail& tissue, double reach) {
     const Grid& grid = tissue.volume().grid;
-    const auto anywhere = [&] {
-        return world_from_voxel(grid, {random.real(0, grid.size.x), random.real(0, grid.size.y),
-                                       random.real(0, grid.size.z)});
-    };
     switch (random.whole(0, 9)) {
         case 0:
-            ASSERT_TRUE(tissue.cut({{anywhere(), anywhere()}, random.vector(10)}).ok());
-            break;
+            return random_cut(random, tissue);
         case 1:
-            ASSERT_TRUE(tissue.carve({anywhere(), anywhere(), random.real(0.2, 1.0)}).ok());
-            break;
+            return random_carve(random, tissue);
         case 2:
             tissue.reset();
             break;
@@ -94,7 +76,7 @@ void random_step(Random& random, ChainMail& tissue, double reach) {
             ASSERT_TRUE(tissue.relax({.max_sweeps = random.whole(1, 40)}).ok());
             break;
         default:
-            ASSERT_TRUE(tissue.push_elements(random_grab(random, grid), random.vector(reach)).ok());
+            return random_push(random, tissue, reach);
     }
 }
 
@@ -102,7 +84,7 @@ void run_history(std::uint64_t seed, int& imprints) {
     Random random(seed);
     const TaskArena arena(random.whole(1, 2));
     const Instance instance = random_instance(random, 5, 10, true);
-    ChainMail tissue = tissue_of(instance.volume, yielding_settings(random, instance), arena);
+    ChainMail tissue = tissue_of(instance.volume, arena, yielding_settings(random, instance));
     const double reach = 3 * instance.push_limit_mm.x;
     std::vector<Snapshot> known = {snapshot_of(tissue)};  // after each step that can be undone
     for (int n = 0; n < 40; ++n) {
@@ -147,8 +129,8 @@ TEST(RelaxSteps, UndoAndRedoBringDisplacementsAndImprintsBack) {
 
 TEST(RelaxSteps, SliceThatMovesSomethingIsAStepWithItsName) {
     const TaskArena arena(2);
-    const Volume volume = block({20, 20, 20});
-    ChainMail tissue = tissue_of(volume, {}, arena);
+    const Volume volume = block({20, 20, 20}, 0);
+    ChainMail tissue = tissue_of(volume, arena);
     ASSERT_TRUE(tissue.relax({.max_sweeps = 3}).ok());
     EXPECT_EQ(tissue.undo_steps(), 0);
     ASSERT_TRUE(tissue.push({.point_mm = {9.5, 9.5, 9.5}, .push_mm = {2, 0, 0}}).ok());
@@ -170,23 +152,25 @@ TEST(RelaxSteps, SliceThatMovesSomethingIsAStepWithItsName) {
 void run_drag(std::uint64_t seed, int& moved_by_relaxation) {
     Random random(seed);
     const TaskArena arena(2);
-    const Instance instance = random_instance(random, 5, 16, true);
+    const Instance instance = random_instance(random, 5, 12, true);
     ChainMailSettings settings = yielding_settings(random, instance);
     settings.brick_size = 8;
-    ChainMail dragged = tissue_of(instance.volume, settings, arena);
-    ChainMail pushed = tissue_of(instance.volume, settings, arena);
+    ChainMail dragged = tissue_of(instance.volume, arena, settings);
+    ChainMail pushed = tissue_of(instance.volume, arena, settings);
     const auto both_push = [&](const std::vector<Vec3i>& elements, Vec3d push_mm) {
         ASSERT_TRUE(dragged.push_elements(elements, push_mm).ok());
         ASSERT_TRUE(pushed.push_elements(elements, push_mm).ok());
     };
-    both_push(random_grab(random, instance.volume.grid), random.vector(3));
+    constexpr double kReach_mm = 2;
+    const std::vector<Vec3i> first = random_grab(random, instance.volume.grid);
+    both_push(first, random.vector(kReach_mm));
     const std::vector<Vec3i> grabbed = random_grab(random, instance.volume.grid);
     const int steps = dragged.undo_steps();
     const std::uint64_t hash = dragged.hash();
     ASSERT_TRUE(dragged.grab_elements(grabbed, random.real(0.5, 4)).ok());
     const Vec3<Fixed> start = dragged.lattice().displacement_at(grabbed[0]);
     for (int frame = 0; frame < 10; ++frame) {
-        Vec3d offset = random.vector(3);
+        Vec3d offset = random.vector(kReach_mm);
         for (int a = 0; a < 3; ++a) offset[a] = std::round(offset[a] * 1024) / 1024;
         const Vec3<Fixed> now = dragged.lattice().displacement_at(grabbed[0]) - start;
         const Vec3d now_mm{mm_from_units(now.x), mm_from_units(now.y), mm_from_units(now.z)};
@@ -230,14 +214,14 @@ class RelaxStateTest : public ::testing::Test {
   protected:
     RelaxStateTest() { settings.yield = 0.25; }
     ChainMail pushed_tissue() {
-        ChainMail tissue = tissue_of(volume, settings, arena);
+        ChainMail tissue = tissue_of(volume, arena, settings);
         EXPECT_TRUE(tissue.push({.point_mm = {9.5, 9.5, 9.5}, .push_mm = {2, -1, 0.5}}).ok());
         EXPECT_TRUE(tissue.relax({.max_sweeps = 3}).ok());
         return tissue;
     }
 
     TaskArena arena{2};
-    Volume volume = block({20, 20, 20});
+    Volume volume = block({20, 20, 20}, 0);
     ChainMailSettings settings;
     TemporaryFolder folder;
     std::filesystem::path file = folder / "state.plst";
@@ -246,7 +230,7 @@ class RelaxStateTest : public ::testing::Test {
 TEST_F(RelaxStateTest, SavedStateHasTheImprintsAndRelaxesAsItWouldHave) {
     ChainMail saved = pushed_tissue();
     ASSERT_TRUE(saved.save_state(file).ok());
-    ChainMail loaded = tissue_of(volume, {}, arena);
+    ChainMail loaded = tissue_of(volume, arena);
     const Status status = loaded.load_state(file);
     ASSERT_TRUE(status.ok()) << status.error().message;
     EXPECT_EQ(loaded.settings().yield, 0.25);
@@ -357,7 +341,7 @@ TEST_F(RelaxStateTest, ResetAndCarvingTakeImprintsAway) {
 }
 
 TEST_F(RelaxStateTest, OneLabelYieldsAndTheRestDoesNot) {
-    Volume labels = block({20, 20, 20});
+    Volume labels = block({20, 20, 20}, 0);
     auto& values = std::get<0>(labels.voxels);
     for (int z = 0; z < 20; ++z)
         for (int y = 0; y < 20; ++y)
@@ -372,7 +356,7 @@ TEST_F(RelaxStateTest, OneLabelYieldsAndTheRestDoesNot) {
         }
         settings.label_materials = {clay};
         settings.yield = 0;
-        ChainMail tissue = tissue_of(volume, settings, arena);
+        ChainMail tissue = tissue_of(volume, arena, settings);
         ASSERT_TRUE(tissue.push_elements({{{14, 10, 10}}}, {0.5, 0, 0}).ok());
         EXPECT_GT(tissue.imprint_mm({14, 10, 10}).x, 0.3) << by_value;
         ASSERT_TRUE(tissue.push_elements({{{4, 10, 10}}}, {0.5, 0, 0}).ok());

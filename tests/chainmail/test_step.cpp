@@ -7,9 +7,9 @@
 #include <gtest/gtest.h>
 
 #include "chainmail/fixed_point.h"
-#include "chainmail/instances.h"
 #include "chainmail/lattice.h"
 #include "chainmail/oracle.h"
+#include "chainmail/tissues.h"
 
 namespace pliant::test {
 namespace {
@@ -67,9 +67,7 @@ TEST(Step, FractionIsTheLargestValidOne) {
         Random random(seed);
         const TaskArena arena(1);
         const Instance instance = limited_instance(random);
-        ChainMailSettings settings;
-        settings.custom_law = instance.law;
-        ChainMail tissue = std::move(ChainMail::create(instance.volume, settings, arena)).value();
+        ChainMail tissue = tissue_of(instance, arena);
         Oracle<double> oracle(instance.volume, instance.law, kInstanceMargin);
         for (int step = 0; step < 2; ++step) {
             const std::vector<Vec3i> grabbed = random_grab(random, instance.volume.grid);
@@ -99,9 +97,7 @@ TEST(Step, BoneNeverMovesAndMovementLimitsHoldToTheUnit) {
         Random random(seed);
         const TaskArena arena(2);
         const Instance instance = limited_instance(random);
-        ChainMailSettings settings;
-        settings.custom_law = instance.law;
-        ChainMail tissue = std::move(ChainMail::create(instance.volume, settings, arena)).value();
+        ChainMail tissue = tissue_of(instance, arena);
         for (int step = 0; step < 8; ++step) {
             const std::vector<Vec3i> grabbed = random_grab(random, instance.volume.grid);
             ASSERT_TRUE(tissue.push_elements(grabbed, random.vector(6)).ok());

@@ -18,7 +18,7 @@ namespace {
 
 TEST(ToolContact, TissueComesToLieAgainstATool) {
     const TaskArena arena(1);
-    const Volume volume = block({24, 24, 24});
+    const Volume volume = block({24, 24, 24}, 0);
     ChainMail tissue = tissue_of(volume, one_material(0.3), arena);
     // A wall below z = 12.5 is pushed down, and a sphere put into the dent.
     std::vector<Vec3i> pushed;

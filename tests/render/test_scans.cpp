@@ -24,38 +24,41 @@ int label_count_near(const Volume& label, Vec3d x_mm) {
     return count;
 }
 
-TEST(Scans, TheChestsFirstViewIsInTheAirways) {
-    const std::filesystem::path folder = PLIANT_SHARED_DATA;
-    if (!std::filesystem::exists(folder / "thorax_ct_airways_crop.nrrd"))
-        GTEST_SKIP() << "needs " << folder / "thorax_ct_airways_crop.nrrd";
-    const auto scan = read_volume(folder / "thorax_ct_airways_crop.nrrd");
-    const auto label = read_volume(folder / "thorax_ct_airways_crop-label.nrrd");
-    ASSERT_TRUE(scan && label);
-    TaskArena arena(2);
-    const auto view = find_endoscope(*scan, -500, Polarity::Rising, arena);
+/// A chest, and the lumen of its airways as somebody segmented it.
+class Scans : public ::testing::Test {
+  protected:
+    void SetUp() override {
+        const std::filesystem::path folder = PLIANT_SHARED_DATA;
+        if (!std::filesystem::exists(folder / "thorax_ct_airways_crop.nrrd"))
+            GTEST_SKIP() << "needs " << folder / "thorax_ct_airways_crop.nrrd";
+        auto read = read_volume(folder / "thorax_ct_airways_crop.nrrd");
+        auto read_label = read_volume(folder / "thorax_ct_airways_crop-label.nrrd");
+        ASSERT_TRUE(read && read_label);
+        scan = std::move(*read);
+        label = std::move(*read_label);
+    }
+    TaskArena arena{2};
+    Volume scan, label;
+};
+
+TEST_F(Scans, TheChestsFirstViewIsInTheAirways) {
+    const auto view = find_endoscope(scan, -500, Polarity::Rising, arena);
     ASSERT_TRUE(view);
-    EXPECT_EQ(label_count_near(*label, view->eye_mm), 27);
+    EXPECT_EQ(label_count_near(label, view->eye_mm), 27);
 
     // The wall that it sees is where the segmentation of the lumen ends.
     const auto hit =
-        RayCaster(*scan, arena).first_hit(view->eye_mm, view->look, -500, Polarity::Rising);
+        RayCaster(scan, arena).first_hit(view->eye_mm, view->look, -500, Polarity::Rising);
     ASSERT_TRUE(hit);
     EXPECT_GT(hit->distance_mm, 25);
-    EXPECT_GT(label_count_near(*label, hit->point_mm + 3.0 * hit->normal), 0);
+    EXPECT_GT(label_count_near(label, hit->point_mm + 3.0 * hit->normal), 0);
 }
 
-TEST(Scans, TheCarinaIsSeenFromTheAirways) {
-    const std::filesystem::path folder = PLIANT_SHARED_DATA;
-    if (!std::filesystem::exists(folder / "thorax_ct_airways_crop.nrrd"))
-        GTEST_SKIP() << "needs " << folder / "thorax_ct_airways_crop.nrrd";
-    const auto scan = read_volume(folder / "thorax_ct_airways_crop.nrrd");
-    const auto label = read_volume(folder / "thorax_ct_airways_crop-label.nrrd");
-    ASSERT_TRUE(scan && label);
-    TaskArena arena(2);
+TEST_F(Scans, TheCarinaIsSeenFromTheAirways) {
     const Vec3d carina{-22, 174, -495};
-    const Endoscope e = aim_endoscope(*scan, carina, {6, 0, 0}, -500, Polarity::Rising, arena);
-    EXPECT_GT(label_count_near(*label, e.eye_mm), 20);
-    const auto hit = RayCaster(*scan, arena).first_hit(e.eye_mm, e.look, -500, Polarity::Rising);
+    const Endoscope e = aim_endoscope(scan, carina, {6, 0, 0}, -500, Polarity::Rising, arena);
+    EXPECT_GT(label_count_near(label, e.eye_mm), 20);
+    const auto hit = RayCaster(scan, arena).first_hit(e.eye_mm, e.look, -500, Polarity::Rising);
     ASSERT_TRUE(hit);
     EXPECT_LT(norm(hit->point_mm - carina), 4);
 }

@@ -62,6 +62,24 @@ inline void edit(Lattice& lattice, Vec3i element, int flags) {
     lattice.set_edits(coord, std::move(edits));
 }
 
+/// φ(X) for a place X of the lattice at rest [voxels].
+inline Vec3d deformed_place(const Lattice& lattice, Vec3d x) {
+    const Vec3i low{int(std::floor(x.x)), int(std::floor(x.y)), int(std::floor(x.z))};
+    Vec3d place = x;
+    for (int c = 0; c < 8; ++c) {
+        const Vec3i corner{c & 1, c >> 1 & 1, c >> 2};
+        double weight = 1;
+        for (int a = 0; a < 3; ++a) {
+            const double t = x[a] - low[a];
+            weight *= corner[a] ? t : 1 - t;
+        }
+        const Vec3<Fixed> u = lattice.displacement_at(low + corner);
+        for (int a = 0; a < 3; ++a)
+            place[a] += weight * mm_from_units(u[a]) / lattice.grid().spacing_mm[a];
+    }
+    return place;
+}
+
 inline double smooth_value(Vec3d p) {
     return 100 * std::sin(0.11 * p.x + 1) * std::cos(0.09 * p.y) + 60 * std::sin(0.1 * p.z);
 }

@@ -8,8 +8,11 @@
 #include <pliant/resample.h>
 
 #include <algorithm>
+#include <array>
+#include <bit>
 #include <set>
 
+#include "chainmail/tetrahedra.h"
 #include "resample/lattices.h"
 #include "resample/scatter.h"
 #include "support/random.h"
@@ -186,23 +189,79 @@ TEST(Resample, CellsAgreeWithTetrahedraOnSmoothData) {
     }
 }
 
-TEST(Resample, CellsAndTetrahedraDifferOnRoughDataByLessThanTheCellsRange) {
-    // Both interpolate the eight corners of the same cell, so on noise they differ by up to the
-    // range of those values, and not more.
+/// The cell at rest that the voxel p of the dirty box came from, and where in it.
+struct RestPlace {
+    Vec3d place;                       ///< [voxels]
+    std::array<double, 8> values{};    ///< of the scan, at the corners
+    std::array<Vec3d, 8> rest, moved;  ///< the corners [voxels]
+    Vec3d bend{0, 0, 0};  ///< by how much the cell's trilinear and its piecewise linear map can
+                          ///< differ: a quarter of each product of two coordinates, and less than
+                          ///< half of that of all three
+};
+
+RestPlace rest_place(const ChainMail& tissue, const Deformed& deformed, Vec3i p) {
+    const Volume& volume = tissue.volume();
+    const Vec3i size = deformed.dirty_box.end - deformed.dirty_box.begin;
+    const Vec3i q = p - deformed.dirty_box.begin;
+    const Vec3f back = deformed.inverse_mm[std::size_t(q.x + size.x * (q.y + size.y * q.z))];
+    RestPlace from{{p.x + double(back.x), p.y + double(back.y), p.z + double(back.z)}, {}, {}, {}};
+    const Vec3i low{int(std::floor(from.place.x)), int(std::floor(from.place.y)),
+                    int(std::floor(from.place.z))};
+    std::array<Vec3d, 8> product{};  // coefficients of the products of coordinates that are set
+    for (std::size_t c = 0; c < 8; ++c) {
+        const Vec3i e = low + Vec3i{int(c & 1), int(c >> 1 & 1), int(c >> 2)};
+        from.values[c] = volume.at(e);
+        from.rest[c] = {double(e.x), double(e.y), double(e.z)};
+        from.moved[c] = from.rest[c] + tissue.displacement_mm(e);
+        for (std::size_t set = 0; set < 8; ++set)
+            if ((set & c) == c)
+                product[set] =
+                    product[set] + (std::popcount(set ^ c) % 2 ? -1.0 : 1.0) * from.moved[c];
+    }
+    for (int a = 0; a < 3; ++a)
+        from.bend[a] = std::abs(product[3][a]) / 4 + std::abs(product[5][a]) / 4 +
+                       std::abs(product[6][a]) / 4 + std::abs(product[7][a]) / 2;
+    return from;
+}
+
+TEST(Resample, OnRoughDataEachMappingReadsItsOwnInterpolantAtItsOwnInverse) {
+    // Noise shows which values were mixed, and how: trilinear ones, or those of a tetrahedron.
     const TaskArena arena(2);
     Random random(32);
-    const Volume volume = make_volume({30, 30, 30}, {1, 1, 1},
+    const Volume volume = make_volume({40, 40, 40}, {1, 1, 1},
                                       [&](Vec3d) { return std::int16_t(random.whole(-100, 250)); });
     ChainMail tissue = std::move(ChainMail::create(volume, {}, arena)).value();
-    ASSERT_TRUE(tissue.push({.point_mm = {15, 15, 15}, .push_mm = {3, 1, -2}}).ok());
-    const Deformed cells = deform_volume(tissue, Mapping::Cells);
-    const Deformed tetrahedra = deform_volume(tissue, Mapping::Tetrahedra);
-    const auto& a = std::get<0>(cells.volume.voxels);
-    const auto& b = std::get<0>(tetrahedra.volume.voxels);
-    int largest = 0;
-    for (std::size_t i = 0; i < a.size(); ++i) largest = std::max(largest, std::abs(a[i] - b[i]));
-    EXPECT_GT(largest, 2);
-    EXPECT_LT(largest, 350);
+    ASSERT_TRUE(tissue.push({.point_mm = {20, 20, 20}, .push_mm = {3, 1, -2}}).ok());
+    const Deformed cells = deform_volume(tissue, Mapping::Cells, true);
+    const Deformed tetrahedra = deform_volume(tissue, Mapping::Tetrahedra, true);
+    ASSERT_EQ(cells.dirty_box, tetrahedra.dirty_box);
+    constexpr double kRounding = 0.51, kExact = 1e-4;
+    double most_different = 0, most_bent = 0;
+    const Box3i& box = cells.dirty_box;
+    for (int a = 0; a < 3; ++a) ASSERT_TRUE(box.begin[a] > 1 && box.end[a] < 39) << "no air";
+    for (int z = box.begin.z; z < box.end.z; ++z)
+        for (int y = box.begin.y; y < box.end.y; ++y)
+            for (int x = box.begin.x; x < box.end.x; ++x) {
+                const Vec3i p{x, y, z};
+                const Vec3d voxel{double(x), double(y), double(z)};
+                const double a = cells.volume.at(p), b = tetrahedra.volume.at(p);
+                const RestPlace trilinear = rest_place(tissue, cells, p);
+                ASSERT_NEAR(a, sample_linear(volume, trilinear.place), kRounding);
+                const RestPlace linear = rest_place(tissue, tetrahedra, p);
+                const auto where = locate_in_tetrahedra(linear.rest, linear.place, 1e-6);
+                ASSERT_TRUE(where);
+                ASSERT_NEAR(b, combine(*where, linear.values), kRounding);
+                const Vec3d miss = combine(*where, linear.moved) - voxel;
+                const Vec3d apart = deformed_place(tissue.lattice(), linear.place) - voxel;
+                for (int axis = 0; axis < 3; ++axis) {
+                    ASSERT_LE(std::abs(miss[axis]), kExact);
+                    ASSERT_LE(std::abs(apart[axis]), linear.bend[axis] + kExact);
+                    most_bent = std::max(most_bent, linear.bend[axis]);
+                }
+                most_different = std::max(most_different, std::abs(a - b));
+            }
+    EXPECT_GT(most_different, 20) << "the two are told apart";
+    EXPECT_GT(most_bent, 0.1) << "and their maps differ";
 }
 
 TEST(Resample, DisplacementFieldIsInWorldCoordinates) {

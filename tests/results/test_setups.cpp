@@ -74,11 +74,37 @@ TEST(ChainMailResults, WithAirOfItsOwnTheFarWallWaitsForContactAndIsThenPushed) 
 TEST(ChainMailResults, AnOverhangingBumpTakesTheWallAlongOnlyThroughAirThatIsTissue) {
     const TaskArena arena(2);
     for (const bool air : {false, true}) {
-        Scenario s = bump_scenario(true, air, arena);
-        s.push({{double(kHeadEnd.x), kHeadEnd.y + 1.0, double(kHeadEnd.z)}, {0, 6, 0}, 2.5});
+        Scenario s = bump_scenario(Bump::Overhang, air, arena);
+        s.push(bump_push(Bump::Overhang));
         const double below =
             norm(s.tissue->displacement_mm({kHeadEnd.x, kWallFront + 1, kHeadEnd.z}));
         EXPECT_NEAR(below, air ? 0.0 : 4.43, air ? 0 : 0.02);
+    }
+}
+
+TEST(ChainMailResults, AColumnTakesTheWallAlongWhateverAirIs) {
+    const TaskArena arena(2);
+    for (const bool air : {false, true}) {
+        Scenario s = bump_scenario(Bump::Column, air, arena);
+        s.push(bump_push(Bump::Column));
+        EXPECT_NEAR(s.tissue->displacement_mm({kBumpTip.x, kWallFront + 1, kBumpTip.z}).y, 6.51,
+                    0.02);
+    }
+}
+
+TEST(ChainMailResults, AFingerSinksUnderAToolThatSticksAndIsBentAsideByOneThatItSlidesOff) {
+    const TaskArena arena(2);
+    for (const bool air : {false, true}) {
+        const Vec3i wall{kBumpTip.x, kWallFront + 1, kBumpTip.z};
+        Scenario sticks = bump_scenario(Bump::Finger, air, arena);
+        push_finger(sticks);
+        EXPECT_NEAR(sticks.tissue->displacement_mm(kBumpTip).y, 8, 0.02);
+        EXPECT_NEAR(sticks.tissue->displacement_mm(wall).y, 5.94, 0.02);
+        Scenario slides = bump_scenario(Bump::Finger, air, arena);
+        EXPECT_EQ(slide_off_finger(slides).way_fraction, 1);
+        EXPECT_NEAR(slides.tissue->displacement_mm(kBumpTip).x, -1.93, 0.02);
+        EXPECT_NEAR(slides.tissue->displacement_mm(kBumpTip).y, 1.88, 0.02);
+        EXPECT_NEAR(slides.tissue->displacement_mm(wall).y, 0.03, 0.01);
     }
 }
 

@@ -1,0 +1,186 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// A sphere that tissue slides off: what is met leaves it, as far as it must and no farther.
+
+#include <gtest/gtest.h>
+#include <pliant/chainmail_slide.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "chainmail/tissues.h"
+
+namespace pliant::test {
+namespace {
+
+constexpr int kTissueHu = 40, kFloor = 20;
+constexpr double kRadius_mm = 3;
+
+/// A finger of three by three elements and ten high, on a floor.
+Volume finger() {
+    return volume_of({48, 32, 48}, [](Vec3i e) {
+        const bool on_it = std::abs(e.x - 24) <= 1 && std::abs(e.y - 16) <= 1 && e.z > kFloor;
+        return e.z <= kFloor || (on_it && e.z <= kFloor + 10) ? kTissueHu : int(kAirHu);
+    });
+}
+constexpr Vec3i kTip{24, 16, kFloor + 10};
+
+/// From above the finger's tip, so far beside its axis, down by 9 mm.
+Push path_beside(double beside_mm) {
+    return {.point_mm = {24 + beside_mm, 16, kFloor + 10 + kRadius_mm + 1},
+            .push_mm = {0, 0, -9},
+            .sphere_radius_mm = kRadius_mm};
+}
+
+std::int64_t tissue_inside(const ChainMail& tissue, Vec3d centre_mm) {
+    const Grid& grid = tissue.volume().grid;
+    std::int64_t inside = 0;
+    for (int z = 0; z < grid.size.z; ++z)
+        for (int y = 0; y < grid.size.y; ++y)
+            for (int x = 0; x < grid.size.x; ++x) {
+                const Vec3d rest = world_from_voxel(grid, {double(x), double(y), double(z)});
+                const Vec3d away = rest + tissue.displacement_mm({x, y, z}) - centre_mm;
+                inside += tissue.volume().at({x, y, z}) > -500 && norm(away) < kRadius_mm;
+            }
+    return inside;
+}
+
+TEST(Slide, ABumpIsBentAsideWhereAPushTakesTheWallAlong) {
+    const Volume volume = finger();
+    const TaskArena arena(2);
+    // Each link of the finger gives way by this share, so a tip that goes down by 8 mm takes the
+    // wall below it down by 8 − 10·play, whatever air is.
+    const double w = 1040 / 4095.0, play = 0.2 * (1 - w * w);
+    for (const bool air : {false, true}) {
+        ChainMailSettings settings;
+        settings.air_enabled = air;
+        ChainMail stuck = tissue_of(volume, arena, settings);
+        ASSERT_TRUE(stuck.push_elements(std::vector<Vec3i>{kTip}, {0, 0, -8}).ok());
+        EXPECT_NEAR(stuck.displacement_mm({24, 16, kFloor}).z, -(8 - 10 * play), 1e-4);
+
+        ChainMail tissue = tissue_of(volume, arena, settings);
+        const auto report = slide_sphere(tissue, path_beside(2));
+        ASSERT_TRUE(report.ok());
+        EXPECT_EQ(report->way_fraction, 1);
+        EXPECT_EQ(report->limited_by, LimitedBy::None);
+        EXPECT_GT(report->contacts, 2);
+        const Vec3d tip = tissue.displacement_mm(kTip);
+        EXPECT_LT(tip.x, -1) << "to the side";
+        EXPECT_GT(tip.z, -3) << "and not down with the tool";
+        EXPECT_GT(tissue.displacement_mm({24, 16, kFloor}).z, -1) << "the wall stays behind";
+        EXPECT_NEAR(tip.y, 0, 1e-5);
+    }
+}
+
+TEST(Slide, NothingIsLeftInsideAndNothingMovesWithoutContact) {
+    const Volume volume = finger();
+    const TaskArena arena(2);
+    for (const double beside : {0.0, 0.5, 1.0, 2.0, 3.0, 4.5}) {
+        SCOPED_TRACE(beside);
+        ChainMail tissue = tissue_of(volume, arena);
+        const Push path = path_beside(beside);
+        const auto report = slide_sphere(tissue, path);
+        ASSERT_TRUE(report.ok());
+        EXPECT_EQ(report->way_fraction, 1);
+        EXPECT_EQ(report->inside_elements, 0);
+        EXPECT_EQ(tissue_inside(tissue, path.point_mm + path.push_mm), 0);
+        EXPECT_LT(tissue.state().max_violation_mm, 1e-9);
+        EXPECT_EQ(report->contacts > 0, beside < 4.1);  // 3 mm beside the element 1 mm off the axis
+        EXPECT_EQ(tissue.state().moved_elements > 0, beside < 4.1);
+    }
+}
+
+TEST(Slide, StraightOnItPushesAhead) {
+    const Volume volume = volume_of({32, 32, 32}, [](Vec3i e) { return e.z < 16 ? 40 : -1000; });
+    const TaskArena arena(2);
+    ChainMail tissue = tissue_of(volume, arena);
+    const auto report = slide_sphere(
+        tissue, {.point_mm = {16, 16, 20}, .push_mm = {0, 0, -4}, .sphere_radius_mm = kRadius_mm});
+    ASSERT_TRUE(report.ok());
+    // The sphere ends at z = 16, so its lowest point is 2 mm below the face at 15.
+    const Vec3d u = tissue.displacement_mm({16, 16, 15});
+    EXPECT_NEAR(u.z, -2, 2e-3);
+    EXPECT_GE(-u.z, 2);
+    EXPECT_NEAR(u.x, 0, 1e-5);
+    EXPECT_NEAR(u.y, 0, 1e-5);
+}
+
+TEST(Slide, BoneEndsIt) {
+    const Volume volume = volume_of({32, 32, 32}, [](Vec3i e) {
+        return e.z < 13 ? 1000 : e.z < 16 ? kTissueHu : int(kAirHu);
+    });
+    const TaskArena arena(2);
+    ChainMail tissue = tissue_of(volume, arena);
+    const auto report = slide_sphere(
+        tissue, {.point_mm = {16, 16, 20}, .push_mm = {0, 0, -8}, .sphere_radius_mm = kRadius_mm});
+    ASSERT_TRUE(report.ok());
+    EXPECT_EQ(report->limited_by, LimitedBy::Bone);
+    EXPECT_GT(report->way_fraction, 2.0 / 8);
+    EXPECT_LT(report->way_fraction, 4.0 / 8);
+    EXPECT_GT(report->inside_elements, 0);
+    EXPECT_EQ(tissue.displacement_mm({16, 16, 12}), (Vec3d{0, 0, 0}));
+}
+
+TEST(Slide, TheSameBitsForEverySolverBrickSizeAndNumberOfThreads) {
+    Random random(20261122);
+    const double x = random.real(-3, 3), y = random.real(-3, 3);
+    const Volume volume = finger();
+    const Push path{
+        .point_mm = {24 + x, 16 + y, 35}, .push_mm = {1, 0.5, -9}, .sphere_radius_mm = kRadius_mm};
+    std::uint64_t expected = 0;
+    for (const int threads : {1, 2, 4}) {
+        const TaskArena arena(threads);
+        ChainMailSettings settings;
+        settings.brick_size = 4 + 2 * threads;
+        settings.solver = threads == 4 ? ChainMailSolver::Heap : ChainMailSolver::Sweep;
+        ChainMail tissue = tissue_of(volume, arena, settings);
+        const auto report = slide_sphere(tissue, path);
+        ASSERT_TRUE(report.ok());
+        ASSERT_GT(report->contacts, 0);
+        if (threads == 1) expected = tissue.hash();
+        EXPECT_EQ(tissue.hash(), expected);
+    }
+}
+
+TEST(Slide, IsOneStepOfTheHistoryAndScaledAsAPushIs) {
+    const Volume volume = finger();
+    const TaskArena arena(2);
+    ChainMailSettings settings;
+    ChainMail plain = tissue_of(volume, arena, settings);
+    ASSERT_TRUE(slide_sphere(plain, path_beside(2)).ok());
+    settings.scale = 4;
+    ChainMail scaled = tissue_of(volume, arena, settings);
+    Push quarter = path_beside(2);
+    quarter.push_mm = 0.25 * quarter.push_mm;
+    ASSERT_TRUE(slide_sphere(scaled, quarter).ok());
+    EXPECT_EQ(scaled.hash(), plain.hash());
+    EXPECT_EQ(plain.undo_steps(), 1);
+    EXPECT_EQ(plain.next_undo_name(), "slide");
+    ASSERT_TRUE(plain.undo().ok());
+    EXPECT_EQ(plain.state().moved_elements, 0);
+}
+
+TEST(Slide, ABadPathIsRefusedAndChangesNothing) {
+    const Volume volume = finger();
+    const TaskArena arena(1);
+    ChainMail tissue = tissue_of(volume, arena);
+    std::vector<Push> bad(5, path_beside(2));
+    bad[0].sphere_radius_mm = 0;
+    bad[1].push_mm = {0, 0, 0};
+    bad[2].push_mm.x = std::numeric_limits<double>::quiet_NaN();
+    bad[3].push_mm = {0, 0, -40};
+    bad[4].point_mm = {-1, 0, 0};
+    for (const Push& path : bad) {
+        const auto report = slide_sphere(tissue, path);
+        ASSERT_FALSE(report.ok());
+        EXPECT_EQ(report.error().code, ErrorCode::InvalidArgument);
+        EXPECT_NE(report.error().message.find("expected"), std::string::npos);
+    }
+    EXPECT_EQ(tissue.undo_steps(), 0);
+    EXPECT_EQ(tissue.state().moved_elements, 0);
+}
+
+}  // namespace
+}  // namespace pliant::test
