@@ -109,6 +109,18 @@ Fixed offer(const Fixed* w, int size, int side, const Fixed* lags, const FaceBeh
     return largest;
 }
 
+void carry(Fixed* w, int size, int side, const Fixed* neighbour, Fixed lag, bool is_first) {
+    const int stride = side % 2 ? -stride_of(size, side / 2) : stride_of(size, side / 2);
+    for_each_on_face(size, side, [&](int own, int behind, int) {
+        Fixed carried = neighbour[behind];
+        for (int n = 0; n < size; ++n) {
+            Fixed& here = w[own + n * stride];
+            carried = std::max(0, carried - lag);
+            here = is_first ? carried : std::max(here, carried);
+        }
+    });
+}
+
 MoveResult move(const std::array<MovingComponent, 3>& components, int count, bool from_rest) {
     MoveResult result;
     if (from_rest)
@@ -141,7 +153,7 @@ Fixed largest(const Fixed* values, int count) {
 const SweepKernels& plain_sweep_kernels() {
     static constexpr SweepKernels kernels{gather,    copy_face, add_face,      add_halves,
                                           arrange_x, relax,     relax_uniform, take,
-                                          offer,     move,      largest};
+                                          offer,     carry,     move,          largest};
     return kernels;
 }
 

@@ -344,6 +344,66 @@ Fixed offer(const Fixed* w, int, int side, const Fixed* lags, const FaceBehind& 
     return hn::GetLane(hn::MaxOfLanes(D(), largest));
 }
 
+/// A row of the raise that is carried on, at its next place.
+template <bool kIsFirst>
+HWY_INLINE void put_row(const Row& carried, Fixed* to) {
+    Row row = carried;
+    if (!kIsFirst)
+        for (int p = 0; p < kParts; ++p)
+            row.part[p] = hn::Max(row.part[p], hn::Load(D(), to + p * kLanes));
+    store_row(row, to);
+}
+
+/// Along y and z: eight rows go side by side, `across` apart, each step by step, `along` apart.
+template <bool kIsFirst>
+void carry_rows(Fixed* w, int along, int across, const Fixed* face, Fixed lag) {
+    const Row step = all(lag);
+    Slice carried = load_slice(face, across);
+    for (int n = 0; n < kSize; ++n)
+        for (int r = 0; r < kSize; ++r) {
+            Row lowered = all(0);
+            raise(lowered, carried.row[r], step);
+            carried.row[r] = lowered;
+            put_row<kIsFirst>(lowered, w + n * along + r * across);
+        }
+}
+
+/// Along x: each row has its steps in itself.
+template <bool kIsFirst>
+void carry_along_x(Fixed* w, bool up, const Fixed* face, Fixed lag) {
+    HWY_ALIGN Fixed lags[kSize];
+    for (int n = 0; n < kSize; ++n) {
+        const std::int64_t sum = std::int64_t(n + 1) * lag;
+        lags[up ? n : kSize - 1 - n] = Fixed(std::min<std::int64_t>(sum, INT32_MAX));
+    }
+    const Row steps = load_row(lags);
+    for (int n = 0; n < kSlice; ++n) {
+        Row row = all(0);
+        raise(row, all(face[n * kSize]), steps);
+        put_row<kIsFirst>(row, w + n * kSize);
+    }
+}
+
+template <bool kIsFirst>
+void carry_from(Fixed* w, int side, const Fixed* neighbour, Fixed lag) {
+    const bool up = side % 2 == 0;  // from the low side
+    if (side < 2) {
+        carry_along_x<kIsFirst>(w, up, neighbour + (up ? kSize - 1 : 0), lag);
+        return;
+    }
+    const int along = side < 4 ? kSize : kSlice, across = side < 4 ? kSlice : kSize;
+    const int last = (kSize - 1) * along;
+    carry_rows<kIsFirst>(w + (up ? 0 : last), up ? along : -along, across,
+                         neighbour + (up ? last : 0), lag);
+}
+
+void carry(Fixed* w, int, int side, const Fixed* neighbour, Fixed lag, bool is_first) {
+    if (is_first)
+        carry_from<true>(w, side, neighbour, lag);
+    else
+        carry_from<false>(w, side, neighbour, lag);
+}
+
 /// One component, with what its loop needs at hand. A component that stays is raised to where it
 /// is.
 struct Motion {
@@ -432,7 +492,7 @@ Fixed largest(const Fixed* values, int count) {
 const SweepKernels& kernels_of_target() {
     static constexpr SweepKernels kernels{gather,    copy_face, add_face,      add_halves,
                                           arrange_x, relax,     relax_uniform, take,
-                                          offer,     move,      largest};
+                                          offer,     carry,     move,          largest};
     return kernels;
 }
 
