@@ -9,6 +9,7 @@
 #include <cstdlib>
 #include <functional>
 #include <mutex>
+#include <utility>
 
 namespace pliant {
 namespace {
@@ -78,6 +79,18 @@ BrickMotion motion_of(const Brick& brick, const SweepWork& work, Vec3<Fixed> shi
                      shift[a] < 0 ? -1 : 1};
     }
     return motion;
+}
+
+/// From rest the raise of the last component that moves becomes its displacement where it lies:
+/// half the memory to go through where it moves alone. Nobody asks for the raise afterwards.
+void move_in_place(Brick& brick, BrickMotion& motion) {
+    for (std::size_t a = 3; a-- > 0;) {
+        if (!motion[a].raised) continue;
+        auto& raised = *std::find(brick.raised.begin(), brick.raised.end(), motion[a].raised);
+        std::swap(brick.u[a], raised);
+        motion[a].u = brick.u[a];
+        return;
+    }
 }
 
 /// A look at the brick as a whole, which is enough for nearly all.
@@ -217,9 +230,11 @@ std::int64_t apply_shift(Lattice& lattice, const SweepWork& work, const SweepKer
         std::int64_t own = 0;
         for (std::int64_t k = begin; k < end; ++k) {
             Brick& brick = lattice.brick(work.touched[std::size_t(k)]);
-            if (is_reached(brick))
-                own +=
-                    move_brick(lattice, brick, motion_of(brick, work, shift), shift, done, kernels);
+            if (is_reached(brick)) {
+                BrickMotion motion = motion_of(brick, work, shift);
+                if (brick.is_unplaced) move_in_place(brick, motion);
+                own += move_brick(lattice, brick, motion, shift, done, kernels);
+            }
             brick.reached = {};
         }
         moved += own;

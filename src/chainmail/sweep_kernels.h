@@ -78,9 +78,9 @@ struct SweepKernels {
     /// @param is_first  w isn't written yet, and counts as 0. @pre w ≥ 0
     void (*carry)(Fixed* w, int size, int side, const Fixed* neighbour, Fixed lag, bool is_first);
     /// Moves count elements. @param from_rest  all u count as 0, whatever is there; @pre it is 0
-    /// for components that stay
+    /// for components that stay. Then the last one that moves may be raised where its u is.
     MoveResult (*move)(const std::array<MovingComponent, 3>& components, int count, bool from_rest);
-    /// Largest value. @pre count > 0
+    /// Largest value. @pre count is size³ or size²
     Fixed (*largest)(const Fixed* values, int count);
 };
 

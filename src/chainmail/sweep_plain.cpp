@@ -123,14 +123,14 @@ void carry(Fixed* w, int size, int side, const Fixed* neighbour, Fixed lag, bool
 
 MoveResult move(const std::array<MovingComponent, 3>& components, int count, bool from_rest) {
     MoveResult result;
-    if (from_rest)
-        for (const MovingComponent& c : components) std::fill_n(c.u, count, 0);
     for (int n = 0; n < count; ++n) {
         bool any = false;
         for (const MovingComponent& c : components) {
-            if (!c.raised || c.raised[n] - c.left <= c.sign * c.u[n]) continue;
-            c.u[n] = c.sign * (c.raised[n] - c.left);
-            any = true;
+            if (!c.raised) continue;
+            const Fixed before = from_rest ? 0 : c.sign * c.u[n];
+            const Fixed place = std::max(before, c.raised[n] - c.left);
+            c.u[n] = c.sign * place;
+            any |= place != before;
         }
         result.moved += any;
     }

@@ -146,7 +146,7 @@ bool UniformPasses::may_be_alike(const Brick& brick) const {
 }
 
 Fixed UniformPasses::highest_on_face(const Brick& brick, int side) const {
-    if (m_lattice.is_beyond_border(behind(brick, side))) return 0;
+    if (side % 2 && ends_at_border(brick, side / 2)) return 0;
     const int size = m_lattice.brick_size(), face = size * size;
     const Fixed* w = brick.raised[0];
     if (side == 4) return m_kernels.largest(w, face);
@@ -186,8 +186,15 @@ bool UniformPasses::carry(const Carry& step, int axis) const {
     m_kernels.carry(to.raised[0], m_lattice.brick_size(), side, from.raised[0],
                     m_lag[std::size_t(axis)], !to.reached[0]);
     to.reached[0] = true;
-    if (to.traits & kPartlyBeyond) m_lattice.set_beyond(to, to.raised[0], 0);
+    // Beside the border nothing comes along from beyond, for the raise there is 0 already.
+    if (to.traits & kPartlyBeyond && step.up && ends_at_border(to, axis))
+        m_lattice.set_beyond(to, to.raised[0], 0);
     return true;
+}
+
+bool UniformPasses::ends_at_border(const Brick& brick, int axis) const {
+    return m_lattice.is_bounded() &&
+           m_lattice.brick_size() * (brick.coord[axis] + 1) >= m_lattice.grid().size[axis];
 }
 
 }  // namespace pliant

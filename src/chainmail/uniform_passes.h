@@ -66,6 +66,7 @@ class UniformPasses {
     Outcome plan(int axis, int max_bricks);
     /// The same for one line and the direction of a side. @param line  in this direction
     Outcome plan_line(std::span<const Source> line, int side, int max_bricks);
+    bool ends_at_border(const Brick& brick, int axis) const;
     Fixed highest_on_face(const Brick& brick, int side) const;
     Outcome carry_all(int axis, const TaskArena& arena);
     /// @returns false if the brick that is carried into is not alike
