@@ -142,7 +142,7 @@ TEST(UniformPasses, PushesAreThoseOfTheHeap) {
     }
 }
 
-/// A lattice with one raised element in the middle, and what the passes make of it.
+/// A lattice with one raised element in the middle of a brick, and what the passes make of it.
 struct OnePush {
     OnePush(int other_value, Vec3i where) {
         volume.grid.size = {48, 48, 48};
@@ -150,14 +150,14 @@ struct OnePush {
         values[voxel_index(volume.grid, where)] = std::int16_t(other_value);
         volume.voxels = std::move(values);
     }
-    UniformPasses::Outcome run(int max_bricks = 1000) {
-        const MaterialLaw law = [](int value) { return limits_of(value, {0.2, 0.2, 0.2}); };
+    UniformPasses::Outcome run(double raise_mm, Vec3d limit, int max_bricks = 1000) const {
+        const MaterialLaw law = [limit](int value) { return limits_of(value, limit); };
         Lattice lattice(volume, std::vector{law}, 8, true);
         SweepWork work;
-        const ElementRef middle = lattice.ensure_element({24, 24, 24});
+        const ElementRef middle = lattice.ensure_element({28, 28, 28});
         Brick& brick = lattice.brick(middle.brick);
         std::fill_n(brick.raised[0], lattice.elements_per_brick(), 0);
-        brick.raised[0][middle.index] = units_from_mm(4);
+        brick.raised[0][middle.index] = units_from_mm(raise_mm);
         brick.reached[0] = true;
         work.shared = true;
         work.touch(middle.brick, lattice.brick_index_bound());
@@ -168,13 +168,28 @@ struct OnePush {
 
 TEST(UniformPasses, GiveUpOnlyWhereOtherTissueIsNear) {
     using Outcome = UniformPasses::Outcome;
-    // 4 mm go 20 elements far.
-    EXPECT_EQ(OnePush(0, {0, 0, 0}).run(), Outcome::Solved);
-    EXPECT_EQ(OnePush(1, {1, 1, 24}).run(), Outcome::Solved);
-    EXPECT_EQ(OnePush(1, {24, 24, 26}).run(), Outcome::OtherTissue);
-    EXPECT_EQ(OnePush(1, {24, 24, 42}).run(), Outcome::OtherTissue);
-    EXPECT_EQ(OnePush(4, {36, 24, 24}).run(), Outcome::OtherTissue);
-    EXPECT_EQ(OnePush(0, {0, 0, 0}).run(10), Outcome::TooLarge);
+    const Vec3d limit{0.2, 0.2, 0.2};  // 4 mm go 20 elements far
+    EXPECT_EQ(OnePush(0, {0, 0, 0}).run(4, limit), Outcome::Solved);
+    EXPECT_EQ(OnePush(1, {1, 1, 24}).run(4, limit), Outcome::Solved);
+    EXPECT_EQ(OnePush(1, {24, 24, 26}).run(4, limit), Outcome::OtherTissue);
+    EXPECT_EQ(OnePush(1, {24, 24, 42}).run(4, limit), Outcome::OtherTissue);
+    EXPECT_EQ(OnePush(4, {36, 24, 24}).run(4, limit), Outcome::OtherTissue);
+    EXPECT_EQ(OnePush(0, {0, 0, 0}).run(4, limit, 10), Outcome::TooLarge);
+}
+
+TEST(UniformPasses, OtherTissueIsNotMissedAcrossAnEdge) {
+    // The raise of 1.5 mm is 1.5 − 3·0.4 − 4·0.02 = 0.22 mm at (32, 28, 31): enough for the next
+    // element along z to be asked, whose half may be as small as it likes, but not for the one
+    // beside (28, 28, 31) to be raised. Whatever the axis, the brick there has to be found.
+    for (int a = 0; a < 3; ++a) {
+        const int b = (a + 1) % 3, c = (a + 2) % 3;
+        Vec3d limit{0, 0, 0};
+        limit[a] = 0.02, limit[b] = 0.1, limit[c] = 0.4;
+        Vec3i where{28, 28, 28};
+        where[a] = where[c] = 36;
+        EXPECT_EQ(OnePush(1, where).run(1.5, limit), UniformPasses::Outcome::OtherTissue);
+        EXPECT_EQ(OnePush(1, where).run(1.45, limit), UniformPasses::Outcome::Solved);
+    }
 }
 
 }  // namespace
