@@ -55,7 +55,8 @@ class SweepSolver {
     }
 
     bool run(const TaskArena& arena, int max_bricks) {
-        bool fits = !m_work.shared || pass_through_uniform(arena, max_bricks);
+        bool fits = true;
+        if (m_work.shared) pass_through_uniform(arena, max_bricks);
         while (fits && !m_work.active.empty()) {
             take_next_bucket();
             for (const std::vector<int>& round : m_work.round) {
@@ -103,19 +104,16 @@ class SweepSolver {
         node.news[c] = std::uint8_t(node.news[c] | news);
     }
 
-    /// What one material at rest allows needs no search. Elsewhere the search starts from there.
-    bool pass_through_uniform(const TaskArena& arena, int max_bricks) {
-        using Outcome = UniformPasses::Outcome;
-        const Outcome outcome = UniformPasses(m_lattice, m_kernels, m_work).run(arena, max_bricks);
-        if (outcome == Outcome::Solved) m_work.active.clear();
-        if (outcome != Outcome::OtherTissue || m_work.touched.size() == m_work.active.size())
-            return outcome != Outcome::TooLarge;
-        for (std::size_t n = 0; n < m_work.touched.size(); ++n) {
-            const int index = m_work.touched[n];
-            if (m_lattice.brick(index).reached[0])
-                wake(index, 0, kGrabbedHere | kAllSides, m_work.shared_amount);
+    /// In one material at rest nothing has to be searched for. Elsewhere the search starts from
+    /// what the passes raised.
+    void pass_through_uniform(const TaskArena& arena, int max_bricks) {
+        if (UniformPasses(m_lattice, m_kernels, m_work).run(arena, max_bricks)) {
+            m_work.active.clear();
+            return;
         }
-        return true;
+        if (m_work.touched.size() == m_work.active.size()) return;
+        for (std::size_t n = 0; n < m_work.touched.size(); ++n)
+            wake(m_work.touched[n], 0, kGrabbedHere | kAllSides, m_work.shared_amount);
     }
 
     void wake_neighbours(int index, const Wakes& wakes) {

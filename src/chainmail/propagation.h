@@ -108,6 +108,7 @@ struct SweepWork {
     std::vector<Source> sources;
     std::vector<Carry> carries;
     std::vector<std::size_t> line_begins;  ///< in carries, and the end of the last
+    std::vector<int> made;                 ///< bricks that came into being for the passes
 
     /// Puts a brick on the list of touched ones. @param index_bound  Lattice::brick_index_bound
     Node& touch(int index, int index_bound) {
@@ -121,7 +122,8 @@ struct SweepWork {
 
 /// Brick-wise: each brick is swept to its own fixed point, then wakes the neighbours that its faces
 /// raise. Bricks with the largest pending raise go first; bricks of one chessboard colour go in
-/// parallel, since they share no face.
+/// parallel, since they share no face. Where one material at rest is all around, passes take the
+/// place of this search (uniform_passes.h).
 /// @pre every grabbed element has a brick
 /// @returns false if more than max_bricks would be needed; then the raise is incomplete
 [[nodiscard]] bool propagate_by_sweeps(Lattice& lattice, std::span<const ElementRef> grabbed,

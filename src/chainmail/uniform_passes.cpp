@@ -28,9 +28,9 @@ Vec3i behind(const Brick& brick, int side) {
 
 }  // namespace
 
-UniformPasses::Outcome UniformPasses::run(const TaskArena& arena, int max_bricks) {
-    const auto count = m_work.touched.size();
-    if (count == 0) return Outcome::Solved;
+bool UniformPasses::run(const TaskArena& arena, int max_bricks) {
+    m_work.made.clear();
+    if (m_work.touched.empty()) return true;
     const MaterialId id = m_lattice.brick(m_work.touched[0]).material[0];
     std::array<int, 3> order{0, 1, 2};
     for (int b = 0; b < 3; ++b) {
@@ -38,19 +38,34 @@ UniformPasses::Outcome UniformPasses::run(const TaskArena& arena, int max_bricks
         m_half[a] = m_lattice.materials().columns().shear[a][id];
         m_lag[a] = 2 * m_half[a];
     }
-    m_is_alone = m_lattice.resident_brick_count() == int(count);
+    m_is_alone = m_lattice.resident_brick_count() == int(m_work.touched.size());
     for (const int index : m_work.touched)
-        if (!is_alike(m_lattice.brick(index))) return Outcome::OtherTissue;
+        if (!is_alike(m_lattice.brick(index))) return false;
     for (const int index : m_work.touched) relax_grabbed(m_lattice.brick(index));
     std::stable_sort(order.begin(), order.end(),
                      [&](int a, int b) { return m_lag[std::size_t(a)] < m_lag[std::size_t(b)]; });
-    for (const int axis : order) {
-        list_sources(axis);
-        Outcome outcome = plan(axis, max_bricks);
-        if (outcome == Outcome::Solved) outcome = carry_all(axis, arena);
-        if (outcome != Outcome::Solved) return outcome;
-    }
-    return Outcome::Solved;
+    for (const int axis : order)
+        if (!pass(axis, arena, max_bricks)) {
+            drop_unreached();
+            return false;
+        }
+    return true;
+}
+
+bool UniformPasses::pass(int axis, const TaskArena& arena, int max_bricks) {
+    list_sources(axis);
+    return plan(axis, max_bricks) && carry_all(axis, arena);
+}
+
+void UniformPasses::drop_unreached() {
+    const auto unreached = [&](int index) { return !m_lattice.brick(index).reached[0]; };
+    std::erase_if(m_work.touched, [&](int index) {
+        if (!unreached(index)) return false;
+        m_work.nodes[std::size_t(index)] = {};
+        return true;
+    });
+    std::erase_if(m_work.made, std::not_fn(unreached));
+    m_lattice.drop_still_bricks(m_work.made);
 }
 
 bool UniformPasses::is_alike(const Brick& brick) const {
@@ -87,7 +102,7 @@ void UniformPasses::list_sources(int axis) {
               [&](const Source& p, const Source& q) { return order(p) < order(q); });
 }
 
-UniformPasses::Outcome UniformPasses::plan(int axis, int max_bricks) {
+bool UniformPasses::plan(int axis, int max_bricks) {
     auto& sources = m_work.sources;
     m_work.carries.clear();
     m_work.line_begins.assign(1, 0);
@@ -95,24 +110,22 @@ UniformPasses::Outcome UniformPasses::plan(int axis, int max_bricks) {
         while (end < sources.size() && sources[end].line == sources[begin].line) ++end;
         const std::span<Source> line(sources.data() + begin, end - begin);
         for (const int side : {2 * axis + 1, 2 * axis}) {
-            const Outcome outcome = plan_line(line, side, max_bricks);
-            if (outcome != Outcome::Solved) return outcome;
+            if (!plan_line(line, side, max_bricks)) return false;
             std::reverse(line.begin(), line.end());
         }
         m_work.line_begins.push_back(m_work.carries.size());
     }
-    return Outcome::Solved;
+    return true;
 }
 
-UniformPasses::Outcome UniformPasses::plan_line(std::span<const Source> line, int side,
-                                                int max_bricks) {
+bool UniformPasses::plan_line(std::span<const Source> line, int side, int max_bricks) {
     const Fixed half = m_half[std::size_t(side / 2)], lag = m_lag[std::size_t(side / 2)];
     const std::int64_t lag_of_brick = std::int64_t(m_lattice.brick_size()) * lag;
     std::int64_t highest = 0;  // on the face of `at` on the side
     int at = -1;
     for (std::size_t next_source = 0;;) {
         if (highest <= half) {
-            if (next_source == line.size()) return Outcome::Solved;
+            if (next_source == line.size()) return true;
             at = line[next_source++].brick;
             highest = highest_on_face(m_lattice.brick(at), side);
             continue;
@@ -125,10 +138,11 @@ UniformPasses::Outcome UniformPasses::plan_line(std::span<const Source> line, in
                 continue;
             }
             next = m_lattice.ensure_blank_brick(behind(brick, side));
-            if (m_lattice.resident_brick_count() > max_bricks) return Outcome::TooLarge;
+            m_work.made.push_back(next);
+            if (m_lattice.resident_brick_count() > max_bricks) return false;
         }
         m_work.touch(next, m_lattice.brick_index_bound());
-        if (!may_be_alike(m_lattice.brick(next))) return Outcome::OtherTissue;
+        if (!may_be_alike(m_lattice.brick(next))) return false;
         m_work.carries.push_back({at, next, side % 2 == 1, highest > lag});
         at = next;
         highest = std::max<std::int64_t>(0, highest - lag_of_brick);
@@ -156,7 +170,7 @@ Fixed UniformPasses::highest_on_face(const Brick& brick, int side) const {
     return m_kernels.largest(values.data(), face);
 }
 
-UniformPasses::Outcome UniformPasses::carry_all(int axis, const TaskArena& arena) {
+bool UniformPasses::carry_all(int axis, const TaskArena& arena) {
     std::atomic<bool> all_alike = true;
     const auto carry_lines = [&](std::int64_t begin, std::int64_t end) {
         const auto last = m_work.line_begins[std::size_t(end)];
@@ -170,7 +184,7 @@ UniformPasses::Outcome UniformPasses::carry_all(int axis, const TaskArena& arena
         carry_lines(0, lines);
     else
         arena.for_each(lines, kLinesPerTask, std::ref(carry_lines));
-    return all_alike ? Outcome::Solved : Outcome::OtherTissue;
+    return all_alike;
 }
 
 bool UniformPasses::carry(const Carry& step, int axis) const {

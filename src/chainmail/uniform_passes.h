@@ -38,17 +38,13 @@ namespace pliant {
 
 class UniformPasses {
   public:
-    enum class Outcome {
-        Solved,
-        OtherTissue,  ///< something else is near: the raise so far is a lower bound of the solution
-        TooLarge,     ///< more than max_bricks would be needed
-    };
-
     UniformPasses(Lattice& lattice, const SweepKernels& kernels, SweepWork& work)
         : m_lattice(lattice), m_kernels(kernels), m_work(work) {}
 
     /// @pre work.shared; work.touched are the bricks with grabbed elements, which are raised there
-    Outcome run(const TaskArena& arena, int max_bricks);
+    /// @returns false if there is other tissue, or more than max_bricks would be needed: then the
+    ///          raise so far is a lower bound of the solution, and no brick without one was added
+    [[nodiscard]] bool run(const TaskArena& arena, int max_bricks);
 
   private:
     using Carry = SweepWork::Carry;
@@ -62,15 +58,17 @@ class UniformPasses {
     void relax_grabbed(Brick& brick) const;
     /// Sorts the reached bricks by lines along an axis.
     void list_sources(int axis);
+    bool pass(int axis, const TaskArena& arena, int max_bricks);
     /// Lists what is to be carried along the axis, and makes bricks for it.
-    Outcome plan(int axis, int max_bricks);
+    bool plan(int axis, int max_bricks);
     /// The same for one line and the direction of a side. @param line  in this direction
-    Outcome plan_line(std::span<const Source> line, int side, int max_bricks);
+    bool plan_line(std::span<const Source> line, int side, int max_bricks);
     bool ends_at_border(const Brick& brick, int axis) const;
     Fixed highest_on_face(const Brick& brick, int side) const;
-    Outcome carry_all(int axis, const TaskArena& arena);
+    bool carry_all(int axis, const TaskArena& arena);
     /// @returns false if the brick that is carried into is not alike
     bool carry(const Carry& step, int axis) const;
+    void drop_unreached();
 
     Lattice& m_lattice;
     const SweepKernels& m_kernels;
