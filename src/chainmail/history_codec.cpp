@@ -106,7 +106,9 @@ bool decode_change(std::span<const std::byte>& in, int brick_size,
 }
 
 Bytes pack(std::span<const std::byte> raw) {
-    Bytes packed(std::size_t(LZ4_compressBound(int(raw.size()))));
+    // Kept: memory for the worst case is large, and new each time it would have to be cleared.
+    static thread_local Bytes packed;
+    packed.resize(std::max(packed.size(), std::size_t(LZ4_compressBound(int(raw.size())))));
     const int size = LZ4_compress_default(reinterpret_cast<const char*>(raw.data()),
                                           reinterpret_cast<char*>(packed.data()), int(raw.size()),
                                           int(packed.size()));

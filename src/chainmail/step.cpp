@@ -102,14 +102,14 @@ bool is_unlimited(const Lattice& lattice, const Brick& brick, const BrickMotion&
         before[a] = std::max(-double(brick.u_min[a]), double(brick.u_max[a]));
         after[a] = before[a] + std::abs(double(shift[a]));
     }
-    if (stays_inside(brick, after)) return true;
+    if (stays_inside(brick.least_movement, after)) return true;
     after = before;
     for (std::size_t a = 0; a < 3; ++a) {
         if (!motion[a].raised) continue;
         const Fixed highest = kernels.largest(motion[a].raised, lattice.elements_per_brick());
         after[int(a)] = std::max(after[int(a)], double(highest - motion[a].left));
     }
-    return stays_inside(brick, after);
+    return stays_inside(brick.least_movement, after);
 }
 
 }  // namespace
@@ -131,8 +131,8 @@ void tighten(StepLimit& limit, StepLimit other) {
     if (other.fraction < limit.fraction || bone) limit = other;
 }
 
-bool stays_inside(const Brick& brick, const Vec3d& farthest) {
-    const double allowed = brick.least_movement - kRoundingMargin;
+bool stays_inside(Fixed least_movement, const Vec3d& farthest) {
+    const double allowed = least_movement - kRoundingMargin;
     return allowed > 0 && dot(farthest, farthest) <= allowed * allowed;
 }
 
