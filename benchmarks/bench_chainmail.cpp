@@ -260,6 +260,8 @@ BENCHMARK(moving_contact_with_undo)->Apply([](auto* b) { contact_arguments(b, {0
 BENCHMARK(drag_frame)->Apply([](auto* b) { contact_arguments(b, {0, 1, 2, 3, 4}); });
 BENCHMARK(bounded_lattice)
     ->ArgName("pull")
+    ->Arg(1)
+    ->Arg(2)
     ->Arg(5)
     ->Arg(20)
     ->UseManualTime()

@@ -31,6 +31,24 @@ int BrickIndex::find_outside(Vec3i coord) const {
     }
 }
 
+std::array<int, 6> BrickIndex::find_neighbours(Vec3i coord) const {
+    const auto next = [&](int side) {
+        Vec3i there = coord;
+        there[side / 2] += side % 2 ? 1 : -1;
+        return there;
+    };
+    std::array<int, 6> found;
+    // All inside if two opposite corners are.
+    if (!is_inside(coord - Vec3i{1, 1, 1}) || !is_inside(coord + Vec3i{1, 1, 1})) {
+        for (int side = 0; side < 6; ++side) found[std::size_t(side)] = find(next(side));
+        return found;
+    }
+    const int* at = m_inside.get() + place_of(coord);
+    const auto row = std::ptrdiff_t(m_size.x), slice = row * m_size.y;
+    found = {at[-1] - 1, at[1] - 1, at[-row] - 1, at[row] - 1, at[-slice] - 1, at[slice] - 1};
+    return found;
+}
+
 void BrickIndex::insert(Vec3i coord, int brick) {
     if (is_inside(coord)) {
         m_inside.get()[place_of(coord)] = brick + 1;

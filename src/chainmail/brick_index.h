@@ -9,6 +9,7 @@
 
 #include <pliant/vec.h>
 
+#include <array>
 #include <cstdint>
 #include <cstdlib>
 #include <memory>
@@ -26,6 +27,8 @@ class BrickIndex {
         if (is_inside(coord)) return m_inside.get()[place_of(coord)] - 1;
         return find_outside(coord);
     }
+    /// What is beside a coordinate: −x, +x, −y, +y, −z, +z; −1 where nothing is.
+    std::array<int, 6> find_neighbours(Vec3i coord) const;
     /// @pre nothing is there
     void insert(Vec3i coord, int brick);
     /// @pre something is there

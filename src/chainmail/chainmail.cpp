@@ -47,10 +47,12 @@ std::string reason(const PushReport& report) {
 
 }  // namespace
 
+bool ChainMail::Impl::uses_vectors() const {
+    return lattice.brick_size() == 8 && settings.solver != ChainMailSolver::PlainSweep;
+}
+
 const SweepKernels& ChainMail::Impl::kernels() const {
-    const bool vectors =
-        lattice.brick_size() == 8 && settings.solver != ChainMailSolver::PlainSweep;
-    return vectors ? vector_sweep_kernels() : plain_sweep_kernels();
+    return uses_vectors() ? vector_sweep_kernels() : plain_sweep_kernels();
 }
 
 int ChainMail::Impl::max_bricks() const {

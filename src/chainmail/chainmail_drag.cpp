@@ -99,7 +99,8 @@ Result<PushReport> ChainMail::Impl::drag_by(Vec3<Fixed> step, Vec3<Fixed>& done)
     const Vec3<Fixed> tried = fraction_of(step, own.fraction);
     const StepLimit reached = drag.limit(lattice, tried, arena);
     done = fraction_of(tried, reached.fraction);
-    const std::int64_t moved = drag.move(lattice, tried, done, kernels(), arena);
+    const std::int64_t moved = drag.move(
+        lattice, done, uses_vectors() ? vector_move_dragged() : plain_move_dragged(), arena);
     const bool by_reached = reached.fraction < 1;
     return report_of_step(
         std::int64_t(held.size()),

@@ -53,6 +53,8 @@ struct ChainMail::Impl {
           relaxation(lattice, plastic_rest, a) {}
 
     Result<PushReport> push(std::span<const Vec3i> elements, Vec3d push_mm);
+    /// Whether loops are those with vector instructions.
+    bool uses_vectors() const;
     const SweepKernels& kernels() const;
     class MaterialChange;
     Status set_materials(const ChainMailSettings& changed);

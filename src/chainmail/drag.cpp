@@ -14,6 +14,8 @@ namespace pliant {
 namespace {
 
 constexpr std::int64_t kBricksPerTask = 32;
+/// In FieldBrick::highest: below all that a field may hold.
+constexpr Fixed kNotReached = INT32_MIN;
 
 Fixed sign_of(Fixed step) {
     return step < 0 ? -1 : 1;
@@ -27,6 +29,8 @@ bool Drag::pick(Lattice& lattice, std::span<const ElementRef> grabbed, Fixed rea
     m_reach = reach;
     m_offset = m_lowest = m_highest = {0, 0, 0};
     m_bricks.clear();
+    m_fields.clear();
+    m_indices.clear();
     m_place_of.clear();
     m_used = 0;
     for (const Fixed sign : {1, -1}) {
@@ -46,23 +50,26 @@ bool Drag::pick(Lattice& lattice, std::span<const ElementRef> grabbed, Fixed rea
     return true;
 }
 
-void Drag::keep(const Lattice& lattice, const SweepWork& work, Fixed sign) {
+void Drag::keep(Lattice& lattice, const SweepWork& work, Fixed sign) {
     m_place_of.resize(std::size_t(lattice.brick_index_bound()), -1);
     for (const int index : work.touched) {
         int& place = m_place_of[std::size_t(index)];
         if (place < 0) {
             place = int(m_bricks.size());
-            m_bricks.push_back({index, {}, {}});
+            m_bricks.push_back({&lattice.brick(index)});
+            m_indices.push_back(index);
+            m_fields.push_back({});
         }
-        keep_brick(lattice, m_bricks[std::size_t(place)], work, sign);
+        keep_brick(lattice, std::size_t(place), work, sign);
     }
 }
 
-void Drag::keep_brick(const Lattice& lattice, FieldBrick& field, const SweepWork& work,
+void Drag::keep_brick(const Lattice& lattice, std::size_t place, const SweepWork& work,
                       Fixed sign) {
-    const Brick& brick = lattice.brick(field.index);
+    const Brick& brick = *m_bricks[place].brick;
+    Fields& fields = m_fields[place];
     if (work.shared) {
-        if (brick.reached[0]) field.raised.fill(brick.raised[0]);
+        if (brick.reached[0]) fields.fill(brick.raised[0]);
         return;
     }
     const auto count = std::size_t(lattice.elements_per_brick());
@@ -75,7 +82,7 @@ void Drag::keep_brick(const Lattice& lattice, FieldBrick& field, const SweepWork
             std::copy_n(raised, count, copy);
             raised = copy;
         }
-        field.raised[direction_of(a, sign)] = raised;
+        fields[direction_of(a, sign)] = raised;
     }
 }
 
@@ -97,18 +104,23 @@ void Drag::look_at_bricks(Lattice& lattice, const SweepKernels& kernels, const T
         std::int64_t reached = 0;
         for (std::int64_t k = begin; k < end; ++k) {
             FieldBrick& field = m_bricks[std::size_t(k)];
+            const Fields& fields = m_fields[std::size_t(k)];
             // Everybody else may read the displacements of every brick that is there.
-            Brick& brick = lattice.brick(field.index);
+            Brick& brick = *field.brick;
             if (brick.is_unplaced) lattice.place_at_rest(brick);
+            field.least_movement = brick.least_movement;
+            field.u_min = brick.u_min;
+            field.u_max = brick.u_max;
             for (std::size_t d = 0; d < 6; ++d) {
-                const Fixed* raised = field.raised[d];
-                if (d > 0 && raised == field.raised[d - 1])
+                if (!fields[d])
+                    field.highest[d] = kNotReached;
+                else if (d > 0 && fields[d] == fields[d - 1])
                     field.highest[d] = field.highest[d - 1];
-                else if (raised)
-                    field.highest[d] = kernels.largest(raised, lattice.elements_per_brick());
+                else
+                    field.highest[d] = kernels.largest(fields[d], lattice.elements_per_brick());
             }
-            bound_travel(lattice, brick, field, bone);
-            reached += count_reached(lattice, brick, field);
+            bound_travel(lattice, brick, fields, bone);
+            reached += count_reached(lattice, brick, fields);
         }
         const std::lock_guard lock(mutex);
         for (std::size_t d = 0; d < 6; ++d) m_bone[d] = std::max(m_bone[d], bone[d]);
@@ -117,28 +129,28 @@ void Drag::look_at_bricks(Lattice& lattice, const SweepKernels& kernels, const T
     arena.for_each(std::int64_t(m_bricks.size()), kBricksPerTask, std::ref(look));
 }
 
-void Drag::bound_travel(const Lattice& lattice, const Brick& brick, const FieldBrick& field,
+void Drag::bound_travel(const Lattice& lattice, const Brick& brick, const Fields& fields,
                         std::array<Fixed, 6>& bone) const {
     if (!(brick.traits & kFixedTrait)) return;
     const std::uint8_t* traits = lattice.materials().traits();
     for (int n = 0; n < lattice.elements_per_brick(); ++n) {
         if (!(traits[brick.material[n]] & kFixedTrait)) continue;
         for (std::size_t d = 0; d < 6; ++d) {
-            if (!field.raised[d]) continue;
+            if (!fields[d]) continue;
             const Fixed u = brick.u[d / 2][n];
-            bone[d] = std::max(bone[d], field.raised[d][n] - (d % 2 ? u : -u));
+            bone[d] = std::max(bone[d], fields[d][n] - (d % 2 ? u : -u));
         }
     }
 }
 
 std::int64_t Drag::count_reached(const Lattice& lattice, const Brick& brick,
-                                 const FieldBrick& field) const {
+                                 const Fields& fields) const {
     const int count = lattice.elements_per_brick();
     static thread_local std::vector<unsigned char> reached;
     reached.assign(std::size_t(count), 0);
     for (std::size_t d = 0; d < 6; ++d) {
-        const Fixed* raised = field.raised[d];
-        if (!raised || (d > 0 && raised == field.raised[d - 1])) continue;
+        const Fixed* raised = fields[d];
+        if (!raised || (d > 0 && raised == fields[d - 1])) continue;
         const Fixed* u = brick.u[d / 2];
         const Fixed sign = d % 2 ? 1 : -1;
         for (int n = 0; n < count; ++n) reached[std::size_t(n)] |= raised[n] > sign * u[n];
@@ -156,32 +168,56 @@ bool Drag::covers(Vec3<Fixed> step) const {
     return true;
 }
 
-BrickMotion Drag::motion_of(const Brick& brick, const FieldBrick& field, Vec3<Fixed> step,
-                            Vec3d* farthest) const {
+Drag::Frame Drag::frame_of(Vec3<Fixed> step) const {
+    Frame frame{};
+    for (int a = 0; a < 3; ++a) {
+        const auto c = std::size_t(a);
+        frame.sign[c] = sign_of(step[a]);
+        frame.direction[c] = direction_of(a, frame.sign[c]);
+        frame.left[c] = m_reach - frame.sign[c] * (m_offset[a] + step[a]);
+        frame.moves[c] = step[a] != 0;
+    }
+    return frame;
+}
+
+Fixed Drag::lowest_of(const FieldBrick& field, const Frame& frame, int axis) {
+    return frame.sign[std::size_t(axis)] > 0 ? field.u_min[axis] : -field.u_max[axis];
+}
+
+unsigned Drag::moving(const FieldBrick& field, const Frame& frame) {
+    unsigned axes = 0;
+    for (int a = 0; a < 3; ++a) {
+        const auto c = std::size_t(a);
+        const std::int64_t highest = field.highest[frame.direction[c]];
+        const bool moves = highest - frame.left[c] > lowest_of(field, frame, a);
+        axes |= unsigned(moves && frame.moves[c]) << a;
+    }
+    return axes;
+}
+
+Vec3d Drag::farthest(const FieldBrick& field, const Frame& frame, unsigned axes) {
+    Vec3d farthest{0, 0, 0};
+    for (int a = 0; a < 3; ++a) {
+        const auto c = std::size_t(a);
+        farthest[a] = std::max(-double(field.u_min[a]), double(field.u_max[a]));
+        if (!(axes >> a & 1)) continue;
+        const Fixed highest = field.highest[frame.direction[c]];
+        farthest[a] = std::max(farthest[a], double(highest) - frame.left[c]);
+    }
+    return farthest;
+}
+
+BrickMotion Drag::motion_of(std::size_t place, const Frame& frame, unsigned axes) const {
+    const FieldBrick& field = m_bricks[place];
     BrickMotion motion{};
     for (int a = 0; a < 3; ++a) {
         const auto c = std::size_t(a);
-        const Fixed sign = sign_of(step[a]);
-        const std::size_t d = direction_of(a, sign);
-        MovingComponent& component = motion[c];
-        component = {brick.u[c], nullptr, m_reach - sign * (m_offset[a] + step[a]), sign};
-        const Fixed highest = field.highest[d] - component.left;
-        const Fixed lowest = sign > 0 ? brick.u_min[a] : -brick.u_max[a];
-        if (step[a] != 0 && field.raised[d] && highest > lowest) component.raised = field.raised[d];
-        if (!farthest) continue;
-        (*farthest)[a] = std::max(-double(brick.u_min[a]), double(brick.u_max[a]));
-        if (component.raised) (*farthest)[a] = std::max((*farthest)[a], double(highest));
+        const bool moves = axes >> a & 1;
+        motion[c] = {field.brick->u[c], moves ? m_fields[place][frame.direction[c]] : nullptr,
+                     frame.left[c], frame.sign[c]};
     }
     return motion;
 }
-
-namespace {
-
-bool moves(const BrickMotion& motion) {
-    return motion[0].raised || motion[1].raised || motion[2].raised;
-}
-
-}  // namespace
 
 StepLimit Drag::limit(const Lattice& lattice, Vec3<Fixed> step, const TaskArena& arena) const {
     StepLimit limit;
@@ -192,16 +228,16 @@ StepLimit Drag::limit(const Lattice& lattice, Vec3<Fixed> step, const TaskArena&
         if (step[a] != 0 && bone > 0 && raise > 0)
             tighten(limit, {1 - raise / std::abs(double(step[a])), LimitedBy::Bone});
     }
+    const Frame frame = frame_of(step);
     std::mutex mutex;
     const auto look = [&](std::int64_t begin, std::int64_t end) {
         StepLimit own;
-        for (std::int64_t k = begin; k < end; ++k) {
-            const FieldBrick& field = m_bricks[std::size_t(k)];
-            const Brick& brick = lattice.brick(field.index);
-            Vec3d farthest{0, 0, 0};
-            const BrickMotion motion = motion_of(brick, field, step, &farthest);
-            if (moves(motion) && !stays_inside(brick, farthest))
-                tighten(own, limit_of_brick(lattice, brick, motion, step, false));
+        for (auto k = std::size_t(begin); k < std::size_t(end); ++k) {
+            const FieldBrick& field = m_bricks[k];
+            const unsigned axes = moving(field, frame);
+            if (axes && !stays_inside(field.least_movement, farthest(field, frame, axes)))
+                tighten(own, limit_of_brick(lattice, *field.brick, motion_of(k, frame, axes), step,
+                                            false));
         }
         const std::lock_guard lock(mutex);
         tighten(limit, own);
@@ -210,22 +246,71 @@ StepLimit Drag::limit(const Lattice& lattice, Vec3<Fixed> step, const TaskArena&
     return limit;
 }
 
-std::int64_t Drag::move(Lattice& lattice, Vec3<Fixed> step, Vec3<Fixed> done,
-                        const SweepKernels& kernels, const TaskArena& arena) {
+void Drag::fetch_early(std::size_t place, const Frame& frame, unsigned axes) const {
+    for (std::size_t c = 0; c < 3; ++c) {
+        if (!(axes >> c & 1)) continue;
+        for (const int n : {0, 16}) {
+            __builtin_prefetch(m_bricks[place].brick->u[c] + n, 1);
+            __builtin_prefetch(m_fields[place][frame.direction[c]] + n);
+        }
+    }
+}
+
+int Drag::move_brick(Lattice& lattice, std::size_t place, const Frame& frame, unsigned moving_axes,
+                     MoveDragged move_dragged) {
+    FieldBrick& field = m_bricks[place];
+    Brick& brick = *field.brick;
+    std::array<DraggedComponent, 3> components;
+    std::array<int, 3> axes;
+    std::size_t count = 0;
+    for (int a = 0; a < 3; ++a) {
+        if (!(moving_axes >> a & 1)) continue;
+        const auto c = std::size_t(a);
+        components[count] = {brick.u[c], m_fields[place][frame.direction[c]], frame.left[c],
+                             frame.sign[c], lowest_of(field, frame, a)};
+        axes[count++] = a;
+    }
+    lattice.before_move(brick);
+    const DraggedBrick dragged =
+        move_dragged(std::span(components).first(count), lattice.elements_per_brick());
+    for (std::size_t k = 0; k < count; ++k) {
+        const int a = axes[k];
+        const Fixed highest = field.highest[frame.direction[std::size_t(a)]] - components[k].left;
+        if (components[k].sign > 0) {
+            field.u_min[a] = components[k].lowest;
+            field.u_max[a] = std::max(field.u_max[a], highest);
+        } else {
+            field.u_max[a] = -components[k].lowest;
+            field.u_min[a] = std::min(field.u_min[a], -highest);
+        }
+    }
+    brick.u_min = field.u_min;
+    brick.u_max = field.u_max;
+    field.has_wide_bounds |= dragged.has_wide_bounds;
+    if (dragged.moved > 0) brick.changed_at = lattice.clock();
+    return dragged.moved;
+}
+
+std::int64_t Drag::move(Lattice& lattice, Vec3<Fixed> step, MoveDragged move_dragged,
+                        const TaskArena& arena) {
+    const Frame frame = frame_of(step);
     std::atomic<std::int64_t> moved = 0;
     const auto move_some = [&](std::int64_t begin, std::int64_t end) {
         std::int64_t own = 0;
-        for (std::int64_t k = begin; k < end; ++k) {
-            const FieldBrick& field = m_bricks[std::size_t(k)];
-            Brick& brick = lattice.brick(field.index);
-            const BrickMotion motion = motion_of(brick, field, step, nullptr);
-            if (moves(motion)) own += move_brick(lattice, brick, motion, step, done, kernels);
+        const auto last = std::size_t(end);
+        unsigned axes = moving(m_bricks[std::size_t(begin)], frame);
+        for (auto k = std::size_t(begin); k < last; ++k) {
+            const unsigned next = k + 1 < last ? moving(m_bricks[k + 1], frame) : 0;
+            if (k + 2 < last) __builtin_prefetch(m_bricks[k + 2].brick);
+            if (next) fetch_early(k + 1, frame, next);
+            if (axes) own += move_brick(lattice, k, frame, axes, move_dragged);
+            axes = next;
         }
         moved += own;
     };
     arena.for_each(std::int64_t(m_bricks.size()), kBricksPerTask, std::ref(move_some));
     for (int a = 0; a < 3; ++a) {
-        m_offset[a] += done[a];
+        m_offset[a] += step[a];
         m_lowest[a] = std::min(m_lowest[a], m_offset[a]);
         m_highest[a] = std::max(m_highest[a], m_offset[a]);
     }
@@ -233,13 +318,17 @@ std::int64_t Drag::move(Lattice& lattice, Vec3<Fixed> step, Vec3<Fixed> done,
 }
 
 void Drag::let_go(Lattice& lattice) {
-    for (const FieldBrick& field : m_bricks) lattice.drop_still_bricks({&field.index, 1});
+    for (std::size_t k = 0; k < m_bricks.size(); ++k)
+        if (m_bricks[k].has_wide_bounds) lattice.update_bounds(m_indices[k]);
+    lattice.drop_still_bricks(m_indices);
     m_bricks.clear();
+    m_fields.clear();
+    m_indices.clear();
     m_reach = 0;
 }
 
 std::size_t Drag::bytes() const {
-    return m_bricks.size() * sizeof(FieldBrick) + m_used * m_array_bytes;
+    return m_bricks.size() * (sizeof(FieldBrick) + sizeof(Fields)) + m_used * m_array_bytes;
 }
 
 }  // namespace pliant

@@ -11,10 +11,13 @@
 //   t_a grows:    u'(j) = max( u(j),   w⁺(j) − (R − t_a) )
 //   t_a shrinks:  u'(j) = min( u(j), −(w⁻(j) − (R + t_a)) )
 //
-// one pass over the bricks whose bounds say that anything in them can move. The solves look only as
-// far as the reach, from where elements were at the pick. That is far enough as long as the places
-// that t_a has had since the pick lie within R of each other; a drag that leaves that range renews
-// the pick. A pick from rest among symmetric materials needs one solve and one array for all.
+// one pass over the bricks whose bounds say that anything in them can move. What says so is kept
+// apart from all else, a line of the caches for each brick.
+//
+// The solves look only as far as the reach, from where elements were at the pick. That is far
+// enough as long as the places that t_a has had since the pick lie within R of each other; a drag
+// that leaves that range renews the pick. A pick from rest among symmetric materials needs one
+// solve and one array for all.
 //
 // Bone that would move bounds the travel in each direction, known from the pick on.
 
@@ -27,6 +30,7 @@
 #include <span>
 #include <vector>
 
+#include "chainmail/drag_kernel.h"
 #include "chainmail/propagation.h"
 #include "chainmail/step.h"
 
@@ -44,9 +48,11 @@ class Drag {
     bool covers(Vec3<Fixed> step) const;
     /// Largest fraction of a step that bone and movement limits allow.
     StepLimit limit(const Lattice& lattice, Vec3<Fixed> step, const TaskArena& arena) const;
-    /// Moves everything by a fraction of the step. @returns the number of elements that moved
-    std::int64_t move(Lattice& lattice, Vec3<Fixed> step, Vec3<Fixed> done,
-                      const SweepKernels& kernels, const TaskArena& arena);
+    /// Moves everything, as the grabbed elements move by the step. Until the fields are let go,
+    /// the bounds of bricks may be wider than what is in them.
+    /// @pre the limits allow it  @returns the number of elements that moved
+    std::int64_t move(Lattice& lattice, Vec3<Fixed> step, MoveDragged move_dragged,
+                      const TaskArena& arena);
     /// Forgets the fields, and drops bricks that they alone kept.
     void let_go(Lattice& lattice);
 
@@ -60,28 +66,51 @@ class Drag {
     static std::size_t direction_of(int axis, Fixed sign) {
         return std::size_t(2 * axis + (sign > 0));
     }
-    struct FieldBrick {
-        int index;
-        std::array<const Fixed*, 6> raised{};  ///< by direction; null: not reached
-        std::array<Fixed, 6> highest{};        ///< largest value of each
+    using Fields = std::array<const Fixed*, 6>;  ///< by direction; null: not reached
+    /// What each frame looks at of each brick.
+    struct alignas(64) FieldBrick {
+        Brick* brick;
+        Fixed least_movement = 0;
+        bool has_wide_bounds = false;                ///< of its displacements
+        std::array<Fixed, 6> highest{};              ///< largest value of each field
+        Vec3<Fixed> u_min{0, 0, 0}, u_max{0, 0, 0};  ///< as in the brick: none else moves it now
+    };
+    static_assert(sizeof(FieldBrick) == 64);
+    /// A step as the fields see it.
+    struct Frame {
+        std::array<std::size_t, 3> direction;
+        std::array<Fixed, 3> sign, left;
+        std::array<bool, 3> moves;
     };
 
-    void keep(const Lattice& lattice, const SweepWork& work, Fixed sign);
-    void keep_brick(const Lattice& lattice, FieldBrick& field, const SweepWork& work, Fixed sign);
+    void keep(Lattice& lattice, const SweepWork& work, Fixed sign);
+    void keep_brick(const Lattice& lattice, std::size_t place, const SweepWork& work, Fixed sign);
     void look_at_bricks(Lattice& lattice, const SweepKernels& kernels, const TaskArena& arena);
-    void bound_travel(const Lattice& lattice, const Brick& brick, const FieldBrick& field,
+    void bound_travel(const Lattice& lattice, const Brick& brick, const Fields& fields,
                       std::array<Fixed, 6>& bone) const;
     std::int64_t count_reached(const Lattice& lattice, const Brick& brick,
-                               const FieldBrick& field) const;
-    BrickMotion motion_of(const Brick& brick, const FieldBrick& field, Vec3<Fixed> step,
-                          Vec3d* farthest) const;
+                               const Fields& fields) const;
+    Frame frame_of(Vec3<Fixed> step) const;
+    /// A lower bound of sign·u.
+    static Fixed lowest_of(const FieldBrick& field, const Frame& frame, int axis);
+    /// Axes along which an element of the brick may move: bits, the lowest for i.
+    static unsigned moving(const FieldBrick& field, const Frame& frame);
+    /// How far from rest the brick's elements may come along each axis.
+    static Vec3d farthest(const FieldBrick& field, const Frame& frame, unsigned axes);
+    BrickMotion motion_of(std::size_t place, const Frame& frame, unsigned axes) const;
+    /// Asks for the beginning of a brick's arrays while the one before it is worked on.
+    void fetch_early(std::size_t place, const Frame& frame, unsigned axes) const;
+    int move_brick(Lattice& lattice, std::size_t place, const Frame& frame, unsigned axes,
+                   MoveDragged move_dragged);
     Fixed* take_memory(std::size_t count);
 
     Fixed m_reach = 0;
     Vec3<Fixed> m_offset{0, 0, 0};                      ///< of the grabbed elements since the pick
     Vec3<Fixed> m_lowest{0, 0, 0}, m_highest{0, 0, 0};  ///< that it has been
     std::vector<FieldBrick> m_bricks;
-    std::vector<int> m_place_of;  ///< by brick index: in m_bricks, or −1
+    std::vector<Fields> m_fields;  ///< of each of them
+    std::vector<int> m_indices;    ///< of each of them, in the lattice
+    std::vector<int> m_place_of;   ///< by brick index: in m_bricks, or −1
     /// By direction: how much a fixed element would be raised by the whole reach; 0: none.
     std::array<Fixed, 6> m_bone{};
     std::int64_t m_reach_elements = 0;

@@ -94,8 +94,10 @@ void History::forget_saved() {
 
 void History::pack_piece(std::span<const Vec3i> coords, Piece& piece) const {
     const auto n = std::size_t(m_lattice.elements_per_brick());
-    const std::vector<Fixed> rest(n, 0);
-    Bytes raw;
+    static thread_local std::vector<Fixed> rest;
+    static thread_local Bytes raw;
+    rest.resize(n, 0);
+    raw.clear();
     for (const Vec3i& coord : coords) {
         const Fixed* saved = m_saved_moves.at(coord).u.get();
         const int index = m_lattice.find_brick(coord);

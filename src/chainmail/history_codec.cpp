@@ -9,23 +9,13 @@
 #include <climits>
 #include <cstring>
 
+#include "chainmail/history_kernel.h"
+
 namespace pliant {
 namespace {
 
 constexpr int kPlanes = 4;
 constexpr std::size_t kMaskBytes = 2;  ///< which of the 3 × 4 planes follow
-
-/// values[i] −= values[i − 1] along each axis. From one array to the other, so that compilers can
-/// take several at a time. @param other  of the same length
-void predict(std::uint32_t* values, std::uint32_t* other, int size) {
-    const auto n = std::size_t(size), slice = n * n, all = slice * n;
-    for (std::size_t i = 1; i < all; ++i) other[i] = values[i] - values[i - 1];
-    for (std::size_t row = 0; row < all; row += n) other[row] = values[row];
-    for (std::size_t i = n; i < all; ++i) values[i] = other[i] - other[i - n];
-    for (std::size_t z = 0; z < all; z += slice) std::copy_n(other + z, n, values + z);
-    for (std::size_t i = slice; i < all; ++i) other[i] = values[i] - values[i - slice];
-    std::copy(other + slice, other + all, values + slice);
-}
 
 void unpredict(std::uint32_t* values, int size) {
     const auto n = std::size_t(size), slice = n * n, all = slice * n;
@@ -36,10 +26,6 @@ void unpredict(std::uint32_t* values, int size) {
         for (std::size_t x = 1; x < n; ++x) values[row + x] += values[row + x - 1];
 }
 
-/// Small numbers of either sign become small numbers without one.
-std::uint32_t folded(std::uint32_t v) {
-    return v << 1 ^ (v >> 31 ? 0xffffffffu : 0u);
-}
 std::uint32_t unfolded(std::uint32_t v) {
     return v >> 1 ^ (v & 1 ? 0xffffffffu : 0u);
 }
@@ -47,29 +33,22 @@ std::uint32_t unfolded(std::uint32_t v) {
 }  // namespace
 
 bool encode_change(const Components& before, const Components& after, int brick_size, Bytes& out) {
-    static thread_local std::vector<std::uint32_t> buffer;
+    static thread_local std::vector<std::uint32_t> values;
+    const ChangeKernels& kernels =
+        brick_size == 8 ? vector_change_kernels() : plain_change_kernels();
     const auto n = std::size_t(brick_size) * std::size_t(brick_size) * std::size_t(brick_size);
-    buffer.resize(2 * n);
-    std::uint32_t* const values = buffer.data();
+    values.resize(n);
     const std::size_t start = out.size();
     out.resize(start + kMaskBytes);
     unsigned mask = 0;
     for (std::size_t a = 0; a < 3; ++a) {
-        std::uint32_t any = 0;
-        const Fixed *old_u = before[a], *new_u = after[a];
-        for (std::size_t i = 0; i < n; ++i)
-            any |= values[i] = std::uint32_t(new_u[i]) - std::uint32_t(old_u[i]);
-        if (any == 0) continue;
-        predict(values, values + n, brick_size);
-        any = 0;
-        for (std::size_t i = 0; i < n; ++i) any |= values[i] = folded(values[i]);
+        const std::uint32_t any = kernels.predict(before[a], after[a], brick_size, values.data());
         for (int plane = 0; plane < kPlanes; ++plane) {
             if ((any >> 8 * plane & 0xff) == 0) continue;
             mask |= 1u << (kPlanes * int(a) + plane);
             const std::size_t at = out.size();
             out.resize(at + n);
-            std::byte* const bytes = out.data() + at;
-            for (std::size_t i = 0; i < n; ++i) bytes[i] = std::byte(values[i] >> 8 * plane & 0xff);
+            kernels.copy_plane(values.data(), int(n), plane, out.data() + at);
         }
     }
     if (mask == 0) {
@@ -106,7 +85,9 @@ bool decode_change(std::span<const std::byte>& in, int brick_size,
 }
 
 Bytes pack(std::span<const std::byte> raw) {
-    Bytes packed(std::size_t(LZ4_compressBound(int(raw.size()))));
+    // Kept: memory for the worst case is large, and new each time it would have to be cleared.
+    static thread_local Bytes packed;
+    packed.resize(std::max(packed.size(), std::size_t(LZ4_compressBound(int(raw.size())))));
     const int size = LZ4_compress_default(reinterpret_cast<const char*>(raw.data()),
                                           reinterpret_cast<char*>(packed.data()), int(raw.size()),
                                           int(packed.size()));

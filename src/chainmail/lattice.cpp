@@ -124,11 +124,9 @@ int Lattice::add_brick(Vec3i coord) {
     m_index_of.insert(coord, index);
     ++m_resident_count;
     Brick& made = brick(index);
+    made.neighbours = m_index_of.find_neighbours(coord);
     for (int side = 0; side < 6; ++side) {
-        Vec3i there = coord;
-        there[side / 2] += side % 2 ? 1 : -1;
-        const int neighbour = find_brick(there);
-        made.neighbours[std::size_t(side)] = neighbour;
+        const int neighbour = made.neighbours[std::size_t(side)];
         if (neighbour >= 0) brick(neighbour).neighbours[std::size_t(side ^ 1)] = index;
     }
     const BrickEdits* edits = edits_of(coord);

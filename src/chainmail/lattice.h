@@ -56,16 +56,17 @@ struct Brick {
     /// Where the elements of a solve in progress are: sign·u, raised (see propagation.h).
     std::array<Fixed*, 3> raised;
     MaterialId* material;
-    const std::uint8_t* edits = nullptr;         ///< null: none in this brick
-    std::array<bool, 3> reached{};               ///< by the solve in progress, per component
-    std::uint8_t traits = 0;                     ///< of all materials in it, and kMixedMaterials
-    Fixed least_movement = 0;                    ///< smallest movement limit of all that moves
-    bool is_blank = false;                       ///< materials and traits are not filled in yet
-    bool is_unplaced = false;                    ///< u is not written yet, and counts as zero
-    std::array<bool, 3> holds_zeros{};           ///< while unplaced: u is all zero by chance
-    Vec3<Fixed> u_min{0, 0, 0}, u_max{0, 0, 0};  ///< over the brick, after each push
-    std::uint64_t changed_at = 0;                ///< Lattice::clock() when u last changed
-    std::uint64_t saved_for = 0;                 ///< step of the history that has it as it was
+    const std::uint8_t* edits = nullptr;  ///< null: none in this brick
+    std::array<bool, 3> reached{};        ///< by the solve in progress, per component
+    std::uint8_t traits = 0;              ///< of all materials in it, and kMixedMaterials
+    Fixed least_movement = 0;             ///< smallest movement limit of all that moves
+    bool is_blank = false;                ///< materials and traits are not filled in yet
+    bool is_unplaced = false;             ///< u is not written yet, and counts as zero
+    std::array<bool, 3> holds_zeros{};    ///< while unplaced: u is all zero by chance
+    /// Over the brick, after each push. Wider while a drag has fields (Drag::move).
+    Vec3<Fixed> u_min{0, 0, 0}, u_max{0, 0, 0};
+    std::uint64_t changed_at = 0;  ///< Lattice::clock() when u last changed
+    std::uint64_t saved_for = 0;   ///< step of the history that has it as it was
 };
 
 /// Whether every element of the brick is at its rest place.

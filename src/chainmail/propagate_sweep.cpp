@@ -9,6 +9,7 @@
 
 #include "chainmail/propagation.h"
 #include "chainmail/sweep_lags.h"
+#include "chainmail/uniform_passes.h"
 
 namespace pliant {
 namespace {
@@ -21,7 +22,7 @@ constexpr std::size_t kFewBricks = 8;
 constexpr std::int64_t kBricksPerTask = 4;
 
 /// In Node::news beside the six sides: elements of the brick itself are grabbed.
-constexpr std::uint8_t kGrabbedHere = 64;
+constexpr std::uint8_t kGrabbedHere = 64, kAllSides = 63;
 
 class SweepSolver {
   public:
@@ -55,6 +56,7 @@ class SweepSolver {
 
     bool run(const TaskArena& arena, int max_bricks) {
         bool fits = true;
+        if (m_work.shared) pass_through_uniform(arena, max_bricks);
         while (fits && !m_work.active.empty()) {
             take_next_bucket();
             for (const std::vector<int>& round : m_work.round) {
@@ -96,15 +98,22 @@ class SweepSolver {
     }
 
     void wake(int index, std::size_t c, unsigned news, Fixed raise) {
-        auto& nodes = m_work.nodes;
-        if (std::size_t(index) >= nodes.size())
-            nodes.resize(std::size_t(m_lattice.brick_index_bound()));
-        Node& node = nodes[std::size_t(index)];
-        if (!node.is_touched) m_work.touched.push_back(index);
-        node.is_touched = true;
+        Node& node = m_work.touch(index, m_lattice.brick_index_bound());
         if (node.pending == 0) m_work.active.push_back(index);
         node.pending = std::max(node.pending, raise);
         node.news[c] = std::uint8_t(node.news[c] | news);
+    }
+
+    /// In one material at rest nothing has to be searched for. Elsewhere the search starts from
+    /// what the passes raised.
+    void pass_through_uniform(const TaskArena& arena, int max_bricks) {
+        if (UniformPasses(m_lattice, m_kernels, m_work).run(arena, max_bricks)) {
+            m_work.active.clear();
+            return;
+        }
+        if (m_work.touched.size() == m_work.active.size()) return;
+        for (std::size_t n = 0; n < m_work.touched.size(); ++n)
+            wake(m_work.touched[n], 0, kGrabbedHere | kAllSides, m_work.shared_amount);
     }
 
     void wake_neighbours(int index, const Wakes& wakes) {
@@ -197,8 +206,9 @@ class SweepSolver {
         std::uint32_t dirty = news & kGrabbedHere ? ~std::uint32_t(0) >> (32 - size) : 0;
         for (int side = 0; side < 6; ++side) {
             if (!(news >> side & 1)) continue;
-            const Brick& there = m_lattice.brick(brick.neighbours[std::size_t(side)]);
-            if (!there.reached[c]) continue;
+            const int index = brick.neighbours[std::size_t(side)];
+            if (index < 0 || !m_lattice.brick(index).reached[c]) continue;
+            const Brick& there = m_lattice.brick(index);
             dirty |=
                 m_kernels.take(w, size, side, there.raised[c], lags.behind_neighbour(side, push));
         }

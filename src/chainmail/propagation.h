@@ -83,6 +83,18 @@ struct SweepWork {
         std::array<std::uint8_t, 3> news{};
     };
 
+    /// A brick whose raise goes on into the next one along an axis (see uniform_passes.h).
+    struct Carry {
+        int from, to;
+        bool up;       ///< to the higher coordinate
+        bool reaches;  ///< false: `to` can't be raised by it, if it is of the same material
+    };
+    /// A brick with raised elements at the start of a pass, by where it is.
+    struct Source {
+        std::uint64_t line;
+        int position, brick;
+    };
+
     std::vector<int> touched;  ///< all bricks that the solve reached or made
     bool may_share = true;     ///< set before a solve: false keeps the components apart
     bool shared = false;       ///< one field serves all components, from a state of rest
@@ -92,11 +104,26 @@ struct SweepWork {
     std::vector<int> active;  ///< bricks with pending > 0
     std::array<std::vector<int>, 2> round;
     std::vector<Wakes> wakes;
+
+    std::vector<Source> sources;
+    std::vector<Carry> carries;
+    std::vector<std::size_t> line_begins;  ///< in carries, and the end of the last
+    std::vector<int> made;                 ///< bricks that came into being for the passes
+
+    /// Puts a brick on the list of touched ones. @param index_bound  Lattice::brick_index_bound
+    Node& touch(int index, int index_bound) {
+        if (std::size_t(index) >= nodes.size()) nodes.resize(std::size_t(index_bound));
+        Node& node = nodes[std::size_t(index)];
+        if (!node.is_touched) touched.push_back(index);
+        node.is_touched = true;
+        return node;
+    }
 };
 
 /// Brick-wise: each brick is swept to its own fixed point, then wakes the neighbours that its faces
 /// raise. Bricks with the largest pending raise go first; bricks of one chessboard colour go in
-/// parallel, since they share no face.
+/// parallel, since they share no face. Where one material at rest is all around, passes take the
+/// place of this search (uniform_passes.h).
 /// @pre every grabbed element has a brick
 /// @returns false if more than max_bricks would be needed; then the raise is incomplete
 [[nodiscard]] bool propagate_by_sweeps(Lattice& lattice, std::span<const ElementRef> grabbed,

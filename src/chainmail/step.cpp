@@ -9,6 +9,7 @@
 #include <cstdlib>
 #include <functional>
 #include <mutex>
+#include <utility>
 
 namespace pliant {
 namespace {
@@ -80,6 +81,18 @@ BrickMotion motion_of(const Brick& brick, const SweepWork& work, Vec3<Fixed> shi
     return motion;
 }
 
+/// From rest the raise of the last component that moves becomes its displacement where it lies:
+/// half the memory to go through where it moves alone. Nobody asks for the raise afterwards.
+void move_in_place(Brick& brick, BrickMotion& motion) {
+    for (std::size_t a = 3; a-- > 0;) {
+        if (!motion[a].raised) continue;
+        auto& raised = *std::find(brick.raised.begin(), brick.raised.end(), motion[a].raised);
+        std::swap(brick.u[a], raised);
+        motion[a].u = brick.u[a];
+        return;
+    }
+}
+
 /// A look at the brick as a whole, which is enough for nearly all.
 bool is_unlimited(const Lattice& lattice, const Brick& brick, const BrickMotion& motion,
                   const SweepKernels& kernels, Vec3<Fixed> shift) {
@@ -89,14 +102,14 @@ bool is_unlimited(const Lattice& lattice, const Brick& brick, const BrickMotion&
         before[a] = std::max(-double(brick.u_min[a]), double(brick.u_max[a]));
         after[a] = before[a] + std::abs(double(shift[a]));
     }
-    if (stays_inside(brick, after)) return true;
+    if (stays_inside(brick.least_movement, after)) return true;
     after = before;
     for (std::size_t a = 0; a < 3; ++a) {
         if (!motion[a].raised) continue;
         const Fixed highest = kernels.largest(motion[a].raised, lattice.elements_per_brick());
         after[int(a)] = std::max(after[int(a)], double(highest - motion[a].left));
     }
-    return stays_inside(brick, after);
+    return stays_inside(brick.least_movement, after);
 }
 
 }  // namespace
@@ -118,8 +131,8 @@ void tighten(StepLimit& limit, StepLimit other) {
     if (other.fraction < limit.fraction || bone) limit = other;
 }
 
-bool stays_inside(const Brick& brick, const Vec3d& farthest) {
-    const double allowed = brick.least_movement - kRoundingMargin;
+bool stays_inside(Fixed least_movement, const Vec3d& farthest) {
+    const double allowed = least_movement - kRoundingMargin;
     return allowed > 0 && dot(farthest, farthest) <= allowed * allowed;
 }
 
@@ -217,9 +230,11 @@ std::int64_t apply_shift(Lattice& lattice, const SweepWork& work, const SweepKer
         std::int64_t own = 0;
         for (std::int64_t k = begin; k < end; ++k) {
             Brick& brick = lattice.brick(work.touched[std::size_t(k)]);
-            if (is_reached(brick))
-                own +=
-                    move_brick(lattice, brick, motion_of(brick, work, shift), shift, done, kernels);
+            if (is_reached(brick)) {
+                BrickMotion motion = motion_of(brick, work, shift);
+                if (brick.is_unplaced) move_in_place(brick, motion);
+                own += move_brick(lattice, brick, motion, shift, done, kernels);
+            }
             brick.reached = {};
         }
         moved += own;

@@ -44,8 +44,8 @@ StepLimit limit_of_grabbed(const Lattice& lattice, std::span<const ElementRef> g
 using BrickMotion = std::array<MovingComponent, 3>;
 
 /// Whether elements that come no farther than this along each axis are within the movement limits
-/// of the brick.
-bool stays_inside(const Brick& brick, const Vec3d& farthest);
+/// of their brick. @param least_movement  of the brick
+bool stays_inside(Fixed least_movement, const Vec3d& farthest);
 /// Bound that one brick's elements set, one by one. @param with_fixed  bone too, or movement alone
 StepLimit limit_of_brick(const Lattice& lattice, const Brick& brick, const BrickMotion& motion,
                          Vec3<Fixed> shift, bool with_fixed);

@@ -73,10 +73,14 @@ struct SweepKernels {
     /// @returns the largest raise above the place before the push that w asks of the elements
     ///          behind a side; 0 if none of them would rise
     Fixed (*offer)(const Fixed* w, int size, int side, const Fixed* lags, const FaceBehind& behind);
+    /// Raises w to what the face of the neighbour on a side asks for, where each step away from it
+    /// lags by the same: w(n) = max(w(n), face − (n + 1)·lag), at least 0.
+    /// @param is_first  w isn't written yet, and counts as 0. @pre w ≥ 0
+    void (*carry)(Fixed* w, int size, int side, const Fixed* neighbour, Fixed lag, bool is_first);
     /// Moves count elements. @param from_rest  all u count as 0, whatever is there; @pre it is 0
-    /// for components that stay
+    /// for components that stay. Then the last one that moves may be raised where its u is.
     MoveResult (*move)(const std::array<MovingComponent, 3>& components, int count, bool from_rest);
-    /// Largest value. @pre count > 0
+    /// Largest value. @pre count is size³ or size²
     Fixed (*largest)(const Fixed* values, int count);
 };
 

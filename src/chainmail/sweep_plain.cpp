@@ -109,16 +109,28 @@ Fixed offer(const Fixed* w, int size, int side, const Fixed* lags, const FaceBeh
     return largest;
 }
 
+void carry(Fixed* w, int size, int side, const Fixed* neighbour, Fixed lag, bool is_first) {
+    const int stride = side % 2 ? -stride_of(size, side / 2) : stride_of(size, side / 2);
+    for_each_on_face(size, side, [&](int own, int behind, int) {
+        Fixed carried = neighbour[behind];
+        for (int n = 0; n < size; ++n) {
+            Fixed& here = w[own + n * stride];
+            carried = std::max(0, carried - lag);
+            here = is_first ? carried : std::max(here, carried);
+        }
+    });
+}
+
 MoveResult move(const std::array<MovingComponent, 3>& components, int count, bool from_rest) {
     MoveResult result;
-    if (from_rest)
-        for (const MovingComponent& c : components) std::fill_n(c.u, count, 0);
     for (int n = 0; n < count; ++n) {
         bool any = false;
         for (const MovingComponent& c : components) {
-            if (!c.raised || c.raised[n] - c.left <= c.sign * c.u[n]) continue;
-            c.u[n] = c.sign * (c.raised[n] - c.left);
-            any = true;
+            if (!c.raised) continue;
+            const Fixed before = from_rest ? 0 : c.sign * c.u[n];
+            const Fixed place = std::max(before, c.raised[n] - c.left);
+            c.u[n] = c.sign * place;
+            any |= place != before;
         }
         result.moved += any;
     }
@@ -141,7 +153,7 @@ Fixed largest(const Fixed* values, int count) {
 const SweepKernels& plain_sweep_kernels() {
     static constexpr SweepKernels kernels{gather,    copy_face, add_face,      add_halves,
                                           arrange_x, relax,     relax_uniform, take,
-                                          offer,     move,      largest};
+                                          offer,     carry,     move,          largest};
     return kernels;
 }
 

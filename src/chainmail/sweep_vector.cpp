@@ -344,53 +344,124 @@ Fixed offer(const Fixed* w, int, int side, const Fixed* lags, const FaceBehind& 
     return hn::GetLane(hn::MaxOfLanes(D(), largest));
 }
 
+/// A row of the raise that is carried on, at its next place.
+template <bool kIsFirst>
+HWY_INLINE void put_row(const Row& carried, Fixed* to) {
+    Row row = carried;
+    if (!kIsFirst)
+        for (int p = 0; p < kParts; ++p)
+            row.part[p] = hn::Max(row.part[p], hn::Load(D(), to + p * kLanes));
+    store_row(row, to);
+}
+
+/// Along y and z: eight rows go side by side, `across` apart, each step by step, `along` apart.
+template <bool kIsFirst>
+void carry_rows(Fixed* w, int along, int across, const Fixed* face, Fixed lag) {
+    const Row step = all(lag);
+    Slice carried = load_slice(face, across);
+    for (int n = 0; n < kSize; ++n)
+        for (int r = 0; r < kSize; ++r) {
+            Row lowered = all(0);
+            raise(lowered, carried.row[r], step);
+            carried.row[r] = lowered;
+            put_row<kIsFirst>(lowered, w + n * along + r * across);
+        }
+}
+
+/// Along x: each row has its steps in itself.
+template <bool kIsFirst>
+void carry_along_x(Fixed* w, bool up, const Fixed* face, Fixed lag) {
+    HWY_ALIGN Fixed lags[kSize];
+    for (int n = 0; n < kSize; ++n) {
+        const std::int64_t sum = std::int64_t(n + 1) * lag;
+        lags[up ? n : kSize - 1 - n] = Fixed(std::min<std::int64_t>(sum, INT32_MAX));
+    }
+    const Row steps = load_row(lags);
+    for (int n = 0; n < kSlice; ++n) {
+        Row row = all(0);
+        raise(row, all(face[n * kSize]), steps);
+        put_row<kIsFirst>(row, w + n * kSize);
+    }
+}
+
+template <bool kIsFirst>
+void carry_from(Fixed* w, int side, const Fixed* neighbour, Fixed lag) {
+    const bool up = side % 2 == 0;  // from the low side
+    if (side < 2) {
+        carry_along_x<kIsFirst>(w, up, neighbour + (up ? kSize - 1 : 0), lag);
+        return;
+    }
+    const int along = side < 4 ? kSize : kSlice, across = side < 4 ? kSlice : kSize;
+    const int last = (kSize - 1) * along;
+    carry_rows<kIsFirst>(w + (up ? 0 : last), up ? along : -along, across,
+                         neighbour + (up ? last : 0), lag);
+}
+
+void carry(Fixed* w, int, int side, const Fixed* neighbour, Fixed lag, bool is_first) {
+    if (is_first)
+        carry_from<true>(w, side, neighbour, lag);
+    else
+        carry_from<false>(w, side, neighbour, lag);
+}
+
+// What follows takes a brick's elements as they lie, in vectors as long as there are.
+using WideD = hn::ScalableTag<Fixed>;
+using Wide = hn::Vec<WideD>;
+constexpr int kWideLanes = int(hn::MaxLanes(WideD()));
+
 /// One component, with what its loop needs at hand. A component that stays is raised to where it
 /// is.
 struct Motion {
     Fixed* u;
     const Fixed* raised;
-    V left, flip;  ///< flip: all bits set where the sign is −1, so that (x ^ flip) − flip = sign·x
-    V low, high;  ///< bounds of sign·u
+    Wide left, flip;  ///< flip: all bits set where the sign is −1: (x ^ flip) − flip = sign·x
+    Wide low, high;   ///< bounds of sign·u
 
     HWY_INLINE explicit Motion(const MovingComponent& c)
         : u(c.u),
           raised(c.raised ? c.raised : c.u),
-          left(hn::Set(D(), c.raised ? c.left : 0)),
-          flip(hn::Set(D(), c.raised && c.sign < 0 ? -1 : 0)),
-          low(hn::Set(D(), INT32_MAX)),
-          high(hn::Set(D(), INT32_MIN)) {}
+          left(hn::Set(WideD(), c.raised ? c.left : 0)),
+          flip(hn::Set(WideD(), c.raised && c.sign < 0 ? -1 : 0)),
+          low(hn::Set(WideD(), INT32_MAX)),
+          high(hn::Set(WideD(), INT32_MIN)) {}
 
     /// @returns a vector that isn't zero where the element moved
     template <bool kFromRest>
-    HWY_INLINE V step(int n) {
-        const V old = kFromRest ? hn::Zero(D()) : hn::Load(D(), u + n);
-        const V before = kFromRest ? old : hn::Sub(hn::Xor(old, flip), flip);
-        const V place = hn::Max(before, hn::Sub(hn::Load(D(), raised + n), left));
+    HWY_INLINE Wide step(int n) {
+        const WideD d;
+        const Wide old = kFromRest ? hn::Zero(d) : hn::Load(d, u + n);
+        const Wide before = kFromRest ? old : hn::Sub(hn::Xor(old, flip), flip);
+        const Wide place = hn::Max(before, hn::Sub(hn::Load(d, raised + n), left));
         low = hn::Min(low, place);
         high = hn::Max(high, place);
-        hn::Store(hn::Sub(hn::Xor(place, flip), flip), D(), u + n);
+        hn::Store(hn::Sub(hn::Xor(place, flip), flip), d, u + n);
         return hn::Xor(place, before);
     }
     HWY_INLINE void bounds(Fixed& u_min, Fixed& u_max) const {
         const bool negative = hn::GetLane(flip) != 0;
-        const Fixed from = hn::GetLane(hn::MinOfLanes(D(), low));
-        const Fixed to = hn::GetLane(hn::MaxOfLanes(D(), high));
+        const Fixed from = hn::GetLane(hn::MinOfLanes(WideD(), low));
+        const Fixed to = hn::GetLane(hn::MaxOfLanes(WideD(), high));
         u_min = negative ? -to : from;
         u_max = negative ? -from : to;
     }
 };
 
+/// Adds −1 where nothing moved.
+HWY_INLINE void count_still(Wide& still, const Wide& moved) {
+    const WideD d;
+    still = hn::Add(still, hn::VecFromMask(d, hn::Eq(moved, hn::Zero(d))));
+}
+
 template <bool kFromRest>
 MoveResult move_brick(const std::array<MovingComponent, 3>& components, int count) {
     Motion x(components[0]), y(components[1]), z(components[2]);
-    V still = hn::Zero(D());  // minus the number of elements that didn't move
-    for (int n = 0; n < count; n += kLanes) {
-        const V moved =
-            hn::Or(x.step<kFromRest>(n), hn::Or(y.step<kFromRest>(n), z.step<kFromRest>(n)));
-        still = hn::Add(still, hn::VecFromMask(D(), hn::Eq(moved, hn::Zero(D()))));
+    Wide still = hn::Zero(WideD());  // minus the number of elements that didn't move
+    for (int n = 0; n < count; n += kWideLanes) {
+        const Wide x_moved = x.step<kFromRest>(n), y_moved = y.step<kFromRest>(n);
+        count_still(still, hn::Or(hn::Or(x_moved, y_moved), z.step<kFromRest>(n)));
     }
     MoveResult result;
-    result.moved = count + hn::GetLane(hn::SumOfLanes(D(), still));
+    result.moved = count + hn::GetLane(hn::SumOfLanes(WideD(), still));
     const std::array<const Motion*, 3> motions = {&x, &y, &z};
     for (std::size_t a = 0; a < 3; ++a)
         if (components[a].raised) motions[a]->bounds(result.u_min[a], result.u_max[a]);
@@ -401,12 +472,10 @@ MoveResult move_brick(const std::array<MovingComponent, 3>& components, int coun
 template <bool kFromRest>
 MoveResult move_alone(const std::array<MovingComponent, 3>& components, std::size_t a, int count) {
     Motion motion(components[a]);
-    V still = hn::Zero(D());
-    for (int n = 0; n < count; n += kLanes)
-        still =
-            hn::Add(still, hn::VecFromMask(D(), hn::Eq(motion.step<kFromRest>(n), hn::Zero(D()))));
+    Wide still = hn::Zero(WideD());
+    for (int n = 0; n < count; n += kWideLanes) count_still(still, motion.step<kFromRest>(n));
     MoveResult result;
-    result.moved = count + hn::GetLane(hn::SumOfLanes(D(), still));
+    result.moved = count + hn::GetLane(hn::SumOfLanes(WideD(), still));
     motion.bounds(result.u_min[a], result.u_max[a]);
     return result;
 }
@@ -424,15 +493,17 @@ MoveResult move(const std::array<MovingComponent, 3>& components, int count, boo
 }
 
 Fixed largest(const Fixed* values, int count) {
-    V high = hn::Load(D(), values);
-    for (int n = kLanes; n < count; n += kLanes) high = hn::Max(high, hn::Load(D(), values + n));
-    return hn::GetLane(hn::MaxOfLanes(D(), high));
+    const WideD d;
+    Wide high = hn::Load(d, values);
+    for (int n = kWideLanes; n < count; n += kWideLanes)
+        high = hn::Max(high, hn::Load(d, values + n));
+    return hn::GetLane(hn::MaxOfLanes(d, high));
 }
 
 const SweepKernels& kernels_of_target() {
     static constexpr SweepKernels kernels{gather,    copy_face, add_face,      add_halves,
                                           arrange_x, relax,     relax_uniform, take,
-                                          offer,     move,      largest};
+                                          offer,     carry,     move,          largest};
     return kernels;
 }
 

@@ -4,9 +4,13 @@
 // A drag against pushes of the same elements by the same steps: everything must be the same.
 
 #include <gtest/gtest.h>
+#include <hwy/targets.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 
+#include "chainmail/drag_kernel.h"
 #include "chainmail/lattice.h"
 #include "chainmail/tissues.h"
 
@@ -54,6 +58,19 @@ void cut_some(Random& random, ChainMail& tissue) {
     lattice.set_edits({0, 0, 0}, edits);
 }
 
+/// The bounds that bricks have, against what is in them.
+void check_bounds(const ChainMail& tissue, bool exact) {
+    const auto count = std::size_t(tissue.lattice().elements_per_brick());
+    tissue.lattice().for_each_brick([&](const Brick& brick) {
+        for (int a = 0; a < 3; ++a) {
+            const Fixed* u = brick.u[std::size_t(a)];
+            const auto [low, high] = std::minmax_element(u, u + count);
+            ASSERT_TRUE(exact ? brick.u_min[a] == *low : brick.u_min[a] <= *low);
+            ASSERT_TRUE(exact ? brick.u_max[a] == *high : brick.u_max[a] >= *high);
+        }
+    });
+}
+
 struct Outcomes {
     int limited = 0, renewed = 0, from_deformed = 0;
 };
@@ -94,9 +111,11 @@ void run_drag(std::uint64_t seed, Outcomes& outcomes) {
         ASSERT_EQ(drag->moved_elements, push->moved_elements) << "frame " << frame;
         ASSERT_EQ(drag->limited_by, push->limited_by) << "frame " << frame;
         ASSERT_EQ(drag->status, push->status) << "frame " << frame;
+        ASSERT_NO_FATAL_FAILURE(check_bounds(dragged, false)) << "frame " << frame;
         outcomes.limited += push->step_fraction < 1;
     }
     dragged.let_go();
+    ASSERT_NO_FATAL_FAILURE(check_bounds(dragged, true));
     const LatticeState a = dragged.state(), b = pushed.state();
     ASSERT_EQ(a.resident_bricks, b.resident_bricks);
     ASSERT_EQ(a.moved_elements, b.moved_elements);
@@ -112,6 +131,73 @@ TEST(Drag, IsBitForBitAPushOfTheSameElementsByTheSameSteps) {
     EXPECT_GT(outcomes.limited, int(kDrags) / 4);
     EXPECT_GT(outcomes.renewed, int(kDrags) / 4);
     EXPECT_GT(outcomes.from_deformed, int(kDrags) / 4);
+}
+
+constexpr int kElements = 512;
+
+/// Fields and displacements of a brick, as a drag finds them: some lines can't move.
+struct DraggedArrays {
+    alignas(64) std::array<std::array<Fixed, kElements>, 3> u{}, raised{};
+    std::array<Fixed, 3> left{}, sign{};
+    std::size_t components = 0;
+    bool one_field = false;
+
+    explicit DraggedArrays(Random& random) : components(std::size_t(random.whole(1, 3))) {
+        one_field = random.whole(0, 1) != 0;
+        for (std::size_t c = 0; c < 3; ++c) {
+            const int from = random.whole(-50, 50), first = random.whole(-100, 150);
+            const int slope = random.whole(0, 400);
+            left[c] = random.whole(0, 100);
+            sign[c] = random.whole(0, 1) ? 1 : -1;
+            for (int n = 0; n < kElements; ++n) {
+                const int place = from + random.whole(0, 40);
+                const int rise = first + n * slope / kElements + random.whole(0, 9);
+                u[c][std::size_t(n)] = sign[c] * place;
+                raised[c][std::size_t(n)] = left[c] + rise;
+            }
+        }
+    }
+};
+
+/// All that a kernel gives back.
+std::vector<Fixed> results_of(MoveDragged move, DraggedArrays arrays) {
+    std::array<DraggedComponent, 3> components;
+    for (std::size_t c = 0; c < arrays.components; ++c) {
+        auto& u = arrays.u[c];
+        const auto [low, high] = std::minmax_element(u.begin(), u.end());
+        components[c] = {u.data(), arrays.raised[arrays.one_field ? 0 : c].data(), arrays.left[c],
+                         arrays.sign[c], arrays.sign[c] > 0 ? *low : -*high};
+    }
+    const DraggedBrick result = move(std::span(components).first(arrays.components), kElements);
+    std::vector<Fixed> all{result.moved, result.has_wide_bounds};
+    for (std::size_t c = 0; c < arrays.components; ++c) {
+        all.push_back(components[c].lowest);
+        all.insert(all.end(), arrays.u[c].begin(), arrays.u[c].end());
+    }
+    return all;
+}
+
+TEST(DragKernel, VectorsGiveTheBitsOfPlainLoopsOnEveryInstructionSet) {
+    int targets = 0, whole = 0, partly = 0;
+    for (std::int64_t rest = hwy::SupportedTargets(); rest != 0; rest &= rest - 1) {
+        hwy::SetSupportedTargetsForTest(rest & -rest);
+        hwy::GetChosenTarget().Update(hwy::SupportedTargets());
+        ++targets;
+        for (std::uint64_t n = 0; n < 200; ++n) {
+            Random random(kSeed + n);
+            const DraggedArrays arrays(random);
+            const std::vector<Fixed> plain = results_of(plain_move_dragged(), arrays);
+            ASSERT_EQ(results_of(vector_move_dragged(), arrays), plain)
+                << hwy::TargetName(rest & -rest) << ", seed " << kSeed + n;
+            whole += plain[0] > 0 && !plain[1];
+            partly += plain[0] > 0 && plain[1];
+        }
+    }
+    hwy::SetSupportedTargetsForTest(0);
+    hwy::GetChosenTarget().Update(hwy::SupportedTargets());
+    EXPECT_GT(targets, 0);
+    EXPECT_GT(whole, 20 * targets);
+    EXPECT_GT(partly, 20 * targets);
 }
 
 class DragTest : public ::testing::Test {

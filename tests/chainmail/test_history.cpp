@@ -6,7 +6,9 @@
 #include "chainmail/history.h"
 
 #include <gtest/gtest.h>
+#include <hwy/targets.h>
 
+#include "chainmail/history_kernel.h"
 #include "chainmail/tissues.h"
 
 namespace pliant::test {
@@ -48,6 +50,47 @@ TEST(HistoryCodec, AnyChangeComesBack) {
         for (std::size_t i = 0; i < 3 * count; ++i)
             ASSERT_EQ(Fixed(std::uint32_t(before[i]) + change[i]), after[i]);
     }
+}
+
+/// What a change is packed from: the or-ed values, and the four planes of bytes.
+std::vector<std::byte> planes_of(const ChangeKernels& kernels, const std::vector<Fixed>& before,
+                                 const std::vector<Fixed>& after) {
+    const std::size_t count = before.size();
+    std::vector<std::uint32_t> values(count);
+    const std::uint32_t any = kernels.predict(before.data(), after.data(), 8, values.data());
+    std::vector<std::byte> out(4 * count + 4);
+    for (int plane = 0; plane < 4; ++plane) {
+        const auto p = std::size_t(plane);
+        out[4 * count + p] = std::byte(any >> 8 * plane & 0xff);
+        if (any != 0) kernels.copy_plane(values.data(), int(count), plane, &out[p * count]);
+    }
+    return out;
+}
+
+TEST(HistoryKernel, VectorsGiveTheBitsOfPlainLoopsOnEveryInstructionSet) {
+    int targets = 0;
+    for (std::int64_t rest = hwy::SupportedTargets(); rest != 0; rest &= rest - 1) {
+        hwy::SetSupportedTargetsForTest(rest & -rest);
+        hwy::GetChosenTarget().Update(hwy::SupportedTargets());
+        ++targets;
+        for (std::uint64_t n = 0; n < 100; ++n) {
+            Random random(kSeed + n);
+            std::vector<Fixed> before(512), after(512);
+            const bool any_number = n % 2 == 0;
+            for (Fixed& u : before) u = any_number ? Fixed(random.next()) : random.whole(-9, 9);
+            after = before;
+            // Nothing, one element, or all.
+            if (n % 5 == 1) after[std::size_t(random.whole(0, 511))] += 1;
+            if (n % 5 > 1)
+                for (Fixed& u : after) u = any_number ? Fixed(random.next()) : random.whole(-9, 9);
+            ASSERT_EQ(planes_of(vector_change_kernels(), before, after),
+                      planes_of(plain_change_kernels(), before, after))
+                << hwy::TargetName(rest & -rest) << ", seed " << kSeed + n;
+        }
+    }
+    hwy::SetSupportedTargetsForTest(0);
+    hwy::GetChosenTarget().Update(hwy::SupportedTargets());
+    EXPECT_GT(targets, 0);
 }
 
 TEST(HistoryCodec, DamagedBytesAreRefusedOrDecodeWithoutACrash) {

@@ -9,6 +9,7 @@
 #include <hwy/targets.h>
 
 #include <array>
+#include <cstdlib>
 
 #include "chainmail/instances.h"
 #include "chainmail/lattice.h"
@@ -232,6 +233,35 @@ std::vector<Fixed> results_of(const SweepKernels& kernels, const KernelInputs& i
              {FaceBehind{in.other.data(), in.u.data(), -1}, FaceBehind{nullptr, in.u.data(), 1},
               FaceBehind{in.other.data(), nullptr, 1}, FaceBehind{nullptr, nullptr, 1}})
             out.push_back(kernels.offer(in.w.data(), 8, side, in.lags[1].data(), behind));
+    }
+    KernelInputs raised = in;  // nothing is below 0 among raises from rest
+    for (auto* values : {&raised.w, &raised.other})
+        for (Fixed& value : *values) value = std::abs(value);
+    for (const Fixed lag : {in.lags[0][0], 150, kUnlinked})
+        for (int side = 0; side < 6; ++side)
+            for (const bool is_first : {false, true}) {
+                work = raised;
+                if (is_first) work.w.fill(-7);
+                kernels.carry(work.w.data(), 8, side, raised.other.data(), lag, is_first);
+                add(work.w);
+            }
+    for (int a = 0; a < 3; ++a) {
+        work = in;
+        std::array<MovingComponent, 3> motion{{{work.u.data(), nullptr, 0, 1},
+                                               {work.w.data(), nullptr, 0, 1},
+                                               {work.other.data(), nullptr, 0, 1}}};
+        auto* in_place = motion[std::size_t(a)].u;
+        for (int b = 0; b <= a; ++b) {
+            motion[std::size_t(b)].raised = in_place;
+            motion[std::size_t(b)].left = 80 * (b + 1);
+            motion[std::size_t(b)].sign = b == 1 ? 1 : -1;
+        }
+        for (int b = a + 1; b < 3; ++b) std::fill_n(motion[std::size_t(b)].u, 512, 0);
+        const MoveResult moved = kernels.move(motion, 512, true);
+        out.push_back(moved.moved);
+        for (const auto* values : {&work.u, &work.w, &work.other}) add(*values);
+        add(moved.u_min);
+        add(moved.u_max);
     }
     for (const bool from_rest : {false, true}) {
         work = in;

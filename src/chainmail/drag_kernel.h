@@ -1,0 +1,44 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// The inner loop of a drag's frame, twice: plain, and with vector instructions. Both give the same
+// bits.
+//
+// A frame waits for memory, so it doesn't touch what it needn't: a brick is cut into lines of 16
+// elements, 64 bytes of each array. A line whose fields ask for no place above the brick's lowest
+// is passed over, its displacements unread.
+//
+//     field   . . . . . . . . | o O O O O O O o | o O O O O O O o      O: above the lowest place
+//     u       not read          read, written     read, written
+
+#pragma once
+
+#include <span>
+
+#include "chainmail/sweep_kernels.h"
+
+namespace pliant {
+
+/// One component of a brick that moves: w = sign·u rises to max(w, raised − left).
+struct DraggedComponent {
+    Fixed* u;
+    const Fixed* raised;
+    Fixed left, sign;
+    Fixed lowest;  ///< in and out: a lower bound of w
+};
+struct DraggedBrick {
+    int moved = 0;  ///< elements
+    /// Lines were passed over, so that there may be nothing as low as the bounds.
+    bool has_wide_bounds = false;
+};
+
+/// Moves the elements of a brick. @param components  1…3  @param count  elements in each array;
+/// arrays are aligned to 64 bytes
+using MoveDragged = DraggedBrick (*)(std::span<DraggedComponent> components, int count);
+
+/// Plain loops, any size.
+MoveDragged plain_move_dragged();
+/// Vector instructions, the best that this processor has. @pre count is a multiple of 16
+MoveDragged vector_move_dragged();
+
+}  // namespace pliant

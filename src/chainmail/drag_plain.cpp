@@ -1,0 +1,50 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// The inner loop of a drag's frame as plain loops: the readable twin of drag_vector.cpp.
+
+#include <algorithm>
+#include <array>
+
+#include "chainmail/drag_kernel.h"
+
+namespace pliant {
+namespace {
+
+constexpr int kLine = 16;
+
+DraggedBrick move(std::span<DraggedComponent> components, int count) {
+    DraggedBrick result;
+    std::array<Fixed, 3> lowest{INT32_MAX, INT32_MAX, INT32_MAX};
+    for (int begin = 0; begin < count; begin += kLine) {
+        const int end = std::min(begin + kLine, count);
+        const bool may = std::any_of(components.begin(), components.end(), [&](const auto& c) {
+            return *std::max_element(c.raised + begin, c.raised + end) - c.left > c.lowest;
+        });
+        result.has_wide_bounds |= !may;
+        if (!may) continue;
+        for (int n = begin; n < end; ++n) {
+            bool rose = false;
+            for (std::size_t k = 0; k < components.size(); ++k) {
+                const DraggedComponent& c = components[k];
+                const Fixed before = c.sign * c.u[n], place = c.raised[n] - c.left;
+                rose |= place > before;
+                c.u[n] = c.sign * std::max(before, place);
+                lowest[k] = std::min(lowest[k], std::max(before, place));
+            }
+            result.moved += rose;
+        }
+    }
+    // Those passed over are not below the lowest of before.
+    for (std::size_t k = 0; k < components.size(); ++k)
+        if (!result.has_wide_bounds) components[k].lowest = lowest[k];
+    return result;
+}
+
+}  // namespace
+
+MoveDragged plain_move_dragged() {
+    return move;
+}
+
+}  // namespace pliant

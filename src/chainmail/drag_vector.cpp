@@ -1,0 +1,142 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// The inner loop of a drag's frame with vector instructions, once for each instruction set; the
+// program chooses at run time. The plain twin is drag_plain.cpp.
+
+#include <array>
+#include <cstddef>
+
+#include "chainmail/drag_kernel.h"
+
+// Vectors of a size known only at run time can't be kept in arrays.
+#define HWY_DISABLED_TARGETS (HWY_SVE | HWY_SVE2 | HWY_SVE_256 | HWY_SVE2_128 | HWY_RVV)
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "chainmail/drag_vector.cpp"
+#include <hwy/foreach_target.h>
+#include <hwy/highway.h>
+
+HWY_BEFORE_NAMESPACE();
+namespace pliant::HWY_NAMESPACE {
+namespace {
+
+#if HWY_TARGET == HWY_SCALAR
+
+MoveDragged move_of_target() {
+    return plain_move_dragged();
+}
+
+#else
+
+namespace hn = hwy::HWY_NAMESPACE;
+
+constexpr int kLine = 16;
+using D = hn::CappedTag<Fixed, kLine>;
+using V = hn::Vec<D>;
+using M = hn::Mask<D>;
+constexpr int kLanes = int(hn::MaxLanes(D()));
+
+constexpr int kParts = kLine / kLanes;  ///< vectors in a line
+
+struct Line {
+    V part[kParts];
+};
+HWY_INLINE Line load_line(const Fixed* from) {
+    Line line;
+    for (int p = 0; p < kParts; ++p) line.part[p] = hn::Load(D(), from + p * kLanes);
+    return line;
+}
+
+/// One component. One that shrinks is looked at with all bits flipped, which turns it round
+/// (~u = −u − 1), so that it rises as well: min(u, left − raised) = ~max(~u, raised − (left + 1)).
+struct Rise {
+    Fixed* u;
+    const Fixed* raised;
+    V left, flip, lowest;
+    V low;  ///< of all that was looked at, flipped
+
+    HWY_INLINE explicit Rise(const DraggedComponent& c)
+        : u(c.u),
+          raised(c.raised),
+          left(hn::Set(D(), c.left + (c.sign < 0))),
+          flip(hn::Set(D(), c.sign < 0 ? -1 : 0)),
+          lowest(hn::Set(D(), c.lowest - (c.sign < 0))),
+          low(hn::Set(D(), INT32_MAX)) {}
+};
+
+/// Moves a line. @returns how many elements moved; −1: it was passed over
+template <bool kOneField, std::size_t kCount>
+HWY_INLINE int move_line(std::array<Rise, kCount>& rises, int n) {
+    Line place[kCount];
+    for (std::size_t c = 0; c < kCount; ++c)
+        place[c] = kOneField && c > 0 ? place[0] : load_line(rises[c].raised + n);
+    M may = hn::FirstN(D(), 0);
+    for (std::size_t c = 0; c < kCount; ++c)
+        for (V& part : place[c].part) {
+            part = hn::Sub(part, rises[c].left);
+            may = hn::Or(may, hn::Gt(part, rises[c].lowest));
+        }
+    if (hn::AllFalse(D(), may)) return -1;
+    // All are read before any is written: arrays of other components may lie 4 KiB apart, and
+    // processors take a read for one of what was just written there.
+    Line before[kCount];
+    for (std::size_t c = 0; c < kCount; ++c) before[c] = load_line(rises[c].u + n);
+    int moved = 0;
+    for (int p = 0; p < kParts; ++p) {
+        M rose = hn::FirstN(D(), 0);
+        for (std::size_t c = 0; c < kCount; ++c) {
+            Rise& rise = rises[c];
+            const V old = hn::Xor(before[c].part[p], rise.flip);
+            const V now = hn::Max(old, place[c].part[p]);
+            rose = hn::Or(rose, hn::Gt(now, old));
+            rise.low = hn::Min(rise.low, now);
+            hn::Store(hn::Xor(now, rise.flip), D(), rise.u + n + p * kLanes);
+        }
+        moved += int(hn::CountTrue(D(), rose));
+    }
+    return moved;
+}
+
+template <bool kOneField, std::size_t kCount>
+DraggedBrick move_all(std::array<Rise, kCount> rises, std::span<DraggedComponent> components,
+                      int count) {
+    DraggedBrick result;
+    for (int n = 0; n < count; n += kLine) {
+        const int moved = move_line<kOneField>(rises, n);
+        result.has_wide_bounds |= moved < 0;
+        result.moved += moved < 0 ? 0 : moved;
+    }
+    // Those passed over are not below the lowest of before.
+    if (result.has_wide_bounds) return result;
+    for (std::size_t c = 0; c < kCount; ++c)
+        components[c].lowest =
+            hn::GetLane(hn::MinOfLanes(D(), rises[c].low)) + (components[c].sign < 0);
+    return result;
+}
+
+DraggedBrick move(std::span<DraggedComponent> c, int count) {
+    if (c.size() == 1) return move_all<false, 1>({Rise(c[0])}, c, count);
+    if (c.size() == 2) return move_all<false, 2>({Rise(c[0]), Rise(c[1])}, c, count);
+    const std::array<Rise, 3> rises = {Rise(c[0]), Rise(c[1]), Rise(c[2])};
+    const bool one_field = c[0].raised == c[1].raised && c[1].raised == c[2].raised;
+    return one_field ? move_all<true, 3>(rises, c, count) : move_all<false, 3>(rises, c, count);
+}
+
+MoveDragged move_of_target() {
+    return move;
+}
+
+#endif  // HWY_SCALAR
+
+}  // namespace
+}  // namespace pliant::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace pliant {
+HWY_EXPORT(move_of_target);
+MoveDragged vector_move_dragged() {
+    return HWY_DYNAMIC_DISPATCH(move_of_target)();
+}
+}  // namespace pliant
+#endif
