@@ -19,8 +19,8 @@ int main(int argc, char** argv) {
         {"chainmail",
          "--benchmark_filter=^(moving_contact|bounded_lattice|drag_frame|pick|whole_frame|thesis_"
          "push|"
-         "resample|live_frame|chainmail_|bandwidth)"},
-        {"resample", "--benchmark_filter=^(resample|live_frame)"},
+         "resample|whole_frame|chainmail_|bandwidth)"},
+        {"resample", "--benchmark_filter=^(resample|whole_frame)"},
         {"render", "--benchmark_filter=^(endoscope_view|ray_caster_bricks)"},
     };
     std::vector<std::string> arguments(argv, argv + argc);

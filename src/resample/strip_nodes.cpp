@@ -178,8 +178,8 @@ int StripNodes::edits(Vec3i p) const {
 }
 
 /// Bricks lie anywhere in memory. What the next strip along x will be the first to read is asked
-/// for in advance: its bricks, and faces and edges of their neighbours. Processors may ignore the wish
-/// where they don't know the page yet, so one element of each component is really read.
+/// for in advance: its bricks, and faces and edges of their neighbours. Processors may ignore the
+/// wish where they don't know the page yet, so one element of each component is really read.
 void StripNodes::fetch_ahead(const Snapshot& snapshot, Vec3i coord) {
     const int layer = m_size * m_size, count = m_size * layer;
     const auto fetch = [&](Vec3i offset, int row_count, int row_step, int row_size) {
