@@ -18,7 +18,8 @@ namespace {
 
 constexpr int kSlabsPerThread = 2;  ///< if there are several; strips between two are visited twice
 constexpr std::size_t kFewBricks = 128;  ///< that one thread writes before another is awake
-constexpr double kReachSlack = 1e-3;     ///< for rounding [voxels]
+constexpr std::int64_t kBlocksPerTask = 64;
+constexpr double kReachSlack = 1e-3;  ///< for rounding [voxels]
 
 Box3i voxels_within(const CellReach& reach, const Box3i& within) {
     Box3i box;
@@ -179,18 +180,29 @@ void Scatter::mark_changes(const Lattice& lattice) {
     }
     for (const BrickRecord& record : m_before.records())
         if (!m_now.record_at(record.coord)) mark_brick(record.coord);
+    m_changed_blocks.clear();
     std::size_t i = 0;
     for (int z = 0; z < n.z; ++z)
         for (int y = 0; y < n.y; ++y)
-            for (int x = 0; x < n.x; ++x, ++i) {
-                if (!m_block_flags[i]) continue;
-                const Vec3i block = first + Vec3i{x, y, z};
-                for (const Snapshot* snapshot : {&m_before, &m_now})
-                    mark(voxels_within(reach_of_block(records_of_block(*snapshot, block),
-                                                      m_original.grid, size, block),
-                                       scan),
-                         size);
-            }
+            for (int x = 0; x < n.x; ++x, ++i)
+                if (m_block_flags[i]) m_changed_blocks.push_back({first + Vec3i{x, y, z}, {}, {}});
+    const auto task = [&](std::int64_t begin, std::int64_t end) {
+        const auto covered = [&](const Snapshot& snapshot, Vec3i block) {
+            return voxels_within(
+                reach_of_block(records_of_block(snapshot, block), m_original.grid, size, block),
+                scan);
+        };
+        for (auto b = std::size_t(begin); b < std::size_t(end); ++b) {
+            ChangedBlock& block = m_changed_blocks[b];
+            block.before = covered(m_before, block.coord);
+            block.now = covered(m_now, block.coord);
+        }
+    };
+    m_arena.for_each(std::int64_t(m_changed_blocks.size()), kBlocksPerTask, std::ref(task));
+    for (const ChangedBlock& block : m_changed_blocks) {
+        mark(block.before, size);
+        mark(block.now, size);
+    }
 }
 
 void Scatter::mark(Box3i voxels, int brick_size) {

@@ -40,6 +40,12 @@ class Scatter {
         std::int64_t gaps;
     };
 
+    /// A brick's cells, of which some changed, and the voxels that they cover at most.
+    struct ChangedBlock {
+        Vec3i coord;
+        Box3i before, now;
+    };
+
     struct Free {
         void operator()(void* memory) const { std::free(memory); }
     };
@@ -62,6 +68,7 @@ class Scatter {
     TouchedCells m_touched;                        ///< now
     std::vector<std::uint8_t> m_dirty, m_changed;  ///< per brick of the scan
     std::vector<std::uint8_t> m_block_flags;       ///< of the blocks in some box
+    std::vector<ChangedBlock> m_changed_blocks;
     std::vector<DirtyBrick> m_bricks;
     std::vector<ReachingStrip> m_strips;
     std::vector<Slab> m_slabs;
