@@ -33,9 +33,8 @@ struct SlideReport {
 /// Leads a sphere from path.point_mm along path.push_mm, times the scale setting. It should start
 /// in air: tissue inside of it leaves it with the first step. One step of the history, "slide".
 /// @returns InvalidArgument where the sphere has no radius, or its way is no number, zero, longer
-/// than
-///          500 mm or not inside of the scan; LimitExceeded as ChainMail::push, after part of the
-///          way
+///          than 500 mm or not inside of the scan; LimitExceeded as ChainMail::push, after part of
+///          the way
 Result<SlideReport> slide_sphere(ChainMail& tissue, const Push& path);
 
 }  // namespace pliant
