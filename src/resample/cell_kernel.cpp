@@ -186,15 +186,16 @@ struct Work {
 };
 
 /// @param first  of the items that were solved. @param found  bit: lane
-HWY_NOINLINE void keep_edge(Work& work, int first, unsigned found) {
+HWY_NOINLINE void claim(Work& work, int first, unsigned found) {
     const Solved& solved = work.solved;
     for (; found; found &= found - 1) {
         const int n = __builtin_ctz(found);
+        const std::ptrdiff_t voxel = work.to.origin + solved.voxel[n];
+        if (!is_open(work.target, voxel)) continue;
         const int lane = work.waiting.item[first + n] & ((1 << kLaneBits) - 1);
-        work.left.edge.push_back(
-            {work.to.origin + solved.voxel[n], 0,
-             work.rows.first_cell[lane / kCellGroup] + lane % kCellGroup,
-             work.to.is_16_bit ? float(solved.whole[n]) : solved.value[n],
+        work.left.claims.push_back(
+            {voxel, work.left.strip, work.rows.first_cell[lane / kCellGroup] + lane % kCellGroup,
+             work.to.is_16_bit ? double(solved.whole[n]) : double(solved.value[n]),
              work.to.with_inverse ? solved.back_of(n, work.to.shift) : Vec3f{0, 0, 0}});
     }
 }
@@ -250,11 +251,13 @@ HWY_INLINE void solve(int first, int count, Work& work) {
         hn::Store(hn::Sub(t.y, p.y), d, work.solved.back[1]);
         hn::Store(hn::Sub(t.z, p.z), d, work.solved.back[2]);
     }
-    if (work.left.wants_edge) {
-        const M on_edge = hn::And(found, hn::Lt(least, hn::Set(d, -1 - kEdge)));
-        if (HWY_UNLIKELY(!hn::AllFalse(d, on_edge))) {
-            keep_edge(work, first, bits_of(on_edge));
-            found = hn::AndNot(on_edge, found);
+    if (work.left.writes != Writes::All) {
+        const M later = work.left.writes == Writes::None
+                            ? found
+                            : hn::And(found, hn::Lt(least, hn::Set(d, -1 - kEdge)));
+        if (HWY_UNLIKELY(!hn::AllFalse(d, later))) {
+            claim(work, first, bits_of(later));
+            found = hn::AndNot(later, found);
         }
     }
     write_solved(work.solved, bits_of(found), to, work.target);
@@ -372,6 +375,49 @@ void write_strip(const StripNodes& strip, const CellTarget& target, CellFaces fa
     slow.erase(std::unique(slow.begin(), slow.end()), slow.end());
 }
 
+bool keep_near(const StripNodes& strip, const Box3i& box, std::span<RowBits> use) {
+    constexpr auto kLanes = int(hn::MaxLanes(D()));
+    const D d;
+    const auto row = std::size_t(strip.row()), slice = std::size_t(strip.slice());
+    const auto may_reach = [&](std::size_t n, int axis, V place) HWY_ATTR {
+        const float* u = strip.eighth_u(axis) + n;
+        // Of the corners on the cell's low side along the axis, and on its high side.
+        V low[2], high[2];
+        for (std::size_t side = 0; side < 2; ++side) {
+            const std::size_t step[3] = {1, row, slice};
+            const std::size_t one = step[(axis + 1) % 3], other = step[(axis + 2) % 3];
+            const float* at = u + side * step[axis];
+            const V a = hn::LoadU(d, at), b = hn::LoadU(d, at + one);
+            const V e = hn::LoadU(d, at + other), f = hn::LoadU(d, at + one + other);
+            low[side] = hn::Min(hn::Min(a, b), hn::Min(e, f));
+            high[side] = hn::Max(hn::Max(a, b), hn::Max(e, f));
+        }
+        const V eight = hn::Set(d, 8), one = hn::Set(d, 0.125f);
+        const V least = mul_add(eight, hn::Min(low[0], hn::Add(low[1], one)), place);
+        const V most = mul_add(eight, hn::Max(high[0], hn::Add(high[1], one)), place);
+        const int origin = strip.origin()[axis];
+        return hn::And(hn::Le(least, hn::Set(d, float(box.end[axis] - 1 - origin) + kNearSlack)),
+                       hn::Ge(most, hn::Set(d, float(box.begin[axis] - origin) - kNearSlack)));
+    };
+    bool any = false;
+    for (std::size_t r = 0; r < use.size(); ++r) {
+        if (!use[r]) continue;
+        const int y = int(r) % strip.size(), z = int(r) / strip.size();
+        RowBits near = 0;
+        for (int x = 0; x < strip.cells(); x += kLanes) {
+            const auto n = std::size_t(strip.index(x, y, z));
+            const V along = hn::Add(hn::Iota(d, 0), hn::Set(d, float(x)));
+            const M reaches =
+                hn::And(may_reach(n, 0, along), hn::And(may_reach(n, 1, hn::Set(d, float(y))),
+                                                        may_reach(n, 2, hn::Set(d, float(z)))));
+            near |= RowBits(bits_of(reaches)) << x;
+        }
+        use[r] &= near;
+        any |= use[r] != 0;
+    }
+    return any;
+}
+
 /// @param from  size of them
 HWY_INLINE void convert_row(const Fixed* HWY_RESTRICT from, int size, Fixed base, float scale,
                             float shift, float* HWY_RESTRICT to) {
@@ -449,6 +495,7 @@ HWY_AFTER_NAMESPACE();
 namespace pliant {
 namespace {
 HWY_EXPORT(write_strip);
+HWY_EXPORT(keep_near);
 HWY_EXPORT(convert_bricks);
 HWY_EXPORT(convert_16_bits);
 HWY_EXPORT(find_moved_rows);
@@ -459,14 +506,18 @@ void write_cells(const StripNodes& strip, const CellTarget& target, CellFaces fa
     HWY_DYNAMIC_DISPATCH(write_strip)(strip, target, faces, left);
 }
 
-void write_edge(const EdgeVoxel& edge, const CellTarget& target) {
-    if (!target.open[edge.voxel]) return;
-    target.open[edge.voxel] = 0;
+void write_claim(const Claim& claim, const CellTarget& target) {
+    if (!target.open[claim.voxel]) return;
+    target.open[claim.voxel] = 0;
     if (target.voxels16)
-        target.voxels16[edge.voxel] = std::int16_t(edge.value);
+        target.voxels16[claim.voxel] = std::int16_t(std::lrint(claim.value));
     else
-        target.voxels32[edge.voxel] = edge.value;
-    if (target.inverse_mm) store_inverse(target, edge.voxel, edge.back);
+        target.voxels32[claim.voxel] = float(claim.value);
+    if (target.inverse_mm) store_inverse(target, claim.voxel, claim.back);
+}
+
+bool keep_cells_near(const StripNodes& strip, const Box3i& box, std::span<RowBits> use) {
+    return HWY_DYNAMIC_DISPATCH(keep_near)(strip, box, use);
 }
 
 void convert_displacements(std::span<const Fixed* const> from, std::span<const NodeRow> rows,

@@ -1,0 +1,175 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "resample/open_voxels.h"
+
+#include <array>
+#include <bit>
+#include <cmath>
+#include <cstring>
+
+namespace pliant {
+namespace {
+
+constexpr Box3i kNothing{{INT32_MAX, INT32_MAX, INT32_MAX}, {INT32_MIN, INT32_MIN, INT32_MIN}};
+
+RowBits low_bits(int count) {
+    return (RowBits(1) << count) - 1;
+}
+
+void open_row(std::uint8_t* open, int count, RowBits bits) {
+    // Eight bits become eight bytes: byte i keeps bit i of its copy, and any bit of it becomes 1.
+    static_assert(std::endian::native == std::endian::little);
+    for (; count >= 8; count -= 8, open += 8, bits >>= 8) {
+        const RowBits kept = (bits & 0xff) * 0x0101010101010101u & 0x8040201008040201u;
+        const RowBits bytes = (kept + 0x7f7f7f7f7f7f7f7fu) >> 7 & 0x0101010101010101u;
+        std::memcpy(open, &bytes, 8);
+    }
+    for (int x = 0; x < count; ++x) open[x] = bits >> x & 1;
+}
+
+bool any_open_in_row(const std::uint8_t* open, int count) {
+    RowBits any = 0, eight;
+    for (; count >= 8; count -= 8, open += 8) {
+        std::memcpy(&eight, open, 8);
+        any |= eight;
+    }
+    for (; count > 0; --count) any |= *open++;
+    return any != 0;
+}
+
+void put_back(const CellTarget& target, const Volume& original, Vec3i p, int count) {
+    const std::size_t at = voxel_index(original.grid, p);
+    std::visit(
+        [&]<class T>(const VoxelArray<T>& voxels) {
+            if constexpr (std::is_integral_v<T>)
+                std::copy_n(voxels.data() + at, count, target.voxels16 + at);
+            else
+                std::copy_n(voxels.data() + at, count, target.voxels32 + at);
+        },
+        original.voxels);
+}
+
+/// Adds the voxels x + first … x + last − 1 of a row that begins at p.
+void include(Box3i& box, Vec3i p, int first, int last) {
+    box.begin = {std::min(box.begin.x, p.x + first), std::min(box.begin.y, p.y),
+                 std::min(box.begin.z, p.z)};
+    box.end = {std::max(box.end.x, p.x + last), std::max(box.end.y, p.y + 1),
+               std::max(box.end.z, p.z + 1)};
+}
+
+}  // namespace
+
+void open_changeable(const ScatterJob& job, const CellTarget& target,
+                     std::span<DirtyBrick> bricks) {
+    const int size = job.lattice.brick_size();
+    std::array<RowBits, 32 * 32> rows;
+    for (DirtyBrick& brick : bricks) {
+        const Box3i box = box_of_brick(job.original.grid, brick.coord, size);
+        const int width = box.end.x - box.begin.x;
+        brick.opened = 0;
+        brick.open = kNothing;
+        if (!job.touched.changeable_rows(brick.coord, rows.data()) && !brick.was_changed) continue;
+        for_each_row(box, [&](Vec3i p) {
+            const Vec3i local = p - size * brick.coord;
+            const RowBits bits = rows[std::size_t(local.y + size * local.z)] & low_bits(width);
+            if (brick.was_changed && bits != low_bits(width))
+                put_back(target, job.original, p, width);
+            if (!bits) return;
+            open_row(open_at(target, p), width, bits);
+            brick.opened += std::popcount(bits);
+            include(brick.open, p, std::countr_zero(bits), int(std::bit_width(bits)));
+        });
+    }
+}
+
+void open_again(const ScatterJob& job, const CellTarget& target, std::span<const Box3i> boxes) {
+    const int size = job.lattice.brick_size();
+    std::array<RowBits, 32 * 32> rows;
+    Vec3i last{-1, -1, -1};
+    bool can_change = false;
+    for (const Box3i& box : boxes) {
+        const Vec3i brick = job.lattice.brick_of(box.begin);
+        if (brick != last)
+            can_change = job.dirty[dense_index(brick, job.bricks)] &&
+                         job.touched.changeable_rows(brick, rows.data());
+        last = brick;
+        if (!can_change) continue;
+        for_each_in(box, [&](Vec3i p) {
+            const Vec3i local = p - size * brick;
+            *open_at(target, p) |= rows[std::size_t(local.y + size * local.z)] >> local.x & 1;
+        });
+    }
+}
+
+bool any_open(const CellTarget& target, const Box3i& box) {
+    for (int z = box.begin.z; z < box.end.z; ++z)
+        for (int y = box.begin.y; y < box.end.y; ++y)
+            if (any_open_in_row(open_at(target, {box.begin.x, y, z}), box.end.x - box.begin.x))
+                return true;
+    return false;
+}
+
+void find_open(const ScatterJob& job, const CellTarget& target, std::span<DirtyBrick> bricks) {
+    for (DirtyBrick& brick : bricks) {
+        if (is_empty(brick.open)) continue;
+        brick.open = kNothing;
+        const Box3i box = box_of_brick(job.original.grid, brick.coord, job.lattice.brick_size());
+        const int width = box.end.x - box.begin.x;
+        for_each_row(box, [&](Vec3i p) {
+            const std::uint8_t* open = open_at(target, p);
+            if (!any_open_in_row(open, width)) return;
+            for (int x = 0; x < width; ++x)
+                if (open[x]) include(brick.open, p, x, x + 1);
+        });
+    }
+}
+
+std::int64_t fill_gaps(const CellTarget& target, std::span<const DirtyBrick> bricks) {
+    std::int64_t gaps = 0;
+    for (const DirtyBrick& brick : bricks) {
+        if (is_empty(brick.open)) continue;
+        for_each_in(brick.open, [&](Vec3i p) {
+            const std::ptrdiff_t at = voxel_at(target, p);
+            if (!target.open[at]) return;
+            target.open[at] = 0;
+            if (target.voxels16)
+                target.voxels16[at] = std::int16_t(std::lrint(kAirHu));
+            else
+                target.voxels32[at] = float(kAirHu);
+            ++gaps;
+        });
+    }
+    return gaps;
+}
+
+bool OpenBoxes::list(std::span<const DirtyBrick> dirty, Vec3i bricks, int brick_size) {
+    m_brick_size = brick_size;
+    m_boxes.clear();
+    for (const std::size_t place : m_set) m_at[place] = -1;
+    m_set.clear();
+    if (m_at.size() != dense_count(bricks)) m_at.assign(dense_count(bricks), -1);
+    m_bricks = bricks;
+    for (const DirtyBrick& brick : dirty) {
+        if (is_empty(brick.open)) continue;
+        const std::size_t place = dense_index(brick.coord, bricks);
+        m_set.push_back(place);
+        m_at[place] = std::int32_t(m_boxes.size());
+        m_boxes.push_back(brick.open);
+    }
+    return !m_boxes.empty();
+}
+
+Box3i OpenBoxes::within(const Box3i& voxels) const {
+    Box3i all{};
+    if (is_empty(voxels)) return all;
+    for_each_in(bricks_of(voxels, m_brick_size), [&](Vec3i brick) {
+        const std::int32_t at = m_at[dense_index(brick, m_bricks)];
+        if (at < 0) return;
+        const Box3i box = overlap(m_boxes[std::size_t(at)], voxels);
+        if (!is_empty(box)) all = hull(all, box);
+    });
+    return all;
+}
+
+}  // namespace pliant
