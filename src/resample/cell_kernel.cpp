@@ -375,29 +375,37 @@ void write_strip(const StripNodes& strip, const CellTarget& target, CellFaces fa
     slow.erase(std::unique(slow.begin(), slow.end()), slow.end());
 }
 
-bool keep_near(const StripNodes& strip, const Box3i& box, std::span<RowBits> use) {
+/// Least and greatest place of some cells along an axis, from the strip's origin on.
+struct Extent {
+    V least, most;
+};
+
+/// @param n  number of the first cell. @param place  of the cells' lowest corners
+HWY_INLINE Extent extent_of(const StripNodes& strip, std::size_t n, int axis, V place) {
+    const D d;
+    const std::size_t step[3] = {1, std::size_t(strip.row()), std::size_t(strip.slice())};
+    const std::size_t one = step[(axis + 1) % 3], other = step[(axis + 2) % 3];
+    // Of the corners on the cells' low side along the axis, and on their high side.
+    Extent side[2];
+    for (std::size_t s = 0; s < 2; ++s) {
+        const float* u = strip.eighth_u(axis) + n + s * step[axis];
+        const V a = hn::LoadU(d, u), b = hn::LoadU(d, u + one);
+        const V e = hn::LoadU(d, u + other), f = hn::LoadU(d, u + one + other);
+        side[s] = {hn::Min(hn::Min(a, b), hn::Min(e, f)), hn::Max(hn::Max(a, b), hn::Max(e, f))};
+    }
+    const V eight = hn::Set(d, 8), whole = hn::Set(d, 0.125f);
+    return {mul_add(eight, hn::Min(side[0].least, hn::Add(side[1].least, whole)), place),
+            mul_add(eight, hn::Max(side[0].most, hn::Add(side[1].most, whole)), place)};
+}
+
+bool keep_near(const StripNodes& strip, std::span<const Box3i> boxes, std::span<RowBits> use) {
     constexpr auto kLanes = int(hn::MaxLanes(D()));
     const D d;
-    const auto row = std::size_t(strip.row()), slice = std::size_t(strip.slice());
-    const auto may_reach = [&](std::size_t n, int axis, V place) HWY_ATTR {
-        const float* u = strip.eighth_u(axis) + n;
-        // Of the corners on the cell's low side along the axis, and on its high side.
-        V low[2], high[2];
-        for (std::size_t side = 0; side < 2; ++side) {
-            const std::size_t step[3] = {1, row, slice};
-            const std::size_t one = step[(axis + 1) % 3], other = step[(axis + 2) % 3];
-            const float* at = u + side * step[axis];
-            const V a = hn::LoadU(d, at), b = hn::LoadU(d, at + one);
-            const V e = hn::LoadU(d, at + other), f = hn::LoadU(d, at + one + other);
-            low[side] = hn::Min(hn::Min(a, b), hn::Min(e, f));
-            high[side] = hn::Max(hn::Max(a, b), hn::Max(e, f));
-        }
-        const V eight = hn::Set(d, 8), one = hn::Set(d, 0.125f);
-        const V least = mul_add(eight, hn::Min(low[0], hn::Add(low[1], one)), place);
-        const V most = mul_add(eight, hn::Max(high[0], hn::Add(high[1], one)), place);
-        const int origin = strip.origin()[axis];
-        return hn::And(hn::Le(least, hn::Set(d, float(box.end[axis] - 1 - origin) + kNearSlack)),
-                       hn::Ge(most, hn::Set(d, float(box.begin[axis] - origin) - kNearSlack)));
+    const auto reaches = [&](const Extent& extent, int axis, const Box3i& box) HWY_ATTR {
+        const int first = box.begin[axis] - strip.origin()[axis];
+        const int last = box.end[axis] - 1 - strip.origin()[axis];
+        return hn::And(hn::Le(extent.least, hn::Set(d, float(last) + kNearSlack)),
+                       hn::Ge(extent.most, hn::Set(d, float(first) - kNearSlack)));
     };
     bool any = false;
     for (std::size_t r = 0; r < use.size(); ++r) {
@@ -407,10 +415,15 @@ bool keep_near(const StripNodes& strip, const Box3i& box, std::span<RowBits> use
         for (int x = 0; x < strip.cells(); x += kLanes) {
             const auto n = std::size_t(strip.index(x, y, z));
             const V along = hn::Add(hn::Iota(d, 0), hn::Set(d, float(x)));
-            const M reaches =
-                hn::And(may_reach(n, 0, along), hn::And(may_reach(n, 1, hn::Set(d, float(y))),
-                                                        may_reach(n, 2, hn::Set(d, float(z)))));
-            near |= RowBits(bits_of(reaches)) << x;
+            const Extent in_x = extent_of(strip, n, 0, along),
+                         in_y = extent_of(strip, n, 1, hn::Set(d, float(y))),
+                         in_z = extent_of(strip, n, 2, hn::Set(d, float(z)));
+            M found = mask_of(0);
+            for (const Box3i& box : boxes)
+                found =
+                    hn::Or(found, hn::And(reaches(in_x, 0, box),
+                                          hn::And(reaches(in_y, 1, box), reaches(in_z, 2, box))));
+            near |= RowBits(bits_of(found)) << x;
         }
         use[r] &= near;
         any |= use[r] != 0;
@@ -516,8 +529,9 @@ void write_claim(const Claim& claim, const CellTarget& target) {
     if (target.inverse_mm) store_inverse(target, claim.voxel, claim.back);
 }
 
-bool keep_cells_near(const StripNodes& strip, const Box3i& box, std::span<RowBits> use) {
-    return HWY_DYNAMIC_DISPATCH(keep_near)(strip, box, use);
+bool keep_cells_near(const StripNodes& strip, std::span<const Box3i> boxes,
+                     std::span<RowBits> use) {
+    return HWY_DYNAMIC_DISPATCH(keep_near)(strip, boxes, use);
 }
 
 void convert_displacements(std::span<const Fixed* const> from, std::span<const NodeRow> rows,

@@ -50,7 +50,7 @@ struct CellTarget {
     Vec3f world_from_voxels[3];  ///< columns: a step along i, j, k [mm, LPS]
 };
 
-/// Two threads may write one voxel where the map is folded; it is written again then, in order.
+/// Two threads may write one voxel, where the map is folded; it is opened and written again then.
 template <class Value>
 inline void put(Value& to, Value value) {
     std::atomic_ref(to).store(value, std::memory_order_relaxed);
@@ -105,10 +105,10 @@ void write_cells(const StripNodes& strip, const CellTarget& target, CellFaces fa
 /// Writes a claimed voxel and closes it, if it is still open.
 void write_claim(const Claim& claim, const CellTarget& target);
 
-/// Takes away the cells that have no voxel in a box; perhaps not all of them.
+/// Takes away the cells that have no voxel in any of some boxes; perhaps not all of them.
 /// @param[in,out] use  as StripNodes::use. @returns whether any are left
 /// @pre !strip.is_wild()
-bool keep_cells_near(const StripNodes& strip, const Box3i& box, std::span<RowBits> use);
+bool keep_cells_near(const StripNodes& strip, std::span<const Box3i> boxes, std::span<RowBits> use);
 
 /// Displacements of a strip's nodes relative to a base: (u − base)·scale + shift.
 /// @param from  one component in the bricks along x, and in those beside them along y, along z, and

@@ -97,7 +97,8 @@ void open_again(const ScatterJob& job, const CellTarget& target, std::span<const
         if (!can_change) continue;
         for_each_in(box, [&](Vec3i p) {
             const Vec3i local = p - size * brick;
-            *open_at(target, p) |= rows[std::size_t(local.y + size * local.z)] >> local.x & 1;
+            if (rows[std::size_t(local.y + size * local.z)] >> local.x & 1)
+                put(*open_at(target, p), std::uint8_t(1));
         });
     }
 }
@@ -160,16 +161,15 @@ bool OpenBoxes::list(std::span<const DirtyBrick> dirty, Vec3i bricks, int brick_
     return !m_boxes.empty();
 }
 
-Box3i OpenBoxes::within(const Box3i& voxels) const {
-    Box3i all{};
-    if (is_empty(voxels)) return all;
+void OpenBoxes::within(const Box3i& voxels, std::vector<Box3i>& parts) const {
+    parts.clear();
+    if (is_empty(voxels)) return;
     for_each_in(bricks_of(voxels, m_brick_size), [&](Vec3i brick) {
         const std::int32_t at = m_at[dense_index(brick, m_bricks)];
         if (at < 0) return;
-        const Box3i box = overlap(m_boxes[std::size_t(at)], voxels);
-        if (!is_empty(box)) all = hull(all, box);
+        const Box3i part = overlap(m_boxes[std::size_t(at)], voxels);
+        if (!is_empty(part)) parts.push_back(part);
     });
-    return all;
 }
 
 }  // namespace pliant

@@ -33,7 +33,7 @@ inline std::uint8_t* open_at(const CellTarget& target, Vec3i p) {
 /// Opens the voxels that can change, and puts back all others.
 void open_changeable(const ScatterJob& job, const CellTarget& target, std::span<DirtyBrick> bricks);
 
-/// Opens once more what can change in some boxes of dirty bricks.
+/// Opens once more what can change in some boxes of dirty bricks. Boxes of threads may overlap.
 /// @param boxes  within a brick each
 void open_again(const ScatterJob& job, const CellTarget& target, std::span<const Box3i> boxes);
 
@@ -51,8 +51,8 @@ class OpenBoxes {
   public:
     /// @param bricks  of the scan, along each axis. @returns whether anything is open
     bool list(std::span<const DirtyBrick> dirty, Vec3i bricks, int brick_size);
-    /// The box around what is open in another one.
-    Box3i within(const Box3i& voxels) const;
+    /// Those parts of the boxes that lie in another one. @param[out] parts  replaced
+    void within(const Box3i& voxels, std::vector<Box3i>& parts) const;
 
   private:
     Vec3i m_bricks{0, 0, 0};

@@ -95,7 +95,11 @@ void Scatter::write_each_once(const ScatterJob& job, const CellTarget& target) {
     NextStrip next = 0;
     for_writers([&](StripWriter& writer) { writer.write_each_once(job, target, next); });
     write_claims(target);
-    for (const StripWriter& writer : m_writers) open_again(job, target, writer.contested());
+    const auto reopen = [&](std::int64_t begin, std::int64_t end) {
+        for (std::int64_t w = begin; w < end; ++w)
+            open_again(job, target, m_writers[std::size_t(w)].contested());
+    };
+    m_arena.for_each(std::int64_t(m_writers.size()), 1, std::ref(reopen));
     for_dirty([&](std::span<DirtyBrick> bricks) { find_open(job, target, bricks); });
 }
 

@@ -90,7 +90,7 @@ void StripNodes::resize(int brick_size) {
 
 bool StripNodes::load(const Snapshot& snapshot, const TouchedCells& touched, const Lattice& lattice,
                       const Volume& original, Vec3i coord, const CellReach& reach,
-                      const Box3i& within) {
+                      std::span<const Box3i> within) {
     resize(lattice.brick_size());
     m_first = m_origin = m_size * coord;
     for (int z = 0; z <= 1; ++z)
@@ -108,9 +108,10 @@ bool StripNodes::load(const Snapshot& snapshot, const TouchedCells& touched, con
     if (m_is_wild) return true;
     list_rows();
     for (int axis = 0; axis < 3; ++axis) load_displacements(lattice.grid(), axis);
-    bool is_within = true;
+    bool is_within = within.size() == 1;
     for (int a = 0; a < 3; ++a)
-        is_within &= m_reach.low[a] >= within.begin[a] && m_reach.high[a] <= within.end[a] - 1;
+        is_within &=
+            m_reach.low[a] >= within[0].begin[a] && m_reach.high[a] <= within[0].end[a] - 1;
     if (!is_within) {
         if (!keep_cells_near(*this, within, m_use)) return false;
         list_rows();

@@ -54,11 +54,12 @@ CellReach reach_of_strip(const Snapshot& snapshot, const Grid& grid, int brick_s
 
 class StripNodes {
   public:
-    /// Loads the cells that may hold voxels of a box, and original values at their corners.
+    /// Loads the cells that may hold voxels of some boxes, and original values at their corners.
     /// @param coord  the strip's first brick. @param reach  of the strip
     /// @returns whether there are any
     bool load(const Snapshot& snapshot, const TouchedCells& touched, const Lattice& lattice,
-              const Volume& original, Vec3i coord, const CellReach& reach, const Box3i& within);
+              const Volume& original, Vec3i coord, const CellReach& reach,
+              std::span<const Box3i> within);
 
     /// Rows of cells are size() by size(), cells() long.
     int size() const { return m_size; }

@@ -45,35 +45,43 @@ bool reaches_dirty_brick(const ScatterJob& job, const Box3i& voxels) {
 
 std::array<double, 8> corner_values(const Volume& original, Vec3i cell) {
     std::array<double, 8> values{};
-    for (int c = 0; c < 8; ++c) {
-        const Vec3i e = cell + Vec3i{c & 1, c >> 1 & 1, c >> 2};
-        values[std::size_t(c)] =
-            contains(voxel_box(original.grid), e) ? double(original.at(e)) : double(kAirHu);
-    }
+    const Box3i scan = voxel_box(original.grid);
+    std::visit(
+        [&](const auto& voxels) {
+            for (int c = 0; c < 8; ++c) {
+                const Vec3i e = cell + Vec3i{c & 1, c >> 1 & 1, c >> 2};
+                values[std::size_t(c)] = contains(scan, e)
+                                             ? double(voxels[voxel_index(original.grid, e)])
+                                             : double(kAirHu);
+            }
+        },
+        original.voxels);
     return values;
 }
 
-/// Where a voxel comes from: its value, and its place in the cell at rest.
+/// Where a voxel comes from: its place in the cell at rest, and the value there.
 struct Source {
-    double value;
     Vec3d t;
+    double value;
 };
 
 std::optional<Source> find_source(const std::array<Vec3d, 8>& corners, const TrilinearCell& map,
-                                  const std::array<double, 8>& values, Vec3d p, Mapping mapping) {
+                                  const Volume& original, Vec3i cell, Vec3d p, Mapping mapping) {
     if (mapping == Mapping::Tetrahedra) {
         const auto where = locate_in_tetrahedra(corners, p, kOnFace);
         if (!where) return std::nullopt;
-        return Source{combine(*where, values), combine(*where, kRestCorners)};
+        return Source{combine(*where, kRestCorners),
+                      combine(*where, corner_values(original, cell))};
     }
     const auto t = map.locate(p);
     if (!t) return std::nullopt;
-    return Source{interpolate(values, *t), *t};
+    return Source{*t, interpolate(corner_values(original, cell), *t)};
 }
 
 }  // namespace
 
-bool StripWriter::load(const ScatterJob& job, const ReachingStrip& strip, const Box3i& within) {
+bool StripWriter::load(const ScatterJob& job, const ReachingStrip& strip,
+                       std::span<const Box3i> within) {
     return m_strip.load(job.snapshot, job.touched, job.lattice, job.original, strip.coord,
                         strip.reach, within);
 }
@@ -85,7 +93,8 @@ void StripWriter::write_each_once(const ScatterJob& job, const CellTarget& targe
     for (std::size_t first; (first = next.fetch_add(kStripsAtOnce)) < job.strips.size();)
         for (std::size_t n = first; n < std::min(first + kStripsAtOnce, job.strips.size()); ++n) {
             const ReachingStrip& strip = job.strips[n];
-            if (!reaches_dirty_brick(job, strip.voxels) || !load(job, strip, target.box)) continue;
+            if (!reaches_dirty_brick(job, strip.voxels) || !load(job, strip, {&target.box, 1}))
+                continue;
             if (m_strip.is_wild()) {
                 contest(strip.voxels, size);
                 continue;
@@ -112,7 +121,8 @@ void StripWriter::write_in_order(const ScatterJob& job, const CellTarget& target
     m_left.writes = Writes::All;
     for (const ReachingStrip& strip : job.strips) {
         const Box3i reach = overlap(strip.voxels, target.box);
-        if (is_empty(reach) || !reaches_dirty_brick(job, reach) || !load(job, strip, target.box))
+        if (is_empty(reach) || !reaches_dirty_brick(job, reach) ||
+            !load(job, strip, {&target.box, 1}))
             continue;
         write_loaded(job, target, job.mapping, CellFaces::HalfOpen);
     }
@@ -124,8 +134,10 @@ void StripWriter::claim(const ScatterJob& job, const CellTarget& target, const O
     CellTarget part = target;
     for (std::size_t n; (n = next.fetch_add(1)) < job.strips.size();) {
         const ReachingStrip& strip = job.strips[n];
-        part.box = open.within(strip.voxels);
-        if (is_empty(part.box) || !load(job, strip, part.box)) continue;
+        open.within(strip.voxels, m_open);
+        if (m_open.empty() || !load(job, strip, m_open)) continue;
+        part.box = m_open[0];
+        for (const Box3i& box : m_open) part.box = hull(part.box, box);
         m_left.strip = int(n);
         if (pass.only_slow && !m_strip.is_wild()) {
             const std::size_t count = m_left.claims.size();
@@ -168,17 +180,21 @@ void StripWriter::write_all_cells(const ScatterJob& job, const CellTarget& targe
 /// Box of the voxels that may lie in a cell, and perhaps one more, from single precision.
 Box3i StripWriter::box_of(int cell) const {
     Box3i box;
-    const Vec3i local = m_strip.local(cell);
+    const Vec3i first = m_strip.origin() + m_strip.local(cell);
+    const int row = m_strip.row(), slice = m_strip.slice();
+    const int corner[8] = {0, 1, row, row + 1, slice, slice + 1, slice + row, slice + row + 1};
     for (int a = 0; a < 3; ++a) {
-        float low = INFINITY, high = -INFINITY;
+        const float* u = m_strip.eighth_u(a) + cell;
+        float low[2] = {INFINITY, INFINITY}, high[2] = {-INFINITY, -INFINITY};
         for (int c = 0; c < 8; ++c) {
-            const int n = cell + m_strip.index(c & 1, c >> 1 & 1, c >> 2);
-            const float place = 8 * m_strip.eighth_u(a)[n] + float(c >> a & 1);
-            low = std::min(low, place), high = std::max(high, place);
+            const int side = c >> a & 1;
+            low[side] = std::min(low[side], u[corner[c]]);
+            high[side] = std::max(high[side], u[corner[c]]);
         }
-        const int first = m_strip.origin()[a] + local[a];
-        box.begin[a] = first + int(std::ceil(low - kBoxSlack));
-        box.end[a] = first + int(std::floor(high + kBoxSlack)) + 1;
+        const float least = std::min(8 * low[0], 8 * low[1] + 1);
+        const float most = std::max(8 * high[0], 8 * high[1] + 1);
+        box.begin[a] = first[a] + int(std::ceil(least - kBoxSlack));
+        box.end[a] = first[a] + int(std::floor(most + kBoxSlack)) + 1;
     }
     return box;
 }
@@ -205,12 +221,11 @@ void StripWriter::write_cell(const ScatterJob& job, const CellTarget& target, Ma
     if (is_empty(candidates) || !any_open(target, candidates)) return;
     const CellPlanes planes(points);
     const TrilinearCell map(points);
-    const std::array<double, 8> values = corner_values(job.original, first);
     for_each_in(candidates, [&](Vec3i p) {
         const Vec3i d = p - first;
         const Vec3d place{double(d.x), double(d.y), double(d.z)};
         if (!*open_at(target, p) || !planes.may_hold(place)) return;
-        const auto source = find_source(points, map, values, place, mapping);
+        const auto source = find_source(points, map, job.original, first, place, mapping);
         if (!source) return;
         const Claim claim{
             voxel_at(target, p),

@@ -59,7 +59,7 @@ class StripWriter {
     }
 
   private:
-    bool load(const ScatterJob& job, const ReachingStrip& strip, const Box3i& within);
+    bool load(const ScatterJob& job, const ReachingStrip& strip, std::span<const Box3i> within);
     void write_loaded(const ScatterJob& job, const CellTarget& target, Mapping mapping,
                       CellFaces faces);
     void write_all_cells(const ScatterJob& job, const CellTarget& target, Mapping mapping);
@@ -70,7 +70,7 @@ class StripWriter {
 
     StripNodes m_strip;
     Leftovers m_left;
-    std::vector<Box3i> m_contested;
+    std::vector<Box3i> m_contested, m_open;
 };
 
 }  // namespace pliant
