@@ -38,14 +38,29 @@ bool any_open_in_row(const std::uint8_t* open, int count) {
     return any != 0;
 }
 
+void open_row(std::uint8_t* open, int count) {
+    constexpr RowBits kOnes = 0x0101010101010101u;
+    for (; count >= 8; count -= 8, open += 8) std::memcpy(open, &kOnes, 8);
+    for (int x = 0; x < count; ++x) open[x] = 1;
+}
+
+/// Copies a row. Most are eight voxels long, which the compiler may know.
+template <class T>
+void copy_row(const T* from, int count, T* to) {
+    if (count == 8)
+        std::memcpy(to, from, 8 * sizeof(T));
+    else
+        std::copy_n(from, count, to);
+}
+
 void put_back(const CellTarget& target, const Volume& original, Vec3i p, int count) {
     const std::size_t at = voxel_index(original.grid, p);
     std::visit(
         [&]<class T>(const VoxelArray<T>& voxels) {
             if constexpr (std::is_integral_v<T>)
-                std::copy_n(voxels.data() + at, count, target.voxels16 + at);
+                copy_row(voxels.data() + at, count, target.voxels16 + at);
             else
-                std::copy_n(voxels.data() + at, count, target.voxels32 + at);
+                copy_row(voxels.data() + at, count, target.voxels32 + at);
         },
         original.voxels);
 }
@@ -67,14 +82,22 @@ void open_changeable(const ScatterJob& job, const CellTarget& target,
     for (DirtyBrick& brick : bricks) {
         const Box3i box = box_of_brick(job.original.grid, brick.coord, size);
         const int width = box.end.x - box.begin.x;
+        const RowBits all = low_bits(width);
+        const Share share = job.touched.changeable_rows(brick.coord, rows.data());
         brick.opened = 0;
         brick.open = kNothing;
-        if (!job.touched.changeable_rows(brick.coord, rows.data()) && !brick.was_changed) continue;
+        if (share == Share::All) {
+            for_each_row(box, [&](Vec3i p) { open_row(open_at(target, p), width); });
+            const Vec3i n = box.end - box.begin;
+            brick.opened = std::int64_t(dense_count(n));
+            brick.open = box;
+            continue;
+        }
+        if (share == Share::None && !brick.was_changed) continue;
         for_each_row(box, [&](Vec3i p) {
             const Vec3i local = p - size * brick.coord;
-            const RowBits bits = rows[std::size_t(local.y + size * local.z)] & low_bits(width);
-            if (brick.was_changed && bits != low_bits(width))
-                put_back(target, job.original, p, width);
+            const RowBits bits = rows[std::size_t(local.y + size * local.z)] & all;
+            if (brick.was_changed && bits != all) put_back(target, job.original, p, width);
             if (!bits) return;
             open_row(open_at(target, p), width, bits);
             brick.opened += std::popcount(bits);
@@ -92,7 +115,7 @@ void open_again(const ScatterJob& job, const CellTarget& target, std::span<const
         const Vec3i brick = job.lattice.brick_of(box.begin);
         if (brick != last)
             can_change = job.dirty[dense_index(brick, job.bricks)] &&
-                         job.touched.changeable_rows(brick, rows.data());
+                         job.touched.changeable_rows(brick, rows.data()) != Share::None;
         last = brick;
         if (!can_change) continue;
         for_each_in(box, [&](Vec3i p) {

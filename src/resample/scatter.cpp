@@ -15,7 +15,7 @@ namespace {
 
 constexpr int kSlabsPerThread = 2;
 constexpr std::size_t kFewBricks = 128;  ///< that one thread writes before another is awake
-constexpr std::int64_t kBricksPerTask = 64;
+constexpr std::int64_t kBricksPerTask = 64, kStripsPerTask = 32;
 
 }  // namespace
 
@@ -155,10 +155,17 @@ void Scatter::list_strips(const Lattice& lattice) {
         const Vec3i coord{bricks * int(std::floor(double(brick.x) / bricks)), brick.y, brick.z};
         if (coord == last) continue;
         last = coord;
-        const CellReach reach = reach_of_strip(m_now, m_original.grid, lattice.brick_size(), coord);
-        const Box3i voxels = voxels_within(reach, voxel_box(m_original.grid));
-        if (!is_empty(voxels)) m_strips.push_back({coord, reach, voxels});
+        m_strips.push_back({coord, {}, {}});
     }
+    const auto task = [&](std::int64_t begin, std::int64_t end) {
+        for (auto s = std::size_t(begin); s < std::size_t(end); ++s) {
+            ReachingStrip& strip = m_strips[s];
+            strip.reach = reach_of_strip(m_now, m_original.grid, lattice.brick_size(), strip.coord);
+            strip.voxels = voxels_within(strip.reach, voxel_box(m_original.grid));
+        }
+    };
+    m_arena.for_each(std::int64_t(m_strips.size()), kStripsPerTask, std::ref(task));
+    std::erase_if(m_strips, [](const ReachingStrip& strip) { return is_empty(strip.voxels); });
 }
 
 void Scatter::list_boxes(int brick_size) {
