@@ -200,6 +200,16 @@ HWY_NOINLINE void claim(Work& work, int first, unsigned found) {
     }
 }
 
+/// Likewise.
+HWY_NOINLINE void leave_unsettled(Work& work, int first, unsigned lanes) {
+    for (; lanes; lanes &= lanes - 1) {
+        const int n = __builtin_ctz(lanes);
+        const int lane = work.waiting.item[first + n] & ((1 << kLaneBits) - 1);
+        work.left.unsettled.push_back({work.rows.first_cell[lane / kCellGroup] + lane % kCellGroup,
+                                       work.to.origin + work.solved.voxel[n]});
+    }
+}
+
 /// Solves and writes the first `count` voxels of those from `first` on, at most a vector of them.
 /// Their cells are in the two groups before the latest.
 HWY_INLINE void solve(int first, int count, Work& work) {
@@ -222,23 +232,19 @@ HWY_INLINE void solve(int first, int count, Work& work) {
     const Vec s1 = mul_add(
         steps.x, at.vec(kRowJ),
         mul_add(steps.y, at.vec(kRowJ + 3), mul_add(steps.z, at.vec(kRowJ + 6), at.vec(kRowS))));
+    if (!to.is_inside) active = hn::AndNot(outside(sum(at.vec(kRowPlace), steps), to), active);
     M unsettled;
     const Vec s = settle(at, s1, active, unsettled);
-    if (HWY_UNLIKELY(!hn::AllFalse(d, unsettled))) {
-        for (unsigned left = bits_of(unsettled); left; left &= left - 1) {
-            const int lane =
-                work.waiting.item[first + __builtin_ctz(left)] & ((1 << kLaneBits) - 1);
-            work.left.slow.push_back(rows.first_cell[lane / kCellGroup] + lane % kCellGroup);
-        }
-        active = hn::AndNot(unsettled, active);
-    }
     const V least = hn::Min(hn::Min(s.x, s.y), s.z);
     M found = hn::And(active, hn::And(hn::Ge(least, hn::Set(d, -1 - kLowSlack)),
                                       hn::Le(largest(s), hn::Set(d, 1 - to.high_slack))));
-    if (!to.is_inside) found = hn::AndNot(outside(sum(at.vec(kRowPlace), steps), to), found);
     hn::Store(hn::Add(hn::Add(at.voxel(), i),
                       hn::Add(hn::Mul(j, hn::Set(di, to.row)), hn::Mul(k, hn::Set(di, to.slice)))),
               di, work.solved.voxel);
+    if (HWY_UNLIKELY(!hn::AllFalse(d, unsettled))) {
+        leave_unsettled(work, first, bits_of(unsettled));
+        found = hn::AndNot(unsettled, found);
+    }
     const Vec t{unit_interval(s.x), unit_interval(s.y), unit_interval(s.z)};
     const V value = value_at(at, t);
     if (to.is_16_bit)
@@ -369,10 +375,6 @@ void write_strip(const StripNodes& strip, const CellTarget& target, CellFaces fa
             ++work.group;
         }
     for (int rest = 0; rest < 2; ++rest, ++work.group) solve_waiting(work);
-    // In an order that doesn't depend on the vector's width.
-    std::vector<int>& slow = left.slow;
-    std::sort(slow.begin(), slow.end());
-    slow.erase(std::unique(slow.begin(), slow.end()), slow.end());
 }
 
 /// Least and greatest place of some cells along an axis, from the strip's origin on.

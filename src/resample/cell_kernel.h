@@ -90,6 +90,12 @@ struct Leftovers {
     Writes writes = Writes::All;
     int strip = 0;              ///< its number, for the claims
     std::vector<Claim> claims;  ///< in any order
+    /// A voxel whose place in a cell was not found, and may lie in it.
+    struct Unsettled {
+        int cell;
+        std::ptrdiff_t voxel;
+    };
+    std::vector<Unsettled> unsettled;
     /// Cells that may be folded, are very thin, or reach too far: to be written one by one.
     std::vector<int> slow;
     /// Those of them that may be folded.

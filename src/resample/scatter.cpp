@@ -111,17 +111,14 @@ void Scatter::claim(const ScatterJob& job, const CellTarget& target, ClaimPass p
     for_dirty([&](std::span<DirtyBrick> bricks) { find_open(job, target, bricks); });
 }
 
-/// Of all claims on a voxel, the first cell's. A cell may claim it twice, by the kernel and, since
-/// others of its voxels did not settle there, by the kernel's twin.
+/// Of all claims on a voxel, the first cell's.
 void Scatter::write_claims(const CellTarget& target) {
     m_claims.clear();
     for (const StripWriter& writer : m_writers)
         m_claims.insert(m_claims.end(), writer.claims().begin(), writer.claims().end());
-    const auto place_of = [](const Claim& c) {
-        return std::tie(c.voxel, c.strip, c.cell, c.value, c.back.x, c.back.y, c.back.z);
-    };
-    std::sort(m_claims.begin(), m_claims.end(),
-              [&](const Claim& a, const Claim& b) { return place_of(a) < place_of(b); });
+    std::sort(m_claims.begin(), m_claims.end(), [](const Claim& a, const Claim& b) {
+        return std::tie(a.voxel, a.strip, a.cell) < std::tie(b.voxel, b.strip, b.cell);
+    });
     for (const Claim& claim : m_claims) write_claim(claim, target);
 }
 

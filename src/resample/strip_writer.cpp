@@ -80,6 +80,12 @@ std::optional<Source> find_source(const std::array<Vec3d, 8>& corners, const Tri
 
 }  // namespace
 
+void StripWriter::forget_leftovers() {
+    m_left.unsettled.clear();
+    m_left.slow.clear();
+    m_left.folded.clear();
+}
+
 bool StripWriter::load(const ScatterJob& job, const ReachingStrip& strip,
                        std::span<const Box3i> within) {
     return m_strip.load(job.snapshot, job.touched, job.lattice, job.original, strip.coord,
@@ -100,8 +106,7 @@ void StripWriter::write_each_once(const ScatterJob& job, const CellTarget& targe
                 continue;
             }
             m_left.strip = int(n);
-            m_left.slow.clear();
-            m_left.folded.clear();
+            forget_leftovers();
             write_cells(m_strip, target, CellFaces::HalfOpen, m_left);
             for (const int cell : m_left.folded) contest(overlap(box_of(cell), target.box), size);
         }
@@ -141,11 +146,10 @@ void StripWriter::claim(const ScatterJob& job, const CellTarget& target, const O
         m_left.strip = int(n);
         if (pass.only_slow && !m_strip.is_wild()) {
             const std::size_t count = m_left.claims.size();
-            m_left.slow.clear();
-            m_left.folded.clear();
+            forget_leftovers();
             write_cells(m_strip, part, pass.faces, m_left);
             m_left.claims.resize(count);
-            for (const int cell : m_left.slow) write_cell(job, part, pass.mapping, cell);
+            write_leftovers(job, part, pass.mapping);
         } else {
             write_loaded(job, part, pass.mapping, pass.faces);
         }
@@ -158,12 +162,23 @@ void StripWriter::write_loaded(const ScatterJob& job, const CellTarget& target, 
         write_all_cells(job, target, mapping);
         return;
     }
-    m_left.slow.clear();
-    m_left.folded.clear();
+    forget_leftovers();
     write_cells(m_strip, target, faces, m_left);
+    write_leftovers(job, target, mapping);
+}
+
+/// What the kernel did not settle.
+void StripWriter::write_leftovers(const ScatterJob& job, const CellTarget& target,
+                                  Mapping mapping) {
     for (const int cell : m_left.slow) {
         const Box3i box = overlap(box_of(cell), target.box);
         if (!is_empty(box) && any_open(target, box)) write_cell(job, target, mapping, cell);
+    }
+    CellTarget one = target;
+    for (const Leftovers::Unsettled& left : m_left.unsettled) {
+        const Vec3i voxel = voxel_place(target, left.voxel);
+        one.box = {voxel, voxel + Vec3i{1, 1, 1}};
+        write_cell(job, one, mapping, left.cell);
     }
 }
 

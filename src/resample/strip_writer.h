@@ -59,9 +59,11 @@ class StripWriter {
     }
 
   private:
+    void forget_leftovers();
     bool load(const ScatterJob& job, const ReachingStrip& strip, std::span<const Box3i> within);
     void write_loaded(const ScatterJob& job, const CellTarget& target, Mapping mapping,
                       CellFaces faces);
+    void write_leftovers(const ScatterJob& job, const CellTarget& target, Mapping mapping);
     void write_all_cells(const ScatterJob& job, const CellTarget& target, Mapping mapping);
     void write_cell(const ScatterJob& job, const CellTarget& target, Mapping mapping, int cell);
     std::array<Vec3d, 8> corners_of(const Lattice& lattice, int cell) const;
