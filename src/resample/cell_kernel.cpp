@@ -186,16 +186,27 @@ struct Work {
 };
 
 /// @param first  of the items that were solved. @param found  bit: lane
-HWY_NOINLINE void keep_edge(Work& work, int first, unsigned found) {
+HWY_NOINLINE void claim(Work& work, int first, unsigned found) {
     const Solved& solved = work.solved;
     for (; found; found &= found - 1) {
         const int n = __builtin_ctz(found);
+        const std::ptrdiff_t voxel = work.to.origin + solved.voxel[n];
+        if (!is_open(work.target, voxel)) continue;
         const int lane = work.waiting.item[first + n] & ((1 << kLaneBits) - 1);
-        work.left.edge.push_back(
-            {work.to.origin + solved.voxel[n], 0,
-             work.rows.first_cell[lane / kCellGroup] + lane % kCellGroup,
-             work.to.is_16_bit ? float(solved.whole[n]) : solved.value[n],
+        work.left.claims.push_back(
+            {voxel, work.left.strip, work.rows.first_cell[lane / kCellGroup] + lane % kCellGroup,
+             work.to.is_16_bit ? double(solved.whole[n]) : double(solved.value[n]),
              work.to.with_inverse ? solved.back_of(n, work.to.shift) : Vec3f{0, 0, 0}});
+    }
+}
+
+/// Likewise.
+HWY_NOINLINE void leave_unsettled(Work& work, int first, unsigned lanes) {
+    for (; lanes; lanes &= lanes - 1) {
+        const int n = __builtin_ctz(lanes);
+        const int lane = work.waiting.item[first + n] & ((1 << kLaneBits) - 1);
+        work.left.unsettled.push_back({work.rows.first_cell[lane / kCellGroup] + lane % kCellGroup,
+                                       work.to.origin + work.solved.voxel[n]});
     }
 }
 
@@ -221,23 +232,19 @@ HWY_INLINE void solve(int first, int count, Work& work) {
     const Vec s1 = mul_add(
         steps.x, at.vec(kRowJ),
         mul_add(steps.y, at.vec(kRowJ + 3), mul_add(steps.z, at.vec(kRowJ + 6), at.vec(kRowS))));
+    if (!to.is_inside) active = hn::AndNot(outside(sum(at.vec(kRowPlace), steps), to), active);
     M unsettled;
     const Vec s = settle(at, s1, active, unsettled);
-    if (HWY_UNLIKELY(!hn::AllFalse(d, unsettled))) {
-        for (unsigned left = bits_of(unsettled); left; left &= left - 1) {
-            const int lane =
-                work.waiting.item[first + __builtin_ctz(left)] & ((1 << kLaneBits) - 1);
-            work.left.slow.push_back(rows.first_cell[lane / kCellGroup] + lane % kCellGroup);
-        }
-        active = hn::AndNot(unsettled, active);
-    }
     const V least = hn::Min(hn::Min(s.x, s.y), s.z);
     M found = hn::And(active, hn::And(hn::Ge(least, hn::Set(d, -1 - kLowSlack)),
                                       hn::Le(largest(s), hn::Set(d, 1 - to.high_slack))));
-    if (!to.is_inside) found = hn::AndNot(outside(sum(at.vec(kRowPlace), steps), to), found);
     hn::Store(hn::Add(hn::Add(at.voxel(), i),
                       hn::Add(hn::Mul(j, hn::Set(di, to.row)), hn::Mul(k, hn::Set(di, to.slice)))),
               di, work.solved.voxel);
+    if (HWY_UNLIKELY(!hn::AllFalse(d, unsettled))) {
+        leave_unsettled(work, first, bits_of(unsettled));
+        found = hn::AndNot(unsettled, found);
+    }
     const Vec t{unit_interval(s.x), unit_interval(s.y), unit_interval(s.z)};
     const V value = value_at(at, t);
     if (to.is_16_bit)
@@ -250,11 +257,13 @@ HWY_INLINE void solve(int first, int count, Work& work) {
         hn::Store(hn::Sub(t.y, p.y), d, work.solved.back[1]);
         hn::Store(hn::Sub(t.z, p.z), d, work.solved.back[2]);
     }
-    if (work.left.wants_edge) {
-        const M on_edge = hn::And(found, hn::Lt(least, hn::Set(d, -1 - kEdge)));
-        if (HWY_UNLIKELY(!hn::AllFalse(d, on_edge))) {
-            keep_edge(work, first, bits_of(on_edge));
-            found = hn::AndNot(on_edge, found);
+    if (work.left.writes != Writes::All) {
+        const M later = work.left.writes == Writes::None
+                            ? found
+                            : hn::And(found, hn::Lt(least, hn::Set(d, -1 - kEdge)));
+        if (HWY_UNLIKELY(!hn::AllFalse(d, later))) {
+            claim(work, first, bits_of(later));
+            found = hn::AndNot(later, found);
         }
     }
     write_solved(work.solved, bits_of(found), to, work.target);
@@ -366,10 +375,62 @@ void write_strip(const StripNodes& strip, const CellTarget& target, CellFaces fa
             ++work.group;
         }
     for (int rest = 0; rest < 2; ++rest, ++work.group) solve_waiting(work);
-    // In an order that doesn't depend on the vector's width.
-    std::vector<int>& slow = left.slow;
-    std::sort(slow.begin(), slow.end());
-    slow.erase(std::unique(slow.begin(), slow.end()), slow.end());
+}
+
+/// Least and greatest place of some cells along an axis, from the strip's origin on.
+struct Extent {
+    V least, most;
+};
+
+/// @param n  number of the first cell. @param place  of the cells' lowest corners
+HWY_INLINE Extent extent_of(const StripNodes& strip, std::size_t n, int axis, V place) {
+    const D d;
+    const std::size_t step[3] = {1, std::size_t(strip.row()), std::size_t(strip.slice())};
+    const std::size_t one = step[(axis + 1) % 3], other = step[(axis + 2) % 3];
+    // Of the corners on the cells' low side along the axis, and on their high side.
+    Extent side[2];
+    for (std::size_t s = 0; s < 2; ++s) {
+        const float* u = strip.eighth_u(axis) + n + s * step[axis];
+        const V a = hn::LoadU(d, u), b = hn::LoadU(d, u + one);
+        const V e = hn::LoadU(d, u + other), f = hn::LoadU(d, u + one + other);
+        side[s] = {hn::Min(hn::Min(a, b), hn::Min(e, f)), hn::Max(hn::Max(a, b), hn::Max(e, f))};
+    }
+    const V eight = hn::Set(d, 8), whole = hn::Set(d, 0.125f);
+    return {mul_add(eight, hn::Min(side[0].least, hn::Add(side[1].least, whole)), place),
+            mul_add(eight, hn::Max(side[0].most, hn::Add(side[1].most, whole)), place)};
+}
+
+bool keep_near(const StripNodes& strip, std::span<const Box3i> boxes, std::span<RowBits> use) {
+    constexpr auto kLanes = int(hn::MaxLanes(D()));
+    const D d;
+    const auto reaches = [&](const Extent& extent, int axis, const Box3i& box) HWY_ATTR {
+        const int first = box.begin[axis] - strip.origin()[axis];
+        const int last = box.end[axis] - 1 - strip.origin()[axis];
+        return hn::And(hn::Le(extent.least, hn::Set(d, float(last) + kNearSlack)),
+                       hn::Ge(extent.most, hn::Set(d, float(first) - kNearSlack)));
+    };
+    bool any = false;
+    for (std::size_t r = 0; r < use.size(); ++r) {
+        if (!use[r]) continue;
+        const int y = int(r) % strip.size(), z = int(r) / strip.size();
+        RowBits near = 0;
+        for (int x = 0; x < strip.cells(); x += kLanes) {
+            const auto n = std::size_t(strip.index(x, y, z));
+            const V along = hn::Add(hn::Iota(d, 0), hn::Set(d, float(x)));
+            const Extent in_x = extent_of(strip, n, 0, along),
+                         in_y = extent_of(strip, n, 1, hn::Set(d, float(y))),
+                         in_z = extent_of(strip, n, 2, hn::Set(d, float(z)));
+            M found = mask_of(0);
+            for (const Box3i& box : boxes)
+                found =
+                    hn::Or(found, hn::And(reaches(in_x, 0, box),
+                                          hn::And(reaches(in_y, 1, box), reaches(in_z, 2, box))));
+            near |= RowBits(bits_of(found)) << x;
+        }
+        use[r] &= near;
+        any |= use[r] != 0;
+    }
+    return any;
 }
 
 /// @param from  size of them
@@ -449,6 +510,7 @@ HWY_AFTER_NAMESPACE();
 namespace pliant {
 namespace {
 HWY_EXPORT(write_strip);
+HWY_EXPORT(keep_near);
 HWY_EXPORT(convert_bricks);
 HWY_EXPORT(convert_16_bits);
 HWY_EXPORT(find_moved_rows);
@@ -459,14 +521,19 @@ void write_cells(const StripNodes& strip, const CellTarget& target, CellFaces fa
     HWY_DYNAMIC_DISPATCH(write_strip)(strip, target, faces, left);
 }
 
-void write_edge(const EdgeVoxel& edge, const CellTarget& target) {
-    if (!target.open[edge.voxel]) return;
-    target.open[edge.voxel] = 0;
+void write_claim(const Claim& claim, const CellTarget& target) {
+    if (!target.open[claim.voxel]) return;
+    target.open[claim.voxel] = 0;
     if (target.voxels16)
-        target.voxels16[edge.voxel] = std::int16_t(edge.value);
+        target.voxels16[claim.voxel] = std::int16_t(std::lrint(claim.value));
     else
-        target.voxels32[edge.voxel] = edge.value;
-    if (target.inverse_mm) store_inverse(target, edge.voxel, edge.back);
+        target.voxels32[claim.voxel] = float(claim.value);
+    if (target.inverse_mm) store_inverse(target, claim.voxel, claim.back);
+}
+
+bool keep_cells_near(const StripNodes& strip, std::span<const Box3i> boxes,
+                     std::span<RowBits> use) {
+    return HWY_DYNAMIC_DISPATCH(keep_near)(strip, boxes, use);
 }
 
 void convert_displacements(std::span<const Fixed* const> from, std::span<const NodeRow> rows,

@@ -50,7 +50,7 @@ struct CellTarget {
     Vec3f world_from_voxels[3];  ///< columns: a step along i, j, k [mm, LPS]
 };
 
-/// Two threads may write one voxel where the map is folded; it is written again then, in order.
+/// Two threads may write one voxel, where the map is folded; it is opened and written again then.
 template <class Value>
 inline void put(Value& to, Value value) {
     std::atomic_ref(to).store(value, std::memory_order_relaxed);
@@ -69,34 +69,52 @@ inline void store_inverse(const CellTarget& target, std::ptrdiff_t voxel, Vec3f 
     put(to.x, mm.x), put(to.y, mm.y), put(to.z, mm.z);
 }
 
-/// A voxel just outside of a cell, by so little that the cell beside it may leave it out as well.
-struct EdgeVoxel {
+/// What a cell would write.
+struct Claim {
     std::ptrdiff_t voxel;
-    int strip, cell;  ///< the one that would write it
-    float value;
+    int strip, cell;
+    double value;
     Vec3f back;  ///< φ⁻¹(p) − p [voxels]
+};
+
+/// Which of the voxels that it finds a strip writes at once; the others it claims.
+enum class Writes {
+    All,
+    AllButEdges,  ///< edges: just outside of a cell, by so little that the cell beside it may leave
+                  ///< the voxel out as well
+    None,
 };
 
 /// What a strip leaves for later.
 struct Leftovers {
+    Writes writes = Writes::All;
+    int strip = 0;              ///< its number, for the claims
+    std::vector<Claim> claims;  ///< in any order
+    /// A voxel whose place in a cell was not found, and may lie in it.
+    struct Unsettled {
+        int cell;
+        std::ptrdiff_t voxel;
+    };
+    std::vector<Unsettled> unsettled;
     /// Cells that may be folded, are very thin, or reach too far: to be written one by one.
     std::vector<int> slow;
     /// Those of them that may be folded.
     std::vector<int> folded;
-    /// In any order. If they are wanted, the voxels that are written at once lie in one cell only,
-    /// unless a folded cell covers them too (see Scatter).
-    std::vector<EdgeVoxel> edge;
-    bool wants_edge = false;
 };
 
-/// Writes the open voxels that lie in cells of `strip.use()`, and closes them.
-/// @param[out] left  appended; voxels on edges are written at once if they aren't wanted
+/// Writes the open voxels that lie in cells of `strip.use()`, and closes them; or claims them.
+/// @param[in,out] left  is appended to
 /// @pre !strip.is_wild()
 void write_cells(const StripNodes& strip, const CellTarget& target, CellFaces faces,
                  Leftovers& left);
 
-/// Writes a voxel on an edge if it is still open.
-void write_edge(const EdgeVoxel& edge, const CellTarget& target);
+/// Writes a claimed voxel and closes it, if it is still open.
+void write_claim(const Claim& claim, const CellTarget& target);
+
+/// Takes away the cells that have no voxel in any of some boxes; perhaps not all of them.
+/// @param[in,out] use  as StripNodes::use. @returns whether any are left
+/// @pre !strip.is_wild()
+bool keep_cells_near(const StripNodes& strip, std::span<const Box3i> boxes, std::span<RowBits> use);
 
 /// Displacements of a strip's nodes relative to a base: (u − base)·scale + shift.
 /// @param from  one component in the bricks along x, and in those beside them along y, along z, and

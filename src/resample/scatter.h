@@ -1,8 +1,9 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Keeps a grid up to date with a deformed lattice. The first update writes all that is deformed,
-// each later one the bricks that cells which changed since then left or entered.
+// Brings a deformed scan up to date with the lattice: finds the bricks of the scan that have to be
+// written again, opens the voxels in them that can change, lets strips of cells write those, and
+// fills what no cell covers with air.
 
 #pragma once
 
@@ -12,9 +13,16 @@
 #include <memory>
 #include <vector>
 
-#include "resample/slab_writer.h"
+#include "resample/dirty.h"
+#include "resample/strip_writer.h"
 
 namespace pliant {
+
+/// Voxels that can change.
+struct OpenVoxels {
+    std::int64_t count = 0;
+    Box3i box;  ///< that holds them all
+};
 
 class Scatter {
   public:
@@ -32,54 +40,36 @@ class Scatter {
     const std::vector<Box3i>& written_boxes() const { return m_boxes; }
 
   private:
-    /// Consecutive layers of bricks, and their part of m_bricks.
-    struct Slab {
-        int begin, end;
-        std::size_t first_brick, last_brick;
-        OpenVoxels open;
-        std::int64_t gaps;
-    };
-
-    /// A brick's cells, of which some changed, and the voxels that they cover at most.
-    struct ChangedBlock {
-        Vec3i coord;
-        Box3i before, now;
-    };
-
     struct Free {
         void operator()(void* memory) const { std::free(memory); }
     };
 
-    void write_strips(const ScatterJob& job, const CellTarget& target);
-    void find_dirty(const Lattice& lattice);
-    void mark_changes(const Lattice& lattice);
-    void mark(Box3i voxels, int brick_size);
+    void write_each_once(const ScatterJob& job, const CellTarget& target);
+    void write_slabs(const ScatterJob& job, const CellTarget& target);
+    void claim(const ScatterJob& job, const CellTarget& target, ClaimPass pass);
+    void write_claims(const CellTarget& target);
     void list_strips(const Lattice& lattice);
-    void list_slabs();
     void list_boxes(int brick_size);
-    CellTarget target_of(const Box3i& box, Volume& deformed);
-    Box3i box_of(const Slab& slab, int brick_size) const;
+    template <class Work>
+    void for_dirty(const Work& work);
+    template <class Work>
+    void for_writers(const Work& work);
+    CellTarget target_of(Volume& deformed);
     ScatterJob job_of(const Lattice& lattice, Mapping mapping) const;
 
     const Volume& m_original;
     const TaskArena& m_arena;
-    Vec3i m_brick_count{0, 0, 0};
     Snapshot m_now, m_before;
-    TouchedCells m_touched;                        ///< now
-    std::vector<std::uint8_t> m_dirty, m_changed;  ///< per brick of the scan
-    std::vector<std::uint8_t> m_block_flags;       ///< of the blocks in some box
-    std::vector<ChangedBlock> m_changed_blocks;
-    std::vector<DirtyBrick> m_bricks;
+    TouchedCells m_touched;  ///< now
+    Dirty m_dirty;
     std::vector<ReachingStrip> m_strips;
-    std::vector<Slab> m_slabs;
-    std::vector<SlabWriter> m_writers;
-    std::vector<EdgeVoxel> m_edge;
-    std::vector<Box3i> m_contested;
+    std::vector<StripWriter> m_writers;  ///< one for each thread
+    std::vector<Claim> m_claims;
+    OpenBoxes m_open_boxes;
     std::unique_ptr<std::uint8_t[], Free> m_open;  ///< per voxel, all 0 between updates
     std::vector<Box3i> m_boxes;
 };
 
-/// Finds the changeable voxels of a scan and writes them: see deform_volume.
 Deformed deform_by_lattice(const Volume& original, const Lattice& lattice, Mapping mapping,
                            bool with_inverse, const TaskArena& arena);
 

@@ -16,8 +16,6 @@ namespace {
 constexpr int kPadding = 16;
 /// Differences of displacement within a strip above which it is wild [voxels].
 constexpr double kWild = 64;
-/// Slack of a layer's reach for rounding [voxels].
-constexpr float kLayerSlack = 1e-3f;
 constexpr int kFixedPerLine = 64 / int(sizeof(Fixed));  ///< of the cache
 
 }  // namespace
@@ -86,11 +84,13 @@ void StripNodes::resize(int brick_size) {
     m_records.assign(4 * std::size_t(m_bricks + 1), nullptr);
     m_from.assign(m_records.size(), nullptr);
     m_at_rest.assign(side * side * side, 0);
+    m_in_brick.clear();
+    for (int x = 0; x < m_row; ++x) m_in_brick.push_back({x / m_size, x % m_size});
 }
 
 bool StripNodes::load(const Snapshot& snapshot, const TouchedCells& touched, const Lattice& lattice,
-                      const Volume& original, Vec3i coord, const CellReach& reach, int begin_z,
-                      int end_z) {
+                      const Volume& original, Vec3i coord, const CellReach& reach,
+                      std::span<const Box3i> within) {
     resize(lattice.brick_size());
     m_first = m_origin = m_size * coord;
     for (int z = 0; z <= 1; ++z)
@@ -107,10 +107,15 @@ bool StripNodes::load(const Snapshot& snapshot, const TouchedCells& touched, con
     for (int a = 0; a < 3; ++a) m_is_wild |= m_reach.high[a] - m_reach.low[a] > size[a] + kWild;
     if (m_is_wild) return true;
     list_rows();
-    load_displacements(lattice.grid(), 2);
-    if (!keep_layers_within(begin_z, end_z)) return false;
-    load_displacements(lattice.grid(), 0);
-    load_displacements(lattice.grid(), 1);
+    for (int axis = 0; axis < 3; ++axis) load_displacements(lattice.grid(), axis);
+    bool is_within = within.size() == 1;
+    for (int a = 0; a < 3; ++a)
+        is_within &=
+            m_reach.low[a] >= within[0].begin[a] && m_reach.high[a] <= within[0].end[a] - 1;
+    if (!is_within) {
+        if (!keep_cells_near(*this, within, m_use)) return false;
+        list_rows();
+    }
     load_values(original);
     fetch_ahead(snapshot, coord);
     return true;
@@ -160,8 +165,9 @@ void StripNodes::drop_broken_cells(const Lattice& lattice) {
 /// @param[out] element  index in the brick
 const BrickRecord* StripNodes::record_of(Vec3i p, int& element) const {
     const bool hy = p.y == m_size, hz = p.z == m_size;
-    element = p.x % m_size + m_size * ((hy ? 0 : p.y) + m_size * (hz ? 0 : p.z));
-    return record(p.x / m_size, hy, hz);
+    const InBrick x = m_in_brick[std::size_t(p.x)];
+    element = x.element + m_size * ((hy ? 0 : p.y) + m_size * (hz ? 0 : p.z));
+    return record(x.brick, hy, hz);
 }
 
 Vec3<Fixed> StripNodes::displacement(Vec3i p) const {
@@ -209,31 +215,6 @@ void StripNodes::load_displacements(const Grid& grid, int axis) {
                                                         : m_at_rest.data();
     convert_displacements(m_from, m_rows, m_size, base, float(scale / 8),
                           float((voxels - whole) / 8), m_u[std::size_t(axis)].data());
-}
-
-/// Takes away the layers of cells that are wholly beyond the given layers of voxels.
-bool StripNodes::keep_layers_within(int begin_z, int end_z) {
-    if (m_reach.low.z >= begin_z && m_reach.high.z <= end_z - 1) return true;
-    std::array<float, 33> low, high;
-    low.fill(INFINITY), high.fill(-INFINITY);
-    for (const NodeRow row : m_rows) {
-        const float* u = m_u[2].data() + index(0, row.y, row.z);
-        const auto [least, most] = std::minmax_element(u, u + m_row);
-        const auto k = std::size_t(row.z);
-        low[k] = std::min(low[k], float(m_origin.z + row.z) + 8 * *least - kLayerSlack);
-        high[k] = std::max(high[k], float(m_origin.z + row.z) + 8 * *most + kLayerSlack);
-    }
-    bool any = false;
-    for (int z = 0; z < m_size; ++z) {
-        const auto k = std::size_t(z);
-        if (std::max(high[k], high[k + 1]) >= float(begin_z) &&
-            std::min(low[k], low[k + 1]) <= float(end_z - 1)) {
-            any = true;
-            continue;
-        }
-        std::fill_n(m_use.begin() + z * m_size, m_size, 0);
-    }
-    return any;
 }
 
 void StripNodes::load_values(const Volume& original) {

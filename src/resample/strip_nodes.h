@@ -54,11 +54,12 @@ CellReach reach_of_strip(const Snapshot& snapshot, const Grid& grid, int brick_s
 
 class StripNodes {
   public:
-    /// Loads the cells that can write layers begin_z…end_z, and original values at their corners.
+    /// Loads the cells that may hold voxels of some boxes, and original values at their corners.
     /// @param coord  the strip's first brick. @param reach  of the strip
     /// @returns whether there are any
     bool load(const Snapshot& snapshot, const TouchedCells& touched, const Lattice& lattice,
-              const Volume& original, Vec3i coord, const CellReach& reach, int begin_z, int end_z);
+              const Volume& original, Vec3i coord, const CellReach& reach,
+              std::span<const Box3i> within);
 
     /// Rows of cells are size() by size(), cells() long.
     int size() const { return m_size; }
@@ -92,14 +93,19 @@ class StripNodes {
     void drop_broken_cells(const Lattice& lattice);
     void fetch_ahead(const Snapshot& snapshot, Vec3i coord);
     void load_displacements(const Grid& grid, int axis);
-    bool keep_layers_within(int begin_z, int end_z);
     void load_values(const Volume& original);
     const BrickRecord* record(int brick, int hy, int hz) const {
         return m_records[std::size_t(brick + (m_bricks + 1) * (hy + 2 * hz))];
     }
     const BrickRecord* record_of(Vec3i local, int& element) const;
 
+    /// Where a node's coordinate is: in which of the bricks, and where in it.
+    struct InBrick {
+        int brick, element;
+    };
+
     int m_size = 0, m_bricks = 0, m_row = 0;
+    std::vector<InBrick> m_in_brick;  ///< of x = 0 … cells()
     Vec3i m_first{}, m_origin{};
     std::vector<const BrickRecord*> m_records;  ///< along x, then two along y, two along z
     CellReach m_reach{};

@@ -93,7 +93,7 @@ bool TouchedCells::find_rows(const Snapshot& snapshot, Vec3i brick, RowBits* row
     return everywhere == low_bits(size);
 }
 
-bool TouchedCells::changeable_rows(Vec3i brick, RowBits* rows) const {
+Share TouchedCells::changeable_rows(Vec3i brick, RowBits* rows) const {
     const int size = m_size, side = size + 1, all = size * size;
     std::array<int, 8> places;
     bool full = true;
@@ -104,7 +104,7 @@ bool TouchedCells::changeable_rows(Vec3i brick, RowBits* rows) const {
     }
     if (full || places[0] < 0) {
         std::fill_n(rows, all, full ? low_bits(size) : 0);
-        return full;
+        return full ? Share::All : Share::None;
     }
     // Bit x + 1 of row (y + 1, z + 1) is the cell (x, y, z), each −1…size − 1.
     HaloRows halo;
@@ -125,7 +125,7 @@ bool TouchedCells::changeable_rows(Vec3i brick, RowBits* rows) const {
     for (int z = 0; z < size; ++z)
         for (int y = 0; y < size; ++y)
             any |= rows[y + size * z] = halo[std::size_t(y + side * z)] & low_bits(size);
-    return any != 0;
+    return any != 0 ? Share::Some : Share::None;
 }
 
 }  // namespace pliant

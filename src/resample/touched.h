@@ -13,6 +13,9 @@
 
 namespace pliant {
 
+/// Of a brick's voxels.
+enum class Share { None, Some, All };
+
 class TouchedCells {
   public:
     void find(const Snapshot& snapshot, int brick_size, const TaskArena& arena);
@@ -26,8 +29,7 @@ class TouchedCells {
         return found < 0 ? nullptr : rows_of(found);
     }
     /// Voxels of a brick that can change. @param[out] rows  likewise
-    /// @returns whether there are any
-    bool changeable_rows(Vec3i brick, RowBits* rows) const;
+    Share changeable_rows(Vec3i brick, RowBits* rows) const;
 
   private:
     void list_bricks(const Snapshot& snapshot);

@@ -7,7 +7,9 @@
 
 #include <pliant/vec.h>
 
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <optional>
 
 namespace pliant {
@@ -76,6 +78,46 @@ class TrilinearCell {
 
     Vec3d m_0, m_x, m_y, m_z, m_xy, m_xz, m_yz, m_xyz;
     bool m_is_affine;
+};
+
+/// Three pairs of planes, parallel to a cell's faces on average, with all of the cell between them:
+/// a trilinear cell lies in the convex hull of its corners. They see off most points of the box
+/// around a slanted or flattened cell.
+class CellPlanes {
+  public:
+    explicit CellPlanes(const std::array<Vec3d, 8>& p) {
+        const auto mean_edge = [&](std::size_t step) {
+            Vec3d sum{0, 0, 0};
+            for (std::size_t c = 0; c < 8; ++c) sum = c & step ? sum + p[c] : sum - p[c];
+            return sum;
+        };
+        const Vec3d x = mean_edge(1), y = mean_edge(2), z = mean_edge(4);
+        m_normal = {cross(y, z), cross(z, x), cross(x, y)};
+        for (std::size_t k = 0; k < 3; ++k) {
+            m_low[k] = m_high[k] = dot(m_normal[k], p[0]);
+            for (const Vec3d& corner : p) {
+                m_low[k] = std::min(m_low[k], dot(m_normal[k], corner));
+                m_high[k] = std::max(m_high[k], dot(m_normal[k], corner));
+            }
+            const double slack = kBeside * std::sqrt(dot(m_normal[k], m_normal[k]));
+            m_low[k] -= slack, m_high[k] += slack;
+        }
+    }
+
+    /// Whether a point may lie in the cell.
+    bool may_hold(Vec3d point) const {
+        for (std::size_t k = 0; k < 3; ++k) {
+            const double place = dot(m_normal[k], point);
+            if (place < m_low[k] || place > m_high[k]) return false;
+        }
+        return true;
+    }
+
+  private:
+    static constexpr double kBeside = 1e-5;  ///< more than any inverse takes for inside [voxels]
+
+    std::array<Vec3d, 3> m_normal;
+    std::array<double, 3> m_low, m_high;
 };
 
 /// Trilinear interpolation of values at the corners.

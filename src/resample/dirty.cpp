@@ -1,0 +1,102 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "resample/dirty.h"
+
+#include <cmath>
+#include <functional>
+
+namespace pliant {
+namespace {
+
+constexpr std::int64_t kBlocksPerTask = 64;
+constexpr double kReachSlack = 1e-3;  ///< for rounding [voxels]
+
+}  // namespace
+
+Box3i voxels_within(const CellReach& reach, const Box3i& within) {
+    Box3i box;
+    for (int a = 0; a < 3; ++a) {
+        const double low = std::ceil(reach.low[a] - kReachSlack);
+        const double high = std::floor(reach.high[a] + kReachSlack) + 1;
+        box.begin[a] = int(std::clamp<double>(low, within.begin[a], within.end[a]));
+        box.end[a] = int(std::clamp<double>(high, within.begin[a], within.end[a]));
+    }
+    return box;
+}
+
+void Dirty::find(const Grid& grid, int brick_size, const Snapshot& before, const Snapshot& now,
+                 const TaskArena& arena) {
+    for (int a = 0; a < 3; ++a) m_brick_count[a] = (grid.size[a] + brick_size - 1) / brick_size;
+    m_dirty.assign(dense_count(m_brick_count), 0);
+    m_changed.resize(dense_count(m_brick_count), 0);
+    mark_changes(grid, brick_size, before, now, arena);
+    m_bricks.clear();
+    for_each_row({{0, 0, 0}, m_brick_count}, [&](Vec3i row) {
+        const std::uint8_t* flags = m_dirty.data() + dense_index(row, m_brick_count);
+        for (int x = 0; x < m_brick_count.x; ++x)
+            if (flags[x])
+                m_bricks.push_back(
+                    {{x, row.y, row.z},
+                     m_changed[dense_index(row, m_brick_count) + std::size_t(x)] != 0});
+    });
+}
+
+void Dirty::remember() {
+    for (const DirtyBrick& brick : m_bricks)
+        m_changed[dense_index(brick.coord, m_brick_count)] = brick.opened > 0;
+}
+
+/// Marks what the cells at changed elements cover at rest, covered before, and cover now.
+void Dirty::mark_changes(const Grid& grid, int size, const Snapshot& before, const Snapshot& now,
+                         const TaskArena& arena) {
+    const Box3i scan = voxel_box(grid), box = hull(before.box(), now.box());
+    const Vec3i one{1, 1, 1}, first = box.begin - one, n = box.end - first;
+    if (is_empty(box)) return;
+    m_block_flags.assign(dense_count(n), 0);
+    const auto mark_brick = [&](Vec3i coord) {
+        mark({size * coord - one, size * (coord + one) + one}, grid, size);
+        for (int c = 0; c < 8; ++c)
+            m_block_flags[dense_index(coord - Vec3i{c & 1, c >> 1 & 1, c >> 2} - first, n)] = 1;
+    };
+    for (const BrickRecord& record : now.records()) {
+        const BrickRecord* old = before.record_at(record.coord);
+        if (!old || old->stamp != record.stamp) mark_brick(record.coord);
+    }
+    for (const BrickRecord& record : before.records())
+        if (!now.record_at(record.coord)) mark_brick(record.coord);
+    m_changed_blocks.clear();
+    std::size_t i = 0;
+    for_each_in({first, box.end}, [&](Vec3i block) {
+        if (m_block_flags[i++]) m_changed_blocks.push_back({block, {}, {}});
+    });
+    const auto task = [&](std::int64_t begin, std::int64_t end) {
+        const auto covered = [&](const Snapshot& snapshot, Vec3i block) {
+            return voxels_within(
+                reach_of_block(records_of_block(snapshot, block), grid, size, block), scan);
+        };
+        for (auto b = std::size_t(begin); b < std::size_t(end); ++b) {
+            ChangedBlock& block = m_changed_blocks[b];
+            block.before = covered(before, block.coord);
+            block.now = covered(now, block.coord);
+        }
+    };
+    // By reference: a copy of the captures would be allocated.
+    arena.for_each(std::int64_t(m_changed_blocks.size()), kBlocksPerTask, std::ref(task));
+    for (const ChangedBlock& block : m_changed_blocks) {
+        mark(block.before, grid, size);
+        mark(block.now, grid, size);
+    }
+}
+
+void Dirty::mark(const Box3i& voxels, const Grid& grid, int brick_size) {
+    const Box3i inside = overlap(voxels, voxel_box(grid));
+    if (is_empty(inside)) return;
+    const Box3i bricks = bricks_of(inside, brick_size);
+    for_each_row(bricks, [&](Vec3i row) {
+        std::fill_n(m_dirty.begin() + std::ptrdiff_t(dense_index(row, m_brick_count)),
+                    bricks.end.x - bricks.begin.x, 1);
+    });
+}
+
+}  // namespace pliant

@@ -1,0 +1,49 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// Which bricks of the scan have to be written again: those that cells at changed elements cover at
+// rest, covered before, or cover now.
+
+#pragma once
+
+#include "resample/open_voxels.h"
+
+namespace pliant {
+
+/// The voxels of some box that lie within reach, and those that do so but for rounding.
+Box3i voxels_within(const CellReach& reach, const Box3i& within);
+
+class Dirty {
+  public:
+    void find(const Grid& grid, int brick_size, const Snapshot& before, const Snapshot& now,
+              const TaskArena& arena);
+    /// Keeps in mind which bricks differ from the scan from now on: those of bricks() with opened
+    /// voxels.
+    void remember();
+
+    /// Sorted by coordinate.
+    std::vector<DirtyBrick>& bricks() { return m_bricks; }
+    const std::vector<DirtyBrick>& bricks() const { return m_bricks; }
+    /// Per brick of the scan.
+    std::span<const std::uint8_t> flags() const { return m_dirty; }
+    Vec3i brick_count() const { return m_brick_count; }
+
+  private:
+    /// A brick's cells, of which some changed, and the voxels that they cover at most.
+    struct ChangedBlock {
+        Vec3i coord;
+        Box3i before, now;
+    };
+
+    void mark_changes(const Grid& grid, int brick_size, const Snapshot& before, const Snapshot& now,
+                      const TaskArena& arena);
+    void mark(const Box3i& voxels, const Grid& grid, int brick_size);
+
+    Vec3i m_brick_count{0, 0, 0};
+    std::vector<std::uint8_t> m_dirty, m_changed;  ///< per brick of the scan
+    std::vector<std::uint8_t> m_block_flags;       ///< of the blocks in some box
+    std::vector<ChangedBlock> m_changed_blocks;
+    std::vector<DirtyBrick> m_bricks;
+};
+
+}  // namespace pliant

@@ -1,0 +1,198 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "resample/open_voxels.h"
+
+#include <array>
+#include <bit>
+#include <cmath>
+#include <cstring>
+
+namespace pliant {
+namespace {
+
+constexpr Box3i kNothing{{INT32_MAX, INT32_MAX, INT32_MAX}, {INT32_MIN, INT32_MIN, INT32_MIN}};
+
+RowBits low_bits(int count) {
+    return (RowBits(1) << count) - 1;
+}
+
+void open_row(std::uint8_t* open, int count, RowBits bits) {
+    // Eight bits become eight bytes: byte i keeps bit i of its copy, and any bit of it becomes 1.
+    static_assert(std::endian::native == std::endian::little);
+    for (; count >= 8; count -= 8, open += 8, bits >>= 8) {
+        const RowBits kept = (bits & 0xff) * 0x0101010101010101u & 0x8040201008040201u;
+        const RowBits bytes = (kept + 0x7f7f7f7f7f7f7f7fu) >> 7 & 0x0101010101010101u;
+        std::memcpy(open, &bytes, 8);
+    }
+    for (int x = 0; x < count; ++x) open[x] = bits >> x & 1;
+}
+
+bool any_open_in_row(const std::uint8_t* open, int count) {
+    RowBits any = 0, eight;
+    for (; count >= 8; count -= 8, open += 8) {
+        std::memcpy(&eight, open, 8);
+        any |= eight;
+    }
+    for (; count > 0; --count) any |= *open++;
+    return any != 0;
+}
+
+void open_row(std::uint8_t* open, int count) {
+    constexpr RowBits kOnes = 0x0101010101010101u;
+    for (; count >= 8; count -= 8, open += 8) std::memcpy(open, &kOnes, 8);
+    for (int x = 0; x < count; ++x) open[x] = 1;
+}
+
+/// Copies a row. Most are eight voxels long, which the compiler may know.
+template <class T>
+void copy_row(const T* from, int count, T* to) {
+    if (count == 8)
+        std::memcpy(to, from, 8 * sizeof(T));
+    else
+        std::copy_n(from, count, to);
+}
+
+void put_back(const CellTarget& target, const Volume& original, Vec3i p, int count) {
+    const std::size_t at = voxel_index(original.grid, p);
+    std::visit(
+        [&]<class T>(const VoxelArray<T>& voxels) {
+            if constexpr (std::is_integral_v<T>)
+                copy_row(voxels.data() + at, count, target.voxels16 + at);
+            else
+                copy_row(voxels.data() + at, count, target.voxels32 + at);
+        },
+        original.voxels);
+}
+
+/// Adds the voxels x + first … x + last − 1 of a row that begins at p.
+void include(Box3i& box, Vec3i p, int first, int last) {
+    box.begin = {std::min(box.begin.x, p.x + first), std::min(box.begin.y, p.y),
+                 std::min(box.begin.z, p.z)};
+    box.end = {std::max(box.end.x, p.x + last), std::max(box.end.y, p.y + 1),
+               std::max(box.end.z, p.z + 1)};
+}
+
+}  // namespace
+
+void open_changeable(const ScatterJob& job, const CellTarget& target,
+                     std::span<DirtyBrick> bricks) {
+    const int size = job.lattice.brick_size();
+    std::array<RowBits, 32 * 32> rows;
+    for (DirtyBrick& brick : bricks) {
+        const Box3i box = box_of_brick(job.original.grid, brick.coord, size);
+        const int width = box.end.x - box.begin.x;
+        const RowBits all = low_bits(width);
+        const Share share = job.touched.changeable_rows(brick.coord, rows.data());
+        brick.opened = 0;
+        brick.open = kNothing;
+        if (share == Share::All) {
+            for_each_row(box, [&](Vec3i p) { open_row(open_at(target, p), width); });
+            const Vec3i n = box.end - box.begin;
+            brick.opened = std::int64_t(dense_count(n));
+            brick.open = box;
+            continue;
+        }
+        if (share == Share::None && !brick.was_changed) continue;
+        for_each_row(box, [&](Vec3i p) {
+            const Vec3i local = p - size * brick.coord;
+            const RowBits bits = rows[std::size_t(local.y + size * local.z)] & all;
+            if (brick.was_changed && bits != all) put_back(target, job.original, p, width);
+            if (!bits) return;
+            open_row(open_at(target, p), width, bits);
+            brick.opened += std::popcount(bits);
+            include(brick.open, p, std::countr_zero(bits), int(std::bit_width(bits)));
+        });
+    }
+}
+
+void open_again(const ScatterJob& job, const CellTarget& target, std::span<const Box3i> boxes) {
+    const int size = job.lattice.brick_size();
+    std::array<RowBits, 32 * 32> rows;
+    Vec3i last{-1, -1, -1};
+    bool can_change = false;
+    for (const Box3i& box : boxes) {
+        const Vec3i brick = job.lattice.brick_of(box.begin);
+        if (brick != last)
+            can_change = job.dirty[dense_index(brick, job.bricks)] &&
+                         job.touched.changeable_rows(brick, rows.data()) != Share::None;
+        last = brick;
+        if (!can_change) continue;
+        for_each_in(box, [&](Vec3i p) {
+            const Vec3i local = p - size * brick;
+            if (rows[std::size_t(local.y + size * local.z)] >> local.x & 1)
+                put(*open_at(target, p), std::uint8_t(1));
+        });
+    }
+}
+
+bool any_open(const CellTarget& target, const Box3i& box) {
+    for (int z = box.begin.z; z < box.end.z; ++z)
+        for (int y = box.begin.y; y < box.end.y; ++y)
+            if (any_open_in_row(open_at(target, {box.begin.x, y, z}), box.end.x - box.begin.x))
+                return true;
+    return false;
+}
+
+void find_open(const ScatterJob& job, const CellTarget& target, std::span<DirtyBrick> bricks) {
+    for (DirtyBrick& brick : bricks) {
+        if (is_empty(brick.open)) continue;
+        brick.open = kNothing;
+        const Box3i box = box_of_brick(job.original.grid, brick.coord, job.lattice.brick_size());
+        const int width = box.end.x - box.begin.x;
+        for_each_row(box, [&](Vec3i p) {
+            const std::uint8_t* open = open_at(target, p);
+            if (!any_open_in_row(open, width)) return;
+            for (int x = 0; x < width; ++x)
+                if (open[x]) include(brick.open, p, x, x + 1);
+        });
+    }
+}
+
+std::int64_t fill_gaps(const CellTarget& target, std::span<const DirtyBrick> bricks) {
+    std::int64_t gaps = 0;
+    for (const DirtyBrick& brick : bricks) {
+        if (is_empty(brick.open)) continue;
+        for_each_in(brick.open, [&](Vec3i p) {
+            const std::ptrdiff_t at = voxel_at(target, p);
+            if (!target.open[at]) return;
+            target.open[at] = 0;
+            if (target.voxels16)
+                target.voxels16[at] = std::int16_t(std::lrint(kAirHu));
+            else
+                target.voxels32[at] = float(kAirHu);
+            ++gaps;
+        });
+    }
+    return gaps;
+}
+
+bool OpenBoxes::list(std::span<const DirtyBrick> dirty, Vec3i bricks, int brick_size) {
+    m_brick_size = brick_size;
+    m_boxes.clear();
+    for (const std::size_t place : m_set) m_at[place] = -1;
+    m_set.clear();
+    if (m_at.size() != dense_count(bricks)) m_at.assign(dense_count(bricks), -1);
+    m_bricks = bricks;
+    for (const DirtyBrick& brick : dirty) {
+        if (is_empty(brick.open)) continue;
+        const std::size_t place = dense_index(brick.coord, bricks);
+        m_set.push_back(place);
+        m_at[place] = std::int32_t(m_boxes.size());
+        m_boxes.push_back(brick.open);
+    }
+    return !m_boxes.empty();
+}
+
+void OpenBoxes::within(const Box3i& voxels, std::vector<Box3i>& parts) const {
+    parts.clear();
+    if (is_empty(voxels)) return;
+    for_each_in(bricks_of(voxels, m_brick_size), [&](Vec3i brick) {
+        const std::int32_t at = m_at[dense_index(brick, m_bricks)];
+        if (at < 0) return;
+        const Box3i part = overlap(m_boxes[std::size_t(at)], voxels);
+        if (!is_empty(part)) parts.push_back(part);
+    });
+}
+
+}  // namespace pliant

@@ -1,0 +1,258 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "resample/strip_writer.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <optional>
+
+#include "chainmail/cell_block.h"
+#include "chainmail/tetrahedra.h"
+#include "resample/trilinear_cell.h"
+
+namespace pliant {
+namespace {
+
+constexpr double kOnFace = 1e-9;    ///< tolerance of barycentric coordinates
+constexpr float kBoxSlack = 1e-3f;  ///< of single precision [voxels]
+constexpr std::size_t kStripsAtOnce = 4;
+
+constexpr std::array<Vec3d, 8> kRestCorners = {
+    {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {1, 1, 0}, {0, 0, 1}, {1, 0, 1}, {0, 1, 1}, {1, 1, 1}}};
+
+/// Box of the voxels that may lie in a cell. @param points  its corners, relative to `first`
+Box3i voxels_around(const std::array<Vec3d, 8>& points, Vec3i first) {
+    Box3i box;
+    for (int a = 0; a < 3; ++a) {
+        double low = points[0][a], high = points[0][a];
+        for (const Vec3d& p : points) low = std::min(low, p[a]), high = std::max(high, p[a]);
+        box.begin[a] = first[a] + int(std::ceil(low - kOnFace));
+        box.end[a] = first[a] + int(std::floor(high + kOnFace)) + 1;
+    }
+    return box;
+}
+
+bool reaches_dirty_brick(const ScatterJob& job, const Box3i& voxels) {
+    const Box3i bricks = bricks_of(voxels, job.lattice.brick_size());
+    for (int z = bricks.begin.z; z < bricks.end.z; ++z)
+        for (int y = bricks.begin.y; y < bricks.end.y; ++y)
+            for (int x = bricks.begin.x; x < bricks.end.x; ++x)
+                if (job.dirty[dense_index({x, y, z}, job.bricks)]) return true;
+    return false;
+}
+
+std::array<double, 8> corner_values(const Volume& original, Vec3i cell) {
+    std::array<double, 8> values{};
+    const Box3i scan = voxel_box(original.grid);
+    std::visit(
+        [&](const auto& voxels) {
+            for (int c = 0; c < 8; ++c) {
+                const Vec3i e = cell + Vec3i{c & 1, c >> 1 & 1, c >> 2};
+                values[std::size_t(c)] = contains(scan, e)
+                                             ? double(voxels[voxel_index(original.grid, e)])
+                                             : double(kAirHu);
+            }
+        },
+        original.voxels);
+    return values;
+}
+
+/// Where a voxel comes from: its place in the cell at rest, and the value there.
+struct Source {
+    Vec3d t;
+    double value;
+};
+
+std::optional<Source> find_source(const std::array<Vec3d, 8>& corners, const TrilinearCell& map,
+                                  const Volume& original, Vec3i cell, Vec3d p, Mapping mapping) {
+    if (mapping == Mapping::Tetrahedra) {
+        const auto where = locate_in_tetrahedra(corners, p, kOnFace);
+        if (!where) return std::nullopt;
+        return Source{combine(*where, kRestCorners),
+                      combine(*where, corner_values(original, cell))};
+    }
+    const auto t = map.locate(p);
+    if (!t) return std::nullopt;
+    return Source{*t, interpolate(corner_values(original, cell), *t)};
+}
+
+}  // namespace
+
+void StripWriter::forget_leftovers() {
+    m_left.unsettled.clear();
+    m_left.slow.clear();
+    m_left.folded.clear();
+}
+
+bool StripWriter::load(const ScatterJob& job, const ReachingStrip& strip,
+                       std::span<const Box3i> within) {
+    return m_strip.load(job.snapshot, job.touched, job.lattice, job.original, strip.coord,
+                        strip.reach, within);
+}
+
+void StripWriter::write_each_once(const ScatterJob& job, const CellTarget& target,
+                                  NextStrip& next) {
+    const int size = job.lattice.brick_size();
+    m_left.writes = Writes::AllButEdges;
+    for (std::size_t first; (first = next.fetch_add(kStripsAtOnce)) < job.strips.size();)
+        for (std::size_t n = first; n < std::min(first + kStripsAtOnce, job.strips.size()); ++n) {
+            const ReachingStrip& strip = job.strips[n];
+            if (!reaches_dirty_brick(job, strip.voxels) || !load(job, strip, {&target.box, 1}))
+                continue;
+            if (m_strip.is_wild()) {
+                contest(strip.voxels, size);
+                continue;
+            }
+            m_left.strip = int(n);
+            forget_leftovers();
+            write_cells(m_strip, target, CellFaces::HalfOpen, m_left);
+            for (const int cell : m_left.folded) contest(overlap(box_of(cell), target.box), size);
+        }
+}
+
+/// Adds a box's parts in each brick.
+void StripWriter::contest(const Box3i& voxels, int brick_size) {
+    if (is_empty(voxels)) return;
+    for_each_in(bricks_of(voxels, brick_size), [&](Vec3i brick) {
+        const Vec3i first = brick_size * brick;
+        m_contested.push_back(
+            overlap(voxels, {first, first + Vec3i{brick_size, brick_size, brick_size}}));
+    });
+}
+
+void StripWriter::write_in_order(const ScatterJob& job, const CellTarget& target) {
+    m_left.writes = Writes::All;
+    for (const ReachingStrip& strip : job.strips) {
+        const Box3i reach = overlap(strip.voxels, target.box);
+        if (is_empty(reach) || !reaches_dirty_brick(job, reach) ||
+            !load(job, strip, {&target.box, 1}))
+            continue;
+        write_loaded(job, target, job.mapping, CellFaces::HalfOpen);
+    }
+}
+
+void StripWriter::claim(const ScatterJob& job, const CellTarget& target, const OpenBoxes& open,
+                        ClaimPass pass, NextStrip& next) {
+    m_left.writes = Writes::None;
+    CellTarget part = target;
+    for (std::size_t n; (n = next.fetch_add(1)) < job.strips.size();) {
+        const ReachingStrip& strip = job.strips[n];
+        open.within(strip.voxels, m_open);
+        if (m_open.empty() || !load(job, strip, m_open)) continue;
+        part.box = m_open[0];
+        for (const Box3i& box : m_open) part.box = hull(part.box, box);
+        m_left.strip = int(n);
+        if (pass.only_slow && !m_strip.is_wild()) {
+            const std::size_t count = m_left.claims.size();
+            forget_leftovers();
+            write_cells(m_strip, part, pass.faces, m_left);
+            m_left.claims.resize(count);
+            write_leftovers(job, part, pass.mapping);
+        } else {
+            write_loaded(job, part, pass.mapping, pass.faces);
+        }
+    }
+}
+
+void StripWriter::write_loaded(const ScatterJob& job, const CellTarget& target, Mapping mapping,
+                               CellFaces faces) {
+    if (mapping != Mapping::Cells || m_strip.is_wild()) {
+        write_all_cells(job, target, mapping);
+        return;
+    }
+    forget_leftovers();
+    write_cells(m_strip, target, faces, m_left);
+    write_leftovers(job, target, mapping);
+}
+
+/// What the kernel did not settle.
+void StripWriter::write_leftovers(const ScatterJob& job, const CellTarget& target,
+                                  Mapping mapping) {
+    for (const int cell : m_left.slow) {
+        const Box3i box = overlap(box_of(cell), target.box);
+        if (!is_empty(box) && any_open(target, box)) write_cell(job, target, mapping, cell);
+    }
+    CellTarget one = target;
+    for (const Leftovers::Unsettled& left : m_left.unsettled) {
+        const Vec3i voxel = voxel_place(target, left.voxel);
+        one.box = {voxel, voxel + Vec3i{1, 1, 1}};
+        write_cell(job, one, mapping, left.cell);
+    }
+}
+
+void StripWriter::write_all_cells(const ScatterJob& job, const CellTarget& target,
+                                  Mapping mapping) {
+    const auto use = m_strip.use();
+    for (std::size_t r = 0; r < use.size(); ++r)
+        for (RowBits bits = use[r]; bits; bits &= bits - 1)
+            write_cell(job, target, mapping,
+                       m_strip.index(std::countr_zero(bits), int(r) % m_strip.size(),
+                                     int(r) / m_strip.size()));
+}
+
+/// Box of the voxels that may lie in a cell, and perhaps one more, from single precision.
+Box3i StripWriter::box_of(int cell) const {
+    Box3i box;
+    const Vec3i first = m_strip.origin() + m_strip.local(cell);
+    const int row = m_strip.row(), slice = m_strip.slice();
+    const int corner[8] = {0, 1, row, row + 1, slice, slice + 1, slice + row, slice + row + 1};
+    for (int a = 0; a < 3; ++a) {
+        const float* u = m_strip.eighth_u(a) + cell;
+        float low[2] = {INFINITY, INFINITY}, high[2] = {-INFINITY, -INFINITY};
+        for (int c = 0; c < 8; ++c) {
+            const int side = c >> a & 1;
+            low[side] = std::min(low[side], u[corner[c]]);
+            high[side] = std::max(high[side], u[corner[c]]);
+        }
+        const float least = std::min(8 * low[0], 8 * low[1] + 1);
+        const float most = std::max(8 * high[0], 8 * high[1] + 1);
+        box.begin[a] = first[a] + int(std::ceil(least - kBoxSlack));
+        box.end[a] = first[a] + int(std::floor(most + kBoxSlack)) + 1;
+    }
+    return box;
+}
+
+/// Relative to the cell's lowest corner at rest [voxels].
+std::array<Vec3d, 8> StripWriter::corners_of(const Lattice& lattice, int cell) const {
+    const Vec3d scale = voxels_per_unit(lattice.grid());
+    const Vec3i first = m_strip.local(cell);
+    std::array<Vec3d, 8> points;
+    for (int c = 0; c < 8; ++c) {
+        const Vec3i corner{c & 1, c >> 1 & 1, c >> 2};
+        const Vec3<Fixed> u = m_strip.displacement(first + corner);
+        for (int a = 0; a < 3; ++a) points[std::size_t(c)][a] = corner[a] + scale[a] * u[a];
+    }
+    return points;
+}
+
+/// The readable twin of the kernel: one cell, in double precision.
+void StripWriter::write_cell(const ScatterJob& job, const CellTarget& target, Mapping mapping,
+                             int cell) {
+    const Vec3i first = m_strip.first_element() + m_strip.local(cell);
+    const std::array<Vec3d, 8> points = corners_of(job.lattice, cell);
+    const Box3i candidates = overlap(voxels_around(points, first), target.box);
+    if (is_empty(candidates) || !any_open(target, candidates)) return;
+    const CellPlanes planes(points);
+    const TrilinearCell map(points);
+    for_each_in(candidates, [&](Vec3i p) {
+        const Vec3i d = p - first;
+        const Vec3d place{double(d.x), double(d.y), double(d.z)};
+        if (!*open_at(target, p) || !planes.may_hold(place)) return;
+        const auto source = find_source(points, map, job.original, first, place, mapping);
+        if (!source) return;
+        const Claim claim{
+            voxel_at(target, p),
+            m_left.strip,
+            cell,
+            source->value,
+            {float(source->t.x - d.x), float(source->t.y - d.y), float(source->t.z - d.z)}};
+        if (m_left.writes == Writes::None)
+            m_left.claims.push_back(claim);
+        else
+            write_claim(claim, target);
+    });
+}
+
+}  // namespace pliant

@@ -1,0 +1,78 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// Writes voxels, strip by strip of cells.
+//
+// Where the lattice hangs together and no cell is folded, φ maps the scan to itself one to one, and
+// every voxel lies in one cell (on faces, half-open cells share out). So all threads take strips as
+// they come, each strip once, and nobody meets. If there are folded cells, whatever lies in several
+// cells lies in a folded one too (a voxel is covered once more from the right side than from the
+// wrong one): the boxes around those are contested, and opened again.
+//
+// Open voxels that are few, contested ones and those that no cell took for its own, are claimed:
+// again threads take strips as they come, but only say which cell would write what. Of all claims
+// on a voxel, the first cell's in one fixed order is written.
+//
+// Where much may lie in several cells, beside cuts and carved cells, each thread has some layers of
+// the scan, visits the strips that reach into them in that fixed order, and the first cell to
+// cover a voxel writes it. All three ways the result doesn't depend on the number of threads.
+
+#pragma once
+
+#include <atomic>
+#include <vector>
+
+#include "resample/cell_kernel.h"
+#include "resample/open_voxels.h"
+
+namespace pliant {
+
+/// Strips that nobody has taken yet: those from here on.
+using NextStrip = std::atomic<std::size_t>;
+
+/// How cells claim what is open.
+struct ClaimPass {
+    Mapping mapping;
+    CellFaces faces;
+    bool only_slow;  ///< cells that the kernel leaves, and no others
+};
+
+class StripWriter {
+  public:
+    /// Writes strips until none are left. Voxels on edges stay behind as claims, and boxes around
+    /// cells that may be folded, cut into bricks, as contested().
+    void write_each_once(const ScatterJob& job, const CellTarget& target, NextStrip& next);
+
+    /// Writes target.box from all strips that reach it, in order.
+    void write_in_order(const ScatterJob& job, const CellTarget& target);
+
+    /// Claims what is open from strips, until none are left.
+    void claim(const ScatterJob& job, const CellTarget& target, const OpenBoxes& open,
+               ClaimPass pass, NextStrip& next);
+
+    /// Of all calls since the last forget().
+    const std::vector<Claim>& claims() const { return m_left.claims; }
+    const std::vector<Box3i>& contested() const { return m_contested; }
+    void forget() {
+        m_left.claims.clear();
+        m_contested.clear();
+    }
+
+  private:
+    void forget_leftovers();
+    bool load(const ScatterJob& job, const ReachingStrip& strip, std::span<const Box3i> within);
+    void write_loaded(const ScatterJob& job, const CellTarget& target, Mapping mapping,
+                      CellFaces faces);
+    void write_leftovers(const ScatterJob& job, const CellTarget& target, Mapping mapping);
+    void write_all_cells(const ScatterJob& job, const CellTarget& target, Mapping mapping);
+    void write_cell(const ScatterJob& job, const CellTarget& target, Mapping mapping, int cell);
+    std::array<Vec3d, 8> corners_of(const Lattice& lattice, int cell) const;
+    Box3i box_of(int cell) const;
+    void contest(const Box3i& voxels, int brick_size);
+
+    StripNodes m_strip;
+    Leftovers m_left;
+    std::vector<Box3i> m_contested, m_open;
+};
+
+}  // namespace pliant
