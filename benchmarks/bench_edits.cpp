@@ -46,7 +46,8 @@ void history_step(benchmark::State& state) {
     settings.offset = 0.1;
     const double middle = side / 2 + 0.5, along = double(state.range(1)) / std::sqrt(3.0);
     const Push push{.point_mm = {middle, middle, middle}, .push_mm = {along, along, along}};
-    std::vector<double> plain_s, kept_s, solve_s, undo_s, redo_s;
+    std::vector<double> solve_s, undo_s, redo_s;
+    Turns turns(state, "the same push without a history");
     std::int64_t moved = 0;
     std::size_t bytes = 0;
     ChainMail plain = [&] {
@@ -63,9 +64,9 @@ void history_step(benchmark::State& state) {
     for (auto _ : state) {
         const Push& next = is_forth ? forth : back;
         is_forth = !is_forth;
-        plain_s.push_back(seconds_of([&] { benchmark::DoNotOptimize(plain.push(next)); }));
+        turns.add_reference(seconds_of([&] { benchmark::DoNotOptimize(plain.push(next)); }));
         const std::size_t before = kept.history_bytes();
-        kept_s.push_back(seconds_of([&] {
+        turns.add_subject(seconds_of([&] {
             const auto report = kept.push(next);
             moved = report->moved_elements;
             solve_s.push_back(report->solve_ms / 1e3);
@@ -73,16 +74,13 @@ void history_step(benchmark::State& state) {
         bytes = kept.history_bytes() - before;
         undo_s.push_back(seconds_of([&] { benchmark::DoNotOptimize(kept.undo()); }));
         redo_s.push_back(seconds_of([&] { benchmark::DoNotOptimize(kept.redo()); }));
-        state.SetIterationTime(kept_s.back());
     }
+    turns.count(double(moved));
     const double per_element = 1e9 / double(moved);
-    state.counters["moved"] = double(moved);
-    state.counters["plain_ns"] = median(plain_s) * per_element;
     state.counters["solve_ns"] = median(solve_s) * per_element;
-    state.counters["all_ns"] = median(kept_s) * per_element;
     state.counters["undo_ns"] = median(undo_s) * per_element;
     state.counters["redo_ns"] = median(redo_s) * per_element;
-    state.counters["bytes"] = double(bytes) / double(moved);
+    state.counters["history_bytes/item"] = double(bytes) / double(moved);
 }
 
 BENCHMARK(history_step)

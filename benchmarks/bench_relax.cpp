@@ -10,6 +10,8 @@
 #include <cmath>
 #include <cstdlib>
 #include <optional>
+#include <utility>
+#include <vector>
 
 #include "interleaved.h"
 
@@ -82,23 +84,33 @@ void chainmail_relax(benchmark::State& state) {
     const auto workspace = tissue->relax(options)->workspace_bytes;
     const double items = double(pushed.size());
     Floor floor(std::int64_t(items) * 12, mixed ? workspace : 0, arena);
-    constexpr int kSweeps = 8;
+    constexpr double kManyItems = 2e6;
+    const int sweeps = items > kManyItems ? 2 : 8;
     RelaxOptions several = options;
-    several.max_sweeps = kSweeps;
-    run_interleaved(
-        state, kSweeps * items, fresh, [&] { (void)tissue->relax(several).ok(); },
+    several.max_sweeps = sweeps;
+    const Turns turns = run_interleaved(
+        state, "the floor, read and written by a plain loop", fresh,
+        [&] { (void)tissue->relax(several).ok(); },
         [&] {
-            for (int n = 0; n < kSweeps; ++n) floor.run();
+            for (int n = 0; n < sweeps; ++n) floor.run();
         });
+    turns.count(sweeps * items);
     state.counters["workspace_bytes/element"] = double(workspace) / items;
 }
 
-BENCHMARK(chainmail_relax)
-    ->ArgNames({"side", "mixed", "threads"})
-    ->ArgsProduct({{46, 100}, {0, 1}, {1, 2}})
-    ->UseManualTime()
-    ->Iterations(5)
-    ->Unit(benchmark::kMillisecond);
+/// About 1 k to 10 M elements.
+const bool registered = [] {
+    constexpr std::pair<int, int> kSidesAndTurns[] = {
+        {10, 101}, {22, 31}, {46, 7}, {100, 3}, {216, 1}};
+    for (const auto& [side, turns] : kSidesAndTurns)
+        benchmark::RegisterBenchmark("chainmail_relax", chainmail_relax)
+            ->ArgNames({"side", "mixed", "threads"})
+            ->ArgsProduct({{side}, {0, 1}, {1, 2}})
+            ->UseManualTime()
+            ->Iterations(turns)
+            ->Unit(benchmark::kMillisecond);
+    return true;
+}();
 
 }  // namespace
 }  // namespace pliant::bench

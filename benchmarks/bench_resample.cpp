@@ -1,10 +1,10 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// From the lattice back to the grid: vectors of cells against their scalar twin, and against twelve
-// tetrahedra. One item is a written voxel. Beside it the floor: the bytes that must be moved for a
-// voxel (displacement and original value read, new value written) over the bandwidth that the same
-// threads reach in the same run, copying.
+// From the lattice back to the grid: vectors of cells against twelve tetrahedra, and against their
+// scalar twin; and whole frames. One item is a written voxel. Beside it the floor: the bytes that
+// must be moved for a voxel (displacement and original value read, new value written) over the
+// bandwidth that the same threads reach in the same run, copying.
 
 #include <pliant/resample.h>
 
@@ -19,18 +19,28 @@ namespace {
 
 constexpr double kBytesPerVoxel = 3 * 4 + 2 + 2;
 
-Volume wavy_volume(int side) {
+/// One value, or values whose limits differ by some per cent.
+Volume wavy_volume(int side, bool heterogeneous) {
     Volume volume;
     volume.grid.size = {side, side, side};
-    std::vector<std::int16_t> voxels;
-    voxels.reserve(voxel_count(volume.grid));
-    for (int z = 0; z < side; ++z)
-        for (int y = 0; y < side; ++y)
-            for (int x = 0; x < side; ++x)
-                voxels.push_back(std::int16_t(100 * std::sin(0.2 * x + 0.1 * y) + 50 * (z & 1)));
+    std::vector<std::int16_t> voxels(voxel_count(volume.grid), 40);
+    if (heterogeneous)
+        for (int z = 0; z < side; ++z)
+            for (int y = 0; y < side; ++y)
+                for (int x = 0; x < side; ++x)
+                    voxels[voxel_index(volume.grid, {x, y, z})] =
+                        std::int16_t(100 * std::sin(0.2 * x + 0.1 * y) + 50 * (z & 1));
     volume.voxels = std::move(voxels);
     return volume;
 }
+
+/// About 1 k to 10 M written voxels.
+struct Size {
+    int side;  ///< of the scan
+    int push;  ///< its length in voxels
+    int turns;
+};
+constexpr Size kSizes[] = {{64, 2, 101}, {96, 5, 51}, {128, 12, 21}, {192, 26, 7}, {320, 58, 3}};
 
 /// Read and written by all threads of an arena [bytes/ns].
 double copy_bandwidth(const TaskArena& arena) {
@@ -59,57 +69,68 @@ std::optional<ChainMail> pushed_tissue(const Volume& volume, double length,
     return std::move(tissue).value();
 }
 
-/// Arguments: side of the scan, length of the push in voxels, threads.
+/// Arguments: side of the scan, length of the push in voxels, heterogeneous, threads.
 void resample(benchmark::State& state) {
-    const TaskArena arena(int(state.range(2)));
-    const Volume volume = wavy_volume(int(state.range(0)));
+    const TaskArena arena(int(state.range(3)));
+    const Volume volume = wavy_volume(int(state.range(0)), state.range(2) != 0);
     const auto tissue = pushed_tissue(volume, double(state.range(1)), arena);
     if (!tissue) {
         state.SkipWithError("the push failed");
         return;
     }
-    std::vector<double> cells_ms, scalar_ms, tetrahedra_ms, bandwidth;
+    Turns turns(state, "twelve tetrahedra");
+    std::vector<double> scalar_ms, bandwidth;
     double items = 0;
     for (auto _ : state) {
         bandwidth.push_back(copy_bandwidth(arena));
-        tetrahedra_ms.push_back(deform_volume(*tissue, Mapping::Tetrahedra).resample_ms);
-        scalar_ms.push_back(deform_volume(*tissue, Mapping::CellsScalar).resample_ms);
+        if (turns.wants_reference()) {
+            turns.add_reference(deform_volume(*tissue, Mapping::Tetrahedra).resample_ms * 1e-3);
+            scalar_ms.push_back(deform_volume(*tissue, Mapping::CellsScalar).resample_ms);
+        }
         const Deformed subject = deform_volume(*tissue, Mapping::Cells);
-        cells_ms.push_back(subject.resample_ms);
         items = double(subject.written_voxels);
-        state.SetIterationTime(subject.resample_ms * 1e-3);
+        turns.add_subject(subject.resample_ms * 1e-3);
     }
-    const double cells = median(cells_ms), tetrahedra = median(tetrahedra_ms);
-    state.counters["items"] = items;
-    state.counters["ns/item"] = cells / items * 1e6;
+    turns.count(items);
     state.counters["scalar_ns/item"] = median(scalar_ms) / items * 1e6;
-    state.counters["reference_ns/item"] = tetrahedra / items * 1e6;
     state.counters["floor_ns/item"] = kBytesPerVoxel / median(bandwidth);
-    state.counters["times_faster"] = tetrahedra / cells;
 }
 
-/// A drag with a million moved elements that swings from one side to the other, since on a way back
-/// by less most elements stay where they are: each frame clamps them all and writes their voxels.
-/// One item is a written voxel. Arguments: side of the scan, length of the drag in voxels, threads.
+/// A drag that swings from one side to the other, since on a way back by less most elements stay
+/// where they are: each frame clamps them all and writes their voxels. The reference pushes the
+/// same elements and maps them in plain loops. Arguments as above.
 void whole_frame(benchmark::State& state) {
-    const TaskArena arena(int(state.range(2)));
-    const Volume volume = wavy_volume(int(state.range(0)));
+    const TaskArena arena(int(state.range(3)));
+    const Volume volume = wavy_volume(int(state.range(0)), state.range(2) != 0);
     ChainMailSettings settings;
     settings.max_movement_mm = 500;
     auto tissue = ChainMail::create(volume, settings, arena);
+    settings.solver = ChainMailSolver::PlainSweep;
+    auto plain = ChainMail::create(volume, settings, arena);
     const double length = double(state.range(1)), along = length / std::sqrt(3.0);
     const double middle = volume.grid.size.x / 2 + 0.5;
     const Vec3d out{along, 0.8 * along, 1.1 * along};
-    if (!tissue.ok() || !tissue->grab({.point_mm = {middle, middle, middle}}, 1.1 * length).ok()) {
+    const Push place{.point_mm = {middle, middle, middle}};
+    const auto held = plain.ok() ? plain->elements_at(place) : plain.error();
+    if (!tissue.ok() || !held.ok() || !tissue->grab(place, 1.1 * length).ok()) {
         state.SkipWithError("the grab failed");
         return;
     }
     LiveDeformation live(*tissue);
-    std::vector<double> drag_ms, resample_ms, frame_ms, items, moved, bandwidth;
+    std::vector<double> drag_ms, resample_ms, items, moved, bandwidth;
     // Beforehand: between frames it would push everything out of the caches.
     for (int n = 0; n < 5; ++n) bandwidth.push_back(copy_bandwidth(arena));
-    double side = 1;
+    Turns turns(state, "plain loops: a push, and one voxel at a time");
+    double side = 1, plain_side = 0;
     for (auto _ : state) {
+        if (turns.wants_reference()) {
+            const auto report = plain->push_elements(*held, (side - plain_side) * out);
+            if (report.ok())
+                turns.add_reference(
+                    (report->solve_ms + deform_volume(*plain, Mapping::CellsScalar).resample_ms) *
+                    1e-3);
+            plain_side = side;
+        }
         const auto report = tissue->drag_to(side * out);
         if (!report.ok()) {
             state.SkipWithError("the drag failed");
@@ -118,39 +139,32 @@ void whole_frame(benchmark::State& state) {
         const LiveUpdate update = live.update();
         drag_ms.push_back(report->solve_ms);
         resample_ms.push_back(update.resample_ms);
-        frame_ms.push_back(report->solve_ms + update.resample_ms);
         items.push_back(double(update.written_voxels));
         moved.push_back(double(report->moved_elements));
-        state.SetIterationTime(frame_ms.back() * 1e-3);
+        turns.add_subject((report->solve_ms + update.resample_ms) * 1e-3);
         side = -side;
     }
-    state.counters["items"] = median(items);
-    state.counters["ns/item"] = median(frame_ms) / median(items) * 1e6;
+    turns.count(median(items));
     state.counters["floor_ns/item"] = kBytesPerVoxel / median(bandwidth);
     state.counters["moved"] = median(moved);
     state.counters["drag_ms"] = median(drag_ms);
     state.counters["resample_ms"] = median(resample_ms);
     state.counters["resample_ns/voxel"] = median(resample_ms) / median(items) * 1e6;
-    state.counters["frame_ms"] = median(frame_ms);
 }
 
-BENCHMARK(resample)
-    ->ArgNames({"side", "push", "threads"})
-    ->ArgsProduct({{64}, {2}, {1, 2}})
-    ->ArgsProduct({{96}, {5}, {1, 2}})
-    ->ArgsProduct({{128}, {12}, {1, 2}})
-    ->ArgsProduct({{192}, {26}, {1, 2}})
-    ->ArgsProduct({{320}, {58}, {1, 2}})
-    ->UseManualTime()
-    ->Unit(benchmark::kMillisecond)
-    ->MinTime(0.1);
-BENCHMARK(whole_frame)
-    ->ArgNames({"side", "push", "threads"})
-    ->ArgsProduct({{128}, {12}, {1, 2}})
-    ->ArgsProduct({{192}, {26}, {1, 2}})
-    ->UseManualTime()
-    ->Unit(benchmark::kMillisecond)
-    ->MinTime(0.5);
+bool register_sizes(const char* name, void (*run)(benchmark::State&)) {
+    for (const Size& size : kSizes)
+        benchmark::RegisterBenchmark(name, run)
+            ->ArgNames({"side", "push", "heterogeneous", "threads"})
+            ->ArgsProduct({{size.side}, {size.push}, {0, 1}, {1, 2}})
+            ->Iterations(size.turns)
+            ->UseManualTime()
+            ->Unit(benchmark::kMillisecond);
+    return true;
+}
+
+const bool registered =
+    register_sizes("resample", resample) && register_sizes("whole_frame", whole_frame);
 
 }  // namespace
 }  // namespace pliant::bench

@@ -2,7 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // A subject and its reference, timed turn by turn in one run, so that a noisy machine disturbs both
-// alike. The benchmark's own time is the subject's; counters give the medians and their ratio.
+// alike. The benchmark's own time is the subject's; counters give the medians and their ratio. A
+// reference that takes seconds doesn't run in every turn: only until its time is spent.
 
 #pragma once
 
@@ -10,6 +11,8 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cstdint>
+#include <string>
 #include <vector>
 
 namespace pliant::bench {
@@ -28,24 +31,60 @@ double seconds_of(Work&& work) {
     return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
-/// @param items  what one turn works on, for the counters in ns per item
+/// The seconds of each turn, and what they say per item.
+class Turns {
+  public:
+    /// @param reference  what it is, for the heading of the table
+    Turns(benchmark::State& state, const std::string& reference) : m_state(state) {
+        state.SetLabel("reference: " + reference);
+    }
+
+    void add_subject(double seconds) {
+        m_subject_s.push_back(seconds);
+        m_state.SetIterationTime(seconds);
+    }
+    void add_reference(double seconds) {
+        m_reference_s.push_back(seconds);
+        m_spent_s += seconds;
+    }
+    /// At least once; then as long as it has taken less than its share.
+    bool wants_reference() const { return m_spent_s < kReferenceShare_s; }
+
+    /// @param items  what one turn of the subject works on
+    /// @param reference_items  where the reference works on another number of them
+    void count(double items, double reference_items = 0) const {
+        const double a = median(m_subject_s) / items;
+        const double b = median(m_reference_s) / (reference_items > 0 ? reference_items : items);
+        m_state.counters["items"] = items;
+        m_state.counters["ns/item"] = a * 1e9;
+        m_state.counters["reference_ns/item"] = b * 1e9;
+        m_state.counters["times_faster"] = b / a;
+        m_state.counters["reference_turns"] = double(m_reference_s.size());
+        if (reference_items > 0) m_state.counters["reference_items"] = reference_items;
+    }
+
+  private:
+    static constexpr double kReferenceShare_s = 1.5;
+
+    benchmark::State& m_state;
+    std::vector<double> m_subject_s, m_reference_s;
+    double m_spent_s = 0;
+};
+
 /// @param prepare  untimed, before each timed piece of work
 template <class Prepare, class Subject, class Reference>
-void run_interleaved(benchmark::State& state, double items, Prepare&& prepare, Subject&& subject,
-                     Reference&& reference) {
-    std::vector<double> subject_s, reference_s;
+Turns run_interleaved(benchmark::State& state, const std::string& name, Prepare&& prepare,
+                      Subject&& subject, Reference&& reference) {
+    Turns turns(state, name);
     for (auto _ : state) {
+        if (turns.wants_reference()) {
+            prepare();
+            turns.add_reference(seconds_of(reference));
+        }
         prepare();
-        reference_s.push_back(seconds_of(reference));
-        prepare();
-        subject_s.push_back(seconds_of(subject));
-        state.SetIterationTime(subject_s.back());
+        turns.add_subject(seconds_of(subject));
     }
-    const double a = median(subject_s), b = median(reference_s);
-    state.counters["items"] = items;
-    state.counters["ns/item"] = a / items * 1e9;
-    state.counters["reference_ns/item"] = b / items * 1e9;
-    state.counters["times_faster"] = b / a;
+    return turns;
 }
 
 }  // namespace pliant::bench

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // pliant_bench [GROUP] [Google Benchmark's options]: with a group, only its cases, as a table and
-// as JSON in bench-GROUP.json beside the working directory's other files.
+// as JSON in bench-GROUP.json in the working directory.
 
 #include <benchmark/benchmark.h>
 
@@ -17,11 +17,11 @@
 int main(int argc, char** argv) {
     static const std::map<std::string, std::string> kGroups = {
         {"chainmail",
-         "--benchmark_filter=^(moving_contact|bounded_lattice|drag_frame|pick|whole_frame|thesis_"
-         "push|"
-         "resample|whole_frame|chainmail_|bandwidth)"},
+         "--benchmark_filter=^(moving_contact|bounded_lattice|drag_|thesis_case|resample|"
+         "whole_frame|chainmail_|large_scan/(open|push)/)"},
         {"resample", "--benchmark_filter=^(resample|whole_frame)"},
         {"render", "--benchmark_filter=^(endoscope_view|ray_caster_bricks)"},
+        {"scan", "--benchmark_filter=^large_scan"},
     };
     std::vector<std::string> arguments(argv, argv + argc);
     bool as_table = false;
@@ -38,6 +38,12 @@ int main(int argc, char** argv) {
         arguments.insert(arguments.begin() + 2, {"--benchmark_out=bench-" + group->first + ".json",
                                                  "--benchmark_out_format=json"});
     }
+    for (const std::string& argument : arguments)
+        if (argument == "--benchmark_format=csv" || argument == "--benchmark_out_format=csv") {
+            std::cerr << "pliant_bench: " << argument
+                      << ": expected console or json, since cases have different columns\n";
+            return 2;
+        }
     std::vector<char*> pointers;
     for (std::string& argument : arguments) pointers.push_back(argument.data());
     int count = int(pointers.size());

@@ -3,15 +3,21 @@
 
 #include "table_reporter.h"
 
+#include <algorithm>
 #include <cstdio>
+#include <iterator>
+#include <string_view>
+#include <utility>
 
 namespace pliant::bench {
 namespace {
 
 constexpr int kNameWidth = 46;
+constexpr std::string_view kColumns[] = {"items", "ns/item", "reference_ns/item", "times_faster",
+                                         "floor_ns/item"};
 
 /// Four significant digits, or "-" where the case has no such number.
-std::string counter_text(const benchmark::BenchmarkReporter::Run& run, const char* name) {
+std::string counter_text(const benchmark::BenchmarkReporter::Run& run, const std::string& name) {
     const auto found = run.counters.find(name);
     if (found == run.counters.end()) return "-";
     char text[32];
@@ -19,18 +25,24 @@ std::string counter_text(const benchmark::BenchmarkReporter::Run& run, const cha
     return text;
 }
 
+/// Of all turns where they are counted by the item; else Google Benchmark's mean.
+double median_ms(const benchmark::BenchmarkReporter::Run& run) {
+    const auto items = run.counters.find("items"), ns = run.counters.find("ns/item");
+    if (items != run.counters.end() && ns != run.counters.end())
+        return double(items->second) * double(ns->second) * 1e-6;
+    return run.GetAdjustedRealTime() * 1e3 / benchmark::GetTimeUnitMultiplier(run.time_unit);
+}
+
 /// "moving_contact/side:50/push:5" → family "moving_contact", case "side:50 push:5".
 std::pair<std::string, std::string> split_name(const std::string& name) {
     const std::size_t slash = name.find('/');
     if (slash == std::string::npos) return {name, ""};
     std::string arguments = name.substr(slash + 1);
-    for (const char* noise : {"/manual_time", "/real_time"})
-        if (const auto at = arguments.find(noise); at != std::string::npos)
-            arguments.erase(at, std::string(noise).size());
-    if (const auto at = arguments.find("min_time"); at != std::string::npos) {
-        const auto end = arguments.find('/', at);
-        arguments.erase(at, end == std::string::npos ? end : end + 1 - at);
-    }
+    for (const char* noise : {"/manual_time", "/real_time", "/min_time:", "/iterations:"})
+        if (const auto at = arguments.find(noise); at != std::string::npos) {
+            const auto end = arguments.find('/', at + 1);
+            arguments.erase(at, end == std::string::npos ? end : end - at);
+        }
     for (char& c : arguments)
         if (c == '/') c = ' ';
     return {name.substr(0, slash), arguments};
@@ -56,6 +68,7 @@ void TableReporter::ReportRuns(const std::vector<Run>& runs) {
         if (family != m_family) {
             std::printf("\n%-*s %10s %10s %10s %10s %10s %10s\n", kNameWidth, family.c_str(), "ms",
                         "items", "ns/item", "reference", "ratio", "floor");
+            if (!run.report_label.empty()) std::printf("  (%s)\n", run.report_label.c_str());
             m_family = family;
         }
         if (run.error_occurred) {
@@ -64,20 +77,15 @@ void TableReporter::ReportRuns(const std::vector<Run>& runs) {
             continue;
         }
         if (run.run_type == Run::RT_Aggregate) continue;
-        std::printf(
-            "  %-*s %10.4g %10s %10s %10s %10s %10s\n", kNameWidth - 2, arguments.c_str(),
-            run.GetAdjustedRealTime() * 1e3 / benchmark::GetTimeUnitMultiplier(run.time_unit),
-            counter_text(run, "items").c_str(), counter_text(run, "ns/item").c_str(),
-            counter_text(run, "reference_ns/item").c_str(),
-            counter_text(run, "times_faster").c_str(), counter_text(run, "floor_ns/item").c_str());
-        for (const auto& [name, value] : run.counters) {
-            const bool in_columns = name == "items" || name == "ns/item" ||
-                                    name == "reference_ns/item" || name == "times_faster" ||
-                                    name == "floor_ns/item";
-            if (!in_columns)
-                std::printf("      %s: %s\n", name.c_str(),
-                            counter_text(run, name.c_str()).c_str());
-        }
+        std::printf("  %-*s %10.4g", kNameWidth - 2, arguments.c_str(), median_ms(run));
+        for (const std::string_view column : kColumns)
+            std::printf(" %10s", counter_text(run, std::string(column)).c_str());
+        std::printf("\n");
+        std::string others;
+        for (const auto& [name, value] : run.counters)
+            if (std::find(std::begin(kColumns), std::end(kColumns), name) == std::end(kColumns))
+                others += (others.empty() ? "" : ", ") + name + " " + counter_text(run, name);
+        if (!others.empty()) std::printf("      %s\n", others.c_str());
         std::fflush(stdout);
     }
 }

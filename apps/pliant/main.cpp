@@ -124,6 +124,11 @@ PushOption parse_push(const std::string& text) {
     return {parse_vector(point, "--push"), parse_vector(push, "--push")};
 }
 
+SlideOption parse_slide(const std::string& text) {
+    const auto [point, way] = halves_of(text, "--slide", "X,Y,Z:DX,DY,DZ in LPS mm");
+    return {parse_vector(point, "--slide"), parse_vector(way, "--slide")};
+}
+
 /// Points separated by semicolons.
 std::vector<Vec3d> parse_points(std::string_view text, const std::string& option) {
     std::vector<Vec3d> points;
@@ -168,6 +173,9 @@ void add_actions(CLI::App* command, DeformOptions& o) {
     const std::vector<std::pair<CLI::Option*, Parse>> kinds = {
         {add("--push", "X,Y,Z:DX,DY,DZ", "where, and how far, in LPS mm; may be given again"),
          [](const std::string& text) -> DeformAction { return parse_push(text); }},
+        {add("--slide", "X,Y,Z:DX,DY,DZ",
+             "leads the sphere of --tool along, and tissue slides off it; may be given again"),
+         [](const std::string& text) -> DeformAction { return parse_slide(text); }},
         {add("--cut", "X,Y,Z;X,Y,Z[;...]:DX,DY,DZ",
              "a line swept along a vector cuts the links that it crosses; may be given again"),
          [](const std::string& text) -> DeformAction { return parse_cut(text); }},
@@ -187,7 +195,8 @@ void add_actions(CLI::App* command, DeformOptions& o) {
                     o.actions.push_back(parse(parsed->results()[taken[parsed]++]));
         if (o.actions.empty() && o.load_state.empty())
             throw CLI::ValidationError(
-                "deform", "expected one or more of --push, --cut, --carve or --load-state");
+                "deform",
+                "expected one or more of --push, --slide, --cut, --carve or --load-state");
     });
 }
 
@@ -241,12 +250,14 @@ void add_deform(CLI::App& app, DeformOptions& o) {
     c->add_flag("--raw", o.raw, "no compression");
     add_threads(c, o.threads);
     c->footer(
-        "Pushes, cuts and carvings are done in the order in which they are given.\n"
+        "Pushes, slides, cuts and carvings are done in the order in which they are given.\n"
         "Examples:\n"
         "  pliant deform scan.nrrd --push \"-13.5,116,-421:6,0,0\" --tool sphere:4 "
         "--out pushed.nrrd --png pushed.png\n"
         "  pliant deform scan.nrrd --cut \"-30,100,-421;-5,105,-421:0,0,40\" "
         "--push \"-13.5,116,-421:6,0,0\" --out cut.nrrd --save-state cut.plst\n"
+        "  pliant deform scan.nrrd --slide \"-20,116,-421:9,0,0\" --tool sphere:4 "
+        "--out slid.nrrd\n"
         "  pliant deform scan.nrrd --load-state cut.plst --carve \"-13.5,116,-421:5\" "
         "--out carved.nrrd");
 }

@@ -43,8 +43,14 @@ struct PushOption {
     Vec3d push_mm;
 };
 
+/// The sphere's way, from a point along a vector; tissue slides off it.
+struct SlideOption {
+    Vec3d point_mm;
+    Vec3d way_mm;
+};
+
 /// What is done to the tissue, one after the other.
-using DeformAction = std::variant<PushOption, CutSurface, CarveTool>;
+using DeformAction = std::variant<PushOption, SlideOption, CutSurface, CarveTool>;
 
 struct DeformOptions {
     std::string file;

@@ -75,9 +75,34 @@ Json push_json(const PushOption& option, const PushReport& report) {
     return json;
 }
 
-}  // namespace
+Json slide_json(const SlideOption& option, const SlideReport& report) {
+    Json json;
+    json["point_mm"] = json_of(option.point_mm);
+    json["way_mm"] = json_of(option.way_mm);
+    json["limited_by"] = name_of(report.limited_by);
+    json["way_fraction"] = report.way_fraction;
+    json["contacts"] = report.contacts;
+    json["inside_elements"] = report.inside_elements;
+    json["slide_ms"] = report.slide_ms;
+    return json;
+}
 
-PushReport summary_of(const std::vector<PushReport>& pushes) {
+/// Its way is what was asked for.
+PushReport as_push(const SlideReport& slide) {
+    PushReport push;
+    push.status = slide.limited_by == LimitedBy::None            ? PushStatus::Applied
+                  : slide.contacts > 0 || slide.way_fraction > 0 ? PushStatus::Limited
+                                                                 : PushStatus::Rejected;
+    push.limited_by = slide.limited_by;
+    push.step_fraction = slide.way_fraction;
+    push.solve_ms = slide.slide_ms;
+    return push;
+}
+
+/// All pushes and slides as one: rejected if none did anything, applied if all were done in full.
+PushReport summary_of(const DeformResult& result) {
+    std::vector<PushReport> pushes = result.pushes;
+    for (const SlideReport& slide : result.slides) pushes.push_back(as_push(slide));
     PushReport all;
     const auto count = [&](PushStatus status) {
         return std::count_if(pushes.begin(), pushes.end(),
@@ -98,8 +123,17 @@ PushReport summary_of(const std::vector<PushReport>& pushes) {
     return all;
 }
 
+/// What the summary's fraction is of.
+const char* name_of_ways(std::size_t pushes, std::size_t slides) {
+    if (pushes + slides == 0) return "what was asked for";
+    if (pushes + slides > 1) return slides == 0 ? "the shortest push" : "the shortest way";
+    return slides == 0 ? "the push" : "the sphere's way";
+}
+
+}  // namespace
+
 std::string report_json(const DeformOptions& options, const DeformResult& result) {
-    const PushReport all = summary_of(result.pushes);
+    const PushReport all = summary_of(result);
     const Deformed& deformed = result.deformed;
     Json json;
     json["status"] = name_of(all.status);
@@ -139,25 +173,26 @@ std::string report_json(const DeformOptions& options, const DeformResult& result
     if (options.sphere_radius_mm > 0) json["sphere_radius_mm"] = options.sphere_radius_mm;
     json["solver"] = options.solver;
     json["mapping"] = options.mapping;
-    json["pushes"] = Json::array();
+    json["pushes"] = json["slides"] = Json::array();
     auto report = result.pushes.begin();
+    auto slid = result.slides.begin();
     for (const DeformAction& action : options.actions)
         if (const auto* push = std::get_if<PushOption>(&action))
             json["pushes"].push_back(push_json(*push, *report++));
+        else if (const auto* slide = std::get_if<SlideOption>(&action))
+            json["slides"].push_back(slide_json(*slide, *slid++));
     json["notes"] = result.notes;
     return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
 std::string report_text(const DeformResult& result) {
-    const PushReport all = summary_of(result.pushes);
+    const PushReport all = summary_of(result);
     char line[256];
     std::snprintf(line, sizeof line,
                   "%s: %.1f %% of %s done, %lld elements moved by up to %.2f mm\n"
                   "solve %.2f ms, resample %.2f ms, %lld voxels written\n",
                   name_of(all.status), 100 * all.step_fraction,
-                  result.pushes.empty()      ? "what was asked for"
-                  : result.pushes.size() > 1 ? "the shortest push"
-                                             : "the push",
+                  name_of_ways(result.pushes.size(), result.slides.size()),
                   static_cast<long long>(result.state.moved_elements), result.state.max_movement_mm,
                   all.solve_ms, result.deformed.resample_ms,
                   static_cast<long long>(result.deformed.written_voxels));
@@ -175,6 +210,12 @@ std::string report_text(const DeformResult& result) {
                       result.relax->energy_after_mm2);
         text += line;
     }
+    for (const SlideReport& slide : result.slides)
+        if (slide.inside_elements > 0) {
+            std::snprintf(line, sizeof line, "%lld elements are still inside of the sphere\n",
+                          static_cast<long long>(slide.inside_elements));
+            text += line;
+        }
     if (!all.message.empty()) text += all.message + "\n";
     return text;
 }

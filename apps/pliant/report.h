@@ -6,6 +6,7 @@
 #pragma once
 
 #include <pliant/chainmail.h>
+#include <pliant/chainmail_slide.h>
 #include <pliant/resample.h>
 
 #include <optional>
@@ -18,6 +19,7 @@ namespace pliant::app {
 
 struct DeformResult {
     std::vector<PushReport> pushes;
+    std::vector<SlideReport> slides;
     double edit_ms = 0;                ///< of cuts and carvings
     std::optional<RelaxReport> relax;  ///< none: not asked for
     LatticeState state;
@@ -26,9 +28,6 @@ struct DeformResult {
     std::uint64_t hash = 0;
     std::vector<std::string> notes;
 };
-
-/// All pushes as one: rejected if none did anything, applied if all were done in full.
-PushReport summary_of(const std::vector<PushReport>& pushes);
 
 std::string report_json(const DeformOptions& options, const DeformResult& result);
 

@@ -4,6 +4,7 @@
 // The whole pipeline: read, push, write back to the grid, draw. Outputs appear together at the end.
 
 #include <pliant/chainmail.h>
+#include <pliant/chainmail_slide.h>
 #include <pliant/render.h>
 #include <pliant/resample.h>
 #include <pliant/staged_files.h>
@@ -120,9 +121,27 @@ Error named_by_option(Error error) {
     return error;
 }
 
-/// @param[out] held  what a push took hold of
+/// What the last tool leaves to the relaxation: the elements that it holds, or where it lies.
+struct LeftTool {
+    std::vector<Vec3i> held;
+    std::vector<RelaxTool> lying;
+};
+
+Status apply(const SlideOption& option, const DeformOptions& o, ChainMail& tissue,
+             DeformResult& result, LeftTool& left) {
+    const auto report = slide_sphere(tissue, {.point_mm = option.point_mm,
+                                              .push_mm = option.way_mm,
+                                              .sphere_radius_mm = o.sphere_radius_mm});
+    if (!report.ok()) return Error{report.error().code, "--" + report.error().message};
+    const Vec3d end_mm =
+        option.point_mm + report->way_fraction * tissue.settings().scale * option.way_mm;
+    left = {{}, {{end_mm, end_mm, o.sphere_radius_mm}}};
+    result.slides.push_back(*report);
+    return Ok{};
+}
+
 Status apply(const DeformAction& action, const DeformOptions& o, ChainMail& tissue,
-             DeformResult& result, std::vector<Vec3i>& held) {
+             DeformResult& result, LeftTool& left) {
     const auto failed = [](const Error& error) -> Status {
         return Error{error.code, "--" + error.message};
     };
@@ -131,10 +150,12 @@ Status apply(const DeformAction& action, const DeformOptions& o, ChainMail& tiss
                                            .push_mm = option->push_mm,
                                            .sphere_radius_mm = o.sphere_radius_mm});
         if (!grabbed.ok()) return failed(grabbed.error());
-        held = std::move(*grabbed);
-        const auto report = tissue.push_elements(held, option->push_mm);
+        left = {std::move(*grabbed), {}};
+        const auto report = tissue.push_elements(left.held, option->push_mm);
         if (!report.ok()) return failed(report.error());
         result.pushes.push_back(*report);
+    } else if (const auto* slide = std::get_if<SlideOption>(&action)) {
+        return apply(*slide, o, tissue, result, left);
     } else if (const auto* surface = std::get_if<CutSurface>(&action)) {
         const auto report = tissue.cut(*surface);
         if (!report.ok()) return failed(report.error());
@@ -147,33 +168,43 @@ Status apply(const DeformAction& action, const DeformOptions& o, ChainMail& tiss
     return Ok{};
 }
 
-/// @param[out] held  what the last push took hold of
 Status apply_actions(const DeformOptions& o, ChainMail& tissue, DeformResult& result,
-                     ProgressBar& bar, std::vector<Vec3i>& held) {
+                     ProgressBar& bar, LeftTool& left) {
     for (std::size_t n = 0; n < o.actions.size(); ++n) {
-        if (const Status s = apply(o.actions[n], o, tissue, result, held); !s.ok()) return s;
+        if (const Status s = apply(o.actions[n], o, tissue, result, left); !s.ok()) return s;
         bar.show(0.2 + 0.2 * double(n + 1) / double(o.actions.size()));
     }
     return Ok{};
 }
 
-Status apply_relaxation(const DeformOptions& o, ChainMail& tissue, std::vector<Vec3i> held,
+Status apply_relaxation(const DeformOptions& o, ChainMail& tissue, LeftTool left,
                         DeformResult& result) {
     if (!o.relax_ms && !o.relax_sweeps) return Ok{};
     RelaxOptions options{.measure_energy = true};
     if (o.relax_ms) options.budget_ms = *o.relax_ms;
     if (o.relax_sweeps) options.max_sweeps = *o.relax_sweeps;
-    if (!o.release) options.held = std::move(held);
+    if (!o.release) {
+        options.held = std::move(left.held);
+        options.tools = std::move(left.lying);
+    }
     const auto report = tissue.relax(options);
     if (!report.ok()) return Error{report.error().code, "--" + report.error().message};
     result.relax = *report;
     return Ok{};
 }
 
-/// Where the picture looks, and along what: the last push, or the last cut or carving.
+/// A push, or a slide from where it ends; of other actions none.
+std::optional<PushOption> pushed_by(const DeformAction& action) {
+    if (const auto* push = std::get_if<PushOption>(&action)) return *push;
+    if (const auto* slide = std::get_if<SlideOption>(&action))
+        return PushOption{slide->point_mm + slide->way_mm, slide->way_mm};
+    return std::nullopt;
+}
+
+/// Where the picture looks, and along what: the last push or slide, or the last cut or carving.
 PushOption place_of_picture(const DeformOptions& o, const ChainMail& tissue) {
     for (auto at = o.actions.rbegin(); at != o.actions.rend(); ++at)
-        if (const auto* push = std::get_if<PushOption>(&*at)) return *push;
+        if (const auto push = pushed_by(*at)) return *push;
     if (o.actions.empty()) {
         const Box3i box = tissue.moved_box();
         const Vec3i sum = box.begin + box.end;
@@ -267,10 +298,18 @@ Status check_options(const DeformOptions& o) {
                      "--release: expected --relax or --relax-sweeps too, found neither"};
     if (o.look && !(norm(*o.look) > 0))
         return Error{ErrorCode::InvalidArgument, "--look: expected a direction, found 0,0,0"};
-    const auto* push = o.actions.empty() ? nullptr : std::get_if<PushOption>(&o.actions.back());
-    if (push && o.eye_mm && !o.look && norm(push->point_mm - *o.eye_mm) == 0)
+    const bool slides = std::any_of(o.actions.begin(), o.actions.end(), [](const auto& action) {
+        return std::holds_alternative<SlideOption>(action);
+    });
+    if (slides && o.sphere_radius_mm == 0)
         return Error{ErrorCode::InvalidArgument,
-                     "--eye: expected a place other than the last --push, or --look too"};
+                     "--slide: expected --tool sphere:R_MM, found point"};
+    const auto push = o.actions.empty() ? std::nullopt : pushed_by(o.actions.back());
+    if (push && o.eye_mm && !o.look && norm(push->point_mm - *o.eye_mm) == 0)
+        return Error{
+            ErrorCode::InvalidArgument,
+            "--eye: expected a place other than that of the last --push or --slide, or --look "
+            "too"};
     if (!o.load_state.empty() && !o.config.empty())
         return Error{ErrorCode::InvalidArgument,
                      "--config: expected none beside --load-state, which has its own settings, "
@@ -307,10 +346,10 @@ int run_deform(const DeformOptions& options) {
     if (!options.load_state.empty())
         if (const Status s = tissue->load_state(options.load_state); !s.ok())
             return fail(s.error());
-    std::vector<Vec3i> held;
-    if (const Status s = apply_actions(options, *tissue, result, *bar, held); !s.ok())
+    LeftTool left;
+    if (const Status s = apply_actions(options, *tissue, result, *bar, left); !s.ok())
         return fail(s.error());
-    if (const Status s = apply_relaxation(options, *tissue, std::move(held), result); !s.ok())
+    if (const Status s = apply_relaxation(options, *tissue, std::move(left), result); !s.ok())
         return fail(s.error());
     result.state = tissue->state();
     result.certificate = tissue->fold_certificate();

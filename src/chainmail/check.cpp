@@ -30,17 +30,37 @@ struct Elements {
     std::vector<bool> is_void;
 };
 
+/// Calls visit(low, high, b, n) for the links along b from a block's elements up where an end
+/// moved; n is the lower end's index in its brick.
+template <class Visit>
+void for_each_moved_link(const CellBlock& block, const Visit& visit) {
+    int n = 0;
+    for (int z = 0; z < block.size(); ++z)
+        for (int y = 0; y < block.size(); ++y)
+            for (int x = 0; x < block.size(); ++x, ++n)
+                for (int b = 0; b < 3; ++b) {
+                    const int low = block.index(x, y, z);
+                    const int high = block.index(x + (b == 0), y + (b == 1), z + (b == 2));
+                    if (block.is_moved(low) || block.is_moved(high)) visit(low, high, b, n);
+                }
+}
+
 /// Limits straight from the law, looked up only where something moved.
 Elements elements_of(const Lattice& lattice, const LimitsAt& limits_at, const CellBlock& block) {
     Elements elements;
     const int last = block.size();
     const auto count = std::size_t(block.index(last, last, last)) + 1;
+    std::vector<bool> is_needed(count);
+    for_each_moved_link(block, [&](int low, int high, int, int) {
+        is_needed[std::size_t(low)] = is_needed[std::size_t(high)] = true;
+    });
     elements.limits.resize(count);
     elements.is_void.resize(count);
     for (int z = 0; z <= last; ++z)
         for (int y = 0; y <= last; ++y)
             for (int x = 0; x <= last; ++x) {
                 const auto n = std::size_t(block.index(x, y, z));
+                if (!is_needed[n]) continue;
                 const Vec3i e = block.first_element() + Vec3i{x, y, z};
                 elements.limits[n] = limits_at(e);
                 elements.is_void[n] = lattice.is_void(e);
@@ -69,25 +89,18 @@ Checked check_links(const Lattice& lattice, Vec3i coord, const CellBlock& block,
     Checked checked;
     const Elements elements = elements_of(lattice, limits_at, block);
     const BrickEdits* edits = lattice.edits_of(coord);
-    for (int n = 0; n < lattice.elements_per_brick(); ++n) {
-        const Vec3i local = lattice.element_of(coord, n) - block.first_element();
-        const int low = block.index(local.x, local.y, local.z);
-        for (int b = 0; b < 3; ++b) {
-            const int high =
-                block.index(local.x + (b == 0), local.y + (b == 1), local.z + (b == 2));
-            const auto from = std::size_t(low), to = std::size_t(high);
-            if (!block.is_moved(low) && !block.is_moved(high)) continue;
-            if (elements.is_void[from] || elements.is_void[to]) continue;
-            if (edits && ((*edits)[std::size_t(n)] & (kCutX << b))) continue;
-            for (int a = 0; a < 3; ++a) {
-                const Fixed difference = block.displacement(high)[a] - block.displacement(low)[a];
-                const double violation =
-                    violation_mm(elements.limits[from], elements.limits[to], a, b,
-                                 lattice.grid().spacing_mm[b], mm_from_units(difference));
-                check_link(checked, violation, coord, n, b, a, difference, allowance);
-            }
+    for_each_moved_link(block, [&](int low, int high, int b, int n) {
+        const auto from = std::size_t(low), to = std::size_t(high);
+        if (elements.is_void[from] || elements.is_void[to]) return;
+        if (edits && ((*edits)[std::size_t(n)] & (kCutX << b))) return;
+        for (int a = 0; a < 3; ++a) {
+            const Fixed difference = block.displacement(high)[a] - block.displacement(low)[a];
+            const double violation =
+                violation_mm(elements.limits[from], elements.limits[to], a, b,
+                             lattice.grid().spacing_mm[b], mm_from_units(difference));
+            check_link(checked, violation, coord, n, b, a, difference, allowance);
         }
-    }
+    });
     return checked;
 }
 

@@ -4,6 +4,7 @@
 #include "chainmail/lattice.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <cstddef>
 #include <cstring>
@@ -18,7 +19,9 @@
 namespace pliant {
 namespace {
 
+/// ⌊a / b⌋: a shift where it can be one, as for the usual bricks.
 int floor_div(int a, int b) {
+    if (std::has_single_bit(unsigned(b))) return a >> std::countr_zero(unsigned(b));
     return a >= 0 ? a / b : -((-a + b - 1) / b);
 }
 
@@ -82,6 +85,7 @@ MaterialId Lattice::material_at(Vec3i ijk) const {
 
 bool Lattice::is_void(Vec3i ijk) const {
     if (m_bounded && !contains(voxel_box(grid()), ijk)) return true;
+    if (m_edits.empty()) return false;
     const BrickEdits* edits = edits_of(brick_of(ijk));
     return edits && ((*edits)[std::size_t(index_in_brick(ijk))] & kVoid);
 }
@@ -336,7 +340,8 @@ const BrickEdits* Lattice::edits_of(Vec3i brick_coord) const {
 }
 
 bool Lattice::is_linked(Vec3i low, int axis) const {
-    const BrickEdits* edits = edits_of(brick_of(low));
+    if (!may_have_gaps()) return true;
+    const BrickEdits* edits = m_edits.empty() ? nullptr : edits_of(brick_of(low));
     if (edits && ((*edits)[std::size_t(index_in_brick(low))] & (kCutX << axis))) return false;
     return !is_void(low) && !is_void(low + Vec3i{axis == 0, axis == 1, axis == 2});
 }

@@ -2,7 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // The two envelopes, component by component: bricks swept until nothing changes, those of one
-// chessboard colour in parallel.
+// chessboard colour in parallel. Only elements that have moved are swept, in a copy of the brick
+// with a layer of its neighbours around it, and with what each link leaves them at hand.
 
 #include <algorithm>
 #include <utility>
@@ -32,10 +33,20 @@ bool is_odd(Vec3i coord) {
     return ((coord.x ^ coord.y ^ coord.z) & 1) != 0;
 }
 
+/// An element away from its first rest place: its index, and its place in the copy with a layer
+/// around it.
+struct Mover {
+    int index, place;
+};
+
+/// By the link's side: how far sign·e of an element may be above that of its neighbour there.
+using Rooms = std::array<Fixed, 6>;
+
 struct FlowBrick {
     std::shared_ptr<const BrickLinks> links, yield;
     std::array<const Fixed*, 3> imprint{};   ///< null: none
-    std::vector<std::uint8_t> is_moved;      ///< by element: away from its first rest place
+    std::vector<Mover> movers;               ///< all others are at rest, and stay
+    std::vector<Rooms> rooms;                ///< by mover, for one component and sign
     std::vector<Fixed> envelope;             ///< of sign·e
     std::array<std::vector<Fixed>, 3> kept;  ///< e'
     bool changed = true;
@@ -88,14 +99,20 @@ class Flow {
         FlowBrick& flow = m_flows[std::size_t(index)];
         flow.links = m_maker.make(brick);
         flow.yield = m_yield_maker.make(brick);
-        const auto count = std::size_t(m_lattice.elements_per_brick());
-        flow.is_moved.assign(count, 0);
         const PlasticBrick* imprint = rest.find(brick.coord);
-        for (std::size_t a = 0; a < 3; ++a) {
-            if (imprint) flow.imprint[a] = imprint->imprint[a].data();
-            for (std::size_t n = 0; n < count; ++n)
-                flow.is_moved[n] |= brick.u[a][n] != 0 || (imprint && imprint->imprint[a][n] != 0);
+        for (std::size_t a = 0; imprint && a < 3; ++a) flow.imprint[a] = imprint->imprint[a].data();
+        for (int n = 0; n < m_lattice.elements_per_brick(); ++n) {
+            bool moved = false;
+            for (std::size_t a = 0; a < 3; ++a)
+                moved |= brick.u[a][n] != 0 || (flow.imprint[a] && flow.imprint[a][n] != 0);
+            if (moved) flow.movers.push_back({n, place_of(m_lattice.element_of({0, 0, 0}, n))});
         }
+    }
+
+    /// In the copy of a brick. @param local  −1…size along each axis
+    int place_of(Vec3i local) const {
+        const int row = m_lattice.brick_size() + 2;
+        return local.x + 1 + row * (local.y + 1 + row * (local.z + 1));
     }
 
     Fixed elastic(int index, int a, std::size_t n) const {
@@ -122,6 +139,7 @@ class Flow {
             flow.envelope.resize(std::size_t(m_lattice.elements_per_brick()));
             for (std::size_t n = 0; n < flow.envelope.size(); ++n)
                 flow.envelope[n] = sign * elastic(index, a, n);
+            find_rooms(index, a, sign);
             flow.wanted = true;
         });
         std::vector<int> wanted;
@@ -136,7 +154,7 @@ class Flow {
                     flow.wanted = false;
                 }
                 for_each_brick(wanted, [&](int index) {
-                    m_flows[std::size_t(index)].changed = lower_brick(index, a, sign);
+                    m_flows[std::size_t(index)].changed = lower_brick(index);
                 });
                 for (const int index : wanted) {
                     if (!m_flows[std::size_t(index)].changed) continue;
@@ -149,48 +167,81 @@ class Flow {
     }
 
     /// Lowers a brick's envelope to its own fixed point. @returns whether anything changed
-    bool lower_brick(int index, int a, int sign) {
-        const int count = m_lattice.elements_per_brick();
+    bool lower_brick(int index) {
+        FlowBrick& flow = m_flows[std::size_t(index)];
+        std::vector<Fixed> w = copy_of(index);
+        const int row = m_lattice.brick_size() + 2;
+        const std::array<int, 6> to = {-1, 1, -row, row, -row * row, row * row};
+        const auto lower = [&](std::size_t m) {
+            Fixed* own = w.data() + flow.movers[m].place;
+            std::int64_t lowest = *own;
+            for (std::size_t side = 0; side < 6; ++side)
+                lowest = std::min(lowest, std::int64_t(own[to[side]]) + flow.rooms[m][side]);
+            return std::exchange(*own, Fixed(lowest)) != lowest;
+        };
         bool changed_ever = false;
         for (bool changed = true; changed;) {
             changed = false;
-            for (int n = 0; n < count; ++n) changed |= lower_element(index, n, a, sign);
-            for (int n = count - 1; n >= 0; --n) changed |= lower_element(index, n, a, sign);
+            for (std::size_t m = 0; m < flow.movers.size(); ++m) changed |= lower(m);
+            for (std::size_t m = flow.movers.size(); m-- > 0;) changed |= lower(m);
             changed_ever |= changed;
         }
+        for (const Mover& mover : flow.movers)
+            flow.envelope[std::size_t(mover.index)] = w[std::size_t(mover.place)];
         return changed_ever;
     }
 
-    bool lower_element(int index, int n, int a, int sign) {
+    /// The envelope of a brick and of the elements beside it; zero where there is no brick.
+    std::vector<Fixed> copy_of(int index) const {
+        const int size = m_lattice.brick_size(), row = size + 2;
+        std::vector<Fixed> copy(std::size_t(row * row * row), 0);
+        const std::vector<Fixed>& own = m_flows[std::size_t(index)].envelope;
+        for (int z = 0; z < size; ++z)
+            for (int y = 0; y < size; ++y)
+                std::copy_n(own.begin() + size * (y + size * z), size,
+                            copy.begin() + place_of({0, y, z}));
+        for (int side = 0; side < 6; ++side) {
+            const int beside = m_lattice.brick(index).neighbours[std::size_t(side)];
+            if (beside < 0) continue;
+            const std::vector<Fixed>& other = m_flows[std::size_t(beside)].envelope;
+            const int b = side / 2, across = side % 2 ? size : -size;
+            for (const int n : m_lattice.face(b, side % 2 == 0)) {
+                Vec3i local = m_lattice.element_of({0, 0, 0}, n);
+                local[b] += across;
+                copy[std::size_t(place_of(local))] = other[std::size_t(n)];
+            }
+        }
+        return copy;
+    }
+
+    void find_rooms(int index, int a, int sign) {
         const Brick& brick = m_lattice.brick(index);
         FlowBrick& flow = m_flows[std::size_t(index)];
-        const auto own = std::size_t(n);
-        if (!flow.is_moved[own]) return false;  // at rest, and stays
         const int size = m_lattice.brick_size();
-        const Vec3i local = m_lattice.element_of({0, 0, 0}, n);
-        std::int64_t lowest = flow.envelope[own];
-        for (int side = 0; side < 6; ++side) {
-            const int b = side / 2, stride = m_lattice.stride(b);
-            const bool high = side % 2;
-            const bool leaves = local[b] == (high ? size - 1 : 0);
-            const int there = leaves ? brick.neighbours[std::size_t(side)] : index;
-            const auto other = std::size_t(n + (high ? stride : -stride) * (leaves ? 1 - size : 1));
-            const Fixed u = brick.u[std::size_t(a)][own];
-            const Fixed v = there < 0 ? 0 : m_lattice.brick(there).u[std::size_t(a)][other];
-            const Vec3i strides = link_strides(size, b);
-            const auto link = std::size_t(dot(local, strides) + (high ? strides[b] : 0));
-            const Fixed w = there < 0 ? 0 : m_flows[std::size_t(there)].envelope[other];
-            lowest =
-                std::min(lowest, w + room_above(flow, a, b, link, high, sign,
-                                                high ? std::int64_t(v) - u : std::int64_t(u) - v));
+        flow.rooms.resize(flow.movers.size());
+        for (std::size_t m = 0; m < flow.movers.size(); ++m) {
+            const int n = flow.movers[m].index;
+            const Vec3i local = m_lattice.element_of({0, 0, 0}, n);
+            const Fixed u = brick.u[std::size_t(a)][n];
+            for (int side = 0; side < 6; ++side) {
+                const int b = side / 2, stride = m_lattice.stride(b);
+                const bool high = side % 2;
+                const bool leaves = local[b] == (high ? size - 1 : 0);
+                const int there = leaves ? brick.neighbours[std::size_t(side)] : index;
+                const int other = n + (high ? stride : -stride) * (leaves ? 1 - size : 1);
+                const Fixed v = there < 0 ? 0 : m_lattice.brick(there).u[std::size_t(a)][other];
+                const Vec3i strides = link_strides(size, b);
+                const auto link = std::size_t(dot(local, strides) + (high ? strides[b] : 0));
+                flow.rooms[m][std::size_t(side)] = room_above(
+                    flow, a, b, link, high, sign, high ? std::int64_t(v) - u : std::int64_t(u) - v);
+            }
         }
-        return std::exchange(flow.envelope[own], Fixed(lowest)) != lowest;
     }
 
     /// How far sign·e of an element may be above that of its neighbour on the high or low side.
     /// @param stretched  u of the upper end minus u of the lower one
-    static std::int64_t room_above(const FlowBrick& flow, int a, int b, std::size_t link, bool high,
-                                   int sign, std::int64_t stretched) {
+    static Fixed room_above(const FlowBrick& flow, int a, int b, std::size_t link, bool high,
+                            int sign, std::int64_t stretched) {
         const auto axis = std::size_t(b);
         const bool has_own = a == b && !flow.links->stretch[axis].empty();
         // Of the difference upper − lower; as in plastic.h, so that the imprint stays valid.
@@ -204,7 +255,7 @@ class Flow {
             const Fixed own = (has_own ? flow.links->stretch : flow.links->shear)[axis][link];
             return std::min<std::int64_t>(yield, std::max<std::int64_t>(0, own - stretched));
         };
-        return (sign > 0) != high ? upward() : downward();
+        return Fixed((sign > 0) != high ? upward() : downward());  // not above the yield limit
     }
 
     void store(PlasticRest& rest) {

@@ -18,6 +18,7 @@ struct Candidate {
 };
 
 bool is_cut(const Lattice& lattice, Vec3i low, int b) {
+    if (!lattice.may_have_gaps()) return false;
     const BrickEdits* edits = lattice.edits_of(lattice.brick_of(low));
     return edits && ((*edits)[std::size_t(lattice.index_in_brick(low))] & (kCutX << b));
 }

@@ -7,6 +7,7 @@
 #include <chrono>
 #include <cmath>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "chainmail/fixed_point.h"
@@ -47,6 +48,13 @@ Vec3d way_out(const std::vector<Vec3d>& offsets, double radius_mm, Vec3d ahead) 
     return (farthest + kClearance_mm) * direction;
 }
 
+/// What a push would find wrong with a place.
+Error named_slide(Error error) {
+    constexpr std::string_view kPush = "push:";
+    if (error.message.starts_with(kPush)) error.message.replace(0, kPush.size(), "slide:");
+    return error;
+}
+
 class Slide {
   public:
     Slide(ChainMail& tissue, const Push& path)
@@ -66,7 +74,8 @@ class Slide {
                          "slide: expected a sphere with a radius above 0 mm, found " +
                              std::to_string(m_path.sphere_radius_mm)};
         for (const double share : {0.0, 1.0})
-            if (const auto inside = inside_at(share); !inside.ok()) return inside.error();
+            if (const auto inside = inside_at(share); !inside.ok())
+                return named_slide(inside.error());
         return Ok{};
     }
 

@@ -4,10 +4,13 @@
 // The program as a user starts it: exit status, standard error, files.
 
 #include <gtest/gtest.h>
+#include <pliant/chainmail_slide.h>
+#include <pliant/resample.h>
 #include <pliant/volume.h>
 #include <sys/wait.h>
 
 #include <algorithm>
+#include <cstdio>
 #include <cstdlib>
 #include <fstream>
 #include <nlohmann/json.hpp>
@@ -208,6 +211,10 @@ TEST_F(ProgramTest, BadInputIsOneLineStatusTwoAndNoFile) {
         {"deform cube.nrrd --push 900,0,0:1,0,0 --out x.nrrd", "--push"},
         {"deform cube.nrrd --push 0,0,0:1e9,0,0 --out x.nrrd", "--push"},
         {"deform cube.nrrd --out x.nrrd", "--push"},
+        {"deform cube.nrrd --slide 0,0,0:1,0,0 --out x.nrrd", "--slide: expected --tool sphere"},
+        {"deform cube.nrrd --slide 0,0:1,0,0 --tool sphere:4 --out x.nrrd", "--slide"},
+        {"deform cube.nrrd --slide 900,0,0:1,0,0 --tool sphere:4 --out x.nrrd", "--slide"},
+        {"deform cube.nrrd --slide 0,0,0:0,0,0 --tool sphere:4 --out x.nrrd", "--slide"},
         {"deform cube.nrrd --push 0,0,0:1,0,0", "--out"},
         {"deform cube.nrrd --push 0,0,0:1,0,0 --out x.png", "--out"},
         {"deform cube.nrrd --push 0,0,0:1,0,0 --out cube.nrrd", "--out"},
@@ -266,6 +273,52 @@ TEST_F(ProgramTest, CutsCarvingsAndPushesAreDoneInTheOrderGiven) {
     EXPECT_GT(both["carved_elements"], 20);
     EXPECT_EQ(both["pushes"].size(), 1u);
     EXPECT_LE(both["max_violation_mm"], 0);
+}
+
+TEST_F(ProgramTest, TissueSlidesOffTheSphereAsInTheLibrary) {
+    std::ofstream(file("soft.toml")) << kSoft;
+    // Along the cube's face, and into it by up to 2 mm.
+    const std::string slide =
+        "cube.nrrd --slide=-12,-40,0:24,6,0 --tool sphere:6 "
+        "--config soft.toml --png s.png";
+    const auto expected = [&](bool relaxed) {
+        const TaskArena arena(2);
+        const auto volume = read_volume(file("cube.nrrd"));
+        ChainMailSettings settings;
+        settings.bone_threshold_hu = 3000;
+        auto tissue = ChainMail::create(*volume, settings, arena);
+        const Push way{{-12, -40, 0}, {24, 6, 0}, 6};
+        EXPECT_TRUE(slide_sphere(*tissue, way).ok());
+        const Vec3d end_mm = way.point_mm + way.push_mm;
+        if (relaxed) {
+            EXPECT_TRUE(tissue->relax({.max_sweeps = 3, .tools = {{end_mm, end_mm, 6}}}).ok());
+        }
+        char text[17];
+        std::snprintf(text, sizeof text, "%016llx",
+                      static_cast<unsigned long long>(hash_volume(deform_volume(*tissue).volume) ^
+                                                      tissue->hash()));
+        return std::string(text);
+    };
+    const Json slid = deform_report(slide);
+    EXPECT_EQ(slid["hash"], expected(false));
+    EXPECT_EQ(slid["status"], "applied");
+    EXPECT_EQ(slid["step_fraction"], 1);
+    EXPECT_EQ(slid["pushes"].size(), 0u);
+    ASSERT_EQ(slid["slides"].size(), 1u);
+    EXPECT_GT(slid["slides"][0]["contacts"], 3);
+    EXPECT_EQ(slid["slides"][0]["way_fraction"], 1);
+    EXPECT_EQ(slid["slides"][0]["way_mm"], Json::array({24, 6, 0}));
+    EXPECT_EQ(slid["slides"][0]["inside_elements"], 0);
+    EXPECT_LT(slid["max_movement_mm"], 6) << "tissue goes aside, not along";
+    const Json relaxed = deform_report(slide + " --relax-sweeps 3");
+    EXPECT_EQ(relaxed["hash"], expected(true));
+    EXPECT_NE(relaxed["hash"], deform_report(slide + " --relax-sweeps 3 --release")["hash"]);
+    // Bone ends the way, and the summary says so.
+    const Json ended = deform_report("cube.nrrd --slide=0,-40,0:0,12,0 --tool sphere:6");
+    EXPECT_EQ(ended["status"], "limited");
+    EXPECT_EQ(ended["limited_by"], "bone");
+    EXPECT_EQ(ended["step_fraction"], ended["slides"][0]["way_fraction"]);
+    EXPECT_LT(ended["step_fraction"], 0.7);
 }
 
 TEST_F(ProgramTest, RelaxationFollowsTheActionsWithTheToolHeldOrGone) {

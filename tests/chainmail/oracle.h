@@ -126,57 +126,81 @@ class Oracle {
     }
     void push_component(std::span<const Vec3i> s, int axis, T shift) {
         auto& u = m_u[std::size_t(axis)];
-        constexpr T kFar = std::numeric_limits<T>::max() / 4;
         std::vector<T> lower(u.size(), -kFar), upper(u.size(), kFar);
         for (const Vec3i& e : s) lower[index(e)] = upper[index(e)] = u[index(e)] + shift;
+        const std::array<Links, 3> links = {links_along(0, axis), links_along(1, axis),
+                                            links_along(2, axis)};
         // To and fro, so that nothing has to wait for a turn per link.
         for (bool changed = true, backwards = false; changed; backwards = !backwards) {
             changed = false;
-            for (int b = 0; b < 3; ++b) changed |= relax_links(axis, b, backwards, lower, upper);
+            for (int b = 0; b < 3; ++b)
+                changed |= relax_links(links[std::size_t(b)], b, backwards, lower, upper);
         }
         for (std::size_t n = 0; n < u.size(); ++n)
             u[n] = std::min(std::max(u[n], lower[n]), upper[n]);
     }
 
-    bool relax_links(int axis, int b, bool backwards, std::vector<T>& lower,
-                     std::vector<T>& upper) const {
-        const std::size_t step = b == 0   ? 1
-                                 : b == 1 ? std::size_t(m_size.x)
-                                          : std::size_t(m_size.x) * std::size_t(m_size.y);
-        // Largest u(j) − u(i) of the link from i up to j, and its negative counterpart.
+    /// Largest u(j) − u(i) of the link from i up to j, and its negative counterpart, by i. Far
+    /// where there is no link.
+    struct Links {
+        std::vector<T> up, down;
+    };
+    std::size_t step_along(int b) const {
+        return b == 0   ? 1
+               : b == 1 ? std::size_t(m_size.x)
+                        : std::size_t(m_size.x) * std::size_t(m_size.y);
+    }
+    Links links_along(int b, int axis) const {
+        const std::size_t step = step_along(b);
         const auto& most = axis == b ? m_stretch[std::size_t(b)] : m_shear[std::size_t(b)];
-        const auto& u = m_u[std::size_t(axis)];
         const auto& least = axis == b ? m_compress[std::size_t(b)] : m_shear[std::size_t(b)];
-        const Vec3i links = m_size - Vec3i{b == 0, b == 1, b == 2};
-        bool changed = false;
-        const auto raise = [&](T& value, T to) {
-            if (to > value) value = to, changed = true;
-        };
-        const auto lower_to = [&](T& value, T to) {
-            if (to < value) value = to, changed = true;
+        const auto& u = m_u[std::size_t(axis)];
+        Links links{std::vector<T>(u.size(), kFar), std::vector<T>(u.size(), kFar)};
+        for (std::size_t i = 0, j = step; j < u.size(); ++i, ++j) {
+            if ((m_edits[i] & (8 | 1 << b)) || (m_edits[j] & 8)) continue;
+            if (m_cut[std::size_t(b)][i]) continue;
+            links.up[i] = most[i] + most[j];
+            links.down[i] = least[i] + least[j];
+            if (!m_may_exceed) continue;
+            links.up[i] = std::max(links.up[i], u[j] - u[i]);
+            links.down[i] = std::max(links.down[i], u[i] - u[j]);
+        }
+        return links;
+    }
+
+    bool relax_links(const Links& links, int b, bool backwards, std::vector<T>& lower,
+                     std::vector<T>& upper) const {
+        const std::size_t step = step_along(b);
+        const Vec3i count = m_size - Vec3i{b == 0, b == 1, b == 2};
+        // No branch within, so that the machine isn't kept guessing which of them raise something.
+        const auto relax = [&](std::size_t i) {
+            const std::size_t j = i + step;
+            const T up = links.up[i], down = links.down[i];
+            const T lower_i = lower[i], lower_j = lower[j], upper_i = upper[i], upper_j = upper[j];
+            const T raised_j = std::max(lower_j, lower_i - down);
+            const T raised_i = std::max(lower_i, raised_j - up);
+            const T lowered_j = std::min(upper_j, upper_i + up);
+            const T lowered_i = std::min(upper_i, lowered_j + down);
+            lower[j] = raised_j, lower[i] = raised_i, upper[j] = lowered_j, upper[i] = lowered_i;
+            return (raised_j != lower_j) | (raised_i != lower_i) | (lowered_j != upper_j) |
+                   (lowered_i != upper_i);
         };
         const Vec3i first{-m_margin, -m_margin, -m_margin};
-        const auto turned = [&](Vec3i n) { return backwards ? links - Vec3i{1, 1, 1} - n : n; };
-        for (int z = 0; z < links.z; ++z)
-            for (int y = 0; y < links.y; ++y) {
-                std::size_t i = index(first + turned({0, y, z}));
-                for (int x = 0; x < links.x; ++x, i += backwards ? std::size_t(-1) : 1) {
-                    const std::size_t j = i + step;
-                    if ((m_edits[i] & (8 | 1 << b)) || (m_edits[j] & 8)) continue;
-                    if (m_cut[std::size_t(b)][i]) continue;
-                    T up = most[i] + most[j], down = least[i] + least[j];
-                    if (m_may_exceed) {
-                        up = std::max(up, u[j] - u[i]);
-                        down = std::max(down, u[i] - u[j]);
-                    }
-                    raise(lower[j], lower[i] - down);
-                    raise(lower[i], lower[j] - up);
-                    lower_to(upper[j], upper[i] + up);
-                    lower_to(upper[i], upper[j] + down);
-                }
-            }
+        bool changed = false;
+        for (int row = 0; row < count.y * count.z; ++row) {
+            const int at = backwards ? count.y * count.z - 1 - row : row;
+            const std::size_t from = index(first + Vec3i{0, at % count.y, at / count.y});
+            const auto length = std::size_t(count.x);
+            if (backwards)
+                for (std::size_t x = length; x-- > 0;) changed |= relax(from + x);
+            else
+                for (std::size_t x = 0; x < length; ++x) changed |= relax(from + x);
+        }
         return changed;
     }
+
+    /// Beyond all sums of limits; twice it is still a number.
+    static constexpr T kFar = std::numeric_limits<T>::max() / 4;
 
     Grid m_grid;
     int m_margin;

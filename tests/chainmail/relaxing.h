@@ -72,7 +72,8 @@ inline std::int64_t worst_link(const ChainMail& tissue, const MaterialLaw& law) 
         for (int side = 0; side < 6; ++side) {
             const int b = side / 2;
             const Vec3i f = beside(e, side), low = side % 2 ? e : f;
-            const BrickEdits* edits = lattice.edits_of(lattice.brick_of(low));
+            const BrickEdits* edits =
+                lattice.may_have_gaps() ? lattice.edits_of(lattice.brick_of(low)) : nullptr;
             if (edits && ((*edits)[std::size_t(lattice.index_in_brick(low))] & (kCutX << b)))
                 continue;
             if (lattice.is_void(e) || lattice.is_void(f)) continue;

@@ -77,7 +77,7 @@ struct Outcomes {
 
 void run_drag(std::uint64_t seed, Outcomes& outcomes) {
     Random random(seed);
-    const TaskArena arena(2);
+    const TaskArena arena(1 + int(seed % 2));
     const Instance instance = drag_instance(random);
     ChainMail dragged = tissue_of(
         instance, arena, random.whole(0, 3) ? ChainMailSolver::Sweep : ChainMailSolver::PlainSweep);

@@ -151,7 +151,7 @@ TEST(RelaxSteps, SliceThatMovesSomethingIsAStepWithItsName) {
 
 void run_drag(std::uint64_t seed, int& moved_by_relaxation) {
     Random random(seed);
-    const TaskArena arena(2);
+    const TaskArena arena(1 + int(seed % 2));
     const Instance instance = random_instance(random, 5, 12, true);
     ChainMailSettings settings = yielding_settings(random, instance);
     settings.brick_size = 8;

@@ -177,6 +177,7 @@ TEST(Slide, ABadPathIsRefusedAndChangesNothing) {
         ASSERT_FALSE(report.ok());
         EXPECT_EQ(report.error().code, ErrorCode::InvalidArgument);
         EXPECT_NE(report.error().message.find("expected"), std::string::npos);
+        EXPECT_TRUE(report.error().message.starts_with("slide:")) << report.error().message;
     }
     EXPECT_EQ(tissue.undo_steps(), 0);
     EXPECT_EQ(tissue.state().moved_elements, 0);

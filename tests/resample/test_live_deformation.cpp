@@ -7,44 +7,11 @@
 #include <pliant/resample.h>
 
 #include <algorithm>
-#include <atomic>
-#include <cstdlib>
-#include <new>
 
 #include "resample/lattices.h"
 #include "resample/scatter.h"
+#include "support/count_allocations.h"
 #include "support/random.h"
-
-namespace {
-std::atomic<long> allocations{0};
-}
-
-// Counted, for the test that an update allocates nothing. Each delete belongs to a new above, which
-// GCC no longer sees once it has inlined one of the two.
-#pragma GCC diagnostic ignored "-Wmismatched-new-delete"
-void* operator new(std::size_t bytes) {
-    ++allocations;
-    if (void* memory = std::malloc(bytes)) return memory;
-    throw std::bad_alloc();
-}
-void* operator new(std::size_t bytes, std::align_val_t alignment) {
-    ++allocations;
-    const auto line = std::size_t(alignment);
-    if (void* memory = std::aligned_alloc(line, (bytes + line - 1) / line * line)) return memory;
-    throw std::bad_alloc();
-}
-void operator delete(void* memory) noexcept {
-    std::free(memory);
-}
-void operator delete(void* memory, std::size_t) noexcept {
-    std::free(memory);
-}
-void operator delete(void* memory, std::align_val_t) noexcept {
-    std::free(memory);
-}
-void operator delete(void* memory, std::size_t, std::align_val_t) noexcept {
-    std::free(memory);
-}
 
 namespace pliant::test {
 namespace {
@@ -172,15 +139,15 @@ TEST(LiveDeformation, AnUpdateAllocatesNothingOnceItHasSeenTheLargestDeformation
     const auto drag = [&](Vec3d push_mm) {
         ASSERT_TRUE(tissue.push({.point_mm = {24, 24, 24}, .push_mm = push_mm}).ok());
     };
-    long counted = 0;
+    std::int64_t counted = 0;
     std::int64_t written = 0;
     for (int step = 0; step < 10; ++step) {
         const double x = step % 2 ? 3 : -3;
         drag({x, 0.5 * x, 0});
-        const long before = allocations;
+        const std::int64_t before = allocation_count();
         const LiveUpdate update = live.update();
         if (step < 5) continue;
-        counted += allocations - before;
+        counted += allocation_count() - before;
         written += update.written_voxels;
     }
     EXPECT_GT(written, 4000);
