@@ -10,6 +10,7 @@
 #include <array>
 #include <cmath>
 
+#include "chainmail/air_tissues.h"
 #include "chainmail/drag_kernel.h"
 #include "chainmail/lattice.h"
 #include "chainmail/tissues.h"
@@ -139,11 +140,11 @@ TEST(Drag, IsBitForBitAPushOfTheSameElementsByTheSameSteps) {
 
 TEST(Drag, IsBitForBitAPushThroughAirToo) {
     Outcomes outcomes;
-    for (std::uint64_t n = 0; n < kDrags && !::testing::Test::HasFatalFailure(); ++n) {
+    for (std::uint64_t n = 0; n < kDrags / 2 && !::testing::Test::HasFatalFailure(); ++n) {
         SCOPED_TRACE("seed " + std::to_string(kSeed + n));
         Random random(kSeed + n);
         const TaskArena arena(2);
-        const Volume volume = scan_with_air(random, 28);
+        const Volume volume = scan_with_air(random, 20);
         ChainMailSettings settings = settings_with_air(random);
         settings.max_movement_mm = random.real(3, 30);
         ChainMail pushed = tissue_of(volume, arena, settings);
@@ -151,9 +152,9 @@ TEST(Drag, IsBitForBitAPushThroughAirToo) {
         ChainMail dragged = tissue_of(volume, arena, settings);
         run_drag(random, dragged, pushed, outcomes);
     }
-    EXPECT_GT(outcomes.limited, int(kDrags) / 8);
-    EXPECT_GT(outcomes.renewed, int(kDrags) / 4);
-    EXPECT_GT(outcomes.from_deformed, int(kDrags) / 4);
+    EXPECT_GT(outcomes.limited, int(kDrags) / 16);
+    EXPECT_GT(outcomes.renewed, int(kDrags) / 8);
+    EXPECT_GT(outcomes.from_deformed, int(kDrags) / 8);
 }
 
 constexpr int kElements = 512;
