@@ -29,11 +29,10 @@ void for_each_row(const Box3i& box, const Visit& visit) {
         for (int y = box.begin.y; y < box.end.y; ++y) visit(y, z);
 }
 
-/// Asks for memory before it is needed: a brick's rows lie far apart in the scan.
-void prefetch(const void* where) {
-#ifdef __GNUC__
-    __builtin_prefetch(where);
-#endif
+/// Asks for memory before it is needed: a brick's rows lie far apart in the scan. By reading it, as
+/// processors may pass over a mere hint where the address has to be looked up first.
+void fetch(const void* where) {
+    static_cast<void>(*static_cast<const volatile char*>(where));
 }
 
 template <class Voxel>
@@ -115,17 +114,21 @@ ElementLimits MaterialMap::limits_at(Vec3i ijk) const {
 }
 
 /// Whether each element of a row along x is air: bits, the lowest for the first.
-template <class Voxel>
-unsigned MaterialMap::air_of_row(const Voxel* voxels, Vec3i first, int count) const {
+template <int kCount, class Voxel>
+unsigned MaterialMap::air_of_row(const Voxel* voxels, Vec3i first) const {
     const Grid& grid = m_volume->grid;
-    const unsigned all = (1u << count) - 1, outside = kAirHu < m_air_below ? all : 0;
+    const unsigned all = (1u << kCount) - 1, outside = kAirHu < m_air_below ? all : 0;
     const bool beside =
         first.y < 0 || first.z < 0 || first.y >= grid.size.y || first.z >= grid.size.z;
-    const int begin = std::clamp(-first.x, 0, count);
-    const int end = std::clamp(grid.size.x - first.x, begin, count);
+    const int begin = std::clamp(-first.x, 0, kCount);
+    const int end = std::clamp(grid.size.x - first.x, begin, kCount);
     if (beside || begin == end) return outside;
     const Voxel* row = voxels + voxel_index(grid, first + Vec3i{begin, 0, 0});
     unsigned air = 0;
+    if (end - begin == kCount) {
+        for (int x = 0; x < kCount; ++x) air |= unsigned(whole_value(row[x]) < m_air_below) << x;
+        return air;
+    }
     for (int x = 0; x < end - begin; ++x) air |= unsigned(whole_value(row[x]) < m_air_below) << x;
     const unsigned inside = ((1u << (end - begin)) - 1) << begin;
     return air << begin | (outside & ~inside);
@@ -135,17 +138,28 @@ unsigned MaterialMap::air_of_row(const Voxel* voxels, Vec3i first, int count) co
 template <class Voxel>
 void MaterialMap::look_around(const Voxel* voxels, Vec3i first, AirBits& air) const {
     constexpr int kSize = AirBits::kSize, kReach = kSkinReach;
-    const auto row = [&](int x, int y, int z, int count) {
-        return air_of_row(voxels, first + Vec3i{x, y, z}, count);
+    const auto row = [&](int y, int z) {
+        return air_of_row<kSize>(voxels, first + Vec3i{0, y, z});
     };
+    const auto beside = [&](int x, int y, int z) {
+        return air_of_row<kReach>(voxels, first + Vec3i{x, y, z});
+    };
+    const auto fetch_row = [&](int y, int z) {
+        const Vec3i start = first + Vec3i{0, y, z};
+        if (contains(voxel_box(m_volume->grid), start))
+            fetch(voxels + voxel_index(m_volume->grid, start));
+    };
+    for (const int from : {-kReach, kSize})
+        for (int n = from; n < from + kReach; ++n)
+            for (int m = 0; m < kSize; ++m) fetch_row(n, m), fetch_row(m, n);
     for (int n = 0; n < kSize; ++n)
         for (int y = 0; y < kSize; ++y)
-            air.set_beside_row(y, n, row(-kReach, y, n, kReach), row(kSize, y, n, kReach));
+            air.set_beside_row(y, n, beside(-kReach, y, n), beside(kSize, y, n));
     for (const int from : {-kReach, kSize})
         for (int n = from; n < from + kReach; ++n)
             for (int m = 0; m < kSize; ++m) {
-                air.set_row_beside(n, m, row(0, n, m, kSize));
-                air.set_row(m, n, row(0, m, n, kSize));
+                air.set_row_beside(n, m, row(n, m));
+                air.set_row(m, n, row(m, n));
             }
 }
 
@@ -156,7 +170,7 @@ bool MaterialMap::lay_air(const Voxel* voxels, Vec3i first, MaterialId* out) con
     AirBits air;
     for (int z = 0; z < kSize; ++z)
         for (int y = 0; y < kSize; ++y)
-            air.set_row(y, z, air_of_row(voxels, first + Vec3i{0, y, z}, kSize));
+            air.set_row(y, z, air_of_row<kSize>(voxels, first + Vec3i{0, y, z}));
     if (!air.any()) return false;
     look_around(voxels, first, air);
     for (int z = 0; z < kSize; ++z, out += kSize * kSize) {
@@ -201,7 +215,7 @@ void MaterialMap::fetch_early(Vec3i first, const Box3i& part) const {
         [&](const auto& voxels) {
             for_each_row(part, [&](int y, int z) {
                 const Vec3i start = first + Vec3i{part.begin.x, y, z};
-                prefetch(voxels.data() + voxel_index(m_volume->grid, start));
+                fetch(voxels.data() + voxel_index(m_volume->grid, start));
             });
         },
         m_volume->voxels);

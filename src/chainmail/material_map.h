@@ -38,8 +38,8 @@ class MaterialMap {
   private:
     bool is_air(Vec3i ijk) const;
     unsigned air_axes(Vec3i ijk) const;
-    template <class Voxel>
-    unsigned air_of_row(const Voxel* voxels, Vec3i first, int count) const;
+    template <int kCount, class Voxel>
+    unsigned air_of_row(const Voxel* voxels, Vec3i first) const;
     template <class Voxel>
     void look_around(const Voxel* voxels, Vec3i first, AirBits& air) const;
     template <class Voxel>
