@@ -6,6 +6,7 @@
 
 #include <pliant/chainmail.h>
 
+#include <cmath>
 #include <cstdlib>
 #include <utility>
 
@@ -71,8 +72,70 @@ void drag_pick(benchmark::State& state) {
     add_floor(state, drag.arena, kPushBytes);
 }
 
+/// Tissue of many values with airways, so that most bricks near the pick differ by direction.
+Volume tissue_with_air(int side) {
+    Volume volume;
+    volume.grid.size = {side, side, side};
+    std::vector<std::int16_t> values(voxel_count(volume.grid));
+    for (int z = 0; z < side; ++z)
+        for (int y = 0; y < side; ++y)
+            for (int x = 0; x < side; ++x) {
+                const double tube = std::hypot(std::remainder(x + 6 * std::sin(0.07 * z), 40.0),
+                                               std::remainder(y + 5 * std::sin(0.05 * x), 44.0));
+                values[voxel_index(volume.grid, {x, y, z})] =
+                    std::int16_t(tube < 6 ? -950 : 20 + (x * 7 + y * 13 + z * 5) % 120);
+            }
+    volume.voxels = std::move(values);
+    return volume;
+}
+
+/// A pick in tissue with air; one item is an element of the reach. First: in tissue that nothing
+/// was done to before, so that bricks and materials are made as well. Deformed: after a drag to the
+/// side. The reference is two pushes by the whole reach, all components forth and all back, which
+/// is what the fields say.
+void pick_through_air(benchmark::State& state) {
+    const TaskArena arena(int(state.range(2)));
+    const Volume volume = tissue_with_air(int(state.range(0)));
+    const bool first = state.range(1) == 0, deformed = state.range(1) == 2;
+    const double middle = volume.grid.size.x / 2 + 0.5, reach_mm = volume.grid.size.x / 13.0;
+    ChainMailSettings settings;
+    settings.history_max_steps = 0;
+    settings.offset = 0.12;
+    const auto make = [&] { return std::move(ChainMail::create(volume, settings, arena)).value(); };
+    ChainMail subject = make(), reference = make();
+    const Push place{.point_mm = {middle, middle, middle}};
+    const auto pick = [&] { return subject.grab(place, reach_mm).value(); };
+    GrabReport grab = pick();
+    const auto prepare = [&] {
+        if (first) subject = make(), reference = make();
+        subject.reset();
+        if (!deformed) return;
+        pick();
+        moved_by(subject.drag_to({reach_mm / 3, -reach_mm / 4, 0}));
+        subject.let_go();
+    };
+    const auto push_both_ways = [&] {
+        for (const double way : {reach_mm, -reach_mm}) {
+            reference.reset();
+            moved_by(reference.push({.point_mm = place.point_mm, .push_mm = {way, way, way}}));
+        }
+    };
+    const Turns turns = run_interleaved(
+        state, "pushes by the whole reach, forth and back", prepare, [&] { grab = pick(); },
+        push_both_ways);
+    turns.count(double(grab.reach_elements));
+    add_floor(state, arena, kPushBytes);
+}
+
 const bool registered = register_contacts("drag_frame", drag_frame, {0, 1, 2, 3, 4}) &&
                         register_contacts("drag_pick", drag_pick, {0, 1, 2, 3, 4});
+
+BENCHMARK(pick_through_air)
+    ->ArgNames({"side", "first/again/deformed", "threads"})
+    ->ArgsProduct({{96, 220}, {0, 1, 2}, {1, 2}})
+    ->UseManualTime()
+    ->Unit(benchmark::kMillisecond)
+    ->Iterations(5);
 
 }  // namespace
 }  // namespace pliant::bench

@@ -42,8 +42,9 @@ Status ChainMail::Impl::pick() {
     steps_without_fields.reset();
     if (!can_use_fields()) return Ok{};
     take_hold(held);
-    has_fields =
-        drag.pick(lattice, grabbed_elements, drag_reach, kernels(), arena, max_bricks(), work);
+    has_fields = drag.pick(lattice, grabbed_elements, drag_reach, kernels(),
+                           uses_vectors() ? vector_look_at_fields() : plain_look_at_fields(), arena,
+                           max_bricks(), work);
     if (has_fields) return Ok{};
     let_go();
     return too_large(settings);

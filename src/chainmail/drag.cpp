@@ -5,10 +5,8 @@
 
 #include <algorithm>
 #include <atomic>
-#include <cstdlib>
 #include <functional>
 #include <mutex>
-#include <new>
 
 namespace pliant {
 namespace {
@@ -24,138 +22,69 @@ Fixed sign_of(Fixed step) {
 }  // namespace
 
 bool Drag::pick(Lattice& lattice, std::span<const ElementRef> grabbed, Fixed reach,
-                const SweepKernels& kernels, const TaskArena& arena, int max_bricks,
-                SweepWork& work) {
+                const SweepKernels& kernels, LookAtBrick look, const TaskArena& arena,
+                int max_bricks, SweepWork& work) {
     m_reach = reach;
     m_offset = m_lowest = m_highest = {0, 0, 0};
     m_bricks.clear();
-    m_fields.clear();
+    m_arrays.clear();
     m_indices.clear();
-    m_place_of.clear();
-    m_used = 0;
-    for (const Fixed sign : {1, -1}) {
-        const Vec3<Fixed> shift{sign * reach, sign * reach, sign * reach};
-        const bool fits =
-            propagate_by_sweeps(lattice, grabbed, shift, kernels, arena, max_bricks, work);
-        if (fits) keep(lattice, work, sign);
-        discard_raises(lattice, work);
-        if (!fits) {
-            lattice.drop_still_bricks(work.touched);
-            let_go(lattice);
-            return false;
-        }
-        if (work.shared) break;
+    if (!m_fields.solve(lattice, grabbed, reach, kernels, arena, max_bricks, work)) {
+        lattice.drop_still_bricks(work.touched);
+        return false;
     }
-    look_at_bricks(lattice, kernels, arena);
+    for (const int index : work.touched) {
+        m_bricks.push_back({&lattice.brick(index)});
+        m_arrays.push_back(m_fields.of_brick(index));
+        m_indices.push_back(index);
+    }
+    look_at_bricks(lattice, look, arena);
     return true;
 }
 
-void Drag::keep(Lattice& lattice, const SweepWork& work, Fixed sign) {
-    m_place_of.resize(std::size_t(lattice.brick_index_bound()), -1);
-    for (const int index : work.touched) {
-        int& place = m_place_of[std::size_t(index)];
-        if (place < 0) {
-            place = int(m_bricks.size());
-            m_bricks.push_back({&lattice.brick(index)});
-            m_indices.push_back(index);
-            m_fields.push_back({});
-        }
-        keep_brick(lattice, std::size_t(place), work, sign);
-    }
-}
-
-void Drag::keep_brick(const Lattice& lattice, std::size_t place, const SweepWork& work,
-                      Fixed sign) {
-    const Brick& brick = *m_bricks[place].brick;
-    Fields& fields = m_fields[place];
-    if (work.shared) {
-        if (brick.reached[0]) fields.fill(brick.raised[0]);
-        return;
-    }
-    const auto count = std::size_t(lattice.elements_per_brick());
-    for (int a = 0; a < 3; ++a) {
-        const auto c = std::size_t(a);
-        if (!brick.reached[c]) continue;
-        const Fixed* raised = brick.raised[c];
-        if (sign > 0) {
-            Fixed* copy = take_memory(count);
-            std::copy_n(raised, count, copy);
-            raised = copy;
-        }
-        fields[direction_of(a, sign)] = raised;
-    }
-}
-
-Fixed* Drag::take_memory(std::size_t count) {
-    if (m_used == m_memory.size()) {
-        m_array_bytes = (count * sizeof(Fixed) + 63) / 64 * 64;
-        m_memory.emplace_back(static_cast<Fixed*>(std::aligned_alloc(64, m_array_bytes)));
-        if (!m_memory.back()) throw std::bad_alloc();
-    }
-    return m_memory[m_used++].get();
-}
-
-void Drag::look_at_bricks(Lattice& lattice, const SweepKernels& kernels, const TaskArena& arena) {
+void Drag::look_at_bricks(Lattice& lattice, LookAtBrick look, const TaskArena& arena) {
     m_bone = {};
     m_reach_elements = 0;
     std::mutex mutex;
-    const auto look = [&](std::int64_t begin, std::int64_t end) {
+    const auto look_at_some = [&](std::int64_t begin, std::int64_t end) {
         std::array<Fixed, 6> bone{};
         std::int64_t reached = 0;
-        for (std::int64_t k = begin; k < end; ++k) {
-            FieldBrick& field = m_bricks[std::size_t(k)];
-            const Fields& fields = m_fields[std::size_t(k)];
+        for (auto k = std::size_t(begin); k < std::size_t(end); ++k) {
+            FieldBrick& field = m_bricks[k];
             // Everybody else may read the displacements of every brick that is there.
             Brick& brick = *field.brick;
             if (brick.is_unplaced) lattice.place_at_rest(brick);
             field.least_movement = brick.least_movement;
             field.u_min = brick.u_min;
             field.u_max = brick.u_max;
-            for (std::size_t d = 0; d < 6; ++d) {
-                if (!fields[d])
-                    field.highest[d] = kNotReached;
-                else if (d > 0 && fields[d] == fields[d - 1])
-                    field.highest[d] = field.highest[d - 1];
-                else
-                    field.highest[d] = kernels.largest(fields[d], lattice.elements_per_brick());
-            }
-            bound_travel(lattice, brick, fields, bone);
-            reached += count_reached(lattice, brick, fields);
+            field.highest.fill(kNotReached);
+            if (!m_arrays[k][0]) continue;
+            FieldsOfBrick fields{{}, {}, m_fields.ahead(), is_at_rest(brick)};
+            std::copy_n(m_arrays[k].begin(), kDirections, fields.of.begin());
+            std::copy_n(brick.u.begin(), 3, fields.u.begin());
+            const LookAtFields found = look(fields, lattice.elements_per_brick());
+            field.highest = found.highest;
+            reached += found.reached;
+            bound_travel(lattice, brick, m_arrays[k], bone);
         }
         const std::lock_guard lock(mutex);
         for (std::size_t d = 0; d < 6; ++d) m_bone[d] = std::max(m_bone[d], bone[d]);
         m_reach_elements += reached;
     };
-    arena.for_each(std::int64_t(m_bricks.size()), kBricksPerTask, std::ref(look));
+    arena.for_each(std::int64_t(m_bricks.size()), kBricksPerTask, std::ref(look_at_some));
 }
 
-void Drag::bound_travel(const Lattice& lattice, const Brick& brick, const Fields& fields,
+void Drag::bound_travel(const Lattice& lattice, const Brick& brick, const FieldArrays& fields,
                         std::array<Fixed, 6>& bone) const {
     if (!(brick.traits & kFixedTrait)) return;
     const std::uint8_t* traits = lattice.materials().traits();
     for (int n = 0; n < lattice.elements_per_brick(); ++n) {
         if (!(traits[brick.material[n]] & kFixedTrait)) continue;
         for (std::size_t d = 0; d < 6; ++d) {
-            if (!fields[d]) continue;
             const Fixed u = brick.u[d / 2][n];
-            bone[d] = std::max(bone[d], fields[d][n] - (d % 2 ? u : -u));
+            bone[d] = std::max(bone[d], fields[d][n] + m_fields.ahead()[d] - (d % 2 ? u : -u));
         }
     }
-}
-
-std::int64_t Drag::count_reached(const Lattice& lattice, const Brick& brick,
-                                 const Fields& fields) const {
-    const int count = lattice.elements_per_brick();
-    static thread_local std::vector<unsigned char> reached;
-    reached.assign(std::size_t(count), 0);
-    for (std::size_t d = 0; d < 6; ++d) {
-        const Fixed* raised = fields[d];
-        if (!raised || (d > 0 && raised == fields[d - 1])) continue;
-        const Fixed* u = brick.u[d / 2];
-        const Fixed sign = d % 2 ? 1 : -1;
-        for (int n = 0; n < count; ++n) reached[std::size_t(n)] |= raised[n] > sign * u[n];
-    }
-    return std::count(reached.begin(), reached.end(), 1);
 }
 
 bool Drag::covers(Vec3<Fixed> step) const {
@@ -174,7 +103,8 @@ Drag::Frame Drag::frame_of(Vec3<Fixed> step) const {
         const auto c = std::size_t(a);
         frame.sign[c] = sign_of(step[a]);
         frame.direction[c] = direction_of(a, frame.sign[c]);
-        frame.left[c] = m_reach - frame.sign[c] * (m_offset[a] + step[a]);
+        const Fixed ahead = m_fields.ahead()[frame.direction[c]];
+        frame.left[c] = m_reach - ahead - frame.sign[c] * (m_offset[a] + step[a]);
         frame.moves[c] = step[a] != 0;
     }
     return frame;
@@ -213,7 +143,7 @@ BrickMotion Drag::motion_of(std::size_t place, const Frame& frame, unsigned axes
     for (int a = 0; a < 3; ++a) {
         const auto c = std::size_t(a);
         const bool moves = axes >> a & 1;
-        motion[c] = {field.brick->u[c], moves ? m_fields[place][frame.direction[c]] : nullptr,
+        motion[c] = {field.brick->u[c], moves ? m_arrays[place][frame.direction[c]] : nullptr,
                      frame.left[c], frame.sign[c]};
     }
     return motion;
@@ -251,7 +181,7 @@ void Drag::fetch_early(std::size_t place, const Frame& frame, unsigned axes) con
         if (!(axes >> c & 1)) continue;
         for (const int n : {0, 16}) {
             __builtin_prefetch(m_bricks[place].brick->u[c] + n, 1);
-            __builtin_prefetch(m_fields[place][frame.direction[c]] + n);
+            __builtin_prefetch(m_arrays[place][frame.direction[c]] + n);
         }
     }
 }
@@ -266,7 +196,7 @@ int Drag::move_brick(Lattice& lattice, std::size_t place, const Frame& frame, un
     for (int a = 0; a < 3; ++a) {
         if (!(moving_axes >> a & 1)) continue;
         const auto c = std::size_t(a);
-        components[count] = {brick.u[c], m_fields[place][frame.direction[c]], frame.left[c],
+        components[count] = {brick.u[c], m_arrays[place][frame.direction[c]], frame.left[c],
                              frame.sign[c], lowest_of(field, frame, a)};
         axes[count++] = a;
     }
@@ -322,13 +252,13 @@ void Drag::let_go(Lattice& lattice) {
         if (m_bricks[k].has_wide_bounds) lattice.update_bounds(m_indices[k]);
     lattice.drop_still_bricks(m_indices);
     m_bricks.clear();
-    m_fields.clear();
+    m_arrays.clear();
     m_indices.clear();
     m_reach = 0;
 }
 
 std::size_t Drag::bytes() const {
-    return m_bricks.size() * (sizeof(FieldBrick) + sizeof(Fields)) + m_used * m_array_bytes;
+    return m_bricks.size() * (sizeof(FieldBrick) + sizeof(FieldArrays)) + m_fields.bytes();
 }
 
 }  // namespace pliant

@@ -4,20 +4,19 @@
 // Dragging: while the same elements stay grabbed, how far everything else must come along depends
 // on links and materials alone, not on what happened on the way. So it is found once, at the pick.
 //
-// Let the pick raise component a by the reach R, in both directions, and keep what the solves leave
-// behind, w⁺ and w⁻ (propagation.h). When the grabbed elements have been moved by t since the pick,
-// the least move is
+// Let the pick raise component a by the reach R, in both directions, and keep what that leaves of
+// the reach at each element, v⁺ and v⁻ (drag_fields.h); a⁺ and a⁻ is how far ahead the grabbed
+// elements were. When these have been moved by t since the pick, the least move is
 //
-//   t_a grows:    u'(j) = max( u(j),   w⁺(j) − (R − t_a) )
-//   t_a shrinks:  u'(j) = min( u(j), −(w⁻(j) − (R + t_a)) )
+//   t_a grows:    u'(j) = max( u(j),   v⁺(j) + a⁺ − (R − t_a) )
+//   t_a shrinks:  u'(j) = min( u(j), −(v⁻(j) + a⁻ − (R + t_a)) )
 //
 // one pass over the bricks whose bounds say that anything in them can move. What says so is kept
 // apart from all else, a line of the caches for each brick.
 //
 // The solves look only as far as the reach, from where elements were at the pick. That is far
 // enough as long as the places that t_a has had since the pick lie within R of each other; a drag
-// that leaves that range renews the pick. A pick from rest among symmetric materials needs one
-// solve and one array for all.
+// that leaves that range renews the pick.
 //
 // Bone that would move bounds the travel in each direction, known from the pick on.
 
@@ -30,6 +29,7 @@
 #include <span>
 #include <vector>
 
+#include "chainmail/drag_fields.h"
 #include "chainmail/drag_kernel.h"
 #include "chainmail/propagation.h"
 #include "chainmail/step.h"
@@ -42,8 +42,8 @@ class Drag {
     /// Computes the fields. @param reach  [units] > 0
     /// @returns false if more than max_bricks would be needed; then nothing is grabbed
     [[nodiscard]] bool pick(Lattice& lattice, std::span<const ElementRef> grabbed, Fixed reach,
-                            const SweepKernels& kernels, const TaskArena& arena, int max_bricks,
-                            SweepWork& work);
+                            const SweepKernels& kernels, LookAtBrick look, const TaskArena& arena,
+                            int max_bricks, SweepWork& work);
     /// Whether the fields hold for a further step.
     bool covers(Vec3<Fixed> step) const;
     /// Largest fraction of a step that bone and movement limits allow.
@@ -62,11 +62,6 @@ class Drag {
     std::size_t bytes() const;
 
   private:
-    /// Index of a direction: 2·axis, + 1 for the positive one.
-    static std::size_t direction_of(int axis, Fixed sign) {
-        return std::size_t(2 * axis + (sign > 0));
-    }
-    using Fields = std::array<const Fixed*, 6>;  ///< by direction; null: not reached
     /// What each frame looks at of each brick.
     struct alignas(64) FieldBrick {
         Brick* brick;
@@ -83,13 +78,9 @@ class Drag {
         std::array<bool, 3> moves;
     };
 
-    void keep(Lattice& lattice, const SweepWork& work, Fixed sign);
-    void keep_brick(const Lattice& lattice, std::size_t place, const SweepWork& work, Fixed sign);
-    void look_at_bricks(Lattice& lattice, const SweepKernels& kernels, const TaskArena& arena);
-    void bound_travel(const Lattice& lattice, const Brick& brick, const Fields& fields,
+    void look_at_bricks(Lattice& lattice, LookAtBrick look, const TaskArena& arena);
+    void bound_travel(const Lattice& lattice, const Brick& brick, const FieldArrays& fields,
                       std::array<Fixed, 6>& bone) const;
-    std::int64_t count_reached(const Lattice& lattice, const Brick& brick,
-                               const Fields& fields) const;
     Frame frame_of(Vec3<Fixed> step) const;
     /// A lower bound of sign·u.
     static Fixed lowest_of(const FieldBrick& field, const Frame& frame, int axis);
@@ -102,21 +93,17 @@ class Drag {
     void fetch_early(std::size_t place, const Frame& frame, unsigned axes) const;
     int move_brick(Lattice& lattice, std::size_t place, const Frame& frame, unsigned axes,
                    MoveDragged move_dragged);
-    Fixed* take_memory(std::size_t count);
 
     Fixed m_reach = 0;
     Vec3<Fixed> m_offset{0, 0, 0};                      ///< of the grabbed elements since the pick
     Vec3<Fixed> m_lowest{0, 0, 0}, m_highest{0, 0, 0};  ///< that it has been
     std::vector<FieldBrick> m_bricks;
-    std::vector<Fields> m_fields;  ///< of each of them
-    std::vector<int> m_indices;    ///< of each of them, in the lattice
-    std::vector<int> m_place_of;   ///< by brick index: in m_bricks, or −1
+    DragFields m_fields;
+    std::vector<FieldArrays> m_arrays;  ///< of each of them
+    std::vector<int> m_indices;         ///< of each of them, in the lattice
     /// By direction: how much a fixed element would be raised by the whole reach; 0: none.
     std::array<Fixed, 6> m_bone{};
     std::int64_t m_reach_elements = 0;
-    /// Arrays of the positive directions, while those of the negative are in Brick::raised.
-    std::vector<std::unique_ptr<Fixed, FreeMemory>> m_memory;
-    std::size_t m_used = 0, m_array_bytes = 0;  ///< arrays of m_memory in use, and their size
 };
 
 }  // namespace pliant

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The inner loop of a drag's frame, twice: plain, and with vector instructions. Both give the same
-// bits.
+// The inner loops of a drag, of its frames and of the look at a pick's fields, twice: plain, and
+// with vector instructions. Both give the same bits.
 //
 // A frame waits for memory, so it doesn't touch what it needn't: a brick is cut into lines of 16
 // elements, 64 bytes of each array. A line whose fields ask for no place above the brick's lowest
@@ -13,6 +13,7 @@
 
 #pragma once
 
+#include <array>
 #include <span>
 
 #include "chainmail/sweep_kernels.h"
@@ -35,6 +36,24 @@ struct DraggedBrick {
 /// Moves the elements of a brick. @param components  1…3  @param count  elements in each array;
 /// arrays are aligned to 64 bytes
 using MoveDragged = DraggedBrick (*)(std::span<DraggedComponent> components, int count);
+
+/// What a pick wants to know of the fields of a brick (drag_fields.h).
+struct FieldsOfBrick {
+    std::array<const Fixed*, 6> of;  ///< by direction: 2·axis, + 1 for the positive one
+    std::array<const Fixed*, 3> u;
+    std::array<Fixed, 6> ahead;  ///< a field raises an element to field + ahead
+    bool at_rest;                ///< all u are 0
+};
+struct LookAtFields {
+    std::array<Fixed, 6> highest;
+    int reached;  ///< elements that any field would raise
+};
+using LookAtBrick = LookAtFields (*)(const FieldsOfBrick& fields, int count);
+
+/// Plain loops, any size.
+LookAtBrick plain_look_at_fields();
+/// Vector instructions, the best that this processor has. @pre count is a multiple of 16
+LookAtBrick vector_look_at_fields();
 
 /// Plain loops, any size.
 MoveDragged plain_move_dragged();

@@ -1,10 +1,11 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The inner loop of a drag's frame as plain loops: the readable twin of drag_vector.cpp.
+// The inner loops of a drag as plain loops: the readable twin of drag_vector.cpp.
 
 #include <algorithm>
 #include <array>
+#include <cstdint>
 
 #include "chainmail/drag_kernel.h"
 
@@ -41,7 +42,25 @@ DraggedBrick move(std::span<DraggedComponent> components, int count) {
     return result;
 }
 
+LookAtFields look(const FieldsOfBrick& fields, int count) {
+    LookAtFields found{{INT32_MIN, INT32_MIN, INT32_MIN, INT32_MIN, INT32_MIN, INT32_MIN}, 0};
+    for (int n = 0; n < count; ++n) {
+        bool reached = false;
+        for (std::size_t d = 0; d < 6; ++d) {
+            const Fixed u = fields.u[d / 2][n], value = fields.of[d][n];
+            found.highest[d] = std::max(found.highest[d], value);
+            reached |= value > (d % 2 ? u : -u) - fields.ahead[d];
+        }
+        found.reached += reached;
+    }
+    return found;
+}
+
 }  // namespace
+
+LookAtBrick plain_look_at_fields() {
+    return look;
+}
 
 MoveDragged plain_move_dragged() {
     return move;

@@ -1,9 +1,10 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The inner loop of a drag's frame with vector instructions, once for each instruction set; the
+// The inner loops of a drag with vector instructions, once for each instruction set; the
 // program chooses at run time. The plain twin is drag_plain.cpp.
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 
@@ -24,6 +25,9 @@ namespace {
 
 MoveDragged move_of_target() {
     return plain_move_dragged();
+}
+LookAtBrick look_of_target() {
+    return plain_look_at_fields();
 }
 
 #else
@@ -122,8 +126,55 @@ DraggedBrick move(std::span<DraggedComponent> c, int count) {
     return one_field ? move_all<true, 3>(rises, c, count) : move_all<false, 3>(rises, c, count);
 }
 
+/// All fields are one, and the brick is at rest.
+LookAtFields look_at_one(const FieldsOfBrick& fields, int count) {
+    const D d;
+    const V above = hn::Set(d, -*std::max_element(fields.ahead.begin(), fields.ahead.end()));
+    V high = hn::Set(d, INT32_MIN);
+    LookAtFields found{{}, 0};
+    for (int n = 0; n < count; n += kLanes) {
+        const V value = hn::Load(d, fields.of[0] + n);
+        high = hn::Max(high, value);
+        found.reached += int(hn::CountTrue(d, hn::Gt(value, above)));
+    }
+    found.highest.fill(hn::GetLane(hn::MaxOfLanes(d, high)));
+    return found;
+}
+
+LookAtFields look(const FieldsOfBrick& fields, int count) {
+    const D d;
+    const bool one = std::all_of(fields.of.begin(), fields.of.end(),
+                                 [&](const Fixed* field) { return field == fields.of[0]; });
+    if (one && fields.at_rest) return look_at_one(fields, count);
+    V high[6], ahead[6];
+    for (std::size_t k = 0; k < 6; ++k) {
+        high[k] = hn::Set(d, INT32_MIN);
+        ahead[k] = hn::Set(d, fields.ahead[k]);
+    }
+    LookAtFields found{{}, 0};
+    for (int n = 0; n < count; n += kLanes) {
+        M reached = hn::FirstN(d, 0);
+        for (std::size_t a = 0; a < 3; ++a) {
+            const V u = hn::Load(d, fields.u[a] + n);
+            const V down = hn::Load(d, fields.of[2 * a] + n);
+            const V up = hn::Load(d, fields.of[2 * a + 1] + n);
+            high[2 * a] = hn::Max(high[2 * a], down);
+            high[2 * a + 1] = hn::Max(high[2 * a + 1], up);
+            const V below = hn::Sub(hn::Neg(u), ahead[2 * a]);
+            reached = hn::Or(reached, hn::Gt(down, below));
+            reached = hn::Or(reached, hn::Gt(up, hn::Sub(u, ahead[2 * a + 1])));
+        }
+        found.reached += int(hn::CountTrue(d, reached));
+    }
+    for (std::size_t k = 0; k < 6; ++k) found.highest[k] = hn::GetLane(hn::MaxOfLanes(d, high[k]));
+    return found;
+}
+
 MoveDragged move_of_target() {
     return move;
+}
+LookAtBrick look_of_target() {
+    return look;
 }
 
 #endif  // HWY_SCALAR
@@ -135,6 +186,10 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace pliant {
 HWY_EXPORT(move_of_target);
+HWY_EXPORT(look_of_target);
+LookAtBrick vector_look_at_fields() {
+    return HWY_DYNAMIC_DISPATCH(look_of_target)();
+}
 MoveDragged vector_move_dragged() {
     return HWY_DYNAMIC_DISPATCH(move_of_target)();
 }

@@ -154,6 +154,10 @@ void Lattice::fill_in(Brick& brick) const {
     brick.is_blank = false;
 }
 
+void Lattice::fetch_early(const Brick& brick) const {
+    if (brick.is_blank) m_materials.fetch_early(m_size * brick.coord, part_in_scan(brick.coord));
+}
+
 bool Lattice::is_beyond_border(Vec3i brick_coord) const {
     if (!m_bounded) return false;
     for (int a = 0; a < 3; ++a) {

@@ -74,6 +74,13 @@ inline bool is_at_rest(const Brick& brick) {
     return brick.u_min == Vec3<Fixed>{0, 0, 0} && brick.u_max == Vec3<Fixed>{0, 0, 0};
 }
 
+/// Where the neighbour on a side is.
+inline Vec3i coord_behind(const Brick& brick, int side) {
+    Vec3i coord = brick.coord;
+    coord[side / 2] += side % 2 ? 1 : -1;
+    return coord;
+}
+
 /// Told before something changes, where it may have to be taken back.
 class LatticeObserver {
   public:
@@ -141,6 +148,8 @@ class Lattice {
     int ensure_blank_brick(Vec3i coord);
     /// Fills a blank brick in, but for its displacements, which a solve may write once and for all.
     void fill_in(Brick& brick) const;
+    /// Asks for the scan's values that filling it in needs, before they are.
+    void fetch_early(const Brick& brick) const;
     /// Writes zero to all its displacements. Memory of a brick that was used before may hold zeros
     /// already, of components that never moved.
     void place_at_rest(Brick& brick) const;

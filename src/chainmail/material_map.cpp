@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <cstring>
 
@@ -28,11 +29,10 @@ void for_each_row(const Box3i& box, const Visit& visit) {
         for (int y = box.begin.y; y < box.end.y; ++y) visit(y, z);
 }
 
-/// Asks for memory before it is needed: a brick's rows lie far apart in the scan.
-void prefetch(const void* where) {
-#ifdef __GNUC__
-    __builtin_prefetch(where);
-#endif
+/// Asks for memory before it is needed: a brick's rows lie far apart in the scan. By reading it, as
+/// processors may pass over a mere hint where the address has to be looked up first.
+void fetch(const void* where) {
+    static_cast<void>(*static_cast<const volatile char*>(where));
 }
 
 template <class Voxel>
@@ -77,7 +77,7 @@ MaterialMap::MaterialMap(const Volume& volume, const ChainMailSettings& settings
       m_laws(all_laws(settings)),
       m_air(air_limits(settings)),
       m_has_air(settings.air_enabled && !settings.custom_law),
-      m_air_threshold_hu(settings.air_threshold_hu),
+      m_air_below(int(std::clamp(std::ceil(settings.air_threshold_hu), -32768.0, 32768.0))),
       m_labels(settings),
       m_table(m_laws,
               m_has_air ? std::vector(m_air.begin(), m_air.end()) : std::vector(0, m_air[0]),
@@ -91,7 +91,7 @@ int MaterialMap::value_at(Vec3i ijk) const {
 }
 
 bool MaterialMap::is_air(Vec3i ijk) const {
-    return m_has_air && value_at(ijk) < m_air_threshold_hu && m_labels.law_at(ijk) < 0;
+    return m_has_air && value_at(ijk) < m_air_below && m_labels.law_at(ijk) < 0;
 }
 
 unsigned MaterialMap::air_axes(Vec3i ijk) const {
@@ -113,15 +113,75 @@ ElementLimits MaterialMap::limits_at(Vec3i ijk) const {
     return is_air(ijk) ? m_air[air_axes(ijk)] : m_laws[0](value_at(ijk));
 }
 
+/// Whether each element of a row along x is air: bits, the lowest for the first.
+template <int kCount, class Voxel>
+unsigned MaterialMap::air_of_row(const Voxel* voxels, Vec3i first) const {
+    const Grid& grid = m_volume->grid;
+    const unsigned all = (1u << kCount) - 1, outside = kAirHu < m_air_below ? all : 0;
+    const bool beside =
+        first.y < 0 || first.z < 0 || first.y >= grid.size.y || first.z >= grid.size.z;
+    const int begin = std::clamp(-first.x, 0, kCount);
+    const int end = std::clamp(grid.size.x - first.x, begin, kCount);
+    if (beside || begin == end) return outside;
+    const Voxel* row = voxels + voxel_index(grid, first + Vec3i{begin, 0, 0});
+    unsigned air = 0;
+    if (end - begin == kCount) {
+        for (int x = 0; x < kCount; ++x) air |= unsigned(whole_value(row[x]) < m_air_below) << x;
+        return air;
+    }
+    for (int x = 0; x < end - begin; ++x) air |= unsigned(whole_value(row[x]) < m_air_below) << x;
+    const unsigned inside = ((1u << (end - begin)) - 1) << begin;
+    return air << begin | (outside & ~inside);
+}
+
+/// Adds to what is known of a brick what being skin may depend on.
 template <class Voxel>
-bool MaterialMap::has_air(const Voxel* voxels, Vec3i first, const Box3i& part) const {
-    const int count = part.end.x - part.begin.x;
-    bool any = false;
-    for_each_row(part, [&](int y, int z) {
-        const Voxel* row = voxels + voxel_index(m_volume->grid, first + Vec3i{part.begin.x, y, z});
-        for (int x = 0; x < count; ++x) any |= whole_value(row[x]) < m_air_threshold_hu;
-    });
-    return any;
+void MaterialMap::look_around(const Voxel* voxels, Vec3i first, AirBits& air) const {
+    constexpr int kSize = AirBits::kSize, kReach = kSkinReach;
+    const auto row = [&](int y, int z) {
+        return air_of_row<kSize>(voxels, first + Vec3i{0, y, z});
+    };
+    const auto beside = [&](int x, int y, int z) {
+        return air_of_row<kReach>(voxels, first + Vec3i{x, y, z});
+    };
+    const auto fetch_row = [&](int y, int z) {
+        const Vec3i start = first + Vec3i{0, y, z};
+        if (contains(voxel_box(m_volume->grid), start))
+            fetch(voxels + voxel_index(m_volume->grid, start));
+    };
+    for (const int from : {-kReach, kSize})
+        for (int n = from; n < from + kReach; ++n)
+            for (int m = 0; m < kSize; ++m) fetch_row(n, m), fetch_row(m, n);
+    for (int n = 0; n < kSize; ++n)
+        for (int y = 0; y < kSize; ++y)
+            air.set_beside_row(y, n, beside(-kReach, y, n), beside(kSize, y, n));
+    for (const int from : {-kReach, kSize})
+        for (int n = from; n < from + kReach; ++n)
+            for (int m = 0; m < kSize; ++m) {
+                air.set_row_beside(n, m, row(n, m));
+                air.set_row(m, n, row(m, n));
+            }
+}
+
+/// Where a brick of 8³ is air its materials become air's. @returns whether there is any
+template <class Voxel>
+bool MaterialMap::lay_air(const Voxel* voxels, Vec3i first, MaterialId* out) const {
+    constexpr int kSize = AirBits::kSize;
+    AirBits air;
+    for (int z = 0; z < kSize; ++z)
+        for (int y = 0; y < kSize; ++y)
+            air.set_row(y, z, air_of_row<kSize>(voxels, first + Vec3i{0, y, z}));
+    if (!air.any()) return false;
+    look_around(voxels, first, air);
+    for (int z = 0; z < kSize; ++z, out += kSize * kSize) {
+        const auto [x_skin, y_skin, z_skin] = air.skin(z);
+        for (std::uint64_t rest = air.slice(z); rest != 0; rest &= rest - 1) {
+            const int n = std::countr_zero(rest);
+            out[n] = m_table.other_id(
+                int((x_skin >> n & 1) | (y_skin >> n & 1) << 1 | (z_skin >> n & 1) << 2));
+        }
+    }
+    return true;
 }
 
 template <class Voxel>
@@ -149,22 +209,30 @@ bool MaterialMap::fill_by_value(const Voxel* voxels, Vec3i first, int size, cons
     return is_one;
 }
 
+void MaterialMap::fetch_early(Vec3i first, const Box3i& part) const {
+    if (is_empty(part)) return;
+    std::visit(
+        [&](const auto& voxels) {
+            for_each_row(part, [&](int y, int z) {
+                const Vec3i start = first + Vec3i{part.begin.x, y, z};
+                fetch(voxels.data() + voxel_index(m_volume->grid, start));
+            });
+        },
+        m_volume->voxels);
+}
+
 bool MaterialMap::fill(Vec3i first, int size, const Box3i& part, MaterialId* out) const {
+    fetch_early(first, part);
     const bool whole = part == Box3i{{0, 0, 0}, {size, size, size}};
     return std::visit(
         [&](const auto& voxels) {
-            if (!is_empty(part))
-                for_each_row(part, [&](int y, int z) {
-                    prefetch(voxels.data() +
-                             voxel_index(m_volume->grid, first + Vec3i{part.begin.x, y, z}));
-                });
-            if (!m_labels.empty() ||
-                (m_has_air && (!whole || has_air(voxels.data(), first, part)))) {
+            if (!m_labels.empty() || (m_has_air && size != AirBits::kSize)) {
                 fill_one_by_one(first, size, out);
                 return false;
             }
             if (!whole) std::fill_n(out, size * size * size, m_table.id(0, kAirHu));
-            return fill_by_value(voxels.data(), first, size, part, out);
+            const bool is_one = fill_by_value(voxels.data(), first, size, part, out);
+            return !(m_has_air && lay_air(voxels.data(), first, out)) && is_one;
         },
         m_volume->voxels);
 }

@@ -11,6 +11,7 @@
 #include <array>
 #include <vector>
 
+#include "chainmail/air_bits.h"
 #include "chainmail/labels.h"
 #include "chainmail/material.h"
 
@@ -27,6 +28,8 @@ class MaterialMap {
     /// Materials of a cube of elements, i fastest. @param part  of the cube inside of the scan
     /// @returns true only if the elements of the part have one material
     bool fill(Vec3i first, int size, const Box3i& part, MaterialId* out) const;
+    /// Asks for the values of the part before they are needed.
+    void fetch_early(Vec3i first, const Box3i& part) const;
     /// Limits of an element straight from its law, not from the quantised table.
     ElementLimits limits_at(Vec3i ijk) const;
     /// The scan's value, rounded; air beyond it [HU].
@@ -35,8 +38,12 @@ class MaterialMap {
   private:
     bool is_air(Vec3i ijk) const;
     unsigned air_axes(Vec3i ijk) const;
+    template <int kCount, class Voxel>
+    unsigned air_of_row(const Voxel* voxels, Vec3i first) const;
     template <class Voxel>
-    bool has_air(const Voxel* voxels, Vec3i first, const Box3i& part) const;
+    void look_around(const Voxel* voxels, Vec3i first, AirBits& air) const;
+    template <class Voxel>
+    bool lay_air(const Voxel* voxels, Vec3i first, MaterialId* out) const;
     template <class Voxel>
     bool fill_by_value(const Voxel* voxels, Vec3i first, int size, const Box3i& part,
                        MaterialId* out) const;
@@ -46,7 +53,7 @@ class MaterialMap {
     std::vector<MaterialLaw> m_laws;  ///< the main one, then those of labels
     std::array<ElementLimits, 8> m_air{};
     bool m_has_air = false;
-    double m_air_threshold_hu = 0;
+    int m_air_below = 0;  ///< whole values below it are air
     LabelMap m_labels;
     MaterialTable m_table;
 };

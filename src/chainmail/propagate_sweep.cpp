@@ -5,32 +5,25 @@
 // components go together, so that a visit looks at materials and neighbours once.
 
 #include <algorithm>
+#include <functional>
 #include <utility>
 
 #include "chainmail/propagation.h"
 #include "chainmail/sweep_lags.h"
+#include "chainmail/sweep_rounds.h"
 #include "chainmail/uniform_passes.h"
 
 namespace pliant {
 namespace {
 
-/// Bricks whose pending raise is within this fraction of the push of the largest go in one round.
-/// Smaller: fewer repeated sweeps, but shorter rounds.
-constexpr int kBucketsPerPush = 16;
-/// Rounds of fewer bricks are not worth a second thread.
-constexpr std::size_t kFewBricks = 8;
-constexpr std::int64_t kBricksPerTask = 4;
-
-/// In Node::news beside the six sides: elements of the brick itself are grabbed.
-constexpr std::uint8_t kGrabbedHere = 64, kAllSides = 63;
-
 class SweepSolver {
   public:
     SweepSolver(Lattice& lattice, Vec3<Fixed> shift, const SweepKernels& kernels, SweepWork& work)
-        : m_lattice(lattice), m_kernels(kernels), m_work(work), m_components(components_of(shift)) {
-        work.touched.clear();
-        work.active.clear();
-    }
+        : m_lattice(lattice),
+          m_kernels(kernels),
+          m_work(work),
+          m_rounds(lattice, work),
+          m_components(components_of(shift)) {}
 
     void grab(std::span<const ElementRef> grabbed) {
         bool at_rest = m_work.may_share && !m_lattice.may_exceed_limits();
@@ -49,29 +42,19 @@ class SweepSolver {
                 const auto n = std::size_t(element.index);
                 const Fixed before = m_work.shared ? 0 : push.sign * brick.u[c][n];
                 brick.raised[c][n] = before + push.amount;
-                wake(element.brick, c, kGrabbedHere, push.amount);
+                m_rounds.wake(element.brick, push.amount).own_news |= std::uint8_t(1 << c);
             }
         }
     }
 
     bool run(const TaskArena& arena, int max_bricks) {
-        bool fits = true;
         if (m_work.shared) pass_through_uniform(arena, max_bricks);
-        while (fits && !m_work.active.empty()) {
-            take_next_bucket();
-            for (const std::vector<int>& round : m_work.round) {
-                visit_all(round, arena);
-                bool refused = false;
-                for (std::size_t n = 0; n < round.size(); ++n) {
-                    wake_neighbours(round[n], m_work.wakes[n]);
-                    refused |= m_work.wakes[n].refused;
-                }
+        return m_rounds.run(
+            m_work.shared_amount, arena, max_bricks,
+            [this](int index, Wakes& wakes) { visit(index, wakes); },
+            [&](bool refused) {
                 if (refused) share_no_longer(arena);
-            }
-            fits = m_lattice.resident_brick_count() <= max_bricks;
-        }
-        for (const int index : m_work.touched) m_work.nodes[std::size_t(index)] = {};
-        return fits;
+            });
     }
 
   private:
@@ -97,13 +80,6 @@ class SweepSolver {
         for (int n = 0; n < count; ++n) w[n] = sign * brick.u[c][n];
     }
 
-    void wake(int index, std::size_t c, unsigned news, Fixed raise) {
-        Node& node = m_work.touch(index, m_lattice.brick_index_bound());
-        if (node.pending == 0) m_work.active.push_back(index);
-        node.pending = std::max(node.pending, raise);
-        node.news[c] = std::uint8_t(node.news[c] | news);
-    }
-
     /// In one material at rest nothing has to be searched for. Elsewhere the search starts from
     /// what the passes raised.
     void pass_through_uniform(const TaskArena& arena, int max_bricks) {
@@ -113,69 +89,13 @@ class SweepSolver {
         }
         if (m_work.touched.size() == m_work.active.size()) return;
         for (std::size_t n = 0; n < m_work.touched.size(); ++n)
-            wake(m_work.touched[n], 0, kGrabbedHere | kAllSides, m_work.shared_amount);
-    }
-
-    void wake_neighbours(int index, const Wakes& wakes) {
-        if (wakes.refused) {
-            // Back into the list; its news are still there.
-            wake(index, 0, 0, m_work.shared_amount);
-            return;
-        }
-        for (std::size_t c = 0; c < field_count(); ++c)
-            for (int side = 0; side < 6; ++side) {
-                const Fixed raise = wakes.raise[c][std::size_t(side)];
-                if (raise == 0) continue;
-                const Brick& brick = m_lattice.brick(index);
-                int neighbour = brick.neighbours[std::size_t(side)];
-                if (neighbour < 0) neighbour = m_lattice.ensure_blank_brick(behind(brick, side));
-                wake(neighbour, c, 1u << (side ^ 1), raise);
-            }
-    }
-
-    static Vec3i behind(const Brick& brick, int side) {
-        Vec3i coord = brick.coord;
-        coord[side / 2] += side % 2 ? 1 : -1;
-        return coord;
-    }
-
-    /// Moves the most urgent bricks from the active list to this round's two colours.
-    void take_next_bucket() {
-        const auto pending = [&](int index) -> Fixed& {
-            return m_work.nodes[std::size_t(index)].pending;
-        };
-        Fixed largest = 0;
-        for (const int index : m_work.active) largest = std::max(largest, pending(index));
-        const Fixed threshold = largest - m_work.shared_amount / kBucketsPerPush;
-        for (auto& round : m_work.round) round.clear();
-        std::erase_if(m_work.active, [&](int index) {
-            if (pending(index) < threshold) return false;
-            pending(index) = 0;
-            // Nothing new since it was visited in the round that it was woken in.
-            if (m_work.nodes[std::size_t(index)].news == std::array<std::uint8_t, 3>{}) return true;
-            const Vec3i c = m_lattice.brick(index).coord;
-            m_work.round[std::size_t((c.x + c.y + c.z) & 1)].push_back(index);
-            return true;
-        });
-    }
-
-    void visit_all(const std::vector<int>& round, const TaskArena& arena) {
-        m_work.wakes.resize(std::max(m_work.wakes.size(), round.size()));
-        const auto visit_some = [this, &round](std::int64_t begin, std::int64_t end) {
-            for (auto n = std::size_t(begin); n < std::size_t(end); ++n)
-                visit(round[n], m_work.wakes[n]);
-        };
-        if (round.size() < kFewBricks)
-            visit_some(0, std::int64_t(round.size()));
-        else
-            arena.for_each(std::int64_t(round.size()), kBricksPerTask, visit_some);
+            m_rounds.wake(m_work.touched[n], m_work.shared_amount).add_all_news(1);
     }
 
     /// Brings one brick to its fixed point. Reads the neighbours, writes only the brick.
     void visit(int index, Wakes& wakes) {
         static thread_local VisitLags lags;
         Brick& brick = m_lattice.brick(index);
-        wakes = {};
         if (brick.is_blank) m_lattice.fill_in(brick);
         if (m_work.shared && !can_share(brick)) {
             wakes.refused = true;
@@ -184,9 +104,10 @@ class SweepSolver {
         if (!m_work.shared && brick.is_unplaced) m_lattice.place_at_rest(brick);
         lags.begin(m_lattice, brick, m_kernels, m_work.shared);
         Node& node = m_work.nodes[std::size_t(index)];
+        const auto news = std::exchange(node.news, {});
+        const unsigned own_news = std::exchange(node.own_news, std::uint8_t(0));
         for (std::size_t c = 0; c < field_count(); ++c)
-            if (node.news[c] != 0)
-                raise_field(brick, c, std::exchange(node.news[c], 0), lags, wakes);
+            raise_field(brick, c, own_news >> c & 1, news, lags, wakes);
     }
 
     /// All components share one raise only among bricks at rest, of symmetric materials.
@@ -197,15 +118,17 @@ class SweepSolver {
         });
     }
 
-    void raise_field(Brick& brick, std::size_t c, unsigned news, VisitLags& lags,
-                     Wakes& wakes) const {
+    void raise_field(Brick& brick, std::size_t c, bool is_new,
+                     const std::array<std::uint8_t, 6>& news, VisitLags& lags, Wakes& wakes) const {
         const ComponentPush push = field(c);
         const int size = m_lattice.brick_size();
+        const bool any = std::any_of(news.begin(), news.end(), [&](auto n) { return n >> c & 1; });
+        if (!any && !is_new) return;
         begin(brick, c);
         Fixed* w = brick.raised[c];
-        std::uint32_t dirty = news & kGrabbedHere ? ~std::uint32_t(0) >> (32 - size) : 0;
+        std::uint32_t dirty = is_new ? ~std::uint32_t(0) >> (32 - size) : 0;
         for (int side = 0; side < 6; ++side) {
-            if (!(news >> side & 1)) continue;
+            if (!(news[std::size_t(side)] >> c & 1)) continue;
             const int index = brick.neighbours[std::size_t(side)];
             if (index < 0 || !m_lattice.brick(index).reached[c]) continue;
             const Brick& there = m_lattice.brick(index);
@@ -218,7 +141,7 @@ class SweepSolver {
         else
             m_kernels.relax(w, size, lags.inside(push), dirty);
         for (int side = 0; side < 6; ++side)
-            wakes.raise[c][std::size_t(side)] = offer(brick, c, side, push, lags);
+            wakes.offer(side, offer(brick, c, side, push, lags), 1u << c);
     }
 
     void relax_uniform(const Brick& brick, Fixed* w, const UniformLags& lags,
@@ -236,7 +159,7 @@ class SweepSolver {
         const int index = brick.neighbours[std::size_t(side)];
         const Fixed* w = brick.raised[c];
         const int size = m_lattice.brick_size();
-        if (index < 0 && m_lattice.is_beyond_border(behind(brick, side))) return 0;
+        if (index < 0 && m_lattice.is_beyond_border(coord_behind(brick, side))) return 0;
         const Brick* there = index < 0 ? nullptr : &m_lattice.brick(index);
         // Of a brick whose materials are not known yet, its rest place is enough for a bound. In a
         // shared solve a brick of asymmetric materials ends the sharing when it is visited.
@@ -252,16 +175,20 @@ class SweepSolver {
     /// component's fixed point, so nothing is lost.
     void share_no_longer(const TaskArena& arena) {
         m_work.shared = false;
-        const auto split_some = [this](std::int64_t begin, std::int64_t end) {
+        std::uint8_t moving = 0;
+        for (std::size_t c = 0; c < 3; ++c)
+            moving = std::uint8_t(moving | unsigned(m_components[c].amount > 0) << c);
+        const auto split_some = [this, moving](std::int64_t begin, std::int64_t end) {
             for (auto n = std::size_t(begin); n < std::size_t(end); ++n) {
                 const int index = m_work.touched[n];
                 split(m_lattice.brick(index));
+                // What was news for all components is news for each.
                 Node& node = m_work.nodes[std::size_t(index)];
-                for (std::size_t c = 3; c-- > 0;)
-                    node.news[c] = m_components[c].amount > 0 ? node.news[0] : 0;
+                for (std::uint8_t& fields : node.news) fields = fields ? moving : 0;
+                node.own_news = node.own_news ? moving : 0;
             }
         };
-        arena.for_each(std::int64_t(m_work.touched.size()), 16, split_some);
+        arena.for_each(std::int64_t(m_work.touched.size()), 16, std::ref(split_some));
     }
 
     void split(Brick& brick) const {
@@ -281,6 +208,7 @@ class SweepSolver {
     Lattice& m_lattice;
     const SweepKernels& m_kernels;
     SweepWork& m_work;
+    SweepRounds m_rounds;
     std::array<ComponentPush, 3> m_components;
 };
 

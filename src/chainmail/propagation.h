@@ -26,7 +26,9 @@
 
 #include <pliant/tasks.h>
 
+#include <algorithm>
 #include <array>
+#include <cstdint>
 #include <span>
 #include <vector>
 
@@ -71,16 +73,33 @@ void begin_raise(const Lattice& lattice, Brick& brick, const ComponentPush& push
 
 /// What a solve leaves behind, and the memory it works in, kept from push to push.
 struct SweepWork {
-    /// Largest raise that a brick offers to each neighbour, per component; 0: none.
+    /// By side: the largest raise that a brick offers to its neighbour, 0: none, and for which of
+    /// the fields that are solved for (bits).
     struct Wakes {
-        std::array<std::array<Fixed, 6>, 3> raise{};
+        std::array<Fixed, 6> raise{};
+        std::array<std::uint8_t, 6> fields{};
         bool refused = false;  ///< the brick can't take part in a shared solve
+
+        void offer(int side, Fixed offered, unsigned of) {
+            if (offered <= 0) return;
+            const auto n = std::size_t(side);
+            raise[n] = std::max(raise[n], offered);
+            fields[n] = std::uint8_t(fields[n] | of);
+        }
     };
-    /// A brick's place in the work list. News: sides (bits) whose neighbours have risen.
+    /// A brick's place in the work list. News: fields (bits) that have risen, by side, and those
+    /// whose elements in the brick itself have.
     struct Node {
         Fixed pending = 0;  ///< largest raise offered to it; 0: not in the list
         bool is_touched = false;
-        std::array<std::uint8_t, 3> news{};
+        std::array<std::uint8_t, 6> news{};
+        std::uint8_t own_news = 0;
+
+        bool has_news() const { return own_news != 0 || news != std::array<std::uint8_t, 6>{}; }
+        void add_all_news(unsigned fields) {
+            own_news = std::uint8_t(fields);
+            news.fill(std::uint8_t(fields));
+        }
     };
 
     /// A brick whose raise goes on into the next one along an axis (see uniform_passes.h).

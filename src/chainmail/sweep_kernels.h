@@ -32,11 +32,13 @@ struct InsideLags {
 struct UniformLags {
     std::array<Fixed, 3> forward, backward;
 };
-/// The elements behind a face. Null raised: not reached, they are at sign·u. Null u: at rest.
+/// The elements behind a face. Null raised: not reached, they are at sign·u. Null u: all that are
+/// not reached are at the floor; at rest that is 0.
 struct FaceBehind {
     const Fixed* raised;
     const Fixed* u;
     Fixed sign;
+    Fixed floor = 0;
 };
 
 /// One component of a brick that moves: to max(u, raised − left) or min(u, left − raised).
@@ -71,7 +73,7 @@ struct SweepKernels {
     /// @returns the slices that changed
     std::uint32_t (*take)(Fixed* w, int size, int side, const Fixed* neighbour, const Fixed* lags);
     /// @returns the largest raise above the place before the push that w asks of the elements
-    ///          behind a side; 0 if none of them would rise
+    ///          behind a side; 0 if none of them would rise above that
     Fixed (*offer)(const Fixed* w, int size, int side, const Fixed* lags, const FaceBehind& behind);
     /// Raises w to what the face of the neighbour on a side asks for, where each step away from it
     /// lags by the same: w(n) = max(w(n), face − (n + 1)·lag), at least 0.

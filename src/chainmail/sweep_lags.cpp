@@ -36,11 +36,12 @@ void for_each_on_face(int size, int side, const Visit& visit) {
 }  // namespace
 
 void VisitLags::begin(const Lattice& lattice, const Brick& brick, const SweepKernels& kernels,
-                      bool shared) {
+                      bool shared, bool stretch_is_shear) {
     m_lattice = &lattice;
     m_brick = &brick;
     m_kernels = &kernels;
     m_shared = shared;
+    m_stretch_is_shear = stretch_is_shear;
     m_has_halves = m_has_links = m_has_face = m_has_bound = 0;
     if (m_size != lattice.brick_size()) resize(lattice.brick_size());
 }
@@ -57,7 +58,8 @@ void VisitLags::resize(int size) {
 VisitLags::Kind VisitLags::kind_of(bool up, int axis, const ComponentPush& push,
                                    bool symmetric) const {
     if (m_shared || symmetric || axis != push.axis) return kShear;
-    return up == (push.sign > 0) ? kCompress : kStretch;
+    if (up == (push.sign > 0)) return kCompress;
+    return m_stretch_is_shear ? kShear : kStretch;
 }
 
 const Fixed* VisitLags::column(Kind kind, int axis) const {

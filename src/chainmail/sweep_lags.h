@@ -27,8 +27,9 @@ namespace pliant {
 class VisitLags {
   public:
     /// @param shared  the visit is for all components at once: all materials around are symmetric
-    void begin(const Lattice& lattice, const Brick& brick, const SweepKernels& kernels,
-               bool shared);
+    /// @param stretch_is_shear  they are equal in all materials
+    void begin(const Lattice& lattice, const Brick& brick, const SweepKernels& kernels, bool shared,
+               bool stretch_is_shear = false);
 
     /// All links inside along an axis are alike.
     bool is_uniform() const;
@@ -69,7 +70,7 @@ class VisitLags {
     const Lattice* m_lattice = nullptr;
     const Brick* m_brick = nullptr;
     const SweepKernels* m_kernels = nullptr;
-    bool m_shared = false;
+    bool m_shared = false, m_stretch_is_shear = false;
     int m_size = 0, m_count = 0, m_face = 0;  ///< of the brick: edge, elements, elements of a face
     /// What is there already, as bits: 3·kind + axis, 6·kind + side.
     std::uint32_t m_has_halves = 0, m_has_links = 0, m_has_face = 0, m_has_bound = 0;

@@ -101,7 +101,7 @@ std::uint32_t take(Fixed* w, int size, int side, const Fixed* neighbour, const F
 Fixed offer(const Fixed* w, int size, int side, const Fixed* lags, const FaceBehind& behind) {
     Fixed largest = 0;
     for_each_on_face(size, side, [&](int own, int there, int n) {
-        const Fixed before = behind.u ? behind.sign * behind.u[there] : 0;
+        const Fixed before = behind.u ? behind.sign * behind.u[there] : behind.floor;
         const Fixed now = behind.raised ? behind.raised[there] : before;
         const Fixed offered = w[own] - lags[n];
         if (offered > now) largest = std::max(largest, offered - before);

@@ -224,13 +224,6 @@ void relax_uniform(Fixed* w, int, const UniformLags& lags, std::uint32_t dirty) 
     }
 }
 
-void gather(const Fixed* column, const MaterialId* ids, int count, Fixed* out) {
-    const hn::Rebind<MaterialId, D> d16;
-    for (int n = 0; n < count; n += kLanes)
-        hn::Store(hn::GatherIndex(D(), column, hn::PromoteTo(D(), hn::Load(d16, ids + n))), D(),
-                  out + n);
-}
-
 void add_halves(const Fixed* halves, int, int axis, Fixed* lags) {
     const int stride = axis == 0 ? 1 : axis == 1 ? kSize : kSlice;
     // The last elements have no link in the brick; the lags there are never used.
@@ -267,16 +260,22 @@ void copy_face(const Fixed* values, int, int side, Fixed* out) {
         });
 }
 
+/// By plain loads: gathers are slower where a processor is guarded against data sampling, and
+/// hardly faster elsewhere.
 void add_face(const Fixed* column, const MaterialId* ids, int, int side, Fixed* out) {
-    const hn::Rebind<MaterialId, D> d16;
-    if (side < 2)
+    HWY_ALIGN Fixed there[kSlice];
+    if (side < 2) {
         for_each_of_x_face(side, [&](int n, int element) { out[n] += column[ids[element]]; });
+        return;
+    }
+    const auto load = plain_sweep_kernels().gather;
+    const MaterialId* first = ids + (side == 3 ? kSlice - kSize : side == 5 ? kBrick - kSlice : 0);
+    if (side < 4)
+        for (int n = 0; n < kSize; ++n) load(column, first + n * kSlice, kSize, there + n * kSize);
     else
-        for_each_row_of_face(side, [&](int n, int element) {
-            const V index = hn::PromoteTo(D(), hn::Load(d16, ids + element));
-            hn::Store(hn::Add(hn::Load(D(), out + n), hn::GatherIndex(D(), column, index)), D(),
-                      out + n);
-        });
+        load(column, first, kSlice, there);
+    for (int n = 0; n < kSlice; n += kLanes)
+        hn::Store(hn::Add(hn::Load(D(), out + n), hn::Load(D(), there + n)), D(), out + n);
 }
 
 /// The rows of a face: kSize rows, `step` apart. Faces across x are copied together first.
@@ -332,7 +331,7 @@ Fixed offer(const Fixed* w, int, int side, const Fixed* lags, const FaceBehind& 
     const V sign = hn::Set(D(), behind.sign);
     for (int n = 0; n < kSize; ++n)
         for (int p = 0; p < kLanes * kParts; p += kLanes) {
-            V before = hn::Zero(D());
+            V before = hn::Set(D(), behind.floor);
             if (u.first) before = hn::Mul(sign, hn::Load(D(), u.first + n * u.step + p));
             V now = before;
             if (behind.raised) now = hn::Load(D(), raised.first + n * raised.step + p);
@@ -501,9 +500,18 @@ Fixed largest(const Fixed* values, int count) {
 }
 
 const SweepKernels& kernels_of_target() {
-    static constexpr SweepKernels kernels{gather,    copy_face, add_face,      add_halves,
-                                          arrange_x, relax,     relax_uniform, take,
-                                          offer,     carry,     move,          largest};
+    static const SweepKernels kernels{plain_sweep_kernels().gather,
+                                      copy_face,
+                                      add_face,
+                                      add_halves,
+                                      arrange_x,
+                                      relax,
+                                      relax_uniform,
+                                      take,
+                                      offer,
+                                      carry,
+                                      move,
+                                      largest};
     return kernels;
 }
 

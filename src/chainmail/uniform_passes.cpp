@@ -20,12 +20,6 @@ std::uint64_t line_of(Vec3i coord, int axis) {
     return std::uint64_t(q) << 32 | p;
 }
 
-Vec3i behind(const Brick& brick, int side) {
-    Vec3i coord = brick.coord;
-    coord[side / 2] += side % 2 ? 1 : -1;
-    return coord;
-}
-
 }  // namespace
 
 bool UniformPasses::run(const TaskArena& arena, int max_bricks) {
@@ -133,11 +127,11 @@ bool UniformPasses::plan_line(std::span<const Source> line, int side, int max_br
         const Brick& brick = m_lattice.brick(at);
         int next = brick.neighbours[std::size_t(side)];
         if (next < 0) {
-            if (m_lattice.is_beyond_border(behind(brick, side))) {
+            if (m_lattice.is_beyond_border(coord_behind(brick, side))) {
                 highest = 0;
                 continue;
             }
-            next = m_lattice.ensure_blank_brick(behind(brick, side));
+            next = m_lattice.ensure_blank_brick(coord_behind(brick, side));
             m_work.made.push_back(next);
             if (m_lattice.resident_brick_count() > max_bricks) return false;
         }

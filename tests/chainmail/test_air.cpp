@@ -8,6 +8,9 @@
 #include <pliant/resample.h>
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
+#include <string>
 
 #include "chainmail/air.h"
 #include "chainmail/lattice.h"
@@ -189,20 +192,39 @@ TEST(Air, SkinIsAtMostThreeElementsAndLeavesTheMiddleOfAGap) {
     }
 }
 
+/// Materials of bricks, in and around the scan, against those found element by element.
+void check_bricks(const Volume& volume, const ChainMailSettings& settings, int brick_size) {
+    Lattice lattice(volume, MaterialMap(volume, settings), brick_size, false);
+    for (int z = -4; z < 24; ++z)
+        for (int y = -4; y < 24; ++y)
+            for (int x = -4; x < 26; ++x) {
+                const ElementRef element = lattice.ensure_element({x, y, z});
+                const MaterialId held =
+                    lattice.brick(element.brick).material[std::size_t(element.index)];
+                ASSERT_EQ(held, lattice.material_at({x, y, z}));
+            }
+}
+
 TEST(Air, BricksHoldTheSameMaterialsAsSingleElements) {
-    Random random(11);
-    const Volume volume =
-        volume_where({21, 18, 19}, [&](Vec3i) { return random.whole(0, 5) == 0; });
-    for (const int brick_size : {3, 8, 13}) {
-        Lattice lattice(volume, MaterialMap(volume, ChainMailSettings{}), brick_size, false);
-        for (int z = -4; z < 24; z += 3)
-            for (int y = -4; y < 24; ++y)
-                for (int x = -4; x < 26; ++x) {
-                    const ElementRef element = lattice.ensure_element({x, y, z});
-                    const MaterialId held =
-                        lattice.brick(element.brick).material[std::size_t(element.index)];
-                    ASSERT_EQ(held, lattice.material_at({x, y, z}));
-                }
+    for (unsigned seed = 11; seed < 35 && !::testing::Test::HasFatalFailure(); ++seed) {
+        SCOPED_TRACE("seed " + std::to_string(seed));
+        Random random(seed);
+        // From a few elements of tissue in air to a few of air in tissue.
+        const int one_in = random.whole(2, 40);
+        const bool mostly_air = random.whole(0, 1);
+        Volume volume = volume_where(
+            {21, 18, 19}, [&](Vec3i) { return (random.whole(1, one_in) == 1) == mostly_air; });
+        ChainMailSettings settings;
+        if (random.whole(0, 1)) settings.air_threshold_hu = random.real(-1100, -400);
+        if (random.whole(0, 1)) {
+            std::vector<float> values(voxel_count(volume.grid));
+            const float threshold = float(std::floor(settings.air_threshold_hu));
+            for (float& value : values)
+                value = random.whole(0, 50) ? threshold + 0.25f * float(random.whole(-9, 9))
+                                            : std::numeric_limits<float>::quiet_NaN();
+            volume.voxels = values;
+        }
+        check_bricks(volume, settings, seed % 4 ? 8 : random.whole(3, 13));
     }
 }
 

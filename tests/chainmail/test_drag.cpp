@@ -10,6 +10,7 @@
 #include <array>
 #include <cmath>
 
+#include "chainmail/air_tissues.h"
 #include "chainmail/drag_kernel.h"
 #include "chainmail/lattice.h"
 #include "chainmail/tissues.h"
@@ -75,25 +76,15 @@ struct Outcomes {
     int limited = 0, renewed = 0, from_deformed = 0;
 };
 
-void run_drag(std::uint64_t seed, Outcomes& outcomes) {
-    Random random(seed);
-    const TaskArena arena(1 + int(seed % 2));
-    const Instance instance = drag_instance(random);
-    ChainMail dragged = tissue_of(
-        instance, arena, random.whole(0, 3) ? ChainMailSolver::Sweep : ChainMailSolver::PlainSweep);
-    ChainMail pushed = tissue_of(instance, arena);
-    if (random.whole(0, 2) == 0) {
-        Random same = random;
-        cut_some(random, dragged);
-        cut_some(same, pushed);
-    }
+void run_drag(Random& random, ChainMail& dragged, ChainMail& pushed, Outcomes& outcomes) {
+    const Grid& grid = dragged.volume().grid;
+    const std::vector<Vec3i> grabbed = random_grab(random, grid);
     for (int before = random.whole(0, 2); before > 0; --before, ++outcomes.from_deformed) {
-        const auto elements = random_grab(random, instance.volume.grid);
+        const auto elements = random.whole(0, 2) ? random_grab(random, grid) : grabbed;
         const Vec3d push_mm = whole_vector(random, 3);
         ASSERT_TRUE(dragged.push_elements(elements, push_mm).ok());
         ASSERT_TRUE(pushed.push_elements(elements, push_mm).ok());
     }
-    const std::vector<Vec3i> grabbed = random_grab(random, instance.volume.grid);
     const double reach_mm = random.real(0.5, 4);
     const auto grab = dragged.grab_elements(grabbed, reach_mm);
     ASSERT_TRUE(grab.ok());
@@ -121,16 +112,49 @@ void run_drag(std::uint64_t seed, Outcomes& outcomes) {
     ASSERT_EQ(a.moved_elements, b.moved_elements);
 }
 
+ChainMailSolver random_solver(Random& random) {
+    return random.whole(0, 3) ? ChainMailSolver::Sweep : ChainMailSolver::PlainSweep;
+}
+
 TEST(Drag, IsBitForBitAPushOfTheSameElementsByTheSameSteps) {
     Outcomes outcomes;
     for (std::uint64_t n = 0; n < kDrags && !::testing::Test::HasFatalFailure(); ++n) {
         SCOPED_TRACE("seed " + std::to_string(kSeed + n));
-        run_drag(kSeed + n, outcomes);
+        Random random(kSeed + n);
+        const TaskArena arena(1 + int(n % 2));
+        const Instance instance = drag_instance(random);
+        ChainMail dragged = tissue_of(instance, arena, random_solver(random));
+        ChainMail pushed = tissue_of(instance, arena);
+        if (random.whole(0, 2) == 0) {
+            Random same = random;
+            cut_some(random, dragged);
+            cut_some(same, pushed);
+        }
+        run_drag(random, dragged, pushed, outcomes);
     }
     // The drags really come to all kinds of ends.
     EXPECT_GT(outcomes.limited, int(kDrags) / 4);
     EXPECT_GT(outcomes.renewed, int(kDrags) / 4);
     EXPECT_GT(outcomes.from_deformed, int(kDrags) / 4);
+}
+
+TEST(Drag, IsBitForBitAPushThroughAirToo) {
+    Outcomes outcomes;
+    for (std::uint64_t n = 0; n < kDrags / 2 && !::testing::Test::HasFatalFailure(); ++n) {
+        SCOPED_TRACE("seed " + std::to_string(kSeed + n));
+        Random random(kSeed + n);
+        const TaskArena arena(1 + int(n % 2));
+        const Volume volume = scan_with_air(random, 20);
+        ChainMailSettings settings = settings_with_air(random);
+        settings.max_movement_mm = random.real(3, 30);
+        ChainMail pushed = tissue_of(volume, arena, settings);
+        settings.solver = random_solver(random);
+        ChainMail dragged = tissue_of(volume, arena, settings);
+        run_drag(random, dragged, pushed, outcomes);
+    }
+    EXPECT_GT(outcomes.limited, int(kDrags) / 16);
+    EXPECT_GT(outcomes.renewed, int(kDrags) / 8);
+    EXPECT_GT(outcomes.from_deformed, int(kDrags) / 8);
 }
 
 constexpr int kElements = 512;

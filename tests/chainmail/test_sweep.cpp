@@ -231,7 +231,8 @@ std::vector<Fixed> results_of(const SweepKernels& kernels, const KernelInputs& i
         add(work.w);
         for (const FaceBehind& behind :
              {FaceBehind{in.other.data(), in.u.data(), -1}, FaceBehind{nullptr, in.u.data(), 1},
-              FaceBehind{in.other.data(), nullptr, 1}, FaceBehind{nullptr, nullptr, 1}})
+              FaceBehind{in.other.data(), nullptr, 1}, FaceBehind{nullptr, nullptr, 1},
+              FaceBehind{in.other.data(), nullptr, 1, -40}, FaceBehind{nullptr, nullptr, 1, -40}})
             out.push_back(kernels.offer(in.w.data(), 8, side, in.lags[1].data(), behind));
     }
     KernelInputs raised = in;  // nothing is below 0 among raises from rest
