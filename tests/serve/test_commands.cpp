@@ -191,7 +191,7 @@ TEST(Messages, OfAnyBytesAtAllDoNoHarm) {
             ASSERT_LT(std::get_if<ParseFailure>(&read)->message.size(), 200U) << text;
         }
     }
-    EXPECT_GT(understood, 1000);
+    EXPECT_GT(understood, 200);
 }
 
 TEST(Door, OpensForThisMachineOnly) {
