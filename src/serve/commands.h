@@ -57,8 +57,9 @@ struct ReleaseCommand {};
 struct ResetCommand {};
 /// What is empty stays as it is.
 struct MaterialsCommand {
-    std::optional<double> offset, max_movement_mm, bone_threshold_hu, air_threshold_hu, yield;
-    std::optional<bool> air_enabled, rounded;
+    std::optional<double> offset{}, max_movement_mm{}, bone_threshold_hu{}, air_threshold_hu{},
+        yield{};
+    std::optional<bool> air_enabled{}, rounded{};
 };
 struct IsoCommand {
     std::optional<double> iso_hu{};

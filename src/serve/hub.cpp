@@ -38,7 +38,11 @@ std::string shortened(std::string name) {
 Hub::Hub(std::unique_ptr<Scene> scene, std::unique_ptr<SessionLog> log, int rate_hz)
     : m_scene(std::move(scene)),
       m_log(std::move(log)),
-      m_period(std::chrono::nanoseconds(1'000'000'000 / rate_hz)) {
+      m_period(std::chrono::nanoseconds(1'000'000'000 / rate_hz)),
+      m_last_client(m_scene->last_client()) {
+    // Those who had hold of tissue when a recorded session ended are gone.
+    for (std::uint32_t client = 1; client <= m_last_client; ++client)
+        if (m_scene->has_contact(client)) act(client, ReleaseCommand{});
     m_scene->update();
     m_tools_frame = tools_frame({}, {.volume = m_scene->info().id});
 }

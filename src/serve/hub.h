@@ -124,7 +124,7 @@ class Hub {
     Outlet* m_outlet = nullptr;
     std::map<ConnectionId, Newcomer> m_newcomers;
     Clients m_clients;
-    std::uint32_t m_last_client = 0;
+    std::uint32_t m_last_client;
     std::uint32_t m_step = 0;
     Clock::time_point m_now{};
     bool m_moved = false;  ///< in this step, so that the volume may have changed

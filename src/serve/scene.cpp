@@ -52,6 +52,7 @@ Scene::Scene(std::unique_ptr<LoadedScan> loaded, ChainMail tissue)
       m_polarity(m_loaded->polarity) {}
 
 Outcome Scene::carry_out(std::uint32_t client, const Action& action) {
+    m_last_client = std::max(m_last_client, client);
     return std::visit([&](const auto& command) { return act(client, command); }, action);
 }
 

@@ -45,6 +45,8 @@ class Scene {
     double sweep();
     /// Whether the client has hold of tissue, or left a tool that stays in relaxation's way.
     bool has_contact(std::uint32_t client) const;
+    /// The highest number of a client so far.
+    std::uint32_t last_client() const { return m_last_client; }
 
     /// The deformed volume is brought up to date.
     LiveUpdate update() { return m_live.update(); }
@@ -115,6 +117,7 @@ class Scene {
     double m_iso_hu;
     Polarity m_polarity;
     bool m_relaxing = false, m_settled = true;
+    std::uint32_t m_last_client = 0;
     std::uint32_t m_holder = 0;
     Vec3d m_drag_mm{0, 0, 0};  ///< how far the holder has come
     std::map<std::uint32_t, Contact> m_contacts;
