@@ -30,20 +30,18 @@ endforeach()
 if(number EQUAL 0)
     set(body "std::span<const PageFile> built_in_page() { return {}; }\n")
 else()
-    set(body
+    string(CONCAT body
         "std::span<const PageFile> built_in_page() {\n"
         "    static const PageFile files[] = {\n${entries}    };\n    return files;\n}\n")
-    string(CONCAT body ${body})
     set(symbols "")
     math(EXPR last "${number} - 1")
     foreach(n RANGE ${last})
         string(APPEND symbols "    \".global pliant_page_${n}\\n.global pliant_page_end_${n}\\n\"\n"
             "    \".hidden pliant_page_${n}\\n.hidden pliant_page_end_${n}\\n\"\n")
     endforeach()
-    set(declarations
+    string(CONCAT declarations
         "__asm__(\n    \".pushsection .rodata\\n\"\n${symbols}${data}    \".popsection\\n\");\n"
         "extern \"C\" {\n${declarations}}\n")
-    string(CONCAT declarations ${declarations})
 endif()
 file(WRITE "${OUTPUT}.new"
     "// Made by cmake/embed_page.cmake.\n#include <cstddef>\n\n#include \"serve/page.h\"\n\n"
