@@ -140,21 +140,16 @@ TEST_F(HostileTest, LengthsThatAreTooLargeAreNotWaitedFor) {
 TEST_F(HostileTest, FloodsAreCutOff) {
     const auto client = enter();
     for (int n = 0; n < 20'000; ++n) {
-        // Many at once, so that the flood is one on slow machines too.
-        std::string frames;
-        if (n % 100 == 0 && !client->send(frames)) break;
         client->send_frame(1, R"({"do":"ping"})");
-        if (n % 500 == 499) {
-            char byte = 0;
-            if (::recv(client->descriptor(), &byte, 1, MSG_PEEK | MSG_DONTWAIT) == 0) break;
-        }
+        char byte = 0;
+        if (n % 500 == 499 && ::recv(client->descriptor(), &byte, 1, MSG_PEEK | MSG_DONTWAIT) == 0)
+            break;
     }
     EXPECT_EQ(client->wait_for_close(), 4002);
 }
 
 TEST_F(HostileTest, FloodsOfWorkAreAnsweredBusyOrCutOff) {
     const auto client = enter();
-    std::string text;
     for (int n = 1; n <= 300; ++n)
         client->say({{"do", "push"},
                      {"id", n},
