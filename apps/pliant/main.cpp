@@ -305,6 +305,34 @@ void add_render(CLI::App& app, RenderOptions& o) {
         "--out view.png");
 }
 
+void add_serve(CLI::App& app, ServeOptions& o) {
+    auto* c = app.add_subcommand("serve", "Fly and push in the browser, alone or together");
+    c->add_option("FILE", o.file,
+                  "NRRD, MetaImage, NIfTI or DICOM folder (default: the airway phantom)");
+    add_series(c, o.series);
+    c->add_option_function<int>(
+         "--port",
+         [&o](int port) {
+             o.port = port;
+             o.port_given = true;
+         },
+         "where to listen on this machine; 0: any free one (default 8765, or any free one)")
+        ->check(CLI::Range(0, 65535));
+    c->add_option("--session", o.session,
+                  "record what is done to this file; if it is there, go on where it ended");
+    c->add_flag("--no-open", o.no_open, "print the link, and open no browser");
+    add_threads(c, o.threads);
+    c->footer("Example:\n  pliant serve scan.nrrd --session scan.pls");
+}
+
+void add_replay(CLI::App& app, ReplayOptions& o) {
+    auto* c = app.add_subcommand("replay", "Do a recorded session again, and compare the results");
+    c->add_option("SESSION", o.session, "file of pliant serve --session")->required();
+    c->add_flag("--json", o.json, "one JSON object");
+    add_threads(c, o.threads);
+    c->footer("Example:\n  pliant replay scan.pls");
+}
+
 void add_bench(CLI::App& app, BenchOptions& o) {
     auto* c = app.add_subcommand("bench", "Compare solvers: time, and how far from exact");
     c->add_option("WHAT", o.what, "chainmail")->required()->check(CLI::IsMember({"chainmail"}));
@@ -348,16 +376,20 @@ int main(int argc, char** argv) {
     PhantomOptions phantom;
     DeformOptions deform;
     RenderOptions render;
+    ServeOptions serve;
+    ReplayOptions replay;
     BenchOptions bench;
     add_info(app, info);
     add_phantom(app, phantom);
     add_deform(app, deform);
     add_render(app, render);
+    add_serve(app, serve);
+    add_replay(app, replay);
     add_bench(app, bench);
     const auto named = [&](const CLI::App* command) { return command->get_name() == argv[1]; };
     if (argc > 1 && argv[1][0] != '-' && app.get_subcommands(named).empty())
         return bad_input("unknown command '" + std::string(argv[1]) +
-                         "', expected info, phantom, deform, render or bench");
+                         "', expected info, phantom, deform, render, serve, replay or bench");
     try {
         app.parse(argc, argv);
     } catch (const CLI::Success& done) {
@@ -368,6 +400,8 @@ int main(int argc, char** argv) {
     if (app.got_subcommand("info")) return run_info(info);
     if (app.got_subcommand("phantom")) return run_phantom(phantom);
     if (app.got_subcommand("deform")) return run_deform(deform);
+    if (app.got_subcommand("serve")) return run_serve(serve);
+    if (app.got_subcommand("replay")) return run_replay(replay);
     if (app.got_subcommand("bench")) return run_bench(bench);
     return run_render(render);
 }

@@ -89,6 +89,22 @@ struct RenderOptions {
     int threads = 0;
 };
 
+struct ServeOptions {
+    std::string file;  ///< empty: the airway phantom
+    std::string series;
+    int port = 8765;
+    bool port_given = false;  ///< else any free one will do
+    std::string session;
+    bool no_open = false;
+    int threads = 0;
+};
+
+struct ReplayOptions {
+    std::string session;
+    bool json = false;
+    int threads = 0;
+};
+
 struct BenchOptions {
     std::string what;              ///< "chainmail"
     bool compare = false;          ///< published orderings beside the exact solvers
@@ -106,6 +122,8 @@ int run_info(const InfoOptions& options);
 int run_phantom(const PhantomOptions& options);
 int run_deform(const DeformOptions& options);
 int run_render(const RenderOptions& options);
+int run_serve(const ServeOptions& options);
+int run_replay(const ReplayOptions& options);
 int run_bench(const BenchOptions& options);
 
 /// Prints "pliant: message" as one line on standard error. @returns kExitBadInput

@@ -1,0 +1,93 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// pliant serve: the server, until somebody presses Ctrl+C.
+
+#include <fcntl.h>
+#include <pliant/serve.h>
+#include <signal.h>
+#include <spawn.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstdio>
+#include <cstdlib>
+#include <optional>
+
+#include "options.h"
+#include "progress.h"
+
+extern char** environ;
+
+namespace pliant::app {
+namespace {
+
+int g_ends[2];
+volatile sig_atomic_t g_is_serving = 0;
+
+/// Ends the server in good order; before there is one, the program.
+void on_signal(int number) {
+    if (!g_is_serving) ::_exit(128 + number);
+    const int kept = errno;
+    (void)!::write(g_ends[1], "", 1);
+    errno = kept;
+}
+
+/// Opens the browser where there is a display; if that fails, there is still the link.
+void open_browser(const std::string& link) {
+    if (!std::getenv("DISPLAY") && !std::getenv("WAYLAND_DISPLAY")) return;
+    std::string name = "xdg-open", argument = link;
+    char* const arguments[] = {name.data(), argument.data(), nullptr};
+    posix_spawn_file_actions_t actions;
+    posix_spawn_file_actions_init(&actions);
+    for (const int descriptor : {0, 1, 2})
+        posix_spawn_file_actions_addopen(&actions, descriptor, "/dev/null", O_RDWR, 0);
+    pid_t child = 0;
+    (void)posix_spawnp(&child, name.c_str(), &actions, nullptr, arguments, environ);
+    posix_spawn_file_actions_destroy(&actions);
+}
+
+Result<Server> start(const ServeOptions& options, const TaskArena& arena) {
+    ServerSettings settings{.file = options.file,
+                            .series = options.series,
+                            .port = options.port,
+                            .session = options.session};
+    auto server = Server::start(settings, arena);
+    const bool port_is_taken = !server.ok() && server.error().message.starts_with("port:");
+    if (!port_is_taken || options.port_given) return server;
+    settings.port = 0;
+    return Server::start(settings, arena);
+}
+
+}  // namespace
+
+int run_serve(const ServeOptions& options) {
+    if (::pipe2(g_ends, O_CLOEXEC) != 0) return bad_input("serve: expected a pipe, found none");
+    struct sigaction action {};
+    action.sa_handler = on_signal;
+    for (const int number : {SIGINT, SIGTERM, SIGHUP}) sigaction(number, &action, nullptr);
+    signal(SIGCHLD, SIG_IGN);  // the browser's opener
+
+    const TaskArena arena(options.threads);
+    std::optional<ProgressBar> bar(std::in_place, "opening");
+    bar->show(0.1);
+    auto server = start(options, arena);
+    bar.reset();
+    if (!server.ok()) {
+        const bool is_port = server.error().message.starts_with("port:");
+        return bad_input((is_port ? "--" : "") + server.error().message);
+    }
+    g_is_serving = 1;
+    for (const std::string& note : server->notes()) std::printf("%s\n", note.c_str());
+    std::printf("Open  %s\n", server->link().c_str());
+    std::printf("View  %s  (for those who may only look)\n", server->view_link().c_str());
+    std::printf("Ctrl+C ends the server.\n");
+    std::fflush(stdout);
+    if (!options.no_open) open_browser(server->link());
+    char byte = 0;
+    while (::read(g_ends[0], &byte, 1) < 0 && errno == EINTR) {
+    }
+    return kExitOk;
+}
+
+}  // namespace pliant::app

@@ -1,0 +1,77 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// A server for browsers: one scene that several people see, push and cut at once.
+//
+//   const TaskArena arena;
+//   auto server = Server::start({.file = "/data/scan.nrrd"}, arena);
+//   std::puts(server->link().c_str());
+//   server->wait();
+//
+// docs/protocol.md says what clients and server tell each other.
+
+#pragma once
+
+#include <pliant/result.h>
+#include <pliant/tasks.h>
+#include <pliant/volume.h>
+
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace pliant {
+
+struct ServerSettings {
+    std::string file{};    ///< scan, or folder of DICOM slices; empty: the airway phantom
+    std::string series{};  ///< DICOM series, where a folder has several
+    Vec3i phantom_size{128, 128, 128};
+    int port = 0;  ///< 0: one that is free
+    std::filesystem::path
+        session{};     ///< recorded there; goes on where it ended. Empty: not recorded
+    int rate_hz = 60;  ///< steps of the scene per second at most, 1…1000
+};
+
+class Server {
+  public:
+    /// Loads the scan, replays the session if there is one, and starts to listen on 127.0.0.1.
+    /// Keeps a reference: the arena must outlive it.
+    /// @returns what is wrong with the scan, the session or the port
+    static Result<Server> start(const ServerSettings& settings, const TaskArena& arena);
+    /// Stops.
+    ~Server();
+    Server(Server&&) noexcept;
+    Server& operator=(Server&&) noexcept;
+
+    int port() const;
+    std::string link() const;       ///< for those who may change the scene
+    std::string view_link() const;  ///< for those who may look
+    /// One line each: what was loaded, what of a session was cut off.
+    const std::vector<std::string>& notes() const;
+    /// Returns once stop() was called.
+    void wait();
+    /// From any thread.
+    void stop();
+
+  private:
+    struct Impl;
+    explicit Server(std::unique_ptr<Impl> impl);
+    std::unique_ptr<Impl> m_impl;
+};
+
+struct ReplayReport {
+    std::int64_t commands = 0;
+    std::int64_t marks = 0;  ///< places where the state was recorded, all of them met
+    std::uint64_t cut_off_bytes = 0;
+    std::uint64_t volume_hash = 0;  ///< hash_volume of the deformed volume
+    std::uint64_t tissue_hash = 0;  ///< ChainMail::hash
+};
+
+/// Does a recorded session again, without a server.
+/// @returns NotFound; Unreadable where the file is damaged, or the result is another than recorded
+Result<ReplayReport> replay_session(const std::filesystem::path& path, const TaskArena& arena,
+                                    const Progress& progress = {});
+
+}  // namespace pliant

@@ -1,0 +1,108 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// What a client may say (docs/protocol.md), as plain values. Whatever comes in as text becomes one
+// of these, or a failure; nothing behind the parser sees JSON.
+
+#pragma once
+
+#include <pliant/chainmail.h>
+#include <pliant/render.h>
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <variant>
+
+#include "serve/frames.h"
+
+namespace pliant::serve {
+
+inline constexpr int kProtocolVersion = 1;
+
+struct HelloMessage {
+    int protocol = 0;
+    bool view = false;
+    std::string name{};
+    bool lz4 = false;
+    std::string resume{};
+    std::optional<std::uint32_t> step{};  ///< whose voxels the client still has
+};
+
+struct PushCommand {
+    Push push{};
+    bool slide = false;        ///< tissue slides off the sphere instead of following it
+    std::uint32_t stroke = 0;  ///< pushes of one stroke are one step of undo; 0: none
+};
+struct GrabCommand {
+    Push place{};
+    double reach_mm = 20;
+};
+struct DragCommand {
+    Vec3d offset_mm{0, 0, 0};
+};
+struct LetGoCommand {};
+struct CutCommand {
+    CutSurface surface;
+};
+struct CarveCommand {
+    CarveTool tool{};
+    std::uint32_t stroke = 0;
+};
+struct RelaxCommand {
+    bool on = false;
+};
+struct ReleaseCommand {};
+struct ResetCommand {};
+/// What is empty stays as it is.
+struct MaterialsCommand {
+    std::optional<double> offset{}, max_movement_mm{}, bone_threshold_hu{}, air_threshold_hu{},
+        yield{};
+    std::optional<bool> air_enabled{}, rounded{};
+};
+struct IsoCommand {
+    std::optional<double> iso_hu{};
+    std::optional<Polarity> polarity{};
+    std::uint32_t stroke = 0;  ///< given by the server, not by the client
+};
+struct UndoCommand {};
+struct RedoCommand {};
+
+struct ToolMessage {
+    ToolPose pose;  ///< client, force and so on are not the client's to say
+};
+struct ChecksumMessage {};
+struct SeenMessage {
+    std::uint32_t step = 0;
+};
+struct PingMessage {};
+
+/// Commands to the scene come first; then what the server answers by itself.
+using Action = std::variant<PushCommand, GrabCommand, DragCommand, LetGoCommand, CutCommand,
+                            CarveCommand, RelaxCommand, ReleaseCommand, ResetCommand,
+                            MaterialsCommand, IsoCommand, UndoCommand, RedoCommand, HelloMessage,
+                            ToolMessage, ChecksumMessage, SeenMessage, PingMessage>;
+
+struct Message {
+    std::uint32_t id = 0;
+    Action action;
+};
+
+/// "push", "let_go", …: the field `do`.
+std::string_view name_of(const Action& action);
+/// Whether it changes the scene, so that the role must be control.
+bool is_command(const Action& action);
+
+struct ParseFailure {
+    bool rubbish = true;  ///< the connection is to be closed; else a field is out of its range
+    std::string message;
+    std::uint32_t id = 0;
+    std::string name{};  ///< of the command, where it is known
+};
+
+std::variant<Message, ParseFailure> parse_message(std::string_view text);
+/// The same message as text: for the session's file, and for clients.
+std::string text_of(const Message& message);
+
+}  // namespace pliant::serve

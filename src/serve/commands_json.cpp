@@ -1,0 +1,375 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// Clients' messages from and to JSON. Every field is looked at before it is used: its type (rubbish
+// otherwise), then its range.
+
+#include <array>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <utility>
+
+#include "serve/commands.h"
+
+namespace pliant::serve {
+namespace {
+
+using Json = nlohmann::json;
+
+constexpr int kMaxNesting = 4;
+constexpr std::size_t kMaxLinePoints = 1000;
+constexpr double kMaxPlaceMm = 1e5;
+
+/// @returns whether brackets are nested too deep, without a look at anything else
+bool is_too_deep(std::string_view text) {
+    int depth = 0;
+    bool in_string = false;
+    for (std::size_t n = 0; n < text.size(); ++n) {
+        const char c = text[n];
+        if (in_string) {
+            if (c == '\\') ++n;
+            if (c == '"') in_string = false;
+        } else if (c == '"') {
+            in_string = true;
+        } else if (c == '{' || c == '[') {
+            if (++depth > kMaxNesting) return true;
+        } else if (c == '}' || c == ']') {
+            --depth;
+        }
+    }
+    return false;
+}
+
+std::string short_text(const Json& value) {
+    std::string text = value.dump(-1, ' ', true, Json::error_handler_t::replace);
+    if (text.size() > 40) text = text.substr(0, 37) + "...";
+    return text;
+}
+
+/// The fields of one message. The first mistake is kept; what is read after it has no meaning.
+class Fields {
+  public:
+    Fields(const Json& object, std::string name) : m_object(object), m_name(std::move(name)) {}
+
+    const std::optional<ParseFailure>& failure() const { return m_failure; }
+    bool has(const char* key) const { return m_object.contains(key); }
+
+    double number(const char* key, double low, double high, std::optional<double> missing = {}) {
+        const Json* value = find(key, missing.has_value());
+        if (!value) return missing.value_or(0);
+        if (!value->is_number()) return wrong_type(key, "a number", *value), 0;
+        const double number = value->get<double>();
+        if (!std::isfinite(number)) return wrong_type(key, "a finite number", *value), 0;
+        if (!(number >= low && number <= high))
+            out_of_range(key, short_text(Json(low)) + "…" + short_text(Json(high)), *value);
+        return number;
+    }
+    std::uint32_t whole(const char* key, std::uint32_t low, std::optional<std::uint32_t> missing) {
+        const Json* value = find(key, missing.has_value());
+        if (!value) return missing.value_or(0);
+        if (!value->is_number_unsigned() || value->get<std::uint64_t>() > 0xffffffffU)
+            return wrong_type(key, "a whole number 0…4294967295", *value), 0;
+        const auto number = value->get<std::uint32_t>();
+        if (number < low) out_of_range(key, std::to_string(low) + " or more", *value);
+        return number;
+    }
+    bool flag(const char* key, std::optional<bool> missing) {
+        const Json* value = find(key, missing.has_value());
+        if (!value) return missing.value_or(false);
+        if (!value->is_boolean()) return wrong_type(key, "true or false", *value), false;
+        return value->get<bool>();
+    }
+    std::string text(const char* key, std::size_t max_size, std::optional<std::string> missing) {
+        const Json* value = find(key, missing.has_value());
+        if (!value) return missing.value_or("");
+        if (!value->is_string()) return wrong_type(key, "a text", *value), "";
+        auto text = value->get<std::string>();
+        if (text.size() > max_size)
+            wrong_type(key, "a text of up to " + std::to_string(max_size) + " bytes", *value);
+        return text;
+    }
+    Vec3d vector(const char* key, double longest, std::optional<Vec3d> missing = {}) {
+        const Json* value = find(key, missing.has_value());
+        if (!value) return missing.value_or(Vec3d{0, 0, 0});
+        return vector_of(key, *value, longest);
+    }
+    std::vector<Vec3d> line(const char* key) {
+        std::vector<Vec3d> points;
+        const Json* value = find(key, false);
+        if (!value) return points;
+        if (!value->is_array()) return wrong_type(key, "a list of points", *value), points;
+        if (value->size() < 2 || value->size() > kMaxLinePoints)
+            return out_of_range(key, "2…1000 points", *value), points;
+        for (const Json& point : *value) points.push_back(vector_of(key, point, kMaxPlaceMm));
+        return points;
+    }
+    /// @returns the index of the text in the list
+    std::size_t choice(const char* key, std::initializer_list<const char*> names) {
+        const std::string found = text(key, 40, {});
+        std::string expected;
+        for (std::size_t n = 0; n < names.size(); ++n) {
+            if (found == names.begin()[n]) return n;
+            expected += std::string(n ? ", " : "") + names.begin()[n];
+        }
+        if (!m_failure) wrong_type(key, expected, Json(found));
+        return 0;
+    }
+
+  private:
+    const Json* find(const char* key, bool optional) {
+        const auto found = m_object.find(key);
+        if (found != m_object.end()) return &*found;
+        if (!optional) fail(true, std::string(key) + ": expected this field, found none");
+        return nullptr;
+    }
+    Vec3d vector_of(const char* key, const Json& value, double longest) {
+        Vec3d v{0, 0, 0};
+        if (!value.is_array() || value.size() != 3)
+            return wrong_type(key, "three numbers", value), v;
+        for (int a = 0; a < 3; ++a) {
+            const Json& number = value[std::size_t(a)];
+            if (!number.is_number() || !std::isfinite(number.get<double>()))
+                return wrong_type(key, "three finite numbers", value), v;
+            v[a] = number.get<double>();
+        }
+        if (!(norm(v) <= longest))
+            out_of_range(key, "a length of up to " + short_text(Json(longest)), value);
+        return v;
+    }
+    void wrong_type(const char* key, const std::string& expected, const Json& found) {
+        fail(true, std::string(key) + ": expected " + expected + ", found " + short_text(found));
+    }
+    void out_of_range(const char* key, const std::string& expected, const Json& found) {
+        fail(false, std::string(key) + ": expected " + expected + ", found " + short_text(found));
+    }
+    void fail(bool rubbish, const std::string& message) {
+        // A mistake of type counts for more than one of range.
+        if (m_failure && (m_failure->rubbish || !rubbish)) return;
+        m_failure = {.rubbish = rubbish, .message = m_name + ": " + message, .name = m_name};
+    }
+
+    const Json& m_object;
+    std::string m_name;
+    std::optional<ParseFailure> m_failure;
+};
+
+Action read_push(Fields& f, bool slide) {
+    return PushCommand{.push = {.point_mm = f.vector("point", kMaxPlaceMm),
+                                .push_mm = f.vector("push", 500),
+                                .sphere_radius_mm = f.number("radius", 0.1, 100)},
+                       .slide = slide,
+                       .stroke = f.whole("stroke", 1, 0)};
+}
+Action read_grab(Fields& f) {
+    return GrabCommand{.place = {.point_mm = f.vector("point", kMaxPlaceMm),
+                                 .sphere_radius_mm = f.number("radius", 0, 100)},
+                       .reach_mm = f.number("reach", 0, 500, 20)};
+}
+Action read_carve(Fields& f) {
+    return CarveCommand{.tool = {.from_mm = f.vector("from", kMaxPlaceMm),
+                                 .to_mm = f.vector("to", kMaxPlaceMm),
+                                 .radius_mm = f.number("radius", 0.1, 100),
+                                 .spare_fixed = f.flag("spare_fixed", false)},
+                        .stroke = f.whole("stroke", 1, 0)};
+}
+Action read_materials(Fields& f) {
+    MaterialsCommand m;
+    const auto number = [&](const char* key, double low, double high) -> std::optional<double> {
+        if (!f.has(key)) return {};
+        return f.number(key, low, high);
+    };
+    const auto flag = [&](const char* key) -> std::optional<bool> {
+        if (!f.has(key)) return {};
+        return f.flag(key, {});
+    };
+    m.offset = number("offset", 0, 1);
+    m.max_movement_mm = number("max_movement_mm", 0, 500);
+    m.bone_threshold_hu = number("bone_threshold_hu", -32768, 32768);
+    m.air_threshold_hu = number("air_threshold_hu", -32768, 32768);
+    m.yield = number("yield", 0, 1);
+    m.air_enabled = flag("air_enabled");
+    m.rounded = flag("rounded");
+    return m;
+}
+Action read_iso(Fields& f) {
+    IsoCommand iso;
+    if (f.has("iso_hu")) iso.iso_hu = f.number("iso_hu", -32768, 32767);
+    if (f.has("polarity"))
+        iso.polarity =
+            f.choice("polarity", {"rising", "falling"}) == 0 ? Polarity::Rising : Polarity::Falling;
+    iso.stroke = f.whole("stroke", 1, 0);
+    return iso;
+}
+Action read_hello(Fields& f) {
+    HelloMessage hello;
+    hello.protocol = int(f.number("protocol", -1e9, 1e9));
+    if (f.has("role")) hello.view = f.choice("role", {"control", "view"}) == 1;
+    hello.name = f.text("name", 160, "");
+    hello.lz4 = f.flag("lz4", false);
+    hello.resume = f.text("resume", 64, "");
+    if (f.has("step")) hello.step = f.whole("step", 0, {});
+    return hello;
+}
+Vec3f float_vector(Vec3d v) {
+    return {float(v.x), float(v.y), float(v.z)};
+}
+Action read_tool(Fields& f) {
+    ToolMessage tool;
+    tool.pose.kind = ToolKind(f.choice("kind", {"none", "endoscope", "sphere"}));
+    if (tool.pose.kind == ToolKind::None) return tool;
+    tool.pose.position_mm = float_vector(f.vector("position", kMaxPlaceMm));
+    tool.pose.direction = float_vector(f.vector("direction", kMaxPlaceMm));
+    tool.pose.up = float_vector(f.vector("up", kMaxPlaceMm, Vec3d{0, 0, 0}));
+    tool.pose.radius_mm = float(f.number("radius", 0, 100, 0));
+    return tool;
+}
+
+using Reader = Action (*)(Fields&);
+template <class T>
+Action nothing(Fields&) {
+    return T{};
+}
+
+/// In the order of Action's alternatives, but for slide, which is a push.
+const std::array<std::pair<const char*, Reader>, 19> kReaders = {{
+    {"push", [](Fields& f) { return read_push(f, false); }},
+    {"grab", read_grab},
+    {"drag", [](Fields& f) -> Action { return DragCommand{f.vector("offset", kMaxPlaceMm)}; }},
+    {"let_go", nothing<LetGoCommand>},
+    {"cut",
+     [](Fields& f) -> Action {
+         return CutCommand{{.line_mm = f.line("line"), .depth_mm = f.vector("depth", 1000)}};
+     }},
+    {"carve", read_carve},
+    {"relax", [](Fields& f) -> Action { return RelaxCommand{f.flag("on", {})}; }},
+    {"release", nothing<ReleaseCommand>},
+    {"reset", nothing<ResetCommand>},
+    {"materials", read_materials},
+    {"iso", read_iso},
+    {"undo", nothing<UndoCommand>},
+    {"redo", nothing<RedoCommand>},
+    {"hello", read_hello},
+    {"tool", read_tool},
+    {"checksum", nothing<ChecksumMessage>},
+    {"seen", [](Fields& f) -> Action { return SeenMessage{f.whole("step", 0, {})}; }},
+    {"ping", nothing<PingMessage>},
+    {"slide", [](Fields& f) { return read_push(f, true); }},
+}};
+
+Json json_of(Vec3d v) {
+    return {v.x, v.y, v.z};
+}
+Json json_of(Vec3f v) {
+    return {v.x, v.y, v.z};
+}
+
+void write(Json& o, const PushCommand& c) {
+    o["point"] = json_of(c.push.point_mm);
+    o["push"] = json_of(c.push.push_mm);
+    o["radius"] = c.push.sphere_radius_mm;
+    if (c.stroke) o["stroke"] = c.stroke;
+}
+void write(Json& o, const GrabCommand& c) {
+    o["point"] = json_of(c.place.point_mm);
+    o["radius"] = c.place.sphere_radius_mm;
+    o["reach"] = c.reach_mm;
+}
+void write(Json& o, const DragCommand& c) {
+    o["offset"] = json_of(c.offset_mm);
+}
+void write(Json& o, const CutCommand& c) {
+    o["line"] = Json::array();
+    for (const Vec3d& point : c.surface.line_mm) o["line"].push_back(json_of(point));
+    o["depth"] = json_of(c.surface.depth_mm);
+}
+void write(Json& o, const CarveCommand& c) {
+    o["from"] = json_of(c.tool.from_mm);
+    o["to"] = json_of(c.tool.to_mm);
+    o["radius"] = c.tool.radius_mm;
+    o["spare_fixed"] = c.tool.spare_fixed;
+    if (c.stroke) o["stroke"] = c.stroke;
+}
+void write(Json& o, const RelaxCommand& c) {
+    o["on"] = c.on;
+}
+void write(Json& o, const MaterialsCommand& c) {
+    const auto put = [&](const char* key, const auto& value) {
+        if (value) o[key] = *value;
+    };
+    put("offset", c.offset);
+    put("max_movement_mm", c.max_movement_mm);
+    put("bone_threshold_hu", c.bone_threshold_hu);
+    put("air_threshold_hu", c.air_threshold_hu);
+    put("yield", c.yield);
+    put("air_enabled", c.air_enabled);
+    put("rounded", c.rounded);
+}
+void write(Json& o, const IsoCommand& c) {
+    if (c.iso_hu) o["iso_hu"] = *c.iso_hu;
+    if (c.polarity) o["polarity"] = *c.polarity == Polarity::Rising ? "rising" : "falling";
+    if (c.stroke) o["stroke"] = c.stroke;
+}
+void write(Json& o, const HelloMessage& c) {
+    o["protocol"] = c.protocol;
+    o["role"] = c.view ? "view" : "control";
+    o["name"] = c.name;
+    o["lz4"] = c.lz4;
+    if (!c.resume.empty()) o["resume"] = c.resume;
+    if (c.step) o["step"] = *c.step;
+}
+void write(Json& o, const ToolMessage& c) {
+    constexpr const char* kKinds[] = {"none", "endoscope", "sphere"};
+    o["kind"] = kKinds[std::size_t(c.pose.kind)];
+    o["position"] = json_of(c.pose.position_mm);
+    o["direction"] = json_of(c.pose.direction);
+    o["up"] = json_of(c.pose.up);
+    o["radius"] = c.pose.radius_mm;
+}
+void write(Json& o, const SeenMessage& c) {
+    o["step"] = c.step;
+}
+template <class T>
+void write(Json&, const T&) {}
+
+}  // namespace
+
+std::string_view name_of(const Action& action) {
+    const auto* push = std::get_if<PushCommand>(&action);
+    return push && push->slide ? "slide" : kReaders[action.index()].first;
+}
+
+bool is_command(const Action& action) {
+    return action.index() < Action(HelloMessage{}).index();
+}
+
+std::variant<Message, ParseFailure> parse_message(std::string_view text) {
+    if (is_too_deep(text))
+        return ParseFailure{.message = "message: expected nesting of up to 4, found more"};
+    const Json json = Json::parse(text.begin(), text.end(), nullptr, false);
+    if (!json.is_object())
+        return ParseFailure{.message = "message: expected a JSON object, found something else"};
+    Fields head(json, "message");
+    const std::string name = head.text("do", 40, {});
+    const std::uint32_t id = head.whole("id", 0, 0);
+    if (head.failure()) return *head.failure();
+    for (const auto& [known, read] : kReaders) {
+        if (name != known) continue;
+        Fields fields(json, name);
+        Message message{.id = id, .action = read(fields)};
+        if (!fields.failure()) return message;
+        ParseFailure failure = *fields.failure();
+        failure.id = id;
+        return failure;
+    }
+    return ParseFailure{.message = "message: do: expected a command that is known, found " +
+                                   short_text(Json(name))};
+}
+
+std::string text_of(const Message& message) {
+    Json json = {{"do", name_of(message.action)}};
+    if (message.id) json["id"] = message.id;
+    std::visit([&](const auto& action) { write(json, action); }, message.action);
+    return json.dump(-1, ' ', false, Json::error_handler_t::replace);
+}
+
+}  // namespace pliant::serve

@@ -1,0 +1,55 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// What a client has not been sent yet: one bit for each 8³ voxels, and no more, however long it
+// doesn't read. New changes of a block that is due anyway cost nothing; it is sent with its newest
+// values.
+
+#pragma once
+
+#include <pliant/grid.h>
+
+#include <cstdint>
+#include <vector>
+
+namespace pliant::serve {
+
+class DirtyBlocks {
+  public:
+    static constexpr int kEdge = 8;  ///< voxels along a block's edge
+    /// No box that take() returns has more voxels, but for one row of blocks.
+    static constexpr std::int64_t kMaxBoxVoxels = 1 << 19;
+
+    DirtyBlocks() = default;
+    /// Nothing is dirty. @param size  of the volume [voxels]
+    explicit DirtyBlocks(Vec3i size);
+
+    /// @param box  cut to the volume
+    void mark(const Box3i& box);
+    void mark_all();
+    void mark(const DirtyBlocks& other);
+    void clear();
+    bool empty() const { return m_count == 0; }
+    bool contains(Vec3i voxel) const;
+
+    /// Boxes that cover what is dirty, and little else, from the lowest k on. What they cover is
+    /// clean afterwards.
+    /// @param max_voxels  no more boxes once there are so many
+    std::vector<Box3i> take(std::int64_t max_voxels);
+
+  private:
+    std::size_t index(int i, int j, int k) const {
+        return std::size_t(i) + std::size_t(m_blocks.x) *
+                                    (std::size_t(j) + std::size_t(m_blocks.y) * std::size_t(k));
+    }
+    std::vector<Box3i> boxes_of_layer(int k) const;
+    void wipe(const Box3i& blocks);
+
+    Vec3i m_size{0, 0, 0};    ///< voxels
+    Vec3i m_blocks{0, 0, 0};  ///< blocks along each axis
+    std::vector<bool> m_dirty;
+    std::size_t m_count = 0;         ///< of dirty blocks
+    std::vector<int> m_layer_count;  ///< of those in each layer of blocks
+};
+
+}  // namespace pliant::serve

@@ -1,0 +1,64 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// The binary messages of docs/protocol.md, byte by byte: 32 bytes of header, then voxels or tools.
+
+#pragma once
+
+#include <pliant/volume.h>
+
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace pliant::serve {
+
+enum class FrameType : std::uint8_t { Box = 1, Tools = 2 };
+inline constexpr std::uint8_t kFramePacked = 1;      ///< with LZ4
+inline constexpr std::uint8_t kFrameLastOfStep = 2;  ///< the client is up to date with it
+inline constexpr std::size_t kFrameHeaderBytes = 32;
+inline constexpr std::size_t kToolBytes = 64;
+
+struct FrameHeader {
+    FrameType type = FrameType::Box;
+    std::uint8_t flags = 0;
+    std::uint16_t count = 1;  ///< of tools; of a box: its format, 1 for half floats
+    std::uint32_t step = 0;
+    std::uint32_t volume = 0;
+    Box3i box{};
+    std::uint32_t payload_bytes = 0;  ///< after unpacking
+};
+
+enum class ToolKind : std::uint8_t { None = 0, Endoscope = 1, Sphere = 2 };
+
+/// Where a client's tool is, and what it feels.
+struct ToolPose {
+    std::uint32_t client = 0;
+    ToolKind kind = ToolKind::None;
+    bool touches = false;
+    bool limited = false;  ///< its last motion
+    Vec3f position_mm{0, 0, 0};
+    Vec3f direction{0, 0, 1};
+    Vec3f up{0, 1, 0};
+    float radius_mm = 0;
+    Vec3f force{0, 0, 0};  ///< energy per millimetre of way; docs/protocol.md
+    float fraction = 1;    ///< of the last motion that was done
+
+    friend bool operator==(const ToolPose&, const ToolPose&) = default;
+};
+
+/// @param header  its type, box and payload_bytes are filled in
+/// @param pack    with LZ4, where that saves a fifth
+std::string box_frame(const Volume& volume, const Box3i& box, FrameHeader header, bool pack);
+std::string tools_frame(std::span<const ToolPose> tools, FrameHeader header);
+
+/// What a client reads. @returns nothing for what is no frame
+std::optional<FrameHeader> read_frame_header(std::string_view frame);
+/// The payload of a box. @returns nothing where it is not as long as the header says
+std::optional<std::vector<std::uint16_t>> read_box(std::string_view frame);
+std::optional<std::vector<ToolPose>> read_tools(std::string_view frame);
+
+}  // namespace pliant::serve

@@ -1,0 +1,38 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// Voxels as the page's texture wants them: half floats (IEEE 754 binary16), and their checksum.
+
+#pragma once
+
+#include <pliant/volume.h>
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+namespace pliant::serve {
+
+/// To nearest, ties to even. What is beyond ±65504 is clamped; no number stays no number.
+std::uint16_t half_from_float(float value);
+float float_from_half(std::uint16_t half);
+
+/// The voxels of a box, i fastest. @pre the box lies in the volume
+/// @param[out] halves  one for each
+void halves_of_box(const Volume& volume, const Box3i& box, std::span<std::uint16_t> halves);
+
+/// MurmurHash3_x86_32 with seed 0 [Appleby2011], in parts of whole words but the last.
+class Murmur32 {
+  public:
+    void add(std::span<const std::byte> bytes);
+    std::uint32_t value() const;
+
+  private:
+    std::uint32_t m_state = 0;
+    std::uint32_t m_size = 0;
+};
+
+/// Of all voxels as half floats, i fastest: what a client that has seen everything holds.
+std::uint32_t checksum_of_halves(const Volume& volume);
+
+}  // namespace pliant::serve

@@ -1,0 +1,146 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// The owner of the scene: one thread that takes what clients want, does it, and tells them what
+// changed, at a fixed rate.
+//
+//   network ──events──► inbox ──► [ commands · relaxation · resampling · publishing ] ──► outlet
+//
+// In each step it carries out what has come in, as far as time goes; lets the tissue relax; brings
+// the deformed volume up to date; and gives each client that has taken its last batch a new one,
+// encoded here, while the volume stands still. Who is slow gets fewer, with what has changed
+// meanwhile: nothing queues up, and nobody waits for anybody else.
+
+#pragma once
+
+#include <condition_variable>
+#include <functional>
+#include <list>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <stop_token>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "serve/client.h"
+#include "serve/scene.h"
+#include "serve/session_log.h"
+
+namespace pliant::serve {
+
+class Hub {
+  public:
+    /// @param log  may be null
+    Hub(std::unique_ptr<Scene> scene, std::unique_ptr<SessionLog> log, int rate_hz);
+
+    // From the network's thread; none of them waits.
+    void opened(ConnectionId connection, bool may_control);
+    void received(ConnectionId connection, Message message);
+    /// A field of a command is out of its range.
+    void refused(ConnectionId connection, ParseFailure failure);
+    void written(ConnectionId connection);
+    void closed(ConnectionId connection);
+
+    /// Runs until it is to stop; then all connections are closed.
+    void run(const std::stop_token& stop, Outlet& outlet);
+
+  private:
+    struct Opened {
+        bool may_control;
+    };
+    struct Written {};
+    struct Closed {};
+    struct Event {
+        ConnectionId connection;
+        std::variant<Opened, Message, ParseFailure, Written, Closed> what;
+    };
+    struct Newcomer {
+        bool may_control;
+        Clock::time_point since;
+    };
+    using Clients = std::list<Client>;
+    struct Done {
+        std::uint32_t client;
+        std::vector<std::uint32_t> ids;
+        std::string name;
+        Outcome outcome;
+    };
+    struct SharedBox {
+        Box3i box;
+        std::uint8_t flags;
+        bool packed;
+        std::shared_ptr<const std::string> bytes;
+    };
+
+    void post(Event event);
+    void wait_for_work(const std::stop_token& stop, Clock::time_point last);
+    void step();
+
+    void take_events();
+    void take(ConnectionId connection, Opened opened);
+    void take(ConnectionId connection, Message message);
+    void take(ConnectionId connection, ParseFailure failure);
+    void take(ConnectionId connection, Written);
+    void take(ConnectionId connection, Closed);
+    void say_hello(ConnectionId connection, const HelloMessage& hello);
+    void answer(Client& client, Message message);
+    void queue(Client& client, Message message);
+    void say(Client& client, std::string text);
+
+    void carry_out_commands();
+    void carry_out(Client& client);
+    Outcome act(std::uint32_t client, const Action& action);
+    void feel(Client& client, const Action& action, const Outcome& outcome);
+    void relax();
+    void resample();
+    void write_log();
+
+    void tell_outcomes();
+    void refresh_state();
+    void refresh_tools();
+    void publish(Client& client);
+    void add_boxes(Client& client, std::vector<Outgoing>& batch);
+    std::shared_ptr<const std::string> shared_box(const Box3i& box, std::uint8_t flags, bool pack);
+    const Checksums* current_checksums();
+
+    void drop_who_is_late();
+    void drop(Client& client, int code, const std::string& message);
+    void park(Client& client);
+    Client* client_of(ConnectionId connection);
+    SharedState shared_state() const;
+
+    std::mutex m_mutex;  ///< of the inbox
+    std::condition_variable_any m_wake;
+    std::vector<Event> m_inbox;
+
+    // The rest belongs to the owner's thread.
+    std::unique_ptr<Scene> m_scene;
+    std::unique_ptr<SessionLog> m_log;
+    bool m_log_failed = false;
+    Clock::duration m_period;
+    Outlet* m_outlet = nullptr;
+    std::map<ConnectionId, Newcomer> m_newcomers;
+    Clients m_clients;
+    std::uint32_t m_last_client;
+    std::uint32_t m_step = 0;
+    Clock::time_point m_now{};
+    bool m_moved = false;  ///< in this step, so that the volume may have changed
+    bool m_worked = false;
+    std::vector<Done> m_outcomes;  ///< of this step
+    double m_solve_ms = 0;         ///< of this step
+    std::int64_t m_moved_elements = 0;
+    SharedState m_timing;  ///< its timing is of the last step in which something moved
+    std::string m_state_text;
+    std::uint64_t m_state_version = 0;
+    std::vector<ToolPose> m_tools;
+    std::string m_tools_frame;
+    std::uint64_t m_tools_version = 0;
+    std::vector<SharedBox> m_boxes;  ///< that were encoded in this step
+    std::optional<Checksums> m_checksums;
+    Clock::time_point m_checksums_at{};
+};
+
+}  // namespace pliant::serve

@@ -1,0 +1,120 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// What the owner of the scene tells its clients at the end of each step.
+
+#include <algorithm>
+
+#include "serve/half.h"
+#include "serve/hub.h"
+#include "serve/limits.h"
+
+namespace pliant::serve {
+namespace {
+
+Outgoing text_message(std::string text) {
+    return {true, std::make_shared<const std::string>(std::move(text))};
+}
+
+}  // namespace
+
+void Hub::tell_outcomes() {
+    for (const Done& done : std::exchange(m_outcomes, {}))
+        for (Client& client : m_clients)
+            if (client.info.number == done.client && client.connection)
+                for (const std::uint32_t id : done.ids)
+                    say(client, outcome_text(id, done.name, m_step, done.outcome));
+}
+
+SharedState Hub::shared_state() const {
+    SharedState state = m_timing;
+    m_scene->describe(state);
+    state.step = m_step;
+    for (const Client& client : m_clients)
+        if (client.connection) state.clients.push_back(client.info);
+    std::sort(state.clients.begin(), state.clients.end(),
+              [](const ClientInfo& a, const ClientInfo& b) { return a.number < b.number; });
+    return state;
+}
+
+void Hub::refresh_state() {
+    std::string text = state_text(shared_state());
+    if (text == m_state_text) return;
+    m_state_text = std::move(text);
+    ++m_state_version;
+}
+
+void Hub::refresh_tools() {
+    std::vector<ToolPose> tools;
+    for (const Client& client : m_clients)
+        if (client.connection && client.tool.kind != ToolKind::None) tools.push_back(client.tool);
+    std::sort(tools.begin(), tools.end(),
+              [](const ToolPose& a, const ToolPose& b) { return a.client < b.client; });
+    if (tools == m_tools && m_tools_version > 0) return;
+    m_tools = std::move(tools);
+    m_tools_frame = tools_frame(m_tools, {.step = m_step, .volume = m_scene->info().id});
+    ++m_tools_version;
+}
+
+void Hub::publish(Client& client) {
+    if (!client.connection || client.writing) return;
+    std::vector<Outgoing> batch;
+    for (std::string& text : client.texts) batch.push_back(text_message(std::move(text)));
+    client.texts.clear();
+    if (client.state_version != m_state_version) {
+        batch.push_back(text_message(m_state_text));
+        client.state_version = m_state_version;
+    }
+    if (client.tools_version != m_tools_version) {
+        batch.push_back({false, std::make_shared<const std::string>(m_tools_frame)});
+        client.tools_version = m_tools_version;
+    }
+    add_boxes(client, batch);
+    if (!client.checksums.empty() && !client.delivery.is_due()) {
+        if (const Checksums* sums = current_checksums()) {
+            for (const std::uint32_t id : client.checksums)
+                batch.push_back(text_message(checksum_text(id, *sums)));
+            client.checksums.clear();
+        }
+    }
+    if (batch.empty()) return;
+    client.writing = true;
+    client.since = m_now;
+    m_outlet->send(client.connection, std::move(batch));
+}
+
+void Hub::add_boxes(Client& client, std::vector<Outgoing>& batch) {
+    if (!client.delivery.is_due() || !client.delivery.may_send()) return;
+    const auto boxes = client.delivery.take(kMaxBatchVoxels, m_step, m_now);
+    const bool ends = !client.delivery.is_due();
+    for (std::size_t n = 0; n < boxes.size(); ++n) {
+        const std::uint8_t flags = ends && n + 1 == boxes.size() ? kFrameLastOfStep : 0;
+        batch.push_back({false, shared_box(boxes[n], flags, client.packs)});
+    }
+    m_worked = true;
+}
+
+std::shared_ptr<const std::string> Hub::shared_box(const Box3i& box, std::uint8_t flags,
+                                                   bool pack) {
+    for (const SharedBox& shared : m_boxes)
+        if (shared.box == box && shared.flags == flags && shared.packed == pack)
+            return shared.bytes;
+    const FrameHeader header{.flags = flags, .step = m_step, .volume = m_scene->info().id};
+    m_boxes.push_back(
+        {box, flags, pack,
+         std::make_shared<const std::string>(box_frame(m_scene->deformed(), box, header, pack))});
+    return m_boxes.back().bytes;
+}
+
+const Checksums* Hub::current_checksums() {
+    // All voxels are looked at: no client can make that happen more often.
+    if (m_checksums) return &*m_checksums;
+    if (m_now - m_checksums_at < kChecksumPause) return nullptr;
+    m_checksums = Checksums{m_step, checksum_of_halves(m_scene->deformed()),
+                            hash_volume(m_scene->deformed()), m_scene->tissue().hash()};
+    m_checksums_at = m_now;
+    if (m_log) m_log->add(SessionMark{m_checksums->volume, m_checksums->tissue});
+    return &*m_checksums;
+}
+
+}  // namespace pliant::serve

@@ -1,0 +1,51 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// What a client may do before it is dropped, in one place (docs/protocol.md, "Limits").
+
+#pragma once
+
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+
+namespace pliant::serve {
+
+// Close codes of the WebSocket.
+inline constexpr int kCloseGoingAway = 1001;
+inline constexpr int kCloseProtocol = 4000;
+inline constexpr int kCloseTooLarge = 4001;
+inline constexpr int kCloseFlood = 4002;
+inline constexpr int kCloseStalled = 4003;
+inline constexpr int kCloseFull = 4004;
+inline constexpr int kCloseReplaced = 4005;
+
+// Clients.
+inline constexpr int kMaxClients = 32;          ///< connected
+inline constexpr std::size_t kMaxPlaces = 64;   ///< with those that may come back
+inline constexpr std::size_t kMaxWaiting = 64;  ///< commands of a client
+inline constexpr std::size_t kMaxTexts = 1000;  ///< answers that a client doesn't read
+inline constexpr std::chrono::seconds kHelloTime{5};
+inline constexpr std::chrono::seconds kStallTime{15};
+inline constexpr std::chrono::seconds kAwayTime{120};
+
+// Messages of a client.
+inline constexpr std::size_t kMaxMessageBytes = 64 * 1024;
+inline constexpr double kMessagesPerSecond = 240, kMessageBurst = 600;
+inline constexpr double kBytesPerSecond = 1 << 20, kByteBurst = 4 << 20;
+inline constexpr int kMaxUntaken = 64;  ///< that the scene's owner has not looked at
+
+// Connections.
+inline constexpr int kMaxConnections = 128;
+inline constexpr std::size_t kMaxHeaderBytes = 8 * 1024;
+inline constexpr std::chrono::seconds kHttpTime{10};    ///< for a request, and between two
+inline constexpr std::chrono::seconds kCloseTime{2};    ///< to say goodbye
+inline constexpr std::chrono::seconds kSilentTime{30};  ///< without a sign of life
+
+// Work in one step of the scene.
+inline constexpr std::chrono::milliseconds kCommandTime{25};
+inline constexpr std::chrono::milliseconds kRelaxTime{10};
+inline constexpr std::chrono::milliseconds kChecksumPause{100};
+inline constexpr std::int64_t kMaxBatchVoxels = std::int64_t(4) << 20;
+
+}  // namespace pliant::serve

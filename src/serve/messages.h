@@ -1,0 +1,90 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// What the server says in text (docs/protocol.md): plain values, and their JSON.
+
+#pragma once
+
+#include <pliant/chainmail.h>
+#include <pliant/phantom.h>
+#include <pliant/render.h>
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace pliant::serve {
+
+/// The scan, for a client that sees it for the first time.
+struct VolumeInfo {
+    std::uint32_t id = 1;
+    std::string name{};
+    Grid grid{};
+    double lowest_hu = 0, highest_hu = 0;
+    std::optional<Endoscope> start{};
+    std::vector<PhantomLandmark> landmarks{};
+};
+
+struct ClientInfo {
+    std::uint32_t number = 0;
+    std::string name{};
+    bool view = false;
+};
+
+/// Everything shared that is not voxels.
+struct SharedState {
+    std::uint32_t step = 0;
+    double iso_hu = -500;
+    Polarity polarity = Polarity::Rising;
+    ChainMailSettings materials{};
+    bool relaxing = false, settled = true;
+    std::uint32_t holder = 0;  ///< client whose grab holds tissue; 0: none
+    int undo_steps = 0, redo_steps = 0;
+    std::string next_undo{}, next_redo{};
+    std::vector<ClientInfo> clients{};
+    double solve_ms = 0, resample_ms = 0, tick_ms = 0;
+    std::int64_t moved_elements = 0;
+};
+
+/// What became of a command.
+struct Outcome {
+    std::string error_code{};  ///< empty: done; else why it was refused
+    std::string message{};     ///< for the user; may be empty
+    std::optional<PushStatus> status{};
+    LimitedBy limited_by = LimitedBy::None;
+    double step_fraction = 0;  ///< where there is a status
+    std::optional<std::int64_t> grabbed_elements{}, moved_elements{}, cut_links{},
+        carved_elements{};
+    double solve_ms = 0;
+    std::optional<Vec3d> force{};
+
+    bool ok() const { return error_code.empty(); }
+};
+
+struct Welcome {
+    ClientInfo client{};
+    std::string resume{};
+    bool resumed = false;
+    int rate_hz = 60;
+};
+
+struct Checksums {
+    std::uint32_t step = 0;
+    std::uint32_t voxels = 0;              ///< MurmurHash3 of the half floats
+    std::uint64_t volume = 0, tissue = 0;  ///< hash_volume, ChainMail::hash
+};
+
+std::string welcome_text(const Welcome& welcome, const VolumeInfo& volume,
+                         const SharedState& state);
+std::string state_text(const SharedState& state);
+/// `done` or `error`. @param step  in which its effect is part of the voxels
+std::string outcome_text(std::uint32_t id, std::string_view name, std::uint32_t step,
+                         const Outcome& outcome);
+std::string checksum_text(std::uint32_t id, const Checksums& sums);
+std::string pong_text(std::uint32_t id);
+std::string bye_text(int code, const std::string& message);
+std::string hex_text(std::uint64_t number, int digits);
+
+}  // namespace pliant::serve

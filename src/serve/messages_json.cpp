@@ -1,0 +1,186 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// The server's text messages as JSON.
+
+#include <nlohmann/json.hpp>
+
+#include "serve/commands.h"
+#include "serve/messages.h"
+
+namespace pliant::serve {
+namespace {
+
+using Json = nlohmann::json;
+
+std::string text_of_json(const Json& json) {
+    // File names need not be UTF-8.
+    return json.dump(-1, ' ', false, Json::error_handler_t::replace);
+}
+
+Json json_of(Vec3d v) {
+    return {v.x, v.y, v.z};
+}
+Json json_of(Vec3i v) {
+    return {v.x, v.y, v.z};
+}
+
+Json json_of(const ClientInfo& client) {
+    return {{"client", client.number},
+            {"name", client.name},
+            {"role", client.view ? "view" : "control"}};
+}
+
+Json json_of(const VolumeInfo& v) {
+    const auto& axes = v.grid.direction.columns;
+    Json json = {{"id", v.id},
+                 {"name", v.name},
+                 {"size", json_of(v.grid.size)},
+                 {"spacing_mm", json_of(v.grid.spacing_mm)},
+                 {"origin_mm", json_of(v.grid.origin_mm)},
+                 {"direction", {json_of(axes[0]), json_of(axes[1]), json_of(axes[2])}},
+                 {"range_hu", {v.lowest_hu, v.highest_hu}},
+                 {"start", nullptr},
+                 {"landmarks", Json::array()}};
+    if (v.start)
+        json["start"] = {{"eye_mm", json_of(v.start->eye_mm)},
+                         {"look", json_of(v.start->look)},
+                         {"up", json_of(v.start->up)}};
+    for (const PhantomLandmark& mark : v.landmarks)
+        json["landmarks"].push_back({{"name", mark.name},
+                                     {"point_mm", json_of(mark.push_point_mm)},
+                                     {"push_mm", json_of(mark.push_mm)},
+                                     {"eye_mm", json_of(mark.eye_mm)},
+                                     {"look", json_of(mark.look)}});
+    return json;
+}
+
+Json json_of(const SharedState& s) {
+    const ChainMailSettings& m = s.materials;
+    Json json = {{"step", s.step},
+                 {"iso_hu", s.iso_hu},
+                 {"polarity", s.polarity == Polarity::Rising ? "rising" : "falling"},
+                 {"materials",
+                  {{"offset", m.offset},
+                   {"max_movement_mm", m.max_movement_mm},
+                   {"bone_threshold_hu", m.bone_threshold_hu},
+                   {"air_enabled", m.air_enabled},
+                   {"air_threshold_hu", m.air_threshold_hu},
+                   {"yield", m.yield},
+                   {"rounded", m.limits == LinkLimits::Rounded}}},
+                 {"relaxing", s.relaxing},
+                 {"settled", s.settled},
+                 {"holder", s.holder},
+                 {"undo", {{"steps", s.undo_steps}, {"next", s.next_undo}}},
+                 {"redo", {{"steps", s.redo_steps}, {"next", s.next_redo}}},
+                 {"clients", Json::array()},
+                 {"timing",
+                  {{"solve_ms", s.solve_ms},
+                   {"resample_ms", s.resample_ms},
+                   {"tick_ms", s.tick_ms},
+                   {"moved_elements", s.moved_elements}}}};
+    for (const ClientInfo& client : s.clients) json["clients"].push_back(json_of(client));
+    return json;
+}
+
+const char* name_of_status(PushStatus status) {
+    switch (status) {
+        case PushStatus::Applied:
+            return "applied";
+        case PushStatus::Limited:
+            return "limited";
+        case PushStatus::Rejected:
+            return "rejected";
+    }
+    return "";
+}
+const char* name_of_limit(LimitedBy limit) {
+    switch (limit) {
+        case LimitedBy::Bone:
+            return "bone";
+        case LimitedBy::Movement:
+            return "movement";
+        case LimitedBy::Object:
+            return "object";
+        case LimitedBy::Wall:
+            return "wall";
+        case LimitedBy::None:
+            break;
+    }
+    return "none";
+}
+
+}  // namespace
+
+std::string hex_text(std::uint64_t number, int digits) {
+    std::string text(std::size_t(digits), '0');
+    for (int n = digits - 1; n >= 0; --n, number >>= 4)
+        text[std::size_t(n)] = "0123456789abcdef"[number & 15];
+    return text;
+}
+
+std::string welcome_text(const Welcome& welcome, const VolumeInfo& volume,
+                         const SharedState& state) {
+    Json json = json_of(welcome.client);
+    json.update({{"t", "welcome"},
+                 {"protocol", kProtocolVersion},
+                 {"program", "pliant " PLIANT_VERSION},
+                 {"resume", welcome.resume},
+                 {"resumed", welcome.resumed},
+                 {"rate_hz", welcome.rate_hz},
+                 {"features", Json::array()},
+                 {"volume", json_of(volume)},
+                 {"state", json_of(state)}});
+    return text_of_json(json);
+}
+
+std::string state_text(const SharedState& state) {
+    Json json = json_of(state);
+    json["t"] = "state";
+    return text_of_json(json);
+}
+
+std::string outcome_text(std::uint32_t id, std::string_view name, std::uint32_t step,
+                         const Outcome& outcome) {
+    Json json = {{"t", outcome.ok() ? "done" : "error"}, {"id", id}, {"do", name}};
+    if (!outcome.message.empty()) json["message"] = outcome.message;
+    if (!outcome.ok()) {
+        json["code"] = outcome.error_code;
+        return text_of_json(json);
+    }
+    json["step"] = step;
+    if (outcome.status) {
+        json["status"] = name_of_status(*outcome.status);
+        json["limited_by"] = name_of_limit(outcome.limited_by);
+        json["step_fraction"] = outcome.step_fraction;
+    }
+    const auto put = [&](const char* key, const std::optional<std::int64_t>& number) {
+        if (number) json[key] = *number;
+    };
+    put("grabbed_elements", outcome.grabbed_elements);
+    put("moved_elements", outcome.moved_elements);
+    put("cut_links", outcome.cut_links);
+    put("carved_elements", outcome.carved_elements);
+    json["solve_ms"] = outcome.solve_ms;
+    if (outcome.force) json["force"] = json_of(*outcome.force);
+    return text_of_json(json);
+}
+
+std::string checksum_text(std::uint32_t id, const Checksums& sums) {
+    return text_of_json({{"t", "checksum"},
+                         {"id", id},
+                         {"step", sums.step},
+                         {"voxels", hex_text(sums.voxels, 8)},
+                         {"volume", hex_text(sums.volume, 16)},
+                         {"tissue", hex_text(sums.tissue, 16)}});
+}
+
+std::string pong_text(std::uint32_t id) {
+    return text_of_json({{"t", "pong"}, {"id", id}});
+}
+
+std::string bye_text(int code, const std::string& message) {
+    return text_of_json({{"t", "bye"}, {"code", code}, {"message", message}});
+}
+
+}  // namespace pliant::serve

@@ -1,0 +1,416 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "serve/network.h"
+
+#include <algorithm>
+#include <boost/asio.hpp>
+#include <boost/beast.hpp>
+#include <deque>
+#include <list>
+#include <map>
+#include <optional>
+
+#include "serve/door.h"
+#include "serve/limits.h"
+#include "serve/page.h"
+
+namespace pliant::serve {
+namespace {
+
+namespace asio = boost::asio;
+namespace beast = boost::beast;
+namespace http = beast::http;
+namespace websocket = beast::websocket;
+using tcp = asio::ip::tcp;
+using boost::system::error_code;
+using Request = http::request<http::empty_body>;
+using Response = http::response<http::string_body>;
+
+std::string_view view_of(beast::string_view text) {
+    return {text.data(), text.size()};
+}
+
+class HttpConnection;
+class WebSocketConnection;
+
+}  // namespace
+
+struct Network::Impl {
+    Impl(Hub& h, Tokens t) : hub(h), tokens(std::move(t)), acceptor(context), grace(context) {}
+
+    void accept();
+    void welcome(tcp::socket socket);
+    void forget(ConnectionId connection);
+    void end_if_empty();
+
+    Hub& hub;
+    const Tokens tokens;
+    asio::io_context context{1};
+    tcp::acceptor acceptor;
+    asio::steady_timer grace;
+    int port = 0;
+    bool stopping = false;
+    ConnectionId last_id = 0;
+    std::list<std::weak_ptr<HttpConnection>> guests;  ///< oldest first
+    std::map<ConnectionId, std::shared_ptr<WebSocketConnection>> clients;
+};
+
+namespace {
+
+/// A client that came in with a right token.
+class WebSocketConnection : public std::enable_shared_from_this<WebSocketConnection> {
+  public:
+    WebSocketConnection(Network::Impl& network, ConnectionId id, beast::tcp_stream&& stream,
+                        bool may_control)
+        : m_network(network),
+          m_id(id),
+          m_may_control(may_control),
+          m_socket(std::move(stream)),
+          m_force(network.context),
+          m_allowance(std::chrono::steady_clock::now()) {}
+
+    void accept(const Request& request) {
+        beast::get_lowest_layer(m_socket).expires_never();
+        m_socket.set_option(websocket::stream_base::timeout{kHttpTime, kSilentTime, true});
+        m_socket.auto_fragment(false);
+        m_socket.read_message_max(kMaxMessageBytes);
+        m_socket.async_accept(request, [self = shared_from_this()](error_code error) {
+            if (error) return self->finish();
+            self->m_open = true;
+            self->m_network.hub.opened(self->m_id, self->m_may_control);
+            self->read();
+        });
+    }
+
+    void send(std::vector<Outgoing> batch) {
+        if (m_closing) return;
+        for (Outgoing& message : batch) m_queue.push_back(std::move(message));
+        m_is_batch = true;
+        write();
+    }
+
+    void close(int code, const std::string& message) {
+        if (m_closing || m_finished) return;
+        m_closing = true;
+        constexpr std::size_t kMaxReason = 120;
+        m_reason = {std::uint16_t(code), message.substr(0, kMaxReason)};
+        // What is being written must end; what waits need not begin.
+        while (m_queue.size() > (m_writing ? 1U : 0U)) m_queue.pop_back();
+        m_queue.push_back({true, std::make_shared<const std::string>(bye_text(code, message))});
+        m_force.expires_after(kCloseTime);
+        m_force.async_wait([self = shared_from_this()](error_code error) {
+            if (!error) self->finish();
+        });
+        write();
+    }
+
+    void taken() {
+        --m_untaken;
+        if (m_paused && m_untaken < kMaxUntaken) {
+            m_paused = false;
+            read();
+        }
+    }
+
+    void finish() {
+        if (m_finished) return;
+        m_finished = m_closing = true;
+        m_force.cancel();
+        error_code ignored;
+        beast::get_lowest_layer(m_socket).socket().close(ignored);
+        if (m_open) m_network.hub.closed(m_id);
+        m_network.forget(m_id);
+    }
+
+  private:
+    void read() {
+        if (m_closing) return;
+        if (m_untaken >= kMaxUntaken) {
+            m_paused = true;
+            return;
+        }
+        m_socket.async_read(m_buffer, [self = shared_from_this()](error_code error, std::size_t) {
+            if (error) {
+                // While we say goodbye, what ends the reading is part of that.
+                if (!self->m_closing) self->finish();
+            } else if (!self->m_closing) {
+                self->hear();
+            }
+        });
+    }
+
+    void hear() {
+        const auto data = m_buffer.cdata();
+        const std::string_view text(static_cast<const char*>(data.data()), data.size());
+        if (!m_socket.got_text())
+            return close(kCloseProtocol, "expected text messages, found a binary one");
+        if (!m_allowance.take(text.size(), std::chrono::steady_clock::now()))
+            return close(kCloseFlood,
+                         "expected up to 240 messages and 1 MiB per second, found more");
+        auto parsed = parse_message(text);
+        m_buffer.consume(m_buffer.size());
+        if (auto* message = std::get_if<Message>(&parsed)) {
+            ++m_untaken;
+            m_network.hub.received(m_id, std::move(*message));
+        } else {
+            auto& failure = *std::get_if<ParseFailure>(&parsed);
+            if (failure.rubbish) return close(kCloseProtocol, failure.message);
+            ++m_untaken;
+            m_network.hub.refused(m_id, std::move(failure));
+        }
+        read();
+    }
+
+    void write() {
+        if (m_writing || m_finished) return;
+        if (m_queue.empty()) {
+            if (m_closing) return say_goodbye();
+            if (std::exchange(m_is_batch, false)) m_network.hub.written(m_id);
+            return;
+        }
+        m_writing = true;
+        m_socket.text(m_queue.front().is_text);
+        m_socket.async_write(asio::buffer(*m_queue.front().bytes),
+                             [self = shared_from_this()](error_code error, std::size_t) {
+                                 self->m_writing = false;
+                                 if (error) return self->finish();
+                                 self->m_queue.pop_front();
+                                 self->write();
+                             });
+    }
+
+    void say_goodbye() {
+        const websocket::close_reason reason(websocket::close_code(m_reason.first),
+                                             m_reason.second);
+        m_writing = true;
+        m_socket.async_close(reason, [self = shared_from_this()](error_code) { self->finish(); });
+    }
+
+    Network::Impl& m_network;
+    const ConnectionId m_id;
+    const bool m_may_control;
+    websocket::stream<beast::tcp_stream> m_socket;
+    beast::flat_buffer m_buffer;
+    asio::steady_timer m_force;
+    std::deque<Outgoing> m_queue;  ///< the first one is being written
+    Allowance m_allowance;
+    int m_untaken = 0;
+    bool m_paused = false;
+    bool m_open = false, m_writing = false, m_is_batch = false;
+    bool m_closing = false, m_finished = false;
+    std::pair<std::uint16_t, std::string> m_reason;
+};
+
+/// Anybody, until it is known what they want.
+class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
+  public:
+    HttpConnection(Network::Impl& network, tcp::socket socket)
+        : m_network(network), m_stream(std::move(socket)), m_buffer(2 * kMaxHeaderBytes) {}
+
+    void read() {
+        m_parser.emplace();
+        m_parser->header_limit(kMaxHeaderBytes);
+        m_parser->body_limit(0);
+        m_stream.expires_after(kHttpTime);
+        http::async_read(m_stream, m_buffer, *m_parser,
+                         [self = shared_from_this()](error_code error, std::size_t) {
+                             if (error) return self->close();
+                             self->answer(self->m_parser->get());
+                         });
+    }
+
+    void close() {
+        error_code ignored;
+        m_stream.socket().shutdown(tcp::socket::shutdown_both, ignored);
+        m_stream.socket().close(ignored);
+    }
+
+  private:
+    void answer(const Request& request) {
+        const std::string_view target = view_of(request.target());
+        const int port = m_network.port;
+        const auto origin = request.find(http::field::origin);
+        if (!is_own_host(view_of(request[http::field::host]), port))
+            return refuse(request, http::status::forbidden, "Host: expected this machine's name");
+        if (origin != request.end() && !is_own_origin(view_of(origin->value()), port))
+            return refuse(request, http::status::forbidden, "Origin: expected this server's page");
+        if (path_of(target) == "/ws") return upgrade(request, query_value(target, "token"));
+        if (request.method() != http::verb::get && request.method() != http::verb::head)
+            return refuse(request, http::status::method_not_allowed, "expected GET or HEAD");
+        if (!target.starts_with("/"))
+            return refuse(request, http::status::bad_request, "expected a path");
+        const PageFile* file = find_page_file(path_of(target).substr(1));
+        if (!file) return refuse(request, http::status::not_found, "there is no such file");
+        Response response(http::status::ok, request.version());
+        response.set(http::field::content_type, std::string(media_type(file->name)));
+        response.body() = file->bytes;
+        reply(request, std::move(response));
+    }
+
+    void upgrade(const Request& request, std::string_view token) {
+        const bool may_control = is_same_secret(token, m_network.tokens.control);
+        if (!may_control && !is_same_secret(token, m_network.tokens.view))
+            return refuse(request, http::status::forbidden, "token: expected that of the link");
+        if (!websocket::is_upgrade(request))
+            return refuse(request, http::status::bad_request, "expected a WebSocket's upgrade");
+        // The places of clients, and as many again who have not said hello.
+        if (m_network.clients.size() >= 2 * std::size_t(kMaxClients) || m_network.stopping)
+            return refuse(request, http::status::service_unavailable, "too many connections");
+        const ConnectionId id = ++m_network.last_id;
+        auto client =
+            std::make_shared<WebSocketConnection>(m_network, id, std::move(m_stream), may_control);
+        m_network.clients.emplace(id, client);
+        client->accept(request);
+    }
+
+    void refuse(const Request& request, http::status status, const char* message) {
+        Response response(status, request.version());
+        response.set(http::field::content_type, "text/plain; charset=utf-8");
+        response.body() = std::string(message) + "\n";
+        reply(request, std::move(response));
+    }
+
+    void reply(const Request& request, Response response) {
+        const std::string own = "127.0.0.1:" + std::to_string(m_network.port);
+        const std::string local = "localhost:" + std::to_string(m_network.port);
+        response.set(http::field::server, "pliant");
+        response.set("Content-Security-Policy",
+                     "default-src 'self'; style-src 'self' 'unsafe-inline'; img-src 'self' blob: "
+                     "data:; media-src 'self' blob:; worker-src 'self' blob:; connect-src 'self' "
+                     "ws://" +
+                         own + " ws://" + local +
+                         "; object-src 'none'; base-uri 'none'; form-action 'none'; "
+                         "frame-ancestors 'none'");
+        response.set("X-Content-Type-Options", "nosniff");
+        response.set("Cross-Origin-Resource-Policy", "same-origin");
+        response.set("Referrer-Policy", "no-referrer");
+        response.set(http::field::cache_control, "no-cache");
+        response.keep_alive(request.keep_alive());
+        response.content_length(response.body().size());
+        if (request.method() == http::verb::head) response.body().clear();
+        m_response = std::make_shared<Response>(std::move(response));
+        m_stream.expires_after(kHttpTime);
+        http::async_write(m_stream, *m_response,
+                          [self = shared_from_this()](error_code error, std::size_t) {
+                              if (error || !self->m_response->keep_alive()) return self->close();
+                              self->m_response.reset();
+                              self->read();
+                          });
+    }
+
+    Network::Impl& m_network;
+    beast::tcp_stream m_stream;
+    beast::flat_buffer m_buffer;
+    std::optional<http::request_parser<http::empty_body>> m_parser;
+    std::shared_ptr<Response> m_response;
+};
+
+}  // namespace
+
+void Network::Impl::accept() {
+    acceptor.async_accept([this](error_code error, tcp::socket socket) {
+        if (stopping) return;
+        if (!error) {
+            welcome(std::move(socket));
+            return accept();
+        }
+        // No descriptors left, perhaps: a moment later there may be some.
+        grace.expires_after(std::chrono::milliseconds(50));
+        grace.async_wait([this](error_code cancelled) {
+            if (!cancelled && !stopping) accept();
+        });
+    });
+}
+
+void Network::Impl::welcome(tcp::socket socket) {
+    error_code ignored;
+    socket.set_option(tcp::no_delay(true), ignored);
+    guests.remove_if([](const auto& guest) { return guest.expired(); });
+    // Who has said nothing for longest makes room.
+    if (guests.size() >= std::size_t(kMaxConnections) / 2) {
+        if (const auto oldest = guests.front().lock()) oldest->close();
+        guests.pop_front();
+    }
+    const auto guest = std::make_shared<HttpConnection>(*this, std::move(socket));
+    guests.push_back(guest);
+    guest->read();
+}
+
+void Network::Impl::forget(ConnectionId connection) {
+    clients.erase(connection);
+    end_if_empty();
+}
+
+void Network::Impl::end_if_empty() {
+    if (stopping && clients.empty()) context.stop();
+}
+
+Result<std::unique_ptr<Network>> Network::listen(int port, Tokens tokens, Hub& hub) {
+    auto impl = std::make_unique<Impl>(hub, std::move(tokens));
+    const tcp::endpoint place(asio::ip::address_v4::loopback(), std::uint16_t(port));
+    error_code error;
+    impl->acceptor.open(place.protocol(), error);
+    if (!error) impl->acceptor.set_option(tcp::acceptor::reuse_address(true), error);
+    if (!error) impl->acceptor.bind(place, error);
+    if (!error) impl->acceptor.listen(asio::socket_base::max_listen_connections, error);
+    if (error)
+        return Error{ErrorCode::InvalidArgument,
+                     "port: expected one that can be listened to, found " + std::to_string(port) +
+                         ": " + error.message()};
+    impl->port = impl->acceptor.local_endpoint(error).port();
+    impl->accept();
+    return std::unique_ptr<Network>(new Network(std::move(impl)));
+}
+
+Network::Network(std::unique_ptr<Impl> impl) : m_impl(std::move(impl)) {}
+Network::~Network() = default;
+
+int Network::port() const {
+    return m_impl->port;
+}
+
+void Network::run() {
+    m_impl->context.run();
+    // Connections refer to the context, so they go before it.
+    m_impl->clients.clear();
+}
+
+void Network::stop() {
+    asio::post(m_impl->context, [impl = m_impl.get()] {
+        impl->stopping = true;
+        error_code ignored;
+        impl->acceptor.close(ignored);
+        impl->grace.expires_after(std::chrono::milliseconds(500));
+        impl->grace.async_wait([impl](error_code) { impl->context.stop(); });
+        impl->end_if_empty();
+    });
+}
+
+void Network::send(ConnectionId connection, std::vector<Outgoing> batch) {
+    asio::post(m_impl->context,
+               [impl = m_impl.get(), connection, sent = std::move(batch)]() mutable {
+                   const auto found = impl->clients.find(connection);
+                   if (found != impl->clients.end()) found->second->send(std::move(sent));
+               });
+}
+
+void Network::close(ConnectionId connection, int code, const std::string& message) {
+    asio::post(m_impl->context, [impl = m_impl.get(), connection, code, message] {
+        const auto found = impl->clients.find(connection);
+        if (found == impl->clients.end()) return;
+        const auto kept = found->second;
+        kept->close(code, message);
+    });
+}
+
+void Network::taken(ConnectionId connection) {
+    asio::post(m_impl->context, [impl = m_impl.get(), connection] {
+        const auto found = impl->clients.find(connection);
+        if (found == impl->clients.end()) return;
+        const auto kept = found->second;
+        kept->taken();
+    });
+}
+
+}  // namespace pliant::serve

@@ -1,0 +1,22 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// Does a session's records to a scene again.
+
+#pragma once
+
+#include <pliant/volume.h>
+
+#include <span>
+
+#include "serve/scene.h"
+#include "serve/session_log.h"
+
+namespace pliant::serve {
+
+/// @param compare_marks  whether marks are compared, which costs a look at the whole volume each
+/// @returns Unreadable where a command is refused that was carried out then, or a mark differs
+Status replay_into(Scene& scene, std::span<const SessionRecord> records, bool compare_marks,
+                   const Progress& progress = {});
+
+}  // namespace pliant::serve

@@ -1,0 +1,358 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "serve/scene.h"
+
+#include <pliant/chainmail_slide.h>
+
+#include <algorithm>
+
+namespace pliant::serve {
+namespace {
+
+Outcome refused(const Error& error) {
+    const char* code = error.code == ErrorCode::LimitExceeded ? "limit"
+                       : error.code == ErrorCode::NotFound    ? "nothing"
+                                                              : "out_of_range";
+    return {.error_code = code, .message = error.message};
+}
+
+Outcome outcome_of(const PushReport& report) {
+    return {.message = report.message,
+            .status = report.status,
+            .limited_by = report.limited_by,
+            .step_fraction = report.step_fraction,
+            .grabbed_elements = report.grabbed_elements,
+            .moved_elements = report.moved_elements,
+            .solve_ms = report.solve_ms};
+}
+
+double ms_since(std::chrono::steady_clock::time_point start) {
+    return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start)
+        .count();
+}
+
+}  // namespace
+
+Result<std::unique_ptr<Scene>> Scene::open(const SceneSource& source, const TaskArena& arena) {
+    auto loaded = load_scan(source, arena);
+    if (!loaded.ok()) return loaded.error();
+    // The lattice keeps a reference to the volume, so both are made where they stay.
+    auto place = std::make_unique<LoadedScan>(std::move(*loaded));
+    auto tissue = ChainMail::create(place->volume, place->settings, arena);
+    if (!tissue.ok()) return tissue.error();
+    return std::unique_ptr<Scene>(new Scene(std::move(place), std::move(*tissue)));
+}
+
+Scene::Scene(std::unique_ptr<LoadedScan> loaded, ChainMail tissue)
+    : m_loaded(std::move(loaded)),
+      m_tissue(std::move(tissue)),
+      m_live(m_tissue),
+      m_iso_hu(m_loaded->iso_hu),
+      m_polarity(m_loaded->polarity) {}
+
+Outcome Scene::carry_out(std::uint32_t client, const Action& action) {
+    m_last_client = std::max(m_last_client, client);
+    return std::visit([&](const auto& command) { return act(client, command); }, action);
+}
+
+bool Scene::has_contact(std::uint32_t client) const {
+    return m_holder == client || m_contacts.contains(client);
+}
+
+// Steps of undo.
+
+void Scene::begin_step(const std::string& name, std::uint32_t client, std::uint32_t stroke) {
+    const bool goes_on = m_open && stroke != 0 && m_open->name == name &&
+                         m_open->client == client && m_open->stroke == stroke;
+    if (goes_on) return;
+    end_step();
+    m_open = OpenStep{name, client, stroke, m_tissue.undo_steps()};
+    m_tissue.begin_group(name);
+}
+
+void Scene::end_step() {
+    if (!m_open) return;
+    m_tissue.let_go();
+    m_holder = 0;
+    const OpenStep open = *std::exchange(m_open, {});
+    const int forgotten = m_tissue.end_group();
+    if (forgotten < 0) {
+        // Too large to be kept, and nothing before it can be reached any more.
+        m_done.clear();
+        m_undone.clear();
+        return;
+    }
+    if (m_tissue.undo_steps() + forgotten > open.undo_steps_before)
+        keep({.kind = StepKind::Tissue, .name = open.name});
+    forget(forgotten);
+}
+
+void Scene::keep(Step step) {
+    m_undone.clear();
+    m_done.push_back(std::move(step));
+}
+
+void Scene::forget(int tissue_steps) {
+    while (tissue_steps > 0 && !m_done.empty()) {
+        if (m_done.front().kind == StepKind::Tissue) --tissue_steps;
+        m_done.pop_front();
+    }
+}
+
+void Scene::swap_iso(Step& step) {
+    std::swap(m_iso_hu, step.iso_hu);
+    std::swap(m_polarity, step.polarity);
+}
+
+Outcome Scene::act(std::uint32_t, const UndoCommand&) {
+    end_step();
+    if (m_done.empty())
+        return refused({ErrorCode::NotFound, "undo: expected a step to take back, found none"});
+    if (m_done.back().kind == StepKind::Iso)
+        swap_iso(m_done.back());
+    else if (const Status s = m_tissue.undo(); !s.ok())
+        return refused(s.error());
+    m_undone.push_back(std::move(m_done.back()));
+    m_done.pop_back();
+    // Relaxation would take the place of what could be done again.
+    m_settled = true;
+    m_energy.reset();
+    return {.message = m_undone.back().name};
+}
+
+Outcome Scene::act(std::uint32_t, const RedoCommand&) {
+    end_step();
+    if (m_undone.empty())
+        return refused({ErrorCode::NotFound, "redo: expected a step that was undone, found none"});
+    if (m_undone.back().kind == StepKind::Iso)
+        swap_iso(m_undone.back());
+    else if (const Status s = m_tissue.redo(); !s.ok())
+        return refused(s.error());
+    m_done.push_back(std::move(m_undone.back()));
+    m_undone.pop_back();
+    m_settled = true;
+    m_energy.reset();
+    return {.message = m_done.back().name};
+}
+
+// Tools.
+
+Result<PushReport> Scene::push(std::uint32_t client, const Push& push) {
+    auto held = m_tissue.elements_at(push);
+    if (!held.ok()) return held.error();
+    auto report = m_tissue.push_elements(*held, push.push_mm);
+    if (!report.ok()) return report;
+    const Vec3d end = push.point_mm + report->step_fraction * push.push_mm;
+    m_contacts[client] = {{end, end, push.sphere_radius_mm}, std::move(*held)};
+    return report;
+}
+
+Result<PushReport> Scene::slide(std::uint32_t client, const Push& push) {
+    const auto slid = slide_sphere(m_tissue, push);
+    if (!slid.ok()) return slid.error();
+    PushReport report;
+    report.step_fraction = slid->way_fraction;
+    report.limited_by = slid->limited_by;
+    report.status = slid->way_fraction >= 1  ? PushStatus::Applied
+                    : slid->way_fraction > 0 ? PushStatus::Limited
+                                             : PushStatus::Rejected;
+    report.moved_elements = slid->contacts;
+    report.solve_ms = slid->slide_ms;
+    const Vec3d end = push.point_mm + slid->way_fraction * push.push_mm;
+    m_contacts[client] = {{end, end, push.sphere_radius_mm}, {}};
+    return report;
+}
+
+Outcome Scene::act(std::uint32_t client, const PushCommand& command) {
+    begin_step(command.slide ? "slide" : "push", client, command.stroke);
+    const auto before = energy();
+    const auto report = command.slide ? slide(client, command.push) : push(client, command.push);
+    m_energy.reset();
+    m_settled = false;
+    Outcome outcome = report.ok() ? outcome_of(*report) : refused(report.error());
+    if (report.ok()) add_force(before, report->step_fraction * command.push.push_mm, outcome);
+    // Moves are not elements: a slide's number is told in its message only.
+    if (command.slide) outcome.grabbed_elements.reset();
+    if (command.stroke == 0) end_step();
+    return outcome;
+}
+
+Outcome Scene::act(std::uint32_t client, const GrabCommand& command) {
+    if (m_holder && m_holder != client)
+        return {.error_code = "held_by_other",
+                .message = "grab: expected nobody else to hold tissue, found client " +
+                           std::to_string(m_holder)};
+    begin_step("drag", client, 0);
+    const auto report = m_tissue.grab(command.place, command.reach_mm);
+    if (!report.ok()) {
+        end_step();
+        return refused(report.error());
+    }
+    m_contacts.erase(client);
+    m_drag_mm = {0, 0, 0};
+    if (report->grabbed_elements > 0)
+        m_holder = client;
+    else
+        end_step();
+    return {.message = report->message,
+            .grabbed_elements = report->grabbed_elements,
+            .solve_ms = report->pick_ms};
+}
+
+Outcome Scene::act(std::uint32_t client, const DragCommand& command) {
+    if (m_holder != client)
+        return {.error_code = "not_holding", .message = "drag: expected a grab before it"};
+    const auto before = energy();
+    const auto report = m_tissue.drag_to(command.offset_mm);
+    m_energy.reset();
+    m_settled = false;
+    if (!report.ok()) return refused(report.error());
+    const Vec3d way = report->step_fraction * (command.offset_mm - m_drag_mm);
+    m_drag_mm = m_drag_mm + way;
+    Outcome outcome = outcome_of(*report);
+    add_force(before, way, outcome);
+    return outcome;
+}
+
+Outcome Scene::act(std::uint32_t client, const LetGoCommand&) {
+    if (m_holder != client)
+        return {.error_code = "not_holding", .message = "let_go: expected a grab before it"};
+    end_step();
+    m_settled = false;
+    return {};
+}
+
+Outcome Scene::act(std::uint32_t, const CutCommand& command) {
+    end_step();
+    begin_step("cut", 0, 0);
+    const auto report = m_tissue.cut(command.surface);
+    end_step();
+    m_energy.reset();
+    m_settled = false;
+    if (!report.ok()) return refused(report.error());
+    return {.cut_links = report->cut_links, .solve_ms = report->cut_ms};
+}
+
+Outcome Scene::act(std::uint32_t client, const CarveCommand& command) {
+    begin_step("carve", client, command.stroke);
+    const auto report = m_tissue.carve(command.tool);
+    m_energy.reset();
+    m_settled = false;
+    if (command.stroke == 0) end_step();
+    if (!report.ok()) return refused(report.error());
+    return {.carved_elements = report->carved_elements, .solve_ms = report->carve_ms};
+}
+
+Outcome Scene::act(std::uint32_t client, const ReleaseCommand&) {
+    if (!has_contact(client)) return {};
+    if (m_holder == client) end_step();
+    m_contacts.erase(client);
+    m_settled = false;
+    return {};
+}
+
+// The whole tissue.
+
+Outcome Scene::act(std::uint32_t, const RelaxCommand& command) {
+    if (!command.on && m_open && m_open->name == "relax") end_step();
+    m_relaxing = command.on;
+    m_settled = false;
+    return {};
+}
+
+double Scene::sweep() {
+    if (!m_open) begin_step("relax", 0, 0);
+    RelaxOptions options{.max_sweeps = 1};
+    for (const auto& [client, contact] : m_contacts) {
+        if (contact.tool.radius_mm > 0) options.tools.push_back(contact.tool);
+        options.held.insert(options.held.end(), contact.held.begin(), contact.held.end());
+    }
+    const auto report = m_tissue.relax(options);
+    m_energy.reset();
+    // An error would come again with each sweep.
+    m_settled = !report.ok() || report->settled;
+    if (m_settled && m_open->name == "relax") end_step();
+    return report.ok() ? report->relax_ms : 0;
+}
+
+Outcome Scene::act(std::uint32_t, const ResetCommand&) {
+    end_step();
+    m_contacts.clear();
+    begin_step("reset", 0, 0);
+    m_tissue.reset();
+    end_step();
+    m_energy.reset();
+    return {};
+}
+
+Outcome Scene::act(std::uint32_t, const MaterialsCommand& command) {
+    end_step();
+    ChainMailSettings changed = m_tissue.settings();
+    const auto set = [](auto& field, const auto& value) {
+        if (value) field = *value;
+    };
+    set(changed.offset, command.offset);
+    set(changed.max_movement_mm, command.max_movement_mm);
+    set(changed.bone_threshold_hu, command.bone_threshold_hu);
+    set(changed.air_threshold_hu, command.air_threshold_hu);
+    set(changed.yield, command.yield);
+    set(changed.air_enabled, command.air_enabled);
+    if (command.rounded) changed.limits = *command.rounded ? LinkLimits::Rounded : LinkLimits::Box;
+    begin_step("materials", 0, 0);
+    const Status status = m_tissue.set_materials(changed);
+    end_step();
+    m_energy.reset();
+    m_settled = false;
+    return status.ok() ? Outcome{} : refused(status.error());
+}
+
+Outcome Scene::act(std::uint32_t client, const IsoCommand& command) {
+    end_step();
+    Step step{StepKind::Iso, "threshold", m_iso_hu, m_polarity, client, command.stroke};
+    m_iso_hu = command.iso_hu.value_or(m_iso_hu);
+    m_polarity = command.polarity.value_or(m_polarity);
+    if (m_iso_hu == step.iso_hu && m_polarity == step.polarity) return {};
+    const bool goes_on = command.stroke != 0 && !m_done.empty() &&
+                         m_done.back().kind == StepKind::Iso && m_done.back().client == client &&
+                         m_done.back().stroke == command.stroke && m_undone.empty();
+    if (!goes_on) keep(std::move(step));
+    return {};
+}
+
+void Scene::describe(SharedState& state) const {
+    state.iso_hu = m_iso_hu;
+    state.polarity = m_polarity;
+    state.materials = m_tissue.settings();
+    state.relaxing = m_relaxing;
+    state.settled = !wants_sweep();
+    state.holder = m_holder;
+    state.undo_steps = int(m_done.size()) + (m_open ? 1 : 0);
+    state.redo_steps = m_open ? 0 : int(m_undone.size());
+    state.next_undo = m_open ? m_open->name : m_done.empty() ? "" : m_done.back().name;
+    state.next_redo = state.redo_steps == 0 ? "" : m_undone.back().name;
+}
+
+// Forces.
+
+std::optional<double> Scene::energy() {
+    // A twentieth of the time at most: on large deformations forces are told less often.
+    constexpr double kRests = 20;
+    if (ms_since(m_energy_at) < kRests * m_energy_ms) return {};
+    const auto start = std::chrono::steady_clock::now();
+    if (!m_energy) m_energy = m_tissue.elastic_energy_mm2();
+    m_energy_ms = ms_since(start);
+    return m_energy;
+}
+
+void Scene::add_force(std::optional<double> before, Vec3d way_mm, Outcome& outcome) {
+    const double way = norm(way_mm);
+    if (!before || !(way > 0)) return;
+    const auto start = std::chrono::steady_clock::now();
+    m_energy = m_tissue.elastic_energy_mm2();
+    m_energy_ms += ms_since(start);
+    m_energy_at = std::chrono::steady_clock::now();
+    outcome.force = (-(*m_energy - *before) / (way * way)) * way_mm;
+}
+
+}  // namespace pliant::serve

@@ -1,0 +1,131 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// The one scene of a server: a scan, its lattice, the deformed volume, and what was done to them.
+//
+// The scene knows no clock: what it is depends on the commands and the number of relaxation's
+// sweeps alone. That is why a recorded session gives the same bits again, on any machine and with
+// any number of threads. Whoever owns it calls it from one thread.
+//
+// Undo covers everything: steps of the lattice, which the lattice takes back, and changes of the
+// threshold, which are kept here. A step ends when something else begins, so pushes of one stroke,
+// and relaxation from start to end, are one step each.
+
+#pragma once
+
+#include <pliant/resample.h>
+
+#include <chrono>
+#include <cstdint>
+#include <deque>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "serve/commands.h"
+#include "serve/messages.h"
+#include "serve/source.h"
+
+namespace pliant::serve {
+
+class Scene {
+  public:
+    static Result<std::unique_ptr<Scene>> open(const SceneSource& source, const TaskArena& arena);
+    Scene(const Scene&) = delete;
+    Scene& operator=(const Scene&) = delete;
+
+    /// @param client  whose command it is; strokes, grabs and tools belong to clients
+    /// @pre is_command(action)
+    Outcome carry_out(std::uint32_t client, const Action& action);
+    /// Whether sweep() has something to do.
+    bool wants_sweep() const { return m_relaxing && !m_settled; }
+    /// One sweep of relaxation. @returns how long it took [ms]
+    double sweep();
+    /// Whether the client has hold of tissue, or left a tool that stays in relaxation's way.
+    bool has_contact(std::uint32_t client) const;
+    /// The highest number of a client so far.
+    std::uint32_t last_client() const { return m_last_client; }
+
+    /// The deformed volume is brought up to date.
+    LiveUpdate update() { return m_live.update(); }
+    const Volume& deformed() const { return m_live.volume(); }
+    const ChainMail& tissue() const { return m_tissue; }
+    const VolumeInfo& info() const { return m_loaded->info; }
+    std::uint64_t scan_hash() const { return m_loaded->hash; }
+    /// Fills in what the scene knows: all but step, clients and timing.
+    void describe(SharedState& state) const;
+
+  private:
+    /// What a tool that stays has hold of.
+    struct Contact {
+        RelaxTool tool;
+        std::vector<Vec3i> held;
+    };
+    enum class StepKind { Tissue, Iso };
+    struct Step {
+        StepKind kind = StepKind::Tissue;
+        std::string name{};
+        double iso_hu = 0;  ///< the other one: before if done, after if undone
+        Polarity polarity = Polarity::Rising;
+        std::uint32_t client = 0, stroke = 0;
+    };
+    /// The step that is going on: everything that is done to the tissue belongs to it.
+    struct OpenStep {
+        std::string name;
+        std::uint32_t client = 0;
+        std::uint32_t stroke = 0;
+        int undo_steps_before = 0;
+    };
+
+    Scene(std::unique_ptr<LoadedScan> loaded, ChainMail tissue);
+
+    Outcome act(std::uint32_t client, const PushCommand& command);
+    Outcome act(std::uint32_t client, const GrabCommand& command);
+    Outcome act(std::uint32_t client, const DragCommand& command);
+    Outcome act(std::uint32_t client, const LetGoCommand& command);
+    Outcome act(std::uint32_t client, const CutCommand& command);
+    Outcome act(std::uint32_t client, const CarveCommand& command);
+    Outcome act(std::uint32_t client, const RelaxCommand& command);
+    Outcome act(std::uint32_t client, const ReleaseCommand& command);
+    Outcome act(std::uint32_t client, const ResetCommand& command);
+    Outcome act(std::uint32_t client, const MaterialsCommand& command);
+    Outcome act(std::uint32_t client, const IsoCommand& command);
+    Outcome act(std::uint32_t client, const UndoCommand& command);
+    Outcome act(std::uint32_t client, const RedoCommand& command);
+    template <class T>
+    Outcome act(std::uint32_t, const T&) {
+        return {.error_code = "out_of_range", .message = "expected a command"};
+    }
+
+    void begin_step(const std::string& name, std::uint32_t client, std::uint32_t stroke);
+    void end_step();
+    void keep(Step step);
+    void forget(int tissue_steps);
+    void swap_iso(Step& step);
+    Result<PushReport> push(std::uint32_t client, const Push& push);
+    Result<PushReport> slide(std::uint32_t client, const Push& push);
+
+    /// The elastic energy, if it was measured and nothing changed since, or can be had quickly.
+    std::optional<double> energy();
+    void add_force(std::optional<double> before, Vec3d way_mm, Outcome& outcome);
+
+    std::unique_ptr<LoadedScan> m_loaded;  ///< the lattice refers to its volume
+    ChainMail m_tissue;
+    LiveDeformation m_live;
+    double m_iso_hu;
+    Polarity m_polarity;
+    bool m_relaxing = false, m_settled = true;
+    std::uint32_t m_last_client = 0;
+    std::uint32_t m_holder = 0;
+    Vec3d m_drag_mm{0, 0, 0};  ///< how far the holder has come
+    std::map<std::uint32_t, Contact> m_contacts;
+    std::optional<OpenStep> m_open;
+    std::deque<Step> m_done, m_undone;  ///< the next one last
+    std::optional<double> m_energy;
+    double m_energy_ms = 0;  ///< that the last measurement took
+    std::chrono::steady_clock::time_point m_energy_at{};
+};
+
+}  // namespace pliant::serve

@@ -1,0 +1,170 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// The server as its users see it: a scene, its owner's thread, and the network's.
+
+#include <pliant/serve.h>
+#include <unistd.h>
+
+#include <condition_variable>
+#include <mutex>
+#include <random>
+#include <system_error>
+#include <thread>
+
+#include "serve/hub.h"
+#include "serve/network.h"
+#include "serve/replay.h"
+
+namespace pliant {
+
+struct Server::Impl {
+    std::unique_ptr<serve::Hub> hub;
+    std::unique_ptr<serve::Network> network;
+    serve::Tokens tokens;
+    std::vector<std::string> notes;
+    std::mutex mutex;
+    std::condition_variable stopped;
+    bool is_stopped = false;
+    std::jthread network_thread;
+    std::jthread owner_thread;
+
+    ~Impl() {
+        // The owner says goodbye to everybody, and the network sees it through.
+        if (owner_thread.joinable()) {
+            owner_thread.request_stop();
+            owner_thread.join();
+        }
+        if (network) network->stop();
+        if (network_thread.joinable()) network_thread.join();
+    }
+};
+
+namespace {
+
+std::string random_token() {
+    std::random_device device;
+    std::string text;
+    for (int n = 0; n < 4; ++n) text += serve::hex_text(device(), 8);
+    return text;
+}
+
+struct OpenedScene {
+    std::unique_ptr<serve::Scene> scene;
+    std::unique_ptr<serve::SessionLog> log;
+    std::vector<std::string> notes;
+};
+
+std::string name_of(const serve::SceneSource& source) {
+    return source.file.empty() ? "the " + source.phantom + " phantom" : source.file;
+}
+
+Result<OpenedScene> go_on(const std::filesystem::path& path, const serve::SceneSource& source,
+                          bool any_source, const TaskArena& arena) {
+    const auto named = [&](const Error& error) {
+        return Error{error.code, path.string() + ": " + error.message};
+    };
+    const auto file = serve::read_session(path);
+    if (!file.ok()) return file.error();
+    if (!any_source && !(file->header.source == source))
+        return named({ErrorCode::InvalidArgument, "expected a session of " + name_of(source) +
+                                                      ", found one of " +
+                                                      name_of(file->header.source)});
+    OpenedScene opened;
+    // Whoever has it open keeps others out before the long work begins.
+    auto log = serve::SessionLog::go_on(path, *file);
+    if (!log.ok()) return log.error();
+    auto scene = serve::Scene::open(file->header.source, arena);
+    if (!scene.ok()) return named(scene.error());
+    if ((*scene)->scan_hash() != file->header.scan_hash)
+        return named({ErrorCode::InvalidArgument,
+                      "expected the scan " + serve::hex_text(file->header.scan_hash, 16) +
+                          ", found another one: " + (*scene)->info().name});
+    if (const Status s = serve::replay_into(**scene, file->records, false); !s.ok())
+        return named(s.error());
+    opened.notes.push_back(path.string() + ": went on after " +
+                           std::to_string(file->records.size()) + " records");
+    if (file->cut_off_bytes)
+        opened.notes.push_back(path.string() + ": the last line was not finished; " +
+                               std::to_string(file->cut_off_bytes) + " bytes were cut off");
+    opened.scene = std::move(*scene);
+    opened.log = std::move(*log);
+    return opened;
+}
+
+Result<OpenedScene> open_scene(const ServerSettings& settings, const TaskArena& arena) {
+    std::error_code error;
+    serve::SceneSource source{.series = settings.series, .phantom_size = settings.phantom_size};
+    if (!settings.file.empty())
+        source.file = std::filesystem::absolute(settings.file, error).lexically_normal().string();
+    if (!settings.session.empty() && std::filesystem::exists(settings.session, error))
+        return go_on(settings.session, source, settings.file.empty(), arena);
+    auto scene = serve::Scene::open(source, arena);
+    if (!scene.ok()) return scene.error();
+    OpenedScene opened{.scene = std::move(*scene), .log = {}, .notes = {}};
+    if (!settings.session.empty()) {
+        auto log = serve::SessionLog::create(settings.session, {source, opened.scene->scan_hash()});
+        if (!log.ok()) return log.error();
+        opened.log = std::move(*log);
+    }
+    return opened;
+}
+
+}  // namespace
+
+Result<Server> Server::start(const ServerSettings& settings, const TaskArena& arena) {
+    if (settings.port < 0 || settings.port > 65535)
+        return Error{ErrorCode::InvalidArgument,
+                     "port: expected 0…65535, found " + std::to_string(settings.port)};
+    if (settings.rate_hz < 1 || settings.rate_hz > 1000)
+        return Error{ErrorCode::InvalidArgument,
+                     "rate_hz: expected 1…1000, found " + std::to_string(settings.rate_hz)};
+    auto opened = open_scene(settings, arena);
+    if (!opened.ok()) return opened.error();
+    auto impl = std::make_unique<Impl>();
+    impl->notes = std::move(opened->notes);
+    impl->tokens = {random_token(), random_token()};
+    impl->hub = std::make_unique<serve::Hub>(std::move(opened->scene), std::move(opened->log),
+                                             settings.rate_hz);
+    auto network = serve::Network::listen(settings.port, impl->tokens, *impl->hub);
+    if (!network.ok()) return network.error();
+    impl->network = std::move(*network);
+    impl->network_thread = std::jthread([network = impl->network.get()] { network->run(); });
+    impl->owner_thread =
+        std::jthread([hub = impl->hub.get(), network = impl->network.get()](
+                         const std::stop_token& stop) { hub->run(stop, *network); });
+    return Server(std::move(impl));
+}
+
+Server::Server(std::unique_ptr<Impl> impl) : m_impl(std::move(impl)) {}
+Server::~Server() = default;
+Server::Server(Server&&) noexcept = default;
+Server& Server::operator=(Server&&) noexcept = default;
+
+int Server::port() const {
+    return m_impl->network->port();
+}
+std::string Server::link() const {
+    return "http://127.0.0.1:" + std::to_string(port()) + "/#token=" + m_impl->tokens.control;
+}
+std::string Server::view_link() const {
+    return "http://127.0.0.1:" + std::to_string(port()) + "/#token=" + m_impl->tokens.view;
+}
+const std::vector<std::string>& Server::notes() const {
+    return m_impl->notes;
+}
+
+void Server::wait() {
+    std::unique_lock lock(m_impl->mutex);
+    m_impl->stopped.wait(lock, [&] { return m_impl->is_stopped; });
+}
+
+void Server::stop() {
+    {
+        const std::lock_guard lock(m_impl->mutex);
+        m_impl->is_stopped = true;
+    }
+    m_impl->stopped.notify_all();
+}
+
+}  // namespace pliant

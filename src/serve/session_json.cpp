@@ -1,0 +1,128 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// The lines of a session's file as JSON.
+
+#include <nlohmann/json.hpp>
+
+#include "serve/messages.h"
+#include "serve/session_log.h"
+
+namespace pliant::serve {
+namespace {
+
+using Json = nlohmann::json;
+
+constexpr int kSessionVersion = 1;
+
+Error wrong(const std::string& what) {
+    return {ErrorCode::Unreadable, what};
+}
+
+std::optional<std::uint64_t> number_of_hex(const Json& object, const char* key) {
+    const auto found = object.find(key);
+    if (found == object.end() || !found->is_string()) return {};
+    const auto text = found->get<std::string>();
+    if (text.size() != 16 || text.find_first_not_of("0123456789abcdef") != std::string::npos)
+        return {};
+    return std::stoull(text, nullptr, 16);
+}
+
+std::string string_at(const Json& object, const char* key) {
+    const auto found = object.find(key);
+    return found != object.end() && found->is_string() ? found->get<std::string>() : "";
+}
+
+int whole_at(const Json& object, const char* key, int missing) {
+    const auto found = object.find(key);
+    if (found == object.end() || !found->is_number_integer()) return missing;
+    const auto number = found->get<std::int64_t>();
+    return number >= -1'000'000'000 && number <= 1'000'000'000 ? int(number) : missing;
+}
+
+}  // namespace
+
+std::string text_of(const SessionHeader& header) {
+    Json source;
+    if (header.source.file.empty()) {
+        const Vec3i size = header.source.phantom_size;
+        source = {{"phantom", header.source.phantom}, {"size", {size.x, size.y, size.z}}};
+    } else {
+        source = {{"file", header.source.file}, {"series", header.source.series}};
+    }
+    const Json json = {{"pliant_session", kSessionVersion},
+                       {"program", "pliant " PLIANT_VERSION},
+                       {"source", source},
+                       {"scan", hex_text(header.scan_hash, 16)}};
+    return json.dump(-1, ' ', false, Json::error_handler_t::replace);
+}
+
+Result<SessionHeader> parse_session_header(std::string_view text) {
+    const Json json = Json::parse(text.begin(), text.end(), nullptr, false);
+    if (!json.is_object() || !json.contains("pliant_session"))
+        return wrong("expected a session of pliant serve, found something else");
+    if (whole_at(json, "pliant_session", 0) != kSessionVersion)
+        return Error{ErrorCode::Unsupported, "pliant_session: expected version 1, found " +
+                                                 json["pliant_session"].dump().substr(0, 20)};
+    SessionHeader header;
+    const auto hash = number_of_hex(json, "scan");
+    const auto source = json.find("source");
+    if (!hash || source == json.end() || !source->is_object())
+        return wrong("expected the fields scan and source, found none");
+    header.scan_hash = *hash;
+    header.source.file = string_at(*source, "file");
+    header.source.series = string_at(*source, "series");
+    if (header.source.file.empty()) {
+        header.source.phantom = string_at(*source, "phantom");
+        const auto size = source->find("size");
+        if (size == source->end() || !size->is_array() || size->size() != 3)
+            return wrong("source: expected size with three numbers, found none");
+        for (int a = 0; a < 3; ++a) {
+            const Json& n = (*size)[std::size_t(a)];
+            if (!n.is_number_integer() || n.get<std::int64_t>() < 2 || n.get<std::int64_t>() > 4096)
+                return wrong("source: size: expected whole numbers 2…4096");
+            header.source.phantom_size[a] = n.get<int>();
+        }
+    }
+    return header;
+}
+
+std::string text_of(const SessionRecord& record) {
+    if (const auto* sweeps = std::get_if<SessionSweeps>(&record))
+        return Json{{"do", "sweep"}, {"count", sweeps->count}}.dump();
+    if (const auto* mark = std::get_if<SessionMark>(&record))
+        return Json{{"do", "mark"},
+                    {"volume", hex_text(mark->volume, 16)},
+                    {"tissue", hex_text(mark->tissue, 16)}}
+            .dump();
+    const auto& command = *std::get_if<SessionCommand>(&record);
+    return "{\"client\":" + std::to_string(command.client) +
+           (command.refused ? ",\"refused\":true," : ",") +
+           text_of(Message{0, command.action}).substr(1);
+}
+
+Result<SessionRecord> parse_session_record(std::string_view text) {
+    const Json json = Json::parse(text.begin(), text.end(), nullptr, false);
+    if (!json.is_object()) return wrong("expected a JSON object, found something else");
+    const std::string name = string_at(json, "do");
+    if (name == "sweep") {
+        const int count = whole_at(json, "count", -1);
+        if (count < 1 || count > 1'000'000) return wrong("sweep: count: expected 1…1000000");
+        return SessionRecord(SessionSweeps{count});
+    }
+    if (name == "mark") {
+        const auto volume = number_of_hex(json, "volume"), tissue = number_of_hex(json, "tissue");
+        if (!volume || !tissue) return wrong("mark: expected two hashes");
+        return SessionRecord(SessionMark{*volume, *tissue});
+    }
+    auto message = parse_message(text);
+    if (const auto* failure = std::get_if<ParseFailure>(&message)) return wrong(failure->message);
+    auto& action = std::get_if<Message>(&message)->action;
+    if (!is_command(action)) return wrong("do: expected a command, found " + name);
+    const int client = whole_at(json, "client", 0);
+    if (client < 0) return wrong("client: expected 0 or more");
+    const bool refused = json.contains("refused") && json["refused"] == true;
+    return SessionRecord(SessionCommand{std::uint32_t(client), std::move(action), refused});
+}
+
+}  // namespace pliant::serve

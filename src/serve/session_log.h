@@ -1,0 +1,105 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// A session's file: what was done, one line each, as it happens.
+//
+//   3f0c… {"pliant_session":1,"program":…,"source":{…},"scan":"…"}
+//   91ab… {"client":1,"do":"push",…}
+//   07d2… {"do":"sweep","count":3}
+//   c4e9… {"do":"mark","volume":"…","tissue":"…"}
+//
+// The number before each line is a checksum of the line and of the checksum before it. So a line
+// that the machine had no time to finish is found, and so is one that somebody changed. Marks say
+// what the scene was at that point; whoever replays the session compares.
+
+#pragma once
+
+#include <pliant/result.h>
+
+#include <condition_variable>
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <thread>
+#include <variant>
+#include <vector>
+
+#include "serve/commands.h"
+#include "serve/source.h"
+
+namespace pliant::serve {
+
+/// Refused commands are recorded too: they end what was going on before.
+struct SessionCommand {
+    std::uint32_t client = 0;
+    Action action;
+    bool refused = false;
+};
+struct SessionSweeps {
+    int count = 0;
+};
+struct SessionMark {
+    std::uint64_t volume = 0, tissue = 0;
+};
+using SessionRecord = std::variant<SessionCommand, SessionSweeps, SessionMark>;
+
+struct SessionHeader {
+    SceneSource source;
+    std::uint64_t scan_hash = 0;
+};
+
+std::string text_of(const SessionHeader& header);
+std::string text_of(const SessionRecord& record);
+Result<SessionHeader> parse_session_header(std::string_view text);
+Result<SessionRecord> parse_session_record(std::string_view text);
+
+/// What a file holds, up to the last line that is whole.
+struct SessionFile {
+    SessionHeader header;
+    std::vector<SessionRecord> records;
+    std::uint64_t chain = 0;          ///< checksum of the last line
+    std::uint64_t good_bytes = 0;     ///< of the whole lines
+    std::uint64_t cut_off_bytes = 0;  ///< after them: a line that was not finished
+};
+
+/// @returns NotFound; Unreadable that names the line where the file is damaged before its end, so
+///          that nothing is left out silently
+Result<SessionFile> read_session(const std::filesystem::path& path);
+
+/// A file that grows. What is added is in the file after flush(), and on the disk at most a second
+/// later. Nobody else may write to it meanwhile: it is locked.
+class SessionLog {
+  public:
+    /// A new file. @returns Unwritable where there is one already, or none can be made
+    static Result<std::unique_ptr<SessionLog>> create(const std::filesystem::path& path,
+                                                      const SessionHeader& header);
+    /// Goes on with a file; what it holds after the whole lines is cut off.
+    static Result<std::unique_ptr<SessionLog>> go_on(const std::filesystem::path& path,
+                                                     const SessionFile& file);
+    ~SessionLog();
+    SessionLog(const SessionLog&) = delete;
+    SessionLog& operator=(const SessionLog&) = delete;
+
+    void add(const SessionRecord& record);
+    /// @returns Unwritable, each time from the first time on
+    Status flush();
+
+  private:
+    SessionLog(const std::filesystem::path& path, int descriptor, std::uint64_t chain);
+    void add_line(const std::string& text);
+    void keep_syncing(const std::stop_token& stop);
+
+    std::string m_path;
+    int m_descriptor;
+    std::uint64_t m_chain;
+    std::string m_buffer;
+    bool m_failed = false;
+    std::mutex m_mutex;  ///< of m_unsynced
+    std::condition_variable_any m_wake;
+    bool m_unsynced = false;
+    std::jthread m_syncer;  ///< the disk may take long, which is not the scene's time
+};
+
+}  // namespace pliant::serve

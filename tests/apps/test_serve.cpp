@@ -1,0 +1,181 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// pliant serve and pliant replay as a user starts them, and as the machine may end them.
+
+#include <fcntl.h>
+#include <gtest/gtest.h>
+#include <pliant/phantom.h>
+#include <signal.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <memory>
+#include <thread>
+
+#include "serve/test_client.h"
+#include "support/random.h"
+#include "support/temporary_folder.h"
+
+namespace pliant::test {
+namespace {
+
+/// The program as a process of its own, until it is ended.
+class Program {
+  public:
+    Program(const std::vector<std::string>& arguments, const std::filesystem::path& out)
+        : m_out(out), m_pid(::fork()) {
+        if (m_pid == 0) {
+            const int file = ::open(out.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600);
+            ::dup2(file, 1);
+            ::dup2(file, 2);
+            std::vector<std::string> words = {PLIANT_PROGRAM};
+            words.insert(words.end(), arguments.begin(), arguments.end());
+            std::vector<char*> pointers;
+            for (std::string& word : words) pointers.push_back(word.data());
+            pointers.push_back(nullptr);
+            ::execv(PLIANT_PROGRAM, pointers.data());
+            ::_exit(127);
+        }
+    }
+    ~Program() { end(SIGKILL); }
+    Program(const Program&) = delete;
+    Program& operator=(const Program&) = delete;
+
+    /// @returns its exit status; −1 where a signal ended it
+    int end(int signal) {
+        if (m_pid <= 0) return m_status;
+        ::kill(m_pid, signal);
+        return wait();
+    }
+    int wait() {
+        int raw = 0;
+        ::waitpid(m_pid, &raw, 0);
+        m_pid = 0;
+        return m_status = WIFEXITED(raw) ? WEXITSTATUS(raw) : -1;
+    }
+    std::string said() const { return bytes_of(m_out); }
+    /// The link that it prints; empty if it prints none.
+    std::string link() const {
+        for (int n = 0; n < 600; ++n) {
+            const std::string text = said();
+            const auto at = text.find("Open  ");
+            const auto end = text.find('\n', at == std::string::npos ? 0 : at);
+            if (at != std::string::npos && end != std::string::npos)
+                return text.substr(at + 6, end - at - 6);
+            std::this_thread::sleep_for(std::chrono::milliseconds(50));
+        }
+        return {};
+    }
+
+  private:
+    std::filesystem::path m_out;
+    pid_t m_pid;
+    int m_status = 0;
+};
+
+int port_of(const std::string& link) {
+    const auto at = link.find(":", 7);
+    return at == std::string::npos ? 0 : std::stoi(link.substr(at + 1));
+}
+
+class ServeProgramTest : public ::testing::Test {
+  protected:
+    void SetUp() override {
+        const TaskArena arena;
+        const auto phantom = make_phantom({.name = "airway", .size = {48, 48, 48}}, arena);
+        ASSERT_TRUE(phantom.ok());
+        ASSERT_TRUE(write_volume(m_scan, phantom->volume).ok());
+    }
+    std::vector<std::string> serve() const {
+        return {"serve",     m_scan.string(),    "--port",   "0",
+                "--session", m_session.string(), "--no-open"};
+    }
+    Json replayed() {
+        Program replay({"replay", m_session.string(), "--json"}, m_folder / "replay.txt");
+        EXPECT_EQ(replay.wait(), 0) << replay.said();
+        return Json::parse(replay.said(), nullptr, false);
+    }
+
+    TemporaryFolder m_folder;
+    const std::filesystem::path m_scan = m_folder / "airway.nrrd";
+    const std::filesystem::path m_session = m_folder / "s.pls";
+};
+
+TEST_F(ServeProgramTest, AfterKill9ASessionHasAllButTheLastSecond) {
+    const std::uint64_t seed = 909;
+    SCOPED_TRACE(seed);
+    Random random(seed);
+    Json before;
+    for (int round = 0; round < 3; ++round) {
+        Program server(serve(), m_folder / "serve.txt");
+        const std::string link = server.link();
+        ASSERT_FALSE(link.empty()) << server.said();
+        TestClient client(port_of(link), link);
+        client.enter();
+        const Json now = client.checked_checksum();
+        if (round > 0) {
+            EXPECT_EQ(now["volume"], before["volume"]);
+            EXPECT_EQ(now["tissue"], before["tissue"]);
+        }
+        for (int n = 0; n < 10; ++n) {
+            const Vec3d at = random.vector(40), by = random.vector(6);
+            client.command({{"do", "push"},
+                            {"point", {at.x, at.y, at.z}},
+                            {"push", {by.x, by.y, by.z}},
+                            {"radius", 9}});
+        }
+        client.command({{"do", "relax"}, {"on", true}});
+        client.until([](const Json& t) { return t["t"] == "state" && t["settled"] == true; });
+        client.command({{"do", "relax"}, {"on", false}});
+        before = client.checked_checksum();
+        // A second later all of this must be there, whatever happens.
+        std::this_thread::sleep_for(std::chrono::milliseconds(1000));
+        client.say({{"do", "push"}, {"point", {0, 0, 0}}, {"push", {0, 0, 0}}, {"radius", 3}});
+        server.end(SIGKILL);
+        const Json replay = replayed();
+        EXPECT_EQ(replay["volume_hash"], before["volume"]);
+        EXPECT_EQ(replay["tissue_hash"], before["tissue"]);
+        // The line that was being written may be there in part.
+        std::ofstream(m_session, std::ios::app) << "0123456789abcdef {\"client\":1,\"do\":\"pu";
+        EXPECT_GT(replayed()["cut_off_bytes"], 0);
+    }
+}
+
+TEST_F(ServeProgramTest, EndsOnASignalAndSaysWhatIsWrong) {
+    {
+        Program server(serve(), m_folder / "serve.txt");
+        const std::string link = server.link();
+        ASSERT_FALSE(link.empty()) << server.said();
+        TestClient client(port_of(link), link);
+        client.enter();
+        ::usleep(10'000);
+        EXPECT_EQ(server.end(SIGTERM), 0);
+        EXPECT_EQ(client.wait_for_close(), 1001);
+    }
+    const struct {
+        std::vector<std::string> arguments;
+        const char* expected;
+    } wrong[] = {
+        {{"serve", (m_folder / "none.nrrd").string(), "--no-open"}, "none.nrrd"},
+        {{"serve", "--port", "70000"}, "--port"},
+        {{"serve", "--session", m_scan.string(), "--no-open"}, "airway.nrrd: line 1"},
+        {{"replay", (m_folder / "none.pls").string()}, "none.pls: expected a session"},
+        {{"replay", m_scan.string()}, "airway.nrrd: line 1"},
+    };
+    for (const auto& c : wrong) {
+        Program program(c.arguments, m_folder / "wrong.txt");
+        EXPECT_EQ(program.wait(), 2) << c.expected;
+        const std::string said = program.said();
+        EXPECT_NE(said.find(c.expected), std::string::npos) << said;
+        EXPECT_EQ(std::count(said.begin(), said.end(), '\n'), 1) << said;
+    }
+}
+
+}  // namespace
+}  // namespace pliant::test

@@ -1,0 +1,104 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// A WebSocket client by hand, for tests: it shares no code with the server, and can say what no
+// honest client says.
+
+#pragma once
+
+#include <pliant/serve.h>
+
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace pliant::test {
+
+using Json = nlohmann::json;
+
+std::string token_of(const std::string& link);
+
+/// A TCP connection to this machine. All waiting ends after some seconds.
+class RawConnection {
+  public:
+    explicit RawConnection(int port);
+    ~RawConnection();
+    RawConnection(const RawConnection&) = delete;
+    RawConnection& operator=(const RawConnection&) = delete;
+
+    /// @returns whether all was taken
+    bool send(std::string_view bytes);
+    /// @returns false at the end of the connection
+    bool fill(std::size_t count);
+    /// Everything up to the blank line, then what its length says. Empty: closed.
+    std::string read_response();
+    /// Asks for a path. @param more  further header lines, each with its end
+    std::string get(const std::string& path, const std::string& host, const std::string& more = "");
+    /// @returns the first line of the answer
+    std::string upgrade(const std::string& token, const std::string& host = "",
+                        const std::string& origin = "");
+    int port() const { return m_port; }
+    int descriptor() const { return m_descriptor; }
+
+  protected:
+    int m_port;
+    int m_descriptor;
+    std::string m_buffer;
+};
+
+struct WsMessage {
+    int opcode = 0;  ///< 1 text, 2 binary, 8 close, −1 the connection is gone
+    std::string bytes;
+};
+
+/// A client that keeps its own copy of the voxels.
+class TestClient : public RawConnection {
+  public:
+    TestClient(int port, const std::string& link);
+
+    void say(const Json& message);
+    void send_frame(int opcode, std::string_view payload);
+    /// The next message; pings are answered.
+    WsMessage read();
+    /// Takes in messages until a text for which this holds. @returns null after some seconds, or
+    /// at the end of the connection (then `close_code` says why)
+    Json until(const std::function<bool(const Json&)>& holds);
+    Json until(const std::string& type);
+    /// Of the command with this id: done or error.
+    Json answer(std::uint32_t id);
+    Json command(Json message);
+    /// hello, then the whole snapshot.
+    Json enter(const Json& hello = Json::object());
+    /// Until all boxes of a step have come.
+    bool until_up_to_date();
+    /// Asks for a checksum, and compares the copy with it. @returns the answer
+    Json checked_checksum();
+    /// Reads until the connection is closed.
+    int wait_for_close();
+
+    bool sends_seen = true;
+    int close_code = 0;
+    std::string close_reason;
+    std::uint32_t step = 0;  ///< newest whole step
+    std::int64_t box_bytes = 0;
+    int boxes = 0;
+    Vec3i size{0, 0, 0};
+    std::vector<std::uint16_t> voxels;
+    std::string tools;  ///< the newest frame
+    Json state, welcome;
+
+  private:
+    bool take_in(const WsMessage& message, Json& text);
+    void take_in_frame(const std::string& bytes);
+    std::uint32_t m_last_id = 0;
+    bool m_is_whole = false;
+};
+
+/// MurmurHash3_x86_32, straight from its definition.
+std::uint32_t murmur3(const std::vector<std::uint16_t>& halves);
+
+}  // namespace pliant::test

@@ -1,0 +1,420 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// A scene does the same again from what was recorded, whatever the number of threads, and takes
+// back everything.
+
+#include <gtest/gtest.h>
+#include <pliant/serve.h>
+
+#include "serve/client.h"
+#include "serve/replay.h"
+#include "serve/scene.h"
+#include "support/random.h"
+#include "support/temporary_folder.h"
+
+namespace pliant::serve {
+namespace {
+
+using test::Random;
+using test::TemporaryFolder;
+
+const SceneSource kCube{.phantom = "cube", .phantom_size = {40, 40, 40}};
+
+/// The cube's values would count as bone.
+MaterialsCommand soft() {
+    MaterialsCommand materials;
+    materials.bone_threshold_hu = 3000;
+    return materials;
+}
+
+std::unique_ptr<Scene> open_scene(const TaskArena& arena, const SceneSource& source = kCube) {
+    auto scene = Scene::open(source, arena);
+    EXPECT_TRUE(scene.ok());
+    (*scene)->carry_out(9, soft());
+    return std::move(*scene);
+}
+
+std::uint64_t hash_of(Scene& scene) {
+    scene.update();
+    return hash_volume(scene.deformed()) ^ scene.tissue().hash();
+}
+
+Vec3d random_place(const Scene& scene, Random& random) {
+    const Vec3i n = scene.info().grid.size;
+    return world_from_voxel(
+        scene.info().grid,
+        {random.real(0.1, 0.9) * n.x, random.real(0.1, 0.9) * n.y, random.real(0.1, 0.9) * n.z});
+}
+
+Action random_action(const Scene& scene, Random& random) {
+    const Vec3d at = random_place(scene, random);
+    switch (random.whole(0, 14)) {
+        case 0:
+        case 1:
+        case 2:
+            return PushCommand{.push = {at, random.vector(4), random.real(1, 4)},
+                               .stroke = std::uint32_t(random.whole(0, 2))};
+        case 3:
+            return PushCommand{.push = {at, random.vector(3), 2}, .slide = true, .stroke = 5};
+        case 4:
+            return GrabCommand{.place = {at, {0, 0, 0}, random.real(1, 4)}, .reach_mm = 10};
+        case 5:
+        case 6:
+        case 7:
+            return DragCommand{random.vector(6)};
+        case 8:
+            return LetGoCommand{};
+        case 9:
+            return CutCommand{{.line_mm = {at, at + random.vector(9), at + random.vector(9)},
+                               .depth_mm = random.vector(9)}};
+        case 10:
+            return CarveCommand{.tool = {.from_mm = at, .to_mm = at, .radius_mm = 2},
+                                .stroke = std::uint32_t(random.whole(0, 1))};
+        case 11:
+            return RelaxCommand{random.whole(0, 2) > 0};
+        case 12:
+            return ReleaseCommand{};
+        case 13: {
+            MaterialsCommand materials = soft();
+            materials.offset = random.real(0.1, 0.4);
+            materials.air_enabled = random.whole(0, 1) == 1;
+            return materials;
+        }
+        default:
+            return IsoCommand{.iso_hu = random.real(-900, 900),
+                              .stroke = std::uint32_t(random.whole(1, 2))};
+    }
+}
+
+/// Does random things, and records them as the server does.
+std::vector<SessionRecord> play(Scene& scene, Random& random, int count) {
+    std::vector<SessionRecord> records = {SessionCommand{9, soft()}};
+    for (int n = 0; n < count; ++n) {
+        Action action = random_action(scene, random);
+        if (random.whole(0, 5) == 0) action = UndoCommand{};
+        if (random.whole(0, 8) == 0) action = RedoCommand{};
+        const auto client = std::uint32_t(random.whole(1, 2));
+        const Outcome outcome = scene.carry_out(client, action);
+        records.push_back(SessionCommand{client, action, !outcome.ok()});
+        int sweeps = 0;
+        while (scene.wants_sweep() && sweeps < 3) {
+            scene.sweep();
+            ++sweeps;
+        }
+        if (sweeps) records.push_back(SessionSweeps{sweeps});
+        if (n % 10 == 0) {
+            scene.update();
+            records.push_back(SessionMark{hash_volume(scene.deformed()), scene.tissue().hash()});
+        }
+    }
+    return records;
+}
+
+TEST(Scene, DoesTheSameAgainWithAnyNumberOfThreads) {
+    for (const std::uint64_t seed : {1U, 2U, 3U}) {
+        SCOPED_TRACE(seed);
+        Random random(seed);
+        const TaskArena arena(2);
+        const auto scene = open_scene(arena);
+        const auto records = play(*scene, random, 60);
+        SharedState played;
+        scene->describe(played);
+        for (const int threads : {1, 4}) {
+            const TaskArena other(threads);
+            auto again = Scene::open(kCube, other);
+            ASSERT_TRUE(again.ok());
+            const Status status = replay_into(**again, records, true);
+            ASSERT_TRUE(status.ok()) << status.error().message;
+            EXPECT_EQ(hash_of(**again), hash_of(*scene));
+            SharedState state;
+            (*again)->describe(state);
+            EXPECT_EQ(state_text(state), state_text(played));
+        }
+    }
+}
+
+TEST(Scene, TakesEverythingBackAndDoesItAgain) {
+    for (const std::uint64_t seed : {11U, 12U, 13U}) {
+        SCOPED_TRACE(seed);
+        Random random(seed);
+        const TaskArena arena(2);
+        const auto scene = open_scene(arena);
+        const auto describe = [&] {
+            SharedState state;
+            scene->describe(state);
+            return std::tuple(hash_of(*scene), state.iso_hu, state.materials.offset,
+                              state.materials.air_enabled);
+        };
+        const auto steps = [&] {
+            SharedState state;
+            scene->describe(state);
+            return state.undo_steps;
+        };
+        for (int n = 0; n < 40; ++n) {
+            scene->carry_out(1, random_action(*scene, random));
+            for (int k = 0; k < 2 && scene->wants_sweep(); ++k) scene->sweep();
+        }
+        scene->carry_out(1, RelaxCommand{false});
+        scene->carry_out(1, LetGoCommand{});
+        scene->carry_out(1, ResetCommand{});
+        ASSERT_GT(steps(), 10);
+        std::vector<std::tuple<std::uint64_t, double, double, bool>> states = {describe()};
+        // The last one is what open_scene did.
+        while (steps() > 1) {
+            ASSERT_TRUE(scene->carry_out(2, UndoCommand{}).ok());
+            states.push_back(describe());
+        }
+        EXPECT_EQ(scene->tissue().hash(), open_scene(arena)->tissue().hash());
+        EXPECT_EQ(std::get<1>(states.back()), -500);
+        while (states.size() > 1) {
+            ASSERT_EQ(describe(), states.back());
+            states.pop_back();
+            ASSERT_TRUE(scene->carry_out(1, RedoCommand{}).ok());
+        }
+        EXPECT_EQ(describe(), states.back());
+        EXPECT_EQ(scene->carry_out(1, RedoCommand{}).error_code, "nothing");
+    }
+}
+
+TEST(Scene, TakesAStrokeForOneStep) {
+    const TaskArena arena(1);
+    const auto scene = open_scene(arena);
+    const auto undo_steps = [&] {
+        SharedState state;
+        scene->describe(state);
+        return state.undo_steps;
+    };
+    const int before = undo_steps();
+    const std::uint64_t hash = hash_of(*scene);
+    const PushCommand push{.push = {{0, 0, 0}, {0, 0.5, 0}, 4}, .stroke = 3};
+    for (int n = 0; n < 5; ++n) EXPECT_TRUE(scene->carry_out(1, push).ok());
+    EXPECT_EQ(undo_steps(), before + 1);
+    PushCommand other = push;
+    other.stroke = 4;
+    scene->carry_out(1, other);
+    EXPECT_EQ(undo_steps(), before + 2);
+    scene->carry_out(2, other);
+    EXPECT_EQ(undo_steps(), before + 3);
+    for (int n = 0; n < 3; ++n) EXPECT_TRUE(scene->carry_out(1, UndoCommand{}).ok());
+    EXPECT_EQ(hash_of(*scene), hash);
+}
+
+TEST(Scene, LetsOneClientHoldAtATime) {
+    const TaskArena arena(1);
+    const auto scene = open_scene(arena);
+    EXPECT_EQ(scene->carry_out(1, DragCommand{{1, 0, 0}}).error_code, "not_holding");
+    const GrabCommand grab{.place = {{0, 0, 0}, {0, 0, 0}, 4}};
+    EXPECT_GT(scene->carry_out(1, grab).grabbed_elements.value_or(0), 0);
+    EXPECT_TRUE(scene->has_contact(1));
+    EXPECT_EQ(scene->carry_out(2, grab).error_code, "held_by_other");
+    EXPECT_EQ(scene->carry_out(2, DragCommand{{1, 0, 0}}).error_code, "not_holding");
+    const Outcome dragged = scene->carry_out(1, DragCommand{{0, 2, 0}});
+    EXPECT_EQ(dragged.status, PushStatus::Applied);
+    ASSERT_TRUE(dragged.force);
+    EXPECT_LT(dragged.force->y, 0) << "tissue pulls back";
+    // Somebody else's push ends the grab.
+    scene->carry_out(2, PushCommand{.push = {{5, 5, 5}, {0, 0.5, 0}, 2}});
+    EXPECT_EQ(scene->carry_out(1, DragCommand{{0, 3, 0}}).error_code, "not_holding");
+}
+
+TEST(Scene, NamesWhatIsOutOfRange) {
+    const TaskArena arena(1);
+    const auto scene = open_scene(arena);
+    const Outcome outcome = scene->carry_out(1, PushCommand{.push = {{900, 0, 0}, {0, 1, 0}, 4}});
+    EXPECT_EQ(outcome.error_code, "out_of_range");
+    EXPECT_FALSE(outcome.message.empty());
+}
+
+TEST(SessionLog, IsReadAsItWasWrittenAndReplays) {
+    const TaskArena arena(2);
+    TemporaryFolder folder;
+    const auto path = folder / "s.pls";
+    Random random(21);
+    const auto scene = open_scene(arena);
+    const auto records = play(*scene, random, 30);
+    {
+        auto log = SessionLog::create(path, {kCube, scene->scan_hash()});
+        ASSERT_TRUE(log.ok());
+        for (const SessionRecord& record : records) (*log)->add(record);
+        ASSERT_TRUE((*log)->flush().ok());
+        EXPECT_FALSE(SessionLog::create(path, {kCube, 0}).ok());
+        const auto half_way = read_session(path);
+        ASSERT_TRUE(half_way.ok());
+        EXPECT_FALSE(SessionLog::go_on(path, *half_way).ok()) << "it is open";
+    }
+    const auto file = read_session(path);
+    ASSERT_TRUE(file.ok()) << file.error().message;
+    EXPECT_EQ(file->header.source, kCube);
+    ASSERT_EQ(file->records.size(), records.size());
+    for (std::size_t n = 0; n < records.size(); ++n)
+        EXPECT_EQ(text_of(file->records[n]), text_of(records[n]));
+    const auto report = replay_session(path, arena);
+    ASSERT_TRUE(report.ok()) << report.error().message;
+    EXPECT_EQ(report->volume_hash ^ report->tissue_hash, hash_of(*scene));
+    EXPECT_GE(report->marks, 3);
+}
+
+TEST(SessionLog, LosesOnlyTheLineThatWasNotFinished) {
+    TemporaryFolder folder;
+    const auto path = folder / "s.pls";
+    {
+        auto log = SessionLog::create(path, {kCube, 1});
+        ASSERT_TRUE(log.ok());
+        for (int n = 1; n <= 20; ++n) (*log)->add(SessionSweeps{n});
+    }
+    const std::string bytes = test::bytes_of(path);
+    std::vector<std::size_t> ends;
+    for (std::size_t n = 0; n < bytes.size(); ++n)
+        if (bytes[n] == '\n') ends.push_back(n + 1);
+    ASSERT_EQ(ends.size(), 21U);
+    for (std::size_t size = ends[0]; size <= bytes.size(); ++size) {
+        folder.write("s.pls", bytes.substr(0, size));
+        const auto file = read_session(path);
+        ASSERT_TRUE(file.ok()) << size << file.error().message;
+        const auto whole =
+            std::size_t(std::upper_bound(ends.begin(), ends.end(), size) - ends.begin());
+        ASSERT_EQ(file->records.size(), whole - 1);
+        EXPECT_EQ(file->cut_off_bytes, size - ends[whole - 1]);
+        if (size % 7 != 0) continue;
+        // It goes on from there, and is whole again.
+        {
+            auto log = SessionLog::go_on(path, *file);
+            ASSERT_TRUE(log.ok());
+            (*log)->add(SessionSweeps{99});
+        }
+        const auto again = read_session(path);
+        ASSERT_TRUE(again.ok());
+        EXPECT_EQ(again->cut_off_bytes, 0U);
+        ASSERT_EQ(again->records.size(), whole);
+        EXPECT_EQ(std::get_if<SessionSweeps>(&again->records.back())->count, 99);
+    }
+    for (std::size_t size = 0; size < ends[0]; ++size) {
+        folder.write("s.pls", bytes.substr(0, size));
+        EXPECT_FALSE(read_session(path).ok()) << size;
+    }
+}
+
+TEST(SessionLog, FindsEveryByteThatWasChanged) {
+    TemporaryFolder folder;
+    const auto path = folder / "s.pls";
+    {
+        auto log = SessionLog::create(path, {kCube, 1});
+        ASSERT_TRUE(log.ok());
+        for (int n = 1; n <= 5; ++n) (*log)->add(SessionSweeps{n});
+    }
+    const std::string bytes = test::bytes_of(path);
+    const std::size_t last_line = bytes.rfind('\n', bytes.size() - 2) + 1;
+    for (std::size_t n = 0; n < bytes.size(); ++n) {
+        std::string changed = bytes;
+        changed[n] ^= 1;
+        folder.write("s.pls", changed);
+        const auto file = read_session(path);
+        if (n + 1 < last_line) {
+            ASSERT_FALSE(file.ok()) << n;
+            EXPECT_NE(file.error().message.find("line"), std::string::npos);
+        } else {
+            ASSERT_TRUE(file.ok());
+            // The end of the line before it makes one line of both.
+            EXPECT_EQ(file->records.size(), n + 1 == last_line ? 3U : 4U);
+        }
+    }
+    // A line that is missing.
+    std::string shorter = bytes;
+    const std::size_t second = bytes.find('\n') + 1;
+    shorter.erase(second, bytes.find('\n', second) + 1 - second);
+    folder.write("s.pls", shorter);
+    EXPECT_FALSE(read_session(path).ok());
+    EXPECT_EQ(read_session(folder / "none.pls").error().code, ErrorCode::NotFound);
+}
+
+// What a client was sent, against a client that keeps everything.
+
+TEST(Delivery, BringsEveryClientUpToDateHoweverItReadsAndComesBack) {
+    for (const std::uint64_t seed : {31U, 32U, 33U, 34U}) {
+        SCOPED_TRACE(seed);
+        Random random(seed);
+        const Vec3i size{40, 30, 50};
+        std::vector<int> truth(60'000), copy(60'000, -1);
+        const auto for_each = [&](const Box3i& box, auto visit) {
+            for (int k = box.begin.z; k < box.end.z; ++k)
+                for (int j = box.begin.y; j < box.end.y; ++j)
+                    for (int i = box.begin.x; i < box.end.x; ++i)
+                        visit(std::size_t(i + size.x * (j + size.y * k)));
+        };
+        Delivery delivery(size);
+        EXPECT_FALSE(delivery.come_back({}));
+        struct Frame {
+            Box3i box;
+            std::vector<int> values;
+            bool last;
+            std::uint32_t step;
+        };
+        std::deque<Frame> on_the_way;
+        std::deque<std::uint32_t> answers;
+        std::optional<std::uint32_t> held;  // newest whole step of the client
+        std::uint32_t step = 0;
+        const auto deliver = [&](bool all) {
+            while (!on_the_way.empty() && (all || random.whole(0, 3) > 0)) {
+                const Frame& frame = on_the_way.front();
+                std::size_t n = 0;
+                for_each(frame.box, [&](std::size_t v) { copy[v] = frame.values[n++]; });
+                if (frame.last) {
+                    held = frame.step;
+                    answers.push_back(frame.step);
+                }
+                on_the_way.pop_front();
+            }
+            while (!answers.empty() && (all || random.whole(0, 1) > 0)) {
+                delivery.seen(answers.front());
+                answers.pop_front();
+            }
+        };
+        const auto send = [&] {
+            if (!delivery.is_due() || !delivery.may_send()) return;
+            const auto boxes = delivery.take(random.whole(1, 30'000), step, Clock::now());
+            for (std::size_t n = 0; n < boxes.size(); ++n) {
+                Frame frame{boxes[n], {}, !delivery.is_due() && n + 1 == boxes.size(), step};
+                for_each(boxes[n], [&](std::size_t v) { frame.values.push_back(truth[v]); });
+                on_the_way.push_back(std::move(frame));
+            }
+        };
+        for (int round = 0; round < 400; ++round) {
+            Box3i box;
+            for (int a = 0; a < 3; ++a) {
+                box.begin[a] = random.whole(0, size[a] - 1);
+                box.end[a] = random.whole(box.begin[a], std::min(size[a], box.begin[a] + 12));
+            }
+            ++step;
+            for_each(box, [&](std::size_t v) { truth[v] = int(step); });
+            delivery.mark(box);
+            send();
+            deliver(false);
+            if (random.whole(0, 25) == 0) {
+                // The connection ends: what is on the way is lost, in both directions.
+                on_the_way.clear();
+                answers.clear();
+                const bool forgets = random.whole(0, 3) == 0;
+                if (forgets) {
+                    std::fill(copy.begin(), copy.end(), -1);
+                    held.reset();
+                }
+                const bool goes_on = delivery.come_back(held);
+                if (forgets) {
+                    EXPECT_FALSE(goes_on);
+                }
+                if (!goes_on) std::fill(copy.begin(), copy.end(), -1);
+            }
+        }
+        for (int n = 0; n < 1000 && (delivery.is_due() || !on_the_way.empty()); ++n) {
+            send();
+            deliver(true);
+        }
+        deliver(true);
+        EXPECT_EQ(copy, truth);
+        EXPECT_FALSE(delivery.unseen_since());
+    }
+}
+
+}  // namespace
+}  // namespace pliant::serve
