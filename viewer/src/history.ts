@@ -1,0 +1,121 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// One undo for everything. Steps that change the tissue or the threshold are the server's; window,
+// camera and sections are the page's own. Each own step remembers how many server steps there were
+// before it, which puts both kinds into one order.
+
+import type { State, Store } from './store.ts';
+
+const kOwn = [
+    'window',
+    'level',
+    'camera',
+    'cursor',
+    'sections',
+    'orbit',
+    'outside',
+    'fieldOfView',
+    'barrel',
+    'fog',
+] as const;
+type Own = Pick<State, (typeof kOwn)[number]>;
+
+interface Step {
+    readonly name: string;
+    readonly before: Own;
+    readonly after: Own;
+    readonly serverSteps: number;
+}
+
+const kMostSteps = 200;
+const kMergeMs = 700; // turns of a wheel, ticks of a slider: one step
+
+const ownOf = (state: State): Own =>
+    Object.fromEntries(kOwn.map((key) => [key, state[key]])) as unknown as Own;
+
+const same = (a: Own, b: Own): boolean => kOwn.every((key) => a[key] === b[key]);
+
+export class History {
+    private readonly done: Step[] = [];
+    private undone: Step[] = [];
+    private before: Own | undefined;
+    private lastName = '';
+    private lastEnd = -Infinity;
+
+    constructor(
+        private readonly store: Store,
+        private readonly server: (what: 'undo' | 'redo') => void,
+        private readonly now: () => number = () => performance.now(),
+    ) {}
+
+    /// A change of the page's own state begins; it may take many calls of set. Ends an open one.
+    begin(): void {
+        if (this.before) this.end('view');
+        this.before = ownOf(this.store.state);
+    }
+
+    end(name: string): void {
+        const before = this.before;
+        this.before = undefined;
+        const after = ownOf(this.store.state);
+        if (!before || same(before, after)) return;
+        const serverSteps = this.store.state.shared?.undo.steps ?? 0;
+        const last = this.done[this.done.length - 1];
+        const merges =
+            last?.name === name &&
+            last.serverSteps === serverSteps &&
+            this.lastName === name &&
+            this.now() - this.lastEnd < kMergeMs;
+        if (merges) this.done[this.done.length - 1] = { ...last, after };
+        else this.done.push({ name, before, after, serverSteps });
+        if (this.done.length > kMostSteps) this.done.shift();
+        this.undone = [];
+        this.lastName = name;
+        this.lastEnd = this.now();
+    }
+
+    /// The whole of a change at once.
+    step(name: string, change: () => void): void {
+        this.begin();
+        change();
+        this.end(name);
+    }
+
+    undo(): void {
+        if (this.before) this.end('view');
+        const steps = this.store.state.shared?.undo.steps ?? 0;
+        const own = this.done[this.done.length - 1];
+        if (own && own.serverSteps >= steps) {
+            this.done.pop();
+            this.undone.push(own);
+            this.lastName = '';
+            this.store.set(own.before);
+        } else if (steps > 0) this.server('undo');
+    }
+
+    redo(): void {
+        const shared = this.store.state.shared;
+        const own = this.undone[this.undone.length - 1];
+        const ownIsNext = own && own.serverSteps <= (shared?.undo.steps ?? 0);
+        if (own && (ownIsNext || !shared?.redo.steps)) {
+            this.undone.pop();
+            this.done.push(own);
+            this.store.set(own.after);
+        } else if (shared?.redo.steps) this.server('redo');
+    }
+
+    /// What the next undo and redo take back or do again; empty where there is nothing.
+    names(): { undo: string; redo: string } {
+        const shared = this.store.state.shared;
+        const own = this.done[this.done.length - 1];
+        const again = this.undone[this.undone.length - 1];
+        const steps = shared?.undo.steps ?? 0;
+        const undo = own && own.serverSteps >= steps ? own.name : (shared?.undo.next ?? '');
+        const redo =
+            again && (again.serverSteps <= steps || !shared?.redo.steps)
+                ? again.name
+                : (shared?.redo.next ?? '');
+        return { undo, redo };
+    }
+}
