@@ -23,7 +23,7 @@ export type Wall = (typeof kWalls)[number];
 
 export interface SectionFrame {
     readonly shift: readonly [number, number]; ///< of the picture's centre, right and up [mm]
-    readonly width: number; ///< what the picture's shorter side shows [mm]; 0: the whole volume
+    readonly zoom: number; ///< 1: the whole volume is in the picture
 }
 
 export interface State {
@@ -108,7 +108,7 @@ export class Store {
     }
 }
 
-const kWhole: SectionFrame = { shift: [0, 0], width: 0 };
+const kWhole: SectionFrame = { shift: [0, 0], zoom: 1 };
 
 export const initialState = (): State => ({
     link: 'connecting',

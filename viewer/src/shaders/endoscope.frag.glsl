@@ -5,6 +5,9 @@
 // (src/render/endoscope.cpp): what faces the camera is bright, wet tissue shines there, light falls
 // off with the distance and fades into the fog. Tools are spheres, cut by the same rays, so that
 // the lens bends them as it bends the wall.
+//
+// OUTSIDE: the same scene from outside, cut open at a plane. Tissue on the plane is grey as in a
+// section; behind the plane the lumen lies open.
 
 in vec2 place;
 out vec4 colour;
@@ -20,7 +23,11 @@ const int kMostTools = 8;
 uniform vec4 tools[kMostTools];       // centre and radius [mm]
 uniform vec3 toolColours[kMostTools];
 uniform int toolCount;
-uniform mat4 clipFromWorld;  // for the depth of meshes; only where they are drawn
+#ifdef OUTSIDE
+uniform vec3 cutPlace, cutNormal;  // what lies before this plane is not drawn [mm, LPS]
+uniform float window, level;       // of the cut face [HU]
+uniform mat4 clipFromWorld;        // for the depth of meshes
+#endif
 
 const float kAmbient = 0.10;
 const float kSheen = 0.10;
@@ -58,19 +65,48 @@ vec3 lit(vec3 own, float t, vec3 normal, vec3 ray, float open) {
     return mix(fogColour, light, clear);
 }
 
+float toolDistance(float t) {
+#ifdef OUTSIDE
+    return 0.0;
+#else
+    return t;
+#endif
+}
+
 void main() {
     vec2 uv = place * vec2(aspect, 1.0);
     float scale = slope * (1.0 + barrel * dot(uv, uv));
     vec3 ray = normalize(ahead + scale * uv.x * right + scale * uv.y * up);
-    vec3 o = voxelOf(eye);
-    vec3 d = voxelVectorOf(ray);
-    float t = firstHit(o, d);
+    float start = 0.0;
     vec3 light = fogColour;
-    if (t != kNothing) {
+#ifdef OUTSIDE
+    start = max(dot(cutPlace - eye, cutNormal) / min(dot(ray, cutNormal), -1e-6), 0.0);
+#endif
+    vec3 o = voxelOf(eye + start * ray);
+    vec3 d = voxelVectorOf(ray);
+    float t = kNothing;
+    bool cutFace = false;
+#ifdef OUTSIDE
+    float value = quickSample(o);
+    cutFace = all(greaterThanEqual(o, vec3(0.0))) && all(lessThanEqual(o, size - 1.0)) &&
+              (value >= iso) == rising;
+    if (cutFace) {
+        float grey = clamp((value - level) / max(window, 1e-6) + 0.5, 0.0, 1.0);
+        light = vec3(0.75, 0.72, 0.68) * pow(grey, 2.2);
+        t = 0.0;
+    }
+#endif
+    if (!cutFace) t = firstHit(o, d);
+    if (t != kNothing && !cutFace) {
         vec3 p = o + t * d;
         vec3 normal = wallNormal(p, ray);
+#ifdef OUTSIDE
+        light = lit(surfaceColour, 0.0, normal, ray, openness(p, normal));
+#else
         light = lit(surfaceColour, t, normal, ray, openness(p, normal));
+#endif
     }
+    if (t != kNothing) t += start;
     float nearest = t != kNothing ? t : 1e9;
     for (int i = 0; i < toolCount; ++i) {
         vec3 m = eye - tools[i].xyz;
@@ -79,7 +115,7 @@ void main() {
         float s = -b - sqrt(max(q, 0.0));
         if (q <= 0.0 || s <= 0.0) continue;
         vec3 normal = (m + s * ray) / tools[i].w;
-        vec3 own = lit(toolColours[i], s, normal, ray, 1.0);
+        vec3 own = lit(toolColours[i], toolDistance(s), normal, ray, 1.0);
         if (s < nearest) {
             light = own;
             nearest = s;
@@ -87,7 +123,7 @@ void main() {
             light = mix(light, own, 0.18);  // behind the wall it shimmers through
         }
     }
-#ifdef WITH_DEPTH
+#ifdef OUTSIDE
     vec4 clip = clipFromWorld * vec4(eye + nearest * ray, 1.0);
     gl_FragDepth = nearest < 1e9 ? clamp(0.5 * clip.z / clip.w + 0.5, 0.0, 1.0) : 1.0;
 #endif

@@ -48,7 +48,7 @@ float firstHit(vec3 o, vec3 d) {
     float t = max(max(enter.x, enter.y), max(enter.z, 0.0));
     float exit = min(min(leave.x, leave.y), leave.z);
     if (!(t < exit)) return kNothing;
-    float step = kStep / length(d);
+    float stride = kStep / length(d);
     float nudge = 1e-3 / length(d);
     vec3 forward = vec3(greaterThan(d, vec3(0.0)));
     bool above = quickSample(o + t * d) >= iso;
@@ -65,7 +65,7 @@ float firstHit(vec3 o, vec3 d) {
             continue;
         }
         for (int i = 0; i < kMostSteps && t < end; ++i) {
-            float next = min(t + step, end);
+            float next = min(t + stride, end);
             bool now = quickSample(o + next * d) >= iso;
             if (now != above && now == rising) return crossing(o, d, t, next);
             above = now;
