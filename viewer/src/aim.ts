@@ -45,10 +45,9 @@ export function rayAt(state: State, spot: Spot): { origin: Vec3; direction: Vec3
         ? rayThrough(camera, kOutsideField, 0, u, v)
         : rayThrough(camera, state.fieldOfView, state.barrel, u, v);
     if (!state.outside) return { origin: camera.eye, direction };
-    // From outside the way begins at the plane where the volume is cut open.
-    const ahead = -dot(sub(state.camera.eye, camera.eye), state.camera.look);
-    const share = Math.min(-dot(direction, state.camera.look), -1e-6);
-    const start = Math.max(-ahead / -share, 0);
+    // From outside the way begins at the plane through the tip that cuts the volume open.
+    const ahead = dot(sub(state.camera.eye, camera.eye), camera.look);
+    const start = Math.max(ahead / Math.max(dot(direction, camera.look), 1e-6), 0);
     return { origin: along(camera.eye, start, direction), direction };
 }
 

@@ -24,13 +24,15 @@ import {
 
 export interface Listener {
     welcome(message: Welcome): void;
-    volume(info: VolumeInfo): void;
+    newVolume(info: VolumeInfo): void;
     state(state: SharedState): void;
     box(frame: BoxFrame): void;
     tools(tools: Tool[]): void;
     refused(refusal: Refusal): void;
     /// The line is broken. retryMs: when the next attempt starts; absent: there is none.
     lost(reason: string, retryMs?: number): void;
+    /// A command that was sent at a time [ms] is done.
+    done(answer: Done, sent: number): void;
 }
 
 export interface Memory {
@@ -49,7 +51,7 @@ export class Connection {
     role: Role = 'view';
     client = 0;
     private socket: WebSocket | undefined;
-    private readonly waiting = new Map<number, Waiting>();
+    private readonly waiting = new Map<number, { sent: number; resolve: Waiting }>();
     private nextId = 1;
     private attempts = 0;
     private bye = '';
@@ -92,11 +94,23 @@ export class Connection {
     }
 
     /// Sends a command. The answer is undefined where the line broke before there was one.
-    ask(command: Command): Promise<Done | Refusal | Checksum | undefined> {
+    /// @param arrived  called at once when the answer comes, before any later message
+    ask(
+        command: Command,
+        arrived?: () => void,
+    ): Promise<Done | Refusal | Checksum | undefined> {
         if (!this.isOpen) return Promise.resolve(undefined);
         const id = this.nextId++;
         this.socket!.send(JSON.stringify({ ...command, id }));
-        return new Promise((resolve) => this.waiting.set(id, resolve));
+        return new Promise((resolve) =>
+            this.waiting.set(id, {
+                sent: performance.now(),
+                resolve: (answer) => {
+                    arrived?.();
+                    resolve(answer);
+                },
+            }),
+        );
     }
 
     tell(message: Pose | { do: 'seen'; step: number }): void {
@@ -133,7 +147,7 @@ export class Connection {
             case 'volume':
                 this.heldVolume = message.id;
                 this.heldStep = undefined;
-                this.listener.volume(message);
+                this.listener.newVolume(message);
                 break;
             case 'state':
                 this.listener.state(message);
@@ -155,9 +169,10 @@ export class Connection {
     }
 
     private answer(id: number, message: Done | Refusal | Checksum): void {
-        const resolve = this.waiting.get(id);
+        const asked = this.waiting.get(id);
         this.waiting.delete(id);
-        resolve?.(message);
+        if (asked && message.t === 'done') this.listener.done(message, asked.sent);
+        asked?.resolve(message);
     }
 
     private onFrame(buffer: ArrayBuffer): void {
@@ -177,7 +192,7 @@ export class Connection {
     private onClose(socket: WebSocket, event: CloseEvent): void {
         if (socket !== this.socket) return;
         this.client = 0;
-        for (const resolve of this.waiting.values()) resolve(undefined);
+        for (const { resolve } of this.waiting.values()) resolve(undefined);
         this.waiting.clear();
         if (this.ended) return;
         const why = this.bye || event.reason || 'the connection to the server is lost';

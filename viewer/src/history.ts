@@ -42,6 +42,7 @@ export class History {
     private before: Own | undefined;
     private lastName = '';
     private lastEnd = -Infinity;
+    onChange: () => void = () => {};
 
     constructor(
         private readonly store: Store,
@@ -73,6 +74,7 @@ export class History {
         this.undone = [];
         this.lastName = name;
         this.lastEnd = this.now();
+        this.onChange();
     }
 
     /// The whole of a change at once.

@@ -1,0 +1,39 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// Bundles the tests and gives them to Node's test runner.
+//
+//   node test/run.mjs [NAME…]   all tests, or test_NAME.ts; needs dist/ for those with a browser
+
+import { build } from 'esbuild';
+import { spawnSync } from 'node:child_process';
+import { readdir, rm } from 'node:fs/promises';
+import { dirname, join } from 'node:path';
+import { fileURLToPath } from 'node:url';
+
+const here = dirname(fileURLToPath(import.meta.url));
+const out = join(here, 'out/js');
+const wanted = process.argv.slice(2).map((name) => `test_${name}.ts`);
+const files = (await readdir(here))
+    .filter((name) => /^test_.*\.ts$/.test(name))
+    .filter((name) => !wanted.length || wanted.includes(name));
+
+await rm(out, { recursive: true, force: true });
+await build({
+    absWorkingDir: here,
+    entryPoints: files,
+    outdir: out,
+    outExtension: { '.js': '.mjs' },
+    bundle: true,
+    format: 'esm',
+    platform: 'node',
+    packages: 'external',
+    loader: { '.glsl': 'text' },
+    logLevel: 'warning',
+});
+const { status } = spawnSync(
+    process.execPath,
+    ['--test', '--test-concurrency=1', ...files.map((f) => join(out, f.replace(/ts$/, 'mjs')))],
+    { stdio: 'inherit', env: { ...process.env, PLIANT_VIEWER: dirname(here) } },
+);
+process.exit(status ?? 1);
