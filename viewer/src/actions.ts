@@ -72,8 +72,8 @@ export class Actions {
 
     windowBy(dWindow: number, dLevel: number): void {
         this.set({
-            window: clamp(Math.round(this.state.window + dWindow), 1, 8000),
-            level: clamp(Math.round(this.state.level + dLevel), -2000, 4000),
+            window: clamp(this.state.window + dWindow, 1, 8000),
+            level: clamp(this.state.level + dLevel, -2000, 4000),
         });
     }
 

@@ -42,11 +42,12 @@ export class History {
     private before: Own | undefined;
     private lastName = '';
     private lastEnd = -Infinity;
+    private queue: Promise<void> = Promise.resolve();
     onChange: () => void = () => {};
 
     constructor(
         private readonly store: Store,
-        private readonly server: (what: 'undo' | 'redo') => void,
+        private readonly server: (what: 'undo' | 'redo') => Promise<void>,
         private readonly now: () => number = () => performance.now(),
     ) {}
 
@@ -84,19 +85,33 @@ export class History {
         this.end(name);
     }
 
-    undo(): void {
+    /// Takes back the last step. Quick presses wait for each other: which step is the last is only
+    /// known when the server has said what is left.
+    undo(): Promise<void> {
+        return this.next(() => this.undoNow());
+    }
+    redo(): Promise<void> {
+        return this.next(() => this.redoNow());
+    }
+
+    private next(what: () => Promise<void> | undefined): Promise<void> {
+        this.queue = this.queue.then(what);
+        return this.queue;
+    }
+
+    private undoNow(): Promise<void> | undefined {
         if (this.before) this.end('view');
         const steps = this.store.state.shared?.undo.steps ?? 0;
         const own = this.done[this.done.length - 1];
-        if (own && own.serverSteps >= steps) {
-            this.done.pop();
-            this.undone.push(own);
-            this.lastName = '';
-            this.store.set(own.before);
-        } else if (steps > 0) this.server('undo');
+        if (!own || own.serverSteps < steps) return steps > 0 ? this.server('undo') : undefined;
+        this.done.pop();
+        this.undone.push(own);
+        this.lastName = '';
+        this.store.set(own.before);
+        return undefined;
     }
 
-    redo(): void {
+    private redoNow(): Promise<void> | undefined {
         const shared = this.store.state.shared;
         const own = this.undone[this.undone.length - 1];
         const ownIsNext = own && own.serverSteps <= (shared?.undo.steps ?? 0);
@@ -104,7 +119,9 @@ export class History {
             this.undone.pop();
             this.done.push(own);
             this.store.set(own.after);
-        } else if (shared?.redo.steps) this.server('redo');
+            return undefined;
+        }
+        return shared?.redo.steps ? this.server('redo') : undefined;
     }
 
     /// What the next undo and redo take back or do again; empty where there is nothing.

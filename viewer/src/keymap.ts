@@ -117,9 +117,9 @@ export class Keymap {
         const iso = (by: number) => (): void =>
             actions.iso({ iso_hu: (store.state.shared?.iso_hu ?? 0) + by });
         this.bindings = [
-            { code: 'KeyZ', ctrl: true, shift: false, run: () => history.undo() },
-            { code: 'KeyZ', ctrl: true, shift: true, run: () => history.redo() },
-            { code: 'KeyY', ctrl: true, run: () => history.redo() },
+            { code: 'KeyZ', ctrl: true, shift: false, run: () => void history.undo() },
+            { code: 'KeyZ', ctrl: true, shift: true, run: () => void history.redo() },
+            { code: 'KeyY', ctrl: true, run: () => void history.redo() },
             { code: 'ArrowUp', alt: true, run: nudge(0, 1) },
             { code: 'ArrowDown', alt: true, run: nudge(0, -1) },
             { code: 'ArrowLeft', alt: true, run: nudge(-1, 0) },

@@ -35,6 +35,7 @@ import { VolumeData } from './volume.ts';
 const kPoseMs = 50; // between two poses that are sent
 const kRoomReach = 60; // walls farther away don't matter for the speed [mm]
 const kLongestFrame = 0.1; // a page that was asleep doesn't leap [s]
+const kNewsMs = 2000; // longest wait for the state after an undo
 const kTurnRate = 70; // of the keyboard [degrees/s]
 
 /// What the keyboard asks for: along right, up and ahead, −1…1, and turns.
@@ -63,6 +64,7 @@ export class Session implements Listener {
     private lastPose = 0;
     private poseText = '';
     private boxesSinceDraw = 0;
+    private onState: () => void = () => {};
 
     constructor(
         readonly store: Store,
@@ -71,7 +73,7 @@ export class Session implements Listener {
         memory: Memory,
     ) {
         this.connection = new Connection(url, hello, this, memory);
-        this.history = new History(store, (what) => void this.ask({ do: what }));
+        this.history = new History(store, (what) => this.step(what));
     }
 
     /// Sends a command, and shows what came of it.
@@ -79,6 +81,15 @@ export class Session implements Listener {
         const answer = await this.connection.ask(command);
         note(this.store, answer);
         return answer?.t === 'done';
+    }
+
+    /// Undo or redo; done when the server has also said which steps are left.
+    private async step(what: 'undo' | 'redo'): Promise<void> {
+        const news = new Promise<void>((resolve) => {
+            this.onState = resolve;
+            setTimeout(resolve, kNewsMs);
+        });
+        if (await this.ask({ do: what })) await news;
     }
 
     // --- what the server sends
@@ -104,6 +115,7 @@ export class Session implements Listener {
 
     state(shared: SharedState): void {
         this.store.set({ shared });
+        this.onState();
     }
 
     box(frame: BoxFrame): void {

@@ -3,7 +3,8 @@
 
 // The canvas behind the four views. A view is drawn only when something that it shows has changed;
 // the others keep their pixels. While things move the endoscope's picture has fewer pixels, as many
-// as the last frames had time for; when all is still it is drawn once more in full.
+// as the last frames had time for; when all is still it is drawn once more in full. A frame begins
+// when the graphics processor has done the last one, so that a slow one is never given a queue.
 
 import * as THREE from 'three';
 import { EndoscopeView, type ToolBall } from './endoscope_view.ts';
@@ -55,7 +56,7 @@ export class Stage {
     texture: VolumeTexture | undefined;
     /// Called after voxels went to the graphics processor, with how many.
     onUpload: (voxels: number) => void = () => {};
-    /// Time between frames while something moves [ms].
+    /// How long the graphics processor takes for a frame while something moves [ms].
     frameMs = 0;
     framesDrawn = 0;
     private readonly endoscope = new EndoscopeView();
@@ -73,7 +74,9 @@ export class Stage {
     private readonly stale = new Set<ViewName>(kViews);
     private quality = 0; // index of kScales
     private lastChange = 0;
-    private lastFrame = 0;
+    private fence: WebGLSync | null = null;
+    private fenceStart = 0;
+    private fenceMoving = false; // whether that frame was one of a motion
     private full = false; // whether the endoscope's picture is in full
     private lost = false;
     private lastIso = NaN;
@@ -98,6 +101,7 @@ export class Stage {
         store.listen((state, changed) => this.noteChange(state, changed));
         canvas.addEventListener('webglcontextlost', () => {
             this.lost = true;
+            this.fence = null;
             onContext(true);
         });
         canvas.addEventListener('webglcontextrestored', () => {
@@ -130,22 +134,40 @@ export class Stage {
         this.lastChange = performance.now();
     }
 
+    /// Whether everything is drawn as well as it will be.
+    get isStill(): boolean {
+        return this.full && !this.stale.size && !this.fence;
+    }
+
     /// Draws what is stale. @returns whether anything was drawn
     frame(now: number): boolean {
         const { state } = this.store;
         if (this.lost || !this.texture || state.loaded < 1) return false;
+        if (!this.lastIsDone(now)) return false;
         this.fitCanvas();
         this.onUpload(this.texture.upload(this.renderer));
         const still = now - this.lastChange > kStillMs;
+        if (state.maximised && state.maximised !== 'endoscope') this.full = true; // not in sight
         if (still && !this.full) this.stale.add('endoscope');
-        if (!this.stale.size) {
-            this.lastFrame = 0;
-            return false;
-        }
-        if (!still) this.adapt(now);
+        if (!this.stale.size) return false;
         for (const view of this.stale) this.drawView(view, state, still);
+        this.fenceMoving = !still && this.stale.has('endoscope');
         this.stale.clear();
+        const gl = this.renderer.getContext() as WebGL2RenderingContext;
+        this.fence = gl.fenceSync(gl.SYNC_GPU_COMMANDS_COMPLETE, 0);
+        this.fenceStart = now;
+        gl.flush();
         ++this.framesDrawn;
+        return true;
+    }
+
+    private lastIsDone(now: number): boolean {
+        if (!this.fence) return true;
+        const gl = this.renderer.getContext() as WebGL2RenderingContext;
+        if (gl.getSyncParameter(this.fence, gl.SYNC_STATUS) !== gl.SIGNALED) return false;
+        gl.deleteSync(this.fence);
+        this.fence = null;
+        if (this.fenceMoving) this.adapt(now - this.fenceStart);
         return true;
     }
 
@@ -188,19 +210,13 @@ export class Stage {
         this.invalidate();
     }
 
-    private adapt(now: number): void {
-        const gap = now - this.lastFrame;
-        if (this.lastFrame && gap < 1000) {
-            this.frameMs = this.frameMs ? 0.8 * this.frameMs + 0.2 * gap : gap;
-            if (this.frameMs > kSlowMs && this.quality + 1 < kScales.length) {
-                ++this.quality;
-                this.frameMs = 0.5 * (kSlowMs + kQuickMs);
-            } else if (this.frameMs < kQuickMs && this.quality > 0) {
-                --this.quality;
-                this.frameMs = 0.5 * (kSlowMs + kQuickMs);
-            }
-        }
-        this.lastFrame = now;
+    private adapt(frameMs: number): void {
+        this.frameMs = this.frameMs ? 0.7 * this.frameMs + 0.3 * frameMs : frameMs;
+        const slow = this.frameMs > kSlowMs && this.quality + 1 < kScales.length;
+        const quick = this.frameMs < kQuickMs && this.quality > 0;
+        if (!slow && !quick) return;
+        this.quality += slow ? 1 : -1;
+        this.frameMs = 0; // what the new size takes is not known yet
     }
 
     private drawView(view: ViewName, state: State, still: boolean): void {
@@ -208,7 +224,8 @@ export class Stage {
         const rect = this.pixelRect(view);
         if (rect.width < 1 || rect.height < 1) return;
         if (view === 'endoscope') {
-            const scale = still ? (state.fine ? 2 : 1) : kScales[this.quality]!;
+            const fine = state.fine && this.quality === 0; // only where pixels are cheap
+            const scale = still ? (fine ? 2 : 1) : kScales[this.quality]!;
             this.endoscope.draw(this.renderer, state, this.balls, rect, scale);
             this.full = still;
         } else this.drawSection(view, state, rect);

@@ -28,9 +28,9 @@ export function toolbar(
         b.dataset.tool = name;
         return b;
     });
-    const undo = button('Undo', () => history.undo());
+    const undo = button('Undo', () => void history.undo());
     undo.id = 'undo';
-    const redo = button('Redo', () => history.redo());
+    const redo = button('Redo', () => void history.redo());
     redo.id = 'redo';
     const name = h('span', { class: 'scan' });
     store.watch(['tool', 'role'], (state) => {

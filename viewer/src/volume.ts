@@ -6,14 +6,14 @@
 // what the pointer shows, picking and collision read it, so nothing is ever read back from the
 // graphics processor.
 //
-// Bricks of 8³ cells know the smallest and largest value at their corners: rays skip those without
+// Bricks of 4³ cells know the smallest and largest value at their corners: rays skip those without
 // the threshold.
 
 import { type Box, type Grid, voxelCount } from './grid.ts';
 import { floatOfHalf, halfOfFloat as exactHalf } from './half.ts'; // values are halves already
 import type { Vec3 } from './vec.ts';
 
-export const kBrick = 8; // cells along an edge
+export const kBrick = 4; // cells along an edge
 
 const clamp = (x: number, low: number, high: number): number => Math.min(Math.max(x, low), high);
 

@@ -29,7 +29,7 @@ export interface Served {
 export async function serve(...args: string[]): Promise<Served> {
     const program = process.env.PLIANT_SERVER;
     if (!program) {
-        const mock = new MockServer(join(kFolder, 'dist'));
+        const mock = new MockServer(process.env.DIST ?? join(kFolder, "dist"));
         return { link: await mock.start(), mock, stop: async () => mock.stop() };
     }
     const child = spawn(program, ['serve', '--port', '0', '--no-open', ...args]);
@@ -88,6 +88,8 @@ export async function visit(browser: Browser, link: string, more = '&notour'): P
         if (message.type() === 'error') errors.push(message.text());
     });
     await page.goto(link + more);
+    // Four rays per pixel take their time in software.
+    await page.evaluate(() => (window as unknown as { pliant: Session }).pliant.store.set({ fine: false }));
     await loaded(page);
     return { page, errors };
 }
@@ -110,10 +112,7 @@ export const loaded = async (page: Page): Promise<void> => {
 /// Waits until the endoscope's picture is drawn in full and nothing is under way.
 export const still = async (page: Page): Promise<void> => {
     await page.waitForFunction(
-        () => {
-            const stage = (window as unknown as { pliant: Session }).pliant.stage;
-            return (stage as unknown as { full: boolean }).full;
-        },
+        () => (window as unknown as { pliant: Session }).pliant.stage.isStill,
         undefined,
         { timeout: 60_000 },
     );
@@ -139,7 +138,7 @@ export async function rectOf(page: Page, view: ViewName): Promise<Rect> {
 /// A place in a view, as shares of its width and height.
 export async function spot(page: Page, view: ViewName, u = 0.5, v = 0.5): Promise<[number, number]> {
     const box = await rectOf(page, view);
-    return [box.x + u * box.width, box.y + v * box.height];
+    return [Math.round(box.x + u * box.width), Math.round(box.y + v * box.height)];
 }
 
 /// The pixels of a view, without what lies over them, as a number that changes with any of them.

@@ -23,7 +23,7 @@ function setUp(): { store: Store; history: History; pushes: () => void; log: str
     let time = 0;
     const history = new History(
         store,
-        (what) => {
+        async (what) => {
             log.push(what);
             undo += what === 'undo' ? -1 : 1;
             redo += what === 'undo' ? 1 : -1;
@@ -40,24 +40,24 @@ function setUp(): { store: Store; history: History; pushes: () => void; log: str
     return { store, history, pushes, log };
 }
 
-test('undo takes back window, push and camera in the order in which they were done', () => {
+test('undo takes back window, push and camera in the order in which they were done', async () => {
     const { store, history, pushes, log } = setUp();
     history.step('window', () => store.set({ window: 100 }));
     pushes();
     history.step('level', () => store.set({ level: 7 }));
     history.step('view', () => store.set({ fieldOfView: 44 }));
     assert.equal(history.names().undo, 'view');
-    history.undo();
+    await history.undo();
     assert.equal(store.state.fieldOfView, 80);
-    history.undo();
+    await history.undo();
     assert.equal(store.state.level, -200);
     assert.deepEqual(log, []);
-    history.undo();
+    await history.undo();
     assert.deepEqual(log, ['undo']);
     assert.equal(store.state.window, 100);
-    history.undo();
+    await history.undo();
     assert.equal(store.state.window, 1500);
-    for (let i = 0; i < 4; ++i) history.redo();
+    for (let i = 0; i < 4; ++i) await history.redo();
     assert.deepEqual(log, ['undo', 'redo']);
     assert.equal(store.state.window, 100);
     assert.equal(store.state.level, 7);
@@ -65,14 +65,14 @@ test('undo takes back window, push and camera in the order in which they were do
     assert.equal(history.names().redo, '');
 });
 
-test('what changed nothing is no step, and something new ends what could be redone', () => {
+test('what changed nothing is no step, and something new ends what could be redone', async () => {
     const { store, history } = setUp();
     history.step('nothing', () => store.set({ window: store.state.window }));
     assert.equal(history.names().undo, '');
     history.step('window', () => store.set({ window: 10 }));
-    history.undo();
+    await history.undo();
     history.step('level', () => store.set({ level: 1 }));
     assert.equal(history.names().redo, '');
-    history.redo();
+    await history.redo();
     assert.equal(store.state.window, 1500);
 });
