@@ -29,7 +29,7 @@ interface Step {
 }
 
 const kMostSteps = 200;
-const kMergeMs = 700; // turns of a wheel, ticks of a slider: one step
+const kMergeMs = 700;
 
 const ownOf = (state: State): Own =>
     Object.fromEntries(kOwn.map((key) => [key, state[key]])) as unknown as Own;
@@ -40,6 +40,7 @@ export class History {
     private readonly done: Step[] = [];
     private undone: Step[] = [];
     private before: Own | undefined;
+    private open = 0; // changes that have begun
     private lastName = '';
     private lastEnd = -Infinity;
     private queue: Promise<void> = Promise.resolve();
@@ -51,20 +52,27 @@ export class History {
         private readonly now: () => number = () => performance.now(),
     ) {}
 
-    /// A change of the page's own state begins; it may take many calls of set. Ends an open one.
+    /// A change of the page's own state begins; it may take many calls of set. Changes that overlap,
+    /// as flying and looking around do, are one step.
     begin(): void {
-        if (this.before) this.end('view');
-        this.before = ownOf(this.store.state);
+        if (this.open++ === 0) this.before = ownOf(this.store.state);
     }
 
-    end(name: string): void {
+    /// @param merge  with the step before, if that has the same name and was just now
+    end(name: string, merge = false): void {
+        if (this.open > 0 && --this.open === 0) this.close(name, merge);
+    }
+
+    private close(name: string, merge: boolean): void {
         const before = this.before;
         this.before = undefined;
+        this.open = 0;
         const after = ownOf(this.store.state);
         if (!before || same(before, after)) return;
         const serverSteps = this.store.state.shared?.undo.steps ?? 0;
         const last = this.done[this.done.length - 1];
         const merges =
+            merge &&
             last?.name === name &&
             last.serverSteps === serverSteps &&
             this.lastName === name &&
@@ -73,16 +81,16 @@ export class History {
         else this.done.push({ name, before, after, serverSteps });
         if (this.done.length > kMostSteps) this.done.shift();
         this.undone = [];
-        this.lastName = name;
+        this.lastName = merge ? name : '';
         this.lastEnd = this.now();
         this.onChange();
     }
 
-    /// The whole of a change at once.
+    /// The whole of a change at once; notches of a wheel in quick succession are one step.
     step(name: string, change: () => void): void {
         this.begin();
         change();
-        this.end(name);
+        this.end(name, true);
     }
 
     /// Takes back the last step. Quick presses wait for each other: which step is the last is only
@@ -100,7 +108,7 @@ export class History {
     }
 
     private undoNow(): Promise<void> | undefined {
-        if (this.before) this.end('view');
+        if (this.before) this.close('view', false);
         const steps = this.store.state.shared?.undo.steps ?? 0;
         const own = this.done[this.done.length - 1];
         if (!own || own.serverSteps < steps) return steps > 0 ? this.server('undo') : undefined;

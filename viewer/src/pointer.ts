@@ -52,7 +52,7 @@ export class Pointer {
         const { kind } = this.drag;
         this.drag = undefined;
         if (kind === 'tissue') void this.session.end();
-        else this.session.history.end(kind);
+        else if (kind !== 'none') this.session.history.end(kind);
     }
 
     private listen(view: ViewName, element: HTMLElement): void {
@@ -60,6 +60,9 @@ export class Pointer {
         element.addEventListener('pointermove', (e) => this.move(view, e));
         element.addEventListener('pointerup', (e) => this.up(e));
         element.addEventListener('pointercancel', () => this.cancel());
+        element.addEventListener('pointerenter', () => {
+            if (!this.drag) this.session.store.set({ active: view }); // keys act on what is under it
+        });
         element.addEventListener('pointerleave', () => {
             if (!this.drag) this.session.store.set({ pointer: null });
         });

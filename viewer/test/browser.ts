@@ -6,6 +6,7 @@
 //
 //   PLIANT_CHROMIUM  another browser
 //   PLIANT_SERVER    the program `pliant`: the tests then run against its server, not the mock
+//   PLIANT_PAGE      with it: a folder whose page is shown instead of the one in the program
 
 import { type ChildProcess, spawn } from 'node:child_process';
 import { existsSync, mkdirSync } from 'node:fs';
@@ -29,7 +30,7 @@ export interface Served {
 export async function serve(...args: string[]): Promise<Served> {
     const program = process.env.PLIANT_SERVER;
     if (!program) {
-        const mock = new MockServer(process.env.DIST ?? join(kFolder, "dist"));
+        const mock = new MockServer(join(kFolder, 'dist'));
         return { link: await mock.start(), mock, stop: async () => mock.stop() };
     }
     const child = spawn(program, ['serve', '--port', '0', '--no-open', ...args]);
@@ -80,6 +81,12 @@ export interface Visit {
 /// Opens the page and waits until the scan is there. more: further parameters after the #.
 export async function visit(browser: Browser, link: string, more = '&notour'): Promise<Visit> {
     const context = await browser.newContext({ viewport: { width: 1280, height: 720 } });
+    const folder = process.env.PLIANT_SERVER && process.env.PLIANT_PAGE;
+    if (folder)
+        await context.route(/\/(app\.js|app\.css|index\.html)?$/, (route) => {
+            const name = new URL(route.request().url()).pathname.slice(1) || 'index.html';
+            return route.fulfill({ path: join(folder, name) });
+        });
     const page = await context.newPage();
     const errors: string[] = [];
     page.on('pageerror', (error) => errors.push(String(error)));

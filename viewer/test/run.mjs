@@ -6,9 +6,10 @@
 //   node test/run.mjs [NAME…]   all tests, or test_NAME.ts; needs dist/ for those with a browser
 
 import { build } from 'esbuild';
-import { spawnSync } from 'node:child_process';
 import { readdir, rm } from 'node:fs/promises';
 import { dirname, join } from 'node:path';
+import { run } from 'node:test';
+import { spec } from 'node:test/reporters';
 import { fileURLToPath } from 'node:url';
 
 const here = dirname(fileURLToPath(import.meta.url));
@@ -31,9 +32,14 @@ await build({
     loader: { '.glsl': 'text' },
     logLevel: 'warning',
 });
-const { status } = spawnSync(
-    process.execPath,
-    ['--test', '--test-concurrency=1', ...files.map((f) => join(out, f.replace(/ts$/, 'mjs')))],
-    { stdio: 'inherit', env: { ...process.env, PLIANT_VIEWER: dirname(here) } },
-);
-process.exit(status ?? 1);
+process.env.PLIANT_VIEWER = dirname(here);
+run({
+    files: files.map((f) => join(out, f.replace(/ts$/, 'mjs'))),
+    concurrency: 1, // browsers draw in software and need the whole machine
+    timeout: 600_000,
+})
+    .on('test:fail', () => {
+        process.exitCode = 1;
+    })
+    .compose(new spec())
+    .pipe(process.stdout);

@@ -76,3 +76,18 @@ test('what changed nothing is no step, and something new ends what could be redo
     await history.redo();
     assert.equal(store.state.window, 1500);
 });
+
+test('flying and looking around at the same time is one step', async () => {
+    const { store, history } = setUp();
+    history.begin();
+    store.set({ camera: { eye: [1, 0, 0], look: [0, 1, 0], up: [0, 0, 1] } });
+    history.begin();
+    store.set({ camera: { eye: [1, 0, 0], look: [1, 0, 0], up: [0, 0, 1] } });
+    history.end('look');
+    store.set({ camera: { eye: [2, 0, 0], look: [1, 0, 0], up: [0, 0, 1] } });
+    history.end('flight');
+    assert.equal(history.names().undo, 'flight');
+    await history.undo();
+    assert.deepEqual(store.state.camera.eye, [0, 0, 0]);
+    assert.equal(history.names().undo, '');
+});
