@@ -69,7 +69,13 @@ export async function launch(): Promise<Browser> {
     if (!found) throw new Error('no Chromium: install chromium-headless-shell');
     return chromium.launch({
         executablePath: found,
-        args: ['--no-sandbox', '--use-angle=swiftshader', '--enable-unsafe-swiftshader'],
+        args: [
+            '--no-sandbox',
+            '--use-angle=swiftshader',
+            '--enable-unsafe-swiftshader',
+            // A page that is put in from a folder does not count as local.
+            '--disable-features=LocalNetworkAccessChecks',
+        ],
     });
 }
 

@@ -51,12 +51,15 @@ async function all(at: Page): Promise<Pictures> {
 const undoSteps = async (): Promise<number> => (await stateOf(page)).shared!.undo.steps;
 const idle = (at: Page): Promise<unknown> =>
     at.evaluate(() => (window as never as { pliant: Session }).pliant.connection.ask({ do: 'checksum' }));
+/// Presses Ctrl+Z until the server has so many steps; the page's own steps are on the way.
 const undo = async (steps: number): Promise<void> => {
-    while ((await undoSteps()) > steps) {
-        const now = await undoSteps();
+    for (let i = 0; i < 30 && (await undoSteps()) > steps; ++i) {
         await page.keyboard.press('Control+z');
-        await untilUndo(page, now - 1);
+        await page.evaluate(
+            () => (window as never as { pliant: { history: { queue: Promise<void> } } }).pliant.history.queue,
+        );
     }
+    await untilUndo(page, steps);
 };
 
 /// The crosshair on the wall of the lumen, right of the tip in the axial section.
