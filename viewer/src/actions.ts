@@ -37,7 +37,9 @@ export class Actions {
         const { normal } = kSectionAxes[view];
         const { low, high } = worldBounds(volume.grid);
         // The thinnest way through voxels along the normal, whatever the grid's direction.
-        const spacing = volume.grid.spacing.map((s, a) => s * Math.abs(dotColumn(volume, a, normal)));
+        const spacing = volume.grid.spacing.map(
+            (s, a) => s * Math.abs(dotColumn(volume, a, normal)),
+        );
         const step = Math.max(...spacing);
         const most = dot(sub(high, low), normal) / step;
         this.session.history.step('scroll', () =>
@@ -61,7 +63,9 @@ export class Actions {
         if (view === 'endoscope') {
             if (this.state.outside) {
                 const { orbit } = this.state;
-                this.set({ orbit: { ...orbit, distance: clamp(orbit.distance / factor, 20, 5000) } });
+                this.set({
+                    orbit: { ...orbit, distance: clamp(orbit.distance / factor, 20, 5000) },
+                });
             } else this.set({ fieldOfView: clamp(this.state.fieldOfView / factor, 30, 120) });
             return;
         }
@@ -143,7 +147,9 @@ export class Actions {
         else if (tool === 'cut')
             await this.session.ask({
                 do: 'cut',
-                line: [-2, 2].map((s) => along(along(cursor, s * radius, right), -depth / 2, ahead)),
+                line: [-2, 2].map((s) =>
+                    along(along(cursor, s * radius, right), -depth / 2, ahead),
+                ),
                 depth: mul(depth, ahead),
             });
         else if (tool === 'grab') await this.nudge([0, radius / 2]);

@@ -46,7 +46,8 @@ export interface Control {
     refresh(): void;
 }
 
-/// A slider with its number beside it; both can be changed. The number may leave the slider's range.
+/// A slider with its number beside it; both can be changed, and the number may leave the slider's
+/// range.
 export function slider(s: SliderSettings): Control {
     const id = `c${nextId++}`;
     const root = (v: number): number => (s.curved ? Math.sqrt(Math.max(v, 0)) : v);

@@ -149,7 +149,7 @@ export class EndoscopeView {
         this.lens.updateMatrixWorld();
         this.outside.set({
             cutPlace: vector(state.camera.eye),
-            cutNormal: vector(mul(-1, camera.look)), // of the view from outside: it faces the viewer
+            cutNormal: vector(mul(-1, camera.look)), // it faces the viewer
             window: state.window,
             level: state.level,
             clipFromWorld: new THREE.Matrix4().multiplyMatrices(

@@ -52,8 +52,8 @@ export class History {
         private readonly now: () => number = () => performance.now(),
     ) {}
 
-    /// A change of the page's own state begins; it may take many calls of set. Changes that overlap,
-    /// as flying and looking around do, are one step.
+    /// A change of the page's own state begins; it may take many calls of set. Changes that
+    /// overlap, as flying and looking around do, are one step.
     begin(): void {
         if (this.open++ === 0) this.before = ownOf(this.store.state);
     }

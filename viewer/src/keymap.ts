@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The keyboard. One table says which keys there are, what they do and what the help shows; keys that
-// are held (flying) are asked for each frame.
+// The keyboard: which keys there are, what they do, and what the help shows of them and of the
+// mouse. Keys that are held (flying) are asked for each frame.
 
 import type { Actions } from './actions.ts';
 import type { Session, Steering } from './session.ts';
@@ -26,7 +26,10 @@ const inSection = (state: Readonly<State>): boolean => state.active !== 'endosco
 const inEndoscope = (state: Readonly<State>): boolean => state.active === 'endoscope';
 
 /// Keys that fly and turn while they are held, by what they add.
-const kFlight: Record<string, Partial<Record<'x' | 'y' | 'z' | 'yaw' | 'pitch' | 'roll', number>>> = {
+const kFlight: Record<
+    string,
+    Partial<Record<'x' | 'y' | 'z' | 'yaw' | 'pitch' | 'roll', number>>
+> = {
     KeyW: { z: 1 },
     KeyS: { z: -1 },
     KeyA: { x: -1 },
@@ -54,7 +57,10 @@ export const kHelp: readonly { title: string; lines: readonly HelpLine[] }[] = [
             { keys: 'Ctrl+Wheel, right drag', what: 'field of view' },
             { keys: 'C', what: 'at walls: stop, push, pass' },
             { keys: 'O', what: 'seen from outside, cut open at the tip' },
-            { keys: 'Keypad 1, 3, 7', what: 'outside: front, right, top; with Ctrl from the other side' },
+            {
+                keys: 'Keypad 1, 3, 7',
+                what: 'outside: front, right, top; with Ctrl from the other side',
+            },
         ],
     },
     {
@@ -135,7 +141,10 @@ export class Keymap {
             { code: 'KeyC', run: () => actions.cycleWall() },
             { code: 'KeyX', run: () => actions.relax() },
             { code: 'KeyL', run: () => void session.ask({ do: 'release' }) },
-            { code: 'KeyG', run: () => store.set({ space: store.state.space === 'LPS' ? 'RAS' : 'LPS' }) },
+            {
+                code: 'KeyG',
+                run: () => store.set({ space: store.state.space === 'LPS' ? 'RAS' : 'LPS' }),
+            },
             { code: 'KeyT', run: () => store.set({ timings: !store.state.timings }) },
             { code: 'KeyP', run: () => void actions.snapshot() },
             { code: 'BracketLeft', run: () => radius(1 / 1.25) },

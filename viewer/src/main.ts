@@ -46,7 +46,12 @@ function start(): void {
 
     document.body.append(
         toolbar(session, actions, { help: showHelp }),
-        h('main', {}, h('div', { class: 'views' }, canvas, overlay.element, notice, tour.element), panels.element),
+        h(
+            'main',
+            {},
+            h('div', { class: 'views' }, canvas, overlay.element, notice, tour.element),
+            panels.element,
+        ),
         status.element,
         help,
     );
@@ -106,7 +111,11 @@ function start(): void {
     });
     const pointer = new Pointer(session, actions, overlay.views, keymap.held);
     session.onWelcome = () => {
-        if (!localStorage.getItem(kTourKey) && !link.has('notour') && store.state.role === 'control')
+        if (
+            !localStorage.getItem(kTourKey) &&
+            !link.has('notour') &&
+            store.state.role === 'control'
+        )
             tour.start();
         session.onWelcome = () => {};
     };

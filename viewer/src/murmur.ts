@@ -14,8 +14,7 @@ export function murmur32(bytes: Uint8Array): number {
     let h = 0;
     const whole = bytes.length & ~3;
     for (let i = 0; i < whole; i += 4) {
-        const k =
-            bytes[i]! | (bytes[i + 1]! << 8) | (bytes[i + 2]! << 16) | (bytes[i + 3]! << 24);
+        const k = bytes[i]! | (bytes[i + 1]! << 8) | (bytes[i + 2]! << 16) | (bytes[i + 3]! << 24);
         h ^= scrambled(k);
         h = (h << 13) | (h >>> 19);
         h = (Math.imul(h, 5) + 0xe6546b64) | 0;

@@ -25,7 +25,11 @@ export class Overlay {
     readonly element: HTMLElement;
     private readonly drawings: Record<ViewName, SVGSVGElement>;
     private readonly captions: Record<ViewName, HTMLElement>;
-    private readonly force = h('div', { class: 'force', role: 'meter', 'aria-label': 'force' }, h('i'));
+    private readonly force = h(
+        'div',
+        { class: 'force', role: 'meter', 'aria-label': 'force' },
+        h('i'),
+    );
     private wanted = true;
 
     constructor(private readonly session: Session) {
@@ -171,7 +175,9 @@ export class Overlay {
             }
         }
         this.show('endoscope', parts, box);
-        const wall = { stop: 'stops at walls', push: 'pushes walls', pass: 'passes walls' }[state.wall];
+        const wall = { stop: 'stops at walls', push: 'pushes walls', pass: 'passes walls' }[
+            state.wall
+        ];
         this.captions.endoscope.textContent = state.outside
             ? 'from outside, cut open at the tip'
             : `${Math.round(state.fieldOfView)}°, ${wall}`;
@@ -221,5 +227,6 @@ export function pointerText(session: Session): string {
     const mm = shown(point, space).map((x) => x.toFixed(1));
     const index = ijk.map((i) => Math.round(i));
     const where = pointer ? '' : 'crosshair: ';
-    return `${where}${value === undefined ? 'outside' : `${Math.round(value)} HU`} · ${space} ${mm.join(', ')} mm · ijk ${index.join(', ')}`;
+    const what = value === undefined ? 'outside' : `${Math.round(value)} HU`;
+    return `${where}${what} · ${space} ${mm.join(', ')} mm · ijk ${index.join(', ')}`;
 }

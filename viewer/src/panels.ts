@@ -4,7 +4,16 @@
 // The panels beside the views: every setting with its number, its unit and its preset.
 
 import type { Actions } from './actions.ts';
-import { button, checkbox, choice, type Control, h, presets, slider, type SliderSettings } from './dom.ts';
+import {
+    button,
+    checkbox,
+    choice,
+    type Control,
+    h,
+    presets,
+    slider,
+    type SliderSettings,
+} from './dom.ts';
 import type { Materials, Polarity } from './protocol.ts';
 import type { Session } from './session.ts';
 import type { State } from './store.ts';
@@ -72,7 +81,17 @@ export class Panels {
 
     /// A slider for a number of the store; own: its changes can be undone.
     private number(
-        key: 'window' | 'level' | 'fieldOfView' | 'barrel' | 'fog' | 'speed' | 'tip' | 'radius' | 'strength' | 'depth',
+        key:
+            | 'window'
+            | 'level'
+            | 'fieldOfView'
+            | 'barrel'
+            | 'fog'
+            | 'speed'
+            | 'tip'
+            | 'radius'
+            | 'strength'
+            | 'depth',
         settings: Pick<SliderSettings, 'label' | 'unit' | 'low' | 'high' | 'step'> &
             Partial<SliderSettings>,
     ): HTMLElement {
@@ -97,7 +116,14 @@ export class Panels {
             'Tool',
             true,
             tissue(
-                this.number('radius', { label: 'Size', unit: 'mm', low: 0.5, high: 30, step: 0.5, curved: true }),
+                this.number('radius', {
+                    label: 'Size',
+                    unit: 'mm',
+                    low: 0.5,
+                    high: 30,
+                    step: 0.5,
+                    curved: true,
+                }),
                 this.number('strength', {
                     label: 'Strength',
                     unit: '×',
@@ -106,7 +132,14 @@ export class Panels {
                     step: 0.1,
                     hint: 'how far the tool goes for a motion of the pointer',
                 }),
-                this.number('depth', { label: 'Cut depth', unit: 'mm', low: 1, high: 60, step: 1, curved: true }),
+                this.number('depth', {
+                    label: 'Cut depth',
+                    unit: 'mm',
+                    low: 1,
+                    high: 60,
+                    step: 1,
+                    curved: true,
+                }),
                 this.add(
                     checkbox(
                         'tissue slides off the probe',
@@ -119,8 +152,16 @@ export class Panels {
                     'div',
                     { class: 'row' },
                     relax,
-                    button('Let go', () => void session.ask({ do: 'release' }), 'nothing is held any more (L)'),
-                    button('Reset', () => void session.ask({ do: 'reset' }), 'everything back to rest'),
+                    button(
+                        'Let go',
+                        () => void session.ask({ do: 'release' }),
+                        'nothing is held any more (L)',
+                    ),
+                    button(
+                        'Reset',
+                        () => void session.ask({ do: 'reset' }),
+                        'everything back to rest',
+                    ),
                 ),
             ),
             h('p', { class: 'limited', 'aria-live': 'polite' }, this.limited()),
@@ -155,14 +196,24 @@ export class Panels {
                     choice(
                         'Lumen',
                         [
-                            { value: 'rising', text: 'air', hint: 'the wall is brighter than the lumen' },
-                            { value: 'falling', text: 'contrast', hint: 'the wall is darker than the lumen' },
+                            {
+                                value: 'rising',
+                                text: 'air',
+                                hint: 'the wall is brighter than the lumen',
+                            },
+                            {
+                                value: 'falling',
+                                text: 'contrast',
+                                hint: 'the wall is darker than the lumen',
+                            },
                         ],
                         () => this.state.shared?.polarity ?? 'rising',
                         (polarity) => actions.iso({ polarity }),
                     ),
                 ),
-                this.add(presets('Presets of the threshold', kThresholds, (value) => actions.iso(value))),
+                this.add(
+                    presets('Presets of the threshold', kThresholds, (value) => actions.iso(value)),
+                ),
             ),
             this.add(
                 checkbox(
@@ -179,7 +230,14 @@ export class Panels {
         return section(
             'Window',
             true,
-            this.number('window', { label: 'Window', unit: 'HU', low: 1, high: 4000, step: 1, curved: true }),
+            this.number('window', {
+                label: 'Window',
+                unit: 'HU',
+                low: 1,
+                high: 4000,
+                step: 1,
+                curved: true,
+            }),
             this.number('level', { label: 'Level', unit: 'HU', low: -1000, high: 2000, step: 1 }),
             this.add(
                 presets('Presets of window and level', kWindows, ([window, level]) =>
@@ -206,11 +264,39 @@ export class Panels {
                     (wall) => this.actions.setWall(wall),
                 ),
             ),
-            this.number('tip', { label: 'Tip', unit: 'mm', low: 0.5, high: 8, step: 0.5, hint: 'radius' }),
-            this.number('speed', { label: 'Speed', unit: '×', low: 0.1, high: 4, step: 0.1, curved: true }),
-            this.number('fieldOfView', { label: 'Field of view', unit: '°', low: 30, high: 120, step: 1 }),
+            this.number('tip', {
+                label: 'Tip',
+                unit: 'mm',
+                low: 0.5,
+                high: 8,
+                step: 0.5,
+                hint: 'radius',
+            }),
+            this.number('speed', {
+                label: 'Speed',
+                unit: '×',
+                low: 0.1,
+                high: 4,
+                step: 0.1,
+                curved: true,
+            }),
+            this.number('fieldOfView', {
+                label: 'Field of view',
+                unit: '°',
+                low: 30,
+                high: 120,
+                step: 1,
+            }),
             this.number('barrel', { label: 'Barrel', unit: '', low: 0, high: 0.5, step: 0.01 }),
-            this.number('fog', { label: 'Fog', unit: 'mm', low: 0, high: 500, step: 5, hint: '0: none', curved: true }),
+            this.number('fog', {
+                label: 'Fog',
+                unit: 'mm',
+                low: 0,
+                high: 500,
+                step: 5,
+                hint: '0: none',
+                curved: true,
+            }),
             this.add(
                 checkbox(
                     'seen from outside, cut open',
@@ -228,10 +314,34 @@ export class Panels {
             'Material',
             false,
             tissue(
-                this.materialNumber('offset', 'Slack', '', 0, 1, 0.01, 'of the softest link, as a share of its length'),
+                this.materialNumber(
+                    'offset',
+                    'Slack',
+                    '',
+                    0,
+                    1,
+                    0.01,
+                    'of the softest link, as a share of its length',
+                ),
                 this.materialNumber('max_movement_mm', 'Largest movement', 'mm', 0, 100, 1),
-                this.materialNumber('bone_threshold_hu', 'Bone above', 'HU', 0, 2000, 10, 'does not move'),
-                this.materialNumber('yield', 'Yield', '', 0, 1, 0.01, 'strain beyond it stays; 0: none'),
+                this.materialNumber(
+                    'bone_threshold_hu',
+                    'Bone above',
+                    'HU',
+                    0,
+                    2000,
+                    10,
+                    'does not move',
+                ),
+                this.materialNumber(
+                    'yield',
+                    'Yield',
+                    '',
+                    0,
+                    1,
+                    0.01,
+                    'strain beyond it stays; 0: none',
+                ),
                 this.materialFlag('air_enabled', 'air is a material of its own'),
                 this.materialNumber('air_threshold_hu', 'Air below', 'HU', -1000, 0, 10),
                 this.materialFlag('rounded', 'rounded limits'),
@@ -340,7 +450,11 @@ export class Panels {
                     (timings) => store.set({ timings }),
                 ),
             ),
-            h('div', { class: 'row' }, button('Picture', () => void this.actions.snapshot(), 'save the views as PNG (P)')),
+            h(
+                'div',
+                { class: 'row' },
+                button('Picture', () => void this.actions.snapshot(), 'save the views as PNG (P)'),
+            ),
         );
     }
 
@@ -365,7 +479,11 @@ export class Panels {
             save.replaceChildren(
                 ...(features.includes('save')
                     ? files.map((name) =>
-                          h('a', { href: `save/${name}${this.query}`, download: name }, `Save ${name}`),
+                          h(
+                              'a',
+                              { href: `save/${name}${this.query}`, download: name },
+                              `Save ${name}`,
+                          ),
                       )
                     : []),
             );
@@ -381,7 +499,7 @@ export class Panels {
                 () =>
                     void this.session.compare().then((sum) => {
                         result.textContent = sum
-                            ? `${sum.same ? 'equal' : 'DIFFERENT'}: ${sum.own}, tissue ${sum.tissue}`
+                            ? `${sum.same ? 'equal' : 'DIFFERENT'}: ${sum.own}, ${sum.tissue}`
                             : 'no answer';
                     }),
                 'checksum of all voxels, here and there',
@@ -400,4 +518,5 @@ function section(title: string, open: boolean, ...children: (Node | false)[]): H
 }
 
 /// Settings that change the tissue, or what all see: only for those who control.
-const tissue = (...children: Node[]): HTMLElement => h('fieldset', { class: 'tissue' }, ...children);
+const tissue = (...children: Node[]): HTMLElement =>
+    h('fieldset', { class: 'tissue' }, ...children);

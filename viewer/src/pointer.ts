@@ -61,7 +61,8 @@ export class Pointer {
         element.addEventListener('pointerup', (e) => this.up(e));
         element.addEventListener('pointercancel', () => this.cancel());
         element.addEventListener('pointerenter', () => {
-            if (!this.drag) this.session.store.set({ active: view }); // keys act on what is under it
+            // Keys act on what is under the pointer.
+            if (!this.drag) this.session.store.set({ active: view });
         });
         element.addEventListener('pointerleave', () => {
             if (!this.drag) this.session.store.set({ pointer: null });

@@ -118,8 +118,7 @@ function brickAhead(
     for (let a = 2; a >= 0; --a) {
         const b = Math.min(Math.max(Math.floor(p[a]! / kBrick), 0), volume.brickSize[a]! - 1);
         index = index * volume.brickSize[a]! + b;
-        if (d[a] !== 0)
-            end = Math.min(end, ((b + (d[a]! > 0 ? 1 : 0)) * kBrick - o[a]!) / d[a]!);
+        if (d[a] !== 0) end = Math.min(end, ((b + (d[a]! > 0 ? 1 : 0)) * kBrick - o[a]!) / d[a]!);
     }
     end = Math.min(Math.max(end, t + nudge), exit);
     return [end, volume.brickRange[2 * index]!, volume.brickRange[2 * index + 1]!];

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The page's middle: takes what the server sends into the store, the mirror and the stage, flies the
-// endoscope, starts and ends strokes, and tells the server where this client's tool is.
+// The page's middle: takes what the server sends into the store, the mirror and the stage, flies
+// the endoscope, starts and ends strokes, and tells the server where this client's tool is.
 
 import { surfaceOf } from './aim.ts';
 import { Connection, type Listener, type Memory } from './connection.ts';
@@ -198,9 +198,7 @@ export class Session implements Listener {
             const way = speed * speedFor(room) * dt;
             const { right, up, forward } = frameOf(camera);
             const [x, y, z] = normalized(wish.move);
-            this.fly(
-                mul(way, add(add(mul(x, right), mul(y, up)), mul(z, forward))),
-            );
+            this.fly(mul(way, add(add(mul(x, right), mul(y, up)), mul(z, forward))));
         }
     }
 

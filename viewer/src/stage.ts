@@ -184,13 +184,11 @@ export class Stage {
             this.lastIso = iso_hu;
             this.lastPolarity = polarity;
         }
-        const has = (key: keyof State): boolean =>
-            key === 'shared' ? shared : changed.has(key);
+        const has = (key: keyof State): boolean => (key === 'shared' ? shared : changed.has(key));
         if (kEndoscopeKeys.some(has)) this.markEndoscope();
         const cut = state.outside && (changed.has('window') || changed.has('level'));
         if (cut) this.markEndoscope();
-        if (kSectionKeys.some(has))
-            for (const view of kViews.slice(1)) this.stale.add(view);
+        if (kSectionKeys.some(has)) for (const view of kViews.slice(1)) this.stale.add(view);
     }
 
     private markEndoscope(): void {

@@ -26,7 +26,11 @@ export class StatusBar {
             this.link.textContent =
                 link === 'open'
                     ? `${role === 'view' ? 'viewing' : 'connected'}${company}`
-                    : { connecting: 'connecting…', lost: 'connecting again…', ended: 'not connected' }[link];
+                    : {
+                          connecting: 'connecting…',
+                          lost: 'connecting again…',
+                          ended: 'not connected',
+                      }[link];
             this.link.dataset.link = link;
         });
         session.say = (text) => this.say(text);
@@ -51,11 +55,15 @@ export class StatusBar {
         const { latencies, stage } = this.session;
         const timing = shared?.timing;
         const ms = (v: number | undefined): string => (v === undefined ? '–' : v.toFixed(1));
-        this.times.textContent =
-            `frame ${ms(stage.frameMs || undefined)} ms · solve ${ms(timing?.solve_ms)} · ` +
-            `resample ${ms(timing?.resample_ms)} · ${(timing?.moved_elements ?? 0).toLocaleString('en')} moved · ` +
-            `command to voxels p50 ${ms(quantile(latencies.arrivedMs, 0.5))}, ` +
-            `p99 ${ms(quantile(latencies.arrivedMs, 0.99))} · ` +
-            `to picture ${ms(quantile(latencies.drawnMs, 0.5))}, ${ms(quantile(latencies.drawnMs, 0.99))}`;
+        const both = (list: readonly number[]): string =>
+            `${ms(quantile(list, 0.5))}, ${ms(quantile(list, 0.99))}`;
+        this.times.textContent = [
+            `frame ${ms(stage.frameMs || undefined)} ms`,
+            `solve ${ms(timing?.solve_ms)}`,
+            `resample ${ms(timing?.resample_ms)}`,
+            `${(timing?.moved_elements ?? 0).toLocaleString('en')} moved`,
+            `to voxels p50, p99: ${both(latencies.arrivedMs)}`,
+            `to picture: ${both(latencies.drawnMs)}`,
+        ].join(' · ');
     }
 }

@@ -205,8 +205,7 @@ export class CutStroke implements Stroke {
 
     to(place: Vec3): void {
         const last = this.path[this.path.length - 1]!;
-        if (norm(sub(place, last)) >= 0.5 && this.path.length < kMostPoints)
-            this.path.push(place);
+        if (norm(sub(place, last)) >= 0.5 && this.path.length < kMostPoints) this.path.push(place);
     }
 
     async end(): Promise<void> {

@@ -64,7 +64,11 @@ export function toolbar(
         h(
             'div',
             { class: 'group' },
-            button('Outside', () => actions.toggleOutside(), 'the lumen from outside, cut open at the tip (O)'),
+            button(
+                'Outside',
+                () => actions.toggleOutside(),
+                'the lumen from outside, cut open at the tip (O)',
+            ),
             button('Views', () => actions.cycleViews(), 'four views, or one alone (V)'),
             button('?', hooks.help, 'keys and gestures (?)'),
         ),

@@ -17,22 +17,30 @@ interface Step {
 const kSteps: readonly Step[] = [
     {
         title: 'Look and fly',
-        text: 'Top left is the endoscope. Drag in it to look around, hold W to fly ahead, S to fly back. The tip stops at walls.',
+        text:
+            'Top left is the endoscope. Drag in it to look around, hold W to fly ahead, S ' +
+            'to fly back. The tip stops at walls.',
         done: (now, then) => now.camera.eye !== then.camera.eye,
     },
     {
         title: 'Push',
-        text: 'Choose Push above, press on a wall in any view and drag. All four views show the deformed scan at once.',
+        text:
+            'Choose Push above, press on a wall in any view and drag. All four views show ' +
+            'the deformed scan at once.',
         done: (now, then) => (now.shared?.step ?? 0) > (then.shared?.step ?? 0),
     },
     {
         title: 'Threshold',
-        text: 'Move the Threshold slider on the right: it says which values are wall. Nothing is segmented, so any value will do.',
+        text:
+            'Move the Threshold slider on the right: it says which values are wall. ' +
+            'Nothing is segmented, so any value will do.',
         done: (now, then) => now.shared?.iso_hu !== then.shared?.iso_hu,
     },
     {
         title: 'Undo',
-        text: 'Ctrl+Z takes back anything: pushes, the threshold, the window, the flight. The key ? shows all keys.',
+        text:
+            'Ctrl+Z takes back anything: pushes, the threshold, the window, the flight. ' +
+            'The key ? shows all keys.',
         done: (now, then) =>
             (now.shared?.redo.steps ?? 0) > (then.shared?.redo.steps ?? 0) ||
             now.camera !== then.camera,
@@ -40,7 +48,12 @@ const kSteps: readonly Step[] = [
 ];
 
 export class Tour {
-    readonly element = h('div', { class: 'tour', role: 'dialog', 'aria-label': 'Tour', hidden: true });
+    readonly element = h('div', {
+        class: 'tour',
+        role: 'dialog',
+        'aria-label': 'Tour',
+        hidden: true,
+    });
     private index = 0;
     private then: State | undefined;
 

@@ -43,4 +43,8 @@ export type Mat3 = readonly [Vec3, Vec3, Vec3];
 export const apply = (m: Mat3, v: Vec3): Vec3 =>
     add(add(mul(v[0], m[0]), mul(v[1], m[1])), mul(v[2], m[2]));
 /// The transpose, which is the inverse where the columns are perpendicular unit vectors.
-export const applyTransposed = (m: Mat3, v: Vec3): Vec3 => [dot(m[0], v), dot(m[1], v), dot(m[2], v)];
+export const applyTransposed = (m: Mat3, v: Vec3): Vec3 => [
+    dot(m[0], v),
+    dot(m[1], v),
+    dot(m[2], v),
+];

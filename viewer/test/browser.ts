@@ -102,7 +102,9 @@ export async function visit(browser: Browser, link: string, more = '&notour'): P
     });
     await page.goto(link + more);
     // Four rays per pixel take their time in software.
-    await page.evaluate(() => (window as unknown as { pliant: Session }).pliant.store.set({ fine: false }));
+    await page.evaluate(() =>
+        (window as unknown as { pliant: Session }).pliant.store.set({ fine: false }),
+    );
     await loaded(page);
     return { page, errors };
 }
@@ -149,13 +151,21 @@ export async function rectOf(page: Page, view: ViewName): Promise<Rect> {
 }
 
 /// A place in a view, as shares of its width and height.
-export async function spot(page: Page, view: ViewName, u = 0.5, v = 0.5): Promise<[number, number]> {
+export async function spot(
+    page: Page,
+    view: ViewName,
+    u = 0.5,
+    v = 0.5,
+): Promise<[number, number]> {
     const box = await rectOf(page, view);
     return [Math.round(box.x + u * box.width), Math.round(box.y + v * box.height)];
 }
 
 /// The pixels of a view, without what lies over them, as a number that changes with any of them.
-export async function pixels(page: Page, view: ViewName): Promise<{ hash: number; mean: number; lit: number }> {
+export async function pixels(
+    page: Page,
+    view: ViewName,
+): Promise<{ hash: number; mean: number; lit: number }> {
     await still(page);
     return page.evaluate((name) => {
         const canvas = document.querySelector('canvas')!;
@@ -198,7 +208,8 @@ export async function dragBy(
 /// Waits until the server's undo steps are so many.
 export const untilUndo = (page: Page, steps: number): Promise<unknown> =>
     page.waitForFunction(
-        (n) => (window as unknown as { pliant: Session }).pliant.store.state.shared?.undo.steps === n,
+        (n) =>
+            (window as unknown as { pliant: Session }).pliant.store.state.shared?.undo.steps === n,
         steps,
         { timeout: 20_000 },
     );
@@ -207,5 +218,7 @@ export const picture = async (page: Page, name: string): Promise<void> => {
     await page.screenshot({ path: join(kPictures, `${name}.png`) });
 };
 
-export const compare = (page: Page): Promise<{ same: boolean; own: string; tissue: string } | undefined> =>
+export const compare = (
+    page: Page,
+): Promise<{ same: boolean; own: string; tissue: string } | undefined> =>
     page.evaluate(() => (window as unknown as { pliant: Session }).pliant.compare());

@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // A synthetic phantom and a stand-in for tissue, for tests of the page alone: a bent tube of air in
-// a block, which a push bends with a smooth bump. No ChainMail, and no claim to be like it; but what
-// it says of itself is true: boxes hold all that changed, undo brings back every bit.
+// a block, which a push bends with a smooth bump. No ChainMail, and no claim to be like it; but
+// what it says of itself is true: boxes hold all that changed, undo brings back every bit.
 
 import { type Box, type Grid, voxelCount, voxelFromWorld, worldFromVoxel } from '../src/grid.ts';
 import { halfOfFloat } from '../src/half.ts';
@@ -60,7 +60,8 @@ export class MockScene {
     readonly undoSteps: Snapshot[] = [];
     redoSteps: Snapshot[] = [];
     onChange: (box: Box) => void = () => {};
-    private warp: Float32Array = new Float32Array(3 * voxelCount(kGrid)); // to the place whose value is here
+    /// From each voxel to the place whose value it shows [mm].
+    private warp: Float32Array = new Float32Array(3 * voxelCount(kGrid));
     private gone: Uint8Array = new Uint8Array(voxelCount(kGrid));
     private grabbed: { point: Vec3; radius: number; offset: Vec3 } | undefined;
 
@@ -172,15 +173,34 @@ export class MockScene {
 
     private fill(box: Box): void {
         this.forEach(box, (x, i) => {
-            const from = along(x, 1, [this.warp[3 * i]!, this.warp[3 * i + 1]!, this.warp[3 * i + 2]!]);
+            const from = along(x, 1, [
+                this.warp[3 * i]!,
+                this.warp[3 * i + 1]!,
+                this.warp[3 * i + 2]!,
+            ]);
             this.halves[i] = halfOfFloat(this.gone[i] ? -1000 : Math.round(original(from)));
         });
     }
 
     private boxAround(a: Vec3, b: Vec3, reach: number): Box {
-        const low = voxelFromWorld(kGrid, along([0, 1, 2].map((i) => Math.min(a[i]!, b[i]!)) as unknown as Vec3, -reach, [1, 1, 1]));
-        const high = voxelFromWorld(kGrid, along([0, 1, 2].map((i) => Math.max(a[i]!, b[i]!)) as unknown as Vec3, reach, [1, 1, 1]));
-        const kept = (v: number, axis: number): number => Math.min(Math.max(v, 0), kGrid.size[axis]!);
+        const low = voxelFromWorld(
+            kGrid,
+            along(
+                [0, 1, 2].map((i) => Math.min(a[i]!, b[i]!)) as unknown as Vec3,
+                -reach,
+                [1, 1, 1],
+            ),
+        );
+        const high = voxelFromWorld(
+            kGrid,
+            along(
+                [0, 1, 2].map((i) => Math.max(a[i]!, b[i]!)) as unknown as Vec3,
+                reach,
+                [1, 1, 1],
+            ),
+        );
+        const kept = (v: number, axis: number): number =>
+            Math.min(Math.max(v, 0), kGrid.size[axis]!);
         return {
             begin: low.map((v, i) => kept(Math.floor(v), i)) as unknown as Vec3,
             end: high.map((v, i) => kept(Math.ceil(v) + 1, i)) as unknown as Vec3,
@@ -195,4 +215,3 @@ export class MockScene {
                     body(worldFromVoxel(kGrid, [i, j, k]), i + nx * (j + ny * k));
     }
 }
-

@@ -60,7 +60,8 @@ export class MockServer {
             );
         });
         this.server.on('upgrade', (request, stream) => {
-            if (!request.url?.includes(`token=${kToken}`)) stream.end('HTTP/1.1 403 Forbidden\r\n\r\n');
+            if (!request.url?.includes(`token=${kToken}`))
+                stream.end('HTTP/1.1 403 Forbidden\r\n\r\n');
             else this.greet(new MockSocket(request, stream));
         });
         this.scene.onChange = (box) => {
@@ -174,7 +175,11 @@ export class MockServer {
             holder: 0,
             undo: last(scene.undoSteps),
             redo: last(scene.redoSteps),
-            clients: [...this.clients].map((c) => ({ client: c.number, name: c.name, role: c.role })),
+            clients: [...this.clients].map((c) => ({
+                client: c.number,
+                name: c.name,
+                role: c.role,
+            })),
             timing: { solve_ms: 1, resample_ms: 1, tick_ms: 2, moved_elements: 1000 },
         };
     }

@@ -22,7 +22,13 @@ test('free flight stays in the lumen for 10,000 random steps', () => {
     let way = 0;
     for (let i = 0; i < 10_000; ++i) {
         if (i % 25 === 0) heading = normalized(randomVector(1));
-        const next = flown(volume, place, heading.map((x) => x * between(0, 3)) as never, 2.5, kSurface);
+        const next = flown(
+            volume,
+            place,
+            heading.map((x) => x * between(0, 3)) as never,
+            2.5,
+            kSurface,
+        );
         way += norm(sub(next, place));
         place = next;
         const value = volume.sample(voxelFromWorld(volume.grid, place));

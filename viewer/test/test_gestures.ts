@@ -46,8 +46,10 @@ async function hover(view: SectionName | 'endoscope'): Promise<void> {
 }
 /// Waits until all undos and redos are done.
 const settled = (): Promise<void> =>
-    page.evaluate(() =>
-        (window as never as { pliant: { history: { queue: Promise<void> } } }).pliant.history.queue,
+    page.evaluate(
+        () =>
+            (window as never as { pliant: { history: { queue: Promise<void> } } }).pliant.history
+                .queue,
     );
 const focus = (view: string): Promise<void> => page.locator(`.view.${view}`).focus();
 
@@ -73,7 +75,7 @@ test('scroll slices: wheel, up and down, ten with page up and down', async () =>
     }
 });
 
-test('window and level: left drag with W or the tool; window with Shift and the wheel', async () => {
+test('window and level: left drag with W or the tool; window with Shift and wheel', async () => {
     const before = await pixels(page, 'axial');
     await hover('axial');
     await page.keyboard.down('w');
@@ -242,7 +244,7 @@ test('undo and redo: Ctrl+Z and Ctrl+Shift+Z, over camera, window and threshold'
     }
 });
 
-test('endoscope: W and S fly along the view, the mouse looks, Space stops, walls stop the tip', async () => {
+test('endoscope: W and S fly, the mouse looks, Space stops, walls stop the tip', async () => {
     await focus('endoscope');
     const start = await stateOf(page);
     const moved = (from: Vec3, least: number): Promise<unknown> =>

@@ -17,7 +17,7 @@ after(async () => {
     await served.stop();
 });
 
-test('the scan is shown in four views, and its voxels are the server\'s', async () => {
+test("the scan is shown in four views, and its voxels are the server's", async () => {
     const { page, errors } = await visit(browser, served.link);
     for (const view of ['endoscope', 'axial', 'coronal', 'sagittal'] as const) {
         const { lit } = await pixels(page, view);

@@ -30,7 +30,10 @@ test('a box says where it is, of which step, and holds its values in order', () 
     assert.equal(frame.step, 77);
     assert.equal(frame.volume, 3);
     assert.equal(frame.last, true);
-    assert.deepEqual([...frame.halves], Array.from({ length: 24 }, (_, i) => i));
+    assert.deepEqual(
+        [...frame.halves],
+        Array.from({ length: 24 }, (_, i) => i),
+    );
 });
 
 test('tools are read field by field', () => {

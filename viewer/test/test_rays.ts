@@ -55,7 +55,10 @@ test('rays meet the surface where a patient walk does', () => {
         assert.ok(!(distance > first + 0.01), `ray ${i}: hit at ${distance}, expected ${first}`);
         if (!hit) continue;
         ++hits;
-        assert.ok(all.some((c) => Math.abs(c.t - distance) < 0.01), `ray ${i}: no wall there`);
+        assert.ok(
+            all.some((c) => Math.abs(c.t - distance) < 0.01),
+            `ray ${i}: no wall there`,
+        );
         const value = volume.sample(voxelFromWorld(volume.grid, hit.point));
         assert.ok(Math.abs(value - surface.iso) < 0.01);
         assert.ok(Math.abs(norm(hit.normal) - 1) < 1e-6 && dot(hit.normal, unit) <= 1e-9);
@@ -82,7 +85,7 @@ test('patched bricks are those of a volume that is made anew', () => {
     }
 });
 
-test('world and voxels are each other\'s inverse, also on left-handed grids', () => {
+test("world and voxels are each other's inverse, also on left-handed grids", () => {
     for (let i = 0; i < 100; ++i) {
         const grid = randomGrid(2, 50);
         const ijk = randomVector(60);
