@@ -7,6 +7,7 @@ import { kSectionAxes, keptInside, sectionPlane } from './section_geometry.ts';
 import type { Session } from './session.ts';
 import { kViews, kWalls, type SectionName, type State, type ViewName } from './store.ts';
 import { newStroke } from './strokes.ts';
+import { readPath } from './path.ts';
 import { frameOf } from './rays.ts';
 import { add, along, dot, mul, sub, type Vec3 } from './vec.ts';
 import { worldBounds } from './grid.ts';
@@ -208,6 +209,16 @@ export class Actions {
     }
 
     // --- files
+
+    /// What was dropped on the page or chosen: so far a path.
+    async openFile(file: File): Promise<void> {
+        try {
+            this.session.setPath(readPath(await file.text(), file.name));
+            this.session.say(`${file.name}: a path; Fly it in the panel Endoscope`);
+        } catch (error) {
+            this.session.say((error as Error).message);
+        }
+    }
 
     async snapshot(): Promise<void> {
         const blob = await this.session.stage.toBlob();

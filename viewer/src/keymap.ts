@@ -172,7 +172,7 @@ export class Keymap {
         const typing = event.target as HTMLElement;
         const inField = typing.matches('input:not([type=range]):not([type=checkbox]), textarea');
         const modal = document.querySelector('dialog[open]') !== null;
-        if ((inField || modal) && event.code !== 'Escape') return;
+        if (modal || (inField && event.code !== 'Escape')) return;
         if (event.key === '?') {
             help();
             event.preventDefault();

@@ -110,6 +110,13 @@ function start(): void {
         },
     });
     const pointer = new Pointer(session, actions, overlay.views, keymap.held);
+    // Files may be dropped anywhere.
+    document.addEventListener('dragover', (e) => e.preventDefault());
+    document.addEventListener('drop', (e) => {
+        e.preventDefault();
+        const file = e.dataTransfer?.files[0];
+        if (file) void actions.openFile(file);
+    });
     session.onWelcome = () => {
         if (
             !localStorage.getItem(kTourKey) &&

@@ -164,14 +164,14 @@ export class Panels {
                     ),
                 ),
             ),
-            h('p', { class: 'limited', 'aria-live': 'polite' }, this.limited()),
+            h('p', { class: 'outcome', 'aria-live': 'polite' }, this.outcome()),
         );
     }
 
-    private limited(): HTMLElement {
+    private outcome(): HTMLElement {
         const text = h('span');
-        this.session.store.watch(['limited'], ({ limited }) => {
-            text.textContent = limited;
+        this.session.store.watch(['outcome'], ({ outcome }) => {
+            text.textContent = outcome;
         });
         return text;
     }
@@ -264,6 +264,7 @@ export class Panels {
                     (wall) => this.actions.setWall(wall),
                 ),
             ),
+            this.path(),
             this.number('tip', {
                 label: 'Tip',
                 unit: 'mm',
@@ -306,6 +307,50 @@ export class Panels {
                     },
                 ),
             ),
+        );
+    }
+
+    private path(): HTMLElement {
+        const { session } = this;
+        const file = h('input', {
+            type: 'file',
+            accept: '.json',
+            hidden: true,
+            'aria-label': 'path file',
+            onchange: () => {
+                const chosen = file.files?.[0];
+                if (chosen) void this.actions.openFile(chosen);
+                file.value = '';
+            },
+        });
+        const fly = button('Fly', () => session.togglePath(), 'along the path, or pause');
+        const way = slider({
+            label: 'Along the path',
+            unit: 'mm',
+            low: 0,
+            high: 1,
+            step: 0.5,
+            value: () => this.state.pathWay,
+            input: (value) => session.goAlong(value),
+            begin: () => session.history.begin(),
+            end: () => session.history.end('path'),
+        });
+        session.store.watch(['path', 'pathFlying'], ({ path, pathFlying }) => {
+            fly.disabled = !path;
+            fly.setAttribute('aria-pressed', String(pathFlying));
+            way.element.hidden = !path;
+            way.element.querySelector('input')!.max = String(path?.length ?? 1);
+        });
+        const load = button(
+            'Path…',
+            () => file.click(),
+            'load a way through the lumen (.mrk.json)',
+        );
+        return h(
+            'div',
+            { class: 'body plain' },
+            h('div', { class: 'row' }, load, fly, file),
+            this.add(way),
         );
     }
 

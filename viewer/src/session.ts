@@ -25,6 +25,7 @@ import {
     type VolumeInfo,
     type Welcome,
 } from './protocol.ts';
+import type { Path } from './path.ts';
 import { frameOf, naturalUp } from './rays.ts';
 import { Stage } from './stage.ts';
 import type { Store } from './store.ts';
@@ -35,6 +36,7 @@ import { VolumeData } from './volume.ts';
 const kPoseMs = 50; // between two poses that are sent
 const kRoomReach = 60; // walls farther away don't matter for the speed [mm]
 const kLongestFrame = 0.1; // a page that was asleep doesn't leap [s]
+const kPathSpeed = 20; // [mm/s]
 const kNewsMs = 2000; // longest wait for the state after an undo
 const kTurnRate = 70; // of the keyboard [degrees/s]
 
@@ -189,7 +191,11 @@ export class Session implements Listener {
         if (moves && !this.flying) this.history.begin();
         if (!moves && this.flying) this.history.end('flight');
         this.flying = Boolean(moves);
-        if (!moves) return;
+        if (!moves) {
+            this.followPath(dt);
+            return;
+        }
+        if (this.store.state.pathFlying) this.togglePath(); // stepped off
         const angle = (kTurnRate * Math.PI * dt) / 180;
         this.turn(wish.yaw * angle, wish.pitch * angle, wish.roll * angle);
         if (norm(wish.move) > 0) {
@@ -200,6 +206,43 @@ export class Session implements Listener {
             const [x, y, z] = normalized(wish.move);
             this.fly(mul(way, add(add(mul(x, right), mul(y, up)), mul(z, forward))));
         }
+    }
+
+    // --- a path
+
+    setPath(path: Path): void {
+        this.store.set({ path, pathFlying: false });
+        this.goAlong(0);
+    }
+
+    /// To a place on the path, after some way from its start [mm].
+    goAlong(way: number): void {
+        const { path, camera } = this.store.state;
+        if (!path) return;
+        const pathWay = Math.min(Math.max(way, 0), path.length);
+        const next = path.camera(pathWay, camera.up);
+        this.store.set({ camera: next, cursor: next.eye, pathWay });
+    }
+
+    /// Flies on from the nearest place of the path, or pauses.
+    togglePath(): void {
+        const { path, pathFlying, camera, pathWay } = this.store.state;
+        if (!path) return;
+        if (pathFlying) this.history.end('path');
+        else {
+            this.history.begin();
+            const nearest = path.nearest(camera.eye);
+            const atEnd = Math.max(nearest, pathWay) > path.length - 0.5;
+            this.store.set({ pathWay: atEnd ? 0 : nearest });
+        }
+        this.store.set({ pathFlying: !pathFlying });
+    }
+
+    private followPath(dt: number): void {
+        const { path, pathFlying, pathWay, speed } = this.store.state;
+        if (!path || !pathFlying) return;
+        this.goAlong(pathWay + kPathSpeed * speed * dt);
+        if (this.store.state.pathWay >= path.length) this.togglePath();
     }
 
     /// Turns the endoscope about its own axes [radians].

@@ -7,6 +7,7 @@
 
 import type { Space } from './grid.ts';
 import type { Role, SharedState, Tool, VolumeInfo } from './protocol.ts';
+import type { Path } from './path.ts';
 import type { Camera } from './rays.ts';
 import type { Vec3 } from './vec.ts';
 
@@ -39,7 +40,7 @@ export interface State {
     shared: SharedState | null;
     others: Tool[]; ///< tools of other clients
     force: number; ///< on the own tool
-    limited: string; ///< why the last motion was not done in full, or nothing
+    outcome: string; ///< of the last command, where there is something to say of it
 
     camera: Camera;
     outside: boolean; ///< the endoscope's view shows the lumen from outside
@@ -50,6 +51,9 @@ export interface State {
     speed: number; ///< factor
     wall: Wall;
     tip: number; ///< radius of the endoscope's tip [mm]
+    path: Path | null; ///< a way through the lumen
+    pathWay: number; ///< how far along it the endoscope is [mm]
+    pathFlying: boolean;
 
     cursor: Vec3; ///< the crosshair [mm, LPS]
     pointer: { view: ViewName; point: Vec3 } | null;
@@ -123,7 +127,7 @@ export const initialState = (): State => ({
     shared: null,
     others: [],
     force: 0,
-    limited: '',
+    outcome: '',
     camera: { eye: [0, 0, 0], look: [0, 1, 0], up: [0, 0, 1] },
     outside: false,
     orbit: { centre: [0, 0, 0], direction: [0, 1, 0], up: [0, 0, 1], distance: 300 },
@@ -133,6 +137,9 @@ export const initialState = (): State => ({
     speed: 1,
     wall: 'stop',
     tip: 2.5,
+    path: null,
+    pathWay: 0,
+    pathFlying: false,
     cursor: [0, 0, 0],
     pointer: null,
     sections: { axial: kWhole, coronal: kWhole, sagittal: kWhole },

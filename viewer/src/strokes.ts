@@ -25,15 +25,16 @@ export interface Stroke {
     readonly radius: number;
 }
 
-/// Tells the store what came of a command.
+/// Tells the store what came of a command. Cut links don't show before something moves: that they
+/// are cut has to be said.
 export function note(store: Store, answer: Done | Refusal | Checksum | undefined): void {
     if (answer?.t !== 'done') return;
     const force = answer.force ? norm(answer.force) : 0;
-    const limited =
-        answer.status && answer.status !== 'applied'
-            ? (answer.message ?? `${answer.status}: ${answer.limited_by ?? ''}`)
-            : '';
-    store.set({ force, limited });
+    let outcome = answer.message ?? '';
+    if (answer.cut_links !== undefined) outcome ||= `${answer.cut_links} links cut`;
+    if (answer.status && answer.status !== 'applied')
+        outcome ||= `${answer.status} by ${answer.limited_by ?? 'something'}`;
+    store.set({ force, outcome });
 }
 
 /// Takes the newest target along, one command after the other.
@@ -140,7 +141,7 @@ export class GrabStroke extends Follower {
         if (this.held === undefined) {
             const done = await this.ask({ do: 'grab', point: this.start, radius: this.radius });
             this.held = (done?.grabbed_elements ?? 0) > 0;
-            if (!this.held) this.store.set({ limited: 'nothing to hold here' });
+            if (!this.held) this.store.set({ outcome: 'nothing to hold here' });
         }
         const offset = sub(this.target, this.start);
         if (!this.held || norm(sub(offset, this.offset)) < kLeast) return false;
