@@ -39,13 +39,24 @@ build_viewer() {
     (cd "$root/viewer" && npm run --silent build)
 }
 
-# The types, then the tests in a headless browser: against the mock, and against the program where
-# there is one.
-test_viewer() { # [PROGRAM]
-    need_node
-    need_packages browser
-    install_node_modules
+# Bundle and types.
+check_viewer() {
     build_viewer
-    (cd "$root/viewer" && npm run --silent check && npm test --silent)
-    [[ ! -x ${1:-} ]] || (cd "$root/viewer" && PLIANT_SERVER=$1 npm test --silent)
+    (cd "$root/viewer" && npm run --silent check)
+    echo "viewer: types hold"
+}
+
+# A headless browser drives the page: with the mock first, then with the program's own server.
+test_viewer() { # PROGRAM
+    need_browser
+    (cd "$root/viewer" && npm test --silent && PLIANT_SERVER=$1 npm test --silent)
+}
+
+# Ubuntu has no package of Chromium: PLIANT_CHROMIUM names a browser from elsewhere.
+need_browser() {
+    local browser
+    for browser in "${PLIANT_CHROMIUM:-}" /usr/bin/chromium-headless-shell /usr/bin/chromium; do
+        [[ ! -x $browser ]] || return 0
+    done
+    need_packages browser
 }
