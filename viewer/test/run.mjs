@@ -3,7 +3,8 @@
 
 // Bundles the tests and gives them to Node's test runner.
 //
-//   node test/run.mjs [NAME…]   all tests, or test_NAME.ts; needs dist/ for those with a browser
+//   node test/run.mjs [NAME…]        all tests, or test_NAME.ts; needs dist/ for those with a browser
+//   node test/run.mjs --measure NAME  measure_NAME.ts, which prints numbers and can't fail
 
 import { build } from 'esbuild';
 import { readdir, rm } from 'node:fs/promises';
@@ -14,9 +15,14 @@ import { fileURLToPath } from 'node:url';
 
 const here = dirname(fileURLToPath(import.meta.url));
 const out = join(here, 'out/js');
-const wanted = process.argv.slice(2).map((name) => `test_${name}.ts`);
+const measure = process.argv.includes('--measure');
+const kind = measure ? 'measure' : 'test';
+const wanted = process.argv
+    .slice(2)
+    .filter((name) => !name.startsWith('--'))
+    .map((name) => `${kind}_${name}.ts`);
 const files = (await readdir(here))
-    .filter((name) => /^test_.*\.ts$/.test(name))
+    .filter((name) => name.startsWith(`${kind}_`))
     .filter((name) => !wanted.length || wanted.includes(name));
 
 await rm(out, { recursive: true, force: true });
@@ -33,13 +39,15 @@ await build({
     logLevel: 'warning',
 });
 process.env.PLIANT_VIEWER = dirname(here);
-run({
-    files: files.map((f) => join(out, f.replace(/ts$/, 'mjs'))),
-    concurrency: 1, // browsers draw in software and need the whole machine
-    timeout: 600_000,
-})
-    .on('test:fail', () => {
-        process.exitCode = 1;
+if (measure) for (const f of files) await import(join(out, f.replace(/ts$/, 'mjs')));
+else
+    run({
+        files: files.map((f) => join(out, f.replace(/ts$/, 'mjs'))),
+        concurrency: 1, // browsers draw in software and need the whole machine
+        timeout: 600_000,
     })
-    .compose(new spec())
-    .pipe(process.stdout);
+        .on('test:fail', () => {
+            process.exitCode = 1;
+        })
+        .compose(new spec())
+        .pipe(process.stdout);
