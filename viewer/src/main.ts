@@ -9,7 +9,7 @@ import { h } from './dom.ts';
 import { helpDialog } from './help.ts';
 import { Keymap } from './keymap.ts';
 import { Overlay } from './overlay.ts';
-import { Panels } from './panels.ts';
+import { panels } from './panels.ts';
 import { Pointer } from './pointer.ts';
 import { Session } from './session.ts';
 import { Stage } from './stage.ts';
@@ -34,8 +34,7 @@ function start(): void {
     const actions = new Actions(session);
     const overlay = new Overlay(session);
     const canvas = h('canvas', { 'aria-hidden': 'true' });
-    const panels = new Panels(session, actions);
-    panels.query = `?token=${encodeURIComponent(token)}`;
+    const settings = panels(session, actions, `?token=${encodeURIComponent(token)}`);
     const status = new StatusBar(session);
     const tour = new Tour(session, () => localStorage.setItem(kTourKey, 'seen'));
     const help = helpDialog(() => tour.start());
@@ -50,7 +49,7 @@ function start(): void {
             'main',
             {},
             h('div', { class: 'views' }, canvas, overlay.element, notice, tour.element),
-            panels.element,
+            settings,
         ),
         status.element,
         help,

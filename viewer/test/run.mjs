@@ -3,7 +3,7 @@
 
 // Bundles the tests and gives them to Node's test runner.
 //
-//   node test/run.mjs [NAME…]        all tests, or test_NAME.ts; needs dist/ for those with a browser
+//   node test/run.mjs [NAME…]         all tests, or test_NAME.ts; with a browser they need dist/
 //   node test/run.mjs --measure NAME  measure_NAME.ts, which prints numbers and can't fail
 
 import { build } from 'esbuild';
