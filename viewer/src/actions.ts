@@ -190,6 +190,7 @@ export class Actions {
     // --- the threshold, which all clients share
 
     private isoWish: { iso_hu?: number; polarity?: 'rising' | 'falling' } | undefined;
+    private isoSent: number | undefined;
     private isoBusy = false;
 
     /// Asks for a threshold; while one is under way only the newest wish is kept.
@@ -198,13 +199,20 @@ export class Actions {
         if (!this.isoBusy) void this.sendIso();
     }
 
+    /// The threshold that has been asked for or, without a wish, the one that holds.
+    get wantedIso(): number {
+        return this.isoWish?.iso_hu ?? this.isoSent ?? this.state.shared?.iso_hu ?? -500;
+    }
+
     private async sendIso(): Promise<void> {
         this.isoBusy = true;
         while (this.isoWish) {
             const wish = this.isoWish;
             this.isoWish = undefined;
+            this.isoSent = wish.iso_hu;
             await this.session.ask({ do: 'iso', ...wish });
         }
+        this.isoSent = undefined;
         this.isoBusy = false;
     }
 

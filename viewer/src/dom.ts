@@ -94,7 +94,7 @@ export function slider(s: SliderSettings): Control {
     const refresh = (): void => {
         const value = s.value();
         if (document.activeElement !== number) number.value = String(rounded(value));
-        range.value = String(root(value));
+        if (!open) range.value = String(root(value)); // else the hand has it
         range.setAttribute('aria-valuetext', `${rounded(value)} ${s.unit}`);
     };
     refresh();

@@ -120,8 +120,7 @@ export class Keymap {
         const tool = (name: ToolName) => (): void => store.set({ tool: name });
         const radius = (factor: number): void =>
             store.set({ radius: Math.min(Math.max(store.state.radius * factor, 0.5), 30) });
-        const iso = (by: number) => (): void =>
-            actions.iso({ iso_hu: (store.state.shared?.iso_hu ?? 0) + by });
+        const iso = (by: number) => (): void => actions.iso({ iso_hu: actions.wantedIso + by });
         this.bindings = [
             { code: 'KeyZ', ctrl: true, shift: false, run: () => void history.undo() },
             { code: 'KeyZ', ctrl: true, shift: true, run: () => void history.redo() },

@@ -7,6 +7,7 @@ import './style.css';
 import { Actions } from './actions.ts';
 import { h } from './dom.ts';
 import { helpDialog } from './help.ts';
+import { keepView } from './kept_view.ts';
 import { Keymap } from './keymap.ts';
 import { Overlay } from './overlay.ts';
 import { panels } from './panels.ts';
@@ -109,6 +110,7 @@ function start(): void {
         },
     });
     const pointer = new Pointer(session, actions, overlay.views, keymap.held);
+    window.addEventListener('pagehide', () => keepView(store, sessionStorage));
     // Files may be dropped anywhere.
     document.addEventListener('dragover', (e) => e.preventDefault());
     document.addEventListener('drop', (e) => {

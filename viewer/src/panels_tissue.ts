@@ -91,7 +91,7 @@ export function surfacePanel(parts: Parts): HTMLElement {
         low: -1000,
         high: 1000,
         step: 5,
-        value: () => parts.state.shared?.iso_hu ?? -500,
+        value: () => actions.wantedIso,
         input: (iso_hu) => actions.iso({ iso_hu }),
     });
     return section(

@@ -36,6 +36,7 @@ interface Drag {
 
 export class Pointer {
     private drag: Drag | undefined;
+    private wheelRest = 0;
 
     constructor(
         private readonly session: Session,
@@ -201,8 +202,11 @@ export class Pointer {
         } else if (event.shiftKey) {
             session.history.step('window', () => actions.windowBy(-40 * notches, 0));
         } else {
-            const whole = Math.max(Math.round(Math.abs(notches)), 1);
-            actions.scroll(view, Math.sign(notches) * whole);
+            // A touchpad turns by parts of a notch.
+            this.wheelRest += notches;
+            const whole = Math.trunc(this.wheelRest + 1e-6 * Math.sign(notches));
+            this.wheelRest -= whole;
+            if (whole) actions.scroll(view, whole);
         }
     }
 

@@ -11,6 +11,7 @@ import { clearance, flown, speedFor, wouldTouch } from './flight.ts';
 import { voxelCount, worldFromVoxel } from './grid.ts';
 import { History } from './history.ts';
 import { checksumOf } from './murmur.ts';
+import { takeUpView } from './kept_view.ts';
 import { Latencies } from './latencies.ts';
 import {
     type BoxFrame,
@@ -72,7 +73,7 @@ export class Session implements Listener {
         readonly store: Store,
         url: string,
         hello: { role: Role; name: string },
-        memory: Memory,
+        private readonly memory: Memory,
     ) {
         this.connection = new Connection(url, hello, this, memory);
         this.history = new History(store, (what) => this.step(what));
@@ -162,7 +163,7 @@ export class Session implements Listener {
         this.stage.setVolume(this.volume);
         this.received = 0;
         this.store.set({ volume: info, loaded: 0 });
-        if (keepView) return;
+        if (keepView || takeUpView(this.store, this.memory)) return;
         const middle = worldFromVoxel(grid, mul(0.5, sub(grid.size, [1, 1, 1])));
         const start = info.start ?? { eye_mm: middle, look: [0, 1, 0], up: [0, 0, 1] };
         const size = norm(sub(worldFromVoxel(grid, grid.size), worldFromVoxel(grid, [0, 0, 0])));

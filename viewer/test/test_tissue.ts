@@ -251,6 +251,7 @@ test('after a reload the place is kept and the voxels are the same', async () =>
     );
     await idle(page);
     const sum = await compare(page);
+    const { camera, window: width } = await stateOf(page);
     await page.reload();
     await page.evaluate(() =>
         (window as never as { pliant: Session }).pliant.store.set({ fine: false }),
@@ -259,7 +260,10 @@ test('after a reload the place is kept and the voxels are the same', async () =>
     const again = await compare(page);
     assert.equal(again?.same, true);
     assert.equal(again?.own, sum?.own);
-    assert.equal((await stateOf(page)).client, client);
+    const state = await stateOf(page);
+    assert.equal(state.client, client);
+    assert.deepEqual(state.camera, camera);
+    assert.deepEqual([state.window, state.tool], [width, 'push']);
     await page.locator('.view.axial').focus();
     await undo(0);
 });
