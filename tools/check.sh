@@ -111,9 +111,15 @@ run_tests() { # [--sanitize]
     esac
     need_packages build test lint
     step "lint: layers, bibliography, files, format" lint
+    if [[ ${PLIANT_BUILD_VIEWER:-ON} != OFF ]]; then
+        step "page: bundle, types" check_viewer
+    fi
     step "gcc: build without warnings, tests" compile_and_test gcc
     step "clang: build without warnings, tests" compile_and_test clang
     step "consumer: install, find_package, build, run" consumer
+    if [[ ${PLIANT_BUILD_VIEWER:-ON} != OFF ]]; then
+        step "page: driven in a browser" test_viewer "$root/build/gcc/pliant"
+    fi
     if [[ $sanitize == yes ]]; then
         step "address and undefined-behaviour sanitizers" sanitize_addresses
         step "thread sanitizer" sanitize_threads

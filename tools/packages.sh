@@ -15,6 +15,8 @@ packages_of() {
         test) echo clang libgtest-dev ;;
         lint) echo clang-format-14 ;;
         bench) echo libbenchmark-dev time ;;
+        viewer) echo nodejs npm ;;
+        browser) echo chromium-headless-shell ;;
     esac
 }
 

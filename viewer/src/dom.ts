@@ -1,0 +1,179 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// Small helpers that make elements: a tag, its attributes, its children. No framework.
+
+type Child = Node | string | undefined | false;
+type Attributes = Record<string, string | boolean | ((event: Event) => void)>;
+
+/// Attributes whose name starts with "on" are listeners; true is an attribute without a value.
+export function h<K extends keyof HTMLElementTagNameMap>(
+    tag: K,
+    attributes: Attributes = {},
+    ...children: Child[]
+): HTMLElementTagNameMap[K] {
+    const element = document.createElement(tag);
+    for (const [name, value] of Object.entries(attributes)) {
+        if (typeof value === 'function') element.addEventListener(name.slice(2), value);
+        else if (value === true) element.setAttribute(name, '');
+        else if (value !== false) element.setAttribute(name, value);
+    }
+    for (const child of children) if (child) element.append(child);
+    return element;
+}
+
+let nextId = 1;
+
+export interface SliderSettings {
+    label: string;
+    unit: string;
+    low: number;
+    high: number;
+    step: number;
+    value: () => number;
+    /// While the slider moves.
+    input: (value: number) => void;
+    /// Around all moves of one gesture.
+    begin?: () => void;
+    end?: () => void;
+    /// Where along the slider a value is: its square root suits sizes.
+    curved?: boolean;
+    hint?: string;
+}
+
+export interface Control {
+    readonly element: HTMLElement;
+    refresh(): void;
+}
+
+/// A slider with its number beside it; both can be changed, and the number may leave the slider's
+/// range.
+export function slider(s: SliderSettings): Control {
+    const id = `c${nextId++}`;
+    const root = (v: number): number => (s.curved ? Math.sqrt(Math.max(v, 0)) : v);
+    const back = (v: number): number => (s.curved ? v * v : v);
+    const rounded = (v: number): number => {
+        const digits = Math.max(0, Math.ceil(-Math.log10(s.step)));
+        return Number((Math.round(v / s.step) * s.step).toFixed(digits));
+    };
+    const range = h('input', {
+        type: 'range',
+        id,
+        min: String(root(s.low)),
+        max: String(root(s.high)),
+        step: s.curved ? 'any' : String(s.step),
+    });
+    const number = h('input', {
+        type: 'number',
+        step: String(s.step),
+        'aria-label': `${s.label}, number`,
+    });
+    let open = false;
+    const begin = (): void => {
+        if (!open) s.begin?.();
+        open = true;
+    };
+    const end = (): void => {
+        if (open) s.end?.();
+        open = false;
+    };
+    range.addEventListener('input', () => {
+        begin();
+        s.input(rounded(back(Number(range.value))));
+    });
+    range.addEventListener('change', end);
+    number.addEventListener('change', () => {
+        const value = Number(number.value);
+        if (number.value !== '' && Number.isFinite(value)) {
+            begin();
+            s.input(value);
+            end();
+        }
+        refresh();
+    });
+    const refresh = (): void => {
+        const value = s.value();
+        if (document.activeElement !== number) number.value = String(rounded(value));
+        if (!open) range.value = String(root(value)); // else the hand has it
+        range.setAttribute('aria-valuetext', `${rounded(value)} ${s.unit}`);
+    };
+    refresh();
+    const element = h(
+        'div',
+        { class: 'slider', ...(s.hint ? { title: s.hint } : {}) },
+        h('label', { for: id }, s.label),
+        range,
+        h('span', { class: 'number' }, number, h('span', { class: 'unit' }, s.unit)),
+    );
+    return { element, refresh };
+}
+
+/// Some words of which one holds.
+export function choice<T extends string>(
+    label: string,
+    options: readonly { value: T; text: string; hint?: string }[],
+    value: () => T,
+    pick: (value: T) => void,
+): Control {
+    const name = `c${nextId++}`;
+    const inputs = options.map((o) =>
+        h('input', { type: 'radio', name, value: o.value, onchange: () => pick(o.value) }),
+    );
+    const refresh = (): void => {
+        for (const input of inputs) input.checked = input.value === value();
+    };
+    refresh();
+    const element = h(
+        'fieldset',
+        { class: 'choice' },
+        h('legend', {}, label),
+        h(
+            'div',
+            {},
+            ...options.map((o, i) =>
+                h('label', o.hint ? { title: o.hint } : {}, inputs[i]!, h('span', {}, o.text)),
+            ),
+        ),
+    );
+    return { element, refresh };
+}
+
+export function checkbox(
+    label: string,
+    value: () => boolean,
+    pick: (on: boolean) => void,
+    hint = '',
+): Control {
+    const input = h('input', { type: 'checkbox', onchange: () => pick(input.checked) });
+    const refresh = (): void => {
+        input.checked = value();
+    };
+    refresh();
+    const element = h('label', { class: 'check', ...(hint ? { title: hint } : {}) }, input, label);
+    return { element, refresh };
+}
+
+/// A list of values to take at once, as in a menu.
+export function presets<T>(
+    label: string,
+    options: readonly { text: string; value: T }[],
+    pick: (value: T) => void,
+): Control {
+    const select = h(
+        'select',
+        {
+            'aria-label': label,
+            onchange: () => {
+                const option = options[Number(select.value)];
+                if (option) pick(option.value);
+                select.value = '';
+            },
+        },
+        h('option', { value: '', disabled: true, selected: true }, label),
+        ...options.map((o, i) => h('option', { value: String(i) }, o.text)),
+    );
+    return { element: select, refresh: () => {} };
+}
+
+export const button = (text: string, run: () => void, hint = ''): HTMLButtonElement =>
+    h('button', { type: 'button', onclick: run, ...(hint ? { title: hint } : {}) }, text);

@@ -1,0 +1,105 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// Free flight through a lumen, without segmentation or centreline: the tip is a sphere that keeps
+// to places where the volume is on the lumen's side of the threshold. It is judged at points on the
+// sphere, in the mirror of the deformed volume, so a wall that has been pushed away makes room.
+
+import { voxelFromWorld } from './grid.ts';
+import { firstHit, inTissue, type Surface, wallNormal } from './rays.ts';
+import { along, dot, mul, norm, normalized, type Vec3 } from './vec.ts';
+import type { VolumeData } from './volume.ts';
+
+/// Directions to the corners, edges and faces of a cube.
+const kDirections: readonly Vec3[] = (() => {
+    const all: Vec3[] = [];
+    for (let i = 0; i < 27; ++i) {
+        const v: Vec3 = [(i % 3) - 1, (Math.floor(i / 3) % 3) - 1, Math.floor(i / 9) - 1];
+        if (norm(v) > 0) all.push(normalized(v));
+    }
+    return all;
+})();
+
+const valueAt = (volume: VolumeData, place: Vec3): number =>
+    volume.sample(voxelFromWorld(volume.grid, place));
+
+/// How much of the sphere is in tissue, 0…1, with 2 for the centre; and which way out is.
+export function contact(
+    volume: VolumeData,
+    place: Vec3,
+    radius: number,
+    surface: Surface,
+): { share: number; out: Vec3 } {
+    let touching = 0;
+    let out: Vec3 = [0, 0, 0];
+    for (const direction of kDirections) {
+        const point = along(place, radius, direction);
+        if (!inTissue(valueAt(volume, point), surface)) continue;
+        ++touching;
+        out = along(out, 1, wallNormal(volume, point, direction, surface));
+    }
+    const centre = inTissue(valueAt(volume, place), surface) ? 2 : 0;
+    return { share: centre + touching / kDirections.length, out };
+}
+
+/// Where a tip gets to from a place in free flight: it stops at walls, and slides along them. Where
+/// it is in tissue already (after a change of the threshold, say) it gets out, but not further in.
+export function flown(
+    volume: VolumeData,
+    from: Vec3,
+    motion: Vec3,
+    radius: number,
+    surface: Surface,
+): Vec3 {
+    const spacing = Math.min(...volume.grid.spacing);
+    const steps = Math.max(Math.ceil(norm(motion) / Math.min(0.5 * radius, spacing)), 1);
+    const step = mul(1 / steps, motion);
+    let place = from;
+    let here = contact(volume, place, radius, surface).share;
+    for (let i = 0; i < steps; ++i) {
+        const next = along(place, 1, step);
+        const there = contact(volume, next, radius, surface);
+        if (there.share <= here) {
+            place = next;
+            here = there.share;
+            continue;
+        }
+        if (!(norm(there.out) > 1e-6)) break;
+        const normal = normalized(there.out);
+        const into = Math.min(dot(step, normal), 0);
+        const aside = along(place, 1, along(step, -into, normal));
+        const share = contact(volume, aside, radius, surface).share;
+        if (share > here) break;
+        place = aside;
+        here = share;
+    }
+    return place;
+}
+
+/// Whether the sphere would touch tissue that it doesn't touch now.
+export const wouldTouch = (
+    volume: VolumeData,
+    from: Vec3,
+    to: Vec3,
+    radius: number,
+    surface: Surface,
+): boolean =>
+    contact(volume, to, radius, surface).share > contact(volume, from, radius, surface).share;
+
+/// Distance to the nearest wall around a place, at most reach [mm].
+export function clearance(
+    volume: VolumeData,
+    place: Vec3,
+    surface: Surface,
+    reach: number,
+): number {
+    let nearest = reach;
+    for (const direction of kDirections) {
+        const hit = firstHit(volume, place, direction, surface, nearest);
+        if (hit) nearest = Math.min(nearest, hit.distance);
+    }
+    return nearest;
+}
+
+/// Speed that suits the room around the tip [mm/s].
+export const speedFor = (room: number): number => Math.min(Math.max(2.5 * room, 4), 80);

@@ -1,0 +1,219 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// The keyboard: which keys there are, what they do, and what the help shows of them and of the
+// mouse. Keys that are held (flying) are asked for each frame.
+
+import type { Actions } from './actions.ts';
+import type { Session, Steering } from './session.ts';
+import { kTools, type SectionName, type State, type ToolName } from './store.ts';
+
+interface Binding {
+    readonly code: string; ///< of KeyboardEvent: the place on the keyboard
+    readonly ctrl?: boolean;
+    readonly shift?: boolean; ///< absent: with or without
+    readonly alt?: boolean;
+    readonly when?: (state: Readonly<State>) => boolean;
+    readonly run: () => void;
+}
+
+export interface HelpLine {
+    readonly keys: string;
+    readonly what: string;
+}
+
+const inSection = (state: Readonly<State>): boolean => state.active !== 'endoscope';
+const inEndoscope = (state: Readonly<State>): boolean => state.active === 'endoscope';
+
+/// Keys that fly and turn while they are held, by what they add.
+const kFlight: Record<
+    string,
+    Partial<Record<'x' | 'y' | 'z' | 'yaw' | 'pitch' | 'roll', number>>
+> = {
+    KeyW: { z: 1 },
+    KeyS: { z: -1 },
+    KeyA: { x: -1 },
+    KeyD: { x: 1 },
+    KeyR: { y: 1 },
+    KeyF: { y: -1 },
+    KeyQ: { roll: 1 },
+    KeyE: { roll: -1 },
+    ArrowLeft: { yaw: -1 },
+    ArrowRight: { yaw: 1 },
+    ArrowUp: { pitch: 1 },
+    ArrowDown: { pitch: -1 },
+};
+
+export const kHelp: readonly { title: string; lines: readonly HelpLine[] }[] = [
+    {
+        title: 'Endoscope',
+        lines: [
+            { keys: 'W S', what: 'forward, back' },
+            { keys: 'A D, R F', what: 'left and right, up and down' },
+            { keys: 'Arrows, left drag', what: 'look around' },
+            { keys: 'Q E', what: 'roll' },
+            { keys: 'Space', what: 'stop' },
+            { keys: 'Wheel', what: 'forward and back in steps' },
+            { keys: 'Ctrl+Wheel, right drag', what: 'field of view' },
+            { keys: 'C', what: 'at walls: stop, push, pass' },
+            { keys: 'O', what: 'seen from outside, cut open at the tip' },
+            {
+                keys: 'Keypad 1, 3, 7',
+                what: 'outside: front, right, top; with Ctrl from the other side',
+            },
+        ],
+    },
+    {
+        title: 'Sections',
+        lines: [
+            { keys: 'Wheel, Up Down', what: 'one slice' },
+            { keys: 'PgUp PgDn', what: 'ten slices' },
+            { keys: 'Click, Shift+move', what: 'crosshair in all views' },
+            { keys: 'W+left drag', what: 'window (sideways) and level (up and down)' },
+            { keys: 'Shift+Wheel', what: 'window' },
+            { keys: 'Middle drag', what: 'pan' },
+            { keys: 'Right drag, Ctrl+Wheel', what: 'zoom' },
+            { keys: 'Home', what: 'show all' },
+        ],
+    },
+    {
+        title: 'Tools',
+        lines: [
+            { keys: '1 … 6', what: 'look, window, push, grab, cut, carve' },
+            { keys: 'Left drag', what: 'use the tool; the wheel takes it deeper meanwhile' },
+            { keys: 'Enter', what: 'use the tool at the crosshair' },
+            { keys: 'Alt+Arrows', what: 'push or lead the tissue at the crosshair by 1 mm' },
+            { keys: '[ ]', what: 'smaller, larger' },
+            { keys: 'X', what: 'tissue relaxes, on and off' },
+            { keys: 'L', what: 'let go' },
+            { keys: ', .', what: 'threshold lower, higher by 25' },
+            { keys: 'Ctrl+Z, Ctrl+Shift+Z', what: 'undo, redo: tissue, threshold, window, camera' },
+        ],
+    },
+    {
+        title: 'Page',
+        lines: [
+            { keys: 'Double click, V', what: 'one view alone; the next one' },
+            { keys: 'G', what: 'coordinates in LPS or RAS' },
+            { keys: 'T', what: 'frame, solve and resample times' },
+            { keys: 'P', what: 'save a picture' },
+            { keys: 'Tab, F6', what: 'next control; next view' },
+            { keys: 'Esc', what: 'end what is going on; close' },
+            { keys: '?', what: 'this table' },
+        ],
+    },
+];
+
+export class Keymap {
+    readonly held = new Set<string>();
+    private readonly bindings: Binding[];
+
+    constructor(
+        private readonly session: Session,
+        actions: Actions,
+        hooks: { help: () => void; cancel: () => void; nextView: () => void },
+    ) {
+        const { store, history } = session;
+        const scroll = (slices: number) => (): void =>
+            actions.scroll(store.state.active as SectionName, slices);
+        const nudge = (x: number, y: number) => (): void => void actions.nudge([x, y]);
+        const tool = (name: ToolName) => (): void => store.set({ tool: name });
+        const radius = (factor: number): void =>
+            store.set({ radius: Math.min(Math.max(store.state.radius * factor, 0.5), 30) });
+        const iso = (by: number) => (): void => actions.iso({ iso_hu: actions.wantedIso + by });
+        this.bindings = [
+            { code: 'KeyZ', ctrl: true, shift: false, run: () => void history.undo() },
+            { code: 'KeyZ', ctrl: true, shift: true, run: () => void history.redo() },
+            { code: 'KeyY', ctrl: true, run: () => void history.redo() },
+            { code: 'ArrowUp', alt: true, run: nudge(0, 1) },
+            { code: 'ArrowDown', alt: true, run: nudge(0, -1) },
+            { code: 'ArrowLeft', alt: true, run: nudge(-1, 0) },
+            { code: 'ArrowRight', alt: true, run: nudge(1, 0) },
+            { code: 'ArrowUp', when: inSection, run: scroll(1) },
+            { code: 'ArrowDown', when: inSection, run: scroll(-1) },
+            { code: 'PageUp', when: inSection, run: scroll(10) },
+            { code: 'PageDown', when: inSection, run: scroll(-10) },
+            { code: 'Home', run: () => actions.fit() },
+            { code: 'Space', when: inEndoscope, run: () => this.stop() },
+            { code: 'KeyV', run: () => actions.cycleViews() },
+            { code: 'KeyO', run: () => actions.toggleOutside() },
+            { code: 'KeyC', run: () => actions.cycleWall() },
+            { code: 'KeyX', run: () => actions.relax() },
+            { code: 'KeyL', run: () => void session.ask({ do: 'release' }) },
+            {
+                code: 'KeyG',
+                run: () => store.set({ space: store.state.space === 'LPS' ? 'RAS' : 'LPS' }),
+            },
+            { code: 'KeyT', run: () => store.set({ timings: !store.state.timings }) },
+            { code: 'KeyP', run: () => void actions.snapshot() },
+            { code: 'BracketLeft', run: () => radius(1 / 1.25) },
+            { code: 'BracketRight', run: () => radius(1.25) },
+            { code: 'Comma', run: iso(-25) },
+            { code: 'Period', run: iso(25) },
+            { code: 'Enter', run: () => void actions.applyAtCursor() },
+            { code: 'F6', run: hooks.nextView },
+            { code: 'Escape', run: hooks.cancel },
+            { code: 'Numpad1', run: () => actions.standardView([0, 1, 0], [0, 0, 1]) },
+            { code: 'Numpad1', ctrl: true, run: () => actions.standardView([0, -1, 0], [0, 0, 1]) },
+            { code: 'Numpad3', run: () => actions.standardView([1, 0, 0], [0, 0, 1]) },
+            { code: 'Numpad3', ctrl: true, run: () => actions.standardView([-1, 0, 0], [0, 0, 1]) },
+            { code: 'Numpad7', run: () => actions.standardView([0, 0, -1], [0, -1, 0]) },
+            { code: 'Numpad7', ctrl: true, run: () => actions.standardView([0, 0, 1], [0, -1, 0]) },
+            ...kTools.map((name, i) => ({ code: `Digit${i + 1}`, run: tool(name) })),
+        ];
+        window.addEventListener('keydown', (e) => this.down(e, hooks.help));
+        window.addEventListener('keyup', (e) => this.held.delete(e.code));
+        window.addEventListener('blur', () => this.held.clear());
+        session.steering = () => this.steering();
+    }
+
+    private down(event: KeyboardEvent, help: () => void): void {
+        const typing = event.target as HTMLElement;
+        const inField = typing.matches('input:not([type=range]):not([type=checkbox]), textarea');
+        const modal = document.querySelector('dialog[open]') !== null;
+        if (modal || (inField && event.code !== 'Escape')) return;
+        if (event.key === '?') {
+            help();
+            event.preventDefault();
+            return;
+        }
+        // Controls keep the keys that they need themselves.
+        const control = typing.matches('input, select, button, summary, a, label');
+        const own = /^(Arrow|Page|Home|Enter|Space)/.test(event.code);
+        if (control && own && !event.altKey) return;
+        const ctrl = event.ctrlKey || event.metaKey;
+        const binding = this.bindings.find(
+            (b) =>
+                b.code === event.code &&
+                (b.ctrl ?? false) === ctrl &&
+                (b.alt ?? false) === event.altKey &&
+                (b.shift ?? event.shiftKey) === event.shiftKey &&
+                (b.when?.(this.session.store.state) ?? true),
+        );
+        if (binding) {
+            binding.run();
+            event.preventDefault();
+        } else if (!ctrl && !event.altKey) {
+            this.held.add(event.code);
+            if (event.code in kFlight && !typing.matches('select')) event.preventDefault();
+        }
+    }
+
+    private stop(): void {
+        this.held.clear();
+    }
+
+    private steering(): Steering {
+        const sum = { x: 0, y: 0, z: 0, yaw: 0, pitch: 0, roll: 0 };
+        if (inEndoscope(this.session.store.state) && !this.session.store.state.outside)
+            for (const code of this.held)
+                for (const [what, by] of Object.entries(kFlight[code] ?? {}))
+                    sum[what as keyof typeof sum] += by;
+        return {
+            move: [sum.x, sum.y, sum.z],
+            yaw: sum.yaw,
+            pitch: sum.pitch,
+            roll: sum.roll,
+        };
+    }
+}

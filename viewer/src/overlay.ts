@@ -1,0 +1,232 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// What lies over the pictures: names, letters, crosshair, tools, the value under the pointer. Plain
+// elements, so that they stay sharp, can be read aloud and cost no redrawing of the volume.
+
+import { h } from './dom.ts';
+import { shown, voxelFromWorld } from './grid.ts';
+import { kSectionAxes, pixelOfWorld, type SectionPlane, sectionPlane } from './section_geometry.ts';
+import type { Session } from './session.ts';
+import { frameOf } from './rays.ts';
+import { kViews, type SectionName, type State, type ViewName } from './store.ts';
+import { dot, sub, type Vec3 } from './vec.ts';
+
+const kTitles: Record<ViewName, string> = {
+    endoscope: 'Endoscope',
+    axial: 'Axial',
+    coronal: 'Coronal',
+    sagittal: 'Sagittal',
+};
+const kSvg = 'http://www.w3.org/2000/svg';
+
+export class Overlay {
+    readonly views: Record<ViewName, HTMLElement>;
+    readonly element: HTMLElement;
+    private readonly drawings: Record<ViewName, SVGSVGElement>;
+    private readonly captions: Record<ViewName, HTMLElement>;
+    private readonly force = h(
+        'div',
+        { class: 'force', role: 'meter', 'aria-label': 'force' },
+        h('i'),
+    );
+    private wanted = true;
+
+    constructor(private readonly session: Session) {
+        this.drawings = Object.fromEntries(
+            kViews.map((view) => [view, document.createElementNS(kSvg, 'svg')]),
+        ) as Record<ViewName, SVGSVGElement>;
+        this.captions = Object.fromEntries(
+            kViews.map((view) => [view, h('span', { class: 'caption' })]),
+        ) as Record<ViewName, HTMLElement>;
+        this.views = Object.fromEntries(
+            kViews.map((view) => [view, this.makeView(view)]),
+        ) as Record<ViewName, HTMLElement>;
+        this.views.endoscope.append(this.force);
+        this.element = h('div', { class: 'grid' }, ...kViews.map((view) => this.views[view]));
+        session.store.watch(['maximised', 'active'], (state) => this.layOut(state));
+        session.store.listen(() => {
+            this.wanted = true;
+        });
+        new ResizeObserver(() => {
+            this.wanted = true;
+        }).observe(this.element);
+    }
+
+    /// Once per frame at most.
+    refresh(): void {
+        if (!this.wanted) return;
+        this.wanted = false;
+        const { state } = this.session.store;
+        if (!this.session.volume) return;
+        for (const view of kViews) {
+            if (state.maximised && state.maximised !== view) continue;
+            const box = this.views[view].getBoundingClientRect();
+            if (view === 'endoscope') this.drawEndoscope(state, box);
+            else this.drawSection(view, state, box);
+        }
+        const bar = Math.min(Math.log10(1 + state.force) * 20, 100);
+        (this.force.firstElementChild as HTMLElement).style.width = `${bar}%`;
+        this.force.setAttribute('aria-valuenow', state.force.toFixed(1));
+        this.force.title = `force ${state.force.toFixed(1)}`;
+    }
+
+    private makeView(view: ViewName): HTMLElement {
+        const letters = view === 'endoscope' ? '' : kSectionAxes[view].letters;
+        this.drawings[view].setAttribute('aria-hidden', 'true');
+        return h(
+            'section',
+            {
+                class: `view ${view}`,
+                tabindex: '0',
+                role: 'application',
+                'aria-roledescription': 'view',
+                'aria-label': `${kTitles[view]}. ${
+                    view === 'endoscope' ? 'W and S fly, arrows look' : 'Up and Down scroll'
+                }; question mark lists all keys`,
+            },
+            this.drawings[view] as unknown as HTMLElement,
+            h('span', { class: 'name' }, kTitles[view]),
+            this.captions[view],
+            ...[...letters].map((letter, i) =>
+                h('span', { class: `letter ${['left', 'right', 'top', 'bottom'][i]}` }, letter),
+            ),
+        );
+    }
+
+    private layOut(state: State): void {
+        this.element.classList.toggle('single', state.maximised !== null);
+        for (const view of kViews) {
+            const hidden = state.maximised !== null && state.maximised !== view;
+            this.views[view].hidden = hidden;
+            this.views[view].classList.toggle('active', state.active === view);
+        }
+    }
+
+    private drawSection(view: SectionName, state: State, box: DOMRect): void {
+        const { grid } = this.session.volume!;
+        const frame = state.sections[view];
+        const plane = sectionPlane(grid, view, frame, state.cursor, box.width, box.height);
+        const [x, y] = pixelOfWorld(plane, state.cursor);
+        const gap = 12;
+        const parts = [
+            line('across', 0, y, x - gap, y),
+            line('across', x + gap, y, box.width, y),
+            line('along', x, 0, x, y - gap),
+            line('along', x, y + gap, x, box.height),
+            ...this.toolMarks(state, plane),
+            this.endoscopeMark(state, plane),
+        ];
+        this.show(view, parts, box);
+        const { axis } = plane.axes;
+        const at = shown(state.cursor, state.space)['xyz'.indexOf(axis)]!;
+        this.captions[view].textContent = `${axis} ${at.toFixed(1)} mm`;
+    }
+
+    private toolMarks(state: State, plane: SectionPlane): SVGElement[] {
+        const marks: SVGElement[] = [];
+        const circle = (centre: Vec3, radius: number, kind: string): void => {
+            const off = dot(sub(centre, plane.centre), plane.axes.normal);
+            if (Math.abs(off) >= radius) return;
+            const r = Math.sqrt(radius * radius - off * off) / plane.mmPerPixel;
+            const [cx, cy] = pixelOfWorld(plane, centre);
+            marks.push(svg('circle', { class: kind, cx, cy, r }));
+        };
+        const { stroke } = this.session;
+        if (stroke && stroke.radius > 0)
+            circle(stroke.path[stroke.path.length - 1]!, stroke.radius, 'tool own');
+        if (stroke && stroke.radius === 0) {
+            const points = stroke.path.map((p) => pixelOfWorld(plane, p).join(',')).join(' ');
+            marks.push(svg('polyline', { class: 'blade', points }));
+        }
+        for (const other of state.others) circle(other.position, Math.max(other.radius, 1), 'tool');
+        return marks;
+    }
+
+    /// Where the tip is and where it looks.
+    private endoscopeMark(state: State, plane: SectionPlane): SVGElement {
+        const { eye, look } = state.camera;
+        const [x, y] = pixelOfWorld(plane, eye);
+        const length = 26;
+        return line(
+            'sight',
+            x,
+            y,
+            x + length * dot(look, plane.axes.right),
+            y - length * dot(look, plane.axes.up),
+        );
+    }
+
+    private drawEndoscope(state: State, box: DOMRect): void {
+        const parts: SVGElement[] = [];
+        if (!state.outside) {
+            const spot = this.spotInEndoscope(state, state.cursor, box);
+            if (spot) {
+                const [x, y] = spot;
+                parts.push(line('across', x - 8, y, x + 8, y), line('along', x, y - 8, x, y + 8));
+            }
+            const { stroke } = this.session;
+            if (stroke?.radius === 0) {
+                const points = stroke.path
+                    .map((p) => this.spotInEndoscope(state, p, box)?.join(','))
+                    .filter(Boolean)
+                    .join(' ');
+                parts.push(svg('polyline', { class: 'blade', points }));
+            }
+        }
+        this.show('endoscope', parts, box);
+        const wall = { stop: 'stops at walls', push: 'pushes walls', pass: 'passes walls' }[
+            state.wall
+        ];
+        this.captions.endoscope.textContent = state.outside
+            ? 'from outside, cut open at the tip'
+            : `${Math.round(state.fieldOfView)}°, ${wall}`;
+    }
+
+    /// The lens bends: r_ray = r·(1 + k·r²) is solved for r by Newton's steps.
+    private spotInEndoscope(state: State, place: Vec3, box: DOMRect): [number, number] | undefined {
+        const { right, up, forward } = frameOf(state.camera);
+        const v = sub(place, state.camera.eye);
+        const depth = dot(v, forward);
+        if (depth < 0.5) return undefined;
+        const slope = Math.tan((state.fieldOfView * Math.PI) / 360);
+        const a = dot(v, right) / depth / slope;
+        const b = dot(v, up) / depth / slope;
+        const bent = Math.hypot(a, b);
+        let r = bent;
+        for (let i = 0; i < 6; ++i)
+            r -= (r * (1 + state.barrel * r * r) - bent) / (1 + 3 * state.barrel * r * r);
+        const share = bent > 0 ? r / bent : 1;
+        const half = box.height / 2;
+        return [box.width / 2 + share * a * half, half - share * b * half];
+    }
+
+    private show(view: ViewName, parts: SVGElement[], box: DOMRect): void {
+        this.drawings[view].setAttribute('viewBox', `0 0 ${box.width} ${box.height}`);
+        this.drawings[view].replaceChildren(...parts);
+    }
+}
+
+function svg(name: string, attributes: Record<string, string | number>): SVGElement {
+    const element = document.createElementNS(kSvg, name);
+    for (const [key, value] of Object.entries(attributes)) element.setAttribute(key, String(value));
+    return element;
+}
+
+const line = (kind: string, x1: number, y1: number, x2: number, y2: number): SVGElement =>
+    svg('line', { class: kind, x1, y1, x2, y2 });
+
+/// The line below the views: value, place and index under the pointer.
+export function pointerText(session: Session): string {
+    const { pointer, cursor, space } = session.store.state;
+    const { volume } = session;
+    if (!volume) return '';
+    const point = pointer?.point ?? cursor;
+    const ijk = voxelFromWorld(volume.grid, point);
+    const value = volume.valueAt(ijk);
+    const mm = shown(point, space).map((x) => x.toFixed(1));
+    const index = ijk.map((i) => Math.round(i));
+    const where = pointer ? '' : 'crosshair: ';
+    const what = value === undefined ? 'outside' : `${Math.round(value)} HU`;
+    return `${where}${what} · ${space} ${mm.join(', ')} mm · ijk ${index.join(', ')}`;
+}

@@ -1,0 +1,38 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// The panels beside the views: every setting with its number, its unit and its preset.
+
+import type { Actions } from './actions.ts';
+import { h } from './dom.ts';
+import { Parts } from './panel_parts.ts';
+import { sessionPanel } from './panel_session.ts';
+import { materialPanel, surfacePanel, toolPanel } from './panels_tissue.ts';
+import { displayPanel, endoscopePanel, placesPanel, windowPanel } from './panels_view.ts';
+import type { Session } from './session.ts';
+
+/// @param query  the link's token, for downloads
+export function panels(session: Session, actions: Actions, query: string): HTMLElement {
+    const parts = new Parts(session, actions, query);
+    const element = h(
+        'aside',
+        { class: 'panels', 'aria-label': 'Settings' },
+        toolPanel(parts),
+        surfacePanel(parts),
+        windowPanel(parts),
+        endoscopePanel(parts),
+        materialPanel(parts),
+        placesPanel(parts),
+        displayPanel(parts),
+        sessionPanel(parts),
+    );
+    const refresh = (): void => {
+        parts.refresh();
+        const { role, link } = parts.state;
+        for (const field of element.querySelectorAll<HTMLFieldSetElement>('fieldset.tissue'))
+            field.disabled = role === 'view' || link !== 'open';
+    };
+    session.store.listen(refresh);
+    refresh();
+    return element;
+}

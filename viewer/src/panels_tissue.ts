@@ -1,0 +1,217 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// Panels that change the tissue or what is taken for its surface: tool, threshold, material.
+
+import { button, checkbox, choice, h, presets, slider } from './dom.ts';
+import { type Parts, section, tissue } from './panel_parts.ts';
+import type { Materials, Polarity } from './protocol.ts';
+
+const kThresholds: readonly {
+    text: string;
+    value: { iso_hu: number; polarity: Polarity };
+}[] = [
+    { text: 'Airway, bowel, sinus', value: { iso_hu: -500, polarity: 'rising' } },
+    { text: 'Skin', value: { iso_hu: -300, polarity: 'rising' } },
+    { text: 'Bone', value: { iso_hu: 250, polarity: 'rising' } },
+    { text: 'Vessel with contrast', value: { iso_hu: 170, polarity: 'falling' } },
+];
+
+export function toolPanel(parts: Parts): HTMLElement {
+    const { session, actions } = parts;
+    const relax = button('Relax', () => actions.relax(), 'tissue springs back (X)');
+    session.store.watch(['shared'], ({ shared }) => {
+        relax.setAttribute('aria-pressed', String(shared?.relaxing ?? false));
+    });
+    return section(
+        'Tool',
+        true,
+        tissue(
+            parts.number('radius', {
+                label: 'Size',
+                unit: 'mm',
+                low: 0.5,
+                high: 30,
+                step: 0.5,
+                curved: true,
+            }),
+            parts.number('strength', {
+                label: 'Strength',
+                unit: '×',
+                low: 0.1,
+                high: 2,
+                step: 0.1,
+                hint: 'how far the tool goes for a motion of the pointer',
+            }),
+            parts.number('depth', {
+                label: 'Cut depth',
+                unit: 'mm',
+                low: 1,
+                high: 60,
+                step: 1,
+                curved: true,
+            }),
+            parts.add(
+                checkbox(
+                    'tissue slides off the probe',
+                    () => parts.state.slide,
+                    (slide) => session.store.set({ slide }),
+                    'otherwise the probe takes along what it touches',
+                ),
+            ),
+            h(
+                'div',
+                { class: 'row' },
+                relax,
+                button(
+                    'Let go',
+                    () => void session.ask({ do: 'release' }),
+                    'nothing is held any more (L)',
+                ),
+                button('Reset', () => void session.ask({ do: 'reset' }), 'everything back to rest'),
+            ),
+        ),
+        h('p', { class: 'outcome', 'aria-live': 'polite' }, outcome(parts)),
+    );
+}
+
+function outcome(parts: Parts): HTMLElement {
+    const text = h('span');
+    parts.session.store.watch(['outcome'], ({ outcome }) => {
+        text.textContent = outcome;
+    });
+    return text;
+}
+
+export function surfacePanel(parts: Parts): HTMLElement {
+    const { actions } = parts;
+    const iso = slider({
+        label: 'Threshold',
+        unit: 'HU',
+        low: -1000,
+        high: 1000,
+        step: 5,
+        value: () => actions.wantedIso,
+        input: (iso_hu) => actions.iso({ iso_hu }),
+    });
+    return section(
+        'Surface',
+        true,
+        tissue(
+            parts.add(iso),
+            parts.add(
+                choice(
+                    'Lumen',
+                    [
+                        {
+                            value: 'rising',
+                            text: 'air',
+                            hint: 'the wall is brighter than the lumen',
+                        },
+                        {
+                            value: 'falling',
+                            text: 'contrast',
+                            hint: 'the wall is darker than the lumen',
+                        },
+                    ],
+                    () => parts.state.shared?.polarity ?? 'rising',
+                    (polarity) => actions.iso({ polarity }),
+                ),
+            ),
+            parts.add(
+                presets('Presets of the threshold', kThresholds, (value) => actions.iso(value)),
+            ),
+        ),
+        parts.add(
+            checkbox(
+                'as a line in the sections',
+                () => parts.state.contour,
+                (contour) => parts.session.store.set({ contour }),
+            ),
+        ),
+    );
+}
+
+export function materialPanel(parts: Parts): HTMLElement {
+    return section(
+        'Material',
+        false,
+        tissue(
+            materialNumber(
+                parts,
+                'offset',
+                'Slack',
+                '',
+                0,
+                1,
+                0.01,
+                'of the softest link, as a share of its length',
+            ),
+            materialNumber(parts, 'max_movement_mm', 'Largest movement', 'mm', 0, 100, 1),
+            materialNumber(
+                parts,
+                'bone_threshold_hu',
+                'Bone above',
+                'HU',
+                0,
+                2000,
+                10,
+                'does not move',
+            ),
+            materialNumber(
+                parts,
+                'yield',
+                'Yield',
+                '',
+                0,
+                1,
+                0.01,
+                'strain beyond it stays; 0: none',
+            ),
+            materialFlag(parts, 'air_enabled', 'air is a material of its own'),
+            materialNumber(parts, 'air_threshold_hu', 'Air below', 'HU', -1000, 0, 10),
+            materialFlag(parts, 'rounded', 'rounded limits'),
+        ),
+    );
+}
+
+function materialNumber(
+    parts: Parts,
+    key: keyof { [K in keyof Materials as Materials[K] extends number ? K : never]: 0 },
+    label: string,
+    unit: string,
+    low: number,
+    high: number,
+    step: number,
+    hint = '',
+): HTMLElement {
+    let wish: number | undefined; // sent once, when the slider is let go
+    return parts.add(
+        slider({
+            label,
+            unit,
+            low,
+            high,
+            step,
+            hint,
+            value: () => wish ?? parts.state.shared?.materials[key] ?? low,
+            input: (value) => {
+                wish = value;
+            },
+            end: () => {
+                if (wish !== undefined) void parts.session.ask({ do: 'materials', [key]: wish });
+                wish = undefined;
+            },
+        }),
+    );
+}
+
+function materialFlag(parts: Parts, key: 'air_enabled' | 'rounded', label: string): HTMLElement {
+    return parts.add(
+        checkbox(
+            label,
+            () => parts.state.shared?.materials[key] ?? false,
+            (on) => void parts.session.ask({ do: 'materials', [key]: on }),
+        ),
+    );
+}

@@ -1,0 +1,257 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// The messages of docs/protocol.md as types, and its binary frames decoded. What doesn't look as
+// the protocol says is refused with an error that names the field: a page must not draw rubbish.
+
+import type { Box, Grid } from './grid.ts';
+import type { Mat3, Vec3 } from './vec.ts';
+
+export const kProtocol = 1;
+
+export type Role = 'control' | 'view';
+export type Polarity = 'rising' | 'falling';
+
+export interface Materials {
+    offset: number;
+    max_movement_mm: number;
+    bone_threshold_hu: number;
+    air_enabled: boolean;
+    air_threshold_hu: number;
+    yield: number;
+    rounded: boolean;
+}
+
+export interface Timing {
+    solve_ms: number;
+    resample_ms: number;
+    tick_ms: number;
+    moved_elements: number;
+}
+
+export interface SharedState {
+    step: number;
+    iso_hu: number;
+    polarity: Polarity;
+    materials: Materials;
+    relaxing: boolean;
+    settled: boolean;
+    holder: number;
+    undo: { steps: number; next: string };
+    redo: { steps: number; next: string };
+    clients: { client: number; name: string; role: Role }[];
+    timing: Timing;
+}
+
+export interface Landmark {
+    name: string;
+    point_mm: Vec3;
+    push_mm: Vec3;
+    eye_mm: Vec3;
+    look: Vec3;
+}
+
+export interface VolumeInfo {
+    id: number;
+    name: string;
+    size: Vec3;
+    spacing_mm: Vec3;
+    origin_mm: Vec3;
+    direction: Mat3;
+    range_hu: [number, number];
+    start: { eye_mm: Vec3; look: Vec3; up: Vec3 } | null;
+    landmarks: Landmark[];
+}
+
+export interface Welcome {
+    t: 'welcome';
+    protocol: number;
+    program: string;
+    client: number;
+    role: Role;
+    resume: string;
+    resumed: boolean;
+    rate_hz: number;
+    features: string[];
+    volume: VolumeInfo;
+    state: SharedState;
+}
+
+export interface Done {
+    t: 'done';
+    id: number;
+    do: string;
+    step: number;
+    status?: 'applied' | 'limited' | 'rejected';
+    limited_by?: 'none' | 'bone' | 'movement';
+    step_fraction?: number;
+    grabbed_elements?: number;
+    moved_elements?: number;
+    cut_links?: number;
+    carved_elements?: number;
+    solve_ms?: number;
+    force?: Vec3;
+    message?: string;
+}
+
+export interface Refusal {
+    t: 'error';
+    id: number;
+    do: string;
+    code: string;
+    message: string;
+}
+
+export interface Checksum {
+    t: 'checksum';
+    id: number;
+    step: number;
+    voxels: string;
+    volume: string;
+    tissue: string;
+}
+
+export type ServerText =
+    | Welcome
+    | ({ t: 'volume' } & VolumeInfo)
+    | ({ t: 'state' } & SharedState)
+    | Done
+    | Refusal
+    | Checksum
+    | { t: 'pong'; id: number }
+    | { t: 'bye'; code: number; message: string };
+
+/// What clients ask for. Fields as in the protocol; the id is put in by the connection.
+export type Command =
+    | { do: 'push' | 'slide'; point: Vec3; push: Vec3; radius: number; stroke?: number }
+    | { do: 'grab'; point: Vec3; radius: number; reach?: number }
+    | { do: 'drag'; offset: Vec3 }
+    | { do: 'let_go' | 'release' | 'reset' | 'undo' | 'redo' | 'checksum' | 'ping' }
+    | { do: 'cut'; line: Vec3[]; depth: Vec3 }
+    | {
+          do: 'carve';
+          from: Vec3;
+          to: Vec3;
+          radius: number;
+          spare_fixed?: boolean;
+          stroke?: number;
+      }
+    | { do: 'relax'; on: boolean }
+    | ({ do: 'materials' } & Partial<Materials>)
+    | { do: 'iso'; iso_hu?: number; polarity?: Polarity };
+
+export interface Pose {
+    do: 'tool';
+    kind: 'endoscope' | 'sphere' | 'none';
+    position: Vec3;
+    direction: Vec3;
+    up?: Vec3;
+    radius?: number;
+}
+
+export interface BoxFrame {
+    kind: 'box';
+    step: number;
+    volume: number;
+    last: boolean; ///< with it, the voxels are those of the step
+    box: Box;
+    halves: Uint16Array;
+}
+
+export interface Tool {
+    client: number;
+    kind: 'endoscope' | 'sphere';
+    touches: boolean;
+    limited: boolean;
+    position: Vec3;
+    direction: Vec3;
+    up: Vec3;
+    radius: number;
+    force: Vec3;
+    fraction: number;
+}
+
+export interface ToolsFrame {
+    kind: 'tools';
+    tools: Tool[];
+}
+
+const kHeader = 32;
+const kToolBytes = 64;
+
+const littleEndian = new Uint8Array(new Uint16Array([1]).buffer)[0] === 1;
+
+/// Decodes a binary message; throws an Error with one line where it isn't as the protocol says.
+export function decodeFrame(buffer: ArrayBuffer): BoxFrame | ToolsFrame {
+    const view = new DataView(buffer);
+    if (buffer.byteLength < kHeader)
+        throw new Error(`frame: ${buffer.byteLength} bytes, expected at least ${kHeader}`);
+    if (view.getUint32(0) !== 0x504c4e54) throw new Error('frame: does not start with PLNT');
+    const type = view.getUint8(4);
+    const flags = view.getUint8(5);
+    const payload = buffer.byteLength - kHeader;
+    if (flags & 1) throw new Error('frame: packed with LZ4, which was not asked for');
+    if (view.getUint32(28, true) !== payload)
+        throw new Error(`frame: ${payload} bytes of payload, said ${view.getUint32(28, true)}`);
+    if (type === 1) return decodeBox(view, (flags & 2) !== 0, payload);
+    if (type === 2) return decodeTools(view, payload);
+    throw new Error(`frame: type ${type}, expected 1 (box) or 2 (tools)`);
+}
+
+function decodeBox(view: DataView, last: boolean, payload: number): BoxFrame {
+    const format = view.getUint16(6, true);
+    if (format !== 1) throw new Error(`box: format ${format}, expected 1 (half floats)`);
+    const u16 = (offset: number): number => view.getUint16(offset, true);
+    const begin: Vec3 = [u16(16), u16(18), u16(20)];
+    const count: Vec3 = [u16(22), u16(24), u16(26)];
+    if (2 * count[0] * count[1] * count[2] !== payload || payload === 0)
+        throw new Error(`box: ${payload} bytes for ${count.join('×')} half floats`);
+    if (!littleEndian) throw new Error('this machine stores numbers with the high byte first');
+    return {
+        kind: 'box',
+        step: view.getUint32(8, true),
+        volume: view.getUint32(12, true),
+        last,
+        box: {
+            begin,
+            end: [begin[0] + count[0], begin[1] + count[1], begin[2] + count[2]],
+        },
+        halves: new Uint16Array(view.buffer as ArrayBuffer, kHeader, payload / 2),
+    };
+}
+
+function decodeTools(view: DataView, payload: number): ToolsFrame {
+    const count = view.getUint16(6, true);
+    if (payload !== count * kToolBytes)
+        throw new Error(`tools: ${payload} bytes for ${count} tools`);
+    const tools: Tool[] = [];
+    for (let i = 0; i < count; ++i) {
+        const at = kHeader + i * kToolBytes;
+        const vector = (offset: number): Vec3 => [
+            view.getFloat32(at + offset, true),
+            view.getFloat32(at + offset + 4, true),
+            view.getFloat32(at + offset + 8, true),
+        ];
+        const flags = view.getUint8(at + 5);
+        tools.push({
+            client: view.getUint32(at, true),
+            kind: view.getUint8(at + 4) === 1 ? 'endoscope' : 'sphere',
+            touches: (flags & 1) !== 0,
+            limited: (flags & 2) !== 0,
+            position: vector(8),
+            direction: vector(20),
+            up: vector(32),
+            radius: view.getFloat32(at + 44, true),
+            force: vector(48),
+            fraction: view.getFloat32(at + 60, true),
+        });
+    }
+    return { kind: 'tools', tools };
+}
+
+export const gridOf = (v: VolumeInfo): Grid => ({
+    size: v.size,
+    spacing: v.spacing_mm,
+    origin: v.origin_mm,
+    direction: v.direction,
+});

@@ -1,0 +1,366 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// The page's middle: takes what the server sends into the store, the mirror and the stage, flies
+// the endoscope, starts and ends strokes, and tells the server where this client's tool is.
+
+import { surfaceOf } from './aim.ts';
+import { Connection, type Listener, type Memory } from './connection.ts';
+import type { ToolBall } from './endoscope_view.ts';
+import { clearance, flown, speedFor, wouldTouch } from './flight.ts';
+import { voxelCount, worldFromVoxel } from './grid.ts';
+import { History } from './history.ts';
+import { checksumOf } from './murmur.ts';
+import { takeUpView } from './kept_view.ts';
+import { Latencies } from './latencies.ts';
+import {
+    type BoxFrame,
+    type Checksum,
+    type Command,
+    type Done,
+    gridOf,
+    type Refusal,
+    type Role,
+    type SharedState,
+    type Tool,
+    type VolumeInfo,
+    type Welcome,
+} from './protocol.ts';
+import type { Path } from './path.ts';
+import { frameOf, naturalUp } from './rays.ts';
+import { Stage } from './stage.ts';
+import type { Store } from './store.ts';
+import { newStroke, note, type Stroke } from './strokes.ts';
+import { add, along, mul, norm, normalized, sub, turned, type Vec3 } from './vec.ts';
+import { VolumeData } from './volume.ts';
+
+const kPoseMs = 50; // between two poses that are sent
+const kRoomReach = 60; // walls farther away don't matter for the speed [mm]
+const kLongestFrame = 0.1; // a page that was asleep doesn't leap [s]
+const kPathSpeed = 20; // [mm/s]
+const kNewsMs = 2000; // longest wait for the state after an undo
+const kTurnRate = 70; // of the keyboard [degrees/s]
+
+/// What the keyboard asks for: along right, up and ahead, −1…1, and turns.
+export interface Steering {
+    move: Vec3;
+    yaw: number;
+    pitch: number;
+    roll: number;
+}
+
+export class Session implements Listener {
+    readonly connection: Connection;
+    readonly history: History;
+    readonly latencies = new Latencies();
+    stage!: Stage;
+    volume: VolumeData | undefined;
+    steering: () => Steering = () => ({ move: [0, 0, 0], yaw: 0, pitch: 0, roll: 0 });
+    stroke: Stroke | undefined;
+    /// A line for screen readers, and for a moment for all others.
+    say: (text: string) => void = () => {};
+    onWelcome: () => void = () => {};
+    private received = 0; // voxels of the first snapshot
+    private pushing = false; // a push of the tip is under way
+    private tipStroke = 0;
+    private flying = false;
+    private lastPose = 0;
+    private poseText = '';
+    private boxesSinceDraw = 0;
+    private onState: () => void = () => {};
+
+    constructor(
+        readonly store: Store,
+        url: string,
+        hello: { role: Role; name: string },
+        private readonly memory: Memory,
+    ) {
+        this.connection = new Connection(url, hello, this, memory);
+        this.history = new History(store, (what) => this.step(what));
+    }
+
+    /// Sends a command, and shows what came of it.
+    async ask(command: Command): Promise<boolean> {
+        const answer = await this.connection.ask(command);
+        note(this.store, answer);
+        return answer?.t === 'done';
+    }
+
+    /// Undo or redo; done when the server has also said which steps are left.
+    private async step(what: 'undo' | 'redo'): Promise<void> {
+        const news = new Promise<void>((resolve) => {
+            this.onState = resolve;
+            setTimeout(resolve, kNewsMs);
+        });
+        if (await this.ask({ do: what })) await news;
+    }
+
+    // --- what the server sends
+
+    welcome(message: Welcome): void {
+        this.store.set({
+            link: 'open',
+            linkText: '',
+            role: message.role,
+            client: message.client,
+            program: message.program,
+            features: message.features,
+            shared: message.state,
+        });
+        const held = this.volume && this.store.state.volume?.id === message.volume.id;
+        if (!message.resumed || !held) this.takeVolume(message.volume, held === true);
+        this.onWelcome();
+    }
+
+    newVolume(info: VolumeInfo): void {
+        this.takeVolume(info, false);
+    }
+
+    state(shared: SharedState): void {
+        this.store.set({ shared });
+        this.onState();
+    }
+
+    box(frame: BoxFrame): void {
+        const texture = this.stage.texture;
+        if (!texture || !this.volume) return;
+        texture.patch(frame.box, frame.halves);
+        ++this.boxesSinceDraw;
+        const { loaded } = this.store.state;
+        if (loaded < 1) {
+            this.received += frame.halves.length;
+            const share = this.received / voxelCount(this.volume.grid);
+            this.store.set({ loaded: frame.last ? 1 : Math.min(share, 0.99) });
+        }
+        if (frame.last) {
+            this.latencies.arrived(frame.step);
+            this.store.set({ voxels: this.store.state.voxels + 1 });
+        }
+    }
+
+    tools(tools: Tool[]): void {
+        const others = tools.filter((tool) => tool.client !== this.connection.client);
+        this.store.set({ others });
+        this.placeBalls();
+    }
+
+    refused(refusal: Refusal): void {
+        if (refusal.code !== 'nothing') this.say(refusal.message);
+    }
+
+    lost(reason: string, retryMs?: number): void {
+        this.stroke = undefined;
+        this.store.set({ link: retryMs === undefined ? 'ended' : 'lost', linkText: reason });
+    }
+
+    done(answer: Done, sent: number): void {
+        this.latencies.done(answer, sent);
+    }
+
+    private takeVolume(info: VolumeInfo, keepView: boolean): void {
+        const grid = gridOf(info);
+        this.volume = new VolumeData(grid, new Uint16Array(voxelCount(grid)));
+        this.stage.setVolume(this.volume);
+        this.received = 0;
+        this.store.set({ volume: info, loaded: 0 });
+        if (keepView || takeUpView(this.store, this.memory)) return;
+        const middle = worldFromVoxel(grid, mul(0.5, sub(grid.size, [1, 1, 1])));
+        const start = info.start ?? { eye_mm: middle, look: [0, 1, 0], up: [0, 0, 1] };
+        const size = norm(sub(worldFromVoxel(grid, grid.size), worldFromVoxel(grid, [0, 0, 0])));
+        this.store.set({
+            camera: { eye: start.eye_mm, look: normalized(start.look), up: start.up },
+            cursor: start.eye_mm,
+            orbit: { centre: middle, direction: [0, 1, 0], up: [0, 0, 1], distance: 2 * size },
+        });
+    }
+
+    // --- each frame
+
+    tick(seconds: number, now: number): void {
+        const dt = Math.min(seconds, kLongestFrame);
+        if (this.volume && this.store.state.loaded >= 1) this.steer(dt);
+        if (now - this.lastPose > kPoseMs) this.sendPose(now);
+        if (this.stage.frame(now) && this.boxesSinceDraw) {
+            this.boxesSinceDraw = 0;
+            this.latencies.drawn();
+        }
+    }
+
+    private steer(dt: number): void {
+        const wish = this.steering();
+        const moves = norm(wish.move) > 0 || wish.yaw || wish.pitch || wish.roll;
+        if (moves && !this.flying) this.history.begin();
+        if (!moves && this.flying) this.history.end('flight');
+        this.flying = Boolean(moves);
+        if (!moves) {
+            this.followPath(dt);
+            return;
+        }
+        if (this.store.state.pathFlying) this.togglePath(); // stepped off
+        const angle = (kTurnRate * Math.PI * dt) / 180;
+        this.turn(wish.yaw * angle, wish.pitch * angle, wish.roll * angle);
+        if (norm(wish.move) > 0) {
+            const { camera, speed } = this.store.state;
+            const room = clearance(this.volume!, camera.eye, this.surface(), kRoomReach);
+            const way = speed * speedFor(room) * dt;
+            const { right, up, forward } = frameOf(camera);
+            const [x, y, z] = normalized(wish.move);
+            this.fly(mul(way, add(add(mul(x, right), mul(y, up)), mul(z, forward))));
+        }
+    }
+
+    // --- a path
+
+    setPath(path: Path): void {
+        this.store.set({ path, pathFlying: false });
+        this.goAlong(0);
+    }
+
+    /// To a place on the path, after some way from its start [mm].
+    goAlong(way: number): void {
+        const { path, camera } = this.store.state;
+        if (!path) return;
+        const pathWay = Math.min(Math.max(way, 0), path.length);
+        const next = path.camera(pathWay, camera.up);
+        this.store.set({ camera: next, cursor: next.eye, pathWay });
+    }
+
+    /// Flies on from the nearest place of the path, or pauses.
+    togglePath(): void {
+        const { path, pathFlying, camera, pathWay } = this.store.state;
+        if (!path) return;
+        if (pathFlying) this.history.end('path');
+        else {
+            this.history.begin();
+            const nearest = path.nearest(camera.eye);
+            const atEnd = Math.max(nearest, pathWay) > path.length - 0.5;
+            this.store.set({ pathWay: atEnd ? 0 : nearest });
+        }
+        this.store.set({ pathFlying: !pathFlying });
+    }
+
+    private followPath(dt: number): void {
+        const { path, pathFlying, pathWay, speed } = this.store.state;
+        if (!path || !pathFlying) return;
+        this.goAlong(pathWay + kPathSpeed * speed * dt);
+        if (this.store.state.pathWay >= path.length) this.togglePath();
+    }
+
+    /// Turns the endoscope about its own axes [radians].
+    turn(yaw: number, pitch: number, roll = 0): void {
+        if (!yaw && !pitch && !roll) return;
+        const { camera } = this.store.state;
+        const { right, up, forward } = frameOf(camera);
+        let look = turned(turned(forward, up, -yaw), turned(right, up, -yaw), pitch);
+        look = normalized(look);
+        const tilted = turned(turned(up, turned(right, up, -yaw), pitch), look, roll);
+        this.store.set({ camera: { ...camera, look, up: tilted } });
+    }
+
+    /// Moves the tip, as the wall allows. The crosshair stays with the tip.
+    fly(motion: Vec3): void {
+        if (!this.volume) return;
+        const { camera, wall, tip } = this.store.state;
+        const from = camera.eye;
+        if (wall === 'pass') this.moveEye(add(from, motion));
+        else if (wall === 'stop' || this.store.state.role === 'view')
+            this.moveEye(flown(this.volume, from, motion, tip, this.surface()));
+        else this.pushOn(from, motion);
+    }
+
+    private pushOn(from: Vec3, motion: Vec3): void {
+        if (this.pushing) return;
+        const { tip } = this.store.state;
+        const to = add(from, motion);
+        if (!wouldTouch(this.volume!, from, to, tip, this.surface())) {
+            this.moveEye(to);
+            this.tipStroke = 0;
+            return;
+        }
+        this.tipStroke ||= newStroke();
+        this.pushing = true;
+        const stroke = this.tipStroke;
+        const command: Command = { do: 'slide', point: from, push: motion, radius: tip, stroke };
+        void this.connection.ask(command).then((answer) => {
+            this.pushing = false;
+            note(this.store, answer);
+            if (answer?.t !== 'done') return;
+            // The eye may have been turned meanwhile, but not moved.
+            this.moveEye(along(from, answer.step_fraction ?? 1, motion));
+        });
+    }
+
+    /// The endoscope is put somewhere else, walls or not.
+    goTo(eye: Vec3, look: Vec3, up: Vec3 = naturalUp(look)): void {
+        this.history.step('go to', () =>
+            this.store.set({ camera: { eye, look: normalized(look), up }, cursor: eye }),
+        );
+    }
+
+    private moveEye(eye: Vec3): void {
+        const { camera } = this.store.state;
+        this.store.set({ camera: { ...camera, eye }, cursor: eye });
+    }
+
+    private surface(): ReturnType<typeof surfaceOf> {
+        return surfaceOf(this.store.state);
+    }
+
+    // --- tools
+
+    begin(stroke: Stroke): void {
+        this.stroke = stroke;
+        this.placeBalls();
+    }
+
+    drag(place: Vec3): void {
+        this.stroke?.to(place);
+        this.placeBalls();
+    }
+
+    async end(): Promise<void> {
+        const stroke = this.stroke;
+        this.stroke = undefined;
+        await stroke?.end();
+        this.placeBalls();
+    }
+
+    placeBalls(): void {
+        const balls: ToolBall[] = this.store.state.others
+            .filter((tool) => tool.radius > 0)
+            .map((tool) => ({ centre: tool.position, radius: tool.radius, own: false }));
+        const at = this.stroke?.path[this.stroke.path.length - 1];
+        if (at && this.stroke!.radius > 0)
+            balls.unshift({ centre: at, radius: this.stroke!.radius, own: true });
+        this.stage.setTools(balls);
+    }
+
+    private sendPose(now: number): void {
+        if (!this.connection.isOpen || !this.volume) return;
+        const { camera, tip, wall } = this.store.state;
+        const at = this.stroke?.path[this.stroke.path.length - 1];
+        const pose = {
+            do: 'tool' as const,
+            kind: at ? ('sphere' as const) : ('endoscope' as const),
+            position: at ?? camera.eye,
+            direction: camera.look,
+            up: camera.up,
+            radius: at ? this.stroke!.radius : wall === 'pass' ? 0 : tip,
+        };
+        const text = JSON.stringify(pose);
+        if (text === this.poseText) return;
+        this.poseText = text;
+        this.lastPose = now;
+        this.connection.tell(pose);
+    }
+
+    /// Asks the server for the checksum, and compares the voxels that are here with it.
+    async compare(): Promise<(Checksum & { same: boolean; own: string }) | undefined> {
+        let own = '';
+        const answer = await this.connection.ask({ do: 'checksum' }, () => {
+            own = this.volume ? checksumOf(this.volume.halves) : '';
+        });
+        if (answer?.t !== 'checksum') return undefined;
+        return { ...answer, own, same: own === answer.voxels };
+    }
+}

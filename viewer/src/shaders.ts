@@ -1,0 +1,16 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// The shaders of src/shaders as text, put together. The bundler reads the files in.
+
+import copy from './shaders/copy.frag.glsl';
+import endoscope from './shaders/endoscope.frag.glsl';
+import field from './shaders/field.glsl';
+import full from './shaders/full.vert.glsl';
+import section from './shaders/section.frag.glsl';
+import surface from './shaders/surface.glsl';
+
+export const kFullScreen = full;
+export const kEndoscope = field + surface + endoscope;
+export const kSection = field + section;
+export const kCopy = copy;

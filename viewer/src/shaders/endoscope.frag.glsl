@@ -1,0 +1,131 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// The endoscope's picture, with the camera and the light of the C++ renderer
+// (src/render/endoscope.cpp): what faces the camera is bright, wet tissue shines there, light falls
+// off with the distance and fades into the fog. Tools are spheres, cut by the same rays, so that
+// the lens bends them as it bends the wall.
+//
+// OUTSIDE: the same scene from outside, cut open at a plane. Tissue on the plane is grey as in a
+// section; behind the plane the lumen lies open.
+
+in vec2 place;
+out vec4 colour;
+
+uniform vec3 eye, right, up, ahead;  // [mm, LPS]; perpendicular unit vectors
+uniform float aspect;                // width / height
+uniform float slope;                 // tan of half the field of view
+uniform float barrel;
+uniform float lightReach;  // light is halved here [mm]
+uniform float fogDistance; // [mm]; 0: none
+uniform vec3 surfaceColour, fogColour;  // linear
+const int kMostTools = 8;
+uniform vec4 tools[kMostTools];       // centre and radius [mm]
+uniform vec3 toolColours[kMostTools];
+uniform int toolCount;
+#ifdef OUTSIDE
+uniform vec3 cutPlace, cutNormal;  // what lies before this plane is not drawn [mm, LPS]
+uniform float window, level;       // of the cut face [HU]
+uniform mat4 clipFromWorld;        // for the depth of meshes
+#endif
+
+const float kAmbient = 0.10;
+const float kSheen = 0.10;
+const float kGlint = 0.22;
+const float kDepth = 0.6;
+const float kSoftness = 400.0;  // [HU]
+
+vec3 srgbOf(vec3 light) {
+    light = clamp(light, 0.0, 1.0);
+    return mix(light * 12.92, 1.055 * pow(light, vec3(1.0 / 2.4)) - 0.055,
+               vec3(greaterThan(light, vec3(0.0031308))));
+}
+
+// How open the place is, 0…1: tissue a few millimetres off the surface keeps light away.
+float openness(vec3 p, vec3 normal) {
+    vec3 n = voxelVectorOf(normal);
+    float closed = 0.0;
+    for (float step = 1.0; step < 5.0; step *= 2.0) {
+        float excess = (quickSample(p + step * n) - iso) / kSoftness;
+        closed += clamp((rising ? excess : -excess) + 0.5, 0.0, 1.0);
+    }
+    return 1.0 - closed / 3.0;
+}
+
+vec3 lit(vec3 own, float t, vec3 normal, vec3 ray, float open) {
+    float facing = max(0.0, -dot(normal, ray));
+    float reach = t / lightReach;
+    float falloff = 1.0 / (1.0 + reach * reach);
+    float diffuse = falloff * (0.4 + 0.6 * open) * ((1.0 - kAmbient) * facing + kAmbient);
+    float shine = falloff * (kSheen * pow(facing, 16.0) + kGlint * pow(facing, 80.0));
+    float brightest = max(max(own.r, own.g), max(own.b, 1e-6));
+    float share = 1.0 - kDepth * (1.0 - diffuse);  // the rest came through the tissue
+    vec3 light = diffuse * mix(own * own / brightest, own, share) + shine * vec3(1.0, 0.97, 0.95);
+    float clear = fogDistance > 0.0 ? exp(-t / fogDistance) : 1.0;
+    return mix(fogColour, light, clear);
+}
+
+float toolDistance(float t) {
+#ifdef OUTSIDE
+    return 0.0;
+#else
+    return t;
+#endif
+}
+
+void main() {
+    vec2 uv = place * vec2(aspect, 1.0);
+    float scale = slope * (1.0 + barrel * dot(uv, uv));
+    vec3 ray = normalize(ahead + scale * uv.x * right + scale * uv.y * up);
+    float start = 0.0;
+    vec3 light = fogColour;
+#ifdef OUTSIDE
+    start = max(dot(cutPlace - eye, cutNormal) / min(dot(ray, cutNormal), -1e-6), 0.0);
+#endif
+    vec3 o = voxelOf(eye + start * ray);
+    vec3 d = voxelVectorOf(ray);
+    float t = kNothing;
+    bool cutFace = false;
+#ifdef OUTSIDE
+    float value = quickSample(o);
+    cutFace = all(greaterThanEqual(o, vec3(0.0))) && all(lessThanEqual(o, size - 1.0)) &&
+              (value >= iso) == rising;
+    if (cutFace) {
+        float grey = clamp((value - level) / max(window, 1e-6) + 0.5, 0.0, 1.0);
+        light = vec3(0.75, 0.72, 0.68) * pow(grey, 2.2);
+        t = 0.0;
+    }
+#endif
+    if (!cutFace) t = firstHit(o, d);
+    if (t != kNothing && !cutFace) {
+        vec3 p = o + t * d;
+        vec3 normal = wallNormal(p, ray);
+#ifdef OUTSIDE
+        light = lit(surfaceColour, 0.0, normal, ray, openness(p, normal));
+#else
+        light = lit(surfaceColour, t, normal, ray, openness(p, normal));
+#endif
+    }
+    if (t != kNothing) t += start;
+    float nearest = t != kNothing ? t : 1e9;
+    for (int i = 0; i < toolCount; ++i) {
+        vec3 m = eye - tools[i].xyz;
+        float b = dot(m, ray);
+        float q = b * b - dot(m, m) + tools[i].w * tools[i].w;
+        float s = -b - sqrt(max(q, 0.0));
+        if (q <= 0.0 || s <= 0.0) continue;
+        vec3 normal = (m + s * ray) / tools[i].w;
+        vec3 own = lit(toolColours[i], toolDistance(s), normal, ray, 1.0);
+        if (s < nearest) {
+            light = own;
+            nearest = s;
+        } else {
+            light = mix(light, own, 0.18);  // behind the wall it shimmers through
+        }
+    }
+#ifdef OUTSIDE
+    vec4 clip = clipFromWorld * vec4(eye + nearest * ray, 1.0);
+    gl_FragDepth = nearest < 1e9 ? clamp(0.5 * clip.z / clip.w + 0.5, 0.0, 1.0) : 1.0;
+#endif
+    colour = vec4(srgbOf(light), 1.0);
+}

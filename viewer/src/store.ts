@@ -1,0 +1,160 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// What the page shows, in one place. Views, panels and tools read it and are told what changed;
+// nobody keeps a copy. What is the server's (threshold, materials, undo steps) comes from its state
+// messages and is only asked for, never set here.
+
+import type { Space } from './grid.ts';
+import type { Role, SharedState, Tool, VolumeInfo } from './protocol.ts';
+import type { Path } from './path.ts';
+import type { Camera } from './rays.ts';
+import type { Vec3 } from './vec.ts';
+
+export const kViews = ['endoscope', 'axial', 'coronal', 'sagittal'] as const;
+export type ViewName = (typeof kViews)[number];
+export type SectionName = Exclude<ViewName, 'endoscope'>;
+
+export const kTools = ['look', 'window', 'push', 'grab', 'cut', 'carve'] as const;
+export type ToolName = (typeof kTools)[number];
+
+/// What the tip does at a wall.
+export const kWalls = ['stop', 'push', 'pass'] as const;
+export type Wall = (typeof kWalls)[number];
+
+export interface SectionFrame {
+    readonly shift: readonly [number, number]; ///< of the picture's centre, right and up [mm]
+    readonly zoom: number; ///< 1: the whole volume is in the picture
+}
+
+export interface State {
+    link: 'connecting' | 'open' | 'lost' | 'ended';
+    linkText: string;
+    role: Role;
+    client: number;
+    program: string;
+    features: string[];
+    volume: VolumeInfo | null;
+    loaded: number; ///< share of the first snapshot that is here, 0…1
+    voxels: number; ///< grows whenever voxels changed
+    shared: SharedState | null;
+    others: Tool[]; ///< tools of other clients
+    force: number; ///< on the own tool
+    outcome: string; ///< of the last command, where there is something to say of it
+
+    camera: Camera;
+    outside: boolean; ///< the endoscope's view shows the lumen from outside
+    orbit: { centre: Vec3; direction: Vec3; up: Vec3; distance: number };
+    fieldOfView: number; ///< [degrees]
+    barrel: number;
+    fog: number; ///< [mm]; 0: none
+    speed: number; ///< factor
+    wall: Wall;
+    tip: number; ///< radius of the endoscope's tip [mm]
+    path: Path | null; ///< a way through the lumen
+    pathWay: number; ///< how far along it the endoscope is [mm]
+    pathFlying: boolean;
+
+    cursor: Vec3; ///< the crosshair [mm, LPS]
+    pointer: { view: ViewName; point: Vec3 } | null;
+    sections: Record<SectionName, SectionFrame>;
+    window: number; ///< [HU]
+    level: number; ///< [HU]
+    contour: boolean; ///< the threshold as a line in the sections
+
+    tool: ToolName;
+    radius: number; ///< of the sphere probe [mm]
+    strength: number; ///< share of the pointer's motion that the tool makes
+    slide: boolean; ///< tissue slides off the sphere, instead of going along
+    depth: number; ///< of a cut [mm]
+
+    maximised: ViewName | null;
+    active: ViewName; ///< what the keyboard acts on
+    space: Space;
+    theme: 'light' | 'dark' | 'system';
+    timings: boolean;
+    fine: boolean; ///< four rays per pixel when still
+}
+
+export type Listener = (state: State, changed: ReadonlySet<keyof State>) => void;
+
+export class Store {
+    private current: State;
+    private readonly listeners: Listener[] = [];
+
+    constructor(initial: State) {
+        this.current = initial;
+    }
+
+    get state(): Readonly<State> {
+        return this.current;
+    }
+
+    set(patch: Partial<State>): void {
+        const changed = new Set<keyof State>();
+        for (const key of Object.keys(patch) as (keyof State)[])
+            if (this.current[key] !== patch[key]) changed.add(key);
+        if (!changed.size) return;
+        this.current = { ...this.current, ...patch };
+        for (const listener of this.listeners) listener(this.current, changed);
+    }
+
+    listen(listener: Listener): void {
+        this.listeners.push(listener);
+    }
+
+    /// Calls back now and whenever one of the keys changed.
+    watch(keys: readonly (keyof State)[], react: (state: State) => void): void {
+        react(this.current);
+        this.listen((state, changed) => {
+            if (keys.some((key) => changed.has(key))) react(state);
+        });
+    }
+}
+
+const kWhole: SectionFrame = { shift: [0, 0], zoom: 1 };
+
+export const initialState = (): State => ({
+    link: 'connecting',
+    linkText: '',
+    role: 'view',
+    client: 0,
+    program: '',
+    features: [],
+    volume: null,
+    loaded: 0,
+    voxels: 0,
+    shared: null,
+    others: [],
+    force: 0,
+    outcome: '',
+    camera: { eye: [0, 0, 0], look: [0, 1, 0], up: [0, 0, 1] },
+    outside: false,
+    orbit: { centre: [0, 0, 0], direction: [0, 1, 0], up: [0, 0, 1], distance: 300 },
+    fieldOfView: 80,
+    barrel: 0.15,
+    fog: 120,
+    speed: 1,
+    wall: 'stop',
+    tip: 2.5,
+    path: null,
+    pathWay: 0,
+    pathFlying: false,
+    cursor: [0, 0, 0],
+    pointer: null,
+    sections: { axial: kWhole, coronal: kWhole, sagittal: kWhole },
+    window: 1500,
+    level: -200,
+    contour: false,
+    tool: 'look',
+    radius: 4,
+    strength: 1,
+    slide: false,
+    depth: 10,
+    maximised: null,
+    active: 'endoscope',
+    space: 'LPS',
+    theme: 'system',
+    timings: false,
+    fine: true,
+});

@@ -1,0 +1,76 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// The bar above the views: tools, undo and redo, layout, help.
+
+import type { Actions } from './actions.ts';
+import { button, h } from './dom.ts';
+import type { Session } from './session.ts';
+import { kTools, type ToolName } from './store.ts';
+
+const kTexts: Record<ToolName, { text: string; hint: string }> = {
+    look: { text: 'Look', hint: 'left drag looks around; a click sets the crosshair (1)' },
+    window: { text: 'Window', hint: 'left drag in a section: window and level (2)' },
+    push: { text: 'Push', hint: 'left drag pushes with a sphere (3)' },
+    grab: { text: 'Grab', hint: 'left drag leads the tissue that it took hold of (4)' },
+    cut: { text: 'Cut', hint: 'left drag draws the line of a cut (5)' },
+    carve: { text: 'Carve', hint: 'left drag takes tissue out (6)' },
+};
+
+export function toolbar(
+    session: Session,
+    actions: Actions,
+    hooks: { help: () => void },
+): HTMLElement {
+    const { store, history } = session;
+    const tools = kTools.map((name) => {
+        const b = button(kTexts[name].text, () => store.set({ tool: name }), kTexts[name].hint);
+        b.dataset.tool = name;
+        return b;
+    });
+    const undo = button('Undo', () => void history.undo());
+    undo.id = 'undo';
+    const redo = button('Redo', () => void history.redo());
+    redo.id = 'redo';
+    const name = h('span', { class: 'scan' });
+    store.watch(['tool', 'role'], (state) => {
+        for (const b of tools) {
+            b.setAttribute('aria-pressed', String(b.dataset.tool === state.tool));
+            b.disabled = state.role === 'view' && !/look|window/.test(b.dataset.tool!);
+        }
+    });
+    // Own steps change without the store's knowing, so any change is looked at.
+    const refresh = (): void => {
+        const names = history.names();
+        undo.disabled = !names.undo;
+        redo.disabled = !names.redo;
+        undo.title = `undo ${names.undo} (Ctrl+Z)`;
+        redo.title = `redo ${names.redo} (Ctrl+Shift+Z)`;
+    };
+    store.listen(refresh);
+    history.onChange = refresh;
+    refresh();
+    store.watch(['volume'], ({ volume }) => {
+        name.textContent = volume ? volume.name : '';
+        document.title = volume ? `${volume.name} – Pliant` : 'Pliant';
+    });
+    return h(
+        'header',
+        {},
+        h('h1', {}, 'Pliant'),
+        name,
+        h('div', { class: 'tools', role: 'group', 'aria-label': 'Tools' }, ...tools),
+        h('div', { class: 'group' }, undo, redo),
+        h(
+            'div',
+            { class: 'group' },
+            button(
+                'Outside',
+                () => actions.toggleOutside(),
+                'the lumen from outside, cut open at the tip (O)',
+            ),
+            button('Views', () => actions.cycleViews(), 'four views, or one alone (V)'),
+            button('?', hooks.help, 'keys and gestures (?)'),
+        ),
+    );
+}

@@ -1,0 +1,224 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// The browser that the tests drive, and what they all do with it. Debian's headless Chromium, with
+// WebGL in software, so that it runs without a graphics processor.
+//
+//   PLIANT_CHROMIUM  another browser
+//   PLIANT_SERVER    the program `pliant`: the tests then run against its server, not the mock
+//   PLIANT_PAGE      with it: a folder whose page is shown instead of the one in the program
+
+import { type ChildProcess, spawn } from 'node:child_process';
+import { existsSync, mkdirSync } from 'node:fs';
+import { join } from 'node:path';
+import { type Browser, chromium, type Page } from 'playwright-core';
+import type { Session } from '../src/session.ts';
+import type { ViewName } from '../src/store.ts';
+import { MockServer } from './mock_server.ts';
+
+export const kFolder = process.env.PLIANT_VIEWER!; // set by run.mjs
+export const kPictures = join(kFolder, 'test/out');
+mkdirSync(kPictures, { recursive: true });
+
+export interface Served {
+    readonly link: string;
+    readonly mock: MockServer | undefined;
+    stop(): Promise<void>;
+}
+
+/// The program's server, on a port of its own choice, or the mock.
+export async function serve(...args: string[]): Promise<Served> {
+    const program = process.env.PLIANT_SERVER;
+    if (!program) {
+        const mock = new MockServer(join(kFolder, 'dist'));
+        return { link: await mock.start(), mock, stop: async () => mock.stop() };
+    }
+    const child = spawn(program, ['serve', '--port', '0', '--no-open', ...args]);
+    const link = await linkOf(child);
+    return {
+        link,
+        mock: undefined,
+        stop: () =>
+            new Promise((resolve) => {
+                child.on('exit', () => resolve());
+                child.kill('SIGTERM');
+            }),
+    };
+}
+
+function linkOf(child: ChildProcess): Promise<string> {
+    return new Promise((resolve, reject) => {
+        let text = '';
+        const take = (data: Buffer): void => {
+            text += data.toString();
+            const found = /http:\/\/\S+#token=\S+/.exec(text);
+            if (found) resolve(found[0]);
+        };
+        child.stdout!.on('data', take);
+        child.stderr!.on('data', take);
+        child.on('exit', () => reject(new Error(`the server ended: ${text}`)));
+    });
+}
+
+export async function launch(): Promise<Browser> {
+    const found = [
+        process.env.PLIANT_CHROMIUM ?? '',
+        '/usr/bin/chromium-headless-shell',
+        '/usr/bin/chromium',
+    ].find((path) => path && existsSync(path));
+    if (!found) throw new Error('no Chromium: install chromium-headless-shell');
+    return chromium.launch({
+        executablePath: found,
+        args: [
+            '--no-sandbox',
+            '--use-angle=swiftshader',
+            '--enable-unsafe-swiftshader',
+            // A page that is put in from a folder does not count as local.
+            '--disable-features=LocalNetworkAccessChecks',
+        ],
+    });
+}
+
+export interface Visit {
+    readonly page: Page;
+    readonly errors: string[];
+}
+
+/// Opens the page and waits until the scan is there. more: further parameters after the #.
+export async function visit(browser: Browser, link: string, more = '&notour'): Promise<Visit> {
+    const context = await browser.newContext({ viewport: { width: 1280, height: 720 } });
+    const folder = process.env.PLIANT_SERVER && process.env.PLIANT_PAGE;
+    if (folder)
+        await context.route(/\/(app\.js|app\.css|index\.html)?$/, (route) => {
+            const name = new URL(route.request().url()).pathname.slice(1) || 'index.html';
+            return route.fulfill({ path: join(folder, name) });
+        });
+    const page = await context.newPage();
+    const errors: string[] = [];
+    page.on('pageerror', (error) => errors.push(String(error)));
+    page.on('console', (message) => {
+        // Chromium's own remark on reading back pixels is no error of the page.
+        if (message.type() === 'error') errors.push(message.text());
+    });
+    await page.goto(link + more);
+    // Four rays per pixel take their time in software.
+    await page.evaluate(() =>
+        (window as unknown as { pliant: Session }).pliant.store.set({ fine: false }),
+    );
+    await loaded(page);
+    return { page, errors };
+}
+
+export const loaded = async (page: Page): Promise<void> => {
+    await page.waitForFunction(
+        () => {
+            const state = session().store.state;
+            return state.link === 'open' && state.loaded === 1;
+            function session(): Session {
+                return (window as unknown as { pliant: Session }).pliant;
+            }
+        },
+        undefined,
+        { timeout: 60_000 },
+    );
+    await still(page);
+};
+
+/// Waits until the endoscope's picture is drawn in full and nothing is under way.
+export const still = async (page: Page): Promise<void> => {
+    await page.waitForFunction(
+        () => (window as unknown as { pliant: Session }).pliant.stage.isStill,
+        undefined,
+        { timeout: 60_000 },
+    );
+};
+
+/// What the store holds now.
+export const stateOf = (page: Page): Promise<Session['store']['state']> =>
+    page.evaluate(() => (window as unknown as { pliant: Session }).pliant.store.state);
+
+export interface Rect {
+    x: number;
+    y: number;
+    width: number;
+    height: number;
+}
+
+export async function rectOf(page: Page, view: ViewName): Promise<Rect> {
+    const box = await page.locator(`.view.${view}`).boundingBox();
+    if (!box) throw new Error(`${view} is not shown`);
+    return box;
+}
+
+/// A place in a view, as shares of its width and height.
+export async function spot(
+    page: Page,
+    view: ViewName,
+    u = 0.5,
+    v = 0.5,
+): Promise<[number, number]> {
+    const box = await rectOf(page, view);
+    return [Math.round(box.x + u * box.width), Math.round(box.y + v * box.height)];
+}
+
+/// The pixels of a view, without what lies over them, as a number that changes with any of them.
+export async function pixels(
+    page: Page,
+    view: ViewName,
+): Promise<{ hash: number; mean: number; lit: number }> {
+    await still(page);
+    return page.evaluate((name) => {
+        const canvas = document.querySelector('canvas')!;
+        const ratio = canvas.width / canvas.getBoundingClientRect().width;
+        const box = document.querySelector(`.view.${name}`)!.getBoundingClientRect();
+        const own = canvas.getBoundingClientRect();
+        const copy = document.createElement('canvas');
+        copy.width = Math.round(box.width * ratio);
+        copy.height = Math.round(box.height * ratio);
+        const context = copy.getContext('2d')!;
+        context.drawImage(canvas, -(box.left - own.left) * ratio, -(box.top - own.top) * ratio);
+        const { data } = context.getImageData(0, 0, copy.width, copy.height);
+        let hash = 2166136261;
+        let sum = 0;
+        let lit = 0;
+        for (let i = 0; i < data.length; ++i) {
+            hash = Math.imul(hash ^ data[i]!, 16777619);
+            if (i % 4 === 3) continue;
+            sum += data[i]!;
+            if (data[i]! > 40) ++lit;
+        }
+        return { hash, mean: sum / data.length, lit: lit / data.length };
+    }, view);
+}
+
+/// Presses the left button, moves in steps and lets it go.
+export async function dragBy(
+    page: Page,
+    from: [number, number],
+    by: [number, number],
+    button: 'left' | 'middle' | 'right' = 'left',
+): Promise<void> {
+    await page.mouse.move(...from);
+    await page.mouse.down({ button });
+    for (let i = 1; i <= 8; ++i)
+        await page.mouse.move(from[0] + (by[0] * i) / 8, from[1] + (by[1] * i) / 8);
+    await page.mouse.up({ button });
+}
+
+/// Waits until the server's undo steps are so many.
+export const untilUndo = (page: Page, steps: number): Promise<unknown> =>
+    page.waitForFunction(
+        (n) =>
+            (window as unknown as { pliant: Session }).pliant.store.state.shared?.undo.steps === n,
+        steps,
+        { timeout: 20_000 },
+    );
+
+export const picture = async (page: Page, name: string): Promise<void> => {
+    await page.screenshot({ path: join(kPictures, `${name}.png`) });
+};
+
+export const compare = (
+    page: Page,
+): Promise<{ same: boolean; own: string; tissue: string } | undefined> =>
+    page.evaluate(() => (window as unknown as { pliant: Session }).pliant.compare());

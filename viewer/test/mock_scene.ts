@@ -1,0 +1,217 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// A synthetic phantom and a stand-in for tissue, for tests of the page alone: a bent tube of air in
+// a block, which a push bends with a smooth bump. No ChainMail, and no claim to be like it; but
+// what it says of itself is true: boxes hold all that changed, undo brings back every bit.
+
+import { type Box, type Grid, voxelCount, voxelFromWorld, worldFromVoxel } from '../src/grid.ts';
+import { halfOfFloat } from '../src/half.ts';
+import { murmur32 } from '../src/murmur.ts';
+import { along, dot, norm, sub, type Vec3 } from '../src/vec.ts';
+
+export const kGrid: Grid = {
+    size: [72, 64, 80],
+    spacing: [1, 1, 1.25],
+    origin: [-36, -32, -50],
+    direction: [
+        [1, 0, 0],
+        [0, 1, 0],
+        [0, 0, 1],
+    ],
+};
+
+/// The tube's centre at a height.
+export const tubeCentre = (z: number): Vec3 => [6 * Math.sin(z / 25), 4 * Math.cos(z / 30), z];
+export const kTubeRadius = 9;
+
+const original = (x: Vec3): number => {
+    const off = norm(sub(x, tubeCentre(x[2])));
+    const wall = Math.min(Math.max((off - kTubeRadius) / 1.5, 0), 1);
+    const texture = 25 * Math.sin(x[0] / 2.1) * Math.sin(x[1] / 2.7) * Math.sin(x[2] / 3.3);
+    const bone = norm(sub(x, [0, 24, x[2]])) < 5 ? 700 : 0;
+    return -1000 + wall * (1040 + texture + bone);
+};
+
+interface Snapshot {
+    name: string;
+    warp: Float32Array;
+    gone: Uint8Array;
+    iso: number;
+    polarity: 'rising' | 'falling';
+    materials: Record<string, number | boolean>;
+    stroke: string;
+}
+
+export class MockScene {
+    readonly halves = new Uint16Array(voxelCount(kGrid));
+    step = 1;
+    iso = -500;
+    polarity: 'rising' | 'falling' = 'rising';
+    materials: Record<string, number | boolean> = {
+        offset: 0.2,
+        max_movement_mm: 20,
+        bone_threshold_hu: 300,
+        air_enabled: true,
+        air_threshold_hu: -500,
+        yield: 0,
+        rounded: false,
+    };
+    readonly undoSteps: Snapshot[] = [];
+    redoSteps: Snapshot[] = [];
+    onChange: (box: Box) => void = () => {};
+    /// From each voxel to the place whose value it shows [mm].
+    private warp: Float32Array = new Float32Array(3 * voxelCount(kGrid));
+    private gone: Uint8Array = new Uint8Array(voxelCount(kGrid));
+    private grabbed: { point: Vec3; radius: number; offset: Vec3 } | undefined;
+
+    constructor() {
+        this.fill({ begin: [0, 0, 0], end: kGrid.size });
+    }
+
+    checksum(): string {
+        return murmur32(new Uint8Array(this.halves.buffer)).toString(16).padStart(8, '0');
+    }
+
+    remember(name: string, stroke: string): void {
+        const last = this.undoSteps[this.undoSteps.length - 1];
+        if (stroke && last?.stroke === stroke) return;
+        this.undoSteps.push(this.snapshot(name, stroke));
+        this.redoSteps = [];
+    }
+
+    back(from: Snapshot[], to: Snapshot[]): boolean {
+        const step = from.pop();
+        if (!step) return false;
+        to.push(this.snapshot(step.name, step.stroke));
+        this.warp = step.warp;
+        this.gone = step.gone;
+        this.iso = step.iso;
+        this.polarity = step.polarity;
+        this.materials = step.materials;
+        this.changed({ begin: [0, 0, 0], end: kGrid.size });
+        return true;
+    }
+
+    /// Everything within three radii goes along, the less the farther.
+    push(point: Vec3, motion: Vec3, radius: number): void {
+        const reach = 3 * radius + norm(motion);
+        const box = this.boxAround(point, point, reach);
+        this.forEach(box, (x, i) => {
+            const share = Math.max(1 - norm(sub(x, point)) / reach, 0) ** 2;
+            for (let a = 0; a < 3; ++a) this.warp[3 * i + a]! -= share * motion[a]!;
+        });
+        this.changed(box);
+    }
+
+    carve(from: Vec3, to: Vec3, radius: number): number {
+        const way = sub(to, from);
+        const length2 = Math.max(dot(way, way), 1e-9);
+        const box = this.boxAround(from, to, radius);
+        let carved = 0;
+        this.forEach(box, (x, i) => {
+            const s = Math.min(Math.max(dot(sub(x, from), way) / length2, 0), 1);
+            if (norm(sub(x, along(from, s, way))) > radius || this.gone[i]) return;
+            this.gone[i] = 1;
+            ++carved;
+        });
+        this.changed(box);
+        return carved;
+    }
+
+    cut(line: readonly Vec3[], depth: Vec3): number {
+        let cut = 0;
+        for (let i = 0; i + 1 < line.length; ++i) {
+            const steps = Math.ceil(norm(sub(line[i + 1]!, line[i]!)) / 0.7);
+            for (let s = 0; s <= steps; ++s) {
+                const at = along(line[i]!, s / steps, sub(line[i + 1]!, line[i]!));
+                cut += this.carve(at, along(at, 1, depth), 0.75);
+            }
+        }
+        return cut;
+    }
+
+    grab(point: Vec3, radius: number): void {
+        this.remember('drag', `drag${this.step}`);
+        this.grabbed = { point, radius: Math.max(radius, 1), offset: [0, 0, 0] };
+    }
+    drag(offset: Vec3): boolean {
+        if (!this.grabbed) return false;
+        const { point, radius } = this.grabbed;
+        this.push(point, sub(offset, this.grabbed.offset), radius);
+        this.grabbed.offset = offset;
+        return true;
+    }
+    letGo(): void {
+        this.grabbed = undefined;
+    }
+
+    reset(): void {
+        this.warp = new Float32Array(this.warp.length);
+        this.gone = new Uint8Array(this.gone.length);
+        this.changed({ begin: [0, 0, 0], end: kGrid.size });
+    }
+
+    private snapshot(name: string, stroke: string): Snapshot {
+        const { warp, gone, iso, polarity, materials } = this;
+        return {
+            name,
+            warp: warp.slice(),
+            gone: gone.slice(),
+            iso,
+            polarity,
+            materials: { ...materials },
+            stroke,
+        };
+    }
+
+    private changed(box: Box): void {
+        this.fill(box);
+        ++this.step;
+        this.onChange(box);
+    }
+
+    private fill(box: Box): void {
+        this.forEach(box, (x, i) => {
+            const from = along(x, 1, [
+                this.warp[3 * i]!,
+                this.warp[3 * i + 1]!,
+                this.warp[3 * i + 2]!,
+            ]);
+            this.halves[i] = halfOfFloat(this.gone[i] ? -1000 : Math.round(original(from)));
+        });
+    }
+
+    private boxAround(a: Vec3, b: Vec3, reach: number): Box {
+        const low = voxelFromWorld(
+            kGrid,
+            along(
+                [0, 1, 2].map((i) => Math.min(a[i]!, b[i]!)) as unknown as Vec3,
+                -reach,
+                [1, 1, 1],
+            ),
+        );
+        const high = voxelFromWorld(
+            kGrid,
+            along(
+                [0, 1, 2].map((i) => Math.max(a[i]!, b[i]!)) as unknown as Vec3,
+                reach,
+                [1, 1, 1],
+            ),
+        );
+        const kept = (v: number, axis: number): number =>
+            Math.min(Math.max(v, 0), kGrid.size[axis]!);
+        return {
+            begin: low.map((v, i) => kept(Math.floor(v), i)) as unknown as Vec3,
+            end: high.map((v, i) => kept(Math.ceil(v) + 1, i)) as unknown as Vec3,
+        };
+    }
+
+    private forEach(box: Box, body: (x: Vec3, index: number) => void): void {
+        const [nx, ny] = kGrid.size;
+        for (let k = box.begin[2]; k < box.end[2]; ++k)
+            for (let j = box.begin[1]; j < box.end[1]; ++j)
+                for (let i = box.begin[0]; i < box.end[0]; ++i)
+                    body(worldFromVoxel(kGrid, [i, j, k]), i + nx * (j + ny * k));
+    }
+}

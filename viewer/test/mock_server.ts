@@ -1,0 +1,334 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// A small server that speaks docs/protocol.md, for tests of the page where no `pliant serve` is at
+// hand: the files of dist/, one scene, several clients, undo, checksum, resume.
+
+import { readFile } from 'node:fs/promises';
+import { createServer, type Server } from 'node:http';
+import { join } from 'node:path';
+import { type Box, boxCount } from '../src/grid.ts';
+import type { Vec3 } from '../src/vec.ts';
+import { kGrid, MockScene, tubeCentre } from './mock_scene.ts';
+import { MockSocket } from './mock_socket.ts';
+
+const kToken = 'mock';
+const kSlab = 8; // slices in a box of a snapshot
+const kTypes: Record<string, string> = {
+    html: 'text/html; charset=utf-8',
+    js: 'text/javascript',
+    css: 'text/css',
+    txt: 'text/plain',
+};
+// The page must do with what the real server allows.
+const kPolicy =
+    "default-src 'none'; script-src 'self'; style-src 'self' 'unsafe-inline'; " +
+    "img-src 'self' blob: data:; connect-src 'self'; worker-src blob:";
+
+interface Client {
+    socket: MockSocket;
+    number: number;
+    role: 'control' | 'view';
+    name: string;
+    resume: string;
+    tool: Buffer | undefined;
+}
+
+// eslint-disable-next-line @typescript-eslint/no-explicit-any
+type Message = Record<string, any>;
+
+export class MockServer {
+    readonly scene = new MockScene();
+    private readonly clients = new Set<Client>();
+    private readonly known = new Map<string, { number: number; missed: boolean }>();
+    private nextNumber = 1;
+    private relaxing = false;
+    private readonly server: Server;
+
+    constructor(private readonly folder: string) {
+        this.server = createServer((request, response) => {
+            const name = (request.url ?? '/').split('?')[0]!.slice(1) || 'index.html';
+            readFile(join(this.folder, name.replaceAll('..', ''))).then(
+                (data) => {
+                    response.writeHead(200, {
+                        'Content-Type': kTypes[name.split('.').pop()!] ?? 'text/plain',
+                        'Content-Security-Policy': kPolicy,
+                    });
+                    response.end(data);
+                },
+                () => response.writeHead(404).end(),
+            );
+        });
+        this.server.on('upgrade', (request, stream) => {
+            if (!request.url?.includes(`token=${kToken}`))
+                stream.end('HTTP/1.1 403 Forbidden\r\n\r\n');
+            else this.greet(new MockSocket(request, stream));
+        });
+        this.scene.onChange = (box) => {
+            for (const place of this.known.values()) place.missed = true;
+            for (const client of this.clients) this.sendBox(client, box, true);
+        };
+    }
+
+    /// @returns the link
+    async start(): Promise<string> {
+        await new Promise<void>((resolve) => this.server.listen(0, '127.0.0.1', resolve));
+        const { port } = this.server.address() as { port: number };
+        return `http://127.0.0.1:${port}/#token=${kToken}`;
+    }
+
+    stop(): void {
+        this.breakLines();
+        this.server.close();
+        this.server.closeAllConnections();
+    }
+
+    /// All connections end without a word.
+    breakLines(): void {
+        for (const client of this.clients) client.socket.cut();
+        this.clients.clear();
+    }
+
+    private greet(socket: MockSocket): void {
+        let client: Client | undefined;
+        socket.onText = (text) => {
+            const message = JSON.parse(text) as Message;
+            if (client) this.carryOut(client, message);
+            else client = this.welcome(socket, message);
+        };
+        socket.onClose = () => {
+            if (!client) return;
+            this.clients.delete(client);
+            this.known.set(client.resume, { number: client.number, missed: false });
+            this.sendTools();
+            this.sendState();
+        };
+    }
+
+    private welcome(socket: MockSocket, hello: Message): Client {
+        const place = this.known.get(hello.resume ?? '');
+        const resumed = place !== undefined && hello.step !== undefined;
+        const client: Client = {
+            socket,
+            number: place?.number ?? this.nextNumber++,
+            role: hello.role === 'view' ? 'view' : 'control',
+            name: String(hello.name ?? ''),
+            resume: place ? hello.resume : Math.random().toString(36).slice(2),
+            tool: undefined,
+        };
+        this.clients.add(client);
+        socket.text({
+            t: 'welcome',
+            protocol: 1,
+            program: 'mock 1',
+            client: client.number,
+            role: client.role,
+            resume: client.resume,
+            resumed,
+            rate_hz: 60,
+            features: [],
+            volume: this.volume(),
+            state: this.state(),
+        });
+        if (!resumed) this.sendSnapshot(client);
+        else if (place.missed) this.sendBox(client, { begin: [0, 0, 0], end: kGrid.size }, true);
+        this.sendState();
+        return client;
+    }
+
+    private volume(): object {
+        const eye = tubeCentre(-20);
+        return {
+            id: 1,
+            name: 'mock tube',
+            size: kGrid.size,
+            spacing_mm: kGrid.spacing,
+            origin_mm: kGrid.origin,
+            direction: kGrid.direction,
+            range_hu: [-1000, 800],
+            start: { eye_mm: eye, look: [0, 0, 1], up: [0, -1, 0] },
+            landmarks: [
+                {
+                    name: 'middle',
+                    point_mm: tubeCentre(0),
+                    push_mm: [4, 0, 0],
+                    eye_mm: tubeCentre(0),
+                    look: [0, 0, 1],
+                },
+            ],
+        };
+    }
+
+    private state(): object {
+        const { scene } = this;
+        const last = (steps: { name: string }[]): object => ({
+            steps: steps.length,
+            next: steps[steps.length - 1]?.name ?? '',
+        });
+        return {
+            step: scene.step,
+            iso_hu: scene.iso,
+            polarity: scene.polarity,
+            materials: scene.materials,
+            relaxing: this.relaxing,
+            settled: true,
+            holder: 0,
+            undo: last(scene.undoSteps),
+            redo: last(scene.redoSteps),
+            clients: [...this.clients].map((c) => ({
+                client: c.number,
+                name: c.name,
+                role: c.role,
+            })),
+            timing: { solve_ms: 1, resample_ms: 1, tick_ms: 2, moved_elements: 1000 },
+        };
+    }
+
+    private sendState(): void {
+        for (const client of this.clients) client.socket.text({ t: 'state', ...this.state() });
+    }
+
+    private sendSnapshot(client: Client): void {
+        const [nx, ny, nz] = kGrid.size;
+        for (let k = 0; k < nz; k += kSlab) {
+            const end = Math.min(k + kSlab, nz);
+            this.sendBox(client, { begin: [0, 0, k], end: [nx, ny, end] }, end === nz);
+        }
+    }
+
+    private sendBox(client: Client, box: Box, last: boolean): void {
+        const frame = Buffer.alloc(32 + 2 * boxCount(box));
+        this.head(frame, 1, last ? 2 : 0, 1);
+        for (let a = 0; a < 3; ++a) {
+            frame.writeUInt16LE(box.begin[a]!, 16 + 2 * a);
+            frame.writeUInt16LE(box.end[a]! - box.begin[a]!, 22 + 2 * a);
+        }
+        let at = 32;
+        const [nx, ny] = kGrid.size;
+        for (let k = box.begin[2]; k < box.end[2]; ++k)
+            for (let j = box.begin[1]; j < box.end[1]; ++j)
+                for (let i = box.begin[0]; i < box.end[0]; ++i, at += 2)
+                    frame.writeUInt16LE(this.scene.halves[i + nx * (j + ny * k)]!, at);
+        client.socket.binary(frame);
+    }
+
+    private head(frame: Buffer, type: number, flags: number, format: number): void {
+        frame.write('PLNT', 0, 'latin1');
+        frame[4] = type;
+        frame[5] = flags;
+        frame.writeUInt16LE(format, 6);
+        frame.writeUInt32LE(this.scene.step, 8);
+        frame.writeUInt32LE(1, 12);
+        frame.writeUInt32LE(frame.length - 32, 28);
+    }
+
+    private sendTools(): void {
+        const tools = [...this.clients].flatMap((c) => (c.tool ? [c.tool] : []));
+        const frame = Buffer.concat([Buffer.alloc(32), ...tools]);
+        this.head(frame, 2, 0, tools.length);
+        for (const client of this.clients) client.socket.binary(frame);
+    }
+
+    private takeTool(client: Client, m: Message): void {
+        const tool = Buffer.alloc(64);
+        tool.writeUInt32LE(client.number, 0);
+        tool[4] = m.kind === 'sphere' ? 2 : 1;
+        const vectors = [m.position, m.direction, m.up ?? [0, 0, 1]] as Vec3[];
+        vectors.forEach((v, i) => v.forEach((x, a) => tool.writeFloatLE(x, 8 + 12 * i + 4 * a)));
+        tool.writeFloatLE(m.radius ?? 0, 44);
+        tool.writeFloatLE(1, 60);
+        client.tool = m.kind === 'none' ? undefined : tool;
+        this.sendTools();
+    }
+
+    private carryOut(client: Client, m: Message): void {
+        const { scene } = this;
+        const done = (more: object = {}): void => {
+            const answer = { t: 'done', id: m.id ?? 0, do: m.do, step: scene.step };
+            client.socket.text({ ...answer, status: 'applied', step_fraction: 1, ...more });
+            this.sendState();
+        };
+        const refuse = (code: string, message: string): void =>
+            client.socket.text({ t: 'error', id: m.id ?? 0, do: m.do, code, message });
+        const free = ['tool', 'checksum', 'seen', 'ping'];
+        if (client.role === 'view' && !free.includes(m.do)) {
+            refuse('view_only', 'this link can only view');
+            return;
+        }
+        const stroke = m.stroke ? `${client.number}/${m.stroke}` : '';
+        switch (m.do) {
+            case 'push':
+            case 'slide':
+                scene.remember('push', stroke);
+                scene.push(m.point, m.push, m.radius);
+                done({ grabbed_elements: 100, moved_elements: 1000, force: [1, 2, 2] });
+                break;
+            case 'grab':
+                scene.grab(m.point, m.radius);
+                done({ grabbed_elements: 100 });
+                break;
+            case 'drag':
+                if (scene.drag(m.offset)) done({ moved_elements: 1000 });
+                else refuse('not_holding', 'nothing is held');
+                break;
+            case 'let_go':
+            case 'release':
+                scene.letGo();
+                done();
+                break;
+            case 'cut':
+                scene.remember('cut', '');
+                done({ cut_links: scene.cut(m.line, m.depth) });
+                break;
+            case 'carve':
+                scene.remember('carve', stroke);
+                done({ carved_elements: scene.carve(m.from, m.to, m.radius) });
+                break;
+            case 'relax':
+                this.relaxing = m.on;
+                done();
+                break;
+            case 'reset':
+                scene.remember('reset', '');
+                scene.reset();
+                done();
+                break;
+            case 'materials': {
+                const { do: _, id: __, ...values } = m;
+                scene.remember('materials', '');
+                scene.materials = { ...scene.materials, ...values };
+                done();
+                break;
+            }
+            case 'iso':
+                scene.remember('iso', `iso${Math.floor(Date.now() / 1000)}`);
+                scene.iso = m.iso_hu ?? scene.iso;
+                scene.polarity = m.polarity ?? scene.polarity;
+                done();
+                break;
+            case 'undo':
+            case 'redo': {
+                const { undoSteps, redoSteps } = scene;
+                const back = m.do === 'undo';
+                const worked = back
+                    ? scene.back(undoSteps, redoSteps)
+                    : scene.back(redoSteps, undoSteps);
+                if (worked) done();
+                else refuse('nothing', `nothing to ${m.do}`);
+                break;
+            }
+            case 'checksum': {
+                const voxels = scene.checksum();
+                const answer = { t: 'checksum', id: m.id, step: scene.step, voxels };
+                client.socket.text({ ...answer, volume: voxels, tissue: voxels });
+                break;
+            }
+            case 'tool':
+                this.takeTool(client, m);
+                break;
+            case 'ping':
+                client.socket.text({ t: 'pong', id: m.id ?? 0 });
+                break;
+        }
+    }
+}

@@ -1,0 +1,60 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+import assert from 'node:assert/strict';
+import { test } from 'node:test';
+import { clearance, flown } from '../src/flight.ts';
+import { voxelFromWorld } from '../src/grid.ts';
+import { inTissue } from '../src/rays.ts';
+import { norm, normalized, sub } from '../src/vec.ts';
+import { VolumeData } from '../src/volume.ts';
+import { randomVector } from './fields.ts';
+import { kGrid, kTubeRadius, MockScene, tubeCentre } from './mock_scene.ts';
+import { between } from './random.ts';
+
+const kSurface = { iso: -500, rising: true };
+const tube = (): VolumeData => new VolumeData(kGrid, new MockScene().halves.slice());
+
+test('free flight stays in the lumen for 10,000 random steps', () => {
+    const volume = tube();
+    let place = tubeCentre(-20);
+    let heading = randomVector(1);
+    let way = 0;
+    for (let i = 0; i < 10_000; ++i) {
+        if (i % 25 === 0) heading = normalized(randomVector(1));
+        const next = flown(
+            volume,
+            place,
+            heading.map((x) => x * between(0, 3)) as never,
+            2.5,
+            kSurface,
+        );
+        way += norm(sub(next, place));
+        place = next;
+        const value = volume.sample(voxelFromWorld(volume.grid, place));
+        assert.ok(!inTissue(value, kSurface), `step ${i}: ${value} HU at ${place}`);
+        const off = norm(sub(place, tubeCentre(place[2])));
+        // The tip's sphere keeps away from the wall, but is judged at 26 points only.
+        if (Math.abs(place[2]) < 40) assert.ok(off < kTubeRadius - 1.5, `step ${i}: ${off} mm`);
+    }
+    assert.ok(way > 500, `it only flew ${way} mm`);
+});
+
+test('a tip that is stuck in tissue gets out, but not further in', () => {
+    const volume = tube();
+    const centre = tubeCentre(0);
+    const stuck = [centre[0] + kTubeRadius, centre[1], 0] as const;
+    const deeper = flown(volume, stuck, [6, 0, 0], 2.5, kSurface);
+    assert.ok(deeper[0] - stuck[0] < 0.5, `${deeper[0] - stuck[0]} mm deeper`);
+    const out = flown(volume, stuck, [-8, 0, 0], 2.5, kSurface);
+    assert.ok(stuck[0] - out[0] > 7, `${stuck[0] - out[0]} mm back`);
+});
+
+test('the room around a place is the distance to the wall', () => {
+    const volume = tube();
+    for (const off of [0, 2, 4, 6]) {
+        const [x, y, z] = tubeCentre(0);
+        const room = clearance(volume, [x + off, y, z], kSurface, 50);
+        assert.ok(Math.abs(room - (kTubeRadius + 0.7 - off)) < 1, `${off}: ${room}`);
+    }
+});

@@ -1,0 +1,93 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+import assert from 'node:assert/strict';
+import { test } from 'node:test';
+import { History } from '../src/history.ts';
+import type { SharedState } from '../src/protocol.ts';
+import { initialState, Store } from '../src/store.ts';
+
+/// A server that only counts.
+function setUp(): { store: Store; history: History; pushes: () => void; log: string[] } {
+    const store = new Store(initialState());
+    const log: string[] = [];
+    let undo = 0;
+    let redo = 0;
+    const tell = (): void =>
+        store.set({
+            shared: {
+                undo: { steps: undo, next: undo ? 'push' : '' },
+                redo: { steps: redo, next: redo ? 'push' : '' },
+            } as SharedState,
+        });
+    let time = 0;
+    const history = new History(
+        store,
+        async (what) => {
+            log.push(what);
+            undo += what === 'undo' ? -1 : 1;
+            redo += what === 'undo' ? 1 : -1;
+            tell();
+        },
+        () => (time += 1000),
+    );
+    const pushes = (): void => {
+        ++undo;
+        redo = 0;
+        tell();
+    };
+    tell();
+    return { store, history, pushes, log };
+}
+
+test('undo takes back window, push and camera in the order in which they were done', async () => {
+    const { store, history, pushes, log } = setUp();
+    history.step('window', () => store.set({ window: 100 }));
+    pushes();
+    history.step('level', () => store.set({ level: 7 }));
+    history.step('view', () => store.set({ fieldOfView: 44 }));
+    assert.equal(history.names().undo, 'view');
+    await history.undo();
+    assert.equal(store.state.fieldOfView, 80);
+    await history.undo();
+    assert.equal(store.state.level, -200);
+    assert.deepEqual(log, []);
+    await history.undo();
+    assert.deepEqual(log, ['undo']);
+    assert.equal(store.state.window, 100);
+    await history.undo();
+    assert.equal(store.state.window, 1500);
+    for (let i = 0; i < 4; ++i) await history.redo();
+    assert.deepEqual(log, ['undo', 'redo']);
+    assert.equal(store.state.window, 100);
+    assert.equal(store.state.level, 7);
+    assert.equal(store.state.fieldOfView, 44);
+    assert.equal(history.names().redo, '');
+});
+
+test('what changed nothing is no step, and something new ends what could be redone', async () => {
+    const { store, history } = setUp();
+    history.step('nothing', () => store.set({ window: store.state.window }));
+    assert.equal(history.names().undo, '');
+    history.step('window', () => store.set({ window: 10 }));
+    await history.undo();
+    history.step('level', () => store.set({ level: 1 }));
+    assert.equal(history.names().redo, '');
+    await history.redo();
+    assert.equal(store.state.window, 1500);
+});
+
+test('flying and looking around at the same time is one step', async () => {
+    const { store, history } = setUp();
+    history.begin();
+    store.set({ camera: { eye: [1, 0, 0], look: [0, 1, 0], up: [0, 0, 1] } });
+    history.begin();
+    store.set({ camera: { eye: [1, 0, 0], look: [1, 0, 0], up: [0, 0, 1] } });
+    history.end('look');
+    store.set({ camera: { eye: [2, 0, 0], look: [1, 0, 0], up: [0, 0, 1] } });
+    history.end('flight');
+    assert.equal(history.names().undo, 'flight');
+    await history.undo();
+    assert.deepEqual(store.state.camera.eye, [0, 0, 0]);
+    assert.equal(history.names().undo, '');
+});

@@ -1,0 +1,204 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// The page around the views: keyboard alone, help, tour, labels, colours, the smallest screen.
+
+import assert from 'node:assert/strict';
+import { after, before, test } from 'node:test';
+import type { Browser, Page } from 'playwright-core';
+import type { Session } from '../src/session.ts';
+import { launch, picture, rectOf, type Served, serve, spot, stateOf, visit } from './browser.ts';
+
+let browser: Browser;
+let served: Served;
+let page: Page;
+let errors: string[];
+before(async () => {
+    browser = await launch();
+    served = await serve();
+    ({ page, errors } = await visit(browser, served.link));
+});
+after(async () => {
+    await browser.close();
+    await served.stop();
+    assert.deepEqual(errors, []);
+});
+
+test('the question mark shows all keys, Esc closes', async () => {
+    await page.keyboard.press('?');
+    const help = page.locator('dialog.help');
+    assert.ok(await help.isVisible());
+    assert.match((await help.textContent()) ?? '', /Ctrl\+Z.*undo/s);
+    await picture(page, 'help');
+    const box = (await help.boundingBox())!;
+    assert.ok(box.height <= 720 && box.y >= 0);
+    await page.keyboard.press('Escape');
+    assert.ok(!(await help.isVisible()));
+});
+
+test('every control has a name, and every view says what it is', async () => {
+    const nameless = await page.evaluate(() => {
+        for (const d of document.querySelectorAll('details')) d.open = true;
+        const controls = document.querySelectorAll<HTMLElement>('button, input, select, a');
+        return [...controls]
+            .filter((e) => {
+                const labels = (e as HTMLInputElement).labels;
+                const legend = e.closest('fieldset')?.querySelector('legend');
+                const text = e.textContent || e.getAttribute('aria-label');
+                return !text && !labels?.length && !legend;
+            })
+            .map((e) => e.outerHTML);
+    });
+    assert.deepEqual(nameless, []);
+    const views = page.locator('.view[aria-label]');
+    assert.equal(await views.count(), 4);
+    await picture(page, 'panels');
+    await page.locator('.panels').evaluate((e) => e.scrollTo(0, 10_000));
+    await picture(page, 'panels_end');
+    await page.locator('.panels').evaluate((e) => e.scrollTo(0, 0));
+});
+
+test('with the keyboard alone: choose, scroll, push, take back', async () => {
+    await page.mouse.move(1200, 3);
+    await page.locator('.view.endoscope').focus();
+    await page.keyboard.press('F6');
+    assert.equal((await stateOf(page)).active, 'axial');
+    await page.keyboard.press('3');
+    assert.equal((await stateOf(page)).tool, 'push');
+    await page.keyboard.press('BracketRight');
+    assert.equal((await stateOf(page)).radius, 5);
+    const before = await stateOf(page);
+    await page.evaluate(() => {
+        const { store } = (window as never as { pliant: Session }).pliant;
+        const { cursor } = store.state;
+        store.set({ cursor: [cursor[0] + 9, cursor[1], cursor[2]] });
+    });
+    await page.keyboard.press('Alt+ArrowLeft');
+    await page.waitForFunction(
+        (step) => (window as never as { pliant: Session }).pliant.store.state.shared!.step > step,
+        before.shared!.step,
+    );
+    await page.keyboard.press('Control+z');
+    await page.waitForFunction(
+        () => (window as never as { pliant: Session }).pliant.store.state.shared!.undo.steps === 0,
+    );
+    // From the first tool on, Tab reaches every control.
+    await page.locator('[data-tool=look]').focus();
+    const seen = new Set<string>();
+    for (let i = 0; i < 90; ++i) {
+        seen.add(
+            await page.evaluate(() => {
+                const e = document.activeElement as HTMLElement;
+                return e.getAttribute('aria-label') ?? e.id + e.textContent!.slice(0, 20);
+            }),
+        );
+        await page.keyboard.press('Tab');
+    }
+    for (const name of ['Threshold, number', 'Window, number', 'Tip, number'])
+        assert.ok(seen.has(name), name);
+    await page.keyboard.press('1');
+});
+
+test('typing a number into a field flies nowhere and changes no tool', async () => {
+    const { camera, tool } = await stateOf(page);
+    const field = page.getByLabel('Level, number');
+    await field.click();
+    await field.fill('');
+    await page.keyboard.type('-345');
+    await page.keyboard.press('Enter');
+    const state = await stateOf(page);
+    assert.equal(state.level, -345);
+    assert.equal(state.tool, tool);
+    assert.deepEqual(state.camera.eye, camera.eye);
+    await page.locator('.view.axial').focus();
+    await page.keyboard.press('Control+z');
+    assert.equal((await stateOf(page)).level, -200);
+});
+
+test('value, place and index under the pointer; LPS and RAS differ in two signs', async () => {
+    await page.mouse.move(...(await spot(page, 'coronal', 0.5, 0.6)));
+    await page.waitForTimeout(200);
+    const lps = (await page.locator('#pointer').textContent())!;
+    await page.keyboard.press('g');
+    await page.waitForTimeout(200);
+    const ras = (await page.locator('#pointer').textContent())!;
+    await page.keyboard.press('g');
+    const numbers = (text: string, space: string): number[] => {
+        assert.match(text, /^-?\d+ HU · /);
+        const found = new RegExp(`${space} (\\S+), (\\S+), (\\S+) mm · ijk`).exec(text);
+        assert.ok(found, text);
+        return found.slice(1, 4).map(Number);
+    };
+    const [x, y, z] = numbers(lps, 'LPS');
+    assert.deepEqual(numbers(ras, 'RAS'), [-x! + 0, -y! + 0, z]);
+});
+
+test('light and dark', async () => {
+    await page.evaluate(() =>
+        (window as never as { pliant: Session }).pliant.store.set({ theme: 'dark' }),
+    );
+    const dark = await page.evaluate(() => getComputedStyle(document.body).backgroundColor);
+    await picture(page, 'dark');
+    await page.evaluate(() =>
+        (window as never as { pliant: Session }).pliant.store.set({ theme: 'light' }),
+    );
+    const light = await page.evaluate(() => getComputedStyle(document.body).backgroundColor);
+    assert.notEqual(dark, light);
+});
+
+test('times are shown when asked for', async () => {
+    assert.ok(!(await page.locator('#times').isVisible()));
+    await page.keyboard.press('t');
+    await page.waitForFunction(() => document.querySelector('#times')!.textContent);
+    assert.match((await page.locator('#times').textContent())!, /solve .* resample .* p50/);
+    await page.keyboard.press('t');
+});
+
+test('at 1280×720 nothing is cut off, and a smaller window keeps its views', async () => {
+    for (const [width, height] of [
+        [1280, 720],
+        [1024, 600],
+    ] as const) {
+        await page.setViewportSize({ width, height });
+        const wide = await page.evaluate(() => [
+            document.documentElement.scrollWidth,
+            document.documentElement.scrollHeight,
+        ]);
+        assert.ok(wide[0]! <= width && wide[1]! <= height, `${wide} in ${width}×${height}`);
+        for (const view of ['endoscope', 'axial', 'coronal', 'sagittal'] as const) {
+            const box = await rectOf(page, view);
+            assert.ok(box.width > 250 && box.height > 200, `${view}: ${box.width}×${box.height}`);
+        }
+    }
+    await picture(page, 'small');
+    await page.setViewportSize({ width: 1280, height: 720 });
+});
+
+test('the tour comes once, leads through four things, and can be skipped', async () => {
+    const first = await visit(browser, served.link, '');
+    const tour = first.page.locator('.tour');
+    assert.ok(await tour.isVisible());
+    await picture(first.page, 'tour');
+    assert.match((await tour.textContent())!, /1 of 4/);
+    await first.page.locator('.view.endoscope').focus();
+    await first.page.keyboard.down('w');
+    await first.page.waitForFunction(
+        () => document.querySelector('.tour')!.textContent!.includes('2 of 4'),
+        undefined,
+        { timeout: 30_000 },
+    );
+    await first.page.keyboard.up('w');
+    await tour.getByText('Next').click();
+    await tour.getByText('Next').click();
+    await tour.getByText('Done').click();
+    assert.ok(!(await tour.isVisible()));
+    await first.page.reload();
+    await first.page.waitForFunction(
+        () => (window as never as { pliant: Session }).pliant?.store.state.loaded === 1,
+        undefined,
+        { timeout: 60_000 },
+    );
+    assert.ok(!(await tour.isVisible()));
+    assert.deepEqual(first.errors, []);
+    await first.page.context().close();
+});

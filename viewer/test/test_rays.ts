@@ -1,0 +1,95 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+import assert from 'node:assert/strict';
+import { test } from 'node:test';
+import { voxelFromWorld, voxelVector, worldFromVoxel } from '../src/grid.ts';
+import { floatOfHalf, halfOfFloat } from '../src/half.ts';
+import { firstHit, type Surface } from '../src/rays.ts';
+import { along, dot, norm, normalized, sub, type Vec3 } from '../src/vec.ts';
+import { VolumeData } from '../src/volume.ts';
+import { randomGrid, randomVector, smoothVolume } from './fields.ts';
+import { between, random, whole } from './random.ts';
+
+interface Crossing {
+    readonly t: number;
+    readonly sure: boolean; ///< the ray is long enough on both sides of it: nobody may miss it
+}
+
+/// Walks in tiny steps, without bricks and without a clever crossing.
+function crossings(v: VolumeData, origin: Vec3, unit: Vec3, s: Surface): Crossing[] {
+    const step = 0.004;
+    const least = 0.5 / norm(voxelVector(v.grid, unit)) + 2 * step;
+    const turns: { t: number; above: boolean }[] = [];
+    let end = 0;
+    for (let t = 0; t < 90; t += step) {
+        const p = voxelFromWorld(v.grid, along(origin, t, unit));
+        if (!p.every((x, a) => x >= 0 && x <= v.grid.size[a]! - 1)) {
+            if (turns.length) break;
+            continue;
+        }
+        const above = v.sample(p) >= s.iso;
+        if (turns[turns.length - 1]?.above !== above) turns.push({ t, above });
+        end = t;
+    }
+    return turns.slice(1).flatMap(({ t, above }, i) => {
+        if (above !== s.rising) return [];
+        const sure = t - turns[i]!.t > least && (turns[i + 2]?.t ?? end) - t > least;
+        return [{ t, sure }];
+    });
+}
+
+test('rays meet the surface where a patient walk does', () => {
+    let hits = 0;
+    for (let i = 0; i < 120; ++i) {
+        const volume = smoothVolume(randomGrid(9, 30));
+        const surface = { iso: between(-700, -300), rising: random() < 0.5 };
+        const start = volume.grid.size.map((n) => between(-2, n + 1)) as unknown as Vec3;
+        const origin = worldFromVoxel(volume.grid, start);
+        const aim = volume.grid.size.map((n) => between(0, n - 1)) as unknown as Vec3;
+        const unit = normalized(sub(worldFromVoxel(volume.grid, aim), origin));
+        const hit = firstHit(volume, origin, unit, surface);
+        const all = crossings(volume, origin, unit, surface);
+        const first = all.find((c) => c.sure)?.t ?? Infinity;
+        const distance = hit?.distance ?? Infinity;
+        assert.ok(!(distance > first + 0.01), `ray ${i}: hit at ${distance}, expected ${first}`);
+        if (!hit) continue;
+        ++hits;
+        assert.ok(
+            all.some((c) => Math.abs(c.t - distance) < 0.01),
+            `ray ${i}: no wall there`,
+        );
+        const value = volume.sample(voxelFromWorld(volume.grid, hit.point));
+        assert.ok(Math.abs(value - surface.iso) < 0.01);
+        assert.ok(Math.abs(norm(hit.normal) - 1) < 1e-6 && dot(hit.normal, unit) <= 1e-9);
+    }
+    assert.ok(hits > 30, `only ${hits} rays hit`);
+});
+
+test('patched bricks are those of a volume that is made anew', () => {
+    for (let i = 0; i < 30; ++i) {
+        const volume = smoothVolume(randomGrid(2, 30));
+        const { size } = volume.grid;
+        const begin = size.map((n) => whole(0, n - 1)) as unknown as Vec3;
+        const end = size.map((n, a) => whole(begin[a]! + 1, n)) as unknown as Vec3;
+        const count = sub(end, begin).reduce((p, n) => p * n, 1);
+        const values = Uint16Array.from({ length: count }, () => halfOfFloat(whole(-1000, 1000)));
+        volume.patch({ begin, end }, values);
+        const fresh = new VolumeData(volume.grid, volume.halves.slice());
+        assert.deepEqual(volume.brickRange, fresh.brickRange);
+        assert.deepEqual(volume.brickHalves, fresh.brickHalves);
+        const [x, y, z] = begin;
+        const first = volume.halves[x + size[0] * (y + size[1] * z)]!;
+        assert.equal(first, values[0]);
+        assert.equal(volume.valueAt(begin), floatOfHalf[first]);
+    }
+});
+
+test("world and voxels are each other's inverse, also on left-handed grids", () => {
+    for (let i = 0; i < 100; ++i) {
+        const grid = randomGrid(2, 50);
+        const ijk = randomVector(60);
+        const back = voxelFromWorld(grid, worldFromVoxel(grid, ijk));
+        assert.ok(norm(sub(back, ijk)) < 1e-9);
+    }
+});

@@ -1,0 +1,308 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// What changes the tissue, through the page: all four views show it, undo brings the same checksum
+// back, others see the same, and lost lines and contexts are taken up again.
+
+import assert from 'node:assert/strict';
+import { after, before, test } from 'node:test';
+import type { Browser, Page } from 'playwright-core';
+import type { Session } from '../src/session.ts';
+import { kViews, type ToolName, type ViewName } from '../src/store.ts';
+import {
+    compare,
+    dragBy,
+    launch,
+    loaded,
+    picture,
+    pixels,
+    type Served,
+    serve,
+    spot,
+    stateOf,
+    still,
+    untilUndo,
+    visit,
+} from './browser.ts';
+
+let browser: Browser;
+let served: Served;
+let page: Page;
+const errors: string[] = [];
+before(async () => {
+    browser = await launch();
+    served = await serve();
+    const first = await visit(browser, served.link, '&notour&name=Anna');
+    page = first.page;
+    errors.push(...first.errors);
+});
+after(async () => {
+    await browser.close();
+    await served.stop();
+    assert.deepEqual(errors, []);
+});
+
+type Pictures = Record<ViewName, number>;
+async function all(at: Page): Promise<Pictures> {
+    const hashes = {} as Pictures;
+    for (const view of kViews) hashes[view] = (await pixels(at, view)).hash;
+    return hashes;
+}
+const undoSteps = async (): Promise<number> => (await stateOf(page)).shared!.undo.steps;
+const idle = (at: Page): Promise<unknown> =>
+    at.evaluate(() =>
+        (window as never as { pliant: Session }).pliant.connection.ask({ do: 'checksum' }),
+    );
+/// Presses Ctrl+Z until the server has so many steps; the page's own steps are on the way.
+const undo = async (steps: number): Promise<void> => {
+    for (let i = 0; i < 30 && (await undoSteps()) > steps; ++i) {
+        await page.keyboard.press('Control+z');
+        await page.evaluate(
+            () =>
+                (window as never as { pliant: { history: { queue: Promise<void> } } }).pliant
+                    .history.queue,
+        );
+    }
+    await untilUndo(page, steps);
+};
+
+/// The crosshair on the wall of the lumen, right of the tip in the axial section.
+async function cursorToWall(): Promise<void> {
+    await page.evaluate(() => {
+        const session = (window as never as { pliant: Session }).pliant;
+        const { camera, shared } = session.store.state;
+        const { volume } = session;
+        const { grid } = volume!;
+        let x = camera.eye[0];
+        const value = (): number =>
+            volume!.sample(
+                [x, camera.eye[1], camera.eye[2]].map(
+                    (v, a) => (v - grid.origin[a]!) / grid.spacing[a]!,
+                ) as never,
+            );
+        while (value() < shared!.iso_hu) x += 0.25;
+        session.store.set({ cursor: [x, camera.eye[1], camera.eye[2]] });
+    });
+}
+
+/// Where the crosshair is in a view.
+async function cursorSpot(view: ViewName): Promise<[number, number]> {
+    await page.waitForTimeout(100);
+    const box = (await page.locator(`.view.${view}`).boundingBox())!;
+    const x = await page.locator(`.view.${view} line.along`).first().getAttribute('x1');
+    const y = await page.locator(`.view.${view} line.across`).first().getAttribute('y1');
+    return [Math.round(box.x + Number(x)), Math.round(box.y + Number(y))];
+}
+
+const kDrags: readonly { tool: ToolName; view: ViewName; by: [number, number] }[] = [
+    { tool: 'push', view: 'axial', by: [-25, 0] },
+    { tool: 'push', view: 'endoscope', by: [40, 10] },
+    { tool: 'grab', view: 'coronal', by: [-20, -8] },
+    { tool: 'carve', view: 'sagittal', by: [20, 10] },
+    { tool: 'cut', view: 'axial', by: [25, 15] },
+];
+for (const { tool, view, by } of kDrags)
+    test(`${tool} in the ${view} view changes voxels; undo brings the checksum back`, async () => {
+        await cursorToWall();
+        await page.evaluate(() =>
+            (window as never as { pliant: Session }).pliant.store.set({ radius: 5 }),
+        );
+        const steps = await undoSteps();
+        const sum = await compare(page);
+        assert.equal(sum?.same, true);
+        const from =
+            view === 'endoscope' ? await spot(page, view, 0.25, 0.5) : await cursorSpot(view);
+        const start = await all(page);
+        await page.click(`[data-tool=${tool}]`);
+        await dragBy(page, from, by);
+        await page.waitForFunction(
+            (n) =>
+                (window as never as { pliant: Session }).pliant.store.state.shared!.undo.steps > n,
+            steps,
+        );
+        await idle(page);
+        await page.click('[data-tool=look]');
+        const changed = await compare(page);
+        assert.equal(changed?.same, true);
+        // Cut links alone move nothing; only the mock's blade leaves a gap.
+        if (tool !== 'cut' || served.mock) assert.notEqual(changed?.own, sum?.own);
+        assert.notEqual(changed?.tissue, sum?.tissue);
+        const end = await all(page);
+        const differ = kViews.filter((v) => start[v] !== end[v]);
+        await picture(page, `${tool}_${view}`);
+        if (tool === 'push' && view === 'axial') assert.deepEqual(differ, [...kViews]);
+        else if (tool !== 'cut' || served.mock) assert.ok(differ.length > 0, 'no view has changed');
+        await undo(steps);
+        const back = await compare(page);
+        assert.equal(back?.same, true);
+        assert.equal(back?.own, sum?.own);
+        assert.equal(back?.tissue, sum?.tissue);
+        assert.deepEqual(await all(page), start);
+    });
+
+test('the threshold changes the endoscope, and its line in the sections', async () => {
+    const start = await all(page);
+    await page.getByLabel('as a line in the sections').check();
+    const lines = await all(page);
+    assert.deepEqual(
+        kViews.filter((v) => lines[v] !== start[v]),
+        ['axial', 'coronal', 'sagittal'],
+    );
+    const number = page.getByLabel('Threshold, number');
+    await number.fill('-150');
+    await number.press('Enter');
+    await page.waitForFunction(
+        () => (window as never as { pliant: Session }).pliant.store.state.shared!.iso_hu === -150,
+    );
+    const changed = await all(page);
+    assert.deepEqual(
+        kViews.filter((v) => changed[v] !== lines[v]),
+        [...kViews],
+    );
+    await picture(page, 'threshold');
+    await page.locator('.view.axial').focus();
+    await page.keyboard.press('Control+z');
+    await page.waitForFunction(
+        () => (window as never as { pliant: Session }).pliant.store.state.shared!.iso_hu === -500,
+    );
+    await page.getByLabel('as a line in the sections').uncheck();
+    assert.deepEqual(await all(page), start);
+});
+
+test('a tip that pushes moves the wall, and the eye goes on', async () => {
+    const start = await stateOf(page);
+    const sum = await compare(page);
+    await page.getByLabel('pushes').check();
+    await page.locator('.view.endoscope').focus();
+    await dragBy(page, await spot(page, 'endoscope', 0.2), [330, 0]);
+    await page.keyboard.down('w');
+    await page.waitForFunction(
+        (n) => (window as never as { pliant: Session }).pliant.store.state.shared!.undo.steps > n,
+        start.shared!.undo.steps,
+        { timeout: 60_000 },
+    );
+    await page.waitForTimeout(800);
+    await page.keyboard.up('w');
+    await page.waitForTimeout(200);
+    await idle(page);
+    const pushed = await compare(page);
+    assert.equal(pushed?.same, true);
+    assert.notEqual(pushed?.own, sum?.own);
+    await picture(page, 'tip_pushes');
+    await page.getByLabel('stops').check();
+    await page.locator('.view.endoscope').focus();
+    await undo(start.shared!.undo.steps);
+    assert.equal((await compare(page))?.own, sum?.own);
+    await page.evaluate(
+        (camera) => (window as never as { pliant: Session }).pliant.store.set({ camera }),
+        start.camera,
+    );
+});
+
+test('a second browser joins late, and both agree after both have pushed', async () => {
+    const push = (at: Page, x: number): Promise<unknown> =>
+        at.evaluate(async (dx) => {
+            const session = (window as never as { pliant: Session }).pliant;
+            const { camera } = session.store.state;
+            const point = [camera.eye[0] + dx, camera.eye[1], camera.eye[2]] as const;
+            await session.ask({ do: 'push', point, push: [dx / 4, 1, 0], radius: 8 });
+        }, x);
+    const steps = await undoSteps();
+    await push(page, 10);
+    const second = await visit(browser, served.link, '&notour&name=Ben');
+    assert.equal((await compare(second.page))?.same, true);
+    await Promise.all([push(page, -10), push(second.page, 12)]);
+    await Promise.all([idle(page), idle(second.page)]);
+    const [a, b] = [await compare(page), await compare(second.page)];
+    assert.equal(a?.same, true);
+    assert.equal(b?.same, true);
+    assert.equal(a?.own, b?.own);
+    assert.match((await page.locator('#link').textContent()) ?? '', /2 in this session/);
+    await picture(second.page, 'second_browser');
+    assert.deepEqual(second.errors, []);
+    await second.page.context().close();
+    await undo(steps);
+});
+
+test('a view-only link can look, but not change anything', async () => {
+    const viewer = await visit(browser, served.link, '&notour&role=view');
+    assert.equal((await stateOf(viewer.page)).role, 'view');
+    assert.equal(await viewer.page.locator('[data-tool=push]').isDisabled(), true);
+    assert.equal(await viewer.page.getByLabel('Threshold, number').isDisabled(), true);
+    const sum = await compare(viewer.page);
+    await viewer.page.locator('.view.axial').focus();
+    await viewer.page.keyboard.press('3');
+    await viewer.page.keyboard.press('Enter');
+    await viewer.page.keyboard.press('Period');
+    await viewer.page.waitForTimeout(300);
+    assert.equal((await compare(viewer.page))?.tissue, sum?.tissue);
+    assert.equal((await stateOf(viewer.page)).shared!.iso_hu, -500);
+    await viewer.page.context().close();
+});
+
+test('after a reload the place is kept and the voxels are the same', async () => {
+    await cursorToWall();
+    const { client } = await stateOf(page);
+    await page.locator('.view.axial').focus();
+    await page.keyboard.press('3');
+    await page.keyboard.press('Alt+ArrowLeft');
+    await page.waitForFunction(
+        () => (window as never as { pliant: Session }).pliant.store.state.shared!.undo.steps > 0,
+    );
+    await idle(page);
+    const sum = await compare(page);
+    const { camera, window: width } = await stateOf(page);
+    await page.reload();
+    await page.evaluate(() =>
+        (window as never as { pliant: Session }).pliant.store.set({ fine: false }),
+    );
+    await loaded(page);
+    const again = await compare(page);
+    assert.equal(again?.same, true);
+    assert.equal(again?.own, sum?.own);
+    const state = await stateOf(page);
+    assert.equal(state.client, client);
+    assert.deepEqual(state.camera, camera);
+    assert.deepEqual([state.window, state.tool], [width, 'push']);
+    await page.locator('.view.axial').focus();
+    await undo(0);
+});
+
+test(
+    'a broken line is taken up again, with what was missed',
+    { skip: !!process.env.PLIANT_SERVER },
+    async () => {
+        const before = await compare(page);
+        served.mock!.breakLines();
+        await page.waitForFunction(
+            () => (window as never as { pliant: Session }).pliant.store.state.link === 'lost',
+        );
+        served.mock!.scene.carve([0, 0, 0], [4, 0, 0], 5);
+        await page.waitForFunction(
+            () => (window as never as { pliant: Session }).pliant.store.state.link === 'open',
+            undefined,
+            { timeout: 20_000 },
+        );
+        await idle(page);
+        const after = await compare(page);
+        assert.equal(after?.same, true);
+        assert.notEqual(after?.own, before?.own);
+        served.mock!.scene.reset();
+    },
+);
+
+test('a lost graphics context comes back with the same pictures', async () => {
+    await idle(page);
+    const start = await all(page);
+    await page.evaluate(() => {
+        const { renderer } = (window as never as { pliant: Session }).pliant.stage;
+        const lose = renderer.getContext().getExtension('WEBGL_lose_context')!;
+        lose.loseContext();
+        setTimeout(() => lose.restoreContext(), 400);
+    });
+    await page.waitForTimeout(200);
+    assert.match((await page.locator('.notice').textContent()) ?? '', /graphics context/);
+    await page.waitForSelector('.notice', { state: 'hidden' });
+    await still(page);
+    assert.deepEqual(await all(page), start);
+});
