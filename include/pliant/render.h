@@ -13,6 +13,7 @@
 #include <filesystem>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -105,6 +106,15 @@ class RayCaster {
     /// @param direction  world, any length > 0
     std::optional<RayHit> first_hit(Vec3d origin_mm, Vec3d direction, double iso_hu,
                                     Polarity polarity) const;
+
+    /// Many rays from one eye, in vectors: the same crossings as first_hit finds, up to rounding,
+    /// and the same bits on every machine and for any number of threads. It is fastest where rays
+    /// that follow each other lie close together, such as those of 4 × 2 pixels.
+    /// @param directions  world, of any length; those without one hit nothing
+    /// @param[out] distances  as many, in lengths of each direction (unit vectors: mm); infinite
+    ///                        where there is no hit
+    void first_hits(Vec3d eye_mm, std::span<const Vec3d> directions, double iso_hu,
+                    Polarity polarity, std::span<double> distances) const;
 
     Image endoscope_view(const Endoscope& endoscope, int width, int height) const;
 

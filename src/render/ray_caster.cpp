@@ -9,7 +9,9 @@
 namespace pliant::render {
 
 VolumeRays::VolumeRays(const Volume& scan, const TaskArena& threads)
-    : volume(scan), arena(threads), lattice_from_world(inverse(scan.grid.direction)) {
+    : volume(scan), arena(threads), voxel_from_world(inverse(scan.grid.direction)) {
+    for (Vec3d& column : voxel_from_world.columns)
+        for (int a = 0; a < 3; ++a) column[a] /= scan.grid.spacing_mm[a];
     with_field(volume, [&]<class T>(const Field<T>& field) { bricks = make_bricks(field, arena); });
 }
 
