@@ -1,14 +1,13 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Hands rays that start at one eye to the vector kernel, or to its scalar twin where a scan is too
-// large for it.
+// Hands rays that start at one eye to the vector kernel, and to its scalar twin what that leaves.
 
 #include <cmath>
 #include <limits>
 
+#include "render/beam.h"
 #include "render/caster.h"
-#include "render/packet.h"
 #include "render/volume_rays.h"
 
 namespace pliant::render {
@@ -24,13 +23,11 @@ bool is_usable(Vec3d direction) {
 
 EyeRays::EyeRays(const VolumeRays& rays, Vec3d eye_mm, double iso_hu, Polarity polarity)
     : m_rays(rays), m_eye_mm(eye_mm), m_iso_hu(iso_hu), m_polarity(polarity) {
-    with_field(rays.volume, [&]<class T>(const Field<T>& field) {
+    with_field(rays.volume, [&]<class T>(const Field<T>&) {
         const auto& bricks = *std::get_if<Bricks<T>>(&rays.bricks);
         const auto threshold = threshold_of<T>(iso_hu);
         m_hits_nothing = !threshold || bricks.cells.x == 0 || !is_finite(eye_mm);
-        if (m_hits_nothing || !fits_packets<T>(field.size())) return;
-        m_leaps = make_leap_map(bricks.fine, *threshold);
-        m_above = field.sample(rays.to_voxel(eye_mm)) >= iso_hu;
+        if (!m_hits_nothing) m_leaps = make_leap_map(bricks.fine, *threshold);
     });
 }
 
@@ -38,16 +35,15 @@ template <class T>
 void EyeRays::cast(std::span<const Vec3d> directions, double* distances) const {
     const Volume& volume = m_rays.volume;
     const auto& voxels = *std::get_if<VoxelArray<T>>(&volume.voxels);
-    const PacketScene<T> scene{.voxels = voxels.data(),
-                               .size = volume.grid.size,
-                               .leaps = &m_leaps,
-                               .threshold = *threshold_of<T>(m_iso_hu),
-                               .iso = m_iso_hu,
-                               .rising = m_polarity == Polarity::Rising,
-                               .origin_above = m_above,
-                               .origin = m_rays.to_voxel(m_eye_mm),
-                               .voxel_from_world = m_rays.voxel_from_world};
-    cast_packets(scene, directions, distances);
+    const BeamScene<T> scene{.voxels = voxels.data(),
+                             .size = volume.grid.size,
+                             .leaps = &m_leaps,
+                             .threshold = *threshold_of<T>(m_iso_hu),
+                             .iso = m_iso_hu,
+                             .rising = m_polarity == Polarity::Rising,
+                             .eye = m_rays.to_voxel(m_eye_mm),
+                             .voxel_from_world = m_rays.voxel_from_world};
+    cast_beams(scene, directions, distances);
 }
 
 void EyeRays::hit_distances(std::span<const Vec3d> directions, double* distances) const {
@@ -76,6 +72,12 @@ void EyeRays::hit_distances(std::span<const Vec3d> directions, double* distances
         cast<std::int16_t>(directions, distances);
     else
         cast<float>(directions, distances);
+    for (std::ptrdiff_t i = 0; i < count; ++i) {
+        if (!std::isnan(distances[i])) continue;
+        const Vec3d direction = directions[std::size_t(i)];
+        distances[i] =
+            m_rays.hit_distance(m_eye_mm, direction, m_iso_hu, m_polarity).value_or(kInfinity);
+    }
 }
 
 }  // namespace pliant::render

@@ -56,7 +56,7 @@ class EyeRays {
     Vec3d m_eye_mm;
     double m_iso_hu;
     Polarity m_polarity;
-    bool m_hits_nothing = false, m_above = false;
+    bool m_hits_nothing = false;
     LeapMap m_leaps;
 };
 
