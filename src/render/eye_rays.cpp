@@ -16,7 +16,8 @@ namespace {
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 bool is_usable(Vec3d direction) {
-    return is_finite(direction) && norm(direction) > 0;
+    const double size = std::abs(direction.x) + std::abs(direction.y) + std::abs(direction.z);
+    return size > 0 && size < kInfinity;
 }
 
 }  // namespace
