@@ -32,15 +32,14 @@ EmbreeRays::EmbreeRays(const IsoMesh& mesh, Vec3d eye_mm, std::span<const Vec3d>
     e.build_s = seconds_of([&] {
         e.scene = rtcNewScene(e.device);
         RTCGeometry geometry = rtcNewGeometry(e.device, RTC_GEOMETRY_TYPE_TRIANGLE);
-        void* points = rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0,
-                                               RTC_FORMAT_FLOAT3, sizeof(Vec3f),
-                                               mesh.points_mm.size());
+        void* points =
+            rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
+                                    sizeof(Vec3f), mesh.points_mm.size());
         std::memcpy(points, mesh.points_mm.data(), mesh.points_mm.size() * sizeof(Vec3f));
-        void* triangles = rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0,
-                                                  RTC_FORMAT_UINT3, 3 * sizeof(unsigned),
-                                                  mesh.triangles.size());
-        std::memcpy(triangles, mesh.triangles.data(),
-                    mesh.triangles.size() * 3 * sizeof(unsigned));
+        void* triangles =
+            rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
+                                    3 * sizeof(unsigned), mesh.triangles.size());
+        std::memcpy(triangles, mesh.triangles.data(), mesh.triangles.size() * 3 * sizeof(unsigned));
         rtcCommitGeometry(geometry);
         rtcAttachGeometry(e.scene, geometry);
         rtcReleaseGeometry(geometry);

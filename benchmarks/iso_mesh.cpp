@@ -20,8 +20,18 @@ struct Edge {
     int other() const { return corner | 1 << axis; }
 };
 
-constexpr std::array<Edge, 12> kEdges = {{{0, 0}, {2, 0}, {4, 0}, {6, 0}, {0, 1}, {1, 1}, {4, 1},
-                                          {5, 1}, {0, 2}, {1, 2}, {2, 2}, {3, 2}}};
+constexpr std::array<Edge, 12> kEdges = {{{0, 0},
+                                          {2, 0},
+                                          {4, 0},
+                                          {6, 0},
+                                          {0, 1},
+                                          {1, 1},
+                                          {4, 1},
+                                          {5, 1},
+                                          {0, 2},
+                                          {1, 2},
+                                          {2, 2},
+                                          {3, 2}}};
 
 int edge_between(int a, int b) {
     for (int e = 0; e < 12; ++e) {
@@ -104,9 +114,8 @@ IsoMesh march(const Grid& grid, const T* voxels, double iso) {
                     for (std::size_t i = 0; i < 3; ++i) {
                         const Edge e = kEdges[std::size_t(edges[i])];
                         const Vec3i p{x + (e.corner & 1), y + (e.corner >> 1 & 1), e.corner >> 2};
-                        std::int32_t& point =
-                            known[std::size_t(e.axis + 3 * p.z)]
-                                 [std::size_t(p.x + p.y * stride[1])];
+                        std::int32_t& point = known[std::size_t(e.axis + 3 * p.z)]
+                                                   [std::size_t(p.x + p.y * stride[1])];
                         if (point < 0) {
                             const double a = double(cell[offset[e.corner]]);
                             const double b = double(cell[offset[e.other()]]);
@@ -128,9 +137,8 @@ IsoMesh march(const Grid& grid, const T* voxels, double iso) {
 }  // namespace
 
 IsoMesh make_iso_mesh(const Volume& volume, double iso_hu) {
-    return std::visit(
-        [&](const auto& voxels) { return march(volume.grid, voxels.data(), iso_hu); },
-        volume.voxels);
+    return std::visit([&](const auto& voxels) { return march(volume.grid, voxels.data(), iso_hu); },
+                      volume.voxels);
 }
 
 }  // namespace pliant::bench

@@ -161,8 +161,9 @@ class Beam {
                           int(q[0] >= threshold) + int(q[1] >= threshold) +
                           int(q[row] >= threshold) + int(q[row + 1] >= threshold);
         if (above == 0 || above == 8) return false;
-        const CellForm form(CellCorners{{double(p[0]), double(p[1]), double(p[row]), double(p[row + 1]),
-                              double(q[0]), double(q[1]), double(q[row]), double(q[row + 1])}});
+        const CellForm form(
+            CellCorners{{double(p[0]), double(p[1]), double(p[row]), double(p[row + 1]),
+                         double(q[0]), double(q[1]), double(q[row]), double(q[row + 1])}});
         return m_rays.try_cell(form, cell, m_forward, m_scene.eye, m_scene.iso, m_scene.rising,
                                first, end);
     }

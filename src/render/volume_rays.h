@@ -66,6 +66,7 @@ namespace pliant {
 
 struct RayCaster::Impl {
     render::VolumeRays rays;
+    std::vector<std::int32_t> scratch;  // of updates
 };
 
 }  // namespace pliant
