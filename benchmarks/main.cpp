@@ -21,7 +21,7 @@ int main(int argc, char** argv) {
          "push|"
          "resample|whole_frame|chainmail_|bandwidth)"},
         {"resample", "--benchmark_filter=^(resample|whole_frame)"},
-        {"render", "--benchmark_filter=^(endoscope_view|ray_caster_bricks)"},
+        {"render", "--benchmark_filter=^(first_hits|endoscope_view|ray_caster_bricks)"},
     };
     std::vector<std::string> arguments(argv, argv + argc);
     bool as_table = false;

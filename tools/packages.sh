@@ -14,7 +14,7 @@ packages_of() {
             ;;
         test) echo clang libgtest-dev ;;
         lint) echo clang-format-14 ;;
-        bench) echo libbenchmark-dev ;;
+        bench) echo libbenchmark-dev libembree-dev ;;
     esac
 }
 
