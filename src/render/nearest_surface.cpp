@@ -16,7 +16,10 @@
 namespace pliant {
 namespace {
 
-constexpr double kSmallestMm = 1e-3;  // diagonal of a box that counts as a point
+// Diagonal of a box that counts as a point, the larger of two: finer ones are too many where much
+// of the surface is about as near as the nearest place.
+constexpr double kSmallestMm = 0.02;
+constexpr double kSmallestShare = 0.01;  // of the distance
 
 struct Candidate {
     double distance_mm;
@@ -48,7 +51,8 @@ class Search {
             m_waiting.pop();
             const Vec3d size = box.high - box.low, s = m_spacing;
             const Vec3d middle = 0.5 * (box.low + box.high);
-            if (norm({size.x * s.x, size.y * s.y, size.z * s.z}) <= kSmallestMm) return middle;
+            const double smallest = std::max(kSmallestMm, kSmallestShare * box.distance_mm);
+            if (norm({size.x * s.x, size.y * s.y, size.z * s.z}) <= smallest) return middle;
             for (int part = 0; part < 8; ++part) {
                 Candidate half = box;
                 for (int a = 0; a < 3; ++a) (part >> a & 1 ? half.low : half.high)[a] = middle[a];
