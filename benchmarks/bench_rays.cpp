@@ -3,14 +3,13 @@
 
 // First hits of a picture's rays, 512 × 512, on one core: beams on the volume. An item is a ray.
 // The table's reference is Embree, 16 rays at a time on the mesh of the same surface, where it was
-// found when this was built; else the scalar twin (first_hit, with its normal). All are timed turn by turn, by the processor
-// time of the thread. Ours includes what a new threshold costs (the leap map); what it costs the
-// mesh is beside it (mesh_ms, tree_ms), and is in no ratio.
+// found when this was built; else the scalar twin (first_hit, which finds the normal as well). All
+// are timed turn by turn, by the processor time of the thread. Ours includes what a new threshold
+// costs (the leap map); what it costs the mesh is beside it (mesh_ms, tree_ms), and is in no ratio.
 //
 // The floor is the time that the vector instructions of the last cells alone would take: each ray
 // crosses at least one cell that holds the threshold (some 60 operations for its cubic, 60 for
-// three Newton steps), and a core does two vector operations of eight doubles a cycle at 2.4 GHz or
-// less.
+// three Newton steps), and a core does two operations on eight doubles a cycle, at 2.4 GHz or less.
 
 #include <benchmark/benchmark.h>
 #include <pliant/phantom.h>

@@ -144,7 +144,7 @@ class RayCaster {
                                double y) const;
 
     /// The place on the surface that is nearest to a point, of either polarity, to 0.02 mm or a
-    /// hundredth of the distance: so a sphere of radius within_mm touches the surface if there is one.
+    /// hundredth of the distance. A sphere of radius within_mm touches the surface if there is one.
     /// @returns distance and place; the normal as first_hit has it
     std::optional<RayHit> nearest_surface(Vec3d point_mm, double within_mm, double iso_hu,
                                           Polarity polarity = Polarity::Rising) const;
