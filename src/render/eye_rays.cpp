@@ -61,14 +61,6 @@ void EyeRays::hit_distances(std::span<const Vec3d> directions, double* distances
         }
         return;
     }
-    if (m_leaps.codes.empty()) {
-        for (std::ptrdiff_t i = 0; i < count; ++i) {
-            const Vec3d direction = directions[std::size_t(i)];
-            distances[i] =
-                m_rays.hit_distance(m_eye_mm, direction, m_iso_hu, m_polarity).value_or(kInfinity);
-        }
-        return;
-    }
     if (m_rays.volume.is_16_bit())
         cast<std::int16_t>(directions, distances);
     else
@@ -76,8 +68,9 @@ void EyeRays::hit_distances(std::span<const Vec3d> directions, double* distances
     for (std::ptrdiff_t i = 0; i < count; ++i) {
         if (!std::isnan(distances[i])) continue;
         const Vec3d direction = directions[std::size_t(i)];
-        distances[i] =
-            m_rays.hit_distance(m_eye_mm, direction, m_iso_hu, m_polarity).value_or(kInfinity);
+        const double per_mm = 1 / norm(direction);  // as in first_hit, to decide the same
+        const auto t = m_rays.hit_distance(m_eye_mm, per_mm * direction, m_iso_hu, m_polarity);
+        distances[i] = t ? *t * per_mm : kInfinity;
     }
 }
 
