@@ -63,6 +63,8 @@ Status Movie::start_ffmpeg(const std::filesystem::path& file, int width, int hei
     posix_spawn_file_actions_t actions;
     posix_spawn_file_actions_init(&actions);
     posix_spawn_file_actions_adddup2(&actions, ends[0], STDIN_FILENO);
+    // What goes wrong is said here, in one line.
+    posix_spawn_file_actions_addopen(&actions, STDERR_FILENO, "/dev/null", O_WRONLY, 0);
     const int failed =
         posix_spawnp(&m_ffmpeg, "ffmpeg", &actions, nullptr, arguments.data(), environ);
     posix_spawn_file_actions_destroy(&actions);
