@@ -20,7 +20,7 @@ int main(int argc, char** argv) {
          "--benchmark_filter=^(moving_contact|bounded_lattice|drag_|thesis_case|resample|"
          "whole_frame|chainmail_|large_scan/(open|push)/)"},
         {"resample", "--benchmark_filter=^(resample|whole_frame)"},
-        {"render", "--benchmark_filter=^(endoscope_view|ray_caster_bricks)"},
+        {"render", "--benchmark_filter=^(first_hits|endoscope_view|ray_caster_bricks)"},
         {"scan", "--benchmark_filter=^large_scan"},
     };
     std::vector<std::string> arguments(argv, argv + argc);

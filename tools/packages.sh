@@ -14,7 +14,7 @@ packages_of() {
             ;;
         test) echo clang libgtest-dev ;;
         lint) echo clang-format-14 ;;
-        bench) echo libbenchmark-dev time ;;
+        bench) echo libbenchmark-dev libembree-dev time ;;
         viewer) echo nodejs npm ;;
         browser) echo chromium-headless-shell ;;
     esac

@@ -266,9 +266,13 @@ void add_render(CLI::App& app, RenderOptions& o) {
     auto* c = app.add_subcommand("render", "Draw the endoscope's view and the sections");
     c->add_option("FILE", o.file, "NRRD, MetaImage, NIfTI or DICOM folder")->required();
     add_series(c, o.series);
-    c->add_option("--out", o.out, "PNG file to write")->required();
-    c->add_option("--view", o.view, "four-up, endoscope, axial, coronal or sagittal")
-        ->check(CLI::IsMember({"four-up", "endoscope", "axial", "coronal", "sagittal"}));
+    c->add_option("--out", o.out, "PNG file to write");
+    c->add_option("--path", o.path, "curve of 3D Slicer (.mrk.json) to fly along");
+    c->add_option("--movie", o.movie, "file of the flight (.mp4, made by ffmpeg), or folder/");
+    c->add_option("--speed", o.speed_mm_s, "of the flight [mm/s] (default 20)")
+        ->check(CLI::Range(0.1, 1000.0));
+    c->add_option("--view", o.view, "four-up, endoscope, blended, axial, coronal or sagittal")
+        ->check(CLI::IsMember({"four-up", "endoscope", "blended", "axial", "coronal", "sagittal"}));
     c->add_option("--iso", o.iso_hu, "threshold of the surface [HU] (default -500)");
     c->add_option("--polarity", o.polarity, "rising (air lumen) or falling (contrast lumen)")
         ->check(CLI::IsMember({"rising", "falling"}));
@@ -296,9 +300,11 @@ void add_render(CLI::App& app, RenderOptions& o) {
     c->add_option("--fog", o.fog_distance_mm, "light falls to 1/e over this [mm]; 0: no fog")
         ->check(CLI::Range(0.0, 1e6));
     c->add_option("--colour,--color", o.colour, "of the surface, R,G,B each 0…255");
-    c->add_option("--window", o.window_hu, "of the sections [HU] (default 1500)")
+    c->add_option("--window", o.window_hu, "of the sections [HU] (default 1500; blended: 500)")
         ->check(CLI::PositiveNumber);
-    c->add_option("--level", o.level_hu, "of the sections [HU] (default -200)");
+    c->add_option("--level", o.level_hu, "of the sections [HU] (default -200; blended: 150)");
+    c->add_option("--opacity", o.opacity_per_mm, "blended: at the window's upper end [1/mm]")
+        ->check(CLI::Range(0.0, 1000.0));
     add_threads(c, o.threads);
     c->footer(
         "Example:\n  pliant render scan.nrrd --eye -13.5,116,-411 --look 0,0.7,-0.7 "

@@ -76,7 +76,9 @@ struct RenderOptions {
     std::string file;
     std::string series;
     std::string out;
-    std::string view = "four-up";  ///< endoscope | axial | coronal | sagittal
+    std::string path, movie;       ///< a flight along a curve; then out and eye aren't used
+    double speed_mm_s = 20;        ///< of the flight
+    std::string view = "four-up";  ///< endoscope | blended | axial | coronal | sagittal
     int width = 0, height = 0;     ///< 0: 1024×1024 for four-up, 512×512 for one view
     double iso_hu = -500;
     std::string polarity = "rising";
@@ -84,8 +86,9 @@ struct RenderOptions {
     double field_of_view_deg = 80;
     double barrel_distortion = 0.15;
     double fog_distance_mm = 120;
-    std::optional<std::string> colour;  ///< "R,G,B" 0…255
-    double window_hu = 1500, level_hu = -200;
+    std::optional<std::string> colour;          ///< "R,G,B" 0…255
+    std::optional<double> window_hu, level_hu;  ///< of sections, or of the blended view's opacity
+    double opacity_per_mm = 0.25;
     int threads = 0;
 };
 

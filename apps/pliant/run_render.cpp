@@ -9,6 +9,8 @@
 #include <filesystem>
 #include <utility>
 
+#include "camera_path.h"
+#include "movie.h"
 #include "options.h"
 
 namespace pliant::app {
@@ -67,8 +69,8 @@ std::string check(const RenderOptions& o) {
                                                       {"--fov", o.field_of_view_deg},
                                                       {"--barrel", o.barrel_distortion},
                                                       {"--fog", o.fog_distance_mm},
-                                                      {"--window", o.window_hu},
-                                                      {"--level", o.level_hu}};
+                                                      {"--window", o.window_hu.value_or(0)},
+                                                      {"--level", o.level_hu.value_or(0)}};
     for (const auto& [name, value] : numbers)
         if (!std::isfinite(value)) return std::string(name) + ": expected a finite number";
     if (o.look && !(norm(*o.look) > 0)) return "--look: expected a direction, found 0,0,0";
@@ -77,6 +79,11 @@ std::string check(const RenderOptions& o) {
         return "--up: expected a direction that is not parallel to --look";
     if (o.colour && !parse_colour(*o.colour))
         return "--colour: expected R,G,B each 0…255, found '" + *o.colour + "'";
+    if (o.path.empty() != o.movie.empty())
+        return "--path and --movie: expected both or none of them";
+    if (o.movie.empty() == o.out.empty()) return "--out: expected it, or --path with --movie";
+    if (!o.movie.empty() && (o.view == "axial" || o.view == "coronal" || o.view == "sagittal"))
+        return "--view: expected four-up, endoscope or blended for a movie, found '" + o.view + "'";
     return {};
 }
 
@@ -88,41 +95,97 @@ Image draw_section(const RenderOptions& o, const Volume& volume, Section section
     return section_view(volume, section, width, height, arena);
 }
 
-Result<Image> draw(const RenderOptions& o, const Volume& volume, const TaskArena& arena) {
-    const bool four = o.view == "four-up", section_only = !four && o.view != "endoscope";
-    const int side = four ? 1024 : 512;
-    const int width = o.width > 0 ? o.width : side, height = o.height > 0 ? o.height : side;
-    Endoscope e;
+struct Views {
+    Endoscope endoscope;  ///< without its place
+    Section section;
+    TransferFunction transfer;
+    int width, height;
+};
+
+Views make_views(const RenderOptions& o) {
+    Views v;
+    const int side = o.view == "four-up" ? 1024 : 512;
+    v.width = o.width > 0 ? o.width : side;
+    v.height = o.height > 0 ? o.height : side;
+    Endoscope& e = v.endoscope;
     e.field_of_view_deg = o.field_of_view_deg;
     e.barrel_distortion = o.barrel_distortion;
     e.fog_distance_mm = o.fog_distance_mm;
     e.iso_hu = o.iso_hu;
     e.polarity = o.polarity == "falling" ? Polarity::Falling : Polarity::Rising;
     if (o.colour) e.surface = *parse_colour(*o.colour);
-    Section section;
-    section.window_hu = o.window_hu;
-    section.level_hu = o.level_hu;
+    v.section.window_hu = o.window_hu.value_or(v.section.window_hu);
+    v.section.level_hu = o.level_hu.value_or(v.section.level_hu);
+    v.transfer.window_hu = o.window_hu.value_or(v.transfer.window_hu);
+    v.transfer.level_hu = o.level_hu.value_or(v.transfer.level_hu);
+    v.transfer.opacity_per_mm = o.opacity_per_mm;
+    return v;
+}
+
+Image draw_four(const RenderOptions& o, const Volume& volume, const Views& v,
+                const TaskArena& arena) {
+    const std::string name = std::filesystem::path(o.file).filename().string();
+    return four_up_view(volume, {v.endoscope, v.section, name}, v.width, v.height, arena);
+}
+
+Result<Image> draw(const RenderOptions& o, const Volume& volume, const TaskArena& arena) {
+    const bool section_only = o.view == "axial" || o.view == "coronal" || o.view == "sagittal";
+    Views v = make_views(o);
     if (section_only && (o.at_mm || o.eye_mm)) {
-        section.point_mm = o.at_mm ? *o.at_mm : *o.eye_mm;
-        return draw_section(o, volume, section, width, height, arena);
+        v.section.point_mm = o.at_mm ? *o.at_mm : *o.eye_mm;
+        return draw_section(o, volume, v.section, v.width, v.height, arena);
     }
-    const auto placed = place_endoscope(o, volume, e, arena);
+    const auto placed = place_endoscope(o, volume, v.endoscope, arena);
     // A section has something to show where no endoscope fits.
     if (!placed && !section_only) return placed.error();
-    section.point_mm = o.at_mm ? *o.at_mm : placed ? placed->eye_mm : volume_centre_mm(volume.grid);
-    if (section_only) return draw_section(o, volume, section, width, height, arena);
-    if (!four) return RayCaster(volume, arena).endoscope_view(*placed, width, height);
-    const std::string name = std::filesystem::path(o.file).filename().string();
-    return four_up_view(volume, {*placed, section, name}, width, height, arena);
+    v.section.point_mm = o.at_mm  ? *o.at_mm
+                         : placed ? placed->eye_mm
+                                  : volume_centre_mm(volume.grid);
+    if (section_only) return draw_section(o, volume, v.section, v.width, v.height, arena);
+    v.endoscope = *placed;
+    if (o.view == "four-up") return draw_four(o, volume, v, arena);
+    const RayCaster caster(volume, arena);
+    if (o.view == "blended") return caster.blended_view(v.endoscope, v.transfer, v.width, v.height);
+    return caster.endoscope_view(v.endoscope, v.width, v.height);
+}
+
+/// A flight along a path: one caster for all frames.
+Status draw_movie(const RenderOptions& o, const std::vector<Vec3d>& path, const Volume& volume,
+                  const TaskArena& arena) {
+    Views v = make_views(o);
+    Movie movie;
+    if (const Status opened = movie.open(o.movie, v.width, v.height); !opened) return opened;
+    const RayCaster caster(volume, arena);
+    for (const CameraPose& pose : fly(path, o.speed_mm_s / kFramesPerSecond)) {
+        v.endoscope.eye_mm = v.section.point_mm = pose.eye_mm;
+        v.endoscope.look = pose.look;
+        v.endoscope.up = pose.up;
+        const Image frame = o.view == "four-up" ? draw_four(o, volume, v, arena)
+                            : o.view == "blended"
+                                ? caster.blended_view(v.endoscope, v.transfer, v.width, v.height)
+                                : caster.endoscope_view(v.endoscope, v.width, v.height);
+        if (const Status added = movie.add(frame); !added) return added;
+    }
+    return movie.finish();
 }
 
 }  // namespace
 
 int run_render(const RenderOptions& options) {
     if (const std::string wrong = check(options); !wrong.empty()) return bad_input(wrong);
+    std::vector<Vec3d> path;
+    if (!options.path.empty()) {
+        const auto read = read_camera_path(options.path);
+        if (!read) return bad_input(read.error().message);
+        path = *read;
+    }
     const auto volume = read_volume(options.file, {options.series});
     if (!volume) return bad_input(volume.error().message);
     const TaskArena arena(options.threads);
+    if (!path.empty()) {
+        const Status done = draw_movie(options, path, *volume, arena);
+        return done ? kExitOk : bad_input(done.error().message);
+    }
     const auto image = draw(options, *volume, arena);
     if (!image) return bad_input(image.error().message);
     if (const auto written = write_png(options.out, *image); !written)

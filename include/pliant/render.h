@@ -13,6 +13,7 @@
 #include <filesystem>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -83,6 +84,16 @@ struct Section {
     bool crosshair = true;
 };
 
+/// What a value is worth in a blended view: nothing below the window, then more and more opaque up
+/// to its upper end.
+struct TransferFunction {
+    double window_hu = 500;
+    double level_hu = 150;
+    double opacity_per_mm = 0.25;  ///< extinction at the window's upper end [1/mm]
+    Rgb8 dim{150, 60, 40};         ///< colour at the window's lower end
+    Rgb8 bright{255, 250, 240};    ///< and at its upper end
+};
+
 /// Where a ray first meets the surface.
 struct RayHit {
     double distance_mm;  ///< from the ray's origin
@@ -91,12 +102,23 @@ struct RayHit {
 };
 
 /// Casts rays at one volume. Building it makes the min/max bricks that skip empty space; changing
-/// the threshold costs nothing. Keeps a reference: the volume must outlive it.
+/// the threshold costs nothing. Keeps references: volume and arena must outlive it, and stay where
+/// they are.
+///
+///   RayCaster caster(live.volume(), arena);          // a LiveDeformation
+///   tissue.push(…);
+///   caster.update(live.update().boxes);
+///   show(caster.endoscope_view(endoscope, 512, 512));
 class RayCaster {
   public:
     RayCaster(const Volume& volume, const TaskArena& arena);
     ~RayCaster();
     RayCaster(RayCaster&&) noexcept;
+
+    /// The volume has changed in these boxes of voxels, and nowhere else. Afterwards all is as if
+    /// the caster had been built anew.
+    /// @pre nobody casts meanwhile; boxes lie inside the grid
+    void update(std::span<const Box3i> boxes);
 
     /// First crossing of iso_hu along origin + t·direction, t > 0, exact for the trilinear
     /// interpolant. Rising: from below iso to ≥ iso; falling: the reverse. An origin inside the
@@ -106,7 +128,32 @@ class RayCaster {
     std::optional<RayHit> first_hit(Vec3d origin_mm, Vec3d direction, double iso_hu,
                                     Polarity polarity) const;
 
+    /// Many rays from one eye, in vectors: the same crossings as first_hit finds, up to rounding,
+    /// and the same bits on every machine and for any number of threads. It is fastest where rays
+    /// that follow each other lie close together, such as those of 4 × 2 pixels.
+    /// @param directions  world, of any length; those without one hit nothing
+    /// @param[out] distances  as many, in lengths of each direction (unit vectors: mm); infinite
+    ///                        where there is no hit
+    void first_hits(Vec3d eye_mm, std::span<const Vec3d> directions, double iso_hu,
+                    Polarity polarity, std::span<double> distances) const;
+
     Image endoscope_view(const Endoscope& endoscope, int width, int height) const;
+
+    /// What is under a point of the endoscope's picture [pixels, from the top left corner].
+    std::optional<RayHit> pick(const Endoscope& endoscope, int width, int height, double x,
+                               double y) const;
+
+    /// The place on the surface that is nearest to a point, of either polarity, to 0.02 mm or a
+    /// hundredth of the distance. A sphere of radius within_mm touches the surface if there is one.
+    /// @returns distance and place; the normal as first_hit has it
+    std::optional<RayHit> nearest_surface(Vec3d point_mm, double within_mm, double iso_hu,
+                                          Polarity polarity = Polarity::Rising) const;
+
+    /// The volume as a medium that shines and dims: alpha blending along each ray, with shading
+    /// where the values change steeply. The endoscope gives camera and background (its fog's
+    /// colour); its threshold and surface count for nothing.
+    Image blended_view(const Endoscope& endoscope, const TransferFunction& transfer, int width,
+                       int height) const;
 
   private:
     struct Impl;

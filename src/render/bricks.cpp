@@ -3,6 +3,8 @@
 
 #include "render/bricks.h"
 
+#include <algorithm>
+
 namespace pliant::render {
 namespace {
 
@@ -67,7 +69,69 @@ void fill(BrickLevel<T>& level, Vec3i parts, int step, const TaskArena& arena,
     });
 }
 
+/// The parts that brick b of a level is made of.
+Box3i parts_of(Vec3i b, int step, Vec3i parts) {
+    const Vec3i begin = step * b;
+    return {begin,
+            {std::min(begin.x + step, parts.x), std::min(begin.y + step, parts.y),
+             std::min(begin.z + step, parts.z)}};
+}
+
+template <class T>
+Vec3i brick_of(const BrickLevel<T>& level, std::int32_t n) {
+    return {n % level.size.x, n / level.size.x % level.size.y, n / level.size.x / level.size.y};
+}
+
+/// Numbers of a level's bricks in boxes of bricks, each once.
+template <class T>
+void list_bricks(const BrickLevel<T>& level, std::span<const Box3i> boxes, const auto& bricks_of,
+                 std::vector<std::int32_t>& list) {
+    list.clear();
+    for (const Box3i& box : boxes) {
+        if (is_empty(box)) continue;
+        const Box3i bricks = bricks_of(box);
+        for (int z = bricks.begin.z; z < bricks.end.z; ++z)
+            for (int y = bricks.begin.y; y < bricks.end.y; ++y)
+                for (int x = bricks.begin.x; x < bricks.end.x; ++x)
+                    list.push_back(x + level.size.x * (y + level.size.y * z));
+    }
+    std::sort(list.begin(), list.end());
+    list.erase(std::unique(list.begin(), list.end()), list.end());
+}
+
 }  // namespace
+
+template <class T>
+void update_bricks(Bricks<T>& bricks, const Field<T>& field, std::span<const Box3i> boxes,
+                   std::vector<std::int32_t>& scratch, const TaskArena& arena) {
+    if (bricks.fine.ranges.empty()) return;
+    // A voxel on the face between two bricks belongs to both.
+    const auto touched = [](const Box3i& voxels, int size, Vec3i count) {
+        Box3i box;
+        for (int a = 0; a < 3; ++a) {
+            box.begin[a] = std::max(voxels.begin[a] - 1, 0) / size;
+            box.end[a] = std::min((voxels.end[a] - 1) / size + 1, count[a]);
+        }
+        return box;
+    };
+    const auto renew = [&](auto& level, int size, Vec3i parts, int step, const auto& range_at) {
+        list_bricks(
+            level, boxes, [&](const Box3i& box) { return touched(box, size, level.size); },
+            scratch);
+        const auto count = std::int64_t(scratch.size());
+        arena.for_each(count, 16, [&](std::int64_t begin, std::int64_t end) {
+            for (std::int64_t i = begin; i < end; ++i) {
+                const std::int32_t n = scratch[std::size_t(i)];
+                const Box3i box = parts_of(brick_of(level, n), step, parts);
+                level.ranges[std::size_t(n)] = range_at(box.begin, box.end);
+            }
+        });
+    };
+    renew(bricks.fine, kFineCells, bricks.cells, kFineCells,
+          [&](Vec3i begin, Vec3i end) { return range_of_voxels(field, begin, end); });
+    renew(bricks.coarse, kCoarseCells, bricks.fine.size, kCoarseCells / kFineCells,
+          [&](Vec3i begin, Vec3i end) { return range_of_bricks(bricks.fine, begin, end); });
+}
 
 template <class T>
 Bricks<T> make_bricks(const Field<T>& field, const TaskArena& arena) {
@@ -87,5 +151,9 @@ Bricks<T> make_bricks(const Field<T>& field, const TaskArena& arena) {
 
 template Bricks<std::int16_t> make_bricks(const Field<std::int16_t>&, const TaskArena&);
 template Bricks<float> make_bricks(const Field<float>&, const TaskArena&);
+template void update_bricks(Bricks<std::int16_t>&, const Field<std::int16_t>&,
+                            std::span<const Box3i>, std::vector<std::int32_t>&, const TaskArena&);
+template void update_bricks(Bricks<float>&, const Field<float>&, std::span<const Box3i>,
+                            std::vector<std::int32_t>&, const TaskArena&);
 
 }  // namespace pliant::render

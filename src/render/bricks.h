@@ -14,6 +14,7 @@
 #include <pliant/tasks.h>
 
 #include <cstddef>
+#include <span>
 #include <vector>
 
 #include "render/field.h"
@@ -50,6 +51,18 @@ struct Bricks {
 template <class T>
 Bricks<T> make_bricks(const Field<T>& field, const TaskArena& arena);
 
+/// Brings up to date what covers boxes of voxels that have changed; like making the bricks anew.
+/// @param boxes  inside the grid
+/// @param[in,out] scratch  kept from one update to the next, so that these allocate nothing
+template <class T>
+void update_bricks(Bricks<T>& bricks, const Field<T>& field, std::span<const Box3i> boxes,
+                   std::vector<std::int32_t>& scratch, const TaskArena& arena);
+
+extern template void update_bricks(Bricks<std::int16_t>&, const Field<std::int16_t>&,
+                                   std::span<const Box3i>, std::vector<std::int32_t>&,
+                                   const TaskArena&);
+extern template void update_bricks(Bricks<float>&, const Field<float>&, std::span<const Box3i>,
+                                   std::vector<std::int32_t>&, const TaskArena&);
 extern template Bricks<std::int16_t> make_bricks(const Field<std::int16_t>&, const TaskArena&);
 extern template Bricks<float> make_bricks(const Field<float>&, const TaskArena&);
 

@@ -1,9 +1,10 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The endoscope's picture. One ray per pixel first; then four for each pixel at an edge, where its
-// colour or depth differs from a neighbour's. The light sits at the lens: what faces the camera is
-// bright, wet tissue shines there, light falls off with the distance and fades into the fog.
+// The endoscope's picture, tile by tile, a beam of rays after the other. One ray per pixel first;
+// then four for each pixel at an edge, where its colour or depth differs from a neighbour's. The
+// light sits at the lens: what faces the camera is bright, wet tissue shines there, light falls off
+// with the distance and fades into the fog.
 
 #include "render/camera.h"
 #include "render/colour.h"
@@ -26,10 +27,18 @@ struct Sample {
     float depth_mm;  ///< infinite: no hit
 };
 
+struct Point {
+    double x, y;
+};
+struct Pixel {
+    int x, y;
+};
+
 class Painter {
   public:
     Painter(const render::VolumeRays& caster, const Endoscope& endoscope, int width, int height)
         : m_caster(caster),
+          m_rays(caster, endoscope.eye_mm, endoscope.iso_hu, endoscope.polarity),
           m_endoscope(endoscope),
           m_camera(endoscope, width, height),
           m_surface(render::linear_from_srgb(endoscope.surface)),
@@ -38,18 +47,25 @@ class Painter {
         for (int c = 0; c < 3; ++c) m_deep[c] = m_surface[c] * m_surface[c] / brightest;
     }
 
-    /// What is seen at a point of the picture [pixels].
-    Sample look(double x, double y) const {
-        const Vec3d direction = m_camera.direction(x, y);
-        const auto t = m_caster.hit_distance(m_endoscope.eye_mm, direction, m_endoscope.iso_hu,
-                                             m_endoscope.polarity);
-        if (!t) return {to_float(m_fog), std::numeric_limits<float>::infinity()};
-        const Vec3d point = m_endoscope.eye_mm + *t * direction;
-        const Vec3d normal = m_caster.normal(point, direction, m_endoscope.polarity);
-        return {to_float(shade(*t, point, normal, direction)), float(*t)};
+    /// What is seen at points of the picture [pixels]; neighbours one after the other.
+    void look(std::span<const Point> points, std::vector<Sample>& samples) const {
+        std::vector<Vec3d> directions;
+        for (const Point& p : points) directions.push_back(m_camera.direction(p.x, p.y));
+        std::vector<double> distances(points.size());
+        m_rays.hit_distances(directions, distances.data());
+        samples.resize(points.size());
+        for (std::size_t n = 0; n < points.size(); ++n)
+            samples[n] = seen(distances[n], directions[n]);
     }
 
   private:
+    Sample seen(double t, Vec3d direction) const {
+        if (std::isinf(t)) return {to_float(m_fog), std::numeric_limits<float>::infinity()};
+        const Vec3d point = m_endoscope.eye_mm + t * direction;
+        const Vec3d normal = m_caster.normal(point, direction, m_endoscope.polarity);
+        return {to_float(shade(t, point, normal, direction)), float(t)};
+    }
+
     static Vec3f to_float(Vec3d v) { return {float(v.x), float(v.y), float(v.z)}; }
 
     /// How open the place is, 0…1: tissue a few millimetres off the surface keeps light away.
@@ -84,21 +100,33 @@ class Painter {
     }
 
     const render::VolumeRays& m_caster;
+    render::EyeRays m_rays;
     const Endoscope& m_endoscope;
     render::Camera m_camera;
     Vec3d m_surface, m_fog;
     Vec3d m_deep;  // colour of light that has passed through tissue: its own, more saturated
 };
 
-/// Calls body(x, y) for all pixels, tile by tile.
+/// Pixel n of a tile, inside of it: blocks of 8 × 8 pixels, in them blocks of 4 × 4.
+Pixel tile_pixel(int n) {
+    return {(n >> 6 & 1) * 8 + (n >> 4 & 1) * 4 + (n & 3),
+            (n >> 7 & 1) * 8 + (n >> 5 & 1) * 4 + (n >> 2 & 3)};
+}
+
+/// Calls body(pixels) for all tiles, each with its pixels inside the picture.
 template <class Body>
-void for_each_pixel(int width, int height, const TaskArena& arena, const Body& body) {
+void for_each_tile(int width, int height, const TaskArena& arena, const Body& body) {
     const int across = (width + kTile - 1) / kTile, down = (height + kTile - 1) / kTile;
     arena.for_each(std::int64_t(across) * down, 4, [&](std::int64_t begin, std::int64_t end) {
+        std::vector<Pixel> pixels;
         for (std::int64_t tile = begin; tile < end; ++tile) {
             const int x0 = int(tile % across) * kTile, y0 = int(tile / across) * kTile;
-            for (int y = y0; y < std::min(y0 + kTile, height); ++y)
-                for (int x = x0; x < std::min(x0 + kTile, width); ++x) body(x, y);
+            pixels.clear();
+            for (int n = 0; n < kTile * kTile; ++n) {
+                const Pixel inside = tile_pixel(n), p{x0 + inside.x, y0 + inside.y};
+                if (p.x < width && p.y < height) pixels.push_back(p);
+            }
+            body(pixels);
         }
     });
 }
@@ -133,20 +161,33 @@ Image RayCaster::endoscope_view(const Endoscope& endoscope, int width, int heigh
     const auto index = [&](int x, int y) {
         return std::size_t(y) * std::size_t(width) + std::size_t(x);
     };
-    for_each_pixel(width, height, m_impl->rays.arena,
-                   [&](int x, int y) { samples[index(x, y)] = painter.look(x + 0.5, y + 0.5); });
-    for_each_pixel(width, height, m_impl->rays.arena, [&](int x, int y) {
-        Vec3f light = samples[index(x, y)].light;
-        if (at_edge(samples, x, y, width, height)) {
-            light = {0, 0, 0};
-            for (int part = 0; part < 4; ++part)
-                light =
-                    light +
-                    painter.look(x + 0.25 + 0.5 * (part & 1), y + 0.25 + 0.5 * (part >> 1)).light;
-            light = 0.25f * light;
+    for_each_tile(width, height, m_impl->rays.arena, [&](const std::vector<Pixel>& pixels) {
+        std::vector<Point> points;
+        for (const Pixel& p : pixels) points.push_back({p.x + 0.5, p.y + 0.5});
+        std::vector<Sample> seen;
+        painter.look(points, seen);
+        for (std::size_t n = 0; n < pixels.size(); ++n)
+            samples[index(pixels[n].x, pixels[n].y)] = seen[n];
+    });
+    for_each_tile(width, height, m_impl->rays.arena, [&](const std::vector<Pixel>& pixels) {
+        std::vector<Point> points;
+        std::vector<Sample> seen;
+        const auto is_edge = [&](Pixel p) { return at_edge(samples, p.x, p.y, width, height); };
+        for (const Pixel& p : pixels)
+            for (int part = 0; part < 4 && is_edge(p); ++part)
+                points.push_back({p.x + 0.25 + 0.5 * (part & 1), p.y + 0.25 + 0.5 * (part >> 1)});
+        painter.look(points, seen);
+        std::size_t next = 0;
+        for (const Pixel& p : pixels) {
+            Vec3f light = samples[index(p.x, p.y)].light;
+            if (is_edge(p)) {
+                light = {0, 0, 0};
+                for (int part = 0; part < 4; ++part) light = light + seen[next++].light;
+                light = 0.25f * light;
+            }
+            image.pixels[index(p.x, p.y)] =
+                render::srgb_from_linear(Vec3d{double(light.x), double(light.y), double(light.z)});
         }
-        image.pixels[index(x, y)] =
-            render::srgb_from_linear(Vec3d{double(light.x), double(light.y), double(light.z)});
     });
     return image;
 }

@@ -3,13 +3,16 @@
 
 // Rays between the world and the voxels: the cast itself is in caster.h.
 
+#include "render/camera.h"
 #include "render/caster.h"
 #include "render/volume_rays.h"
 
 namespace pliant::render {
 
 VolumeRays::VolumeRays(const Volume& scan, const TaskArena& threads)
-    : volume(scan), arena(threads), lattice_from_world(inverse(scan.grid.direction)) {
+    : volume(scan), arena(threads), voxel_from_world(inverse(scan.grid.direction)) {
+    for (Vec3d& column : voxel_from_world.columns)
+        for (int a = 0; a < 3; ++a) column[a] /= scan.grid.spacing_mm[a];
     with_field(volume, [&]<class T>(const Field<T>& field) { bricks = make_bricks(field, arena); });
 }
 
@@ -53,7 +56,7 @@ double VolumeRays::sample(Vec3d point_mm) const {
 namespace pliant {
 
 RayCaster::RayCaster(const Volume& volume, const TaskArena& arena)
-    : m_impl(std::make_unique<Impl>(Impl{{volume, arena}})) {}
+    : m_impl(std::make_unique<Impl>(Impl{{volume, arena}, {}})) {}
 RayCaster::~RayCaster() = default;
 RayCaster::RayCaster(RayCaster&&) noexcept = default;
 
@@ -66,6 +69,21 @@ std::optional<RayHit> RayCaster::first_hit(Vec3d origin_mm, Vec3d direction, dou
     if (!t) return std::nullopt;
     const Vec3d point = origin_mm + *t * unit;
     return RayHit{*t, point, m_impl->rays.normal(point, unit, polarity)};
+}
+
+std::optional<RayHit> RayCaster::pick(const Endoscope& endoscope, int width, int height, double x,
+                                      double y) const {
+    const render::Camera camera(endoscope, std::max(width, 1), std::max(height, 1));
+    return first_hit(endoscope.eye_mm, camera.direction(x, y), endoscope.iso_hu,
+                     endoscope.polarity);
+}
+
+void RayCaster::update(std::span<const Box3i> boxes) {
+    render::VolumeRays& rays = m_impl->rays;
+    render::with_field(rays.volume, [&]<class T>(const render::Field<T>& field) {
+        render::update_bricks(*std::get_if<render::Bricks<T>>(&rays.bricks), field, boxes,
+                              m_impl->scratch, rays.arena);
+    });
 }
 
 }  // namespace pliant

@@ -7,9 +7,11 @@
 
 #include <pliant/render.h>
 
+#include <span>
 #include <variant>
 
 #include "render/bricks.h"
+#include "render/leaps.h"
 
 namespace pliant::render {
 
@@ -28,15 +30,34 @@ struct VolumeRays {
     Vec3d to_voxel(Vec3d point_mm) const {
         return vector_to_voxel(point_mm - volume.grid.origin_mm);
     }
-    Vec3d vector_to_voxel(Vec3d v_mm) const {
-        const Vec3d l = lattice_from_world * v_mm, s = volume.grid.spacing_mm;
-        return {l.x / s.x, l.y / s.y, l.z / s.z};
-    }
+    Vec3d vector_to_voxel(Vec3d v_mm) const { return voxel_from_world * v_mm; }
 
     const Volume& volume;
     const TaskArena& arena;
-    Mat3d lattice_from_world;
+    Mat3d voxel_from_world;  ///< of vectors
     std::variant<Bricks<std::int16_t>, Bricks<float>> bricks;
+};
+
+/// Many rays from one eye to one threshold: what they share is found out once.
+class EyeRays {
+  public:
+    EyeRays(const VolumeRays& rays, Vec3d eye_mm, double iso_hu, Polarity polarity);
+
+    /// First crossings of rays that lie close together. One thread's work.
+    /// @param directions  world; those without a length or a direction hit nothing
+    /// @param[out] distances  in lengths of each direction; infinite: no hit
+    void hit_distances(std::span<const Vec3d> directions, double* distances) const;
+
+  private:
+    template <class T>
+    void cast(std::span<const Vec3d> directions, double* distances) const;
+
+    const VolumeRays& m_rays;
+    Vec3d m_eye_mm;
+    double m_iso_hu;
+    Polarity m_polarity;
+    bool m_hits_nothing = false;
+    LeapMap m_leaps;
 };
 
 }  // namespace pliant::render
@@ -45,6 +66,7 @@ namespace pliant {
 
 struct RayCaster::Impl {
     render::VolumeRays rays;
+    std::vector<std::int32_t> scratch;  // of updates
 };
 
 }  // namespace pliant

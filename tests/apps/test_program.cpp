@@ -236,6 +236,10 @@ TEST_F(ProgramTest, BadInputIsOneLineStatusTwoAndNoFile) {
         {"render cube.nrrd --out x.png --view inside", "--view"},
         {"render cube.nrrd --out x.png --size 5x5", "--size"},
         {"render cube.nrrd --out no/x.png", "no/x.png"},
+        {"render cube.nrrd", "--out"},
+        {"render cube.nrrd --path none.mrk.json", "--movie"},
+        {"render cube.nrrd --path none.mrk.json --movie x.mp4", "none.mrk.json"},
+        {"render cube.nrrd --path cube.nrrd --movie x.mp4", "JSON"},
         {"fly", "fly"},
         {"", "ubcommand"},
     };
@@ -406,13 +410,44 @@ TEST_F(ProgramTest, RotatedAndLeftHandedPhantomsDeformTheSameInTheWorld) {
 }
 
 TEST_F(ProgramTest, RenderDrawsEveryView) {
-    for (const char* view : {"four-up", "endoscope", "axial", "coronal", "sagittal"}) {
+    for (const char* view : {"four-up", "endoscope", "blended", "axial", "coronal", "sagittal"}) {
         const Finished done =
             run("render airway.nrrd --size 96x96 --out v.png --view " + std::string(view));
         EXPECT_EQ(done.status, 0) << done.err;
         EXPECT_GT(fs::file_size(file("v.png")), 500u) << view;
         fs::remove(file("v.png"));
     }
+}
+
+TEST_F(ProgramTest, RenderFliesAlongACurveInEitherCoordinateSystem) {
+    const auto write_path = [&](const char* name, const char* system, int sign) {
+        std::ofstream out(file(name));
+        out << R"({"markups": [{"type": "Curve", "coordinateUnits": "mm", "coordinateSystem": ")"
+            << system << R"(", "controlPoints": [)";
+        for (int n = 0; n < 4; ++n)
+            out << (n ? ", " : "") << R"({"position": [)" << sign * 2 << ", " << sign * (3 + n)
+                << ", " << 4 - 2 * n << R"(], "positionStatus": "defined"})";
+        out << "]}]}";
+    };
+    write_path("lps.mrk.json", "LPS", 1);
+    write_path("ras.mrk.json", "RAS", -1);
+    const std::string common = "render airway.nrrd --view endoscope --size 48x40 --speed 50 ";
+    EXPECT_EQ(run(common + "--path lps.mrk.json --movie a/").status, 0);
+    EXPECT_EQ(run(common + "--path ras.mrk.json --movie b/").status, 0);
+    // Three times √5 mm, smoothed or not, by 2 mm a frame.
+    for (const char* name : {"00000.png", "00001.png", "00002.png", "00003.png"}) {
+        ASSERT_TRUE(fs::exists(file("a") / name)) << name;
+        EXPECT_EQ(text_of(file("a") / name), text_of(file("b") / name)) << name;
+    }
+    EXPECT_FALSE(fs::exists(file("a") / "00004.png"));
+    EXPECT_NE(text_of(file("a") / "00000.png"), text_of(file("a") / "00003.png"));
+    write_path("odd.mrk.json", "XYZ", 1);
+    const Finished odd = run(common + "--path odd.mrk.json --movie c/");
+    EXPECT_EQ(odd.status, 2);
+    EXPECT_NE(odd.err.find("coordinateSystem: expected LPS or RAS, found \"XYZ\""),
+              std::string::npos)
+        << odd.err;
+    EXPECT_FALSE(fs::exists(file("c")));
 }
 
 TEST_F(ProgramTest, HelpOfEveryCommandHasAnExample) {

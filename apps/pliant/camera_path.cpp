@@ -1,0 +1,140 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "camera_path.h"
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+namespace pliant::app {
+namespace {
+
+using nlohmann::json;
+
+constexpr double kFineMm = 0.5;    // between the points of the smoothed path
+constexpr double kSmoothMm = 3.0;  // standard deviation of the smoothing
+constexpr double kAheadMm = 12.0;  // how far ahead the camera looks
+
+Error wrong(const std::string& file, const std::string& what) {
+    return {ErrorCode::Unreadable, file + ": " + what};
+}
+
+/// @returns 1 or −1, by which x and y are multiplied to be LPS; 0: another system
+int lps_sign(const json& curve) {
+    const json name = curve.value("coordinateSystem", json("LPS"));
+    if (name == "LPS" || name == "1" || name == 1) return 1;
+    if (name == "RAS" || name == "0" || name == 0) return -1;
+    return 0;
+}
+
+/// A polyline by the length along it.
+class Polyline {
+  public:
+    explicit Polyline(std::vector<Vec3d> points) : m_points(std::move(points)), m_at{0} {
+        for (std::size_t n = 1; n < m_points.size(); ++n)
+            m_at.push_back(m_at.back() + norm(m_points[n] - m_points[n - 1]));
+    }
+    double length() const { return m_at.back(); }
+    Vec3d operator()(double s) const {
+        const auto next = std::upper_bound(m_at.begin(), m_at.end(), s);
+        if (next == m_at.begin()) return m_points.front();
+        if (next == m_at.end()) return m_points.back();
+        const auto n = std::size_t(next - m_at.begin());
+        const double share = (s - m_at[n - 1]) / (m_at[n] - m_at[n - 1]);
+        return (1 - share) * m_points[n - 1] + share * m_points[n];
+    }
+
+  private:
+    std::vector<Vec3d> m_points;
+    std::vector<double> m_at;
+};
+
+/// The points, evenly spaced, each the weighted mean of those around it; the ends stay.
+std::vector<Vec3d> smoothed(const Polyline& line) {
+    const int count = std::max(2, int(std::ceil(line.length() / kFineMm)) + 1);
+    const double step = line.length() / (count - 1);
+    std::vector<Vec3d> points;
+    for (int n = 0; n < count; ++n) {
+        const double s = n * step;
+        // As wide on both sides, and narrower towards the ends.
+        const double reach = std::min({3 * kSmoothMm, s, line.length() - s});
+        const int most = int(reach / step);
+        Vec3d sum{0, 0, 0};
+        double weights = 0;
+        for (int k = -most; k <= most; ++k) {
+            const double x = k * step / kSmoothMm, weight = std::exp(-0.5 * x * x);
+            sum = sum + weight * line(s + k * step);
+            weights += weight;
+        }
+        points.push_back((1 / weights) * sum);
+    }
+    return points;
+}
+
+}  // namespace
+
+Result<std::vector<Vec3d>> read_camera_path(const std::string& file) {
+    std::ifstream stream(file);
+    if (!stream) return Error{ErrorCode::NotFound, file + ": can't be opened"};
+    const json document = json::parse(stream, nullptr, false);
+    if (document.is_discarded())
+        return wrong(file, "is no JSON; expected a .mrk.json of 3D Slicer");
+    if (!document.is_object() || !document.contains("markups") || !document["markups"].is_array() ||
+        document["markups"].empty() || !document["markups"][0].is_object())
+        return wrong(file, "markups: expected a list with a curve");
+    const json& curve = document["markups"][0];
+    const int sign = lps_sign(curve);
+    if (sign == 0)
+        return wrong(file, "coordinateSystem: expected LPS or RAS, found " +
+                               curve["coordinateSystem"].dump());
+    if (const json units = curve.value("coordinateUnits", json("mm"));
+        units != "mm" && units != json::array({"mm", "UCUM", "millimeter"}))
+        return wrong(file, "coordinateUnits: expected mm, found " + units.dump());
+    const json none = json::array();
+    const json& all = curve.contains("controlPoints") ? curve["controlPoints"] : none;
+    std::vector<Vec3d> points;
+    for (std::size_t n = 0; all.is_array() && n < all.size(); ++n) {
+        const json& point = all[n];
+        const std::string name = "controlPoints[" + std::to_string(n) + "].position";
+        if (point.is_object() && point.contains("positionStatus") &&
+            point["positionStatus"] != "defined")
+            continue;
+        const json position =
+            point.is_object() && point.contains("position") ? point["position"] : json();
+        if (!position.is_array() || position.size() != 3 ||
+            !std::all_of(position.begin(), position.end(),
+                         [](const json& number) { return number.is_number(); }))
+            return wrong(file, name + ": expected three numbers, found " + position.dump());
+        const Vec3d p{sign * position[0].get<double>(), sign * position[1].get<double>(),
+                      position[2].get<double>()};
+        if (!is_finite(p)) return wrong(file, name + ": expected finite numbers");
+        if (points.empty() || norm(p - points.back()) > 1e-6) points.push_back(p);
+    }
+    if (points.size() < 2)
+        return wrong(file, "controlPoints: expected two or more different points, found " +
+                               std::to_string(points.size()));
+    return points;
+}
+
+std::vector<CameraPose> fly(const std::vector<Vec3d>& points_mm, double step_mm) {
+    const Polyline path(smoothed(Polyline(points_mm)));
+    std::vector<CameraPose> poses;
+    Vec3d look{0, 0, 0}, up{0, 0, 0};
+    const auto count = std::int64_t(std::floor(path.length() / step_mm)) + 1;
+    for (std::int64_t n = 0; n < count; ++n) {
+        const double s = double(n) * step_mm;
+        const Vec3d eye = path(s), ahead = path(std::min(s + kAheadMm, path.length())) - eye;
+        // Near the end there is too little path ahead to look along.
+        if (n == 0 || path.length() - s > 0.25 * kAheadMm)
+            if (norm(ahead) > 0) look = normalized(ahead);
+        if (n == 0) up = std::abs(look.z) < 0.9 ? Vec3d{0, 0, 1} : Vec3d{0, -1, 0};
+        up = up - dot(up, look) * look;  // what was up stays up as far as it can: no roll
+        if (norm(up) > 1e-9) up = normalized(up);
+        poses.push_back({eye, look, up});
+    }
+    return poses;
+}
+
+}  // namespace pliant::app

@@ -1,0 +1,120 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "movie.h"
+
+#include <fcntl.h>
+#include <spawn.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <csignal>
+#include <cstdio>
+#include <string>
+#include <vector>
+
+extern char** environ;
+
+namespace pliant::app {
+namespace {
+
+Error unwritable(const std::filesystem::path& target, const std::string& what) {
+    return {ErrorCode::Unwritable, target.string() + ": " + what};
+}
+
+}  // namespace
+
+Movie::~Movie() {
+    if (m_pipe >= 0) close(m_pipe);
+    if (m_ffmpeg > 0) {
+        kill(m_ffmpeg, SIGTERM);
+        waitpid(m_ffmpeg, nullptr, 0);
+    }
+}
+
+Status Movie::open(const std::filesystem::path& target, int width, int height) {
+    m_target = target;
+    std::error_code code;
+    m_is_folder = !target.has_filename() || std::filesystem::is_directory(target, code);
+    if (m_is_folder) {
+        std::filesystem::create_directories(target, code);
+        if (code) return unwritable(target, "the folder can't be made");
+        return Ok{};
+    }
+    const auto staged = m_staged.stage(target);
+    if (!staged) return staged.error();
+    return start_ffmpeg(*staged, width, height);
+}
+
+Status Movie::start_ffmpeg(const std::filesystem::path& file, int width, int height) {
+    signal(SIGPIPE, SIG_IGN);  // if ffmpeg ends early, writing shall say so
+    std::vector<std::string> words = {
+        "ffmpeg", "-y", "-loglevel", "error", "-f", "rawvideo", "-pixel_format", "rgb24",
+        "-video_size", std::to_string(width) + "x" + std::to_string(height), "-framerate",
+        std::to_string(kFramesPerSecond), "-i", "-",
+        // Most players want four pixels to share a colour, so numbers of pixels must be even.
+        "-vf", "pad=ceil(iw/2)*2:ceil(ih/2)*2", "-pix_fmt", "yuv420p", file.string()};
+    std::vector<char*> arguments;
+    for (std::string& word : words) arguments.push_back(word.data());
+    arguments.push_back(nullptr);
+    int ends[2];
+    if (pipe2(ends, O_CLOEXEC) != 0) return unwritable(m_target, "no pipe to ffmpeg");
+    posix_spawn_file_actions_t actions;
+    posix_spawn_file_actions_init(&actions);
+    posix_spawn_file_actions_adddup2(&actions, ends[0], STDIN_FILENO);
+    // What goes wrong is said here, in one line.
+    posix_spawn_file_actions_addopen(&actions, STDERR_FILENO, "/dev/null", O_WRONLY, 0);
+    const int failed =
+        posix_spawnp(&m_ffmpeg, "ffmpeg", &actions, nullptr, arguments.data(), environ);
+    posix_spawn_file_actions_destroy(&actions);
+    close(ends[0]);
+    m_pipe = ends[1];
+    if (failed != 0) {
+        m_ffmpeg = -1;
+        return unwritable(m_target,
+                          "ffmpeg is not there to make it; expected it installed, or a folder "
+                          "(a name that ends in /) for the frames");
+    }
+    return Ok{};
+}
+
+Status Movie::add(const Image& frame) {
+    if (m_is_folder) {
+        char name[32];
+        std::snprintf(name, sizeof name, "%05d.png", m_count++);
+        return write_png(m_target / name, frame);
+    }
+    const char* at = reinterpret_cast<const char*>(frame.pixels.data());
+    static_assert(sizeof(Rgb8) == 3);
+    for (std::size_t left = frame.pixels.size() * sizeof(Rgb8); left > 0;) {
+        const ssize_t written = write(m_pipe, at, left);
+        if (written < 0 && errno == EINTR) continue;
+        if (written <= 0) {
+            if (const Status ended = wait(); !ended) return ended;
+            return unwritable(m_target, "ffmpeg ended before the last frame");
+        }
+        at += written;
+        left -= std::size_t(written);
+    }
+    ++m_count;
+    return Ok{};
+}
+
+Status Movie::wait() {
+    close(m_pipe);
+    m_pipe = -1;
+    int state = 0;
+    waitpid(m_ffmpeg, &state, 0);
+    m_ffmpeg = -1;
+    if (WIFEXITED(state) && WEXITSTATUS(state) == 0) return Ok{};
+    return unwritable(m_target, "ffmpeg could not make it; expected a name such as movie.mp4");
+}
+
+Status Movie::finish() {
+    if (m_is_folder) return Ok{};
+    if (const Status ended = wait(); !ended) return ended;
+    return m_staged.commit();
+}
+
+}  // namespace pliant::app

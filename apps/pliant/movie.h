@@ -1,0 +1,46 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// Pictures one after the other: through a pipe to ffmpeg, which makes the file, or as numbered PNG
+// files in a folder.
+
+#pragma once
+
+#include <pliant/render.h>
+#include <pliant/staged_files.h>
+
+#include <sys/types.h>
+
+#include <filesystem>
+
+namespace pliant::app {
+
+inline constexpr int kFramesPerSecond = 25;
+
+class Movie {
+  public:
+    Movie() = default;
+    Movie(const Movie&) = delete;
+    Movie& operator=(const Movie&) = delete;
+    ~Movie();  ///< ends ffmpeg, and leaves no file, if finish() has not been called
+
+    /// @param target  a folder (there already, or ending in /): frames as 00000.png, …; else a file
+    ///                of a kind that ffmpeg knows by its name
+    Status open(const std::filesystem::path& target, int width, int height);
+    /// @pre of the size given to open
+    Status add(const Image& frame);
+    Status finish();
+
+  private:
+    Status start_ffmpeg(const std::filesystem::path& file, int width, int height);
+    Status wait();
+
+    std::filesystem::path m_target;
+    bool m_is_folder = false;
+    int m_count = 0;
+    int m_pipe = -1;
+    pid_t m_ffmpeg = -1;
+    StagedFiles m_staged;
+};
+
+}  // namespace pliant::app
