@@ -29,7 +29,9 @@ namespace {
 class Program {
   public:
     Program(const std::vector<std::string>& arguments, const std::filesystem::path& out)
-        : m_out(out), m_pid(::fork()) {
+        : m_out(out) {
+        std::filesystem::remove(out);  // what an earlier one said
+        m_pid = ::fork();
         if (m_pid == 0) {
             const int file = ::open(out.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600);
             ::dup2(file, 1);
@@ -75,7 +77,7 @@ class Program {
 
   private:
     std::filesystem::path m_out;
-    pid_t m_pid;
+    pid_t m_pid = 0;
     int m_status = 0;
 };
 
