@@ -3,8 +3,8 @@
 # shellcheck shell=bash disable=SC2154  # root and called_from come from ./dev
 #
 # The demo: a scan is pushed at one place, and everything that Pliant writes about it lands in
-# demo/. Without a file the scan is the airway phantom, pushed at its first landmark; with a file
-# `pliant info --suggest-push` names the place.
+# demo/; at a terminal it ends in the page. Without a file the scan is the airway phantom, pushed at
+# its first landmark; with a file `pliant info --suggest-push` names the place.
 
 # The JSON that the program writes has known keys and numbers, so no JSON reader is needed.
 flat() { # FILE
@@ -45,6 +45,17 @@ demo() { # [FILE]
     choose_push "$pliant" "$scan"
     deform "$pliant" "$scan" "$out"
     tell "$pliant" "$scan" "$out"
+    show_page "$pliant" "$scan"
+}
+
+# Ends in the page, which somebody at a terminal closes with Ctrl+C; scripts are told how.
+show_page() { # PROGRAM SCAN
+    if [[ -t 1 && ${PLIANT_BUILD_VIEWER:-ON} != OFF ]]; then
+        say "the page: fly, push and cut in the browser"
+        "$1" serve "$2"
+    else
+        printf "\nThe same in the browser:\n  %s serve '%s'\n" "$1" "$2"
+    fi
 }
 
 stem_of() { # PATH

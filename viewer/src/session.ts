@@ -170,7 +170,7 @@ export class Session implements Listener {
         this.store.set({
             camera: { eye: start.eye_mm, look: normalized(start.look), up: start.up },
             cursor: start.eye_mm,
-            orbit: { centre: middle, direction: [0, 1, 0], up: [0, 0, 1], distance: 2 * size },
+            orbit: { centre: middle, direction: [0, 1, 0], up: [0, 0, 1], distance: 1.5 * size },
         });
     }
 

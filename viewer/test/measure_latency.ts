@@ -45,14 +45,14 @@ const result = await page.evaluate(
         // push is done in full.
         await session.ask({ do: 'materials', bone_threshold_hu: 30_000, max_movement_mm: 200 });
         const { eye } = store.state.camera;
-        const kPush = 20; // [mm]: enough for 50,000 elements and more
+        const kPush = 9; // [mm]
         let moved: number[] = [];
         const answers: Promise<unknown>[] = [];
         const start = performance.now();
         for (let i = 0; i < count; ++i) {
             const side = i % 2 ? -kPush : kPush;
             const point = [eye[0] + 40 + (i % 2 ? kPush : 0), eye[1] + 70, eye[2] - 120] as const;
-            const command = { do: 'push', point, push: [side, 0, 0], radius: 8 } as const;
+            const command = { do: 'push', point, push: [side, 0, 0], radius: 25 } as const;
             answers.push(
                 session.connection.ask(command).then((a) => {
                     if (a?.t === 'done') moved.push(a.moved_elements ?? 0);
