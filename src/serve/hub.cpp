@@ -381,10 +381,10 @@ void Hub::relax() {
 
 void Hub::resample() {
     if (!m_moved) return;
+    m_checksums.reset();  // a cut that nothing opens changes the tissue, and no voxel
     const LiveUpdate update = m_scene->update();
     if (update.boxes.empty()) return;
     ++m_step;
-    m_checksums.reset();
     for (Client& client : m_clients)
         for (const Box3i& box : update.boxes) client.delivery.mark(box);
     m_timing.solve_ms = m_solve_ms;

@@ -105,6 +105,20 @@ TEST_F(ServerTest, BytesFollowTheChange) {
     EXPECT_EQ(a.box_bytes, 0);
 }
 
+TEST_F(ServerTest, ACutThatNothingOpensChangesTheTissueButNoVoxel) {
+    auto server = Server::start(settings(), m_arena);
+    ASSERT_TRUE(server.ok());
+    TestClient a(server->port(), server->link());
+    a.enter();
+    const Json before = a.checked_checksum();
+    const Json cut =
+        a.command({{"do", "cut"}, {"line", {{-5, -5, 0.3}, {5, -5, 0.3}}}, {"depth", {0, 10, 0}}});
+    ASSERT_GT(cut["cut_links"], 0);
+    const Json after = a.checked_checksum();
+    EXPECT_EQ(after["volume"], before["volume"]);
+    EXPECT_NE(after["tissue"], before["tissue"]);
+}
+
 TEST_F(ServerTest, GrabsDragsCutsRelaxesAndShowsToolsToAll) {
     auto server = Server::start(settings(), m_arena);
     ASSERT_TRUE(server.ok());
