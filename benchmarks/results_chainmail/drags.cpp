@@ -146,8 +146,8 @@ void add_drags(Page& page, const std::filesystem::path& scans, const TaskArena& 
          "drag-abdomen",
          {-64, -185, 396},
          12,
-         7.5,
-         0.05}};
+         6,
+         0.04}};
     page.heading(2, "A drag at 60 Hz across two scans");
     page.paragraph(
         "A sphere of tissue is held and led round its place, five seconds a round, 300 frames; "
