@@ -141,13 +141,7 @@ Image histogram_of(const Frames& f) {
 void add_drags(Page& page, const std::filesystem::path& scans, const TaskArena& arena) {
     constexpr Drag kDrags[] = {
         {"thorax_ct_256.nrrd", "thorax: heart", "drag-thorax", {0, 130, -590}, 10, 4.2, 0.06},
-        {"abdomen_ct_3mm.nii.gz",
-         "abdomen: liver",
-         "drag-abdomen",
-         {-64, -185, 396},
-         12,
-         6,
-         0.04}};
+        {"abdomen_ct_3mm.nii.gz", "abdomen: liver", "drag-abdomen", {-64, -185, 396}, 12, 6, 0.04}};
     page.heading(2, "A drag at 60 Hz across two scans");
     page.paragraph(
         "A sphere of tissue is held and led round its place, five seconds a round, 300 frames; "
