@@ -117,12 +117,15 @@ test('typing a number into a field flies nowhere and changes no tool', async () 
 
 test('value, place and index under the pointer; LPS and RAS differ in two signs', async () => {
     await page.mouse.move(...(await spot(page, 'coronal', 0.5, 0.6)));
-    await page.waitForTimeout(200);
-    const lps = (await page.locator('#pointer').textContent())!;
+    const shown = async (space: string): Promise<string> => {
+        const line = page.locator('#pointer', { hasText: `${space} ` });
+        await line.waitFor();
+        return (await line.textContent())!;
+    };
     await page.keyboard.press('g');
-    await page.waitForTimeout(200);
-    const ras = (await page.locator('#pointer').textContent())!;
+    const ras = await shown('RAS');
     await page.keyboard.press('g');
+    const lps = await shown('LPS');
     const numbers = (text: string, space: string): number[] => {
         assert.match(text, /^-?\d+ HU · /);
         const found = new RegExp(`${space} (\\S+), (\\S+), (\\S+) mm · ijk`).exec(text);
