@@ -165,7 +165,7 @@ void add_drags(Page& page, const std::filesystem::path& scans, const TaskArena& 
         const Vec3d p = drag.place_mm;
         settings.push_back({drag.organ, std::string("`") + drag.file + "`",
                             text_of(p.x, 0) + ", " + text_of(p.y, 0) + ", " + text_of(p.z, 0),
-                            text_of(drag.radius_mm, 0), text_of(drag.reach_mm, 0),
+                            text_of(drag.radius_mm, 0), text_of(drag.reach_mm, 1),
                             text_of(drag.offset, 2)});
     }
     page.paragraph(
