@@ -101,6 +101,7 @@ void pick_through_air(benchmark::State& state) {
     ChainMailSettings settings;
     settings.history_max_steps = 0;
     settings.offset = 0.12;
+    settings.max_movement_mm = 500;
     const auto make = [&] { return std::move(ChainMail::create(volume, settings, arena)).value(); };
     ChainMail subject = make(), reference = make();
     const Push place{.point_mm = {middle, middle, middle}};
