@@ -14,34 +14,6 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-const char* name_of(PushStatus status) {
-    switch (status) {
-        case PushStatus::Applied:
-            return "applied";
-        case PushStatus::Limited:
-            return "limited";
-        case PushStatus::Rejected:
-            return "rejected";
-    }
-    return "";
-}
-
-const char* name_of(LimitedBy limit) {
-    switch (limit) {
-        case LimitedBy::None:
-            return "none";
-        case LimitedBy::Bone:
-            return "bone";
-        case LimitedBy::Movement:
-            return "movement";
-        case LimitedBy::Object:
-            return "object";
-        case LimitedBy::Wall:
-            return "wall";
-    }
-    return "";
-}
-
 Json json_of(Vec3d v) {
     return Json::array({v.x, v.y, v.z});
 }
@@ -191,7 +163,7 @@ std::string report_text(const DeformResult& result) {
     std::snprintf(line, sizeof line,
                   "%s: %.1f %% of %s done, %lld elements moved by up to %.2f mm\n"
                   "solve %.2f ms, resample %.2f ms, %lld voxels written\n",
-                  name_of(all.status), 100 * all.step_fraction,
+                  std::string(name_of(all.status)).c_str(), 100 * all.step_fraction,
                   name_of_ways(result.pushes.size(), result.slides.size()),
                   static_cast<long long>(result.state.moved_elements), result.state.max_movement_mm,
                   all.solve_ms, result.deformed.resample_ms,

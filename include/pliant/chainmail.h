@@ -33,6 +33,7 @@
 #include <memory>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace pliant {
@@ -99,6 +100,11 @@ struct Push {
 enum class PushStatus { Applied, Limited, Rejected };
 /// Object and Wall: only in an ObjectSpace (chainmail_objects.h).
 enum class LimitedBy { None, Bone, Movement, Object, Wall };
+
+/// As in reports and messages: `applied`, `limited`, `rejected`.
+std::string_view name_of(PushStatus status);
+/// Likewise: `none`, `bone`, `movement`, `object`, `wall`.
+std::string_view name_of(LimitedBy limit);
 
 struct PushReport {
     PushStatus status = PushStatus::Rejected;

@@ -16,6 +16,34 @@
 
 namespace pliant {
 
+std::string_view name_of(PushStatus status) {
+    switch (status) {
+        case PushStatus::Applied:
+            return "applied";
+        case PushStatus::Limited:
+            return "limited";
+        case PushStatus::Rejected:
+            return "rejected";
+    }
+    return {};
+}
+
+std::string_view name_of(LimitedBy limit) {
+    switch (limit) {
+        case LimitedBy::None:
+            return "none";
+        case LimitedBy::Bone:
+            return "bone";
+        case LimitedBy::Movement:
+            return "movement";
+        case LimitedBy::Object:
+            return "object";
+        case LimitedBy::Wall:
+            return "wall";
+    }
+    return {};
+}
+
 Error too_large(const ChainMailSettings& settings) {
     return {ErrorCode::LimitExceeded,
             "the push would move more than " + std::to_string(settings.max_elements) +

@@ -83,33 +83,6 @@ Json json_of(const SharedState& s) {
     return json;
 }
 
-const char* name_of_status(PushStatus status) {
-    switch (status) {
-        case PushStatus::Applied:
-            return "applied";
-        case PushStatus::Limited:
-            return "limited";
-        case PushStatus::Rejected:
-            return "rejected";
-    }
-    return "";
-}
-const char* name_of_limit(LimitedBy limit) {
-    switch (limit) {
-        case LimitedBy::Bone:
-            return "bone";
-        case LimitedBy::Movement:
-            return "movement";
-        case LimitedBy::Object:
-            return "object";
-        case LimitedBy::Wall:
-            return "wall";
-        case LimitedBy::None:
-            break;
-    }
-    return "none";
-}
-
 }  // namespace
 
 std::string hex_text(std::uint64_t number, int digits) {
@@ -150,8 +123,8 @@ std::string outcome_text(std::uint32_t id, std::string_view name, std::uint32_t 
     }
     json["step"] = step;
     if (outcome.status) {
-        json["status"] = name_of_status(*outcome.status);
-        json["limited_by"] = name_of_limit(outcome.limited_by);
+        json["status"] = name_of(*outcome.status);
+        json["limited_by"] = name_of(outcome.limited_by);
         json["step_fraction"] = outcome.step_fraction;
     }
     const auto put = [&](const char* key, const std::optional<std::int64_t>& number) {
