@@ -89,17 +89,19 @@ HWY_NOINLINE Vec settle_by_newton(const Bending& g, const Vec& s1, Vec s, M lane
 HWY_INLINE Vec settle(const RowsAt& at, const Vec& s1, M active, M& moving) {
     const D d;
     const V bend = at(kRowBend);
-    moving = hn::And(active, hn::Gt(bend, hn::Set(d, kBends[0])));
-    if (hn::AllFalse(d, moving)) return s1;
+    const M bent = hn::And(active, hn::Gt(bend, hn::Set(d, kBends[0])));
+    moving = bent;
+    if (hn::AllFalse(d, bent)) return s1;
     const Bending g{at.vec(kRowG), at.vec(kRowG + 3), at.vec(kRowG + 6), at.vec(kRowG + 9)};
     Vec s = s1;
     for (std::size_t step = 0; step < kFlatSteps; ++step) s = next_step(g, s1, s);
+    // Settled lanes stay as they are, or they would depend on their neighbours.
+    s = if_then_else(bent, s, s1);
     const M very = hn::And(active, hn::Ge(bend, hn::Set(d, kMostBent)));
     moving = hn::AndNot(very, hn::And(active, hn::Gt(bend, hn::Set(d, kBends[kFlatSteps]))));
     for (std::size_t step = kFlatSteps + 1; step < kMaxSteps; ++step) {
         if (hn::AllFalse(d, moving)) break;
         const Vec next = next_step(g, s1, s), before = s;
-        // Settled lanes stay as they are, or they would depend on their neighbours.
         s = if_then_else(moving, next, s);
         if (step < kWatched) {
             moving = hn::And(moving, hn::Gt(bend, hn::Set(d, kBends[step])));
