@@ -22,7 +22,7 @@ void BlockMatrix::find_columns(const HexMesh& mesh) {
     for (const auto& cell : mesh.cells)
         for (const std::int32_t n : cell) ++first_cell[std::size_t(n) + 1];
     for (std::size_t n = 0; n < nodes; ++n) first_cell[n + 1] += first_cell[n];
-    std::vector<std::int32_t> cells(std::size_t(first_cell[nodes]));
+    std::vector<std::int32_t> cells(mesh.cells.size() * 8);
     std::vector<std::int64_t> next(first_cell.begin(), first_cell.end() - 1);
     for (std::size_t c = 0; c < mesh.cells.size(); ++c)
         for (const std::int32_t n : mesh.cells[c])
