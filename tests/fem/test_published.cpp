@@ -46,17 +46,22 @@ TEST(Published, BoussinesqsHalfSpace) {
     const auto way = [&](int x, int y, int z) {
         return solution.displacement_mm[std::size_t(at(x, y, z))];
     };
-    // Within the lattice's reach, but some spacings from the singular point.
-    double worst = 0;
+    // The load on one node is one that is spread over about a cell: an error of (h/r)².
+    double worst[2] = {0, 0};  // from 4 h and from 8 h on
     for (int z = 0; z <= 12; ++z)
         for (int y = 0; y <= 12; ++y)
             for (int x = 0; x <= 12; ++x) {
-                if (x * x + y * y + z * z < 16) continue;
+                const int square = x * x + y * y + z * z;
+                if (square < 16) continue;
                 const Vec3d exact = boussinesq({double(x), double(y), double(z)}, mu, nu);
-                worst = std::max(worst, norm(way(x, y, z) - exact) / norm(exact));
+                const double error = norm(way(x, y, z) - exact) / norm(exact);
+                worst[0] = std::max(worst[0], error);
+                if (square >= 64) worst[1] = std::max(worst[1], error);
             }
-    RecordProperty("worst_relative_error", std::to_string(worst));
-    EXPECT_LT(worst, 0.03);
+    RecordProperty("worst_from_4h", std::to_string(worst[0]));
+    RecordProperty("worst_from_8h", std::to_string(worst[1]));
+    EXPECT_LT(worst[0], 0.06);
+    EXPECT_LT(worst[1], 0.02);
     // u ∝ 1/r along the surface: a quarter is left at 4 h, a tenth at 10 h of what is at h.
     const double u_at_h = boussinesq({1, 0, 0}, mu, nu).z;
     EXPECT_NEAR(way(4, 0, 0).z / u_at_h, 0.25, 0.01);
