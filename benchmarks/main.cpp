@@ -19,6 +19,7 @@ int main(int argc, char** argv) {
         {"chainmail",
          "--benchmark_filter=^(moving_contact|bounded_lattice|drag_|thesis_case|resample|"
          "whole_frame|chainmail_|large_scan/(open|push)/)"},
+        {"fem", "--benchmark_filter=^fem_"},
         {"resample", "--benchmark_filter=^(resample|whole_frame)"},
         {"render", "--benchmark_filter=^(first_hits|endoscope_view|ray_caster_bricks)"},
         {"scan", "--benchmark_filter=^large_scan"},

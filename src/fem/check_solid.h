@@ -1,0 +1,18 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// What can be wrong with a solid: its mesh, its materials, which cell has which.
+
+#pragma once
+
+#include <pliant/fem.h>
+
+namespace pliant {
+
+/// @returns InvalidArgument that names the cell, node or material
+Status check_solid(const ElasticSolid& solid);
+Status check_solid(const ElasticLattice& solid);
+
+Status check_settings(const ElasticSettings& settings);
+
+}  // namespace pliant

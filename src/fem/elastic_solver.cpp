@@ -1,0 +1,195 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// From loads to equilibrium: K u = f with u given where nodes are held. Inside, moduli in Pa and
+// lengths in mm make forces in µN and energies in nJ.
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <string>
+#include <utility>
+#include <variant>
+
+#include "fem/block_matrix.h"
+#include "fem/check_solid.h"
+#include "fem/cholesky.h"
+#include "fem/conjugate_gradients.h"
+#include "fem/held_nodes.h"
+#include "fem/lattice_stiffness.h"
+#include "fem/loads.h"
+
+namespace pliant {
+namespace {
+
+constexpr double kNewton = 1e-6;  // of a µN
+constexpr double kJoule = 1e-9;   // of a nJ
+
+/// More nodes would need tens of gigabytes for their factor (docs/fem.md).
+constexpr std::int64_t kMostCholeskyNodes = 100'000;
+
+}  // namespace
+
+struct ElasticSolver::Impl {
+    std::variant<ElasticSolid, ElasticLattice> solid;
+    ElasticSettings settings;
+    const TaskArena* arena;
+    HeldNodes held{{}, NodeVector(0), {}};
+    std::unique_ptr<Stiffness> stiffness;
+    std::optional<CholeskyFactor> factor;
+    std::optional<BlockJacobi> preconditioner;
+
+    SolidShape shape() const {
+        if (const auto* lattice = std::get_if<ElasticLattice>(&solid))
+            return SolidShape(lattice->lattice);
+        return SolidShape(std::get_if<ElasticSolid>(&solid)->mesh);
+    }
+    Result<NodeVector> forces_of(const ElasticLoads& loads) const {
+        return std::visit(
+            [&](const auto& s) {
+                return nodal_forces(shape(), s.materials, s.material_of, held, loads);
+            },
+            solid);
+    }
+    /// The free part of f − K u.
+    NodeVector residual(const NodeVector& force, const NodeVector& inner) const {
+        NodeVector r(force.node_count());
+        for (std::size_t n = 0; n < std::size_t(force.node_count()); ++n)
+            r.set(n, force.at(n) - inner.at(n));
+        held.clear(r);
+        return r;
+    }
+    Status solve_free(const NodeVector& force, double force_norm, NodeVector& displacement,
+                      int& iterations) const;
+    ElasticSolution finish(const NodeVector& force, double force_norm,
+                           const NodeVector& displacement) const;
+};
+
+ElasticSolver::ElasticSolver(std::unique_ptr<Impl> impl) : m_impl(std::move(impl)) {}
+ElasticSolver::~ElasticSolver() = default;
+ElasticSolver::ElasticSolver(ElasticSolver&&) noexcept = default;
+ElasticSolver& ElasticSolver::operator=(ElasticSolver&&) noexcept = default;
+
+Result<ElasticSolver> ElasticSolver::create(ElasticSolid solid, std::vector<Support> supports,
+                                            const ElasticSettings& settings,
+                                            const TaskArena& arena) {
+    if (const Status s = check_settings(settings); !s) return s.error();
+    if (const Status s = check_solid(solid); !s) return s.error();
+    const auto nodes = std::int64_t(solid.mesh.nodes_mm.size());
+    const bool cholesky = settings.method == ElasticMethod::Cholesky;
+    if (cholesky && nodes > kMostCholeskyNodes)
+        return Error{ErrorCode::LimitExceeded, "method: Cholesky with " + std::to_string(nodes) +
+                                                   " nodes, expected " +
+                                                   std::to_string(kMostCholeskyNodes) +
+                                                   " at most; conjugate gradients take more"};
+    auto held = hold(SolidShape(solid.mesh), supports);
+    if (!held) return held.error();
+    auto impl = std::make_unique<Impl>(
+        Impl{std::move(solid), settings, &arena, std::move(held).value(), nullptr, {}, {}});
+    auto matrix = std::make_unique<BlockMatrix>(*std::get_if<ElasticSolid>(&impl->solid),
+                                                settings.element, arena);
+    if (cholesky) {
+        auto factor = CholeskyFactor::create(*matrix, impl->held);
+        if (!factor) return factor.error();
+        impl->factor.emplace(std::move(factor).value());
+    } else {
+        impl->preconditioner.emplace(*matrix, impl->held, arena);
+    }
+    impl->stiffness = std::move(matrix);
+    return ElasticSolver(std::move(impl));
+}
+
+Result<ElasticSolver> ElasticSolver::create(ElasticLattice solid, std::vector<Support> supports,
+                                            const ElasticSettings& settings,
+                                            const TaskArena& arena) {
+    if (const Status s = check_settings(settings); !s) return s.error();
+    if (const Status s = check_solid(solid); !s) return s.error();
+    if (settings.method != ElasticMethod::ConjugateGradients)
+        return Error{ErrorCode::InvalidArgument,
+                     "method: a lattice without a matrix has no factor, expected conjugate "
+                     "gradients; or make its mesh"};
+    if (settings.element != HexElement::Trilinear)
+        return Error{ErrorCode::InvalidArgument,
+                     "element: a lattice without a matrix has trilinear elements only; or make "
+                     "its mesh"};
+    auto held = hold(SolidShape(solid.lattice), supports);
+    if (!held) return held.error();
+    auto impl = std::make_unique<Impl>(
+        Impl{std::move(solid), settings, &arena, std::move(held).value(), nullptr, {}, {}});
+    impl->stiffness =
+        std::make_unique<LatticeStiffness>(*std::get_if<ElasticLattice>(&impl->solid));
+    impl->preconditioner.emplace(*impl->stiffness, impl->held, arena);
+    return ElasticSolver(std::move(impl));
+}
+
+Status ElasticSolver::Impl::solve_free(const NodeVector& force, double force_norm,
+                                       NodeVector& displacement, int& iterations) const {
+    if (factor) {
+        displacement = factor->solve(force);
+        return Ok{};
+    }
+    const Convergence found = conjugate_gradients(*stiffness, *preconditioner, held, force,
+                                                  settings.tolerance * force_norm,
+                                                  settings.max_iterations, *arena, displacement);
+    iterations = found.iterations;
+    if (found.reached) return Ok{};
+    return Error{ErrorCode::LimitExceeded,
+                 "max_iterations: after " + std::to_string(found.iterations) + " the residual is " +
+                     std::to_string(found.residual / force_norm) +
+                     " of the load, expected the tolerance; allow more, or loosen it"};
+}
+
+ElasticSolution ElasticSolver::Impl::finish(const NodeVector& force, double force_norm,
+                                            const NodeVector& displacement) const {
+    NodeVector inner(force.node_count());
+    stiffness->multiply(displacement, inner, *arena);
+    ElasticSolution solution;
+    solution.displacement_mm = vectors_of(displacement, 1);
+    solution.reaction_n.assign(solution.displacement_mm.size(), {0, 0, 0});
+    for (const std::int32_t n : held.nodes)
+        for (int a = 0; a < 3; ++a)
+            if (held.holds(std::size_t(n), a))
+                solution.reaction_n[std::size_t(n)][a] =
+                    kNewton * (inner.component(a)[n] - force.component(a)[n]);
+    solution.strain_energy_j = kJoule * 0.5 * ordered_dot(displacement, inner, *arena);
+    const NodeVector left = residual(force, inner);
+    if (force_norm > 0)
+        solution.relative_residual = std::sqrt(ordered_dot(left, left, *arena)) / force_norm;
+    return solution;
+}
+
+Result<ElasticSolution> ElasticSolver::solve(const ElasticLoads& loads) const {
+    const Impl& impl = *m_impl;
+    const auto force = impl.forces_of(loads);
+    if (!force) return force.error();
+    // What the given displacements ask of the free nodes goes to the right-hand side.
+    NodeVector displacement = impl.held.displacement_mm;
+    NodeVector inner(force->node_count());
+    impl.stiffness->multiply(displacement, inner, *impl.arena);
+    const NodeVector free_force = impl.residual(*force, inner);
+    const double force_norm = std::sqrt(ordered_dot(free_force, free_force, *impl.arena));
+    int iterations = 0;
+    if (force_norm > 0) {
+        NodeVector moved(force->node_count());
+        if (const Status s = impl.solve_free(free_force, force_norm, moved, iterations); !s)
+            return s.error();
+        for (std::size_t n = 0; n < std::size_t(force->node_count()); ++n)
+            displacement.set(n, displacement.at(n) + moved.at(n));
+    }
+    ElasticSolution solution = impl.finish(*force, force_norm, displacement);
+    solution.iterations = iterations;
+    return solution;
+}
+
+std::vector<Vec3d> ElasticSolver::forces_n(std::span<const Vec3d> displacement_mm) const {
+    NodeVector inner(std::int64_t(displacement_mm.size()));
+    m_impl->stiffness->multiply(node_vector(displacement_mm), inner, *m_impl->arena);
+    return vectors_of(inner, kNewton);
+}
+
+std::int64_t ElasticSolver::matrix_bytes() const {
+    return m_impl->stiffness->bytes() + (m_impl->factor ? m_impl->factor->bytes() : 0) +
+           (m_impl->preconditioner ? m_impl->preconditioner->bytes() : 0);
+}
+
+}  // namespace pliant

@@ -1,0 +1,176 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "fem/hex_element.h"
+
+#include <cmath>
+#include <cstddef>
+
+namespace pliant {
+namespace {
+
+/// Numbers of one Gauss point's work are 3 × 3 blocks between two functions with gradients a and b:
+/// ∫ λ a_i b_j + μ (a_j b_i + δ_ij a·b).
+void add_block(double* block, std::size_t stride, Vec3d a, Vec3d b, double lambda, double mu) {
+    const double trace = mu * dot(a, b);
+    for (int i = 0; i < 3; ++i)
+        for (int j = 0; j < 3; ++j)
+            block[std::size_t(i) * stride + std::size_t(j)] +=
+                lambda * a[i] * b[j] + mu * a[j] * b[i] + (i == j ? trace : 0);
+}
+
+/// The nine inner modes: their own stiffness (lower factor of Cholesky after `factor`), and their
+/// coupling with the 24 displacements.
+struct InnerModes {
+    double own[9][9] = {};
+    double coupling[9][24] = {};
+
+    void factor() {
+        for (int j = 0; j < 9; ++j)
+            for (int i = j; i < 9; ++i) {
+                double sum = own[i][j];
+                for (int k = 0; k < j; ++k) sum -= own[i][k] * own[j][k];
+                own[i][j] = i == j ? std::sqrt(sum) : sum / own[j][j];
+            }
+    }
+    /// L x = b in place, for the columns of an array.
+    template <std::size_t columns>
+    void solve_lower(double (&b)[9][columns]) const {
+        for (int i = 0; i < 9; ++i)
+            for (std::size_t c = 0; c < columns; ++c) {
+                for (int k = 0; k < i; ++k) b[i][c] -= own[i][k] * b[k][c];
+                b[i][c] /= own[i][i];
+            }
+    }
+    void solve_upper(double (&b)[9][1]) const {
+        for (int i = 8; i >= 0; --i) {
+            for (int k = i + 1; k < 9; ++k) b[i][0] -= own[k][i] * b[k][0];
+            b[i][0] /= own[i][i];
+        }
+    }
+};
+
+InnerModes inner_modes(const HexCorners& corners, const LameParameters& m) {
+    InnerModes modes;
+    const double centre_weight = hex_point(corners, {0, 0, 0}).weight;
+    for (int g = 0; g < 8; ++g) {
+        const HexPoint p = hex_point(corners, gauss_place(g));
+        // The modes' gradients carry centre weight / weight, so that their integral is zero.
+        Vec3d gradients[3];
+        for (int n = 0; n < 3; ++n) gradients[n] = (centre_weight / p.weight) * p.mode_gradients[n];
+        for (int n = 0; n < 3; ++n) {
+            for (int k = 0; k <= n; ++k)
+                add_block(&modes.own[3 * n][3 * k], 9, gradients[n], gradients[k],
+                          m.lambda * p.weight, m.mu * p.weight);
+            for (int c = 0; c < 8; ++c)
+                add_block(&modes.coupling[3 * n][3 * c], 24, gradients[n], p.gradients[c],
+                          m.lambda * p.weight, m.mu * p.weight);
+        }
+    }
+    modes.factor();
+    return modes;
+}
+
+}  // namespace
+
+HexPoint hex_point(const HexCorners& corners, Vec3d natural) {
+    HexPoint p;
+    Vec3d natural_gradients[8];
+    Mat3d jacobian{}, centre{};  // column a: ∂x/∂ξ_a
+    for (std::size_t c = 0; c < 8; ++c) {
+        const double* sign = kHexSigns[c];
+        const double r = 1 + sign[0] * natural.x, s = 1 + sign[1] * natural.y,
+                     t = 1 + sign[2] * natural.z;
+        p.values[c] = r * s * t / 8;
+        natural_gradients[c] = {sign[0] * s * t / 8, sign[1] * r * t / 8, sign[2] * r * s / 8};
+        for (int a = 0; a < 3; ++a) {
+            auto& column = jacobian.columns[a];
+            column = column + natural_gradients[c][a] * corners[c];
+            centre.columns[a] = centre.columns[a] + (sign[a] / 8) * corners[c];
+        }
+    }
+    p.weight = determinant(jacobian);
+    const Mat3d to_world = transposed(inverse(jacobian));
+    for (std::size_t c = 0; c < 8; ++c) p.gradients[c] = to_world * natural_gradients[c];
+    const Mat3d centre_to_world = transposed(inverse(centre));
+    for (int m = 0; m < 3; ++m)
+        p.mode_gradients[m] = (-2 * natural[m]) * centre_to_world.columns[m];
+    return p;
+}
+
+HexStiffness hex_stiffness(const HexCorners& corners, const LameParameters& m, HexElement element) {
+    HexStiffness k{};
+    for (int g = 0; g < 8; ++g) {
+        const HexPoint p = hex_point(corners, gauss_place(g));
+        for (std::size_t a = 0; a < 8; ++a)
+            for (std::size_t b = 0; b <= a; ++b)
+                add_block(&k[3 * a * 24 + 3 * b], 24, p.gradients[a], p.gradients[b],
+                          m.lambda * p.weight, m.mu * p.weight);
+    }
+    if (element == HexElement::IncompatibleModes) {
+        InnerModes modes = inner_modes(corners, m);
+        modes.solve_lower(modes.coupling);
+        for (std::size_t i = 0; i < 24; ++i)
+            for (std::size_t j = 0; j <= i; ++j)
+                for (const auto& row : modes.coupling) k[i * 24 + j] -= row[i] * row[j];
+    }
+    for (std::size_t i = 0; i < 24; ++i)
+        for (std::size_t j = i + 1; j < 24; ++j) k[i * 24 + j] = k[j * 24 + i];
+    return k;
+}
+
+std::array<Vec3d, 3> hex_modes(const HexCorners& corners, const LameParameters& m,
+                               HexElement element, const std::array<Vec3d, 8>& displacement) {
+    std::array<Vec3d, 3> amplitudes{};
+    if (element == HexElement::Trilinear) return amplitudes;
+    const InnerModes modes = inner_modes(corners, m);
+    double a[9][1];
+    for (int i = 0; i < 9; ++i) {
+        a[i][0] = 0;
+        for (std::size_t c = 0; c < 8; ++c)
+            for (int axis = 0; axis < 3; ++axis)
+                a[i][0] -= modes.coupling[i][3 * c + std::size_t(axis)] * displacement[c][axis];
+    }
+    modes.solve_lower(a);
+    modes.solve_upper(a);
+    for (int i = 0; i < 9; ++i) amplitudes[std::size_t(i / 3)][i % 3] = a[i][0];
+    // What strain_at needs is the amplitude times the centre's weight.
+    const double centre_weight = hex_point(corners, {0, 0, 0}).weight;
+    for (Vec3d& v : amplitudes) v = centre_weight * v;
+    return amplitudes;
+}
+
+SymmetricTensor strain_at(const HexPoint& p, const std::array<Vec3d, 8>& displacement,
+                          const std::array<Vec3d, 3>& modes) {
+    double h[3][3] = {};  // h[i][j] = ∂u_i/∂x_j
+    const auto add = [&](Vec3d u, Vec3d gradient) {
+        for (int i = 0; i < 3; ++i)
+            for (int j = 0; j < 3; ++j) h[i][j] += u[i] * gradient[j];
+    };
+    for (std::size_t c = 0; c < 8; ++c) add(displacement[c], p.gradients[c]);
+    for (std::size_t m = 0; m < 3; ++m) add((1 / p.weight) * modes[m], p.mode_gradients[m]);
+    return {h[0][0],
+            h[1][1],
+            h[2][2],
+            (h[1][2] + h[2][1]) / 2,
+            (h[2][0] + h[0][2]) / 2,
+            (h[0][1] + h[1][0]) / 2};
+}
+
+SymmetricTensor stress_of(const LameParameters& m, const SymmetricTensor& e) {
+    const double pressure = m.lambda * (e.xx + e.yy + e.zz), twice = 2 * m.mu;
+    return {pressure + twice * e.xx,
+            pressure + twice * e.yy,
+            pressure + twice * e.zz,
+            twice * e.yz,
+            twice * e.zx,
+            twice * e.xy};
+}
+
+double von_mises(const SymmetricTensor& s) {
+    const double mean = (s.xx + s.yy + s.zz) / 3;
+    const double x = s.xx - mean, y = s.yy - mean, z = s.zz - mean;
+    return std::sqrt(1.5 * (x * x + y * y + z * z) + 3 * (s.yz * s.yz + s.zx * s.zx + s.xy * s.xy));
+}
+
+}  // namespace pliant

@@ -1,0 +1,79 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// The stiffness of a regular lattice, never formed.
+//
+// On a box, the trilinear element is a product of three one-dimensional ones. Write the values at
+// the two ends of each of those as their sum s and difference d (three times two additions for
+// eight corners). Then u = s/2 + d·(ξ − ½) on 0 ≤ ξ ≤ 1, and with length h
+//
+//   ∫ v u = h (v_s u_s / 4 + v_d u_d / 12),   ∫ v′ u′ = v_d u_d / h,   ∫ v′ u = v_d u_s / 2:
+//
+// nearly everything is diagonal. Of the element's 576 numbers 21 + 24 are left, each λ or μ times a
+// number of the lattice, and a cell costs 256 operations instead of 1152. Each cell may have its
+// own λ and μ. Exact up to rounding, as 2×2×2 Gauss points are on a box.
+//
+// Cells of a row lie side by side in vector registers. A task owns some planes of nodes and
+// computes all cells that touch them, so nothing is written twice, and each node sums up its cells
+// in the same order however the planes are shared out. No fused multiplications: the same bits on
+// each instruction set.
+
+#pragma once
+
+#include <pliant/fem.h>
+
+#include <vector>
+
+#include "fem/stiffness.h"
+
+namespace pliant {
+
+/// What a kernel needs to know; all factors of one box.
+struct LatticeFactors {
+    double mode[8];      ///< of μ: Σ over axes b of the next
+    double along[3][8];  ///< of λ + μ: ∫ ∂_a v ∂_a u for mode m = (d along x) + 2 (y) + 4 (z)
+    double across[3][2];  ///< of λ and μ: a quarter of ∫ v u along axis c for s and d
+};
+LatticeFactors lattice_factors(Vec3d spacing);
+
+class LatticeStiffness : public Stiffness {
+  public:
+    /// @pre the solid has been checked
+    explicit LatticeStiffness(const ElasticLattice& solid);
+
+    void multiply(const NodeVector& displacement, NodeVector& force,
+                  const TaskArena& arena) const override;
+    Block3 diagonal_block(std::int32_t node) const override;
+    std::int64_t bytes() const override;
+
+  private:
+    void add_layer(const NodeVector& u, NodeVector& f, int k, int begin, int end,
+                   double* workspace) const;
+
+    HexLattice m_lattice;
+    LatticeFactors m_factors;
+    bool m_uniform;
+    std::vector<double> m_lambda, m_mu;  ///< [cell], or one row of cells where all are the same
+    Block3 m_corner_lambda[8], m_corner_mu[8];  ///< diagonal blocks of a cell for λ = 1, μ = 1
+};
+
+/// One row of cells, and the four rows of nodes around it.
+struct LatticeRow {
+    const double* displacement[3][4];  ///< [component][node row: +1 along y, +2 along z]
+    double* force[3][4];               ///< is added to; null: not wanted
+    const double *lambda, *mu;         ///< [cell]
+    int cells;
+    double* workspace;  ///< lattice_row_workspace(cells) numbers
+};
+constexpr std::size_t lattice_row_room(int cells) {
+    return std::size_t(cells) + 2 * 8 + 1;
+}
+constexpr std::size_t lattice_row_workspace(int cells) {
+    return 2 * lattice_row_room(cells) * 12;
+}
+
+void add_lattice_row(const LatticeFactors& factors, const LatticeRow& row);
+/// The same without vector instructions.
+void add_lattice_row_plain(const LatticeFactors& factors, const LatticeRow& row);
+
+}  // namespace pliant

@@ -1,0 +1,48 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// Where nodes are and what cells join them, of a mesh or of a lattice alike.
+
+#pragma once
+
+#include <pliant/mesh.h>
+
+#include "fem/hex_element.h"
+
+namespace pliant {
+
+/// Keeps a reference to what it is made from.
+class SolidShape {
+  public:
+    explicit SolidShape(const HexMesh& mesh) : m_mesh(&mesh) {}
+    explicit SolidShape(const HexLattice& lattice) : m_lattice(&lattice) {}
+
+    std::int64_t node_count() const {
+        return m_mesh ? std::int64_t(m_mesh->nodes_mm.size()) : pliant::node_count(*m_lattice);
+    }
+    std::int64_t cell_count() const {
+        return m_mesh ? std::int64_t(m_mesh->cells.size()) : pliant::cell_count(*m_lattice);
+    }
+    Vec3d place(std::int32_t node) const {
+        return m_mesh ? m_mesh->nodes_mm[std::size_t(node)] : node_place_mm(*m_lattice, node);
+    }
+    std::array<std::int32_t, 8> nodes_of(std::int32_t cell) const {
+        return m_mesh ? m_mesh->cells[std::size_t(cell)] : cell_corners(*m_lattice, cell);
+    }
+    HexCorners corners_of(std::int32_t cell) const {
+        HexCorners corners;
+        const auto nodes = nodes_of(cell);
+        for (std::size_t c = 0; c < 8; ++c) corners[c] = place(nodes[c]);
+        return corners;
+    }
+    /// The piece that each node belongs to; empty: all is one.
+    std::vector<std::int32_t> piece_of_nodes() const {
+        return m_mesh ? pieces(*m_mesh) : std::vector<std::int32_t>{};
+    }
+
+  private:
+    const HexMesh* m_mesh = nullptr;
+    const HexLattice* m_lattice = nullptr;
+};
+
+}  // namespace pliant
