@@ -121,7 +121,8 @@ class SpringTissue {
 
     /// Goes to the static equilibrium of the nodes that steps move, by Newton's method; velocities
     /// become 0.
-    /// @param tolerance  largest force left on a node, relative to the largest load or reaction
+    /// @param tolerance  largest force left on a node, relative to the largest load or reaction;
+    ///                   less than rounding leaves isn't asked for
     /// @returns LimitExceeded where it isn't reached
     Status find_equilibrium(double tolerance = 1e-9);
 

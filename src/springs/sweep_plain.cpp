@@ -33,7 +33,7 @@ void add_link(const SweepArrays& a, std::size_t i, std::size_t j, const double* 
             return (a.x[c][i] - a.before[c][i]) - (a.x[c][j] - a.before[c][j]);
         };
         const double along = std::fma(dz, moved(2), std::fma(dy, moved(1), dx * moved(0)));
-        f = std::fma(-(block[2 * kPack + lane] * along), y * y, f);
+        f = std::fma(-(block[2 * kPack + lane] * along * y), y, f);
     }
     sum[0] = std::fma(f, dx, sum[0]);
     sum[1] = std::fma(f, dy, sum[1]);

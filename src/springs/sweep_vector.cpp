@@ -65,8 +65,9 @@ HWY_INLINE void add_links(Lanes& own, V x, V y, V z, V moved_x, V moved_y, V mov
         const V ax = hn::Sub(own.from_x, moved_x), ay = hn::Sub(own.from_y, moved_y),
                 az = hn::Sub(own.from_z, moved_z);
         const V along = hn::MulAdd(dz, az, hn::MulAdd(dy, ay, hn::Mul(dx, ax)));
-        f = hn::NegMulAdd(hn::Mul(hn::Load(D(), block + 2 * kPack), along),
-                          hn::Mul(inverse, inverse), f);
+        // Not inverse²: between equal places, in lanes without a link, that is no number.
+        const V drag = hn::Mul(hn::Mul(hn::Load(D(), block + 2 * kPack), along), inverse);
+        f = hn::NegMulAdd(drag, inverse, f);
     }
     own.sum_x = hn::MulAdd(f, dx, own.sum_x);
     own.sum_y = hn::MulAdd(f, dy, own.sum_y);

@@ -14,6 +14,7 @@ namespace {
 
 constexpr int kNewtonSteps = 300, kHalvings = 40;
 constexpr std::int32_t kSolveIterations = 20000;
+constexpr double kRounding = 4e-16;
 
 }  // namespace
 
@@ -65,6 +66,16 @@ Status SpringTissue::find_equilibrium(double tolerance) {
     const SpringNetwork& network = m_impl->network;
     const auto count = std::size_t(network.node_count());
     std::vector<Vec3d> force(count), move(count), start(count);
+    // What rounding leaves of forces that cancel.
+    double rounding = 0;
+    for (std::int32_t n = 0; n < network.node_count(); ++n) {
+        double sum = 0;
+        for (const auto& neighbour : network.neighbours(n)) {
+            const SpringLink& link = network.links()[std::size_t(neighbour.link)];
+            sum += link.stiffness * link.rest_length;
+        }
+        rounding = std::max(rounding, kRounding * sum);
+    }
     const auto potential = [&] {
         double work = 0;
         for (const std::int32_t n : state.loaded) work += dot(state.load_of(n), state.place(n));
@@ -80,7 +91,7 @@ Status SpringTissue::find_equilibrium(double tolerance) {
             force[n] = m_impl->movable[n] ? load + inner : Vec3d{0, 0, 0};
             left = std::max(left, norm(force[n]));
         }
-        if (left <= tolerance * scale) {
+        if (left <= std::max(tolerance * scale, rounding)) {
             for (int c = 0; c < 3; ++c) state.before[c] = state.x[c];
             return Ok{};
         }

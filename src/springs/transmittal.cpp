@@ -13,7 +13,7 @@ namespace pliant {
 namespace {
 
 constexpr std::size_t kKeptPlans = 32;
-constexpr std::int64_t kPacksPerTask = 256, kCellsPerTask = 256;
+constexpr std::int64_t kPacksPerTask = 64, kCellsPerTask = 128;
 
 }  // namespace
 

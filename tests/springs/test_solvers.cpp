@@ -111,7 +111,7 @@ TEST(Solvers, ForceTransmittalOfAllLayersIsTheExplicitNetwork) {
 TEST(Solvers, AShallowRegionIsStifferThanADeepOne) {
     const SpringNetwork network = pressed_block(0, 0);
     double last = 0;
-    for (const int depth : {0, 1, 2, 3, 4}) {
+    for (const int depth : {0, 1, 2}) {
         auto tissue = SpringTissue::create(network, {.depth = depth});
         ASSERT_TRUE(tissue->load(std::array{kPressed}, std::array{Vec3d{0, 0, -0.5}}).ok());
         ASSERT_TRUE(tissue->find_equilibrium().ok());
