@@ -23,6 +23,7 @@ int main(int argc, char** argv) {
         {"resample", "--benchmark_filter=^(resample|whole_frame)"},
         {"render", "--benchmark_filter=^(first_hits|endoscope_view|ray_caster_bricks)"},
         {"scan", "--benchmark_filter=^large_scan"},
+        {"springs", "--benchmark_filter=^springs_"},
     };
     std::vector<std::string> arguments(argv, argv + argc);
     bool as_table = false;

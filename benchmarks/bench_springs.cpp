@@ -1,0 +1,263 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// Force transmittal against a naive port of [Choi2004], kept here: nodes as objects with their
+// links, places seen as soon as they are new, a root and a division for each link. One item is a
+// node of a step. The cases of Table 3 are a sheet of 50 × 50 nodes pressed in its middle; search
+// and update are apart, as there.
+
+#include <pliant/springs.h>
+#include <pliant/springs_builders.h>
+
+#include <cmath>
+#include <cstdlib>
+#include <utility>
+#include <vector>
+
+#include "interleaved.h"
+
+namespace pliant::bench {
+namespace {
+
+constexpr int kStepsPerTurn = 20;
+
+class NaivePort {
+  public:
+    NaivePort(const SpringNetwork& network, double time_step) : m_h(time_step) {
+        for (const SpringNode& node : network.nodes())
+            m_nodes.push_back(
+                {node.rest, node.rest, {0, 0, 0}, node.mass, node.damping, false, {}});
+        for (const SpringLink& link : network.links()) {
+            m_nodes[std::size_t(link.a)].links.push_back(
+                {link.b, link.stiffness, link.rest_length});
+            m_nodes[std::size_t(link.b)].links.push_back(
+                {link.a, link.stiffness, link.rest_length});
+        }
+    }
+    void load(int node, Vec3d force) { m_nodes[std::size_t(node)].force = force; }
+    void search(int from, int depth) {
+        for (Node& node : m_nodes) node.visited = false;
+        m_layers.assign(1, {from});
+        m_nodes[std::size_t(from)].visited = true;
+        for (int d = 0; d < depth; ++d) {
+            std::vector<int> next;
+            for (const int n : m_layers.back())
+                for (const Link& link : m_nodes[std::size_t(n)].links)
+                    if (Node& other = m_nodes[std::size_t(link.other)]; !other.visited) {
+                        other.visited = true;
+                        next.push_back(link.other);
+                    }
+            m_layers.push_back(std::move(next));
+        }
+    }
+    void step() {
+        for (const auto& layer : m_layers)
+            for (const int n : layer) update(m_nodes[std::size_t(n)]);
+    }
+    Vec3d place(int node) const { return m_nodes[std::size_t(node)].x; }
+
+  private:
+    struct Link {
+        int other;
+        double stiffness, length;
+    };
+    struct Node {
+        Vec3d x, before, force;
+        double mass, damping;
+        bool visited;
+        std::vector<Link> links;
+    };
+    void update(Node& node) {
+        Vec3d sum = node.force;
+        for (const Link& link : node.links) {
+            const Vec3d r = node.x - m_nodes[std::size_t(link.other)].x;
+            const double length = norm(r);
+            sum = sum - (link.stiffness * (length - link.length) / length) * r;
+        }
+        const double a = node.mass / (m_h * m_h), b = node.damping / (2 * m_h);
+        const Vec3d next =
+            (1 / (a + b)) * (sum + a * (2.0 * node.x - node.before) + b * node.before);
+        node.before = node.x;
+        node.x = next;
+    }
+
+    double m_h;
+    std::vector<Node> m_nodes;
+    std::vector<std::vector<int>> m_layers;
+};
+
+constexpr int kMiddle = 25 + 50 * 25;
+const Vec3d kForce{0.02, 0.01, 0};
+
+SpringNetwork paper_sheet() {
+    return *SpringNetwork::create(
+        *springs_of_sheet({.columns = 50, .rows = 50, .node_damping = 10}));
+}
+
+SpringTissue pressed(const SpringNetwork& network, const SpringSettings& settings, int node) {
+    SpringTissue tissue = std::move(SpringTissue::create(network, settings)).value();
+    const int nodes[] = {node};
+    const Vec3d forces[] = {kForce};
+    if (!tissue.load(nodes, forces).ok()) std::abort();
+    return tissue;
+}
+
+void compare_steps(benchmark::State& state, const SpringNetwork& network,
+                   const SpringSettings& settings, int node, const TaskArena& arena) {
+    SpringTissue tissue = pressed(network, settings, node);
+    NaivePort naive(network, tissue.time_step());
+    naive.load(node, kForce);
+    naive.search(node, settings.depth);
+    const auto first = tissue.step(1, arena);
+    naive.step();
+    const double nodes = first.ok() ? first->active_nodes : 0;
+    const auto turns = run_interleaved(
+        state, "naive port", [] {},
+        [&] {
+            if (!tissue.step(kStepsPerTurn, arena).ok()) state.SkipWithError("unstable");
+        },
+        [&] {
+            for (int n = 0; n < kStepsPerTurn; ++n) naive.step();
+        });
+    turns.count(nodes * kStepsPerTurn);
+    state.counters["nodes"] = nodes;
+    state.counters["us/step"] = state.counters["ns/item"].value * nodes * 1e-3;
+    state.counters["reference_us/step"] = state.counters["reference_ns/item"].value * nodes * 1e-3;
+}
+
+/// Arguments: layers, what a node sees (SeenPositions).
+void springs_update(benchmark::State& state) {
+    const TaskArena arena(1);
+    compare_steps(state, paper_sheet(),
+                  {.seen = SeenPositions(state.range(1)), .depth = int(state.range(0))}, kMiddle,
+                  arena);
+}
+BENCHMARK(springs_update)
+    ->ArgNames({"layers", "seen"})
+    ->ArgsProduct({{1, 2, 3, 4, 5, 10, 15, 20}, {0, 1, 2}})
+    ->Iterations(501)
+    ->UseManualTime()
+    ->Unit(benchmark::kMicrosecond);
+
+/// The breadth-first search alone.
+void springs_search(benchmark::State& state) {
+    const SpringNetwork network = paper_sheet();
+    NaivePort naive(network, 0.1);
+    const int sources[] = {kMiddle};
+    std::size_t nodes = 0;
+    const auto turns = run_interleaved(
+        state, "naive port", [] {},
+        [&] {
+            const auto order = transmittal_order(network, sources, int(state.range(0)));
+            nodes = order.ok() ? order->nodes.size() : 0;
+        },
+        [&] { naive.search(kMiddle, int(state.range(0))); });
+    turns.count(double(nodes));
+    state.counters["us"] = state.counters["ns/item"].value * double(nodes) * 1e-3;
+}
+BENCHMARK(springs_search)
+    ->ArgName("layers")
+    ->Arg(1)
+    ->Arg(5)
+    ->Arg(10)
+    ->Arg(20)
+    ->Iterations(501)
+    ->UseManualTime()
+    ->Unit(benchmark::kMicrosecond);
+
+/// A contact that was never there before: search, numbering and one step.
+void springs_new_contact(benchmark::State& state) {
+    const TaskArena arena(1);
+    const SpringNetwork network = paper_sheet();
+    const int depth = int(state.range(0));
+    SpringTissue tissue = pressed(network, {.depth = depth}, kMiddle);
+    NaivePort naive(network, tissue.time_step());
+    int turn = 0, nodes = 0;
+    const auto node = [&] { return kMiddle + turn % 7 - 3 + 50 * (turn / 7 % 7 - 3); };
+    const auto turns = run_interleaved(
+        state, "naive port", [&] { ++turn; },
+        [&] {
+            const int at[] = {node()};
+            const Vec3d forces[] = {kForce};
+            (void)tissue.load(at, forces).ok();
+            const auto report = tissue.step(1, arena);
+            nodes = report.ok() ? report->active_nodes : 0;
+        },
+        [&] {
+            naive.search(node(), depth);
+            naive.step();
+        });
+    turns.count(double(nodes));
+    state.counters["us"] = state.counters["ns/item"].value * nodes * 1e-3;
+}
+BENCHMARK(springs_new_contact)
+    ->ArgName("layers")
+    ->Arg(5)
+    ->Arg(10)
+    ->Arg(20)
+    ->Iterations(501)
+    ->UseManualTime()
+    ->Unit(benchmark::kMicrosecond);
+
+SpringNetwork cube(int side) {
+    return *SpringNetwork::create(
+        *springs_of_lattice({.size = {side, side, side}, .node_damping = 20}));
+}
+
+/// A whole cube with edges and face diagonals. Arguments: nodes along an edge, threads.
+void springs_lattice(benchmark::State& state) {
+    const TaskArena arena(int(state.range(1)));
+    const int side = int(state.range(0));
+    compare_steps(state, cube(side), {.depth = 3 * side}, side * side * side / 2, arena);
+}
+BENCHMARK(springs_lattice)
+    ->ArgNames({"side", "threads"})
+    ->Args({10, 1})
+    ->Args({22, 1})
+    ->Args({46, 1})
+    ->Args({46, 2})
+    ->Args({100, 1})
+    ->Args({100, 2})
+    ->Iterations(11)
+    ->UseManualTime()
+    ->Unit(benchmark::kMillisecond);
+
+/// The deepest region under the surface of a cube of 80³ nodes whose step takes no longer than a
+/// millisecond: its layers and nodes are counters.
+void springs_1khz(benchmark::State& state) {
+    const TaskArena arena(int(state.range(0)));
+    const int side = 80;
+    const SpringNetwork network = cube(side);
+    int best = 0, best_nodes = 0;
+    for (auto _ : state) {
+        SpringTissue tissue = pressed(network, {}, side / 2 + side * (side / 2));
+        double last = 0;
+        for (int depth = 1; depth < side; ++depth) {
+            (void)tissue.set_depth(depth).ok();
+            std::vector<double> seconds;
+            int nodes = 0;
+            for (int n = 0; n < 15; ++n)
+                seconds.push_back(seconds_of([&] {
+                    const auto report = tissue.step(1, arena);
+                    nodes = report.ok() ? report->active_nodes : 0;
+                }));
+            last = median(seconds);
+            if (last > 1e-3) break;
+            best = depth;
+            best_nodes = nodes;
+        }
+        state.SetIterationTime(last);
+    }
+    state.counters["layers"] = best;
+    state.counters["items"] = best_nodes;
+}
+BENCHMARK(springs_1khz)
+    ->ArgName("threads")
+    ->Arg(1)
+    ->Arg(2)
+    ->Iterations(1)
+    ->UseManualTime()
+    ->Unit(benchmark::kMillisecond);
+
+}  // namespace
+}  // namespace pliant::bench

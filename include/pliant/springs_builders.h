@@ -1,0 +1,99 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// Networks from lattices, meshes and scans.
+//
+//   auto parts = springs_of_lattice({.size = {10, 10, 10}, .stiffness = {2575, 2575, 2575}});
+//   for (int n = 0; n < 100; ++n) parts->nodes[n].fixed = true;   // the bottom layer
+//   auto network = SpringNetwork::create(std::move(*parts));
+//
+// For an isotropic material of Lamé's constants λ and µ, a cubic lattice of spacing a with edges
+// and face diagonals of stiffness k has C₁₂ = C₄₄ = k/a: so k = µa, and the volume energy adds what
+// is left of λ, bulk = λ − µ (closed_form).
+
+#pragma once
+
+#include <pliant/springs_network.h>
+#include <pliant/volume.h>
+
+#include <functional>
+
+namespace pliant {
+
+enum class LatticeLinks {
+    Edges,             ///< 6 neighbours: no resistance to shear
+    EdgesAndFaces,     ///< 18: and the diagonals of faces
+    EdgesFacesAndBody  ///< 26: and the diagonals of the body
+};
+
+/// Stiffness and bulk modulus for a cubic lattice with edges and face diagonals.
+struct SpringMaterial {
+    double stiffness, bulk;
+};
+/// k = µa and λ − µ. Below a Poisson's ratio of 1/4 the bulk is negative, which a network refuses.
+SpringMaterial closed_form(double young_modulus, double poisson_ratio, double spacing);
+
+struct SpringLattice {
+    Vec3i size{2, 2, 2};  ///< nodes along x, y, z; i fastest
+    Vec3d spacing{1, 1, 1};
+    LatticeLinks links = LatticeLinks::EdgesAndFaces;
+    Vec3d stiffness{1, 1, 1};  ///< of links along x, y, z; one along n has Σ n_a² stiffness_a
+    double link_damping = 0, node_damping = 0;
+    double node_mass = 1;
+    double density = 0;  ///< above 0: masses follow from the cells around a node instead
+    double bulk = 0;     ///< of each cell
+    /// Each cell has its own springs: a link that lies in c of the cells that it could lie in has
+    /// that share of its stiffness. Then a free surface is as soft as the inside.
+    bool shared_by_cells = false;
+};
+Result<SpringParts> springs_of_lattice(const SpringLattice& lattice);
+
+/// Equilateral triangles, six neighbours inside [Choi2004, Fig. 3]: every second row is moved by
+/// half a spacing. In the plane z = 0.
+struct SpringSheet {
+    std::int32_t columns = 2, rows = 2;
+    double spacing = 1, stiffness = 1, link_damping = 0, node_damping = 0, node_mass = 1;
+};
+Result<SpringParts> springs_of_sheet(const SpringSheet& sheet);
+
+/// What all nodes and links of a mesh have.
+struct SpringMesh {
+    double stiffness = 1, link_damping = 0, node_damping = 0, node_mass = 1, density = 0;
+    double bulk = 0;  ///< of each cell
+};
+/// A link for each edge, once. A surface has no density: it takes node_mass.
+Result<SpringParts> springs_of_triangles(std::span<const Vec3d> nodes,
+                                         std::span<const std::array<std::int32_t, 3>> triangles,
+                                         const SpringMesh& mesh);
+/// A link for each edge, once.
+Result<SpringParts> springs_of_tetrahedra(std::span<const Vec3d> nodes,
+                                          std::span<const std::array<std::int32_t, 4>> tetrahedra,
+                                          const SpringMesh& mesh);
+/// The same; stiffness is multiplied by (√2/5)·length and summed over an edge's tetrahedra, so that
+/// mesh.stiffness is a shear modulus. Exact for regular tetrahedra at Poisson's ratio 1/4
+/// [Lloyd2007], where it is (2√2/25)·E·length.
+Result<SpringParts> springs_of_elastic_tetrahedra(
+    std::span<const Vec3d> nodes, std::span<const std::array<std::int32_t, 4>> tetrahedra,
+    const SpringMesh& mesh);
+/// Edges and face diagonals of each hexahedron, once.
+Result<SpringParts> springs_of_hexahedra(std::span<const Vec3d> nodes,
+                                         std::span<const std::array<std::int32_t, 8>> hexahedra,
+                                         const SpringMesh& mesh);
+
+/// A control lattice over a part of a scan [Choi2004, 4.2.2]: nodes in world places [mm, LPS],
+/// their properties from the mean voxel value around them. Units: mm, g, s.
+struct SpringScan {
+    Box3i region{};          ///< voxels; empty: the whole scan
+    Vec3i size{10, 10, 10};  ///< nodes along i, j, k; the outermost lie on the region's border
+    LatticeLinks links = LatticeLinks::EdgesAndFaces;
+    double fixed_above_hu = 300;  ///< nodes with a larger value don't move
+    bool fixed_border = true;     ///< nor do the outermost
+    /// Young's modulus at a value; empty: 15 kPa, and 1/100 of it in air, below −500 HU. A link
+    /// takes 0.4·E·a of the mean of its ends, a the edge of a cube of a cell's volume.
+    std::function<double(double hu)> young_modulus_pa{};
+    double node_damping = 0;       ///< g/s
+    double density_g_mm3 = 0.001;  ///< of all nodes, air too: it sets the time step
+};
+Result<SpringParts> springs_of_scan(const Volume& volume, const SpringScan& scan);
+
+}  // namespace pliant

@@ -1,0 +1,94 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// The control lattice over a scan: built along the grid's own axes, then put into the world.
+
+#include <pliant/springs_builders.h>
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+namespace pliant {
+namespace {
+
+constexpr double kTissueYoung_pa = 15e3, kAirYoung_pa = 150, kAirBelow_hu = -500;
+
+Error bad(const std::string& text) {
+    return {ErrorCode::InvalidArgument, "control lattice " + text};
+}
+
+/// Mean of the voxels that are nearer to a node than to the others of its row.
+double mean_value(const Volume& volume, Vec3d centre, Vec3d spacing, const Box3i& region) {
+    Vec3i low, high;
+    for (int a = 0; a < 3; ++a) {
+        low[a] = std::clamp(int(std::ceil(centre[a] - spacing[a] / 2)), region.begin[a],
+                            region.end[a] - 1);
+        high[a] =
+            std::clamp(int(std::floor(centre[a] + spacing[a] / 2)), low[a], region.end[a] - 1);
+    }
+    double sum = 0;
+    for (int k = low.z; k <= high.z; ++k)
+        for (int j = low.y; j <= high.y; ++j)
+            for (int i = low.x; i <= high.x; ++i) sum += double(volume.at({i, j, k}));
+    const Vec3i n = high - low + Vec3i{1, 1, 1};
+    return sum / (double(n.x) * n.y * n.z);
+}
+
+}  // namespace
+
+Result<SpringParts> springs_of_scan(const Volume& volume, const SpringScan& scan) {
+    const Box3i whole = voxel_box(volume.grid);
+    const Box3i region = scan.region == Box3i{} ? whole : scan.region;
+    if (is_empty(region) || !contains(whole, region.begin) ||
+        !contains(whole, region.end - Vec3i{1, 1, 1}))
+        return bad("region: expected a box of voxels inside of the scan");
+    const Vec3i voxels = region.end - region.begin;
+    Vec3d step;  // voxels between nodes
+    for (int a = 0; a < 3; ++a) {
+        if (scan.size[a] < 2 || scan.size[a] > voxels[a])
+            return bad("size: expected 2 to " + std::to_string(voxels[a]) + " nodes along axis " +
+                       std::to_string(a) + ", found " + std::to_string(scan.size[a]));
+        step[a] = double(voxels[a] - 1) / (scan.size[a] - 1);
+    }
+    const Vec3d h = volume.grid.spacing_mm;
+    const Vec3d spacing{h.x * step.x, h.y * step.y, h.z * step.z};
+    auto parts = springs_of_lattice({.size = scan.size,
+                                     .spacing = spacing,
+                                     .links = scan.links,
+                                     .node_damping = scan.node_damping,
+                                     .density = scan.density_g_mm3});
+    if (!parts.ok()) return parts.error();
+    const double edge = std::cbrt(spacing.x * spacing.y * spacing.z);
+    const Grid nodes{.size = scan.size};
+    std::vector<double> stiffness(parts->nodes.size());
+    for (int k = 0; k < scan.size.z; ++k)
+        for (int j = 0; j < scan.size.y; ++j)
+            for (int i = 0; i < scan.size.x; ++i) {
+                const Vec3d ijk{region.begin.x + step.x * i, region.begin.y + step.y * j,
+                                region.begin.z + step.z * k};
+                const std::size_t n = voxel_index(nodes, {i, j, k});
+                const double hu = mean_value(volume, ijk, step, region);
+                const bool at_border = i == 0 || j == 0 || k == 0 || i == scan.size.x - 1 ||
+                                       j == scan.size.y - 1 || k == scan.size.z - 1;
+                SpringNode& node = parts->nodes[n];
+                node.rest = world_from_voxel(volume.grid, ijk);
+                node.fixed = hu > scan.fixed_above_hu || (scan.fixed_border && at_border);
+                const double young = scan.young_modulus_pa ? scan.young_modulus_pa(hu)
+                                     : hu < kAirBelow_hu   ? kAirYoung_pa
+                                                           : kTissueYoung_pa;
+                if (!(std::isfinite(young) && young > 0))
+                    return bad("young_modulus_pa: expected numbers above 0, found " +
+                               std::to_string(young) + " at " + std::to_string(hu) + " HU");
+                stiffness[n] = 0.4 * young * edge;
+            }
+    for (SpringLink& link : parts->links)
+        link.stiffness = (stiffness[std::size_t(link.a)] + stiffness[std::size_t(link.b)]) / 2;
+    // A left-handed grid turns cells inside out: their bottoms and tops change places.
+    if (determinant(volume.grid.direction) < 0)
+        for (SpringCell& cell : parts->cells)
+            std::rotate(cell.nodes.begin(), cell.nodes.begin() + 4, cell.nodes.end());
+    return parts;
+}
+
+}  // namespace pliant

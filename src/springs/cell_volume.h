@@ -1,0 +1,55 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// The volume of a cell and its gradient. A hexahedron's faces are bilinear: the volume under one is
+// the mean of its two triangulations, so with corners a, b, c, d around a face
+//
+//   V = Σ_faces ( [a,b,c] + [a,c,d] + [a,b,d] + [b,c,d] ) / 12,    ∂V/∂a = Σ (b×c + c×d + b×d) / 12
+//
+// exactly. V is of degree three in the corners, so V = Σ a·∂V/∂a / 3.
+
+#pragma once
+
+#include <pliant/springs_network.h>
+
+namespace pliant {
+
+/// The faces that meet at a corner, each as its next, opposite and last corner, seen so that the
+/// normal points outwards.
+inline constexpr int kFacesAt[8][3][3] = {
+    {{3, 2, 1}, {1, 5, 4}, {4, 7, 3}}, {{0, 3, 2}, {2, 6, 5}, {5, 4, 0}},
+    {{1, 0, 3}, {3, 7, 6}, {6, 5, 1}}, {{2, 1, 0}, {0, 4, 7}, {7, 6, 2}},
+    {{5, 6, 7}, {0, 1, 5}, {7, 3, 0}}, {{6, 7, 4}, {1, 2, 6}, {4, 0, 1}},
+    {{7, 4, 5}, {2, 3, 7}, {5, 1, 2}}, {{4, 5, 6}, {3, 0, 4}, {6, 2, 3}}};
+/// The opposite face of a tetrahedron's corner, its normal pointing to the corner.
+inline constexpr int kFaceOpposite[4][3] = {{1, 3, 2}, {0, 2, 3}, {0, 3, 1}, {0, 1, 2}};
+
+/// ∂V/∂corner. @param place  of a node: Vec3d(std::int32_t)
+template <class Place>
+Vec3d volume_gradient(const SpringCell& cell, int corner, Place&& place) {
+    const auto at = [&](int n) { return place(cell.nodes[std::size_t(n)]); };
+    const Vec3d here = at(corner);
+    if (cell.node_count == 4) {
+        const auto& face = kFaceOpposite[corner];
+        const Vec3d a = at(face[0]);
+        return (1.0 / 6) * cross(at(face[1]) - a, at(face[2]) - a);
+    }
+    Vec3d sum{0, 0, 0};
+    for (const auto& face : kFacesAt[corner]) {
+        // From the corner: the sum over its faces doesn't depend on the origin.
+        const Vec3d b = at(face[0]) - here, c = at(face[1]) - here, d = at(face[2]) - here;
+        sum = sum + cross(b, c) + cross(c, d) + cross(b, d);
+    }
+    return (1.0 / 12) * sum;
+}
+
+template <class Place>
+double cell_volume(const SpringCell& cell, Place&& place) {
+    const Vec3d origin = place(cell.nodes[0]);
+    double volume = 0;
+    for (int n = 1; n < cell.node_count; ++n)
+        volume += dot(place(cell.nodes[std::size_t(n)]) - origin, volume_gradient(cell, n, place));
+    return volume / 3;
+}
+
+}  // namespace pliant

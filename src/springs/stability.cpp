@@ -1,0 +1,109 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// Bounds of the eigenvalues of M⁻¹K. For a link along n,
+//
+//   k (n·(u_i − u_j))² ≤ 2k (n·u_i)² + 2k (n·u_j)²,
+//
+// so K ≤ 2 diag(D_i) with D_i = Σ k n nᵀ, and likewise for a cell (Σ g_a·u_a)² ≤ corners·Σ
+// (g_a·u_a)². Blocks of 3×3 are all that is left.
+
+#include "springs/stability.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "springs/cell_volume.h"
+
+namespace pliant {
+namespace {
+
+constexpr double kNone = std::numeric_limits<double>::infinity();
+
+/// 2 D_i, of stiffness and of damping.
+struct Bounds {
+    Mat3d stiffness{}, damping{};
+};
+
+Bounds bounds_of(const SpringNetwork& network, std::int32_t i, std::span<const Vec3d> places) {
+    const auto rest = [&](std::int32_t n) { return network.nodes()[std::size_t(n)].rest; };
+    const auto place = [&](std::int32_t n) {
+        return places.empty() ? rest(n) : places[std::size_t(n)];
+    };
+    Bounds bounds;
+    for (const auto& neighbour : network.neighbours(i)) {
+        const SpringLink& link = network.links()[std::size_t(neighbour.link)];
+        const Vec3d r = place(i) - place(neighbour.node);
+        const double length = norm(r);
+        // Across itself a link is stiff only where it is drawn out; one without length may point
+        // anywhere.
+        const double across = length > 0
+                                  ? link.stiffness * std::max(0.0, 1 - link.rest_length / length)
+                                  : link.stiffness;
+        for (int a = 0; a < 3; ++a) bounds.stiffness.columns[a][a] += 2 * across;
+        if (!(length > 0)) continue;
+        add_outer(bounds.stiffness, (1 / length) * r, 2 * (link.stiffness - across));
+        add_outer(bounds.damping, (1 / length) * r, 2 * link.damping);
+    }
+    for (const std::int32_t c : network.cells_of(i)) {
+        const SpringCell& cell = network.cells()[std::size_t(c)];
+        if (network.is_cell_cut(std::size_t(c)) || cell.bulk == 0) continue;
+        const int corner =
+            int(std::find(cell.nodes.begin(), cell.nodes.end(), i) - cell.nodes.begin());
+        add_outer(bounds.stiffness, volume_gradient(cell, corner, place),
+                  cell.node_count * cell.bulk / cell_volume(cell, rest));
+    }
+    return bounds;
+}
+
+}  // namespace
+
+double largest_eigenvalue(const Mat3d& m) {
+    // [Smith1961]
+    const auto& c = m.columns;
+    const double mean = (c[0].x + c[1].y + c[2].z) / 3;
+    const double off = c[0].y * c[0].y + c[0].z * c[0].z + c[1].z * c[1].z;
+    const Vec3d d{c[0].x - mean, c[1].y - mean, c[2].z - mean};
+    const double p = std::sqrt((dot(d, d) + 2 * off) / 6);
+    if (p == 0) return mean;
+    Mat3d b = m;
+    for (int a = 0; a < 3; ++a) b.columns[a][a] -= mean;
+    for (Vec3d& column : b.columns) column = (1 / p) * column;
+    const double r = std::clamp(determinant(b) / 2, -1.0, 1.0);
+    return mean + 2 * p * std::cos(std::acos(r) / 3);
+}
+
+double stable_time_step(const SpringNetwork& network, std::span<const Vec3d> places) {
+    double shortest = kNone;
+    for (std::int32_t i = 0; i < network.node_count(); ++i) {
+        const SpringNode& node = network.nodes()[std::size_t(i)];
+        if (node.fixed) continue;
+        const Bounds bounds = bounds_of(network, i, places);
+        const double lambda = largest_eigenvalue(bounds.stiffness) / node.mass;
+        const double gamma = largest_eigenvalue(bounds.damping) / node.mass;
+        // h²λ + 2hγ = 4, in the form that doesn't cancel.
+        shortest = std::min(shortest, 4 / (gamma + std::sqrt(gamma * gamma + 4 * lambda)));
+    }
+    return shortest;
+}
+
+double SpringNetwork::stable_time_step() const {
+    return pliant::stable_time_step(*this, std::span<const Vec3d>{});
+}
+
+double stable_time_step(const SpringNetwork& network, SeenPositions seen) {
+    double step = network.stable_time_step();
+    if (seen == SeenPositions::Old) return step;
+    // With K = D + L + Lᵀ and new places behind L, amplitudes don't grow where
+    // h·xᵀ(K − L)x ≤ xᵀCx; and K − L ≤ 2D, whichever part of the neighbours L holds.
+    for (std::int32_t i = 0; i < network.node_count(); ++i) {
+        const SpringNode& node = network.nodes()[std::size_t(i)];
+        if (node.fixed) continue;
+        const double largest = largest_eigenvalue(bounds_of(network, i, {}).stiffness);
+        if (largest > 0) step = std::min(step, node.damping / largest);
+    }
+    return step;
+}
+
+}  // namespace pliant

@@ -1,0 +1,280 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "springs/sweep_plan.h"
+
+#include <algorithm>
+#include <bit>
+#include <cstring>
+
+#include "core/hash.h"
+#include "springs/cell_volume.h"
+
+namespace pliant {
+namespace {
+
+/// A row of nodes with consecutive numbers that is worth packs of its own.
+constexpr std::size_t kLongRun = 8;
+/// Fewer links of one offset than these are cheaper in a list.
+constexpr int kFewestInRow = 3;
+
+std::size_t run_length(std::span<const std::int32_t> nodes, std::size_t begin) {
+    std::size_t end = begin + 1;
+    while (end < nodes.size() && nodes[end] == nodes[end - 1] + 1) ++end;
+    return end - begin;
+}
+
+}  // namespace
+
+/// By number where that gives long rows, else from neighbour to neighbour: a ring of the sheet is
+/// then gone around, and its neighbours in the next ring are consecutive too.
+void SweepPlanner::order_group(const SpringNetwork& network) {
+    m_walk.assign(m_group.begin(), m_group.end());
+    std::sort(m_group.begin(), m_group.end());
+    std::size_t runs = 0;
+    for (std::size_t n = 0; n < m_group.size(); n += run_length(m_group, n)) ++runs;
+    if (m_group.size() >= 4 * runs) return;
+    constexpr std::int32_t kWaiting = -2;
+    for (const std::int32_t node : m_group) m_local_of[std::size_t(node)] = kWaiting;
+    m_group.clear();
+    for (const std::int32_t start : m_walk) {
+        std::int32_t node = start;
+        while (node >= 0 && m_local_of[std::size_t(node)] == kWaiting) {
+            m_local_of[std::size_t(node)] = -1;
+            m_group.push_back(node);
+            const auto neighbours = network.neighbours(node);
+            const auto next =
+                std::find_if(neighbours.begin(), neighbours.end(), [&](const auto& neighbour) {
+                    return m_local_of[std::size_t(neighbour.node)] == kWaiting;
+                });
+            node = next == neighbours.end() ? -1 : next->node;
+        }
+    }
+}
+
+void SweepPlanner::add_group(const SpringNetwork& network, bool keep_order, SweepPlan& plan) {
+    if (!keep_order) order_group(network);
+    const auto begin = std::int32_t(plan.nodes.size()) / kPack - 1;
+    const auto fill_pack = [&] {
+        while (plan.nodes.size() % kPack) plan.nodes.push_back(-1);
+    };
+    std::size_t last_run = 0;
+    for (std::size_t n = 0; n < m_group.size();) {
+        const std::size_t run = run_length(m_group, n);
+        if (!keep_order && last_run >= kLongRun && run >= kLongRun) fill_pack();
+        plan.nodes.insert(plan.nodes.end(), m_group.begin() + std::ptrdiff_t(n),
+                          m_group.begin() + std::ptrdiff_t(n + run));
+        n += run;
+        last_run = run;
+    }
+    fill_pack();
+    plan.active_nodes += std::int32_t(m_group.size());
+    plan.groups.push_back({begin, std::int32_t(plan.nodes.size()) / kPack - 1});
+}
+
+void SweepPlanner::plan(const SpringNetwork& network, const TransmittalOrder& layers, bool as_one,
+                        double time_step, SweepPlan& plan) {
+    plan = {};
+    plan.nodes.assign(kPack, -1);
+    m_local_of.assign(std::size_t(network.node_count()), -1);
+    if (as_one) {
+        m_group = layers.nodes;
+        add_group(network, false, plan);
+    } else {
+        for (std::size_t l = 0; l + 1 < layers.layers.size(); ++l) {
+            m_group.assign(layers.nodes.begin() + layers.layers[l],
+                           layers.nodes.begin() + layers.layers[l + 1]);
+            add_group(network, false, plan);
+        }
+    }
+    finish(network, time_step, plan);
+}
+
+void SweepPlanner::plan_in_order(const SpringNetwork& network, const TransmittalOrder& layers,
+                                 double time_step, SweepPlan& plan) {
+    plan = {};
+    plan.nodes.assign(kPack, -1);
+    m_local_of.assign(std::size_t(network.node_count()), -1);
+    m_group = layers.nodes;
+    add_group(network, true, plan);
+    finish(network, time_step, plan);
+}
+
+void SweepPlanner::finish(const SpringNetwork& network, double time_step, SweepPlan& plan) {
+    plan.active_end = std::int32_t(plan.nodes.size());
+    number(network, plan);
+    plan.damped = std::any_of(network.links().begin(), network.links().end(),
+                              [](const SpringLink& link) { return link.damping > 0; });
+    make_slots(network, time_step, plan);
+    if (network.has_volume_energy()) add_cells(network, plan);
+}
+
+/// Local numbers, also of the nodes that only look on: by their number, which makes rows too.
+void SweepPlanner::number(const SpringNetwork& network, SweepPlan& plan) {
+    for (std::size_t l = 0; l < plan.nodes.size(); ++l)
+        if (plan.nodes[l] >= 0) m_local_of[std::size_t(plan.nodes[l])] = std::int32_t(l);
+    m_frozen.clear();
+    const auto look_at = [&](std::int32_t node) {
+        std::int32_t& local = m_local_of[std::size_t(node)];
+        if (local != -1) return;
+        local = 0;
+        m_frozen.push_back(node);
+    };
+    for (std::int32_t l = kPack; l < plan.active_end; ++l) {
+        if (plan.nodes[std::size_t(l)] < 0) continue;
+        const std::int32_t node = plan.nodes[std::size_t(l)];
+        for (const auto& neighbour : network.neighbours(node)) look_at(neighbour.node);
+        if (!network.has_volume_energy()) continue;
+        for (const std::int32_t c : network.cells_of(node)) {
+            const SpringCell& cell = network.cells()[std::size_t(c)];
+            for (int n = 0; n < cell.node_count; ++n) look_at(cell.nodes[std::size_t(n)]);
+        }
+    }
+    std::sort(m_frozen.begin(), m_frozen.end());
+    for (const std::int32_t node : m_frozen) {
+        m_local_of[std::size_t(node)] = std::int32_t(plan.nodes.size());
+        plan.nodes.push_back(node);
+    }
+    plan.nodes.insert(plan.nodes.end(), kPack, -1);
+    while (plan.nodes.size() % kPack) plan.nodes.push_back(-1);
+}
+
+/// Sorts a pack's links by the offset to their other end; those of rare offsets go to m_left.
+void SweepPlanner::sort_links(const SpringNetwork& network, const SweepPlan& plan,
+                              std::int32_t pack) {
+    m_slots.clear();
+    for (auto& left : m_left) left.clear();
+    for (int lane = 0; lane < kPack; ++lane) {
+        const std::int32_t local = (pack + 1) * kPack + lane;
+        const std::int32_t node = plan.nodes[std::size_t(local)];
+        if (node < 0) continue;
+        std::size_t guess = 0;  // neighbours are sorted, so the next is mostly the next slot
+        for (const auto& neighbour : network.neighbours(node)) {
+            const std::int32_t offset = m_local_of[std::size_t(neighbour.node)] - local;
+            const std::uint32_t bit = 1u << lane;
+            const auto fits = [&](const Slot& slot) {
+                return slot.offset == offset && !(slot.lanes & bit);
+            };
+            if (guess >= m_slots.size() || !fits(m_slots[guess])) {
+                guess = 0;
+                while (guess < m_slots.size() && !fits(m_slots[guess])) ++guess;
+                if (guess == m_slots.size()) m_slots.push_back({offset, 0, {}});
+            }
+            m_slots[guess].lanes |= bit;
+            m_slots[guess].link[lane] = neighbour.link;
+            ++guess;
+        }
+    }
+    for (const Slot& slot : m_slots) {
+        if (std::popcount(slot.lanes) >= kFewestInRow) continue;
+        for (int lane = 0; lane < kPack; ++lane)
+            if (slot.lanes >> lane & 1)
+                m_left[lane].push_back({(pack + 1) * kPack + lane + slot.offset, slot.link[lane]});
+    }
+    std::erase_if(m_slots,
+                  [](const Slot& slot) { return std::popcount(slot.lanes) < kFewestInRow; });
+}
+
+std::uint32_t SweepPlanner::block_of(const SpringNetwork& network,
+                                     const std::int32_t (&links)[kPack], double time_step,
+                                     SweepPlan& plan) {
+    double block[3 * kPack] = {};
+    for (int lane = 0; lane < kPack; ++lane) {
+        if (links[lane] < 0) continue;
+        const SpringLink& link = network.links()[std::size_t(links[lane])];
+        block[lane] = link.stiffness;
+        block[kPack + lane] = link.stiffness * link.rest_length;
+        block[2 * kPack + lane] = link.damping / time_step;
+    }
+    const std::size_t size = plan.block_size();
+    const auto is_equal = [&](std::uint32_t b) {
+        return std::memcmp(plan.blocks.data() + b * size, block, size * sizeof(double)) == 0;
+    };
+    const std::size_t place = plan.slots.size() - plan.packs.back().begin;
+    if (m_last_block.size() <= place) m_last_block.resize(place + 1, 0);
+    if (!plan.blocks.empty() && is_equal(m_last_block[place])) return m_last_block[place];
+    Hash64 hash;
+    hash.add(std::span<const double>(block, size));
+    const auto fresh = std::uint32_t(plan.blocks.size() / size);
+    const auto [entry, is_new] = m_block_of.try_emplace(hash.value(), fresh);
+    if (is_new || !is_equal(entry->second)) {
+        plan.blocks.insert(plan.blocks.end(), block, block + size);
+        entry->second = fresh;
+    }
+    return m_last_block[place] = entry->second;
+}
+
+void SweepPlanner::make_slots(const SpringNetwork& network, double time_step, SweepPlan& plan) {
+    m_block_of.clear();
+    m_last_block.clear();
+    const std::int32_t pack_count = plan.active_end / kPack - 1;
+    for (std::int32_t pack = 0; pack < pack_count; ++pack) {
+        sort_links(network, plan, pack);
+        const auto begin = std::uint32_t(plan.slots.size());
+        plan.packs.push_back({begin, begin, begin});
+        std::int32_t links[kPack];
+        for (const Slot& slot : m_slots) {
+            for (int lane = 0; lane < kPack; ++lane)
+                links[lane] = slot.lanes >> lane & 1 ? slot.link[lane] : -1;
+            const std::uint32_t block = block_of(network, links, time_step, plan);
+            plan.slots.push_back({slot.offset, block});
+        }
+        plan.packs.back().rows_end = std::uint32_t(plan.slots.size());
+        std::size_t longest = 0;
+        for (const auto& left : m_left) longest = std::max(longest, left.size());
+        for (std::size_t n = 0; n < longest; ++n) {
+            const auto first = std::int32_t(plan.others.size());
+            for (int lane = 0; lane < kPack; ++lane) {
+                const bool has = n < m_left[lane].size();
+                links[lane] = has ? m_left[lane][n].second : -1;
+                plan.others.push_back(has ? m_left[lane][n].first : (pack + 1) * kPack + lane);
+            }
+            const std::uint32_t block = block_of(network, links, time_step, plan);
+            plan.slots.push_back({first, block});
+        }
+        plan.packs.back().end = std::uint32_t(plan.slots.size());
+    }
+}
+
+void SweepPlanner::add_cells(const SpringNetwork& network, SweepPlan& plan) {
+    m_cell_of.assign(network.cells().size(), -1);
+    plan.first_corner.assign(1, 0);
+    plan.first_group_cell.assign(1, 0);
+    const auto rest = [&](std::int32_t n) { return network.nodes()[std::size_t(n)].rest; };
+    const auto cell_at = [&](std::int32_t c) {
+        std::int32_t& number = m_cell_of[std::size_t(c)];
+        if (number >= 0) return number;
+        number = std::int32_t(plan.cells.size());
+        SweepCell cell{network.cells()[std::size_t(c)], 0};
+        cell.rest_volume = cell_volume(cell.cell, rest);
+        for (int n = 0; n < cell.cell.node_count; ++n)
+            cell.cell.nodes[std::size_t(n)] =
+                m_local_of[std::size_t(cell.cell.nodes[std::size_t(n)])];
+        plan.cells.push_back(cell);
+        return number;
+    };
+    std::vector<std::int32_t> last_group;  // [cell] that it was counted for
+    for (std::size_t g = 0; g < plan.groups.size(); ++g) {
+        for (std::int32_t l = (plan.groups[g].begin_pack + 1) * kPack;
+             l < (plan.groups[g].end_pack + 1) * kPack; ++l) {
+            const std::int32_t node = plan.nodes[std::size_t(l)];
+            if (node >= 0)
+                for (const std::int32_t c : network.cells_of(node)) {
+                    const SpringCell& cell = network.cells()[std::size_t(c)];
+                    if (network.is_cell_cut(std::size_t(c)) || cell.bulk == 0) continue;
+                    const auto end = cell.nodes.begin() + cell.node_count;
+                    const auto corner = std::find(cell.nodes.begin(), end, node);
+                    const std::int32_t number = cell_at(c);
+                    plan.corners.push_back({number, std::int32_t(corner - cell.nodes.begin())});
+                    last_group.resize(plan.cells.size(), -1);
+                    if (last_group[std::size_t(number)] == std::int32_t(g)) continue;
+                    last_group[std::size_t(number)] = std::int32_t(g);
+                    plan.group_cells.push_back(number);
+                }
+            plan.first_corner.push_back(std::int32_t(plan.corners.size()));
+        }
+        plan.first_group_cell.push_back(std::int32_t(plan.group_cells.size()));
+    }
+}
+
+}  // namespace pliant

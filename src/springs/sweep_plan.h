@@ -1,0 +1,108 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// What one contact's step is: the nodes that move, numbered anew so that the inner loop reads whole
+// rows instead of single nodes.
+//
+//   local number   0…7   8 … 15   16 … 23   …                        frozen …      8 more
+//                  pad   pack 0   pack 1    …  (each layer: whole packs)            pad
+//
+// A pack is eight nodes with consecutive numbers. Its links are sorted into slots of eight: where
+// the other ends have consecutive numbers too, as they mostly do in a lattice, the slot is an
+// offset and the kernel loads eight places at once; all other links share slots with a list of
+// eight numbers. Lanes without a link have stiffness 0. Equal slots of stiffness and length are
+// stored once, so a uniform lattice costs one byte a link, and what is read stays in the cache.
+
+#pragma once
+
+#include <pliant/springs.h>
+
+#include <unordered_map>
+#include <utility>
+
+#include "springs/aligned_array.h"
+
+namespace pliant {
+
+inline constexpr int kPack = 8;
+
+/// Part of a plan: layers in the order of the sweep, or everything as one.
+struct SweepGroup {
+    std::int32_t begin_pack, end_pack;
+};
+
+/// Eight links of a pack. 8 bytes.
+struct SweepSlot {
+    std::int32_t other;  ///< of rows: local number of the other end − own; else: first in `others`
+    std::uint32_t block;  ///< of SweepPlan::blocks, in blocks
+};
+
+struct PackSlots {
+    std::uint32_t begin, rows_end, end;  ///< rows, then lists
+};
+
+/// A cell with volume energy, all in local numbers.
+struct SweepCell {
+    SpringCell cell;
+    double rest_volume;
+};
+struct CellCorner {
+    std::int32_t cell, corner;
+};
+
+struct SweepPlan {
+    std::vector<std::int32_t> nodes;  ///< local → global; −1: padding
+    std::int32_t active_end = kPack;  ///< local numbers from here on are frozen
+    std::int32_t active_nodes = 0;
+    std::vector<SweepGroup> groups;
+    std::vector<PackSlots> packs;
+    std::vector<SweepSlot> slots;
+    std::vector<std::int32_t> others;
+    /// stiffness[8], stiffness·length[8], and with damping: damping/time step[8].
+    AlignedArray blocks;
+    bool damped = false;
+    /// Volume energy: cells that touch a group, and the corners that a node is.
+    std::vector<SweepCell> cells;
+    std::vector<std::int32_t> group_cells, first_group_cell;
+    std::vector<CellCorner> corners;
+    std::vector<std::int32_t> first_corner;  ///< [local − 8]
+
+    std::size_t block_size() const { return damped ? 3 * kPack : 2 * kPack; }
+    std::size_t local_count() const { return nodes.size(); }
+};
+
+/// Makes plans; keeps its memory.
+class SweepPlanner {
+  public:
+    /// @param layers  in the order of the sweep. @param as_one  one group of all, by number
+    void plan(const SpringNetwork& network, const TransmittalOrder& layers, bool as_one,
+              double time_step, SweepPlan& plan);
+    /// The same, but each layer keeps the order that it is given in.
+    void plan_in_order(const SpringNetwork& network, const TransmittalOrder& layers,
+                       double time_step, SweepPlan& plan);
+
+  private:
+    struct Slot {
+        std::int32_t offset;
+        std::uint32_t lanes;
+        std::int32_t link[kPack];
+    };
+    void add_group(const SpringNetwork& network, bool keep_order, SweepPlan& plan);
+    void order_group(const SpringNetwork& network);
+    void number(const SpringNetwork& network, SweepPlan& plan);
+    void make_slots(const SpringNetwork& network, double time_step, SweepPlan& plan);
+    void sort_links(const SpringNetwork& network, const SweepPlan& plan, std::int32_t pack);
+    std::uint32_t block_of(const SpringNetwork& network, const std::int32_t (&links)[kPack],
+                           double time_step, SweepPlan& plan);
+    void add_cells(const SpringNetwork& network, SweepPlan& plan);
+    void finish(const SpringNetwork& network, double time_step, SweepPlan& plan);
+
+    std::vector<std::int32_t> m_local_of;  ///< [global]; −1
+    std::vector<std::int32_t> m_group, m_walk, m_frozen, m_cell_of;
+    std::vector<Slot> m_slots;
+    std::vector<std::pair<std::int32_t, std::int32_t>> m_left[kPack];  ///< local, link
+    std::unordered_map<std::uint64_t, std::uint32_t> m_block_of;
+    std::vector<std::uint32_t> m_last_block;  ///< of the slot at this place in the last pack
+};
+
+}  // namespace pliant

@@ -1,0 +1,156 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "springs/tangent.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "springs/cell_volume.h"
+#include "springs/stability.h"
+
+namespace pliant {
+namespace {
+
+double product_of(std::span<const Vec3d> a, std::span<const Vec3d> b) {
+    double sum = 0;
+    for (std::size_t n = 0; n < a.size(); ++n) sum += dot(a[n], b[n]);
+    return sum;
+}
+
+}  // namespace
+
+void Tangent::renew(const SpringNetwork& network, const SpringState& state,
+                    std::span<const std::uint8_t> moves, TangentKind kind, double inertia,
+                    double drag, double links) {
+    const auto count = std::size_t(network.node_count());
+    const auto place = [&](std::int32_t n) { return state.place(n); };
+    const auto rest = [&](std::int32_t n) { return network.nodes()[std::size_t(n)].rest; };
+    m_links.resize(network.links().size());
+    m_precondition.assign(count, Mat3d{});
+    m_diagonal.resize(count);
+    m_moves.assign(moves.begin(), moves.end());
+    for (std::size_t n = 0; n < count; ++n) {
+        m_diagonal[n] = inertia * network.nodes()[n].mass + drag * network.nodes()[n].damping;
+        for (int c = 0; c < 3; ++c) m_precondition[n].columns[c][c] = m_diagonal[n];
+    }
+    for (std::size_t l = 0; l < m_links.size(); ++l) {
+        const SpringLink& link = network.links()[l];
+        const Vec3d r = place(link.a) - place(link.b);
+        const double length = norm(r);
+        m_links[l] = {};
+        if (network.is_cut(l) || !(length > 0)) continue;
+        Link& t = m_links[l];
+        t.n = (1 / length) * r;
+        const double across = link.stiffness * (1 - link.rest_length / length);
+        t.across = kind == TangentKind::Exact ? across : std::max(0.0, across);
+        t.along = link.stiffness - t.across;
+        t.damping = links * link.damping;
+        for (const std::int32_t end : {link.a, link.b}) {
+            Mat3d& block = m_precondition[std::size_t(end)];
+            const double kept = std::max(0.0, across);
+            add_outer(block, t.n, link.stiffness - kept + t.damping);
+            for (int c = 0; c < 3; ++c) block.columns[c][c] += kept;
+        }
+    }
+    m_cell.assign(network.has_volume_energy() ? network.cells().size() : 0, 0);
+    m_gradient.resize(8 * m_cell.size());
+    for (std::size_t c = 0; c < m_cell.size(); ++c) {
+        const SpringCell& cell = network.cells()[c];
+        if (cell.bulk == 0 || network.is_cell_cut(c)) continue;
+        m_cell[c] = cell.bulk / cell_volume(cell, rest);
+        for (int n = 0; n < cell.node_count; ++n) {
+            const Vec3d g = volume_gradient(cell, n, place);
+            m_gradient[8 * c + std::size_t(n)] = g;
+            add_outer(m_precondition[std::size_t(cell.nodes[std::size_t(n)])], g, m_cell[c]);
+        }
+    }
+    for (Mat3d& block : m_precondition) {
+        // A node that nothing holds in some direction keeps its place in it.
+        const double size = largest_eigenvalue(block);
+        for (int c = 0; c < 3; ++c) block.columns[c][c] += size > 0 ? 1e-12 * size : 1;
+        block = inverse(block);
+    }
+}
+
+Vec3d Tangent::product(const SpringNetwork& network, std::span<const Vec3d> v, std::int32_t node,
+                       bool whole) const {
+    const auto n = std::size_t(node);
+    Vec3d sum = (whole ? m_diagonal[n] : 0) * v[n];
+    for (const auto& neighbour : network.neighbours(node)) {
+        const Link& t = m_links[std::size_t(neighbour.link)];
+        const Vec3d d = v[n] - v[std::size_t(neighbour.node)];
+        sum = sum + ((t.along + (whole ? t.damping : 0)) * dot(t.n, d)) * t.n + t.across * d;
+    }
+    return sum;
+}
+
+void Tangent::multiply_cells(const SpringNetwork& network, std::span<const Vec3d> v,
+                             std::span<Vec3d> out) const {
+    for (std::size_t c = 0; c < m_cell.size(); ++c) {
+        if (m_cell[c] == 0) continue;
+        const SpringCell& cell = network.cells()[c];
+        double sum = 0;
+        for (int n = 0; n < cell.node_count; ++n)
+            sum +=
+                dot(m_gradient[8 * c + std::size_t(n)], v[std::size_t(cell.nodes[std::size_t(n)])]);
+        for (int n = 0; n < cell.node_count; ++n) {
+            Vec3d& to = out[std::size_t(cell.nodes[std::size_t(n)])];
+            to = to + (m_cell[c] * sum) * m_gradient[8 * c + std::size_t(n)];
+        }
+    }
+}
+
+void Tangent::multiply(const SpringNetwork& network, std::span<const Vec3d> v, bool whole,
+                       std::span<Vec3d> out) const {
+    for (std::int32_t n = 0; n < network.node_count(); ++n)
+        out[std::size_t(n)] = product(network, v, n, whole);
+    multiply_cells(network, v, out);
+}
+
+std::int32_t Tangent::solve(const SpringNetwork& network, std::span<const Vec3d> right,
+                            const SolveLimits& limits, std::vector<Vec3d>& v) {
+    const std::size_t count = right.size();
+    m_residual.resize(count);
+    m_direction.resize(count);
+    m_image.resize(count);
+    m_scaled.resize(count);
+    const auto precondition = [&] {
+        for (std::size_t n = 0; n < count; ++n) m_scaled[n] = m_precondition[n] * m_residual[n];
+    };
+    const auto multiply_unknowns = [&](std::span<const Vec3d> from) {
+        multiply(network, from, true, m_image);
+        for (std::size_t n = 0; n < count; ++n)
+            if (!m_moves[n]) m_image[n] = {0, 0, 0};
+    };
+    multiply_unknowns(v);
+    double scale = 0;
+    for (std::size_t n = 0; n < count; ++n) {
+        m_residual[n] = m_moves[n] ? right[n] - m_image[n] : Vec3d{0, 0, 0};
+        if (m_moves[n]) scale += dot(right[n], right[n]);
+    }
+    scale = std::max(scale, product_of(m_residual, m_residual));
+    const double enough = limits.tolerance * limits.tolerance * scale;
+    precondition();
+    m_direction = m_scaled;
+    double weight = product_of(m_residual, m_scaled);
+    for (std::int32_t turn = 0; turn < limits.iterations; ++turn) {
+        if (!(product_of(m_residual, m_residual) > enough)) return turn;
+        multiply_unknowns(m_direction);
+        const double curvature = product_of(m_direction, m_image);
+        if (!(curvature > 0)) return turn;  // nothing holds what is left
+        const double step = weight / curvature;
+        for (std::size_t n = 0; n < count; ++n) {
+            v[n] = v[n] + step * m_direction[n];
+            m_residual[n] = m_residual[n] - step * m_image[n];
+        }
+        precondition();
+        const double last = weight;
+        weight = product_of(m_residual, m_scaled);
+        for (std::size_t n = 0; n < count; ++n)
+            m_direction[n] = m_scaled[n] + (weight / last) * m_direction[n];
+    }
+    return limits.iterations + 1;
+}
+
+}  // namespace pliant

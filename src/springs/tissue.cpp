@@ -1,0 +1,227 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include <pliant/springs.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <string>
+
+#include "core/hash.h"
+#include "springs/stability.h"
+#include "springs/tissue_impl.h"
+
+namespace pliant {
+namespace {
+
+Error bad(const std::string& text) {
+    return {ErrorCode::InvalidArgument, text};
+}
+
+std::string text_of(double number) {
+    char text[32];
+    const auto end =
+        std::to_chars(text, text + sizeof(text), number, std::chars_format::general, 6);
+    return {text, end.ptr};
+}
+
+Status check(const SpringNetwork& network, const SpringSettings& s) {
+    if (const Status status = check_depth(s.depth); !status.ok()) return status.error();
+    if (!(std::isfinite(s.time_step) && s.time_step >= 0))
+        return bad("time_step: expected a time of 0 or more, found " + text_of(s.time_step));
+    if (!(s.solve_tolerance > 0 && s.solve_tolerance < 1))
+        return bad("solve_tolerance: expected a number between 0 and 1, found " +
+                   text_of(s.solve_tolerance));
+    if (s.solve_iterations < 1)
+        return bad("solve_iterations: expected 1 or more, found " +
+                   std::to_string(s.solve_iterations));
+    if (s.local_global_iterations < 1)
+        return bad("local_global_iterations: expected 1 or more, found " +
+                   std::to_string(s.local_global_iterations));
+    if (s.solver != SpringSolver::LocalGlobal) return Ok{};
+    if (network.has_volume_energy())
+        return bad("solver: LocalGlobal expects a network without volume energy");
+    for (const SpringLink& link : network.links())
+        if (link.damping > 0) return bad("solver: LocalGlobal expects links without damping");
+    return Ok{};
+}
+
+/// The time step to use, or what is wrong with the one that was asked for.
+Result<double> choose_time_step(const SpringNetwork& network, const SpringSettings& s) {
+    const bool transmits = s.solver == SpringSolver::ForceTransmittal;
+    const double longest = stable_time_step(network, transmits ? s.seen : SeenPositions::Old);
+    const bool any = !transmits && s.solver != SpringSolver::Explicit;
+    if (s.time_step == 0) {
+        if (!(longest > 0))
+            return bad("seen: new positions expect damped nodes; without, no time step is stable");
+        if (!std::isfinite(longest))
+            return bad("time_step: expected one, since the network has no stiffness to tell it by");
+        return 0.9 * longest;
+    }
+    if (!any && s.time_step > longest)
+        return bad("time_step: expected at most " + text_of(longest) +
+                   ", the longest that is sure to be stable, found " + text_of(s.time_step));
+    return s.time_step;
+}
+
+Status check_nodes(const SpringNetwork& network, std::span<const std::int32_t> nodes,
+                   const char* what) {
+    if (const Status status = check_sources(network, nodes, what); !status.ok())
+        return status.error();
+    std::vector<std::int32_t> sorted(nodes.begin(), nodes.end());
+    std::sort(sorted.begin(), sorted.end());
+    const auto twice = std::adjacent_find(sorted.begin(), sorted.end());
+    if (twice != sorted.end())
+        return bad(std::string(what) + ": expected each node once, found node " +
+                   std::to_string(*twice) + " again");
+    return Ok{};
+}
+
+void renew_touched(SpringState& state) {
+    std::fill(state.is_touched.begin(), state.is_touched.end(), std::uint8_t(0));
+    for (const std::int32_t n : state.loaded) state.is_touched[std::size_t(n)] = 1;
+    for (const std::int32_t n : state.held) state.is_touched[std::size_t(n)] = 1;
+}
+
+}  // namespace
+
+SpringTissue::SpringTissue(std::unique_ptr<Impl> impl) : m_impl(std::move(impl)) {}
+SpringTissue::~SpringTissue() = default;
+SpringTissue::SpringTissue(SpringTissue&&) noexcept = default;
+SpringTissue& SpringTissue::operator=(SpringTissue&&) noexcept = default;
+
+Result<SpringTissue> SpringTissue::create(SpringNetwork network, const SpringSettings& settings) {
+    if (const Status status = check(network, settings); !status.ok()) return status.error();
+    const auto time_step = choose_time_step(network, settings);
+    if (!time_step.ok()) return time_step.error();
+    auto impl = std::make_unique<Impl>(std::move(network), settings, *time_step);
+    set_to_rest(impl->network, impl->state);
+    return SpringTissue(std::move(impl));
+}
+
+const SpringNetwork& SpringTissue::network() const {
+    return m_impl->network;
+}
+double SpringTissue::time_step() const {
+    return m_impl->time_step;
+}
+
+Status SpringTissue::load(std::span<const std::int32_t> nodes, std::span<const Vec3d> forces) {
+    if (nodes.size() != forces.size())
+        return bad("load: expected a force for each of " + std::to_string(nodes.size()) +
+                   " nodes, found " + std::to_string(forces.size()));
+    if (const Status status = check_nodes(m_impl->network, nodes, "load"); !status.ok())
+        return status.error();
+    for (std::size_t n = 0; n < forces.size(); ++n)
+        if (!is_finite(forces[n]))
+            return bad("load: expected three numbers as the force on node " +
+                       std::to_string(nodes[n]));
+    SpringState& state = m_impl->state;
+    for (const std::int32_t n : state.loaded)
+        for (int c = 0; c < 3; ++c) state.load[c][std::size_t(n)] = 0;
+    state.loaded.assign(nodes.begin(), nodes.end());
+    for (std::size_t n = 0; n < nodes.size(); ++n)
+        for (int c = 0; c < 3; ++c) state.load[c][std::size_t(nodes[n])] = forces[n][c];
+    renew_touched(state);
+    return Ok{};
+}
+
+Status SpringTissue::hold(std::span<const std::int32_t> nodes) {
+    if (const Status status = check_nodes(m_impl->network, nodes, "hold"); !status.ok())
+        return status.error();
+    SpringState& state = m_impl->current();
+    for (const std::int32_t n : state.held) state.is_held[std::size_t(n)] = 0;
+    state.held.assign(nodes.begin(), nodes.end());
+    for (const std::int32_t n : state.held) {
+        state.is_held[std::size_t(n)] = 1;
+        state.put_before(n, state.place(n));
+    }
+    renew_touched(state);
+    return Ok{};
+}
+
+Status SpringTissue::move_held(std::span<const Vec3d> positions) {
+    SpringState& state = m_impl->current();
+    if (positions.size() != state.held.size())
+        return bad("move_held: expected a place for each of " + std::to_string(state.held.size()) +
+                   " held nodes, found " + std::to_string(positions.size()));
+    for (const Vec3d place : positions)
+        if (!is_finite(place)) return bad("move_held: expected places of three numbers");
+    for (std::size_t n = 0; n < positions.size(); ++n) {
+        state.put(state.held[n], positions[n]);
+        state.put_before(state.held[n], positions[n]);
+    }
+    return Ok{};
+}
+
+Status SpringTissue::shift_held(Vec3d shift) {
+    if (!is_finite(shift)) return bad("shift_held: expected three numbers");
+    SpringState& state = m_impl->current();
+    for (const std::int32_t n : state.held) {
+        state.put(n, state.place(n) + shift);
+        state.put_before(n, state.place(n));
+    }
+    return Ok{};
+}
+
+Status SpringTissue::set_depth(std::int32_t depth) {
+    if (const Status status = check_depth(depth); !status.ok()) return status.error();
+    m_impl->settings.depth = depth;
+    return Ok{};
+}
+
+Vec3d SpringTissue::position(std::int32_t node) const {
+    PLIANT_ASSERT(node >= 0 && node < m_impl->network.node_count());
+    return m_impl->current().place(node);
+}
+Vec3d SpringTissue::velocity(std::int32_t node) const {
+    PLIANT_ASSERT(node >= 0 && node < m_impl->network.node_count());
+    const SpringState& state = m_impl->current();
+    return (1 / m_impl->time_step) * (state.place(node) - state.place_before(node));
+}
+Vec3d SpringTissue::displacement(std::int32_t node) const {
+    return position(node) - m_impl->network.nodes()[std::size_t(node)].rest;
+}
+std::vector<Vec3d> SpringTissue::displacements() const {
+    std::vector<Vec3d> all(std::size_t(m_impl->network.node_count()));
+    for (std::size_t n = 0; n < all.size(); ++n) all[n] = displacement(std::int32_t(n));
+    return all;
+}
+
+Status SpringTissue::set_state(std::int32_t node, Vec3d position, Vec3d velocity) {
+    const std::int32_t nodes[] = {node};
+    if (const Status status = check_sources(m_impl->network, nodes, "set_state"); !status.ok())
+        return status.error();
+    if (!is_finite(position) || !is_finite(velocity))
+        return bad("set_state: expected three numbers each");
+    SpringState& state = m_impl->edited();
+    state.put(node, position);
+    state.put_before(node, position - m_impl->time_step * velocity);
+    return Ok{};
+}
+
+Result<SpringCut> SpringTissue::cut_links(std::span<const std::int32_t> links) {
+    auto cut = m_impl->network.cut_links(links);
+    if (cut.ok()) m_impl->forget_network();
+    return cut;
+}
+Result<SpringCut> SpringTissue::cut_cells(std::span<const std::int32_t> cells) {
+    auto cut = m_impl->network.cut_cells(cells);
+    if (cut.ok()) m_impl->forget_network();
+    return cut;
+}
+
+std::uint64_t SpringTissue::hash() const {
+    const SpringState& state = m_impl->current();
+    Hash64 hash;
+    for (const auto& axis : state.x) hash.add(std::span<const double>(axis));
+    return hash.value();
+}
+
+void SpringTissue::reset() {
+    SpringState& state = m_impl->edited();
+    set_to_rest(m_impl->network, state);
+}
+
+}  // namespace pliant

@@ -1,0 +1,61 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// What a SpringTissue holds.
+
+#pragma once
+
+#include <algorithm>
+
+#include "springs/local_global.h"
+#include "springs/state.h"
+#include "springs/tangent.h"
+#include "springs/transmittal.h"
+
+namespace pliant {
+
+struct SpringTissue::Impl {
+    Impl(SpringNetwork n, const SpringSettings& s, double step)
+        : network(std::move(n)), settings(s), time_step(step), transmittal(s, step) {
+        for (const SpringLink& link : network.links())
+            farthest = std::max(farthest, link.rest_length);
+    }
+
+    bool is_explicit() const {
+        return settings.solver == SpringSolver::ForceTransmittal ||
+               settings.solver == SpringSolver::Explicit;
+    }
+    /// The state, up to date.
+    SpringState& current() {
+        if (state_is_behind) transmittal.give_back(state);
+        state_is_behind = false;
+        return state;
+    }
+    /// The same, where nodes may be put elsewhere.
+    SpringState& edited() {
+        transmittal.leave(state);
+        state_is_behind = false;
+        return state;
+    }
+    Result<SpringStep> step_explicit(std::int32_t count, const TaskArena& arena);
+    Result<SpringStep> step_implicit(std::int32_t count);
+    Result<SpringStep> step_local_global(std::int32_t count);
+    void step_once_implicit(SpringStep& report);
+    /// The nodes that steps move.
+    void find_movable();
+    void forget_network();
+
+    SpringNetwork network;
+    SpringSettings settings;
+    double time_step;
+    double farthest = 0;  ///< longest rest length: no stable step moves a node by more
+    SpringState state;
+    bool state_is_behind = false;
+    Transmittal transmittal;
+    Tangent tangent;
+    LocalGlobal local_global;
+    std::vector<std::uint8_t> movable;
+    std::vector<Vec3d> right, velocity;  ///< of the implicit solver
+};
+
+}  // namespace pliant

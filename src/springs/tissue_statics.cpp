@@ -1,0 +1,152 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// Equilibria, reactions, energies.
+
+#include <algorithm>
+#include <cmath>
+
+#include "springs/cell_volume.h"
+#include "springs/tissue_impl.h"
+
+namespace pliant {
+namespace {
+
+constexpr int kNewtonSteps = 300, kHalvings = 40;
+constexpr std::int32_t kSolveIterations = 20000;
+constexpr double kRounding = 4e-16;
+
+}  // namespace
+
+double SpringTissue::elastic_energy() const {
+    const SpringNetwork& network = m_impl->network;
+    const SpringState& state = m_impl->current();
+    const auto place = [&](std::int32_t n) { return state.place(n); };
+    const auto rest = [&](std::int32_t n) { return network.nodes()[std::size_t(n)].rest; };
+    double energy = 0;
+    for (std::size_t l = 0; l < network.links().size(); ++l) {
+        const SpringLink& link = network.links()[l];
+        if (network.is_cut(l)) continue;
+        const double stretch = norm(place(link.a) - place(link.b)) - link.rest_length;
+        energy += 0.5 * link.stiffness * stretch * stretch;
+    }
+    for (std::size_t c = 0; c < network.cells().size(); ++c) {
+        const SpringCell& cell = network.cells()[c];
+        if (cell.bulk == 0 || network.is_cell_cut(c)) continue;
+        const double rest_volume = cell_volume(cell, rest);
+        const double swell = cell_volume(cell, place) - rest_volume;
+        energy += 0.5 * cell.bulk * swell * swell / rest_volume;
+    }
+    return energy;
+}
+
+double SpringTissue::kinetic_energy() const {
+    double energy = 0;
+    for (std::int32_t n = 0; n < m_impl->network.node_count(); ++n) {
+        const Vec3d v = velocity(n);
+        energy += 0.5 * m_impl->network.nodes()[std::size_t(n)].mass * dot(v, v);
+    }
+    return energy;
+}
+
+Vec3d SpringTissue::momentum() const {
+    Vec3d sum{0, 0, 0};
+    for (std::int32_t n = 0; n < m_impl->network.node_count(); ++n)
+        sum = sum + m_impl->network.nodes()[std::size_t(n)].mass * velocity(n);
+    return sum;
+}
+
+Status SpringTissue::find_equilibrium(double tolerance) {
+    if (!(tolerance > 0 && tolerance < 1))
+        return Error{ErrorCode::InvalidArgument,
+                     "find_equilibrium: expected a tolerance between 0 and 1"};
+    m_impl->edited();
+    m_impl->find_movable();
+    SpringState& state = m_impl->state;
+    const SpringNetwork& network = m_impl->network;
+    const auto count = std::size_t(network.node_count());
+    std::vector<Vec3d> force(count), move(count), start(count);
+    // What rounding leaves of forces that cancel.
+    double rounding = 0;
+    for (std::int32_t n = 0; n < network.node_count(); ++n) {
+        double sum = 0;
+        for (const auto& neighbour : network.neighbours(n)) {
+            const SpringLink& link = network.links()[std::size_t(neighbour.link)];
+            sum += link.stiffness * link.rest_length;
+        }
+        rounding = std::max(rounding, kRounding * sum);
+    }
+    const auto potential = [&] {
+        double work = 0;
+        for (const std::int32_t n : state.loaded) work += dot(state.load_of(n), state.place(n));
+        return elastic_energy() - work;
+    };
+    for (int turn = 0; turn < kNewtonSteps; ++turn) {
+        double left = 0, scale = 0;
+        for (std::size_t n = 0; n < count; ++n) {
+            const auto node = std::int32_t(n);
+            const Vec3d load = state.load_of(node);
+            const Vec3d inner = inner_force(network, state, node, 1, false);
+            scale = std::max({scale, norm(load), state.is_held[n] ? norm(inner) : 0.0});
+            force[n] = m_impl->movable[n] ? load + inner : Vec3d{0, 0, 0};
+            left = std::max(left, norm(force[n]));
+        }
+        if (left <= std::max(tolerance * scale, rounding)) {
+            for (int c = 0; c < 3; ++c) state.before[c] = state.x[c];
+            return Ok{};
+        }
+        std::fill(move.begin(), move.end(), Vec3d{0, 0, 0});
+        m_impl->tangent.renew(network, state, m_impl->movable, TangentKind::Exact, 0, 0, 0);
+        // Far away a rough direction does; near by the error falls with its square.
+        const double accuracy = std::clamp(left / scale, 1e-12, 1e-2);
+        m_impl->tangent.solve(network, force, {accuracy * 1e-2, kSolveIterations}, move);
+        for (std::size_t n = 0; n < count; ++n) start[n] = state.place(std::int32_t(n));
+        const double before = potential();
+        double slope = 0;
+        for (std::size_t n = 0; n < count; ++n) slope += dot(force[n], move[n]);
+        double part = 1;
+        for (int halving = 0; halving < kHalvings; ++halving, part /= 2) {
+            for (std::size_t n = 0; n < count; ++n)
+                if (m_impl->movable[n]) state.put(std::int32_t(n), start[n] + part * move[n]);
+            // Rounding hides the last steps' gain.
+            if (potential() <= before - 1e-4 * part * slope + 1e-13 * std::abs(before)) break;
+        }
+    }
+    return Error{
+        ErrorCode::LimitExceeded,
+        "find_equilibrium: not reached in " + std::to_string(kNewtonSteps) +
+            " steps of Newton's method; expected smaller loads, or nodes that hold the rest"};
+}
+
+Result<SpringReaction> SpringTissue::reaction(std::span<const std::int32_t> nodes,
+                                              ReactionLaw law) {
+    for (const std::int32_t n : nodes)
+        if (n < 0 || n >= m_impl->network.node_count())
+            return Error{ErrorCode::InvalidArgument,
+                         "reaction: expected nodes below " +
+                             std::to_string(m_impl->network.node_count()) + ", found " +
+                             std::to_string(n)};
+    const SpringNetwork& network = m_impl->network;
+    const SpringState& state = m_impl->current();
+    SpringReaction reaction;
+    for (const std::int32_t n : nodes)
+        reaction.force = reaction.force + inner_force(network, state, n, m_impl->time_step, false);
+    m_impl->find_movable();
+    for (const std::int32_t n : nodes) m_impl->movable[std::size_t(n)] = 0;
+    const auto kind = law == ReactionLaw::Relaxed ? TangentKind::Positive : TangentKind::Exact;
+    m_impl->tangent.renew(network, state, m_impl->movable, kind, 0, 0, 0);
+    std::vector<Vec3d> shift(m_impl->movable.size()), image(shift.size());
+    const std::vector<Vec3d> none(shift.size(), {0, 0, 0});
+    for (int c = 0; c < 3; ++c) {
+        std::fill(shift.begin(), shift.end(), Vec3d{0, 0, 0});
+        for (const std::int32_t n : nodes) shift[std::size_t(n)][c] = 1;
+        if (law == ReactionLaw::Relaxed)
+            m_impl->tangent.solve(network, none, {1e-10, kSolveIterations}, shift);
+        m_impl->tangent.multiply(network, shift, false, image);
+        for (const std::int32_t n : nodes)
+            reaction.stiffness.columns[c] = reaction.stiffness.columns[c] - image[std::size_t(n)];
+    }
+    return reaction;
+}
+
+}  // namespace pliant

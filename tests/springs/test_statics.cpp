@@ -1,0 +1,254 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// Equilibria against a sparse factorisation that is put together here, and against elasticity.
+
+#include <pliant/springs.h>
+
+#include <gtest/gtest.h>
+
+#include <Eigen/SparseCholesky>
+#include <cmath>
+
+#include "springs/random_networks.h"
+
+namespace pliant::test {
+namespace {
+
+const TaskArena& one_thread() {
+    static const TaskArena arena(1);
+    return arena;
+}
+
+/// Displacements from K u = F at the rest shape, links only.
+std::vector<Vec3d> linear_solution(const SpringNetwork& network,
+                                   std::span<const std::int32_t> nodes,
+                                   std::span<const Vec3d> forces) {
+    const int size = 3 * network.node_count();
+    std::vector<Eigen::Triplet<double>> entries;
+    for (const SpringLink& link : network.links()) {
+        const Vec3d n = normalized(network.nodes()[std::size_t(link.a)].rest -
+                                   network.nodes()[std::size_t(link.b)].rest);
+        for (const auto& [p, q, sign] :
+             {std::tuple(link.a, link.a, 1.0), std::tuple(link.b, link.b, 1.0),
+              std::tuple(link.a, link.b, -1.0), std::tuple(link.b, link.a, -1.0)})
+            for (int r = 0; r < 3; ++r)
+                for (int c = 0; c < 3; ++c)
+                    if (!network.nodes()[std::size_t(p)].fixed &&
+                        !network.nodes()[std::size_t(q)].fixed)
+                        entries.emplace_back(3 * p + r, 3 * q + c,
+                                             sign * link.stiffness * n[r] * n[c]);
+    }
+    for (int n = 0; n < size; ++n)
+        if (network.nodes()[std::size_t(n / 3)].fixed) entries.emplace_back(n, n, 1.0);
+    Eigen::SparseMatrix<double> matrix(size, size);
+    matrix.setFromTriplets(entries.begin(), entries.end());
+    Eigen::VectorXd right = Eigen::VectorXd::Zero(size);
+    for (std::size_t n = 0; n < nodes.size(); ++n)
+        for (int c = 0; c < 3; ++c) right[3 * nodes[n] + c] = forces[n][c];
+    const Eigen::VectorXd u =
+        Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>>(matrix).solve(right);
+    std::vector<Vec3d> result;
+    for (int n = 0; n < size; n += 3) result.push_back({u[n], u[n + 1], u[n + 2]});
+    return result;
+}
+
+TEST(Statics, SmallLoadsGiveTheSparseSolution) {
+    for (std::uint64_t seed = 1; seed <= 5; ++seed) {
+        SCOPED_TRACE(seed);
+        Random random(seed);
+        const auto network = SpringNetwork::create(random_block(random, {6, 5, 5}, 0, false));
+        auto tissue = SpringTissue::create(*network, {.solver = SpringSolver::Explicit});
+        const std::array nodes{140, 120};
+        const std::array<Vec3d, 2> forces{random.vector(1e-6), random.vector(1e-6)};
+        ASSERT_TRUE(tissue->load(nodes, forces).ok());
+        const Status status = tissue->find_equilibrium();
+        ASSERT_TRUE(status.ok()) << status.error().message;
+        const std::vector<Vec3d> expected = linear_solution(*network, nodes, forces);
+        double largest = 0;
+        for (const Vec3d u : expected) largest = std::max(largest, norm(u));
+        for (std::size_t n = 0; n < expected.size(); ++n)
+            EXPECT_LT(norm(tissue->displacement(std::int32_t(n)) - expected[n]), 2e-5 * largest);
+    }
+}
+
+TEST(Statics, NoForceIsLeftAtALargeEquilibrium) {
+    const std::uint64_t seed = 9;
+    SCOPED_TRACE(seed);
+    Random random(seed);
+    const auto network = SpringNetwork::create(random_block(random, {6, 6, 5}, 4, false));
+    auto tissue = SpringTissue::create(*network, {.solver = SpringSolver::Explicit});
+    const std::array node{3 + 6 * (3 + 6 * 4)};
+    const std::array<Vec3d, 1> force{{{0.4, 0, -1.5}}};
+    ASSERT_TRUE(tissue->load(node, force).ok());
+    const Status status = tissue->find_equilibrium();
+    ASSERT_TRUE(status.ok()) << status.error().message;
+    EXPECT_GT(norm(tissue->displacement(node[0])), 0.1);
+    for (std::int32_t n = 0; n < network->node_count(); ++n) {
+        if (network->nodes()[std::size_t(n)].fixed) continue;
+        const auto reaction = tissue->reaction(std::array{n}, ReactionLaw::Held);
+        const Vec3d load = n == node[0] ? force[0] : Vec3d{0, 0, 0};
+        EXPECT_LT(norm(reaction->force + load), 1e-8);
+    }
+}
+
+/// Lateral over axial strain of a block that is drawn out by its ends, in the linear range.
+double poisson_ratio(double bulk, double shared) {
+    auto parts = springs_of_lattice(
+        {.size = {5, 5, 5}, .stiffness = {1, 1, 1}, .bulk = bulk, .shared_by_cells = shared > 0});
+    const auto network = SpringNetwork::create(*parts);
+    auto tissue = SpringTissue::create(*network, {.solver = SpringSolver::Explicit});
+    // A third of the nodes' freedom: equal forces at both ends, which keep the middle in place.
+    std::vector<std::int32_t> nodes;
+    std::vector<Vec3d> forces;
+    for (std::int32_t n = 0; n < network->node_count(); ++n) {
+        const Vec3d x = network->nodes()[std::size_t(n)].rest;
+        if (x.z != 0 && x.z != 4) continue;
+        const double share = (x.x == 0 || x.x == 4 ? 0.5 : 1) * (x.y == 0 || x.y == 4 ? 0.5 : 1);
+        nodes.push_back(n);
+        forces.push_back({0, 0, (x.z == 0 ? -1e-6 : 1e-6) * share});
+    }
+    EXPECT_TRUE(tissue->load(nodes, forces).ok());
+    const Status status = tissue->find_equilibrium(1e-7);
+    EXPECT_TRUE(status.ok()) << status.error().message;
+    const auto stretch = [&](std::int32_t a, std::int32_t b, int axis) {
+        return tissue->displacement(b)[axis] - tissue->displacement(a)[axis];
+    };
+    const std::int32_t middle = 2 + 5 * (2 + 5 * 2);
+    return -stretch(middle - 1, middle + 1, 0) / stretch(middle - 25, middle + 25, 2);
+}
+
+// Test case 22 of the references.
+TEST(Statics, LinksAloneHaveAPoissonRatioOfAQuarterAndVolumeEnergyAny) {
+    EXPECT_NEAR(poisson_ratio(0, 1), 0.25, 0.0025);
+    // µ = k/a = 1: for ν = 0.45, λ = 2µν/(1 − 2ν) = 9.
+    const SpringMaterial material = closed_form(2.9, 0.45, 1);
+    EXPECT_NEAR(material.stiffness, 1, 1e-12);
+    EXPECT_NEAR(material.bulk, 8, 1e-12);
+    EXPECT_NEAR(poisson_ratio(material.bulk, 1), 0.45, 0.0045);
+}
+
+// So an equilibrium identifies one number only: k by a single stored solution.
+TEST(Statics, DisplacementsScaleWithOneOverStiffnessInTheLinearRange) {
+    Vec3d first{};
+    for (const double k : {1.0, 3.0}) {
+        auto parts = springs_of_lattice({.size = {6, 6, 6}, .stiffness = {k, k, k}});
+        for (SpringNode& node : parts->nodes) node.fixed = node.rest.z == 0;
+        auto tissue = SpringTissue::create(*SpringNetwork::create(*parts),
+                                           {.solver = SpringSolver::Explicit});
+        const std::array node{2 + 6 * (2 + 6 * 5)};
+        ASSERT_TRUE(tissue->load(node, std::array{Vec3d{0, 0, -1e-6}}).ok());
+        ASSERT_TRUE(tissue->find_equilibrium().ok());
+        const Vec3d scaled = k * tissue->displacement(node[0]);
+        if (k == 1) first = scaled;
+        EXPECT_LT(norm(scaled - first), 1e-5 * norm(first));
+    }
+}
+
+TEST(Statics, AReactionIsWhatTheHeldNodesBearAndItsLawPredictsTheNext) {
+    const std::uint64_t seed = 4;
+    SCOPED_TRACE(seed);
+    Random random(seed);
+    const auto network = SpringNetwork::create(random_block(random, {7, 7, 5}, 3, false));
+    auto tissue = SpringTissue::create(*network, {.solver = SpringSolver::Explicit});
+    const std::array nodes{3 + 7 * (3 + 7 * 4), 4 + 7 * (3 + 7 * 4), 3 + 7 * (4 + 7 * 4)};
+    ASSERT_TRUE(tissue->hold(nodes).ok());
+    ASSERT_TRUE(tissue->shift_held({0.02, 0.01, -0.1}).ok());
+    ASSERT_TRUE(tissue->find_equilibrium().ok());
+    for (const ReactionLaw law : {ReactionLaw::Held, ReactionLaw::Relaxed}) {
+        const auto now = tissue->reaction(nodes, law);
+        ASSERT_TRUE(now.ok());
+        EXPECT_GT(now->force.z, 0);  // pressed down, the tissue presses back
+        const Vec3d shift{1e-6, -2e-6, 1.5e-6};
+        const auto next_force = [&] {
+            if (law == ReactionLaw::Relaxed) {
+                EXPECT_TRUE(tissue->find_equilibrium(1e-11).ok());
+            }
+            return tissue->reaction(nodes, law)->force;
+        };
+        ASSERT_TRUE(tissue->shift_held(shift).ok());
+        const Vec3d more = next_force();
+        ASSERT_TRUE(tissue->shift_held(-2.0 * shift).ok());
+        const Vec3d less = next_force();
+        ASSERT_TRUE(tissue->shift_held(shift).ok());
+        ASSERT_TRUE(tissue->find_equilibrium().ok());
+        const Vec3d predicted = now->stiffness * shift;
+        // The law leaves out how a compressed cell's sides turn: a few percent here.
+        EXPECT_LT(norm(0.5 * (more - less) - predicted), 0.06 * norm(predicted));
+        for (int a = 0; a < 3; ++a)
+            for (int b = 0; b < 3; ++b)
+                EXPECT_NEAR(now->stiffness.columns[a][b], now->stiffness.columns[b][a], 1e-5);
+        EXPECT_LT(dot(shift, now->stiffness * shift), 0);
+    }
+}
+
+// [Choi2004, Fig. 12]: the softer way gives more.
+TEST(Statics, AnAnisotropicBlockGivesMoreAlongItsSofterAxis) {
+    const auto moved = [](Vec3d stiffness, Vec3d force) {
+        auto parts = springs_of_lattice({.size = {7, 7, 7}, .stiffness = stiffness});
+        for (SpringNode& node : parts->nodes) node.fixed = node.rest.z == 0 || node.rest.x == 6;
+        auto tissue = SpringTissue::create(*SpringNetwork::create(*parts),
+                                           {.solver = SpringSolver::Explicit});
+        const std::int32_t node = force.x != 0 ? 7 * (3 + 7 * 3) : 3 + 7 * (3 + 7 * 6);
+        EXPECT_TRUE(tissue->load(std::array{node}, std::array{force}).ok());
+        EXPECT_TRUE(tissue->find_equilibrium().ok());
+        return norm(tissue->displacement(node));
+    };
+    const Vec3d down{0, 0, -0.01}, across{0.01, 0, 0};
+    EXPECT_NEAR(moved({10, 10, 10}, down), moved({10, 10, 10}, across), 1e-9);
+    EXPECT_GT(moved({1, 1, 10}, across), 2 * moved({1, 1, 10}, down));
+    EXPECT_LT(1.5 * moved({10, 10, 1}, across), moved({10, 10, 1}, down));
+}
+
+// Test case 27: on a half space the surface goes down as 1/r [Boussinesq1885].
+TEST(Statics, TheSurfaceOfABlockGoesDownAsBoussinesqSays) {
+    constexpr int kSide = 25, kDeep = 13;
+    auto parts = springs_of_lattice({.size = {kSide, kSide, kDeep}});
+    for (SpringNode& node : parts->nodes)
+        node.fixed = node.rest.z == 0 || node.rest.x == 0 || node.rest.x == kSide - 1 ||
+                     node.rest.y == 0 || node.rest.y == kSide - 1;
+    auto tissue =
+        SpringTissue::create(*SpringNetwork::create(*parts), {.solver = SpringSolver::Explicit});
+    const std::int32_t top = kSide * kSide * (kDeep - 1), node = 12 + kSide * 12 + top;
+    ASSERT_TRUE(tissue->load(std::array{node}, std::array{Vec3d{0, 0, -1e-4}}).ok());
+    ASSERT_TRUE(tissue->find_equilibrium(1e-6).ok());
+    // Held borders take away nearly the same near the middle, so differences are compared: with
+    // k = a = 1, E = 2.5 and ν = 1/4, u = F (1 − ν²)/(π E r).
+    const double theory = 1e-4 * (1 - 1.0 / 16) / (3.14159265 * 2.5);
+    const auto sunk = [&](int r) { return -tissue->displacement(node + r).z; };
+    for (const auto& [near, far] : {std::pair(2, 4), std::pair(3, 6), std::pair(2, 6)})
+        EXPECT_NEAR((sunk(near) - sunk(far)) / (theory * (1.0 / near - 1.0 / far)), 1, 0.2)
+            << near << ' ' << far;
+}
+
+TEST(Statics, TheDepthIsWhereOneMoreLayerChangesLessThanTheThreshold) {
+    auto parts = springs_of_lattice({.size = {17, 17, 9}, .node_damping = 2});
+    const auto network = SpringNetwork::create(*parts);
+    const std::array node{8 + 17 * (8 + 17 * 8)};
+    const std::array<Vec3d, 1> force{{{0, 0, -0.05}}};
+    double last = 1e9;
+    std::int32_t last_depth = 0;
+    for (const double threshold : {1e-3, 4e-4}) {
+        const auto found =
+            find_depth(*network, {}, node, force, {.threshold = threshold}, one_thread());
+        ASSERT_TRUE(found.ok()) << found.error().message;
+        EXPECT_GT(found->depth, last_depth);
+        last_depth = found->depth;
+        ASSERT_EQ(found->changes.size(), std::size_t(found->depth));
+        EXPECT_LT(found->changes.back(), threshold);
+        for (std::size_t n = 0; n + 1 < found->changes.size(); ++n)
+            EXPECT_GE(found->changes[n], threshold);
+        for (const double change : found->changes) {
+            EXPECT_LT(change, last * 1.0001);
+            last = change;
+        }
+        last = 1e9;
+    }
+    const auto none =
+        find_depth(*network, {}, node, force, {.threshold = 1e-12, .max_depth = 3}, one_thread());
+    EXPECT_EQ(none->depth, 0);
+    EXPECT_FALSE(find_depth(*network, {}, node, force, {.threshold = 0}, one_thread()).ok());
+}
+
+}  // namespace
+}  // namespace pliant::test
