@@ -35,6 +35,10 @@ class Hub {
   public:
     /// @param log  may be null
     Hub(std::unique_ptr<Scene> scene, std::unique_ptr<SessionLog> log, int rate_hz);
+    /// Before run().
+    /// @param seconds  of work from one to the next
+    /// @param so_far   that the session has
+    void keep_checkpoints(double seconds, int so_far);
 
     // From the network's thread; none of them waits.
     void opened(ConnectionId connection, bool may_control);
@@ -97,6 +101,7 @@ class Hub {
     void relax();
     void resample();
     void write_log();
+    void checkpoint();
 
     void tell_outcomes();
     void refresh_state();
@@ -120,6 +125,10 @@ class Hub {
     std::unique_ptr<Scene> m_scene;
     std::unique_ptr<SessionLog> m_log;
     bool m_log_failed = false;
+    double m_checkpoint_ms = 0;  ///< of work from one to the next
+    double m_unsaved_ms = 0;     ///< of work since the last one
+    bool m_is_unsaved = false;   ///< whether there was any
+    int m_checkpoints = 0;       ///< of the session
     Clock::duration m_period;
     Outlet* m_outlet = nullptr;
     std::map<ConnectionId, Newcomer> m_newcomers;
