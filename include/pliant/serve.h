@@ -53,6 +53,9 @@ class Server {
     std::string view_link() const;  ///< for those who may look
     /// One line each: what was loaded, what of a session was cut off.
     const std::vector<std::string>& notes() const;
+    /// Steps that the scene's owner has made, also those in which nothing was to be done: rate_hz
+    /// each second while clients are connected and there is time.
+    std::int64_t ticks() const;
     /// Returns once stop() was called.
     void wait();
     /// From any thread.

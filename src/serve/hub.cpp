@@ -84,6 +84,7 @@ void Hub::run(const std::stop_token& stop, Outlet& outlet) {
         m_now = Clock::now();
         m_worked = false;
         step();
+        ++m_ticks;
         // Steps in which nothing was done don't hold up the next command.
         if (m_worked) last = m_now;
     }

@@ -13,6 +13,7 @@
 
 #pragma once
 
+#include <atomic>
 #include <condition_variable>
 #include <functional>
 #include <list>
@@ -48,6 +49,8 @@ class Hub {
     void written(ConnectionId connection);
     void closed(ConnectionId connection);
 
+    /// Steps so far; from any thread.
+    std::int64_t ticks() const { return m_ticks; }
     /// Runs until it is to stop; then all connections are closed.
     void run(const std::stop_token& stop, Outlet& outlet);
 
@@ -117,6 +120,7 @@ class Hub {
     Client* client_of(ConnectionId connection);
     SharedState shared_state() const;
 
+    std::atomic<std::int64_t> m_ticks = 0;
     std::mutex m_mutex;  ///< of the inbox
     std::condition_variable_any m_wake;
     std::vector<Event> m_inbox;

@@ -162,6 +162,10 @@ const std::vector<std::string>& Server::notes() const {
     return m_impl->notes;
 }
 
+std::int64_t Server::ticks() const {
+    return m_impl->hub->ticks();
+}
+
 void Server::wait() {
     std::unique_lock lock(m_impl->mutex);
     m_impl->stopped.wait(lock, [&] { return m_impl->is_stopped; });
