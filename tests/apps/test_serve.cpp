@@ -137,6 +137,7 @@ TEST_F(ServeProgramTest, AfterKill9ASessionHasAllButTheLastSecond) {
         client.command({{"do", "relax"}, {"on", true}});
         client.until([](const Json& t) { return t["t"] == "state" && t["settled"] == true; });
         client.command({{"do", "relax"}, {"on", false}});
+        client.command({{"do", "release"}});
         before = client.checked_checksum();
         // A second later all of this must be there, whatever happens.
         std::this_thread::sleep_for(std::chrono::milliseconds(1000));
