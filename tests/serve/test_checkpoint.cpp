@@ -38,13 +38,15 @@ std::string state_of(const Scene& scene) {
 class CheckpointTest : public ::testing::Test {
   protected:
     /// A session with checkpoints in it, in m_session and in m_records.
+    /// @param steps_between  random ones, also undo beyond a checkpoint; 0: four pushes
     std::unique_ptr<Scene> record(Random& random, int checkpoints, int steps_between) {
         auto scene = Scene::open(kCube, m_arena);
         EXPECT_TRUE(scene.ok());
         m_records = {SessionCommand{9, soft(), false}};
         (*scene)->carry_out(9, soft());
         for (int n = 1; n <= checkpoints + 1; ++n) {
-            play_on(**scene, random, steps_between);
+            if (steps_between > 0) play_on(**scene, random, steps_between);
+            for (int k = 0; k < 4 && steps_between == 0; ++k) push_on(**scene, random);
             if (n > checkpoints) break;
             make_quiet(**scene, m_records);
             (*scene)->update();
@@ -54,6 +56,11 @@ class CheckpointTest : public ::testing::Test {
         }
         write_session();
         return std::move(*scene);
+    }
+    void push_on(Scene& scene, Random& random) {
+        const PushCommand push{.push = {random_place(scene, random), random.vector(4), 3}};
+        const Outcome outcome = scene.carry_out(1, push);
+        m_records.push_back(SessionCommand{1, push, !outcome.ok()});
     }
     void play_on(Scene& scene, Random& random, int count) {
         auto more = play(scene, random, count);
@@ -128,7 +135,7 @@ TEST_F(CheckpointTest, IsUsedOnlyWhereItsFileIsWholeAndTheOne) {
     const std::uint64_t seed = 77;
     SCOPED_TRACE(seed);
     Random random(seed);
-    const auto scene = record(random, 2, 4);
+    const auto scene = record(random, 2, 0);
     ASSERT_EQ(reopened().number, 1);
     const auto first = checkpoint_path(m_session, 1), second = checkpoint_path(m_session, 2);
     const std::string good = test::bytes_of(first), other = test::bytes_of(second);
