@@ -16,6 +16,7 @@ using nlohmann::json;
 constexpr double kFineMm = 0.5;    // between the points of the smoothed path
 constexpr double kSmoothMm = 3.0;  // standard deviation of the smoothing
 constexpr double kAheadMm = 12.0;  // how far ahead the camera looks
+constexpr double kLongestMm = 1e5;
 
 Error wrong(const std::string& file, const std::string& what) {
     return {ErrorCode::Unreadable, file + ": " + what};
@@ -115,6 +116,10 @@ Result<std::vector<Vec3d>> read_camera_path(const std::string& file) {
     if (points.size() < 2)
         return wrong(file, "controlPoints: expected two or more different points, found " +
                                std::to_string(points.size()));
+    double length = 0;
+    for (std::size_t n = 1; n < points.size(); ++n) length += norm(points[n] - points[n - 1]);
+    if (!(length <= kLongestMm))
+        return wrong(file, "controlPoints: expected a way of up to 100 m, found a longer one");
     return points;
 }
 

@@ -326,6 +326,10 @@ void add_serve(CLI::App& app, ServeOptions& o) {
         ->check(CLI::Range(0, 65535));
     c->add_option("--session", o.session,
                   "record what is done to this file; if it is there, go on where it ended");
+    c->add_option("--checkpoint", o.checkpoint_s,
+                  "with a session: save the state beside it after so many seconds of work, so that "
+                  "it opens as quickly (default 30)")
+        ->check(CLI::Range(0.0, 1e6));
     c->add_flag("--no-open", o.no_open, "print the link, and open no browser");
     add_threads(c, o.threads);
     c->footer("Example:\n  pliant serve scan.nrrd --session scan.pls");
@@ -334,6 +338,9 @@ void add_serve(CLI::App& app, ServeOptions& o) {
 void add_replay(CLI::App& app, ReplayOptions& o) {
     auto* c = app.add_subcommand("replay", "Do a recorded session again, and compare the results");
     c->add_option("SESSION", o.session, "file of pliant serve --session")->required();
+    c->add_flag(
+        "--from-checkpoint", o.from_checkpoint,
+        "from the state that was saved last but one, as pliant serve does, not from the start");
     c->add_flag("--json", o.json, "one JSON object");
     add_threads(c, o.threads);
     c->footer("Example:\n  pliant replay scan.pls");

@@ -98,12 +98,14 @@ struct ServeOptions {
     int port = 8765;
     bool port_given = false;  ///< else any free one will do
     std::string session;
+    double checkpoint_s = 30;
     bool no_open = false;
     int threads = 0;
 };
 
 struct ReplayOptions {
     std::string session;
+    bool from_checkpoint = false;
     bool json = false;
     int threads = 0;
 };

@@ -32,6 +32,9 @@ struct ServerSettings {
     std::filesystem::path
         session{};     ///< recorded there; goes on where it ended. Empty: not recorded
     int rate_hz = 60;  ///< steps of the scene per second at most, 1…1000
+    /// With a session: its state is saved beside it after so many seconds of work, so that opening
+    /// it again takes about as long, and not as long as all of it. ≥ 0
+    double checkpoint_s = 30;
 };
 
 class Server {
@@ -50,6 +53,9 @@ class Server {
     std::string view_link() const;  ///< for those who may look
     /// One line each: what was loaded, what of a session was cut off.
     const std::vector<std::string>& notes() const;
+    /// Steps that the scene's owner has made, also those in which nothing was to be done: rate_hz
+    /// each second while clients are connected and there is time.
+    std::int64_t ticks() const;
     /// Returns once stop() was called.
     void wait();
     /// From any thread.
@@ -65,13 +71,17 @@ struct ReplayReport {
     std::int64_t commands = 0;
     std::int64_t marks = 0;  ///< places where the state was recorded, all of them met
     std::uint64_t cut_off_bytes = 0;
+    int from_checkpoint = 0;        ///< 0: from the start
     std::uint64_t volume_hash = 0;  ///< hash_volume of the deformed volume
     std::uint64_t tissue_hash = 0;  ///< ChainMail::hash
 };
 
 /// Does a recorded session again, without a server.
+/// @param from_checkpoint  as Server::start would: from the state that was saved last but one, if
+/// it
+///                         is whole; otherwise all of it, with a look at each mark
 /// @returns NotFound; Unreadable where the file is damaged, or the result is another than recorded
 Result<ReplayReport> replay_session(const std::filesystem::path& path, const TaskArena& arena,
-                                    const Progress& progress = {});
+                                    const Progress& progress = {}, bool from_checkpoint = false);
 
 }  // namespace pliant

@@ -123,7 +123,7 @@ std::optional<std::vector<std::uint16_t>> read_box(std::string_view frame) {
     if (!h || h->type != FrameType::Box || h->count != 1) return {};
     const Vec3i n = h->box.end - h->box.begin;
     const std::uint64_t count = std::uint64_t(n.x) * std::uint64_t(n.y) * std::uint64_t(n.z);
-    if (count * 2 != h->payload_bytes || count > std::uint64_t(1) << 24) return {};
+    if (count == 0 || count * 2 != h->payload_bytes || count > std::uint64_t(1) << 24) return {};
     std::vector<std::uint16_t> halves(count);
     frame.remove_prefix(kFrameHeaderBytes);
     if (h->flags & kFramePacked) {

@@ -57,7 +57,7 @@ std::string tools_frame(std::span<const ToolPose> tools, FrameHeader header);
 
 /// What a client reads. @returns nothing for what is no frame
 std::optional<FrameHeader> read_frame_header(std::string_view frame);
-/// The payload of a box. @returns nothing where it is not as long as the header says
+/// The payload of a box. @returns nothing where it is empty, or not as long as the header says
 std::optional<std::vector<std::uint16_t>> read_box(std::string_view frame);
 std::optional<std::vector<ToolPose>> read_tools(std::string_view frame);
 

@@ -8,6 +8,7 @@
 #include <random>
 #include <thread>
 
+#include "serve/checkpoint.h"
 #include "serve/limits.h"
 
 namespace pliant::serve {
@@ -47,6 +48,11 @@ Hub::Hub(std::unique_ptr<Scene> scene, std::unique_ptr<SessionLog> log, int rate
     m_tools_frame = tools_frame({}, {.volume = m_scene->info().id});
 }
 
+void Hub::keep_checkpoints(double seconds, int so_far) {
+    m_checkpoint_ms = 1000 * seconds;
+    m_checkpoints = so_far;
+}
+
 void Hub::post(Event event) {
     {
         const std::lock_guard lock(m_mutex);
@@ -78,6 +84,7 @@ void Hub::run(const std::stop_token& stop, Outlet& outlet) {
         m_now = Clock::now();
         m_worked = false;
         step();
+        ++m_ticks;
         // Steps in which nothing was done don't hold up the next command.
         if (m_worked) last = m_now;
     }
@@ -109,6 +116,7 @@ void Hub::step() {
     carry_out_commands();
     relax();
     resample();
+    checkpoint();
     write_log();
     tell_outcomes();
     refresh_state();
@@ -391,6 +399,21 @@ void Hub::resample() {
     m_timing.resample_ms = update.resample_ms;
     m_timing.tick_ms = ms_between(m_now, Clock::now());
     m_timing.moved_elements = m_moved_elements;
+}
+
+void Hub::checkpoint() {
+    m_unsaved_ms += m_solve_ms;
+    m_is_unsaved = m_is_unsaved || m_worked;
+    // At a moment when nobody waits for anything.
+    const bool is_due = m_is_unsaved && m_unsaved_ms >= m_checkpoint_ms;
+    if (!m_log || m_log_failed || !is_due || m_worked || !m_scene->is_quiet()) return;
+    m_is_unsaved = false;
+    m_unsaved_ms = 0;
+    Status saved = Ok{};
+    m_log->add(save_checkpoint(*m_scene, m_log->path(), ++m_checkpoints, saved));
+    if (!saved.ok())
+        std::fprintf(stderr, "pliant: %s; the session goes on without this checkpoint\n",
+                     saved.error().message.c_str());
 }
 
 void Hub::write_log() {

@@ -13,6 +13,7 @@
 
 #pragma once
 
+#include <atomic>
 #include <condition_variable>
 #include <functional>
 #include <list>
@@ -35,6 +36,10 @@ class Hub {
   public:
     /// @param log  may be null
     Hub(std::unique_ptr<Scene> scene, std::unique_ptr<SessionLog> log, int rate_hz);
+    /// Before run().
+    /// @param seconds  of work from one to the next
+    /// @param so_far   that the session has
+    void keep_checkpoints(double seconds, int so_far);
 
     // From the network's thread; none of them waits.
     void opened(ConnectionId connection, bool may_control);
@@ -44,6 +49,8 @@ class Hub {
     void written(ConnectionId connection);
     void closed(ConnectionId connection);
 
+    /// Steps so far; from any thread.
+    std::int64_t ticks() const { return m_ticks; }
     /// Runs until it is to stop; then all connections are closed.
     void run(const std::stop_token& stop, Outlet& outlet);
 
@@ -97,6 +104,7 @@ class Hub {
     void relax();
     void resample();
     void write_log();
+    void checkpoint();
 
     void tell_outcomes();
     void refresh_state();
@@ -112,6 +120,7 @@ class Hub {
     Client* client_of(ConnectionId connection);
     SharedState shared_state() const;
 
+    std::atomic<std::int64_t> m_ticks = 0;
     std::mutex m_mutex;  ///< of the inbox
     std::condition_variable_any m_wake;
     std::vector<Event> m_inbox;
@@ -120,6 +129,10 @@ class Hub {
     std::unique_ptr<Scene> m_scene;
     std::unique_ptr<SessionLog> m_log;
     bool m_log_failed = false;
+    double m_checkpoint_ms = 0;  ///< of work from one to the next
+    double m_unsaved_ms = 0;     ///< of work since the last one
+    bool m_is_unsaved = false;   ///< whether there was any
+    int m_checkpoints = 0;       ///< of the session
     Clock::duration m_period;
     Outlet* m_outlet = nullptr;
     std::map<ConnectionId, Newcomer> m_newcomers;

@@ -5,14 +5,20 @@
 
 #include <pliant/serve.h>
 
+#include "serve/checkpoint.h"
 #include "serve/messages.h"
 
 namespace pliant::serve {
 namespace {
 
-Status compare(Scene& scene, const SessionMark& mark, std::size_t number) {
-    scene.update();
-    const std::uint64_t volume = hash_volume(scene.deformed()), tissue = scene.tissue().hash();
+Status compare_with(Scene& scene, const SessionMark& mark, Compare compare, std::size_t number) {
+    if (compare == Compare::Nothing) return Ok{};
+    std::uint64_t volume = mark.volume;
+    if (compare == Compare::All) {
+        scene.update();
+        volume = hash_volume(scene.deformed());
+    }
+    const std::uint64_t tissue = scene.tissue().hash();
     if (volume == mark.volume && tissue == mark.tissue) return Ok{};
     return Error{ErrorCode::Unreadable,
                  "record " + std::to_string(number) + ": expected the volume " +
@@ -20,9 +26,17 @@ Status compare(Scene& scene, const SessionMark& mark, std::size_t number) {
                      ", found " + hex_text(volume, 16) + " and " + hex_text(tissue, 16)};
 }
 
+Status pass(Scene& scene, const SessionCheckpoint& point, Compare compare, std::size_t number) {
+    if (!scene.is_quiet() || scene.rest() != point.memo)
+        return Error{ErrorCode::Unreadable,
+                     "record " + std::to_string(number) + ": expected the scene of checkpoint " +
+                         std::to_string(point.number) + ", found another one"};
+    return compare_with(scene, point.mark, compare, number);
+}
+
 }  // namespace
 
-Status replay_into(Scene& scene, std::span<const SessionRecord> records, bool compare_marks,
+Status replay_into(Scene& scene, std::span<const SessionRecord> records, Compare compare,
                    const Progress& progress) {
     for (std::size_t n = 0; n < records.size(); ++n) {
         if (progress) progress(double(n) / double(records.size()));
@@ -35,9 +49,12 @@ Status replay_into(Scene& scene, std::span<const SessionRecord> records, bool co
                                  ", found the opposite: " + outcome.message};
         } else if (const auto* sweeps = std::get_if<SessionSweeps>(&records[n])) {
             for (int k = 0; k < sweeps->count; ++k) scene.sweep();
-        } else if (compare_marks) {
-            const auto& mark = *std::get_if<SessionMark>(&records[n]);
-            if (const Status s = compare(scene, mark, n + 1); !s.ok()) return s;
+        } else if (const auto* mark = std::get_if<SessionMark>(&records[n])) {
+            if (const Status s = compare_with(scene, *mark, compare, n + 1); !s.ok()) return s;
+        } else if (const auto* point = std::get_if<SessionCheckpoint>(&records[n])) {
+            if (const Status s = pass(scene, *point, compare, n + 1); !s.ok()) return s;
+        } else {
+            scene.forget_steps(std::get_if<SessionForget>(&records[n])->steps);
         }
     }
     return Ok{};
@@ -48,29 +65,36 @@ Status replay_into(Scene& scene, std::span<const SessionRecord> records, bool co
 namespace pliant {
 
 Result<ReplayReport> replay_session(const std::filesystem::path& path, const TaskArena& arena,
-                                    const Progress& progress) {
+                                    const Progress& progress, bool from_checkpoint) {
     const auto named = [&](const Error& error) {
         return Error{error.code, path.string() + ": " + error.message};
     };
     const auto file = serve::read_session(path);
     if (!file.ok()) return file.error();
-    auto scene = serve::Scene::open(file->header.source, arena);
-    if (!scene.ok()) return named(scene.error());
-    if ((*scene)->scan_hash() != file->header.scan_hash)
-        return named({ErrorCode::InvalidArgument,
-                      "expected the scan " + serve::hex_text(file->header.scan_hash, 16) +
-                          ", found another one: " + (*scene)->info().name});
-    const Status status = serve::replay_into(**scene, file->records, true, progress);
-    if (!status.ok()) return named(status.error());
-    (*scene)->update();
     ReplayReport report;
+    std::unique_ptr<serve::Scene> scene;
+    if (from_checkpoint) {
+        auto reopened = serve::reopen(*file, path, arena);
+        if (!reopened.ok()) return named(reopened.error());
+        scene = std::move(reopened->scene);
+        report.from_checkpoint = reopened->number;
+    } else {
+        auto opened = serve::open_recorded(file->header, arena);
+        if (!opened.ok()) return named(opened.error());
+        scene = std::move(*opened);
+        const Status status =
+            serve::replay_into(*scene, file->records, serve::Compare::All, progress);
+        if (!status.ok()) return named(status.error());
+    }
+    scene->update();
     report.cut_off_bytes = file->cut_off_bytes;
     for (const auto& record : file->records) {
         report.commands += std::holds_alternative<serve::SessionCommand>(record);
-        report.marks += std::holds_alternative<serve::SessionMark>(record);
+        report.marks += std::holds_alternative<serve::SessionMark>(record) ||
+                        std::holds_alternative<serve::SessionCheckpoint>(record);
     }
-    report.volume_hash = hash_volume((*scene)->deformed());
-    report.tissue_hash = (*scene)->tissue().hash();
+    report.volume_hash = hash_volume(scene->deformed());
+    report.tissue_hash = scene->tissue().hash();
     return report;
 }
 

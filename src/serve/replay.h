@@ -14,9 +14,11 @@
 
 namespace pliant::serve {
 
-/// @param compare_marks  whether marks are compared, which costs a look at the whole volume each
+/// What of marks is compared; the volume costs a look at all of it each time.
+enum class Compare { Nothing, Tissue, All };
+
 /// @returns Unreadable where a command is refused that was carried out then, or a mark differs
-Status replay_into(Scene& scene, std::span<const SessionRecord> records, bool compare_marks,
+Status replay_into(Scene& scene, std::span<const SessionRecord> records, Compare compare,
                    const Progress& progress = {});
 
 }  // namespace pliant::serve

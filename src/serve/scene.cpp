@@ -81,6 +81,7 @@ void Scene::end_step() {
         // Too large to be kept, and nothing before it can be reached any more.
         m_done.clear();
         m_undone.clear();
+        m_unreachable = 0;
         return;
     }
     if (m_tissue.undo_steps() + forgotten > open.undo_steps_before)
@@ -90,14 +91,44 @@ void Scene::end_step() {
 
 void Scene::keep(Step step) {
     m_undone.clear();
+    step.number = ++m_steps;
     m_done.push_back(std::move(step));
 }
 
 void Scene::forget(int tissue_steps) {
+    const int hidden = std::min(tissue_steps, m_unreachable);
+    m_unreachable -= hidden;
+    tissue_steps -= hidden;
     while (tissue_steps > 0 && !m_done.empty()) {
         if (m_done.front().kind == StepKind::Tissue) --tissue_steps;
         m_done.pop_front();
     }
+}
+
+SceneMemo Scene::rest() {
+    end_step();
+    for (auto* steps : {&m_done, &m_undone})
+        for (Step& step : *steps) step.stroke = 0;
+    return {m_iso_hu, m_polarity, m_relaxing, m_settled, m_last_client, m_steps};
+}
+
+Status Scene::restore(const std::filesystem::path& state, const SceneMemo& memo) {
+    if (const Status s = m_tissue.load_state(state); !s.ok()) return s;
+    m_iso_hu = memo.iso_hu;
+    m_polarity = memo.polarity;
+    m_relaxing = memo.relaxing;
+    m_settled = memo.settled;
+    m_last_client = memo.last_client;
+    m_steps = memo.steps;
+    return Ok{};
+}
+
+void Scene::forget_steps(std::int64_t count) {
+    const auto is_old = [&](const Step& step) { return step.number <= count; };
+    for (const Step& step : m_done)
+        if (is_old(step) && step.kind == StepKind::Tissue) ++m_unreachable;
+    std::erase_if(m_done, is_old);
+    std::erase_if(m_undone, is_old);
 }
 
 void Scene::swap_iso(Step& step) {

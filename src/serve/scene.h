@@ -18,6 +18,7 @@
 #include <chrono>
 #include <cstdint>
 #include <deque>
+#include <filesystem>
 #include <map>
 #include <memory>
 #include <optional>
@@ -26,6 +27,7 @@
 
 #include "serve/commands.h"
 #include "serve/messages.h"
+#include "serve/scene_memo.h"
 #include "serve/source.h"
 
 namespace pliant::serve {
@@ -47,6 +49,18 @@ class Scene {
     bool has_contact(std::uint32_t client) const;
     /// The highest number of a client so far.
     std::uint32_t last_client() const { return m_last_client; }
+
+    /// Whether nobody holds anything and nothing relaxes, so that the scene can rest.
+    bool is_quiet() const { return m_holder == 0 && m_contacts.empty() && !wants_sweep(); }
+    /// Ends what could go on: the next stroke is a step of its own. @pre is_quiet()
+    /// @returns what the scene is beside tissue()
+    SceneMemo rest();
+    /// Back to where rest() was called, in a scene to which nothing was done yet. What can be
+    /// undone begins anew.
+    /// @param state  saved by tissue().save_state() then
+    Status restore(const std::filesystem::path& state, const SceneMemo& memo);
+    /// The oldest steps can't be undone or redone any more. @param count  see SceneMemo::steps
+    void forget_steps(std::int64_t count);
 
     /// The deformed volume is brought up to date.
     LiveUpdate update() { return m_live.update(); }
@@ -70,6 +84,7 @@ class Scene {
         double iso_hu = 0;  ///< the other one: before if done, after if undone
         Polarity polarity = Polarity::Rising;
         std::uint32_t client = 0, stroke = 0;
+        std::int64_t number = 0;  ///< 1 for the scene's first step
     };
     /// The step that is going on: everything that is done to the tissue belongs to it.
     struct OpenStep {
@@ -123,6 +138,8 @@ class Scene {
     std::map<std::uint32_t, Contact> m_contacts;
     std::optional<OpenStep> m_open;
     std::deque<Step> m_done, m_undone;  ///< the next one last
+    std::int64_t m_steps = 0;           ///< made so far
+    int m_unreachable = 0;              ///< the lattice's oldest steps, which forget_steps hides
     std::optional<double> m_energy;
     double m_energy_ms = 0;  ///< that the last measurement took
     std::chrono::steady_clock::time_point m_energy_at{};

@@ -12,9 +12,9 @@
 #include <system_error>
 #include <thread>
 
+#include "serve/checkpoint.h"
 #include "serve/hub.h"
 #include "serve/network.h"
-#include "serve/replay.h"
 
 namespace pliant {
 
@@ -53,6 +53,7 @@ struct OpenedScene {
     std::unique_ptr<serve::Scene> scene;
     std::unique_ptr<serve::SessionLog> log;
     std::vector<std::string> notes;
+    int checkpoints = 0;  ///< that the session has
 };
 
 std::string name_of(const serve::SceneSource& source) {
@@ -74,20 +75,23 @@ Result<OpenedScene> go_on(const std::filesystem::path& path, const serve::SceneS
     // Whoever has it open keeps others out before the long work begins.
     auto log = serve::SessionLog::go_on(path, *file);
     if (!log.ok()) return log.error();
-    auto scene = serve::Scene::open(file->header.source, arena);
-    if (!scene.ok()) return named(scene.error());
-    if ((*scene)->scan_hash() != file->header.scan_hash)
-        return named({ErrorCode::InvalidArgument,
-                      "expected the scan " + serve::hex_text(file->header.scan_hash, 16) +
-                          ", found another one: " + (*scene)->info().name});
-    if (const Status s = serve::replay_into(**scene, file->records, false); !s.ok())
-        return named(s.error());
-    opened.notes.push_back(path.string() + ": went on after " +
-                           std::to_string(file->records.size()) + " records");
+    auto reopened = serve::reopen(*file, path, arena);
+    if (!reopened.ok()) return named(reopened.error());
+    if (reopened->number) (*log)->add(serve::SessionForget{reopened->forgot});
+    for (const std::string& note : reopened->notes)
+        opened.notes.push_back(path.string() + ": " + note);
+    opened.notes.push_back(
+        path.string() + ": went on after " + std::to_string(file->records.size()) + " records" +
+        (reopened->number
+             ? ", from checkpoint " + std::to_string(reopened->number) + "; undo goes back to there"
+             : ""));
+    for (const auto& record : file->records)
+        if (const auto* point = std::get_if<serve::SessionCheckpoint>(&record))
+            opened.checkpoints = point->number;
     if (file->cut_off_bytes)
         opened.notes.push_back(path.string() + ": the last line was not finished; " +
                                std::to_string(file->cut_off_bytes) + " bytes were cut off");
-    opened.scene = std::move(*scene);
+    opened.scene = std::move(reopened->scene);
     opened.log = std::move(*log);
     return opened;
 }
@@ -101,7 +105,7 @@ Result<OpenedScene> open_scene(const ServerSettings& settings, const TaskArena& 
         return go_on(settings.session, source, settings.file.empty(), arena);
     auto scene = serve::Scene::open(source, arena);
     if (!scene.ok()) return scene.error();
-    OpenedScene opened{.scene = std::move(*scene), .log = {}, .notes = {}};
+    OpenedScene opened{.scene = std::move(*scene), .log = {}, .notes = {}, .checkpoints = 0};
     if (!settings.session.empty()) {
         auto log = serve::SessionLog::create(settings.session, {source, opened.scene->scan_hash()});
         if (!log.ok()) return log.error();
@@ -119,6 +123,9 @@ Result<Server> Server::start(const ServerSettings& settings, const TaskArena& ar
     if (settings.rate_hz < 1 || settings.rate_hz > 1000)
         return Error{ErrorCode::InvalidArgument,
                      "rate_hz: expected 1…1000, found " + std::to_string(settings.rate_hz)};
+    if (!(settings.checkpoint_s >= 0))
+        return Error{ErrorCode::InvalidArgument, "checkpoint_s: expected 0 or more, found " +
+                                                     std::to_string(settings.checkpoint_s)};
     auto opened = open_scene(settings, arena);
     if (!opened.ok()) return opened.error();
     auto impl = std::make_unique<Impl>();
@@ -126,6 +133,7 @@ Result<Server> Server::start(const ServerSettings& settings, const TaskArena& ar
     impl->tokens = {random_token(), random_token()};
     impl->hub = std::make_unique<serve::Hub>(std::move(opened->scene), std::move(opened->log),
                                              settings.rate_hz);
+    impl->hub->keep_checkpoints(settings.checkpoint_s, opened->checkpoints);
     auto network = serve::Network::listen(settings.port, impl->tokens, *impl->hub);
     if (!network.ok()) return network.error();
     impl->network = std::move(*network);
@@ -152,6 +160,10 @@ std::string Server::view_link() const {
 }
 const std::vector<std::string>& Server::notes() const {
     return m_impl->notes;
+}
+
+std::int64_t Server::ticks() const {
+    return m_impl->hub->ticks();
 }
 
 void Server::wait() {

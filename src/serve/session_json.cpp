@@ -3,6 +3,7 @@
 
 // The lines of a session's file as JSON.
 
+#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "serve/messages.h"
@@ -38,6 +39,31 @@ int whole_at(const Json& object, const char* key, int missing) {
     if (found == object.end() || !found->is_number_integer()) return missing;
     const auto number = found->get<std::int64_t>();
     return number >= -1'000'000'000 && number <= 1'000'000'000 ? int(number) : missing;
+}
+
+Result<SessionRecord> parse_checkpoint(const Json& json) {
+    const auto file = number_of_hex(json, "file"), volume = number_of_hex(json, "volume"),
+               tissue = number_of_hex(json, "tissue");
+    const auto iso = json.find("iso_hu"), relaxing = json.find("relaxing"),
+               settled = json.find("settled");
+    const std::string polarity = string_at(json, "polarity");
+    SessionCheckpoint point;
+    point.number = whole_at(json, "number", 0);
+    const int last_client = whole_at(json, "last_client", -1), steps = whole_at(json, "steps", -1);
+    const bool is_whole = file && volume && tissue && iso != json.end() && iso->is_number() &&
+                          relaxing != json.end() && relaxing->is_boolean() &&
+                          settled != json.end() && settled->is_boolean() &&
+                          (polarity == "rising" || polarity == "falling") && point.number > 0 &&
+                          last_client >= 0 && steps >= 0;
+    if (!is_whole || !std::isfinite(iso->get<double>()))
+        return wrong("checkpoint: expected all its fields");
+    point.file = *file;
+    point.mark = {*volume, *tissue};
+    point.memo = {
+        iso->get<double>(),         polarity == "rising" ? Polarity::Rising : Polarity::Falling,
+        relaxing->get<bool>(),      settled->get<bool>(),
+        std::uint32_t(last_client), steps};
+    return SessionRecord(point);
 }
 
 }  // namespace
@@ -95,6 +121,21 @@ std::string text_of(const SessionRecord& record) {
                     {"volume", hex_text(mark->volume, 16)},
                     {"tissue", hex_text(mark->tissue, 16)}}
             .dump();
+    if (const auto* point = std::get_if<SessionCheckpoint>(&record))
+        return Json{{"do", "checkpoint"},
+                    {"number", point->number},
+                    {"file", hex_text(point->file, 16)},
+                    {"volume", hex_text(point->mark.volume, 16)},
+                    {"tissue", hex_text(point->mark.tissue, 16)},
+                    {"iso_hu", point->memo.iso_hu},
+                    {"polarity", point->memo.polarity == Polarity::Rising ? "rising" : "falling"},
+                    {"relaxing", point->memo.relaxing},
+                    {"settled", point->memo.settled},
+                    {"last_client", point->memo.last_client},
+                    {"steps", point->memo.steps}}
+            .dump();
+    if (const auto* forget = std::get_if<SessionForget>(&record))
+        return Json{{"do", "forget"}, {"steps", forget->steps}}.dump();
     const auto& command = *std::get_if<SessionCommand>(&record);
     return "{\"client\":" + std::to_string(command.client) +
            (command.refused ? ",\"refused\":true," : ",") +
@@ -114,6 +155,12 @@ Result<SessionRecord> parse_session_record(std::string_view text) {
         const auto volume = number_of_hex(json, "volume"), tissue = number_of_hex(json, "tissue");
         if (!volume || !tissue) return wrong("mark: expected two hashes");
         return SessionRecord(SessionMark{*volume, *tissue});
+    }
+    if (name == "checkpoint") return parse_checkpoint(json);
+    if (name == "forget") {
+        const int steps = whole_at(json, "steps", -1);
+        if (steps < 0) return wrong("forget: steps: expected 0 or more");
+        return SessionRecord(SessionForget{steps});
     }
     auto message = parse_message(text);
     if (const auto* failure = std::get_if<ParseFailure>(&message)) return wrong(failure->message);

@@ -7,10 +7,14 @@
 //   91ab… {"client":1,"do":"push",…}
 //   07d2… {"do":"sweep","count":3}
 //   c4e9… {"do":"mark","volume":"…","tissue":"…"}
+//   5d02… {"do":"checkpoint","number":1,"file":"…","tissue":"…",…}
 //
 // The number before each line is a checksum of the line and of the checksum before it. So a line
 // that the machine had no time to finish is found, and so is one that somebody changed. Marks say
-// what the scene was at that point; whoever replays the session compares.
+// what the scene was at that point; whoever replays the session compares. Checkpoints say that the
+// tissue's state at that point was saved beside the session (checkpoint.h), and hold the rest of
+// the scene themselves. Whoever goes on from one has lost the steps before it, and the file says so
+// (forget), because from then on undo ends there.
 
 #pragma once
 
@@ -27,6 +31,7 @@
 #include <vector>
 
 #include "serve/commands.h"
+#include "serve/scene_memo.h"
 #include "serve/source.h"
 
 namespace pliant::serve {
@@ -43,7 +48,17 @@ struct SessionSweeps {
 struct SessionMark {
     std::uint64_t volume = 0, tissue = 0;
 };
-using SessionRecord = std::variant<SessionCommand, SessionSweeps, SessionMark>;
+struct SessionCheckpoint {
+    int number = 1;          ///< 1, 2, …
+    std::uint64_t file = 0;  ///< checksum at the end of the state's file
+    SessionMark mark;
+    SceneMemo memo;
+};
+struct SessionForget {
+    std::int64_t steps = 0;  ///< of undo that were made so far
+};
+using SessionRecord =
+    std::variant<SessionCommand, SessionSweeps, SessionMark, SessionCheckpoint, SessionForget>;
 
 struct SessionHeader {
     SceneSource source;
@@ -85,6 +100,7 @@ class SessionLog {
     void add(const SessionRecord& record);
     /// @returns Unwritable, each time from the first time on
     Status flush();
+    const std::string& path() const { return m_path; }
 
   private:
     SessionLog(const std::filesystem::path& path, int descriptor, std::uint64_t chain);

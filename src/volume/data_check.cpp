@@ -7,6 +7,7 @@
 
 #include <fstream>
 #include <limits>
+#include <optional>
 #include <system_error>
 
 namespace pliant {
@@ -17,6 +18,8 @@ namespace {
 constexpr std::uint64_t kMaxCompressionRatio = 1040;
 /// Most files that one image may be spread over.
 constexpr std::int64_t kMaxDataFiles = kMaxAxisSize;
+/// Numbers in their names are far from where differences overflow.
+constexpr std::int64_t kMaxFileNumber = 1'000'000'000'000;
 
 Error damaged(const fs::path& path, const std::string& message) {
     return {ErrorCode::Unreadable, path.string() + ": " + message};
@@ -112,8 +115,11 @@ std::vector<std::string> numbered_names(std::string_view text) {
     const std::string_view after = rest.substr(end + 1);
     const auto first = whole_number_from(words[1]), last = whole_number_from(words[2]),
                step = whole_number_from(words[3]);
-    if (!first || !last || !step || *step == 0 || width > 32 ||
-        (*last - *first) / *step >= kMaxDataFiles)
+    const auto is_small = [](const std::optional<std::int64_t>& number) {
+        return number && *number >= -kMaxFileNumber && *number <= kMaxFileNumber;
+    };
+    if (!is_small(first) || !is_small(last) || !is_small(step) || *step == 0 || width < 0 ||
+        width > 32 || (*last - *first) / *step >= kMaxDataFiles)
         return {};
     std::vector<std::string> names;
     for (std::int64_t n = *first; *step > 0 ? n <= *last : n >= *last; n += *step) {

@@ -231,7 +231,8 @@ DicomSlice slice_from(const Walker& tags, const fs::path& path) {
     slice.rows = tags.number(kRows, 0);
     slice.columns = tags.number(kColumns, 0);
     slice.samples_per_pixel = tags.number(kSamples, 1);
-    slice.frames = int(whole_number_from(tags.text(kFrames)).value_or(1));
+    slice.frames = int(std::clamp<std::int64_t>(whole_number_from(tags.text(kFrames)).value_or(1),
+                                                -1, std::int64_t(1) << 30));
     slice.pixels = tags.pixels();
     if (const auto n = tags.decimals(kSlope, 1); !n.empty()) slice.slope = n[0];
     if (const auto n = tags.decimals(kIntercept, 1); !n.empty()) slice.intercept = n[0];

@@ -65,6 +65,8 @@ Status check_slice(const DicomSlice& slice) {
     if (!slice.slope || !std::isfinite(*slice.slope)) return missing("Rescale Slope");
     if (!slice.intercept || !std::isfinite(*slice.intercept)) return missing("Rescale Intercept");
     if (!slice.position || !is_finite(*slice.position)) return missing("Image Position (Patient)");
+    // Before slices are sorted by it: products of larger ones may be no numbers.
+    if (Status status = check_origin(slice.path, *slice.position); !status) return status;
     if (!slice.row || !is_finite(*slice.row) || !is_finite(*slice.column))
         return missing("Image Orientation (Patient)");
     if (!slice.spacing_mm || !is_finite(*slice.spacing_mm)) return missing("Pixel Spacing");

@@ -62,22 +62,27 @@ template <class T>
 void VoxelBuilder::add_values(const T* values, std::size_t count) {
     PLIANT_ASSERT(count <= m_count - m_added);
     std::size_t n = 0;
-    for (std::int16_t* out = m_shorts.data() + m_added; !m_wide && n < count; ++n) {
-        const bool finite = is_finite_float(values[n]);
-        if (finite && !fits_16_bits(values[n])) {
-            m_added += n;
-            widen();
-            m_added -= n;
-            break;
+    // Only one of the two arrays is there.
+    if (std::int16_t* out = m_wide ? nullptr : m_shorts.data() + m_added) {
+        for (; n < count; ++n) {
+            const bool finite = is_finite_float(values[n]);
+            if (finite && !fits_16_bits(values[n])) {
+                m_added += n;
+                widen();
+                m_added -= n;
+                break;
+            }
+            m_not_finite += std::size_t(!finite);
+            out[n] = finite ? std::int16_t(values[n]) : std::int16_t(kAirHu);
         }
-        m_not_finite += std::size_t(!finite);
-        out[n] = finite ? std::int16_t(values[n]) : std::int16_t(kAirHu);
     }
-    for (float* out = m_floats.data() + m_added; n < count; ++n) {
-        const bool finite = is_finite_float(values[n]);
-        m_not_finite += std::size_t(!finite);
-        m_rounded += std::size_t(finite && !is_exact_in_float(values[n]));
-        out[n] = finite ? float(values[n]) : float(kAirHu);
+    if (float* out = m_wide ? m_floats.data() + m_added : nullptr) {
+        for (; n < count; ++n) {
+            const bool finite = is_finite_float(values[n]);
+            m_not_finite += std::size_t(!finite);
+            m_rounded += std::size_t(finite && !is_exact_in_float(values[n]));
+            out[n] = finite ? float(values[n]) : float(kAirHu);
+        }
     }
     m_added += count;
 }

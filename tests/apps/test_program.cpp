@@ -448,6 +448,12 @@ TEST_F(ProgramTest, RenderFliesAlongACurveInEitherCoordinateSystem) {
               std::string::npos)
         << odd.err;
     EXPECT_FALSE(fs::exists(file("c")));
+    // Points of it, half a millimetre apart, would fill the memory.
+    write_path("far.mrk.json", "LPS", 1'000'000'000);
+    const Finished far = run(common + "--path far.mrk.json --movie c/");
+    EXPECT_EQ(far.status, 2);
+    EXPECT_NE(far.err.find("controlPoints: expected a way of up to 100 m"), std::string::npos)
+        << far.err;
 }
 
 TEST_F(ProgramTest, HelpOfEveryCommandHasAnExample) {

@@ -95,11 +95,13 @@ class ServeProgramTest : public ::testing::Test {
         ASSERT_TRUE(write_volume(m_scan, phantom->volume).ok());
     }
     std::vector<std::string> serve() const {
-        return {"serve",     m_scan.string(),    "--port",   "0",
-                "--session", m_session.string(), "--no-open"};
+        return {"serve",     m_scan.string(), "--port", "0", "--session", m_session.string(),
+                "--no-open", "--checkpoint",  "0"};
     }
-    Json replayed() {
-        Program replay({"replay", m_session.string(), "--json"}, m_folder / "replay.txt");
+    Json replayed(bool from_checkpoint = false) {
+        std::vector<std::string> arguments = {"replay", m_session.string(), "--json"};
+        if (from_checkpoint) arguments.push_back("--from-checkpoint");
+        Program replay(arguments, m_folder / "replay.txt");
         EXPECT_EQ(replay.wait(), 0) << replay.said();
         return Json::parse(replay.said(), nullptr, false);
     }
@@ -135,6 +137,7 @@ TEST_F(ServeProgramTest, AfterKill9ASessionHasAllButTheLastSecond) {
         client.command({{"do", "relax"}, {"on", true}});
         client.until([](const Json& t) { return t["t"] == "state" && t["settled"] == true; });
         client.command({{"do", "relax"}, {"on", false}});
+        client.command({{"do", "release"}});
         before = client.checked_checksum();
         // A second later all of this must be there, whatever happens.
         std::this_thread::sleep_for(std::chrono::milliseconds(1000));
@@ -143,6 +146,13 @@ TEST_F(ServeProgramTest, AfterKill9ASessionHasAllButTheLastSecond) {
         const Json replay = replayed();
         EXPECT_EQ(replay["volume_hash"], before["volume"]);
         EXPECT_EQ(replay["tissue_hash"], before["tissue"]);
+        EXPECT_EQ(replay["from_checkpoint"], 0);
+        const Json quick = replayed(true);
+        EXPECT_EQ(quick["volume_hash"], before["volume"]);
+        EXPECT_EQ(quick["tissue_hash"], before["tissue"]);
+        if (round == 2) {
+            EXPECT_GT(quick["from_checkpoint"], 0);
+        }
         // The line that was being written may be there in part.
         std::ofstream(m_session, std::ios::app) << "0123456789abcdef {\"client\":1,\"do\":\"pu";
         EXPECT_GT(replayed()["cut_off_bytes"], 0);

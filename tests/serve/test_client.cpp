@@ -66,6 +66,10 @@ bool RawConnection::fill(std::size_t count) {
     return true;
 }
 
+void RawConnection::end_sending() {
+    ::shutdown(m_descriptor, SHUT_WR);
+}
+
 std::string RawConnection::read_response() {
     std::size_t end = 0;
     while ((end = m_buffer.find("\r\n\r\n")) == std::string::npos)

@@ -34,6 +34,10 @@ class RawConnection {
     bool send(std::string_view bytes);
     /// @returns false at the end of the connection
     bool fill(std::size_t count);
+    /// Drops what came in.
+    void forget() { m_buffer.clear(); }
+    /// Nothing more will be said; what is answered can still be read.
+    void end_sending();
     /// Everything up to the blank line, then what its length says. Empty: closed.
     std::string read_response();
     /// Asks for a path. @param more  further header lines, each with its end

@@ -256,6 +256,11 @@ TEST(Frames, HaveTheirBytesWhereTheProtocolSays) {
     ASSERT_EQ(frame.size(), sizeof expected);
     for (std::size_t n = 0; n < frame.size(); ++n)
         EXPECT_EQ(std::uint8_t(frame[n]), expected[n]) << "byte " << n;
+    // Without voxels it is none.
+    std::string empty = frame.substr(0, 32);
+    empty[22] = empty[28] = 0;
+    EXPECT_TRUE(read_frame_header(empty));
+    EXPECT_FALSE(read_box(empty));
 }
 
 TEST(Frames, OfToolsComeBackAsTheyWere) {

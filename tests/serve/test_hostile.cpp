@@ -27,9 +27,16 @@ class HostileTest : public ::testing::Test {
         m_server.emplace(std::move(*started));
         m_friend.emplace(port(), m_server->link());
         m_friend->enter();
+        m_first_tick = m_server->ticks();
+        m_since = std::chrono::steady_clock::now();
     }
     /// Whatever was done: somebody honest is still served.
     void TearDown() override {
+        // The owner's own count: a fiftieth of its rate is what a machine that is busy with other
+        // things, or with a sanitizer, leaves it at least.
+        const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - m_since;
+        EXPECT_GE(double(m_server->ticks() - m_first_tick), seconds.count() * 60 / 50)
+            << "in " << seconds.count() << " s";
         for (int n = 0; n < 3; ++n)
             EXPECT_EQ(m_friend->command({{"do", "iso"}, {"iso_hu", -400 - n}})["t"], "done");
         m_friend->checked_checksum();
@@ -54,6 +61,8 @@ class HostileTest : public ::testing::Test {
     const TaskArena m_arena{2};
     std::optional<Server> m_server;
     std::optional<TestClient> m_friend;
+    std::int64_t m_first_tick = 0;
+    std::chrono::steady_clock::time_point m_since{};
 };
 
 TEST_F(HostileTest, StrangersStayOutside) {
@@ -220,6 +229,76 @@ TEST_F(HostileTest, TornFramesEndTheirConnectionOnly) {
         if (n % 10 == 0) {
             EXPECT_EQ(m_friend->command({{"do", "iso"}, {"iso_hu", -n}})["t"], "done");
         }
+    }
+}
+
+TEST_F(HostileTest, WrongTypesAreRefusedOrEndTheirConnectionOnly) {
+    const std::uint64_t seed = 31;
+    SCOPED_TRACE(seed);
+    Random random(seed);
+    const std::vector<Json> good = {
+        {{"do", "push"}, {"point", {1, 2, 3}}, {"push", {0, 1, 0}}, {"radius", 3}, {"slide", true}},
+        {{"do", "grab"}, {"point", {0, 0, 0}}, {"radius", 3}},
+        {{"do", "drag"}, {"offset", {0, 1, 0}}},
+        {{"do", "cut"}, {"line", {{-5, -5, 0}, {5, -5, 0}}}, {"depth", {0, 9, 0}}},
+        {{"do", "carve"}, {"from", {1, 0, 0}}, {"to", {2, 0, 0}}, {"radius", 2}},
+        {{"do", "relax"}, {"on", false}},
+        {{"do", "materials"}, {"offset", 0.2}, {"air_enabled", true}},
+        {{"do", "iso"}, {"iso_hu", -400}, {"polarity", "rising"}},
+        {{"do", "tool"}, {"kind", "sphere"}, {"position", {0, 0, 0}}, {"radius", 3}},
+        {{"do", "seen"}, {"step", 1}},
+        {{"do", "hello"}, {"protocol", 1}, {"name", "x"}}};
+    const std::vector<std::string> wrong = {"null",
+                                            "true",
+                                            "\"x\"",
+                                            "[]",
+                                            "{}",
+                                            "1e999",
+                                            "-1e300",
+                                            "[1,2]",
+                                            "18446744073709551616",
+                                            "[[]]",
+                                            "[null,null,0]",
+                                            "\"\\u0000\""};
+    for (int n = 0; n < 60; ++n) {
+        Json message = good[std::size_t(random.whole(0, int(good.size()) - 1))];
+        auto field = message.begin();
+        std::advance(field, random.whole(0, int(message.size()) - 1));
+        *field = "HERE";
+        std::string text = message.dump();
+        text.replace(text.find("\"HERE\""), 6,
+                     wrong[std::size_t(random.whole(0, int(wrong.size()) - 1))]);
+        const auto client = enter();
+        client->send_frame(1, text);
+        client->say({{"do", "ping"}, {"id", 5}});
+        // Refused, carried out where the value is a good one after all, or dropped.
+        const Json answer = client->until("pong");
+        EXPECT_TRUE(!answer.is_null() || client->close_code == 4000)
+            << text << ": " << client->close_code;
+    }
+}
+
+TEST_F(HostileTest, WhoBreaksOffAnywhereEndsTheirConnectionOnly) {
+    const std::uint64_t seed = 32;
+    SCOPED_TRACE(seed);
+    Random random(seed);
+    const std::string token = token_of(m_server->link());
+    std::string good;
+    for (const std::string text :
+         {R"({"do":"hello","protocol":1})", R"({"do":"grab","point":[0,0,0],"radius":5})",
+          R"({"do":"drag","offset":[0,1,0]})", R"({"do":"checksum","id":1})"})
+        good += std::string{char(0x81), char(0x80 | text.size())} + std::string(4, '\0') + text;
+    for (int n = 0; n < 60; ++n) {
+        RawConnection client(port());
+        if (!client.upgrade(token).starts_with("HTTP/1.1 101")) {
+            std::this_thread::sleep_for(std::chrono::milliseconds(20));
+            continue;
+        }
+        client.send(good.substr(0, std::size_t(random.whole(0, int(good.size())))));
+        // Half of them with a reset, so that what is on its way to them is lost.
+        const linger at_once{1, 0};
+        if (n % 2)
+            ::setsockopt(client.descriptor(), SOL_SOCKET, SO_LINGER, &at_once, sizeof at_once);
     }
 }
 

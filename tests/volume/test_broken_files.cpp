@@ -153,6 +153,13 @@ TEST(BrokenNrrd, MissingDataFilesAreNamed) {
     expect_one_line(folder.write("f.nhdr", beside("data file: s%n%s 1 2 1\n")),
                     "names 0 data files");
     expect_one_line(folder.write("g.nhdr", beside("data file: .\n")), "is missing");
+    // Numbers whose difference, or quotient, is none.
+    for (const char* numbers : {"-9223372036854775808 0 -1", "-9223372036854775808 1 1",
+                                "9223372036854775806 9223372036854775807 1"})
+        expect_one_line(
+            folder.write("h.nhdr",
+                         beside(("data file: s%d.raw " + std::string(numbers) + "\n").c_str())),
+            "names 0 data files");
 }
 
 TEST(BrokenNrrd, OtherDimensionsAndVectorsAreRefused) {
@@ -230,6 +237,10 @@ TEST(BrokenMetaImage, DataThatAreMissingOrDamagedAreNoticed) {
         {"blanks.mhd",
          with<MetaFile>([](auto& f) { f.data_file = "raw.mha%d  1  2  1", f.data = ""; }),
          "is missing"},
+        {"numbers.mhd", with<MetaFile>([](auto& f) {
+             f.data_file = "s%d.raw -9223372036854775808 0 -1", f.data = "";
+         }),
+         "names 0 data files"},
         {"short.mhd", with<MetaFile>([](auto& f) { f.data_file = "LIST\nraw.mha", f.data = ""; }),
          "names 1 data files, expected 2"},
         {"list.mhd", with<MetaFile>([](auto& f) { f.data_file = "LIST\nx.raw\ny.raw"; }),

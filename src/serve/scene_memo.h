@@ -1,0 +1,24 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// What a scene is beside its tissue, while it rests: nobody holds anything, and no step goes on.
+
+#pragma once
+
+#include <pliant/render.h>
+
+#include <cstdint>
+
+namespace pliant::serve {
+
+struct SceneMemo {
+    double iso_hu = 0;
+    Polarity polarity = Polarity::Rising;
+    bool relaxing = false, settled = true;
+    std::uint32_t last_client = 0;
+    std::int64_t steps = 0;  ///< of undo that were made so far, also those that are gone
+
+    friend bool operator==(const SceneMemo&, const SceneMemo&) = default;
+};
+
+}  // namespace pliant::serve

@@ -1,0 +1,40 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// Bytes as a scan's file: read or refused in one line, as a scan and as a field of vectors.
+
+#pragma once
+
+#include <pliant/volume.h>
+
+#include "fuzz/fuzz.h"
+
+namespace pliant::fuzz {
+
+inline void read_scan(const std::filesystem::path& path) {
+    const auto volume = read_volume(path);
+    if (!volume.ok()) {
+        expect_one_line(volume.error().message);
+    } else {
+        const std::size_t count = voxel_count(volume->grid);
+        std::visit(
+            [&](const auto& voxels) {
+                expect(voxels.size() == count, "as many voxels as the grid says");
+                // Each is looked at: a file that is mapped must be as long as it said.
+                double sum = 0;
+                for (std::size_t n = 0; n < voxels.size(); ++n) sum += double(voxels.data()[n]);
+                expect(sum == sum, "finite values");
+            },
+            volume->voxels);
+        for (int a = 0; a < 3; ++a) {
+            expect(volume->grid.size[a] >= 2, "two voxels along each axis");
+            expect(volume->grid.spacing_mm[a] > 0, "a spacing");
+            expect(is_finite(volume->grid.direction.columns[a]), "finite directions");
+        }
+        expect(is_finite(volume->grid.origin_mm), "a finite origin");
+    }
+    const auto field = read_vector_field(path);
+    if (!field.ok()) expect_one_line(field.error().message);
+}
+
+}  // namespace pliant::fuzz

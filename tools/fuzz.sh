@@ -1,0 +1,48 @@
+# SPDX-FileCopyrightText: 2026 The Pliant authors
+# SPDX-License-Identifier: Apache-2.0
+# shellcheck shell=bash disable=SC2154  # root and called_from come from ./dev
+#
+# `./dev fuzz`: libFuzzer's programs, one after the other. What they learn stays in
+# build/fuzz-corpus for the next time; what they find is in build/fuzz-found, to be run again by the
+# same program, and belongs into tests/fuzz/corpus once it is put right.
+
+fuzz() { # [TARGET…] [--seconds N]
+    local seconds=600 targets=() target
+    while (($#)); do
+        case $1 in
+            --seconds)
+                [[ ${2:-} =~ ^[0-9]+$ ]] || fail "fuzz: --seconds: expected a number"
+                seconds=$2
+                shift
+                ;;
+            *)
+                [[ -f $root/tests/fuzz/fuzz_$1.cpp ]] ||
+                    fail "fuzz: expected a target of tests/fuzz, found '$1'"
+                targets+=("$1")
+                ;;
+        esac
+        shift
+    done
+    ((${#targets[@]})) ||
+        mapfile -t targets < <(cd "$root/tests/fuzz/corpus" && printf '%s\n' *)
+    need_packages build test
+    configure fuzz -DPLIANT_BUILD_TESTS=ON
+    compile fuzz --target "${targets[@]/#/fuzz_}"
+    for target in "${targets[@]}"; do
+        step "fuzz: $target" fuzz_one "$target" "$seconds"
+    done
+    summary
+}
+
+fuzz_one() { # TARGET SECONDS
+    local target=$1 seconds=$2
+    local learnt=$root/build/fuzz-corpus/$target found=$root/build/fuzz-found/$target
+    mkdir -p "$learnt" "$found"
+    ulimit -c 0
+    export ASAN_OPTIONS=detect_stack_use_after_return=1:strict_string_checks=1
+    export LSAN_OPTIONS=suppressions=$root/tools/lsan.supp:print_suppressions=0
+    export UBSAN_OPTIONS=print_stacktrace=1:halt_on_error=1
+    "$root/build/fuzz/tests/fuzz/fuzz_$target" -max_total_time="$seconds" -timeout=60 \
+        -rss_limit_mb=2000 -max_len=8192 -use_value_profile=1 -print_final_stats=1 -verbosity=1 \
+        -artifact_prefix="$found/" "$learnt" "$root/tests/fuzz/corpus/$target"
+}
