@@ -32,6 +32,8 @@ struct ServerSettings {
     std::filesystem::path
         session{};     ///< recorded there; goes on where it ended. Empty: not recorded
     int rate_hz = 60;  ///< steps of the scene per second at most, 1…1000
+    /// Of a scan that is opened through the page. With a session it is kept in a folder beside it.
+    std::uint64_t max_upload_bytes = std::uint64_t(8) << 30;
 };
 
 class Server {

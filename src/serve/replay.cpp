@@ -22,22 +22,31 @@ Status compare(Scene& scene, const SessionMark& mark, std::size_t number) {
 
 }  // namespace
 
+Result<std::unique_ptr<Scene>> open_recorded(const SessionHeader& header, const TaskArena& arena) {
+    auto scene = Scene::open(header.source, arena);
+    if (scene.ok() && (*scene)->scan_hash() != header.scan_hash)
+        return Error{ErrorCode::InvalidArgument,
+                     "expected the scan " + hex_text(header.scan_hash, 16) +
+                         ", found another one: " + (*scene)->info().name};
+    return scene;
+}
+
 Status replay_into(Scene& scene, std::span<const SessionRecord> records, bool compare_marks,
-                   const Progress& progress) {
+                   const Progress& progress, std::size_t before) {
     for (std::size_t n = 0; n < records.size(); ++n) {
         if (progress) progress(double(n) / double(records.size()));
         if (const auto* command = std::get_if<SessionCommand>(&records[n])) {
             const Outcome outcome = scene.carry_out(command->client, command->action);
             if (outcome.ok() == command->refused)
                 return Error{ErrorCode::Unreadable,
-                             "record " + std::to_string(n + 1) + ": expected a command that is " +
+                             "record " + std::to_string(before + n + 1) + ": expected a command that is " +
                                  (command->refused ? "refused" : "carried out") +
                                  ", found the opposite: " + outcome.message};
         } else if (const auto* sweeps = std::get_if<SessionSweeps>(&records[n])) {
             for (int k = 0; k < sweeps->count; ++k) scene.sweep();
-        } else if (compare_marks) {
-            const auto& mark = *std::get_if<SessionMark>(&records[n]);
-            if (const Status s = compare(scene, mark, n + 1); !s.ok()) return s;
+        } else if (const auto* mark = std::get_if<SessionMark>(&records[n])) {
+            if (!compare_marks) continue;
+            if (const Status s = compare(scene, *mark, before + n + 1); !s.ok()) return s;
         }
     }
     return Ok{};
@@ -54,23 +63,36 @@ Result<ReplayReport> replay_session(const std::filesystem::path& path, const Tas
     };
     const auto file = serve::read_session(path);
     if (!file.ok()) return file.error();
-    auto scene = serve::Scene::open(file->header.source, arena);
-    if (!scene.ok()) return named(scene.error());
-    if ((*scene)->scan_hash() != file->header.scan_hash)
-        return named({ErrorCode::InvalidArgument,
-                      "expected the scan " + serve::hex_text(file->header.scan_hash, 16) +
-                          ", found another one: " + (*scene)->info().name});
-    const Status status = serve::replay_into(**scene, file->records, true, progress);
-    if (!status.ok()) return named(status.error());
-    (*scene)->update();
+    const std::span<const serve::SessionRecord> all(file->records);
+    std::unique_ptr<serve::Scene> scene;
+    const serve::SessionHeader* next = &file->header;
+    // Scene by scene; each begins where a scan was opened.
+    for (std::size_t begin = 0; next;) {
+        scene.reset();
+        auto opened = serve::open_recorded(*next, arena);
+        if (!opened.ok()) return named(opened.error());
+        scene = std::move(*opened);
+        std::size_t end = begin;
+        while (end < all.size() && !std::holds_alternative<serve::SessionOpen>(all[end])) ++end;
+        const auto share = [&](double fraction) {
+            if (progress)
+                progress((double(begin) + fraction * double(end - begin)) / double(all.size()));
+        };
+        const Status status =
+            serve::replay_into(*scene, all.subspan(begin, end - begin), true, share, begin);
+        if (!status.ok()) return named(status.error());
+        next = end < all.size() ? &std::get_if<serve::SessionOpen>(&all[end])->scan : nullptr;
+        begin = end + 1;
+    }
+    scene->update();
     ReplayReport report;
     report.cut_off_bytes = file->cut_off_bytes;
     for (const auto& record : file->records) {
         report.commands += std::holds_alternative<serve::SessionCommand>(record);
         report.marks += std::holds_alternative<serve::SessionMark>(record);
     }
-    report.volume_hash = hash_volume((*scene)->deformed());
-    report.tissue_hash = (*scene)->tissue().hash();
+    report.volume_hash = hash_volume(scene->deformed());
+    report.tissue_hash = scene->tissue().hash();
     return report;
 }
 
