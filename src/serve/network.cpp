@@ -245,7 +245,8 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
             return refuse(request, http::status::forbidden, "Origin: expected this server's page");
         if (Transfers::takes(path_of(target)))
             return m_network.transfers.begin(
-                {std::move(m_stream), std::move(m_buffer), std::move(*m_parser), port});
+                {std::move(m_stream), std::move(m_buffer),
+                 std::make_unique<BodyParser>(std::move(*m_parser)), port});
         if (!m_parser->is_done()) return close();  // only files have a body
         if (path_of(target) == "/ws") return upgrade(request, query_value(target, "token"));
         if (request.method() != http::verb::get && request.method() != http::verb::head)

@@ -51,7 +51,6 @@ class Transfer : public std::enable_shared_from_this<Transfer> {
 
   private:
     using Error = boost::system::error_code;
-    using Parser = boost::beast::http::request_parser<boost::beast::http::buffer_body>;
 
     // Out.
     void save(SaveKind kind);
@@ -83,7 +82,7 @@ class Transfer : public std::enable_shared_from_this<Transfer> {
     std::shared_ptr<int> m_count;
     boost::beast::tcp_stream m_stream;
     boost::beast::flat_buffer m_buffer;
-    Parser m_parser;
+    std::unique_ptr<BodyParser> m_parser;
     int m_port;
     std::string m_target;
     std::array<char, 1 << 18> m_piece;

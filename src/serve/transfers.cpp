@@ -85,9 +85,9 @@ Transfer::Transfer(Transfers::Desk& desk, Guest guest)
       m_buffer(std::move(guest.buffer)),
       m_parser(std::move(guest.parser)),
       m_port(guest.port),
-      m_target(m_parser.get().target()) {
+      m_target(m_parser->get().target()) {
     ++*m_count;
-    m_parser.body_limit(boost::none);  // uploads have their own
+    m_parser->body_limit(boost::none);  // uploads have their own
 }
 
 Transfer::~Transfer() {
@@ -103,7 +103,7 @@ void Transfer::begin() {
         m_discarded = kMaxDiscarded;  // no patience with strangers
         return answer(403, "token: expected that of the link");
     }
-    const auto method = m_parser.get().method();
+    const auto method = m_parser->get().method();
     if (path.starts_with("/save/")) {
         if (method != http::verb::get) return answer(405, "expected GET");
         const auto kind = save_kind_of(path.substr(6));
@@ -206,7 +206,7 @@ void Transfer::answer(unsigned status, const std::string& line) {
     m_stream.expires_after(kHttpTime);
     asio::async_write(m_stream, asio::buffer(m_text),
                       [self = shared_from_this()](Error error, std::size_t) {
-                          if (error || self->m_parser.is_done()) return self->close();
+                          if (error || self->m_parser->is_done()) return self->close();
                           // Whoever is still sending wouldn't see the answer if we hung up.
                           Error ignored;
                           self->m_stream.socket().shutdown(tcp::socket::shutdown_send, ignored);

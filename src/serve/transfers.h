@@ -24,11 +24,13 @@
 
 namespace pliant::serve {
 
+using BodyParser = boost::beast::http::request_parser<boost::beast::http::buffer_body>;
+
 /// A request whose header was read, with all that belongs to it.
 struct Guest {
     boost::beast::tcp_stream stream;
     boost::beast::flat_buffer buffer;
-    boost::beast::http::request_parser<boost::beast::http::empty_body> parser;
+    std::unique_ptr<BodyParser> parser;
     int port;
 };
 

@@ -55,7 +55,7 @@ void Transfer::open(std::string_view path) {
         m_desk.upload = std::make_shared<Upload>(m_desk.settings.uploads, id);
     if (is_done) return read_scan();
     std::optional<std::uint64_t> size;
-    if (const auto length = m_parser.content_length()) size = *length;
+    if (const auto length = m_parser->content_length()) size = *length;
     on_disk(
         [upload = m_desk.upload, name = parameter("name"), size] {
             return upload->begin_file(name, size);
@@ -64,7 +64,7 @@ void Transfer::open(std::string_view path) {
 }
 
 void Transfer::begin_reading() {
-    if (m_parser.get()[http::field::expect] != "100-continue") return receive();
+    if (m_parser->get()[http::field::expect] != "100-continue") return receive();
     m_text = "HTTP/1.1 100 Continue\r\n\r\n";
     m_stream.expires_after(kHttpTime);
     asio::async_write(m_stream, asio::buffer(m_text),
@@ -74,19 +74,19 @@ void Transfer::begin_reading() {
 }
 
 void Transfer::receive() {
-    if (m_parser.is_done()) return take_piece(0, true);
+    if (m_parser->is_done()) return take_piece(0, true);
     if (is_too_slow())
         return give_up({408, "open: expected at least 64 KiB per second, found less"});
-    auto& body = m_parser.get().body();
+    auto& body = m_parser->get().body();
     body.data = m_piece.data();
     body.size = m_piece.size();
     m_stream.expires_after(kHttpTime);
-    http::async_read(m_stream, m_buffer, m_parser,
+    http::async_read(m_stream, m_buffer, *m_parser,
                      [self = shared_from_this()](Error error, std::size_t) {
                          if (error && error != http::error::need_buffer)
                              return self->give_up({0, ""});  // cut off
-                         const auto left = self->m_parser.get().body().size;
-                         self->take_piece(self->m_piece.size() - left, self->m_parser.is_done());
+                         const auto left = self->m_parser->get().body().size;
+                         self->take_piece(self->m_piece.size() - left, self->m_parser->is_done());
                      });
 }
 
