@@ -64,6 +64,6 @@ export function scanOf(all: readonly NamedFile[]): ScanFiles {
         seen.add(free);
         return { path: free, file };
     });
-    const folder = files[0]!.path.split('/').slice(0, -1).pop();
-    return { name: folder ?? 'scan', files: named };
+    const [folder, ...below] = files[0]!.path.split('/');
+    return { name: below.length ? folder! : 'scan', files: named };
 }
