@@ -12,8 +12,8 @@
 
 namespace pliant {
 
-/// Keeps a reference to the volume, which is the lattice's own. Displacements and edits are those of
-/// the original; materials of its bricks are not filled in, so nobody can push it.
+/// Keeps a reference to the volume, which is the lattice's own. Displacements and edits are those
+/// of the original; materials of its bricks are not filled in, so nobody can push it.
 std::unique_ptr<const Lattice> copy_of(const Lattice& lattice, const Volume& volume);
 
 }  // namespace pliant

@@ -61,7 +61,8 @@ void Hub::begin_anew(Client& client) {
         const std::string name(name_of(waiting.message.action));
         const Outcome refusal{.error_code = "other_scan",
                               .message = name + ": another scan was opened meanwhile"};
-        for (const std::uint32_t id : waiting.merged) say(client, outcome_text(id, name, 0, refusal));
+        for (const std::uint32_t id : waiting.merged)
+            say(client, outcome_text(id, name, 0, refusal));
         say(client, outcome_text(waiting.message.id, name, 0, refusal));
     }
     client.scene_step = m_step;

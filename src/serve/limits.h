@@ -46,8 +46,8 @@ inline constexpr std::chrono::seconds kSilentTime{30};  ///< without a sign of l
 inline constexpr int kMaxUploadFiles = 4096;  ///< of one scan
 inline constexpr std::size_t kMaxFileName = 200;
 inline constexpr std::uint64_t kSpareDiskBytes = std::uint64_t(256) << 20;  ///< are left
-inline constexpr std::uint64_t kMaxKeptBytes = std::uint64_t(64) << 30;  ///< beside a session
-inline constexpr std::chrono::seconds kUploadPause{60};   ///< between two files of one scan
+inline constexpr std::uint64_t kMaxKeptBytes = std::uint64_t(64) << 30;     ///< beside a session
+inline constexpr std::chrono::seconds kUploadPause{60};    ///< between two files of one scan
 inline constexpr std::chrono::seconds kTransferGrace{30};  ///< beyond that, at least so fast:
 inline constexpr double kTransferBytesPerSecond = 64 * 1024;
 

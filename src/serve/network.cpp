@@ -7,6 +7,7 @@
 #include <boost/asio.hpp>
 #include <boost/beast.hpp>
 #include <deque>
+#include <limits>
 #include <list>
 #include <map>
 #include <optional>
@@ -219,7 +220,8 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
     void read() {
         m_parser.emplace();
         m_parser->header_limit(kMaxHeaderBytes);
-        m_parser->body_limit(boost::none);  // it isn't read here
+        // It isn't read here. (Boost 1.74 takes "no limit" for a limit that is always exceeded.)
+        m_parser->body_limit(std::numeric_limits<std::uint64_t>::max());
         m_stream.expires_after(kHttpTime);
         http::async_read_header(m_stream, m_buffer, *m_parser,
                                 [self = shared_from_this()](error_code error, std::size_t) {
@@ -244,9 +246,9 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
         if (origin != request.end() && !is_own_origin(view_of(origin->value()), port))
             return refuse(request, http::status::forbidden, "Origin: expected this server's page");
         if (Transfers::takes(path_of(target)))
-            return m_network.transfers.begin(
-                {std::move(m_stream), std::move(m_buffer),
-                 std::make_unique<BodyParser>(std::move(*m_parser)), port});
+            return m_network.transfers.begin({std::move(m_stream), std::move(m_buffer),
+                                              std::make_unique<BodyParser>(std::move(*m_parser)),
+                                              port});
         if (!m_parser->is_done()) return close();  // only files have a body
         if (path_of(target) == "/ws") return upgrade(request, query_value(target, "token"));
         if (request.method() != http::verb::get && request.method() != http::verb::head)

@@ -44,9 +44,9 @@ Status check_named_files(const fs::path& path) {
         const bool names = key.starts_with("data file") || key.starts_with("datafile") ||
                            key.starts_with("elementdatafile");
         if ((names || is_list) && line.find_first_of("/\\") != std::string_view::npos)
-            return Error{ErrorCode::Unsupported,
-                         path.string() + ": names the data file '" + shown(line) +
-                             "', expected one without a folder"};
+            return Error{ErrorCode::Unsupported, path.string() + ": names the data file '" +
+                                                     shown(line) +
+                                                     "', expected one without a folder"};
         if (names) {
             const std::string value = lower_case(std::string(line.substr(key.size())));
             if (value.find("local") != std::string::npos) break;  // voxels follow

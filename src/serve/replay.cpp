@@ -39,7 +39,8 @@ Status replay_into(Scene& scene, std::span<const SessionRecord> records, bool co
             const Outcome outcome = scene.carry_out(command->client, command->action);
             if (outcome.ok() == command->refused)
                 return Error{ErrorCode::Unreadable,
-                             "record " + std::to_string(before + n + 1) + ": expected a command that is " +
+                             "record " + std::to_string(before + n + 1) +
+                                 ": expected a command that is " +
                                  (command->refused ? "refused" : "carried out") +
                                  ", found the opposite: " + outcome.message};
         } else if (const auto* sweeps = std::get_if<SessionSweeps>(&records[n])) {

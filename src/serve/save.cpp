@@ -42,8 +42,7 @@ Status write_transform(const std::filesystem::path& path, const Taken& taken) {
     if (!has_memory_for(voxel_count(scan.grid) * sizeof(Vec3f)))
         return Error{ErrorCode::LimitExceeded, "transform.nrrd: not enough memory to make it"};
     const TaskArena alone(1);
-    const Deformed deformed =
-        deform_by_lattice(scan, *taken.lattice, Mapping::Cells, true, alone);
+    const Deformed deformed = deform_by_lattice(scan, *taken.lattice, Mapping::Cells, true, alone);
     return write_vector_field(path, scan.grid, FieldKind::Resampling, inverse_slices(deformed));
 }
 
@@ -76,10 +75,10 @@ FileWriter save_later(SaveKind kind, const Scene& scene) {
 
 FileWriter save_session_later(SessionPart part, const Scene& scene) {
     auto volume = std::make_shared<const Volume>(scene.deformed());
-    return [part = std::move(part), volume,
-            taken = take(scene)](const std::filesystem::path& path) {
-        return write_session(path, part, {hash_volume(*volume), hash_state(*taken->lattice)});
-    };
+    return
+        [part = std::move(part), volume, taken = take(scene)](const std::filesystem::path& path) {
+            return write_session(path, part, {hash_volume(*volume), hash_state(*taken->lattice)});
+        };
 }
 
 bool has_memory_for(std::uint64_t bytes) {

@@ -203,8 +203,8 @@ Result<SessionPart> SessionLog::part() {
     if (const Status s = flush(); !s.ok()) return s.error();
     const int copy = ::fcntl(m_descriptor, F_DUPFD_CLOEXEC, 0);
     if (copy < 0)
-        return unwritable(m_path, std::string("expected to read it, found: ") +
-                                      std::strerror(errno));
+        return unwritable(m_path,
+                          std::string("expected to read it, found: ") + std::strerror(errno));
     const auto close = [](const int* descriptor) {
         ::close(*descriptor);
         delete descriptor;
@@ -223,8 +223,7 @@ Status SessionLog::flush() {
         if (count > 0) {
             left.remove_prefix(std::size_t(count));
             m_written += std::uint64_t(count);
-        }
-        else if (errno != EINTR) {
+        } else if (errno != EINTR) {
             m_failed = true;
         }
     }

@@ -99,10 +99,9 @@ void Transfer::on_disk(There there, Here here) {
     boost::asio::post(m_desk.disk, [self = shared_from_this(), there = std::move(there),
                                     here = std::move(here)]() mutable {
         auto result = std::make_shared<decltype(there())>(there());
-        boost::asio::post(self->m_desk.context,
-                          [self, result, here = std::move(here)]() mutable {
-                              here(std::move(*result));
-                          });
+        boost::asio::post(self->m_desk.context, [self, result, here = std::move(here)]() mutable {
+            here(std::move(*result));
+        });
     });
 }
 

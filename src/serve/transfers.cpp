@@ -10,6 +10,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <limits>
 #include <new>
 #include <sstream>
 
@@ -87,7 +88,7 @@ Transfer::Transfer(Transfers::Desk& desk, Guest guest)
       m_port(guest.port),
       m_target(m_parser->get().target()) {
     ++*m_count;
-    m_parser->body_limit(boost::none);  // uploads have their own
+    m_parser->body_limit(std::numeric_limits<std::uint64_t>::max());  // uploads have their own
 }
 
 Transfer::~Transfer() {
@@ -178,17 +179,16 @@ void Transfer::send_header(SaveKind kind, const std::string& failure) {
 
 void Transfer::send_piece() {
     if (m_moved == m_size || is_too_slow()) return close();
-    on_disk(
-        [this] { return ::pread(m_file, m_piece.data(), m_piece.size(), off_t(m_moved)); },
-        [this](ssize_t count) {
-            if (count <= 0) return close();  // the client sees that bytes are missing
-            m_stream.expires_after(kStallTime);
-            asio::async_write(m_stream, asio::buffer(m_piece.data(), std::size_t(count)),
-                              [self = shared_from_this()](Error error, std::size_t written) {
-                                  self->m_moved += written;
-                                  error ? self->close() : self->send_piece();
-                              });
-        });
+    on_disk([this] { return ::pread(m_file, m_piece.data(), m_piece.size(), off_t(m_moved)); },
+            [this](ssize_t count) {
+                if (count <= 0) return close();  // the client sees that bytes are missing
+                m_stream.expires_after(kStallTime);
+                asio::async_write(m_stream, asio::buffer(m_piece.data(), std::size_t(count)),
+                                  [self = shared_from_this()](Error error, std::size_t written) {
+                                      self->m_moved += written;
+                                      error ? self->close() : self->send_piece();
+                                  });
+            });
 }
 
 // The end.

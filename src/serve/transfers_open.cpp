@@ -51,16 +51,13 @@ void Transfer::open(std::string_view path) {
         return answer(404, "upload: expected one that has begun, found none");
     m_desk.opening = shared_from_this();
     m_desk.pause.cancel();
-    if (!m_desk.upload)
-        m_desk.upload = std::make_shared<Upload>(m_desk.settings.uploads, id);
+    if (!m_desk.upload) m_desk.upload = std::make_shared<Upload>(m_desk.settings.uploads, id);
     if (is_done) return read_scan();
     std::optional<std::uint64_t> size;
     if (const auto length = m_parser->content_length()) size = *length;
-    on_disk(
-        [upload = m_desk.upload, name = parameter("name"), size] {
-            return upload->begin_file(name, size);
-        },
-        [this](const MayRefuse& refusal) { refusal ? give_up(*refusal) : begin_reading(); });
+    on_disk([upload = m_desk.upload, name = parameter("name"),
+             size] { return upload->begin_file(name, size); },
+            [this](const MayRefuse& refusal) { refusal ? give_up(*refusal) : begin_reading(); });
 }
 
 void Transfer::begin_reading() {
@@ -132,9 +129,8 @@ void Transfer::hand_over(Result<NewScene> scene) {
     m_desk.drop_upload();
     m_desk.hub.open(std::move(*scene), [weak = weak_from_this(), context = &m_desk.context,
                                         disk = &m_desk.disk](std::unique_ptr<Scene> old) {
-        asio::post(*disk, [gone = std::shared_ptr<Scene>(std::move(old))]() mutable {
-            gone.reset();
-        });
+        asio::post(*disk,
+                   [gone = std::shared_ptr<Scene>(std::move(old))]() mutable { gone.reset(); });
         asio::post(*context, [weak] {
             const auto self = weak.lock();
             if (!self) return;

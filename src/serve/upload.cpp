@@ -67,7 +67,8 @@ MayRefuse Upload::make_root() {
         fs::create_directories(folder, error);
     if (m_settings.keeps && bytes_below(folder) > kMaxKeptBytes)
         return Refusal{507, folder.filename().string() + ": expected up to " +
-                                mebibytes(kMaxKeptBytes) + " of scans beside a session, found more"};
+                                mebibytes(kMaxKeptBytes) +
+                                " of scans beside a session, found more"};
     std::string root = (folder / "pliant-upload-XXXXXX").string();
     if (error || !::mkdtemp(root.data())) return cant_write("upload");
     m_root = root;

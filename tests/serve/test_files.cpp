@@ -46,10 +46,12 @@ class FilesTest : public ::testing::Test {
         ::setenv("TMPDIR", m_temporary.path().c_str(), 1);
         auto phantom = make_phantom({.name = "cube", .size = {48, 40, 44}}, m_arena);
         ASSERT_TRUE(phantom.ok());
-        m_scan = std::move(phantom->volume);
         // Its values would count as bone.
-        m_scan.key_values.emplace_back("bone_threshold_hu", "3000");
-        ASSERT_TRUE(write_volume(m_folder / "cube.nrrd", m_scan).ok());
+        phantom->volume.key_values.emplace_back("bone_threshold_hu", "3000");
+        ASSERT_TRUE(write_volume(m_folder / "cube.nrrd", phantom->volume).ok());
+        auto scan = read_volume(m_folder / "cube.nrrd");
+        ASSERT_TRUE(scan.ok());
+        m_scan = std::move(*scan);
     }
     void TearDown() override {
         m_server.reset();
@@ -99,9 +101,9 @@ class FilesTest : public ::testing::Test {
         const Json volume = client.until("volume");
         ASSERT_FALSE(volume.is_null());
         client.size = {volume["size"][0], volume["size"][1], volume["size"][2]};
-        client.voxels.assign(std::size_t(client.size.x) * std::size_t(client.size.y) *
-                                 std::size_t(client.size.z),
-                             0xffff);
+        client.voxels.assign(
+            std::size_t(client.size.x) * std::size_t(client.size.y) * std::size_t(client.size.z),
+            0xffff);
         client.welcome["volume"] = volume;
         ASSERT_TRUE(client.until_up_to_date());
     }
@@ -134,7 +136,10 @@ TEST_F(FilesTest, WhatIsSavedIsWhatTheLibraryWritesOfTheSamePushes) {
     EXPECT_EQ(a.welcome["open_bytes"], kMaxUpload);
     ChainMailSettings settings;
     settings.bone_threshold_hu = 3000;
-    auto tissue = ChainMail::create(m_scan, settings, m_arena);
+    // With one thread, as the server does it: where something is cut, the last bits of a transform
+    // still depend on their number.
+    const TaskArena alone(1);
+    auto tissue = ChainMail::create(m_scan, settings, alone);
     ASSERT_TRUE(tissue.ok());
     const auto compare = [&] {
         const Deformed deformed = deform_volume(*tissue, Mapping::Cells, true);
@@ -414,12 +419,11 @@ TEST_F(FilesTest, OneScanAtATimeAndWhoIsCutOffMakesRoom) {
 
 TEST_F(FilesTest, ASlowReaderHoldsUpNobodyButThoseWhoSave) {
     // Larger than what the sockets take at once.
-    auto large = make_phantom({.name = "airway", .size = {160, 160, 160}}, m_arena);
+    auto large = make_phantom({.name = "cube", .size = {144, 144, 144}}, m_arena);
     ASSERT_TRUE(large.ok());
     Random random(5);
-    std::visit([&](auto& voxels) {
-        for (auto& v : voxels) v = std::remove_reference_t<decltype(v)>(v + random.whole(0, 99));
-    }, large->volume.voxels);
+    for (auto& v : std::get<0>(large->volume.voxels))
+        v = std::int16_t(random.whole(-30'000, 30'000));  // that no file makes smaller
     ASSERT_TRUE(write_volume(m_folder / "cube.nrrd", large->volume).ok());
     start();
     TestClient a(port(), m_server->link());
