@@ -325,14 +325,17 @@ void add_serve(CLI::App& app, ServeOptions& o) {
          "where to listen on this machine; 0: any free one (default 8765, or any free one)")
         ->check(CLI::Range(0, 65535));
     c->add_option("--session", o.session,
-                  "record what is done to this file; if it is there, go on where it ended");
+                  "record what is done to this file; if it is there, go on where it ended. Scans "
+                  "that are opened in the page are kept beside it, in SESSION.scans");
     c->add_option("--checkpoint", o.checkpoint_s,
                   "with a session: save the state beside it after so many seconds of work, so that "
                   "it opens as quickly (default 30)")
         ->check(CLI::Range(0.0, 1e6));
     c->add_flag("--no-open", o.no_open, "print the link, and open no browser");
     add_threads(c, o.threads);
-    c->footer("Example:\n  pliant serve scan.nrrd --session scan.pls");
+    c->footer(
+        "Other scans are opened, and the deformed one is saved, in the page.\n"
+        "Example:\n  pliant serve scan.nrrd --session scan.pls");
 }
 
 void add_replay(CLI::App& app, ReplayOptions& o) {

@@ -35,6 +35,8 @@ struct ServerSettings {
     /// With a session: its state is saved beside it after so many seconds of work, so that opening
     /// it again takes about as long, and not as long as all of it. ≥ 0
     double checkpoint_s = 30;
+    /// Of a scan that is opened through the page. With a session it is kept in a folder beside it.
+    std::uint64_t max_upload_bytes = std::uint64_t(8) << 30;
 };
 
 class Server {

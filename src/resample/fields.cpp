@@ -11,7 +11,7 @@
 #include <span>
 #include <vector>
 
-#include "chainmail/lattice.h"
+#include "resample/fields.h"
 
 namespace pliant {
 namespace {
@@ -49,8 +49,7 @@ VectorField whole_field(const Grid& grid, FieldKind kind, const FieldSlices& fil
 
 }  // namespace
 
-FieldSlices displacement_slices(const ChainMail& tissue) {
-    const Lattice& lattice = tissue.lattice();
+FieldSlices slices_of(const Lattice& lattice) {
     // Bricks by the layer that they lie in.
     auto layers = std::make_shared<std::map<int, std::vector<int>>>();
     for (const int index : lattice.resident_bricks())
@@ -61,6 +60,10 @@ FieldSlices displacement_slices(const ChainMail& tissue) {
         for (const int index : found->second)
             fill_from_brick(lattice, lattice.brick(index), k, vectors_mm);
     };
+}
+
+FieldSlices displacement_slices(const ChainMail& tissue) {
+    return slices_of(tissue.lattice());
 }
 
 FieldSlices inverse_slices(const Deformed& deformed) {

@@ -74,7 +74,7 @@ Result<std::unique_ptr<Scene>> open_recorded(const SessionHeader& header, const 
 Result<Reopened> reopen(const SessionFile& file, const std::filesystem::path& session,
                         const TaskArena& arena) {
     std::vector<std::size_t> points;
-    for (std::size_t n = 0; n < file.records.size(); ++n)
+    for (std::size_t n = file.scene_records; n < file.records.size(); ++n)
         if (std::holds_alternative<SessionCheckpoint>(file.records[n])) points.push_back(n);
     Reopened reopened;
     const std::span records(file.records);
@@ -82,11 +82,11 @@ Result<Reopened> reopen(const SessionFile& file, const std::filesystem::path& se
     if (points.size() >= 2)
         for (const std::size_t at : {points[points.size() - 2], points.back()}) {
             const auto& point = *std::get_if<SessionCheckpoint>(&records[at]);
-            auto scene = open_recorded(file.header, arena);
+            auto scene = open_recorded(file.scene, arena);
             if (!scene.ok()) return scene.error();
             Status status = restore(**scene, point, checkpoint_path(session, point.number));
             if (status.ok())
-                status = replay_into(**scene, records.subspan(at + 1), Compare::Tissue);
+                status = replay_into(**scene, records.subspan(at + 1), Compare::Tissue, {}, at + 1);
             if (status.ok()) {
                 reopened.scene = std::move(*scene);
                 reopened.number = point.number;
@@ -96,9 +96,11 @@ Result<Reopened> reopen(const SessionFile& file, const std::filesystem::path& se
             reopened.notes.push_back("checkpoint " + std::to_string(point.number) +
                                      " is of no use: " + status.error().message);
         }
-    auto scene = open_recorded(file.header, arena);
+    auto scene = open_recorded(file.scene, arena);
     if (!scene.ok()) return scene.error();
-    if (const Status s = replay_into(**scene, records, Compare::Nothing); !s.ok()) return s.error();
+    const std::size_t first = file.scene_records;
+    const Status s = replay_into(**scene, records.subspan(first), Compare::Nothing, {}, first);
+    if (!s.ok()) return s.error();
     reopened.scene = std::move(*scene);
     return reopened;
 }

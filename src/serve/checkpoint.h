@@ -34,7 +34,7 @@ struct Reopened {
     std::int64_t forgot = 0;           ///< with a checkpoint: SessionForget::steps
     std::vector<std::string> notes{};  ///< about checkpoints that were of no use
 };
-/// The scene at the end of a session.
+/// The scene at the end of a session: that of the scan that was opened last.
 Result<Reopened> reopen(const SessionFile& file, const std::filesystem::path& session,
                         const TaskArena& arena);
 

@@ -95,6 +95,9 @@ struct Client {
     Clock::time_point since{};    ///< it is away, or its batch is being written
     bool writing = false;
     Delivery delivery;
+    /// Since another scan was opened: the step that it must have seen before its commands count, as
+    /// they may still mean the scan before; 0: none
+    std::uint32_t scene_step = 0;
     std::deque<std::string> texts;  ///< answers that wait
     std::deque<Waiting> commands;
     std::vector<std::uint32_t> checksums;                ///< ids of those that were asked for

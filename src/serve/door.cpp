@@ -4,6 +4,7 @@
 #include "serve/door.h"
 
 #include <algorithm>
+#include <charconv>
 
 namespace pliant::serve {
 
@@ -22,6 +23,24 @@ std::string_view query_value(std::string_view target, std::string_view key) {
         left.remove_prefix(std::min(pair.size() + 1, left.size()));
     }
     return {};
+}
+
+std::optional<std::string> decoded(std::string_view query_value) {
+    std::string text;
+    for (std::size_t n = 0; n < query_value.size(); ++n) {
+        if (query_value[n] != '%') {
+            text += query_value[n] == '+' ? ' ' : query_value[n];
+            continue;
+        }
+        unsigned code = 0;
+        const char* digits = query_value.data() + n + 1;
+        if (query_value.size() - n < 3) return {};
+        const auto [end, error] = std::from_chars(digits, digits + 2, code, 16);
+        if (error != std::errc{} || end != digits + 2) return {};
+        text += char(code);
+        n += 2;
+    }
+    return text;
 }
 
 bool is_own_host(std::string_view host, int port) {

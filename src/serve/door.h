@@ -6,6 +6,7 @@
 #pragma once
 
 #include <chrono>
+#include <optional>
 #include <string>
 #include <string_view>
 
@@ -17,6 +18,9 @@ namespace pliant::serve {
 std::string_view path_of(std::string_view target);
 /// @returns the query's value as it stands; empty if there is none
 std::string_view query_value(std::string_view target, std::string_view key);
+
+/// With %20 and the like as they are meant, and + as a blank. @returns nothing where that is wrong
+std::optional<std::string> decoded(std::string_view query_value);
 
 /// Whether a Host names this machine and this port, however a browser may write that. A page of
 /// another site whose name leads here (DNS rebinding) says its own name.

@@ -36,10 +36,12 @@ std::string shortened(std::string name) {
 
 }  // namespace
 
-Hub::Hub(std::unique_ptr<Scene> scene, std::unique_ptr<SessionLog> log, int rate_hz)
+Hub::Hub(std::unique_ptr<Scene> scene, std::unique_ptr<SessionLog> log, int rate_hz,
+         std::uint64_t open_bytes)
     : m_scene(std::move(scene)),
       m_log(std::move(log)),
       m_period(std::chrono::nanoseconds(1'000'000'000 / rate_hz)),
+      m_open_bytes(open_bytes),
       m_last_client(m_scene->last_client()) {
     // Those who had hold of tissue when a recorded session ended are gone.
     for (std::uint32_t client = 1; client <= m_last_client; ++client)
@@ -90,7 +92,8 @@ void Hub::run(const std::stop_token& stop, Outlet& outlet) {
     }
     for (Client& client : m_clients)
         if (client.connection) outlet.close(client.connection, kCloseGoingAway, "the server ends");
-    if (m_log) m_log->add(SessionMark{hash_volume(m_scene->deformed()), m_scene->tissue().hash()});
+    if (m_log && !m_log->is_nameless())
+        m_log->add(SessionMark{hash_volume(m_scene->deformed()), m_scene->tissue().hash()});
     write_log();
 }
 
@@ -217,12 +220,13 @@ void Hub::say_hello(ConnectionId connection, const HelloMessage& hello) {
     client.info.view = hello.view || !may_control;
     if (is_new || !hello.name.empty()) client.info.name = shortened(hello.name);
     client.packs = hello.lz4;
-    client.state_version = client.tools_version = 0;
+    client.state_version = client.tools_version = client.scene_step = 0;
     const bool resumed = client.delivery.come_back(hello.step);
     say(client, welcome_text({.client = client.info,
                               .resume = client.resume,
                               .resumed = resumed,
-                              .rate_hz = int(std::chrono::seconds(1) / m_period)},
+                              .rate_hz = int(std::chrono::seconds(1) / m_period),
+                              .open_bytes = m_open_bytes},
                              m_scene->info(), shared_state()));
 }
 
@@ -236,6 +240,7 @@ void Hub::say(Client& client, std::string text) {
 void Hub::answer(Client& client, Message message) {
     if (const auto* seen = std::get_if<SeenMessage>(&message.action)) {
         client.delivery.seen(seen->step);
+        if (seen->step >= client.scene_step) client.scene_step = 0;
     } else if (const auto* tool = std::get_if<ToolMessage>(&message.action)) {
         ToolPose pose = client.tool;
         pose.client = client.info.number;
@@ -264,6 +269,8 @@ void Hub::queue(Client& client, Message message) {
     };
     if (client.info.view)
         return refuse("view_only", name + ": expected the role control, found view");
+    if (client.scene_step)
+        return refuse("other_scan", name + ": another scan was opened; expected to see it first");
     if (auto* iso = std::get_if<IsoCommand>(&message.action)) {
         if (m_now - client.iso_at > std::chrono::seconds(1)) ++client.iso_stroke;
         client.iso_at = m_now;
@@ -406,7 +413,8 @@ void Hub::checkpoint() {
     m_is_unsaved = m_is_unsaved || m_worked;
     // At a moment when nobody waits for anything.
     const bool is_due = m_is_unsaved && m_unsaved_ms >= m_checkpoint_ms;
-    if (!m_log || m_log_failed || !is_due || m_worked || !m_scene->is_quiet()) return;
+    if (!m_log || m_log_failed || m_log->is_nameless()) return;
+    if (!is_due || m_worked || !m_scene->is_quiet()) return;
     m_is_unsaved = false;
     m_unsaved_ms = 0;
     Status saved = Ok{};

@@ -27,15 +27,24 @@
 #include <vector>
 
 #include "serve/client.h"
+#include "serve/save.h"
 #include "serve/scene.h"
 #include "serve/session_log.h"
 
 namespace pliant::serve {
 
+/// A scene that is to take the place of the present one.
+struct NewScene {
+    std::unique_ptr<Scene> scene;
+    SessionHeader recorded;  ///< as the session shall name its scan
+};
+
 class Hub {
   public:
     /// @param log  may be null
-    Hub(std::unique_ptr<Scene> scene, std::unique_ptr<SessionLog> log, int rate_hz);
+    /// @param open_bytes  told to clients: how large a scan may be that they open
+    Hub(std::unique_ptr<Scene> scene, std::unique_ptr<SessionLog> log, int rate_hz,
+        std::uint64_t open_bytes = 0);
     /// Before run().
     /// @param seconds  of work from one to the next
     /// @param so_far   that the session has
@@ -48,6 +57,11 @@ class Hub {
     void refused(ConnectionId connection, ParseFailure failure);
     void written(ConnectionId connection);
     void closed(ConnectionId connection);
+    /// Takes what is to be saved as it is now. Calls back on the owner's thread.
+    void save(SaveKind kind, std::function<void(Result<FileWriter>)> ready);
+    /// Calls back on the owner's thread with the scene that was there before: it takes its time to
+    /// free, which somebody else shall spend.
+    void open(NewScene scene, std::function<void(std::unique_ptr<Scene> old)> done);
 
     /// Steps so far; from any thread.
     std::int64_t ticks() const { return m_ticks; }
@@ -60,9 +74,17 @@ class Hub {
     };
     struct Written {};
     struct Closed {};
+    struct Saving {
+        SaveKind kind;
+        std::function<void(Result<FileWriter>)> ready;
+    };
+    struct Opening {
+        NewScene scene;
+        std::function<void(std::unique_ptr<Scene> old)> done;
+    };
     struct Event {
         ConnectionId connection;
-        std::variant<Opened, Message, ParseFailure, Written, Closed> what;
+        std::variant<Opened, Message, ParseFailure, Written, Closed, Saving, Opening> what;
     };
     struct Newcomer {
         bool may_control;
@@ -92,6 +114,9 @@ class Hub {
     void take(ConnectionId connection, ParseFailure failure);
     void take(ConnectionId connection, Written);
     void take(ConnectionId connection, Closed);
+    void take(ConnectionId connection, Saving saving);
+    void take(ConnectionId connection, Opening opening);
+    void begin_anew(Client& client);
     void say_hello(ConnectionId connection, const HelloMessage& hello);
     void answer(Client& client, Message message);
     void queue(Client& client, Message message);
@@ -134,6 +159,7 @@ class Hub {
     bool m_is_unsaved = false;   ///< whether there was any
     int m_checkpoints = 0;       ///< of the session
     Clock::duration m_period;
+    std::uint64_t m_open_bytes;
     Outlet* m_outlet = nullptr;
     std::map<ConnectionId, Newcomer> m_newcomers;
     Clients m_clients;

@@ -42,6 +42,15 @@ inline constexpr std::chrono::seconds kHttpTime{10};    ///< for a request, and 
 inline constexpr std::chrono::seconds kCloseTime{2};    ///< to say goodbye
 inline constexpr std::chrono::seconds kSilentTime{30};  ///< without a sign of life
 
+// Files.
+inline constexpr int kMaxUploadFiles = 4096;  ///< of one scan
+inline constexpr std::size_t kMaxFileName = 200;
+inline constexpr std::uint64_t kSpareDiskBytes = std::uint64_t(256) << 20;  ///< are left
+inline constexpr std::uint64_t kMaxKeptBytes = std::uint64_t(64) << 30;     ///< beside a session
+inline constexpr std::chrono::seconds kUploadPause{60};    ///< between two files of one scan
+inline constexpr std::chrono::seconds kTransferGrace{30};  ///< beyond that, at least so fast:
+inline constexpr double kTransferBytesPerSecond = 64 * 1024;
+
 // Work in one step of the scene.
 inline constexpr std::chrono::milliseconds kCommandTime{25};
 inline constexpr std::chrono::milliseconds kRelaxTime{10};

@@ -68,6 +68,7 @@ struct Welcome {
     std::string resume{};
     bool resumed = false;
     int rate_hz = 60;
+    std::uint64_t open_bytes = 0;  ///< that a scan may have which is opened
 };
 
 struct Checksums {
@@ -78,6 +79,8 @@ struct Checksums {
 
 std::string welcome_text(const Welcome& welcome, const VolumeInfo& volume,
                          const SharedState& state);
+/// Another scan was opened.
+std::string volume_text(const VolumeInfo& volume);
 std::string state_text(const SharedState& state);
 /// `done` or `error`. @param step  in which its effect is part of the voxels
 std::string outcome_text(std::uint32_t id, std::string_view name, std::uint32_t step,

@@ -101,9 +101,16 @@ std::string welcome_text(const Welcome& welcome, const VolumeInfo& volume,
                  {"resume", welcome.resume},
                  {"resumed", welcome.resumed},
                  {"rate_hz", welcome.rate_hz},
-                 {"features", Json::array()},
+                 {"features", {"save", "open"}},
+                 {"open_bytes", welcome.open_bytes},
                  {"volume", json_of(volume)},
                  {"state", json_of(state)}});
+    return text_of_json(json);
+}
+
+std::string volume_text(const VolumeInfo& volume) {
+    Json json = json_of(volume);
+    json["t"] = "volume";
     return text_of_json(json);
 }
 

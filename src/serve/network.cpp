@@ -7,13 +7,16 @@
 #include <boost/asio.hpp>
 #include <boost/beast.hpp>
 #include <deque>
+#include <limits>
 #include <list>
 #include <map>
 #include <optional>
 
 #include "serve/door.h"
+#include "serve/http_answer.h"
 #include "serve/limits.h"
 #include "serve/page.h"
+#include "serve/transfers.h"
 
 namespace pliant::serve {
 namespace {
@@ -37,7 +40,12 @@ class WebSocketConnection;
 }  // namespace
 
 struct Network::Impl {
-    Impl(Hub& h, Tokens t) : hub(h), tokens(std::move(t)), acceptor(context), grace(context) {}
+    Impl(Hub& h, Tokens t, TransferSettings s)
+        : hub(h),
+          tokens(std::move(t)),
+          acceptor(context),
+          grace(context),
+          transfers(context, h, tokens, std::move(s)) {}
 
     void accept();
     void welcome(tcp::socket socket);
@@ -54,6 +62,7 @@ struct Network::Impl {
     ConnectionId last_id = 0;
     std::list<std::weak_ptr<HttpConnection>> guests;  ///< oldest first
     std::map<ConnectionId, std::shared_ptr<WebSocketConnection>> clients;
+    Transfers transfers;
 };
 
 namespace {
@@ -211,13 +220,14 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
     void read() {
         m_parser.emplace();
         m_parser->header_limit(kMaxHeaderBytes);
-        m_parser->body_limit(0);
+        // It isn't read here. (Boost 1.74 takes "no limit" for a limit that is always exceeded.)
+        m_parser->body_limit(std::numeric_limits<std::uint64_t>::max());
         m_stream.expires_after(kHttpTime);
-        http::async_read(m_stream, m_buffer, *m_parser,
-                         [self = shared_from_this()](error_code error, std::size_t) {
-                             if (error) return self->close();
-                             self->answer(self->m_parser->get());
-                         });
+        http::async_read_header(m_stream, m_buffer, *m_parser,
+                                [self = shared_from_this()](error_code error, std::size_t) {
+                                    if (error) return self->close();
+                                    self->answer(self->m_parser->get());
+                                });
     }
 
     void close() {
@@ -235,6 +245,11 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
             return refuse(request, http::status::forbidden, "Host: expected this machine's name");
         if (origin != request.end() && !is_own_origin(view_of(origin->value()), port))
             return refuse(request, http::status::forbidden, "Origin: expected this server's page");
+        if (Transfers::takes(path_of(target)))
+            return m_network.transfers.begin({std::move(m_stream), std::move(m_buffer),
+                                              std::make_unique<BodyParser>(std::move(*m_parser)),
+                                              port});
+        if (!m_parser->is_done()) return close();  // only files have a body
         if (path_of(target) == "/ws") return upgrade(request, query_value(target, "token"));
         if (request.method() != http::verb::get && request.method() != http::verb::head)
             return refuse(request, http::status::method_not_allowed, "expected GET or HEAD");
@@ -272,20 +287,7 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
     }
 
     void reply(const Request& request, Response response) {
-        const std::string own = "127.0.0.1:" + std::to_string(m_network.port);
-        const std::string local = "localhost:" + std::to_string(m_network.port);
-        response.set(http::field::server, "pliant");
-        response.set("Content-Security-Policy",
-                     "default-src 'self'; style-src 'self' 'unsafe-inline'; img-src 'self' blob: "
-                     "data:; media-src 'self' blob:; worker-src 'self' blob:; connect-src 'self' "
-                     "ws://" +
-                         own + " ws://" + local +
-                         "; object-src 'none'; base-uri 'none'; form-action 'none'; "
-                         "frame-ancestors 'none'");
-        response.set("X-Content-Type-Options", "nosniff");
-        response.set("Cross-Origin-Resource-Policy", "same-origin");
-        response.set("Referrer-Policy", "no-referrer");
-        response.set(http::field::cache_control, "no-cache");
+        set_common_fields(response, m_network.port);
         response.keep_alive(request.keep_alive());
         response.content_length(response.body().size());
         if (request.method() == http::verb::head) response.body().clear();
@@ -346,8 +348,9 @@ void Network::Impl::end_if_empty() {
     if (stopping && clients.empty()) context.stop();
 }
 
-Result<std::unique_ptr<Network>> Network::listen(int port, Tokens tokens, Hub& hub) {
-    auto impl = std::make_unique<Impl>(hub, std::move(tokens));
+Result<std::unique_ptr<Network>> Network::listen(int port, Tokens tokens, Hub& hub,
+                                                 TransferSettings transfers) {
+    auto impl = std::make_unique<Impl>(hub, std::move(tokens), std::move(transfers));
     const tcp::endpoint place(asio::ip::address_v4::loopback(), std::uint16_t(port));
     error_code error;
     impl->acceptor.open(place.protocol(), error);

@@ -37,28 +37,58 @@ Status pass(Scene& scene, const SessionCheckpoint& point, Compare compare, std::
 }  // namespace
 
 Status replay_into(Scene& scene, std::span<const SessionRecord> records, Compare compare,
-                   const Progress& progress) {
+                   const Progress& progress, std::size_t before) {
     for (std::size_t n = 0; n < records.size(); ++n) {
         if (progress) progress(double(n) / double(records.size()));
         if (const auto* command = std::get_if<SessionCommand>(&records[n])) {
             const Outcome outcome = scene.carry_out(command->client, command->action);
             if (outcome.ok() == command->refused)
                 return Error{ErrorCode::Unreadable,
-                             "record " + std::to_string(n + 1) + ": expected a command that is " +
+                             "record " + std::to_string(before + n + 1) +
+                                 ": expected a command that is " +
                                  (command->refused ? "refused" : "carried out") +
                                  ", found the opposite: " + outcome.message};
         } else if (const auto* sweeps = std::get_if<SessionSweeps>(&records[n])) {
             for (int k = 0; k < sweeps->count; ++k) scene.sweep();
         } else if (const auto* mark = std::get_if<SessionMark>(&records[n])) {
-            if (const Status s = compare_with(scene, *mark, compare, n + 1); !s.ok()) return s;
+            const Status s = compare_with(scene, *mark, compare, before + n + 1);
+            if (!s.ok()) return s;
         } else if (const auto* point = std::get_if<SessionCheckpoint>(&records[n])) {
-            if (const Status s = pass(scene, *point, compare, n + 1); !s.ok()) return s;
-        } else {
-            scene.forget_steps(std::get_if<SessionForget>(&records[n])->steps);
+            const Status s = pass(scene, *point, compare, before + n + 1);
+            if (!s.ok()) return s;
+        } else if (const auto* forget = std::get_if<SessionForget>(&records[n])) {
+            scene.forget_steps(forget->steps);
         }
     }
     return Ok{};
 }
+
+namespace {
+
+/// All of a session, scene by scene; each begins where a scan was opened. @returns the last one
+Result<std::unique_ptr<Scene>> replay_all(const SessionFile& file, const TaskArena& arena,
+                                          const Progress& progress) {
+    const std::span<const SessionRecord> all(file.records);
+    const SessionHeader* next = &file.header;
+    for (std::size_t begin = 0;;) {
+        auto scene = open_recorded(*next, arena);
+        if (!scene.ok()) return scene.error();
+        std::size_t end = begin;
+        while (end < all.size() && !std::holds_alternative<SessionOpen>(all[end])) ++end;
+        const auto share = [&](double fraction) {
+            if (progress)
+                progress((double(begin) + fraction * double(end - begin)) / double(all.size()));
+        };
+        const Status status =
+            replay_into(**scene, all.subspan(begin, end - begin), Compare::All, share, begin);
+        if (!status.ok()) return status.error();
+        if (end == all.size()) return std::move(*scene);
+        next = &std::get_if<SessionOpen>(&all[end])->scan;
+        begin = end + 1;
+    }
+}
+
+}  // namespace
 
 }  // namespace pliant::serve
 
@@ -79,12 +109,9 @@ Result<ReplayReport> replay_session(const std::filesystem::path& path, const Tas
         scene = std::move(reopened->scene);
         report.from_checkpoint = reopened->number;
     } else {
-        auto opened = serve::open_recorded(file->header, arena);
-        if (!opened.ok()) return named(opened.error());
-        scene = std::move(*opened);
-        const Status status =
-            serve::replay_into(*scene, file->records, serve::Compare::All, progress);
-        if (!status.ok()) return named(status.error());
+        auto replayed = serve::replay_all(*file, arena, progress);
+        if (!replayed.ok()) return named(replayed.error());
+        scene = std::move(*replayed);
     }
     scene->update();
     report.cut_off_bytes = file->cut_off_bytes;

@@ -34,17 +34,18 @@ double ms_since(std::chrono::steady_clock::time_point start) {
 
 }  // namespace
 
-Result<std::unique_ptr<Scene>> Scene::open(const SceneSource& source, const TaskArena& arena) {
-    auto loaded = load_scan(source, arena);
+Result<std::unique_ptr<Scene>> Scene::open(const SceneSource& source, const TaskArena& arena,
+                                           const TaskArena& loading) {
+    auto loaded = load_scan(source, loading);
     if (!loaded.ok()) return loaded.error();
     // The lattice keeps a reference to the volume, so both are made where they stay.
-    auto place = std::make_unique<LoadedScan>(std::move(*loaded));
+    auto place = std::make_shared<LoadedScan>(std::move(*loaded));
     auto tissue = ChainMail::create(place->volume, place->settings, arena);
     if (!tissue.ok()) return tissue.error();
     return std::unique_ptr<Scene>(new Scene(std::move(place), std::move(*tissue)));
 }
 
-Scene::Scene(std::unique_ptr<LoadedScan> loaded, ChainMail tissue)
+Scene::Scene(std::shared_ptr<LoadedScan> loaded, ChainMail tissue)
     : m_loaded(std::move(loaded)),
       m_tissue(std::move(tissue)),
       m_live(m_tissue),

@@ -34,7 +34,12 @@ namespace pliant::serve {
 
 class Scene {
   public:
-    static Result<std::unique_ptr<Scene>> open(const SceneSource& source, const TaskArena& arena);
+    static Result<std::unique_ptr<Scene>> open(const SceneSource& source, const TaskArena& arena) {
+        return open(source, arena, arena);
+    }
+    /// @param loading  for what is done here, while the other may be at work for somebody else
+    static Result<std::unique_ptr<Scene>> open(const SceneSource& source, const TaskArena& arena,
+                                               const TaskArena& loading);
     Scene(const Scene&) = delete;
     Scene& operator=(const Scene&) = delete;
 
@@ -67,6 +72,9 @@ class Scene {
     const Volume& deformed() const { return m_live.volume(); }
     const ChainMail& tissue() const { return m_tissue; }
     const VolumeInfo& info() const { return m_loaded->info; }
+    void set_volume_id(std::uint32_t id) { m_loaded->info.id = id; }
+    /// The scan, for those who look at it for longer than the scene is there.
+    std::shared_ptr<const LoadedScan> loaded() const { return m_loaded; }
     std::uint64_t scan_hash() const { return m_loaded->hash; }
     /// Fills in what the scene knows: all but step, clients and timing.
     void describe(SharedState& state) const;
@@ -94,7 +102,7 @@ class Scene {
         int undo_steps_before = 0;
     };
 
-    Scene(std::unique_ptr<LoadedScan> loaded, ChainMail tissue);
+    Scene(std::shared_ptr<LoadedScan> loaded, ChainMail tissue);
 
     Outcome act(std::uint32_t client, const PushCommand& command);
     Outcome act(std::uint32_t client, const GrabCommand& command);
@@ -126,7 +134,7 @@ class Scene {
     std::optional<double> energy();
     void add_force(std::optional<double> before, Vec3d way_mm, Outcome& outcome);
 
-    std::unique_ptr<LoadedScan> m_loaded;  ///< the lattice refers to its volume
+    std::shared_ptr<LoadedScan> m_loaded;  ///< the lattice refers to its volume
     ChainMail m_tissue;
     LiveDeformation m_live;
     double m_iso_hu;

@@ -106,12 +106,27 @@ Result<OpenedScene> open_scene(const ServerSettings& settings, const TaskArena& 
     auto scene = serve::Scene::open(source, arena);
     if (!scene.ok()) return scene.error();
     OpenedScene opened{.scene = std::move(*scene), .log = {}, .notes = {}, .checkpoints = 0};
-    if (!settings.session.empty()) {
-        auto log = serve::SessionLog::create(settings.session, {source, opened.scene->scan_hash()});
-        if (!log.ok()) return log.error();
+    const serve::SessionHeader header{source, opened.scene->scan_hash()};
+    auto log = settings.session.empty() ? serve::SessionLog::create_nameless(header)
+                                        : serve::SessionLog::create(settings.session, header);
+    if (log.ok())
         opened.log = std::move(*log);
-    }
+    else if (settings.session.empty())
+        opened.notes.push_back(log.error().message + "; no session can be saved");
+    else
+        return log.error();
     return opened;
+}
+
+/// Where scans that come through the page are put, and what they may be.
+serve::UploadSettings upload_settings(const ServerSettings& settings) {
+    serve::UploadSettings uploads{.folder = {}, .max_bytes = settings.max_upload_bytes};
+    if (settings.session.empty()) return uploads;
+    std::error_code error;
+    const auto session = std::filesystem::absolute(settings.session, error).lexically_normal();
+    uploads.folder = session.string() + ".scans";
+    uploads.keeps = true;
+    return uploads;
 }
 
 }  // namespace
@@ -132,9 +147,10 @@ Result<Server> Server::start(const ServerSettings& settings, const TaskArena& ar
     impl->notes = std::move(opened->notes);
     impl->tokens = {random_token(), random_token()};
     impl->hub = std::make_unique<serve::Hub>(std::move(opened->scene), std::move(opened->log),
-                                             settings.rate_hz);
+                                             settings.rate_hz, settings.max_upload_bytes);
     impl->hub->keep_checkpoints(settings.checkpoint_s, opened->checkpoints);
-    auto network = serve::Network::listen(settings.port, impl->tokens, *impl->hub);
+    auto network = serve::Network::listen(settings.port, impl->tokens, *impl->hub,
+                                          {upload_settings(settings), arena});
     if (!network.ok()) return network.error();
     impl->network = std::move(*network);
     impl->network_thread = std::jthread([network = impl->network.get()] { network->run(); });

@@ -66,9 +66,7 @@ Result<SessionRecord> parse_checkpoint(const Json& json) {
     return SessionRecord(point);
 }
 
-}  // namespace
-
-std::string text_of(const SessionHeader& header) {
+Json json_of(const SessionHeader& header) {
     Json source;
     if (header.source.file.empty()) {
         const Vec3i size = header.source.phantom_size;
@@ -76,11 +74,43 @@ std::string text_of(const SessionHeader& header) {
     } else {
         source = {{"file", header.source.file}, {"series", header.source.series}};
     }
-    const Json json = {{"pliant_session", kSessionVersion},
-                       {"program", "pliant " PLIANT_VERSION},
-                       {"source", source},
-                       {"scan", hex_text(header.scan_hash, 16)}};
+    return {{"source", source}, {"scan", hex_text(header.scan_hash, 16)}};
+}
+
+std::string text_of_json(const Json& json) {
     return json.dump(-1, ' ', false, Json::error_handler_t::replace);
+}
+
+Result<SessionHeader> header_of(const Json& json) {
+    SessionHeader header;
+    const auto hash = number_of_hex(json, "scan");
+    const auto source = json.find("source");
+    if (!hash || source == json.end() || !source->is_object())
+        return wrong("expected the fields scan and source, found none");
+    header.scan_hash = *hash;
+    header.source.file = string_at(*source, "file");
+    header.source.series = string_at(*source, "series");
+    if (!header.source.file.empty()) return header;
+    header.source.phantom = string_at(*source, "phantom");
+    const auto size = source->find("size");
+    if (size == source->end() || !size->is_array() || size->size() != 3)
+        return wrong("source: expected size with three numbers, found none");
+    for (int a = 0; a < 3; ++a) {
+        const Json& n = (*size)[std::size_t(a)];
+        if (!n.is_number_integer() || n.get<std::int64_t>() < 2 || n.get<std::int64_t>() > 4096)
+            return wrong("source: size: expected whole numbers 2…4096");
+        header.source.phantom_size[a] = n.get<int>();
+    }
+    return header;
+}
+
+}  // namespace
+
+std::string text_of(const SessionHeader& header) {
+    Json json = json_of(header);
+    json["pliant_session"] = kSessionVersion;
+    json["program"] = "pliant " PLIANT_VERSION;
+    return text_of_json(json);
 }
 
 Result<SessionHeader> parse_session_header(std::string_view text) {
@@ -90,27 +120,7 @@ Result<SessionHeader> parse_session_header(std::string_view text) {
     if (whole_at(json, "pliant_session", 0) != kSessionVersion)
         return Error{ErrorCode::Unsupported, "pliant_session: expected version 1, found " +
                                                  json["pliant_session"].dump().substr(0, 20)};
-    SessionHeader header;
-    const auto hash = number_of_hex(json, "scan");
-    const auto source = json.find("source");
-    if (!hash || source == json.end() || !source->is_object())
-        return wrong("expected the fields scan and source, found none");
-    header.scan_hash = *hash;
-    header.source.file = string_at(*source, "file");
-    header.source.series = string_at(*source, "series");
-    if (header.source.file.empty()) {
-        header.source.phantom = string_at(*source, "phantom");
-        const auto size = source->find("size");
-        if (size == source->end() || !size->is_array() || size->size() != 3)
-            return wrong("source: expected size with three numbers, found none");
-        for (int a = 0; a < 3; ++a) {
-            const Json& n = (*size)[std::size_t(a)];
-            if (!n.is_number_integer() || n.get<std::int64_t>() < 2 || n.get<std::int64_t>() > 4096)
-                return wrong("source: size: expected whole numbers 2…4096");
-            header.source.phantom_size[a] = n.get<int>();
-        }
-    }
-    return header;
+    return header_of(json);
 }
 
 std::string text_of(const SessionRecord& record) {
@@ -136,6 +146,11 @@ std::string text_of(const SessionRecord& record) {
             .dump();
     if (const auto* forget = std::get_if<SessionForget>(&record))
         return Json{{"do", "forget"}, {"steps", forget->steps}}.dump();
+    if (const auto* open = std::get_if<SessionOpen>(&record)) {
+        Json json = json_of(open->scan);
+        json["do"] = "open";
+        return text_of_json(json);
+    }
     const auto& command = *std::get_if<SessionCommand>(&record);
     return "{\"client\":" + std::to_string(command.client) +
            (command.refused ? ",\"refused\":true," : ",") +
@@ -161,6 +176,11 @@ Result<SessionRecord> parse_session_record(std::string_view text) {
         const int steps = whole_at(json, "steps", -1);
         if (steps < 0) return wrong("forget: steps: expected 0 or more");
         return SessionRecord(SessionForget{steps});
+    }
+    if (name == "open") {
+        auto scan = header_of(json);
+        if (!scan.ok()) return scan.error();
+        return SessionRecord(SessionOpen{std::move(*scan)});
     }
     auto message = parse_message(text);
     if (const auto* failure = std::get_if<ParseFailure>(&message)) return wrong(failure->message);

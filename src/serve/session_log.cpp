@@ -12,23 +12,39 @@
 #include <fstream>
 #include <iterator>
 
-#include "core/hash.h"
 #include "serve/messages.h"
+#include "serve/session_line.h"
 
 namespace pliant::serve {
 namespace {
 
-constexpr std::size_t kChecksumDigits = 16;
-
-std::uint64_t checksum(std::uint64_t chain, std::string_view text) {
-    Hash64 hash;
-    hash.add_word(chain);
-    hash.add(std::span<const char>(text));
-    return hash.value();
-}
+/// Of what nobody named; many hours of work.
+constexpr std::uint64_t kMostNamelessBytes = std::uint64_t(256) << 20;
 
 Error unwritable(const std::string& path, const std::string& what) {
     return {ErrorCode::Unwritable, path + ": " + what};
+}
+
+/// A scan's name that isn't absolute is one beside the session.
+SessionHeader beside(const std::filesystem::path& session, SessionHeader header) {
+    std::string& file = header.source.file;
+    if (file.empty() || std::filesystem::path(file).is_absolute()) return header;
+    std::error_code error;
+    file = (std::filesystem::absolute(session, error).parent_path() / file)
+               .lexically_normal()
+               .string();
+    return header;
+}
+
+/// What was opened through the server lies where the server put it; to others it is a name.
+SessionHeader without_folder(SessionHeader header) {
+    header.source.file = std::filesystem::path(header.source.file).filename().string();
+    return header;
+}
+
+SessionHeader portable(const SessionFile& file) {
+    const bool was_opened = file.scene_records > 0;
+    return was_opened ? without_folder(file.scene) : file.scene;
 }
 
 }  // namespace
@@ -56,23 +72,32 @@ Result<SessionFile> read_session(const std::filesystem::path& path) {
         const std::string_view line(bytes.data() + at, end - at);
         const std::string_view text =
             line.size() > kChecksumDigits ? line.substr(kChecksumDigits + 1) : std::string_view();
-        const std::uint64_t chain = checksum(file.chain, text);
+        const std::uint64_t chain = line_checksum(file.chain, text);
         if (text.empty() || !line.starts_with(hex_text(chain, kChecksumDigits) + " ")) {
             if (is_last && line_number > 1) break;
             return fail("expected a checksum that fits, found damage");
         }
+        bool is_new_scene = line_number == 1;
         if (line_number == 1) {
             auto header = parse_session_header(text);
             if (!header.ok()) return fail(header.error().message);
-            file.header = std::move(*header);
+            file.header = file.scene = beside(path, std::move(*header));
         } else {
             auto record = parse_session_record(text);
             if (!record.ok()) return fail(record.error().message);
+            if (auto* open = std::get_if<SessionOpen>(&*record)) {
+                open->scan = file.scene = beside(path, std::move(open->scan));
+                is_new_scene = true;
+            }
             file.records.push_back(std::move(*record));
         }
         file.chain = chain;
         at = end + 1;
         file.good_bytes = at;
+        if (is_new_scene) {
+            file.scene_begin = at;
+            file.scene_records = file.records.size();
+        }
     }
     if (line_number == 0)
         return Error{ErrorCode::Unreadable,
@@ -83,20 +108,34 @@ Result<SessionFile> read_session(const std::filesystem::path& path) {
 
 Result<std::unique_ptr<SessionLog>> SessionLog::create(const std::filesystem::path& path,
                                                        const SessionHeader& header) {
-    const int descriptor = ::open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0600);
+    const int descriptor = ::open(path.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0600);
     if (descriptor < 0)
         return unwritable(path.string(), std::string("expected to make a new file, found: ") +
                                              std::strerror(errno));
     ::flock(descriptor, LOCK_EX | LOCK_NB);
-    auto log = std::unique_ptr<SessionLog>(new SessionLog(path, descriptor, 0));
-    log->add_line(text_of(header));
-    if (const Status s = log->flush(); !s.ok()) return s.error();
+    auto log = std::unique_ptr<SessionLog>(new SessionLog(path, descriptor, {}));
+    if (const Status s = log->begin(header); !s.ok()) return s.error();
+    return log;
+}
+
+Result<std::unique_ptr<SessionLog>> SessionLog::create_nameless(const SessionHeader& header) {
+    std::error_code error;
+    const auto folder = std::filesystem::temp_directory_path(error);
+    std::string name = (folder / "pliant-session-XXXXXX").string();
+    const int descriptor = error ? -1 : ::mkostemp(name.data(), O_CLOEXEC);
+    if (descriptor < 0)
+        return unwritable(folder.string(), std::string("expected to make a new file, found: ") +
+                                               std::strerror(errno));
+    ::unlink(name.c_str());
+    auto log = std::unique_ptr<SessionLog>(new SessionLog("session", descriptor, {}));
+    log->m_most_bytes = kMostNamelessBytes;
+    if (const Status s = log->begin(header); !s.ok()) return s.error();
     return log;
 }
 
 Result<std::unique_ptr<SessionLog>> SessionLog::go_on(const std::filesystem::path& path,
                                                       const SessionFile& file) {
-    const int descriptor = ::open(path.c_str(), O_WRONLY | O_CLOEXEC);
+    const int descriptor = ::open(path.c_str(), O_RDWR | O_CLOEXEC);
     const auto fail = [&](const std::string& what) {
         const int error = errno;
         if (descriptor >= 0) ::close(descriptor);
@@ -108,13 +147,16 @@ Result<std::unique_ptr<SessionLog>> SessionLog::go_on(const std::filesystem::pat
     if (::ftruncate(descriptor, off_t(file.good_bytes)) != 0 ||
         ::lseek(descriptor, 0, SEEK_END) != off_t(file.good_bytes))
         return fail("expected to write at its end, found: ");
-    return std::unique_ptr<SessionLog>(new SessionLog(path, descriptor, file.chain));
+    return std::unique_ptr<SessionLog>(new SessionLog(path, descriptor, file));
 }
 
-SessionLog::SessionLog(const std::filesystem::path& path, int descriptor, std::uint64_t chain)
+SessionLog::SessionLog(const std::filesystem::path& path, int descriptor, const SessionFile& file)
     : m_path(path.string()),
       m_descriptor(descriptor),
-      m_chain(chain),
+      m_chain(file.chain),
+      m_written(file.good_bytes),
+      m_scene(portable(file)),
+      m_scene_begin(file.scene_begin),
       m_syncer([this](const std::stop_token& stop) { keep_syncing(stop); }) {}
 
 SessionLog::~SessionLog() {
@@ -138,23 +180,52 @@ void SessionLog::keep_syncing(const std::stop_token& stop) {
     }
 }
 
+Status SessionLog::begin(const SessionHeader& header) {
+    add_line(text_of(header));
+    m_scene = header;
+    m_scene_begin = m_buffer.size();
+    return flush();
+}
+
 void SessionLog::add(const SessionRecord& record) {
     add_line(text_of(record));
+    const auto* open = std::get_if<SessionOpen>(&record);
+    if (!open) return;
+    m_scene = without_folder(open->scan);
+    m_scene_begin = m_written + m_buffer.size();
 }
 
 void SessionLog::add_line(const std::string& text) {
-    m_chain = checksum(m_chain, text);
-    m_buffer += hex_text(m_chain, kChecksumDigits) + " " + text + "\n";
+    m_buffer += session_line(m_chain, text);
+}
+
+Result<SessionPart> SessionLog::part() {
+    if (const Status s = flush(); !s.ok()) return s.error();
+    const int copy = ::fcntl(m_descriptor, F_DUPFD_CLOEXEC, 0);
+    if (copy < 0)
+        return unwritable(m_path,
+                          std::string("expected to read it, found: ") + std::strerror(errno));
+    const auto close = [](const int* descriptor) {
+        ::close(*descriptor);
+        delete descriptor;
+    };
+    return SessionPart{m_scene, {new int(copy), close}, m_scene_begin, m_written};
 }
 
 Status SessionLog::flush() {
+    if (m_most_bytes && m_written + m_buffer.size() > m_most_bytes) {
+        m_failed = true;
+        errno = EFBIG;
+    }
     std::string_view left = m_buffer;
     while (!left.empty() && !m_failed) {
         const ssize_t count = ::write(m_descriptor, left.data(), left.size());
-        if (count > 0)
+        if (count > 0) {
             left.remove_prefix(std::size_t(count));
-        else if (errno != EINTR)
+            m_written += std::uint64_t(count);
+        } else if (errno != EINTR) {
             m_failed = true;
+        }
     }
     if (m_failed)
         return unwritable(m_path,

@@ -8,13 +8,17 @@
 //   07d2… {"do":"sweep","count":3}
 //   c4e9… {"do":"mark","volume":"…","tissue":"…"}
 //   5d02… {"do":"checkpoint","number":1,"file":"…","tissue":"…",…}
+//   55d8… {"do":"open","source":{…},"scan":"…"}
 //
 // The number before each line is a checksum of the line and of the checksum before it. So a line
 // that the machine had no time to finish is found, and so is one that somebody changed. Marks say
 // what the scene was at that point; whoever replays the session compares. Checkpoints say that the
 // tissue's state at that point was saved beside the session (checkpoint.h), and hold the rest of
 // the scene themselves. Whoever goes on from one has lost the steps before it, and the file says so
-// (forget), because from then on undo ends there.
+// (forget), because from then on undo ends there. Where another scan was opened a new scene begins:
+// what was before it counts for nothing that comes after.
+//
+// A scan's name that isn't absolute is looked for beside the session's file.
 
 #pragma once
 
@@ -57,13 +61,17 @@ struct SessionCheckpoint {
 struct SessionForget {
     std::int64_t steps = 0;  ///< of undo that were made so far
 };
-using SessionRecord =
-    std::variant<SessionCommand, SessionSweeps, SessionMark, SessionCheckpoint, SessionForget>;
-
+/// Also the first line of a file, in other words.
 struct SessionHeader {
     SceneSource source;
     std::uint64_t scan_hash = 0;
 };
+/// Another scan was opened.
+struct SessionOpen {
+    SessionHeader scan;
+};
+using SessionRecord = std::variant<SessionCommand, SessionSweeps, SessionMark, SessionCheckpoint,
+                                   SessionForget, SessionOpen>;
 
 std::string text_of(const SessionHeader& header);
 std::string text_of(const SessionRecord& record);
@@ -77,7 +85,22 @@ struct SessionFile {
     std::uint64_t chain = 0;          ///< checksum of the last line
     std::uint64_t good_bytes = 0;     ///< of the whole lines
     std::uint64_t cut_off_bytes = 0;  ///< after them: a line that was not finished
+
+    // The newest scene.
+    SessionHeader scene;
+    std::size_t scene_records = 0;  ///< its first record, and where that begins in the file
+    std::uint64_t scene_begin = 0;
 };
+
+/// What was done to one scene, as it stands in a file that goes on growing.
+struct SessionPart {
+    SessionHeader scene;
+    std::shared_ptr<const int> file;  ///< a descriptor of its own
+    std::uint64_t begin = 0, end = 0;
+};
+/// Writes it as a session of its own, with a mark at its end.
+Status write_session(const std::filesystem::path& path, const SessionPart& part,
+                     const SessionMark& mark);
 
 /// @returns NotFound; Unreadable that names the line where the file is damaged before its end, so
 ///          that nothing is left out silently
@@ -93,6 +116,8 @@ class SessionLog {
     /// Goes on with a file; what it holds after the whole lines is cut off.
     static Result<std::unique_ptr<SessionLog>> go_on(const std::filesystem::path& path,
                                                      const SessionFile& file);
+    /// A file without a name, that ends with the program, and must not grow without end.
+    static Result<std::unique_ptr<SessionLog>> create_nameless(const SessionHeader& header);
     ~SessionLog();
     SessionLog(const SessionLog&) = delete;
     SessionLog& operator=(const SessionLog&) = delete;
@@ -101,15 +126,23 @@ class SessionLog {
     /// @returns Unwritable, each time from the first time on
     Status flush();
     const std::string& path() const { return m_path; }
+    /// What was done to the scene so far.
+    Result<SessionPart> part();
+    bool is_nameless() const { return m_most_bytes > 0; }
 
   private:
-    SessionLog(const std::filesystem::path& path, int descriptor, std::uint64_t chain);
+    SessionLog(const std::filesystem::path& path, int descriptor, const SessionFile& file);
+    Status begin(const SessionHeader& header);
     void add_line(const std::string& text);
     void keep_syncing(const std::stop_token& stop);
 
     std::string m_path;
     int m_descriptor;
     std::uint64_t m_chain;
+    std::uint64_t m_written;         ///< bytes of the file
+    std::uint64_t m_most_bytes = 0;  ///< that it may have; 0: no limit
+    SessionHeader m_scene;
+    std::uint64_t m_scene_begin;
     std::string m_buffer;
     bool m_failed = false;
     std::mutex m_mutex;  ///< of m_unsynced

@@ -218,7 +218,7 @@ export class Actions {
 
     // --- files
 
-    /// What was dropped on the page or chosen: so far a path.
+    /// A path that was dropped on the page or chosen.
     async openFile(file: File): Promise<void> {
         try {
             this.session.setPath(readPath(await file.text(), file.name));

@@ -93,6 +93,16 @@ export class History {
         this.end(name, true);
     }
 
+    /// Another scan: what was done to the one before is no more.
+    clear(): void {
+        this.done.length = 0;
+        this.undone = [];
+        this.before = undefined;
+        this.open = 0;
+        this.lastName = '';
+        this.onChange();
+    }
+
     /// Takes back the last step. Quick presses wait for each other: which step is the last is only
     /// known when the server has said what is left.
     undo(): Promise<void> {

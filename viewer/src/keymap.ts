@@ -96,6 +96,7 @@ export const kHelp: readonly { title: string; lines: readonly HelpLine[] }[] = [
             { keys: 'Double click, V', what: 'one view alone; the next one' },
             { keys: 'G', what: 'coordinates in LPS or RAS' },
             { keys: 'T', what: 'frame, solve and resample times' },
+            { keys: 'Ctrl+O, Ctrl+S', what: 'open a scan; save the deformed volume' },
             { keys: 'P', what: 'save a picture' },
             { keys: 'Tab, F6', what: 'next control; next view' },
             { keys: 'Esc', what: 'end what is going on; close' },
@@ -111,7 +112,13 @@ export class Keymap {
     constructor(
         private readonly session: Session,
         actions: Actions,
-        hooks: { help: () => void; cancel: () => void; nextView: () => void },
+        hooks: {
+            help: () => void;
+            cancel: () => void;
+            nextView: () => void;
+            open: () => void;
+            save: () => void;
+        },
     ) {
         const { store, history } = session;
         const scroll = (slices: number) => (): void =>
@@ -125,6 +132,8 @@ export class Keymap {
             { code: 'KeyZ', ctrl: true, shift: false, run: () => void history.undo() },
             { code: 'KeyZ', ctrl: true, shift: true, run: () => void history.redo() },
             { code: 'KeyY', ctrl: true, run: () => void history.redo() },
+            { code: 'KeyO', ctrl: true, run: hooks.open },
+            { code: 'KeyS', ctrl: true, run: hooks.save },
             { code: 'ArrowUp', alt: true, run: nudge(0, 1) },
             { code: 'ArrowDown', alt: true, run: nudge(0, -1) },
             { code: 'ArrowLeft', alt: true, run: nudge(-1, 0) },

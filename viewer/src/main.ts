@@ -6,6 +6,7 @@
 import './style.css';
 import { Actions } from './actions.ts';
 import { h } from './dom.ts';
+import { Files } from './files.ts';
 import { helpDialog } from './help.ts';
 import { keepView } from './kept_view.ts';
 import { Keymap } from './keymap.ts';
@@ -35,7 +36,9 @@ function start(): void {
     const actions = new Actions(session);
     const overlay = new Overlay(session);
     const canvas = h('canvas', { 'aria-hidden': 'true' });
-    const settings = panels(session, actions, `?token=${encodeURIComponent(token)}`);
+    const settings = panels(session, actions);
+    const files = new Files(session, `?token=${encodeURIComponent(token)}`);
+    files.openPath = (file) => actions.openFile(file);
     const status = new StatusBar(session);
     const tour = new Tour(session, () => localStorage.setItem(kTourKey, 'seen'));
     const help = helpDialog(() => tour.start());
@@ -45,7 +48,7 @@ function start(): void {
     };
 
     document.body.append(
-        toolbar(session, actions, { help: showHelp }),
+        toolbar(session, actions, files, { help: showHelp }),
         h(
             'main',
             {},
@@ -67,9 +70,11 @@ function start(): void {
                 ? `${state.linkText}. Connecting again…`
                 : !state.volume
                   ? 'Connecting…'
-                  : state.loaded < 1
-                    ? `Loading ${state.volume.name}: ${Math.round(100 * state.loaded)} %`
-                    : '';
+                  : state.transfer
+                    ? state.transfer
+                    : state.loaded < 1
+                      ? `Loading ${state.volume.name}: ${Math.round(100 * state.loaded)} %`
+                      : '';
         notice.hidden = !text;
         notice.textContent = text;
     };
@@ -88,7 +93,7 @@ function start(): void {
         notice.textContent = `This page needs WebGL 2: ${(error as Error).message}`;
         return;
     }
-    store.watch(['link', 'linkText', 'volume', 'loaded'], tell);
+    store.watch(['link', 'linkText', 'volume', 'loaded', 'transfer'], tell);
     store.watch(['theme'], ({ theme }) => {
         document.documentElement.dataset.theme = theme;
         if (theme !== 'system') localStorage.setItem(kThemeKey, theme);
@@ -108,6 +113,10 @@ function start(): void {
             const at = shown.indexOf(store.state.active);
             overlay.views[shown[(at + 1) % shown.length]!].focus();
         },
+        open: () => {
+            if (store.state.role === 'control') files.choose();
+        },
+        save: () => void files.save('volume.nrrd'),
     });
     const pointer = new Pointer(session, actions, overlay.views, keymap.held);
     window.addEventListener('pagehide', () => keepView(store, sessionStorage));
@@ -115,8 +124,7 @@ function start(): void {
     document.addEventListener('dragover', (e) => e.preventDefault());
     document.addEventListener('drop', (e) => {
         e.preventDefault();
-        const file = e.dataTransfer?.files[0];
-        if (file) void actions.openFile(file);
+        if (e.dataTransfer) void files.drop(e.dataTransfer);
     });
     session.onWelcome = () => {
         if (

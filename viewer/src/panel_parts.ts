@@ -15,7 +15,6 @@ export class Parts {
     constructor(
         readonly session: Session,
         readonly actions: Actions,
-        readonly query: string,
     ) {}
 
     get state(): Readonly<State> {

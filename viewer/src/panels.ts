@@ -11,9 +11,8 @@ import { materialPanel, surfacePanel, toolPanel } from './panels_tissue.ts';
 import { displayPanel, endoscopePanel, placesPanel, windowPanel } from './panels_view.ts';
 import type { Session } from './session.ts';
 
-/// @param query  the link's token, for downloads
-export function panels(session: Session, actions: Actions, query: string): HTMLElement {
-    const parts = new Parts(session, actions, query);
+export function panels(session: Session, actions: Actions): HTMLElement {
+    const parts = new Parts(session, actions);
     const element = h(
         'aside',
         { class: 'panels', 'aria-label': 'Settings' },

@@ -73,6 +73,7 @@ export interface Welcome {
     resumed: boolean;
     rate_hz: number;
     features: string[];
+    open_bytes?: number;
     volume: VolumeInfo;
     state: SharedState;
 }

@@ -11,7 +11,7 @@ import { clearance, flown, speedFor, wouldTouch } from './flight.ts';
 import { voxelCount, worldFromVoxel } from './grid.ts';
 import { History } from './history.ts';
 import { checksumOf } from './murmur.ts';
-import { takeUpView } from './kept_view.ts';
+import { keepView, takeUpView } from './kept_view.ts';
 import { Latencies } from './latencies.ts';
 import {
     type BoxFrame,
@@ -29,7 +29,7 @@ import {
 import type { Path } from './path.ts';
 import { frameOf, naturalUp } from './rays.ts';
 import { Stage } from './stage.ts';
-import type { Store } from './store.ts';
+import { initialState, type Store } from './store.ts';
 import { newStroke, note, type Stroke } from './strokes.ts';
 import { add, along, mul, norm, normalized, sub, turned, type Vec3 } from './vec.ts';
 import { VolumeData } from './volume.ts';
@@ -105,15 +105,29 @@ export class Session implements Listener {
             client: message.client,
             program: message.program,
             features: message.features,
+            openBytes: message.open_bytes ?? 0,
             shared: message.state,
         });
         const held = this.volume && this.store.state.volume?.id === message.volume.id;
+        if (this.volume && !held) this.forgetScan();
         if (!message.resumed || !held) this.takeVolume(message.volume, held === true);
         this.onWelcome();
     }
 
     newVolume(info: VolumeInfo): void {
+        this.forgetScan();
         this.takeVolume(info, false);
+    }
+
+    /// Another scan takes the place of the one that is shown: nothing of it means anything there.
+    private forgetScan(): void {
+        keepView(this.store, this.memory);
+        this.stroke = undefined;
+        this.tipStroke = 0;
+        this.history.clear();
+        const { sections } = initialState();
+        this.store.set({ path: null, pathFlying: false, pathWay: 0, outcome: '', sections });
+        this.placeBalls();
     }
 
     state(shared: SharedState): void {

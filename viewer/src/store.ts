@@ -34,6 +34,8 @@ export interface State {
     client: number;
     program: string;
     features: string[];
+    openBytes: number; ///< that a scan may have which is opened; 0: not said
+    transfer: string; ///< what is being sent or saved; empty: nothing
     volume: VolumeInfo | null;
     loaded: number; ///< share of the first snapshot that is here, 0…1
     voxels: number; ///< grows whenever voxels changed
@@ -121,6 +123,8 @@ export const initialState = (): State => ({
     client: 0,
     program: '',
     features: [],
+    openBytes: 0,
+    transfer: '',
     volume: null,
     loaded: 0,
     voxels: 0,

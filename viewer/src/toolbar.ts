@@ -1,10 +1,11 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The bar above the views: tools, undo and redo, layout, help.
+// The bar above the views: files, tools, undo and redo, layout, help.
 
 import type { Actions } from './actions.ts';
-import { button, h } from './dom.ts';
+import { button, h, presets } from './dom.ts';
+import { type Files, kSaved, type SavedName } from './files.ts';
 import type { Session } from './session.ts';
 import { kTools, type ToolName } from './store.ts';
 
@@ -17,11 +18,40 @@ const kTexts: Record<ToolName, { text: string; hint: string }> = {
     carve: { text: 'Carve', hint: 'left drag takes tissue out (6)' },
 };
 
+const kSaveTexts: Record<SavedName, string> = {
+    'volume.nrrd': 'volume (.nrrd)',
+    'displacement.nrrd': 'displacement (.nrrd)',
+    'transform.nrrd': 'transform for 3D Slicer (.nrrd)',
+    'session.pls': 'session (.pls)',
+};
+
 export function toolbar(
     session: Session,
     actions: Actions,
+    files: Files,
     hooks: { help: () => void },
 ): HTMLElement {
+    const open = button(
+        'Open…',
+        () => files.choose(),
+        'a scan, or a path (.mrk.json); or drop files, or a folder of DICOM slices (Ctrl+O)',
+    );
+    open.id = 'open';
+    const save = presets<SavedName | 'picture'>(
+        'Save…',
+        [
+            ...kSaved.map((name) => ({ text: kSaveTexts[name], value: name })),
+            { text: 'picture of the view', value: 'picture' as const },
+        ],
+        (what) => void (what === 'picture' ? actions.snapshot() : files.save(what)),
+    ).element as HTMLSelectElement;
+    save.id = 'save';
+    save.title = 'Ctrl+S saves the volume';
+    session.store.watch(['role', 'features', 'transfer'], ({ role, features, transfer }) => {
+        open.disabled = role === 'view' || !features.includes('open') || transfer !== '';
+        const saves = features.includes('save') && transfer === '';
+        for (const n of kSaved.keys()) save.options[n + 1]!.disabled = !saves;
+    });
     const { store, history } = session;
     const tools = kTools.map((name) => {
         const b = button(kTexts[name].text, () => store.set({ tool: name }), kTexts[name].hint);
@@ -59,6 +89,7 @@ export function toolbar(
         {},
         h('h1', {}, 'Pliant'),
         name,
+        h('div', { class: 'group' }, open, files.input, save),
         h('div', { class: 'tools', role: 'group', 'aria-label': 'Tools' }, ...tools),
         h('div', { class: 'group' }, undo, redo),
         h(

@@ -2,10 +2,10 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // A small server that speaks docs/protocol.md, for tests of the page where no `pliant serve` is at
-// hand: the files of dist/, one scene, several clients, undo, checksum, resume.
+// hand: the files of dist/, one scene, several clients, undo, checksum, resume, files in and out.
 
 import { readFile } from 'node:fs/promises';
-import { createServer, type Server } from 'node:http';
+import { createServer, type IncomingMessage, type Server, type ServerResponse } from 'node:http';
 import { join } from 'node:path';
 import { type Box, boxCount } from '../src/grid.ts';
 import type { Vec3 } from '../src/vec.ts';
@@ -38,7 +38,11 @@ interface Client {
 type Message = Record<string, any>;
 
 export class MockServer {
-    readonly scene = new MockScene();
+    scene = new MockScene();
+    private volumeId = 1;
+    private scanName = 'mock tube';
+    /// Names of the files of an upload in parts.
+    readonly parts: string[] = [];
     private readonly clients = new Set<Client>();
     private readonly known = new Map<string, { number: number; missed: boolean }>();
     private nextNumber = 1;
@@ -47,6 +51,10 @@ export class MockServer {
 
     constructor(private readonly folder: string) {
         this.server = createServer((request, response) => {
+            if (/^\/(open|save)\b/.test(request.url ?? '')) {
+                void this.transfer(request, response);
+                return;
+            }
             const name = (request.url ?? '/').split('?')[0]!.slice(1) || 'index.html';
             readFile(join(this.folder, name.replaceAll('..', ''))).then(
                 (data) => {
@@ -64,10 +72,55 @@ export class MockServer {
                 stream.end('HTTP/1.1 403 Forbidden\r\n\r\n');
             else this.greet(new MockSocket(request, stream));
         });
+        this.watchScene();
+    }
+
+    private watchScene(): void {
         this.scene.onChange = (box) => {
             for (const place of this.known.values()) place.missed = true;
             for (const client of this.clients) this.sendBox(client, box, true);
         };
+    }
+
+    /// Any file that begins like a NRRD is the same tube again, under its own name.
+    private async transfer(request: IncomingMessage, response: ServerResponse): Promise<void> {
+        const url = new URL(request.url!, 'http://mock');
+        const name = url.searchParams.get('name') ?? '';
+        const pieces: Buffer[] = [];
+        for await (const piece of request) pieces.push(piece as Buffer);
+        const body = Buffer.concat(pieces);
+        const answer = (status: number, line: string): void => {
+            response.writeHead(status, { 'Content-Type': 'text/plain' }).end(`${line}\n`);
+        };
+        if (url.searchParams.get('token') !== kToken) answer(403, 'token: wrong');
+        else if (url.pathname.startsWith('/save/'))
+            response
+                .writeHead(200, { 'Content-Type': 'application/octet-stream' })
+                .end(Buffer.alloc(1000, url.pathname));
+        else if (url.pathname === '/open/part') {
+            this.parts.push(name);
+            answer(200, 'taken');
+        } else if (url.pathname === '/open' && !body.toString('latin1').startsWith('NRRD'))
+            answer(400, `${name}: is no NRRD file`);
+        else {
+            this.openScan(name);
+            answer(200, 'opened');
+        }
+    }
+
+    private openScan(name: string): void {
+        const { step } = this.scene;
+        this.scene = new MockScene();
+        this.scene.step = step + 1;
+        this.watchScene();
+        ++this.volumeId;
+        this.scanName = name;
+        for (const client of this.clients) {
+            client.tool = undefined;
+            client.socket.text({ t: 'volume', ...this.volume() });
+            this.sendSnapshot(client);
+        }
+        this.sendState();
     }
 
     /// @returns the link
@@ -126,7 +179,8 @@ export class MockServer {
             resume: client.resume,
             resumed,
             rate_hz: 60,
-            features: [],
+            features: ['save', 'open'],
+            open_bytes: 100_000_000,
             volume: this.volume(),
             state: this.state(),
         });
@@ -139,8 +193,8 @@ export class MockServer {
     private volume(): object {
         const eye = tubeCentre(-20);
         return {
-            id: 1,
-            name: 'mock tube',
+            id: this.volumeId,
+            name: this.scanName,
             size: kGrid.size,
             spacing_mm: kGrid.spacing,
             origin_mm: kGrid.origin,
@@ -218,7 +272,7 @@ export class MockServer {
         frame[5] = flags;
         frame.writeUInt16LE(format, 6);
         frame.writeUInt32LE(this.scene.step, 8);
-        frame.writeUInt32LE(1, 12);
+        frame.writeUInt32LE(this.volumeId, 12);
         frame.writeUInt32LE(frame.length - 32, 28);
     }
 

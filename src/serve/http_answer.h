@@ -1,0 +1,31 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// What all answers have in common: what a browser may do with them.
+
+#pragma once
+
+#include <boost/beast/http.hpp>
+#include <string>
+
+namespace pliant::serve {
+
+inline void set_common_fields(boost::beast::http::fields& fields, int port) {
+    namespace http = boost::beast::http;
+    const std::string own = "127.0.0.1:" + std::to_string(port);
+    const std::string local = "localhost:" + std::to_string(port);
+    fields.set(http::field::server, "pliant");
+    fields.set("Content-Security-Policy",
+               "default-src 'self'; style-src 'self' 'unsafe-inline'; img-src 'self' blob: "
+               "data:; media-src 'self' blob:; worker-src 'self' blob:; connect-src 'self' "
+               "ws://" +
+                   own + " ws://" + local +
+                   "; object-src 'none'; base-uri 'none'; form-action 'none'; "
+                   "frame-ancestors 'none'");
+    fields.set("X-Content-Type-Options", "nosniff");
+    fields.set("Cross-Origin-Resource-Policy", "same-origin");
+    fields.set("Referrer-Policy", "no-referrer");
+    fields.set(http::field::cache_control, "no-cache");
+}
+
+}  // namespace pliant::serve

@@ -1,0 +1,73 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// What goes out of the scene into files, and a scene that comes in from one. The owner only takes
+// and puts: copies that cost what was changed, and a pointer. Reading and writing are others' work.
+
+#include <new>
+
+#include "serve/hub.h"
+
+namespace pliant::serve {
+
+void Hub::save(SaveKind kind, std::function<void(Result<FileWriter>)> ready) {
+    post({0, Saving{kind, std::move(ready)}});
+}
+
+void Hub::open(NewScene scene, std::function<void(std::unique_ptr<Scene> old)> done) {
+    post({0, Opening{std::move(scene), std::move(done)}});
+}
+
+void Hub::take(ConnectionId, Saving saving) {
+    const auto writer = [&]() -> Result<FileWriter> {
+        try {
+            if (saving.kind != SaveKind::Session) return save_later(saving.kind, *m_scene);
+            if (!m_log || m_log_failed)
+                return Error{ErrorCode::Unwritable,
+                             "session.pls: expected a session that is recorded, found none"};
+            auto part = m_log->part();
+            if (!part.ok()) return part.error();
+            return save_session_later(std::move(*part), *m_scene);
+        } catch (const std::bad_alloc&) {
+            return Error{ErrorCode::LimitExceeded, "save: not enough memory for a copy"};
+        }
+    };
+    saving.ready(writer());
+}
+
+void Hub::take(ConnectionId, Opening opening) {
+    opening.scene.scene->set_volume_id(m_scene->info().id + 1);
+    std::swap(m_scene, opening.scene.scene);
+    if (m_log) m_log->add(SessionOpen{std::move(opening.scene.recorded)});
+    ++m_step;
+    m_timing = {};
+    m_unsaved_ms = 0;
+    m_is_unsaved = false;
+    m_checksums.reset();
+    m_worked = true;
+    for (Client& client : m_clients) begin_anew(client);
+    m_tools.clear();
+    m_tools_version = 0;  // so that it is made again, for the new scan
+    opening.done(std::move(opening.scene.scene));
+}
+
+/// Nothing that a client had, asked for or was shown is of the new scan.
+void Hub::begin_anew(Client& client) {
+    client.delivery = Delivery(m_scene->info().grid.size);
+    client.delivery.mark_all();
+    client.tool = {};
+    client.tools_version = 0;
+    if (!client.connection) return;
+    say(client, volume_text(m_scene->info()));
+    for (const Waiting& waiting : std::exchange(client.commands, {})) {
+        const std::string name(name_of(waiting.message.action));
+        const Outcome refusal{.error_code = "other_scan",
+                              .message = name + ": another scan was opened meanwhile"};
+        for (const std::uint32_t id : waiting.merged)
+            say(client, outcome_text(id, name, 0, refusal));
+        say(client, outcome_text(waiting.message.id, name, 0, refusal));
+    }
+    client.scene_step = m_step;
+}
+
+}  // namespace pliant::serve

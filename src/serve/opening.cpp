@@ -1,0 +1,136 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "serve/opening.h"
+
+#include <fstream>
+#include <new>
+#include <vector>
+
+#include "serve/save.h"
+#include "volume/image_file.h"
+#include "volume/text.h"
+
+namespace pliant::serve {
+namespace fs = std::filesystem;
+namespace {
+
+constexpr std::size_t kMaxHeaderText = 1 << 16;
+
+/// The one file that is a scan by its name, or the folder.
+Result<fs::path> find_scan(const Upload& upload) {
+    std::vector<std::string> scans;
+    for (const std::string& name : upload.names())
+        if (format_by_name(name)) scans.push_back(name);
+    if (scans.size() > 1)
+        return Error{ErrorCode::InvalidArgument,
+                     "expected one scan, found " + scans[0] + " and " + scans[1]};
+    if (scans.size() == 1) return upload.scan_folder() / scans[0];
+    // A single file that is no scan has a reader's word to say why.
+    if (upload.names().size() == 1) return upload.scan_folder() / *upload.names().begin();
+    return upload.scan_folder();
+}
+
+/// A header may name its data's files: none but those that came with it. ITK reads headers too, so
+/// every line that could name one is looked at, whatever our own reader makes of it.
+Status check_named_files(const fs::path& path) {
+    std::ifstream stream(path, std::ios::binary);
+    std::string text(kMaxHeaderText, '\0');
+    stream.read(text.data(), std::streamsize(text.size()));
+    text.resize(std::size_t(stream.gcount()));
+    bool is_list = false;
+    for (const std::string_view line : split(text, '\n')) {
+        const std::string key = lower_case(std::string(line.substr(0, line.find_first_of(":="))));
+        const bool names = key.starts_with("data file") || key.starts_with("datafile") ||
+                           key.starts_with("elementdatafile");
+        if ((names || is_list) && line.find_first_of("/\\") != std::string_view::npos)
+            return Error{ErrorCode::Unsupported, path.string() + ": names the data file '" +
+                                                     shown(line) +
+                                                     "', expected one without a folder"};
+        if (names) {
+            const std::string value = lower_case(std::string(line.substr(key.size())));
+            if (value.find("local") != std::string::npos) break;  // voxels follow
+            is_list = is_list || value.find("list") != std::string::npos;
+        }
+        if (line.empty() || line == "\r") break;
+    }
+    return Ok{};
+}
+
+/// Whether a file leads out of its folder, or asks for more memory than there is.
+Status check_header_of(const fs::path& path) {
+    const auto format = format_by_name(path);
+    if (!format) return Ok{};
+    if (*format != ImageFormat::Nifti)
+        if (Status status = check_named_files(path); !status) return status;
+    if (Status status = check_file(path); !status) return status;
+    auto header = read_image_header(path, *format);
+    if (!header) return header.error();
+    for (const fs::path& file : header->data.files)
+        if (file.lexically_normal().parent_path() != path.parent_path())
+            return Error{ErrorCode::Unsupported,
+                         path.string() + ": names a data file elsewhere, expected one beside it"};
+    if (Status status = check_header(path, 1, *header); !status) return status;
+    // What is mapped needs none; what ITK converts is there twice.
+    const bool raw = header->data.encoding == DataEncoding::Raw && header->data.files.size() == 1;
+    const std::uint64_t each = !header->data.plain ? 12 : raw ? 0 : 4;
+    if (each && !has_memory_for(each * voxel_count(header->grid)))
+        return Error{ErrorCode::LimitExceeded, path.string() + ": not enough memory to read it"};
+    return Ok{};
+}
+
+/// What the client calls them.
+std::string without_folders(std::string message, const Upload& upload, const fs::path& scan) {
+    const bool is_folder = scan == upload.scan_folder();
+    for (const std::string& folder :
+         {is_folder ? std::string() : upload.scan_folder().string(), upload.root().string()}) {
+        if (folder.empty()) continue;
+        for (auto at = message.find(folder + "/"); at != std::string::npos;
+             at = message.find(folder + "/"))
+            message.erase(at, folder.size() + 1);
+    }
+    return message;
+}
+
+/// Beside the session, or as a name that stands for what the client has.
+std::string recorded_name(const fs::path& root, const fs::path& file, bool is_kept) {
+    if (!is_kept) return file.filename().string();
+    const fs::path scans = root.parent_path();
+    return file.lexically_relative(scans.parent_path()).string();
+}
+
+Result<NewScene> open_files(Upload& upload, const fs::path& scan, const TaskArena& arena) {
+    if (Status status = check_header_of(scan); !status) return status.error();
+    const TaskArena alone(1);
+    auto scene = Scene::open({.file = scan.string()}, arena, alone);
+    if (!scene.ok()) return scene.error();
+    const fs::path before = upload.root();
+    const auto kept = upload.keep();
+    if (!kept.ok()) return kept.error();
+    const fs::path place = upload.root() / scan.lexically_relative(before);
+    NewScene opened{std::move(*scene), {}};
+    opened.recorded = {{.file = recorded_name(upload.root(), place, upload.root() != before)},
+                       opened.scene->scan_hash()};
+    return opened;
+}
+
+}  // namespace
+
+Result<NewScene> open_upload(Upload& upload, const TaskArena& arena) {
+    const auto scan = find_scan(upload);
+    if (!scan.ok()) return scan.error();
+    const auto plain = [&](const std::string& message) {
+        return without_folders(message, upload, *scan);
+    };
+    try {
+        auto opened = open_files(upload, *scan, arena);
+        if (!opened.ok()) return Error{opened.error().code, plain(opened.error().message)};
+        return opened;
+    } catch (const std::bad_alloc&) {
+        return Error{ErrorCode::LimitExceeded, plain(scan->string()) + ": not enough memory"};
+    } catch (const fs::filesystem_error& error) {
+        return Error{ErrorCode::Unreadable, plain(error.what())};
+    }
+}
+
+}  // namespace pliant::serve

@@ -1,0 +1,95 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "serve/save.h"
+
+#include <array>
+#include <fstream>
+#include <memory>
+#include <string>
+#include <utility>
+
+#include "chainmail/check.h"
+#include "chainmail/lattice_copy.h"
+#include "resample/fields.h"
+#include "resample/scatter.h"
+
+namespace pliant::serve {
+namespace {
+
+constexpr std::array<std::pair<SaveKind, std::string_view>, 4> kNames = {{
+    {SaveKind::Volume, "volume.nrrd"},
+    {SaveKind::Displacement, "displacement.nrrd"},
+    {SaveKind::Transform, "transform.nrrd"},
+    {SaveKind::Session, "session.pls"},
+}};
+
+/// The tissue at one moment. It keeps the scan that its lattice refers to.
+struct Taken {
+    std::shared_ptr<const LoadedScan> scan;
+    std::unique_ptr<const Lattice> lattice;
+};
+
+std::shared_ptr<const Taken> take(const Scene& scene) {
+    auto scan = scene.loaded();
+    auto lattice = copy_of(scene.tissue().lattice(), scan->volume);
+    return std::make_shared<Taken>(Taken{std::move(scan), std::move(lattice)});
+}
+
+Status write_transform(const std::filesystem::path& path, const Taken& taken) {
+    const Volume& scan = taken.scan->volume;
+    // At the worst, all of it moved.
+    if (!has_memory_for(voxel_count(scan.grid) * sizeof(Vec3f)))
+        return Error{ErrorCode::LimitExceeded, "transform.nrrd: not enough memory to make it"};
+    const TaskArena alone(1);
+    const Deformed deformed = deform_by_lattice(scan, *taken.lattice, Mapping::Cells, true, alone);
+    return write_vector_field(path, scan.grid, FieldKind::Resampling, inverse_slices(deformed));
+}
+
+}  // namespace
+
+std::optional<SaveKind> save_kind_of(std::string_view name) {
+    for (const auto& [kind, own] : kNames)
+        if (own == name) return kind;
+    return {};
+}
+
+std::string_view name_of(SaveKind kind) {
+    return kNames[std::size_t(kind)].second;
+}
+
+FileWriter save_later(SaveKind kind, const Scene& scene) {
+    if (kind == SaveKind::Volume) {
+        auto volume = std::make_shared<const Volume>(scene.deformed());
+        return [volume](const std::filesystem::path& path) { return write_volume(path, *volume); };
+    }
+    if (kind == SaveKind::Transform)
+        return [taken = take(scene)](const std::filesystem::path& path) {
+            return write_transform(path, *taken);
+        };
+    return [taken = take(scene)](const std::filesystem::path& path) {
+        return write_vector_field(path, taken->scan->volume.grid, FieldKind::Modeling,
+                                  slices_of(*taken->lattice));
+    };
+}
+
+FileWriter save_session_later(SessionPart part, const Scene& scene) {
+    auto volume = std::make_shared<const Volume>(scene.deformed());
+    return
+        [part = std::move(part), volume, taken = take(scene)](const std::filesystem::path& path) {
+            return write_session(path, part, {hash_volume(*volume), hash_state(*taken->lattice)});
+        };
+}
+
+bool has_memory_for(std::uint64_t bytes) {
+    std::ifstream stream("/proc/meminfo");
+    std::string word;
+    while (stream >> word) {
+        if (word != "MemAvailable:") continue;
+        std::uint64_t kib = 0;
+        return !(stream >> kib) || bytes / 1024 < kib;
+    }
+    return true;
+}
+
+}  // namespace pliant::serve

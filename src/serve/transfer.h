@@ -1,0 +1,108 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// One file on its way, and what all of them share: for transfers.cpp (out) and transfers_open.cpp
+// (in).
+
+#pragma once
+
+#include <array>
+#include <boost/asio.hpp>
+#include <optional>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "serve/door.h"
+#include "serve/transfers.h"
+
+namespace pliant::serve {
+
+class Transfer;
+
+struct Transfers::Desk {
+    Desk(boost::asio::io_context& c, Hub& h, const Tokens& t, TransferSettings s)
+        : context(c), hub(h), tokens(t), settings(std::move(s)), pause(c) {}
+
+    void drop_upload();
+    void wait_for_next_file();
+
+    boost::asio::io_context& context;
+    Hub& hub;
+    const Tokens& tokens;
+    TransferSettings settings;
+    std::shared_ptr<int> count = std::make_shared<int>(0);  ///< of transfers
+    std::shared_ptr<Transfer> saving;                       ///< null: none
+    std::shared_ptr<Transfer> opening;                      ///< that sends or waits for its scene
+    std::shared_ptr<Upload> upload;                         ///< may wait for its next file
+    boost::asio::steady_timer pause;
+    boost::asio::io_context disk;
+    std::vector<std::jthread> disk_threads;
+};
+
+class Transfer : public std::enable_shared_from_this<Transfer> {
+  public:
+    Transfer(Transfers::Desk& desk, Guest guest);
+    ~Transfer();
+    Transfer(const Transfer&) = delete;
+    Transfer& operator=(const Transfer&) = delete;
+
+    void begin();
+
+  private:
+    using Error = boost::system::error_code;
+
+    // Out.
+    void save(SaveKind kind);
+    void make_file(SaveKind kind, Result<FileWriter> writer);
+    void send_header(SaveKind kind, const std::string& failure);
+    void send_piece();
+
+    // In.
+    void open(std::string_view path);
+    void receive();
+    void take_piece(std::size_t size, bool is_last);
+    void begin_reading();
+    void file_is_there();
+    void read_scan();
+    void hand_over(Result<NewScene> scene);
+    void give_up(const Refusal& refusal);
+
+    std::string parameter(std::string_view key) const;
+    bool is_too_slow() const;
+    /// The last thing that is done: says it, and closes.
+    void answer(unsigned status, const std::string& line);
+    void linger();
+    void close();
+    /// Calls there on a thread that may wait, then here on the network's.
+    template <class There, class Here>
+    void on_disk(There there, Here here);
+
+    Transfers::Desk& m_desk;
+    std::shared_ptr<int> m_count;
+    boost::beast::tcp_stream m_stream;
+    boost::beast::flat_buffer m_buffer;
+    std::unique_ptr<BodyParser> m_parser;
+    int m_port;
+    std::string m_target;
+    std::array<char, 1 << 18> m_piece;
+    std::string m_text;  ///< that is being sent
+    int m_file = -1;
+    std::uint64_t m_size = 0, m_moved = 0;  ///< of the file, and what of it went through
+    std::size_t m_discarded = 0;
+    bool m_is_single = false;  ///< the only file of its scan
+    std::chrono::steady_clock::time_point m_begin = std::chrono::steady_clock::now();
+};
+
+template <class There, class Here>
+void Transfer::on_disk(There there, Here here) {
+    boost::asio::post(m_desk.disk, [self = shared_from_this(), there = std::move(there),
+                                    here = std::move(here)]() mutable {
+        auto result = std::make_shared<decltype(there())>(there());
+        boost::asio::post(self->m_desk.context, [self, result, here = std::move(here)]() mutable {
+            here(std::move(*result));
+        });
+    });
+}
+
+}  // namespace pliant::serve

@@ -1,0 +1,150 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// Files that come in, and become a scene.
+
+#include <algorithm>
+#include <cctype>
+
+#include "serve/opening.h"
+#include "serve/transfer.h"
+
+namespace pliant::serve {
+namespace {
+
+namespace asio = boost::asio;
+namespace http = boost::beast::http;
+
+constexpr std::size_t kMaxUploadId = 64;
+
+bool is_upload_id(std::string_view id) {
+    return !id.empty() && id.size() <= kMaxUploadId &&
+           std::all_of(id.begin(), id.end(), [](unsigned char c) { return std::isalnum(c); });
+}
+
+}  // namespace
+
+void Transfers::Desk::drop_upload() {
+    pause.cancel();
+    // Removing large files takes its time.
+    if (upload) asio::post(disk, [gone = std::exchange(upload, nullptr)] { (void)gone; });
+}
+
+void Transfers::Desk::wait_for_next_file() {
+    pause.expires_after(kUploadPause);
+    pause.async_wait([this](boost::system::error_code error) {
+        if (!error && !opening) drop_upload();
+    });
+}
+
+void Transfer::open(std::string_view path) {
+    m_is_single = path == "/open";
+    const bool is_done = path == "/open/done";
+    if (!m_is_single && !is_done && path != "/open/part")
+        return answer(404, "expected /open, /open/part or /open/done");
+    const std::string id = m_is_single ? "" : parameter("upload");
+    if (!m_is_single && !is_upload_id(id))
+        return answer(400, "upload: expected 1…64 letters and digits");
+    if (m_desk.opening || (m_desk.upload && m_desk.upload->id() != id))
+        return answer(503, "open: expected one scan at a time, found another");
+    if (is_done && !m_desk.upload)
+        return answer(404, "upload: expected one that has begun, found none");
+    m_desk.opening = shared_from_this();
+    m_desk.pause.cancel();
+    if (!m_desk.upload) m_desk.upload = std::make_shared<Upload>(m_desk.settings.uploads, id);
+    if (is_done) return read_scan();
+    std::optional<std::uint64_t> size;
+    if (const auto length = m_parser->content_length()) size = *length;
+    on_disk([upload = m_desk.upload, name = parameter("name"),
+             size] { return upload->begin_file(name, size); },
+            [this](const MayRefuse& refusal) { refusal ? give_up(*refusal) : begin_reading(); });
+}
+
+void Transfer::begin_reading() {
+    if (m_parser->get()[http::field::expect] != "100-continue") return receive();
+    m_text = "HTTP/1.1 100 Continue\r\n\r\n";
+    m_stream.expires_after(kHttpTime);
+    asio::async_write(m_stream, asio::buffer(m_text),
+                      [self = shared_from_this()](Error error, std::size_t) {
+                          error ? self->give_up({0, ""}) : self->receive();
+                      });
+}
+
+void Transfer::receive() {
+    if (m_parser->is_done()) return take_piece(0, true);
+    if (is_too_slow())
+        return give_up({408, "open: expected at least 64 KiB per second, found less"});
+    auto& body = m_parser->get().body();
+    body.data = m_piece.data();
+    body.size = m_piece.size();
+    m_stream.expires_after(kHttpTime);
+    http::async_read(m_stream, m_buffer, *m_parser,
+                     [self = shared_from_this()](Error error, std::size_t) {
+                         if (error && error != http::error::need_buffer)
+                             return self->give_up({0, ""});  // cut off
+                         const auto left = self->m_parser->get().body().size;
+                         self->take_piece(self->m_piece.size() - left, self->m_parser->is_done());
+                     });
+}
+
+void Transfer::take_piece(std::size_t size, bool is_last) {
+    m_moved += size;
+    on_disk(
+        [this, upload = m_desk.upload, size, is_last] {
+            auto refusal = upload->add({m_piece.data(), size});
+            return refusal || !is_last ? refusal : upload->end_file();
+        },
+        [this, is_last](const MayRefuse& refusal) {
+            if (refusal) return give_up(*refusal);
+            is_last ? file_is_there() : receive();
+        });
+}
+
+void Transfer::file_is_there() {
+    if (m_is_single) return read_scan();
+    m_desk.opening.reset();
+    m_desk.wait_for_next_file();
+    answer(200, "taken");
+}
+
+void Transfer::read_scan() {
+    on_disk(
+        [this, upload = m_desk.upload]() -> Result<NewScene> {
+            if (!m_is_single)
+                if (const auto refusal = upload->rename(parameter("name")))
+                    return pliant::Error{ErrorCode::Unwritable, refusal->line};
+            return open_upload(*upload, m_desk.settings.arena);
+        },
+        [this](Result<NewScene> scene) { hand_over(std::move(scene)); });
+}
+
+void Transfer::hand_over(Result<NewScene> scene) {
+    if (!scene.ok()) {
+        const unsigned status = scene.error().code == ErrorCode::LimitExceeded ? 413
+                                : scene.error().code == ErrorCode::Unwritable  ? 507
+                                                                               : 400;
+        return give_up({status, scene.error().message});
+    }
+    // The scan stays open; its files go, unless they are kept.
+    m_desk.drop_upload();
+    m_desk.hub.open(std::move(*scene), [weak = weak_from_this(), context = &m_desk.context,
+                                        disk = &m_desk.disk](std::unique_ptr<Scene> old) {
+        asio::post(*disk,
+                   [gone = std::shared_ptr<Scene>(std::move(old))]() mutable { gone.reset(); });
+        asio::post(*context, [weak] {
+            const auto self = weak.lock();
+            if (!self) return;
+            self->m_desk.opening.reset();
+            self->answer(200, "opened");
+        });
+    });
+}
+
+/// Nothing of the upload is left. @param refusal  without a status: nobody is there to hear it
+void Transfer::give_up(const Refusal& refusal) {
+    m_desk.drop_upload();
+    m_desk.opening.reset();
+    refusal.status ? answer(refusal.status, refusal.line) : close();
+}
+
+}  // namespace pliant::serve

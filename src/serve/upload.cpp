@@ -1,0 +1,159 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "serve/upload.h"
+
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
+#include <utility>
+
+namespace pliant::serve {
+namespace fs = std::filesystem;
+namespace {
+
+/// Between two looks at the disk.
+constexpr std::uint64_t kLookBytes = std::uint64_t(16) << 20;
+
+std::string mebibytes(std::uint64_t bytes) {
+    return std::to_string((bytes + (1 << 20) - 1) >> 20) + " MiB";
+}
+
+Refusal cant_write(const std::string& name) {
+    return {507, name + ": can't be written: " + std::strerror(errno)};
+}
+
+std::uint64_t bytes_below(const fs::path& folder) {
+    std::error_code error;
+    std::uint64_t sum = 0;
+    for (fs::recursive_directory_iterator at(folder, error), end; !error && at != end;
+         at.increment(error))
+        if (at->is_regular_file(error)) sum += at->file_size(error);
+    return sum;
+}
+
+}  // namespace
+
+std::string base_name(std::string_view name) {
+    const auto slash = name.find_last_of("/\\");
+    if (slash != std::string_view::npos) name.remove_prefix(slash + 1);
+    std::string text;
+    for (const char c : name)
+        if (std::uint8_t(c) >= 0x20 && c != 0x7f) text += c;
+    if (text.size() > kMaxFileName) text.erase(0, text.size() - kMaxFileName);
+    // The cut leaves no half of a character.
+    while (!text.empty() && (std::uint8_t(text[0]) & 0xc0) == 0x80) text.erase(0, 1);
+    return text.find_first_not_of('.') == std::string::npos ? "" : text;
+}
+
+Upload::Upload(UploadSettings settings, std::string id)
+    : m_settings(std::move(settings)), m_id(std::move(id)) {}
+
+Upload::~Upload() {
+    if (m_file >= 0) ::close(m_file);
+    std::error_code ignored;
+    if (!m_root.empty() && !m_is_kept) fs::remove_all(m_root, ignored);
+}
+
+MayRefuse Upload::make_root() {
+    if (!m_root.empty()) return {};
+    std::error_code error;
+    fs::path folder = m_settings.folder;
+    if (folder.empty())
+        folder = fs::temp_directory_path(error);
+    else
+        fs::create_directories(folder, error);
+    if (m_settings.keeps && bytes_below(folder) > kMaxKeptBytes)
+        return Refusal{507, folder.filename().string() + ": expected up to " +
+                                mebibytes(kMaxKeptBytes) +
+                                " of scans beside a session, found more"};
+    std::string root = (folder / "pliant-upload-XXXXXX").string();
+    if (error || !::mkdtemp(root.data())) return cant_write("upload");
+    m_root = root;
+    fs::create_directory(scan_folder(), error);
+    if (error) return cant_write("upload");
+    return {};
+}
+
+MayRefuse Upload::check_room(std::uint64_t bytes) const {
+    if (bytes > m_settings.max_bytes || m_bytes > m_settings.max_bytes - bytes)
+        return Refusal{413, "expected a scan of up to " + mebibytes(m_settings.max_bytes) +
+                                ", found " + mebibytes(m_bytes + bytes) + " or more"};
+    std::error_code error;
+    const auto space = fs::space(m_root, error);
+    if (!error && (space.available < kSpareDiskBytes || space.available - kSpareDiskBytes < bytes))
+        return Refusal{507, "expected room on the server's disk for " + mebibytes(bytes) +
+                                " more, found too little"};
+    return {};
+}
+
+MayRefuse Upload::begin_file(const std::string& name, std::optional<std::uint64_t> size) {
+    const std::string own = base_name(name);
+    if (own.empty()) return Refusal{400, "name: expected that of a file, found none"};
+    if (m_names.size() >= std::size_t(kMaxUploadFiles))
+        return Refusal{413, "expected up to " + std::to_string(kMaxUploadFiles) +
+                                " files of one scan, found more"};
+    if (size && *size > m_settings.max_bytes) return check_room(*size);  // nothing is made for it
+    if (auto refusal = make_root()) return refusal;
+    if (auto refusal = check_room(size.value_or(0))) return refusal;
+    if (!m_names.insert(own).second)
+        return Refusal{400, own + ": expected files of different names, found two"};
+    m_file = ::open((scan_folder() / own).c_str(),
+                    O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0600);
+    if (m_file < 0) return cant_write(own);
+    return {};
+}
+
+MayRefuse Upload::add(std::span<const char> bytes) {
+    m_unchecked += bytes.size();
+    if (m_unchecked > kLookBytes || m_bytes + bytes.size() > m_settings.max_bytes) {
+        if (auto refusal = check_room(bytes.size())) return refusal;
+        m_unchecked = 0;
+    }
+    m_bytes += bytes.size();
+    while (!bytes.empty()) {
+        const ssize_t count = ::write(m_file, bytes.data(), bytes.size());
+        if (count < 0 && errno == EINTR) continue;
+        if (count <= 0) return cant_write("upload");
+        bytes = bytes.subspan(std::size_t(count));
+    }
+    return {};
+}
+
+MayRefuse Upload::end_file() {
+    const int file = std::exchange(m_file, -1);
+    // What a session needs must not be lost with the power.
+    const bool synced = !m_settings.keeps || ::fdatasync(file) == 0;
+    if (::close(file) != 0 || !synced) return cant_write("upload");
+    return {};
+}
+
+MayRefuse Upload::rename(const std::string& name) {
+    const std::string own = base_name(name);
+    if (own.empty() || own == m_name) return {};
+    std::error_code error;
+    fs::rename(scan_folder(), m_root / own, error);
+    if (error) return Refusal{507, own + ": can't be written: " + error.message()};
+    m_name = own;
+    return {};
+}
+
+Result<fs::path> Upload::keep() {
+    if (!m_settings.keeps) return scan_folder();
+    std::error_code error;
+    for (int n = 1; n < 100'000; ++n) {
+        const fs::path place = m_settings.folder / std::to_string(n);
+        // Making the folder claims the number; a folder may be renamed to an empty one.
+        if (!fs::create_directory(place, error)) continue;
+        fs::rename(m_root, place, error);
+        if (error) break;
+        m_root = place;
+        m_is_kept = true;
+        return scan_folder();
+    }
+    return Error{ErrorCode::Unwritable, "upload: can't be kept beside the session"};
+}
+
+}  // namespace pliant::serve

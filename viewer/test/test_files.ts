@@ -1,0 +1,251 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// Files: scans that are dropped or chosen take the place of the one that is shown, what is saved is
+// what the server gives, and what goes wrong is one line.
+
+import assert from 'node:assert/strict';
+import { readFile } from 'node:fs/promises';
+import { after, before, test } from 'node:test';
+import { gunzipSync } from 'node:zlib';
+import type { Browser, Page } from 'playwright-core';
+import { scanOf } from '../src/dropped.ts';
+import type { Session } from '../src/session.ts';
+import {
+    compare,
+    launch,
+    loaded,
+    picture,
+    pixels,
+    type Served,
+    serve,
+    stateOf,
+    untilUndo,
+    visit,
+} from './browser.ts';
+
+let browser: Browser;
+let served: Served;
+let page: Page;
+let errors: string[];
+before(async () => {
+    browser = await launch();
+    served = await serve();
+    ({ page, errors } = await visit(browser, served.link));
+});
+after(async () => {
+    await browser.close();
+    await served.stop();
+    // Chromium's own remark on an answer that isn't 200.
+    assert.deepEqual(
+        errors.filter((line) => !line.includes('status of 400')),
+        [],
+    );
+});
+
+const kSize = [36, 40, 44] as const;
+
+/// A ball of air in tissue.
+function nrrd(): Buffer {
+    const header = [
+        'NRRD0004',
+        'type: short',
+        'dimension: 3',
+        'space: left-posterior-superior',
+        `sizes: ${kSize.join(' ')}`,
+        'space directions: (1,0,0) (0,1,0) (0,0,1)',
+        'space origin: (-18,-20,-22)',
+        'endian: little',
+        'encoding: raw',
+        '',
+        '',
+    ].join('\n');
+    const voxels = Buffer.alloc(2 * kSize[0] * kSize[1] * kSize[2]);
+    let at = 0;
+    for (let k = 0; k < kSize[2]; ++k)
+        for (let j = 0; j < kSize[1]; ++j)
+            for (let i = 0; i < kSize[0]; ++i, at += 2) {
+                const off = Math.hypot(i - 18, j - 20, k - 22);
+                voxels.writeInt16LE(Math.round(-1000 + 1040 * Math.min(1, off / 12)), at);
+            }
+    return Buffer.concat([Buffer.from(header, 'latin1'), voxels]);
+}
+
+const choose = (name: string, buffer: Buffer): Promise<void> =>
+    page.locator('#files').setInputFiles({ name, mimeType: '', buffer });
+
+/// Drops files on the page as the browser does, with folders left out: those can't be made here.
+const drop = (files: { name: string; text: string }[]): Promise<void> =>
+    page.evaluate((all) => {
+        const data = new DataTransfer();
+        for (const { name, text } of all) {
+            const bytes = Uint8Array.from(atob(text), (c) => c.charCodeAt(0));
+            data.items.add(new File([bytes], name));
+        }
+        const settings = { dataTransfer: data, bubbles: true, cancelable: true };
+        document.querySelector('main')!.dispatchEvent(new DragEvent('drop', settings));
+    }, files);
+
+const untilScan = async (name: string): Promise<void> => {
+    await page.waitForFunction(
+        (wanted) => {
+            const { store } = (window as never as { pliant: Session }).pliant;
+            return store.state.volume?.name === wanted && store.state.transfer === '';
+        },
+        name,
+        { timeout: 60_000 },
+    );
+    await loaded(page);
+};
+
+const untilSaid = (text: string): Promise<unknown> =>
+    page.waitForFunction(
+        (wanted) => document.querySelector('.message')!.textContent!.includes(wanted),
+        text,
+        { timeout: 30_000 },
+    );
+
+test('names of files that are dropped together can lie in one folder', () => {
+    const file = (path: string) => ({ path, file: new File(['x'], path.split('/').pop()!) });
+    const scan = scanOf(
+        ['CT/.DS_Store', 'CT/a/1.dcm', 'CT/b/1.dcm', 'CT/2.dcm', 'CT/Thumbs.db'].map(file),
+    );
+    assert.equal(scan.name, 'CT');
+    assert.deepEqual(
+        scan.files.map(({ path }) => path),
+        ['1.dcm', 'CT_b_1.dcm', '2.dcm'],
+    );
+    assert.throws(() => scanOf([file('CT/.hidden')]), /found no file/);
+    assert.throws(() => scanOf(Array.from({ length: 5000 }, (_, n) => file(`${n}`))), /4096/);
+});
+
+test('a chosen scan takes the place of the one that is shown', async () => {
+    await page.evaluate(async () => {
+        const { pliant } = window as never as { pliant: Session };
+        const { cursor } = pliant.store.state;
+        await pliant.ask({ do: 'push', point: cursor, push: [2, 0, 0], radius: 6 });
+    });
+    await untilUndo(page, 1);
+    const before = await pixels(page, 'axial');
+    await choose('ball.nrrd', nrrd());
+    await untilScan('ball.nrrd');
+    const state = await stateOf(page);
+    assert.equal(state.volume!.id, 2);
+    assert.equal(state.shared!.undo.steps, 0);
+    if (!served.mock) assert.deepEqual(state.volume!.size, [...kSize]);
+    if (!served.mock) assert.notEqual((await pixels(page, 'axial')).hash, before.hash);
+    assert.equal((await compare(page))!.same, true);
+    assert.match(await page.title(), /ball\.nrrd/);
+    await untilSaid('opened ball.nrrd');
+    await picture(page, 'opened');
+});
+
+test('tissue of the new scan can be pushed, and its volume saved', async () => {
+    await page.evaluate(async () => {
+        const { pliant } = window as never as { pliant: Session };
+        await pliant.ask({ do: 'push', point: [0, 10, 0], push: [0, 2, 0], radius: 3 });
+    });
+    await untilUndo(page, 1);
+    assert.equal((await compare(page))!.same, true);
+    for (const [way, name] of [
+        ['keys', 'volume.nrrd'],
+        ['menu', 'displacement.nrrd'],
+        ['menu', 'transform.nrrd'],
+        ['menu', 'session.pls'],
+    ] as const) {
+        const coming = page.waitForEvent('download');
+        if (way === 'keys') await page.keyboard.press('Control+s');
+        else await page.locator('#save').selectOption({ label: labelOf(name) });
+        const download = await coming;
+        assert.equal(download.suggestedFilename(), name);
+        const bytes = await readFile((await download.path())!);
+        const own = await page.evaluate(async (what) => {
+            const { hash } = location;
+            const token = new URLSearchParams(hash.slice(1)).get('token');
+            const response = await fetch(`save/${what}?token=${token}`);
+            return (await response.arrayBuffer()).byteLength;
+        }, name);
+        assert.equal(bytes.length, own);
+        await page.waitForFunction(
+            () => !(window as never as { pliant: Session }).pliant.store.state.transfer,
+        );
+        if (served.mock || !name.endsWith('.nrrd')) continue;
+        const end = bytes.indexOf('\n\n') + 2;
+        const header = bytes.subarray(0, end).toString('latin1');
+        assert.match(header, new RegExp(`sizes: (3 )?${kSize.join(' ')}\n`));
+        const numbers = name === 'volume.nrrd' ? 2 : 12;
+        assert.equal(
+            gunzipSync(bytes.subarray(end)).length,
+            numbers * kSize[0] * kSize[1] * kSize[2],
+        );
+    }
+    await untilSaid('saved session.pls');
+});
+
+const labelOf = (name: string): string =>
+    name.startsWith('session')
+        ? 'session (.pls)'
+        : name.startsWith('transform')
+          ? 'transform for 3D Slicer (.nrrd)'
+          : `${name.split('.')[0]} (.nrrd)`;
+
+test('what is no scan is said in one line, and nothing changes', async () => {
+    const { volume } = await stateOf(page);
+    await choose('bad.nrrd', Buffer.from('hello'));
+    await untilSaid('bad.nrrd: is no NRRD file');
+    await picture(page, 'opened_bad');
+    assert.equal((await stateOf(page)).volume!.id, volume!.id);
+    await page.evaluate(() => {
+        (window as never as { pliant: Session }).pliant.store.set({ openBytes: 10 });
+    });
+    await choose('large.nrrd', nrrd());
+    await untilSaid('large.nrrd: 1 MiB, expected a scan of up to 1 MiB');
+    await page.evaluate(() => {
+        (window as never as { pliant: Session }).pliant.store.set({ openBytes: 0 });
+    });
+    assert.equal((await compare(page))!.same, true);
+});
+
+test('files are dropped together; a path that is dropped stays a path', async () => {
+    const scan = nrrd();
+    const end = scan.indexOf('\n\n') + 1;
+    const header = `${scan.subarray(0, end).toString('latin1')}data file: ball.raw\n`;
+    await drop([
+        { name: 'ball.raw', text: scan.subarray(end + 1).toString('base64') },
+        { name: 'ball.nhdr', text: Buffer.from(header, 'latin1').toString('base64') },
+    ]);
+    await untilScan(served.mock ? 'scan' : 'ball.nhdr');
+    if (served.mock) assert.deepEqual(served.mock.parts, ['ball.raw', 'ball.nhdr']);
+    assert.equal((await compare(page))!.same, true);
+    const { volume } = await stateOf(page);
+    const path = {
+        markups: [
+            {
+                type: 'Curve',
+                coordinateSystem: 'LPS',
+                controlPoints: [{ position: [0, 0, -5] }, { position: [0, 0, 5] }],
+            },
+        ],
+    };
+    const text = Buffer.from(JSON.stringify(path)).toString('base64');
+    await drop([{ name: 'way.mrk.json', text }]);
+    await untilSaid('way.mrk.json: a path');
+    const state = await stateOf(page);
+    assert.equal(state.volume!.id, volume!.id);
+    assert.ok(state.path);
+});
+
+test('who only views may save, but not open', async () => {
+    const { page: other } = await visit(browser, served.link, '&notour&role=view');
+    assert.equal(await other.locator('#open').isDisabled(), true);
+    const coming = other.waitForEvent('download');
+    await other.locator('#save').selectOption({ label: 'volume (.nrrd)' });
+    assert.equal((await coming).suggestedFilename(), 'volume.nrrd');
+    const before = await stateOf(other);
+    await other.locator('#files').setInputFiles({ name: 'x.nrrd', mimeType: '', buffer: nrrd() });
+    await other.waitForFunction(() =>
+        document.querySelector('.message')!.textContent!.includes('those who control'),
+    );
+    assert.equal((await stateOf(other)).volume!.id, before.volume!.id);
+    await other.context().close();
+});
