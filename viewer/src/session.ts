@@ -126,7 +126,8 @@ export class Session implements Listener {
         this.tipStroke = 0;
         this.history.clear();
         const { sections } = initialState();
-        this.store.set({ path: null, pathFlying: false, pathWay: 0, outcome: '', sections });
+        const nothing = { path: null, pathFlying: false, pathWay: 0, outcome: '', force: 0 };
+        this.store.set({ ...nothing, sections });
         this.placeBalls();
     }
 
