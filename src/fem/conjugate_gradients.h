@@ -1,33 +1,17 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Conjugate gradients [Hestenes1952], preconditioned with the inverse of each node's own 3 × 3
-// block. Sums are taken over fixed pieces and then in order, so that they don't depend on threads.
+// Conjugate gradients [Hestenes1952] with any preconditioner. Sums are taken over fixed pieces and
+// then in order, so that they don't depend on threads.
 
 #pragma once
 
-#include <pliant/tasks.h>
-
-#include <vector>
+#include <functional>
 
 #include "fem/held_nodes.h"
 #include "fem/stiffness.h"
 
 namespace pliant {
-
-/// Inverses of the free part of the diagonal blocks; zero where held.
-class BlockJacobi {
-  public:
-    BlockJacobi(const Stiffness& stiffness, const HeldNodes& held, const TaskArena& arena);
-    std::int64_t bytes() const { return std::int64_t(m_values.size() * sizeof(double)); }
-
-    /// The six numbers xx, yy, zz, yz, zx, xy of all nodes.
-    const double* entry(int n) const { return m_values.data() + std::size_t(n) * m_count; }
-
-  private:
-    std::size_t m_count;
-    std::vector<double> m_values;
-};
 
 struct Convergence {
     int iterations = 0;
@@ -35,11 +19,14 @@ struct Convergence {
     double residual = 0;  ///< 2-norm, as the recurrence has it
 };
 
+/// z = M⁻¹ r, symmetric and positive on what is free, zero where held.
+using Preconditioner = std::function<void(const NodeVector& r, NodeVector& z)>;
+
 /// Solves K u = f for what is free, from u = 0.
 /// @param force  zero where held
-/// @param[out] displacement  zero where held
 /// @param residual  the iterations end where the 2-norm of f − K u is that small
-Convergence conjugate_gradients(const Stiffness& stiffness, const BlockJacobi& preconditioner,
+/// @param[out] displacement  zero where held
+Convergence conjugate_gradients(const Stiffness& stiffness, const Preconditioner& precondition,
                                 const HeldNodes& held, const NodeVector& force, double residual,
                                 int max_iterations, const TaskArena& arena,
                                 NodeVector& displacement);

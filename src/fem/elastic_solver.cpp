@@ -11,6 +11,7 @@
 #include <utility>
 #include <variant>
 
+#include "fem/block_jacobi.h"
 #include "fem/block_matrix.h"
 #include "fem/check_solid.h"
 #include "fem/cholesky.h"
@@ -18,6 +19,7 @@
 #include "fem/held_nodes.h"
 #include "fem/lattice_stiffness.h"
 #include "fem/loads.h"
+#include "fem/multigrid.h"
 
 namespace pliant {
 namespace {
@@ -34,10 +36,11 @@ struct ElasticSolver::Impl {
     std::variant<ElasticSolid, ElasticLattice> solid;
     ElasticSettings settings;
     const TaskArena* arena;
-    HeldNodes held{{}, NodeVector(0), {}};
-    std::unique_ptr<Stiffness> stiffness;
-    std::optional<CholeskyFactor> factor;
-    std::optional<BlockJacobi> preconditioner;
+    HeldNodes held;
+    std::unique_ptr<Stiffness> stiffness{};
+    std::optional<CholeskyFactor> factor{};
+    std::optional<BlockJacobi> blocks{};     ///< preconditions on meshes
+    std::unique_ptr<Multigrid> multigrid{};  ///< and on lattices
 
     SolidShape shape() const {
         if (const auto* lattice = std::get_if<ElasticLattice>(&solid))
@@ -52,6 +55,7 @@ struct ElasticSolver::Impl {
             solid);
     }
     /// The free part of f − K u.
+    Preconditioner preconditioner() const;
     NodeVector residual(const NodeVector& force, const NodeVector& inner) const {
         NodeVector r(force.node_count());
         for (std::size_t n = 0; n < std::size_t(force.node_count()); ++n)
@@ -84,8 +88,8 @@ Result<ElasticSolver> ElasticSolver::create(ElasticSolid solid, std::vector<Supp
                                                    " at most; conjugate gradients take more"};
     auto held = hold(SolidShape(solid.mesh), supports);
     if (!held) return held.error();
-    auto impl = std::make_unique<Impl>(
-        Impl{std::move(solid), settings, &arena, std::move(held).value(), nullptr, {}, {}});
+    auto impl =
+        std::make_unique<Impl>(Impl{std::move(solid), settings, &arena, std::move(held).value()});
     auto matrix = std::make_unique<BlockMatrix>(*std::get_if<ElasticSolid>(&impl->solid),
                                                 settings.element, arena);
     if (cholesky) {
@@ -93,7 +97,7 @@ Result<ElasticSolver> ElasticSolver::create(ElasticSolid solid, std::vector<Supp
         if (!factor) return factor.error();
         impl->factor.emplace(std::move(factor).value());
     } else {
-        impl->preconditioner.emplace(*matrix, impl->held, arena);
+        impl->blocks.emplace(*matrix, impl->held, arena);
     }
     impl->stiffness = std::move(matrix);
     return ElasticSolver(std::move(impl));
@@ -114,12 +118,22 @@ Result<ElasticSolver> ElasticSolver::create(ElasticLattice solid, std::vector<Su
                      "its mesh"};
     auto held = hold(SolidShape(solid.lattice), supports);
     if (!held) return held.error();
-    auto impl = std::make_unique<Impl>(
-        Impl{std::move(solid), settings, &arena, std::move(held).value(), nullptr, {}, {}});
-    impl->stiffness =
-        std::make_unique<LatticeStiffness>(*std::get_if<ElasticLattice>(&impl->solid));
-    impl->preconditioner.emplace(*impl->stiffness, impl->held, arena);
+    auto impl =
+        std::make_unique<Impl>(Impl{std::move(solid), settings, &arena, std::move(held).value()});
+    const auto& kept = *std::get_if<ElasticLattice>(&impl->solid);
+    auto stiffness = std::make_unique<LatticeStiffness>(kept);
+    impl->multigrid = std::make_unique<Multigrid>(*stiffness, impl->held, kept.materials, arena);
+    impl->stiffness = std::move(stiffness);
     return ElasticSolver(std::move(impl));
+}
+
+Preconditioner ElasticSolver::Impl::preconditioner() const {
+    if (blocks)
+        return [this](const NodeVector& r, NodeVector& z) { blocks->renew(r, 1, 0, z, *arena); };
+    // A function object must be one that can be copied.
+    const auto work = std::make_shared<Multigrid::Work>(*multigrid);
+    return
+        [this, work](const NodeVector& r, NodeVector& z) { multigrid->apply(r, z, *work, *arena); };
 }
 
 Status ElasticSolver::Impl::solve_free(const NodeVector& force, double force_norm,
@@ -128,7 +142,7 @@ Status ElasticSolver::Impl::solve_free(const NodeVector& force, double force_nor
         displacement = factor->solve(force);
         return Ok{};
     }
-    const Convergence found = conjugate_gradients(*stiffness, *preconditioner, held, force,
+    const Convergence found = conjugate_gradients(*stiffness, preconditioner(), held, force,
                                                   settings.tolerance * force_norm,
                                                   settings.max_iterations, *arena, displacement);
     iterations = found.iterations;
@@ -189,7 +203,8 @@ std::vector<Vec3d> ElasticSolver::forces_n(std::span<const Vec3d> displacement_m
 
 std::int64_t ElasticSolver::matrix_bytes() const {
     return m_impl->stiffness->bytes() + (m_impl->factor ? m_impl->factor->bytes() : 0) +
-           (m_impl->preconditioner ? m_impl->preconditioner->bytes() : 0);
+           (m_impl->blocks ? m_impl->blocks->bytes() : 0) +
+           (m_impl->multigrid ? m_impl->multigrid->bytes() : 0);
 }
 
 }  // namespace pliant

@@ -4,6 +4,7 @@
 #include "fem/lattice_stiffness.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "fem/hex_element.h"
 
@@ -49,6 +50,22 @@ LatticeStiffness::LatticeStiffness(const ElasticLattice& solid)
         m_lambda[c] = lame.lambda;
         m_mu[c] = lame.mu;
     }
+    find_corner_blocks();
+}
+
+LatticeStiffness::LatticeStiffness(const HexLattice& lattice, std::vector<double> lambda,
+                                   std::vector<double> mu)
+    : m_lattice(lattice),
+      m_factors(lattice_factors(lattice.spacing_mm)),
+      m_uniform(false),
+      m_lambda(std::move(lambda)),
+      m_mu(std::move(mu)) {
+    m_lambda.resize(m_lambda.size() + NodeVector::kRoom, 0);
+    m_mu.resize(m_mu.size() + NodeVector::kRoom, 0);
+    find_corner_blocks();
+}
+
+void LatticeStiffness::find_corner_blocks() {
     const Vec3d h = m_lattice.spacing_mm;
     HexCorners corners;
     for (std::size_t c = 0; c < 8; ++c)

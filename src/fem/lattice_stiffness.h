@@ -40,13 +40,25 @@ class LatticeStiffness : public Stiffness {
   public:
     /// @pre the solid has been checked
     explicit LatticeStiffness(const ElasticLattice& solid);
+    /// @param lambda, mu  [cell]
+    LatticeStiffness(const HexLattice& lattice, std::vector<double> lambda, std::vector<double> mu);
 
     void multiply(const NodeVector& displacement, NodeVector& force,
                   const TaskArena& arena) const override;
     Block3 diagonal_block(std::int32_t node) const override;
     std::int64_t bytes() const override;
 
+    const HexLattice& lattice() const { return m_lattice; }
+    /// λ and μ of the first cells.
+    std::vector<double> lambdas(std::int64_t cells) const { return first_of(m_lambda, cells); }
+    std::vector<double> mus(std::int64_t cells) const { return first_of(m_mu, cells); }
+
   private:
+    void find_corner_blocks();
+    std::vector<double> first_of(const std::vector<double>& values, std::int64_t cells) const {
+        if (m_uniform) return std::vector<double>(std::size_t(cells), values[0]);
+        return {values.begin(), values.begin() + cells};
+    }
     void add_layer(const NodeVector& u, NodeVector& f, int k, int begin, int end,
                    double* workspace) const;
 

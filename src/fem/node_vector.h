@@ -9,6 +9,7 @@
 
 #include <pliant/vec.h>
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -31,6 +32,7 @@ class NodeVector {
     Vec3d at(std::size_t node) const {
         return {component(0)[node], component(1)[node], component(2)[node]};
     }
+    void clear() { std::fill(m_values.begin(), m_values.end(), 0.0); }
     void set(std::size_t node, Vec3d v) {
         for (int a = 0; a < 3; ++a) component(a)[node] = v[a];
     }

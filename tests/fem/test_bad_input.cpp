@@ -151,9 +151,12 @@ TEST(BadInput, SettingsAndIterationsThatDoNotSuffice) {
                   .error()
                   .message,
               "element: a lattice without a matrix has trilinear elements only; or make its mesh");
+    std::vector<Support> foot;
+    for (std::int32_t n = 0; n < 144; ++n) foot.push_back({n});
     const auto impatient = value_of(ElasticSolver::create(
-        lattice, kFoot, {.method = ElasticMethod::ConjugateGradients, .max_iterations = 2}, arena));
-    const auto solution = impatient.solve({.forces = {{26, {1, 0, 0}}}});
+        ElasticLattice{{{12, 12, 12}}, {{1e5, 0.3}}}, foot,
+        {.method = ElasticMethod::ConjugateGradients, .max_iterations = 2}, arena));
+    const auto solution = impatient.solve({.forces = {{1727, {1, 0, 0}}}});
     ASSERT_FALSE(solution.ok());
     EXPECT_EQ(solution.error().code, ErrorCode::LimitExceeded);
     EXPECT_EQ(solution.error().message.rfind("max_iterations: after 2 the residual is 0.", 0), 0u);

@@ -1,0 +1,39 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// Between a lattice and one with half the cells along some axes: displacements are interpolated,
+// forces are gathered with the same weights.
+
+#pragma once
+
+#include <pliant/mesh.h>
+#include <pliant/tasks.h>
+
+#include "fem/held_nodes.h"
+#include "fem/node_vector.h"
+
+namespace pliant {
+
+/// Node i of the coarse lattice is node factor · i of the fine one, or lies beyond its end.
+struct LatticePair {
+    HexLattice fine, coarse;
+    Vec3i factor{2, 2, 2};  ///< each 1 or 2
+};
+
+/// Along which axes to halve, or {1, 1, 1} where that would not help.
+Vec3i coarsening_factor(const HexLattice& lattice);
+LatticePair coarsened(const HexLattice& lattice, Vec3i factor);
+
+/// Means of the fine cells' values; what is beyond the end counts as 0. @param fine  [cell]
+std::vector<double> coarse_means(const LatticePair& pair, std::span<const double> fine);
+/// A coarse node is held where it would move a held fine one.
+HeldNodes coarse_held(const LatticePair& pair, const HeldNodes& fine);
+
+/// coarse = Pᵀ fine
+void gather_forces(const LatticePair& pair, const NodeVector& fine, NodeVector& coarse,
+                   const TaskArena& arena);
+/// fine += P coarse
+void add_interpolated(const LatticePair& pair, const NodeVector& coarse, NodeVector& fine,
+                      const TaskArena& arena);
+
+}  // namespace pliant
