@@ -51,6 +51,9 @@ class Scene {
     /// The deformed volume is brought up to date.
     LiveUpdate update() { return m_live.update(); }
     const Volume& deformed() const { return m_live.volume(); }
+    /// For overlays; see LiveDeformation.
+    bool keep_sources(bool keep) { return m_live.keep_sources(keep); }
+    const LiveDeformation& live() const { return m_live; }
     const ChainMail& tissue() const { return m_tissue; }
     const VolumeInfo& info() const { return m_loaded->info; }
     std::uint64_t scan_hash() const { return m_loaded->hash; }

@@ -153,27 +153,5 @@ export function checkbox(
     return { element, refresh };
 }
 
-/// A list of values to take at once, as in a menu.
-export function presets<T>(
-    label: string,
-    options: readonly { text: string; value: T }[],
-    pick: (value: T) => void,
-): Control {
-    const select = h(
-        'select',
-        {
-            'aria-label': label,
-            onchange: () => {
-                const option = options[Number(select.value)];
-                if (option) pick(option.value);
-                select.value = '';
-            },
-        },
-        h('option', { value: '', disabled: true, selected: true }, label),
-        ...options.map((o, i) => h('option', { value: String(i) }, o.text)),
-    );
-    return { element: select, refresh: () => {} };
-}
-
 export const button = (text: string, run: () => void, hint = ''): HTMLButtonElement =>
     h('button', { type: 'button', onclick: run, ...(hint ? { title: hint } : {}) }, text);

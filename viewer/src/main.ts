@@ -9,6 +9,7 @@ import { h } from './dom.ts';
 import { helpDialog } from './help.ts';
 import { keepView } from './kept_view.ts';
 import { Keymap } from './keymap.ts';
+import { Legend } from './legend.ts';
 import { Overlay } from './overlay.ts';
 import { panels } from './panels.ts';
 import { Pointer } from './pointer.ts';
@@ -37,6 +38,7 @@ function start(): void {
     const canvas = h('canvas', { 'aria-hidden': 'true' });
     const settings = panels(session, actions, `?token=${encodeURIComponent(token)}`);
     const status = new StatusBar(session);
+    const legend = new Legend(session);
     const tour = new Tour(session, () => localStorage.setItem(kTourKey, 'seen'));
     const help = helpDialog(() => tour.start());
     const notice = h('div', { class: 'notice', role: 'alert', hidden: true });
@@ -49,7 +51,15 @@ function start(): void {
         h(
             'main',
             {},
-            h('div', { class: 'views' }, canvas, overlay.element, notice, tour.element),
+            h(
+                'div',
+                { class: 'views' },
+                canvas,
+                overlay.element,
+                legend.element,
+                notice,
+                tour.element,
+            ),
             settings,
         ),
         status.element,
@@ -134,6 +144,7 @@ function start(): void {
         session.tick((now - last) / 1000, now);
         last = now;
         overlay.refresh();
+        legend.refresh();
         status.refresh(now);
         requestAnimationFrame(frame);
     };
