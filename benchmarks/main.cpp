@@ -20,6 +20,7 @@ int main(int argc, char** argv) {
          "--benchmark_filter=^(moving_contact|bounded_lattice|drag_|thesis_case|resample|"
          "whole_frame|chainmail_|large_scan/(open|push)/)"},
         {"resample", "--benchmark_filter=^(resample|whole_frame)"},
+        {"overlay", "--benchmark_filter=^overlay_frame"},
         {"render", "--benchmark_filter=^(first_hits|endoscope_view|ray_caster_bricks)"},
         {"scan", "--benchmark_filter=^large_scan"},
     };
