@@ -43,7 +43,7 @@ Hub::Hub(std::unique_ptr<Scene> scene, std::unique_ptr<SessionLog> log, int rate
     // Those who had hold of tissue when a recorded session ended are gone.
     for (std::uint32_t client = 1; client <= m_last_client; ++client)
         if (m_scene->has_contact(client)) act(client, ReleaseCommand{});
-    m_deformed = DirtyBlocks(m_scene->info().grid.size);
+    forget_overlays();
     mark_overlays(m_scene->update().boxes);
     m_tools_frame = tools_frame({}, {.volume = m_scene->info().id});
 }
@@ -110,6 +110,7 @@ void Hub::step() {
     carry_out_commands();
     relax();
     resample();
+    begin_overlays();
     write_log();
     tell_outcomes();
     refresh_state();
@@ -245,7 +246,7 @@ void Hub::answer(Client& client, Message message) {
         pose.radius_mm = tool->pose.radius_mm;
         client.tool = pose;
     } else if (const auto* overlay = std::get_if<OverlayMessage>(&message.action)) {
-        set_overlay(client, message.id, overlay->kind);
+        m_overlay_wishes.push_back({client.info.number, message.id, overlay->kind});
     } else if (std::holds_alternative<PingMessage>(message.action)) {
         say(client, pong_text(message.id));
     } else if (std::holds_alternative<ChecksumMessage>(message.action)) {

@@ -7,6 +7,7 @@
 // rest when it asks, so it is sent only what has ever been deformed.
 
 #include <algorithm>
+#include <utility>
 
 #include "serve/half.h"
 #include "serve/hub.h"
@@ -14,8 +15,21 @@
 
 namespace pliant::serve {
 
+/// Of a scan that is new.
+void Hub::forget_overlays() {
+    m_deformed = DirtyBlocks(m_scene->info().grid.size);
+    for (Client& client : m_clients) client.overlay = OverlayKind::None;
+}
+
+/// To be called while the volume is up to date.
+void Hub::begin_overlays() {
+    for (const OverlayWish& wish : std::exchange(m_overlay_wishes, {}))
+        for (Client& client : m_clients)
+            if (client.info.number == wish.client && client.connection)
+                set_overlay(client, wish.id, wish.kind);
+}
+
 void Hub::set_overlay(Client& client, std::uint32_t id, OverlayKind kind) {
-    // Nothing has been done in this step yet: the volume is up to date.
     if (kind != OverlayKind::None && !m_scene->keep_sources(true))
         return say(client,
                    outcome_text(id, "overlay", 0,

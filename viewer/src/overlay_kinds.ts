@@ -44,7 +44,7 @@ export const kKinds: Record<ShownKind, Kind> = {
     jacobian: {
         format: 3,
         title: 'Volume change [×]',
-        hint: 'Jacobian determinant: how many times as large the tissue became; below 0 it is inside out',
+        hint: 'Jacobian determinant: how many times as large it became; below 0: inside out',
         rest: 1,
         colours: kDiverging,
         reachKey: 'overlayGrowth',

@@ -138,7 +138,8 @@ test('presets are kept under their names, taken back, and sorted', () => {
 });
 
 test('rubbish in the storage is no preset, and a full storage is told', () => {
-    for (const text of ['', 'null', '{', '7', '{"a":1}', '[1,null,"x",{"text":3}]', '[{"value":1}]'])
+    const rubbish = ['', 'null', '{', '7', '{"a":1}', '[1,null,"x",{"text":3}]', '[{"value":1}]'];
+    for (const text of rubbish)
         assert.deepEqual(new PresetShelf(memoryOf(text), 'key', isNumber).presets, []);
     const mixed = '[{"text":"a","value":"x"},{"text":"b","value":2},{"text":"","value":3}]';
     const shelf = new PresetShelf(memoryOf(mixed), 'key', isNumber);
