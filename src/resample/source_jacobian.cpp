@@ -11,7 +11,7 @@ namespace pliant {
 namespace {
 
 /// What counts as on a face: more than single precision rounds by [voxels].
-constexpr double kOnFace = 1e-3;
+constexpr double kOnFace = 1e-4;
 
 Vec3<Fixed> displacement(const BrickRecord* record, int element) {
     if (!record || !record->brick) return {0, 0, 0};
@@ -33,6 +33,10 @@ SourceJacobian::SourceJacobian(const Lattice& lattice, const Snapshot& snapshot)
       m_may_have_gaps(snapshot.has_edits() || lattice.is_bounded()) {}
 
 double SourceJacobian::at(Vec3d place) {
+    for (int a = 0; a < 3; ++a) {
+        const double whole = std::round(place[a]);
+        if (std::abs(place[a] - whole) < kOnFace) place[a] = whole;
+    }
     const Vec3d low{std::floor(place.x), std::floor(place.y), std::floor(place.z)};
     const Vec3i cell{int(low.x), int(low.y), int(low.z)};
     if (m_may_have_gaps) return beside_gaps(cell, place - low);
@@ -41,8 +45,8 @@ double SourceJacobian::at(Vec3d place) {
 
 /// The first whole cell of those that hold the place.
 double SourceJacobian::beside_gaps(Vec3i cell, Vec3d t) {
-    Vec3i other;  // on the far side of a face that is near, or 0
-    for (int a = 0; a < 3; ++a) other[a] = t[a] < kOnFace ? -1 : t[a] > 1 - kOnFace ? 1 : 0;
+    Vec3i other;  // −1: the place is on the cell's low face
+    for (int a = 0; a < 3; ++a) other[a] = t[a] == 0 ? -1 : 0;
     for (int side = 0; side < 8; ++side) {
         const Vec3i way{side & 1 ? other.x : 0, side & 2 ? other.y : 0, side & 4 ? other.z : 0};
         const Corners corners = corners_of(cell + way);

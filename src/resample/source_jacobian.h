@@ -5,8 +5,8 @@
 // the cell around it. It is the map that the resampler inverts, so the number belongs to what is
 // shown, and a voxel's changes only when its own cell does.
 //
-// Places come from single precision. Where one lies on a face, to within rounding, and the cell
-// behind it is torn or beyond the border, the cell on the other side counts.
+// Places come from single precision. Where one lies on a face, to within rounding, the cell on the
+// high side counts; where that is torn or beyond the border, the one on the low side.
 
 #pragma once
 

@@ -22,7 +22,6 @@ namespace pliant::test {
 namespace {
 
 using serve::float_from_half;
-using serve::half_from_float;
 
 /// φ(x) of a forward displacement field, trilinear between its voxels [voxels].
 struct ForwardMap {
@@ -126,20 +125,24 @@ class OverlayTest : public ::testing::Test {
         ASSERT_EQ(sums["tissue"], serve::hex_text(m_twin->tissue().hash(), 16));
         const Deformed once = deform_volume(m_twin->tissue(), Mapping::Cells, true);
         const VectorField inverse = inverse_field(once);
-        std::vector<std::uint16_t> expected;
+        std::vector<float> expected;
         if (kind == "displacement") {
             for (const Vec3f u : inverse.vectors_mm)
-                expected.push_back(half_from_float(std::sqrt(u.x * u.x + u.y * u.y + u.z * u.z)));
+                expected.push_back(std::sqrt(u.x * u.x + u.y * u.y + u.z * u.z));
         } else {
             // That of a live deformation that never saw anything else.
             LiveDeformation live(m_twin->tissue());
             live.update();
             ASSERT_TRUE(live.keep_sources(true));
-            std::vector<float> values(inverse.vectors_mm.size());
-            live.jacobian(voxel_box(inverse.grid), values);
-            for (const float value : values) expected.push_back(half_from_float(value));
+            expected.resize(inverse.vectors_mm.size());
+            live.jacobian(voxel_box(inverse.grid), expected);
         }
-        EXPECT_EQ(client.overlay, expected) << kind;
+        // Half floats; and beside cuts the order in which cells came may show in the last bit.
+        ASSERT_EQ(client.overlay.size(), expected.size());
+        for (std::size_t v = 0; v < expected.size(); ++v)
+            ASSERT_NEAR(float_from_half(client.overlay[v]), expected[v],
+                        1e-3 * (0.1 + std::abs(expected[v])))
+                << kind << ", voxel " << v;
     }
 
     const TaskArena m_arena{2};

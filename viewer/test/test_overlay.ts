@@ -82,9 +82,10 @@ test('the key M shows displacement, then volume change, then neither', async () 
     for (const view of ['axial', 'coronal', 'sagittal', 'endoscope'] as const)
         assert.notEqual((await pixels(page, view)).hash, plain[view].hash, view);
     const { overlayExtreme } = await stateOf(page);
-    assert.ok(overlayExtreme > 4 && overlayExtreme < 8, `${overlayExtreme} mm`);
+    // The mock gives way to all of it, tissue to a part.
+    assert.ok(overlayExtreme > (served.mock ? 4 : 1) && overlayExtreme < 8, `${overlayExtreme}`);
     const moved = Number(/moved ([\d.]+) mm/.exec(await told())![1]);
-    assert.ok(moved > 1 && moved <= overlayExtreme + 0.01, `${moved} mm`);
+    assert.ok(moved > 0.3 && moved <= overlayExtreme + 0.01, `${moved} mm`);
     await picture(page, 'overlay_displacement');
 
     await page.keyboard.press('m');
@@ -106,10 +107,10 @@ test('the key M shows displacement, then volume change, then neither', async () 
 test('it follows pushes and undo, and its number is the one in the mirror', async () => {
     await page.keyboard.press('m');
     await untilOverlay(page, 'displacement');
-    const before = (await stateOf(page)).overlayExtreme;
-    await push(page, [0, 0, 3]);
+    const before = (await stateOf(page)).overlayVoxels;
+    await push(page, [0, 0, -2]);
     await page.waitForFunction(
-        (old) => (window as never as { pliant: Session }).pliant.store.state.overlayExtreme > old,
+        (old) => (window as never as { pliant: Session }).pliant.store.state.overlayVoxels > old,
         before,
     );
     // Under the pointer, in a section.
