@@ -21,6 +21,7 @@ int main(int argc, char** argv) {
          "whole_frame|chainmail_|large_scan/(open|push)/)"},
         {"fem", "--benchmark_filter=^fem_"},
         {"resample", "--benchmark_filter=^(resample|whole_frame)"},
+        {"overlay", "--benchmark_filter=^overlay_frame"},
         {"render", "--benchmark_filter=^(first_hits|endoscope_view|ray_caster_bricks)"},
         {"scan", "--benchmark_filter=^large_scan"},
         {"springs", "--benchmark_filter=^springs_"},

@@ -74,6 +74,23 @@ class LiveDeformation {
     LiveUpdate update();
     const Volume& volume() const;
 
+    /// Whether updates also keep, from now on, where each voxel's value came from: twelve bytes for
+    /// each voxel of the scan, of which those that were ever deformed become resident. Keeping
+    /// begins with writing all that is deformed once more, with the same values.
+    /// @pre nothing has changed since the last update
+    /// @returns whether they are kept; false also where there isn't enough memory
+    bool keep_sources(bool keep);
+    bool keeps_sources() const;
+
+    // Of the tissue that is shown at each voxel p of a box, i fastest. @pre keeps_sources(), and
+    // nothing has changed since the last update. @param[out] values  one for each
+
+    /// How far it has moved, |p − φ⁻¹(p)| [mm]; 0 at rest, and in gaps.
+    void displacement_mm(const Box3i& box, std::span<float> values) const;
+    /// By how much it grew there: det ∂φ/∂X at φ⁻¹(p), of the trilinear map of the cell that the
+    /// voxel lies in. 1 where p has not moved, and in gaps; below 0 where space is inside out.
+    void jacobian(const Box3i& box, std::span<float> values) const;
+
   private:
     struct Impl;
     std::unique_ptr<Impl> m_impl;

@@ -58,14 +58,18 @@ inline void put(Value& to, Value value) {
 
 /// @param back  φ⁻¹(p) − p [voxels]
 inline void store_inverse(const CellTarget& target, std::ptrdiff_t voxel, Vec3f back) {
-    const std::ptrdiff_t nx = target.grid_size.x, ny = target.grid_size.y;
-    const std::ptrdiff_t x = voxel % nx - target.inverse_box.begin.x;
-    const std::ptrdiff_t y = voxel / nx % ny - target.inverse_box.begin.y;
-    const std::ptrdiff_t z = voxel / (nx * ny) - target.inverse_box.begin.z;
+    std::ptrdiff_t at = voxel;
     const Vec3i n = target.inverse_box.end - target.inverse_box.begin;
+    if (n != target.grid_size) {  // else there is nothing to be divided
+        const std::ptrdiff_t nx = target.grid_size.x, ny = target.grid_size.y;
+        const std::ptrdiff_t x = voxel % nx - target.inverse_box.begin.x;
+        const std::ptrdiff_t y = voxel / nx % ny - target.inverse_box.begin.y;
+        const std::ptrdiff_t z = voxel / (nx * ny) - target.inverse_box.begin.z;
+        at = x + n.x * (y + n.y * z);
+    }
     const Vec3f* m = target.world_from_voxels;
     const Vec3f mm = back.x * m[0] + back.y * m[1] + back.z * m[2];
-    Vec3f& to = target.inverse_mm[x + n.x * (y + n.y * z)];
+    Vec3f& to = target.inverse_mm[at];
     put(to.x, mm.x), put(to.y, mm.y), put(to.z, mm.z);
 }
 

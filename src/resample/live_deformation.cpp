@@ -4,18 +4,59 @@
 #include <pliant/resample.h>
 
 #include <chrono>
+#include <cmath>
+#include <cstdlib>
+#include <functional>
 
 #include "resample/scatter.h"
+#include "resample/source_jacobian.h"
 
 namespace pliant {
+namespace {
+
+constexpr std::int64_t kRowsPerTask = 64;
+
+}  // namespace
 
 struct LiveDeformation::Impl {
     explicit Impl(const ChainMail& t)
         : tissue(t), volume(t.volume()), scatter(t.volume(), t.arena()) {}
 
+    LiveUpdate write() {
+        const Lattice& lattice = tissue.lattice();
+        const OpenVoxels open = scatter.look(lattice, Mapping::Cells, volume);
+        if (inverse_mm) scatter.clear_inverse(lattice, inverse_mm.get());
+        LiveUpdate update;
+        update.gap_voxels = scatter.write(lattice, Mapping::Cells, volume, inverse_mm.get(),
+                                          voxel_box(volume.grid));
+        update.written_voxels = open.count;
+        update.dirty_box = open.box;
+        update.boxes = scatter.written_boxes();
+        return update;
+    }
+
+    /// Calls work(p, sources of the row, values of the row) for each row of a box.
+    template <class Work>
+    void for_rows(const Box3i& box, std::span<float> values, const Work& work) const {
+        const Vec3i n = box.end - box.begin;
+        const auto task = [&](std::int64_t begin, std::int64_t end) {
+            work([&](auto&& one) {
+                for (std::int64_t row = begin; row < end; ++row) {
+                    const Vec3i p = box.begin + Vec3i{0, int(row % n.y), int(row / n.y)};
+                    const Vec3f* back = inverse_mm.get() + voxel_index(volume.grid, p);
+                    float* to = values.data() + row * n.x;
+                    for (int x = 0; x < n.x; ++x) to[x] = one(p + Vec3i{x, 0, 0}, back[x]);
+                }
+            });
+        };
+        tissue.arena().for_each(std::int64_t(n.y) * n.z, kRowsPerTask, std::ref(task));
+    }
+
     const ChainMail& tissue;
     Volume volume;
     Scatter scatter;
+    /// Memory that nobody writes to stays unused: only pages with deformed voxels become resident.
+    std::unique_ptr<Vec3f[], FreeMemory> inverse_mm;
 };
 
 LiveDeformation::LiveDeformation(const ChainMail& tissue)
@@ -26,14 +67,7 @@ LiveDeformation& LiveDeformation::operator=(LiveDeformation&&) noexcept = defaul
 
 LiveUpdate LiveDeformation::update() {
     const auto start = std::chrono::steady_clock::now();
-    const Lattice& lattice = m_impl->tissue.lattice();
-    Scatter& scatter = m_impl->scatter;
-    LiveUpdate update;
-    const OpenVoxels open = scatter.look(lattice, Mapping::Cells, m_impl->volume);
-    update.gap_voxels = scatter.write(lattice, Mapping::Cells, m_impl->volume, nullptr, {});
-    update.written_voxels = open.count;
-    update.dirty_box = open.box;
-    update.boxes = scatter.written_boxes();
+    LiveUpdate update = m_impl->write();
     update.resample_ms =
         std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
     return update;
@@ -41,6 +75,44 @@ LiveUpdate LiveDeformation::update() {
 
 const Volume& LiveDeformation::volume() const {
     return m_impl->volume;
+}
+
+bool LiveDeformation::keep_sources(bool keep) {
+    if (keep == keeps_sources()) return keep;
+    m_impl->inverse_mm.reset();
+    if (!keep) return false;
+    void* memory = std::calloc(voxel_count(m_impl->volume.grid), sizeof(Vec3f));
+    if (!memory) return false;
+    m_impl->inverse_mm.reset(static_cast<Vec3f*>(memory));
+    m_impl->scatter.forget();
+    m_impl->write();
+    return true;
+}
+
+bool LiveDeformation::keeps_sources() const {
+    return m_impl->inverse_mm != nullptr;
+}
+
+void LiveDeformation::displacement_mm(const Box3i& box, std::span<float> values) const {
+    m_impl->for_rows(box, values, [](const auto& rows) {
+        rows([](Vec3i, Vec3f back) {
+            return std::sqrt(back.x * back.x + back.y * back.y + back.z * back.z);
+        });
+    });
+}
+
+void LiveDeformation::jacobian(const Box3i& box, std::span<float> values) const {
+    const Lattice& lattice = m_impl->tissue.lattice();
+    const Vec3d s = lattice.grid().spacing_mm;
+    const Mat3d axes = inverse(lattice.grid().direction);
+    m_impl->for_rows(box, values, [&](const auto& rows) {
+        SourceJacobian jacobian(lattice, m_impl->scatter.snapshot());
+        rows([&](Vec3i p, Vec3f back) {
+            if (back == Vec3f{0, 0, 0}) return 1.0F;
+            const Vec3d way = axes * Vec3d{back.x, back.y, back.z};
+            return float(jacobian.at({p.x + way.x / s.x, p.y + way.y / s.y, p.z + way.z / s.z}));
+        });
+    });
 }
 
 }  // namespace pliant

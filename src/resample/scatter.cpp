@@ -91,6 +91,19 @@ std::int64_t Scatter::write(const Lattice& lattice, Mapping mapping, Volume& def
     return gaps;
 }
 
+void Scatter::clear_inverse(const Lattice& lattice, Vec3f* inverse_mm) {
+    for_dirty([&](std::span<DirtyBrick> bricks) {
+        for (const DirtyBrick& brick : bricks) {
+            if (!brick.opened && !brick.was_changed) continue;
+            const Box3i box = box_of_brick(m_original.grid, brick.coord, lattice.brick_size());
+            for_each_row(box, [&](Vec3i p) {
+                std::fill_n(inverse_mm + voxel_index(m_original.grid, p), box.end.x - box.begin.x,
+                            Vec3f{0, 0, 0});
+            });
+        }
+    });
+}
+
 void Scatter::write_each_once(const ScatterJob& job, const CellTarget& target) {
     NextStrip next = 0;
     for_writers([&](StripWriter& writer) { writer.write_each_once(job, target, next); });

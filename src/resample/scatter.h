@@ -36,6 +36,13 @@ class Scatter {
     std::int64_t write(const Lattice& lattice, Mapping mapping, Volume& deformed, Vec3f* inverse_mm,
                        const Box3i& inverse_box);
 
+    /// Sets φ⁻¹(p) − p to zero where write() will write, over the whole scan: for fields that are
+    /// kept from one update to the next. To be called between look() and write().
+    void clear_inverse(const Lattice& lattice, Vec3f* inverse_mm);
+    /// The next look() takes everything that is deformed for new.
+    void forget() { m_now = {}; }
+    const Snapshot& snapshot() const { return m_now; }
+
     /// Boxes of voxels that the last update wrote: whole bricks, cut to the scan.
     const std::vector<Box3i>& written_boxes() const { return m_boxes; }
 

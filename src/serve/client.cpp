@@ -11,7 +11,9 @@ std::vector<Box3i> Delivery::take(std::int64_t max_voxels, std::uint32_t step,
                                   Clock::time_point now) {
     std::vector<Box3i> boxes = m_due.take(max_voxels);
     for (const Box3i& box : boxes) m_sent.mark(box);
-    if (m_due.empty() && !boxes.empty()) {
+    m_is_part = !m_due.empty();
+    if (!m_is_part) std::swap(m_due, m_next);
+    if (!is_due() && !boxes.empty()) {
         m_unseen.push_back({step, std::exchange(m_sent, DirtyBlocks(m_size)), now});
     }
     return boxes;

@@ -48,11 +48,12 @@ class Delivery {
     static constexpr std::size_t kMaxUnseenSteps = 3;
 
     explicit Delivery(Vec3i volume_size)
-        : m_due(volume_size), m_sent(volume_size), m_size(volume_size) {}
+        : m_due(volume_size), m_next(volume_size), m_sent(volume_size), m_size(volume_size) {}
 
-    void mark(const Box3i& box) { m_due.mark(box); }
+    void mark(const Box3i& box) { (m_is_part ? m_next : m_due).mark(box); }
+    void mark(const DirtyBlocks& blocks) { (m_is_part ? m_next : m_due).mark(blocks); }
     void mark_all() { m_due.mark_all(); }
-    bool is_due() const { return !m_due.empty(); }
+    bool is_due() const { return !m_due.empty() || !m_next.empty(); }
     bool may_send() const { return m_unseen.size() < kMaxUnseenSteps; }
     /// What is to be sent now. If nothing is due any more, it ends the step.
     std::vector<Box3i> take(std::int64_t max_voxels, std::uint32_t step, Clock::time_point now);
@@ -73,6 +74,10 @@ class Delivery {
         Clock::time_point since;
     };
     DirtyBlocks m_due;
+    /// What changed while a part of m_due had been sent: everybody's turn comes, even where more
+    /// changes than can be sent.
+    DirtyBlocks m_next;
+    bool m_is_part = false;
     DirtyBlocks m_sent;  ///< since the last end of a step
     std::deque<Unseen> m_unseen;
     std::optional<std::uint32_t> m_seen;  ///< newest step that the client has seen
@@ -86,7 +91,7 @@ struct Waiting {
 };
 
 struct Client {
-    explicit Client(Vec3i volume_size) : delivery(volume_size) {}
+    explicit Client(Vec3i volume_size) : delivery(volume_size), overlay_delivery(volume_size) {}
 
     ClientInfo info;
     std::string resume;
@@ -98,6 +103,8 @@ struct Client {
     /// Since another scan was opened: the step that it must have seen before its commands count, as
     /// they may still mean the scan before; 0: none
     std::uint32_t scene_step = 0;
+    OverlayKind overlay = OverlayKind::None;
+    Delivery overlay_delivery;      ///< while there is an overlay
     std::deque<std::string> texts;  ///< answers that wait
     std::deque<Waiting> commands;
     std::vector<std::uint32_t> checksums;                ///< ids of those that were asked for

@@ -75,14 +75,19 @@ struct ToolMessage {
 struct ChecksumMessage {};
 struct SeenMessage {
     std::uint32_t step = 0;
+    std::uint32_t format = kFormatVoxels;
 };
 struct PingMessage {};
+/// What the client wants to be sent beside the voxels.
+struct OverlayMessage {
+    OverlayKind kind = OverlayKind::None;
+};
 
 /// Commands to the scene come first; then what the server answers by itself.
 using Action = std::variant<PushCommand, GrabCommand, DragCommand, LetGoCommand, CutCommand,
                             CarveCommand, RelaxCommand, ReleaseCommand, ResetCommand,
                             MaterialsCommand, IsoCommand, UndoCommand, RedoCommand, HelloMessage,
-                            ToolMessage, ChecksumMessage, SeenMessage, PingMessage>;
+                            ToolMessage, ChecksumMessage, SeenMessage, PingMessage, OverlayMessage>;
 
 struct Message {
     std::uint32_t id = 0;

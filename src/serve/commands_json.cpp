@@ -224,6 +224,16 @@ Action read_tool(Fields& f) {
     return tool;
 }
 
+Action read_seen(Fields& f) {
+    SeenMessage seen;
+    seen.step = f.whole("step", 0, {});
+    seen.format = f.whole("format", 1, kFormatVoxels);
+    return seen;
+}
+Action read_overlay(Fields& f) {
+    return OverlayMessage{OverlayKind(f.choice("kind", {"none", "displacement", "jacobian"}))};
+}
+
 using Reader = Action (*)(Fields&);
 template <class T>
 Action nothing(Fields&) {
@@ -231,7 +241,7 @@ Action nothing(Fields&) {
 }
 
 /// In the order of Action's alternatives, but for slide, which is a push.
-const std::array<std::pair<const char*, Reader>, 19> kReaders = {{
+const std::array<std::pair<const char*, Reader>, 20> kReaders = {{
     {"push", [](Fields& f) { return read_push(f, false); }},
     {"grab", read_grab},
     {"drag", [](Fields& f) -> Action { return DragCommand{f.vector("offset", kMaxPlaceMm)}; }},
@@ -251,8 +261,9 @@ const std::array<std::pair<const char*, Reader>, 19> kReaders = {{
     {"hello", read_hello},
     {"tool", read_tool},
     {"checksum", nothing<ChecksumMessage>},
-    {"seen", [](Fields& f) -> Action { return SeenMessage{f.whole("step", 0, {})}; }},
+    {"seen", read_seen},
     {"ping", nothing<PingMessage>},
+    {"overlay", read_overlay},
     {"slide", [](Fields& f) { return read_push(f, true); }},
 }};
 
@@ -327,6 +338,11 @@ void write(Json& o, const ToolMessage& c) {
 }
 void write(Json& o, const SeenMessage& c) {
     o["step"] = c.step;
+    if (c.format != kFormatVoxels) o["format"] = c.format;
+}
+void write(Json& o, const OverlayMessage& c) {
+    constexpr const char* kKinds[] = {"none", "displacement", "jacobian"};
+    o["kind"] = kKinds[std::size_t(c.kind)];
 }
 template <class T>
 void write(Json&, const T&) {}

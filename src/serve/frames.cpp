@@ -52,8 +52,13 @@ std::string box_frame(const Volume& volume, const Box3i& box, FrameHeader header
     const Vec3i n = box.end - box.begin;
     std::vector<std::uint16_t> halves(std::size_t(n.x) * std::size_t(n.y) * std::size_t(n.z));
     halves_of_box(volume, box, halves);
+    header.count = kFormatVoxels;
+    return box_frame(halves, box, header, pack);
+}
+
+std::string box_frame(std::span<const std::uint16_t> halves, const Box3i& box, FrameHeader header,
+                      bool pack) {
     header.type = FrameType::Box;
-    header.count = 1;
     header.box = box;
     header.payload_bytes = std::uint32_t(halves.size() * sizeof halves[0]);
     const auto size = int(header.payload_bytes);
@@ -120,7 +125,9 @@ std::optional<FrameHeader> read_frame_header(std::string_view frame) {
 
 std::optional<std::vector<std::uint16_t>> read_box(std::string_view frame) {
     const auto h = read_frame_header(frame);
-    if (!h || h->type != FrameType::Box || h->count != 1) return {};
+    if (!h || h->type != FrameType::Box || h->count < kFormatVoxels ||
+        h->count > format_of(OverlayKind::Jacobian))
+        return {};
     const Vec3i n = h->box.end - h->box.begin;
     const std::uint64_t count = std::uint64_t(n.x) * std::uint64_t(n.y) * std::uint64_t(n.z);
     if (count == 0 || count * 2 != h->payload_bytes || count > std::uint64_t(1) << 24) return {};

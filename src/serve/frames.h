@@ -22,10 +22,18 @@ inline constexpr std::uint8_t kFrameLastOfStep = 2;  ///< the client is up to da
 inline constexpr std::size_t kFrameHeaderBytes = 32;
 inline constexpr std::size_t kToolBytes = 64;
 
+/// What the numbers of a box are: half floats all of them.
+inline constexpr std::uint16_t kFormatVoxels = 1;  ///< [HU]
+enum class OverlayKind : std::uint8_t { None = 0, Displacement = 1, Jacobian = 2 };
+/// @pre kind is not None
+constexpr std::uint16_t format_of(OverlayKind kind) {
+    return std::uint16_t(kFormatVoxels + std::uint16_t(kind));
+}
+
 struct FrameHeader {
     FrameType type = FrameType::Box;
     std::uint8_t flags = 0;
-    std::uint16_t count = 1;  ///< of tools; of a box: its format, 1 for half floats
+    std::uint16_t count = 1;  ///< of tools; of a box: its format
     std::uint32_t step = 0;
     std::uint32_t volume = 0;
     Box3i box{};
@@ -50,8 +58,12 @@ struct ToolPose {
     friend bool operator==(const ToolPose&, const ToolPose&) = default;
 };
 
-/// @param header  its type, box and payload_bytes are filled in
+/// @param halves  of the box, i fastest
+/// @param header  its type, box and payload_bytes are filled in; count is the format
 /// @param pack    with LZ4, where that saves a fifth
+std::string box_frame(std::span<const std::uint16_t> halves, const Box3i& box, FrameHeader header,
+                      bool pack);
+/// Of the volume's voxels.
 std::string box_frame(const Volume& volume, const Box3i& box, FrameHeader header, bool pack);
 std::string tools_frame(std::span<const ToolPose> tools, FrameHeader header);
 

@@ -46,7 +46,8 @@ Hub::Hub(std::unique_ptr<Scene> scene, std::unique_ptr<SessionLog> log, int rate
     // Those who had hold of tissue when a recorded session ended are gone.
     for (std::uint32_t client = 1; client <= m_last_client; ++client)
         if (m_scene->has_contact(client)) act(client, ReleaseCommand{});
-    m_scene->update();
+    forget_overlays();
+    mark_overlays(m_scene->update().boxes);
     m_tools_frame = tools_frame({}, {.volume = m_scene->info().id});
 }
 
@@ -119,13 +120,17 @@ void Hub::step() {
     carry_out_commands();
     relax();
     resample();
+    begin_overlays();
     checkpoint();
     write_log();
     tell_outcomes();
     refresh_state();
     refresh_tools();
     drop_who_is_late();
+    m_overlay_left = kMaxOverlayVoxels;
+    m_overlay_ms = 0;
     for (Client& client : m_clients) publish(client);
+    rest_overlays();
 }
 
 // Events.
@@ -239,8 +244,13 @@ void Hub::say(Client& client, std::string text) {
 
 void Hub::answer(Client& client, Message message) {
     if (const auto* seen = std::get_if<SeenMessage>(&message.action)) {
-        client.delivery.seen(seen->step);
-        if (seen->step >= client.scene_step) client.scene_step = 0;
+        if (seen->format == kFormatVoxels) {
+            client.delivery.seen(seen->step);
+            if (seen->step >= client.scene_step) client.scene_step = 0;
+        } else if (client.overlay != OverlayKind::None &&
+                   seen->format == format_of(client.overlay)) {
+            client.overlay_delivery.seen(seen->step);
+        }
     } else if (const auto* tool = std::get_if<ToolMessage>(&message.action)) {
         ToolPose pose = client.tool;
         pose.client = client.info.number;
@@ -250,6 +260,8 @@ void Hub::answer(Client& client, Message message) {
         pose.up = tool->pose.up;
         pose.radius_mm = tool->pose.radius_mm;
         client.tool = pose;
+    } else if (const auto* overlay = std::get_if<OverlayMessage>(&message.action)) {
+        m_overlay_wishes.push_back({client.info.number, message.id, overlay->kind});
     } else if (std::holds_alternative<PingMessage>(message.action)) {
         say(client, pong_text(message.id));
     } else if (std::holds_alternative<ChecksumMessage>(message.action)) {
@@ -305,6 +317,7 @@ void Hub::park(Client& client) {
     client.commands.clear();
     client.checksums.clear();
     client.tool = {};
+    client.overlay = OverlayKind::None;
     if (m_scene->has_contact(client.info.number)) act(client.info.number, ReleaseCommand{});
 }
 
@@ -316,7 +329,9 @@ void Hub::drop_who_is_late() {
     });
     for (Client& client : m_clients) {
         if (!client.connection) continue;
-        const auto unseen = client.delivery.unseen_since();
+        auto unseen = client.delivery.unseen_since();
+        if (!unseen && client.overlay != OverlayKind::None)
+            unseen = client.overlay_delivery.unseen_since();
         if (client.writing && m_now - client.since > kStallTime)
             drop(client, kCloseStalled, "expected a client that reads, found none for 15 s");
         else if (unseen && m_now - *unseen > kStallTime)
@@ -402,6 +417,7 @@ void Hub::resample() {
     ++m_step;
     for (Client& client : m_clients)
         for (const Box3i& box : update.boxes) client.delivery.mark(box);
+    mark_overlays(update.boxes);
     m_timing.solve_ms = m_solve_ms;
     m_timing.resample_ms = update.resample_ms;
     m_timing.tick_ms = ms_between(m_now, Clock::now());

@@ -97,10 +97,16 @@ class Hub {
         std::string name;
         Outcome outcome;
     };
+    struct OverlayWish {
+        std::uint32_t client;
+        std::uint32_t id;
+        OverlayKind kind;
+    };
     struct SharedBox {
         Box3i box;
         std::uint8_t flags;
         bool packed;
+        std::uint16_t format;
         std::shared_ptr<const std::string> bytes;
     };
 
@@ -136,8 +142,18 @@ class Hub {
     void refresh_tools();
     void publish(Client& client);
     void add_boxes(Client& client, std::vector<Outgoing>& batch);
-    std::shared_ptr<const std::string> shared_box(const Box3i& box, std::uint8_t flags, bool pack);
+    std::shared_ptr<const std::string> shared_box(const Box3i& box, std::uint8_t flags, bool pack,
+                                                  OverlayKind kind = OverlayKind::None);
+    std::string make_box(const Box3i& box, std::uint8_t flags, bool pack, OverlayKind kind);
     const Checksums* current_checksums();
+
+    void forget_overlays();
+    void begin_overlays();
+    void set_overlay(Client& client, std::uint32_t id, OverlayKind kind);
+    void mark_overlays(std::span<const Box3i> boxes);
+    void add_overlay_boxes(Client& client, std::vector<Outgoing>& batch);
+    std::string make_overlay_box(const Box3i& box, std::uint8_t flags, bool pack, OverlayKind kind);
+    void rest_overlays();
 
     void drop_who_is_late();
     void drop(Client& client, int code, const std::string& message);
@@ -177,7 +193,12 @@ class Hub {
     std::vector<ToolPose> m_tools;
     std::string m_tools_frame;
     std::uint64_t m_tools_version = 0;
-    std::vector<SharedBox> m_boxes;  ///< that were encoded in this step
+    std::vector<SharedBox> m_boxes;             ///< that were encoded in this step
+    std::vector<OverlayWish> m_overlay_wishes;  ///< of this step
+    DirtyBlocks m_deformed;                     ///< voxels that have not always been at rest
+    std::int64_t m_overlay_left = 0;            ///< voxels that overlays may take in this step
+    double m_overlay_ms = 0;                    ///< of this step
+    Clock::time_point m_overlay_at{};           ///< when one was last wanted
     std::optional<Checksums> m_checksums;
     Clock::time_point m_checksums_at{};
 };

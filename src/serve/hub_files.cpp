@@ -46,6 +46,9 @@ void Hub::take(ConnectionId, Opening opening) {
     m_checksums.reset();
     m_worked = true;
     for (Client& client : m_clients) begin_anew(client);
+    m_overlay_wishes.clear();
+    forget_overlays();
+    mark_overlays(m_scene->update().boxes);
     m_tools.clear();
     m_tools_version = 0;  // so that it is made again, for the new scan
     opening.done(std::move(opening.scene.scene));

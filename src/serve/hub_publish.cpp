@@ -70,7 +70,10 @@ void Hub::publish(Client& client) {
         client.tools_version = m_tools_version;
     }
     add_boxes(client, batch);
-    if (!client.checksums.empty() && !client.delivery.is_due()) {
+    add_overlay_boxes(client, batch);
+    const bool overlay_is_due =
+        client.overlay != OverlayKind::None && client.overlay_delivery.is_due();
+    if (!client.checksums.empty() && !client.delivery.is_due() && !overlay_is_due) {
         if (const Checksums* sums = current_checksums()) {
             for (const std::uint32_t id : client.checksums)
                 batch.push_back(text_message(checksum_text(id, *sums)));
@@ -94,16 +97,22 @@ void Hub::add_boxes(Client& client, std::vector<Outgoing>& batch) {
     m_worked = true;
 }
 
-std::shared_ptr<const std::string> Hub::shared_box(const Box3i& box, std::uint8_t flags,
-                                                   bool pack) {
+std::shared_ptr<const std::string> Hub::shared_box(const Box3i& box, std::uint8_t flags, bool pack,
+                                                   OverlayKind kind) {
+    const std::uint16_t format = kind == OverlayKind::None ? kFormatVoxels : format_of(kind);
     for (const SharedBox& shared : m_boxes)
-        if (shared.box == box && shared.flags == flags && shared.packed == pack)
+        if (shared.box == box && shared.flags == flags && shared.packed == pack &&
+            shared.format == format)
             return shared.bytes;
-    const FrameHeader header{.flags = flags, .step = m_step, .volume = m_scene->info().id};
-    m_boxes.push_back(
-        {box, flags, pack,
-         std::make_shared<const std::string>(box_frame(m_scene->deformed(), box, header, pack))});
+    m_boxes.push_back({box, flags, pack, format,
+                       std::make_shared<const std::string>(make_box(box, flags, pack, kind))});
     return m_boxes.back().bytes;
+}
+
+std::string Hub::make_box(const Box3i& box, std::uint8_t flags, bool pack, OverlayKind kind) {
+    if (kind != OverlayKind::None) return make_overlay_box(box, flags, pack, kind);
+    const FrameHeader header{.flags = flags, .step = m_step, .volume = m_scene->info().id};
+    return box_frame(m_scene->deformed(), box, header, pack);
 }
 
 const Checksums* Hub::current_checksums() {

@@ -56,5 +56,8 @@ inline constexpr std::chrono::milliseconds kCommandTime{25};
 inline constexpr std::chrono::milliseconds kRelaxTime{10};
 inline constexpr std::chrono::milliseconds kChecksumPause{100};
 inline constexpr std::int64_t kMaxBatchVoxels = std::int64_t(4) << 20;
+inline constexpr std::int64_t kMaxOverlayVoxels = std::int64_t(1) << 19;  ///< of all clients
+/// Overlays begin with writing all that is deformed once more: nobody makes that happen more often.
+inline constexpr std::chrono::seconds kOverlayTime{5};
 
 }  // namespace pliant::serve

@@ -45,6 +45,7 @@ struct SharedState {
     std::string next_undo{}, next_redo{};
     std::vector<ClientInfo> clients{};
     double solve_ms = 0, resample_ms = 0, tick_ms = 0;
+    double overlay_ms = 0;  ///< that overlays took when they were last sent; not part of tick_ms
     std::int64_t moved_elements = 0;
 };
 

@@ -78,6 +78,7 @@ Json json_of(const SharedState& s) {
                   {{"solve_ms", s.solve_ms},
                    {"resample_ms", s.resample_ms},
                    {"tick_ms", s.tick_ms},
+                   {"overlay_ms", s.overlay_ms},
                    {"moved_elements", s.moved_elements}}}};
     for (const ClientInfo& client : s.clients) json["clients"].push_back(json_of(client));
     return json;
@@ -101,7 +102,7 @@ std::string welcome_text(const Welcome& welcome, const VolumeInfo& volume,
                  {"resume", welcome.resume},
                  {"resumed", welcome.resumed},
                  {"rate_hz", welcome.rate_hz},
-                 {"features", {"save", "open"}},
+                 {"features", {"save", "open", "overlay"}},
                  {"open_bytes", welcome.open_bytes},
                  {"volume", json_of(volume)},
                  {"state", json_of(state)}});

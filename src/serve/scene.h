@@ -70,6 +70,9 @@ class Scene {
     /// The deformed volume is brought up to date.
     LiveUpdate update() { return m_live.update(); }
     const Volume& deformed() const { return m_live.volume(); }
+    /// For overlays; see LiveDeformation.
+    bool keep_sources(bool keep) { return m_live.keep_sources(keep); }
+    const LiveDeformation& live() const { return m_live; }
     const ChainMail& tissue() const { return m_tissue; }
     const VolumeInfo& info() const { return m_loaded->info; }
     void set_volume_id(std::uint32_t id) { m_loaded->info.id = id; }

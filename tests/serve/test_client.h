@@ -79,6 +79,8 @@ class TestClient : public RawConnection {
     Json enter(const Json& hello = Json::object());
     /// Until all boxes of a step have come.
     bool until_up_to_date();
+    /// Asks for "displacement" or "jacobian", or "none". @returns the answer
+    Json ask_overlay(const std::string& kind);
     /// Asks for a checksum, and compares the copy with it. @returns the answer
     Json checked_checksum();
     /// Reads until the connection is closed.
@@ -92,12 +94,19 @@ class TestClient : public RawConnection {
     int boxes = 0;
     Vec3i size{0, 0, 0};
     std::vector<std::uint16_t> voxels;
+    int overlay_format = 0;  ///< 0: none
+    std::vector<std::uint16_t> overlay;
+    int overlay_boxes = 0, whole_overlays = 0;
+    std::uint32_t overlay_step = 0;  ///< newest whole one
+    bool sends_overlay_seen = true;
     std::string tools;  ///< the newest frame
     Json state, welcome;
 
   private:
     bool take_in(const WsMessage& message, Json& text);
     void take_in_frame(const std::string& bytes);
+    void take_in_box(const Box3i& box, const std::vector<std::uint16_t>& halves,
+                     std::vector<std::uint16_t>& copy) const;
     std::uint32_t m_last_id = 0;
     bool m_is_whole = false;
 };

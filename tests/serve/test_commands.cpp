@@ -42,6 +42,10 @@ const std::vector<std::string>& good_messages() {
         R"({"do":"tool","kind":"none"})",
         R"({"do":"checksum","id":3})",
         R"({"do":"seen","step":17})",
+        R"({"do":"seen","step":17,"format":3})",
+        R"({"do":"overlay","id":5,"kind":"displacement"})",
+        R"({"do":"overlay","kind":"jacobian"})",
+        R"({"do":"overlay","kind":"none"})",
         R"({"do":"ping"})",
     };
     return messages;
@@ -115,6 +119,10 @@ TEST(Messages, ThatAreRubbishCloseTheConnection) {
              R"({"do":"relax","on":1})",
              R"({"do":"iso","polarity":"sideways"})",
              R"({"do":"seen","step":-1})",
+             R"({"do":"seen","step":1,"format":"2"})",
+             R"({"do":"overlay"})",
+             R"({"do":"overlay","kind":"strain"})",
+             R"({"do":"overlay","kind":2})",
              R"({"do":"tool","kind":"hammer"})",
              "{\"do\":\"\xff\"}",
              R"({"do":"ping","x":)" + deep + "]]]]]}",

@@ -323,5 +323,22 @@ TEST(Delivery, BringsEveryClientUpToDateHoweverItReadsAndComesBack) {
     }
 }
 
+TEST(Delivery, EverythingHasItsTurnWhereMoreChangesThanCanBeSent) {
+    const Vec3i size{64, 64, 64};
+    Delivery delivery(size);
+    std::vector<int> sent(8 * 8 * 8, 0);
+    constexpr int kSteps = 60;
+    for (std::uint32_t step = 1; step <= kSteps; ++step) {
+        delivery.mark(Box3i{{0, 0, 0}, size});
+        for (const Box3i& box : delivery.take(64 * 64 * 64 / 6, step, Clock::now()))
+            for (int z = box.begin.z / 8; z < box.end.z / 8; ++z)
+                for (int y = box.begin.y / 8; y < box.end.y / 8; ++y)
+                    for (int x = box.begin.x / 8; x < box.end.x / 8; ++x)
+                        ++sent[std::size_t(x + 8 * (y + 8 * z))];
+    }
+    // A sixth each time, more or less.
+    EXPECT_GE(*std::min_element(sent.begin(), sent.end()), kSteps / 12);
+}
+
 }  // namespace
 }  // namespace pliant::serve

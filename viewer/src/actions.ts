@@ -5,6 +5,7 @@
 
 import { kSectionAxes, keptInside, sectionPlane } from './section_geometry.ts';
 import type { Session } from './session.ts';
+import { kKinds, kOverlays, rangeOf } from './overlay_kinds.ts';
 import { kViews, kWalls, type SectionName, type State, type ViewName } from './store.ts';
 import { newStroke } from './strokes.ts';
 import { readPath } from './path.ts';
@@ -88,6 +89,27 @@ export class Actions {
         this.session.history.step('fit', () =>
             this.set({ sections: { axial: whole, coronal: whole, sagittal: whole } }),
         );
+    }
+
+    /// The next overlay; none after the last.
+    cycleOverlay(): void {
+        if (!this.state.features.includes('overlay')) {
+            this.session.say('this server has no overlays');
+            return;
+        }
+        const next = kOverlays[(kOverlays.indexOf(this.state.overlay) + 1) % kOverlays.length]!;
+        this.set({ overlay: next });
+        this.session.say(next === 'none' ? 'no overlay' : kKinds[next].title);
+    }
+
+    /// The range stays as it is now, or follows the values.
+    fixOverlayRange(fixed: boolean): void {
+        const { overlay } = this.state;
+        if (fixed && overlay !== 'none') {
+            const { reachKey, rest } = kKinds[overlay];
+            this.set({ [reachKey]: rangeOf(this.state).high - rest });
+        }
+        this.set({ overlayAuto: !fixed });
     }
 
     // --- views

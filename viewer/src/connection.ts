@@ -15,6 +15,7 @@ import {
     type Pose,
     type Refusal,
     type Role,
+    type Seen,
     type ServerText,
     type SharedState,
     type Tool,
@@ -27,6 +28,7 @@ export interface Listener {
     newVolume(info: VolumeInfo): void;
     state(state: SharedState): void;
     box(frame: BoxFrame): void;
+    overlayBox(frame: BoxFrame): void;
     tools(tools: Tool[]): void;
     refused(refusal: Refusal): void;
     /// The line is broken. retryMs: when the next attempt starts; absent: there is none.
@@ -45,7 +47,8 @@ const kFinal = new Set([4000, 4005]);
 const kRetryMs = [250, 500, 1000, 2000, 4000];
 const kResumeKey = 'pliant.resume';
 
-type Waiting = (answer: Done | Refusal | Checksum | undefined) => void;
+type Answer = Done | Refusal | Checksum | undefined;
+type Waiting = (answer: Answer) => void;
 
 export class Connection {
     role: Role = 'view';
@@ -95,7 +98,7 @@ export class Connection {
 
     /// Sends a command. The answer is undefined where the line broke before there was one.
     /// @param arrived  called at once when the answer comes, before any later message
-    ask(command: Command, arrived?: () => void): Promise<Done | Refusal | Checksum | undefined> {
+    ask(command: Command, arrived?: (answer: Answer) => void): Promise<Answer> {
         if (!this.isOpen) return Promise.resolve(undefined);
         const id = this.nextId++;
         this.socket!.send(JSON.stringify({ ...command, id }));
@@ -103,14 +106,14 @@ export class Connection {
             this.waiting.set(id, {
                 sent: performance.now(),
                 resolve: (answer) => {
-                    arrived?.();
+                    arrived?.(answer);
                     resolve(answer);
                 },
             }),
         );
     }
 
-    tell(message: Pose | { do: 'seen'; step: number }): void {
+    tell(message: Pose | Seen): void {
         if (this.isOpen) this.socket!.send(JSON.stringify(message));
     }
 
@@ -179,6 +182,12 @@ export class Connection {
             return;
         }
         if (frame.volume !== this.heldVolume) return;
+        if (frame.format !== 1) {
+            this.listener.overlayBox(frame);
+            const { step, format } = frame;
+            if (frame.last) this.tell({ do: 'seen', step, format });
+            return;
+        }
         this.listener.box(frame);
         if (frame.last) {
             this.heldStep = frame.step;

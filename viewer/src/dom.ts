@@ -153,12 +153,12 @@ export function checkbox(
     return { element, refresh };
 }
 
-/// A list of values to take at once, as in a menu.
-export function presets<T>(
+/// A list that does something with what is chosen, and shows its own name.
+export function menu<T>(
     label: string,
     options: readonly { text: string; value: T }[],
     pick: (value: T) => void,
-): Control {
+): HTMLSelectElement {
     const select = h(
         'select',
         {
@@ -172,7 +172,7 @@ export function presets<T>(
         h('option', { value: '', disabled: true, selected: true }, label),
         ...options.map((o, i) => h('option', { value: String(i) }, o.text)),
     );
-    return { element: select, refresh: () => {} };
+    return select;
 }
 
 export const button = (text: string, run: () => void, hint = ''): HTMLButtonElement =>

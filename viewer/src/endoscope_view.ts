@@ -7,7 +7,8 @@
 
 import * as THREE from 'three';
 import type { ViewRect } from './stage.ts';
-import { fieldUniforms, kNoField, Picture } from './picture.ts';
+import type { OverlayField } from './overlay_field.ts';
+import { fieldUniforms, kNoField, overlayUniforms, Picture } from './picture.ts';
 import { type Camera, frameOf } from './rays.ts';
 import { kCopy, kEndoscope } from './shaders.ts';
 import type { State } from './store.ts';
@@ -81,6 +82,11 @@ export class EndoscopeView {
     setVolume(texture: VolumeTexture): void {
         this.inside.set(fieldUniforms(texture));
         this.outside.set(fieldUniforms(texture));
+    }
+
+    setOverlay(state: State, field: OverlayField | undefined): void {
+        for (const picture of [this.inside, this.outside])
+            picture.set(overlayUniforms(state, field));
     }
 
     /// @param scale  pixels of the target per pixel of the view

@@ -95,6 +95,7 @@ export const kHelp: readonly { title: string; lines: readonly HelpLine[] }[] = [
         lines: [
             { keys: 'Double click, V', what: 'one view alone; the next one' },
             { keys: 'G', what: 'coordinates in LPS or RAS' },
+            { keys: 'M', what: 'colours: displacement, volume change, none' },
             { keys: 'T', what: 'frame, solve and resample times' },
             { keys: 'Ctrl+O, Ctrl+S', what: 'open a scan; save the deformed volume' },
             { keys: 'P', what: 'save a picture' },
@@ -154,6 +155,7 @@ export class Keymap {
                 run: () => store.set({ space: store.state.space === 'LPS' ? 'RAS' : 'LPS' }),
             },
             { code: 'KeyT', run: () => store.set({ timings: !store.state.timings }) },
+            { code: 'KeyM', run: () => actions.cycleOverlay() },
             { code: 'KeyP', run: () => void actions.snapshot() },
             { code: 'BracketLeft', run: () => radius(1 / 1.25) },
             { code: 'BracketRight', run: () => radius(1.25) },

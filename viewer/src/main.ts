@@ -10,6 +10,7 @@ import { Files } from './files.ts';
 import { helpDialog } from './help.ts';
 import { keepView } from './kept_view.ts';
 import { Keymap } from './keymap.ts';
+import { Legend } from './legend.ts';
 import { Overlay } from './overlay.ts';
 import { panels } from './panels.ts';
 import { Pointer } from './pointer.ts';
@@ -40,6 +41,7 @@ function start(): void {
     const files = new Files(session, `?token=${encodeURIComponent(token)}`);
     files.openPath = (file) => actions.openFile(file);
     const status = new StatusBar(session);
+    const legend = new Legend(session);
     const tour = new Tour(session, () => localStorage.setItem(kTourKey, 'seen'));
     const help = helpDialog(() => tour.start());
     const notice = h('div', { class: 'notice', role: 'alert', hidden: true });
@@ -52,7 +54,15 @@ function start(): void {
         h(
             'main',
             {},
-            h('div', { class: 'views' }, canvas, overlay.element, notice, tour.element),
+            h(
+                'div',
+                { class: 'views' },
+                canvas,
+                overlay.element,
+                legend.element,
+                notice,
+                tour.element,
+            ),
             settings,
         ),
         status.element,
@@ -142,6 +152,7 @@ function start(): void {
         session.tick((now - last) / 1000, now);
         last = now;
         overlay.refresh();
+        legend.refresh();
         status.refresh(now);
         requestAnimationFrame(frame);
     };

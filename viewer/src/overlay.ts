@@ -7,6 +7,8 @@
 import { h } from './dom.ts';
 import { shown, voxelFromWorld } from './grid.ts';
 import { kSectionAxes, pixelOfWorld, type SectionPlane, sectionPlane } from './section_geometry.ts';
+import { overlayValue } from './legend.ts';
+import { kKinds, type ShownKind } from './overlay_kinds.ts';
 import type { Session } from './session.ts';
 import { frameOf } from './rays.ts';
 import { kViews, type SectionName, type State, type ViewName } from './store.ts';
@@ -228,5 +230,8 @@ export function pointerText(session: Session): string {
     const index = ijk.map((i) => Math.round(i));
     const where = pointer ? '' : 'crosshair: ';
     const what = value === undefined ? 'outside' : `${Math.round(value)} HU`;
-    return `${where}${what} · ${space} ${mm.join(', ')} mm · ijk ${index.join(', ')}`;
+    const { overlay } = session.store.state;
+    const number = overlay === 'none' ? undefined : overlayValue(session);
+    const more = number === undefined ? '' : ` · ${kKinds[overlay as ShownKind].text(number)}`;
+    return `${where}${what}${more} · ${space} ${mm.join(', ')} mm · ijk ${index.join(', ')}`;
 }

@@ -41,7 +41,10 @@ export class Parts {
             | 'tip'
             | 'radius'
             | 'strength'
-            | 'depth',
+            | 'depth'
+            | 'overlayOpacity'
+            | 'overlayMm'
+            | 'overlayGrowth',
         settings: Pick<SliderSettings, 'label' | 'unit' | 'low' | 'high' | 'step'> &
             Partial<SliderSettings>,
     ): HTMLElement {

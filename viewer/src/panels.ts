@@ -5,6 +5,7 @@
 
 import type { Actions } from './actions.ts';
 import { h } from './dom.ts';
+import { overlayPanel } from './panel_overlay.ts';
 import { Parts } from './panel_parts.ts';
 import { sessionPanel } from './panel_session.ts';
 import { materialPanel, surfacePanel, toolPanel } from './panels_tissue.ts';
@@ -19,6 +20,7 @@ export function panels(session: Session, actions: Actions): HTMLElement {
         toolPanel(parts),
         surfacePanel(parts),
         windowPanel(parts),
+        overlayPanel(parts),
         endoscopePanel(parts),
         materialPanel(parts),
         placesPanel(parts),

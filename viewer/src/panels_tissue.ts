@@ -3,14 +3,26 @@
 
 // Panels that change the tissue or what is taken for its surface: tool, threshold, material.
 
-import { button, checkbox, choice, h, presets, slider } from './dom.ts';
+import { button, checkbox, choice, h, slider } from './dom.ts';
+import { type Preset, PresetShelf, presetsWithOwn } from './own_presets.ts';
 import { type Parts, section, tissue } from './panel_parts.ts';
 import type { Materials, Polarity } from './protocol.ts';
 
-const kThresholds: readonly {
-    text: string;
-    value: { iso_hu: number; polarity: Polarity };
-}[] = [
+interface Threshold {
+    iso_hu: number;
+    polarity: Polarity;
+}
+
+function isThreshold(value: unknown): value is Threshold {
+    const { iso_hu, polarity } = (value ?? {}) as Partial<Threshold>;
+    return (
+        Number.isFinite(iso_hu) &&
+        Math.abs(iso_hu!) <= 32767 &&
+        (polarity === 'rising' || polarity === 'falling')
+    );
+}
+
+const kThresholds: readonly Preset<Threshold>[] = [
     { text: 'Airway, bowel, sinus', value: { iso_hu: -500, polarity: 'rising' } },
     { text: 'Skin', value: { iso_hu: -300, polarity: 'rising' } },
     { text: 'Bone', value: { iso_hu: 250, polarity: 'rising' } },
@@ -119,7 +131,17 @@ export function surfacePanel(parts: Parts): HTMLElement {
                 ),
             ),
             parts.add(
-                presets('Presets of the threshold', kThresholds, (value) => actions.iso(value)),
+                presetsWithOwn<Threshold>(
+                    'Presets of the threshold',
+                    kThresholds,
+                    new PresetShelf(localStorage, 'pliant.presets.iso', isThreshold),
+                    () => ({
+                        iso_hu: actions.wantedIso,
+                        polarity: parts.state.shared?.polarity ?? 'rising',
+                    }),
+                    (value) => actions.iso(value),
+                    (text) => parts.session.say(text),
+                ),
             ),
         ),
         parts.add(

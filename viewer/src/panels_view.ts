@@ -3,10 +3,16 @@
 
 // Panels of what this browser alone sees: window, endoscope, places, colours.
 
-import { button, checkbox, choice, h, presets, slider } from './dom.ts';
+import { button, checkbox, choice, h, slider } from './dom.ts';
+import { type Preset, PresetShelf, presetsWithOwn } from './own_presets.ts';
 import { type Parts, section } from './panel_parts.ts';
 
-const kWindows: readonly { text: string; value: readonly [number, number] }[] = [
+type WindowLevel = readonly [number, number];
+
+const isWindowLevel = (value: unknown): value is WindowLevel =>
+    Array.isArray(value) && value.length === 2 && value.every(Number.isFinite) && value[0] > 0;
+
+const kWindows: readonly Preset<WindowLevel>[] = [
     { text: 'Soft tissue', value: [350, 50] },
     { text: 'Lung', value: [1500, -600] },
     { text: 'Mediastinum', value: [350, 40] },
@@ -32,8 +38,14 @@ export function windowPanel(parts: Parts): HTMLElement {
         }),
         parts.number('level', { label: 'Level', unit: 'HU', low: -1000, high: 2000, step: 1 }),
         parts.add(
-            presets('Presets of window and level', kWindows, ([window, level]) =>
-                history.step('window', () => store.set({ window, level })),
+            presetsWithOwn<WindowLevel>(
+                'Presets of window and level',
+                kWindows,
+                new PresetShelf(localStorage, 'pliant.presets.window', isWindowLevel),
+                () => [store.state.window, store.state.level],
+                ([window, level]) =>
+                    history.step('window', () => store.set({ window, level })),
+                (text) => parts.session.say(text),
             ),
         ),
     );

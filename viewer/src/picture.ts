@@ -4,8 +4,12 @@
 // A shader over the whole of a rectangle: what all views are drawn with.
 
 import * as THREE from 'three';
+import { kColours } from './colour_map.ts';
 import { voxelFromWorldMatrix } from './grid.ts';
+import type { OverlayField } from './overlay_field.ts';
+import { kKinds, rangeOf } from './overlay_kinds.ts';
 import { kFullScreen } from './shaders.ts';
+import type { State } from './store.ts';
 import type { VolumeTexture } from './volume_texture.ts';
 
 type Uniforms = Record<string, THREE.IUniform>;
@@ -66,8 +70,32 @@ export function fieldUniforms(texture: VolumeTexture): Record<string, unknown> {
     };
 }
 
+/// Uniforms of shaders/overlay.glsl.
+export function overlayUniforms(
+    state: State,
+    field: OverlayField | undefined,
+): Record<string, unknown> {
+    if (!field || state.overlay !== field.kind) return { overlayOn: false, overlayField: null };
+    const { rest, colours } = kKinds[field.kind];
+    const { low, high } = rangeOf(state);
+    return {
+        overlayOn: true,
+        overlayField: field.texture,
+        overlayRest: rest,
+        overlayRange: new THREE.Vector2(low, high),
+        overlayOpacity: state.overlayOpacity,
+        overlayColours: colours.map((colour) => new THREE.Vector3(...colour)),
+    };
+}
+
 /// The same without a volume, to make the material.
 export const kNoField: Record<string, unknown> = {
+    overlayField: null,
+    overlayOn: false,
+    overlayRest: 0,
+    overlayRange: new THREE.Vector2(0, 1),
+    overlayOpacity: 0,
+    overlayColours: Array.from({ length: kColours }, () => new THREE.Vector3()),
     volume: null,
     size: new THREE.Vector3(1, 1, 1),
     voxelFromWorld: new THREE.Matrix4(),

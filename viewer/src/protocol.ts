@@ -5,6 +5,7 @@
 // the protocol says is refused with an error that names the field: a page must not draw rubbish.
 
 import type { Box, Grid } from './grid.ts';
+import type { OverlayKind } from './overlay_kinds.ts';
 import type { Mat3, Vec3 } from './vec.ts';
 
 export const kProtocol = 1;
@@ -26,6 +27,7 @@ export interface Timing {
     solve_ms: number;
     resample_ms: number;
     tick_ms: number;
+    overlay_ms?: number;
     moved_elements: number;
 }
 
@@ -139,7 +141,14 @@ export type Command =
       }
     | { do: 'relax'; on: boolean }
     | ({ do: 'materials' } & Partial<Materials>)
-    | { do: 'iso'; iso_hu?: number; polarity?: Polarity };
+    | { do: 'iso'; iso_hu?: number; polarity?: Polarity }
+    | { do: 'overlay'; kind: OverlayKind };
+
+export interface Seen {
+    do: 'seen';
+    step: number;
+    format?: number;
+}
 
 export interface Pose {
     do: 'tool';
@@ -154,6 +163,7 @@ export interface BoxFrame {
     kind: 'box';
     step: number;
     volume: number;
+    format: number; ///< 1: voxels [HU]; others: see overlay_kinds.ts
     last: boolean; ///< with it, the voxels are those of the step
     box: Box;
     halves: Uint16Array;
@@ -179,6 +189,7 @@ export interface ToolsFrame {
 
 const kHeader = 32;
 const kToolBytes = 64;
+const kLastFormat = 3;
 
 const littleEndian = new Uint8Array(new Uint16Array([1]).buffer)[0] === 1;
 
@@ -201,7 +212,8 @@ export function decodeFrame(buffer: ArrayBuffer): BoxFrame | ToolsFrame {
 
 function decodeBox(view: DataView, last: boolean, payload: number): BoxFrame {
     const format = view.getUint16(6, true);
-    if (format !== 1) throw new Error(`box: format ${format}, expected 1 (half floats)`);
+    if (format < 1 || format > kLastFormat)
+        throw new Error(`box: format ${format}, expected 1…${kLastFormat}`);
     const u16 = (offset: number): number => view.getUint16(offset, true);
     const begin: Vec3 = [u16(16), u16(18), u16(20)];
     const count: Vec3 = [u16(22), u16(24), u16(26)];
@@ -212,6 +224,7 @@ function decodeBox(view: DataView, last: boolean, payload: number): BoxFrame {
         kind: 'box',
         step: view.getUint32(8, true),
         volume: view.getUint32(12, true),
+        format,
         last,
         box: {
             begin,

@@ -26,6 +26,8 @@ import {
     type VolumeInfo,
     type Welcome,
 } from './protocol.ts';
+import { OverlayField } from './overlay_field.ts';
+import { kKinds, type OverlayKind } from './overlay_kinds.ts';
 import type { Path } from './path.ts';
 import { frameOf, naturalUp } from './rays.ts';
 import { Stage } from './stage.ts';
@@ -67,6 +69,7 @@ export class Session implements Listener {
     private lastPose = 0;
     private poseText = '';
     private boxesSinceDraw = 0;
+    private askedOverlay: OverlayKind = 'none';
     private onState: () => void = () => {};
 
     constructor(
@@ -77,6 +80,9 @@ export class Session implements Listener {
     ) {
         this.connection = new Connection(url, hello, this, memory);
         this.history = new History(store, (what) => this.step(what));
+        store.listen((_, changed) => {
+            if (changed.has('overlay')) this.askOverlay();
+        });
     }
 
     /// Sends a command, and shows what came of it.
@@ -110,13 +116,17 @@ export class Session implements Listener {
         });
         const held = this.volume && this.store.state.volume?.id === message.volume.id;
         if (this.volume && !held) this.forgetScan();
+        this.askedOverlay = 'none'; // overlays end with the connection
         if (!message.resumed || !held) this.takeVolume(message.volume, held === true);
+        this.askOverlay();
         this.onWelcome();
     }
 
     newVolume(info: VolumeInfo): void {
         this.forgetScan();
+        this.askedOverlay = 'none'; // and with the scan
         this.takeVolume(info, false);
+        this.askOverlay();
     }
 
     /// Another scan takes the place of the one that is shown: nothing of it means anything there.
@@ -153,6 +163,39 @@ export class Session implements Listener {
         }
     }
 
+    overlayBox(frame: BoxFrame): void {
+        const { overlay } = this.stage;
+        // One of an overlay that was given up may still come.
+        if (!overlay || kKinds[overlay.kind].format !== frame.format) return;
+        overlay.patch(frame.box, frame.halves);
+        if (!frame.last) return;
+        const { overlayVoxels } = this.store.state;
+        this.store.set({ overlayVoxels: overlayVoxels + 1, overlayExtreme: overlay.extreme });
+    }
+
+    /// The server is asked for the overlay that is wanted; all is at rest until its boxes come.
+    private askOverlay(): void {
+        const { overlay: kind, features, link } = this.store.state;
+        if (kind === this.askedOverlay || link !== 'open') return;
+        if (!features.includes('overlay')) {
+            if (kind !== 'none') this.store.set({ overlay: 'none' });
+            return;
+        }
+        this.askedOverlay = kind;
+        void this.connection.ask({ do: 'overlay', kind }, (answer) => {
+            const { volume } = this;
+            if (answer?.t === 'error') this.store.set({ overlay: 'none' });
+            if (answer?.t !== 'done' || this.askedOverlay !== kind) return;
+            this.stage.setOverlay(
+                kind === 'none' || !volume ? undefined : new OverlayField(kind, volume.grid),
+            );
+            this.store.set({
+                overlayVoxels: this.store.state.overlayVoxels + 1,
+                overlayExtreme: 0,
+            });
+        });
+    }
+
     tools(tools: Tool[]): void {
         const others = tools.filter((tool) => tool.client !== this.connection.client);
         this.store.set({ others });
@@ -176,6 +219,7 @@ export class Session implements Listener {
         const grid = gridOf(info);
         this.volume = new VolumeData(grid, new Uint16Array(voxelCount(grid)));
         this.stage.setVolume(this.volume);
+        this.stage.setOverlay(undefined);
         this.received = 0;
         this.store.set({ volume: info, loaded: 0 });
         if (keepView || takeUpView(this.store, this.memory)) return;

@@ -7,10 +7,11 @@ import copy from './shaders/copy.frag.glsl';
 import endoscope from './shaders/endoscope.frag.glsl';
 import field from './shaders/field.glsl';
 import full from './shaders/full.vert.glsl';
+import overlay from './shaders/overlay.glsl';
 import section from './shaders/section.frag.glsl';
 import surface from './shaders/surface.glsl';
 
 export const kFullScreen = full;
-export const kEndoscope = field + surface + endoscope;
-export const kSection = field + section;
+export const kEndoscope = field + surface + overlay + endoscope;
+export const kSection = field + overlay + section;
 export const kCopy = copy;

@@ -8,7 +8,8 @@
 
 import * as THREE from 'three';
 import { EndoscopeView, type ToolBall } from './endoscope_view.ts';
-import { fieldUniforms, kNoField, Picture } from './picture.ts';
+import type { OverlayField } from './overlay_field.ts';
+import { fieldUniforms, kNoField, overlayUniforms, Picture } from './picture.ts';
 import { sectionPlane } from './section_geometry.ts';
 import { kSection } from './shaders.ts';
 import { kViews, type SectionName, type State, type Store, type ViewName } from './store.ts';
@@ -28,7 +29,18 @@ const kSlowMs = 45; // a frame that takes longer asks for fewer pixels
 const kQuickMs = 22; // and one that takes less may have more
 const kStillMs = 180; // without a change: time for the full picture
 
-const kAll: (keyof State)[] = ['voxels', 'volume', 'maximised', 'theme'];
+const kAll: (keyof State)[] = [
+    'voxels',
+    'volume',
+    'maximised',
+    'theme',
+    'overlay',
+    'overlayVoxels',
+    'overlayOpacity',
+    'overlayAuto',
+    'overlayMm',
+    'overlayGrowth',
+];
 const kEndoscopeKeys: (keyof State)[] = [
     ...kAll,
     'camera',
@@ -54,6 +66,7 @@ const kSectionKeys: (keyof State)[] = [
 export class Stage {
     readonly renderer: THREE.WebGLRenderer;
     texture: VolumeTexture | undefined;
+    overlay: OverlayField | undefined;
     /// Called after voxels went to the graphics processor, with how many.
     onUpload: (voxels: number) => void = () => {};
     /// How long the graphics processor takes for a frame while something moves [ms].
@@ -108,6 +121,7 @@ export class Stage {
             this.lost = false;
             this.renderer.setScissorTest(true);
             this.texture?.restore();
+            this.overlay?.restore();
             this.invalidate();
             onContext(false);
         });
@@ -119,6 +133,12 @@ export class Stage {
         this.texture = new VolumeTexture(data);
         this.endoscope.setVolume(this.texture);
         this.section.set(fieldUniforms(this.texture));
+        this.invalidate();
+    }
+
+    setOverlay(field: OverlayField | undefined): void {
+        this.overlay?.dispose();
+        this.overlay = field;
         this.invalidate();
     }
 
@@ -146,6 +166,7 @@ export class Stage {
         if (!this.lastIsDone(now)) return false;
         this.fitCanvas();
         this.onUpload(this.texture.upload(this.renderer));
+        this.overlay?.upload(this.renderer);
         const still = now - this.lastChange > kStillMs;
         if (state.maximised && state.maximised !== 'endoscope') this.full = true; // not in sight
         if (still && !this.full) this.stale.add('endoscope');
@@ -224,6 +245,7 @@ export class Stage {
         if (view === 'endoscope') {
             const fine = state.fine && this.quality === 0; // only where pixels are cheap
             const scale = still ? (fine ? 2 : 1) : kScales[this.quality]!;
+            this.endoscope.setOverlay(state, this.overlay);
             this.endoscope.draw(this.renderer, state, this.balls, rect, scale);
             this.full = still;
         } else this.drawSection(view, state, rect);
@@ -239,6 +261,7 @@ export class Stage {
             rect.width,
             rect.height,
         );
+        this.section.set(overlayUniforms(state, this.overlay));
         this.section.set({
             centre: new THREE.Vector3(...plane.centre),
             right: new THREE.Vector3(...plane.axes.right),

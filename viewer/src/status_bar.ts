@@ -48,7 +48,7 @@ export class StatusBar {
     refresh(now: number): void {
         const text = pointerText(this.session);
         if (this.pointer.textContent !== text) this.pointer.textContent = text;
-        const { timings, shared } = this.session.store.state;
+        const { timings, shared, overlay } = this.session.store.state;
         this.times.hidden = !timings;
         if (!timings || now - this.lastTimes < kTimesMs) return;
         this.lastTimes = now;
@@ -61,6 +61,7 @@ export class StatusBar {
             `frame ${ms(stage.frameMs || undefined)} ms`,
             `solve ${ms(timing?.solve_ms)}`,
             `resample ${ms(timing?.resample_ms)}`,
+            ...(overlay === 'none' ? [] : [`overlay ${ms(timing?.overlay_ms)}`]),
             `${(timing?.moved_elements ?? 0).toLocaleString('en')} moved`,
             `to voxels p50, p99: ${both(latencies.arrivedMs)}`,
             `to picture: ${both(latencies.drawnMs)}`,

@@ -6,6 +6,7 @@
 // messages and is only asked for, never set here.
 
 import type { Space } from './grid.ts';
+import type { OverlayKind } from './overlay_kinds.ts';
 import type { Role, SharedState, Tool, VolumeInfo } from './protocol.ts';
 import type { Path } from './path.ts';
 import type { Camera } from './rays.ts';
@@ -63,6 +64,14 @@ export interface State {
     window: number; ///< [HU]
     level: number; ///< [HU]
     contour: boolean; ///< the threshold as a line in the sections
+
+    overlay: OverlayKind; ///< what is shown in colours over the scan
+    overlayVoxels: number; ///< grows whenever its numbers changed
+    overlayExtreme: number; ///< their largest departure from rest
+    overlayOpacity: number;
+    overlayAuto: boolean; ///< the colours' range follows the numbers
+    overlayMm: number; ///< else it ends here, for displacements [mm]
+    overlayGrowth: number; ///< and so far from 1, for volume changes
 
     tool: ToolName;
     radius: number; ///< of the sphere probe [mm]
@@ -150,6 +159,13 @@ export const initialState = (): State => ({
     window: 1500,
     level: -200,
     contour: false,
+    overlay: 'none',
+    overlayVoxels: 0,
+    overlayExtreme: 0,
+    overlayOpacity: 0.65,
+    overlayAuto: true,
+    overlayMm: 5,
+    overlayGrowth: 0.5,
     tool: 'look',
     radius: 4,
     strength: 1,

@@ -4,7 +4,7 @@
 // The bar above the views: files, tools, undo and redo, layout, help.
 
 import type { Actions } from './actions.ts';
-import { button, h, presets } from './dom.ts';
+import { button, h, menu } from './dom.ts';
 import { type Files, kSaved, type SavedName } from './files.ts';
 import type { Session } from './session.ts';
 import { kTools, type ToolName } from './store.ts';
@@ -37,14 +37,14 @@ export function toolbar(
         'a scan, or a path (.mrk.json); or drop files, or a folder of DICOM slices (Ctrl+O)',
     );
     open.id = 'open';
-    const save = presets<SavedName | 'picture'>(
+    const save = menu<SavedName | 'picture'>(
         'Save…',
         [
             ...kSaved.map((name) => ({ text: kSaveTexts[name], value: name })),
             { text: 'picture of the view', value: 'picture' as const },
         ],
         (what) => void (what === 'picture' ? actions.snapshot() : files.save(what)),
-    ).element as HTMLSelectElement;
+    );
     save.id = 'save';
     save.title = 'Ctrl+S saves the volume';
     session.store.watch(['role', 'features', 'transfer'], ({ role, features, transfer }) => {

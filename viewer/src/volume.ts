@@ -17,6 +17,18 @@ export const kBrick = 4; // cells along an edge
 
 const clamp = (x: number, low: number, high: number): number => Math.min(Math.max(x, low), high);
 
+/// Writes a box of values, i fastest, into those of a whole grid.
+export function writeBox(halves: Uint16Array, size: Vec3, box: Box, values: Uint16Array): void {
+    const [nx, ny] = size;
+    const width = box.end[0] - box.begin[0];
+    let from = 0;
+    for (let k = box.begin[2]; k < box.end[2]; ++k)
+        for (let j = box.begin[1]; j < box.end[1]; ++j) {
+            halves.set(values.subarray(from, from + width), box.begin[0] + nx * (j + ny * k));
+            from += width;
+        }
+}
+
 export class VolumeData {
     readonly grid: Grid;
     readonly halves: Uint16Array; ///< i fastest
@@ -43,17 +55,7 @@ export class VolumeData {
 
     /// Writes a box of values, i fastest, and returns the box of bricks that changed.
     patch(box: Box, values: Uint16Array): Box {
-        const [nx, ny] = this.grid.size;
-        const width = box.end[0] - box.begin[0];
-        let from = 0;
-        for (let k = box.begin[2]; k < box.end[2]; ++k)
-            for (let j = box.begin[1]; j < box.end[1]; ++j) {
-                this.halves.set(
-                    values.subarray(from, from + width),
-                    box.begin[0] + nx * (j + ny * k),
-                );
-                from += width;
-            }
+        writeBox(this.halves, this.grid.size, box, values);
         ++this.version;
         return this.updateBricks(box);
     }

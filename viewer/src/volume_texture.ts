@@ -13,43 +13,64 @@ import type { VolumeData } from './volume.ts';
 /// How many boxes wait before they are joined into one.
 const kMostBoxes = 64;
 
+/// Boxes of a texture that are to be sent, from the memory that the texture was made of.
+export class BoxUploads {
+    private pending: Box[] = [];
+
+    constructor(
+        private readonly texture: THREE.Data3DTexture,
+        private readonly size: Vec3,
+        private readonly format: 'RED' | 'RG',
+    ) {}
+
+    add(box: Box): void {
+        this.pending.push(box);
+        if (this.pending.length > kMostBoxes) this.pending = [joined(this.pending)];
+    }
+
+    /// @returns texels that were sent
+    send(renderer: THREE.WebGLRenderer): number {
+        const sent = uploadBoxes(renderer, this.texture, this.pending, this.size, this.format);
+        this.pending = [];
+        return sent;
+    }
+
+    /// Everything is to be sent again.
+    restore(): void {
+        this.texture.needsUpdate = true;
+        this.pending = [];
+    }
+}
+
 export class VolumeTexture {
     readonly volume: THREE.Data3DTexture;
     readonly bricks: THREE.Data3DTexture;
-    private pending: Box[] = [];
-    private pendingBricks: Box[] = [];
+    private readonly voxelUploads: BoxUploads;
+    private readonly brickUploads: BoxUploads;
 
     constructor(readonly data: VolumeData) {
-        this.volume = makeTexture(data.halves, data.grid.size, THREE.RedFormat);
-        this.volume.minFilter = this.volume.magFilter = THREE.LinearFilter;
+        this.volume = makeTexture(data.halves, data.grid.size);
         this.bricks = makeTexture(data.brickHalves, data.brickSize, THREE.RGFormat);
         this.bricks.minFilter = this.bricks.magFilter = THREE.NearestFilter;
+        this.voxelUploads = new BoxUploads(this.volume, data.grid.size, 'RED');
+        this.brickUploads = new BoxUploads(this.bricks, data.brickSize, 'RG');
     }
 
     patch(box: Box, halves: Uint16Array): void {
-        this.pendingBricks.push(this.data.patch(box, halves));
-        this.pending.push(box);
-        if (this.pending.length > kMostBoxes) {
-            this.pending = [joined(this.pending)];
-            this.pendingBricks = [joined(this.pendingBricks)];
-        }
+        this.brickUploads.add(this.data.patch(box, halves));
+        this.voxelUploads.add(box);
     }
 
     /// Sends what has been patched since the last call. @returns voxels that were sent
     upload(renderer: THREE.WebGLRenderer): number {
-        const sent = uploadBoxes(renderer, this.volume, this.pending, this.data.grid.size, 'RED');
-        uploadBoxes(renderer, this.bricks, this.pendingBricks, this.data.brickSize, 'RG');
-        this.pending = [];
-        this.pendingBricks = [];
-        return sent;
+        this.brickUploads.send(renderer);
+        return this.voxelUploads.send(renderer);
     }
 
     /// After the graphics context was lost: everything is sent again, from the mirror.
     restore(): void {
-        this.volume.needsUpdate = true;
-        this.bricks.needsUpdate = true;
-        this.pending = [];
-        this.pendingBricks = [];
+        this.voxelUploads.restore();
+        this.brickUploads.restore();
     }
 
     dispose(): void {
@@ -58,14 +79,16 @@ export class VolumeTexture {
     }
 }
 
-function makeTexture(
+/// Half floats, linear between voxels.
+export function makeTexture(
     data: Uint16Array,
     size: Vec3,
-    format: THREE.PixelFormat,
+    format: THREE.PixelFormat = THREE.RedFormat,
 ): THREE.Data3DTexture {
     const texture = new THREE.Data3DTexture(data as Uint16Array<ArrayBuffer>, ...size);
     texture.format = format;
     texture.type = THREE.HalfFloatType;
+    texture.minFilter = texture.magFilter = THREE.LinearFilter;
     texture.unpackAlignment = 2;
     texture.needsUpdate = true;
     return texture;

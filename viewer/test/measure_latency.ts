@@ -7,9 +7,11 @@
 // elements, and the bytes that came.
 //
 //   PLIANT_SERVER=build/release/pliant npm run measure
+//   PLIANT_OVERLAY=jacobian            with displacement or jacobian asked for as well
 
 import { existsSync } from 'node:fs';
 import { join } from 'node:path';
+import type { OverlayKind } from '../src/overlay_kinds.ts';
 import type { Session } from '../src/session.ts';
 import { kFolder, launch, serve, visit } from './browser.ts';
 
@@ -32,10 +34,11 @@ await page.waitForFunction(
 await page.waitForTimeout(2000);
 bytes = 0;
 const result = await page.evaluate(
-    async ({ count, hertz }) => {
+    async ({ count, hertz, overlay }) => {
         const session = (window as never as { pliant: Session }).pliant;
         const { stage, store, latencies } = session;
         stage.frame = () => false;
+        if (overlay) store.set({ overlay });
         const box = session.box.bind(session);
         session.box = (frame) => {
             box(frame);
@@ -67,6 +70,7 @@ const result = await page.evaluate(
         const quantile = (list: readonly number[], q: number): number =>
             [...list].sort((a, b) => a - b)[Math.floor(q * (list.length - 1))] ?? NaN;
         const { timing } = store.state.shared!;
+        const { overlayVoxels } = store.state;
         return {
             pushes: moved.length,
             hertz: moved.length / seconds,
@@ -75,9 +79,15 @@ const result = await page.evaluate(
             p99: quantile(latencies.arrivedMs, 0.99),
             solve: timing.solve_ms,
             resample: timing.resample_ms,
+            overlay: timing.overlay_ms,
+            overlaysHere: overlayVoxels,
         };
     },
-    { count: kCount, hertz: kHertz },
+    {
+        count: kCount,
+        hertz: kHertz,
+        overlay: (process.env.PLIANT_OVERLAY ?? '') as OverlayKind | '',
+    },
 );
 console.log(JSON.stringify({ ...result, megabytes: bytes / 1e6 }, null, 1));
 await browser.close();

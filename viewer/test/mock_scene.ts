@@ -8,7 +8,7 @@
 import { type Box, type Grid, voxelCount, voxelFromWorld, worldFromVoxel } from '../src/grid.ts';
 import { halfOfFloat } from '../src/half.ts';
 import { murmur32 } from '../src/murmur.ts';
-import { along, dot, norm, sub, type Vec3 } from '../src/vec.ts';
+import { along, cross, dot, norm, sub, type Vec3 } from '../src/vec.ts';
 
 export const kGrid: Grid = {
     size: [72, 64, 80],
@@ -71,6 +71,26 @@ export class MockScene {
 
     checksum(): string {
         return murmur32(new Uint8Array(this.halves.buffer)).toString(16).padStart(8, '0');
+    }
+
+    /// What the protocol's overlays say of a voxel: how far it moved [mm], or how much it grew.
+    overlayAt(kind: string, index: number): number {
+        const { warp } = this;
+        if (kind === 'displacement')
+            return Math.hypot(warp[3 * index]!, warp[3 * index + 1]!, warp[3 * index + 2]!);
+        const [nx, ny, nz] = kGrid.size;
+        const steps = [1, nx, nx * ny];
+        const place = [index % nx, Math.floor(index / nx) % ny, Math.floor(index / (nx * ny))];
+        if (place.some((p, a) => p === 0 || p === [nx, ny, nz][a]! - 1)) return 1;
+        // The warp leads back, so what it shrinks grew.
+        const column = (a: number): Vec3 =>
+            [0, 1, 2].map(
+                (c) =>
+                    (c === a ? 1 : 0) +
+                    (warp[3 * (index + steps[a]!) + c]! - warp[3 * (index - steps[a]!) + c]!) /
+                        (2 * kGrid.spacing[a]!),
+            ) as unknown as Vec3;
+        return 1 / dot(column(0), cross(column(1), column(2)));
     }
 
     remember(name: string, stroke: string): void {

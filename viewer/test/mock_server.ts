@@ -8,6 +8,7 @@ import { readFile } from 'node:fs/promises';
 import { createServer, type IncomingMessage, type Server, type ServerResponse } from 'node:http';
 import { join } from 'node:path';
 import { type Box, boxCount } from '../src/grid.ts';
+import { halfOfFloat } from '../src/half.ts';
 import type { Vec3 } from '../src/vec.ts';
 import { kGrid, MockScene, tubeCentre } from './mock_scene.ts';
 import { MockSocket } from './mock_socket.ts';
@@ -32,7 +33,14 @@ interface Client {
     name: string;
     resume: string;
     tool: Buffer | undefined;
+    overlay: string;
 }
+
+/// By a voxel on each side: volume changes look that far.
+const grown = (box: Box): Box => ({
+    begin: box.begin.map((b) => Math.max(b - 1, 0)) as unknown as Vec3,
+    end: box.end.map((e, a) => Math.min(e + 1, kGrid.size[a]!)) as unknown as Vec3,
+});
 
 // eslint-disable-next-line @typescript-eslint/no-explicit-any
 type Message = Record<string, any>;
@@ -46,6 +54,7 @@ export class MockServer {
     private readonly clients = new Set<Client>();
     private readonly known = new Map<string, { number: number; missed: boolean }>();
     private nextNumber = 1;
+    overlaysSeen = 0;
     private relaxing = false;
     private readonly server: Server;
 
@@ -78,7 +87,10 @@ export class MockServer {
     private watchScene(): void {
         this.scene.onChange = (box) => {
             for (const place of this.known.values()) place.missed = true;
-            for (const client of this.clients) this.sendBox(client, box, true);
+            for (const client of this.clients) {
+                this.sendBox(client, box, true);
+                if (client.overlay !== 'none') this.sendOverlay(client, grown(box));
+            }
         };
     }
 
@@ -168,6 +180,7 @@ export class MockServer {
             name: String(hello.name ?? ''),
             resume: place ? hello.resume : Math.random().toString(36).slice(2),
             tool: undefined,
+            overlay: 'none',
         };
         this.clients.add(client);
         socket.text({
@@ -179,7 +192,7 @@ export class MockServer {
             resume: client.resume,
             resumed,
             rate_hz: 60,
-            features: ['save', 'open'],
+            features: ['save', 'open', 'overlay'],
             open_bytes: 100_000_000,
             volume: this.volume(),
             state: this.state(),
@@ -250,9 +263,22 @@ export class MockServer {
         }
     }
 
-    private sendBox(client: Client, box: Box, last: boolean): void {
+    private sendOverlay(client: Client, box: Box): void {
+        const { overlay } = client;
+        this.sendBox(client, box, true, overlay === 'displacement' ? 2 : 3, (i) =>
+            halfOfFloat(this.scene.overlayAt(overlay, i)),
+        );
+    }
+
+    private sendBox(
+        client: Client,
+        box: Box,
+        last: boolean,
+        format = 1,
+        halfAt = (i: number): number => this.scene.halves[i]!,
+    ): void {
         const frame = Buffer.alloc(32 + 2 * boxCount(box));
-        this.head(frame, 1, last ? 2 : 0, 1);
+        this.head(frame, 1, last ? 2 : 0, format);
         for (let a = 0; a < 3; ++a) {
             frame.writeUInt16LE(box.begin[a]!, 16 + 2 * a);
             frame.writeUInt16LE(box.end[a]! - box.begin[a]!, 22 + 2 * a);
@@ -262,7 +288,7 @@ export class MockServer {
         for (let k = box.begin[2]; k < box.end[2]; ++k)
             for (let j = box.begin[1]; j < box.end[1]; ++j)
                 for (let i = box.begin[0]; i < box.end[0]; ++i, at += 2)
-                    frame.writeUInt16LE(this.scene.halves[i + nx * (j + ny * k)]!, at);
+                    frame.writeUInt16LE(halfAt(i + nx * (j + ny * k)), at);
         client.socket.binary(frame);
     }
 
@@ -304,7 +330,7 @@ export class MockServer {
         };
         const refuse = (code: string, message: string): void =>
             client.socket.text({ t: 'error', id: m.id ?? 0, do: m.do, code, message });
-        const free = ['tool', 'checksum', 'seen', 'ping'];
+        const free = ['tool', 'checksum', 'seen', 'ping', 'overlay'];
         if (client.role === 'view' && !free.includes(m.do)) {
             refuse('view_only', 'this link can only view');
             return;
@@ -377,6 +403,15 @@ export class MockServer {
                 client.socket.text({ ...answer, volume: voxels, tissue: voxels });
                 break;
             }
+            case 'overlay':
+                client.overlay = m.kind;
+                client.socket.text({ t: 'done', id: m.id, do: m.do, step: scene.step });
+                if (m.kind !== 'none' && scene.step > 1)
+                    this.sendOverlay(client, { begin: [0, 0, 0], end: kGrid.size });
+                break;
+            case 'seen':
+                if (m.format) ++this.overlaysSeen;
+                break;
             case 'tool':
                 this.takeTool(client, m);
                 break;

@@ -6,14 +6,14 @@ import { test } from 'node:test';
 import { decodeFrame } from '../src/protocol.ts';
 import { random, whole } from './random.ts';
 
-function boxFrame(begin: number[], count: number[], flags: number): Uint8Array {
+function boxFrame(begin: number[], count: number[], flags: number, format = 1): Uint8Array {
     const payload = 2 * count[0]! * count[1]! * count[2]!;
     const bytes = new Uint8Array(32 + payload);
     const view = new DataView(bytes.buffer);
     bytes.set(new TextEncoder().encode('PLNT'));
     view.setUint8(4, 1);
     view.setUint8(5, flags);
-    view.setUint16(6, 1, true);
+    view.setUint16(6, format, true);
     view.setUint32(8, 77, true);
     view.setUint32(12, 3, true);
     begin.forEach((b, a) => view.setUint16(16 + 2 * a, b, true));
@@ -30,10 +30,23 @@ test('a box says where it is, of which step, and holds its values in order', () 
     assert.equal(frame.step, 77);
     assert.equal(frame.volume, 3);
     assert.equal(frame.last, true);
+    assert.equal(frame.format, 1);
     assert.deepEqual(
         [...frame.halves],
         Array.from({ length: 24 }, (_, i) => i),
     );
+});
+
+test('overlays have formats of their own, and there are no others', () => {
+    for (const format of [2, 3]) {
+        const frame = decodeFrame(boxFrame([0, 0, 0], [1, 1, 1], 0, format).buffer as ArrayBuffer);
+        assert.ok(frame.kind === 'box' && frame.format === format);
+    }
+    for (const format of [0, 4, 257])
+        assert.throws(
+            () => decodeFrame(boxFrame([0, 0, 0], [1, 1, 1], 0, format).buffer as ArrayBuffer),
+            /format/,
+        );
 });
 
 test('tools are read field by field', () => {

@@ -34,11 +34,23 @@ const float kSheen = 0.10;
 const float kGlint = 0.22;
 const float kDepth = 0.6;
 const float kSoftness = 400.0;  // [HU]
+const float kBehind = 0.7;      // voxels
 
 vec3 srgbOf(vec3 light) {
     light = clamp(light, 0.0, 1.0);
     return mix(light * 12.92, 1.055 * pow(light, vec3(1.0 / 2.4)) - 0.055,
                vec3(greaterThan(light, vec3(0.0031308))));
+}
+
+vec3 linearOf(vec3 srgb) {
+    return mix(srgb / 12.92, pow((srgb + 0.055) / 1.055, vec3(2.4)),
+               vec3(greaterThan(srgb, vec3(0.04045))));
+}
+
+// The wall's own colour; an overlay's number is that of the tissue behind the surface.
+vec3 wallColour(vec3 p, vec3 normal) {
+    vec4 over = overlayAt(p - kBehind * normalize(voxelVectorOf(normal)));
+    return mix(surfaceColour, linearOf(over.rgb), over.a);
 }
 
 // How open the place is, 0…1: tissue a few millimetres off the surface keeps light away.
@@ -93,6 +105,8 @@ void main() {
     if (cutFace) {
         float grey = clamp((value - level) / max(window, 1e-6) + 0.5, 0.0, 1.0);
         light = vec3(0.75, 0.72, 0.68) * pow(grey, 2.2);
+        vec4 over = overlayAt(o);
+        light = mix(light, linearOf(over.rgb), over.a);
         t = 0.0;
     }
 #endif
@@ -101,9 +115,9 @@ void main() {
         vec3 p = o + t * d;
         vec3 normal = wallNormal(p, ray);
 #ifdef OUTSIDE
-        light = lit(surfaceColour, 0.0, normal, ray, openness(p, normal));
+        light = lit(wallColour(p, normal), 0.0, normal, ray, openness(p, normal));
 #else
-        light = lit(surfaceColour, t, normal, ray, openness(p, normal));
+        light = lit(wallColour(p, normal), t, normal, ray, openness(p, normal));
 #endif
     }
     if (t != kNothing) t += start;

@@ -23,6 +23,8 @@ void main() {
     float value = quickSample(p);
     float grey = clamp((value - level) / max(window, 1e-6) + 0.5, 0.0, 1.0);
     vec3 shade = vec3(grey);
+    vec4 over = overlayAt(p);
+    shade = mix(shade, over.rgb, over.a);
     if (contour) {
         vec3 dx = voxelVectorOf(pixel * right), dy = voxelVectorOf(pixel * up);
         float gx = quickSample(p + dx) - quickSample(p - dx);
