@@ -92,6 +92,19 @@ struct RenderOptions {
     int threads = 0;
 };
 
+struct PathOptions {
+    std::string file;
+    std::string series;
+    std::string out;
+    Vec3d from_mm{0, 0, 0}, to_mm{0, 0, 0};
+    double iso_hu = -500;
+    std::string polarity = "rising";
+    double reach_mm = 0;
+    double spacing_mm = 2;
+    bool json = false;
+    int threads = 0;
+};
+
 struct ServeOptions {
     std::string file;  ///< empty: the airway phantom
     std::string series;
@@ -125,6 +138,7 @@ int run_info(const InfoOptions& options);
 int run_phantom(const PhantomOptions& options);
 int run_deform(const DeformOptions& options);
 int run_render(const RenderOptions& options);
+int run_path(const PathOptions& options);
 int run_serve(const ServeOptions& options);
 int run_replay(const ReplayOptions& options);
 int run_bench(const BenchOptions& options);

@@ -451,7 +451,7 @@ TEST_F(ProgramTest, RenderFliesAlongACurveInEitherCoordinateSystem) {
 }
 
 TEST_F(ProgramTest, HelpOfEveryCommandHasAnExample) {
-    for (const char* command : {"info", "phantom", "deform", "render"}) {
+    for (const char* command : {"info", "phantom", "deform", "render", "path"}) {
         const Finished done = run(std::string(command) + " --help");
         EXPECT_EQ(done.status, 0);
         EXPECT_NE(done.out.find("Example"), std::string::npos) << command;
