@@ -31,15 +31,27 @@ void for_each_voxel(const Box3i& box, const Body& body) {
 
 }  // namespace
 
-LumenTiles::LumenTiles(const Volume& volume, const LumenSide& lumen, std::int64_t max_voxels,
-                       const TaskArena& arena)
+LumenTiles::LumenTiles(const Volume& volume, const LumenSide& lumen, int far_voxels,
+                       std::int64_t max_voxels, const TaskArena& arena)
     : m_volume(volume),
       m_lumen(lumen),
       m_arena(arena),
+      m_far_voxels(far_voxels),
+      m_unit_mm(smallest(volume.grid.spacing_mm)),
       m_voxels_left(max_voxels),
       m_size{tiles_along(volume.grid.size.x), tiles_along(volume.grid.size.y),
              tiles_along(volume.grid.size.z)},
       m_tiles(std::size_t(m_size.x) * std::size_t(m_size.y) * std::size_t(m_size.z)) {}
+
+void LumenTiles::close() {
+    m_new = kClosed;
+    for (const auto& tile : m_tiles) {
+        if (!tile) continue;
+        std::fill(tile->arrival.begin(), tile->arrival.end(),
+                  std::numeric_limits<double>::infinity());
+        std::fill(tile->set.begin(), tile->set.end(), kClosed);
+    }
+}
 
 LumenTile* LumenTiles::make(Vec3i voxel) {
     constexpr std::size_t kCount = std::size_t(kSide) * kSide * kSide;
@@ -51,15 +63,15 @@ LumenTile* LumenTiles::make(Vec3i voxel) {
     auto tile = std::make_unique<LumenTile>();
     tile->wall_mm.assign(kCount, 0);
     tile->arrival.assign(kCount, std::numeric_limits<double>::infinity());
-    tile->set.assign(kCount, 0);
+    tile->set.assign(kCount, m_new);
     Box3i box;
     for (int a = 0; a < 3; ++a) {
         box.begin[a] = voxel[a] / kSide * kSide;
         box.end[a] = std::min(box.begin[a] + kSide, m_volume.grid.size[a]);
     }
-    const double unit = smallest(m_volume.grid.spacing_mm);
-    for (int margin = kFirstMargin; !fill(box, *tile, margin * unit, margin >= kFarVoxels);)
-        margin *= 2;
+    int margin = std::min(kFirstMargin, m_far_voxels);
+    while (!fill(box, *tile, margin * m_unit_mm, margin == m_far_voxels))
+        margin = std::min(2 * margin, m_far_voxels);
     auto& kept = m_tiles[tile_index(voxel)];
     kept = std::move(tile);
     return kept.get();

@@ -5,7 +5,7 @@
 // airways looks at a hundredth of a scan, and pays for that much.
 //
 // A tile's distances to the wall need the walls around it too. They are searched in a margin that
-// is widened until no distance is longer than it, so all are exact; up to kFarVoxels, where a
+// is widened until no distance is longer than it, so all are exact; up to far_voxels, where a
 // distance is cut short and a place counts as merely far from any wall.
 
 #pragma once
@@ -22,17 +22,21 @@ namespace pliant::render {
 struct LumenTile {
     std::vector<float> wall_mm;     ///< distance to the wall; 0: in the tissue
     std::vector<double> arrival;    ///< of the front that marches; infinite: not yet
-    std::vector<std::uint8_t> set;  ///< whether arrival is final
+    std::vector<std::uint8_t> set;  ///< kOpen, kFinal or kClosed
 };
+
+inline constexpr std::uint8_t kOpen = 0;
+inline constexpr std::uint8_t kFinal = 1;   ///< the front has passed
+inline constexpr std::uint8_t kClosed = 2;  ///< the front may not come here
 
 class LumenTiles {
   public:
     static constexpr int kSide = 32;
-    static constexpr int kFarVoxels = 32;  ///< of the smallest spacing
 
     /// Keeps references.
-    LumenTiles(const Volume& volume, const LumenSide& lumen, std::int64_t max_voxels,
-               const TaskArena& arena);
+    /// @param far_voxels  of the smallest spacing: longer distances to the wall don't matter
+    LumenTiles(const Volume& volume, const LumenSide& lumen, int far_voxels,
+               std::int64_t max_voxels, const TaskArena& arena);
 
     const Volume& volume() const { return m_volume; }
     const LumenSide& lumen() const { return m_lumen; }
@@ -65,6 +69,13 @@ class LumenTiles {
         return tile ? double(tile->wall_mm[place_in_tile(voxel)]) : 0;
     }
 
+    double far_mm() const { return m_far_voxels * m_unit_mm; }
+    /// Nothing has arrived anywhere, and nothing may, but where open() says so.
+    void close();
+    void open(Vec3i voxel) {
+        if (LumenTile* tile = tile_of(voxel)) tile->set[place_in_tile(voxel)] = kOpen;
+    }
+
   private:
     std::size_t tile_index(Vec3i voxel) const {
         return std::size_t(voxel.x / kSide) +
@@ -77,6 +88,9 @@ class LumenTiles {
     const Volume& m_volume;
     LumenSide m_lumen;
     const TaskArena& m_arena;
+    int m_far_voxels;
+    double m_unit_mm;            // the smallest spacing
+    std::uint8_t m_new = kOpen;  // what voxels of new tiles are
     std::int64_t m_voxels_left;
     bool m_is_full = false;
     Vec3i m_size;  // in tiles

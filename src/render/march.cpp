@@ -53,7 +53,19 @@ void March::seed(Vec3i voxel, double arrival) {
     double& known = tile->arrival[LumenTiles::place_in_tile(voxel)];
     if (!(arrival < known)) return;
     known = arrival;
-    m_waiting.push({arrival, voxel_index(m_tiles.volume().grid, voxel)});
+    tile->set[LumenTiles::place_in_tile(voxel)] = kOpen;
+    wait(voxel, arrival);
+}
+
+void March::aim_at(Vec3i goal, double least_cost) {
+    m_goal = goal;
+    m_least_cost = least_cost;
+}
+
+void March::wait(Vec3i voxel, double arrival) {
+    const Vec3i d = m_goal - voxel;
+    const double way = norm({d.x * m_spacing_mm.x, d.y * m_spacing_mm.y, d.z * m_spacing_mm.z});
+    m_waiting.push({arrival + m_least_cost * way, voxel_index(m_tiles.volume().grid, voxel)});
 }
 
 double March::final_arrival(Vec3i voxel) {
@@ -62,7 +74,7 @@ double March::final_arrival(Vec3i voxel) {
     const LumenTile* tile = m_tiles.tile_of(voxel);
     if (!tile) return kNone;
     const std::size_t at = LumenTiles::place_in_tile(voxel);
-    return tile->set[at] ? tile->arrival[at] : kNone;
+    return tile->set[at] == kFinal ? tile->arrival[at] : kNone;
 }
 
 /// A neighbour of a voxel that has just been passed. @returns false if the tiles are full
@@ -70,7 +82,7 @@ bool March::reach(Vec3i voxel) {
     LumenTile* tile = m_tiles.tile_of(voxel);
     if (!tile) return false;
     const std::size_t at = LumenTiles::place_in_tile(voxel);
-    if (tile->set[at] || !m_tiles.lumen().contains(double(m_tiles.volume().at(voxel)))) return true;
+    if (tile->set[at] != kOpen || !m_tiles.lumen().contains(double(m_tiles.volume().at(voxel)))) return true;
     Vec3d arrival{};
     for (int a = 0; a < 3; ++a) {
         Vec3i before = voxel, after = voxel;
@@ -81,7 +93,7 @@ bool March::reach(Vec3i voxel) {
     const double t = eikonal_arrival(arrival, m_spacing_mm, cost(double(tile->wall_mm[at])));
     if (t < tile->arrival[at]) {
         tile->arrival[at] = t;
-        m_waiting.push({t, voxel_index(m_tiles.volume().grid, voxel)});
+        wait(voxel, t);
     }
     return true;
 }
@@ -102,8 +114,8 @@ MarchEnd March::run(std::span<const Vec3i> goals, const std::function<bool()>& g
         m_waiting.pop();
         LumenTile* tile = m_tiles.tile_of(voxel);
         const std::size_t at = LumenTiles::place_in_tile(voxel);
-        if (!tile || tile->set[at]) continue;  // it came earlier another way
-        tile->set[at] = 1;
+        if (!tile || tile->set[at] != kOpen) continue;  // it came earlier another way
+        tile->set[at] = kFinal;
         if (m_passed_count++ % kAskEvery == 0 && give_up && give_up()) return MarchEnd::GivenUp;
         left -= std::size_t(std::count(goals.begin(), goals.end(), voxel));
         if (!pass(voxel)) return MarchEnd::Full;

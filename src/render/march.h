@@ -39,19 +39,28 @@ class March {
     /// Until the goals' arrivals are final; without goals, until the front has been everywhere.
     MarchEnd run(std::span<const Vec3i> goals, const std::function<bool()>& give_up = {});
 
+    /// From now on, places nearer to this goal come first, by the least that the way there can
+    /// cost. Far fewer are passed; arrivals may be a little late.
+    /// @param least_cost  per mm, anywhere
+    void aim_at(Vec3i goal, double least_cost);
+
     std::int64_t passed_count() const { return m_passed_count; }
 
   private:
-    using Entry = std::pair<double, std::size_t>;  // equal arrivals: in the order of the voxels
+    /// Arrival, with the way to the goal; equal ones in the order of the voxels.
+    using Entry = std::pair<double, std::size_t>;
 
     Vec3i voxel_of(std::size_t index) const;
     bool pass(Vec3i voxel);
     bool reach(Vec3i voxel);
     double final_arrival(Vec3i voxel);
+    void wait(Vec3i voxel, double arrival);
 
     LumenTiles& m_tiles;
     int m_power;
     Vec3d m_spacing_mm;
+    Vec3i m_goal{0, 0, 0};
+    double m_least_cost = 0;
     std::priority_queue<Entry, std::vector<Entry>, std::greater<Entry>> m_waiting;
     std::int64_t m_passed_count = 0;
 };

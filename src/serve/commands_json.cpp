@@ -224,6 +224,16 @@ Action read_tool(Fields& f) {
     return tool;
 }
 
+Action read_path(Fields& f) {
+    PathMessage path{.from_mm = f.vector("from", kMaxPlaceMm),
+                     .to_mm = f.vector("to", kMaxPlaceMm),
+                     .reach_mm = f.number("reach", 0, 50, 5)};
+    const Action wall = read_iso(f);
+    path.iso_hu = std::get_if<IsoCommand>(&wall)->iso_hu;
+    path.polarity = std::get_if<IsoCommand>(&wall)->polarity;
+    return path;
+}
+
 using Reader = Action (*)(Fields&);
 template <class T>
 Action nothing(Fields&) {
@@ -231,7 +241,7 @@ Action nothing(Fields&) {
 }
 
 /// In the order of Action's alternatives, but for slide, which is a push.
-const std::array<std::pair<const char*, Reader>, 19> kReaders = {{
+const std::array<std::pair<const char*, Reader>, 20> kReaders = {{
     {"push", [](Fields& f) { return read_push(f, false); }},
     {"grab", read_grab},
     {"drag", [](Fields& f) -> Action { return DragCommand{f.vector("offset", kMaxPlaceMm)}; }},
@@ -253,6 +263,7 @@ const std::array<std::pair<const char*, Reader>, 19> kReaders = {{
     {"checksum", nothing<ChecksumMessage>},
     {"seen", [](Fields& f) -> Action { return SeenMessage{f.whole("step", 0, {})}; }},
     {"ping", nothing<PingMessage>},
+    {"path", read_path},
     {"slide", [](Fields& f) { return read_push(f, true); }},
 }};
 
@@ -327,6 +338,12 @@ void write(Json& o, const ToolMessage& c) {
 }
 void write(Json& o, const SeenMessage& c) {
     o["step"] = c.step;
+}
+void write(Json& o, const PathMessage& c) {
+    o["from"] = json_of(c.from_mm);
+    o["to"] = json_of(c.to_mm);
+    o["reach"] = c.reach_mm;
+    write(o, IsoCommand{.iso_hu = c.iso_hu, .polarity = c.polarity});
 }
 template <class T>
 void write(Json&, const T&) {}

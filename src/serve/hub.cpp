@@ -111,6 +111,7 @@ void Hub::step() {
     resample();
     write_log();
     tell_outcomes();
+    tell_paths();
     refresh_state();
     refresh_tools();
     drop_who_is_late();
@@ -244,6 +245,8 @@ void Hub::answer(Client& client, Message message) {
             client.checksums.push_back(message.id);
         else
             say(client, outcome_text(message.id, "checksum", 0, {.error_code = "busy"}));
+    } else if (const auto* path = std::get_if<PathMessage>(&message.action)) {
+        look_for(client, message.id, *path);
     } else {
         queue(client, std::move(message));
     }
@@ -290,6 +293,7 @@ void Hub::park(Client& client) {
     client.commands.clear();
     client.checksums.clear();
     client.tool = {};
+    give_up_paths(client.info.number);
     if (m_scene->has_contact(client.info.number)) act(client.info.number, ReleaseCommand{});
 }
 

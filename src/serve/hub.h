@@ -26,6 +26,7 @@
 #include <vector>
 
 #include "serve/client.h"
+#include "serve/path_search.h"
 #include "serve/scene.h"
 #include "serve/session_log.h"
 
@@ -106,6 +107,10 @@ class Hub {
     std::shared_ptr<const std::string> shared_box(const Box3i& box, std::uint8_t flags, bool pack);
     const Checksums* current_checksums();
 
+    void look_for(Client& client, std::uint32_t id, const PathMessage& path);
+    void tell_paths();
+    void give_up_paths(std::uint32_t client);
+
     void drop_who_is_late();
     void drop(Client& client, int code, const std::string& message);
     void park(Client& client);
@@ -138,6 +143,7 @@ class Hub {
     std::vector<ToolPose> m_tools;
     std::string m_tools_frame;
     std::uint64_t m_tools_version = 0;
+    std::vector<std::unique_ptr<PathSearch>> m_paths;  ///< that are looked for
     std::vector<SharedBox> m_boxes;  ///< that were encoded in this step
     std::optional<Checksums> m_checksums;
     Clock::time_point m_checksums_at{};

@@ -48,4 +48,9 @@ inline constexpr std::chrono::milliseconds kRelaxTime{10};
 inline constexpr std::chrono::milliseconds kChecksumPause{100};
 inline constexpr std::int64_t kMaxBatchVoxels = std::int64_t(4) << 20;
 
+// Ways through the lumen, which are looked for beside the scene.
+inline constexpr std::size_t kMaxPathSearches = 2;  ///< at once; each client one
+inline constexpr std::int64_t kMaxPathVoxels = 24'000'000;
+inline constexpr std::chrono::seconds kPathTime{20};
+
 }  // namespace pliant::serve

@@ -13,6 +13,8 @@
 namespace pliant {
 namespace {
 
+constexpr int kFar = 32;  // voxels
+
 using render::LumenTiles;
 using render::March;
 using render::MarchEnd;
@@ -43,7 +45,7 @@ double half_space_error(double spacing) {
         test::make_volume<float>(test::plain_grid({n, n, n}, {spacing, spacing, spacing}),
                                  [](Vec3d x) { return 100 * (0.25 - x.x); });
     const TaskArena arena(1);
-    LumenTiles tiles(volume, {0, Polarity::Rising}, 1 << 30, arena);
+    LumenTiles tiles(volume, {0, Polarity::Rising}, kFar, 1 << 30, arena);
     March march(tiles, 1);
     const auto exact = [&](Vec3d x) {
         const Vec3d d = x - source;
@@ -128,7 +130,7 @@ TEST(March, IsBetweenTheWaysAlongEdgesAndThoseDividedByRootThree) {
         test::Random random(seed);
         const Maze maze = random_maze(random);
         if (maze.lumen.empty()) continue;
-        LumenTiles tiles(maze.volume, {-500, Polarity::Rising}, 1 << 30, arena);
+        LumenTiles tiles(maze.volume, {-500, Polarity::Rising}, kFar, 1 << 30, arena);
         March march(tiles, random.whole(0, 2));
         const Vec3i start = maze.lumen[std::size_t(random.whole(0, int(maze.lumen.size()) - 1))];
         march.seed(start, 0);
@@ -154,20 +156,20 @@ TEST(March, EndsAtItsGoalsAndWhenItIsTold) {
     const TaskArena arena(1);
     const Vec3i goal{10, 20, 20};
     {
-        LumenTiles tiles(volume, lumen, 1 << 30, arena);
+        LumenTiles tiles(volume, lumen, kFar, 1 << 30, arena);
         March march(tiles, 2);
         march.seed({5, 20, 20}, 0);
         EXPECT_EQ(march.run({&goal, 1}), MarchEnd::Reached);
         EXPECT_LT(march.passed_count(), 2000);
     }
     {
-        LumenTiles tiles(volume, lumen, 40'000, arena);  // room for one tile
+        LumenTiles tiles(volume, lumen, kFar, 40'000, arena);  // room for one tile
         March march(tiles, 2);
         march.seed({5, 20, 20}, 0);
         const Vec3i far{90, 20, 20};
         EXPECT_EQ(march.run({&far, 1}), MarchEnd::Full);
     }
-    LumenTiles tiles(volume, lumen, 1 << 30, arena);
+    LumenTiles tiles(volume, lumen, kFar, 1 << 30, arena);
     March march(tiles, 2);
     march.seed({5, 20, 20}, 0);
     int asked = 0;

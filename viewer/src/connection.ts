@@ -7,9 +7,9 @@
 
 import {
     type BoxFrame,
-    type Checksum,
     type Command,
     decodeFrame,
+    type Answer,
     type Done,
     kProtocol,
     type Pose,
@@ -45,7 +45,7 @@ const kFinal = new Set([4000, 4005]);
 const kRetryMs = [250, 500, 1000, 2000, 4000];
 const kResumeKey = 'pliant.resume';
 
-type Waiting = (answer: Done | Refusal | Checksum | undefined) => void;
+type Waiting = (answer: Answer | undefined) => void;
 
 export class Connection {
     role: Role = 'view';
@@ -95,7 +95,7 @@ export class Connection {
 
     /// Sends a command. The answer is undefined where the line broke before there was one.
     /// @param arrived  called at once when the answer comes, before any later message
-    ask(command: Command, arrived?: () => void): Promise<Done | Refusal | Checksum | undefined> {
+    ask(command: Command, arrived?: () => void): Promise<Answer | undefined> {
         if (!this.isOpen) return Promise.resolve(undefined);
         const id = this.nextId++;
         this.socket!.send(JSON.stringify({ ...command, id }));
@@ -155,6 +155,7 @@ export class Connection {
                 break;
             case 'done':
             case 'checksum':
+            case 'path':
                 this.answer(message.id, message);
                 break;
             case 'bye':
@@ -165,7 +166,7 @@ export class Connection {
         }
     }
 
-    private answer(id: number, message: Done | Refusal | Checksum): void {
+    private answer(id: number, message: Answer): void {
         const asked = this.waiting.get(id);
         this.waiting.delete(id);
         if (asked && message.t === 'done') this.listener.done(message, asked.sent);

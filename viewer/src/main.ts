@@ -101,6 +101,8 @@ function start(): void {
         help: showHelp,
         cancel: () => {
             pointer.cancel();
+            actions.way.cancel();
+            session.stopMovie();
             tour.stop();
         },
         nextView: () => {

@@ -5,6 +5,7 @@
 
 import type { Actions } from './actions.ts';
 import { h } from './dom.ts';
+import { moviePanel } from './panel_movie.ts';
 import { Parts } from './panel_parts.ts';
 import { sessionPanel } from './panel_session.ts';
 import { materialPanel, surfacePanel, toolPanel } from './panels_tissue.ts';
@@ -22,6 +23,7 @@ export function panels(session: Session, actions: Actions, query: string): HTMLE
         windowPanel(parts),
         endoscopePanel(parts),
         materialPanel(parts),
+        moviePanel(parts),
         placesPanel(parts),
         displayPanel(parts),
         sessionPanel(parts),

@@ -8,8 +8,9 @@ import { readFile } from 'node:fs/promises';
 import { createServer, type Server } from 'node:http';
 import { join } from 'node:path';
 import { type Box, boxCount } from '../src/grid.ts';
-import type { Vec3 } from '../src/vec.ts';
-import { kGrid, MockScene, tubeCentre } from './mock_scene.ts';
+import { norm, sub, type Vec3 } from '../src/vec.ts';
+import { Path } from '../src/path.ts';
+import { kGrid, kTubeRadius, MockScene, tubeCentre } from './mock_scene.ts';
 import { MockSocket } from './mock_socket.ts';
 
 const kToken = 'mock';
@@ -36,6 +37,19 @@ interface Client {
 
 // eslint-disable-next-line @typescript-eslint/no-explicit-any
 type Message = Record<string, any>;
+
+/// The tube's middle from one height to another, or what is wrong with the ends.
+function tubeWay(from: Vec3, to: Vec3): object | string {
+    for (const [name, end] of Object.entries({ from, to }))
+        if (norm(sub(end, tubeCentre(end[2]))) > kTubeRadius + 5)
+            return `path: ${name}: expected a place in the lumen, found one in the tissue`;
+    const count = Math.max(Math.ceil(Math.abs(to[2] - from[2]) / 2), 1);
+    const points = Array.from({ length: count + 1 }, (_, i) =>
+        tubeCentre(from[2] + (i / count) * (to[2] - from[2])),
+    );
+    const length_mm = new Path(points).length;
+    return { length_mm, points, radii: points.map(() => kTubeRadius) };
+}
 
 export class MockServer {
     readonly scene = new MockScene();
@@ -126,7 +140,7 @@ export class MockServer {
             resume: client.resume,
             resumed,
             rate_hz: 60,
-            features: [],
+            features: ['path'],
             volume: this.volume(),
             state: this.state(),
         });
@@ -250,7 +264,7 @@ export class MockServer {
         };
         const refuse = (code: string, message: string): void =>
             client.socket.text({ t: 'error', id: m.id ?? 0, do: m.do, code, message });
-        const free = ['tool', 'checksum', 'seen', 'ping'];
+        const free = ['tool', 'checksum', 'seen', 'ping', 'path'];
         if (client.role === 'view' && !free.includes(m.do)) {
             refuse('view_only', 'this link can only view');
             return;
@@ -321,6 +335,12 @@ export class MockServer {
                 const voxels = scene.checksum();
                 const answer = { t: 'checksum', id: m.id, step: scene.step, voxels };
                 client.socket.text({ ...answer, volume: voxels, tissue: voxels });
+                break;
+            }
+            case 'path': {
+                const way = tubeWay(m.from, m.to);
+                if (typeof way === 'string') refuse('out_of_range', way);
+                else client.socket.text({ t: 'path', id: m.id, step: scene.step, volume: 1, ...way });
                 break;
             }
             case 'tool':
