@@ -144,11 +144,10 @@ Status write_camera_path(const std::string& file, const std::vector<Vec3d>& poin
         {"@schema",
          "https://raw.githubusercontent.com/slicer/slicer/master/Modules/Loadable/Markups/"
          "Resources/Schema/markups-schema-v1.0.3.json#"},
-        {"markups",
-         ordered::array({{{"type", "Curve"},
-                          {"coordinateSystem", "LPS"},
-                          {"coordinateUnits", "mm"},
-                          {"controlPoints", points}}})}};
+        {"markups", ordered::array({{{"type", "Curve"},
+                                     {"coordinateSystem", "LPS"},
+                                     {"coordinateUnits", "mm"},
+                                     {"controlPoints", points}}})}};
     StagedFiles staged;
     const auto target = staged.stage(file);
     if (!target) return target.error();

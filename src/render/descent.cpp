@@ -66,8 +66,8 @@ class Descent {
     bool arrives(Vec3d to) {
         const Vec3d p = m_points.back(), d = to - p;
         const bool is_near = std::max({std::abs(d.x), std::abs(d.y), std::abs(d.z)}) <= 1;
-        const bool at_end = std::any_of(m_ends.begin(), m_ends.end(),
-                                        [&](Vec3i e) { return to_double(e) == p; });
+        const bool at_end =
+            std::any_of(m_ends.begin(), m_ends.end(), [&](Vec3i e) { return to_double(e) == p; });
         if (!at_end && !(is_near && is_clear(m_tiles, p, to))) return false;
         if (norm(d) > 0) m_points.push_back(to);
         return true;
@@ -138,8 +138,8 @@ class Descent {
         double weights = 0;
         decltype(value(cell)) sum{};
         for (int n = 0; n < 8; ++n) {
-            const double weight = (n & 1 ? f.x : 1 - f.x) * (n & 2 ? f.y : 1 - f.y) *
-                                  (n & 4 ? f.z : 1 - f.z);
+            const double weight =
+                (n & 1 ? f.x : 1 - f.x) * (n & 2 ? f.y : 1 - f.y) * (n & 4 ? f.z : 1 - f.z);
             if (!(weight > 0)) continue;
             const Vec3i q = corner(cell, n);
             if (std::isinf(m_tiles.arrival(q))) continue;
@@ -193,8 +193,8 @@ bool is_clear(const LumenTiles& tiles, Vec3d a, Vec3d b) {
             for (int axis = 0; axis < 3; ++axis) {
                 const double d = b[axis] - a[axis], here = a[axis] + begin * d;
                 if (d == 0) continue;
-                const double next = d > 0 ? std::floor(here + kOnPlane) + 1
-                                          : std::ceil(here - kOnPlane) - 1;
+                const double next =
+                    d > 0 ? std::floor(here + kOnPlane) + 1 : std::ceil(here - kOnPlane) - 1;
                 end = std::min(end, (next - a[axis]) / d);
             }
             const double third = (end - begin) / 3;
@@ -214,8 +214,8 @@ std::vector<Vec3i> clear_corners(const LumenTiles& tiles, Vec3d place) {
     for (int n = 0; n < 8; ++n) {
         const Vec3i voxel = corner(cell_of(place), n);
         const Vec3d d = to_double(voxel) - place;
-        if (std::max({std::abs(d.x), std::abs(d.y), std::abs(d.z)}) < 1 &&
-            tiles.is_inside(voxel) && is_clear(tiles, place, to_double(voxel)))
+        if (std::max({std::abs(d.x), std::abs(d.y), std::abs(d.z)}) < 1 && tiles.is_inside(voxel) &&
+            is_clear(tiles, place, to_double(voxel)))
             corners.push_back(voxel);
     }
     return corners;

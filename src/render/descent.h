@@ -3,8 +3,8 @@
 
 // Down the arrival times of a March, from where the front came to where it started: the way that it
 // took. Steps of half a voxel against the gradient, second order; where that fails (beside a wall,
-// in a corridor one voxel wide), from voxel to voxel, which always leads down and along an edge of a
-// cell whose ends are both in the lumen, and so never through a wall.
+// in a corridor one voxel wide), from voxel to voxel, which always leads down and along an edge of
+// a cell whose ends are both in the lumen, and so never through a wall.
 
 #pragma once
 

@@ -1,10 +1,10 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Twice a front marches from the one end until it has come to the other, and the way that it took is
-// followed back (docs/lumen_path.md). The first is slowed down right beside walls only: it finds the
-// shortest route. One that is drawn to wide places would rather leave a bronchus through a hole in
-// its wall, which scans have, and go through the lung. The second is, but is kept to the route.
+// Twice a front marches from the one end until it has come to the other, and the way that it took
+// is followed back (docs/lumen_path.md). The first is slowed down right beside walls only: it finds
+// the shortest route. One that is drawn to wide places would rather leave a bronchus through a hole
+// in its wall, which scans have, and go through the lung. The second is, but is kept to the route.
 
 #include <pliant/lumen_path.h>
 
@@ -118,7 +118,8 @@ std::vector<Vec3d> thinned(const render::LumenTiles& tiles, const std::vector<Ve
     return kept;
 }
 
-/// Distance to the nearest crossing of the wall between neighbours, by looking at all that are near.
+/// Distance to the nearest crossing of the wall between neighbours, by looking at all that are
+/// near.
 /// @param at_least, at_most  between which it is known to be [mm]
 double wall_distance_at(const Volume& volume, const render::LumenSide& lumen, Vec3d place,
                         double at_least, double at_most) {
@@ -161,9 +162,9 @@ LumenPath path_along(render::LumenTiles& tiles, const std::vector<Vec3d>& points
         const Vec3d x = world_from_voxel(grid, p);
         const double off = norm(world_from_voxel(grid, at) - x);
         // A voxel of the lumen knows how far the wall is; one of the tissue is beyond it.
-        path.radius_mm.push_back(
-            wall_distance_at(tiles.volume(), tiles.lumen(), p, tiles.wall_mm(near) - off,
-                             tiles.wall_mm(near) + off));
+        path.radius_mm.push_back(wall_distance_at(tiles.volume(), tiles.lumen(), p,
+                                                  tiles.wall_mm(near) - off,
+                                                  tiles.wall_mm(near) + off));
         path.points_mm.push_back(x);
         if (path.points_mm.size() > 1) path.length_mm += norm(x - path.points_mm.end()[-2]);
     }
@@ -195,9 +196,8 @@ Result<std::vector<Vec3d>> find_route(render::LumenTiles& tiles, Vec3d from, Vec
                      " voxels that may be looked at; expected ends nearer to each other, or a "
                      "threshold at which the lumen is closed in");
     if (end == render::MarchEnd::GivenUp) return limit("in the time that it may take");
-    const bool came = std::any_of(goals.begin(), goals.end(), [&](Vec3i goal) {
-        return std::isfinite(tiles.arrival(goal));
-    });
+    const bool came = std::any_of(goals.begin(), goals.end(),
+                                  [&](Vec3i goal) { return std::isfinite(tiles.arrival(goal)); });
     auto points = came ? render::descend(tiles, from, to) : std::vector<Vec3d>{};
     if (points.empty())
         return Error{ErrorCode::NotFound,

@@ -99,8 +99,8 @@ bool LumenTiles::fill(const Box3i& box, LumenTile& tile, double margin_mm, bool 
             if (!m_lumen.contains(double(*field.at(p)))) return;
             const Vec3i q = p - around.begin;
             const float d = wall_mm[std::size_t(q.x) +
-                                    std::size_t(n.x) * (std::size_t(q.y) +
-                                                        std::size_t(n.y) * std::size_t(q.z))];
+                                    std::size_t(n.x) *
+                                        (std::size_t(q.y) + std::size_t(n.y) * std::size_t(q.z))];
             enough = enough && double(d) <= margin_mm;
             tile.wall_mm[place_in_tile(p)] = std::min(d, float(margin_mm));
         });

@@ -60,8 +60,7 @@ class LumenTiles {
     double arrival(Vec3i voxel) const {
         if (!is_inside(voxel)) return std::numeric_limits<double>::infinity();
         const LumenTile* tile = m_tiles[tile_index(voxel)].get();
-        return tile ? tile->arrival[place_in_tile(voxel)]
-                    : std::numeric_limits<double>::infinity();
+        return tile ? tile->arrival[place_in_tile(voxel)] : std::numeric_limits<double>::infinity();
     }
     /// 0 in the tissue, and where no tile can be made. @pre inside the volume
     double wall_mm(Vec3i voxel) {

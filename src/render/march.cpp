@@ -38,7 +38,10 @@ March::March(LumenTiles& tiles, int power)
 double March::cost(double wall_mm) const {
     const double nearest =
         kNearestVoxels * std::min({m_spacing_mm.x, m_spacing_mm.y, m_spacing_mm.z});
-    return std::pow(1 / std::max(wall_mm, nearest), m_power);
+    const double per_mm = 1 / std::max(wall_mm, nearest);
+    double cost = 1;
+    for (int n = 0; n < m_power; ++n) cost *= per_mm;
+    return cost;
 }
 
 Vec3i March::voxel_of(std::size_t index) const {
@@ -82,7 +85,8 @@ bool March::reach(Vec3i voxel) {
     LumenTile* tile = m_tiles.tile_of(voxel);
     if (!tile) return false;
     const std::size_t at = LumenTiles::place_in_tile(voxel);
-    if (tile->set[at] != kOpen || !m_tiles.lumen().contains(double(m_tiles.volume().at(voxel)))) return true;
+    if (tile->set[at] != kOpen || !m_tiles.lumen().contains(double(m_tiles.volume().at(voxel))))
+        return true;
     Vec3d arrival{};
     for (int a = 0; a < 3; ++a) {
         Vec3i before = voxel, after = voxel;

@@ -59,19 +59,18 @@ class BoxTransform {
     template <class Body>
     void for_each_line(int axis, const Body& body) const {
         const int u = axis == 0 ? 1 : 0, v = axis == 2 ? 1 : 2;
-        m_arena.for_each(std::int64_t(m_size[u]) * m_size[v], 256,
-                         [&](std::int64_t begin, std::int64_t end) {
-                             LineTransform transform(m_size[axis]);
-                             for (std::int64_t line = begin; line < end; ++line) {
-                                 Vec3i first{0, 0, 0};
-                                 first[u] = int(line % m_size[u]);
-                                 first[v] = int(line / m_size[u]);
-                                 body(first,
-                                      std::size_t(first[u]) * m_stride[u] +
-                                          std::size_t(first[v]) * m_stride[v],
-                                      transform);
-                             }
-                         });
+        m_arena.for_each(
+            std::int64_t(m_size[u]) * m_size[v], 256, [&](std::int64_t begin, std::int64_t end) {
+                LineTransform transform(m_size[axis]);
+                for (std::int64_t line = begin; line < end; ++line) {
+                    Vec3i first{0, 0, 0};
+                    first[u] = int(line % m_size[u]);
+                    first[v] = int(line / m_size[u]);
+                    body(first,
+                         std::size_t(first[u]) * m_stride[u] + std::size_t(first[v]) * m_stride[v],
+                         transform);
+                }
+            });
     }
 
     template <class T>

@@ -89,8 +89,7 @@ struct PathMessage {
 using Action = std::variant<PushCommand, GrabCommand, DragCommand, LetGoCommand, CutCommand,
                             CarveCommand, RelaxCommand, ReleaseCommand, ResetCommand,
                             MaterialsCommand, IsoCommand, UndoCommand, RedoCommand, HelloMessage,
-                            ToolMessage, ChecksumMessage, SeenMessage, PingMessage,
-                            PathMessage>;
+                            ToolMessage, ChecksumMessage, SeenMessage, PingMessage, PathMessage>;
 
 struct Message {
     std::uint32_t id = 0;

@@ -144,7 +144,7 @@ class Hub {
     std::string m_tools_frame;
     std::uint64_t m_tools_version = 0;
     std::vector<std::unique_ptr<PathSearch>> m_paths;  ///< that are looked for
-    std::vector<SharedBox> m_boxes;  ///< that were encoded in this step
+    std::vector<SharedBox> m_boxes;                    ///< that were encoded in this step
     std::optional<Checksums> m_checksums;
     Clock::time_point m_checksums_at{};
 };

@@ -19,8 +19,8 @@ PathSearch::PathSearch(PathQuestion question, Volume volume)
             return stop.stop_requested() || std::chrono::steady_clock::now() > end;
         };
         const TaskArena arena(1);  // the others are the scene's
-        m_found.emplace(find_lumen_path(m_volume, m_question.from_mm, m_question.to_mm, settings,
-                                        arena));
+        m_found.emplace(
+            find_lumen_path(m_volume, m_question.from_mm, m_question.to_mm, settings, arena));
         m_done.store(true, std::memory_order_release);
     });
 }

@@ -70,7 +70,7 @@ void expect_flight_inside(const Volume& volume, const std::vector<Vec3d>& points
         if (near) nearest = std::min(nearest, near->distance_mm);
         EXPECT_LT(std::abs(dot(poses[n].look, poses[n].up)), 1e-9);
     }
-    std::printf("nearest wall %.2f mm\n", nearest);
+    EXPECT_GT(nearest, 1);
 }
 
 TEST_F(PathTest, TheWayThroughAPhantomIsACurveThatRenderFlies) {
@@ -153,10 +153,10 @@ TEST_F(ChestFlight, AlongTheWayThatWasFoundReachesItsEndInTheLumen) {
     expect_flight_inside(scan, path->points_mm, -500);
 }
 
-/// Steps of any length in any direction, of a tip with a radius. It goes as far as the nearest wall
-/// and the next one ahead allow, and is never in the tissue nor beyond a wall.
+/// Steps of any length in any direction, of a tip with a radius: a step that would make it touch
+/// the wall, or pass it, is halved until it doesn't. It is never in the tissue nor beyond a wall.
 TEST_F(ChestFlight, TenThousandRandomStepsWithCollisionStayInTheLumen) {
-    constexpr double kTipMm = 1.5, kSkinMm = 0.1;
+    constexpr double kTipMm = 1.5;
     const TaskArena arena(2);
     const RayCaster caster(scan, arena);
     std::mt19937 random(7);
@@ -167,23 +167,20 @@ TEST_F(ChestFlight, TenThousandRandomStepsWithCollisionStayInTheLumen) {
     double travelled = 0;
     for (int n = 0; n < 10'000; ++n) {
         const Vec3d direction = normalized({gauss(random), gauss(random), gauss(random)});
-        // As far as the free sphere around the tip reaches, and on from there.
-        double left = length(random);
-        while (left > 1e-6) {
-            const auto near = caster.nearest_surface(eye, kTipMm + left + kSkinMm, -500);
-            const double room = near ? near->distance_mm - kTipMm - kSkinMm : left;
-            const double step = std::min(left, room);
-            if (!(step > 1e-3)) break;
-            const Vec3d next = eye + step * direction;
-            const auto wall = caster.first_hit(eye, direction, -500, Polarity::Rising);
-            ASSERT_TRUE(!wall || wall->distance_mm > step) << "step " << n;
-            eye = next;
-            left -= step;
-            travelled += step;
+        const auto wall = caster.first_hit(eye, direction, -500, Polarity::Rising);
+        double step = length(random);
+        const auto is_free = [&] {
+            return (!wall || wall->distance_mm > step) &&
+                   !caster.nearest_surface(eye + step * direction, kTipMm, -500);
+        };
+        for (int halved = 0; halved < 6 && !is_free(); ++halved) step *= 0.5;
+        if (!is_free()) {
+            ++stopped;
+            continue;
         }
-        stopped += left > 1e-6;
+        eye = eye + step * direction;
+        travelled += step;
         ASSERT_LT(double(sample_linear(scan, voxel_from_world(scan.grid, eye))), -500) << n;
-        ASSERT_FALSE(caster.nearest_surface(eye, kTipMm, -500)) << n;
     }
     EXPECT_GT(stopped, 100);
     EXPECT_GT(travelled, 1000);

@@ -63,9 +63,10 @@ double half_space_error(double spacing) {
             }
     EXPECT_EQ(march.run({}), MarchEnd::Exhausted);
     for (const Vec3i& goal : goals)
-        worst = std::max(worst, std::abs(tiles.arrival(goal) - exact(spacing * Vec3d{
-                                                                  double(goal.x), double(goal.y),
-                                                                  double(goal.z)})));
+        worst = std::max(
+            worst,
+            std::abs(tiles.arrival(goal) -
+                     exact(spacing * Vec3d{double(goal.x), double(goal.y), double(goal.z)})));
     return worst;
 }
 
@@ -112,8 +113,7 @@ std::vector<double> dijkstra(const Maze& maze, LumenTiles& tiles, const March& m
             Vec3i next = voxels[at];
             next[side / 2] += side % 2 ? 1 : -1;
             if (!contains(voxel_box(grid), next) || !(maze.volume.at(next) < -500)) continue;
-            const double later =
-                t + grid.spacing_mm[side / 2] * march.cost(tiles.wall_mm(next));
+            const double later = t + grid.spacing_mm[side / 2] * march.cost(tiles.wall_mm(next));
             const std::size_t n = voxel_index(grid, next);
             if (!(later < arrival[n])) continue;
             arrival[n] = later;

@@ -79,10 +79,8 @@ TEST_F(PathServerTest, FollowTheDeformedVolume) {
     const Json before = answer(a, 900);
     ASSERT_EQ(before["t"], "path") << before;
     // A wall comes in from the side; the middle of what is left is elsewhere.
-    const Json pushed = a.command({{"do", "push"},
-                                   {"point", {-9, -5, 16}},
-                                   {"push", {6, 0, 0}},
-                                   {"radius", 5}});
+    const Json pushed =
+        a.command({{"do", "push"}, {"point", {-9, -5, 16}}, {"push", {6, 0, 0}}, {"radius", 5}});
     ASSERT_EQ(pushed["t"], "done") << pushed;
     ASSERT_GT(pushed["moved_elements"], 0) << pushed;
     a.checked_checksum();
