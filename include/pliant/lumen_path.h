@@ -23,7 +23,7 @@ struct LumenPathSettings {
     /// An end in the tissue, as a click on a wall is, is moved into a lumen this near [mm].
     double reach_mm = 0;
     double spacing_mm = 2;  ///< between the way's points, at most
-    /// Voxels that may be looked at before the search is given up; 20 bytes each.
+    /// Voxels that may be looked at before the search is given up; 13 bytes each.
     std::int64_t max_voxels = 48'000'000;
     std::function<bool()> give_up{};  ///< asked now and then; may be empty
 };
@@ -34,9 +34,9 @@ struct LumenPath {
     double length_mm = 0;
 };
 
-/// The way on which the sum of length / (distance to the wall)² is least: as centred as a lumen
-/// allows, and through wide places rather than narrow ones. It stays in the lumen. Of the volume,
-/// only what is nearer in that sense than the other end is looked at.
+/// The shortest route that keeps a little off the walls, led to the middle of the lumen along it. It
+/// stays in the lumen, and is the same for any number of threads. Of the volume, only what is about
+/// as near as the other end is looked at.
 /// @pre the volume doesn't change meanwhile
 /// @returns InvalidArgument if an end is outside the volume or in the tissue (the message says how
 ///          far from the lumen), NotFound if no way leads from one to the other, LimitExceeded if
