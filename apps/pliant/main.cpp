@@ -268,6 +268,7 @@ void add_render(CLI::App& app, RenderOptions& o) {
     add_series(c, o.series);
     c->add_option("--out", o.out, "PNG file to write");
     c->add_option("--path", o.path, "curve of 3D Slicer (.mrk.json) to fly along");
+    c->add_option("--keyframes", o.keyframes, "cameras that the page saved (.json), for a movie");
     c->add_option("--movie", o.movie, "file of the flight (.mp4, made by ffmpeg), or folder/");
     c->add_option("--speed", o.speed_mm_s, "of the flight [mm/s] (default 20)")
         ->check(CLI::Range(0.1, 1000.0));

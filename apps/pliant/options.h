@@ -77,6 +77,7 @@ struct RenderOptions {
     std::string series;
     std::string out;
     std::string path, movie;       ///< a flight along a curve; then out and eye aren't used
+    std::string keyframes;         ///< a movie of the page's keyframes, instead of a path
     double speed_mm_s = 20;        ///< of the flight
     std::string view = "four-up";  ///< endoscope | blended | axial | coronal | sagittal
     int width = 0, height = 0;     ///< 0: 1024×1024 for four-up, 512×512 for one view

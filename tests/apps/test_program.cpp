@@ -239,6 +239,8 @@ TEST_F(ProgramTest, BadInputIsOneLineStatusTwoAndNoFile) {
         {"render cube.nrrd", "--out"},
         {"render cube.nrrd --path none.mrk.json", "--movie"},
         {"render cube.nrrd --path none.mrk.json --movie x.mp4", "none.mrk.json"},
+        {"render cube.nrrd --keyframes none.json --movie x.mp4", "none.json"},
+        {"render cube.nrrd --keyframes none.json --out x.png", "--keyframes and --movie"},
         {"render cube.nrrd --path cube.nrrd --movie x.mp4", "JSON"},
         {"fly", "fly"},
         {"", "ubcommand"},
