@@ -143,7 +143,10 @@ export class Movie {
             return;
         }
         this.stop();
-        if (!this.start()) return;
+        if (this.frames.length < 2) {
+            this.start(); // says why not
+            return;
+        }
         const chunks: Blob[] = [];
         const stream = canvas.captureStream(kFrameRate);
         const recorder = new MediaRecorder(stream, {
@@ -154,11 +157,19 @@ export class Movie {
         recorder.onstop = () => {
             for (const track of stream.getTracks()) track.stop();
             const kind = type.split(';')[0]!;
+            if (!chunks.some((chunk) => chunk.size > 0)) {
+                this.session.say('the browser recorded no picture; is the machine too busy?');
+                return;
+            }
             this.save(new Blob(chunks, { type: kind }), `pliant.${kind.split('/')[1]}`);
             this.session.say('the movie is saved');
         };
         recorder.onerror = () => this.session.say('the browser could not record the movie');
         this.recorder = recorder;
+        // What is played before the recorder is ready would be missing.
+        recorder.onstart = () => {
+            if (this.recorder === recorder) this.start();
+        };
         recorder.start();
     }
 

@@ -185,7 +185,11 @@ test('keyframes are added, ordered, played, recorded, saved and loaded', async (
     await panel.getByLabel('seconds to keyframe 3').fill('0.5');
     await panel.getByLabel('seconds to keyframe 3').press('Enter');
 
-    // Recorded, it is a file that is no stub.
+    // Recorded, it is a file that is no stub. Longer, for machines that draw few pictures a second.
+    for (const at of [2, 3]) {
+        await panel.getByLabel(`seconds to keyframe ${at}`).fill('3');
+        await panel.getByLabel(`seconds to keyframe ${at}`).press('Enter');
+    }
     const [movie] = await Promise.all([
         page.waitForEvent('download', { timeout: 60_000 }),
         panel.getByRole('button', { name: 'Record' }).click(),
