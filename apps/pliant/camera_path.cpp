@@ -3,8 +3,11 @@
 
 #include "camera_path.h"
 
+#include <pliant/staged_files.h>
+
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <fstream>
 #include <nlohmann/json.hpp>
 
@@ -121,6 +124,44 @@ Result<std::vector<Vec3d>> read_camera_path(const std::string& file) {
     if (!(length <= kLongestMm))
         return wrong(file, "controlPoints: expected a way of up to 100 m, found a longer one");
     return points;
+}
+
+Status write_camera_path(const std::string& file, const std::vector<Vec3d>& points_mm,
+                         const std::vector<double>& radius_mm) {
+    using ordered = nlohmann::ordered_json;
+    const auto rounded = [](double mm) { return std::round(mm * 1e4) / 1e4; };
+    ordered points = ordered::array();
+    for (std::size_t n = 0; n < points_mm.size(); ++n) {
+        const Vec3d p = points_mm[n];
+        const std::string id = std::to_string(n + 1);
+        char radius[48];
+        std::snprintf(radius, sizeof radius, "radius %.2f mm", radius_mm[n]);
+        points.push_back({{"id", id},
+                          {"label", "way-" + id},
+                          {"description", radius},
+                          {"position", {rounded(p.x), rounded(p.y), rounded(p.z)}},
+                          {"selected", true},
+                          {"locked", false},
+                          {"visibility", true},
+                          {"positionStatus", "defined"}});
+    }
+    const ordered document = {
+        {"@schema",
+         "https://raw.githubusercontent.com/slicer/slicer/master/Modules/Loadable/Markups/"
+         "Resources/Schema/markups-schema-v1.0.3.json#"},
+        {"markups", ordered::array({{{"type", "Curve"},
+                                     {"coordinateSystem", "LPS"},
+                                     {"coordinateUnits", "mm"},
+                                     {"controlPoints", points}}})}};
+    StagedFiles staged;
+    const auto target = staged.stage(file);
+    if (!target) return target.error();
+    std::ofstream stream(*target, std::ios::binary);
+    stream << document.dump(1) << "\n";
+    stream.close();
+    if (!stream)
+        return Error{ErrorCode::Unwritable, file + ": can't be written; is the disk full?"};
+    return staged.commit();
 }
 
 std::vector<CameraPose> fly(const std::vector<Vec3d>& points_mm, double step_mm) {

@@ -17,6 +17,11 @@ namespace pliant::app {
 /// @returns the control points of the file's first curve [mm, LPS], at least two different ones
 Result<std::vector<Vec3d>> read_camera_path(const std::string& file);
 
+/// Writes a curve for 3D Slicer, LPS.
+/// @param radius_mm  of the lumen at each point: kept as the points' descriptions
+Status write_camera_path(const std::string& file, const std::vector<Vec3d>& points_mm,
+                         const std::vector<double>& radius_mm);
+
 struct CameraPose {
     Vec3d eye_mm, look, up;  ///< LPS
 };

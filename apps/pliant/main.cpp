@@ -268,6 +268,7 @@ void add_render(CLI::App& app, RenderOptions& o) {
     add_series(c, o.series);
     c->add_option("--out", o.out, "PNG file to write");
     c->add_option("--path", o.path, "curve of 3D Slicer (.mrk.json) to fly along");
+    c->add_option("--keyframes", o.keyframes, "cameras that the page saved (.json), for a movie");
     c->add_option("--movie", o.movie, "file of the flight (.mp4, made by ffmpeg), or folder/");
     c->add_option("--speed", o.speed_mm_s, "of the flight [mm/s] (default 20)")
         ->check(CLI::Range(0.1, 1000.0));
@@ -309,6 +310,38 @@ void add_render(CLI::App& app, RenderOptions& o) {
     c->footer(
         "Example:\n  pliant render scan.nrrd --eye -13.5,116,-411 --look 0,0.7,-0.7 "
         "--out view.png");
+}
+
+void add_path(CLI::App& app, PathOptions& o) {
+    auto* c = app.add_subcommand("path", "Find the way through a lumen, along its middle");
+    c->add_option("FILE", o.file, "NRRD, MetaImage, NIfTI or DICOM folder")->required();
+    add_series(c, o.series);
+    const auto add_place = [&](const std::string& name, Vec3d& target, const std::string& help) {
+        c->add_option_function<std::string>(
+             name, [&target, name](const std::string& text) { target = parse_vector(text, name); },
+             help)
+            ->type_name("X,Y,Z")
+            ->required();
+    };
+    add_place("--from", o.from_mm, "where the way begins, LPS mm");
+    add_place("--to", o.to_mm, "where it ends, LPS mm");
+    c->add_option("--out", o.out, "curve for 3D Slicer to write (.mrk.json)")->required();
+    c->add_option("--iso", o.iso_hu, "threshold of the wall [HU] (default -500)")
+        ->check(CLI::Range(-32768.0, 32767.0));
+    c->add_option("--polarity", o.polarity, "rising (air lumen) or falling (contrast lumen)")
+        ->check(CLI::IsMember({"rising", "falling"}));
+    c->add_option("--reach", o.reach_mm, "an end in the tissue moves so far into a lumen [mm]")
+        ->check(CLI::Range(0.0, 100.0));
+    c->add_option("--spacing", o.spacing_mm, "between points, at most [mm] (default 2)")
+        ->check(CLI::Range(0.05, 100.0));
+    c->add_flag("--json", o.json, "say length and radii as one JSON object");
+    add_threads(c, o.threads);
+    c->footer(
+        "Examples:\n"
+        "  pliant path scan.nrrd --from=-13.5,116,-411 --to=32,202,-578 --out way.mrk.json\n"
+        "  pliant render scan.nrrd --view endoscope --path way.mrk.json --movie flight.mp4\n"
+        "  pliant path angio.nrrd --from=-6,-31,1180 --to=4,-22,1090 --iso 150 "
+        "--polarity falling --reach 5 --out vessel.mrk.json");
 }
 
 void add_serve(CLI::App& app, ServeOptions& o) {
@@ -392,6 +425,7 @@ int main(int argc, char** argv) {
     PhantomOptions phantom;
     DeformOptions deform;
     RenderOptions render;
+    PathOptions path;
     ServeOptions serve;
     ReplayOptions replay;
     BenchOptions bench;
@@ -399,13 +433,14 @@ int main(int argc, char** argv) {
     add_phantom(app, phantom);
     add_deform(app, deform);
     add_render(app, render);
+    add_path(app, path);
     add_serve(app, serve);
     add_replay(app, replay);
     add_bench(app, bench);
     const auto named = [&](const CLI::App* command) { return command->get_name() == argv[1]; };
     if (argc > 1 && argv[1][0] != '-' && app.get_subcommands(named).empty())
         return bad_input("unknown command '" + std::string(argv[1]) +
-                         "', expected info, phantom, deform, render, serve, replay or bench");
+                         "', expected info, phantom, deform, render, path, serve, replay or bench");
     try {
         app.parse(argc, argv);
     } catch (const CLI::Success& done) {
@@ -416,6 +451,7 @@ int main(int argc, char** argv) {
     if (app.got_subcommand("info")) return run_info(info);
     if (app.got_subcommand("phantom")) return run_phantom(phantom);
     if (app.got_subcommand("deform")) return run_deform(deform);
+    if (app.got_subcommand("path")) return run_path(path);
     if (app.got_subcommand("serve")) return run_serve(serve);
     if (app.got_subcommand("replay")) return run_replay(replay);
     if (app.got_subcommand("bench")) return run_bench(bench);

@@ -77,6 +77,7 @@ struct RenderOptions {
     std::string series;
     std::string out;
     std::string path, movie;       ///< a flight along a curve; then out and eye aren't used
+    std::string keyframes;         ///< a movie of the page's keyframes, instead of a path
     double speed_mm_s = 20;        ///< of the flight
     std::string view = "four-up";  ///< endoscope | blended | axial | coronal | sagittal
     int width = 0, height = 0;     ///< 0: 1024×1024 for four-up, 512×512 for one view
@@ -89,6 +90,19 @@ struct RenderOptions {
     std::optional<std::string> colour;          ///< "R,G,B" 0…255
     std::optional<double> window_hu, level_hu;  ///< of sections, or of the blended view's opacity
     double opacity_per_mm = 0.25;
+    int threads = 0;
+};
+
+struct PathOptions {
+    std::string file;
+    std::string series;
+    std::string out;
+    Vec3d from_mm{0, 0, 0}, to_mm{0, 0, 0};
+    double iso_hu = -500;
+    std::string polarity = "rising";
+    double reach_mm = 0;
+    double spacing_mm = 2;
+    bool json = false;
     int threads = 0;
 };
 
@@ -127,6 +141,7 @@ int run_info(const InfoOptions& options);
 int run_phantom(const PhantomOptions& options);
 int run_deform(const DeformOptions& options);
 int run_render(const RenderOptions& options);
+int run_path(const PathOptions& options);
 int run_serve(const ServeOptions& options);
 int run_replay(const ReplayOptions& options);
 int run_bench(const BenchOptions& options);

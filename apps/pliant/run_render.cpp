@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "camera_path.h"
+#include "keyframes.h"
 #include "movie.h"
 #include "options.h"
 
@@ -79,8 +80,11 @@ std::string check(const RenderOptions& o) {
         return "--up: expected a direction that is not parallel to --look";
     if (o.colour && !parse_colour(*o.colour))
         return "--colour: expected R,G,B each 0…255, found '" + *o.colour + "'";
-    if (o.path.empty() != o.movie.empty())
-        return "--path and --movie: expected both or none of them";
+    if (!o.path.empty() && !o.keyframes.empty())
+        return "--path and --keyframes: expected one of them";
+    if ((o.path.empty() && o.keyframes.empty()) != o.movie.empty())
+        return o.keyframes.empty() ? "--path and --movie: expected both or none of them"
+                                   : "--keyframes and --movie: expected both or none of them";
     if (o.movie.empty() == o.out.empty()) return "--out: expected it, or --path with --movie";
     if (!o.movie.empty() && (o.view == "axial" || o.view == "coronal" || o.view == "sagittal"))
         return "--view: expected four-up, endoscope or blended for a movie, found '" + o.view + "'";
@@ -149,17 +153,48 @@ Result<Image> draw(const RenderOptions& o, const Volume& volume, const TaskArena
     return caster.endoscope_view(v.endoscope, v.width, v.height);
 }
 
-/// A flight along a path: one caster for all frames.
-Status draw_movie(const RenderOptions& o, const std::vector<Vec3d>& path, const Volume& volume,
+/// The cameras of a movie, frame by frame: along a path, with the numbers of the options, or
+/// through keyframes, with their own.
+Result<std::vector<Keyframe>> read_shots(const RenderOptions& o) {
+    std::vector<Keyframe> shots;
+    if (!o.keyframes.empty()) {
+        const auto frames = read_keyframes(o.keyframes);
+        if (!frames) return frames.error();
+        const auto count = std::int64_t(frames->back().seconds * kFramesPerSecond + 0.5) + 1;
+        for (std::int64_t n = 0; n < count; ++n)
+            shots.push_back(shot_at(*frames, double(n) / kFramesPerSecond));
+        return shots;
+    }
+    const auto path = read_camera_path(o.path);
+    if (!path) return path.error();
+    const Views v = make_views(o);
+    const bool blended = o.view == "blended";
+    for (const CameraPose& pose : fly(*path, o.speed_mm_s / kFramesPerSecond))
+        shots.push_back({.eye_mm = pose.eye_mm,
+                         .look = pose.look,
+                         .up = pose.up,
+                         .field_of_view_deg = o.field_of_view_deg,
+                         .iso_hu = o.iso_hu,
+                         .window_hu = blended ? v.transfer.window_hu : v.section.window_hu,
+                         .level_hu = blended ? v.transfer.level_hu : v.section.level_hu});
+    return shots;
+}
+
+/// One caster for all frames.
+Status draw_movie(const RenderOptions& o, const std::vector<Keyframe>& shots, const Volume& volume,
                   const TaskArena& arena) {
     Views v = make_views(o);
     Movie movie;
     if (const Status opened = movie.open(o.movie, v.width, v.height); !opened) return opened;
     const RayCaster caster(volume, arena);
-    for (const CameraPose& pose : fly(path, o.speed_mm_s / kFramesPerSecond)) {
-        v.endoscope.eye_mm = v.section.point_mm = pose.eye_mm;
-        v.endoscope.look = pose.look;
-        v.endoscope.up = pose.up;
+    for (const Keyframe& shot : shots) {
+        v.endoscope.eye_mm = v.section.point_mm = shot.eye_mm;
+        v.endoscope.look = shot.look;
+        v.endoscope.up = shot.up;
+        v.endoscope.field_of_view_deg = shot.field_of_view_deg;
+        v.endoscope.iso_hu = shot.iso_hu;
+        v.section.window_hu = v.transfer.window_hu = shot.window_hu;
+        v.section.level_hu = v.transfer.level_hu = shot.level_hu;
         const Image frame = o.view == "four-up" ? draw_four(o, volume, v, arena)
                             : o.view == "blended"
                                 ? caster.blended_view(v.endoscope, v.transfer, v.width, v.height)
@@ -173,17 +208,17 @@ Status draw_movie(const RenderOptions& o, const std::vector<Vec3d>& path, const 
 
 int run_render(const RenderOptions& options) {
     if (const std::string wrong = check(options); !wrong.empty()) return bad_input(wrong);
-    std::vector<Vec3d> path;
-    if (!options.path.empty()) {
-        const auto read = read_camera_path(options.path);
+    std::vector<Keyframe> shots;
+    if (!options.movie.empty()) {
+        const auto read = read_shots(options);
         if (!read) return bad_input(read.error().message);
-        path = *read;
+        shots = *read;
     }
     const auto volume = read_volume(options.file, {options.series});
     if (!volume) return bad_input(volume.error().message);
     const TaskArena arena(options.threads);
-    if (!path.empty()) {
-        const Status done = draw_movie(options, path, *volume, arena);
+    if (!shots.empty()) {
+        const Status done = draw_movie(options, shots, *volume, arena);
         return done ? kExitOk : bad_input(done.error().message);
     }
     const auto image = draw(options, *volume, arena);

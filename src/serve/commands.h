@@ -82,12 +82,20 @@ struct PingMessage {};
 struct OverlayMessage {
     OverlayKind kind = OverlayKind::None;
 };
+/// What is empty is as the scene has it.
+struct PathMessage {
+    Vec3d from_mm{0, 0, 0}, to_mm{0, 0, 0};
+    double reach_mm = 0;  ///< how far an end in the tissue may be moved into a lumen
+    std::optional<double> iso_hu{};
+    std::optional<Polarity> polarity{};
+};
 
 /// Commands to the scene come first; then what the server answers by itself.
-using Action = std::variant<PushCommand, GrabCommand, DragCommand, LetGoCommand, CutCommand,
-                            CarveCommand, RelaxCommand, ReleaseCommand, ResetCommand,
-                            MaterialsCommand, IsoCommand, UndoCommand, RedoCommand, HelloMessage,
-                            ToolMessage, ChecksumMessage, SeenMessage, PingMessage, OverlayMessage>;
+using Action =
+    std::variant<PushCommand, GrabCommand, DragCommand, LetGoCommand, CutCommand, CarveCommand,
+                 RelaxCommand, ReleaseCommand, ResetCommand, MaterialsCommand, IsoCommand,
+                 UndoCommand, RedoCommand, HelloMessage, ToolMessage, ChecksumMessage, SeenMessage,
+                 PingMessage, OverlayMessage, PathMessage>;
 
 struct Message {
     std::uint32_t id = 0;

@@ -233,6 +233,15 @@ Action read_seen(Fields& f) {
 Action read_overlay(Fields& f) {
     return OverlayMessage{OverlayKind(f.choice("kind", {"none", "displacement", "jacobian"}))};
 }
+Action read_path(Fields& f) {
+    PathMessage path{.from_mm = f.vector("from", kMaxPlaceMm),
+                     .to_mm = f.vector("to", kMaxPlaceMm),
+                     .reach_mm = f.number("reach", 0, 50, 5)};
+    const Action wall = read_iso(f);
+    path.iso_hu = std::get_if<IsoCommand>(&wall)->iso_hu;
+    path.polarity = std::get_if<IsoCommand>(&wall)->polarity;
+    return path;
+}
 
 using Reader = Action (*)(Fields&);
 template <class T>
@@ -241,7 +250,7 @@ Action nothing(Fields&) {
 }
 
 /// In the order of Action's alternatives, but for slide, which is a push.
-const std::array<std::pair<const char*, Reader>, 20> kReaders = {{
+const std::array<std::pair<const char*, Reader>, 21> kReaders = {{
     {"push", [](Fields& f) { return read_push(f, false); }},
     {"grab", read_grab},
     {"drag", [](Fields& f) -> Action { return DragCommand{f.vector("offset", kMaxPlaceMm)}; }},
@@ -264,6 +273,7 @@ const std::array<std::pair<const char*, Reader>, 20> kReaders = {{
     {"seen", read_seen},
     {"ping", nothing<PingMessage>},
     {"overlay", read_overlay},
+    {"path", read_path},
     {"slide", [](Fields& f) { return read_push(f, true); }},
 }};
 
@@ -343,6 +353,12 @@ void write(Json& o, const SeenMessage& c) {
 void write(Json& o, const OverlayMessage& c) {
     constexpr const char* kKinds[] = {"none", "displacement", "jacobian"};
     o["kind"] = kKinds[std::size_t(c.kind)];
+}
+void write(Json& o, const PathMessage& c) {
+    o["from"] = json_of(c.from_mm);
+    o["to"] = json_of(c.to_mm);
+    o["reach"] = c.reach_mm;
+    write(o, IsoCommand{.iso_hu = c.iso_hu, .polarity = c.polarity});
 }
 template <class T>
 void write(Json&, const T&) {}

@@ -124,6 +124,7 @@ void Hub::step() {
     checkpoint();
     write_log();
     tell_outcomes();
+    tell_paths();
     refresh_state();
     refresh_tools();
     drop_who_is_late();
@@ -269,6 +270,8 @@ void Hub::answer(Client& client, Message message) {
             client.checksums.push_back(message.id);
         else
             say(client, outcome_text(message.id, "checksum", 0, {.error_code = "busy"}));
+    } else if (const auto* path = std::get_if<PathMessage>(&message.action)) {
+        look_for(client, message.id, *path);
     } else {
         queue(client, std::move(message));
     }
@@ -318,6 +321,7 @@ void Hub::park(Client& client) {
     client.checksums.clear();
     client.tool = {};
     client.overlay = OverlayKind::None;
+    give_up_paths(client.info.number);
     if (m_scene->has_contact(client.info.number)) act(client.info.number, ReleaseCommand{});
 }
 

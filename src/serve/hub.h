@@ -27,6 +27,7 @@
 #include <vector>
 
 #include "serve/client.h"
+#include "serve/path_search.h"
 #include "serve/save.h"
 #include "serve/scene.h"
 #include "serve/session_log.h"
@@ -154,6 +155,9 @@ class Hub {
     void add_overlay_boxes(Client& client, std::vector<Outgoing>& batch);
     std::string make_overlay_box(const Box3i& box, std::uint8_t flags, bool pack, OverlayKind kind);
     void rest_overlays();
+    void look_for(Client& client, std::uint32_t id, const PathMessage& path);
+    void tell_paths();
+    void give_up_paths(std::uint32_t client);
 
     void drop_who_is_late();
     void drop(Client& client, int code, const std::string& message);
@@ -193,12 +197,13 @@ class Hub {
     std::vector<ToolPose> m_tools;
     std::string m_tools_frame;
     std::uint64_t m_tools_version = 0;
-    std::vector<SharedBox> m_boxes;             ///< that were encoded in this step
-    std::vector<OverlayWish> m_overlay_wishes;  ///< of this step
-    DirtyBlocks m_deformed;                     ///< voxels that have not always been at rest
-    std::int64_t m_overlay_left = 0;            ///< voxels that overlays may take in this step
-    double m_overlay_ms = 0;                    ///< of this step
-    Clock::time_point m_overlay_at{};           ///< when one was last wanted
+    std::vector<std::unique_ptr<PathSearch>> m_paths;  ///< that are looked for
+    std::vector<SharedBox> m_boxes;                    ///< that were encoded in this step
+    std::vector<OverlayWish> m_overlay_wishes;         ///< of this step
+    DirtyBlocks m_deformed;                            ///< voxels that have not always been at rest
+    std::int64_t m_overlay_left = 0;   ///< voxels that overlays may take in this step
+    double m_overlay_ms = 0;           ///< of this step
+    Clock::time_point m_overlay_at{};  ///< when one was last wanted
     std::optional<Checksums> m_checksums;
     Clock::time_point m_checksums_at{};
 };

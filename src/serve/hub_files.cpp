@@ -45,7 +45,10 @@ void Hub::take(ConnectionId, Opening opening) {
     m_is_unsaved = false;
     m_checksums.reset();
     m_worked = true;
-    for (Client& client : m_clients) begin_anew(client);
+    for (Client& client : m_clients) {
+        give_up_paths(client.info.number);
+        begin_anew(client);
+    }
     m_overlay_wishes.clear();
     forget_overlays();
     mark_overlays(m_scene->update().boxes);

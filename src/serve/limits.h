@@ -60,4 +60,9 @@ inline constexpr std::int64_t kMaxOverlayVoxels = std::int64_t(1) << 19;  ///< o
 /// Overlays begin with writing all that is deformed once more: nobody makes that happen more often.
 inline constexpr std::chrono::seconds kOverlayTime{5};
 
+// Ways through the lumen, which are looked for beside the scene.
+inline constexpr std::size_t kMaxPathSearches = 2;  ///< at once; each client one
+inline constexpr std::int64_t kMaxPathVoxels = 24'000'000;
+inline constexpr std::chrono::seconds kPathTime{20};
+
 }  // namespace pliant::serve

@@ -6,6 +6,7 @@
 #pragma once
 
 #include <pliant/chainmail.h>
+#include <pliant/lumen_path.h>
 #include <pliant/phantom.h>
 #include <pliant/render.h>
 
@@ -87,6 +88,8 @@ std::string state_text(const SharedState& state);
 std::string outcome_text(std::uint32_t id, std::string_view name, std::uint32_t step,
                          const Outcome& outcome);
 std::string checksum_text(std::uint32_t id, const Checksums& sums);
+std::string path_text(std::uint32_t id, std::uint32_t step, std::uint32_t volume,
+                      const LumenPath& path);
 std::string pong_text(std::uint32_t id);
 std::string bye_text(int code, const std::string& message);
 std::string hex_text(std::uint64_t number, int digits);

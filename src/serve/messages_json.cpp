@@ -3,6 +3,7 @@
 
 // The server's text messages as JSON.
 
+#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "serve/commands.h"
@@ -102,7 +103,7 @@ std::string welcome_text(const Welcome& welcome, const VolumeInfo& volume,
                  {"resume", welcome.resume},
                  {"resumed", welcome.resumed},
                  {"rate_hz", welcome.rate_hz},
-                 {"features", {"save", "open", "overlay"}},
+                 {"features", {"save", "open", "overlay", "path"}},
                  {"open_bytes", welcome.open_bytes},
                  {"volume", json_of(volume)},
                  {"state", json_of(state)}});
@@ -154,6 +155,23 @@ std::string checksum_text(std::uint32_t id, const Checksums& sums) {
                          {"voxels", hex_text(sums.voxels, 8)},
                          {"volume", hex_text(sums.volume, 16)},
                          {"tissue", hex_text(sums.tissue, 16)}});
+}
+
+std::string path_text(std::uint32_t id, std::uint32_t step, std::uint32_t volume,
+                      const LumenPath& path) {
+    // Micrometres: as fine as anybody needs, and few digits.
+    const auto short_number = [](double mm) { return std::round(mm * 1e3) / 1e3; };
+    Json points = Json::array(), radii = Json::array();
+    for (const Vec3d& p : path.points_mm)
+        points.push_back({short_number(p.x), short_number(p.y), short_number(p.z)});
+    for (const double r : path.radius_mm) radii.push_back(short_number(r));
+    return text_of_json({{"t", "path"},
+                         {"id", id},
+                         {"step", step},
+                         {"volume", volume},
+                         {"length_mm", short_number(path.length_mm)},
+                         {"points", points},
+                         {"radii", radii}});
 }
 
 std::string pong_text(std::uint32_t id) {

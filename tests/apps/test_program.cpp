@@ -239,6 +239,8 @@ TEST_F(ProgramTest, BadInputIsOneLineStatusTwoAndNoFile) {
         {"render cube.nrrd", "--out"},
         {"render cube.nrrd --path none.mrk.json", "--movie"},
         {"render cube.nrrd --path none.mrk.json --movie x.mp4", "none.mrk.json"},
+        {"render cube.nrrd --keyframes none.json --movie x.mp4", "none.json"},
+        {"render cube.nrrd --keyframes none.json --out x.png", "--keyframes and --movie"},
         {"render cube.nrrd --path cube.nrrd --movie x.mp4", "JSON"},
         {"fly", "fly"},
         {"", "ubcommand"},
@@ -457,7 +459,7 @@ TEST_F(ProgramTest, RenderFliesAlongACurveInEitherCoordinateSystem) {
 }
 
 TEST_F(ProgramTest, HelpOfEveryCommandHasAnExample) {
-    for (const char* command : {"info", "phantom", "deform", "render"}) {
+    for (const char* command : {"info", "phantom", "deform", "render", "path"}) {
         const Finished done = run(std::string(command) + " --help");
         EXPECT_EQ(done.status, 0);
         EXPECT_NE(done.out.find("Example"), std::string::npos) << command;

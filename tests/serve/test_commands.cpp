@@ -47,6 +47,8 @@ const std::vector<std::string>& good_messages() {
         R"({"do":"overlay","kind":"jacobian"})",
         R"({"do":"overlay","kind":"none"})",
         R"({"do":"ping"})",
+        R"({"do":"path","id":5,"from":[1,2,3],"to":[4,5.5,6],"reach":7})",
+        R"({"do":"path","from":[1,2,3],"to":[4,5,6],"iso_hu":-600,"polarity":"falling"})",
     };
     return messages;
 }

@@ -8,7 +8,9 @@ import type { Session } from './session.ts';
 import { kKinds, kOverlays, rangeOf } from './overlay_kinds.ts';
 import { kViews, kWalls, type SectionName, type State, type ViewName } from './store.ts';
 import { newStroke } from './strokes.ts';
+import { Movie } from './movie.ts';
 import { readPath } from './path.ts';
+import { PathTool } from './path_tool.ts';
 import { frameOf } from './rays.ts';
 import { add, along, dot, mul, sub, type Vec3 } from './vec.ts';
 import { worldBounds } from './grid.ts';
@@ -16,7 +18,14 @@ import { worldBounds } from './grid.ts';
 const clamp = (x: number, low: number, high: number): number => Math.min(Math.max(x, low), high);
 
 export class Actions {
-    constructor(private readonly session: Session) {}
+    readonly way: PathTool;
+    readonly movie: Movie;
+
+    constructor(private readonly session: Session) {
+        const save = (blob: Blob, name: string): void => download(URL.createObjectURL(blob), name);
+        this.way = new PathTool(session, save);
+        this.movie = new Movie(session, (iso_hu) => this.iso({ iso_hu }), save);
+    }
 
     private get state(): Readonly<State> {
         return this.session.store.state;
@@ -176,6 +185,7 @@ export class Actions {
                 depth: mul(depth, ahead),
             });
         else if (tool === 'grab') await this.nudge([0, radius / 2]);
+        else if (tool === 'path') await this.way.click(cursor);
         else this.session.say('choose push, grab, cut or carve first');
     }
 
@@ -240,10 +250,12 @@ export class Actions {
 
     // --- files
 
-    /// A path that was dropped on the page or chosen.
+    /// What was dropped on the page or chosen: a path, or keyframes.
     async openFile(file: File): Promise<void> {
         try {
-            this.session.setPath(readPath(await file.text(), file.name));
+            const text = await file.text();
+            if (this.movie.open(text, file.name)) return;
+            this.session.setPath(readPath(text, file.name));
             this.session.say(`${file.name}: a path; Fly it in the panel Endoscope`);
         } catch (error) {
             this.session.say((error as Error).message);

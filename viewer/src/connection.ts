@@ -7,9 +7,9 @@
 
 import {
     type BoxFrame,
-    type Checksum,
     type Command,
     decodeFrame,
+    type Answer,
     type Done,
     kProtocol,
     type Pose,
@@ -47,8 +47,7 @@ const kFinal = new Set([4000, 4005]);
 const kRetryMs = [250, 500, 1000, 2000, 4000];
 const kResumeKey = 'pliant.resume';
 
-type Answer = Done | Refusal | Checksum | undefined;
-type Waiting = (answer: Answer) => void;
+type Waiting = (answer: Answer | undefined) => void;
 
 export class Connection {
     role: Role = 'view';
@@ -98,7 +97,7 @@ export class Connection {
 
     /// Sends a command. The answer is undefined where the line broke before there was one.
     /// @param arrived  called at once when the answer comes, before any later message
-    ask(command: Command, arrived?: (answer: Answer) => void): Promise<Answer> {
+    ask(command: Command, arrived?: (answer: Answer | undefined) => void): Promise<Answer | undefined> {
         if (!this.isOpen) return Promise.resolve(undefined);
         const id = this.nextId++;
         this.socket!.send(JSON.stringify({ ...command, id }));
@@ -158,6 +157,7 @@ export class Connection {
                 break;
             case 'done':
             case 'checksum':
+            case 'path':
                 this.answer(message.id, message);
                 break;
             case 'bye':
@@ -168,7 +168,7 @@ export class Connection {
         }
     }
 
-    private answer(id: number, message: Done | Refusal | Checksum): void {
+    private answer(id: number, message: Answer): void {
         const asked = this.waiting.get(id);
         this.waiting.delete(id);
         if (asked && message.t === 'done') this.listener.done(message, asked.sent);

@@ -36,6 +36,7 @@ const kKept = [
     'maximised',
     'space',
     'timings',
+    'keyframes',
 ] as const;
 
 /// Which scan a view belongs to.

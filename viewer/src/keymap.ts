@@ -57,6 +57,9 @@ export const kHelp: readonly { title: string; lines: readonly HelpLine[] }[] = [
             { keys: 'Ctrl+Wheel, right drag', what: 'field of view' },
             { keys: 'C', what: 'at walls: stop, push, pass' },
             { keys: 'O', what: 'seen from outside, cut open at the tip' },
+            { keys: '7, two clicks', what: 'a way through the lumen from one to the other' },
+            { keys: 'N', what: 'fly along the way, or pause' },
+            { keys: 'K, M', what: 'add a keyframe; play the movie, or stop' },
             {
                 keys: 'Keypad 1, 3, 7',
                 what: 'outside: front, right, top; with Ctrl from the other side',
@@ -79,7 +82,7 @@ export const kHelp: readonly { title: string; lines: readonly HelpLine[] }[] = [
     {
         title: 'Tools',
         lines: [
-            { keys: '1 … 6', what: 'look, window, push, grab, cut, carve' },
+            { keys: '1 … 7', what: 'look, window, push, grab, cut, carve, path' },
             { keys: 'Left drag', what: 'use the tool; the wheel takes it deeper meanwhile' },
             { keys: 'Enter', what: 'use the tool at the crosshair' },
             { keys: 'Alt+Arrows', what: 'push or lead the tissue at the crosshair by 1 mm' },
@@ -157,6 +160,9 @@ export class Keymap {
             { code: 'KeyT', run: () => store.set({ timings: !store.state.timings }) },
             { code: 'KeyM', run: () => actions.cycleOverlay() },
             { code: 'KeyP', run: () => void actions.snapshot() },
+            { code: 'KeyK', run: () => actions.movie.add() },
+            { code: 'KeyM', run: () => actions.movie.play() },
+            { code: 'KeyN', run: () => session.togglePath() },
             { code: 'BracketLeft', run: () => radius(1 / 1.25) },
             { code: 'BracketRight', run: () => radius(1.25) },
             { code: 'Comma', run: iso(-25) },

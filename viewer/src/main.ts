@@ -116,6 +116,8 @@ function start(): void {
         help: showHelp,
         cancel: () => {
             pointer.cancel();
+            actions.way.cancel();
+            session.stopMovie();
             tour.stop();
         },
         nextView: () => {

@@ -5,6 +5,7 @@
 // elements, so that they stay sharp, can be read aloud and cost no redrawing of the volume.
 
 import { h } from './dom.ts';
+import { kOutsideField, orbitCamera } from './endoscope_view.ts';
 import { shown, voxelFromWorld } from './grid.ts';
 import { kSectionAxes, pixelOfWorld, type SectionPlane, sectionPlane } from './section_geometry.ts';
 import { overlayValue } from './legend.ts';
@@ -20,6 +21,7 @@ const kTitles: Record<ViewName, string> = {
     coronal: 'Coronal',
     sagittal: 'Sagittal',
 };
+const kNearSection = 2; // such parts of a way are drawn strongly [mm]
 const kSvg = 'http://www.w3.org/2000/svg';
 
 export class Overlay {
@@ -116,6 +118,7 @@ export class Overlay {
             line('across', x + gap, y, box.width, y),
             line('along', x, 0, x, y - gap),
             line('along', x, y + gap, x, box.height),
+            ...this.wayMarks(state, plane),
             ...this.toolMarks(state, plane),
             this.endoscopeMark(state, plane),
         ];
@@ -123,6 +126,44 @@ export class Overlay {
         const { axis } = plane.axes;
         const at = shown(state.cursor, state.space)['xyz'.indexOf(axis)]!;
         this.captions[view].textContent = `${axis} ${at.toFixed(1)} mm`;
+    }
+
+    /// The way through the lumen: all of it, and strongly where it is near the section.
+    private wayMarks(state: State, plane: SectionPlane): SVGElement[] {
+        const marks: SVGElement[] = [];
+        const { path, pathFrom } = state;
+        if (path) {
+            const spots = path.points.map((p) => pixelOfWorld(plane, p));
+            const near = path.points.map(
+                (p) => Math.abs(dot(sub(p, plane.centre), plane.axes.normal)) < kNearSection,
+            );
+            marks.push(svg('polyline', { class: 'way', points: spots.join(' ') }));
+            for (let i = 0; i < spots.length; ++i) {
+                if (!near[i]) continue;
+                let end = i;
+                while (near[end + 1]) ++end;
+                const points = spots.slice(i, end + 1).join(' ');
+                marks.push(svg('polyline', { class: 'way near', points }));
+                i = end;
+            }
+        }
+        if (pathFrom) {
+            const [cx, cy] = pixelOfWorld(plane, pathFrom);
+            marks.push(svg('circle', { class: 'way near', cx, cy, r: 5 }));
+        }
+        return marks;
+    }
+
+    /// The way and its beginning in the endoscope's view: in front of everything.
+    private wayFrom(state: State, spot: (p: Vec3) => [number, number] | undefined): SVGElement[] {
+        const marks: SVGElement[] = [];
+        if (state.path && state.outside) {
+            const points = state.path.points.map(spot).filter(Boolean).join(' ');
+            marks.push(svg('polyline', { class: 'way near', points }));
+        }
+        const begin = state.pathFrom && spot(state.pathFrom);
+        if (begin) marks.push(svg('circle', { class: 'way near', cx: begin[0], cy: begin[1], r: 5 }));
+        return marks;
     }
 
     private toolMarks(state: State, plane: SectionPlane): SVGElement[] {
@@ -176,6 +217,13 @@ export class Overlay {
                 parts.push(svg('polyline', { class: 'blade', points }));
             }
         }
+        parts.push(
+            ...this.wayFrom(state, (p) =>
+                state.outside
+                    ? this.spotFromOutside(state, p, box)
+                    : this.spotInEndoscope(state, p, box),
+            ),
+        );
         this.show('endoscope', parts, box);
         const wall = { stop: 'stops at walls', push: 'pushes walls', pass: 'passes walls' }[
             state.wall
@@ -183,6 +231,17 @@ export class Overlay {
         this.captions.endoscope.textContent = state.outside
             ? 'from outside, cut open at the tip'
             : `${Math.round(state.fieldOfView)}°, ${wall}`;
+    }
+
+    private spotFromOutside(state: State, place: Vec3, box: DOMRect): [number, number] | undefined {
+        const camera = orbitCamera(state);
+        const { right, up, forward } = frameOf(camera);
+        const v = sub(place, camera.eye);
+        const depth = dot(v, forward);
+        if (depth < 0.5) return undefined;
+        const half = box.height / 2;
+        const scale = half / (depth * Math.tan((kOutsideField * Math.PI) / 360));
+        return [box.width / 2 + scale * dot(v, right), half - scale * dot(v, up)];
     }
 
     /// The lens bends: r_ray = r·(1 + k·r²) is solved for r by Newton's steps.

@@ -5,6 +5,7 @@
 
 import type { Actions } from './actions.ts';
 import { h } from './dom.ts';
+import { moviePanel } from './panel_movie.ts';
 import { overlayPanel } from './panel_overlay.ts';
 import { Parts } from './panel_parts.ts';
 import { sessionPanel } from './panel_session.ts';
@@ -23,6 +24,7 @@ export function panels(session: Session, actions: Actions): HTMLElement {
         overlayPanel(parts),
         endoscopePanel(parts),
         materialPanel(parts),
+        moviePanel(parts),
         placesPanel(parts),
         displayPanel(parts),
         sessionPanel(parts),

@@ -145,11 +145,21 @@ function path(parts: Parts): HTMLElement {
         way.element.hidden = !path;
         way.element.querySelector('input')!.max = String(path?.length ?? 1);
     });
+    const fromTip = button(
+        'From tip',
+        () => parts.actions.way.fromTip(),
+        'a way from the endoscope to where you click next',
+    );
+    const save = button('Save', () => parts.actions.way.saveFile(), 'the path (.mrk.json)');
+    session.store.watch(['pathBusy', 'path'], ({ pathBusy, path }) => {
+        fromTip.disabled = pathBusy;
+        save.disabled = !path;
+    });
     const load = button('Path…', () => file.click(), 'load a way through the lumen (.mrk.json)');
     return h(
         'div',
         { class: 'body plain' },
-        h('div', { class: 'row' }, load, fly, file),
+        h('div', { class: 'row' }, load, fly, fromTip, save, file),
         parts.add(way),
     );
 }

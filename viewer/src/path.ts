@@ -14,7 +14,11 @@ export class Path {
     /// Way from the first point to each [mm].
     private readonly ways: readonly number[];
 
-    constructor(readonly points: readonly Vec3[]) {
+    /// @param radii  distance of each point to the wall [mm]; none where that isn't known
+    constructor(
+        readonly points: readonly Vec3[],
+        readonly radii: readonly number[] = [],
+    ) {
         let way = 0;
         this.ways = points.map((p, i) => (way += i > 0 ? norm(sub(p, points[i - 1]!)) : 0));
     }
@@ -61,6 +65,25 @@ export class Path {
         }
         return best;
     }
+}
+
+/// A curve for 3D Slicer.
+export function writePath(path: Path): string {
+    const controlPoints = path.points.map((position, i) => ({
+        id: String(i + 1),
+        label: `way-${i + 1}`,
+        description: path.radii[i] === undefined ? '' : `radius ${path.radii[i].toFixed(2)} mm`,
+        position,
+        selected: true,
+        locked: false,
+        visibility: true,
+        positionStatus: 'defined',
+    }));
+    const schema =
+        'https://raw.githubusercontent.com/slicer/slicer/master/Modules/Loadable/Markups/' +
+        'Resources/Schema/markups-schema-v1.0.3.json#';
+    const curve = { type: 'Curve', coordinateSystem: 'LPS', coordinateUnits: 'mm', controlPoints };
+    return JSON.stringify({ '@schema': schema, markups: [curve] }, null, 1) + '\n';
 }
 
 /// Reads a markups file; throws an Error that says what is missing.

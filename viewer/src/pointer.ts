@@ -106,7 +106,8 @@ export class Pointer {
         if (event.shiftKey) return 'none'; // the crosshair follows
         const section = view !== 'endoscope';
         if (section && (tool === 'window' || this.held.has('KeyW'))) return 'window';
-        if (tool !== 'look' && tool !== 'window' && role === 'control') return 'tissue';
+        const looks = tool === 'look' || tool === 'window' || tool === 'path';
+        if (!looks && role === 'control') return 'tissue';
         if (section) return 'none';
         return outside ? 'orbit' : 'look';
     }
@@ -181,7 +182,9 @@ export class Pointer {
         const { volume, store, history } = this.session;
         if (!volume || store.state.loaded < 1) return;
         const point = pointAt(volume, store.state, spot);
-        if (point) history.step('crosshair', () => this.actions.setCursor(point));
+        if (!point) return;
+        history.step('crosshair', () => this.actions.setCursor(point));
+        if (store.state.tool === 'path') void this.actions.way.click(point);
     }
 
     private wheel(view: ViewName, event: WheelEvent): void {

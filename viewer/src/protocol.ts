@@ -114,13 +114,25 @@ export interface Checksum {
     tissue: string;
 }
 
+/// A way through the lumen.
+export interface PathFound {
+    t: 'path';
+    id: number;
+    step: number;
+    volume: number;
+    length_mm: number;
+    points: Vec3[];
+    radii: number[]; ///< distance of each point to the wall [mm]
+}
+
+/// What comes back for a command.
+export type Answer = Done | Refusal | Checksum | PathFound;
+
 export type ServerText =
     | Welcome
     | ({ t: 'volume' } & VolumeInfo)
     | ({ t: 'state' } & SharedState)
-    | Done
-    | Refusal
-    | Checksum
+    | Answer
     | { t: 'pong'; id: number }
     | { t: 'bye'; code: number; message: string };
 
@@ -139,6 +151,7 @@ export type Command =
           spare_fixed?: boolean;
           stroke?: number;
       }
+    | { do: 'path'; from: Vec3; to: Vec3; reach?: number; iso_hu?: number; polarity?: Polarity }
     | { do: 'relax'; on: boolean }
     | ({ do: 'materials' } & Partial<Materials>)
     | { do: 'iso'; iso_hu?: number; polarity?: Polarity }

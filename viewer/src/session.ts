@@ -62,6 +62,9 @@ export class Session implements Listener {
     /// A line for screen readers, and for a moment for all others.
     say: (text: string) => void = () => {};
     onWelcome: () => void = () => {};
+    /// Shows the movie's next picture. @returns whether one is playing
+    playMovie: (seconds: number) => boolean = () => false;
+    stopMovie: () => void = () => {};
     private received = 0; // voxels of the first snapshot
     private pushing = false; // a push of the tip is under way
     private tipStroke = 0;
@@ -221,7 +224,7 @@ export class Session implements Listener {
         this.stage.setVolume(this.volume);
         this.stage.setOverlay(undefined);
         this.received = 0;
-        this.store.set({ volume: info, loaded: 0 });
+        this.store.set({ volume: info, loaded: 0, pathFrom: null });
         if (keepView || takeUpView(this.store, this.memory)) return;
         const middle = worldFromVoxel(grid, mul(0.5, sub(grid.size, [1, 1, 1])));
         const start = info.start ?? { eye_mm: middle, look: [0, 1, 0], up: [0, 0, 1] };
@@ -252,9 +255,10 @@ export class Session implements Listener {
         if (!moves && this.flying) this.history.end('flight');
         this.flying = Boolean(moves);
         if (!moves) {
-            this.followPath(dt);
+            if (!this.playMovie(dt)) this.followPath(dt);
             return;
         }
+        this.stopMovie();
         if (this.store.state.pathFlying) this.togglePath(); // stepped off
         const angle = (kTurnRate * Math.PI * dt) / 180;
         this.turn(wish.yaw * angle, wish.pitch * angle, wish.roll * angle);

@@ -8,6 +8,7 @@
 import type { Space } from './grid.ts';
 import type { OverlayKind } from './overlay_kinds.ts';
 import type { Role, SharedState, Tool, VolumeInfo } from './protocol.ts';
+import type { Keyframe } from './keyframes.ts';
 import type { Path } from './path.ts';
 import type { Camera } from './rays.ts';
 import type { Vec3 } from './vec.ts';
@@ -16,7 +17,7 @@ export const kViews = ['endoscope', 'axial', 'coronal', 'sagittal'] as const;
 export type ViewName = (typeof kViews)[number];
 export type SectionName = Exclude<ViewName, 'endoscope'>;
 
-export const kTools = ['look', 'window', 'push', 'grab', 'cut', 'carve'] as const;
+export const kTools = ['look', 'window', 'push', 'grab', 'cut', 'carve', 'path'] as const;
 export type ToolName = (typeof kTools)[number];
 
 /// What the tip does at a wall.
@@ -57,6 +58,10 @@ export interface State {
     path: Path | null; ///< a way through the lumen
     pathWay: number; ///< how far along it the endoscope is [mm]
     pathFlying: boolean;
+    pathFrom: Vec3 | null; ///< where a way begins whose end is not chosen yet
+    pathBusy: boolean; ///< a way is being looked for
+    keyframes: readonly Keyframe[];
+    moviePlaying: boolean;
 
     cursor: Vec3; ///< the crosshair [mm, LPS]
     pointer: { view: ViewName; point: Vec3 } | null;
@@ -153,6 +158,10 @@ export const initialState = (): State => ({
     path: null,
     pathWay: 0,
     pathFlying: false,
+    pathFrom: null,
+    pathBusy: false,
+    keyframes: [],
+    moviePlaying: false,
     cursor: [0, 0, 0],
     pointer: null,
     sections: { axial: kWhole, coronal: kWhole, sagittal: kWhole },

@@ -6,7 +6,7 @@
 // the next. So a slow server sees fewer and longer steps, never a queue.
 
 import type { Connection } from './connection.ts';
-import type { Checksum, Command, Done, Refusal } from './protocol.ts';
+import type { Answer, Command, Done } from './protocol.ts';
 import type { Store } from './store.ts';
 import { along, mul, norm, sub, type Vec3 } from './vec.ts';
 
@@ -27,7 +27,7 @@ export interface Stroke {
 
 /// Tells the store what came of a command. Cut links don't show before something moves: that they
 /// are cut has to be said.
-export function note(store: Store, answer: Done | Refusal | Checksum | undefined): void {
+export function note(store: Store, answer: Answer | undefined): void {
     if (answer?.t !== 'done') return;
     const force = answer.force ? norm(answer.force) : 0;
     let outcome = answer.message ?? '';

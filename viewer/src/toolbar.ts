@@ -16,6 +16,7 @@ const kTexts: Record<ToolName, { text: string; hint: string }> = {
     grab: { text: 'Grab', hint: 'left drag leads the tissue that it took hold of (4)' },
     cut: { text: 'Cut', hint: 'left drag draws the line of a cut (5)' },
     carve: { text: 'Carve', hint: 'left drag takes tissue out (6)' },
+    path: { text: 'Path', hint: 'two clicks give a way through the lumen (7)' },
 };
 
 const kSaveTexts: Record<SavedName, string> = {
@@ -66,7 +67,7 @@ export function toolbar(
     store.watch(['tool', 'role'], (state) => {
         for (const b of tools) {
             b.setAttribute('aria-pressed', String(b.dataset.tool === state.tool));
-            b.disabled = state.role === 'view' && !/look|window/.test(b.dataset.tool!);
+            b.disabled = state.role === 'view' && !/look|window|path/.test(b.dataset.tool!);
         }
     });
     // Own steps change without the store's knowing, so any change is looked at.

@@ -9,8 +9,9 @@ import { createServer, type IncomingMessage, type Server, type ServerResponse } 
 import { join } from 'node:path';
 import { type Box, boxCount } from '../src/grid.ts';
 import { halfOfFloat } from '../src/half.ts';
-import type { Vec3 } from '../src/vec.ts';
-import { kGrid, MockScene, tubeCentre } from './mock_scene.ts';
+import { Path } from '../src/path.ts';
+import { norm, sub, type Vec3 } from '../src/vec.ts';
+import { kGrid, kTubeRadius, MockScene, tubeCentre } from './mock_scene.ts';
 import { MockSocket } from './mock_socket.ts';
 
 const kToken = 'mock';
@@ -44,6 +45,19 @@ const grown = (box: Box): Box => ({
 
 // eslint-disable-next-line @typescript-eslint/no-explicit-any
 type Message = Record<string, any>;
+
+/// The tube's middle from one height to another, or what is wrong with the ends.
+function tubeWay(from: Vec3, to: Vec3): object | string {
+    for (const [name, end] of Object.entries({ from, to }))
+        if (norm(sub(end, tubeCentre(end[2]))) > kTubeRadius + 5)
+            return `path: ${name}: expected a place in the lumen, found one in the tissue`;
+    const count = Math.max(Math.ceil(Math.abs(to[2] - from[2]) / 2), 1);
+    const points = Array.from({ length: count + 1 }, (_, i) =>
+        tubeCentre(from[2] + (i / count) * (to[2] - from[2])),
+    );
+    const length_mm = new Path(points).length;
+    return { length_mm, points, radii: points.map(() => kTubeRadius) };
+}
 
 export class MockServer {
     scene = new MockScene();
@@ -192,7 +206,7 @@ export class MockServer {
             resume: client.resume,
             resumed,
             rate_hz: 60,
-            features: ['save', 'open', 'overlay'],
+            features: ['save', 'open', 'overlay', 'path'],
             open_bytes: 100_000_000,
             volume: this.volume(),
             state: this.state(),
@@ -330,7 +344,7 @@ export class MockServer {
         };
         const refuse = (code: string, message: string): void =>
             client.socket.text({ t: 'error', id: m.id ?? 0, do: m.do, code, message });
-        const free = ['tool', 'checksum', 'seen', 'ping', 'overlay'];
+        const free = ['tool', 'checksum', 'seen', 'ping', 'overlay', 'path'];
         if (client.role === 'view' && !free.includes(m.do)) {
             refuse('view_only', 'this link can only view');
             return;
@@ -412,6 +426,12 @@ export class MockServer {
             case 'seen':
                 if (m.format) ++this.overlaysSeen;
                 break;
+            case 'path': {
+                const way = tubeWay(m.from, m.to);
+                if (typeof way === 'string') refuse('out_of_range', way);
+                else client.socket.text({ t: 'path', id: m.id, step: scene.step, volume: 1, ...way });
+                break;
+            }
             case 'tool':
                 this.takeTool(client, m);
                 break;

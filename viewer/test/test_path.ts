@@ -5,9 +5,9 @@ import assert from 'node:assert/strict';
 import { existsSync, readFileSync } from 'node:fs';
 import { join } from 'node:path';
 import { test } from 'node:test';
-import { readPath } from '../src/path.ts';
+import { Path, readPath, writePath } from '../src/path.ts';
 import { dot, norm, sub, type Vec3 } from '../src/vec.ts';
-import { launch, kFolder, picture, serve, visit } from './browser.ts';
+import { launch, kFolder, picture, serve, spot, stateOf, visit } from './browser.ts';
 import type { Session } from '../src/session.ts';
 
 const file = (points: number[][], coordinateSystem: unknown = 'LPS'): string =>
@@ -69,6 +69,126 @@ test('RAS is turned into LPS, and what is no path is refused with a line', () =>
         );
 });
 
+test('what is written is read again', () => {
+    const path = new Path(
+        [
+            [1.25, -2, 3],
+            [4, 5, 6.5],
+        ],
+        [2, 2.5],
+    );
+    const again = readPath(writePath(path), 'a');
+    assert.deepEqual(again.points, path.points);
+    assert.match(writePath(path), /radius 2\.50 mm/);
+});
+
+test('the tip and a click, or two clicks, give a way that can be flown', async () => {
+    const browser = await launch();
+    const served = await serve();
+    const { page, errors } = await visit(browser, served.link);
+    const found = (): Promise<unknown> =>
+        page.waitForFunction(() => {
+            const { path, pathBusy } = (window as never as { pliant: Session }).pliant.store.state;
+            return path && !pathBusy;
+        });
+    // From the tip to the wall that is seen far ahead.
+    await page.locator('.panels').getByRole('button', { name: 'From tip' }).click();
+    const start = (await stateOf(page)).camera.eye;
+    assert.deepEqual((await stateOf(page)).pathFrom, start);
+    assert.equal((await stateOf(page)).tool, 'path');
+    await page.mouse.click(...(await spot(page, 'endoscope', 0.5, 0.45)));
+    await found();
+    const first = (await stateOf(page)).path!;
+    assert.ok(norm(sub(first.points[0]!, start)) < 5, String(first.points[0]));
+    assert.ok(first.points.length >= 2 && first.radii.length === first.points.length);
+
+    // Two clicks: at the crosshair of a section, and with Enter somewhere else.
+    const way = first.points;
+    await page.evaluate((place) => {
+        const { store } = (window as never as { pliant: Session }).pliant;
+        store.set({ path: null, cursor: place });
+    }, way[way.length - 1]!);
+    await page.waitForTimeout(100);
+    const [x, y] = await page.evaluate(() => {
+        const drawing = document.querySelector('.view.axial svg')!;
+        const box = drawing.getBoundingClientRect();
+        const at = (kind: string, key: string): number =>
+            Number(drawing.querySelector(`.${kind}`)!.getAttribute(key));
+        return [box.left + at('along', 'x1'), box.top + at('across', 'y1')];
+    });
+    await page.mouse.click(x!, y!);
+    assert.ok((await stateOf(page)).pathFrom);
+    await page.evaluate((place) => {
+        const { store } = (window as never as { pliant: Session }).pliant;
+        store.set({ cursor: place });
+    }, start);
+    await page.locator('.view.axial').focus();
+    await page.keyboard.press('Enter');
+    await found();
+    const second = (await stateOf(page)).path!;
+    assert.ok(norm(sub(second.points[0]!, way[way.length - 1]!)) < 5);
+    assert.ok(norm(sub(second.points[second.points.length - 1]!, start)) < 5);
+    assert.ok((await page.locator('.view.axial polyline.way').count()) > 0);
+
+    // Saved, it is what other programs open.
+    const [download] = await Promise.all([
+        page.waitForEvent('download'),
+        page.locator('.panels .plain').getByRole('button', { name: 'Save' }).click(),
+    ]);
+    assert.equal(download.suggestedFilename(), 'way.mrk.json');
+    const saved = readPath(readFileSync(await download.path(), 'utf8'), 'saved');
+    assert.equal(saved.points.length, second.points.length);
+
+    // Flown, paused, stepped off, and taken up again.
+    const flying = async (): Promise<boolean> => (await stateOf(page)).pathFlying;
+    const at = async (): Promise<number> => (await stateOf(page)).pathWay;
+    await page.locator('.view.endoscope').focus();
+    await page.keyboard.press('n');
+    await page.waitForFunction(
+        () => (window as never as { pliant: Session }).pliant.store.state.pathWay > 0.3,
+    );
+    await page.keyboard.press('n');
+    assert.equal(await flying(), false);
+    const paused = await at();
+    await page.waitForTimeout(150);
+    assert.equal(await at(), paused);
+    await page.keyboard.press('n');
+    await page.keyboard.down('ArrowLeft');
+    await page.waitForFunction(
+        () => !(window as never as { pliant: Session }).pliant.store.state.pathFlying,
+    );
+    await page.keyboard.up('ArrowLeft');
+    await page.keyboard.press('n');
+    await page.waitForFunction(
+        () => !(window as never as { pliant: Session }).pliant.store.state.pathFlying,
+        undefined,
+        { timeout: 60_000 },
+    );
+    assert.ok(norm(sub((await stateOf(page)).camera.eye, second.points.at(-1)!)) < 0.01);
+
+    await page.keyboard.press('o');
+    await page.waitForTimeout(600);
+    assert.ok((await page.locator('.view.endoscope polyline.way').count()) > 0);
+    await picture(page, 'path_outside');
+    await page.keyboard.press('o');
+
+    // A place in the tissue is refused with a line, and the way stays.
+    await page.evaluate(() => {
+        const { store } = (window as never as { pliant: Session }).pliant;
+        store.set({ tool: 'path', pathFrom: [-33, -29, 0] });
+    });
+    await page.keyboard.press('Enter');
+    await page.waitForFunction(
+        () => !(window as never as { pliant: Session }).pliant.store.state.pathBusy,
+    );
+    assert.equal((await stateOf(page)).pathFrom, null);
+    assert.equal((await stateOf(page)).path!.points.length, second.points.length);
+    assert.match((await page.locator('body').textContent()) ?? '', /expected a place in the lumen/);
+    assert.deepEqual(errors, []);
+    await browser.close();
+    await served.stop();
+});
+
 const data = process.env.PLIANT_SHARED_DATA ?? join(kFolder, '../../shared/data');
 const ct = join(data, 'thorax_ct_256.nrrd');
 const left = join(data, 'thorax_airway_path_left.mrk.json');
@@ -80,7 +200,7 @@ test(
         const browser = await launch();
         const served = await serve(ct);
         const { page, errors } = await visit(browser, served.link);
-        await page.setInputFiles('input[type=file]', left);
+        await page.setInputFiles('input[aria-label="path file"]', left);
         await page.waitForFunction(
             () => (window as never as { pliant: Session }).pliant.store.state.path,
         );

@@ -1,0 +1,308 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// Twice a front marches from the one end until it has come to the other, and the way that it took
+// is followed back (docs/lumen_path.md). The first is slowed down right beside walls only: it finds
+// the shortest route. One that is drawn to wide places would rather leave a bronchus through a hole
+// in its wall, which scans have, and go through the lung. The second is, but is kept to the route.
+
+#include <pliant/lumen_path.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <limits>
+#include <optional>
+#include <string>
+
+#include "render/descent.h"
+#include "render/field.h"
+#include "render/march.h"
+
+namespace pliant {
+namespace {
+
+constexpr int kPower = 2;             // of 1 / distance to the wall
+constexpr int kRouteVoxels = 2;       // a wall that is farther doesn't matter for the route
+constexpr int kCentreVoxels = 32;     // nor this one for the middle
+constexpr int kCentreRounds = 8;      // at most
+constexpr double kWorthIt = 1.01;     // growth of the room for which there is another one
+constexpr int kSmoothRounds = 12;     // of steps half a voxel long: some 1.2 voxels wide
+constexpr double kTellWithinMm = 30;  // how far around an end in the tissue a lumen is looked for
+
+std::string text_of(Vec3d p) {
+    char text[96];
+    std::snprintf(text, sizeof text, "%.1f,%.1f,%.1f", p.x, p.y, p.z);
+    return text;
+}
+std::string text_of(double number) {
+    char text[32];
+    std::snprintf(text, sizeof text, "%.1f", number);
+    return text;
+}
+Error wrong(const std::string& what) {
+    return {ErrorCode::InvalidArgument, what};
+}
+
+struct NearVoxel {
+    Vec3i voxel;
+    double distance_mm;
+};
+
+/// The voxel in the lumen that is nearest to a place in voxel space.
+std::optional<NearVoxel> nearest_lumen(const Volume& volume, const render::LumenSide& lumen,
+                                       Vec3d place, double within_mm) {
+    const Vec3d s = volume.grid.spacing_mm;
+    std::optional<NearVoxel> best;
+    Vec3i begin, end;
+    for (int a = 0; a < 3; ++a) {
+        const double last = volume.grid.size[a] - 1;
+        begin[a] = int(std::ceil(std::clamp(place[a] - within_mm / s[a], 0.0, last)));
+        end[a] = int(std::floor(std::clamp(place[a] + within_mm / s[a], 0.0, last))) + 1;
+    }
+    for (int z = begin.z; z < end.z; ++z)
+        for (int y = begin.y; y < end.y; ++y)
+            for (int x = begin.x; x < end.x; ++x) {
+                const Vec3d d{(x - place.x) * s.x, (y - place.y) * s.y, (z - place.z) * s.z};
+                const double distance = norm(d);
+                if (distance > within_mm || (best && distance >= best->distance_mm) ||
+                    !lumen.contains(double(volume.at({x, y, z}))))
+                    continue;
+                best = NearVoxel{{x, y, z}, distance};
+            }
+    return best;
+}
+
+/// One end of the way in voxel space, in the lumen.
+Result<Vec3d> place_end(const render::LumenTiles& tiles, const std::string& name, Vec3d point_mm,
+                        double reach_mm) {
+    const Volume& volume = tiles.volume();
+    if (!is_finite(point_mm)) return wrong(name + ": expected finite numbers");
+    Vec3d place = voxel_from_world(volume.grid, point_mm);
+    for (int a = 0; a < 3; ++a) {
+        const double last = volume.grid.size[a] - 1;
+        if (!(place[a] >= -0.5 && place[a] <= last + 0.5))
+            return wrong(name + ": expected a place in the scan, found " + text_of(point_mm));
+        place[a] = std::clamp(place[a], 0.0, last);
+    }
+    if (!render::clear_corners(tiles, place).empty()) return place;
+    const auto near =
+        nearest_lumen(volume, tiles.lumen(), place, std::max(kTellWithinMm, reach_mm));
+    if (near && near->distance_mm <= reach_mm)
+        return Vec3d{double(near->voxel.x), double(near->voxel.y), double(near->voxel.z)};
+    const std::string how_far = near ? text_of(near->distance_mm) + " mm from the nearest lumen"
+                                     : "with no lumen within " + text_of(kTellWithinMm) + " mm";
+    return wrong(name + ": expected a place in the lumen, found " + text_of(point_mm) +
+                 " in the tissue, " + how_far + " at " + text_of(tiles.lumen().iso_hu) + " HU");
+}
+
+/// Leaves out points, as many as the lumen and the wanted spacing allow.
+std::vector<Vec3d> thinned(const render::LumenTiles& tiles, const std::vector<Vec3d>& points,
+                           double spacing_mm) {
+    const Grid& grid = tiles.volume().grid;
+    const auto apart = [&](Vec3d a, Vec3d b) {
+        return norm(world_from_voxel(grid, b) - world_from_voxel(grid, a));
+    };
+    std::vector<Vec3d> kept{points.front()};
+    for (std::size_t at = 0; at + 1 < points.size();) {
+        std::size_t next = at + 1;
+        double way = apart(points[at], points[next]);
+        for (std::size_t n = next + 1; n < points.size(); ++n) {
+            way += apart(points[n - 1], points[n]);
+            if (way > spacing_mm) break;
+            if (render::is_clear(tiles, points[at], points[n])) next = n;
+        }
+        kept.push_back(points[next]);
+        at = next;
+    }
+    return kept;
+}
+
+/// Distance to the nearest crossing of the wall between neighbours, by looking at all that are
+/// near.
+/// @param at_least, at_most  between which it is known to be [mm]
+double wall_distance_at(const Volume& volume, const render::LumenSide& lumen, Vec3d place,
+                        double at_least, double at_most) {
+    const Vec3d s = volume.grid.spacing_mm;
+    Vec3i begin, end;
+    for (int a = 0; a < 3; ++a) {
+        const double last = volume.grid.size[a] - 1;
+        begin[a] = int(std::clamp(place[a] - at_most / s[a], 0.0, last));
+        end[a] = int(std::ceil(std::clamp(place[a] + at_most / s[a], 0.0, last))) + 1;
+    }
+    double nearest = at_most;
+    const double longest = std::max({s.x, s.y, s.z});
+    for (int z = begin.z; z < end.z; ++z)
+        for (int y = begin.y; y < end.y; ++y)
+            for (int x = begin.x; x < end.x; ++x) {
+                const Vec3i p{x, y, z};
+                const Vec3d off{(x - place.x) * s.x, (y - place.y) * s.y, (z - place.z) * s.z};
+                const double far = norm(off);
+                if (far + longest < at_least || far - longest > nearest) continue;
+                const double v = double(volume.at(p));
+                for (int a = 0; a < 3; ++a) {
+                    Vec3i q = p;
+                    if (++q[a] >= end[a]) continue;
+                    const double w = double(volume.at(q));
+                    if (lumen.contains(v) == lumen.contains(w)) continue;
+                    Vec3d d = off;
+                    d[a] += (lumen.iso_hu - v) / (w - v) * s[a];
+                    nearest = std::min(nearest, norm(d));
+                }
+            }
+    return nearest;
+}
+
+LumenPath path_along(render::LumenTiles& tiles, const std::vector<Vec3d>& points) {
+    const Grid& grid = tiles.volume().grid;
+    LumenPath path;
+    for (const Vec3d& p : points) {
+        const Vec3i near{int(std::lround(p.x)), int(std::lround(p.y)), int(std::lround(p.z))};
+        const Vec3d at{double(near.x), double(near.y), double(near.z)};
+        const Vec3d x = world_from_voxel(grid, p);
+        const double off = norm(world_from_voxel(grid, at) - x);
+        // A voxel of the lumen knows how far the wall is; one of the tissue is beyond it.
+        path.radius_mm.push_back(wall_distance_at(tiles.volume(), tiles.lumen(), p,
+                                                  tiles.wall_mm(near) - off,
+                                                  tiles.wall_mm(near) + off));
+        path.points_mm.push_back(x);
+        if (path.points_mm.size() > 1) path.length_mm += norm(x - path.points_mm.end()[-2]);
+    }
+    return path;
+}
+
+void seed(render::March& march, render::LumenTiles& tiles, Vec3d place) {
+    const Vec3d s = tiles.volume().grid.spacing_mm;
+    for (const Vec3i& voxel : render::clear_corners(tiles, place)) {
+        const Vec3d d{(voxel.x - place.x) * s.x, (voxel.y - place.y) * s.y,
+                      (voxel.z - place.z) * s.z};
+        if (tiles.tile_of(voxel)) march.seed(voxel, norm(d) * march.cost(tiles.wall_mm(voxel)));
+    }
+}
+
+/// The shortest way that keeps a little off the walls, where it can.
+Result<std::vector<Vec3d>> find_route(render::LumenTiles& tiles, Vec3d from, Vec3d to,
+                                      const LumenPathSettings& settings) {
+    render::March march(tiles, kPower);
+    const auto goals = render::clear_corners(tiles, from);
+    march.aim_at(goals.front(), march.cost(tiles.far_mm()));
+    seed(march, tiles, to);
+    const auto end = march.run(goals, settings.give_up);
+    const auto limit = [](const std::string& what) {
+        return Error{ErrorCode::LimitExceeded, "from, to: the way is not found " + what};
+    };
+    if (tiles.is_full() || end == render::MarchEnd::Full)
+        return limit("among the " + std::to_string(settings.max_voxels) +
+                     " voxels that may be looked at; expected ends nearer to each other, or a "
+                     "threshold at which the lumen is closed in");
+    if (end == render::MarchEnd::GivenUp) return limit("in the time that it may take");
+    const bool came = std::any_of(goals.begin(), goals.end(),
+                                  [&](Vec3i goal) { return std::isfinite(tiles.arrival(goal)); });
+    auto points = came ? render::descend(tiles, from, to) : std::vector<Vec3d>{};
+    if (points.empty())
+        return Error{ErrorCode::NotFound,
+                     "from, to: expected places in one lumen, found no way at " +
+                         text_of(settings.iso_hu) + " HU"};
+    return points;
+}
+
+/// Distance to the wall at a place, by that of the voxels around it; no more than it is.
+double room_at(render::LumenTiles& tiles, Vec3d place) {
+    const Vec3d s = tiles.volume().grid.spacing_mm;
+    double room = 0;
+    for (int n = 0; n < 8; ++n) {
+        const Vec3i q{int(std::floor(place.x)) + (n & 1), int(std::floor(place.y)) + (n >> 1 & 1),
+                      int(std::floor(place.z)) + (n >> 2 & 1)};
+        if (!tiles.is_inside(q)) continue;
+        const Vec3d d{(q.x - place.x) * s.x, (q.y - place.y) * s.y, (q.z - place.z) * s.z};
+        room = std::max(room, tiles.wall_mm(q) - norm(d));
+    }
+    return room;
+}
+
+void open_ball(render::LumenTiles& tiles, Vec3d place, double radius_mm) {
+    const Grid& grid = tiles.volume().grid;
+    Vec3i begin, end;
+    for (int a = 0; a < 3; ++a) {
+        const double voxels = radius_mm / grid.spacing_mm[a], last = grid.size[a] - 1;
+        begin[a] = int(std::ceil(std::clamp(place[a] - voxels, 0.0, last)));
+        end[a] = int(std::floor(std::clamp(place[a] + voxels, 0.0, last))) + 1;
+    }
+    const Vec3d s = grid.spacing_mm;
+    for (int z = begin.z; z < end.z; ++z)
+        for (int y = begin.y; y < end.y; ++y)
+            for (int x = begin.x; x < end.x; ++x)
+                if (norm({(x - place.x) * s.x, (y - place.y) * s.y, (z - place.z) * s.z}) <=
+                    radius_mm)
+                    tiles.open({x, y, z});
+}
+
+/// Opens the largest balls in the lumen around the points of a way, and a little more, so that the
+/// way itself is open throughout. @returns the mean of their radii
+double open_around(render::LumenTiles& tiles, const std::vector<Vec3d>& points) {
+    const Vec3d s = tiles.volume().grid.spacing_mm;
+    const double least = 1.5 * std::max({s.x, s.y, s.z});
+    tiles.close();
+    double sum = 0, since = std::numeric_limits<double>::infinity();
+    for (std::size_t n = 0; n < points.size(); ++n) {
+        const double room = room_at(tiles, points[n]);
+        sum += room;
+        if (n > 0) {
+            const Vec3d d = points[n] - points[n - 1];
+            since += norm({d.x * s.x, d.y * s.y, d.z * s.z});
+        }
+        // Balls that overlap by nearly all of them would open nothing new.
+        if (room > least && since < 0.2 * room) {
+            open_ball(tiles, points[n], least);
+            continue;
+        }
+        since = 0;
+        open_ball(tiles, points[n], std::max(room, least));
+    }
+    return sum / double(points.size());
+}
+
+/// Leads a way to the middle: the front marches anew, fast where the wall is far, in the balls
+/// around the way, and so on until that gives no more room. Balls in the lumen lead through no hole
+/// in its wall, however wide it is beyond.
+void centre(render::LumenTiles& tiles, const LumenPathSettings& settings,
+            std::vector<Vec3d>& points) {
+    double room = 0;
+    for (int round = 0; round < kCentreRounds; ++round) {
+        const double now = open_around(tiles, points);
+        if (tiles.is_full() || !(now > kWorthIt * room)) return;
+        room = now;
+        render::March march(tiles, kPower);
+        const Vec3d from = points.front(), to = points.back();
+        seed(march, tiles, to);
+        if (march.run(render::clear_corners(tiles, from), settings.give_up) ==
+            render::MarchEnd::GivenUp)
+            return;
+        auto next = render::descend(tiles, from, to);
+        if (next.empty()) return;
+        points = std::move(next);
+    }
+}
+
+}  // namespace
+
+Result<LumenPath> find_lumen_path(const Volume& volume, Vec3d from_mm, Vec3d to_mm,
+                                  const LumenPathSettings& settings, const TaskArena& arena) {
+    if (!std::isfinite(settings.iso_hu)) return wrong("iso: expected a finite number");
+    if (!(settings.spacing_mm > 0)) return wrong("spacing: expected a length > 0");
+    const render::LumenSide lumen{settings.iso_hu, settings.polarity};
+    render::LumenTiles route_tiles(volume, lumen, kRouteVoxels, settings.max_voxels, arena);
+    const auto from = place_end(route_tiles, "from", from_mm, settings.reach_mm);
+    if (!from) return from.error();
+    const auto to = place_end(route_tiles, "to", to_mm, settings.reach_mm);
+    if (!to) return to.error();
+    auto route = find_route(route_tiles, *from, *to, settings);
+    if (!route) return route.error();
+    render::LumenTiles tiles(volume, lumen, kCentreVoxels, settings.max_voxels, arena);
+    std::vector<Vec3d> points = std::move(*route);
+    centre(tiles, settings, points);
+    render::smooth_inside(tiles, kSmoothRounds, points);
+    return path_along(tiles, thinned(tiles, points, settings.spacing_mm));
+}
+
+}  // namespace pliant

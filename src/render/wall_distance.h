@@ -1,0 +1,32 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// How far the voxels of a box are from the wall of the lumen. The wall is where the field crosses
+// the threshold between two voxels that are neighbours along an axis: places between voxel centres,
+// not voxels. To this set of places the distance is exact.
+
+#pragma once
+
+#include <pliant/render.h>
+
+#include <vector>
+
+namespace pliant::render {
+
+/// Which values are in the lumen: as first hits have it.
+struct LumenSide {
+    double iso_hu = -500;
+    Polarity polarity = Polarity::Rising;
+
+    bool contains(double value_hu) const {
+        return (value_hu < iso_hu) == (polarity == Polarity::Rising);
+    }
+};
+
+/// @param box  inside the volume, not empty
+/// @param[out] wall_mm  one for each voxel of the box, i fastest: distance to the nearest crossing
+///                      in the box, of voxels in the lumen and in the tissue; infinite: none
+void wall_distance(const Volume& volume, const Box3i& box, const LumenSide& lumen,
+                   const TaskArena& arena, std::vector<float>& wall_mm);
+
+}  // namespace pliant::render
