@@ -4,7 +4,14 @@
 // Makes, plays and records movies of keyframes. What is recorded is what the views show while the
 // movie plays: the canvas, without the lines that lie over it.
 
-import { isKeyframes, type Keyframe, lengthOf, readKeyframes, shotAt, writeKeyframes } from './keyframes.ts';
+import {
+    isKeyframes,
+    type Keyframe,
+    lengthOf,
+    readKeyframes,
+    shotAt,
+    writeKeyframes,
+} from './keyframes.ts';
 import type { Session } from './session.ts';
 import type { State } from './store.ts';
 import { norm, sub } from './vec.ts';
@@ -13,7 +20,12 @@ const kSpeed = 20; // of the eye between keyframes that are new [mm/s]
 const kShortest = 0.5; // between two keyframes [s]
 const kFrameRate = 30;
 const kBitsPerSecond = 8_000_000;
-const kTypes = ['video/mp4;codecs=avc1', 'video/webm;codecs=vp9', 'video/webm;codecs=vp8', 'video/webm'];
+const kTypes = [
+    'video/mp4;codecs=avc1',
+    'video/webm;codecs=vp9',
+    'video/webm;codecs=vp8',
+    'video/webm',
+];
 
 export class Movie {
     private time = 0;
