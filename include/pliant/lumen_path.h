@@ -34,9 +34,9 @@ struct LumenPath {
     double length_mm = 0;
 };
 
-/// The shortest route that keeps a little off the walls, led to the middle of the lumen along it. It
-/// stays in the lumen, and is the same for any number of threads. Of the volume, only what is about
-/// as near as the other end is looked at.
+/// The shortest route that keeps a little off the walls, led to the middle of the lumen along it.
+/// It stays in the lumen, and is the same for any number of threads. Of the volume, only what is
+/// about as near as the other end is looked at.
 /// @pre the volume doesn't change meanwhile
 /// @returns InvalidArgument if an end is outside the volume or in the tissue (the message says how
 ///          far from the lumen), NotFound if no way leads from one to the other, LimitExceeded if

@@ -4,7 +4,14 @@
 // Makes, plays and records movies of keyframes. What is recorded is what the views show while the
 // movie plays: the canvas, without the lines that lie over it.
 
-import { isKeyframes, type Keyframe, lengthOf, readKeyframes, shotAt, writeKeyframes } from './keyframes.ts';
+import {
+    isKeyframes,
+    type Keyframe,
+    lengthOf,
+    readKeyframes,
+    shotAt,
+    writeKeyframes,
+} from './keyframes.ts';
 import type { Session } from './session.ts';
 import type { State } from './store.ts';
 import { norm, sub } from './vec.ts';
@@ -13,7 +20,8 @@ const kSpeed = 20; // of the eye between keyframes that are new [mm/s]
 const kShortest = 0.5; // between two keyframes [s]
 const kFrameRate = 30;
 const kBitsPerSecond = 8_000_000;
-const kTypes = ['video/mp4;codecs=avc1', 'video/webm;codecs=vp9', 'video/webm;codecs=vp8', 'video/webm'];
+// VP8 costs least and takes pictures of any size; H.264 wants even numbers of pixels.
+const kTypes = ['video/webm;codecs=vp8', 'video/webm', 'video/mp4;codecs=avc1', 'video/mp4'];
 
 export class Movie {
     private time = 0;
@@ -166,11 +174,8 @@ export class Movie {
         };
         recorder.onerror = () => this.session.say('the browser could not record the movie');
         this.recorder = recorder;
-        // What is played before the recorder is ready would be missing.
-        recorder.onstart = () => {
-            if (this.recorder === recorder) this.start();
-        };
         recorder.start();
+        this.start();
     }
 
     // --- files

@@ -162,7 +162,10 @@ export class Overlay {
             marks.push(svg('polyline', { class: 'way near', points }));
         }
         const begin = state.pathFrom && spot(state.pathFrom);
-        if (begin) marks.push(svg('circle', { class: 'way near', cx: begin[0], cy: begin[1], r: 5 }));
+        if (begin) {
+            const [cx, cy] = begin;
+            marks.push(svg('circle', { class: 'way near', cx, cy, r: 5 }));
+        }
         return marks;
     }
 

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Two clicks, or the tip and one click, give a way through the lumen: the server looks for it in the
-// deformed scan.
+// Two clicks, or the tip and one click, give a way through the lumen: the server looks for it in
+// the deformed scan.
 
 import { Path, writePath } from './path.ts';
 import type { Session } from './session.ts';
@@ -60,7 +60,8 @@ export class PathTool {
         }
         store.set({ path: new Path(answer.points, answer.radii), pathWay: 0, pathFlying: false });
         const narrow = Math.min(...answer.radii).toFixed(1);
-        session.say(`a way of ${Math.round(answer.length_mm)} mm, ${narrow} mm from the wall at least`);
+        const length = Math.round(answer.length_mm);
+        session.say(`a way of ${length} mm, ${narrow} mm from the wall at least`);
     }
 
     saveFile(): void {

@@ -429,7 +429,10 @@ export class MockServer {
             case 'path': {
                 const way = tubeWay(m.from, m.to);
                 if (typeof way === 'string') refuse('out_of_range', way);
-                else client.socket.text({ t: 'path', id: m.id, step: scene.step, volume: 1, ...way });
+                else {
+                    const { step } = scene;
+                    client.socket.text({ t: 'path', id: m.id, step, volume: 1, ...way });
+                }
                 break;
             }
             case 'tool':
