@@ -4,7 +4,7 @@
 // Materials by label: a settings file whose [[label]] tables name the values of a label volume,
 // with directions beside it; then the tissue is pushed.
 
-#include <pliant/chainmail_relax.h>
+#include <pliant/chainmail.h>
 
 #include <cmath>
 
