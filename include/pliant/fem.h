@@ -76,8 +76,8 @@ enum class HexElement {
 };
 
 enum class ElasticMethod {
-    Cholesky,            ///< sparse LDLᵀ: best up to some 10⁴ nodes, or for many loads
-    ConjugateGradients,  ///< little memory
+    Cholesky,            ///< sparse LDLᵀ: for some 10³ nodes (20 000 at most) and many loads
+    ConjugateGradients,  ///< little memory; on lattices with multigrid, and fast
 };
 
 struct ElasticSettings {

@@ -27,8 +27,8 @@ namespace {
 constexpr double kNewton = 1e-6;  // of a µN
 constexpr double kJoule = 1e-9;   // of a nJ
 
-/// More nodes would need tens of gigabytes for their factor (docs/fem.md).
-constexpr std::int64_t kMostCholeskyNodes = 100'000;
+/// More nodes would need many minutes and gigabytes for their factor (docs/fem.md).
+constexpr std::int64_t kMostCholeskyNodes = 20'000;
 
 }  // namespace
 
