@@ -76,7 +76,7 @@ void SweepPlanner::plan(const SpringNetwork& network, const TransmittalOrder& la
                         double time_step, SweepPlan& plan) {
     plan = {};
     plan.nodes.assign(kPack, -1);
-    m_local_of.assign(std::size_t(network.node_count()), -1);
+    m_local_of.resize(std::size_t(network.node_count()), -1);
     if (as_one) {
         m_group = layers.nodes;
         add_group(network, false, plan);
@@ -94,7 +94,7 @@ void SweepPlanner::plan_in_order(const SpringNetwork& network, const Transmittal
                                  double time_step, SweepPlan& plan) {
     plan = {};
     plan.nodes.assign(kPack, -1);
-    m_local_of.assign(std::size_t(network.node_count()), -1);
+    m_local_of.resize(std::size_t(network.node_count()), -1);
     m_group = layers.nodes;
     add_group(network, true, plan);
     finish(network, time_step, plan);
@@ -107,6 +107,8 @@ void SweepPlanner::finish(const SpringNetwork& network, double time_step, SweepP
                               [](const SpringLink& link) { return link.damping > 0; });
     make_slots(network, time_step, plan);
     if (network.has_volume_energy()) add_cells(network, plan);
+    for (const std::int32_t node : plan.nodes)
+        if (node >= 0) m_local_of[std::size_t(node)] = -1;
 }
 
 /// Local numbers, also of the nodes that only look on: by their number, which makes rows too.

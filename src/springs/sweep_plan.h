@@ -97,7 +97,7 @@ class SweepPlanner {
     void add_cells(const SpringNetwork& network, SweepPlan& plan);
     void finish(const SpringNetwork& network, double time_step, SweepPlan& plan);
 
-    std::vector<std::int32_t> m_local_of;  ///< [global]; −1
+    std::vector<std::int32_t> m_local_of;  ///< [global]; −1 between calls
     std::vector<std::int32_t> m_group, m_walk, m_frozen, m_cell_of;
     std::vector<Slot> m_slots;
     std::vector<std::pair<std::int32_t, std::int32_t>> m_left[kPack];  ///< local, link
