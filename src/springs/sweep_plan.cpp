@@ -52,8 +52,37 @@ void SweepPlanner::order_group(const SpringNetwork& network) {
     }
 }
 
-void SweepPlanner::add_group(const SpringNetwork& network, bool keep_order, SweepPlan& plan) {
+/// The frozen neighbour at either end of a row joins it, so that all of the row's links to one side
+/// have one offset.
+void SweepPlanner::extend_rows(const SpringNetwork& network) {
+    const auto is_seen = [&](std::int32_t node) {
+        if (node < 0 || node >= network.node_count() || m_active[std::size_t(node)]) return false;
+        const auto neighbours = network.neighbours(node);
+        return std::any_of(neighbours.begin(), neighbours.end(), [&](const auto& neighbour) {
+            return m_active[std::size_t(neighbour.node)] != 0;
+        });
+    };
+    m_walk.clear();
+    for (std::size_t n = 0; n < m_group.size();) {
+        const std::size_t run = run_length(m_group, n);
+        const std::int32_t before = m_group[n] - 1, after = m_group[n + run - 1] + 1;
+        const bool is_row = run >= kLongRun;
+        if (is_row && is_seen(before) && (m_walk.empty() || m_walk.back() != before))
+            m_walk.push_back(before);
+        m_walk.insert(m_walk.end(), m_group.begin() + std::ptrdiff_t(n),
+                      m_group.begin() + std::ptrdiff_t(n + run));
+        if (is_row && is_seen(after)) m_walk.push_back(after);
+        n += run;
+    }
+    m_group.swap(m_walk);
+}
+
+void SweepPlanner::add_group(const SpringNetwork& network, bool keep_order, bool as_one,
+                             SweepPlan& plan) {
+    plan.active_nodes += std::int32_t(m_group.size());
+    for (const std::int32_t node : m_group) m_active[std::size_t(node)] = 1;
     if (!keep_order) order_group(network);
+    if (as_one) extend_rows(network);
     const auto begin = std::int32_t(plan.nodes.size()) / kPack - 1;
     const auto fill_pack = [&] {
         while (plan.nodes.size() % kPack) plan.nodes.push_back(-1);
@@ -68,7 +97,6 @@ void SweepPlanner::add_group(const SpringNetwork& network, bool keep_order, Swee
         last_run = run;
     }
     fill_pack();
-    plan.active_nodes += std::int32_t(m_group.size());
     plan.groups.push_back({begin, std::int32_t(plan.nodes.size()) / kPack - 1});
 }
 
@@ -76,15 +104,16 @@ void SweepPlanner::plan(const SpringNetwork& network, const TransmittalOrder& la
                         double time_step, SweepPlan& plan) {
     plan = {};
     plan.nodes.assign(kPack, -1);
-    m_local_of.assign(std::size_t(network.node_count()), -1);
+    m_local_of.resize(std::size_t(network.node_count()), -1);
+    m_active.resize(std::size_t(network.node_count()), 0);
     if (as_one) {
         m_group = layers.nodes;
-        add_group(network, false, plan);
+        add_group(network, false, true, plan);
     } else {
         for (std::size_t l = 0; l + 1 < layers.layers.size(); ++l) {
             m_group.assign(layers.nodes.begin() + layers.layers[l],
                            layers.nodes.begin() + layers.layers[l + 1]);
-            add_group(network, false, plan);
+            add_group(network, false, false, plan);
         }
     }
     finish(network, time_step, plan);
@@ -94,9 +123,10 @@ void SweepPlanner::plan_in_order(const SpringNetwork& network, const Transmittal
                                  double time_step, SweepPlan& plan) {
     plan = {};
     plan.nodes.assign(kPack, -1);
-    m_local_of.assign(std::size_t(network.node_count()), -1);
+    m_local_of.resize(std::size_t(network.node_count()), -1);
+    m_active.resize(std::size_t(network.node_count()), 0);
     m_group = layers.nodes;
-    add_group(network, true, plan);
+    add_group(network, true, false, plan);
     finish(network, time_step, plan);
 }
 
@@ -107,6 +137,11 @@ void SweepPlanner::finish(const SpringNetwork& network, double time_step, SweepP
                               [](const SpringLink& link) { return link.damping > 0; });
     make_slots(network, time_step, plan);
     if (network.has_volume_energy()) add_cells(network, plan);
+    for (const std::int32_t node : plan.nodes) {
+        if (node < 0) continue;
+        m_local_of[std::size_t(node)] = -1;
+        m_active[std::size_t(node)] = 0;
+    }
 }
 
 /// Local numbers, also of the nodes that only look on: by their number, which makes rows too.
@@ -120,9 +155,11 @@ void SweepPlanner::number(const SpringNetwork& network, SweepPlan& plan) {
         local = 0;
         m_frozen.push_back(node);
     };
+    plan.is_active.assign(plan.nodes.size(), 0);
     for (std::int32_t l = kPack; l < plan.active_end; ++l) {
-        if (plan.nodes[std::size_t(l)] < 0) continue;
         const std::int32_t node = plan.nodes[std::size_t(l)];
+        if (node < 0 || !m_active[std::size_t(node)]) continue;
+        plan.is_active[std::size_t(l)] = 1;
         for (const auto& neighbour : network.neighbours(node)) look_at(neighbour.node);
         if (!network.has_volume_energy()) continue;
         for (const std::int32_t c : network.cells_of(node)) {
@@ -137,6 +174,7 @@ void SweepPlanner::number(const SpringNetwork& network, SweepPlan& plan) {
     }
     plan.nodes.insert(plan.nodes.end(), kPack, -1);
     while (plan.nodes.size() % kPack) plan.nodes.push_back(-1);
+    plan.is_active.resize(plan.nodes.size(), 0);
 }
 
 /// Sorts a pack's links by the offset to their other end; those of rare offsets go to m_left.
@@ -146,8 +184,8 @@ void SweepPlanner::sort_links(const SpringNetwork& network, const SweepPlan& pla
     for (auto& left : m_left) left.clear();
     for (int lane = 0; lane < kPack; ++lane) {
         const std::int32_t local = (pack + 1) * kPack + lane;
+        if (!plan.is_active[std::size_t(local)]) continue;
         const std::int32_t node = plan.nodes[std::size_t(local)];
-        if (node < 0) continue;
         std::size_t guess = 0;  // neighbours are sorted, so the next is mostly the next slot
         for (const auto& neighbour : network.neighbours(node)) {
             const std::int32_t offset = m_local_of[std::size_t(neighbour.node)] - local;
@@ -258,7 +296,7 @@ void SweepPlanner::add_cells(const SpringNetwork& network, SweepPlan& plan) {
         for (std::int32_t l = (plan.groups[g].begin_pack + 1) * kPack;
              l < (plan.groups[g].end_pack + 1) * kPack; ++l) {
             const std::int32_t node = plan.nodes[std::size_t(l)];
-            if (node >= 0)
+            if (plan.is_active[std::size_t(l)])
                 for (const std::int32_t c : network.cells_of(node)) {
                     const SpringCell& cell = network.cells()[std::size_t(c)];
                     if (network.is_cell_cut(std::size_t(c)) || cell.bulk == 0) continue;

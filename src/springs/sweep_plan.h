@@ -51,8 +51,9 @@ struct CellCorner {
 };
 
 struct SweepPlan {
-    std::vector<std::int32_t> nodes;  ///< local → global; −1: padding
-    std::int32_t active_end = kPack;  ///< local numbers from here on are frozen
+    std::vector<std::int32_t> nodes;      ///< local → global; −1: padding
+    std::vector<std::uint8_t> is_active;  ///< [local]; packs may hold a few that only look on
+    std::int32_t active_end = kPack;      ///< local numbers from here on are frozen
     std::int32_t active_nodes = 0;
     std::vector<SweepGroup> groups;
     std::vector<PackSlots> packs;
@@ -87,8 +88,9 @@ class SweepPlanner {
         std::uint32_t lanes;
         std::int32_t link[kPack];
     };
-    void add_group(const SpringNetwork& network, bool keep_order, SweepPlan& plan);
+    void add_group(const SpringNetwork& network, bool keep_order, bool as_one, SweepPlan& plan);
     void order_group(const SpringNetwork& network);
+    void extend_rows(const SpringNetwork& network);
     void number(const SpringNetwork& network, SweepPlan& plan);
     void make_slots(const SpringNetwork& network, double time_step, SweepPlan& plan);
     void sort_links(const SpringNetwork& network, const SweepPlan& plan, std::int32_t pack);
@@ -97,7 +99,8 @@ class SweepPlanner {
     void add_cells(const SpringNetwork& network, SweepPlan& plan);
     void finish(const SpringNetwork& network, double time_step, SweepPlan& plan);
 
-    std::vector<std::int32_t> m_local_of;  ///< [global]; −1
+    std::vector<std::int32_t> m_local_of;  ///< [global]; −1 between calls
+    std::vector<std::uint8_t> m_active;    ///< [global]; 0 between calls
     std::vector<std::int32_t> m_group, m_walk, m_frozen, m_cell_of;
     std::vector<Slot> m_slots;
     std::vector<std::pair<std::int32_t, std::int32_t>> m_left[kPack];  ///< local, link

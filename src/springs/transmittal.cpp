@@ -63,14 +63,15 @@ void Transmittal::touch(const SpringNetwork& network, SpringState& state, std::i
     }
     m_plan = &find_plan(network, depth, everything);
     enter(network, state);
-    for (const std::int32_t node : m_plan->plan.nodes)
-        if (node >= 0) m_reached[std::size_t(node)] = 1;
+    const SweepPlan& plan = m_plan->plan;
+    for (std::size_t l = 0; l < plan.local_count(); ++l)
+        if (plan.is_active[l]) m_reached[std::size_t(plan.nodes[l])] = 1;
     for (const std::int32_t node : m_left)
         if (!m_reached[std::size_t(node)])
             for (int c = 0; c < 3; ++c)
                 state.before[c][std::size_t(node)] = state.x[c][std::size_t(node)];
-    for (const std::int32_t node : m_plan->plan.nodes)
-        if (node >= 0) m_reached[std::size_t(node)] = 0;
+    for (std::size_t l = 0; l < plan.local_count(); ++l)
+        if (plan.is_active[l]) m_reached[std::size_t(plan.nodes[l])] = 0;
 }
 
 void Transmittal::leave(SpringState& state) {
@@ -79,7 +80,7 @@ void Transmittal::leave(SpringState& state) {
     if (!m_plan) return;
     give_back(state);
     for (std::int32_t l = kPack; l < m_plan->plan.active_end; ++l)
-        if (m_plan->plan.nodes[std::size_t(l)] >= 0)
+        if (m_plan->plan.is_active[std::size_t(l)])
             m_left.push_back(m_plan->plan.nodes[std::size_t(l)]);
     m_plan = nullptr;
 }
@@ -88,7 +89,7 @@ void Transmittal::set_node(const SpringNetwork& network, const SpringState& stat
                            std::size_t local) {
     const std::int32_t node = m_plan->plan.nodes[local];
     const auto n = std::size_t(std::max(node, 0));
-    const bool active = node >= 0 && std::int32_t(local) < m_plan->plan.active_end;
+    const bool active = m_plan->plan.is_active[local] != 0;
     for (int c = 0; c < 3; ++c) {
         m_x[c][local] = node < 0 ? 0 : state.x[c][n];
         m_before[c][local] = active ? state.before[c][n] : m_x[c][local];
@@ -116,8 +117,7 @@ void Transmittal::enter(const SpringNetwork& network, const SpringState& state) 
     for (std::size_t local = 0; local < count; ++local) {
         set_node(network, state, local);
         const std::int32_t node = m_plan->plan.nodes[local];
-        if (node >= 0 && std::int32_t(local) < m_plan->plan.active_end &&
-            state.is_touched[std::size_t(node)])
+        if (m_plan->plan.is_active[local] && state.is_touched[std::size_t(node)])
             m_contact.push_back(local);
     }
 }
@@ -138,8 +138,8 @@ void Transmittal::renew_contact(const SpringNetwork& network, const SpringState&
 void Transmittal::give_back(SpringState& state) const {
     if (!m_plan) return;
     for (std::int32_t l = kPack; l < m_plan->plan.active_end; ++l) {
+        if (!m_plan->plan.is_active[std::size_t(l)]) continue;
         const std::int32_t node = m_plan->plan.nodes[std::size_t(l)];
-        if (node < 0) continue;
         for (int c = 0; c < 3; ++c) {
             state.x[c][std::size_t(node)] = m_x[std::size_t(c)][std::size_t(l)];
             state.before[c][std::size_t(node)] = m_before[std::size_t(c)][std::size_t(l)];
@@ -249,7 +249,7 @@ bool Transmittal::sweep_in_order(double farthest) {
     for (std::int32_t pack = 0; pack < std::int32_t(plan.packs.size()); ++pack)
         for (int lane = 0; lane < kPack; ++lane) {
             const auto i = std::size_t((pack + 1) * kPack + lane);
-            if (plan.nodes[i] < 0) continue;
+            if (!plan.is_active[i]) continue;
             Vec3d sum{m_load[0][i], m_load[1][i], m_load[2][i]};
             const Vec3d here = place(std::int32_t(i));
             const Vec3d moved = here - Vec3d{m_before[0][i], m_before[1][i], m_before[2][i]};
