@@ -97,7 +97,10 @@ export class Connection {
 
     /// Sends a command. The answer is undefined where the line broke before there was one.
     /// @param arrived  called at once when the answer comes, before any later message
-    ask(command: Command, arrived?: (answer: Answer | undefined) => void): Promise<Answer | undefined> {
+    ask(
+        command: Command,
+        arrived?: (answer: Answer | undefined) => void,
+    ): Promise<Answer | undefined> {
         if (!this.isOpen) return Promise.resolve(undefined);
         const id = this.nextId++;
         this.socket!.send(JSON.stringify({ ...command, id }));
