@@ -161,9 +161,8 @@ class SpringTissue {
 struct DepthSearch {
     double threshold = 0.01;  ///< of the largest change of a node's place, absolute (a length)
     std::int32_t max_depth = 64;
-    /// Each depth is simulated for so long; 0: until the equilibrium of the nodes it reaches. With
-    /// a time, a stiffer network needs more layers, because forces travel faster ([Choi2004, Fig.
-    /// 10]).
+    /// Each depth is simulated for so long; 0: until the equilibrium of the nodes it reaches.
+    /// In a given time forces travel farther in a stiffer network.
     double duration = 0;
 };
 struct DepthFound {
