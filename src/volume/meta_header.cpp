@@ -59,6 +59,13 @@ std::vector<std::string> lines_of(std::string_view text) {
     return lines;
 }
 
+bool is_geometry(std::string_view name) {
+    constexpr std::string_view kNames[] = {
+        "NDims",    "DimSize", "ElementNumberOfChannels", "ElementSpacing", "ElementSize", "Offset",
+        "Position", "Origin",  "TransformMatrix",         "Rotation",       "Orientation"};
+    return std::find(std::begin(kNames), std::end(kNames), name) != std::end(kNames);
+}
+
 Result<Fields> read_fields(const fs::path& path) {
     std::ifstream file(path, std::ios::binary);
     std::string text(kMaxHeaderBytes, '\0');
@@ -75,6 +82,9 @@ Result<Fields> read_fields(const fs::path& path) {
             return damaged(path, "header line '" + shown(line) + "' has no '='");
         const std::string name(trimmed(line.substr(0, equals)));
         const std::string value(trimmed(line.substr(equals + 1)));
+        // ITK goes by the first one, and reads until memory ends where that is a negative NDims.
+        if (fields.values.contains(name) && is_geometry(name))
+            return damaged(path, name + " is there twice, expected once");
         fields.names.push_back(name);
         fields.values[name] = value;
         if (name != "ElementDataFile") continue;

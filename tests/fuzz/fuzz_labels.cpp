@@ -49,7 +49,7 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
         return 0;
     }
     const auto report =
-        tissue->push({.point_mm = {3, 3, 3}, .sphere_radius_mm = 1.5, .push_mm = {0.7, 2, -1}});
+        tissue->push({.point_mm = {3, 3, 3}, .push_mm = {0.7, 2, -1}, .sphere_radius_mm = 1.5});
     if (!report.ok()) fuzz::expect_one_line(report.error().message);
     return 0;
 }

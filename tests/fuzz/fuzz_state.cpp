@@ -40,7 +40,9 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     static const TaskArena arena(1);
     static const auto phantom = make_phantom({.name = "cube", .size = {16, 16, 16}}, arena);
     const std::string_view given = fuzz::text_of(data, size);
-    auto tissue = ChainMail::create(phantom->volume, {.max_elements = 1 << 16}, arena);
+    ChainMailSettings settings;
+    settings.max_elements = 1 << 16;
+    auto tissue = ChainMail::create(phantom->volume, settings, arena);
     fuzz::expect(tissue.ok(), "a lattice");
     for (const std::string& bytes : {std::string(given), put_right(std::string(given))}) {
         const Status status = tissue->load_state(fuzz::write_anew("a.plst", bytes));

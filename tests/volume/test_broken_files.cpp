@@ -237,6 +237,7 @@ TEST(BrokenMetaImage, DataThatAreMissingOrDamagedAreNoticed) {
         {"blanks.mhd",
          with<MetaFile>([](auto& f) { f.data_file = "raw.mha%d  1  2  1", f.data = ""; }),
          "is missing"},
+        {"twice.mha", "NDims = -3\n" + MetaFile().bytes(), "NDims is there twice, expected once"},
         {"numbers.mhd", with<MetaFile>([](auto& f) {
              f.data_file = "s%d.raw -9223372036854775808 0 -1", f.data = "";
          }),
