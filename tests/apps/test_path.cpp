@@ -172,6 +172,10 @@ TEST_F(ChestFlight, TenThousandRandomStepsWithCollisionStayInTheLumen) {
         const auto wall = caster.first_hit(eye, direction, -500, Polarity::Rising);
         double step = length(random);
         const auto is_free = [&] {
+            // The scan's border is no wall, and beyond it there is none.
+            const Vec3d ijk = voxel_from_world(scan.grid, eye + step * direction);
+            for (int a = 0; a < 3; ++a)
+                if (!(ijk[a] >= 0 && ijk[a] <= scan.grid.size[a] - 1)) return false;
             return (!wall || wall->distance_mm > step) &&
                    !caster.nearest_surface(eye + step * direction, kTipMm, -500);
         };
