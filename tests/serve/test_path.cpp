@@ -94,7 +94,9 @@ TEST_F(PathServerTest, FollowTheDeformedVolume) {
 TEST_F(PathServerTest, ThatAreNotThereSayWhy) {
     TestClient a(m_server->port(), m_server->link());
     a.enter();
-    a.say(question(1, kTrachea, {40, 40, 40}));
+    Json wall = question(1, kTrachea, {40, 40, 40});
+    wall["reach"] = 0;
+    a.say(wall);
     const Json tissue = answer(a, 1);
     EXPECT_EQ(tissue["code"], "out_of_range");
     EXPECT_NE(tissue["message"].get<std::string>().find("path: to: expected a place in the lumen"),
@@ -134,7 +136,7 @@ TEST_F(PathServerTest, AreLookedForOneAtATimeAndEndWithTheirClient) {
     }
     // The scene goes on, and searches of those who left are soon over.
     EXPECT_EQ(a.command({{"do", "iso"}, {"iso_hu", -450}})["t"], "done");
-    Json last;
+    Json last = Json::object();
     for (int n = 0; n < 200 && last.value("t", "") != "path"; ++n) {
         a.say(question(1000 + n, kTrachea, kLeft));
         last = answer(a, 1000 + n);

@@ -7,7 +7,7 @@ import { join } from 'node:path';
 import { test } from 'node:test';
 import { Path, readPath, writePath } from '../src/path.ts';
 import { dot, norm, sub, type Vec3 } from '../src/vec.ts';
-import { launch, kFolder, picture, serve, spot, stateOf, visit } from './browser.ts';
+import { launch, kFolder, picture, serve, spot, stateOf, still, visit } from './browser.ts';
 import type { Session } from '../src/session.ts';
 
 const file = (points: number[][], coordinateSystem: unknown = 'LPS'): string =>
@@ -167,7 +167,8 @@ test('the tip and a click, or two clicks, give a way that can be flown', async (
     assert.ok(norm(sub((await stateOf(page)).camera.eye, second.points.at(-1)!)) < 0.01);
 
     await page.keyboard.press('o');
-    await page.waitForTimeout(600);
+    await page.waitForTimeout(100);
+    await still(page);
     assert.ok((await page.locator('.view.endoscope polyline.way').count()) > 0);
     await picture(page, 'path_outside');
     await page.keyboard.press('o');
