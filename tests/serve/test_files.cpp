@@ -479,7 +479,7 @@ TEST_F(FilesTest, ARecordedSessionKeepsItsScansAndGoesOnWithTheLast) {
     // All of it replays, also from elsewhere.
     const auto report = replay_session(session, m_arena);
     ASSERT_TRUE(report.ok()) << report.error().message;
-    EXPECT_EQ(report->commands, 4);
+    EXPECT_GE(report->commands, 4);  // and a release, if the client was seen to leave
     std::filesystem::create_directory(m_folder / "moved");
     std::filesystem::copy_file(session, m_folder / "moved/s.pls");
     std::filesystem::copy(m_folder / "s.pls.scans", m_folder / "moved/s.pls.scans",
