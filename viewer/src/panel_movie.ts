@@ -12,7 +12,7 @@ export function moviePanel(parts: Parts): HTMLElement {
     const { movie } = actions;
     const list = h('ol', { class: 'keyframes', 'aria-label': 'Keyframes' });
     const total = h('span', { class: 'hint' });
-    const play = button('Play', () => movie.play(), 'from the first keyframe, or stop (M)');
+    const play = button('Play', () => movie.play(), 'from the first keyframe, or stop (Shift+K)');
     const record = button('Record', () => movie.record(), 'play, and save what the views show');
     const save = button('Save', () => movie.saveFile(), 'the keyframes, for another time');
     session.store.watch(['keyframes'], ({ keyframes }) => {

@@ -165,7 +165,7 @@ test('keyframes are added, ordered, played, recorded, saved and loaded', async (
             if (moviePlaying) seen.push(camera.eye.join());
         });
     });
-    await page.keyboard.press('m');
+    await page.keyboard.press('Shift+K');
     await ended();
     const seen = await page.evaluate(() => (window as never as { seen: string[] }).seen);
     assert.ok(new Set(seen).size > 5, `${new Set(seen).size} places`);
@@ -176,7 +176,7 @@ test('keyframes are added, ordered, played, recorded, saved and loaded', async (
     await panel.getByLabel('seconds to keyframe 3').fill('600');
     await panel.getByLabel('seconds to keyframe 3').press('Enter');
     await page.locator('.view.endoscope').focus();
-    await page.keyboard.press('m');
+    await page.keyboard.press('Shift+K');
     assert.equal((await session()).moviePlaying, true);
     await page.keyboard.down('ArrowLeft');
     await ended();
