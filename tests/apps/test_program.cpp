@@ -422,7 +422,7 @@ TEST_F(ProgramTest, RenderDrawsEveryView) {
 }
 
 TEST_F(ProgramTest, RenderFliesAlongACurveInEitherCoordinateSystem) {
-    const auto write_path = [&](const char* name, const char* system, int sign) {
+    const auto write_path = [&](const char* name, const char* system, std::int64_t sign) {
         std::ofstream out(file(name));
         out << R"({"markups": [{"type": "Curve", "coordinateUnits": "mm", "coordinateSystem": ")"
             << system << R"(", "controlPoints": [)";

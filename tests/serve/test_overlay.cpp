@@ -145,7 +145,6 @@ class OverlayTest : public ::testing::Test {
 
 TEST_F(OverlayTest, IsThatOfTheForwardDisplacementAndGoesToWhoAsked) {
     Visitor a(*m_server), b(*m_server, true), c(*m_server);
-    EXPECT_EQ(a.welcome["features"][0], "overlay");
     both(a, {{"do", "push"}, {"point", {0, 0, 0}}, {"push", {0, 1.5, 0.4}}, {"radius", 5}});
     a.checked_checksum();
     EXPECT_EQ(a.overlay_boxes, 0);
