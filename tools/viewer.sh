@@ -47,9 +47,10 @@ check_viewer() {
 }
 
 # A headless browser drives the page: with the mock first, then with the program's own server.
+# Everything with the program, and as much with the mock server as shows that it is still like it.
 test_viewer() { # PROGRAM
     need_browser
-    (cd "$root/viewer" && npm test --silent && PLIANT_SERVER=$1 npm test --silent)
+    (cd "$root/viewer" && PLIANT_SERVER=$1 npm test --silent && npm test --silent -- load tissue)
 }
 
 # Ubuntu has no package of Chromium: PLIANT_CHROMIUM names a browser from elsewhere.
