@@ -16,6 +16,7 @@
 #include <vector>
 
 #include "interleaved.h"
+#include "memory_floor.h"
 
 namespace pliant::bench {
 namespace {
@@ -70,31 +71,6 @@ void fem_cholesky(benchmark::State& state) {
     assemble(state, ElasticMethod::Cholesky);
 }
 
-/// What an iteration must read and write: search direction, its product, displacement, residual.
-class IterationFloor {
-  public:
-    IterationFloor(std::int64_t nodes, const TaskArena& arena)
-        : m_changed(std::size_t(nodes) * 12, 1),
-          m_read(std::size_t(nodes) * 9, 1),
-          m_arena(arena) {}
-
-    void run() {
-        constexpr std::int64_t kGrain = 1 << 14;
-        m_arena.for_each(std::int64_t(m_changed.size()), kGrain, [&](auto begin, auto end) {
-            for (auto n = begin; n < end; ++n) m_changed[std::size_t(n)] += 3;
-        });
-        m_arena.for_each(std::int64_t(m_read.size()), kGrain, [&](auto begin, auto end) {
-            std::uint64_t sum = 0;
-            for (auto n = begin; n < end; ++n) sum += m_read[std::size_t(n)];
-            benchmark::DoNotOptimize(sum);
-        });
-    }
-
-  private:
-    std::vector<std::uint64_t> m_changed, m_read;
-    const TaskArena& m_arena;
-};
-
 /// Arguments: nodes along an edge, materials mixed, threads. A whole solve to 10⁻⁶.
 void fem_iteration(benchmark::State& state) {
     const HexLattice lattice = cube(int(state.range(0)));
@@ -114,7 +90,9 @@ void fem_iteration(benchmark::State& state) {
     if (!first) std::abort();
     const int iterations = first->iterations;
     const double nodes = double(node_count(lattice));
-    IterationFloor floor(node_count(lattice), arena);
+    // What an iteration must read and write: search direction, its product, displacement, residual.
+    const std::int64_t doubles = 8 * node_count(lattice);
+    MemoryFloor floor(12 * doubles, 9 * doubles, arena);
     const int floor_turns = std::max(1, std::min(iterations, 30));
     const Turns turns = run_interleaved(
         state, "the floor, read and written by a plain loop", [] {},

@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "interleaved.h"
+#include "memory_floor.h"
 
 namespace pliant::bench {
 namespace {
@@ -32,31 +33,6 @@ Volume noisy_volume(int side, bool mixed) {
     volume.voxels = std::move(values);
     return volume;
 }
-
-/// Reads and writes as many bytes as a sweep must.
-class Floor {
-  public:
-    Floor(std::int64_t read_written, std::int64_t read, const TaskArena& arena)
-        : m_changed(std::size_t(read_written / 4), 1),
-          m_read(std::size_t(read / 4), 1),
-          m_arena(arena) {}
-
-    void run() {
-        constexpr std::int64_t kGrain = 1 << 16;
-        m_arena.for_each(std::int64_t(m_changed.size()), kGrain, [&](auto begin, auto end) {
-            for (auto n = begin; n < end; ++n) m_changed[std::size_t(n)] += 3;
-        });
-        m_arena.for_each(std::int64_t(m_read.size()), kGrain, [&](auto begin, auto end) {
-            std::uint32_t sum = 0;
-            for (auto n = begin; n < end; ++n) sum += m_read[std::size_t(n)];
-            benchmark::DoNotOptimize(sum);
-        });
-    }
-
-  private:
-    std::vector<std::uint32_t> m_changed, m_read;
-    const TaskArena& m_arena;
-};
 
 /// Arguments: side of the pushed cube of elements, mixed materials, threads.
 void chainmail_relax(benchmark::State& state) {
@@ -83,7 +59,7 @@ void chainmail_relax(benchmark::State& state) {
     fresh();
     const auto workspace = tissue->relax(options)->workspace_bytes;
     const double items = double(pushed.size());
-    Floor floor(std::int64_t(items) * 12, mixed ? workspace : 0, arena);
+    MemoryFloor floor(std::int64_t(items) * 12, mixed ? workspace : 0, arena);
     constexpr double kManyItems = 2e6;
     const int sweeps = items > kManyItems ? 2 : 8;
     RelaxOptions several = options;

@@ -137,10 +137,25 @@ double worst_inverse(const Lattice& lattice, const Deformed& deformed) {
     return misses.empty() ? 0 : *std::max_element(misses.begin(), misses.end());
 }
 
-TEST(CellKernel, EveryTargetGivesTheSameBits) {
+void expect_same_bits_on_all_targets(const Volume& volume, const Lattice& lattice) {
     const std::vector<std::int64_t> targets = all_targets();
     ASSERT_GE(targets.size(), 2u);
     const TaskArena arena(2);
+    const auto deform_on = [&](std::int64_t target) {
+        const OnTarget chosen(target);
+        return deform_by_lattice(volume, lattice, Mapping::Cells, true, arena);
+    };
+    const Deformed expected = deform_on(targets[0]);
+    ASSERT_GT(expected.written_voxels, 5000);
+    for (const std::int64_t target : targets) {
+        const Deformed deformed = deform_on(target);
+        EXPECT_EQ(hash_volume(deformed.volume), hash_volume(expected.volume))
+            << hwy::TargetName(target);
+        EXPECT_TRUE(deformed.inverse_mm == expected.inverse_mm) << hwy::TargetName(target);
+    }
+}
+
+TEST(CellKernel, EveryTargetGivesTheSameBits) {
     for (std::uint64_t seed = 1; seed <= 8; ++seed) {
         SCOPED_TRACE("seed " + std::to_string(seed));
         Random random(seed);
@@ -149,25 +164,12 @@ TEST(CellKernel, EveryTargetGivesTheSameBits) {
             volume.voxels = std::vector<float>(std::get<0>(volume.voxels).begin(),
                                                std::get<0>(volume.voxels).end());
         const Lattice lattice = rough_lattice(volume, random, 0.04 * double(seed));
-        const OnTarget first(targets[0]);
-        const Deformed expected = deform_by_lattice(volume, lattice, Mapping::Cells, true, arena);
-        ASSERT_GT(expected.written_voxels, 5000);
-        for (const std::int64_t target : targets) {
-            const OnTarget other(target);
-            const Deformed deformed =
-                deform_by_lattice(volume, lattice, Mapping::Cells, true, arena);
-            EXPECT_EQ(hash_volume(deformed.volume), hash_volume(expected.volume))
-                << hwy::TargetName(target);
-            EXPECT_TRUE(deformed.inverse_mm == expected.inverse_mm) << hwy::TargetName(target);
-        }
+        expect_same_bits_on_all_targets(volume, lattice);
     }
 }
 
 TEST(CellKernel, AVoxelDoesNotDependOnThoseInItsVector) {
     // Cells that need no step beside some that need several; vectors of other widths mix others.
-    const std::vector<std::int64_t> targets = all_targets();
-    ASSERT_GE(targets.size(), 2u);
-    const TaskArena arena(2);
     for (std::uint64_t seed = 1; seed <= 4; ++seed) {
         SCOPED_TRACE("seed " + std::to_string(seed));
         Random random(seed);
@@ -177,16 +179,7 @@ TEST(CellKernel, AVoxelDoesNotDependOnThoseInItsVector) {
         std::vector<Vec3d> u = rough_displacements(volume, random, 0);
         for (Vec3d& v : u) v = v + random.vector(random.whole(0, 15) == 0 ? 0.05 : 1e-6);
         const Lattice lattice = lattice_of(volume, u);
-        const OnTarget first(targets[0]);
-        const Deformed expected = deform_by_lattice(volume, lattice, Mapping::Cells, true, arena);
-        for (const std::int64_t target : targets) {
-            const OnTarget other(target);
-            const Deformed deformed =
-                deform_by_lattice(volume, lattice, Mapping::Cells, true, arena);
-            EXPECT_EQ(hash_volume(deformed.volume), hash_volume(expected.volume))
-                << hwy::TargetName(target);
-            EXPECT_TRUE(deformed.inverse_mm == expected.inverse_mm) << hwy::TargetName(target);
-        }
+        expect_same_bits_on_all_targets(volume, lattice);
     }
 }
 
