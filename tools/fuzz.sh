@@ -25,7 +25,7 @@ fuzz() { # [TARGET…] [--seconds N]
     done
     ((${#targets[@]})) ||
         mapfile -t targets < <(cd "$root/tests/fuzz/corpus" && printf '%s\n' *)
-    need_packages build test
+    need_packages build test fuzz
     configure fuzz -DPLIANT_BUILD_TESTS=ON
     compile fuzz --target "${targets[@]/#/fuzz_}"
     for target in "${targets[@]}"; do

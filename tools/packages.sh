@@ -14,6 +14,7 @@ packages_of() {
             ;;
         test) echo clang libgtest-dev ;;
         lint) echo clang-format-14 ;;
+        fuzz) echo libclang-rt-dev ;;
         bench) echo libbenchmark-dev libembree-dev time ;;
         viewer) echo nodejs npm ;;
         browser) echo chromium-headless-shell ;;

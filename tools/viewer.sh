@@ -46,8 +46,8 @@ check_viewer() {
     echo "viewer: types hold"
 }
 
-# A headless browser drives the page: with the mock first, then with the program's own server.
-# Everything with the program, and as much with the mock server as shows that it is still like it.
+# A headless browser drives the page: all tests with the program's own server, and as many with the
+# mock as show that it is still like it.
 test_viewer() { # PROGRAM
     need_browser
     (cd "$root/viewer" && PLIANT_SERVER=$1 npm test --silent && npm test --silent -- load tissue)
