@@ -140,7 +140,7 @@ HWY_INLINE M outside(const Vec& p, const StripTarget& to) {
     return hn::Gt(largest({x, y, z}), hn::Zero(d));
 }
 
-HWY_INLINE bool is_open(const CellTarget& to, std::ptrdiff_t voxel) {
+HWY_INLINE Open open_of(const CellTarget& to, std::ptrdiff_t voxel) {
     return std::atomic_ref(to.open[voxel]).load(std::memory_order_relaxed);
 }
 
@@ -151,8 +151,10 @@ HWY_INLINE void write_solved(const Solved& solved, unsigned found, const StripTa
         for (unsigned left = found; left; left &= left - 1) {
             const auto lane = unsigned(__builtin_ctz(left));
             const std::ptrdiff_t voxel = strip.origin + solved.voxel[lane];
-            if (!is_open(to, voxel)) continue;
-            put(to.open[voxel], std::uint8_t(0));
+            const Open open = open_of(to, voxel);
+            if (open == Open::Taken) put(to.open[voxel], Open::Shared);
+            if (open != Open::Yes) continue;
+            put(to.open[voxel], to.when_written);
             store(lane, voxel);
         }
     };
@@ -187,16 +189,17 @@ struct Work {
     Solved solved;
 };
 
-/// @param first  of the items that were solved. @param found  bit: lane
-HWY_NOINLINE void claim(Work& work, int first, unsigned found) {
+/// @param first  of the items that were solved. @param found, edges  bit: lane
+HWY_NOINLINE void claim(Work& work, int first, unsigned found, unsigned edges) {
     const Solved& solved = work.solved;
     for (; found; found &= found - 1) {
         const int n = __builtin_ctz(found);
         const std::ptrdiff_t voxel = work.to.origin + solved.voxel[n];
-        if (!is_open(work.target, voxel)) continue;
+        if (!is_open(open_of(work.target, voxel))) continue;
         const int lane = work.waiting.item[first + n] & ((1 << kLaneBits) - 1);
         work.left.claims.push_back(
-            {voxel, work.left.strip, work.rows.first_cell[lane / kCellGroup] + lane % kCellGroup,
+            {voxel, (edges >> n & 1) != 0, work.left.strip,
+             work.rows.first_cell[lane / kCellGroup] + lane % kCellGroup,
              work.to.is_16_bit ? double(solved.whole[n]) : double(solved.value[n]),
              work.to.with_inverse ? solved.back_of(n, work.to.shift) : Vec3f{0, 0, 0}});
     }
@@ -259,14 +262,11 @@ HWY_INLINE void solve(int first, int count, Work& work) {
         hn::Store(hn::Sub(t.y, p.y), d, work.solved.back[1]);
         hn::Store(hn::Sub(t.z, p.z), d, work.solved.back[2]);
     }
-    if (work.left.writes != Writes::All) {
-        const M later = work.left.writes == Writes::None
-                            ? found
-                            : hn::And(found, hn::Lt(least, hn::Set(d, -1 - kEdge)));
-        if (HWY_UNLIKELY(!hn::AllFalse(d, later))) {
-            claim(work, first, bits_of(later));
-            found = hn::AndNot(later, found);
-        }
+    const M edges = hn::And(found, hn::Lt(least, hn::Set(d, -1 - kEdge)));
+    const M later = work.left.writes == Writes::None ? found : edges;
+    if (HWY_UNLIKELY(!hn::AllFalse(d, later))) {
+        claim(work, first, bits_of(later), bits_of(edges));
+        found = hn::AndNot(later, found);
     }
     write_solved(work.solved, bits_of(found), to, work.target);
 }
@@ -524,8 +524,8 @@ void write_cells(const StripNodes& strip, const CellTarget& target, CellFaces fa
 }
 
 void write_claim(const Claim& claim, const CellTarget& target) {
-    if (!target.open[claim.voxel]) return;
-    target.open[claim.voxel] = 0;
+    if (!is_open(target.open[claim.voxel])) return;
+    target.open[claim.voxel] = Open::No;
     if (target.voxels16)
         target.voxels16[claim.voxel] = std::int16_t(std::lrint(claim.value));
     else

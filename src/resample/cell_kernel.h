@@ -38,11 +38,23 @@ enum class CellFaces {
     Closed,    ///< both, and the first one wins: where the neighbour is missing
 };
 
+/// Per voxel of the scan: whether it is still to be written.
+enum class Open : std::uint8_t {
+    No = 0,
+    Yes = 1,
+    Taken = 2,   ///< no: a cell wrote it, and it matters whether another one holds it too
+    Shared = 3,  ///< yes, and several cells may hold it
+};
+inline bool is_open(Open open) {
+    return std::uint8_t(open) & 1;
+}
+
 /// Where cells are written to.
 struct CellTarget {
     Box3i box;                         ///< voxels that may be written; inside the scan
     Vec3i grid_size;                   ///< of the scan
-    std::uint8_t* open = nullptr;      ///< per voxel of the scan: 1 if it is still to be written
+    Open* open = nullptr;              ///< per voxel of the scan
+    Open when_written = Open::No;      ///< what a voxel becomes that write_cells writes
     std::int16_t* voxels16 = nullptr;  ///< one of the two
     float* voxels32 = nullptr;
     Vec3f* inverse_mm = nullptr;  ///< over inverse_box; null: not wanted
@@ -76,22 +88,19 @@ inline void store_inverse(const CellTarget& target, std::ptrdiff_t voxel, Vec3f 
 /// What a cell would write.
 struct Claim {
     std::ptrdiff_t voxel;
+    bool is_edge;  ///< just outside of the cell, by so little that the one beside it may leave the
+                   ///< voxel out as well
     int strip, cell;
     double value;
     Vec3f back;  ///< φ⁻¹(p) − p [voxels]
 };
 
 /// Which of the voxels that it finds a strip writes at once; the others it claims.
-enum class Writes {
-    All,
-    AllButEdges,  ///< edges: just outside of a cell, by so little that the cell beside it may leave
-                  ///< the voxel out as well
-    None,
-};
+enum class Writes { AllButEdges, None };
 
 /// What a strip leaves for later.
 struct Leftovers {
-    Writes writes = Writes::All;
+    Writes writes = Writes::AllButEdges;
     int strip = 0;              ///< its number, for the claims
     std::vector<Claim> claims;  ///< in any order
     /// A voxel whose place in a cell was not found, and may lie in it.
@@ -112,7 +121,7 @@ struct Leftovers {
 void write_cells(const StripNodes& strip, const CellTarget& target, CellFaces faces,
                  Leftovers& left);
 
-/// Writes a claimed voxel and closes it, if it is still open.
+/// Writes a claimed voxel and closes it, if it is open.
 void write_claim(const Claim& claim, const CellTarget& target);
 
 /// Takes away the cells that have no voxel in any of some boxes; perhaps not all of them.

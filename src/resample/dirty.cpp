@@ -3,6 +3,7 @@
 
 #include "resample/dirty.h"
 
+#include <algorithm>
 #include <cmath>
 #include <functional>
 
@@ -65,6 +66,7 @@ void Dirty::mark_changes(const Grid& grid, int size, const Snapshot& before, con
     }
     for (const BrickRecord& record : before.records())
         if (!now.record_at(record.coord)) mark_brick(record.coord);
+    widen_to_strips(grid, size, before, now, {first, box.end});
     m_changed_blocks.clear();
     std::size_t i = 0;
     for_each_in({first, box.end}, [&](Vec3i block) {
@@ -87,6 +89,30 @@ void Dirty::mark_changes(const Grid& grid, int size, const Snapshot& before, con
         mark(block.before, grid, size);
         mark(block.now, grid, size);
     }
+}
+
+/// Adds whole strips whose frames changed: that changes the bits of all that they write.
+void Dirty::widen_to_strips(const Grid& grid, int size, const Snapshot& before, const Snapshot& now,
+                            const Box3i& blocks) {
+    const StripLayout layout(size);
+    const Vec3i n = blocks.end - blocks.begin;
+    const auto frame = [&](const Snapshot& snapshot, Vec3i coord) {
+        return frame_of_strip(snapshot, grid, size, coord,
+                              reach_of_strip(snapshot, grid, size, coord));
+    };
+    for_each_row(blocks, [&](Vec3i row) {
+        std::uint8_t* flags = m_block_flags.data() + dense_index(row - blocks.begin, n);
+        for (int x = layout.first_of(row.x); x < blocks.end.x; x += layout.bricks) {
+            const auto part =
+                std::span(flags, std::size_t(n.x)).subspan(std::size_t(std::max(x - row.x, 0)));
+            const auto strip = part.first(
+                std::min(part.size(), std::size_t(x + layout.bricks - std::max(x, row.x))));
+            const bool any = std::find(strip.begin(), strip.end(), 1) != strip.end();
+            const Vec3i coord{x, row.y, row.z};
+            if (any && frame(before, coord) != frame(now, coord))
+                std::fill(strip.begin(), strip.end(), 1);
+        }
+    });
 }
 
 void Dirty::mark(const Box3i& voxels, const Grid& grid, int brick_size) {

@@ -37,6 +37,8 @@ class Dirty {
 
     void mark_changes(const Grid& grid, int brick_size, const Snapshot& before, const Snapshot& now,
                       const TaskArena& arena);
+    void widen_to_strips(const Grid& grid, int brick_size, const Snapshot& before,
+                         const Snapshot& now, const Box3i& blocks);
     void mark(const Box3i& voxels, const Grid& grid, int brick_size);
 
     Vec3i m_brick_count{0, 0, 0};

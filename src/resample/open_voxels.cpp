@@ -13,35 +13,37 @@ namespace {
 
 constexpr Box3i kNothing{{INT32_MAX, INT32_MAX, INT32_MAX}, {INT32_MIN, INT32_MIN, INT32_MIN}};
 
+constexpr RowBits kEachByte = 0x0101010101010101u;
+
 RowBits low_bits(int count) {
     return (RowBits(1) << count) - 1;
 }
 
-void open_row(std::uint8_t* open, int count, RowBits bits) {
+void open_row(Open* open, int count, RowBits bits) {
     // Eight bits become eight bytes: byte i keeps bit i of its copy, and any bit of it becomes 1.
     static_assert(std::endian::native == std::endian::little);
     for (; count >= 8; count -= 8, open += 8, bits >>= 8) {
-        const RowBits kept = (bits & 0xff) * 0x0101010101010101u & 0x8040201008040201u;
-        const RowBits bytes = (kept + 0x7f7f7f7f7f7f7f7fu) >> 7 & 0x0101010101010101u;
+        const RowBits kept = (bits & 0xff) * kEachByte & 0x8040201008040201u;
+        const RowBits bytes = (kept + 0x7f7f7f7f7f7f7f7fu) >> 7 & kEachByte;
         std::memcpy(open, &bytes, 8);
     }
-    for (int x = 0; x < count; ++x) open[x] = bits >> x & 1;
+    for (int x = 0; x < count; ++x) open[x] = bits >> x & 1 ? Open::Yes : Open::No;
 }
 
-bool any_open_in_row(const std::uint8_t* open, int count) {
+/// Whether any has one of some bits.
+bool any_in_row(const Open* open, int count, Open bits) {
     RowBits any = 0, eight;
     for (; count >= 8; count -= 8, open += 8) {
         std::memcpy(&eight, open, 8);
         any |= eight;
     }
-    for (; count > 0; --count) any |= *open++;
-    return any != 0;
+    for (; count > 0; --count) any |= RowBits(*open++);
+    return (any & RowBits(bits) * kEachByte) != 0;
 }
 
-void open_row(std::uint8_t* open, int count) {
-    constexpr RowBits kOnes = 0x0101010101010101u;
-    for (; count >= 8; count -= 8, open += 8) std::memcpy(open, &kOnes, 8);
-    for (int x = 0; x < count; ++x) open[x] = 1;
+void open_row(Open* open, int count) {
+    for (; count >= 8; count -= 8, open += 8) std::memcpy(open, &kEachByte, 8);
+    for (int x = 0; x < count; ++x) open[x] = Open::Yes;
 }
 
 /// Copies a row. Most are eight voxels long, which the compiler may know.
@@ -63,6 +65,14 @@ void put_back(const CellTarget& target, const Volume& original, Vec3i p, int cou
                 copy_row(voxels.data() + at, count, target.voxels32 + at);
         },
         original.voxels);
+}
+
+bool any_in_box(const CellTarget& target, const Box3i& box, Open bits) {
+    for (int z = box.begin.z; z < box.end.z; ++z)
+        for (int y = box.begin.y; y < box.end.y; ++y)
+            if (any_in_row(open_at(target, {box.begin.x, y, z}), box.end.x - box.begin.x, bits))
+                return true;
+    return false;
 }
 
 /// Adds the voxels x + first … x + last − 1 of a row that begins at p.
@@ -121,17 +131,24 @@ void open_again(const ScatterJob& job, const CellTarget& target, std::span<const
         for_each_in(box, [&](Vec3i p) {
             const Vec3i local = p - size * brick;
             if (rows[std::size_t(local.y + size * local.z)] >> local.x & 1)
-                put(*open_at(target, p), std::uint8_t(1));
+                put(*open_at(target, p), Open::Shared);
         });
     }
 }
 
+void close_taken(const CellTarget& target, std::span<const DirtyBrick> bricks) {
+    for (const DirtyBrick& brick : bricks)
+        for_each_in(brick.open, [&](Vec3i p) {
+            Open& open = *open_at(target, p);
+            if (open == Open::Taken) open = Open::No;
+        });
+}
+
 bool any_open(const CellTarget& target, const Box3i& box) {
-    for (int z = box.begin.z; z < box.end.z; ++z)
-        for (int y = box.begin.y; y < box.end.y; ++y)
-            if (any_open_in_row(open_at(target, {box.begin.x, y, z}), box.end.x - box.begin.x))
-                return true;
-    return false;
+    return any_in_box(target, box, Open::Yes);
+}
+bool any_shared(const CellTarget& target, const Box3i& box) {
+    return any_in_box(target, box, Open::Taken);  // the bit that makes it shared
 }
 
 void find_open(const ScatterJob& job, const CellTarget& target, std::span<DirtyBrick> bricks) {
@@ -141,10 +158,10 @@ void find_open(const ScatterJob& job, const CellTarget& target, std::span<DirtyB
         const Box3i box = box_of_brick(job.original.grid, brick.coord, job.lattice.brick_size());
         const int width = box.end.x - box.begin.x;
         for_each_row(box, [&](Vec3i p) {
-            const std::uint8_t* open = open_at(target, p);
-            if (!any_open_in_row(open, width)) return;
+            const Open* open = open_at(target, p);
+            if (!any_in_row(open, width, Open::Yes)) return;
             for (int x = 0; x < width; ++x)
-                if (open[x]) include(brick.open, p, x, x + 1);
+                if (is_open(open[x])) include(brick.open, p, x, x + 1);
         });
     }
 }
@@ -155,8 +172,8 @@ std::int64_t fill_gaps(const CellTarget& target, std::span<const DirtyBrick> bri
         if (is_empty(brick.open)) continue;
         for_each_in(brick.open, [&](Vec3i p) {
             const std::ptrdiff_t at = voxel_at(target, p);
-            if (!target.open[at]) return;
-            target.open[at] = 0;
+            if (!is_open(target.open[at])) return;
+            target.open[at] = Open::No;
             if (target.voxels16)
                 target.voxels16[at] = std::int16_t(std::lrint(kAirHu));
             else

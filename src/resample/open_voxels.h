@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Which voxels are still to be written: a byte of CellTarget::open each, brick by brick of the
-// scan. What can change is opened, whoever writes a voxel closes it, and what nobody covers is a
+// Which voxels are still to be written: CellTarget::open, brick by brick of the scan. What can
+// change is opened, whoever writes a voxel closes it, and what nobody covers is a
 // gap. Each function works on some bricks, which different threads may share out.
 
 #pragma once
@@ -30,19 +30,25 @@ inline Vec3i voxel_place(const CellTarget& target, std::ptrdiff_t voxel) {
     const std::ptrdiff_t nx = target.grid_size.x, ny = target.grid_size.y;
     return {int(voxel % nx), int(voxel / nx % ny), int(voxel / (nx * ny))};
 }
-inline std::uint8_t* open_at(const CellTarget& target, Vec3i p) {
+inline Open* open_at(const CellTarget& target, Vec3i p) {
     return target.open + voxel_at(target, p);
 }
 
 /// Opens the voxels that can change, and puts back all others.
 void open_changeable(const ScatterJob& job, const CellTarget& target, std::span<DirtyBrick> bricks);
 
-/// Opens once more what can change in some boxes of dirty bricks. Boxes of threads may overlap.
+/// Opens once more what can change in some boxes of dirty bricks, as shared. Boxes of threads may
+/// overlap.
 /// @param boxes  within a brick each
 void open_again(const ScatterJob& job, const CellTarget& target, std::span<const Box3i> boxes);
 
-/// Whether any voxel of a box is open.
+/// Closes what is taken.
+void close_taken(const CellTarget& target, std::span<const DirtyBrick> bricks);
+
+/// Whether any voxel of a box is open, or shared.
+/// @pre none is taken
 bool any_open(const CellTarget& target, const Box3i& box);
+bool any_shared(const CellTarget& target, const Box3i& box);
 
 /// Finds the boxes around what is still open of what was.
 void find_open(const ScatterJob& job, const CellTarget& target, std::span<DirtyBrick> bricks);

@@ -22,7 +22,7 @@ constexpr std::int64_t kBricksPerTask = 64, kStripsPerTask = 32;
 Scatter::Scatter(const Volume& original, const TaskArena& arena)
     : m_original(original), m_arena(arena), m_writers(std::size_t(arena.thread_count())) {
     // Memory that nobody writes to stays unused: only pages with open voxels become resident.
-    m_open.reset(static_cast<std::uint8_t*>(std::calloc(voxel_count(original.grid), 1)));
+    m_open.reset(static_cast<Open*>(std::calloc(voxel_count(original.grid), 1)));
     if (!m_open) throw std::bad_alloc();
 }
 
@@ -72,19 +72,21 @@ std::int64_t Scatter::write(const Lattice& lattice, Mapping mapping, Volume& def
     target.inverse_mm = inverse_mm;
     target.inverse_box = inverse_box;
     const bool has_gaps = m_now.has_edits() || lattice.is_void({-1, 0, 0});
-    const bool cells = mapping == Mapping::Cells;
-    if (cells && !has_gaps) {
-        write_each_once(job, target);
-        claim(job, target, {mapping, CellFaces::HalfOpen, false});
+    if (mapping == Mapping::Cells) {
+        if (has_gaps)
+            write_slabs(job, target);
+        else
+            write_each_once(job, target);
+        open_contested(job, target);
+        claim(job, target, {mapping, CellFaces::HalfOpen});
+        // Beside a cell that isn't there, the voxels on the face between belong to the other one.
+        claim(job, target, {mapping, CellFaces::Closed});
     } else {
         write_slabs(job, target);
     }
-    // Beside a cell that isn't there, the voxels on the face between belong to the other one.
-    if (cells) claim(job, target, {mapping, CellFaces::Closed, false});
-    // Inversion can miss in a strongly folded cell; the tetrahedra always settle. Where nothing is
-    // folded, what is open is a gap.
+    // Inversion can miss in a strongly folded cell; the tetrahedra always settle.
     if (mapping != Mapping::Tetrahedra)
-        claim(job, target, {Mapping::Tetrahedra, CellFaces::Closed, has_gaps});
+        claim(job, target, {Mapping::Tetrahedra, CellFaces::Closed});
     std::int64_t gaps = fill_gaps(target, m_dirty.bricks());
     m_dirty.remember();
     list_boxes(lattice.brick_size());
@@ -107,7 +109,13 @@ void Scatter::clear_inverse(const Lattice& lattice, Vec3f* inverse_mm) {
 void Scatter::write_each_once(const ScatterJob& job, const CellTarget& target) {
     NextStrip next = 0;
     for_writers([&](StripWriter& writer) { writer.write_each_once(job, target, next); });
+}
+
+/// After what lies in one cell is written: its edges are, too, and what several cells may hold is
+/// open.
+void Scatter::open_contested(const ScatterJob& job, const CellTarget& target) {
     write_claims(target);
+    for_dirty([&](std::span<DirtyBrick> bricks) { close_taken(target, bricks); });
     const auto reopen = [&](std::int64_t begin, std::int64_t end) {
         for (std::int64_t w = begin; w < end; ++w)
             open_again(job, target, m_writers[std::size_t(w)].contested());
@@ -124,13 +132,14 @@ void Scatter::claim(const ScatterJob& job, const CellTarget& target, ClaimPass p
     for_dirty([&](std::span<DirtyBrick> bricks) { find_open(job, target, bricks); });
 }
 
-/// Of all claims on a voxel, the first cell's.
+/// Of all claims on a voxel, the first cell's that surely holds it.
 void Scatter::write_claims(const CellTarget& target) {
     m_claims.clear();
     for (const StripWriter& writer : m_writers)
         m_claims.insert(m_claims.end(), writer.claims().begin(), writer.claims().end());
     std::sort(m_claims.begin(), m_claims.end(), [](const Claim& a, const Claim& b) {
-        return std::tie(a.voxel, a.strip, a.cell) < std::tie(b.voxel, b.strip, b.cell);
+        return std::tie(a.voxel, a.is_edge, a.strip, a.cell) <
+               std::tie(b.voxel, b.is_edge, b.strip, b.cell);
     });
     for (const Claim& claim : m_claims) write_claim(claim, target);
 }
@@ -147,22 +156,27 @@ void Scatter::write_slabs(const ScatterJob& job, const CellTarget& target) {
     for_writers([&](StripWriter& writer) {
         for (int slab; (slab = next++) < slabs;) {
             CellTarget part = target;
+            part.when_written = Open::Taken;
             part.box.begin.z = first + layers * slab / slabs;
             part.box.end.z = first + layers * (slab + 1) / slabs;
-            writer.write_in_order(job, part);
+            if (job.mapping == Mapping::Cells)
+                writer.write_each_once(job, part);
+            else
+                writer.write_in_order(job, part);
         }
     });
-    for_dirty([&](std::span<DirtyBrick> parts) { find_open(job, target, parts); });
+    if (job.mapping != Mapping::Cells)
+        for_dirty([&](std::span<DirtyBrick> parts) { find_open(job, target, parts); });
 }
 
 /// All strips that can hold a touched cell and reach into the scan, sorted by coordinate: the same
 /// for any history.
 void Scatter::list_strips(const Lattice& lattice) {
     m_strips.clear();
-    const int bricks = bricks_per_strip(lattice.brick_size());
+    const StripLayout layout(lattice.brick_size());
     Vec3i last{INT32_MIN, 0, 0};
     for (const Vec3i brick : m_touched.bricks()) {
-        const Vec3i coord{bricks * int(std::floor(double(brick.x) / bricks)), brick.y, brick.z};
+        const Vec3i coord{layout.first_of(brick.x), brick.y, brick.z};
         if (coord == last) continue;
         last = coord;
         m_strips.push_back({coord, {}, {}});

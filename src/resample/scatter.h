@@ -53,6 +53,7 @@ class Scatter {
 
     void write_each_once(const ScatterJob& job, const CellTarget& target);
     void write_slabs(const ScatterJob& job, const CellTarget& target);
+    void open_contested(const ScatterJob& job, const CellTarget& target);
     void claim(const ScatterJob& job, const CellTarget& target, ClaimPass pass);
     void write_claims(const CellTarget& target);
     void list_strips(const Lattice& lattice);
@@ -73,7 +74,7 @@ class Scatter {
     std::vector<StripWriter> m_writers;  ///< one for each thread
     std::vector<Claim> m_claims;
     OpenBoxes m_open_boxes;
-    std::unique_ptr<std::uint8_t[], Free> m_open;  ///< per voxel, all 0 between updates
+    std::unique_ptr<Open[], Free> m_open;  ///< per voxel, all closed between updates
     std::vector<Box3i> m_boxes;
 };
 

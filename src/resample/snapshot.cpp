@@ -78,13 +78,19 @@ void Snapshot::take(const Lattice& lattice, const Snapshot& before, const TaskAr
 
 void Snapshot::list_records(const Lattice& lattice) {
     const int count = lattice.elements_per_brick();
+    const auto middle = std::size_t(StripLayout(lattice.brick_size()).middle);
     m_records.clear();
     m_has_edits = !lattice.all_edits().empty();
     lattice.for_each_brick([&](const Brick& brick) {
         // A drag keeps bricks for all that it may reach.
         if (is_at_rest(brick) && !brick.edits) return;
-        m_records.push_back({brick.coord, &brick, brick.edits, stamp_of(&brick, brick.edits, count),
-                             brick.u_min, brick.u_max});
+        m_records.push_back({brick.coord,
+                             &brick,
+                             brick.edits,
+                             stamp_of(&brick, brick.edits, count),
+                             brick.u_min,
+                             brick.u_max,
+                             {brick.u[0][middle], brick.u[1][middle], brick.u[2][middle]}});
     });
     for (const auto& [coord, edits] : lattice.all_edits())
         if (lattice.find_brick(coord) < 0)
@@ -92,6 +98,7 @@ void Snapshot::list_records(const Lattice& lattice) {
                                  nullptr,
                                  edits.data(),
                                  stamp_of(nullptr, edits.data(), count),
+                                 {0, 0, 0},
                                  {0, 0, 0},
                                  {0, 0, 0}});
 }

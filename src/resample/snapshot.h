@@ -18,12 +18,34 @@ namespace pliant {
 /// One bit per element of a row along x.
 using RowBits = std::uint64_t;
 
+/// Cells that are inverted together, whatever the vector's width.
+inline constexpr int kCellGroup = 16;
+
+/// Bricks in a row along x: as many as it takes to fill a group of cells.
+struct StripLayout {
+    int bricks, middle_brick;
+    int middle;  ///< index of an element of that brick
+
+    explicit StripLayout(int brick_size)
+        : bricks(brick_size < kCellGroup ? kCellGroup / brick_size : 1) {
+        const int x = bricks * brick_size / 2, half = brick_size / 2;
+        middle_brick = x / brick_size;
+        middle = x % brick_size + brick_size * (half + brick_size * half);
+    }
+    /// First brick of the strip that holds one.
+    int first_of(int brick_x) const {
+        return brick_x >= 0 ? brick_x / bricks * bricks
+                            : -((-brick_x + bricks - 1) / bricks) * bricks;
+    }
+};
+
 struct BrickRecord {
     Vec3i coord;
     const Brick* brick;         ///< null: at rest; valid until the lattice changes
     const std::uint8_t* edits;  ///< null: none; likewise
     std::uint64_t stamp;        ///< differs whenever displacements or edits do
     Vec3<Fixed> u_min, u_max;
+    Vec3<Fixed> u_middle;  ///< at StripLayout::middle
     bool is_full = false;  ///< every element moved or is void
 };
 

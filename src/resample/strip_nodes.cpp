@@ -60,7 +60,7 @@ CellReach reach_of_block(const BlockRecords& records, const Grid& grid, int bric
 }
 
 CellReach reach_of_strip(const Snapshot& snapshot, const Grid& grid, int brick_size, Vec3i coord) {
-    const int bricks = bricks_per_strip(brick_size);
+    const int bricks = StripLayout(brick_size).bricks;
     Vec3<Fixed> low = kHighest, high = kLowest;
     for (int z = 0; z <= 1; ++z)
         for (int y = 0; y <= 1; ++y)
@@ -70,10 +70,22 @@ CellReach reach_of_strip(const Snapshot& snapshot, const Grid& grid, int brick_s
                     voxels_per_unit(grid));
 }
 
+StripFrame frame_of_strip(const Snapshot& snapshot, const Grid& grid, int brick_size, Vec3i coord,
+                          const CellReach& reach) {
+    const StripLayout layout(brick_size);
+    const BrickRecord* middle = snapshot.record_at(coord + Vec3i{layout.middle_brick, 0, 0});
+    StripFrame frame{middle ? middle->u_middle : Vec3<Fixed>{0, 0, 0}, false};
+    const Vec3i size{layout.bricks * brick_size, brick_size, brick_size};
+    for (int a = 0; a < 3; ++a) frame.is_wild |= reach.high[a] - reach.low[a] > size[a] + kWild;
+    // Indices of voxels are whole numbers of 32 bits.
+    frame.is_wild |= double(grid.size.x) * grid.size.y * (2 * brick_size + 2 * kWild) > INT32_MAX;
+    return frame;
+}
+
 void StripNodes::resize(int brick_size) {
     if (brick_size == m_size) return;
     m_size = brick_size;
-    m_bricks = bricks_per_strip(brick_size);
+    m_bricks = StripLayout(brick_size).bricks;
     m_row = m_bricks * brick_size + 1;
     const auto side = std::size_t(m_size);
     // The last cell's highest corner, and a vector that starts there.
@@ -100,12 +112,8 @@ bool StripNodes::load(const Snapshot& snapshot, const TouchedCells& touched, con
                     snapshot.record_at(coord + Vec3i{x, y, z});
     m_reach = reach;
     if (!find_use(touched, lattice, coord)) return false;
-    // Indices of voxels are whole numbers of 32 bits.
-    const Vec3i n = lattice.grid().size;
-    m_is_wild = double(n.x) * n.y * (2 * m_size + 2 * kWild) > INT32_MAX;
-    const Vec3i size{cells(), m_size, m_size};
-    for (int a = 0; a < 3; ++a) m_is_wild |= m_reach.high[a] - m_reach.low[a] > size[a] + kWild;
-    if (m_is_wild) return true;
+    m_frame = frame_of_strip(snapshot, lattice.grid(), m_size, coord, reach);
+    if (m_frame.is_wild) return true;
     list_rows();
     for (int axis = 0; axis < 3; ++axis) load_displacements(lattice.grid(), axis);
     bool is_within = within.size() == 1;
@@ -206,7 +214,7 @@ void StripNodes::fetch_ahead(const Snapshot& snapshot, Vec3i coord) {
 }
 
 void StripNodes::load_displacements(const Grid& grid, int axis) {
-    const Fixed base = displacement({cells() / 2, m_size / 2, m_size / 2})[axis];
+    const Fixed base = m_frame.base[axis];
     const double scale = voxels_per_unit(grid)[axis], voxels = scale * base;
     const int whole = int(std::lround(voxels));
     m_origin[axis] = m_first[axis] + whole;

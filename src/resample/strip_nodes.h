@@ -24,14 +24,6 @@
 
 namespace pliant {
 
-/// Cells that are inverted together, whatever the vector's width.
-inline constexpr int kCellGroup = 16;
-
-/// Bricks of a strip: as many as it takes to fill a group of cells.
-constexpr int bricks_per_strip(int brick_size) {
-    return brick_size < kCellGroup ? kCellGroup / brick_size : 1;
-}
-
 /// A row of nodes along x.
 struct NodeRow {
     int y, z;
@@ -51,6 +43,15 @@ CellReach reach_of_block(const BlockRecords& records, const Grid& grid, int bric
                          Vec3i coord);
 /// @param coord  the strip's first brick
 CellReach reach_of_strip(const Snapshot& snapshot, const Grid& grid, int brick_size, Vec3i coord);
+
+/// What the bits of all of a strip's voxels depend on, beside the cells that they lie in.
+struct StripFrame {
+    Vec3<Fixed> base;  ///< displacement that those of the nodes are relative to
+    bool is_wild;      ///< they differ too much for single precision
+    bool operator==(const StripFrame&) const = default;
+};
+StripFrame frame_of_strip(const Snapshot& snapshot, const Grid& grid, int brick_size, Vec3i coord,
+                          const CellReach& reach);
 
 class StripNodes {
   public:
@@ -78,8 +79,8 @@ class StripNodes {
     const float* values() const { return m_values.data(); }
     /// Bit x of row y + size()·z: the cell is written.
     std::span<const RowBits> use() const { return m_use; }
-    /// Displacements differ too much for single precision: cells go one by one.
-    bool is_wild() const { return m_is_wild; }
+    /// Cells go one by one.
+    bool is_wild() const { return m_frame.is_wild; }
     /// Exact displacement of a node.
     Vec3<Fixed> displacement(Vec3i local) const;
     /// The node's flags (ElementEdit).
@@ -109,7 +110,7 @@ class StripNodes {
     Vec3i m_first{}, m_origin{};
     std::vector<const BrickRecord*> m_records;  ///< along x, then two along y, two along z
     CellReach m_reach{};
-    bool m_is_wild = false;
+    StripFrame m_frame{};
     std::array<std::vector<float>, 3> m_u;
     std::vector<float> m_values;
     std::vector<RowBits> m_use;

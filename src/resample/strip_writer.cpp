@@ -94,22 +94,30 @@ bool StripWriter::load(const ScatterJob& job, const ReachingStrip& strip,
 
 void StripWriter::write_each_once(const ScatterJob& job, const CellTarget& target,
                                   NextStrip& next) {
-    const int size = job.lattice.brick_size();
-    m_left.writes = Writes::AllButEdges;
     for (std::size_t first; (first = next.fetch_add(kStripsAtOnce)) < job.strips.size();)
-        for (std::size_t n = first; n < std::min(first + kStripsAtOnce, job.strips.size()); ++n) {
-            const ReachingStrip& strip = job.strips[n];
-            if (!reaches_dirty_brick(job, strip.voxels) || !load(job, strip, {&target.box, 1}))
-                continue;
-            if (m_strip.is_wild()) {
-                contest(strip.voxels, size);
-                continue;
-            }
-            m_left.strip = int(n);
-            forget_leftovers();
-            write_cells(m_strip, target, CellFaces::HalfOpen, m_left);
-            for (const int cell : m_left.folded) contest(overlap(box_of(cell), target.box), size);
-        }
+        for (std::size_t n = first; n < std::min(first + kStripsAtOnce, job.strips.size()); ++n)
+            write_once(job, target, n);
+}
+
+void StripWriter::write_each_once(const ScatterJob& job, const CellTarget& target) {
+    for (std::size_t n = 0; n < job.strips.size(); ++n) write_once(job, target, n);
+}
+
+void StripWriter::write_once(const ScatterJob& job, const CellTarget& target, std::size_t n) {
+    const ReachingStrip& strip = job.strips[n];
+    const Box3i reach = overlap(strip.voxels, target.box);
+    if (is_empty(reach) || !reaches_dirty_brick(job, reach) || !load(job, strip, {&target.box, 1}))
+        return;
+    const int size = job.lattice.brick_size();
+    if (m_strip.is_wild()) {
+        contest(reach, size);
+        return;
+    }
+    m_left.writes = Writes::AllButEdges;
+    m_left.strip = int(n);
+    forget_leftovers();
+    write_cells(m_strip, target, CellFaces::HalfOpen, m_left);
+    for (const int cell : m_left.folded) contest(overlap(box_of(cell), target.box), size);
 }
 
 /// Adds a box's parts in each brick.
@@ -123,13 +131,13 @@ void StripWriter::contest(const Box3i& voxels, int brick_size) {
 }
 
 void StripWriter::write_in_order(const ScatterJob& job, const CellTarget& target) {
-    m_left.writes = Writes::All;
+    m_left.writes = Writes::AllButEdges;
     for (const ReachingStrip& strip : job.strips) {
         const Box3i reach = overlap(strip.voxels, target.box);
         if (is_empty(reach) || !reaches_dirty_brick(job, reach) ||
             !load(job, strip, {&target.box, 1}))
             continue;
-        write_loaded(job, target, job.mapping, CellFaces::HalfOpen);
+        write_all_cells(job, target, job.mapping);
     }
 }
 
@@ -144,27 +152,19 @@ void StripWriter::claim(const ScatterJob& job, const CellTarget& target, const O
         part.box = m_open[0];
         for (const Box3i& box : m_open) part.box = hull(part.box, box);
         m_left.strip = int(n);
-        if (pass.only_slow && !m_strip.is_wild()) {
-            const std::size_t count = m_left.claims.size();
-            forget_leftovers();
-            write_cells(m_strip, part, pass.faces, m_left);
-            m_left.claims.resize(count);
-            write_leftovers(job, part, pass.mapping);
-        } else {
-            write_loaded(job, part, pass.mapping, pass.faces);
+        if (m_strip.is_wild() || job.mapping != Mapping::Cells) {
+            write_all_cells(job, part, pass.mapping);
+            continue;
         }
+        const std::size_t count = m_left.claims.size();
+        forget_leftovers();
+        write_cells(m_strip, part, pass.faces, m_left);
+        if (pass.mapping == Mapping::Tetrahedra) {
+            m_left.claims.resize(count);
+            if (any_shared(part, part.box)) write_shared(job, part, pass.mapping);
+        }
+        write_leftovers(job, part, pass.mapping);
     }
-}
-
-void StripWriter::write_loaded(const ScatterJob& job, const CellTarget& target, Mapping mapping,
-                               CellFaces faces) {
-    if (mapping != Mapping::Cells || m_strip.is_wild()) {
-        write_all_cells(job, target, mapping);
-        return;
-    }
-    forget_leftovers();
-    write_cells(m_strip, target, faces, m_left);
-    write_leftovers(job, target, mapping);
 }
 
 /// What the kernel did not settle.
@@ -190,6 +190,18 @@ void StripWriter::write_all_cells(const ScatterJob& job, const CellTarget& targe
             write_cell(job, target, mapping,
                        m_strip.index(std::countr_zero(bits), int(r) % m_strip.size(),
                                      int(r) / m_strip.size()));
+}
+
+void StripWriter::write_shared(const ScatterJob& job, const CellTarget& target, Mapping mapping) {
+    const auto use = m_strip.use();
+    for (std::size_t r = 0; r < use.size(); ++r)
+        for (RowBits bits = use[r]; bits; bits &= bits - 1) {
+            const int cell = m_strip.index(std::countr_zero(bits), int(r) % m_strip.size(),
+                                           int(r) / m_strip.size());
+            const Box3i box = overlap(box_of(cell), target.box);
+            if (!is_empty(box) && any_shared(target, box))
+                write_cell(job, target, mapping, cell, true);
+        }
 }
 
 /// Box of the voxels that may lie in a cell, and perhaps one more, from single precision.
@@ -229,7 +241,7 @@ std::array<Vec3d, 8> StripWriter::corners_of(const Lattice& lattice, int cell) c
 
 /// The readable twin of the kernel: one cell, in double precision.
 void StripWriter::write_cell(const ScatterJob& job, const CellTarget& target, Mapping mapping,
-                             int cell) {
+                             int cell, bool only_shared) {
     const Vec3i first = m_strip.first_element() + m_strip.local(cell);
     const std::array<Vec3d, 8> points = corners_of(job.lattice, cell);
     const Box3i candidates = overlap(voxels_around(points, first), target.box);
@@ -239,11 +251,14 @@ void StripWriter::write_cell(const ScatterJob& job, const CellTarget& target, Ma
     for_each_in(candidates, [&](Vec3i p) {
         const Vec3i d = p - first;
         const Vec3d place{double(d.x), double(d.y), double(d.z)};
-        if (!*open_at(target, p) || !planes.may_hold(place)) return;
+        const Open open = *open_at(target, p);
+        if (!is_open(open) || (only_shared && open != Open::Shared) || !planes.may_hold(place))
+            return;
         const auto source = find_source(points, map, job.original, first, place, mapping);
         if (!source) return;
         const Claim claim{
             voxel_at(target, p),
+            false,
             m_left.strip,
             cell,
             source->value,

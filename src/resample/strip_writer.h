@@ -9,13 +9,14 @@
 // cells lies in a folded one too (a voxel is covered once more from the right side than from the
 // wrong one): the boxes around those are contested, and opened again.
 //
+// Beside cuts and carved cells, more may lie in several cells. Then each thread has some layers of
+// the scan, visits the strips that reach into them, and marks what two cells hold: that is
+// contested, too.
+//
 // Open voxels that are few, contested ones and those that no cell took for its own, are claimed:
 // again threads take strips as they come, but only say which cell would write what. Of all claims
-// on a voxel, the first cell's in one fixed order is written.
-//
-// Where much may lie in several cells, beside cuts and carved cells, each thread has some layers of
-// the scan, visits the strips that reach into them in that fixed order, and the first cell to
-// cover a voxel writes it. All three ways the result doesn't depend on the number of threads.
+// on a voxel, the first cell's in one fixed order is written. So the result depends neither on the
+// number of threads nor on what was written when.
 
 #pragma once
 
@@ -30,11 +31,11 @@ namespace pliant {
 /// Strips that nobody has taken yet: those from here on.
 using NextStrip = std::atomic<std::size_t>;
 
-/// How cells claim what is open.
+/// How cells claim what is open. Cells that the kernel can invert lie in their tetrahedra as well
+/// as anybody needs: by those they claim what is shared, and no more.
 struct ClaimPass {
     Mapping mapping;
     CellFaces faces;
-    bool only_slow;  ///< cells that the kernel leaves, and no others
 };
 
 class StripWriter {
@@ -43,7 +44,10 @@ class StripWriter {
     /// cells that may be folded, cut into bricks, as contested().
     void write_each_once(const ScatterJob& job, const CellTarget& target, NextStrip& next);
 
-    /// Writes target.box from all strips that reach it, in order.
+    /// Likewise, writes target.box from all strips that reach it, which are other threads' too.
+    void write_each_once(const ScatterJob& job, const CellTarget& target);
+
+    /// The readable twin: each voxel of target.box is written by the first cell that holds it.
     void write_in_order(const ScatterJob& job, const CellTarget& target);
 
     /// Claims what is open from strips, until none are left.
@@ -60,12 +64,13 @@ class StripWriter {
 
   private:
     void forget_leftovers();
+    void write_once(const ScatterJob& job, const CellTarget& target, std::size_t strip);
     bool load(const ScatterJob& job, const ReachingStrip& strip, std::span<const Box3i> within);
-    void write_loaded(const ScatterJob& job, const CellTarget& target, Mapping mapping,
-                      CellFaces faces);
     void write_leftovers(const ScatterJob& job, const CellTarget& target, Mapping mapping);
     void write_all_cells(const ScatterJob& job, const CellTarget& target, Mapping mapping);
-    void write_cell(const ScatterJob& job, const CellTarget& target, Mapping mapping, int cell);
+    void write_shared(const ScatterJob& job, const CellTarget& target, Mapping mapping);
+    void write_cell(const ScatterJob& job, const CellTarget& target, Mapping mapping, int cell,
+                    bool only_shared = false);
     std::array<Vec3d, 8> corners_of(const Lattice& lattice, int cell) const;
     Box3i box_of(int cell) const;
     void contest(const Box3i& voxels, int brick_size);

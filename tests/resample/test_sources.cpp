@@ -86,7 +86,9 @@ double jacobian_by_differences(const Lattice& lattice, Vec3d x, Vec3d toward) {
 }
 
 TEST(Sources, RandomPushesCutsAndCarvesGiveTheInverseOfTheOneShotForm) {
-    for (std::uint64_t seed = 1; seed <= 8; ++seed) {
+    // The last two once found what the others did not: gaps among folds, and a strip whose shift
+    // changed where its cells did not.
+    for (const std::uint64_t seed : {1, 2, 3, 4, 5, 6, 7, 8, 15, 132}) {
         SCOPED_TRACE("seed " + std::to_string(seed));
         Random random(seed);
         const TaskArena arena(1 + int(seed % 3));
@@ -113,13 +115,8 @@ TEST(Sources, RandomPushesCutsAndCarvesGiveTheInverseOfTheOneShotForm) {
             const LiveUpdate update = live.update();
             plain.update();
             const Deformed once = deform_volume(tissue, Mapping::Cells, true);
-            const bool has_cuts = seed % 2 && step > 2;
-            // With cuts, folded space may still be as it was written before them.
-            if (!has_cuts) {
-                ASSERT_EQ(live.volume().voxels, plain.volume().voxels) << "step " << step;
-                ASSERT_EQ(live.volume().voxels, once.volume.voxels) << "step " << step;
-            }
-            int others = 0;
+            ASSERT_EQ(live.volume().voxels, plain.volume().voxels) << "step " << step;
+            ASSERT_EQ(live.volume().voxels, once.volume.voxels) << "step " << step;
             if (step < begin) continue;
             const Fields now = fields_of(live);
             const VectorField inverse = inverse_field(once);
@@ -130,15 +127,8 @@ TEST(Sources, RandomPushesCutsAndCarvesGiveTheInverseOfTheOneShotForm) {
                     for (int x = 0; x < n.x; ++x, ++v) {
                         const Vec3f u = inverse.vectors_mm[v];
                         const float moved = std::sqrt(u.x * u.x + u.y * u.y + u.z * u.z);
-                        // Of two cells that share a voxel, another one may have written it before
-                        // there were cuts: the same place but for rounding, and where space is
-                        // folded, few times, another one.
-                        if (has_cuts && live.volume().at({x, y, z}) != once.volume.at({x, y, z})) {
-                            ++others;
-                        } else {
-                            ASSERT_NEAR(now.displacement_mm[v], moved, has_cuts ? 1e-5 : 0)
-                                << "step " << step << " at " << x << ' ' << y << ' ' << z;
-                        }
+                        ASSERT_EQ(now.displacement_mm[v], moved)
+                            << "step " << step << " at " << x << ' ' << y << ' ' << z;
                         const bool is_told = std::any_of(update.boxes.begin(), update.boxes.end(),
                                                          [&](const Box3i& box) {
                                                              return contains(box, {x, y, z});
@@ -148,7 +138,6 @@ TEST(Sources, RandomPushesCutsAndCarvesGiveTheInverseOfTheOneShotForm) {
                         ASSERT_EQ(now.jacobian[v], before.jacobian[v])
                             << "step " << step << " at " << x << ' ' << y << ' ' << z;
                     }
-            EXPECT_LT(others, 100);
             before = now;
         }
     }
