@@ -30,7 +30,7 @@ namespace pliant {
 struct FitGroup {
     std::string name;
     std::vector<std::int32_t> links{}, cells{}, nodes{};
-    double start = 1;           ///< where methods begin that need a point to begin at
+    double start = 1;          ///< where methods begin that need a point to begin at
     double low = 0, high = 0;  ///< bounds, 0 < low ≤ start ≤ high
 };
 
@@ -138,8 +138,9 @@ struct Annealing {
     bool best_seen = false;
 };
 
-/// NLopt's methods that need no derivatives [Johnson2007].
-enum class DirectMethod { Bobyqa, Cobyla, NelderMead, Subplex };
+/// Methods of NLopt that need no derivatives [Johnson2007]: quadratic models [Powell2009], and the
+/// simplex as a whole [Nelder1965] or in subspaces [Rowan1990].
+enum class DirectMethod { Bobyqa, NelderMead, Subplex };
 struct DirectSearch {
     DirectMethod method = DirectMethod::Bobyqa;
     int evaluations = 400;    ///< at most

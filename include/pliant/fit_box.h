@@ -36,9 +36,9 @@ struct FitBoxLoad {
 
 /// Which links and cells have a value of their own.
 enum class FitBoxGroups {
-    Uniform,      ///< "links"
-    Kinds,        ///< "edges", "face diagonals", "body diagonals"
-    Directions,   ///< "edges x", …, "diagonals yz", …
+    Uniform,     ///< "links"
+    Kinds,       ///< "edges", "face diagonals", "body diagonals"
+    Directions,  ///< "edges x", …, "diagonals yz", …
 };
 
 struct FitBox {

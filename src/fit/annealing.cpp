@@ -58,9 +58,9 @@ Status check(const Annealing& s) {
     const auto bad = [](const std::string& text) {
         return Error{ErrorCode::InvalidArgument, "Annealing: " + text};
     };
-    for (const auto& [value, name] : {std::pair(s.start_temperature, "start_temperature"),
-                                      std::pair(s.end_temperature, "end_temperature"),
-                                      std::pair(s.cooling, "cooling")})
+    for (const auto& [value, name] :
+         {std::pair(s.start_temperature, "start_temperature"),
+          std::pair(s.end_temperature, "end_temperature"), std::pair(s.cooling, "cooling")})
         if (!(std::isfinite(value) && value >= 0))
             return bad(std::string(name) + ": expected 0 or more, found " + std::to_string(value));
     if (s.start_temperature > 0 && s.end_temperature >= s.start_temperature)

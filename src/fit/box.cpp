@@ -162,8 +162,7 @@ Result<FitBoxProblem> fit_box(const FitBox& box, const TaskArena& arena) {
     const Vec3d h = kMetres * box.spacing_mm;
     const double side = std::cbrt(h.x * h.y * h.z);
     SpringMaterial material{0.4 * box.young_modulus_pa * side, 0};
-    if (box.volume_energy)
-        material = closed_form(box.young_modulus_pa, box.poisson_ratio, side);
+    if (box.volume_energy) material = closed_form(box.young_modulus_pa, box.poisson_ratio, side);
     std::vector<FitGroup> groups = groups_of(box, *parts, material.stiffness, material.bulk);
     std::vector<double> start;
     for (const FitGroup& group : groups) start.push_back(group.start);

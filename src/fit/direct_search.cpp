@@ -16,10 +16,12 @@ namespace {
 
 nlopt_algorithm algorithm_of(DirectMethod method) {
     switch (method) {
-        case DirectMethod::Bobyqa: return NLOPT_LN_BOBYQA;
-        case DirectMethod::Cobyla: return NLOPT_LN_COBYLA;
-        case DirectMethod::NelderMead: return NLOPT_LN_NELDERMEAD;
-        case DirectMethod::Subplex: return NLOPT_LN_SBPLX;
+        case DirectMethod::Bobyqa:
+            return NLOPT_LN_BOBYQA;
+        case DirectMethod::NelderMead:
+            return NLOPT_LN_NELDERMEAD;
+        case DirectMethod::Subplex:
+            return NLOPT_LN_SBPLX;
     }
     return NLOPT_LN_BOBYQA;
 }

@@ -41,8 +41,7 @@ Normal normal_equations(const FitProblem::Impl& problem, const FitProblem::Impl:
             for (std::size_t g = 0; g < size; ++g) {
                 const Vec3d by = weight * d.by[g][c][n];
                 normal.right[g] -= dot(by, r);
-                for (std::size_t h = 0; h <= g; ++h)
-                    normal.matrix[g][h] += dot(by, d.by[h][c][n]);
+                for (std::size_t h = 0; h <= g; ++h) normal.matrix[g][h] += dot(by, d.by[h][c][n]);
             }
         }
     }

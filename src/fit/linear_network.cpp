@@ -39,16 +39,14 @@ void add_outer(std::span<const int> unknowns, int count, const std::array<std::i
         }
 }
 
-void add_link(const SpringParts& parts, std::span<const int> unknowns, std::size_t l,
-              Entries& to) {
+void add_link(const SpringParts& parts, std::span<const int> unknowns, std::size_t l, Entries& to) {
     const SpringLink& link = parts.links[l];
     const Vec3d n =
         normalized(parts.nodes[std::size_t(link.a)].rest - parts.nodes[std::size_t(link.b)].rest);
     add_outer<2>(unknowns, 2, {link.a, link.b}, {n, -n}, link.stiffness, to);
 }
 
-void add_cell(const SpringParts& parts, std::span<const int> unknowns, std::size_t c,
-              Entries& to) {
+void add_cell(const SpringParts& parts, std::span<const int> unknowns, std::size_t c, Entries& to) {
     const SpringCell& cell = parts.cells[c];
     const auto rest = [&](std::int32_t n) { return parts.nodes[std::size_t(n)].rest; };
     std::array<Vec3d, 8> gradient{};
@@ -97,10 +95,8 @@ LinearNetwork::LinearNetwork(const SpringParts& parts, std::span<const FitGroup>
     // In which order to eliminate: as the minimum degree has it, for all values at once.
     {
         Entries all;
-        for (std::size_t l = 0; l < parts.links.size(); ++l)
-            add_link(parts, m.unknowns, l, all);
-        for (std::size_t c = 0; c < parts.cells.size(); ++c)
-            add_cell(parts, m.unknowns, c, all);
+        for (std::size_t l = 0; l < parts.links.size(); ++l) add_link(parts, m.unknowns, l, all);
+        for (std::size_t c = 0; c < parts.cells.size(); ++c) add_cell(parts, m.unknowns, c, all);
         Matrix lower(m.count, m.count);
         lower.setFromTriplets(all.begin(), all.end());
         Eigen::PermutationMatrix<Eigen::Dynamic, Eigen::Dynamic, int> order;
@@ -157,8 +153,7 @@ std::shared_ptr<const LinearNetwork::Factor> LinearNetwork::factor(
     return made;
 }
 
-std::vector<Vec3d> LinearNetwork::solve(const Factor& factor,
-                                        std::span<const Vec3d> force) const {
+std::vector<Vec3d> LinearNetwork::solve(const Factor& factor, std::span<const Vec3d> force) const {
     if (m_impl->count == 0) return std::vector<Vec3d>(force.size(), Vec3d{0, 0, 0});
     return m_impl->scatter(factor.factor.solve(m_impl->gather(force)));
 }

@@ -26,10 +26,9 @@ Error loose() {
 
 Status FitProblem::Impl::check_values(std::span<const double> values) const {
     if (values.size() != groups.size())
-        return Error{ErrorCode::InvalidArgument, "fit: values: expected one for each of " +
-                                                     std::to_string(groups.size()) +
-                                                     " groups, found " +
-                                                     std::to_string(values.size())};
+        return Error{ErrorCode::InvalidArgument,
+                     "fit: values: expected one for each of " + std::to_string(groups.size()) +
+                         " groups, found " + std::to_string(values.size())};
     for (std::size_t g = 0; g < groups.size(); ++g)
         if (!(std::isfinite(values[g]) && values[g] > 0))
             return Error{ErrorCode::InvalidArgument,
@@ -111,8 +110,8 @@ Result<Displacements> FitProblem::Impl::move_tissue(std::span<const double> valu
     return moved;
 }
 
-Result<FitProblem::Impl::Derivatives> FitProblem::Impl::derivatives(
-    std::span<const double> values, const TaskArena& arena) const {
+Result<FitProblem::Impl::Derivatives> FitProblem::Impl::derivatives(std::span<const double> values,
+                                                                    const TaskArena& arena) const {
     if (const Status status = check_values(values); !status.ok()) return status.error();
     if (settings.motion != FitMotion::Linear) return differences(values, arena);
     Derivatives result{.at = Displacements(cases.size()),
@@ -142,8 +141,8 @@ Result<FitProblem::Impl::Derivatives> FitProblem::Impl::derivatives(
     return result;
 }
 
-Result<FitProblem::Impl::Derivatives> FitProblem::Impl::differences(
-    std::span<const double> values, const TaskArena& arena) const {
+Result<FitProblem::Impl::Derivatives> FitProblem::Impl::differences(std::span<const double> values,
+                                                                    const TaskArena& arena) const {
     const std::size_t points = 2 * groups.size() + 1;
     std::vector<Result<Displacements>> moved(points, Displacements{});
     arena.for_each(std::int64_t(points), 1, [&](std::int64_t begin, std::int64_t end) {

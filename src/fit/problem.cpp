@@ -16,8 +16,8 @@ Error bad(const std::string& text) {
     return {ErrorCode::InvalidArgument, "fit: " + text};
 }
 
-Status check_members(const FitGroup& group, std::span<const std::int32_t> members,
-                     const char* what, std::vector<std::uint8_t>& taken) {
+Status check_members(const FitGroup& group, std::span<const std::int32_t> members, const char* what,
+                     std::vector<std::uint8_t>& taken) {
     for (const std::int32_t m : members) {
         if (m < 0 || std::size_t(m) >= taken.size())
             return bad("group " + group.name + ": expected " + what + "s below " +
@@ -126,8 +126,8 @@ Result<FitProblem> FitProblem::create(SpringParts parts, std::vector<FitGroup> g
     double shortest = 0;
     for (std::size_t l = 0; l < parts.links.size(); ++l) {
         SpringLink& link = parts.links[l];
-        const double apart = norm(parts.nodes[std::size_t(link.a)].rest -
-                                  parts.nodes[std::size_t(link.b)].rest);
+        const double apart =
+            norm(parts.nodes[std::size_t(link.a)].rest - parts.nodes[std::size_t(link.b)].rest);
         link.rest_length = network->links()[l].rest_length;
         if (settings.motion == FitMotion::Linear &&
             !(std::abs(link.rest_length - apart) <= 1e-9 * apart))

@@ -19,7 +19,7 @@ struct FitProblem::Impl {
     double spring_length = 0;
     /// The sets of nodes that don't move in some case, each once.
     std::vector<std::vector<std::uint8_t>> held;
-    std::vector<std::size_t> held_of;  ///< [case]
+    std::vector<std::size_t> held_of;   ///< [case]
     std::vector<LinearNetwork> linear;  ///< [set], where the motion is linear
 
     Status check_values(std::span<const double> values) const;
