@@ -53,7 +53,7 @@ struct Contestant {
     FitMethod method;
 };
 
-/// Annealing five times, the rest once.
+/// Annealing four times, the rest once.
 std::vector<Contestant> contestants(const FitBoxProblem& box, int evaluations) {
     std::vector<Contestant> all{
         {"closed form", GivenValues{box.closed_form}},
@@ -62,7 +62,7 @@ std::vector<Contestant> contestants(const FitBoxProblem& box, int evaluations) {
         {"NLopt, Nelder–Mead", DirectSearch{.method = DirectMethod::NelderMead}},
         {"annealing, T₀ = 1, β = 0.45",
          Annealing{.start_temperature = 1, .cooling = 0.45, .evaluations = evaluations}}};
-    for (std::uint64_t seed = 1; seed <= 4; ++seed)
+    for (std::uint64_t seed = 1; seed <= 3; ++seed)
         all.push_back({"annealing, seed " + std::to_string(seed),
                        Annealing{.seed = seed, .evaluations = evaluations}});
     return all;
@@ -118,7 +118,7 @@ void add_table_1(Page& page, const TaskArena& arena) {
         "three forces. The paper's annealing found **2575** (N/m, as its units must be).");
     const auto box = value_of(fit_box(uniform(table_2_loads(true, 1, false)), arena));
     page.paragraph("**One stiffness** [N/m], between 267 and 26 667:");
-    compare(page, box, 150, arena);
+    compare(page, box, 100, arena);
     const auto tangential = value_of(fit_box(uniform(table_2_loads(false, 1, false)), arena));
     FitBox bending = uniform(table_2_loads(true, 1, false));
     bending.element = HexElement::IncompatibleModes;
@@ -144,15 +144,15 @@ void add_table_1(Page& page, const TaskArena& arena) {
     std::vector<FitBoxLoad> loads = table_2_loads(true, 1, true);
     for (const FitBoxLoad& load : other_loads()) loads.push_back(load);
     const auto three = value_of(fit_box(hybrid(loads), arena));
-    const std::vector<FitResult> results = compare(page, three, 300, arena);
+    const std::vector<FitResult> results = compare(page, three, 200, arena);
     page.paragraph(
         "The best cost found so far, in percent above the least of all, against evaluations: "
         "Gauss–Newton (dark, derivatives counted), BOBYQA (green), Nelder–Mead (blue), annealing "
-        "(orange, five runs; the range's preparation counted).");
+        "(orange, four runs; the range's preparation counted).");
     double least = 1e300;
     for (const FitResult& r : results)
         least = std::min({least, r.at.cost, r.trace.empty() ? 1e300 : r.trace.back().cost});
-    Chart chart(760, 400, {0, 300, 50}, {0, 100, 20});
+    Chart chart(760, 400, {0, 250, 50}, {0, 100, 20});
     const auto curve = [&](const FitResult& r, Rgb8 colour, double width) {
         std::vector<Point2> points;
         for (const FitTrace& t : r.trace) {
@@ -160,7 +160,7 @@ void add_table_1(Page& page, const TaskArena& arena) {
             if (!points.empty()) points.push_back({double(t.evaluation), points.back().y});
             points.push_back({double(t.evaluation), above});
         }
-        points.push_back({300, points.back().y});
+        points.push_back({std::max(250.0, points.back().x), points.back().y});
         chart.curve(points, {colour, width, 1});
     };
     for (std::size_t n = 4; n < results.size(); ++n) curve(results[n], kOrange, 1);
@@ -172,6 +172,24 @@ void add_table_1(Page& page, const TaskArena& arena) {
 
 std::vector<std::string> row(std::string name, std::string values, const FitPoint& point) {
     return {std::move(name), std::move(values), percents(point, false), percents(point, true)};
+}
+
+/// One load at a time: a large one may have no equilibrium that can be found.
+std::vector<std::string> at_equilibrium(std::string name, const FitBox& box,
+                                        const std::vector<double>& values, const TaskArena& arena) {
+    std::string average, largest;
+    for (const FitBoxLoad& load : box.loads) {
+        FitBox one = box;
+        one.loads = {load};
+        one.settings.motion = FitMotion::Equilibrium;
+        const auto made = value_of(fit_box(one, arena));
+        const auto point = made.problem.evaluate(values);
+        average += (average.empty() ? "" : " / ") +
+                   (point.ok() ? text_of(point->cases[0].average_percent, 2) : "none");
+        largest += (largest.empty() ? "" : " / ") +
+                   (point.ok() ? text_of(point->cases[0].largest_percent, 2) : "none");
+    }
+    return {std::move(name), joined(values), average, largest};
 }
 
 void add_reading(Page& page, bool normal, bool on_each, const std::vector<double>& fitted,
@@ -198,13 +216,10 @@ void add_reading(Page& page, bool normal, bool on_each, const std::vector<double
                        value_of(cells.problem.evaluate(cells.closed_form))));
     rows.push_back(row("links and volume, fitted to other loads", joined(fitted),
                        value_of(cells.problem.evaluate(fitted))));
-    FitBox far = uniform(loads), far_cells = hybrid(loads);
-    far.settings.motion = far_cells.settings.motion = FitMotion::Equilibrium;
-    const auto a = value_of(fit_box(far, arena)), b = value_of(fit_box(far_cells, arena));
-    rows.push_back(row("springs at equilibrium, the paper's stiffness", "2575",
-                       value_of(a.problem.evaluate(paper))));
-    rows.push_back(row("springs and volume at equilibrium, closed form", joined(b.closed_form),
-                       value_of(b.problem.evaluate(b.closed_form))));
+    rows.push_back(at_equilibrium("springs at equilibrium, the paper's stiffness", uniform(loads),
+                                  {2575}, arena));
+    rows.push_back(at_equilibrium("springs and volume at equilibrium, closed form", hybrid(loads),
+                                  cells.closed_form, arena));
     page.table({"model", "values", "average at 10 / 20 / 40 N [%]", "largest [%]"}, rows);
 }
 
@@ -283,8 +298,8 @@ void add_table_2(Page& page, const TaskArena& arena) {
         "Average and largest distance of nodes from the reference, in percent of the spring "
         "length (11.1 mm), over all 1000 nodes. The paper doesn't say whether 10 N are meant for "
         "each of the four nodes or in total, nor in which direction: all four readings. Rows are "
-        "linear, as the reference is, where they don't say otherwise. A row that isn't far below "
-        "“nothing moves” is no fit.");
+        "linear, as the reference is, where they don't say otherwise; “none” is where no "
+        "equilibrium was found. A row that isn't far below “nothing moves” is no fit.");
     std::vector<FitBoxLoad> loads = other_loads();
     const auto box = value_of(fit_box(hybrid(loads), arena));
     const auto fitted = value_of(fit(box.problem, GaussNewton{}, arena)).values;

@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The elastin cube of [Choi2004, 4.3], as it was computed anew: cases 19 to 22 of the references.
+// The elastin cube of [Choi2004, 4.3], as it was computed anew, and the depths of its Figure 10:
+// cases 19 to 22 and 27 of the references.
 
 #include <gtest/gtest.h>
 #include <pliant/fit_box.h>
@@ -116,6 +117,28 @@ TEST(Published, DampingHasNoSayInTheCubesEquilibrium) {
     EXPECT_LT(found.directions[0].influence, 1e-12);
     EXPECT_NEAR(found.values[1], 2149, 1e-6);
     EXPECT_NEAR(found.directions[1].influence, 1, 0.15);
+}
+
+// Case 27: Figure 10 has 4, 6 and 8 layers for k = 0.5, 2 and 5. Runs of a fixed time give them; at
+// the equilibrium the stiffer lattice needs fewer, as the text says and the figure doesn't.
+TEST(Published, RunsOfAFixedTimeNeedTheDepthsOfFigureTen) {
+    constexpr int kSide = 25, kDeep = 13;
+    const std::array node{12 + kSide * (12 + kSide * (kDeep - 1))};
+    const std::array<Vec3d, 1> force{{{0, 0, -0.5}}};
+    const auto depth_of = [&](double k, const DepthSearch& search) {
+        auto parts = value_of(springs_of_lattice(
+            {.size = {kSide, kSide, kDeep}, .stiffness = {k, k, k}, .node_damping = 8}));
+        for (SpringNode& n : parts.nodes) n.fixed = n.rest.z == 0;
+        const auto network = value_of(SpringNetwork::create(std::move(parts)));
+        return value_of(find_depth(network, {}, node, force, search, arena())).depth;
+    };
+    const DepthSearch run{.threshold = 7e-5, .max_depth = 12, .duration = 8};
+    EXPECT_EQ(depth_of(0.5, run), 4);
+    EXPECT_EQ(depth_of(2, run), 6);
+    EXPECT_EQ(depth_of(5, run), 8);
+    const DepthSearch rest{.threshold = 4e-3, .max_depth = 12};
+    EXPECT_GT(depth_of(0.5, rest), depth_of(2, rest));
+    EXPECT_GT(depth_of(2, rest), depth_of(5, rest));
 }
 
 TEST(Box, GroupsHoldEachLinkOnce) {
