@@ -16,13 +16,14 @@ if(PLIANT_BUILD_APP)
 endif()
 # The pages of results: what draws and measures is tested, not the program that times.
 pliant_test(results
-    SOURCES ../../benchmarks/results_chainmail/chart.cpp
-            ../../benchmarks/results_chainmail/page.cpp
-            ../../benchmarks/results_chainmail/plot.cpp
+    SOURCES ../../benchmarks/results_page/chart.cpp
+            ../../benchmarks/results_page/page.cpp
+            ../../benchmarks/results_page/plot.cpp
             ../../benchmarks/results_chainmail/setups.cpp
             ../../benchmarks/results_chainmail/slices.cpp
             test_plot.cpp test_setups.cpp)
 target_include_directories(test_results PRIVATE
-    ${PROJECT_SOURCE_DIR}/benchmarks/results_chainmail)
+    ${PROJECT_SOURCE_DIR}/benchmarks/results_chainmail
+    ${PROJECT_SOURCE_DIR}/benchmarks/results_page)
 # What reads other people's bytes, with bytes that nobody meant.
 add_subdirectory(fuzz)

@@ -6,10 +6,11 @@
 # numbers together, or nothing where something fails.
 
 results() { # TOPIC
-    (($# == 1)) || fail "results: expected one topic (chainmail), found $#"
+    (($# == 1)) || fail "results: expected one topic (chainmail or springs), found $#"
     case $1 in
         chainmail) results_chainmail ;;
-        *) fail "results: expected chainmail, found '$1'" ;;
+        springs) results_springs ;;
+        *) fail "results: expected chainmail or springs, found '$1'" ;;
     esac
 }
 
@@ -23,4 +24,15 @@ results_chainmail() {
     say "measuring and drawing; some minutes"
     "$root/build/release/results_chainmail" "$page" "$scans"
     say "done: docs/results/chainmail/README.md"
+}
+
+results_springs() {
+    local page=$root/docs/results/springs
+    need_packages build bench
+    configure release -DPLIANT_BUILD_BENCHMARKS=ON -DPLIANT_BUILD_TESTS=OFF
+    compile release --target results_springs
+    mkdir -p "$page"
+    say "identifying, measuring and drawing; some minutes"
+    "$root/build/release/results_springs" "$page"
+    say "done: docs/results/springs/README.md"
 }

@@ -137,6 +137,32 @@ struct BenchOptions {
     int threads = 1;
 };
 
+/// A box of elastic material and a lattice of springs for it; text as the user gave it where it is
+/// more than a number.
+struct FitOptions {
+    std::string config;
+    std::string size = "10,10,10", spacing_mm = "11.111111";
+    double young_pa = 6e5, poisson = 0.45, density_kg_m3 = 1040;
+    std::string element = "trilinear";
+    std::string held = "-z";
+    std::vector<std::string> loads, held_out;  ///< FACE:FX,FY,FZ[:ACROSS,ALONG[:NODES]]
+    std::string links = "edges+faces";
+    std::string groups = "uniform";
+    bool volume = false, by_cells = false;
+    double damping_kg_s = 0;  ///< above 0: a value of its own, that starts here
+    std::string motion = "linear";
+    double duration_s = 1;
+    int depth = 10;
+    std::string cost = "distances";
+    double range = 10;
+    std::vector<std::string> methods;  ///< empty: closed-form and gauss-newton
+    int evaluations = 400;
+    std::uint64_t seed = 1;
+    double start_temperature = 0, cooling = 0;
+    std::string report;
+    int threads = 0;
+};
+
 int run_info(const InfoOptions& options);
 int run_phantom(const PhantomOptions& options);
 int run_deform(const DeformOptions& options);
@@ -145,6 +171,7 @@ int run_path(const PathOptions& options);
 int run_serve(const ServeOptions& options);
 int run_replay(const ReplayOptions& options);
 int run_bench(const BenchOptions& options);
+int run_fit(const FitOptions& options);
 
 /// Prints "pliant: message" as one line on standard error. @returns kExitBadInput
 int bad_input(const std::string& message);

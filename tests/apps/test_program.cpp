@@ -496,5 +496,57 @@ TEST_F(ProgramTest, BenchComparesPublishedOrderingsWithTheExactSolution) {
     EXPECT_EQ(run("bench elastic --compare").status, 2);
 }
 
+TEST_F(ProgramTest, FitFindsTheStiffnessThatItsReportNames) {
+    const std::string small = "fit --size 5,5,5 --spacing 20 --threads 2 ";
+    const Finished done = run(small +
+                              "--load +z:0,0,-10 --held-out +z:10,0,0:0.25,0.25 --damping 3 "
+                              "--method closed-form --method gauss-newton --method bobyqa "
+                              "--method annealing --evaluations 60 --seed 5 --report fit.json");
+    ASSERT_EQ(done.status, 0) << done.err;
+    EXPECT_NE(done.out.find("not identifiable: damping"), std::string::npos) << done.out;
+    const Json report = Json::parse(text_of(file("fit.json")));
+    ASSERT_EQ(report["methods"].size(), 4u);
+    const Json &closed = report["methods"][0], &newton = report["methods"][1];
+    EXPECT_NEAR(closed["values"]["links"].get<double>(), 0.4 * 6e5 * 0.02, 1e-6);
+    EXPECT_LE(newton["cost"].get<double>(), closed["cost"].get<double>());
+    EXPECT_NEAR(report["methods"][2]["values"]["links"].get<double>() /
+                    newton["values"]["links"].get<double>(),
+                1, 1e-3);
+    EXPECT_EQ(report["methods"][3]["evaluations"], 61 + 32);
+    EXPECT_FALSE(newton["directions"][0]["identifiable"].get<bool>());
+    EXPECT_TRUE(newton["directions"][1]["identifiable"].get<bool>());
+    EXPECT_TRUE(newton["cases"][1]["held_out"].get<bool>());
+    EXPECT_GT(newton["cases"][1]["still_average_percent"].get<double>(),
+              newton["cases"][1]["average_percent"].get<double>());
+    // The same from a file, what is given on the command line first.
+    std::ofstream(file("fit.toml")) << "size = \"9,9,9\"\nspacing = 20\nload = [\"+z:0,0,-10\"]\n"
+                                       "method = \"gauss-newton\"\nvolume = false\n";
+    const Finished again = run("fit fit.toml --size 5,5,5 --report again.json");
+    ASSERT_EQ(again.status, 0) << again.err;
+    const Json from_file = Json::parse(text_of(file("again.json")));
+    ASSERT_EQ(from_file["methods"].size(), 1u);
+    EXPECT_EQ(from_file["methods"][0]["values"]["links"], newton["values"]["links"]);
+}
+
+TEST_F(ProgramTest, FitSaysWhatIsWrong) {
+    std::ofstream(file("bad.toml")) << "yuong = 3\n";
+    const std::pair<const char*, const char*> cases[] = {
+        {"fit bad.toml", "unknown setting 'yuong'"},
+        {"fit missing.toml", "missing.toml"},
+        {"fit --size 4,4", "--size: expected three numbers"},
+        {"fit --load z:1,2,3", "--load: expected FACE:"},
+        {"fit --size 4,4,4 --load -z:0,0,1", "held"},
+        {"fit --size 4,4,4 --links edges --load +z:1,0,0", "move without a force"},
+        {"fit --size 4,4,4 --volume --poisson 0.2", "poisson_ratio"},
+        {"fit --method guess", "--method"},
+        {"fit --size 4,4,4 --report no/such/folder/r.json", "no/such/folder"}};
+    for (const auto& [arguments, text] : cases) {
+        const Finished done = run(arguments);
+        EXPECT_EQ(done.status, 2) << arguments;
+        EXPECT_NE(done.err.find(text), std::string::npos) << arguments << ": " << done.err;
+        EXPECT_EQ(std::count(done.err.begin(), done.err.end(), '\n'), 1) << done.err;
+    }
+}
+
 }  // namespace
 }  // namespace pliant::test

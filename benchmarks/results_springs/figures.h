@@ -1,0 +1,36 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// The parts of the page, in its order.
+
+#pragma once
+
+#include <pliant/tasks.h>
+
+#include <cstdio>
+#include <cstdlib>
+
+#include "page.h"
+
+namespace pliant::results {
+
+/// Figures 9 and 10: how deep forces must go.
+void add_depth(Page& page, const TaskArena& arena);
+/// Figures 11 and 12: creep, hysteresis, the load curve; anisotropy.
+void add_responses(Page& page, const TaskArena& arena);
+/// Tables 1 and 2: identification.
+void add_identification(Page& page, const TaskArena& arena);
+/// Table 3: time for each layer.
+void add_timings(Page& page, const TaskArena& arena);
+
+/// Set-ups are fixed: what fails here is a defect, and ends the program.
+template <class T>
+T value_of(Result<T> result) {
+    if (!result.ok()) {
+        std::fprintf(stderr, "results: %s\n", result.error().message.c_str());
+        std::exit(1);
+    }
+    return std::move(result).value();
+}
+
+}  // namespace pliant::results

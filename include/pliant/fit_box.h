@@ -1,0 +1,75 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// The set-up of [Choi2004, 4.3], with any numbers: a box of elastic material, held at a face and
+// pressed or drawn at nodes of another, by finite elements and as a lattice of springs.
+//
+//          +z, pressed            the four nodes around the middle of a face
+//        ┌──▪▪──┐
+//       ╱      ╱│                 size      nodes along x, y, z
+//      ├──────┤ │                 spacing   between them, along each axis
+//      │      │╱
+//      └──────┘  −z, held
+//
+// Lengths are in mm outside; the network is in m, kg, s, so that stiffness is in N/m, bulk in Pa,
+// damping in kg/s and the cost in m.
+
+#pragma once
+
+#include <pliant/fem.h>
+#include <pliant/fit.h>
+#include <pliant/springs_builders.h>
+
+namespace pliant {
+
+enum class BoxFace { LowX, HighX, LowY, HighY, LowZ, HighZ };
+
+struct FitBoxLoad {
+    std::string name{};
+    Vec3d force_n{0, 0, -10};  ///< in total, spread evenly over the nodes
+    BoxFace face = BoxFace::HighZ;
+    double across = 0.5, along = 0.5;  ///< where on the face, 0…1 on its two axes in their order
+    std::int32_t nodes_across = 2;     ///< loaded nodes on either axis
+    double weight = 1;
+    bool held_out = false;
+};
+
+/// Which links and cells have a value of their own.
+enum class FitBoxGroups {
+    Uniform,     ///< "links"
+    Kinds,       ///< "edges", "face diagonals", "body diagonals"
+    Directions,  ///< "edges x", …, "diagonals yz", …
+};
+
+struct FitBox {
+    Vec3i size{10, 10, 10};
+    Vec3d spacing_mm{100.0 / 9, 100.0 / 9, 100.0 / 9};
+    double young_modulus_pa = 6e5;
+    double poisson_ratio = 0.45;
+    double density_kg_per_m3 = 1040;
+    HexElement element = HexElement::Trilinear;  ///< of the reference
+    BoxFace held = BoxFace::LowZ;
+    std::vector<FitBoxLoad> loads{};
+
+    LatticeLinks links = LatticeLinks::EdgesAndFaces;
+    FitBoxGroups groups = FitBoxGroups::Uniform;
+    bool volume_energy = false;    ///< group "volume"
+    bool shared_by_cells = false;  ///< see SpringLattice
+    bool damping = false;          ///< group "damping", of the nodes
+    double damping_start_kg_s = 1;
+    double range = 10;  ///< values are sought between start/range and start·range
+    FitSettings settings{};
+};
+
+struct FitBoxProblem {
+    FitProblem problem;
+    /// k = 0.4·E·a without volume energy, µa and λ − µ with it; a of a cube of a cell's volume.
+    /// Where methods start.
+    std::vector<double> closed_form;
+};
+
+/// @returns InvalidArgument that names the field; Poisson's ratio must be above 1/4 for a volume
+///          energy
+Result<FitBoxProblem> fit_box(const FitBox& box, const TaskArena& arena);
+
+}  // namespace pliant

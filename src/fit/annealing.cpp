@@ -1,0 +1,134 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// Simulated annealing as [Choi2004, 3.2.4] has it, its Figure 7 with one iteration at each
+// temperature, and T ← T/(1 + βT) [Lundy1986]:
+//
+//   1/T after n iterations = 1/T₀ + nβ
+//
+// so that β follows from both ends of the range and the number of iterations between them. What is
+// a neighbour, where the range lies and what the Boltzmann constant is in are left open there:
+// here a neighbour differs in all logarithms, by at most a part of their ranges; temperatures have
+// the cost's unit; and the range is found from the uphill moves of a few random pairs.
+
+#include <cmath>
+#include <random>
+#include <string>
+
+#include "fit/search.h"
+
+namespace pliant {
+namespace {
+
+constexpr double kTaken = 0.8;   // share of uphill moves at the start
+constexpr double kRange = 1000;  // start over end temperature
+
+/// The same numbers with every standard library.
+class Numbers {
+  public:
+    explicit Numbers(std::uint64_t seed) : m_engine(seed) {}
+    /// 0 ≤ x < 1.
+    double next() { return double(m_engine() >> 11) * 0x1p-53; }
+
+  private:
+    std::mt19937_64 m_engine;
+};
+
+Search::Point anywhere(const Search& search, Numbers& numbers) {
+    Search::Point point(search.size());
+    for (std::size_t g = 0; g < point.size(); ++g)
+        point[g] = search.low(g) + numbers.next() * (search.high(g) - search.low(g));
+    return point;
+}
+
+/// Reflected at the bounds.
+Search::Point neighbour_of(const Search& search, const Search::Point& point, double reach,
+                           Numbers& numbers) {
+    Search::Point next(point);
+    for (std::size_t g = 0; g < next.size(); ++g) {
+        const double low = search.low(g), high = search.high(g);
+        next[g] += (2 * numbers.next() - 1) * reach * (high - low);
+        if (next[g] < low) next[g] = 2 * low - next[g];
+        if (next[g] > high) next[g] = 2 * high - next[g];
+    }
+    return search.within_bounds(std::move(next));
+}
+
+Status check(const Annealing& s) {
+    const auto bad = [](const std::string& text) {
+        return Error{ErrorCode::InvalidArgument, "Annealing: " + text};
+    };
+    for (const auto& [value, name] :
+         {std::pair(s.start_temperature, "start_temperature"),
+          std::pair(s.end_temperature, "end_temperature"), std::pair(s.cooling, "cooling")})
+        if (!(std::isfinite(value) && value >= 0))
+            return bad(std::string(name) + ": expected 0 or more, found " + std::to_string(value));
+    if (s.start_temperature > 0 && s.end_temperature >= s.start_temperature)
+        return bad("end_temperature: expected less than the start's " +
+                   std::to_string(s.start_temperature) + ", found " +
+                   std::to_string(s.end_temperature));
+    if (!(s.neighbourhood > 0 && s.neighbourhood <= 1))
+        return bad("neighbourhood: expected more than 0 and at most 1, found " +
+                   std::to_string(s.neighbourhood));
+    if (s.evaluations < 1)
+        return bad("evaluations: expected 1 or more, found " + std::to_string(s.evaluations));
+    if (s.preparation < 1)
+        return bad("preparation: expected 1 or more, found " + std::to_string(s.preparation));
+    return Ok{};
+}
+
+/// Of the moves between random points and their neighbours. 0 where all are flat.
+double mean_uphill(Search& search, const Annealing& settings, Numbers& numbers) {
+    std::vector<Search::Point> points;
+    for (int n = 0; n < settings.preparation; ++n) {
+        points.push_back(anywhere(search, numbers));
+        points.push_back(neighbour_of(search, points.back(), settings.neighbourhood, numbers));
+    }
+    const std::vector<double> costs = search.costs(points);
+    double sum = 0;
+    int count = 0;
+    for (std::size_t n = 0; n < costs.size(); n += 2) {
+        const double change = std::abs(costs[n + 1] - costs[n]);
+        if (!std::isfinite(change)) continue;
+        sum += change;
+        ++count;
+    }
+    return count > 0 ? sum / count : 0;
+}
+
+}  // namespace
+
+Result<FitResult> search_annealing(Search& search, const Annealing& settings) {
+    if (const Status status = check(settings); !status.ok()) return status.error();
+    Numbers numbers(settings.seed);
+    double start = settings.start_temperature;
+    if (start == 0) start = mean_uphill(search, settings, numbers) / -std::log(kTaken);
+    if (!(start > 0))
+        return Error{ErrorCode::InvalidArgument,
+                     "Annealing: found no move that changes the cost; expected parameters that the "
+                     "cases depend on"};
+    const double end = settings.end_temperature > 0 ? settings.end_temperature : start / kRange;
+    const double cooling =
+        settings.cooling > 0 ? settings.cooling : (1 / end - 1 / start) / settings.evaluations;
+    Search::Point point = anywhere(search, numbers);
+    double cost = search.cost(point);
+    double temperature = start;
+    for (int n = 0; n < settings.evaluations && temperature > end; ++n) {
+        Search::Point next = neighbour_of(search, point, settings.neighbourhood, numbers);
+        const double there = search.cost(next);
+        const bool downhill = there < cost || !std::isfinite(cost);
+        if (downhill || numbers.next() < std::exp((cost - there) / temperature)) {
+            point = std::move(next);
+            cost = there;
+        }
+        temperature /= 1 + cooling * temperature;
+    }
+    FitResult& result = search.result();
+    result.start_temperature = start;
+    result.end_temperature = temperature;
+    result.cooling = cooling;
+    if (settings.best_seen && !search.best().empty()) point = search.best();
+    return search.finish(point);
+}
+
+}  // namespace pliant

@@ -1,0 +1,212 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// What a problem must be, and how far a network is from its reference.
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include "fit/problem_impl.h"
+
+namespace pliant {
+namespace {
+
+Error bad(const std::string& text) {
+    return {ErrorCode::InvalidArgument, "fit: " + text};
+}
+
+Status check_members(const FitGroup& group, std::span<const std::int32_t> members, const char* what,
+                     std::vector<std::uint8_t>& taken) {
+    for (const std::int32_t m : members) {
+        if (m < 0 || std::size_t(m) >= taken.size())
+            return bad("group " + group.name + ": expected " + what + "s below " +
+                       std::to_string(taken.size()) + ", found " + std::to_string(m));
+        if (taken[std::size_t(m)]++)
+            return bad("group " + group.name + ": expected each " + what + " in one group, found " +
+                       what + " " + std::to_string(m) + " again");
+    }
+    return Ok{};
+}
+
+Status check_groups(const SpringParts& parts, std::span<const FitGroup> groups) {
+    if (groups.empty()) return bad("expected one or more groups, found none");
+    std::vector<std::uint8_t> links(parts.links.size(), 0), cells(parts.cells.size(), 0),
+        nodes(parts.nodes.size(), 0);
+    for (const FitGroup& g : groups) {
+        if (g.links.empty() && g.cells.empty() && g.nodes.empty())
+            return bad("group " + g.name + ": expected links, cells or nodes, found none");
+        const bool ordered = g.low > 0 && g.low <= g.start && g.start <= g.high;
+        if (!ordered || !std::isfinite(g.high))
+            return bad("group " + g.name + ": expected 0 < low <= start <= high, found " +
+                       std::to_string(g.low) + ", " + std::to_string(g.start) + " and " +
+                       std::to_string(g.high));
+        for (const Status& status :
+             {check_members(g, g.links, "link", links), check_members(g, g.cells, "cell", cells),
+              check_members(g, g.nodes, "node", nodes)})
+            if (!status.ok()) return status.error();
+    }
+    return Ok{};
+}
+
+Status check_case(const SpringParts& parts, const FitCase& c,
+                  const std::vector<std::uint8_t>& held) {
+    const auto here = [&](const std::string& text) { return bad("case " + c.name + ": " + text); };
+    const std::size_t count = parts.nodes.size();
+    if (c.target.size() != count)
+        return here("expected a target for each of " + std::to_string(count) + " nodes, found " +
+                    std::to_string(c.target.size()));
+    if (c.forces.size() != c.nodes.size())
+        return here("expected a force for each of " + std::to_string(c.nodes.size()) +
+                    " nodes, found " + std::to_string(c.forces.size()));
+    if (c.nodes.empty()) return here("expected loaded nodes, found none");
+    if (!(std::isfinite(c.weight) && c.weight > 0))
+        return here("expected a weight above 0, found " + std::to_string(c.weight));
+    std::vector<std::uint8_t> loaded(count, 0);
+    for (std::size_t n = 0; n < c.nodes.size(); ++n) {
+        const std::int32_t node = c.nodes[n];
+        if (node < 0 || std::size_t(node) >= count)
+            return here("expected loads on nodes below " + std::to_string(count) + ", found " +
+                        std::to_string(node));
+        if (held[std::size_t(node)])
+            return here("expected loads on free nodes, found node " + std::to_string(node) +
+                        ", which is held");
+        if (loaded[std::size_t(node)]++)
+            return here("expected each loaded node once, found node " + std::to_string(node) +
+                        " again");
+        if (!is_finite(c.forces[n]))
+            return here("expected three numbers as the force on node " + std::to_string(node));
+    }
+    for (std::size_t n = 0; n < count; ++n)
+        if (!is_finite(c.target[n]))
+            return here("expected three numbers as the target of node " + std::to_string(n));
+    return Ok{};
+}
+
+Status check_settings(const FitSettings& s) {
+    if (!(std::isfinite(s.spring_length) && s.spring_length >= 0))
+        return bad("spring_length: expected a length of 0 or more, found " +
+                   std::to_string(s.spring_length));
+    if (s.motion == FitMotion::Run && !(std::isfinite(s.duration) && s.duration > 0))
+        return bad("duration: expected a time above 0, found " + std::to_string(s.duration));
+    return Ok{};
+}
+
+}  // namespace
+
+FitProblem::FitProblem(std::unique_ptr<Impl> impl) : m_impl(std::move(impl)) {}
+FitProblem::~FitProblem() = default;
+FitProblem::FitProblem(FitProblem&&) noexcept = default;
+FitProblem& FitProblem::operator=(FitProblem&&) noexcept = default;
+
+std::span<const FitGroup> FitProblem::groups() const {
+    return m_impl->groups;
+}
+std::span<const FitCase> FitProblem::cases() const {
+    return m_impl->cases;
+}
+const FitSettings& FitProblem::settings() const {
+    return m_impl->settings;
+}
+double FitProblem::spring_length() const {
+    return m_impl->spring_length;
+}
+SpringParts FitProblem::parts_at(std::span<const double> values) const {
+    return m_impl->parts_at(values);
+}
+
+Result<FitProblem> FitProblem::create(SpringParts parts, std::vector<FitGroup> groups,
+                                      std::vector<FitCase> cases, const FitSettings& settings) {
+    if (const Status status = check_settings(settings); !status.ok()) return status.error();
+    const auto network = SpringNetwork::create(parts);
+    if (!network.ok()) return network.error();
+    if (const Status status = check_groups(parts, groups); !status.ok()) return status.error();
+    auto impl = std::make_unique<Impl>();
+    impl->spring_length = settings.spring_length;
+    double shortest = 0;
+    for (std::size_t l = 0; l < parts.links.size(); ++l) {
+        SpringLink& link = parts.links[l];
+        const double apart =
+            norm(parts.nodes[std::size_t(link.a)].rest - parts.nodes[std::size_t(link.b)].rest);
+        link.rest_length = network->links()[l].rest_length;
+        if (settings.motion == FitMotion::Linear &&
+            !(std::abs(link.rest_length - apart) <= 1e-9 * apart))
+            return bad("link " + std::to_string(l) +
+                       ": expected its nodes' distance as its rest length, found " +
+                       std::to_string(link.rest_length) + "; a linear motion starts at rest");
+        if (apart > 0 && (shortest == 0 || apart < shortest)) shortest = apart;
+    }
+    if (impl->spring_length == 0) impl->spring_length = shortest;
+    if (!(impl->spring_length > 0)) return bad("expected links, found none");
+    for (const FitCase& c : cases) {
+        std::vector<std::uint8_t> held(parts.nodes.size(), 0);
+        for (std::size_t n = 0; n < held.size(); ++n) held[n] = parts.nodes[n].fixed;
+        for (const std::int32_t n : c.held) {
+            if (n < 0 || std::size_t(n) >= held.size())
+                return bad("case " + c.name + ": expected held nodes below " +
+                           std::to_string(held.size()) + ", found " + std::to_string(n));
+            held[std::size_t(n)] = 1;
+        }
+        if (const Status status = check_case(parts, c, held); !status.ok()) return status.error();
+        const auto known = std::find(impl->held.begin(), impl->held.end(), held);
+        impl->held_of.push_back(std::size_t(known - impl->held.begin()));
+        if (known == impl->held.end()) impl->held.push_back(std::move(held));
+    }
+    if (std::all_of(cases.begin(), cases.end(), [](const FitCase& c) { return c.held_out; }))
+        return bad("expected one or more cases that aren't held out, found none");
+    if (settings.motion == FitMotion::Linear)
+        for (const auto& held : impl->held) impl->linear.emplace_back(parts, groups, held);
+    impl->parts = std::move(parts);
+    impl->groups = std::move(groups);
+    impl->cases = std::move(cases);
+    impl->settings = settings;
+    return FitProblem(std::move(impl));
+}
+
+Result<FitPoint> FitProblem::evaluate(std::span<const double> values) const {
+    const auto moved = m_impl->move(values, true);
+    if (!moved.ok()) return moved.error();
+    FitPoint point;
+    point.cost = m_impl->cost_of(*moved);
+    const double percent = 100 / m_impl->spring_length;
+    for (std::size_t c = 0; c < m_impl->cases.size(); ++c) {
+        const FitCase& fit_case = m_impl->cases[c];
+        FitCaseErrors errors{.name = fit_case.name, .held_out = fit_case.held_out};
+        for (std::size_t n = 0; n < fit_case.target.size(); ++n) {
+            const double off = percent * norm((*moved)[c][n] - fit_case.target[n]);
+            const double still = percent * norm(fit_case.target[n]);
+            errors.average_percent += off / double(fit_case.target.size());
+            errors.still_average_percent += still / double(fit_case.target.size());
+            errors.largest_percent = std::max(errors.largest_percent, off);
+            errors.still_largest_percent = std::max(errors.still_largest_percent, still);
+        }
+        point.cases.push_back(std::move(errors));
+    }
+    return point;
+}
+
+Result<std::vector<Vec3d>> FitProblem::displacements(std::span<const double> values,
+                                                     std::size_t fit_case) const {
+    if (fit_case >= m_impl->cases.size())
+        return bad("displacements: expected a case below " + std::to_string(m_impl->cases.size()) +
+                   ", found " + std::to_string(fit_case));
+    auto moved = m_impl->move(values, true);
+    if (!moved.ok()) return moved.error();
+    return std::move((*moved)[fit_case]);
+}
+
+double FitProblem::Impl::cost_of(const Displacements& displacements) const {
+    double cost = 0;
+    for (std::size_t c = 0; c < cases.size(); ++c) {
+        if (cases[c].held_out) continue;
+        double sum = 0;
+        for (std::size_t n = 0; n < parts.nodes.size(); ++n) {
+            const Vec3d off = displacements[c][n] - cases[c].target[n];
+            sum += settings.cost == FitCost::Distances ? norm(off) : dot(off, off);
+        }
+        cost += cases[c].weight * sum;
+    }
+    return cost;
+}
+
+}  // namespace pliant

@@ -1,0 +1,47 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// A problem as the methods see it: costs, displacements and their derivatives.
+
+#pragma once
+
+#include "fit/linear_network.h"
+
+namespace pliant {
+
+using Displacements = std::vector<std::vector<Vec3d>>;  ///< [case][node]; empty: left out
+
+struct FitProblem::Impl {
+    SpringParts parts;
+    std::vector<FitGroup> groups;
+    std::vector<FitCase> cases;
+    FitSettings settings;
+    double spring_length = 0;
+    /// The sets of nodes that don't move in some case, each once.
+    std::vector<std::vector<std::uint8_t>> held;
+    std::vector<std::size_t> held_of;   ///< [case]
+    std::vector<LinearNetwork> linear;  ///< [set], where the motion is linear
+
+    Status check_values(std::span<const double> values) const;
+    SpringParts parts_at(std::span<const double> values) const;
+    std::vector<Vec3d> force_of(const FitCase& fit_case) const;
+
+    /// @param all  cases that are held out, too
+    Result<Displacements> move(std::span<const double> values, bool all) const;
+    double cost_of(const Displacements& displacements) const;
+
+    /// Of the displacements of the fitted cases by the logarithms of the values.
+    struct Derivatives {
+        Displacements at;
+        std::vector<Displacements> by;  ///< [group][case][node]
+        std::int64_t evaluations = 0;
+    };
+    Result<Derivatives> derivatives(std::span<const double> values, const TaskArena& arena) const;
+
+  private:
+    Result<Displacements> move_linear(std::span<const double> values, bool all) const;
+    Result<Displacements> move_tissue(std::span<const double> values, bool all) const;
+    Result<Derivatives> differences(std::span<const double> values, const TaskArena& arena) const;
+};
+
+}  // namespace pliant
