@@ -59,6 +59,22 @@ Json slide_json(const SlideOption& option, const SlideReport& report) {
     return json;
 }
 
+Json springs_json(const SpringResult& springs) {
+    Json json;
+    json["cell_voxels"] = json_of(springs.cell_voxels);
+    json["nodes"] = json_of(springs.nodes);
+    json["fixed_nodes"] = springs.fixed_nodes;
+    json["active_nodes"] = springs.active_nodes;
+    json["depth"] = springs.depth;
+    json["young_modulus_pa"] = springs.young_modulus_pa;
+    json["time_step_ms"] = springs.time_step_ms;
+    json["steps"] = springs.steps;
+    json["settled"] = springs.settled;
+    json["steps_ms"] = springs.solve_ms;
+    json["force_n"] = json_of(springs.force_n);
+    return json;
+}
+
 /// Its way is what was asked for.
 PushReport as_push(const SlideReport& slide) {
     PushReport push;
@@ -115,11 +131,14 @@ std::string report_json(const DeformOptions& options, const DeformResult& result
     json["max_movement_mm"] = result.state.max_movement_mm;
     json["max_violation_mm"] = result.state.max_violation_mm;
     json["folded_cells"] = result.state.folded_cells;
-    json["no_fold_certified"] = result.certificate.certified;
-    json["certificate"] = {{"all", result.certificate.all}, {"tissue", result.certificate.tissue}};
+    if (!result.springs) {
+        json["no_fold_certified"] = result.certificate.certified;
+        json["certificate"] = {{"all", result.certificate.all},
+                               {"tissue", result.certificate.tissue}};
+    }
     json["cut_links"] = result.state.cut_links;
     json["carved_elements"] = result.state.carved_elements;
-    json["solve_ms"] = all.solve_ms;
+    json["solve_ms"] = all.solve_ms + (result.springs ? result.springs->solve_ms : 0);
     json["edit_ms"] = result.edit_ms;
     if (result.relax) {
         json["relax_ms"] = result.relax->relax_ms;
@@ -143,7 +162,11 @@ std::string report_json(const DeformOptions& options, const DeformResult& result
     json["file"] = options.file;
     json["tool"] = options.sphere_radius_mm > 0 ? "sphere" : "point";
     if (options.sphere_radius_mm > 0) json["sphere_radius_mm"] = options.sphere_radius_mm;
-    json["solver"] = options.solver;
+    json["model"] = options.model;
+    json["solver"] = result.springs           ? "force-transmittal"
+                     : options.solver.empty() ? "sweep"
+                                              : options.solver;
+    if (result.springs) json["springs"] = springs_json(*result.springs);
     json["mapping"] = options.mapping;
     json["pushes"] = json["slides"] = Json::array();
     auto report = result.pushes.begin();
@@ -166,13 +189,23 @@ std::string report_text(const DeformResult& result) {
                   std::string(name_of(all.status)).c_str(), 100 * all.step_fraction,
                   name_of_ways(result.pushes.size(), result.slides.size()),
                   static_cast<long long>(result.state.moved_elements), result.state.max_movement_mm,
-                  all.solve_ms, result.deformed.resample_ms,
+                  all.solve_ms + (result.springs ? result.springs->solve_ms : 0),
+                  result.deformed.resample_ms,
                   static_cast<long long>(result.deformed.written_voxels));
     std::string text = line;
     if (result.state.cut_links + result.state.carved_elements > 0) {
         std::snprintf(line, sizeof line, "%lld links cut, %lld elements carved away\n",
                       static_cast<long long>(result.state.cut_links),
                       static_cast<long long>(result.state.carved_elements));
+        text += line;
+    }
+    if (result.springs) {
+        const SpringResult& springs = *result.springs;
+        std::snprintf(line, sizeof line,
+                      "%d x %d x %d control nodes, %d moved to depth %d, %lld steps of %.3g ms%s\n",
+                      springs.nodes.x, springs.nodes.y, springs.nodes.z, springs.active_nodes,
+                      springs.depth, static_cast<long long>(springs.steps), springs.time_step_ms,
+                      springs.settled ? " (at rest)" : "");
         text += line;
     }
     if (result.relax) {

@@ -55,9 +55,9 @@ class ControlLattice : public MovingScan {
 
     /// The material that is at a place now [mm, LPS]; where cells overlap, that of the first.
     std::optional<ControlPlace> find(Vec3d point_mm) const;
-    /// Whether some control cell is folded, or nearly: at one of its corners less than `share` of
-    /// the volume is left.
-    bool folds(double share = 0) const;
+    /// Whether some control cell would be folded, or nearly: at one of its corners less than
+    /// `share` of the volume is left. @pre as many displacements as nodes
+    bool folds(std::span<const Vec3d> displacements_mm, double share = 0) const;
 
     const ControlGrid& grid() const;
     std::int32_t node_count() const;

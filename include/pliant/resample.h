@@ -27,6 +27,18 @@ class MovingScan {
     virtual const TaskArena& arena() const = 0;
 };
 
+/// ChainMail's elements. Keeps a reference.
+class ChainMailScan : public MovingScan {
+  public:
+    explicit ChainMailScan(const ChainMail& tissue) : m_tissue(tissue) {}
+    const Volume& volume() const override { return m_tissue.volume(); }
+    const Lattice& lattice() const override { return m_tissue.lattice(); }
+    const TaskArena& arena() const override { return m_tissue.arena(); }
+
+  private:
+    const ChainMail& m_tissue;
+};
+
 /// How φ⁻¹ is found inside a deformed cell.
 enum class Mapping {
     Cells,  ///< the trilinear map of the whole cell, inverted in vectors; the value is trilinear

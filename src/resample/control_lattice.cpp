@@ -4,6 +4,7 @@
 // Nodes' displacements to elements': row by row of the scan's bricks, first along y and z, where a
 // row has one weight each, then along x.
 
+#include <pliant/assert.h>
 #include <pliant/control_lattice.h>
 
 #include <algorithm>
@@ -60,9 +61,9 @@ struct ControlLattice::Impl {
     void list_bricks_at(Vec3i node);
     void write(Brick& brick) const;
     void write_row(Brick& brick, int row, Vec3i from, int width) const;
-    /// The corners of a cell where they are now [voxels].
-    std::array<Vec3d, 8> corners(Vec3i cell) const;
-    bool is_moved(Vec3i cell) const;
+    /// The corners of a cell, moved by shift(node) [mm along the lattice's axes]. In voxels.
+    template <class Shift>
+    std::array<Vec3d, 8> corners(Vec3i cell, const Shift& shift) const;
 
     const Volume& scan;
     const TaskArena& arena;
@@ -208,25 +209,17 @@ Status ControlLattice::place(std::span<const Vec3d> displacements_mm) {
     return Ok{};
 }
 
-std::array<Vec3d, 8> ControlLattice::Impl::corners(Vec3i cell) const {
+template <class Shift>
+std::array<Vec3d, 8> ControlLattice::Impl::corners(Vec3i cell, const Shift& shift) const {
     std::array<Vec3d, 8> places;
     for (int c = 0; c < 8; ++c) {
         const Vec3i node = cell + Vec3i{c & 1, c >> 1 & 1, c >> 2};
-        const Vec3d u = shift_mm(node_at(node));
+        const Vec3d u = shift(node_at(node));
         for (int a = 0; a < 3; ++a)
             places[std::size_t(c)][a] =
                 grid.first[a] + grid.cell[a] * node[a] + u[a] / scan.grid.spacing_mm[a];
     }
     return places;
-}
-
-bool ControlLattice::Impl::is_moved(Vec3i cell) const {
-    for (int c = 0; c < 8; ++c) {
-        const std::size_t n = node_at(cell + Vec3i{c & 1, c >> 1 & 1, c >> 2});
-        for (const auto& axis : units)
-            if (axis[n] != 0) return true;
-    }
-    return false;
 }
 
 std::optional<ControlPlace> ControlLattice::find(Vec3d point_mm) const {
@@ -235,7 +228,8 @@ std::optional<ControlPlace> ControlLattice::find(Vec3d point_mm) const {
     std::optional<ControlPlace> found;
     for_each_in({{0, 0, 0}, m.grid.size - Vec3i{1, 1, 1}}, [&](Vec3i cell) {
         if (found) return;
-        const std::array<Vec3d, 8> places = m.corners(cell);
+        const std::array<Vec3d, 8> places =
+            m.corners(cell, [&](std::size_t n) { return m.shift_mm(n); });
         for (int a = 0; a < 3; ++a) {
             const auto [low, high] = std::minmax_element(
                 places.begin(), places.end(), [a](Vec3d p, Vec3d q) { return p[a] < q[a]; });
@@ -251,14 +245,22 @@ std::optional<ControlPlace> ControlLattice::find(Vec3d point_mm) const {
     return found;
 }
 
-bool ControlLattice::folds(double share) const {
+bool ControlLattice::folds(std::span<const Vec3d> displacements_mm, double share) const {
     const Impl& m = *m_impl;
+    PLIANT_ASSERT(displacements_mm.size() == m.units[0].size());
+    const Mat3d axes = inverse(m.scan.grid.direction);
     const double least =
         share * double(m.grid.cell.x) * double(m.grid.cell.y) * double(m.grid.cell.z);
     bool any = false;
     for_each_in({{0, 0, 0}, m.grid.size - Vec3i{1, 1, 1}}, [&](Vec3i cell) {
-        if (any || !m.is_moved(cell)) return;
-        const std::array<Vec3d, 8> p = m.corners(cell);
+        bool moved = false;
+        const auto shift = [&](std::size_t n) {
+            moved |= displacements_mm[n] != Vec3d{0, 0, 0};
+            return axes * displacements_mm[n];
+        };
+        if (any) return;
+        const std::array<Vec3d, 8> p = m.corners(cell, shift);
+        if (!moved) return;
         for (std::size_t c = 0; c < 8; ++c) {
             const auto edge = [&](std::size_t step) {
                 return c & step ? p[c] - p[c ^ step] : p[c ^ step] - p[c];

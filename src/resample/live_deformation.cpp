@@ -16,18 +16,6 @@ namespace {
 
 constexpr std::int64_t kRowsPerTask = 64;
 
-/// ChainMail's elements.
-class ChainMailScan : public MovingScan {
-  public:
-    explicit ChainMailScan(const ChainMail& tissue) : m_tissue(tissue) {}
-    const Volume& volume() const override { return m_tissue.volume(); }
-    const Lattice& lattice() const override { return m_tissue.lattice(); }
-    const TaskArena& arena() const override { return m_tissue.arena(); }
-
-  private:
-    const ChainMail& m_tissue;
-};
-
 }  // namespace
 
 struct LiveDeformation::Impl {

@@ -106,7 +106,7 @@ TEST(ControlLattice, RandomLatticesResampleLikeTheInverseOfTheirTents) {
         const Instance instance = make_instance(random);
         const auto lattice = make_lattice(instance, arena);
         ASSERT_TRUE(lattice->place(instance.displacements_mm()).ok());
-        EXPECT_FALSE(lattice->folds());
+        EXPECT_FALSE(lattice->folds(instance.displacements_mm()));
         const Deformed deformed = deform_volume(*lattice);
         EXPECT_EQ(deformed.gap_voxels, 0);
         double worst = 0;
@@ -227,15 +227,14 @@ TEST(ControlLattice, SaysWhetherCellsFold) {
     auto lattice =
         std::move(ControlLattice::create(volume, {{0, 0, 0}, {5, 5, 5}, {5, 5, 5}}, arena)).value();
     std::vector<Vec3d> shifts(125, {0, 0, 0});
-    EXPECT_FALSE(lattice->folds(0.99));
+    EXPECT_FALSE(lattice->folds(shifts, 0.99));
     // The cells behind the node are left with a part of their length, 10 mm.
     shifts[62] = {6, 0, 0};
-    ASSERT_TRUE(lattice->place(shifts).ok());
-    EXPECT_FALSE(lattice->folds(0.39));
-    EXPECT_TRUE(lattice->folds(0.41));
+    EXPECT_FALSE(lattice->folds(shifts, 0.39));
+    EXPECT_TRUE(lattice->folds(shifts, 0.41));
     shifts[62] = {10.1, 0, 0};
     ASSERT_TRUE(lattice->place(shifts).ok());
-    EXPECT_TRUE(lattice->folds());
+    EXPECT_TRUE(lattice->folds(shifts));
     const LatticeState state = state_of(*lattice);
     EXPECT_GT(state.folded_cells, 0);
     EXPECT_EQ(state.moved_elements, 9 * 9 * 9);
