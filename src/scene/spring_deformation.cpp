@@ -22,7 +22,7 @@ constexpr double kStepShare = 0.6;
 constexpr double kStrideShare = 0.05;
 constexpr int kStepsPerStride = 2;
 /// A push stops where a corner of a cell has less than this left of its volume.
-constexpr double kFoldShare = 0.05;
+constexpr double kFoldShare = 0.15;
 constexpr double kSettled_mm_s = 0.05;
 constexpr double kBack_mm = 1e-3;  ///< a settled node nearer to its rest place is put there
 constexpr double kMaxPush_mm = 500;
