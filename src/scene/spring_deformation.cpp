@@ -24,7 +24,7 @@ constexpr int kStepsPerStride = 2;
 /// A push stops where a corner of a cell has less than this left of its volume.
 constexpr double kFoldShare = 0.15;
 constexpr double kSettled_mm_s = 0.05;
-constexpr double kBack_mm = 1e-3;  ///< a settled node nearer to its rest place is put there
+constexpr double kBack_mm = 0.02;  ///< a settled node nearer to its rest place is put there
 constexpr double kMaxPush_mm = 500;
 constexpr std::int64_t kMaxNodes = 1'000'000;
 constexpr double kNewtonPerMicronewton = 1e-6;
@@ -120,6 +120,7 @@ struct SpringDeformation::Impl {
     /// Nodes that tools hold go by a shift, time by a few steps. @returns whether they could
     bool stride(std::span<const std::int32_t> nodes, Vec3d shift);
     void stop();
+    void come_to_rest();
     void put(std::span<const Vec3d> places);
     void show() { (void)control->place(displacements = tissue.displacements()); }
 
@@ -205,6 +206,28 @@ void SpringDeformation::Impl::stop() {
     std::vector<Vec3d> places;
     for (std::int32_t n = 0; n < control->node_count(); ++n) places.push_back(tissue.position(n));
     put(places);
+}
+
+/// What came back is back. What no force reaches any more, because the depth is less than it was,
+/// begins to move by itself.
+void SpringDeformation::Impl::come_to_rest() {
+    stop();
+    if (!held.empty()) return;
+    double farthest = 0;
+    std::vector<std::int32_t> away;
+    for (std::int32_t n = 0; n < control->node_count(); ++n) {
+        const double distance = norm(tissue.displacement(n));
+        farthest = std::max(farthest, distance);
+        if (distance > 0 && !is_fixed(n)) away.push_back(n);
+    }
+    if (farthest < kBack_mm) {
+        tissue.reset();
+        former.clear();
+    } else if (away != former) {
+        former = std::move(away);
+        settled = false;
+    }
+    renew_sources();
 }
 
 bool SpringDeformation::Impl::stride(std::span<const std::int32_t> nodes, Vec3d shift) {
@@ -299,17 +322,7 @@ SpringMotion SpringDeformation::step(int count) {
             motion.message = stepped.error().message;
             m.settled = true;
         }
-        if (m.settled) {
-            m.stop();
-            // What came back is back.
-            double farthest = 0;
-            for (const Vec3d u : m.tissue.displacements()) farthest = std::max(farthest, norm(u));
-            if (m.held.empty() && farthest < kBack_mm) {
-                m.tissue.reset();
-                m.former.clear();
-                m.renew_sources();
-            }
-        }
+        if (m.settled) m.come_to_rest();
         m.show();
     }
     motion.settled = m.settled;
