@@ -200,6 +200,42 @@ void add_actions(CLI::App* command, DeformOptions& o) {
     });
 }
 
+/// Two corners of a box; they may be given in any order.
+std::pair<Vec3d, Vec3d> parse_region(const std::string& text) {
+    const auto [one, other] = halves_of(text, "--region", "X,Y,Z:X,Y,Z in LPS mm");
+    return {parse_vector(one, "--region"), parse_vector(other, "--region")};
+}
+
+void add_springs(CLI::App* c, DeformOptions& o) {
+    const auto group = "With --model springs";
+    c->add_option("--model", o.model, "chainmail, or springs: a mass-spring control lattice")
+        ->check(CLI::IsMember({"chainmail", "springs"}));
+    c->add_option("--cell-mm", o.springs.cell_mm, "edge of a control cell (default 8)")
+        ->type_name("MM")
+        ->group(group);
+    c->add_option_function<std::string>(
+         "--region", [&o](const std::string& text) { o.springs.region_mm = parse_region(text); },
+         "opposite corners of what may move, in LPS mm (default: the scan)")
+        ->type_name("X,Y,Z:X,Y,Z")
+        ->group(group);
+    c->add_option("--young-pa", o.springs.young_modulus_pa,
+                  "Young's modulus of tissue (default 15000); air has a hundredth of it")
+        ->type_name("PA")
+        ->group(group);
+    c->add_option("--fixed-hu", o.springs.fixed_hu,
+                  "nodes with a larger mean value around them don't move (default 300)")
+        ->type_name("HU")
+        ->group(group);
+    c->add_option("--depth", o.springs.depth, "layers of nodes that forces reach (default 10)")
+        ->type_name("N")
+        ->group(group);
+    c->add_option("--steps", o.springs.steps,
+                  "time steps after the pushes (default: until it is at rest)")
+        ->check(CLI::NonNegativeNumber)
+        ->type_name("N")
+        ->group(group);
+}
+
 void add_deform(CLI::App& app, DeformOptions& o) {
     auto* c = app.add_subcommand("deform", "Push the tissue of a scan and write the deformed scan");
     c->add_option("FILE", o.file, "NRRD, MetaImage, NIfTI or DICOM folder")->required();
@@ -222,6 +258,7 @@ void add_deform(CLI::App& app, DeformOptions& o) {
          },
          "point (the eight elements around it) or sphere:R_MM (default point)")
         ->type_name("point|sphere:R_MM");
+    add_springs(c, o);
     c->add_option("--config", o.config, "settings, TOML, or key=value lines as of Divod");
     c->add_option("--labels", o.labels, "label map on the scan's grid, for [[label]] settings");
     c->add_option("--directions", o.directions,
@@ -259,7 +296,9 @@ void add_deform(CLI::App& app, DeformOptions& o) {
         "  pliant deform scan.nrrd --slide \"-20,116,-421:9,0,0\" --tool sphere:4 "
         "--out slid.nrrd\n"
         "  pliant deform scan.nrrd --load-state cut.plst --carve \"-13.5,116,-421:5\" "
-        "--out carved.nrrd");
+        "--out carved.nrrd\n"
+        "  pliant deform scan.nrrd --model springs --cell-mm 9 --depth 8 "
+        "--push \"-13.5,116,-421:6,0,0\" --out springs.nrrd");
 }
 
 void add_render(CLI::App& app, RenderOptions& o) {
@@ -533,7 +572,8 @@ int main(int argc, char** argv) {
     }
     if (app.got_subcommand("info")) return run_info(info);
     if (app.got_subcommand("phantom")) return run_phantom(phantom);
-    if (app.got_subcommand("deform")) return run_deform(deform);
+    if (app.got_subcommand("deform"))
+        return deform.model == "springs" ? run_deform_springs(deform) : run_deform(deform);
     if (app.got_subcommand("path")) return run_path(path);
     if (app.got_subcommand("serve")) return run_serve(serve);
     if (app.got_subcommand("replay")) return run_replay(replay);

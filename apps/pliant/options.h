@@ -13,6 +13,7 @@
 
 #include <optional>
 #include <string>
+#include <utility>
 #include <variant>
 #include <vector>
 
@@ -52,7 +53,17 @@ struct SlideOption {
 /// What is done to the tissue, one after the other.
 using DeformAction = std::variant<PushOption, SlideOption, CutSurface, CarveTool>;
 
+/// Of --model springs; what is empty is the library's default.
+struct SpringOptions {
+    std::optional<double> cell_mm, young_modulus_pa, fixed_hu;
+    std::optional<std::pair<Vec3d, Vec3d>> region_mm;  ///< two opposite corners
+    std::optional<int> depth;
+    std::optional<int> steps;  ///< none: until it is at rest
+};
+
 struct DeformOptions {
+    std::string model = "chainmail";  ///< or "springs"
+    SpringOptions springs;
     std::string file;
     std::string series;
     std::vector<DeformAction> actions;  ///< in the order of the command line
@@ -62,7 +73,7 @@ struct DeformOptions {
     std::optional<double> relax_ms;   ///< budget of the relaxation after all actions
     std::optional<int> relax_sweeps;  ///< likewise; both: whichever ends first; none: no relaxation
     bool release = false;             ///< the tool has gone before it; else it stays
-    std::string solver = "sweep";     ///< or "heap"
+    std::string solver;               ///< "sweep" or "heap"; empty: sweep
     std::string mapping = "cells";    ///< or "tetrahedra"
     std::string load_state, save_state;
     std::string out, displacement, transform, jacobian, strain, report, png;
@@ -166,6 +177,7 @@ struct FitOptions {
 int run_info(const InfoOptions& options);
 int run_phantom(const PhantomOptions& options);
 int run_deform(const DeformOptions& options);
+int run_deform_springs(const DeformOptions& options);
 int run_render(const RenderOptions& options);
 int run_path(const PathOptions& options);
 int run_serve(const ServeOptions& options);

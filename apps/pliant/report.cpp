@@ -33,12 +33,19 @@ double peak_memory_mb() {
     return double(usage.ru_maxrss) * 1024 / 1e6;
 }
 
-Json push_json(const PushOption& option, const PushReport& report) {
+/// Springs have no limits of movement: they stop before a cell folds.
+std::string_view name_of_limit(const PushReport& report, const std::string& model) {
+    return model == "springs" && report.limited_by == LimitedBy::Movement
+               ? "fold"
+               : name_of(report.limited_by);
+}
+
+Json push_json(const PushOption& option, const PushReport& report, const std::string& model) {
     Json json;
     json["point_mm"] = json_of(option.point_mm);
     json["push_mm"] = json_of(option.push_mm);
     json["status"] = name_of(report.status);
-    json["limited_by"] = name_of(report.limited_by);
+    json["limited_by"] = name_of_limit(report, model);
     json["step_fraction"] = report.step_fraction;
     json["grabbed_elements"] = report.grabbed_elements;
     json["moved_elements"] = report.moved_elements;
@@ -56,6 +63,22 @@ Json slide_json(const SlideOption& option, const SlideReport& report) {
     json["contacts"] = report.contacts;
     json["inside_elements"] = report.inside_elements;
     json["slide_ms"] = report.slide_ms;
+    return json;
+}
+
+Json springs_json(const SpringResult& springs) {
+    Json json;
+    json["cell_voxels"] = json_of(springs.cell_voxels);
+    json["nodes"] = json_of(springs.nodes);
+    json["fixed_nodes"] = springs.fixed_nodes;
+    json["active_nodes"] = springs.active_nodes;
+    json["depth"] = springs.depth;
+    json["young_modulus_pa"] = springs.young_modulus_pa;
+    json["time_step_ms"] = springs.time_step_ms;
+    json["steps"] = springs.steps;
+    json["settled"] = springs.settled;
+    json["steps_ms"] = springs.solve_ms;
+    json["force_n"] = json_of(springs.force_n);
     return json;
 }
 
@@ -109,17 +132,20 @@ std::string report_json(const DeformOptions& options, const DeformResult& result
     const Deformed& deformed = result.deformed;
     Json json;
     json["status"] = name_of(all.status);
-    json["limited_by"] = name_of(all.limited_by);
+    json["limited_by"] = name_of_limit(all, options.model);
     json["step_fraction"] = all.step_fraction;
     json["moved_elements"] = result.state.moved_elements;
     json["max_movement_mm"] = result.state.max_movement_mm;
     json["max_violation_mm"] = result.state.max_violation_mm;
     json["folded_cells"] = result.state.folded_cells;
-    json["no_fold_certified"] = result.certificate.certified;
-    json["certificate"] = {{"all", result.certificate.all}, {"tissue", result.certificate.tissue}};
+    if (!result.springs) {
+        json["no_fold_certified"] = result.certificate.certified;
+        json["certificate"] = {{"all", result.certificate.all},
+                               {"tissue", result.certificate.tissue}};
+    }
     json["cut_links"] = result.state.cut_links;
     json["carved_elements"] = result.state.carved_elements;
-    json["solve_ms"] = all.solve_ms;
+    json["solve_ms"] = all.solve_ms + (result.springs ? result.springs->solve_ms : 0);
     json["edit_ms"] = result.edit_ms;
     if (result.relax) {
         json["relax_ms"] = result.relax->relax_ms;
@@ -143,14 +169,18 @@ std::string report_json(const DeformOptions& options, const DeformResult& result
     json["file"] = options.file;
     json["tool"] = options.sphere_radius_mm > 0 ? "sphere" : "point";
     if (options.sphere_radius_mm > 0) json["sphere_radius_mm"] = options.sphere_radius_mm;
-    json["solver"] = options.solver;
+    json["model"] = options.model;
+    json["solver"] = result.springs           ? "force-transmittal"
+                     : options.solver.empty() ? "sweep"
+                                              : options.solver;
+    if (result.springs) json["springs"] = springs_json(*result.springs);
     json["mapping"] = options.mapping;
     json["pushes"] = json["slides"] = Json::array();
     auto report = result.pushes.begin();
     auto slid = result.slides.begin();
     for (const DeformAction& action : options.actions)
         if (const auto* push = std::get_if<PushOption>(&action))
-            json["pushes"].push_back(push_json(*push, *report++));
+            json["pushes"].push_back(push_json(*push, *report++, options.model));
         else if (const auto* slide = std::get_if<SlideOption>(&action))
             json["slides"].push_back(slide_json(*slide, *slid++));
     json["notes"] = result.notes;
@@ -166,13 +196,23 @@ std::string report_text(const DeformResult& result) {
                   std::string(name_of(all.status)).c_str(), 100 * all.step_fraction,
                   name_of_ways(result.pushes.size(), result.slides.size()),
                   static_cast<long long>(result.state.moved_elements), result.state.max_movement_mm,
-                  all.solve_ms, result.deformed.resample_ms,
+                  all.solve_ms + (result.springs ? result.springs->solve_ms : 0),
+                  result.deformed.resample_ms,
                   static_cast<long long>(result.deformed.written_voxels));
     std::string text = line;
     if (result.state.cut_links + result.state.carved_elements > 0) {
         std::snprintf(line, sizeof line, "%lld links cut, %lld elements carved away\n",
                       static_cast<long long>(result.state.cut_links),
                       static_cast<long long>(result.state.carved_elements));
+        text += line;
+    }
+    if (result.springs) {
+        const SpringResult& springs = *result.springs;
+        std::snprintf(line, sizeof line,
+                      "%d x %d x %d control nodes, %d moved to depth %d, %lld steps of %.3g ms%s\n",
+                      springs.nodes.x, springs.nodes.y, springs.nodes.z, springs.active_nodes,
+                      springs.depth, static_cast<long long>(springs.steps), springs.time_step_ms,
+                      springs.settled ? " (at rest)" : "");
         text += line;
     }
     if (result.relax) {

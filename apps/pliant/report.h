@@ -17,13 +17,25 @@
 
 namespace pliant::app {
 
+/// What is to be said of --model springs.
+struct SpringResult {
+    Vec3i cell_voxels{0, 0, 0};
+    Vec3i nodes{0, 0, 0};
+    std::int32_t fixed_nodes = 0, active_nodes = 0, depth = 0;
+    double time_step_ms = 0, young_modulus_pa = 0, solve_ms = 0;
+    std::int64_t steps = 0;  ///< after the pushes
+    bool settled = false;
+    Vec3d force_n{0, 0, 0};  ///< on the last tool
+};
+
 struct DeformResult {
     std::vector<PushReport> pushes;
     std::vector<SlideReport> slides;
-    double edit_ms = 0;                ///< of cuts and carvings
-    std::optional<RelaxReport> relax;  ///< none: not asked for
+    double edit_ms = 0;                   ///< of cuts and carvings
+    std::optional<RelaxReport> relax;     ///< none: not asked for
+    std::optional<SpringResult> springs;  ///< none: ChainMail
     LatticeState state;
-    FoldCertificate certificate;
+    FoldCertificate certificate;  ///< of ChainMail
     Deformed deformed;
     std::uint64_t hash = 0;
     std::vector<std::string> notes;

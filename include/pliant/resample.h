@@ -18,6 +18,27 @@
 
 namespace pliant {
 
+/// A scan whose elements move, whatever moves them: all that the resampler asks of a tissue.
+class MovingScan {
+  public:
+    virtual ~MovingScan() = default;
+    virtual const Volume& volume() const = 0;  ///< at rest
+    virtual const Lattice& lattice() const = 0;
+    virtual const TaskArena& arena() const = 0;
+};
+
+/// ChainMail's elements. Keeps a reference.
+class ChainMailScan : public MovingScan {
+  public:
+    explicit ChainMailScan(const ChainMail& tissue) : m_tissue(tissue) {}
+    const Volume& volume() const override { return m_tissue.volume(); }
+    const Lattice& lattice() const override { return m_tissue.lattice(); }
+    const TaskArena& arena() const override { return m_tissue.arena(); }
+
+  private:
+    const ChainMail& m_tissue;
+};
+
 /// How φ⁻¹ is found inside a deformed cell.
 enum class Mapping {
     Cells,  ///< the trilinear map of the whole cell, inverted in vectors; the value is trilinear
@@ -40,6 +61,8 @@ struct Deformed {
 
 /// Writes the deformed scan. The same bits for any number of threads.
 Deformed deform_volume(const ChainMail& tissue, Mapping mapping = Mapping::Cells,
+                       bool with_inverse = false);
+Deformed deform_volume(const MovingScan& scan, Mapping mapping = Mapping::Cells,
                        bool with_inverse = false);
 
 /// What one update of a LiveDeformation did.
@@ -67,6 +90,7 @@ class LiveDeformation {
   public:
     /// Copies the scan, and keeps a reference: the tissue must outlive it, and stay where it is.
     explicit LiveDeformation(const ChainMail& tissue);
+    explicit LiveDeformation(const MovingScan& scan);
     ~LiveDeformation();
     LiveDeformation(LiveDeformation&&) noexcept;
     LiveDeformation& operator=(LiveDeformation&&) noexcept;
@@ -106,17 +130,23 @@ VectorField inverse_field(const Deformed& deformed);
 /// The same fields slice by slice, for write_vector_field. They keep references: tissue and
 /// deformed must outlive them unchanged.
 FieldSlices displacement_slices(const ChainMail& tissue);
+FieldSlices displacement_slices(const MovingScan& scan);
 FieldSlices inverse_slices(const Deformed& deformed);
 
 /// By how much the tissue around each rest voxel centre grew: det F with F = I + ∂u/∂X, from
 /// central differences along the lattice's axes, one-sided beside a cut link or a void element.
 /// @returns float, dimensionless: 1 at rest and at void elements, below 0 where space is inside out
 Volume jacobian_field(const ChainMail& tissue);
+Volume jacobian_field(const MovingScan& scan);
 
 /// By how much the tissue is stretched where it is stretched most: the largest eigenvalue of the
 /// Green–Lagrange strain E = ½(FᵀF − I), F as above.
 /// @returns float, dimensionless: 0 at rest and at void elements
 Volume strain_field(const ChainMail& tissue);
+Volume strain_field(const MovingScan& scan);
+
+/// What there is to say of the elements where no limits hold: all but violations and cuts.
+LatticeState state_of(const MovingScan& scan);
 
 /// Of all voxels and their grid's size: to compare results.
 std::uint64_t hash_volume(const Volume& volume);

@@ -65,6 +65,9 @@ FieldSlices slices_of(const Lattice& lattice) {
 FieldSlices displacement_slices(const ChainMail& tissue) {
     return slices_of(tissue.lattice());
 }
+FieldSlices displacement_slices(const MovingScan& scan) {
+    return slices_of(scan.lattice());
+}
 
 FieldSlices inverse_slices(const Deformed& deformed) {
     return [&deformed](int k, std::span<Vec3f> vectors_mm) {

@@ -19,8 +19,9 @@ constexpr std::int64_t kRowsPerTask = 64;
 }  // namespace
 
 struct LiveDeformation::Impl {
-    explicit Impl(const ChainMail& t)
+    explicit Impl(const MovingScan& t)
         : tissue(t), volume(t.volume()), scatter(t.volume(), t.arena()) {}
+    explicit Impl(std::unique_ptr<const MovingScan> t) : Impl(*t) { own = std::move(t); }
 
     LiveUpdate write() {
         const Lattice& lattice = tissue.lattice();
@@ -52,7 +53,8 @@ struct LiveDeformation::Impl {
         tissue.arena().for_each(std::int64_t(n.y) * n.z, kRowsPerTask, std::ref(task));
     }
 
-    const ChainMail& tissue;
+    std::unique_ptr<const MovingScan> own;  ///< null: somebody else's
+    const MovingScan& tissue;
     Volume volume;
     Scatter scatter;
     /// Memory that nobody writes to stays unused: only pages with deformed voxels become resident.
@@ -60,7 +62,8 @@ struct LiveDeformation::Impl {
 };
 
 LiveDeformation::LiveDeformation(const ChainMail& tissue)
-    : m_impl(std::make_unique<Impl>(tissue)) {}
+    : m_impl(std::make_unique<Impl>(std::make_unique<const ChainMailScan>(tissue))) {}
+LiveDeformation::LiveDeformation(const MovingScan& scan) : m_impl(std::make_unique<Impl>(scan)) {}
 LiveDeformation::~LiveDeformation() = default;
 LiveDeformation::LiveDeformation(LiveDeformation&&) noexcept = default;
 LiveDeformation& LiveDeformation::operator=(LiveDeformation&&) noexcept = default;

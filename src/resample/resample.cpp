@@ -3,6 +3,7 @@
 
 #include <pliant/resample.h>
 
+#include "chainmail/check.h"
 #include "core/hash.h"
 #include "resample/scatter.h"
 
@@ -11,6 +12,17 @@ namespace pliant {
 Deformed deform_volume(const ChainMail& tissue, Mapping mapping, bool with_inverse) {
     return deform_by_lattice(tissue.volume(), tissue.lattice(), mapping, with_inverse,
                              tissue.arena());
+}
+
+Deformed deform_volume(const MovingScan& scan, Mapping mapping, bool with_inverse) {
+    return deform_by_lattice(scan.volume(), scan.lattice(), mapping, with_inverse, scan.arena());
+}
+
+LatticeState state_of(const MovingScan& scan) {
+    static constexpr Vec3d kFar{1e6, 1e6, 1e6};
+    static constexpr ElementLimits kNone{kFar, kFar, kFar, 1e6};
+    const auto no_limits = [](Vec3i) { return kNone; };
+    return check_lattice(scan.lattice(), no_limits, scan.arena());
 }
 
 std::uint64_t hash_volume(const Volume& volume) {

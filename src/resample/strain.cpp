@@ -138,8 +138,14 @@ Volume strain_by_lattice(const Lattice& lattice, const TaskArena& arena) {
 Volume jacobian_field(const ChainMail& tissue) {
     return jacobian_by_lattice(tissue.lattice(), tissue.arena());
 }
+Volume jacobian_field(const MovingScan& scan) {
+    return jacobian_by_lattice(scan.lattice(), scan.arena());
+}
 Volume strain_field(const ChainMail& tissue) {
     return strain_by_lattice(tissue.lattice(), tissue.arena());
+}
+Volume strain_field(const MovingScan& scan) {
+    return strain_by_lattice(scan.lattice(), scan.arena());
 }
 
 }  // namespace pliant

@@ -195,6 +195,51 @@ TEST_F(ProgramTest, PushScaleAndMovementLimitOfTheSettingsCount) {
     EXPECT_NEAR(report["step_fraction"], 5 * (1 - w * w) / 12, 1e-3);
 }
 
+TEST_F(ProgramTest, SpringsDeformWithTheSameOutputs) {
+    const std::string push =
+        "cube.nrrd --model springs --fixed-hu 3000 --cell-mm 6 --push 0,0,0:1,3,0 ";
+    const Json report =
+        deform_report(push +
+                      "--displacement su.nrrd --transform st.nrrd --jacobian sj.nrrd "
+                      "--png s.png --threads 1");
+    for (const char* key :
+         {"status", "limited_by", "step_fraction", "moved_elements", "max_violation_mm",
+          "folded_cells", "solve_ms", "resample_ms", "dirty_box_ijk", "resident_bricks",
+          "bytes_per_resident_element", "peak_memory_mb", "hash"})
+        EXPECT_TRUE(report.contains(key)) << key;
+    EXPECT_EQ(report["model"], "springs");
+    EXPECT_EQ(report["status"], "applied");
+    EXPECT_EQ(report["springs"]["settled"], true);
+    EXPECT_EQ(report["folded_cells"], 0);
+    EXPECT_GT(report["springs"]["steps"], 10);
+    EXPECT_LT(report["springs"]["force_n"][1], 0);
+    // The forward field is the push where the tool is, and the transform leads back there.
+    const auto before = read_volume(file("cube.nrrd")), after = read_volume(file("r.nrrd"));
+    const auto forward = read_vector_field(file("su.nrrd"));
+    const auto back = read_vector_field(file("st.nrrd"));
+    ASSERT_TRUE(before.ok() && after.ok() && forward.ok() && back.ok());
+    const auto nearest = [&](Vec3d x_mm) {
+        const Vec3d p = voxel_from_world(before->grid, x_mm);
+        return voxel_index(before->grid,
+                           {int(std::lround(p.x)), int(std::lround(p.y)), int(std::lround(p.z))});
+    };
+    const Vec3f there = forward->vectors_mm[nearest({0, 0, 0})];
+    EXPECT_NEAR(there.x, 1, 1e-5);
+    EXPECT_NEAR(there.y, 3, 1e-5);
+    const Vec3f home = back->vectors_mm[nearest({1, 3, 0})];
+    EXPECT_NEAR(home.y, -3, 0.7);
+    EXPECT_TRUE(fs::exists(file("s.png")));
+    // The same for any number of threads; otherwise with fewer layers, let go, or stopped early.
+    const auto hash = [&](const std::string& more) { return deform_report(push + more)["hash"]; };
+    EXPECT_EQ(hash("--threads 4"), report["hash"]);
+    EXPECT_NE(hash("--depth 1"), report["hash"]);
+    EXPECT_NE(hash("--steps 3"), report["hash"]);
+    EXPECT_EQ(deform_report(push + "--release")["moved_elements"], 0);
+    const Json small = deform_report(push + "--region -18,-18,-18:18,18,18 --young-pa 500");
+    EXPECT_LT(small["moved_elements"], report["moved_elements"]);
+    EXPECT_EQ(small["springs"]["young_modulus_pa"], 500);
+}
+
 TEST_F(ProgramTest, BadInputIsOneLineStatusTwoAndNoFile) {
     std::ofstream(file("cut.nrrd")) << text_of(file("cube.nrrd")).substr(0, 900);
     std::ofstream(file("bad.toml")) << "[material]\noffset = 2\n";
@@ -227,6 +272,28 @@ TEST_F(ProgramTest, BadInputIsOneLineStatusTwoAndNoFile) {
         {"deform cube.nrrd --push 0,0,0:1,0,0 --out x.nrrd --config none.toml", "none.toml"},
         {"deform cube.nrrd --push 0,0,0:1,0,0 --out x.nrrd --solver guess", "--solver"},
         {"deform cube.nrrd --push 0,0,0:1,0,0 --out x.nrrd --threads -2", "--threads"},
+        {"deform cube.nrrd --model jelly --push 0,0,0:1,0,0 --out x.nrrd", "--model"},
+        {"deform cube.nrrd --depth 3 --push 0,0,0:1,0,0 --out x.nrrd", "--depth: expected --model"},
+        {"deform cube.nrrd --model springs --relax 3 --push 0,0,0:1,0,0 --out x.nrrd", "--relax"},
+        {"deform cube.nrrd --model springs --solver heap --push 0,0,0:1,0,0 --out x.nrrd",
+         "--solver"},
+        {"deform cube.nrrd --model springs --carve 0,0,0:1 --out x.nrrd", "--carve"},
+        {"deform cube.nrrd --model springs --out x.nrrd", "--push"},
+        {"deform cube.nrrd --model springs --cell-mm 0 --push 0,0,0:1,0,0 --out x.nrrd",
+         "--cell-mm: expected a length above 0"},
+        {"deform cube.nrrd --model springs --cell-mm 90 --push 0,0,0:1,0,0 --out x.nrrd",
+         "--cell-mm: expected at most"},
+        {"deform cube.nrrd --model springs --depth -1 --push 0,0,0:1,0,0 --out x.nrrd",
+         "--depth: expected"},
+        {"deform cube.nrrd --model springs --young-pa 0 --push 0,0,0:1,0,0 --out x.nrrd",
+         "--young-pa: expected"},
+        {"deform cube.nrrd --model springs --region 0,0:1,1 --push 0,0,0:1,0,0 --out x.nrrd",
+         "--region"},
+        {"deform cube.nrrd --model springs --region 900,0,0:990,9,9 --push 0,0,0:1,0,0 --out "
+         "x.nrrd",
+         "--region: expected a box"},
+        {"deform cube.nrrd --model springs --push 900,0,0:1,0,0 --out x.nrrd", "--push"},
+        {"deform cube.nrrd --model springs --steps -1 --push 0,0,0:1,0,0 --out x.nrrd", "--steps"},
         {"info none.nrrd", "none.nrrd"},
         {"info cut.nrrd", "cut.nrrd"},
         {"phantom dragon --out x.nrrd", "dragon"},

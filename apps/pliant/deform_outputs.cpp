@@ -1,0 +1,148 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "deform_outputs.h"
+
+#include <pliant/render.h>
+
+#include <algorithm>
+#include <cctype>
+#include <fstream>
+#include <utility>
+
+namespace pliant::app {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr int kPictureSide = 800;  ///< pixels of each of the two four-ups
+
+/// @param endings  none: any name will do
+Status check_name(const std::string& option, const fs::path& path,
+                  const std::vector<std::string>& endings) {
+    std::string expected, found = path.extension().string();
+    for (char& c : found) c = char(std::tolower(static_cast<unsigned char>(c)));
+    for (const std::string& ending : endings) {
+        if (found == ending) return Ok{};
+        expected += (expected.empty() ? "" : " or ") + ending;
+    }
+    if (endings.empty()) return Ok{};
+    return Error{ErrorCode::InvalidArgument, option + ": expected a name that ends in " + expected +
+                                                 ", found " + path.string()};
+}
+
+/// Before and after, with the same camera and the same sections through the place of the push.
+Image before_and_after(const DeformOptions& o, const MovingScan& scan, const Volume& after,
+                       const PushOption& push) {
+    const Volume& before = scan.volume();
+    const TaskArena& arena = scan.arena();
+    const double iso_hu = o.iso_hu.value_or(-500);
+    FourUp view;
+    if (o.eye_mm) {
+        view.endoscope.eye_mm = *o.eye_mm;
+        view.endoscope.look = o.look.value_or(push.point_mm - *o.eye_mm);
+        // An eye in bright contrast looks at a wall that is darker.
+        const Vec3d eye_ijk = voxel_from_world(before.grid, *o.eye_mm);
+        if (sample_linear(before, eye_ijk) >= iso_hu) view.endoscope.polarity = Polarity::Falling;
+    } else {
+        view.endoscope =
+            aim_endoscope(before, push.point_mm, push.push_mm, iso_hu, Polarity::Rising, arena);
+        if (o.look) view.endoscope.look = *o.look;
+    }
+    view.endoscope.iso_hu = iso_hu;
+    view.section.point_mm = push.point_mm;
+    // Near enough to see the wall move: the push is a tenth of the picture, or more.
+    const double width_mm = before.grid.size.x * before.grid.spacing_mm.x;
+    view.section.width_mm = std::min(width_mm, std::max(80.0, 10 * norm(push.push_mm)));
+    view.caption = "before";
+    const Image left = four_up_view(before, view, kPictureSide, kPictureSide, arena);
+    // Most pages are those of the other scan, too, and would count twice.
+    std::visit([](const auto& voxels) { voxels.let_go(); }, before.voxels);
+    view.caption = "after";
+    return side_by_side(left, four_up_view(after, view, kPictureSide, kPictureSide, arena));
+}
+
+Status write_text(const fs::path& path, const std::string& text) {
+    std::ofstream stream(path, std::ios::binary);
+    stream << text;
+    stream.close();
+    if (stream) return Ok{};
+    return Error{ErrorCode::Unwritable, path.filename().string() + ": can't be written"};
+}
+
+}  // namespace
+
+Status stage_outputs(const DeformOptions& o, Outputs& outputs) {
+    struct Item {
+        const char* option;
+        const std::string& name;
+        fs::path& staged;
+        std::vector<std::string> endings;
+    };
+    const Item items[] = {
+        {"--out", o.out, outputs.out, {".nrrd", ".nhdr"}},
+        {"--displacement", o.displacement, outputs.displacement, {".nrrd", ".nhdr"}},
+        {"--transform", o.transform, outputs.transform, {".nrrd", ".nhdr"}},
+        {"--jacobian", o.jacobian, outputs.jacobian, {".nrrd", ".nhdr"}},
+        {"--strain", o.strain, outputs.strain, {".nrrd", ".nhdr"}},
+        {"--report", o.report, outputs.report, {}},
+        {"--png", o.png, outputs.png, {".png"}},
+        {"--save-state", o.save_state, outputs.state, {".plst"}},
+    };
+    std::vector<std::pair<std::string, fs::path>> taken = {{"FILE", fs::weakly_canonical(o.file)}};
+    for (const Item& item : items) {
+        if (item.name.empty()) continue;
+        if (const Status status = check_name(item.option, item.name, item.endings); !status.ok())
+            return status;
+        const fs::path place = fs::weakly_canonical(item.name);
+        for (const auto& [option, other] : taken)
+            if (place == other)
+                return Error{ErrorCode::InvalidArgument,
+                             std::string(item.option) + ": expected a file of its own, found " +
+                                 item.name + ", which is " + option};
+        taken.emplace_back(item.option, place);
+        const auto staged = outputs.files.stage(item.name);
+        if (!staged.ok()) return staged.error();
+        item.staged = *staged;
+    }
+    return Ok{};
+}
+
+Status write_outputs(const DeformOptions& o, const MovingScan& scan, const DeformResult& result,
+                     const PushOption& place,
+                     const std::function<Status(const fs::path&)>& save_state, Outputs& outputs,
+                     ProgressBar& bar) {
+    const Encoding encoding = o.raw ? Encoding::Raw : Encoding::Gzip;
+    const Deformed& deformed = result.deformed;
+    if (Status s = write_volume(outputs.out, deformed.volume, encoding); !s.ok()) return s;
+    bar.show(0.6);
+    if (!outputs.displacement.empty()) {
+        Status s = write_vector_field(outputs.displacement, scan.volume().grid, FieldKind::Modeling,
+                                      displacement_slices(scan), encoding);
+        if (!s.ok()) return s;
+    }
+    bar.show(0.7);
+    if (!outputs.transform.empty()) {
+        Status s = write_vector_field(outputs.transform, deformed.volume.grid,
+                                      FieldKind::Resampling, inverse_slices(deformed), encoding);
+        if (!s.ok()) return s;
+    }
+    bar.show(0.8);
+    if (!outputs.jacobian.empty())
+        if (Status s = write_volume(outputs.jacobian, jacobian_field(scan), encoding); !s.ok())
+            return s;
+    if (!outputs.strain.empty())
+        if (Status s = write_volume(outputs.strain, strain_field(scan), encoding); !s.ok())
+            return s;
+    if (!outputs.png.empty()) {
+        const Image image = before_and_after(o, scan, deformed.volume, place);
+        if (Status s = write_png(outputs.png, image); !s.ok()) return s;
+    }
+    if (!outputs.state.empty())
+        if (Status s = save_state(outputs.state); !s.ok()) return s;
+    if (!outputs.report.empty())
+        if (Status s = write_text(outputs.report, report_json(o, result)); !s.ok()) return s;
+    return outputs.files.commit();
+}
+
+}  // namespace pliant::app

@@ -1,0 +1,35 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// The files of `pliant deform`: written beside their places, and all put there at the end.
+
+#pragma once
+
+#include <pliant/resample.h>
+#include <pliant/staged_files.h>
+
+#include <filesystem>
+#include <functional>
+
+#include "options.h"
+#include "progress.h"
+#include "report.h"
+
+namespace pliant::app {
+
+/// Where each output is written until all are there.
+struct Outputs {
+    StagedFiles files;
+    std::filesystem::path out, displacement, transform, jacobian, strain, report, png, state;
+};
+
+Status stage_outputs(const DeformOptions& options, Outputs& outputs);
+
+/// @param place  where the picture looks, and along what
+/// @param save_state  writes what --save-state asked for
+Status write_outputs(const DeformOptions& options, const MovingScan& scan,
+                     const DeformResult& result, const PushOption& place,
+                     const std::function<Status(const std::filesystem::path&)>& save_state,
+                     Outputs& outputs, ProgressBar& bar);
+
+}  // namespace pliant::app

@@ -1,0 +1,298 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// Nodes' displacements to elements': row by row of the scan's bricks, first along y and z, where a
+// row has one weight each, then along x.
+
+#include <pliant/assert.h>
+#include <pliant/control_lattice.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "resample/scatter_job.h"
+#include "resample/trilinear_cell.h"
+
+namespace pliant {
+namespace {
+
+constexpr int kBrickSize = 8;
+constexpr std::int64_t kBricksPerTask = 16;
+
+double mix(double a, double b, double t) {
+    return (1 - t) * a + t * b;
+}
+
+/// Which cell an element along one axis lies in, and where in it.
+struct Place {
+    int cell;
+    double t;
+};
+Place place_of(int element, int first, int cell, int nodes) {
+    const int from = element - first;
+    const int at = std::min(from / cell, nodes - 2);
+    return {at, double(from - at * cell) / cell};
+}
+
+}  // namespace
+
+struct ControlLattice::Impl {
+    Impl(const Volume& v, const ControlGrid& g, const TaskArena& a)
+        : scan(v),
+          arena(a),
+          grid(g),
+          lattice(v, std::vector<MaterialLaw>{[](int) { return ElementLimits{}; }}, kBrickSize,
+                  false) {
+        region.begin = g.first;
+        for (int c = 0; c < 3; ++c) region.end[c] = g.first[c] + g.cell[c] * (g.size[c] - 1) + 1;
+        bricks = bricks_of(region, kBrickSize);
+        is_listed.assign(dense_count(bricks.end - bricks.begin), 0);
+        for (auto& axis : units) axis.assign(dense_count(g.size), 0.0);
+    }
+
+    std::size_t node_at(Vec3i n) const { return dense_index(n, grid.size); }
+    Vec3d shift_mm(std::size_t n) const {
+        return (1 / kUnitsPerMm) * Vec3d{units[0][n], units[1][n], units[2][n]};
+    }
+
+    void list_bricks_at(Vec3i node);
+    void write(Brick& brick) const;
+    void write_row(Brick& brick, int row, Vec3i from, int width) const;
+    /// The corners of a cell, moved by shift(node) [mm along the lattice's axes]. In voxels.
+    template <class Shift>
+    std::array<Vec3d, 8> corners(Vec3i cell, const Shift& shift) const;
+
+    const Volume& scan;
+    const TaskArena& arena;
+    ControlGrid grid;
+    Lattice lattice;
+    Box3i region;                              ///< voxels that hang in the nodes
+    Box3i bricks;                              ///< that hold them
+    std::array<std::vector<double>, 3> units;  ///< of nodes, along i, j, k [2⁻²⁰ mm]
+    std::vector<std::uint8_t> is_listed;       ///< per brick of bricks; all 0 between calls
+    std::vector<int> listed;                   ///< indices of bricks that are to be written
+};
+
+ControlLattice::ControlLattice(std::unique_ptr<Impl> impl) : m_impl(std::move(impl)) {}
+ControlLattice::~ControlLattice() = default;
+
+Result<std::unique_ptr<ControlLattice>> ControlLattice::create(const Volume& volume,
+                                                               const ControlGrid& grid,
+                                                               const TaskArena& arena) {
+    for (int a = 0; a < 3; ++a) {
+        const auto expected = [&](const char* what, int low, int found) {
+            return Error{ErrorCode::InvalidArgument,
+                         std::string("control lattice ") + what + ": expected at least " +
+                             std::to_string(low) + " along axis " + std::to_string(a) + ", found " +
+                             std::to_string(found)};
+        };
+        if (grid.size[a] < 2) return expected("size", 2, grid.size[a]);
+        if (grid.cell[a] < 1) return expected("cell", 1, grid.cell[a]);
+        if (grid.first[a] < 0) return expected("first voxel", 0, grid.first[a]);
+        const std::int64_t last = grid.first[a] + std::int64_t(grid.cell[a]) * (grid.size[a] - 1);
+        if (last >= volume.grid.size[a])
+            return Error{ErrorCode::InvalidArgument,
+                         "control lattice: expected its last nodes at voxel " +
+                             std::to_string(volume.grid.size[a] - 1) + " or before along axis " +
+                             std::to_string(a) + ", found " + std::to_string(last)};
+    }
+    return std::unique_ptr<ControlLattice>(
+        new ControlLattice(std::make_unique<Impl>(volume, grid, arena)));
+}
+
+void ControlLattice::Impl::list_bricks_at(Vec3i node) {
+    Box3i voxels;
+    for (int a = 0; a < 3; ++a) {
+        const int at = grid.first[a] + grid.cell[a] * node[a];
+        voxels.begin[a] = at - grid.cell[a] + 1;
+        voxels.end[a] = at + grid.cell[a];
+    }
+    for_each_in(bricks_of(overlap(voxels, region), kBrickSize), [&](Vec3i brick) {
+        std::uint8_t& flag =
+            is_listed[dense_index(brick - bricks.begin, bricks.end - bricks.begin)];
+        if (flag) return;
+        flag = 1;
+        listed.push_back(lattice.ensure_blank_brick(brick));
+    });
+}
+
+void ControlLattice::Impl::write_row(Brick& brick, int row, Vec3i from, int width) const {
+    const Place y = place_of(from.y, grid.first.y, grid.cell.y, grid.size.y);
+    const Place z = place_of(from.z, grid.first.z, grid.cell.z, grid.size.z);
+    std::array<Place, kBrickSize> along;
+    for (int x = 0; x < width; ++x)
+        along[std::size_t(x)] = place_of(from.x + x, grid.first.x, grid.cell.x, grid.size.x);
+    const int first = along[0].cell, last = along[std::size_t(width - 1)].cell + 1;
+    const std::size_t up = std::size_t(grid.size.x), over = up * std::size_t(grid.size.y);
+    const std::size_t low = node_at({0, y.cell, z.cell});
+    for (std::size_t a = 0; a < 3; ++a) {
+        const double* node = units[a].data() + low;
+        std::array<double, kBrickSize + 1> line;
+        for (int n = first; n <= last; ++n) {
+            const double* at = node + n;
+            line[std::size_t(n - first)] =
+                mix(mix(at[0], at[up], y.t), mix(at[over], at[over + up], y.t), z.t);
+        }
+        Fixed* to = brick.u[a] + row;
+        for (int x = 0; x < width; ++x) {
+            const Place p = along[std::size_t(x)];
+            const auto n = std::size_t(p.cell - first);
+            to[x] = Fixed(std::lrint(mix(line[n], line[n + 1], p.t)));
+        }
+    }
+}
+
+void ControlLattice::Impl::write(Brick& brick) const {
+    const Vec3i first = kBrickSize * brick.coord;
+    const Box3i inside =
+        overlap({first, first + Vec3i{kBrickSize, kBrickSize, kBrickSize}}, region);
+    const int count = kBrickSize * kBrickSize * kBrickSize;
+    const Vec3i n = inside.end - inside.begin;
+    if (n.x * n.y * n.z < count)
+        for (Fixed* u : brick.u) std::fill_n(u, count, 0);
+    for_each_row(inside, [&](Vec3i p) {
+        const Vec3i local = p - first;
+        write_row(brick, local.x + kBrickSize * (local.y + kBrickSize * local.z), p, n.x);
+    });
+    for (int a = 0; a < 3; ++a) {
+        const Fixed* u = brick.u[std::size_t(a)];
+        const auto [low, high] = std::minmax_element(u, u + count);
+        brick.u_min[a] = *low;
+        brick.u_max[a] = *high;
+    }
+}
+
+Status ControlLattice::place(std::span<const Vec3d> displacements_mm) {
+    Impl& m = *m_impl;
+    if (displacements_mm.size() != m.units[0].size())
+        return Error{ErrorCode::InvalidArgument, "control lattice: expected displacements of " +
+                                                     std::to_string(m.units[0].size()) +
+                                                     " nodes, found " +
+                                                     std::to_string(displacements_mm.size())};
+    const Mat3d axes = inverse(m.scan.grid.direction);
+    std::vector<Vec3d> along(displacements_mm.size());
+    for (std::size_t n = 0; n < along.size(); ++n) {
+        along[n] = axes * displacements_mm[n];
+        for (int a = 0; a < 3; ++a)
+            if (!(std::abs(along[n][a]) <= kMaxMovementMm))
+                return Error{ErrorCode::InvalidArgument,
+                             "control lattice: expected displacements of up to " +
+                                 std::to_string(int(kMaxMovementMm)) + " mm, found " +
+                                 std::to_string(along[n][a]) + " at node " + std::to_string(n)};
+    }
+    m.listed.clear();
+    for_each_in({{0, 0, 0}, m.grid.size}, [&](Vec3i ijk) {
+        const std::size_t n = m.node_at(ijk);
+        bool moved = false;
+        for (int a = 0; a < 3; ++a) {
+            double& unit = m.units[std::size_t(a)][n];
+            moved |= unit != kUnitsPerMm * along[n][a];
+            unit = kUnitsPerMm * along[n][a];
+        }
+        if (moved) m.list_bricks_at(ijk);
+    });
+    const std::uint64_t now = m.lattice.tick();
+    const auto task = [&](std::int64_t begin, std::int64_t end) {
+        for (std::int64_t b = begin; b < end; ++b) {
+            Brick& brick = m.lattice.brick(m.listed[std::size_t(b)]);
+            m.write(brick);
+            brick.is_unplaced = false;
+            brick.changed_at = now;
+        }
+    };
+    m.arena.for_each(std::int64_t(m.listed.size()), kBricksPerTask, std::ref(task));
+    m.lattice.drop_still_bricks(m.listed);
+    std::fill(m.is_listed.begin(), m.is_listed.end(), std::uint8_t(0));
+    return Ok{};
+}
+
+template <class Shift>
+std::array<Vec3d, 8> ControlLattice::Impl::corners(Vec3i cell, const Shift& shift) const {
+    std::array<Vec3d, 8> places;
+    for (int c = 0; c < 8; ++c) {
+        const Vec3i node = cell + Vec3i{c & 1, c >> 1 & 1, c >> 2};
+        const Vec3d u = shift(node_at(node));
+        for (int a = 0; a < 3; ++a)
+            places[std::size_t(c)][a] =
+                grid.first[a] + grid.cell[a] * node[a] + u[a] / scan.grid.spacing_mm[a];
+    }
+    return places;
+}
+
+std::optional<ControlPlace> ControlLattice::find(Vec3d point_mm) const {
+    const Impl& m = *m_impl;
+    const Vec3d point = voxel_from_world(m.scan.grid, point_mm);
+    std::optional<ControlPlace> found;
+    for_each_in({{0, 0, 0}, m.grid.size - Vec3i{1, 1, 1}}, [&](Vec3i cell) {
+        if (found) return;
+        const std::array<Vec3d, 8> places =
+            m.corners(cell, [&](std::size_t n) { return m.shift_mm(n); });
+        for (int a = 0; a < 3; ++a) {
+            const auto [low, high] = std::minmax_element(
+                places.begin(), places.end(), [a](Vec3d p, Vec3d q) { return p[a] < q[a]; });
+            if (point[a] < (*low)[a] - 1e-6 || point[a] > (*high)[a] + 1e-6) return;
+        }
+        const auto at = TrilinearCell(places).locate(point);
+        if (!at) return;
+        found = ControlPlace{{}, *at};
+        for (int c = 0; c < 8; ++c)
+            found->nodes[std::size_t(c)] =
+                std::int32_t(m.node_at(cell + Vec3i{c & 1, c >> 1 & 1, c >> 2}));
+    });
+    return found;
+}
+
+bool ControlLattice::folds(std::span<const Vec3d> displacements_mm, double share) const {
+    const Impl& m = *m_impl;
+    PLIANT_ASSERT(displacements_mm.size() == m.units[0].size());
+    const Mat3d axes = inverse(m.scan.grid.direction);
+    const double least =
+        share * double(m.grid.cell.x) * double(m.grid.cell.y) * double(m.grid.cell.z);
+    bool any = false;
+    for_each_in({{0, 0, 0}, m.grid.size - Vec3i{1, 1, 1}}, [&](Vec3i cell) {
+        bool moved = false;
+        const auto shift = [&](std::size_t n) {
+            moved |= displacements_mm[n] != Vec3d{0, 0, 0};
+            return axes * displacements_mm[n];
+        };
+        if (any) return;
+        const std::array<Vec3d, 8> p = m.corners(cell, shift);
+        if (!moved) return;
+        for (std::size_t c = 0; c < 8; ++c) {
+            const auto edge = [&](std::size_t step) {
+                return c & step ? p[c] - p[c ^ step] : p[c ^ step] - p[c];
+            };
+            any |= dot(edge(1), cross(edge(2), edge(4))) <= least;
+        }
+    });
+    return any;
+}
+
+const ControlGrid& ControlLattice::grid() const {
+    return m_impl->grid;
+}
+std::int32_t ControlLattice::node_count() const {
+    return std::int32_t(m_impl->units[0].size());
+}
+Vec3d ControlLattice::node_mm(std::int32_t node) const {
+    const ControlGrid& g = m_impl->grid;
+    const Vec3i n{node % g.size.x, node / g.size.x % g.size.y, node / (g.size.x * g.size.y)};
+    Vec3d ijk;
+    for (int a = 0; a < 3; ++a) ijk[a] = g.first[a] + double(g.cell[a]) * n[a];
+    return world_from_voxel(m_impl->scan.grid, ijk);
+}
+
+const Volume& ControlLattice::volume() const {
+    return m_impl->scan;
+}
+const Lattice& ControlLattice::lattice() const {
+    return m_impl->lattice;
+}
+const TaskArena& ControlLattice::arena() const {
+    return m_impl->arena;
+}
+
+}  // namespace pliant
