@@ -47,6 +47,12 @@ Status check_quality(const TetQuality& quality);
 /// For people, a line each, without a newline at the end.
 std::string describe(const TetQuality& quality);
 
+/// The same cells without nodes that none of them uses.
+TetMesh with_used_nodes(const TetMesh& mesh);
+/// Takes cells away where the boundary touches itself in an edge or a node, until it is a manifold.
+/// @returns how many went
+std::int64_t make_manifold(TetMesh& mesh);
+
 /// A point that rides on a tetrahedron: the weighted mean of its corners.
 struct Embedded {
     std::int32_t tetrahedron = 0;

@@ -119,6 +119,21 @@ TriangleMesh part_of(std::span<const Vec3d> nodes_mm,
     return part;
 }
 
+TetMesh with_used_nodes(const TetMesh& mesh) {
+    std::vector<std::int32_t> number(mesh.nodes_mm.size(), -1);
+    for (const auto& cell : mesh.cells)
+        for (const std::int32_t n : cell) number[std::size_t(n)] = 0;
+    TetMesh used{{}, mesh.cells};
+    for (std::size_t n = 0; n < number.size(); ++n) {
+        if (number[n] < 0) continue;
+        number[n] = std::int32_t(used.nodes_mm.size());
+        used.nodes_mm.push_back(mesh.nodes_mm[n]);
+    }
+    for (auto& cell : used.cells)
+        for (std::int32_t& n : cell) n = number[std::size_t(n)];
+    return used;
+}
+
 TriangleMesh boundary_triangles(const TetMesh& mesh, std::vector<std::int32_t>* nodes) {
     return part_of(mesh.nodes_mm, boundary_faces(mesh), nodes);
 }

@@ -72,12 +72,9 @@ Result<VesselWall> wall_around_surface(TriangleMesh surface, std::span<const Ves
             return vessel::wrong("end " + std::to_string(e) +
                                  " has no unit direction or no radius above 0");
     }
-    if (const Status closed = close_openings(surface, lumen.ends); !closed) return closed.error();
-    if (enclosed_volume_mm3(surface) < 0) {
+    if (vessel::enclosed_with_lids_mm3(surface) > 0)  // it faces the lumen
         for (auto& t : surface.cells) std::swap(t[1], t[2]);
-        for (std::size_t e = ends.size(); e < lumen.ends.size(); ++e)
-            lumen.ends[e].outward = -lumen.ends[e].outward;
-    }
+    if (const Status closed = close_openings(surface, lumen.ends); !closed) return closed.error();
     mesh::Bounds all;
     for (const Vec3d& p : surface.nodes_mm) all.add(p);
     lumen.begin_mm = all.low;

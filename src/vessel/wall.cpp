@@ -113,6 +113,7 @@ Result<VesselWall> make_wall(const LumenShape& lumen, const WallSettings& settin
 
     VesselWall wall;
     wall.mesh = std::move(*mesh);
+    make_manifold(wall.mesh);  // at sharp rims it may touch itself
     wall.ends = lumen.ends;
     const auto faces = boundary_faces(wall.mesh);
     std::vector<bool> inner(wall.mesh.nodes_mm.size(), false), outer = inner;

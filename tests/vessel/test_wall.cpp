@@ -141,6 +141,7 @@ TEST(WallAroundSurface, OpenAndClosedSurfacesAndEndsThatCut) {
     EXPECT_GT(wall->ends[1].outward.z, 0.999);
     const auto same = wall_around_surface(turned, {}, {.thickness_mm = 1}, arena());
     ASSERT_TRUE(same.ok()) << same.error().message;
+    EXPECT_EQ(same->ends[1].centre_mm, wall->ends[1].centre_mm);
     EXPECT_NEAR(tet_quality(same->mesh).volume_mm3, tet_quality(wall->mesh).volume_mm3, 1);
 
     // A ball: closed without ends, a tube with two.
