@@ -93,19 +93,19 @@ struct RegionSettings {
     double low = 0, high = 0;       ///< values that belong to the lumen
     double smoothing_voxels = 0.8;  ///< of the region's edge: standard deviation
 };
-/// The lumen's surface in a scan: what is connected with the seed through faces of voxels whose
-/// values are between low and high, its edge smoothed. Closed, also at the scan's border; those
-/// places are the ends.
-/// @returns InvalidArgument where the seed isn't in the window or the scan
 struct Lumen {
-    TriangleMesh surface;
+    TriangleMesh surface;  ///< faces outwards
     std::vector<VesselEnd> ends;
     std::int64_t voxels = 0;
     double region_mm3 = 0;
 };
+/// The lumen's surface in a scan: what is connected with the seed through faces of voxels whose
+/// values are between low and high, its edge smoothed. Closed, also at the scan's border; those
+/// places are the ends.
+/// @returns InvalidArgument where the seed isn't in the window or the scan
 Result<Lumen> lumen_of_region(const Volume& volume, const RegionSettings& settings,
                               const TaskArena& arena);
-/// The same of all voxels with a label.
+/// The same of voxels with one of these labels: the largest part that hangs together.
 Result<Lumen> lumen_of_labels(const Volume& labels, std::span<const int> wanted,
                               double smoothing_voxels, const TaskArena& arena);
 

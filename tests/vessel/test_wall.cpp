@@ -85,10 +85,9 @@ TEST(WallAroundCentreline, ATreeIsOpenAtItsThreeTips) {
     // Told in both ways: as lines from the inlet to each outlet, and as parts that meet.
     const CentrePoint inlet{{0, 0, 0}, 4}, fork{{0, 0, 15}, 3.5}, left{{-10, 0, 30}, 2.5},
         right{{10, 1, 28}, 2.8};
-    for (const Centreline& tree :
-         {Centreline{{{inlet, fork, left}, {inlet, fork, right}}},
-          Centreline{{{inlet, fork}, {fork, left}, {fork, right}}},
-          Centreline{{{inlet, fork, left}, {fork, right}}}}) {
+    for (const Centreline& tree : {Centreline{{{inlet, fork, left}, {inlet, fork, right}}},
+                                   Centreline{{{inlet, fork}, {fork, left}, {fork, right}}},
+                                   Centreline{{{inlet, fork, left}, {fork, right}}}}) {
         const auto ends = ends_of(tree);
         ASSERT_EQ(ends.size(), 3u);
         EXPECT_EQ(ends[0].centre_mm, inlet.place_mm);
@@ -145,9 +144,9 @@ TEST(WallAroundSurface, OpenAndClosedSurfacesAndEndsThatCut) {
     EXPECT_NEAR(tet_quality(same->mesh).volume_mm3, tet_quality(wall->mesh).volume_mm3, 1);
 
     // A ball: closed without ends, a tube with two.
-    const auto solid = stuff_isosurface(
-        [](Vec3d x) { return 6 - norm(x); },
-        {.begin_mm = {-7, -7, -7}, .end_mm = {7, 7, 7}, .cell_mm = 1}, arena());
+    const auto solid =
+        stuff_isosurface([](Vec3d x) { return 6 - norm(x); },
+                         {.begin_mm = {-7, -7, -7}, .end_mm = {7, 7, 7}, .cell_mm = 1}, arena());
     const TriangleMesh ball = boundary_triangles(*solid);
     const auto shell = wall_around_surface(ball, {}, {.thickness_mm = 1.5}, arena());
     ASSERT_TRUE(shell.ok()) << shell.error().message;
