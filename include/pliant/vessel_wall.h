@@ -17,6 +17,7 @@
 
 #pragma once
 
+#include <pliant/mesh_files.h>
 #include <pliant/mesh_quality.h>
 #include <pliant/mesh_stuffing.h>
 #include <pliant/volume.h>
@@ -72,6 +73,10 @@ Result<VesselWall> wall_around_centreline(const Centreline& centreline,
 ///          may be; LimitExceeded
 Result<VesselWall> wall_around_surface(TriangleMesh lumen, std::span<const VesselEnd> ends,
                                        const WallSettings& settings, const TaskArena& arena);
+
+/// A file's lines as branches, its field "MaximumInscribedSphereRadius" (VMTK's), "Radius" or
+/// "radius" as their radii [mm]. @returns InvalidArgument where there are no such
+Result<Centreline> centreline_of(const MeshData& mesh);
 
 /// The ends of a centreline, each moved inwards by this part of its radius.
 std::vector<VesselEnd> ends_of(const Centreline& centreline, double inwards = 0);

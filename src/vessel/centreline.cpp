@@ -68,6 +68,25 @@ std::vector<Segment> segments_of(const Centreline& centreline) {
 
 }  // namespace
 
+Result<Centreline> centreline_of(const MeshData& mesh) {
+    const MeshData::Field* radius = nullptr;
+    for (const char* name : {"MaximumInscribedSphereRadius", "Radius", "radius"})
+        if (!radius) radius = mesh.field(name);
+    if (!radius || radius->components != 1)
+        return Error{ErrorCode::InvalidArgument,
+                     "centreline: found no numbers named MaximumInscribedSphereRadius, Radius or "
+                     "radius at its points"};
+    Centreline centreline;
+    for (const auto& line : mesh.lines) {
+        centreline.branches.emplace_back();
+        for (const std::int32_t n : line)
+            centreline.branches.back().push_back(
+                {mesh.nodes_mm[std::size_t(n)], radius->values[std::size_t(n)]});
+    }
+    if (const Status s = check(centreline); !s) return s.error();
+    return centreline;
+}
+
 std::vector<VesselEnd> ends_of(const Centreline& centreline, double inwards) {
     struct Tip {
         VesselEnd end;

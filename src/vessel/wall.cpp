@@ -17,6 +17,14 @@ double outside_of_end(const VesselEnd& end, double thickness_mm, Vec3d x) {
     return std::max(-beyond, norm(from) - (1.5 * end.radius_mm + 2 * thickness_mm));
 }
 
+/// Whether a point lies where an end's cut comes to its end, beyond it: on the far side of what was
+/// taken away.
+bool behind_end(const VesselEnd& end, double thickness_mm, Vec3d x) {
+    const Vec3d from = x - end.centre_mm;
+    const double reach = 1.5 * end.radius_mm + 2 * thickness_mm;
+    return dot(from, end.outward) > 0 && std::abs(norm(from) - reach) < 1e-6 * thickness_mm;
+}
+
 double outside_of_ends(const std::vector<VesselEnd>& ends, double thickness_mm, Vec3d x) {
     double least = std::numeric_limits<double>::infinity();
     for (const VesselEnd& end : ends) least = std::min(least, outside_of_end(end, thickness_mm, x));
@@ -41,6 +49,42 @@ Status check_settings(const WallSettings& s) {
 /// layers − 1 of them don't reach across; and two layers are what the surfaces need to keep apart.
 double cell_of(const WallSettings& s) {
     return s.cell_mm > 0 ? s.cell_mm : s.thickness_mm / (1.6 * std::max(1, s.layers - 1));
+}
+
+/// What an end cuts off may go on behind the cut: such pieces go, but never the largest one.
+void remove_cut_off(TetMesh& mesh, const std::vector<VesselEnd>& ends, double thickness_mm) {
+    const auto piece = pieces(mesh);
+    std::vector<std::int64_t> size(mesh.nodes_mm.size(), 0);
+    std::vector<bool> gone(mesh.nodes_mm.size(), false);
+    for (std::size_t n = 0; n < piece.size(); ++n) {
+        ++size[std::size_t(piece[n])];
+        for (const VesselEnd& end : ends)
+            if (behind_end(end, thickness_mm, mesh.nodes_mm[n])) gone[std::size_t(piece[n])] = true;
+    }
+    gone[std::size_t(std::max_element(size.begin(), size.end()) - size.begin())] = false;
+    const auto removed = std::erase_if(mesh.cells, [&](const auto& cell) {
+        return gone[std::size_t(piece[std::size_t(cell[0])])];
+    });
+    if (removed > 0) mesh = with_used_nodes(mesh);
+}
+
+/// Pieces of a ghost surface that the wall has none of: their nodes are far outside of it.
+void remove_far_pieces(TriangleMesh& ghost, std::vector<Embedded>& places) {
+    const auto piece = pieces(ghost);
+    std::vector<std::int64_t> near(piece.size(), 0);
+    for (std::size_t n = 0; n < piece.size(); ++n) {
+        const auto& w = places[n].weights;
+        near[std::size_t(piece[n])] += *std::min_element(w.begin(), w.end()) > -1 ? 1 : -1;
+    }
+    const auto removed = std::erase_if(ghost.cells, [&](const auto& cell) {
+        return near[std::size_t(piece[std::size_t(cell[0])])] < 0;
+    });
+    if (removed == 0) return;
+    std::vector<std::int32_t> nodes;
+    ghost = part_of(ghost.nodes_mm, std::vector(ghost.cells), &nodes);
+    std::vector<Embedded> kept;
+    for (const std::int32_t n : nodes) kept.push_back(places[std::size_t(n)]);
+    places = std::move(kept);
 }
 
 Result<TriangleMesh> coarse_ghost(const LumenShape& lumen, const WallSettings& settings,
@@ -114,6 +158,8 @@ Result<VesselWall> make_wall(const LumenShape& lumen, const WallSettings& settin
     VesselWall wall;
     wall.mesh = std::move(*mesh);
     make_manifold(wall.mesh);  // at sharp rims it may touch itself
+    if (wall.mesh.cells.empty()) return wrong("nothing is left of the wall between its ends");
+    remove_cut_off(wall.mesh, lumen.ends, t);
     wall.ends = lumen.ends;
     const auto faces = boundary_faces(wall.mesh);
     std::vector<bool> inner(wall.mesh.nodes_mm.size(), false), outer = inner;
@@ -137,6 +183,7 @@ Result<VesselWall> make_wall(const LumenShape& lumen, const WallSettings& settin
         wall.ghost = part_of(wall.mesh.nodes_mm, ghost);
     }
     wall.ghost_places = embed(wall.ghost.nodes_mm, wall.mesh, arena);
+    remove_far_pieces(wall.ghost, wall.ghost_places);
     wall.lumen_mm3 = enclosed_with_lids_mm3(wall.ghost);
     return wall;
 }

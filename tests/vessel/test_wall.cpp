@@ -184,6 +184,115 @@ TEST(SweptTube, HasTheVolumeOfItsPolygonsAndFollowsBends) {
     EXPECT_EQ(folded.error().message.find("vessel wall: the centreline bends too sharply"), 0u);
 }
 
+/// A tube through a scan from border to border, obliquely oriented, in a bath of other values.
+Volume tube_scan(Vec3d* axis_mm) {
+    Volume volume;
+    volume.grid = {.size = {40, 36, 30}, .spacing_mm = {1, 1.1, 1.3}, .origin_mm = {5, -7, 11}};
+    test::Random random(9);
+    volume.grid.direction = random.rotation(true);
+    std::vector<std::int16_t> values;
+    for (int k = 0; k < 30; ++k)
+        for (int j = 0; j < 36; ++j)
+            for (int i = 0; i < 40; ++i) {
+                const double r = std::hypot(i - 20.0, (j - 18) * 1.1);
+                const bool island = i < 3 && j < 3;
+                values.push_back(std::int16_t(r < 6 || island ? 300 : 40));
+            }
+    volume.voxels = std::move(values);
+    *axis_mm = world_from_voxel(volume.grid, {20, 18, 15});
+    return volume;
+}
+
+TEST(LumenOfRegion, IsTheTubeThroughTheScanAndOpenAtItsBorder) {
+    Vec3d seed{};
+    const Volume scan = tube_scan(&seed);
+    const auto lumen = lumen_of_region(scan, {.seed_mm = seed, .low = 150, .high = 500}, arena());
+    ASSERT_TRUE(lumen.ok()) << lumen.error().message;
+    EXPECT_TRUE(check_closed(lumen->surface).ok());
+    EXPECT_EQ(surface_topology(lumen->surface).euler, 2);
+    const double volume = kPi * 36 * 30 * 1.3;
+    EXPECT_NEAR(lumen->region_mm3, volume, 0.03 * volume);
+    EXPECT_NEAR(enclosed_volume_mm3(lumen->surface), lumen->region_mm3, 0.03 * volume);
+    ASSERT_EQ(lumen->ends.size(), 2u);
+    for (const VesselEnd& end : lumen->ends)
+        EXPECT_NEAR(std::abs(dot(end.outward, scan.grid.direction.columns[2])), 1, 1e-12);
+    // Away from the border the surface is the cylinder, to a part of a voxel.
+    for (const Vec3d& p : lumen->surface.nodes_mm) {
+        const Vec3d ijk = voxel_from_world(scan.grid, p);
+        if (ijk.z > 0.5 && ijk.z < 28.5) {
+            EXPECT_NEAR(std::hypot(ijk.x - 20, (ijk.y - 18) * 1.1), 6, 0.5);
+        }
+    }
+    const auto wall =
+        wall_around_surface(lumen->surface, lumen->ends, {.thickness_mm = 2}, arena());
+    ASSERT_TRUE(wall.ok()) << wall.error().message;
+    expect_sound(*wall, 0);
+    EXPECT_GE(wall->least_layers, 2);
+
+    Volume labels = scan;
+    const int wanted[] = {300};
+    const auto same = lumen_of_labels(labels, wanted, 0.8, arena());
+    ASSERT_TRUE(same.ok());
+    EXPECT_EQ(same->surface.nodes_mm, lumen->surface.nodes_mm);
+    const TaskArena one(1);
+    const auto again = lumen_of_region(scan, {.seed_mm = seed, .low = 150, .high = 500}, one);
+    EXPECT_EQ(again->surface.nodes_mm, lumen->surface.nodes_mm);
+}
+
+TEST(LumenOfRegion, ASeedBesideTheLumenIsRefused) {
+    Vec3d seed{};
+    const Volume scan = tube_scan(&seed);
+    const auto complaint = [&](const RegionSettings& s) {
+        const auto lumen = lumen_of_region(scan, s, arena());
+        return lumen.ok() ? std::string() : lumen.error().message;
+    };
+    EXPECT_EQ(complaint({.seed_mm = seed, .low = 350, .high = 500}),
+              "vessel wall: the scan's value at the seed is 300.000000, expected 350.000000 to "
+              "500.000000");
+    EXPECT_NE(complaint({.seed_mm = {500, 0, 0}, .low = 150, .high = 500})
+                  .find("lies outside of the scan"),
+              std::string::npos);
+    EXPECT_EQ(complaint({.seed_mm = seed, .low = 5, .high = 5}),
+              "vessel wall: the window is 5.000000 to 5.000000, expected low below high");
+    const int none[] = {7};
+    EXPECT_EQ(lumen_of_labels(scan, none, 0.8, arena()).error().message,
+              "vessel wall: no voxel has one of the labels");
+}
+
+TEST(VesselWall, RealAortasGetSoundWalls) {
+    const std::filesystem::path data = PLIANT_SHARED_DATA;
+    if (!std::filesystem::exists(data / "aorta_cta_1p5mm-label.nii.gz"))
+        GTEST_SKIP() << "no shared data";
+    const auto line = read_mesh(data / "aorta_centerline_vmtk.vtp");
+    ASSERT_TRUE(line.ok()) << line.error().message;
+    const auto centreline = centreline_of(*line);
+    ASSERT_TRUE(centreline.ok()) << centreline.error().message;
+    const auto surface = read_surface(data / "aorta_surface_segment1_vmtk.vtp");
+    ASSERT_TRUE(surface.ok()) << surface.error().message;
+    const auto ends = ends_of(*centreline, 0.5);
+    ASSERT_EQ(ends.size(), 3u);
+    for (const double ghost_mm : {0.0, 1.5}) {
+        const auto wall = wall_around_surface(*surface, ends, {.ghost_mm = ghost_mm}, arena());
+        ASSERT_TRUE(wall.ok()) << wall.error().message;
+        expect_sound(*wall, -2);
+        EXPECT_GE(wall->least_layers, 2);
+        EXPECT_EQ(surface_topology(wall->ghost).pieces, 1);
+        EXPECT_EQ(surface_topology(wall->ghost).euler, -1);
+    }
+    const auto labels = read_volume(data / "aorta_cta_1p5mm-label.nii.gz");
+    ASSERT_TRUE(labels.ok()) << labels.error().message;
+    const int lumina[] = {1, 2};
+    const auto lumen = lumen_of_labels(*labels, lumina, 1, arena());
+    ASSERT_TRUE(lumen.ok()) << lumen.error().message;
+    EXPECT_TRUE(check_closed(lumen->surface).ok());
+    EXPECT_NEAR(enclosed_volume_mm3(lumen->surface), lumen->region_mm3, 0.03 * lumen->region_mm3);
+    const auto wall =
+        wall_around_surface(lumen->surface, lumen->ends, {.thickness_mm = 2}, arena());
+    ASSERT_TRUE(wall.ok()) << wall.error().message;
+    EXPECT_TRUE(check_quality(tet_quality(wall->mesh)).ok());
+    EXPECT_GE(wall->least_layers, 2);
+}
+
 TEST(VesselWall, ThreadsDontChangeIt) {
     const TaskArena one(1), four(4);
     const auto a = wall_around_centreline(kStraight, {}, one);
