@@ -46,9 +46,11 @@ VtkDocument::VtkDocument(const std::string& type) : m_type(type) {
     add("<VTKFile type=\"" + type + "\" version=\"1.0\" byte_order=\"" + order +
         "\" header_type=\"UInt64\">");
     add("<" + type + ">");
-    // "LPS" and a zero.
-    add("<FieldData>\n<Array type=\"String\" Name=\"SPACE\" NumberOfTuples=\"1\" "
-        "format=\"ascii\">76 80 83 0</Array>\n</FieldData>");
+    // "LPS" and a zero. Grids go without: LPS is what 3D Slicer takes them for, and meshio refuses
+    // to read files that hold text.
+    if (type == "PolyData")
+        add("<FieldData>\n<Array type=\"String\" Name=\"SPACE\" NumberOfTuples=\"1\" "
+            "format=\"ascii\">76 80 83 0</Array>\n</FieldData>");
 }
 
 void VtkDocument::add_bytes(const char* type, const std::string& name, int components,

@@ -3,8 +3,8 @@
 
 // VTK's XML files as they are written: a header in XML that says which arrays there are, then all
 // numbers in base64. Each array is preceded by its length in bytes (64 bits) and encoded by itself;
-// the offsets in the header count characters behind the underscore. SPACE says to 3D Slicer that
-// places are LPS.
+// the offsets in the header count characters behind the underscore. In files of
+// polygons SPACE says to 3D Slicer that places are LPS.
 
 #pragma once
 
