@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // The wall of a vessel as tetrahedra of a given thickness around its lumen, and its inner surface
-// as triangles that ride on them: the ghost surface of [Vessel2016], which catheters collide with.
+// as triangles that ride on them: the ghost surface, which catheters collide with.
 //
 //      ───────────────── outer surface
 //       /\/\/\/\/\/\/\/    tetrahedra, two or more across
