@@ -148,8 +148,9 @@ Result<VesselWall> wall_from_mesh(const MeshOptions& o, const MeshData& mesh,
     return wall_around_surface(joined({mesh.nodes_mm, mesh.triangles}), ends, settings, arena);
 }
 
+/// @param[out] surface  the lumen's
 Result<VesselWall> wall_from_scan(const MeshOptions& o, const WallSettings& settings,
-                                  const TaskArena& arena) {
+                                  const TaskArena& arena, TriangleMesh& surface) {
     if (!o.seed_mm && o.labels.empty())
         return Error{ErrorCode::InvalidArgument,
                      "expected --seed with --window, or --labels, for the lumen in a scan"};
@@ -165,8 +166,7 @@ Result<VesselWall> wall_from_scan(const MeshOptions& o, const WallSettings& sett
                                  : lumen_of_labels(*volume, o.labels, o.smoothing_voxels, arena);
     if (!lumen) return lumen.error();
     bar.show(0.3);
-    if (!o.surface.empty())
-        if (const Status s = write_surface(o.surface, lumen->surface); !s) return s.error();
+    surface = lumen->surface;
     if (!o.json)
         std::printf("lumen               %lld voxels, %.1f mm3, leaves the scan in %zu places\n",
                     static_cast<long long>(lumen->voxels), lumen->region_mm3, lumen->ends.size());
@@ -210,6 +210,9 @@ int run_mesh(const MeshOptions& o) {
     if (const Status s = write_vtu(o.out, wall->mesh); !s) return bad_input(s.error().message);
     if (!o.ghost.empty())
         if (const Status s = write_surface(o.ghost, wall->ghost); !s)
+            return bad_input(s.error().message);
+    if (!o.surface.empty() && !from_mesh)
+        if (const Status s = write_surface(o.surface, surface); !s)
             return bad_input(s.error().message);
     tell(o, *wall, quality);
     return kExitOk;

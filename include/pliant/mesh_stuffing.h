@@ -38,7 +38,7 @@ struct StuffingSettings {
     /// The function changes by no more than the distance, as distances do: what is far from the
     /// surface is then not asked for.
     bool changes_as_distance = false;
-    std::int64_t most_cells = std::int64_t(1) << 27;
+    std::int64_t most_cells = std::int64_t(1) << 25;
 };
 
 /// The same for any number of threads. The boundary's nodes lie on the surface (to 1e-9 of a cell).

@@ -49,7 +49,7 @@ struct WallSettings {
     int layers = 2;       ///< tetrahedra across the wall, at least
     double cell_mm = 0;   ///< of the lattice; 0: as large as the layers allow
     double ghost_mm = 0;  ///< cells that the ghost surface is made with; 0: the wall's inner faces
-    std::int64_t most_cells = std::int64_t(1) << 27;
+    std::int64_t most_cells = std::int64_t(1) << 25;
 };
 
 struct VesselWall {

@@ -189,11 +189,12 @@ Result<std::string> Document::bytes_of(const pugi::xml_node& node, ByteSource so
     }
     if (total > source.left()) return ends();
     // Blocks are full but for the last one; 0 says that it is full too.
-    if (*block > kMostInflated * (total + 64) || *last > *block) return ends();
+    const std::uint64_t most = kMostInflated * (total + 64);
+    if ((*first > 1 && *block > most) || *last > *block) return ends();
     const std::uint64_t size =
         lengths.empty() ? 0 : (*first - 1) * *block + (*last > 0 ? *last : *block);
     if (const Status s = check(size); !s) return s.error();
-    if (size > kMostInflated * (total + 64)) return ends();
+    if (size > most) return ends();
     std::string bytes(std::size_t(size), '\0');
     std::uint64_t at = 0;
     for (std::size_t b = 0; b < lengths.size(); ++b) {
