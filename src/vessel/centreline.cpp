@@ -95,6 +95,7 @@ std::vector<VesselEnd> ends_of(const Centreline& centreline, double inwards) {
     std::vector<Tip> tips;
     for (std::size_t b = 0; b < centreline.branches.size(); ++b) {
         const auto& branch = centreline.branches[b];
+        if (branch.size() < 2) continue;
         for (const bool last : {false, true}) {
             const auto at = [&](std::size_t n) { return branch[last ? branch.size() - 1 - n : n]; };
             const CentrePoint tip = at(0);
