@@ -43,7 +43,7 @@ StencilTet positive(StencilTet t) {
 class Maker {
   public:
     Maker(const std::array<std::int8_t, 4>& signs, bool even_01, bool even_23)
-        : m_even{even_01, !even_01, even_23, !even_23} {
+        : m_signs(signs), m_even{even_01, !even_01, even_23, !even_23} {
         for (int n = 0; n < 4; ++n)
             (signs[std::size_t(n)] > 0   ? m_in
              : signs[std::size_t(n)] < 0 ? m_out
@@ -58,10 +58,9 @@ class Maker {
         if (m_out.empty()) {
             add({corner(0), corner(1), corner(2), corner(3)});
         } else if (m_in.size() == 1) {
-            StencilTet t{corner(m_in[0])};
-            std::size_t at = 1;
-            for (const int n : m_on) t[at++] = corner(n);
-            for (const int n : m_out) t[at++] = cut(m_in[0], n);
+            StencilTet t;
+            for (std::size_t n = 0; n < 4; ++n)
+                t[n] = m_signs[n] < 0 ? cut(m_in[0], int(n)) : corner(int(n));
             add(t);
         } else if (m_in.size() == 2 && m_out.size() == 1) {
             const int n = m_out[0], z = m_on[0];
@@ -116,6 +115,7 @@ class Maker {
                 positive({a[x], b[x], b[y], b[z]})};
     }
 
+    std::array<std::int8_t, 4> m_signs;
     bool m_even[4];
     std::vector<int> m_in, m_on, m_out;
 };
