@@ -112,8 +112,8 @@ struct MeshOptions {
     std::string out, ghost, surface;  ///< outputs; none: the file's mesh is only judged
     double thickness_mm = 1.5, cell_mm = 0, ghost_mm = 0;
     int layers = 2;
-    std::string ends;         ///< a centreline whose ends are the wall's
-    double trim = 0.5;        ///< radii that the ends are moved inwards
+    std::string ends;   ///< a centreline whose ends are the wall's
+    double trim = 0.5;  ///< radii that the ends are moved inwards
     bool sweep = false;
     int sectors = 24;
     std::optional<Vec3d> seed_mm;  ///< of region growing
