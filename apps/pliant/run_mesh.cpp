@@ -199,8 +199,9 @@ int run_mesh(const MeshOptions& o) {
     }
     if (std::filesystem::path(o.out).extension() != ".vtu")
         return bad_input("--out: expected a file that ends in .vtu, found '" + o.out + "'");
-    const auto wall =
-        from_mesh ? wall_from_mesh(o, mesh, settings, arena) : wall_from_scan(o, settings, arena);
+    TriangleMesh surface;
+    const auto wall = from_mesh ? wall_from_mesh(o, mesh, settings, arena)
+                                : wall_from_scan(o, settings, arena, surface);
     if (!wall)
         return bad_input(from_mesh && wall.error().message.rfind("--", 0) != 0
                              ? o.file + ": " + wall.error().message
