@@ -271,14 +271,12 @@ TEST(VesselWall, RealAortasGetSoundWalls) {
     ASSERT_TRUE(surface.ok()) << surface.error().message;
     const auto ends = ends_of(*centreline, 0.5);
     ASSERT_EQ(ends.size(), 3u);
-    for (const double ghost_mm : {0.0, 1.5}) {
-        const auto wall = wall_around_surface(*surface, ends, {.ghost_mm = ghost_mm}, arena());
-        ASSERT_TRUE(wall.ok()) << wall.error().message;
-        expect_sound(*wall, -2);
-        EXPECT_GE(wall->least_layers, 2);
-        EXPECT_EQ(surface_topology(wall->ghost).pieces, 1);
-        EXPECT_EQ(surface_topology(wall->ghost).euler, -1);
-    }
+    const auto around = wall_around_surface(*surface, ends, {.ghost_mm = 1.5}, arena());
+    ASSERT_TRUE(around.ok()) << around.error().message;
+    expect_sound(*around, -2);
+    EXPECT_GE(around->least_layers, 2);
+    EXPECT_EQ(surface_topology(around->ghost).pieces, 1);
+    EXPECT_EQ(surface_topology(around->ghost).euler, -1);
     const auto labels = read_volume(data / "aorta_cta_1p5mm-label.nii.gz");
     ASSERT_TRUE(labels.ok()) << labels.error().message;
     const int lumina[] = {1, 2};
