@@ -10,7 +10,7 @@ packages_of() {
         build)
             echo g++ cmake ninja-build ccache libinsighttoolkit5-dev libtbb-dev libcli11-dev \
                 libtomlplusplus-dev nlohmann-json3-dev libhwy-dev libpng-dev zlib1g-dev \
-                liblz4-dev libboost-dev libeigen3-dev libnlopt-dev
+                liblz4-dev libboost-dev libeigen3-dev libnlopt-dev libpugixml-dev
             ;;
         test) echo clang libgtest-dev ;;
         lint) echo clang-format-14 ;;

@@ -383,6 +383,59 @@ void add_path(CLI::App& app, PathOptions& o) {
         "--polarity falling --reach 5 --out vessel.mrk.json");
 }
 
+void add_mesh(CLI::App& app, MeshOptions& o) {
+    auto* c = app.add_subcommand(
+        "mesh", "Make a vessel's wall of tetrahedra, or judge a mesh (docs/mesh.md)");
+    c->add_option("FILE", o.file,
+                  "scan or label volume; surface or centreline (VTP, VTU, VTK, MSH, STL, OBJ, PLY)")
+        ->required();
+    add_series(c, o.series);
+    auto* out = c->add_option("--out", o.out, "wall to write (.vtu); else FILE is only judged");
+    c->add_option("--ghost", o.ghost, "its inner surface (.vtp, .stl, .obj, .ply)")->needs(out);
+    c->add_option("--surface", o.surface, "the lumen's surface, of a scan (.vtp, .stl, .obj, .ply)")
+        ->needs(out);
+    c->add_option("--thickness", o.thickness_mm, "of the wall [mm] (default 1.5)")
+        ->check(CLI::Range(0.01, 100.0));
+    c->add_option("--layers", o.layers, "tetrahedra across it, at least (default 2)")
+        ->check(CLI::Range(1, 16));
+    c->add_option("--cell", o.cell_mm, "of the lattice [mm] (default: what the layers allow)")
+        ->check(CLI::Range(0.001, 100.0));
+    c->add_option("--ghost-cell", o.ghost_mm,
+                  "of a coarser inner surface [mm] (default: the wall's)")
+        ->check(CLI::Range(0.001, 100.0));
+    c->add_option("--ends", o.ends, "centreline (.vtp) at whose ends a closed surface is cut off");
+    c->add_option("--trim", o.trim, "radii that those ends lie inside (default 0.5)")
+        ->check(CLI::Range(0.0, 100.0));
+    c->add_flag("--sweep", o.sweep, "sweep the wall along a centreline of one branch");
+    c->add_option("--sectors", o.sectors, "around a swept wall (default 24)")
+        ->check(CLI::Range(3, 4096));
+    auto* seed = add_vector(c, "--seed", o.seed_mm, "in a scan's lumen, LPS mm");
+    c->add_option_function<std::string>(
+         "--window",
+         [&o](const std::string& text) {
+             const auto n = parse_numbers(text, ',', 2, "--window");
+             o.low = n[0];
+             o.high = n[1];
+         },
+         "values of the lumen [HU]")
+        ->type_name("LOW,HIGH")
+        ->needs(seed);
+    c->add_option("--labels", o.labels, "instead: labels of the lumen, as 1,2")
+        ->delimiter(',')
+        ->excludes(seed);
+    c->add_option("--smooth", o.smoothing_voxels, "the lumen's edge, voxels (default 0.8)")
+        ->check(CLI::Range(0.0, 20.0));
+    c->add_flag("--json", o.json, "say the mesh's quality as one JSON object");
+    add_threads(c, o.threads);
+    c->footer(
+        "Examples:\n"
+        "  pliant mesh centreline.vtp --thickness 1.5 --out wall.vtu --ghost ghost.vtp\n"
+        "  pliant mesh surface.vtp --ends centreline.vtp --out wall.vtu\n"
+        "  pliant mesh angio.nrrd --seed=-6,-31,1180 --window 150,600 --out wall.vtu\n"
+        "  pliant mesh labels.nii.gz --labels 1,2 --out wall.vtu\n"
+        "  pliant mesh wall.vtu");
+}
+
 void add_serve(CLI::App& app, ServeOptions& o) {
     auto* c = app.add_subcommand("serve", "Fly and push in the browser, alone or together");
     c->add_option("FILE", o.file,
@@ -544,6 +597,7 @@ int main(int argc, char** argv) {
     PhantomOptions phantom;
     DeformOptions deform;
     RenderOptions render;
+    MeshOptions mesh;
     PathOptions path;
     ServeOptions serve;
     ReplayOptions replay;
@@ -553,6 +607,7 @@ int main(int argc, char** argv) {
     add_phantom(app, phantom);
     add_deform(app, deform);
     add_render(app, render);
+    add_mesh(app, mesh);
     add_path(app, path);
     add_serve(app, serve);
     add_replay(app, replay);
@@ -560,9 +615,9 @@ int main(int argc, char** argv) {
     add_fit(app, fit);
     const auto named = [&](const CLI::App* command) { return command->get_name() == argv[1]; };
     if (argc > 1 && argv[1][0] != '-' && app.get_subcommands(named).empty())
-        return bad_input(
-            "unknown command '" + std::string(argv[1]) +
-            "', expected info, phantom, deform, render, path, serve, replay, bench or fit");
+        return bad_input("unknown command '" + std::string(argv[1]) +
+                         "', expected info, phantom, deform, render, mesh, path, serve, replay, "
+                         "bench or fit");
     try {
         app.parse(argc, argv);
     } catch (const CLI::Success& done) {
@@ -574,6 +629,7 @@ int main(int argc, char** argv) {
     if (app.got_subcommand("phantom")) return run_phantom(phantom);
     if (app.got_subcommand("deform"))
         return deform.model == "springs" ? run_deform_springs(deform) : run_deform(deform);
+    if (app.got_subcommand("mesh")) return run_mesh(mesh);
     if (app.got_subcommand("path")) return run_path(path);
     if (app.got_subcommand("serve")) return run_serve(serve);
     if (app.got_subcommand("replay")) return run_replay(replay);

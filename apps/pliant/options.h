@@ -117,6 +117,24 @@ struct PathOptions {
     int threads = 0;
 };
 
+struct MeshOptions {
+    std::string file;  ///< a scan, a surface, a centreline or tetrahedra
+    std::string series;
+    std::string out, ghost, surface;  ///< outputs; none: the file's mesh is only judged
+    double thickness_mm = 1.5, cell_mm = 0, ghost_mm = 0;
+    int layers = 2;
+    std::string ends;   ///< a centreline whose ends are the wall's
+    double trim = 0.5;  ///< radii that the ends are moved inwards
+    bool sweep = false;
+    int sectors = 24;
+    std::optional<Vec3d> seed_mm;  ///< of region growing
+    double low = 0, high = 0;      ///< its window
+    std::vector<int> labels;       ///< instead: voxels with one of them
+    double smoothing_voxels = 0.8;
+    bool json = false;
+    int threads = 0;
+};
+
 struct ServeOptions {
     std::string file;  ///< empty: the airway phantom
     std::string series;
@@ -179,6 +197,7 @@ int run_phantom(const PhantomOptions& options);
 int run_deform(const DeformOptions& options);
 int run_deform_springs(const DeformOptions& options);
 int run_render(const RenderOptions& options);
+int run_mesh(const MeshOptions& options);
 int run_path(const PathOptions& options);
 int run_serve(const ServeOptions& options);
 int run_replay(const ReplayOptions& options);

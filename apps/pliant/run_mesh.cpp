@@ -1,0 +1,222 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// A vessel's wall from a scan, a surface or a centreline; and what any mesh is worth.
+
+#include <pliant/vessel_wall.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+
+#include "options.h"
+#include "progress.h"
+
+namespace pliant::app {
+namespace {
+
+bool is_mesh_file(const std::string& name) {
+    std::string ending = std::filesystem::path(name).extension().string();
+    for (char& c : ending)
+        if (c >= 'A' && c <= 'Z') c = char(c - 'A' + 'a');
+    constexpr const char* kEndings[] = {".vtp", ".vtu", ".vtk", ".msh", ".stl", ".obj", ".ply"};
+    return std::find(std::begin(kEndings), std::end(kEndings), ending) != std::end(kEndings);
+}
+
+nlohmann::ordered_json json_of(const TetQuality& q) {
+    return {{"tetrahedra", q.tetrahedra},
+            {"nodes", q.nodes},
+            {"pieces", q.pieces},
+            {"inverted", q.inverted},
+            {"volume_mm3", q.volume_mm3},
+            {"dihedral_min_deg", q.least_dihedral_deg},
+            {"dihedral_max_deg", q.largest_dihedral_deg},
+            {"radius_ratio_min", q.least_radius_ratio},
+            {"radius_ratio_mean", q.mean_radius_ratio},
+            {"edge_min_mm", q.shortest_edge_mm},
+            {"edge_max_mm", q.longest_edge_mm},
+            {"boundary_pieces", q.boundary.pieces},
+            {"boundary_euler", q.boundary.euler},
+            {"boundary_open_edges", q.boundary.open_edges},
+            {"boundary_crowded_edges", q.boundary.crowded_edges},
+            {"boundary_pinched_nodes", q.boundary.pinched_nodes}};
+}
+
+void tell(const MeshOptions& o, const VesselWall& wall, const TetQuality& quality) {
+    if (o.json) {
+        auto report = json_of(quality);
+        report["layers"] = wall.least_layers;
+        report["ends"] = wall.ends.size();
+        report["ghost_triangles"] = wall.ghost.cells.size();
+        report["ghost_nodes"] = wall.ghost.nodes_mm.size();
+        report["lumen_mm3"] = wall.lumen_mm3;
+        std::printf("%s\n", report.dump().c_str());
+        return;
+    }
+    std::printf("%s\n", describe(quality).c_str());
+    std::printf("layers              %d at least\n", wall.least_layers);
+    std::printf("ghost surface       %zu triangles, %zu nodes, around %.1f mm3\n",
+                wall.ghost.cells.size(), wall.ghost.nodes_mm.size(), wall.lumen_mm3);
+    for (const VesselEnd& end : wall.ends)
+        std::printf("open end            at %.1f,%.1f,%.1f mm, radius %.1f mm\n", end.centre_mm.x,
+                    end.centre_mm.y, end.centre_mm.z, end.radius_mm);
+}
+
+/// What a file holds, without making anything.
+int judge(const MeshOptions& o, const MeshData& mesh) {
+    if (!mesh.tetrahedra.empty()) {
+        const TetQuality q = tet_quality(with_used_nodes({mesh.nodes_mm, mesh.tetrahedra}));
+        if (o.json)
+            std::printf("%s\n", json_of(q).dump().c_str());
+        else
+            std::printf("%s\n", describe(q).c_str());
+        if (const Status s = check_quality(q); !s)
+            return bad_input(o.file + ": " + s.error().message);
+        return kExitOk;
+    }
+    if (!mesh.triangles.empty()) {
+        const TriangleMesh surface = joined({mesh.nodes_mm, mesh.triangles});
+        const SurfaceTopology t = surface_topology(surface);
+        const double volume = t.open_edges ? 0 : enclosed_volume_mm3(surface);
+        if (o.json) {
+            const nlohmann::ordered_json report = {{"triangles", surface.cells.size()},
+                                                   {"nodes", surface.nodes_mm.size()},
+                                                   {"pieces", t.pieces},
+                                                   {"euler", t.euler},
+                                                   {"open_edges", t.open_edges},
+                                                   {"crowded_edges", t.crowded_edges},
+                                                   {"disagreeing_edges", t.disagreeing_edges},
+                                                   {"pinched_nodes", t.pinched_nodes},
+                                                   {"volume_mm3", volume}};
+            std::printf("%s\n", report.dump().c_str());
+        } else {
+            std::printf("triangles           %zu, %zu nodes, %lld pieces\n", surface.cells.size(),
+                        surface.nodes_mm.size(), static_cast<long long>(t.pieces));
+            std::printf("Euler               %lld\n", static_cast<long long>(t.euler));
+            std::printf(
+                "edges               %lld open, %lld of three triangles or more, %lld where "
+                "sides differ\n",
+                static_cast<long long>(t.open_edges), static_cast<long long>(t.crowded_edges),
+                static_cast<long long>(t.disagreeing_edges));
+            if (!t.open_edges) std::printf("encloses            %.1f mm3\n", volume);
+        }
+        return kExitOk;
+    }
+    if (!mesh.lines.empty()) {
+        std::printf("lines               %zu, %zu nodes\n", mesh.lines.size(),
+                    mesh.nodes_mm.size());
+        return kExitOk;
+    }
+    return bad_input(o.file + ": found no cells, expected tetrahedra, triangles or lines");
+}
+
+Result<std::vector<VesselEnd>> ends_from(const MeshOptions& o) {
+    const auto file = read_mesh(o.ends);
+    if (!file) return file.error();
+    const auto centreline = centreline_of(*file);
+    if (!centreline)
+        return Error{centreline.error().code, o.ends + ": " + centreline.error().message};
+    return ends_of(*centreline, o.trim);
+}
+
+Result<VesselWall> wall_from_mesh(const MeshOptions& o, const MeshData& mesh,
+                                  const WallSettings& settings, const TaskArena& arena) {
+    if (mesh.triangles.empty() && !mesh.lines.empty()) {
+        const auto centreline = centreline_of(mesh);
+        if (!centreline) return centreline.error();
+        if (!o.sweep) return wall_around_centreline(*centreline, settings, arena);
+        if (centreline->branches.size() != 1)
+            return Error{ErrorCode::InvalidArgument,
+                         "--sweep: the centreline has " +
+                             std::to_string(centreline->branches.size()) +
+                             " branches, expected one"};
+        return swept_tube(
+            centreline->branches[0],
+            {.thickness_mm = o.thickness_mm, .layers = o.layers, .sectors = o.sectors});
+    }
+    if (o.sweep)
+        return Error{ErrorCode::InvalidArgument, "--sweep: expected a centreline, found none"};
+    std::vector<VesselEnd> ends;
+    if (!o.ends.empty()) {
+        auto read = ends_from(o);
+        if (!read) return read.error();
+        ends = std::move(*read);
+    }
+    if (mesh.triangles.empty())
+        return Error{ErrorCode::InvalidArgument, "found no triangles, expected a surface"};
+    return wall_around_surface(joined({mesh.nodes_mm, mesh.triangles}), ends, settings, arena);
+}
+
+/// @param[out] surface  the lumen's
+Result<VesselWall> wall_from_scan(const MeshOptions& o, const WallSettings& settings,
+                                  const TaskArena& arena, TriangleMesh& surface) {
+    if (!o.seed_mm && o.labels.empty())
+        return Error{ErrorCode::InvalidArgument,
+                     "expected --seed with --window, or --labels, for the lumen in a scan"};
+    const auto volume = read_volume(o.file, {o.series});
+    if (!volume) return volume.error();
+    ProgressBar bar("wall");
+    const auto lumen = o.seed_mm ? lumen_of_region(*volume,
+                                                   {.seed_mm = *o.seed_mm,
+                                                    .low = o.low,
+                                                    .high = o.high,
+                                                    .smoothing_voxels = o.smoothing_voxels},
+                                                   arena)
+                                 : lumen_of_labels(*volume, o.labels, o.smoothing_voxels, arena);
+    if (!lumen) return lumen.error();
+    bar.show(0.3);
+    surface = lumen->surface;
+    if (!o.json)
+        std::printf("lumen               %lld voxels, %.1f mm3, leaves the scan in %zu places\n",
+                    static_cast<long long>(lumen->voxels), lumen->region_mm3, lumen->ends.size());
+    std::vector<VesselEnd> ends = lumen->ends;
+    if (!o.ends.empty()) {
+        const auto more = ends_from(o);
+        if (!more) return more.error();
+        ends.insert(ends.end(), more->begin(), more->end());
+    }
+    return wall_around_surface(lumen->surface, ends, settings, arena);
+}
+
+}  // namespace
+
+int run_mesh(const MeshOptions& o) {
+    const TaskArena arena(o.threads);
+    const WallSettings settings{.thickness_mm = o.thickness_mm,
+                                .layers = o.layers,
+                                .cell_mm = o.cell_mm,
+                                .ghost_mm = o.ghost_mm};
+    const bool from_mesh = is_mesh_file(o.file);
+    MeshData mesh;
+    if (from_mesh) {
+        auto read = read_mesh(o.file);
+        if (!read) return bad_input(read.error().message);
+        mesh = std::move(*read);
+        if (o.out.empty()) return judge(o, mesh);
+    } else if (o.out.empty()) {
+        return bad_input("--out: expected a file to write the wall to (.vtu), found none");
+    }
+    if (std::filesystem::path(o.out).extension() != ".vtu")
+        return bad_input("--out: expected a file that ends in .vtu, found '" + o.out + "'");
+    TriangleMesh surface;
+    const auto wall = from_mesh ? wall_from_mesh(o, mesh, settings, arena)
+                                : wall_from_scan(o, settings, arena, surface);
+    if (!wall)
+        return bad_input(from_mesh && wall.error().message.rfind("--", 0) != 0
+                             ? o.file + ": " + wall.error().message
+                             : wall.error().message);
+    const TetQuality quality = tet_quality(wall->mesh);
+    if (const Status s = check_quality(quality); !s) return bad_input(s.error().message);
+    if (const Status s = write_vtu(o.out, wall->mesh); !s) return bad_input(s.error().message);
+    if (!o.ghost.empty())
+        if (const Status s = write_surface(o.ghost, wall->ghost); !s)
+            return bad_input(s.error().message);
+    if (!o.surface.empty() && !from_mesh)
+        if (const Status s = write_surface(o.surface, surface); !s)
+            return bad_input(s.error().message);
+    tell(o, *wall, quality);
+    return kExitOk;
+}
+
+}  // namespace pliant::app

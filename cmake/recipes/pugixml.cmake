@@ -1,0 +1,5 @@
+# SPDX-FileCopyrightText: 2026 The Pliant authors
+# SPDX-License-Identifier: Apache-2.0
+#
+# pugixml. MIT. Reads VTK's XML meshes.
+find_package(pugixml 1.11 REQUIRED)

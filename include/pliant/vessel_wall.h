@@ -1,0 +1,117 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// The wall of a vessel as tetrahedra of a given thickness around its lumen, and its inner surface
+// as triangles that ride on them: the ghost surface, which catheters collide with.
+//
+//      ───────────────── outer surface
+//       /\/\/\/\/\/\/\/    tetrahedra, two or more across
+//      ················· ghost: triangles that face the lumen, each node the weighted mean of a
+//            lumen         tetrahedron's corners
+//
+// The lumen comes from a centreline with radii, from a triangle surface, or from a scan.
+//
+//   auto wall = wall_around_surface(surface, {.thickness_mm = 1.5}, arena);
+//   if (!wall) …wall.error().message
+//   wall->mesh, wall->ghost, wall->ghost_places
+
+#pragma once
+
+#include <pliant/mesh_files.h>
+#include <pliant/mesh_quality.h>
+#include <pliant/mesh_stuffing.h>
+#include <pliant/volume.h>
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace pliant {
+
+struct CentrePoint {
+    Vec3d place_mm;
+    double radius_mm;
+};
+/// Branches of points; where they meet they overlap.
+struct Centreline {
+    std::vector<std::vector<CentrePoint>> branches;
+};
+
+/// Where a vessel is cut off and its wall is open.
+struct VesselEnd {
+    Vec3d centre_mm;
+    Vec3d outward;  ///< unit vector
+    double radius_mm;
+};
+
+struct WallSettings {
+    double thickness_mm = 1.5;
+    int layers = 2;       ///< tetrahedra across the wall, at least
+    double cell_mm = 0;   ///< of the lattice; 0: as large as the layers allow
+    double ghost_mm = 0;  ///< cells that the ghost surface is made with; 0: the wall's inner faces
+    std::int64_t most_cells = std::int64_t(1) << 25;
+};
+
+struct VesselWall {
+    TetMesh mesh;
+    TriangleMesh ghost;                  ///< faces the lumen
+    std::vector<Embedded> ghost_places;  ///< of its nodes, on the mesh
+    std::vector<VesselEnd> ends;
+    int least_layers = 0;  ///< no path from the inner to the outer surface has fewer edges
+    double lumen_mm3 = 0;  ///< what the ghost surface and its open ends enclose
+};
+
+/// Around a tree of spheres that move along the centreline, their radii changing evenly in between.
+/// Open at each end of a branch that lies in no other branch.
+/// @returns InvalidArgument that names the field or point, LimitExceeded
+Result<VesselWall> wall_around_centreline(const Centreline& centreline,
+                                          const WallSettings& settings, const TaskArena& arena);
+
+/// Around a surface. Where it is open the wall is open too; where it is closed, at the ends given,
+/// which cut off what lies beyond them.
+/// @returns InvalidArgument where the surface is no manifold, or for settings outside of what they
+///          may be; LimitExceeded
+Result<VesselWall> wall_around_surface(TriangleMesh lumen, std::span<const VesselEnd> ends,
+                                       const WallSettings& settings, const TaskArena& arena);
+
+/// A file's lines as branches, its field "MaximumInscribedSphereRadius" (VMTK's), "Radius" or
+/// "radius" as their radii [mm]. @returns InvalidArgument where there are no such
+Result<Centreline> centreline_of(const MeshData& mesh);
+
+/// The ends of a centreline, each moved inwards by this part of its radius.
+std::vector<VesselEnd> ends_of(const Centreline& centreline, double inwards = 0);
+
+struct TubeSettings {
+    double thickness_mm = 1.5;
+    int layers = 2;
+    int sectors = 24;    ///< around
+    double ring_mm = 0;  ///< between rings along the tube; 0: as long as a sector is wide
+};
+/// The wall of one branch, swept along it: rings of hexahedra, each six tetrahedra, turned as
+/// little as possible from ring to ring [Wang2008]. Straight layers, and as few elements as
+/// possible.
+/// @returns InvalidArgument, also where the centreline bends more sharply than the wall is wide
+Result<VesselWall> swept_tube(std::span<const CentrePoint> branch, const TubeSettings& settings);
+
+struct RegionSettings {
+    Vec3d seed_mm{0, 0, 0};
+    double low = 0, high = 0;       ///< values that belong to the lumen
+    double smoothing_voxels = 0.8;  ///< of the region's edge: standard deviation
+};
+struct Lumen {
+    TriangleMesh surface;  ///< faces outwards
+    std::vector<VesselEnd> ends;
+    std::int64_t voxels = 0;
+    double region_mm3 = 0;
+};
+/// The lumen's surface in a scan: what is connected with the seed through faces of voxels whose
+/// values are between low and high, its edge smoothed. Closed, also at the scan's border; those
+/// places are the ends.
+/// @returns InvalidArgument where the seed isn't in the window or the scan
+Result<Lumen> lumen_of_region(const Volume& volume, const RegionSettings& settings,
+                              const TaskArena& arena);
+/// The same of voxels with one of these labels: the largest part that hangs together.
+Result<Lumen> lumen_of_labels(const Volume& labels, std::span<const int> wanted,
+                              double smoothing_voxels, const TaskArena& arena);
+
+}  // namespace pliant

@@ -1,0 +1,92 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// A bounding volume hierarchy: things with boxes, halved at the median of their centres along the
+// longest axis until few are left. Nodes lie in one array, the first child right behind its parent:
+//
+//     0 root ── 1 first half ── 2 … ── n second half …
+//
+// The tree depends on the boxes alone, not on threads.
+
+#pragma once
+
+#include <pliant/vec.h>
+
+#include <algorithm>
+#include <cstdint>
+#include <limits>
+#include <span>
+#include <vector>
+
+namespace pliant::mesh {
+
+struct Bounds {
+    static constexpr double kFar = std::numeric_limits<double>::infinity();
+    Vec3d low{kFar, kFar, kFar}, high{-kFar, -kFar, -kFar};
+
+    void add(Vec3d p) {
+        for (int a = 0; a < 3; ++a) {
+            low[a] = std::min(low[a], p[a]);
+            high[a] = std::max(high[a], p[a]);
+        }
+    }
+    void add(const Bounds& b) {
+        add(b.low);
+        add(b.high);
+    }
+    double distance_squared(Vec3d p) const {
+        double sum = 0;
+        for (int a = 0; a < 3; ++a) {
+            const double outside = std::max({low[a] - p[a], 0.0, p[a] - high[a]});
+            sum += outside * outside;
+        }
+        return sum;
+    }
+};
+
+class BoxTree {
+  public:
+    BoxTree() = default;
+    /// @pre all boxes are finite
+    explicit BoxTree(std::span<const Bounds> boxes);
+
+    /// Calls visit(item, best) for items whose box may be nearer than best [squared], nearest boxes
+    /// first; visit lowers best where it finds something. Boxes at the very same distance are
+    /// visited too, so that ties can be settled by the items' numbers.
+    template <class Visit>
+    void nearest(Vec3d p, double best, const Visit& visit) const {
+        if (m_nodes.empty()) return;
+        std::int32_t stack[kDepth];
+        int height = 0;
+        stack[height++] = 0;
+        while (height > 0) {
+            const Node& node = m_nodes[std::size_t(stack[--height])];
+            if (node.box.distance_squared(p) > best) continue;
+            if (node.count > 0) {
+                for (std::int32_t n = 0; n < node.count; ++n)
+                    visit(m_items[std::size_t(node.second + n)], best);
+                continue;
+            }
+            const auto first = std::int32_t(&node - m_nodes.data()) + 1, second = node.second;
+            const bool swap = m_nodes[std::size_t(second)].box.distance_squared(p) <
+                              m_nodes[std::size_t(first)].box.distance_squared(p);
+            stack[height++] = swap ? first : second;
+            stack[height++] = swap ? second : first;
+        }
+    }
+
+  private:
+    static constexpr int kLeaf = 4;
+    static constexpr int kDepth = 64;  // halving: far more than 2³¹ items need
+    struct Node {
+        Bounds box;
+        std::int32_t second = 0;  ///< the second child, or the leaf's first item
+        std::int32_t count = 0;   ///< of a leaf's items
+    };
+    void build(std::span<const Bounds> boxes, std::int32_t begin, std::int32_t end);
+
+    std::vector<Node> m_nodes;
+    std::vector<std::int32_t> m_items;
+};
+
+}  // namespace pliant::mesh

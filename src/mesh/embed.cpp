@@ -1,0 +1,77 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// Points that ride on tetrahedra. A hierarchy of boxes finds those around a point; where none holds
+// it, the one with the nearest boundary face carries it from outside.
+
+#include <pliant/mesh_quality.h>
+
+#include <algorithm>
+
+#include "mesh/box_tree.h"
+#include "mesh/triangle_distance.h"
+
+namespace pliant {
+namespace {
+
+/// Rounding may leave a point of a face outside of both neighbours.
+constexpr double kTolerance = 1e-9;
+
+std::array<double, 4> weights_of(Vec3d x, const TetMesh& mesh, std::int32_t tetrahedron) {
+    const auto& cell = mesh.cells[std::size_t(tetrahedron)];
+    const auto place = [&](std::size_t n) { return mesh.nodes_mm[std::size_t(cell[n])]; };
+    const Vec3d a = place(0), b = place(1) - a, c = place(2) - a, d = place(3) - a, p = x - a;
+    const double volume = dot(b, cross(c, d));
+    const double u = dot(p, cross(c, d)) / volume, v = dot(b, cross(p, d)) / volume,
+                 w = dot(b, cross(c, p)) / volume;
+    return {1 - u - v - w, u, v, w};
+}
+
+}  // namespace
+
+std::vector<Embedded> embed(std::span<const Vec3d> points_mm, const TetMesh& mesh,
+                            const TaskArena& arena) {
+    std::vector<mesh::Bounds> boxes(mesh.cells.size());
+    for (std::size_t c = 0; c < boxes.size(); ++c)
+        for (const std::int32_t n : mesh.cells[c]) boxes[c].add(mesh.nodes_mm[std::size_t(n)]);
+    const mesh::BoxTree cells(boxes);
+    std::vector<std::int32_t> face_cells;
+    const auto faces = boundary_faces(mesh, &face_cells);
+    boxes.assign(faces.size(), {});
+    for (std::size_t f = 0; f < faces.size(); ++f)
+        for (const std::int32_t n : faces[f]) boxes[f].add(mesh.nodes_mm[std::size_t(n)]);
+    const mesh::BoxTree boundary(boxes);
+
+    std::vector<Embedded> embedded(points_mm.size());
+    const auto find = [&](Vec3d x) {
+        Embedded e{-1, {}};
+        cells.nearest(x, 0, [&](std::int32_t cell, double&) {
+            if (e.tetrahedron >= 0 && cell > e.tetrahedron) return;
+            const auto w = weights_of(x, mesh, cell);
+            if (*std::min_element(w.begin(), w.end()) >= -kTolerance) e = {cell, w};
+        });
+        if (e.tetrahedron >= 0) return e;
+        std::int32_t nearest = -1;
+        boundary.nearest(
+            x, std::numeric_limits<double>::infinity(), [&](std::int32_t f, double& limit) {
+                const auto& t = faces[std::size_t(f)];
+                const auto near = mesh::nearest_on_triangle(x, mesh.nodes_mm[std::size_t(t[0])],
+                                                            mesh.nodes_mm[std::size_t(t[1])],
+                                                            mesh.nodes_mm[std::size_t(t[2])]);
+                const double d = dot(x - near.place, x - near.place);
+                if (d > limit || (d == limit && nearest >= 0 && f > nearest)) return;
+                limit = d;
+                nearest = f;
+            });
+        e.tetrahedron = face_cells[std::size_t(nearest)];
+        e.weights = weights_of(x, mesh, e.tetrahedron);
+        return e;
+    };
+    arena.for_each(std::int64_t(points_mm.size()), 64, [&](std::int64_t begin, std::int64_t end) {
+        for (auto n = std::size_t(begin); n < std::size_t(end); ++n)
+            embedded[n] = find(points_mm[n]);
+    });
+    return embedded;
+}
+
+}  // namespace pliant

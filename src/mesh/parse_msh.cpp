@@ -1,0 +1,230 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// Gmsh's meshes, versions 2.2 and 4.1, text or binary: nodes have numbers of their own, which cells
+// name. Sections are framed by $Name and $EndName; those that aren't needed are passed over.
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <utility>
+
+#include "mesh/file_numbers.h"
+
+namespace pliant::mesh {
+namespace {
+
+/// Gmsh's types of elements that are read or passed over, VTK's number (0: passed over), and nodes.
+constexpr struct {
+    int gmsh, vtk;
+    std::size_t nodes;
+} kTypes[] = {{1, 3, 2}, {2, 5, 3}, {3, 9, 4}, {4, 10, 4}, {15, 1, 1}};
+
+class Msh {
+  public:
+    explicit Msh(std::string_view file) : m_text(file) {}
+    Result<MeshData> read();
+
+  private:
+    /// One number, from text or bytes; −1 where there is none or it isn't a whole one from 0.
+    std::int64_t whole(NumberType type) {
+        if (!m_binary) return m_text.number<std::int64_t>().value_or(-1);
+        const auto bytes = m_text.bytes(size_of(type));
+        return bytes ? numbers_of<std::int64_t>(*bytes, type, m_big_endian)[0] : -1;
+    }
+    double real() {
+        if (!m_binary) return m_text.number<double>().value_or(NAN);
+        const auto bytes = m_text.bytes(8);
+        return bytes ? numbers_of<double>(*bytes, NumberType::Float64, m_big_endian)[0] : NAN;
+    }
+    std::int64_t integer() { return whole(NumberType::Int32); }
+    std::int64_t size() { return whole(NumberType::UInt64); }
+    /// Whether so many things of so many bytes (two characters at least in text) can follow.
+    bool can_follow(std::int64_t count, std::int64_t bytes) const {
+        return count >= 0 &&
+               count <= std::int64_t(m_text.rest().size()) / (m_binary ? bytes : 2) + 1;
+    }
+    Status read_format();
+    Status read_nodes_2();
+    Status read_nodes_4();
+    Status read_elements_2();
+    Status read_elements_4();
+    Status add_element(std::int64_t type, std::size_t nodes, NumberType number);
+    Status finish();
+
+    TextCursor m_text;
+    bool m_binary = false, m_big_endian = false, m_four = false;
+    std::vector<std::pair<std::int64_t, std::int64_t>> m_numbers;  ///< the file's, ours; sorted
+    std::vector<double> m_places;
+    struct Element {
+        int type;
+        std::array<std::int64_t, 4> nodes;
+        std::size_t count;
+    };
+    std::vector<Element> m_elements;
+};
+
+Status Msh::read_format() {
+    const std::string version(m_text.word());
+    m_four = version == "4.1";
+    if (!m_four && version != "2.2" && version != "2.1" && version != "2")
+        return unsupported("MSH version '" + version.substr(0, 20) + "', expected 2.2 or 4.1");
+    const auto binary = m_text.number<int>(), bytes = m_text.number<int>();
+    if (!binary || !bytes || *bytes != 8) return unreadable("$MeshFormat is damaged");
+    m_text.line();
+    m_binary = *binary == 1;
+    if (m_binary) {
+        const auto one = m_text.bytes(4);
+        if (!one) return unreadable("$MeshFormat is damaged");
+        m_big_endian = (*one)[0] == 0;
+    }
+    return Ok{};
+}
+
+Status Msh::read_nodes_2() {
+    const auto count = m_text.number<std::int64_t>().value_or(-1);
+    m_text.line();
+    if (!can_follow(count, 28)) return unreadable("$Nodes is shorter than it says");
+    for (std::int64_t n = 0; n < count; ++n) {
+        m_numbers.emplace_back(integer(), n);
+        for (int a = 0; a < 3; ++a) m_places.push_back(real());
+    }
+    return Ok{};
+}
+
+Status Msh::read_nodes_4() {
+    const std::int64_t blocks = size(), count = size();
+    size();
+    size();
+    if (!can_follow(count, 32) || !can_follow(blocks, 20))
+        return unreadable("$Nodes is shorter than it says");
+    for (std::int64_t b = 0; b < blocks; ++b) {
+        const std::int64_t dimension = integer();
+        integer();
+        const std::int64_t parametric = integer(), own = size();
+        if (dimension < 0 || dimension > 3 || parametric < 0 || !can_follow(own, 32))
+            return unreadable("$Nodes is damaged in block " + std::to_string(b));
+        const auto first = std::int64_t(m_numbers.size());
+        for (std::int64_t n = 0; n < own; ++n) m_numbers.emplace_back(size(), first + n);
+        for (std::int64_t n = 0; n < own; ++n) {
+            for (int a = 0; a < 3; ++a) m_places.push_back(real());
+            for (int a = 0; parametric && a < dimension; ++a) real();
+        }
+    }
+    return Ok{};
+}
+
+Status Msh::add_element(std::int64_t type, std::size_t nodes, NumberType number) {
+    Element e{int(type), {}, nodes};
+    for (std::size_t n = 0; n < nodes; ++n) e.nodes[n] = whole(number);
+    m_elements.push_back(e);
+    return Ok{};
+}
+
+const auto* find_type(std::int64_t gmsh) {
+    const auto* found = std::find_if(std::begin(kTypes), std::end(kTypes),
+                                     [gmsh](const auto& t) { return t.gmsh == gmsh; });
+    return found == std::end(kTypes) ? nullptr : found;
+}
+
+Status Msh::read_elements_2() {
+    const auto count = m_text.number<std::int64_t>().value_or(-1);
+    m_text.line();
+    if (!can_follow(count, 8)) return unreadable("$Elements is shorter than it says");
+    for (std::int64_t done = 0; done < count;) {
+        // In binary files several of one type have one head.
+        std::int64_t type = 0, own = 1, tags = 0;
+        if (m_binary) {
+            type = integer();
+            own = integer();
+            tags = integer();
+        } else {
+            integer();
+            type = integer();
+            tags = integer();
+        }
+        const auto* kind = find_type(type);
+        if (!kind)
+            return unsupported("an element of Gmsh's type " + std::to_string(type) +
+                               ", expected linear lines, polygons or tetrahedra");
+        if (own < 1 || own > count - done || tags < 0 || tags > 1000 || !can_follow(own, 4))
+            return unreadable("$Elements is damaged at element " + std::to_string(done));
+        for (std::int64_t n = 0; n < own; ++n, ++done) {
+            if (m_binary) integer();
+            for (std::int64_t t = 0; t < tags; ++t) integer();
+            if (const Status s = add_element(type, kind->nodes, NumberType::Int32); !s) return s;
+        }
+    }
+    return Ok{};
+}
+
+Status Msh::read_elements_4() {
+    const std::int64_t blocks = size(), count = size();
+    size();
+    size();
+    if (!can_follow(count, 16) || !can_follow(blocks, 20))
+        return unreadable("$Elements is shorter than it says");
+    for (std::int64_t b = 0; b < blocks; ++b) {
+        integer();
+        integer();
+        const std::int64_t type = integer(), own = size();
+        const auto* kind = find_type(type);
+        if (!kind)
+            return unsupported("an element of Gmsh's type " + std::to_string(type) +
+                               ", expected linear lines, polygons or tetrahedra");
+        if (!can_follow(own, 16))
+            return unreadable("$Elements is damaged in block " + std::to_string(b));
+        for (std::int64_t n = 0; n < own; ++n) {
+            size();
+            if (const Status s = add_element(type, kind->nodes, NumberType::UInt64); !s) return s;
+        }
+    }
+    return Ok{};
+}
+
+Result<MeshData> Msh::read() {
+    while (!m_text.at_end()) {
+        const std::string name(m_text.word());
+        m_text.line();
+        Status s = Ok{};
+        if (name == "$MeshFormat")
+            s = read_format();
+        else if (name == "$Nodes")
+            s = m_four ? read_nodes_4() : read_nodes_2();
+        else if (name == "$Elements")
+            s = m_four ? read_elements_4() : read_elements_2();
+        if (!s) return s.error();
+        // On to the section's end: of one that was passed over, bytes may hold anything.
+        const std::string end = "$End" + (name.empty() ? name : name.substr(1));
+        const auto at = m_text.rest().find(end);
+        if (!name.starts_with('$') || at == std::string_view::npos)
+            return unreadable("'" + name.substr(0, 40) + "' has no end");
+        m_text.bytes(at + end.size());
+    }
+    std::sort(m_numbers.begin(), m_numbers.end());
+    MeshData mesh;
+    if (const Status s = set_nodes(mesh, m_places); !s) return s.error();
+    for (Element& e : m_elements) {
+        for (std::size_t n = 0; n < e.count; ++n) {
+            const auto at = std::lower_bound(m_numbers.begin(), m_numbers.end(),
+                                             std::pair(e.nodes[n], std::int64_t(-1)));
+            if (at == m_numbers.end() || at->first != e.nodes[n])
+                return unreadable("an element names node " + std::to_string(e.nodes[n]) +
+                                  ", which doesn't exist");
+            e.nodes[n] = at->second;
+        }
+        if (const Status s =
+                add_cell(mesh, find_type(e.type)->vtk, std::span(e.nodes).first(e.count));
+            !s)
+            return s.error();
+    }
+    return mesh;
+}
+
+}  // namespace
+
+Result<MeshData> parse_msh(std::string_view file) {
+    return Msh(file).read();
+}
+
+}  // namespace pliant::mesh

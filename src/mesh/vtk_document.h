@@ -1,0 +1,52 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// VTK's XML files as they are written: a header in XML that says which arrays there are, then all
+// numbers in base64. Each array is preceded by its length in bytes (64 bits) and encoded by itself;
+// the offsets in the header count characters behind the underscore. In files of
+// polygons SPACE says to 3D Slicer that places are LPS.
+
+#pragma once
+
+#include <pliant/result.h>
+#include <pliant/vec.h>
+
+#include <cstddef>
+#include <filesystem>
+#include <span>
+#include <string>
+
+namespace pliant::mesh {
+
+class VtkDocument {
+  public:
+    /// @param type  PolyData or UnstructuredGrid
+    explicit VtkDocument(const std::string& type);
+
+    void add(const std::string& line) { m_header += line + "\n"; }
+    template <class T>
+    void add_array(const char* type, const std::string& name, int components,
+                   std::span<const T> values) {
+        add_bytes(type, name, components, std::as_bytes(values));
+    }
+    void add_vectors(const std::string& name, std::span<const Vec3d> values) {
+        static_assert(sizeof(Vec3d) == 3 * sizeof(double));
+        add_array("Float64", name, 3, values);
+    }
+    /// Closes the set and writes the file, whole or not at all.
+    Status write(const std::filesystem::path& target) const;
+
+  private:
+    void add_bytes(const char* type, const std::string& name, int components,
+                   std::span<const std::byte> bytes);
+    std::string m_type, m_header, m_data;
+};
+
+/// @returns InvalidArgument that names the file and the field
+Status check_length(const std::filesystem::path& path, const std::string& name, std::size_t found,
+                    std::size_t expected, const char* of);
+
+/// Text or bytes as a file that appears whole or not at all.
+Status write_file(const std::filesystem::path& target, std::string_view bytes);
+
+}  // namespace pliant::mesh

@@ -1,0 +1,112 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// `pliant mesh`: from a scan, a centreline and a surface; what it says; what it refuses.
+
+#include <gtest/gtest.h>
+#include <pliant/vessel_wall.h>
+#include <sys/wait.h>
+
+#include <cstdlib>
+#include <nlohmann/json.hpp>
+
+#include "support/temporary_folder.h"
+
+namespace pliant::test {
+namespace {
+
+using Json = nlohmann::json;
+
+class MeshTest : public ::testing::Test {
+  protected:
+    int run(const std::string& arguments) const {
+        const std::string command = "cd '" + m_folder.path().string() +
+                                    "' && '" PLIANT_PROGRAM "' " + arguments + " >.out 2>.err";
+        const int raw = std::system(command.c_str());
+        return WIFEXITED(raw) ? WEXITSTATUS(raw) : -1;
+    }
+    std::string out() const { return bytes_of(m_folder / ".out"); }
+    std::string said() const { return bytes_of(m_folder / ".err"); }
+    bool exists(const char* name) const { return std::filesystem::exists(m_folder / name); }
+
+    TemporaryFolder m_folder;
+};
+
+TEST_F(MeshTest, ACentrelineGetsAWallThatCanBeJudged) {
+    const std::vector<Vec3d> nodes{{0, 0, 0}, {0, 0, 20}};
+    const std::vector<double> radius{4, 4};
+    const std::vector<std::vector<std::int32_t>> lines{{0, 1}};
+    ASSERT_TRUE(write_lines(m_folder / "c.vtp", nodes, lines, {{}, {{"Radius", radius}}}).ok());
+    ASSERT_EQ(run("mesh c.vtp --out w.vtu --ghost g.stl --json"), 0) << said();
+    const Json made = Json::parse(out());
+    EXPECT_EQ(made["boundary_euler"], 0);
+    EXPECT_EQ(made["ends"], 2);
+    EXPECT_GE(made["layers"], 2);
+    EXPECT_GE(made["dihedral_min_deg"], 10.7);
+    // The same as the library's, and the file holds it.
+    const TaskArena arena(1);
+    const auto wall = wall_around_centreline({{{{nodes[0], 4}, {nodes[1], 4}}}}, {}, arena);
+    const auto read = read_tetrahedra(m_folder / "w.vtu");
+    ASSERT_TRUE(read.ok()) << read.error().message;
+    EXPECT_EQ(read->cells, wall->mesh.cells);
+    EXPECT_EQ(read->nodes_mm, wall->mesh.nodes_mm);
+    const auto ghost = read_surface(m_folder / "g.stl");
+    ASSERT_TRUE(ghost.ok());
+    EXPECT_EQ(ghost->cells.size(), wall->ghost.cells.size());
+    ASSERT_EQ(run("mesh w.vtu --json"), 0) << said();
+    const Json judged = Json::parse(out());
+    EXPECT_EQ(judged["tetrahedra"], made["tetrahedra"]);
+    EXPECT_EQ(judged["volume_mm3"], made["volume_mm3"]);
+    ASSERT_EQ(run("mesh c.vtp --sweep --sectors 12 --out s.vtu"), 0) << said();
+    EXPECT_NE(out().find("inverted            0"), std::string::npos);
+
+    // A surface that is open where the tube is: its ghost.
+    ASSERT_TRUE(write_surface(m_folder / "g.ply", wall->ghost).ok());
+    ASSERT_EQ(run("mesh g.ply --thickness 1 --out again.vtu --json"), 0) << said();
+    EXPECT_EQ(Json::parse(out())["ends"], 2);
+    ASSERT_EQ(run("mesh g.ply"), 0);
+    EXPECT_NE(out().find("Euler               0"), std::string::npos);
+}
+
+TEST_F(MeshTest, AScanGetsAWallOfItsLumen) {
+    ASSERT_EQ(run("phantom vessel --size 96 --out v.nrrd"), 0) << said();
+    ASSERT_EQ(run("mesh v.nrrd --seed=-6,3,-36 --window 160,320 --thickness 1.2 --out w.vtu "
+                  "--surface l.obj --json"),
+              0)
+        << said();
+    const Json report = Json::parse(out());
+    EXPECT_GE(report["ends"], 3);
+    EXPECT_GE(report["layers"], 2);
+    EXPECT_EQ(report["inverted"], 0);
+    const auto surface = read_surface(m_folder / "l.obj");
+    ASSERT_TRUE(surface.ok()) << surface.error().message;
+    EXPECT_TRUE(check_closed(*surface).ok());
+    EXPECT_EQ(run("mesh v.nrrd --out w2.vtu"), 2);
+    EXPECT_EQ(said(),
+              "pliant: expected --seed with --window, or --labels, for the lumen in a "
+              "scan\n");
+    EXPECT_EQ(run("mesh v.nrrd --seed=500,0,0 --window 160,320 --out w2.vtu"), 2);
+    EXPECT_NE(said().find("lies outside of the scan"), std::string::npos);
+    EXPECT_FALSE(exists("w2.vtu"));
+}
+
+TEST_F(MeshTest, WhatCantBeUsedIsSaidInOneLine) {
+    TetMesh mesh = tet_mesh({});
+    std::swap(mesh.cells[2][0], mesh.cells[2][1]);
+    ASSERT_TRUE(write_vtu(m_folder / "t.vtu", mesh).ok());
+    EXPECT_EQ(run("mesh t.vtu"), 2);
+    EXPECT_EQ(said(), "pliant: t.vtu: mesh: found 1 inverted or flat tetrahedra, expected none\n");
+    m_folder.write("a.obj",
+                   "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nv 0 0 -1\n"
+                   "f 1 2 3\nf 1 2 4\nf 1 2 5\n");
+    EXPECT_EQ(run("mesh a.obj --out w.vtu"), 2);
+    EXPECT_EQ(said().find("pliant: a.obj: vessel wall: the surface has"), 0u) << said();
+    EXPECT_EQ(run("mesh a.obj --out w.stl"), 2);
+    EXPECT_EQ(said(), "pliant: --out: expected a file that ends in .vtu, found 'w.stl'\n");
+    EXPECT_EQ(run("mesh missing.vtp"), 2);
+    EXPECT_EQ(said(), "pliant: missing.vtp: expected a file, found none\n");
+    EXPECT_FALSE(exists("w.vtu"));
+}
+
+}  // namespace
+}  // namespace pliant::test
