@@ -59,6 +59,7 @@ class SpringDeformation : public MovingScan {
     Result<PushReport> push(std::uint32_t tool, const Push& push);
     void let_go(std::uint32_t tool);
     bool is_held() const;
+    bool holds(std::uint32_t tool) const;
 
     /// Steps of time_step_s(), fewer where it comes to rest. Without a tool tissue that was pushed
     /// goes back, and at the end is where it was, bit for bit.
@@ -76,8 +77,12 @@ class SpringDeformation : public MovingScan {
 
     /// Of all nodes [mm, LPS].
     const std::vector<Vec3d>& displacements_mm() const;
-    /// Puts all nodes somewhere, with no speed; tools let go.
-    Status set_displacements(std::span<const Vec3d> displacements_mm);
+    /// Of all nodes [mm, LPS].
+    std::vector<Vec3d> places_mm() const;
+    /// Puts all nodes somewhere, with no speed; tools let go, and what is away from its rest place
+    /// can move.
+    /// @returns InvalidArgument, with nothing changed, where ControlLattice::place does
+    Status set_places(std::span<const Vec3d> places_mm);
     const ControlLattice& control() const;
     std::int32_t fixed_nodes() const;
     /// Of all nodes' places.

@@ -303,6 +303,9 @@ void SpringDeformation::let_go(std::uint32_t tool) {
 bool SpringDeformation::is_held() const {
     return !m_impl->held.empty();
 }
+bool SpringDeformation::holds(std::uint32_t tool) const {
+    return m_impl->tools.contains(tool);
+}
 
 // Time.
 
@@ -372,18 +375,27 @@ const std::vector<Vec3d>& SpringDeformation::displacements_mm() const {
     return m_impl->displacements;
 }
 
-Status SpringDeformation::set_displacements(std::span<const Vec3d> displacements_mm) {
-    Impl& m = *m_impl;
-    if (const Status s = m.control->place(displacements_mm); !s.ok()) return s;
+std::vector<Vec3d> SpringDeformation::places_mm() const {
     std::vector<Vec3d> places;
-    m.tools.clear();
-    m.former.clear();
-    for (std::int32_t n = 0; n < m.control->node_count(); ++n) {
-        const Vec3d u = m.is_fixed(n) ? Vec3d{0, 0, 0} : displacements_mm[std::size_t(n)];
-        places.push_back(m.tissue.network().nodes()[std::size_t(n)].rest + u);
-        if (u != Vec3d{0, 0, 0}) m.former.push_back(n);
+    for (std::int32_t n = 0; n < m_impl->control->node_count(); ++n)
+        places.push_back(m_impl->tissue.position(n));
+    return places;
+}
+
+Status SpringDeformation::set_places(std::span<const Vec3d> places_mm) {
+    Impl& m = *m_impl;
+    std::vector<Vec3d> moved(places_mm.begin(), places_mm.end());
+    std::vector<std::int32_t> away;
+    const auto count = std::min(moved.size(), std::size_t(m.control->node_count()));
+    for (std::size_t n = 0; n < count; ++n) {
+        moved[n] = places_mm[n] - m.tissue.network().nodes()[n].rest;
+        if (moved[n] != Vec3d{0, 0, 0} && !m.is_fixed(std::int32_t(n)))
+            away.push_back(std::int32_t(n));
     }
-    m.put(places);
+    if (const Status s = m.control->place(moved); !s.ok()) return s;
+    m.tools.clear();
+    m.former = std::move(away);
+    m.put(places_mm);
     m.renew_sources();
     m.settled = m.former.empty();
     m.show();

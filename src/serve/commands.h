@@ -16,6 +16,7 @@
 #include <variant>
 
 #include "serve/frames.h"
+#include "serve/tissue_choice.h"
 
 namespace pliant::serve {
 
@@ -68,6 +69,14 @@ struct IsoCommand {
 };
 struct UndoCommand {};
 struct RedoCommand {};
+/// Another tissue, at rest; what was done is over.
+struct TissueCommand {
+    TissueChoice choice{};
+    bool is_centred = false;  ///< else in the middle of the scan, whatever the choice says
+};
+struct DepthCommand {
+    int layers = 0;  ///< that forces reach
+};
 
 struct ToolMessage {
     ToolPose pose;  ///< client, force and so on are not the client's to say
@@ -94,8 +103,8 @@ struct PathMessage {
 using Action =
     std::variant<PushCommand, GrabCommand, DragCommand, LetGoCommand, CutCommand, CarveCommand,
                  RelaxCommand, ReleaseCommand, ResetCommand, MaterialsCommand, IsoCommand,
-                 UndoCommand, RedoCommand, HelloMessage, ToolMessage, ChecksumMessage, SeenMessage,
-                 PingMessage, OverlayMessage, PathMessage>;
+                 UndoCommand, RedoCommand, TissueCommand, DepthCommand, HelloMessage, ToolMessage,
+                 ChecksumMessage, SeenMessage, PingMessage, OverlayMessage, PathMessage>;
 
 struct Message {
     std::uint32_t id = 0;

@@ -200,6 +200,20 @@ Action read_iso(Fields& f) {
     iso.stroke = f.whole("stroke", 1, 0);
     return iso;
 }
+Action read_tissue(Fields& f) {
+    TissueCommand tissue;
+    TissueChoice& c = tissue.choice;
+    c.springs = f.choice("model", {"chainmail", "springs"}) == 1;
+    if (!c.springs) return tissue;
+    tissue.is_centred = f.has("centre");
+    if (tissue.is_centred) c.centre_mm = f.vector("centre", kMaxPlaceMm);
+    c.nodes = int(f.number("nodes", 3, 64, c.nodes));
+    c.cell_mm = f.number("cell_mm", 0.1, 100, c.cell_mm);
+    c.young_modulus_pa = f.number("young_modulus_pa", 1, 1e9, c.young_modulus_pa);
+    c.fixed_hu = f.number("fixed_hu", -32768, 32768, c.fixed_hu);
+    c.depth = int(f.number("depth", 0, 64, c.depth));
+    return tissue;
+}
 Action read_hello(Fields& f) {
     HelloMessage hello;
     hello.protocol = int(f.number("protocol", -1e9, 1e9));
@@ -250,7 +264,7 @@ Action nothing(Fields&) {
 }
 
 /// In the order of Action's alternatives, but for slide, which is a push.
-const std::array<std::pair<const char*, Reader>, 21> kReaders = {{
+const std::array<std::pair<const char*, Reader>, 23> kReaders = {{
     {"push", [](Fields& f) { return read_push(f, false); }},
     {"grab", read_grab},
     {"drag", [](Fields& f) -> Action { return DragCommand{f.vector("offset", kMaxPlaceMm)}; }},
@@ -267,6 +281,8 @@ const std::array<std::pair<const char*, Reader>, 21> kReaders = {{
     {"iso", read_iso},
     {"undo", nothing<UndoCommand>},
     {"redo", nothing<RedoCommand>},
+    {"tissue", read_tissue},
+    {"depth", [](Fields& f) -> Action { return DepthCommand{int(f.number("layers", 0, 64))}; }},
     {"hello", read_hello},
     {"tool", read_tool},
     {"checksum", nothing<ChecksumMessage>},
@@ -329,6 +345,19 @@ void write(Json& o, const IsoCommand& c) {
     if (c.iso_hu) o["iso_hu"] = *c.iso_hu;
     if (c.polarity) o["polarity"] = *c.polarity == Polarity::Rising ? "rising" : "falling";
     if (c.stroke) o["stroke"] = c.stroke;
+}
+void write(Json& o, const TissueCommand& c) {
+    o["model"] = c.choice.springs ? "springs" : "chainmail";
+    if (!c.choice.springs) return;
+    if (c.is_centred) o["centre"] = json_of(c.choice.centre_mm);
+    o["nodes"] = c.choice.nodes;
+    o["cell_mm"] = c.choice.cell_mm;
+    o["young_modulus_pa"] = c.choice.young_modulus_pa;
+    o["fixed_hu"] = c.choice.fixed_hu;
+    o["depth"] = c.choice.depth;
+}
+void write(Json& o, const DepthCommand& c) {
+    o["layers"] = c.layers;
 }
 void write(Json& o, const HelloMessage& c) {
     o["protocol"] = c.protocol;

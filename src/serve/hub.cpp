@@ -4,10 +4,12 @@
 #include "serve/hub.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <random>
 #include <thread>
 
+#include "scene/spring_tissue.h"
 #include "serve/checkpoint.h"
 #include "serve/limits.h"
 
@@ -403,14 +405,38 @@ void Hub::feel(Client& client, const Action& action, const Outcome& outcome) {
 }
 
 void Hub::relax() {
+    // A model that knows time goes as fast as the clock on the wall, if it can.
+    const double each_ms = m_scene->sweep_time_ms();
+    const double passed_ms = m_was_moving ? ms_between(m_relaxed_at, m_now) : each_ms;
+    m_owed_ms = std::min(m_owed_ms + passed_ms, std::max(each_ms, kMostOwedMs));
+    m_relaxed_at = m_now;
     int sweeps = 0;
     while (m_scene->wants_sweep() && (sweeps == 0 || Clock::now() - m_now < kRelaxTime)) {
+        if (m_owed_ms < each_ms) break;
+        m_owed_ms -= each_ms;
         m_solve_ms += m_scene->sweep();
         ++sweeps;
     }
+    measure_updates(sweeps, each_ms, passed_ms);
     if (sweeps == 0) return;
     m_worked = m_moved = true;
     if (m_log) m_log->add(SessionSweeps{sweeps});
+}
+
+/// The rate of node updates, over half a second of motion at a time.
+void Hub::measure_updates(int sweeps, double each_ms, double passed_ms) {
+    constexpr double kWindowMs = 500, kUpdatesPerSecond = SpringScanTissue::kRate_hz;
+    if (m_was_moving) {
+        m_window_ms += passed_ms;
+        m_window_sweeps_ms += sweeps * each_ms;
+    }
+    m_was_moving = each_ms > 0 && m_scene->wants_sweep();
+    if (!m_was_moving) m_owed_ms = 0;
+    if (m_window_ms < kWindowMs && m_was_moving) return;
+    // Short motions tell little.
+    if (m_window_ms > kWindowMs / 5)
+        m_timing.update_hz = std::round(kUpdatesPerSecond * m_window_sweeps_ms / m_window_ms);
+    m_window_ms = m_window_sweeps_ms = 0;
 }
 
 void Hub::resample() {

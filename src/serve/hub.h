@@ -134,6 +134,7 @@ class Hub {
     Outcome act(std::uint32_t client, const Action& action);
     void feel(Client& client, const Action& action, const Outcome& outcome);
     void relax();
+    void measure_updates(int sweeps, double each_ms, double passed_ms);
     void resample();
     void write_log();
     void checkpoint();
@@ -188,8 +189,12 @@ class Hub {
     Clock::time_point m_now{};
     bool m_moved = false;  ///< in this step, so that the volume may have changed
     bool m_worked = false;
-    std::vector<Done> m_outcomes;  ///< of this step
-    double m_solve_ms = 0;         ///< of this step
+    bool m_was_moving = false;  ///< by itself, of a model that knows time
+    double m_owed_ms = 0;       ///< that the model is behind
+    Clock::time_point m_relaxed_at{};
+    double m_window_ms = 0, m_window_sweeps_ms = 0;  ///< for update_hz
+    std::vector<Done> m_outcomes;                    ///< of this step
+    double m_solve_ms = 0;                           ///< of this step
     std::int64_t m_moved_elements = 0;
     SharedState m_timing;  ///< its timing is of the last step in which something moved
     std::string m_state_text;

@@ -16,6 +16,8 @@
 #include <string_view>
 #include <vector>
 
+#include "serve/tissue_choice.h"
+
 namespace pliant::serve {
 
 /// The scan, for a client that sees it for the first time.
@@ -36,6 +38,10 @@ struct ClientInfo {
 
 /// Everything shared that is not voxels.
 struct SharedState {
+    TissueChoice tissue{};
+    Vec3i spring_nodes{0, 0, 0};    ///< along i, j, k
+    std::int32_t active_nodes = 0;  ///< that forces reached last
+    double update_hz = 0;           ///< how often nodes were updated when they last moved
     std::uint32_t step = 0;
     double iso_hu = -500;
     Polarity polarity = Polarity::Rising;

@@ -81,6 +81,17 @@ Json json_of(const SharedState& s) {
                    {"tick_ms", s.tick_ms},
                    {"overlay_ms", s.overlay_ms},
                    {"moved_elements", s.moved_elements}}}};
+    const TissueChoice& t = s.tissue;
+    json["tissue"] = {{"model", t.springs ? "springs" : "chainmail"}};
+    if (t.springs)
+        json["tissue"].update({{"centre", json_of(t.centre_mm)},
+                               {"nodes", json_of(s.spring_nodes)},
+                               {"cell_mm", t.cell_mm},
+                               {"young_modulus_pa", t.young_modulus_pa},
+                               {"fixed_hu", t.fixed_hu},
+                               {"depth", t.depth},
+                               {"active_nodes", s.active_nodes},
+                               {"update_hz", s.update_hz}});
     for (const ClientInfo& client : s.clients) json["clients"].push_back(json_of(client));
     return json;
 }
@@ -103,7 +114,7 @@ std::string welcome_text(const Welcome& welcome, const VolumeInfo& volume,
                  {"resume", welcome.resume},
                  {"resumed", welcome.resumed},
                  {"rate_hz", welcome.rate_hz},
-                 {"features", {"save", "open", "overlay", "path"}},
+                 {"features", {"save", "open", "overlay", "path", "tissue"}},
                  {"open_bytes", welcome.open_bytes},
                  {"volume", json_of(volume)},
                  {"state", json_of(state)}});

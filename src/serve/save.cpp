@@ -75,10 +75,14 @@ FileWriter save_later(SaveKind kind, const Scene& scene) {
 
 FileWriter save_session_later(SessionPart part, const Scene& scene) {
     auto volume = std::make_shared<const Volume>(scene.deformed());
-    return
-        [part = std::move(part), volume, taken = take(scene)](const std::filesystem::path& path) {
-            return write_session(path, part, {hash_volume(*volume), hash_state(*taken->lattice)});
-        };
+    // ChainMail's is of its elements; of control nodes there are few.
+    std::optional<std::uint64_t> nodes;
+    if (scene.choice().springs) nodes = scene.tissue().hash();
+    return [part = std::move(part), volume, nodes,
+            taken = take(scene)](const std::filesystem::path& path) {
+        const std::uint64_t tissue = nodes ? *nodes : hash_state(*taken->lattice);
+        return write_session(path, part, {hash_volume(*volume), tissue});
+    };
 }
 
 bool has_memory_for(std::uint64_t bytes) {

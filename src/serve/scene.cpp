@@ -7,6 +7,9 @@
 
 #include <algorithm>
 
+#include "scene/chainmail_tissue.h"
+#include "scene/spring_tissue.h"
+
 namespace pliant::serve {
 namespace {
 
@@ -27,6 +30,44 @@ Outcome outcome_of(const PushReport& report) {
             .solve_ms = report.solve_ms};
 }
 
+Outcome not_with(const TissueChoice& choice, const char* what) {
+    return {.error_code = "other_tissue",
+            .message = std::string(what) + ": expected the tissue " +
+                       (choice.springs ? "chainmail, found springs" : "springs, found chainmail")};
+}
+
+/// Where the control lattice lies: around its centre, but in the scan.
+Box3i region_of(const TissueChoice& choice, const Grid& grid) {
+    const Vec3d centre = voxel_from_world(grid, choice.centre_mm);
+    Box3i region;
+    for (int a = 0; a < 3; ++a) {
+        const int cell = std::max(1, int(std::lround(choice.cell_mm / grid.spacing_mm[a])));
+        const int last = grid.size[a] - 1;
+        const int length = std::min(last, cell * (choice.nodes - 1));
+        const double low = std::clamp(centre[a] - 0.5 * length, 0.0, double(last - length));
+        region.begin[a] = int(std::lround(low));
+        region.end[a] = region.begin[a] + length + 1;
+    }
+    return region;
+}
+
+Result<std::unique_ptr<Tissue>> make_tissue(const TissueChoice& choice, const LoadedScan& loaded,
+                                            const TaskArena& arena) {
+    if (!choice.springs) {
+        auto model = ChainMail::create(loaded.volume, loaded.settings, arena);
+        if (!model.ok()) return model.error();
+        return std::unique_ptr<Tissue>(new ChainMailTissue(std::move(*model)));
+    }
+    const SpringDeformationSettings settings{.region = region_of(choice, loaded.volume.grid),
+                                             .cell_mm = choice.cell_mm,
+                                             .young_modulus_pa = choice.young_modulus_pa,
+                                             .fixed_above_hu = choice.fixed_hu,
+                                             .depth = choice.depth};
+    auto model = SpringDeformation::create(loaded.volume, settings, arena);
+    if (!model.ok()) return model.error();
+    return std::unique_ptr<Tissue>(new SpringScanTissue(std::move(*model)));
+}
+
 double ms_since(std::chrono::steady_clock::time_point start) {
     return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start)
         .count();
@@ -40,15 +81,16 @@ Result<std::unique_ptr<Scene>> Scene::open(const SceneSource& source, const Task
     if (!loaded.ok()) return loaded.error();
     // The lattice keeps a reference to the volume, so both are made where they stay.
     auto place = std::make_shared<LoadedScan>(std::move(*loaded));
-    auto tissue = ChainMail::create(place->volume, place->settings, arena);
+    auto tissue = make_tissue({}, *place, arena);
     if (!tissue.ok()) return tissue.error();
     return std::unique_ptr<Scene>(new Scene(std::move(place), std::move(*tissue)));
 }
 
-Scene::Scene(std::shared_ptr<LoadedScan> loaded, ChainMail tissue)
+Scene::Scene(std::shared_ptr<LoadedScan> loaded, std::unique_ptr<Tissue> tissue)
     : m_loaded(std::move(loaded)),
       m_tissue(std::move(tissue)),
-      m_live(m_tissue),
+      m_shown(m_tissue),
+      m_live(m_shown),
       m_iso_hu(m_loaded->iso_hu),
       m_polarity(m_loaded->polarity) {}
 
@@ -58,7 +100,34 @@ Outcome Scene::carry_out(std::uint32_t client, const Action& action) {
 }
 
 bool Scene::has_contact(std::uint32_t client) const {
-    return m_holder == client || m_contacts.contains(client);
+    return m_holder == client || m_tissue->is_touched_by(client);
+}
+
+LiveUpdate Scene::update() {
+    LiveUpdate update = m_live.update();
+    if (m_pending.empty()) return update;
+    m_boxes = std::exchange(m_pending, {});
+    m_boxes.insert(m_boxes.end(), update.boxes.begin(), update.boxes.end());
+    update.boxes = m_boxes;
+    return update;
+}
+
+Status Scene::choose(const TissueChoice& choice) {
+    auto made = make_tissue(choice, *m_loaded, m_tissue->arena());
+    if (!made.ok()) return made.error();
+    end_step();
+    // What was done can't be done to this one. The old one stays until the voxels are back.
+    const std::unique_ptr<Tissue> old = std::exchange(m_tissue, std::move(*made));
+    const LiveUpdate update = m_live.update();
+    m_pending.insert(m_pending.end(), update.boxes.begin(), update.boxes.end());
+    m_choice = choice;
+    m_done.clear();
+    m_undone.clear();
+    m_unreachable = 0;
+    m_relaxing = choice.springs;
+    m_settled = true;
+    m_energy.reset();
+    return Ok{};
 }
 
 // Steps of undo.
@@ -68,16 +137,16 @@ void Scene::begin_step(const std::string& name, std::uint32_t client, std::uint3
                          m_open->client == client && m_open->stroke == stroke;
     if (goes_on) return;
     end_step();
-    m_open = OpenStep{name, client, stroke, m_tissue.undo_steps()};
-    m_tissue.begin_group(name);
+    m_open = OpenStep{name, client, stroke, m_tissue->undo_steps()};
+    m_tissue->begin_group(name);
 }
 
 void Scene::end_step() {
     if (!m_open) return;
-    m_tissue.let_go();
+    m_tissue->let_go();
     m_holder = 0;
     const OpenStep open = *std::exchange(m_open, {});
-    const int forgotten = m_tissue.end_group();
+    const int forgotten = m_tissue->end_group();
     if (forgotten < 0) {
         // Too large to be kept, and nothing before it can be reached any more.
         m_done.clear();
@@ -85,7 +154,7 @@ void Scene::end_step() {
         m_unreachable = 0;
         return;
     }
-    if (m_tissue.undo_steps() + forgotten > open.undo_steps_before)
+    if (m_tissue->undo_steps() + forgotten > open.undo_steps_before)
         keep({.kind = StepKind::Tissue, .name = open.name});
     forget(forgotten);
 }
@@ -110,11 +179,14 @@ SceneMemo Scene::rest() {
     end_step();
     for (auto* steps : {&m_done, &m_undone})
         for (Step& step : *steps) step.stroke = 0;
-    return {m_iso_hu, m_polarity, m_relaxing, m_settled, m_last_client, m_steps};
+    m_tissue->rest();
+    return {m_iso_hu, m_polarity, m_relaxing, m_settled, m_last_client, m_steps, m_choice};
 }
 
 Status Scene::restore(const std::filesystem::path& state, const SceneMemo& memo) {
-    if (const Status s = m_tissue.load_state(state); !s.ok()) return s;
+    if (memo.tissue != m_choice)
+        if (const Status s = choose(memo.tissue); !s.ok()) return s;
+    if (const Status s = m_tissue->load_state(state); !s.ok()) return s;
     m_iso_hu = memo.iso_hu;
     m_polarity = memo.polarity;
     m_relaxing = memo.relaxing;
@@ -143,7 +215,7 @@ Outcome Scene::act(std::uint32_t, const UndoCommand&) {
         return refused({ErrorCode::NotFound, "undo: expected a step to take back, found none"});
     if (m_done.back().kind == StepKind::Iso)
         swap_iso(m_done.back());
-    else if (const Status s = m_tissue.undo(); !s.ok())
+    else if (const Status s = m_tissue->undo(); !s.ok())
         return refused(s.error());
     m_undone.push_back(std::move(m_done.back()));
     m_done.pop_back();
@@ -159,7 +231,7 @@ Outcome Scene::act(std::uint32_t, const RedoCommand&) {
         return refused({ErrorCode::NotFound, "redo: expected a step that was undone, found none"});
     if (m_undone.back().kind == StepKind::Iso)
         swap_iso(m_undone.back());
-    else if (const Status s = m_tissue.redo(); !s.ok())
+    else if (const Status s = m_tissue->redo(); !s.ok())
         return refused(s.error());
     m_done.push_back(std::move(m_undone.back()));
     m_undone.pop_back();
@@ -168,20 +240,31 @@ Outcome Scene::act(std::uint32_t, const RedoCommand&) {
     return {.message = m_done.back().name};
 }
 
-// Tools.
-
-Result<PushReport> Scene::push(std::uint32_t client, const Push& push) {
-    auto held = m_tissue.elements_at(push);
-    if (!held.ok()) return held.error();
-    auto report = m_tissue.push_elements(*held, push.push_mm);
-    if (!report.ok()) return report;
-    const Vec3d end = push.point_mm + report->step_fraction * push.push_mm;
-    m_contacts[client] = {{end, end, push.sphere_radius_mm}, std::move(*held)};
-    return report;
+Outcome Scene::act(std::uint32_t, const TissueCommand& command) {
+    TissueChoice choice = command.choice;
+    const Grid& grid = m_loaded->volume.grid;
+    if (choice.springs && !command.is_centred) {
+        const Vec3i last = grid.size - Vec3i{1, 1, 1};
+        choice.centre_mm = world_from_voxel(grid, {0.5 * last.x, 0.5 * last.y, 0.5 * last.z});
+    }
+    const Status status = choose(choice);
+    return status.ok() ? Outcome{} : refused(status.error());
 }
 
+Outcome Scene::act(std::uint32_t, const DepthCommand& command) {
+    SpringDeformation* springs = m_tissue->springs();
+    if (!springs) return not_with(m_choice, "depth");
+    if (const Status s = springs->set_depth(command.layers); !s.ok()) return refused(s.error());
+    m_choice.depth = command.layers;
+    m_settled = false;
+    return {};
+}
+
+// Tools.
+
 Result<PushReport> Scene::slide(std::uint32_t client, const Push& push) {
-    const auto slid = slide_sphere(m_tissue, push);
+    auto& tissue = static_cast<ChainMailTissue&>(*m_tissue);
+    const auto slid = slide_sphere(*tissue.chainmail(), push);
     if (!slid.ok()) return slid.error();
     PushReport report;
     report.step_fraction = slid->way_fraction;
@@ -192,18 +275,21 @@ Result<PushReport> Scene::slide(std::uint32_t client, const Push& push) {
     report.moved_elements = slid->contacts;
     report.solve_ms = slid->slide_ms;
     const Vec3d end = push.point_mm + slid->way_fraction * push.push_mm;
-    m_contacts[client] = {{end, end, push.sphere_radius_mm}, {}};
+    tissue.lay(client, end, push.sphere_radius_mm);
     return report;
 }
 
 Outcome Scene::act(std::uint32_t client, const PushCommand& command) {
+    if (command.slide && !m_tissue->chainmail()) return not_with(m_choice, "slide");
     begin_step(command.slide ? "slide" : "push", client, command.stroke);
     const auto before = energy();
-    const auto report = command.slide ? slide(client, command.push) : push(client, command.push);
+    const auto report =
+        command.slide ? slide(client, command.push) : m_tissue->push(client, command.push);
     m_energy.reset();
     m_settled = false;
     Outcome outcome = report.ok() ? outcome_of(*report) : refused(report.error());
-    if (report.ok()) add_force(before, report->step_fraction * command.push.push_mm, outcome);
+    if (report.ok())
+        add_force(client, before, report->step_fraction * command.push.push_mm, outcome);
     // Moves are not elements: a slide's number is told in its message only.
     if (command.slide) outcome.grabbed_elements.reset();
     if (command.stroke == 0) end_step();
@@ -216,12 +302,11 @@ Outcome Scene::act(std::uint32_t client, const GrabCommand& command) {
                 .message = "grab: expected nobody else to hold tissue, found client " +
                            std::to_string(m_holder)};
     begin_step("drag", client, 0);
-    const auto report = m_tissue.grab(command.place, command.reach_mm);
+    const auto report = m_tissue->grab(client, command.place, command.reach_mm);
     if (!report.ok()) {
         end_step();
         return refused(report.error());
     }
-    m_contacts.erase(client);
     m_drag_mm = {0, 0, 0};
     if (report->grabbed_elements > 0)
         m_holder = client;
@@ -236,14 +321,14 @@ Outcome Scene::act(std::uint32_t client, const DragCommand& command) {
     if (m_holder != client)
         return {.error_code = "not_holding", .message = "drag: expected a grab before it"};
     const auto before = energy();
-    const auto report = m_tissue.drag_to(command.offset_mm);
+    const auto report = m_tissue->drag_to(command.offset_mm);
     m_energy.reset();
     m_settled = false;
     if (!report.ok()) return refused(report.error());
     const Vec3d way = report->step_fraction * (command.offset_mm - m_drag_mm);
     m_drag_mm = m_drag_mm + way;
     Outcome outcome = outcome_of(*report);
-    add_force(before, way, outcome);
+    add_force(client, before, way, outcome);
     return outcome;
 }
 
@@ -256,9 +341,11 @@ Outcome Scene::act(std::uint32_t client, const LetGoCommand&) {
 }
 
 Outcome Scene::act(std::uint32_t, const CutCommand& command) {
+    ChainMail* model = m_tissue->chainmail();
+    if (!model) return not_with(m_choice, "cut");
     end_step();
     begin_step("cut", 0, 0);
-    const auto report = m_tissue.cut(command.surface);
+    const auto report = model->cut(command.surface);
     end_step();
     m_energy.reset();
     m_settled = false;
@@ -267,8 +354,10 @@ Outcome Scene::act(std::uint32_t, const CutCommand& command) {
 }
 
 Outcome Scene::act(std::uint32_t client, const CarveCommand& command) {
+    ChainMail* model = m_tissue->chainmail();
+    if (!model) return not_with(m_choice, "carve");
     begin_step("carve", client, command.stroke);
-    const auto report = m_tissue.carve(command.tool);
+    const auto report = model->carve(command.tool);
     m_energy.reset();
     m_settled = false;
     if (command.stroke == 0) end_step();
@@ -279,7 +368,7 @@ Outcome Scene::act(std::uint32_t client, const CarveCommand& command) {
 Outcome Scene::act(std::uint32_t client, const ReleaseCommand&) {
     if (!has_contact(client)) return {};
     if (m_holder == client) end_step();
-    m_contacts.erase(client);
+    m_tissue->release(client);
     m_settled = false;
     return {};
 }
@@ -295,32 +384,27 @@ Outcome Scene::act(std::uint32_t, const RelaxCommand& command) {
 
 double Scene::sweep() {
     if (!m_open) begin_step("relax", 0, 0);
-    RelaxOptions options{.max_sweeps = 1};
-    for (const auto& [client, contact] : m_contacts) {
-        if (contact.tool.radius_mm > 0) options.tools.push_back(contact.tool);
-        options.held.insert(options.held.end(), contact.held.begin(), contact.held.end());
-    }
-    const auto report = m_tissue.relax(options);
+    const Sweep sweep = m_tissue->sweep();
     m_energy.reset();
-    // An error would come again with each sweep.
-    m_settled = !report.ok() || report->settled;
+    m_settled = sweep.settled;
     if (m_settled && m_open->name == "relax") end_step();
-    return report.ok() ? report->relax_ms : 0;
+    return sweep.ms;
 }
 
 Outcome Scene::act(std::uint32_t, const ResetCommand&) {
     end_step();
-    m_contacts.clear();
     begin_step("reset", 0, 0);
-    m_tissue.reset();
+    m_tissue->reset();
     end_step();
     m_energy.reset();
     return {};
 }
 
 Outcome Scene::act(std::uint32_t, const MaterialsCommand& command) {
+    ChainMail* model = m_tissue->chainmail();
+    if (!model) return not_with(m_choice, "materials");
     end_step();
-    ChainMailSettings changed = m_tissue.settings();
+    ChainMailSettings changed = model->settings();
     const auto set = [](auto& field, const auto& value) {
         if (value) field = *value;
     };
@@ -332,7 +416,7 @@ Outcome Scene::act(std::uint32_t, const MaterialsCommand& command) {
     set(changed.air_enabled, command.air_enabled);
     if (command.rounded) changed.limits = *command.rounded ? LinkLimits::Rounded : LinkLimits::Box;
     begin_step("materials", 0, 0);
-    const Status status = m_tissue.set_materials(changed);
+    const Status status = model->set_materials(changed);
     end_step();
     m_energy.reset();
     m_settled = false;
@@ -355,7 +439,13 @@ Outcome Scene::act(std::uint32_t client, const IsoCommand& command) {
 void Scene::describe(SharedState& state) const {
     state.iso_hu = m_iso_hu;
     state.polarity = m_polarity;
-    state.materials = m_tissue.settings();
+    const ChainMail* chainmail = m_tissue->chainmail();
+    state.materials = chainmail ? chainmail->settings() : m_loaded->settings;
+    state.tissue = m_choice;
+    if (const auto* springs = dynamic_cast<const SpringScanTissue*>(m_tissue.get())) {
+        state.spring_nodes = springs->control_nodes();
+        state.active_nodes = springs->active_nodes();
+    }
     state.relaxing = m_relaxing;
     state.settled = !wants_sweep();
     state.holder = m_holder;
@@ -370,18 +460,22 @@ void Scene::describe(SharedState& state) const {
 std::optional<double> Scene::energy() {
     // A twentieth of the time at most: on large deformations forces are told less often.
     constexpr double kRests = 20;
+    const ChainMail* model = m_tissue->chainmail();
+    if (!model) return {};
     if (ms_since(m_energy_at) < kRests * m_energy_ms) return {};
     const auto start = std::chrono::steady_clock::now();
-    if (!m_energy) m_energy = m_tissue.elastic_energy_mm2();
+    if (!m_energy) m_energy = model->elastic_energy_mm2();
     m_energy_ms = ms_since(start);
     return m_energy;
 }
 
-void Scene::add_force(std::optional<double> before, Vec3d way_mm, Outcome& outcome) {
+void Scene::add_force(std::uint32_t client, std::optional<double> before, Vec3d way_mm,
+                      Outcome& outcome) {
+    outcome.force = m_tissue->force_n(client);
     const double way = norm(way_mm);
     if (!before || !(way > 0)) return;
     const auto start = std::chrono::steady_clock::now();
-    m_energy = m_tissue.elastic_energy_mm2();
+    m_energy = m_tissue->chainmail()->elastic_energy_mm2();
     m_energy_ms += ms_since(start);
     m_energy_at = std::chrono::steady_clock::now();
     outcome.force = (-(*m_energy - *before) / (way * way)) * way_mm;

@@ -19,12 +19,12 @@
 #include <cstdint>
 #include <deque>
 #include <filesystem>
-#include <map>
 #include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "scene/tissue.h"
 #include "serve/commands.h"
 #include "serve/messages.h"
 #include "serve/scene_memo.h"
@@ -48,6 +48,9 @@ class Scene {
     Outcome carry_out(std::uint32_t client, const Action& action);
     /// Whether sweep() has something to do.
     bool wants_sweep() const { return m_relaxing && !m_settled; }
+    /// What time a sweep stands for [ms]; 0: none, it may be as fast as it can.
+    double sweep_time_ms() const { return m_tissue->sweep_time_ms(); }
+
     /// One sweep of relaxation. @returns how long it took [ms]
     double sweep();
     /// Whether the client has hold of tissue, or left a tool that stays in relaxation's way.
@@ -56,7 +59,7 @@ class Scene {
     std::uint32_t last_client() const { return m_last_client; }
 
     /// Whether nobody holds anything and nothing relaxes, so that the scene can rest.
-    bool is_quiet() const { return m_holder == 0 && m_contacts.empty() && !wants_sweep(); }
+    bool is_quiet() const { return m_holder == 0 && !m_tissue->is_touched() && !wants_sweep(); }
     /// Ends what could go on: the next stroke is a step of its own. @pre is_quiet()
     /// @returns what the scene is beside tissue()
     SceneMemo rest();
@@ -68,12 +71,13 @@ class Scene {
     void forget_steps(std::int64_t count);
 
     /// The deformed volume is brought up to date.
-    LiveUpdate update() { return m_live.update(); }
+    LiveUpdate update();
     const Volume& deformed() const { return m_live.volume(); }
     /// For overlays; see LiveDeformation.
     bool keep_sources(bool keep) { return m_live.keep_sources(keep); }
     const LiveDeformation& live() const { return m_live; }
-    const ChainMail& tissue() const { return m_tissue; }
+    const Tissue& tissue() const { return *m_tissue; }
+    const TissueChoice& choice() const { return m_choice; }
     const VolumeInfo& info() const { return m_loaded->info; }
     void set_volume_id(std::uint32_t id) { m_loaded->info.id = id; }
     /// The scan, for those who look at it for longer than the scene is there.
@@ -83,10 +87,13 @@ class Scene {
     void describe(SharedState& state) const;
 
   private:
-    /// What a tool that stays has hold of.
-    struct Contact {
-        RelaxTool tool;
-        std::vector<Vec3i> held;
+    /// The scan as whatever tissue there now is moves it.
+    struct Shown : MovingScan {
+        explicit Shown(const std::unique_ptr<Tissue>& t) : tissue(t) {}
+        const Volume& volume() const override { return tissue->volume(); }
+        const Lattice& lattice() const override { return tissue->lattice(); }
+        const TaskArena& arena() const override { return tissue->arena(); }
+        const std::unique_ptr<Tissue>& tissue;
     };
     enum class StepKind { Tissue, Iso };
     struct Step {
@@ -105,7 +112,10 @@ class Scene {
         int undo_steps_before = 0;
     };
 
-    Scene(std::shared_ptr<LoadedScan> loaded, ChainMail tissue);
+    Scene(std::shared_ptr<LoadedScan> loaded, std::unique_ptr<Tissue> tissue);
+
+    /// Makes another tissue of the scan. Nothing changes where it can't be made.
+    Status choose(const TissueChoice& choice);
 
     Outcome act(std::uint32_t client, const PushCommand& command);
     Outcome act(std::uint32_t client, const GrabCommand& command);
@@ -120,6 +130,8 @@ class Scene {
     Outcome act(std::uint32_t client, const IsoCommand& command);
     Outcome act(std::uint32_t client, const UndoCommand& command);
     Outcome act(std::uint32_t client, const RedoCommand& command);
+    Outcome act(std::uint32_t client, const TissueCommand& command);
+    Outcome act(std::uint32_t client, const DepthCommand& command);
     template <class T>
     Outcome act(std::uint32_t, const T&) {
         return {.error_code = "out_of_range", .message = "expected a command"};
@@ -130,23 +142,25 @@ class Scene {
     void keep(Step step);
     void forget(int tissue_steps);
     void swap_iso(Step& step);
-    Result<PushReport> push(std::uint32_t client, const Push& push);
     Result<PushReport> slide(std::uint32_t client, const Push& push);
 
     /// The elastic energy, if it was measured and nothing changed since, or can be had quickly.
     std::optional<double> energy();
-    void add_force(std::optional<double> before, Vec3d way_mm, Outcome& outcome);
+    void add_force(std::uint32_t client, std::optional<double> before, Vec3d way_mm,
+                   Outcome& outcome);
 
     std::shared_ptr<LoadedScan> m_loaded;  ///< the lattice refers to its volume
-    ChainMail m_tissue;
+    std::unique_ptr<Tissue> m_tissue;
+    TissueChoice m_choice;
+    Shown m_shown;
     LiveDeformation m_live;
+    std::vector<Box3i> m_pending, m_boxes;  ///< written when the tissue was replaced; all of them
     double m_iso_hu;
     Polarity m_polarity;
     bool m_relaxing = false, m_settled = true;
     std::uint32_t m_last_client = 0;
     std::uint32_t m_holder = 0;
     Vec3d m_drag_mm{0, 0, 0};  ///< how far the holder has come
-    std::map<std::uint32_t, Contact> m_contacts;
     std::optional<OpenStep> m_open;
     std::deque<Step> m_done, m_undone;  ///< the next one last
     std::int64_t m_steps = 0;           ///< made so far

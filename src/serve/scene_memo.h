@@ -9,6 +9,8 @@
 
 #include <cstdint>
 
+#include "serve/tissue_choice.h"
+
 namespace pliant::serve {
 
 struct SceneMemo {
@@ -17,6 +19,7 @@ struct SceneMemo {
     bool relaxing = false, settled = true;
     std::uint32_t last_client = 0;
     std::int64_t steps = 0;  ///< of undo that were made so far, also those that are gone
+    TissueChoice tissue{};
 
     friend bool operator==(const SceneMemo&, const SceneMemo&) = default;
 };

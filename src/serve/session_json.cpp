@@ -41,6 +41,43 @@ int whole_at(const Json& object, const char* key, int missing) {
     return number >= -1'000'000'000 && number <= 1'000'000'000 ? int(number) : missing;
 }
 
+/// Of ChainMail, nothing is said.
+std::optional<TissueChoice> tissue_of(const Json& json) {
+    TissueChoice choice;
+    const auto found = json.find("springs");
+    if (found == json.end()) return choice;
+    if (!found->is_object()) return {};
+    bool is_whole = true;
+    const auto number = [&](const char* key, double low, double high) {
+        const auto value = found->find(key);
+        if (value == found->end() || !value->is_number()) return is_whole = false, 0.0;
+        const double n = value->get<double>();
+        is_whole = is_whole && n >= low && n <= high;
+        return n;
+    };
+    choice.springs = true;
+    choice.centre_mm = {number("x", -1e5, 1e5), number("y", -1e5, 1e5), number("z", -1e5, 1e5)};
+    choice.nodes = int(number("nodes", 3, 64));
+    choice.cell_mm = number("cell_mm", 0.1, 100);
+    choice.young_modulus_pa = number("young_modulus_pa", 1, 1e9);
+    choice.fixed_hu = number("fixed_hu", -32768, 32768);
+    choice.depth = int(number("depth", 0, 64));
+    if (!is_whole) return {};
+    return choice;
+}
+
+Json json_of(const TissueChoice& choice) {
+    const Vec3d c = choice.centre_mm;
+    return {{"x", c.x},
+            {"y", c.y},
+            {"z", c.z},
+            {"nodes", choice.nodes},
+            {"cell_mm", choice.cell_mm},
+            {"young_modulus_pa", choice.young_modulus_pa},
+            {"fixed_hu", choice.fixed_hu},
+            {"depth", choice.depth}};
+}
+
 Result<SessionRecord> parse_checkpoint(const Json& json) {
     const auto file = number_of_hex(json, "file"), volume = number_of_hex(json, "volume"),
                tissue = number_of_hex(json, "tissue");
@@ -59,10 +96,15 @@ Result<SessionRecord> parse_checkpoint(const Json& json) {
         return wrong("checkpoint: expected all its fields");
     point.file = *file;
     point.mark = {*volume, *tissue};
-    point.memo = {
-        iso->get<double>(),         polarity == "rising" ? Polarity::Rising : Polarity::Falling,
-        relaxing->get<bool>(),      settled->get<bool>(),
-        std::uint32_t(last_client), steps};
+    const auto choice = tissue_of(json);
+    if (!choice) return wrong("checkpoint: expected all fields of its tissue");
+    point.memo = {iso->get<double>(),
+                  polarity == "rising" ? Polarity::Rising : Polarity::Falling,
+                  relaxing->get<bool>(),
+                  settled->get<bool>(),
+                  std::uint32_t(last_client),
+                  steps,
+                  *choice};
     return SessionRecord(point);
 }
 
@@ -131,19 +173,21 @@ std::string text_of(const SessionRecord& record) {
                     {"volume", hex_text(mark->volume, 16)},
                     {"tissue", hex_text(mark->tissue, 16)}}
             .dump();
-    if (const auto* point = std::get_if<SessionCheckpoint>(&record))
-        return Json{{"do", "checkpoint"},
-                    {"number", point->number},
-                    {"file", hex_text(point->file, 16)},
-                    {"volume", hex_text(point->mark.volume, 16)},
-                    {"tissue", hex_text(point->mark.tissue, 16)},
-                    {"iso_hu", point->memo.iso_hu},
-                    {"polarity", point->memo.polarity == Polarity::Rising ? "rising" : "falling"},
-                    {"relaxing", point->memo.relaxing},
-                    {"settled", point->memo.settled},
-                    {"last_client", point->memo.last_client},
-                    {"steps", point->memo.steps}}
-            .dump();
+    if (const auto* point = std::get_if<SessionCheckpoint>(&record)) {
+        Json json = {{"do", "checkpoint"},
+                     {"number", point->number},
+                     {"file", hex_text(point->file, 16)},
+                     {"volume", hex_text(point->mark.volume, 16)},
+                     {"tissue", hex_text(point->mark.tissue, 16)},
+                     {"iso_hu", point->memo.iso_hu},
+                     {"polarity", point->memo.polarity == Polarity::Rising ? "rising" : "falling"},
+                     {"relaxing", point->memo.relaxing},
+                     {"settled", point->memo.settled},
+                     {"last_client", point->memo.last_client},
+                     {"steps", point->memo.steps}};
+        if (point->memo.tissue.springs) json["springs"] = json_of(point->memo.tissue);
+        return json.dump();
+    }
     if (const auto* forget = std::get_if<SessionForget>(&record))
         return Json{{"do", "forget"}, {"steps", forget->steps}}.dump();
     if (const auto* open = std::get_if<SessionOpen>(&record)) {

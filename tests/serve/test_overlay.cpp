@@ -166,7 +166,12 @@ TEST_F(OverlayTest, IsThatOfTheForwardDisplacementAndGoesToWhoAsked) {
     EXPECT_GT(b.overlay_boxes, 0);
     EXPECT_EQ(c.overlay_boxes, 0);
 
-    const VectorField forward = displacement_field(m_twin->tissue());
+    VectorField forward{m_twin->info().grid, FieldKind::Modeling, {}};
+    const std::size_t slice = std::size_t(forward.grid.size.x) * std::size_t(forward.grid.size.y);
+    forward.vectors_mm.assign(voxel_count(forward.grid), Vec3f{0, 0, 0});
+    for (int k = 0; k < forward.grid.size.z; ++k)
+        displacement_slices(m_twin->tissue())(
+            k, std::span(forward.vectors_mm).subspan(std::size_t(k) * slice, slice));
     const ForwardMap phi{forward};
     int moved = 0, grown = 0, compared = 0;
     for (int k = 1; k < 31; ++k)

@@ -7,6 +7,7 @@
 #include <gtest/gtest.h>
 #include <pliant/serve.h>
 
+#include "serve/checkpoint.h"
 #include "serve/client.h"
 #include "serve/random_session.h"
 #include "serve/replay.h"
@@ -131,6 +132,151 @@ TEST(Scene, NamesWhatIsOutOfRange) {
     const Outcome outcome = scene->carry_out(1, PushCommand{.push = {{900, 0, 0}, {0, 1, 0}, 4}});
     EXPECT_EQ(outcome.error_code, "out_of_range");
     EXPECT_FALSE(outcome.message.empty());
+}
+
+// Springs.
+
+const TissueCommand kSprings{
+    .choice = {.springs = true, .nodes = 9, .cell_mm = 8, .fixed_hu = 3000, .depth = 4}};
+
+/// Random pushes and drags of springs, with a change of the tissue here and there.
+std::vector<SessionRecord> play_springs(Scene& scene, Random& random, int count) {
+    std::vector<SessionRecord> records = {SessionCommand{9, soft()}};
+    const auto carry_out = [&](const Action& action) {
+        const auto client = std::uint32_t(random.whole(1, 2));
+        records.push_back(SessionCommand{client, action, !scene.carry_out(client, action).ok()});
+    };
+    carry_out(kSprings);
+    for (int n = 0; n < count; ++n) {
+        const int kind = random.whole(0, 24);
+        if (kind == 0) carry_out(TissueCommand{});
+        if (kind <= 1) carry_out(kSprings);
+        carry_out(kind == 2   ? Action(DepthCommand{random.whole(0, 6)})
+                  : kind <= 4 ? Action(UndoCommand{})
+                  : kind == 5 ? Action(RedoCommand{})
+                              : random_action(scene, random));
+        int sweeps = 0;
+        for (; scene.wants_sweep() && sweeps < 3; ++sweeps) scene.sweep();
+        if (sweeps) records.push_back(SessionSweeps{sweeps});
+        if (n % 10 > 0) continue;
+        scene.update();
+        records.push_back(SessionMark{hash_volume(scene.deformed()), scene.tissue().hash()});
+    }
+    return records;
+}
+
+TEST(Springs, DoTheSameAgainWithAnyNumberOfThreads) {
+    for (const std::uint64_t seed : {41U, 42U}) {
+        SCOPED_TRACE(seed);
+        Random random(seed);
+        const TaskArena arena(2);
+        const auto scene = open_scene(arena);
+        const auto records = play_springs(*scene, random, 50);
+        for (const int threads : {1, 4}) {
+            const TaskArena other(threads);
+            auto again = Scene::open(kCube, other);
+            ASSERT_TRUE(again.ok());
+            const Status status = replay_into(**again, records, Compare::All);
+            ASSERT_TRUE(status.ok()) << status.error().message;
+            EXPECT_EQ(hash_of(**again), hash_of(*scene));
+            SharedState state, played;
+            (*again)->describe(state);
+            scene->describe(played);
+            EXPECT_EQ(state_text(state), state_text(played));
+        }
+    }
+}
+
+TEST(Springs, AreChosenPushedTakenBackAndLeft) {
+    const TaskArena arena(2);
+    const auto scene = open_scene(arena);
+    const std::uint64_t at_rest = hash_volume(scene->deformed());
+    const auto volume = [&] {
+        scene->update();
+        return hash_volume(scene->deformed());
+    };
+    ASSERT_TRUE(scene->carry_out(1, PushCommand{.push = {{0, 0, 0}, {0, 2, 0}, 4}}).ok());
+    const std::uint64_t pushed = hash_of(*scene);
+    EXPECT_EQ(scene->carry_out(1, DepthCommand{4}).error_code, "other_tissue");
+    TissueCommand wrong = kSprings;
+    wrong.choice.cell_mm = 99;
+    EXPECT_EQ(scene->carry_out(1, wrong).error_code, "out_of_range");
+    EXPECT_EQ(hash_of(*scene), pushed);
+    // What the other tissue did is gone, and is told to those who watch.
+    ASSERT_TRUE(scene->carry_out(1, kSprings).ok());
+    EXPECT_FALSE(scene->update().boxes.empty());
+    EXPECT_EQ(volume(), at_rest);
+    EXPECT_EQ(scene->carry_out(1, UndoCommand{}).error_code, "nothing");
+    for (const Action& action : {Action(CutCommand{}), Action(CarveCommand{}), Action(soft()),
+                                 Action(PushCommand{.slide = true})})
+        EXPECT_EQ(scene->carry_out(1, action).error_code, "other_tissue");
+    const Outcome outcome = scene->carry_out(1, PushCommand{.push = {{0, 0, 0}, {0, 3, 0}, 4}});
+    ASSERT_TRUE(outcome.ok());
+    ASSERT_TRUE(outcome.force.has_value());
+    EXPECT_LT(outcome.force->y, 0);
+    EXPECT_TRUE(scene->has_contact(1));
+    for (int n = 0; n < 500 && scene->wants_sweep(); ++n) scene->sweep();
+    EXPECT_FALSE(scene->wants_sweep());
+    const std::uint64_t held = volume();
+    EXPECT_NE(held, at_rest);
+    SharedState state;
+    scene->describe(state);
+    EXPECT_TRUE(state.tissue.springs);
+    EXPECT_EQ(state.undo_steps, 2) << "a push, and what followed from it";
+    EXPECT_GT(state.active_nodes, 8);
+    ASSERT_TRUE(scene->carry_out(1, UndoCommand{}).ok());
+    ASSERT_TRUE(scene->carry_out(1, UndoCommand{}).ok());
+    EXPECT_EQ(volume(), at_rest);
+    ASSERT_TRUE(scene->carry_out(1, RedoCommand{}).ok());
+    ASSERT_TRUE(scene->carry_out(1, RedoCommand{}).ok());
+    EXPECT_EQ(volume(), held);
+    ASSERT_TRUE(scene->carry_out(1, TissueCommand{}).ok());
+    EXPECT_EQ(volume(), at_rest);
+}
+
+TEST(Springs, GoOnFromACheckpoint) {
+    const TaskArena arena(2);
+    TemporaryFolder folder;
+    const auto scene = open_scene(arena);
+    ASSERT_TRUE(scene->carry_out(1, kSprings).ok());
+    ASSERT_TRUE(scene->carry_out(1, PushCommand{.push = {{0, 0, 0}, {0, 3, 1}, 4}}).ok());
+    for (int n = 0; n < 5; ++n) scene->sweep();
+    ASSERT_TRUE(scene->carry_out(1, RelaxCommand{false}).ok());
+    ASSERT_TRUE(scene->carry_out(1, ReleaseCommand{}).ok());
+    ASSERT_TRUE(scene->is_quiet());
+    Status saved = Ok{};
+    const auto session = folder / "s.pls";
+    SessionCheckpoint point = save_checkpoint(*scene, session, 1, saved);
+    ASSERT_TRUE(saved.ok()) << saved.error().message;
+    {
+        auto log = SessionLog::create(session, {kCube, scene->scan_hash()});
+        ASSERT_TRUE(log.ok());
+        (*log)->add(point);
+    }
+    const auto file = read_session(session);
+    ASSERT_TRUE(file.ok()) << file.error().message;
+    EXPECT_EQ(std::get_if<SessionCheckpoint>(&file->records.back())->memo, point.memo);
+    const auto again = open_scene(arena);
+    const auto state = checkpoint_path(session, 1);
+    const Status status = again->restore(state, point.memo);
+    ASSERT_TRUE(status.ok()) << status.error().message;
+    EXPECT_EQ(hash_of(*again), hash_of(*scene));
+    EXPECT_NE(hash_volume(again->deformed()), hash_volume(open_scene(arena)->deformed()));
+    for (Scene* each : {scene.get(), again.get()}) {
+        each->carry_out(1, RelaxCommand{true});
+        for (int n = 0; n < 7; ++n) each->sweep();
+        each->carry_out(2, PushCommand{.push = {{8, 0, 0}, {1, 2, 1}, 4}});
+        for (int n = 0; n < 7; ++n) each->sweep();
+    }
+    EXPECT_EQ(hash_of(*again), hash_of(*scene));
+    // A state that is damaged, or of another lattice.
+    SceneMemo other = point.memo;
+    other.tissue.nodes = 5;
+    EXPECT_FALSE(open_scene(arena)->restore(state, other).ok());
+    std::string bytes = test::bytes_of(state);
+    bytes[bytes.size() / 2] ^= 1;
+    folder.write(state.filename().string(), bytes);
+    EXPECT_FALSE(open_scene(arena)->restore(state, point.memo).ok());
 }
 
 TEST(SessionLog, IsReadAsItWasWrittenAndReplays) {

@@ -6,7 +6,14 @@
 import { kSectionAxes, keptInside, sectionPlane } from './section_geometry.ts';
 import type { Session } from './session.ts';
 import { kKinds, kOverlays, rangeOf } from './overlay_kinds.ts';
-import { kViews, kWalls, type SectionName, type State, type ViewName } from './store.ts';
+import {
+    kViews,
+    kWalls,
+    pushOrSlide,
+    type SectionName,
+    type State,
+    type ViewName,
+} from './store.ts';
 import { newStroke } from './strokes.ts';
 import { Movie } from './movie.ts';
 import { readPath } from './path.ts';
@@ -169,7 +176,7 @@ export class Actions {
         const { right, ahead } = this.frameOfActive();
         if (tool === 'push')
             await this.session.ask({
-                do: slide ? 'slide' : 'push',
+                do: pushOrSlide(this.state, slide),
                 point: cursor,
                 push: mul(strength * radius, active === 'endoscope' ? ahead : right),
                 radius,

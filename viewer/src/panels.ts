@@ -9,6 +9,7 @@ import { moviePanel } from './panel_movie.ts';
 import { overlayPanel } from './panel_overlay.ts';
 import { Parts } from './panel_parts.ts';
 import { sessionPanel } from './panel_session.ts';
+import { tissuePanel } from './panel_springs.ts';
 import { materialPanel, surfacePanel, toolPanel } from './panels_tissue.ts';
 import { displayPanel, endoscopePanel, placesPanel, windowPanel } from './panels_view.ts';
 import type { Session } from './session.ts';
@@ -23,6 +24,7 @@ export function panels(session: Session, actions: Actions): HTMLElement {
         windowPanel(parts),
         overlayPanel(parts),
         endoscopePanel(parts),
+        tissuePanel(parts),
         materialPanel(parts),
         moviePanel(parts),
         placesPanel(parts),

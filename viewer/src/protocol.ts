@@ -31,11 +31,25 @@ export interface Timing {
     moved_elements: number;
 }
 
+/// Which model moves the scan; all but the model only of springs.
+export interface TissueState {
+    model: 'chainmail' | 'springs';
+    centre?: Vec3;
+    nodes?: Vec3;
+    cell_mm?: number;
+    young_modulus_pa?: number;
+    fixed_hu?: number;
+    depth?: number; ///< layers of nodes that forces reach
+    active_nodes?: number;
+    update_hz?: number;
+}
+
 export interface SharedState {
     step: number;
     iso_hu: number;
     polarity: Polarity;
     materials: Materials;
+    tissue?: TissueState;
     relaxing: boolean;
     settled: boolean;
     holder: number;
@@ -154,6 +168,14 @@ export type Command =
     | { do: 'path'; from: Vec3; to: Vec3; reach?: number; iso_hu?: number; polarity?: Polarity }
     | { do: 'relax'; on: boolean }
     | ({ do: 'materials' } & Partial<Materials>)
+    | {
+          do: 'tissue';
+          model: 'chainmail' | 'springs';
+          centre?: Vec3;
+          nodes?: number;
+          cell_mm?: number;
+      }
+    | { do: 'depth'; layers: number }
     | { do: 'iso'; iso_hu?: number; polarity?: Polarity }
     | { do: 'overlay'; kind: OverlayKind };
 

@@ -31,7 +31,7 @@ import { kKinds, type OverlayKind } from './overlay_kinds.ts';
 import type { Path } from './path.ts';
 import { frameOf, naturalUp } from './rays.ts';
 import { Stage } from './stage.ts';
-import { initialState, type Store } from './store.ts';
+import { initialState, pushOrSlide, type Store } from './store.ts';
 import { newStroke, note, type Stroke } from './strokes.ts';
 import { add, along, mul, norm, normalized, sub, turned, type Vec3 } from './vec.ts';
 import { VolumeData } from './volume.ts';
@@ -343,7 +343,8 @@ export class Session implements Listener {
         this.tipStroke ||= newStroke();
         this.pushing = true;
         const stroke = this.tipStroke;
-        const command: Command = { do: 'slide', point: from, push: motion, radius: tip, stroke };
+        const what = pushOrSlide(this.store.state, true);
+        const command: Command = { do: what, point: from, push: motion, radius: tip, stroke };
         void this.connection.ask(command).then((answer) => {
             this.pushing = false;
             note(this.store, answer);

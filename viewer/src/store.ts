@@ -17,6 +17,10 @@ export const kViews = ['endoscope', 'axial', 'coronal', 'sagittal'] as const;
 export type ViewName = (typeof kViews)[number];
 export type SectionName = Exclude<ViewName, 'endoscope'>;
 
+/// Springs know no sliding: they are pushed.
+export const pushOrSlide = (state: Readonly<State>, slide: boolean): 'push' | 'slide' =>
+    slide && state.shared?.tissue?.model !== 'springs' ? 'slide' : 'push';
+
 export const kTools = ['look', 'window', 'push', 'grab', 'cut', 'carve', 'path'] as const;
 export type ToolName = (typeof kTools)[number];
 

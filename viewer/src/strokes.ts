@@ -7,7 +7,7 @@
 
 import type { Connection } from './connection.ts';
 import type { Answer, Command, Done } from './protocol.ts';
-import type { Store } from './store.ts';
+import { pushOrSlide, type Store } from './store.ts';
 import { along, mul, norm, sub, type Vec3 } from './vec.ts';
 
 let nextStroke = 1 + Math.floor(Math.random() * 2 ** 30);
@@ -100,7 +100,7 @@ export class PushStroke extends Follower {
     constructor(connection: Connection, store: Store, start: Vec3) {
         super(connection, store, start, store.state.radius);
         this.place = start;
-        this.what = store.state.slide ? 'slide' : 'push';
+        this.what = pushOrSlide(store.state, store.state.slide);
     }
 
     protected async advance(): Promise<boolean> {

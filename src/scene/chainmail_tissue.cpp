@@ -1,0 +1,45 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "scene/chainmail_tissue.h"
+
+namespace pliant {
+
+Result<PushReport> ChainMailTissue::push(std::uint32_t tool, const Push& push) {
+    auto held = m_model.elements_at(push);
+    if (!held.ok()) return held.error();
+    auto report = m_model.push_elements(*held, push.push_mm);
+    if (!report.ok()) return report;
+    const Vec3d end = push.point_mm + report->step_fraction * push.push_mm;
+    m_contacts[tool] = {{end, end, push.sphere_radius_mm}, std::move(*held)};
+    return report;
+}
+
+Result<GrabReport> ChainMailTissue::grab(std::uint32_t tool, const Push& place, double reach_mm) {
+    auto report = m_model.grab(place, reach_mm);
+    if (report.ok()) m_contacts.erase(tool);
+    return report;
+}
+
+void ChainMailTissue::lay(std::uint32_t tool, Vec3d place_mm, double radius_mm) {
+    m_contacts[tool] = {{place_mm, place_mm, radius_mm}, {}};
+}
+
+Sweep ChainMailTissue::sweep() {
+    RelaxOptions options{.max_sweeps = 1};
+    for (const auto& [tool, contact] : m_contacts) {
+        if (contact.tool.radius_mm > 0) options.tools.push_back(contact.tool);
+        options.held.insert(options.held.end(), contact.held.begin(), contact.held.end());
+    }
+    const auto report = m_model.relax(options);
+    // An error would come again with each sweep.
+    if (!report.ok()) return {};
+    return {report->settled, report->relax_ms};
+}
+
+void ChainMailTissue::reset() {
+    m_contacts.clear();
+    m_model.reset();
+}
+
+}  // namespace pliant

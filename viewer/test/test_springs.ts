@@ -1,0 +1,89 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// Springs through the page: chosen around the crosshair, pushed, their depth changed, and left.
+
+import assert from 'node:assert/strict';
+import { after, before, test } from 'node:test';
+import type { Browser, Page } from 'playwright-core';
+import type { Session } from '../src/session.ts';
+import { compare, launch, picture, type Served, serve, stateOf, visit } from './browser.ts';
+
+let browser: Browser;
+let served: Served;
+let page: Page;
+const errors: string[] = [];
+before(async () => {
+    browser = await launch();
+    served = await serve();
+    const first = await visit(browser, served.link, '&notour&name=Anna');
+    page = first.page;
+    errors.push(...first.errors);
+});
+after(async () => {
+    await browser.close();
+    await served.stop();
+    assert.deepEqual(errors, []);
+});
+
+type Command = Parameters<Session['connection']['ask']>[0];
+const ask = (command: Command): Promise<unknown> =>
+    page.evaluate(
+        (c) => (window as never as { pliant: Session }).pliant.connection.ask(c),
+        command,
+    );
+const model = async (): Promise<string> => (await stateOf(page)).shared!.tissue!.model;
+
+test('springs are chosen, pushed at 1 kHz or what it says, and left', async (t) => {
+    if (!(await stateOf(page)).features.includes('tissue')) return t.skip('the mock has none');
+    const title = page.locator('summary', { hasText: /^Tissue$/ });
+    const panel = page.locator('details', { has: title });
+    await panel.locator('summary').click();
+    const before = (await compare(page))!;
+    await panel.getByText('springs', { exact: true }).click();
+    await page.waitForFunction(
+        () =>
+            (window as never as { pliant: Session }).pliant.store.state.shared!.tissue?.model ===
+            'springs',
+    );
+    const { cursor } = await stateOf(page);
+    const answer = (await ask({
+        do: 'push',
+        point: cursor,
+        push: [3, 2, 0],
+        radius: 6,
+    })) as { t: string; status: string; force: number[] };
+    assert.equal(answer.t, 'done');
+    assert.equal(answer.status, 'applied');
+    await page.waitForFunction(
+        () => {
+            const { shared } = (window as never as { pliant: Session }).pliant.store.state;
+            return shared!.settled && shared!.tissue!.active_nodes! > 0;
+        },
+        undefined,
+        { timeout: 60_000 },
+    );
+    const pushed = (await compare(page))!;
+    assert.ok(pushed.same);
+    assert.match((await panel.locator('.springs').textContent())!, /nodes, \d+ within 10 layers/);
+    await picture(page, 'springs');
+    await ask({ do: 'depth', layers: 3 });
+    await page.waitForFunction(
+        () =>
+            (window as never as { pliant: Session }).pliant.store.state.shared!.tissue!.depth === 3,
+    );
+    const refused = (await ask({ do: 'carve', from: cursor, to: cursor, radius: 3 })) as {
+        code: string;
+    };
+    assert.equal(refused.code, 'other_tissue');
+    await panel.getByText('ChainMail', { exact: true }).click();
+    await page.waitForFunction(
+        () =>
+            (window as never as { pliant: Session }).pliant.store.state.shared!.tissue?.model ===
+            'chainmail',
+    );
+    const left = (await compare(page))!;
+    assert.ok(left.same);
+    assert.ok(before.same);
+    assert.equal(await model(), 'chainmail');
+});
