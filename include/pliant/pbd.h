@@ -80,14 +80,14 @@ struct PbdPlane {
 };
 
 struct PbdParts {
-    std::vector<Vec3d> places;           ///< at rest
-    std::vector<double> inverse_masses;  ///< 0: held where it is put
-    std::vector<PbdDistance> distances;
-    std::vector<PbdBend> bends;
-    std::vector<PbdVolume> volumes;
-    std::vector<PbdSolid> solids;
-    std::vector<PbdAttachment> attachments;
-    std::vector<PbdPlane> planes;
+    std::vector<Vec3d> places{};           ///< at rest
+    std::vector<double> inverse_masses{};  ///< 0: held where it is put
+    std::vector<PbdDistance> distances{};
+    std::vector<PbdBend> bends{};
+    std::vector<PbdVolume> volumes{};
+    std::vector<PbdSolid> solids{};
+    std::vector<PbdAttachment> attachments{};
+    std::vector<PbdPlane> planes{};
 };
 
 enum class PbdNumbers {

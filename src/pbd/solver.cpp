@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
 
 #include "core/hash.h"
@@ -13,6 +14,12 @@ namespace pliant::pbd {
 namespace {
 
 constexpr std::int64_t kGrain = 4096;  ///< particles that a thread takes at once
+
+/// Without the allocation that a std::function of more than a reference costs.
+template <class Body>
+void for_each(const TaskArena& arena, std::int64_t count, std::int64_t grain, const Body& body) {
+    arena.for_each(count, grain, std::cref(body));
+}
 
 template <class Real>
 class SolverOf final : public Solver {
@@ -158,14 +165,14 @@ class SolverOf final : public Solver {
         const Real keep = Real(1 - m_settings.damping * m_h);
         const Vec3d g = m_h * m_settings.gravity;
         const Real push[4] = {Real(g.x), Real(g.y), Real(g.z), 0};
-        arena.for_each(m_plan.particle_count, kGrain, [&](std::int64_t begin, std::int64_t end) {
+        for_each(arena, m_plan.particle_count, kGrain, [&](std::int64_t begin, std::int64_t end) {
             Real *x = m_x.data() + 4 * begin, *before = m_before.data() + 4 * begin;
             Real* v = m_v.data() + 4 * begin;
             for (std::int64_t n = begin; n < end; ++n, x += 4, before += 4, v += 4) {
-                const Real moves = x[3] > 0 ? keep : Real(0);
+                const Real moves = x[3] > 0 ? Real(1) : Real(0);
                 for (int c = 0; c < 4; ++c) {
                     const Real was = c < 3 ? (x[c] - before[c]) * per_h : Real(0);
-                    v[c] = (v[c] + was + push[c]) * moves;
+                    v[c] = ((v[c] + was) * keep + push[c]) * moves;
                     x[c] = x[c] + h * v[c];
                     before[c] = x[c];
                 }
@@ -175,7 +182,7 @@ class SolverOf final : public Solver {
     Status finish(const TaskArena& arena) {
         const Real per_h = Real(1 / m_h);
         std::fill_n(m_is_bad, kBadFlags, std::uint8_t(0));
-        arena.for_each(m_plan.particle_count, kGrain, [&](std::int64_t begin, std::int64_t end) {
+        for_each(arena, m_plan.particle_count, kGrain, [&](std::int64_t begin, std::int64_t end) {
             bool bad = false;
             for (auto n = std::size_t(4 * begin); n < std::size_t(4 * end); n += 4)
                 for (std::size_t c = n; c < n + 3; ++c) {
@@ -202,7 +209,7 @@ class SolverOf final : public Solver {
             arrays.kinds[kind] = {m_plan.kinds[kind].corners.data(), m_numbers[kind].data(),
                                   m_multipliers[kind].data()};
         for (const Phase& phase : m_plan.phases)
-            arena.for_each(phase.end - phase.begin, 1, [&](std::int64_t begin, std::int64_t end) {
+            for_each(arena, phase.end - phase.begin, 1, [&](std::int64_t begin, std::int64_t end) {
                 for (std::int64_t d = begin; d < end; ++d)
                     m_kernel(arrays, m_plan.domains[std::size_t(phase.begin + d)]);
             });
@@ -243,7 +250,7 @@ class SolverOf final : public Solver {
     /// Out of the plane, and back along it by as much as friction can.
     void project_planes(const TaskArena& arena) {
         const auto count = std::int64_t(m_parts.places.size());
-        arena.for_each(count, kGrain, [&](std::int64_t begin, std::int64_t end) {
+        for_each(arena, count, kGrain, [&](std::int64_t begin, std::int64_t end) {
             for (const PbdPlane& plane : m_parts.planes) {
                 const Vec3d normal = normalized(plane.normal), point = plane.point - m_origin;
                 for (auto n = std::size_t(4 * begin); n < std::size_t(4 * end); n += 4)

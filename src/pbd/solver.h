@@ -3,7 +3,7 @@
 
 // A body's state, and its sub-steps [Macklin2019]:
 //
-//   v ← (v + h g) · (1 − damping h),  x ← x + h v;   constraints move x;   v ← v + (x − x′)/h
+//   v ← v · (1 − damping h) + h g,  x ← x + h v;   constraints move x;   v ← v + (x − x′)/h
 //
 // with x′ the place before the constraints. The usual v ← (x − x_old)/h loses h² g where it is less
 // than the last bit of a 32-bit place, as it is in small steps; here gravity is only in v.
