@@ -83,13 +83,24 @@ void project(const ProjectArrays<Real>& a, const Domain& domain) {
     a.compliant ? project_kinds<Real, true>(a, domain) : project_kinds<Real, false>(a, domain);
 }
 
+template <class Real>
+void move(const MoveArrays<Real>& a, std::int64_t begin, std::int64_t end) {
+    for (auto n = std::size_t(4 * begin); n < std::size_t(4 * end); ++n) {
+        const bool moves = a.x[n | 3] > 0;
+        const Real v = (a.v[n] + (a.x[n] - a.before[n]) * a.per_h) * a.keep + a.push[n % 4];
+        a.v[n] = moves ? v : Real(0);
+        a.x[n] = a.x[n] + a.h * a.v[n];
+        a.before[n] = a.x[n];
+    }
+}
+
 }  // namespace
 
 template <class Real>
-ProjectKernel<Real> plain_projection() {
-    return project<Real>;
+Kernels<Real> plain_kernels() {
+    return {project<Real>, move<Real>};
 }
-template ProjectKernel<float> plain_projection<float>();
-template ProjectKernel<double> plain_projection<double>();
+template Kernels<float> plain_kernels<float>();
+template Kernels<double> plain_kernels<double>();
 
 }  // namespace pliant::pbd

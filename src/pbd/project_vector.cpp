@@ -26,8 +26,8 @@ namespace {
 
 #if HWY_TARGET == HWY_SCALAR || HWY_TARGET == HWY_EMU128
 
-ProjectKernel<float> kernel_of_target() {
-    return plain_projection<float>();
+Kernels<float> kernels_of_target() {
+    return plain_kernels<float>();
 }
 
 #else
@@ -178,8 +178,24 @@ void project(const ProjectArrays<float>& a, const Domain& domain) {
     a.compliant ? project_kinds<true>(a, domain) : project_kinds<false>(a, domain);
 }
 
-ProjectKernel<float> kernel_of_target() {
-    return project;
+void move(const MoveArrays<float>& a, std::int64_t begin, std::int64_t end) {
+    const D d;
+    const V h = hn::Set(d, a.h), per_h = hn::Set(d, a.per_h), keep = hn::Set(d, a.keep);
+    const V push = hn::LoadDup128(d, a.push);
+    for (std::int64_t n = 4 * begin; n < 4 * end; n += std::int64_t(kLanes)) {
+        const V x = hn::Load(d, a.x + n), before = hn::Load(d, a.before + n);
+        const auto moves = hn::Gt(hn::Broadcast<3>(x), hn::Zero(d));
+        const V v = (hn::Load(d, a.v + n) + (x - before) * per_h) * keep + push;
+        const V kept = hn::IfThenElseZero(moves, v);
+        const V moved = x + h * kept;
+        hn::Store(kept, d, a.v + n);
+        hn::Store(moved, d, a.x + n);
+        hn::Store(moved, d, a.before + n);
+    }
+}
+
+Kernels<float> kernels_of_target() {
+    return {project, move};
 }
 
 #endif  // HWY_SCALAR
@@ -190,9 +206,9 @@ HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
 namespace pliant::pbd {
-HWY_EXPORT(kernel_of_target);
-ProjectKernel<float> vector_projection() {
-    return HWY_DYNAMIC_DISPATCH(kernel_of_target)();
+HWY_EXPORT(kernels_of_target);
+Kernels<float> vector_kernels() {
+    return HWY_DYNAMIC_DISPATCH(kernels_of_target)();
 }
 }  // namespace pliant::pbd
 #endif

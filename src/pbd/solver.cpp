@@ -25,8 +25,8 @@ template <class Real>
 class SolverOf final : public Solver {
   public:
     SolverOf(const PbdParts& parts, const PbdSettings& settings, const Plan& plan,
-             ProjectKernel<Real> kernel)
-        : m_parts(parts), m_settings(settings), m_plan(plan), m_kernel(kernel) {
+             Kernels<Real> kernels)
+        : m_parts(parts), m_settings(settings), m_plan(plan), m_kernels(kernels) {
         m_h = settings.time_step / settings.sub_steps;
         choose_origin();
         const auto numbers = std::size_t(plan.particle_count) * 4;
@@ -161,22 +161,16 @@ class SolverOf final : public Solver {
 
     /// The end of a sub-step, unless it is the first, and the beginning of the next.
     void move(const TaskArena& arena, bool ends_one) {
-        const Real h = Real(m_h), per_h = Real(ends_one ? 1 / m_h : 0);
-        const Real keep = Real(1 - m_settings.damping * m_h);
         const Vec3d g = m_h * m_settings.gravity;
-        const Real push[4] = {Real(g.x), Real(g.y), Real(g.z), 0};
+        const MoveArrays<Real> arrays{m_x.data(),
+                                      m_before.data(),
+                                      m_v.data(),
+                                      Real(m_h),
+                                      Real(ends_one ? 1 / m_h : 0),
+                                      Real(1 - m_settings.damping * m_h),
+                                      {Real(g.x), Real(g.y), Real(g.z), 0}};
         for_each(arena, m_plan.particle_count, kGrain, [&](std::int64_t begin, std::int64_t end) {
-            Real *x = m_x.data() + 4 * begin, *before = m_before.data() + 4 * begin;
-            Real* v = m_v.data() + 4 * begin;
-            for (std::int64_t n = begin; n < end; ++n, x += 4, before += 4, v += 4) {
-                const Real moves = x[3] > 0 ? Real(1) : Real(0);
-                for (int c = 0; c < 4; ++c) {
-                    const Real was = c < 3 ? (x[c] - before[c]) * per_h : Real(0);
-                    v[c] = ((v[c] + was) * keep + push[c]) * moves;
-                    x[c] = x[c] + h * v[c];
-                    before[c] = x[c];
-                }
-            }
+            m_kernels.move(arrays, begin, end);
         });
     }
     Status finish(const TaskArena& arena) {
@@ -211,7 +205,7 @@ class SolverOf final : public Solver {
         for (const Phase& phase : m_plan.phases)
             for_each(arena, phase.end - phase.begin, 1, [&](std::int64_t begin, std::int64_t end) {
                 for (std::int64_t d = begin; d < end; ++d)
-                    m_kernel(arrays, m_plan.domains[std::size_t(phase.begin + d)]);
+                    m_kernels.project(arrays, m_plan.domains[std::size_t(phase.begin + d)]);
             });
     }
 
@@ -278,7 +272,7 @@ class SolverOf final : public Solver {
     const PbdParts& m_parts;
     const PbdSettings& m_settings;
     const Plan& m_plan;
-    ProjectKernel<Real> m_kernel;
+    Kernels<Real> m_kernels;
     double m_h = 0;
     Vec3d m_origin{0, 0, 0};
     /// [particle][4]: x, y, z and, of m_x, the inverse mass. m_before is before the constraints.
@@ -294,10 +288,10 @@ std::unique_ptr<Solver> make_solver(const PbdParts& parts, const PbdSettings& se
                                     const Plan& plan) {
     if (settings.numbers == PbdNumbers::Double)
         return std::make_unique<SolverOf<double>>(parts, settings, plan,
-                                                  plain_projection<double>());
+                                                  plain_kernels<double>());
     return std::make_unique<SolverOf<float>>(
         parts, settings, plan,
-        settings.vectors ? vector_projection() : plain_projection<float>());
+        settings.vectors ? vector_kernels() : plain_kernels<float>());
 }
 
 }  // namespace pliant::pbd
