@@ -58,7 +58,7 @@ struct PbdVolume {
     double stiffness = 1;
 };
 
-/// A neo-Hookean tetrahedron [Macklin2021]; needs PbdMethod::Compliance.
+/// A stable neo-Hookean tetrahedron [Smith2018, Macklin2021]; needs PbdMethod::Compliance.
 struct PbdSolid {
     std::array<std::int32_t, 4> nodes{};
     double young_modulus = 1e5;
@@ -132,6 +132,8 @@ class PbdBody {
     Status set_state(std::int32_t particle, Vec3d position, Vec3d velocity);
     /// 0 holds the particle from now on.
     Status set_inverse_mass(std::int32_t particle, double inverse_mass);
+    /// Forces on particles, instead of those before, until they are changed.
+    Status load(std::span<const std::int32_t> particles, std::span<const Vec3d> forces);
     Status move_attachment(std::int32_t attachment, Vec3d target);
 
     /// λ/h² of the last sub-step: minus the tension of a distance, minus the moment of a bend, the

@@ -87,6 +87,21 @@ Status PbdBody::set_inverse_mass(std::int32_t particle, double inverse_mass) {
     m_impl->solver->set_inverse_mass(particle, inverse_mass);
     return Ok{};
 }
+Status PbdBody::load(std::span<const std::int32_t> particles, std::span<const Vec3d> forces) {
+    if (particles.size() != forces.size())
+        return Error{ErrorCode::InvalidArgument,
+                     "load: expected a force for each of " + std::to_string(particles.size()) +
+                         " particles, found " + std::to_string(forces.size())};
+    for (std::size_t n = 0; n < particles.size(); ++n) {
+        if (const Status s = m_impl->check_particle("load", particles[n]); !s.ok()) return s;
+        if (!is_finite(forces[n]))
+            return Error{ErrorCode::InvalidArgument,
+                         "load: expected three numbers as the force on particle " +
+                             std::to_string(particles[n])};
+    }
+    m_impl->solver->load(particles, forces);
+    return Ok{};
+}
 Status PbdBody::move_attachment(std::int32_t attachment, Vec3d target) {
     auto& all = m_impl->parts.attachments;
     if (attachment < 0 || std::size_t(attachment) >= all.size())
@@ -137,7 +152,6 @@ std::vector<Vec3d> PbdBody::constraint_forces() const {
                 const pbd::SolidNumbers numbers = pbd::solid_numbers(parts, parts.solids[c]);
                 pbd::Solid<double> s{};
                 for (int n = 0; n < 9; ++n) s.inverse[n / 3][n % 3] = numbers.inverse[n];
-                s.rest_j = numbers.rest_j;
                 const auto g = pbd::solid_constraints(p, s);
                 const double other = solver.multiplier(kind, std::int32_t(c), 1);
                 for (std::size_t n = 0; n < 4; ++n) {

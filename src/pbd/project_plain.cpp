@@ -41,9 +41,8 @@ void project_lane(const ProjectArrays<Real>& a, const Lane<Real, Kind>& lane) {
     if constexpr (Kind == int(PbdKind::Solid)) {
         Solid<Real> s{};
         for (int n = 0; n < 9; ++n) s.inverse[n / 3][n % 3] = lane.number(n);
-        s.rest_j = lane.number(9);
-        s.h_compliance = lane.number(10) * a.compliance_scale;
-        s.d_compliance = lane.number(11) * a.compliance_scale;
+        s.h_compliance = lane.number(9) * a.compliance_scale;
+        s.e_compliance = lane.number(10) * a.compliance_scale;
         s.h_multiplier = so_far(0);
         s.e_multiplier = so_far(1);
         project_solid(p, s);

@@ -51,14 +51,13 @@ SolidNumbers solid_numbers(const PbdParts& parts, const PbdSolid& solid) {
     const Mat3d inverse = pliant::inverse(edges);
     const double volume = determinant(edges) / 6, nu = solid.poisson_ratio;
     const double mu = solid.young_modulus / (2 * (1 + nu));
-    const double lambda = solid.young_modulus * nu / ((1 + nu) * (1 - 2 * nu)) + mu;
+    const double lambda = solid.young_modulus * nu / ((1 + nu) * (1 - 2 * nu));
     SolidNumbers s{};
     for (int row = 0; row < 3; ++row)
         for (int column = 0; column < 3; ++column)
             s.inverse[3 * row + column] = inverse.columns[column][row];
-    s.rest_j = 1 + mu / lambda;
     s.h_compliance = 1 / (lambda * volume);
-    s.d_compliance = 1 / (mu * volume);
+    s.e_compliance = 1 / (mu * volume);
     return s;
 }
 

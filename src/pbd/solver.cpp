@@ -74,6 +74,11 @@ class SolverOf final : public Solver {
         m_x[at(particle) + 3] = Real(inverse_mass);
         if (inverse_mass == 0) put(m_v, particle, {0, 0, 0});
     }
+    void load(std::span<const std::int32_t> particles, std::span<const Vec3d> forces) override {
+        m_loads.clear();
+        for (std::size_t n = 0; n < particles.size(); ++n)
+            m_loads.push_back({at(particles[n]), forces[n]});
+    }
     double multiplier(int kind, std::int32_t constraint, int part) const override {
         const auto slot = std::size_t(m_plan.kinds[kind].slots[std::size_t(constraint)]);
         const std::size_t pack = slot / kPack, lane = slot % kPack;
@@ -154,9 +159,8 @@ class SolverOf final : public Solver {
         }
         const SolidNumbers s = solid_numbers(m_parts, m_parts.solids[c]);
         std::copy_n(s.inverse, 9, to);
-        to[9] = s.rest_j;
-        to[10] = s.h_compliance;
-        to[11] = s.d_compliance;
+        to[9] = s.h_compliance;
+        to[10] = s.e_compliance;
     }
 
     /// The end of a sub-step, unless it is the first, and the beginning of the next.
@@ -172,6 +176,13 @@ class SolverOf final : public Solver {
         for_each(arena, m_plan.particle_count, kGrain, [&](std::int64_t begin, std::int64_t end) {
             m_kernels.move(arrays, begin, end);
         });
+        for (const Load& load : m_loads)
+            for (std::size_t c = 0; c < 3; ++c) {
+                const Real push = Real(m_h * load.force[int(c)]) * m_x[load.at + 3];
+                m_v[load.at + c] += push;
+                m_x[load.at + c] += arrays.h * push;
+                m_before[load.at + c] = m_x[load.at + c];
+            }
     }
     Status finish(const TaskArena& arena) {
         const Real per_h = Real(1 / m_h);
@@ -268,6 +279,10 @@ class SolverOf final : public Solver {
     }
 
     static constexpr int kBadFlags = 64;
+    struct Load {
+        std::size_t at;
+        Vec3d force;
+    };
 
     const PbdParts& m_parts;
     const PbdSettings& m_settings;
@@ -278,6 +293,7 @@ class SolverOf final : public Solver {
     /// [particle][4]: x, y, z and, of m_x, the inverse mass. m_before is before the constraints.
     AlignedVector<Real> m_x, m_before, m_v, m_good_x, m_good_v;
     AlignedVector<Real> m_numbers[kKinds], m_multipliers[kKinds];
+    std::vector<Load> m_loads;
     std::vector<Vec3d> m_forces;  ///< multipliers of attachments
     std::uint8_t m_is_bad[kBadFlags] = {};
 };

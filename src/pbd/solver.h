@@ -26,6 +26,7 @@ class Solver {
     virtual Vec3d velocity(std::int32_t particle) const = 0;
     virtual void set_state(std::int32_t particle, Vec3d position, Vec3d velocity) = 0;
     virtual void set_inverse_mass(std::int32_t particle, double inverse_mass) = 0;
+    virtual void load(std::span<const std::int32_t> particles, std::span<const Vec3d> forces) = 0;
     /// λ/h². @param part  below kMultipliers[kind]
     virtual double multiplier(int kind, std::int32_t constraint, int part) const = 0;
     virtual Vec3d attachment_force(std::int32_t attachment) const = 0;
@@ -39,7 +40,7 @@ std::unique_ptr<Solver> make_solver(const PbdParts& parts, const PbdSettings& se
 /// What a tetrahedron's projection needs of its rest places and material.
 struct SolidNumbers {
     double inverse[9];  ///< by rows
-    double rest_j, h_compliance, d_compliance;
+    double h_compliance, e_compliance;
 };
 SolidNumbers solid_numbers(const PbdParts& parts, const PbdSolid& solid);
 

@@ -284,6 +284,10 @@ TEST(Body, BadInputIsRefusedWithOneLineThatNamesIt) {
               "set_state: expected a particle below 8, found 8");
     EXPECT_FALSE(body->set_state(0, {nan, 0, 0}, {0, 0, 0}).ok());
     EXPECT_FALSE(body->set_inverse_mass(0, -1).ok());
+    EXPECT_EQ(body->load(std::array{0, 9}, std::array{Vec3d{}, Vec3d{}}).error().message,
+              "load: expected a particle below 8, found 9");
+    EXPECT_FALSE(body->load(std::array{0}, std::array{Vec3d{nan, 0, 0}}).ok());
+    EXPECT_FALSE(body->load(std::array{0}, {}).ok());
     EXPECT_FALSE(body->move_attachment(0, {0, 0, 0}).ok());
     EXPECT_FALSE(body->step(-1, one_thread()).ok());
 }
