@@ -320,9 +320,11 @@ TEST(Published, ATubeUnderPressureWidensAsLameSays) {
     constexpr int kAround = 64, kAcross = 8;
     const PbdParts parts =
         *pbd_of_mesh(ring(kAround, kAcross, inner, outer, height),
-                     {.density = 1, .edges = false, .volumes = false, .solids = true,
+                     {.density = 200, .edges = false, .volumes = false, .solids = true,
                       .young_modulus = young, .poisson_ratio = nu});
-    auto body = PbdBody::create(parts, {.time_step = 0.01, .sub_steps = 10, .damping = 100,
+    // Sub-steps in which waves pass a third of a cell: under a load that lasts, longer ones are too
+    // soft; and so small that floats lose a twentieth of the widening.
+    auto body = PbdBody::create(parts, {.time_step = 0.01, .sub_steps = 20, .damping = 20,
                                         .numbers = PbdNumbers::Double});
     std::vector<std::int32_t> nodes;
     std::vector<Vec3d> forces;
@@ -334,7 +336,7 @@ TEST(Published, ATubeUnderPressureWidensAsLameSays) {
             forces.push_back((pressure * area / inner) * Vec3d{out.x, out.y, 0});
         }
     ASSERT_TRUE(body->load(nodes, forces).ok());
-    ASSERT_TRUE(body->step(300, one_thread()).ok());
+    ASSERT_TRUE(body->step(64, one_thread()).ok());
     double widening = 0;
     for (const std::int32_t n : nodes)
         widening += std::hypot(body->position(n).x, body->position(n).y) - inner;
