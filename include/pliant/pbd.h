@@ -30,7 +30,7 @@ namespace pliant {
 
 /// How far a constraint gives way.
 ///   Compliance α: energy C²/2α, whatever the step and the number of iterations [Macklin2016].
-///   Stiffness k: the share of C that each projection takes away, 0…1 [Mueller2007, Wang2016].
+///   Stiffness k: the share of C that each projection takes away, 0…1 [Mueller2007, VesselPbd2016].
 enum class PbdMethod { Compliance, Stiffness };
 
 /// C = distance of two nodes − rest length; α in length/force.
@@ -50,7 +50,7 @@ struct PbdBend {
     double stiffness = 1;
 };
 
-/// C = volume − rest volume [Wang2016, Eq. 2]; α in length³ · length²/force: 1/(bulk · volume) · V².
+/// C = volume − rest volume [VesselPbd2016, Eq. 2]; α in length³ · length²/force: 1/(bulk · volume) · V².
 struct PbdVolume {
     std::array<std::int32_t, 4> nodes{};
     double rest_volume = -1;  ///< below 0: that of the rest places
@@ -104,7 +104,7 @@ struct PbdSettings {
     PbdMethod method = PbdMethod::Compliance;
     PbdNumbers numbers = PbdNumbers::Float;
     bool vectors = true;                 ///< vector instructions; the bits are the same without
-    std::int32_t domain_particles = 512;  ///< about as many stay in the first cache together
+    std::int32_t domain_particles = 1024;  ///< about as many stay in the first cache together
 };
 
 enum class PbdKind { Distance, Bend, Volume, Solid };

@@ -75,7 +75,7 @@ TEST(Constraints, VolumeGradientsSumToZeroAndAgreeWithFiniteDifferences) {
             EXPECT_LT(norm(g - derivative(volume, places, n)), 1e-6 * norm(g));
         }
         EXPECT_LT(norm(sum), 1e-12);
-        // As the paper writes the first one [Wang2016, Eq. 7].
+        // As the paper writes the first one [VesselPbd2016, Eq. 7].
         const Vec3d paper =
             (1.0 / 6) * cross(places[3] - places[1], places[2] - places[1]);
         EXPECT_LT(norm(as_vec(c.g[0]) - paper), 1e-14);
