@@ -203,9 +203,10 @@ void pbd_rod(benchmark::State& state) {
     auto rod = Rod::create({.segments = std::int32_t(state.range(0)), .damping = 4});
     if (!rod->load(std::int32_t(state.range(0)), {2, 0, 0}).ok()) std::abort();
     Turns turns(state, "none");
-    for (auto _ : state) turns.add_subject(seconds_of([&] {
-        if (!rod->step(1).ok()) state.SkipWithError("unstable");
-    }));
+    for (auto _ : state)
+        turns.add_subject(seconds_of([&] {
+            if (!rod->step(1).ok()) state.SkipWithError("unstable");
+        }));
     turns.count(double(state.range(0)) * 2);
 }
 BENCHMARK(pbd_rod)

@@ -41,8 +41,8 @@ struct PbdDistance {
     double stiffness = 1;
 };
 
-/// C = angle between the triangles (0, 1, 2) and (1, 0, 3) − rest angle, 0 where they are flat; α in
-/// 1/(force · length).
+/// C = angle between the triangles (0, 1, 2) and (1, 0, 3) − rest angle, 0 where they are flat; α
+/// in 1/(force · length).
 struct PbdBend {
     std::array<std::int32_t, 4> nodes{};  ///< the common edge, then the two other corners
     double rest_angle = std::numeric_limits<double>::quiet_NaN();  ///< NaN: of the rest places
@@ -50,7 +50,8 @@ struct PbdBend {
     double stiffness = 1;
 };
 
-/// C = volume − rest volume [VesselPbd2016, Eq. 2]; α in length³ · length²/force: 1/(bulk · volume) · V².
+/// C = volume − rest volume [VesselPbd2016, Eq. 2]; α in length³ · length²/force: 1/(bulk · volume)
+/// · V².
 struct PbdVolume {
     std::array<std::int32_t, 4> nodes{};
     double rest_volume = -1;  ///< below 0: that of the rest places
@@ -103,7 +104,7 @@ struct PbdSettings {
     double damping = 0;  ///< of velocities, in 1/time
     PbdMethod method = PbdMethod::Compliance;
     PbdNumbers numbers = PbdNumbers::Float;
-    bool vectors = true;                 ///< vector instructions; the bits are the same without
+    bool vectors = true;                   ///< vector instructions; the bits are the same without
     std::int32_t domain_particles = 1024;  ///< about as many stay in the first cache together
 };
 

@@ -41,8 +41,8 @@ struct RodSettings {
     std::int32_t segments = 50;
     double length = 1;
     double mass = 1;
-    double bend_stiffness = 1;     ///< EI
-    double twist_stiffness = 1;    ///< GJ
+    double bend_stiffness = 1;       ///< EI
+    double twist_stiffness = 1;      ///< GJ
     double stretch_stiffness = 1e4;  ///< EA
     double shear_stiffness = 1e4;    ///< GA
     std::int32_t tip_segments = 0;   ///< that steering bends

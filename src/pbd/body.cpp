@@ -20,10 +20,10 @@ struct PbdBody::Impl {
 
     Status check_particle(const char* what, std::int32_t particle) const {
         if (particle >= 0 && std::size_t(particle) < parts.places.size()) return Ok{};
-        return Error{ErrorCode::InvalidArgument,
-                     std::string(what) + ": expected a particle below " +
-                         std::to_string(parts.places.size()) + ", found " +
-                         std::to_string(particle)};
+        return Error{ErrorCode::InvalidArgument, std::string(what) +
+                                                     ": expected a particle below " +
+                                                     std::to_string(parts.places.size()) +
+                                                     ", found " + std::to_string(particle)};
     }
 };
 
@@ -105,9 +105,9 @@ Status PbdBody::load(std::span<const std::int32_t> particles, std::span<const Ve
 Status PbdBody::move_attachment(std::int32_t attachment, Vec3d target) {
     auto& all = m_impl->parts.attachments;
     if (attachment < 0 || std::size_t(attachment) >= all.size())
-        return Error{ErrorCode::InvalidArgument,
-                     "move_attachment: expected an attachment below " +
-                         std::to_string(all.size()) + ", found " + std::to_string(attachment)};
+        return Error{ErrorCode::InvalidArgument, "move_attachment: expected an attachment below " +
+                                                     std::to_string(all.size()) + ", found " +
+                                                     std::to_string(attachment)};
     if (!is_finite(target))
         return Error{ErrorCode::InvalidArgument, "move_attachment: expected three numbers"};
     all[std::size_t(attachment)].target = target;

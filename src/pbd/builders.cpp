@@ -62,9 +62,9 @@ void add_bends(const TetMesh& mesh, const PbdMaterial& material, PbdParts& parts
                sides[end].high == sides[n].high)
             ++end;
         if (end - n != 2) continue;  // where more than two triangles meet there is no one angle
-        parts.bends.push_back({.nodes = {sides[n].low, sides[n].high, sides[n].other,
-                                         sides[n + 1].other},
-                               .compliance = material.bend_compliance});
+        parts.bends.push_back(
+            {.nodes = {sides[n].low, sides[n].high, sides[n].other, sides[n + 1].other},
+             .compliance = material.bend_compliance});
     }
 }
 

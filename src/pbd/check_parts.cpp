@@ -39,9 +39,9 @@ struct Checker {
         const auto count = parts.places.size();
         for (std::size_t n = 0; n < found.size(); ++n) {
             if (found[n] < 0 || std::size_t(found[n]) >= count)
-                return bad(what, index,
-                           "nodes below " + std::to_string(count) + ", found " +
-                               std::to_string(found[n]));
+                return bad(
+                    what, index,
+                    "nodes below " + std::to_string(count) + ", found " + std::to_string(found[n]));
             for (std::size_t m = 0; m < n; ++m)
                 if (found[m] == found[n])
                     return bad(what, index,
@@ -90,9 +90,9 @@ struct Checker {
         if (!(std::isfinite(t.young_modulus) && t.young_modulus > 0))
             return bad(what, index, "a Young's modulus above 0, found " + text_of(t.young_modulus));
         if (!(t.poisson_ratio > 0 && t.poisson_ratio < 0.5))
-            return bad(what, index,
-                       "a Poisson's ratio above 0 and below 0.5, found " +
-                           text_of(t.poisson_ratio));
+            return bad(
+                what, index,
+                "a Poisson's ratio above 0 and below 0.5, found " + text_of(t.poisson_ratio));
         return volume(t.nodes);
     }
     Status operator()(const PbdAttachment& a) const {

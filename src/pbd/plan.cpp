@@ -126,8 +126,7 @@ class Packer {
         const int lane = m_used[slot]++;
         if (lane == kPack - 1) m_open &= ~(std::uint64_t(1) << slot);
         plan.constraints[std::size_t(pack) * kPack + std::size_t(lane)] = constraint;
-        for (const std::int32_t n : nodes)
-            m_packs_of[std::size_t(n)] |= std::uint64_t(1) << slot;
+        for (const std::int32_t n : nodes) m_packs_of[std::size_t(n)] |= std::uint64_t(1) << slot;
     }
 
     void forget_first(const KindPlan& plan, int kind) {
@@ -151,10 +150,9 @@ class Packer {
                 const std::int32_t c = plan.constraints[pack * kPack + lane];
                 if (c >= 0) plan.slots[std::size_t(c)] = std::int32_t(pack * kPack + lane);
                 for (std::size_t n = 0; n < corners; ++n) {
-                    const std::int32_t particle =
-                        c < 0 ? spare
-                              : m_plan.particle_of[std::size_t(
-                                    nodes_of(m_parts, kind, std::size_t(c))[n])];
+                    const std::int32_t particle = c < 0 ? spare
+                                                        : m_plan.particle_of[std::size_t(nodes_of(
+                                                              m_parts, kind, std::size_t(c))[n])];
                     plan.corners[(pack * corners + n) * kPack + lane] = 4 * std::uint32_t(particle);
                 }
             }
@@ -171,8 +169,7 @@ class Packer {
 void number_particles(const Cells& cells, const PbdParts& parts, Plan& plan) {
     const auto count = parts.places.size();
     std::vector<std::pair<std::int64_t, std::int32_t>> order(count);
-    for (std::size_t n = 0; n < count; ++n)
-        order[n] = {cells(parts.places[n], 0), std::int32_t(n)};
+    for (std::size_t n = 0; n < count; ++n) order[n] = {cells(parts.places[n], 0), std::int32_t(n)};
     std::sort(order.begin(), order.end());
     plan.particle_of.resize(count);
     for (std::size_t n = 0; n < count; ++n)
@@ -222,20 +219,28 @@ std::vector<std::size_t> group_domains(const std::vector<Member>& members, bool 
 
 std::size_t constraint_count(const PbdParts& parts, int kind) {
     switch (PbdKind(kind)) {
-        case PbdKind::Distance: return parts.distances.size();
-        case PbdKind::Bend: return parts.bends.size();
-        case PbdKind::Volume: return parts.volumes.size();
-        case PbdKind::Solid: break;
+        case PbdKind::Distance:
+            return parts.distances.size();
+        case PbdKind::Bend:
+            return parts.bends.size();
+        case PbdKind::Volume:
+            return parts.volumes.size();
+        case PbdKind::Solid:
+            break;
     }
     return parts.solids.size();
 }
 
 std::span<const std::int32_t> nodes_of(const PbdParts& parts, int kind, std::size_t constraint) {
     switch (PbdKind(kind)) {
-        case PbdKind::Distance: return parts.distances[constraint].nodes;
-        case PbdKind::Bend: return parts.bends[constraint].nodes;
-        case PbdKind::Volume: return parts.volumes[constraint].nodes;
-        case PbdKind::Solid: break;
+        case PbdKind::Distance:
+            return parts.distances[constraint].nodes;
+        case PbdKind::Bend:
+            return parts.bends[constraint].nodes;
+        case PbdKind::Volume:
+            return parts.volumes[constraint].nodes;
+        case PbdKind::Solid:
+            break;
     }
     return parts.solids[constraint].nodes;
 }

@@ -53,8 +53,9 @@ struct KindPlan {
 };
 
 struct Plan {
-    std::vector<std::int32_t> particle_of;  ///< by the caller's number; with empty lanes' at the end
-    std::int32_t particle_count = 0;        ///< with those of empty lanes
+    std::vector<std::int32_t>
+        particle_of;                  ///< by the caller's number; with empty lanes' at the end
+    std::int32_t particle_count = 0;  ///< with those of empty lanes
     KindPlan kinds[kKinds];
     std::vector<Domain> domains;
     std::vector<Phase> phases;

@@ -108,8 +108,7 @@ HWY_INLINE Corner<V> load_corner(const float* particles, const std::uint32_t* li
     transpose(a, b, c, d);
     return {{a, b, c}, d};
 }
-HWY_INLINE void store_corner(const Corner<V>& corner, float* particles,
-                             const std::uint32_t* list) {
+HWY_INLINE void store_corner(const Corner<V>& corner, float* particles, const std::uint32_t* list) {
     const D tag;
     V a = corner.p.x, b = corner.p.y, c = corner.p.z, d = corner.w;
     transpose(a, b, c, d);

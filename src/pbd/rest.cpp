@@ -17,8 +17,7 @@ Vec3d place(const PbdParts& parts, std::int32_t node) {
 
 }  // namespace
 
-double tetrahedron_volume(const std::array<std::int32_t, 4>& nodes,
-                          std::span<const Vec3d> places) {
+double tetrahedron_volume(const std::array<std::int32_t, 4>& nodes, std::span<const Vec3d> places) {
     const auto at = [&](std::size_t n) { return places[std::size_t(nodes[n])]; };
     return pliant::dot(pliant::cross(at(1) - at(0), at(2) - at(0)), at(3) - at(0)) / 6;
 }

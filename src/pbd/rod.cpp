@@ -4,13 +4,14 @@
 // Constraints of segment i, a block of six:
 //
 //   stretch and shear   Γ = Rᵢᵀ (x_{i+1} − x_i)/l − e₃,   energy ½ l Γᵀ diag(GA, GA, EA) Γ
-//   bend and twist      r − r₀, r = log(q_{i−1}⁻¹ q_i),   energy ½ (r − r₀)ᵀ diag(EI, EI, GJ) (r − r₀)/l
+//   bend and twist      r − r₀, r = log(q_{i−1}⁻¹ q_i),   energy ½ (r − r₀)ᵀ diag(EI, EI, GJ) (r −
+//   r₀)/l
 //
 // with l/2 for the joint of the base, since bending is sampled at nodes: the error is of second
-// order. [Kugelstadt2016] takes the imaginary part of q⁻¹q for r; the logarithm holds for any angle.
-// Blocks i and i + 1 share x_{i+1} and q_i, no others do, so the Newton step of [Macklin2016] is a
-// chain of blocks, solved directly as in [Deul2018]. Segments turn like balls: their inertia is the
-// same about all axes, m l²/12 and no less about the rod.
+// order. [Kugelstadt2016] takes the imaginary part of q⁻¹q for r; the logarithm holds for any
+// angle. Blocks i and i + 1 share x_{i+1} and q_i, no others do, so the Newton step of
+// [Macklin2016] is a chain of blocks, solved directly as in [Deul2018]. Segments turn like balls:
+// their inertia is the same about all axes, m l²/12 and no less about the rod.
 
 #include <pliant/pbd_rod.h>
 
@@ -42,16 +43,16 @@ Mat3d scaled(double s, const Mat3d& m) {
     return {{s * m.columns[0], s * m.columns[1], s * m.columns[2]}};
 }
 Mat3d sum(const Mat3d& a, const Mat3d& b) {
-    return {{a.columns[0] + b.columns[0], a.columns[1] + b.columns[1],
-             a.columns[2] + b.columns[2]}};
+    return {
+        {a.columns[0] + b.columns[0], a.columns[1] + b.columns[1], a.columns[2] + b.columns[2]}};
 }
 
 /// ∂ log(exp(δ) exp(r)) / ∂δ at δ = 0.
 Mat3d log_derivative(Vec3d r) {
     const double angle = norm(r), a2 = angle * angle;
-    const double second = angle < 1e-2 ? 1.0 / 12 + a2 / 720
-                                       : 1 / a2 - (1 + std::cos(angle)) /
-                                                      (2 * angle * std::sin(angle));
+    const double second = angle < 1e-2
+                              ? 1.0 / 12 + a2 / 720
+                              : 1 / a2 - (1 + std::cos(angle)) / (2 * angle * std::sin(angle));
     const Mat3d c = crossing(r);
     return sum(sum(kIdentity3, scaled(-0.5, c)), scaled(second, c * c));
 }
@@ -161,9 +162,9 @@ struct Rod::Impl {
         force = v;
         moment = spin;
         rest.assign(count, {0, 0, 0});
+        push = rest;
         derivatives.resize(count);
         lambda.assign(count, BlockVector{});
-        change.assign(count, BlockVector{});
         old_x = good_x = x;
         old_q = good_q = q;
         good_v = v;
@@ -182,16 +183,20 @@ struct Rod::Impl {
     BlockVector compliance(std::size_t i) const {
         const double j = joint_length(i);
         const RodSettings& s = settings;
-        return {1 / (s.shear_stiffness * l), 1 / (s.shear_stiffness * l),
+        return {1 / (s.shear_stiffness * l),   1 / (s.shear_stiffness * l),
                 1 / (s.stretch_stiffness * l), j / s.bend_stiffness,
-                j / s.bend_stiffness, j / s.twist_stiffness};
+                j / s.bend_stiffness,          j / s.twist_stiffness};
     }
     double weight(std::size_t i, Variable variable) const {
         switch (variable) {
-            case kNodeBefore: return w_node[i];
-            case kNodeAfter: return w_node[i + 1];
-            case kTurnBefore: return i == 0 ? 0 : w_turn;
-            default: return w_turn;
+            case kNodeBefore:
+                return w_node[i];
+            case kNodeAfter:
+                return w_node[i + 1];
+            case kTurnBefore:
+                return i == 0 ? 0 : w_turn;
+            default:
+                return w_turn;
         }
     }
 
@@ -203,8 +208,7 @@ struct Rod::Impl {
         d.stretch[kTurnBefore] = Mat3d{};
         d.stretch[kTurn] = to_local * crossing((1 / l) * (x[i + 1] - x[i]));
         d.bend[kNodeBefore] = d.bend[kNodeAfter] = Mat3d{};
-        d.bend[kTurn] =
-            log_derivative(turn_of(i)) * transposed(matrix_of(frame_before(i)));
+        d.bend[kTurn] = log_derivative(turn_of(i)) * transposed(matrix_of(frame_before(i)));
         d.bend[kTurnBefore] = scaled(-1, d.bend[kTurn]);
     }
 
@@ -224,8 +228,11 @@ struct Rod::Impl {
             }
     }
 
-    /// One Newton step of all constraints at once.
-    void solve() {
+    /// One Newton step of all constraints at once. Moments come with the first, not before it: a
+    /// segment alone would be turned by them many times round.
+    void solve(bool first) {
+        for (std::size_t i = 0; i < count; ++i)
+            push[i] = first ? h * h * w_turn * moment[i] : Vec3d{0, 0, 0};
         for (std::size_t i = 0; i < count; ++i) derive(i);
         for (std::size_t i = 0; i < count; ++i) {
             Block& a = matrix.diagonal[i];
@@ -233,7 +240,10 @@ struct Rod::Impl {
             for (const Variable at : {kNodeBefore, kNodeAfter, kTurnBefore, kTurn})
                 add_product(a, weight(i, at), derivatives[i], at, derivatives[i], at);
             const BlockVector soft = compliance(i);
-            const Vec3d strain = strain_of(i), bend = turn_of(i) - rest[i];
+            const SegmentDerivatives& d = derivatives[i];
+            const Vec3d strain = strain_of(i) + d.stretch[kTurn] * push[i];
+            Vec3d bend = turn_of(i) - rest[i] + d.bend[kTurn] * push[i];
+            if (i > 0) bend = bend + d.bend[kTurnBefore] * push[i - 1];
             for (std::size_t r = 0; r < kBlock; ++r) {
                 const double alpha = soft[r] / (h * h);
                 a[r * kBlock + r] += alpha;
@@ -256,7 +266,7 @@ struct Rod::Impl {
         }
         // Turns change all that the derivatives have been taken of, so they come last.
         for (std::size_t i = 0; i < count; ++i) {
-            Vec3d by = pulled(right, i, kTurn);
+            Vec3d by = push[i] + pulled(right, i, kTurn);
             if (i + 1 < count) by = by + pulled(right, i + 1, kTurnBefore);
             q[i] = rotation_by(by) * q[i];
         }
@@ -280,17 +290,17 @@ struct Rod::Impl {
             x[n] = x[n] + h * v[n];
         }
         for (std::size_t i = 0; i < count; ++i) {
-            spin[i] = keep * spin[i] + (h * w_turn) * moment[i];
+            spin[i] = keep * spin[i];
             q[i] = rotation_by(h * spin[i]) * q[i];
         }
         std::fill(lambda.begin(), lambda.end(), BlockVector{});
-        for (int n = 0; n < settings.iterations; ++n) solve();
+        for (int n = 0; n < settings.iterations; ++n) solve(n == 0);
         for (std::size_t n = 1; n <= count; ++n) v[n] = (1 / h) * (x[n] - old_x[n]);
         for (std::size_t i = 0; i < count; ++i) {
             const Rotation turned = checked("", q[i]).ok() ? q[i] : old_q[i];
             spin[i] = (1 / h) * rotation_vector(turned * inverse_of(old_q[i]));
-            const double length = std::sqrt(q[i].w * q[i].w + q[i].x * q[i].x + q[i].y * q[i].y +
-                                            q[i].z * q[i].z);
+            const double length =
+                std::sqrt(q[i].w * q[i].w + q[i].x * q[i].x + q[i].y * q[i].y + q[i].z * q[i].z);
             q[i] = {q[i].w / length, q[i].x / length, q[i].y / length, q[i].z / length};
         }
     }
@@ -306,10 +316,10 @@ struct Rod::Impl {
     Rotation base_frame;
     std::vector<Vec3d> x, v, old_x, good_x, good_v, force;  ///< [node]
     std::vector<double> w_node;
-    std::vector<Rotation> q, old_q, good_q;                 ///< [segment]
-    std::vector<Vec3d> spin, good_spin, moment, rest;
+    std::vector<Rotation> q, old_q, good_q;  ///< [segment]
+    std::vector<Vec3d> spin, good_spin, moment, rest, push;
     std::vector<SegmentDerivatives> derivatives;
-    std::vector<BlockVector> lambda, change;
+    std::vector<BlockVector> lambda;
     pbd::BlockChain matrix;
     std::vector<BlockVector> right;
 };

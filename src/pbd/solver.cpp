@@ -62,9 +62,7 @@ class SolverOf final : public Solver {
         return finish(arena);
     }
 
-    Vec3d position(std::int32_t particle) const override {
-        return m_origin + get(m_x, particle);
-    }
+    Vec3d position(std::int32_t particle) const override { return m_origin + get(m_x, particle); }
     Vec3d velocity(std::int32_t particle) const override { return get(m_v, particle); }
     void set_state(std::int32_t particle, Vec3d position, Vec3d velocity) override {
         put(m_x, particle, position - m_origin);
@@ -83,8 +81,7 @@ class SolverOf final : public Solver {
         const auto slot = std::size_t(m_plan.kinds[kind].slots[std::size_t(constraint)]);
         const std::size_t pack = slot / kPack, lane = slot % kPack;
         const auto per_pack = std::size_t(kMultipliers[kind]);
-        return double(
-                   m_multipliers[kind][(pack * per_pack + std::size_t(part)) * kPack + lane]) /
+        return double(m_multipliers[kind][(pack * per_pack + std::size_t(part)) * kPack + lane]) /
                (m_h * m_h);
     }
     Vec3d attachment_force(std::int32_t attachment) const override {
@@ -155,7 +152,8 @@ class SolverOf final : public Solver {
                 to[1] = compliant ? v.compliance : v.stiffness;
                 return;
             }
-            case PbdKind::Solid: break;
+            case PbdKind::Solid:
+                break;
         }
         const SolidNumbers s = solid_numbers(m_parts, m_parts.solids[c]);
         std::copy_n(s.inverse, 9, to);
@@ -173,9 +171,8 @@ class SolverOf final : public Solver {
                                       Real(ends_one ? 1 / m_h : 0),
                                       Real(1 - m_settings.damping * m_h),
                                       {Real(g.x), Real(g.y), Real(g.z), 0}};
-        for_each(arena, m_plan.particle_count, kGrain, [&](std::int64_t begin, std::int64_t end) {
-            m_kernels.move(arrays, begin, end);
-        });
+        for_each(arena, m_plan.particle_count, kGrain,
+                 [&](std::int64_t begin, std::int64_t end) { m_kernels.move(arrays, begin, end); });
         for (const Load& load : m_loads)
             for (std::size_t c = 0; c < 3; ++c) {
                 const Real push = Real(m_h * load.force[int(c)]) * m_x[load.at + 3];
@@ -303,11 +300,9 @@ class SolverOf final : public Solver {
 std::unique_ptr<Solver> make_solver(const PbdParts& parts, const PbdSettings& settings,
                                     const Plan& plan) {
     if (settings.numbers == PbdNumbers::Double)
-        return std::make_unique<SolverOf<double>>(parts, settings, plan,
-                                                  plain_kernels<double>());
+        return std::make_unique<SolverOf<double>>(parts, settings, plan, plain_kernels<double>());
     return std::make_unique<SolverOf<float>>(
-        parts, settings, plan,
-        settings.vectors ? vector_kernels() : plain_kernels<float>());
+        parts, settings, plan, settings.vectors ? vector_kernels() : plain_kernels<float>());
 }
 
 }  // namespace pliant::pbd

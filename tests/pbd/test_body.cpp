@@ -92,10 +92,9 @@ TEST(Plan, EachConstraintComesOnceAndNoPackOrPhaseMeetsAParticleTwice) {
                                 owner = d;
                                 if (c < 0) continue;
                                 EXPECT_TRUE(in_pack.insert(particle).second);
-                                EXPECT_EQ(
-                                    plan.particle_of[std::size_t(pbd::nodes_of(
-                                        parts, kind, std::size_t(c))[n])],
-                                    std::int32_t(particle));
+                                EXPECT_EQ(plan.particle_of[std::size_t(
+                                              pbd::nodes_of(parts, kind, std::size_t(c))[n])],
+                                          std::int32_t(particle));
                             }
                         }
                     }
@@ -142,10 +141,10 @@ TEST(Body, FloatsAreDoublesToFourDigits) {
     const PbdParts parts = random_block(random, {6, 4, 3}, false);
     std::vector<Vec3d> places[2];
     for (const bool wide : {false, true}) {
-        auto body = PbdBody::create(parts, {.sub_steps = 4,
-                                            .gravity = {0, 0, -9.81},
-                                            .numbers = wide ? PbdNumbers::Double
-                                                            : PbdNumbers::Float});
+        auto body =
+            PbdBody::create(parts, {.sub_steps = 4,
+                                    .gravity = {0, 0, -9.81},
+                                    .numbers = wide ? PbdNumbers::Double : PbdNumbers::Float});
         ASSERT_TRUE(body->step(6, one_thread()).ok());
         places[wide].resize(parts.places.size());
         body->get_positions(places[wide]);
@@ -252,17 +251,20 @@ TEST(Body, BadInputIsRefusedWithOneLineThatNamesIt) {
         {"solid 0: expected method Compliance",
          [](PbdParts&, PbdSettings& s) { s.method = PbdMethod::Stiffness; }},
         {"attachment 0: expected nodes below 8, found -1",
-         [](PbdParts& p, PbdSettings&) { p.attachments = {{.nodes = {-1, 0, 0, 0}}}; }},
+         [](PbdParts& p, PbdSettings&) {
+             p.attachments = {{.nodes = {-1, 0, 0, 0}}};
+         }},
         {"plane 0: expected a normal that isn't 0",
-         [](PbdParts& p, PbdSettings&) { p.planes = {{.normal = {0, 0, 0}}}; }},
+         [](PbdParts& p, PbdSettings&) {
+             p.planes = {{.normal = {0, 0, 0}}};
+         }},
         {"time_step: expected a time above 0, found 0",
          [](PbdParts&, PbdSettings& s) { s.time_step = 0; }},
         {"sub_steps: expected 1 or more, found 0",
          [](PbdParts&, PbdSettings& s) { s.sub_steps = 0; }},
         {"iterations: expected 1 or more, found -1",
          [](PbdParts&, PbdSettings& s) { s.iterations = -1; }},
-        {"gravity: expected three numbers",
-         [&](PbdParts&, PbdSettings& s) { s.gravity.x = nan; }},
+        {"gravity: expected three numbers", [&](PbdParts&, PbdSettings& s) { s.gravity.x = nan; }},
         {"damping: expected 0 to 600, one over the sub-step, found 601",
          [](PbdParts&, PbdSettings& s) { s.damping = 601; }},
     };

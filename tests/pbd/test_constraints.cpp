@@ -76,8 +76,7 @@ TEST(Constraints, VolumeGradientsSumToZeroAndAgreeWithFiniteDifferences) {
         }
         EXPECT_LT(norm(sum), 1e-12);
         // As the paper writes the first one [VesselPbd2016, Eq. 7].
-        const Vec3d paper =
-            (1.0 / 6) * cross(places[3] - places[1], places[2] - places[1]);
+        const Vec3d paper = (1.0 / 6) * cross(places[3] - places[1], places[2] - places[1]);
         EXPECT_LT(norm(as_vec(c.g[0]) - paper), 1e-14);
     }
 }
@@ -277,9 +276,8 @@ TEST(Constraints, AnAttachmentPullsItsPointToTheTargetAndTellsTheForce) {
         const Vec3d target{100.5, 0.5, 0.75};
         parts.attachments = {{{0, 1, 2, 3}, {0.1, 0.2, 0.3, 0.4}, target, compliance}};
         const Vec3d g{0, 0, -10};
-        auto body = PbdBody::create(parts, {.gravity = g,
-                                            .damping = 30,
-                                            .numbers = PbdNumbers::Double});
+        auto body =
+            PbdBody::create(parts, {.gravity = g, .damping = 30, .numbers = PbdNumbers::Double});
         ASSERT_TRUE(body.ok());
         ASSERT_TRUE(body->step(1, arena).ok());
         const auto point = [&] {
@@ -292,9 +290,8 @@ TEST(Constraints, AnAttachmentPullsItsPointToTheTargetAndTellsTheForce) {
         // One particle at rest hangs from the target by its weight.
         parts.attachments[0].weights = {1, 0, 0, 0};
         parts.attachments[0].target = parts.places[0];
-        auto hanging = PbdBody::create(parts, {.gravity = g,
-                                               .damping = 30,
-                                               .numbers = PbdNumbers::Double});
+        auto hanging =
+            PbdBody::create(parts, {.gravity = g, .damping = 30, .numbers = PbdNumbers::Double});
         ASSERT_TRUE(hanging->step(600, arena).ok());
         EXPECT_LT(norm(hanging->attachment_force(0) - Vec3d{0, 0, 10}), 1e-6);
         EXPECT_NEAR(hanging->position(0).z, -10 * compliance, 1e-6);

@@ -30,10 +30,9 @@ TEST(Published, ASpringHasItsPeriodForAnyNumberOfIterations) {
             PbdParts parts{.places = {{0, 0, 0}, {1.5, 0, 0}}, .inverse_masses = {0, 1}};
             parts.distances = {{.nodes = {0, 1}, .rest_length = 1, .compliance = 1e-3}};
             const double step = 5e-4;
-            auto body = PbdBody::create(parts, {.time_step = step,
-                                                .sub_steps = 1,
-                                                .iterations = iterations,
-                                                .numbers = numbers});
+            auto body = PbdBody::create(
+                parts,
+                {.time_step = step, .sub_steps = 1, .iterations = iterations, .numbers = numbers});
             ASSERT_TRUE(body.ok());
             // Between crossings of the rest length in the same direction.
             std::vector<double> crossings;
@@ -139,7 +138,8 @@ class ChainByNewton {
     std::vector<double> m_lambda;
 };
 
-// Case 4: the force at the support within 6, 2 and 0.5 % of Newton's at 50, 100 and 1000 iterations.
+// Case 4: the force at the support within 6, 2 and 0.5 % of Newton's at 50, 100 and 1000
+// iterations.
 TEST(Published, AChainsSupportForceConvergesToNewtons) {
     constexpr int kLinks = 19, kFrames = 100;
     const double alpha = 1e-8, h = 1.0 / 60;
@@ -215,14 +215,15 @@ TEST(Published, ABlockThatFellKeepsItsVolume) {
         double change;
     } cases[] = {{5, 4.6e-3}, {10, 1.18e-3}, {20, 2.7e-4}};
     for (const auto& c : cases) {
-        PbdParts parts = *pbd_of_mesh(
-            five_tet_block({12, 8, 8}, 0.1),
-            {.density = 1000, .edges = false, .volumes = false, .solids = true,
-             .young_modulus = 1e5, .poisson_ratio = 0.4999});
+        PbdParts parts = *pbd_of_mesh(five_tet_block({12, 8, 8}, 0.1), {.density = 1000,
+                                                                        .edges = false,
+                                                                        .volumes = false,
+                                                                        .solids = true,
+                                                                        .young_modulus = 1e5,
+                                                                        .poisson_ratio = 0.4999});
         ASSERT_EQ(parts.solids.size(), 3840U);
         parts.planes = {{{0, 0, -0.5}, {0, 0, 1}, 0.5}};
-        auto body = PbdBody::create(parts, {.sub_steps = c.sub_steps,
-                                            .gravity = {0, 0, -10}});
+        auto body = PbdBody::create(parts, {.sub_steps = c.sub_steps, .gravity = {0, 0, -10}});
         ASSERT_TRUE(body->step(600, one_thread()).ok());
         std::vector<Vec3d> places(parts.places.size());
         body->get_positions(places);
@@ -232,9 +233,9 @@ TEST(Published, ABlockThatFellKeepsItsVolume) {
             lowest = std::min(lowest, body->position(n).z);
             fastest = std::max(fastest, norm(body->velocity(n)));
         }
-        std::printf("drop, %d sub-steps: volume %+.4f %%, mean %.4f %%, largest %.3f %%, %.4f m/s\n",
-                    c.sub_steps, 100 * change.total, 100 * change.mean, 100 * change.largest,
-                    fastest);
+        std::printf(
+            "drop, %d sub-steps: volume %+.4f %%, mean %.4f %%, largest %.3f %%, %.4f m/s\n",
+            c.sub_steps, 100 * change.total, 100 * change.mean, 100 * change.largest, fastest);
         EXPECT_LE(std::abs(change.total), c.change);
         EXPECT_NEAR(lowest, -0.5, 1e-4);  // it lies on the floor
     }
@@ -319,13 +320,16 @@ TEST(Published, ATubeUnderPressureWidensAsLameSays) {
     const double pressure = 13332.0 / 20;
     constexpr int kAround = 64, kAcross = 8;
     const PbdParts parts =
-        *pbd_of_mesh(ring(kAround, kAcross, inner, outer, height),
-                     {.density = 200, .edges = false, .volumes = false, .solids = true,
-                      .young_modulus = young, .poisson_ratio = nu});
+        *pbd_of_mesh(ring(kAround, kAcross, inner, outer, height), {.density = 200,
+                                                                    .edges = false,
+                                                                    .volumes = false,
+                                                                    .solids = true,
+                                                                    .young_modulus = young,
+                                                                    .poisson_ratio = nu});
     // Sub-steps in which waves pass a third of a cell: under a load that lasts, longer ones are too
     // soft; and so small that floats lose a twentieth of the widening.
-    auto body = PbdBody::create(parts, {.time_step = 0.01, .sub_steps = 20, .damping = 20,
-                                        .numbers = PbdNumbers::Double});
+    auto body = PbdBody::create(
+        parts, {.time_step = 0.01, .sub_steps = 20, .damping = 20, .numbers = PbdNumbers::Double});
     std::vector<std::int32_t> nodes;
     std::vector<Vec3d> forces;
     for (int k = 0; k < 2; ++k)
@@ -343,17 +347,19 @@ TEST(Published, ATubeUnderPressureWidensAsLameSays) {
     widening *= 20.0 / double(nodes.size());
     std::printf("tube: %.4f mm\n", widening);
     const double ratio = outer * outer / (inner * inner);
-    const double expected =
-        13332.0 * inner / young * ((ratio + 1) / (ratio - 1) + nu);
+    const double expected = 13332.0 * inner / young * ((ratio + 1) / (ratio - 1) + nu);
     EXPECT_NEAR(expected, 0.1355, 1e-4);
     EXPECT_NEAR(widening, expected, 0.02 * expected);
 }
 
 // Cells of a millimetre, as organs have: nothing becomes no number, and shapes come back.
 TEST(Published, CellsOfAMillimetreComeBackFromBeingCrushed) {
-    PbdParts parts = *pbd_of_mesh(five_tet_block({6, 6, 6}, 0.001),
-                                  {.density = 1000, .edges = false, .volumes = false,
-                                   .solids = true, .young_modulus = 2e4, .poisson_ratio = 0.45});
+    PbdParts parts = *pbd_of_mesh(five_tet_block({6, 6, 6}, 0.001), {.density = 1000,
+                                                                     .edges = false,
+                                                                     .volumes = false,
+                                                                     .solids = true,
+                                                                     .young_modulus = 2e4,
+                                                                     .poisson_ratio = 0.45});
     for (std::size_t n = 0; n < parts.places.size(); ++n)
         if (parts.places[n].z == 0) parts.inverse_masses[n] = 0;
     auto body = PbdBody::create(parts, {.sub_steps = 20, .damping = 20});

@@ -99,8 +99,8 @@ TEST(Rod, ALoadAcrossTheTipMakesTheElastica) {
     for (const auto& c : cases) {
         Random random(1);
         const Rotation frame = rotation_by(random.vector(2));
-        Rod rod = made({.stretch_stiffness = 1e6, .shear_stiffness = 1e6, .frame = frame,
-                        .damping = 4});
+        Rod rod =
+            made({.stretch_stiffness = 1e6, .shear_stiffness = 1e6, .frame = frame, .damping = 4});
         const Vec3d across = rotated(frame, {std::cos(0.7), std::sin(0.7), 0});
         ASSERT_TRUE(rod.load(50, c.load * across).ok());
         ASSERT_TRUE(rod.step(1000).ok());
@@ -118,8 +118,8 @@ TEST(Rod, ALoadAcrossTheTipMakesTheElastica) {
 TEST(Rod, SmallDeflectionsAreThoseOfTheSumOverJointsAndOfTheBeam) {
     for (const int n : {7, 14, 28, 56}) {
         const double force = 1e-4, h = 1.0 / n;
-        Rod rod = made({.segments = n, .stretch_stiffness = 1e8, .shear_stiffness = 1e8,
-                        .damping = 4});
+        Rod rod =
+            made({.segments = n, .stretch_stiffness = 1e8, .shear_stiffness = 1e8, .damping = 4});
         ASSERT_TRUE(rod.load(n, {force, 0, 0}).ok());
         ASSERT_TRUE(rod.step(800).ok());
         double sum = 0.5 * n * n;
@@ -134,8 +134,12 @@ TEST(Rod, SmallDeflectionsAreThoseOfTheSumOverJointsAndOfTheBeam) {
 // Case 8: a moment at the tip, 14 segments of 0.1, joints of k_b 400 and k_t 1000: 60° in all.
 TEST(Rod, AMomentAtTheTipBendsItToAnArc) {
     const double per_joint = 60.0 / 13 * pi / 180, length = 1.4;
-    Rod rod = made({.segments = 14, .length = length, .bend_stiffness = 40,
-                    .twist_stiffness = 100, .stretch_stiffness = 1e7, .shear_stiffness = 1e7,
+    Rod rod = made({.segments = 14,
+                    .length = length,
+                    .bend_stiffness = 40,
+                    .twist_stiffness = 100,
+                    .stretch_stiffness = 1e7,
+                    .shear_stiffness = 1e7,
                     .damping = 20});
     ASSERT_TRUE(rod.load_moment(13, {0, 400 * per_joint, 0}).ok());
     ASSERT_TRUE(rod.step(1000).ok());
@@ -222,7 +226,9 @@ TEST(Rod, BadInputIsRefusedWithOneLineThatNamesIt) {
          [](RodSettings& s) { s.bend_stiffness = std::nan(""); }},
         {"tip_segments: expected 0 to 50, found 51", [](RodSettings& s) { s.tip_segments = 51; }},
         {"frame: expected a rotation of length 1, found 2",
-         [](RodSettings& s) { s.frame = {2, 0, 0, 0}; }},
+         [](RodSettings& s) {
+             s.frame = {2, 0, 0, 0};
+         }},
         {"damping: expected 0 to 100, one over the sub-step, found 101",
          [](RodSettings& s) { s.damping = 101; }},
     };
