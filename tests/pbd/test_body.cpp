@@ -111,7 +111,9 @@ TEST_P(Methods, VectorsAndThreadsDontChangeABit) {
     for (std::uint64_t seed = 1; seed <= 6; ++seed) {
         SCOPED_TRACE(seed);
         Random random(seed);
-        const PbdParts parts = random_block(random, {9, 6, 4}, GetParam() == PbdMethod::Compliance);
+        // The last one is so large that threads share its particles too.
+        const Vec3i cells = seed < 6 ? Vec3i{9, 6, 4} : Vec3i{22, 18, 13};
+        const PbdParts parts = random_block(random, cells, GetParam() == PbdMethod::Compliance);
         std::uint64_t expected = 0;
         for (const bool vectors : {true, false})
             for (const int threads : {1, 2, 4}) {
