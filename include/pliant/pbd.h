@@ -50,8 +50,7 @@ struct PbdBend {
     double stiffness = 1;
 };
 
-/// C = volume − rest volume [VesselPbd2016, Eq. 2]; α in length³ · length²/force: 1/(bulk · volume)
-/// · V².
+/// C = volume − rest volume [VesselPbd2016, Eq. 2]; α is volume/bulk modulus.
 struct PbdVolume {
     std::array<std::int32_t, 4> nodes{};
     double rest_volume = -1;  ///< below 0: that of the rest places
