@@ -22,6 +22,7 @@ int main(int argc, char** argv) {
         {"fem", "--benchmark_filter=^fem_"},
         {"resample", "--benchmark_filter=^(resample|whole_frame)"},
         {"overlay", "--benchmark_filter=^overlay_frame"},
+        {"pbd", "--benchmark_filter=^pbd_"},
         {"render", "--benchmark_filter=^(first_hits|endoscope_view|ray_caster_bricks)"},
         {"scan", "--benchmark_filter=^large_scan"},
         {"springs", "--benchmark_filter=^springs_"},

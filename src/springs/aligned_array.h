@@ -5,25 +5,10 @@
 
 #pragma once
 
-#include <cstddef>
-#include <new>
-#include <vector>
+#include "core/aligned_array.h"
 
 namespace pliant {
 
-template <class T>
-struct CacheLineAllocator {
-    using value_type = T;
-    CacheLineAllocator() = default;
-    template <class U>
-    CacheLineAllocator(const CacheLineAllocator<U>&) {}
-    T* allocate(std::size_t count) {
-        return static_cast<T*>(::operator new(count * sizeof(T), std::align_val_t(64)));
-    }
-    void deallocate(T* memory, std::size_t) { ::operator delete(memory, std::align_val_t(64)); }
-    friend bool operator==(CacheLineAllocator, CacheLineAllocator) { return true; }
-};
-
-using AlignedArray = std::vector<double, CacheLineAllocator<double>>;
+using AlignedArray = AlignedVector<double>;
 
 }  // namespace pliant

@@ -25,6 +25,10 @@ void* operator new(std::size_t bytes, std::align_val_t alignment) {
     if (void* memory = std::aligned_alloc(line, (bytes + line - 1) / line * line)) return memory;
     throw std::bad_alloc();
 }
+void* operator new(std::size_t bytes, const std::nothrow_t&) noexcept {  // of std::stable_sort
+    ++g_allocations;
+    return std::malloc(bytes ? bytes : 1);
+}
 void operator delete(void* memory) noexcept {
     std::free(memory);
 }

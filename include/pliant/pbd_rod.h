@@ -1,0 +1,101 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// A guidewire or catheter as a Cosserat rod: places of nodes and orientations of the segments
+// between them [Kugelstadt2016], with the compliance of a material [Macklin2016], solved directly
+// for the whole rod [Deul2018].
+//
+//   base ●──────●──────●──────●   nodes x₀ … x_n; segment i, from x_i to x_{i+1}, has orientation
+//         q₀     q₁     q₂        q_i, whose third axis is along it; the base holds x₀ and a frame
+//
+//   auto rod = Rod::create({.segments = 50, .length = 1, .bend_stiffness = 1});
+//   rod->set_base({0, 0, 0.01}, rotation_by({0, 0, 1}));  // pushed and turned
+//   rod->steer(0.5, 0);                                // the tip wants to bend
+//   rod->step(100);
+//
+// Any consistent units will do; docs/pbd.md has the energy.
+
+#pragma once
+
+#include <pliant/result.h>
+#include <pliant/vec.h>
+
+#include <cstdint>
+#include <memory>
+
+namespace pliant {
+
+/// A rotation, w + xi + yj + zk of length 1.
+struct Rotation {
+    double w = 1, x = 0, y = 0, z = 0;
+};
+/// About a vector by its length.
+Rotation rotation_by(Vec3d vector);
+/// First b, then a.
+Rotation operator*(Rotation a, Rotation b);
+Vec3d rotated(Rotation rotation, Vec3d v);
+/// The inverse of rotation_by, of length 0…π.
+Vec3d rotation_vector(Rotation rotation);
+
+struct RodSettings {
+    std::int32_t segments = 50;
+    double length = 1;
+    double mass = 1;
+    double bend_stiffness = 1;       ///< EI
+    double twist_stiffness = 1;      ///< GJ
+    double stretch_stiffness = 1e4;  ///< EA
+    double shear_stiffness = 1e4;    ///< GA
+    std::int32_t tip_segments = 0;   ///< that steering bends
+    /// Where it lies at first: straight from the base along the frame's third axis.
+    Vec3d base{0, 0, 0};
+    Rotation frame{};
+
+    double time_step = 0.01;
+    std::int32_t sub_steps = 1;
+    std::int32_t iterations = 2;  ///< of Newton's method, in each sub-step
+    Vec3d gravity{0, 0, 0};
+    double damping = 0;  ///< of velocities, in 1/time
+};
+
+class Rod {
+  public:
+    /// @returns InvalidArgument that names the setting
+    static Result<Rod> create(const RodSettings& settings);
+    ~Rod();
+    Rod(Rod&&) noexcept;
+    Rod& operator=(Rod&&) noexcept;
+
+    const RodSettings& settings() const;
+
+    /// Where the base is from now on, and the frame that the first segment is joined to.
+    Status set_base(Vec3d place, Rotation frame);
+    /// The rest shape of the tip: all in all bent by `angle`, towards the axis that is `direction`
+    /// from the first one about the rod.
+    Status steer(double angle, double direction);
+    /// Force on a node and moment on a segment, instead of those before.
+    Status load(std::int32_t node, Vec3d force);
+    Status load_moment(std::int32_t segment, Vec3d moment);
+
+    /// @returns LimitExceeded, with the rod as it was before the last step, where a place is no
+    ///          number any more
+    Status step(std::int32_t count);
+
+    Vec3d position(std::int32_t node) const;
+    Rotation orientation(std::int32_t segment) const;
+    Vec3d velocity(std::int32_t node) const;
+    /// Of the rod on what holds its base.
+    Vec3d base_force() const;
+    Vec3d base_moment() const;
+    /// How far segment and segment − 1 (or the base) are turned against each other, in the frame of
+    /// the former one: two bends and the twist. [rad]
+    Vec3d turn(std::int32_t segment) const;
+    /// Of stretch, shear, bend and twist.
+    double elastic_energy() const;
+
+  private:
+    struct Impl;
+    explicit Rod(std::unique_ptr<Impl> impl);
+    std::unique_ptr<Impl> m_impl;
+};
+
+}  // namespace pliant

@@ -1,0 +1,54 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// The inner loops: one iteration over a domain's packs, kind by kind, and what comes between two
+// sub-steps. The formulas are in constraints.inc.
+
+#pragma once
+
+#include "pbd/plan.h"
+
+namespace pliant::pbd {
+
+/// Of one kind, [pack][…][lane].
+template <class Real>
+struct PackArrays {
+    const std::uint32_t* corners;
+    const Real* numbers;
+    Real* multipliers;
+};
+
+template <class Real>
+struct ProjectArrays {
+    Real* particles;  ///< x, y, z, inverse mass
+    PackArrays<Real> kinds[kKinds];
+    Real compliance_scale;  ///< 1/h²
+    bool compliant;         ///< PbdMethod
+    bool first;             ///< iteration of the sub-step: multipliers are 0, whatever is there
+};
+
+/// Of particles [particle][4], whose fourth is the inverse mass in x and 0 in v:
+///
+///   v ← (v + (x − before) · per_h) · keep + push,  x ← before ← x + h v
+///
+/// where the inverse mass isn't 0; otherwise v ← 0.
+template <class Real>
+struct MoveArrays {
+    Real *x, *before, *v;
+    Real h, per_h, keep;
+    Real push[4];
+};
+
+template <class Real>
+struct Kernels {
+    void (*project)(const ProjectArrays<Real>& arrays, const Domain& domain);
+    /// Particles begin…end, both multiples of four.
+    void (*move)(const MoveArrays<Real>& arrays, std::int64_t begin, std::int64_t end);
+};
+
+template <class Real>
+Kernels<Real> plain_kernels();
+/// The best that this processor has.
+Kernels<float> vector_kernels();
+
+}  // namespace pliant::pbd

@@ -1,0 +1,105 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "pbd/arithmetic.h"
+#include "pbd/project.h"
+
+namespace pliant::pbd {
+namespace {
+
+template <class Real>
+Corner<Real> load(const Real* p) {
+    return {{p[0], p[1], p[2]}, p[3]};
+}
+template <class Real>
+void store(const Corner<Real>& c, Real* p) {
+    p[0] = c.p.x;
+    p[1] = c.p.y;
+    p[2] = c.p.z;
+}
+
+/// One lane of a pack: where its numbers are.
+template <class Real, int Kind>
+struct Lane {
+    const PackArrays<Real>& arrays;
+    std::size_t pack, lane;
+
+    std::uint32_t corner(int n) const { return arrays.corners[at(kCorners[Kind], n)]; }
+    Real number(int n) const { return arrays.numbers[at(kNumbers[Kind], n)]; }
+    Real& multiplier(int n) const { return arrays.multipliers[at(kMultipliers[Kind], n)]; }
+    std::size_t at(int per_pack, int n) const {
+        return (pack * std::size_t(per_pack) + std::size_t(n)) * kPack + lane;
+    }
+};
+
+template <class Real, int Kind, bool Compliant>
+void project_lane(const ProjectArrays<Real>& a, const Lane<Real, Kind>& lane) {
+    constexpr int kCount = kCorners[Kind];
+    Corner<Real> p[kCount];
+    for (int n = 0; n < kCount; ++n) p[n] = load(a.particles + lane.corner(n));
+    const auto so_far = [&](int n) { return a.first ? Real(0) : lane.multiplier(n); };
+    if constexpr (Kind == int(PbdKind::Solid)) {
+        Solid<Real> s{};
+        for (int n = 0; n < 9; ++n) s.inverse[n / 3][n % 3] = lane.number(n);
+        s.h_compliance = lane.number(9) * a.compliance_scale;
+        s.e_compliance = lane.number(10) * a.compliance_scale;
+        s.h_multiplier = so_far(0);
+        s.e_multiplier = so_far(1);
+        project_solid(p, s);
+        lane.multiplier(0) = s.h_multiplier;
+        lane.multiplier(1) = s.e_multiplier;
+    } else {
+        Law<Real> law{lane.number(1), so_far(0)};
+        if constexpr (Compliant) law.number = law.number * a.compliance_scale;
+        if constexpr (Kind == int(PbdKind::Distance))
+            project_distance<Compliant>(p[0], p[1], lane.number(0), law);
+        else if constexpr (Kind == int(PbdKind::Bend))
+            project_gradients<Compliant>(p, bend_constraint(p, lane.number(0)), law);
+        else
+            project_gradients<Compliant>(p, volume_constraint(p, lane.number(0)), law);
+        lane.multiplier(0) = law.multiplier;
+    }
+    for (int n = 0; n < kCount; ++n) store(p[n], a.particles + lane.corner(n));
+}
+
+template <class Real, int Kind, bool Compliant>
+void project_packs(const ProjectArrays<Real>& a, PackRange range) {
+    for (std::int32_t pack = range.begin; pack < range.end; ++pack)
+        for (std::size_t lane = 0; lane < kPack; ++lane)
+            project_lane<Real, Kind, Compliant>(a, {a.kinds[Kind], std::size_t(pack), lane});
+}
+
+template <class Real, bool Compliant>
+void project_kinds(const ProjectArrays<Real>& a, const Domain& domain) {
+    project_packs<Real, 0, Compliant>(a, domain.packs[0]);
+    project_packs<Real, 1, Compliant>(a, domain.packs[1]);
+    project_packs<Real, 2, Compliant>(a, domain.packs[2]);
+    project_packs<Real, 3, true>(a, domain.packs[3]);
+}
+
+template <class Real>
+void project(const ProjectArrays<Real>& a, const Domain& domain) {
+    a.compliant ? project_kinds<Real, true>(a, domain) : project_kinds<Real, false>(a, domain);
+}
+
+template <class Real>
+void move(const MoveArrays<Real>& a, std::int64_t begin, std::int64_t end) {
+    for (auto n = std::size_t(4 * begin); n < std::size_t(4 * end); ++n) {
+        const bool moves = a.x[n | 3] > 0;
+        const Real v = (a.v[n] + (a.x[n] - a.before[n]) * a.per_h) * a.keep + a.push[n % 4];
+        a.v[n] = moves ? v : Real(0);
+        a.x[n] = a.x[n] + a.h * a.v[n];
+        a.before[n] = a.x[n];
+    }
+}
+
+}  // namespace
+
+template <class Real>
+Kernels<Real> plain_kernels() {
+    return {project<Real>, move<Real>};
+}
+template Kernels<float> plain_kernels<float>();
+template Kernels<double> plain_kernels<double>();
+
+}  // namespace pliant::pbd

@@ -1,0 +1,311 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "pbd/solver.h"
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <functional>
+#include <limits>
+
+#include "core/hash.h"
+
+namespace pliant::pbd {
+namespace {
+
+constexpr std::int64_t kGrain = 4096;  ///< particles that a thread takes at once
+
+/// Without the allocation that a std::function of more than a reference costs.
+template <class Body>
+void for_each(const TaskArena& arena, std::int64_t count, std::int64_t grain, const Body& body) {
+    arena.for_each(count, grain, std::cref(body));
+}
+
+template <class Real>
+class SolverOf final : public Solver {
+  public:
+    SolverOf(const PbdParts& parts, const PbdSettings& settings, const Plan& plan,
+             Kernels<Real> kernels)
+        : m_parts(parts), m_settings(settings), m_plan(plan), m_kernels(kernels) {
+        m_h = settings.time_step / settings.sub_steps;
+        choose_origin();
+        const auto numbers = std::size_t(plan.particle_count) * 4;
+        m_x.assign(numbers, 0);
+        m_before.assign(numbers, 0);
+        m_v.assign(numbers, 0);
+        for (std::size_t n = 0; n < parts.places.size(); ++n) {
+            put(m_x, std::int32_t(n), parts.places[n] - m_origin);
+            m_x[at(std::int32_t(n)) + 3] = Real(parts.inverse_masses[n]);
+        }
+        m_good_x = m_x;
+        m_good_v = m_v;
+        for (int kind = 0; kind < kKinds; ++kind) {
+            m_multipliers[kind].assign(
+                plan.kinds[kind].constraints.size() * std::size_t(kMultipliers[kind]), 0);
+            fill_numbers(kind);
+        }
+        m_forces.assign(parts.attachments.size(), Vec3d{0, 0, 0});
+    }
+
+    Status step(const TaskArena& arena) override {
+        m_good_x = m_x;
+        m_good_v = m_v;
+        for (int n = 0; n < m_settings.sub_steps; ++n) {
+            if (n == 0) move(arena, false);
+            for (int i = 0; i < m_settings.iterations; ++i) {
+                project(arena, i == 0);
+                project_attachments(i == 0);
+            }
+            if (!m_parts.planes.empty()) project_planes(arena);
+            if (n + 1 < m_settings.sub_steps) move(arena, true);
+        }
+        return finish(arena);
+    }
+
+    Vec3d position(std::int32_t particle) const override { return m_origin + get(m_x, particle); }
+    Vec3d velocity(std::int32_t particle) const override { return get(m_v, particle); }
+    void set_state(std::int32_t particle, Vec3d position, Vec3d velocity) override {
+        put(m_x, particle, position - m_origin);
+        put(m_v, particle, velocity);
+    }
+    void set_inverse_mass(std::int32_t particle, double inverse_mass) override {
+        m_x[at(particle) + 3] = Real(inverse_mass);
+        if (inverse_mass == 0) put(m_v, particle, {0, 0, 0});
+    }
+    void load(std::span<const std::int32_t> particles, std::span<const Vec3d> forces) override {
+        m_loads.clear();
+        for (std::size_t n = 0; n < particles.size(); ++n)
+            m_loads.push_back({at(particles[n]), forces[n]});
+    }
+    double multiplier(int kind, std::int32_t constraint, int part) const override {
+        const auto slot = std::size_t(m_plan.kinds[kind].slots[std::size_t(constraint)]);
+        const std::size_t pack = slot / kPack, lane = slot % kPack;
+        const auto per_pack = std::size_t(kMultipliers[kind]);
+        return double(m_multipliers[kind][(pack * per_pack + std::size_t(part)) * kPack + lane]) /
+               (m_h * m_h);
+    }
+    Vec3d attachment_force(std::int32_t attachment) const override {
+        return (1 / (m_h * m_h)) * m_forces[std::size_t(attachment)];
+    }
+    std::uint64_t hash() const override {
+        Hash64 hash;
+        for (std::size_t n = 0; n < m_parts.places.size(); ++n)
+            hash.add(std::span<const Real>(m_x.data() + at(std::int32_t(n)), 3));
+        return hash.value();
+    }
+
+  private:
+    std::size_t at(std::int32_t particle) const {
+        return std::size_t(m_plan.particle_of[std::size_t(particle)]) * 4;
+    }
+    Vec3d get(const AlignedVector<Real>& values, std::int32_t particle) const {
+        const Real* v = values.data() + at(particle);
+        return {double(v[0]), double(v[1]), double(v[2])};
+    }
+    void put(AlignedVector<Real>& values, std::int32_t particle, Vec3d v) {
+        Real* to = values.data() + at(particle);
+        for (int c = 0; c < 3; ++c) to[c] = Real(v[c]);
+    }
+    /// The middle of the body, where floats are finest.
+    void choose_origin() {
+        Vec3d low = m_parts.places[0], high = low;
+        for (const Vec3d& p : m_parts.places)
+            for (int c = 0; c < 3; ++c) {
+                low[c] = std::min(low[c], p[c]);
+                high[c] = std::max(high[c], p[c]);
+            }
+        m_origin = 0.5 * (low + high);
+    }
+
+    /// Empty lanes get numbers that can be worked with.
+    void fill_numbers(int kind) {
+        const auto& constraints = m_plan.kinds[kind].constraints;
+        const auto per_pack = std::size_t(kNumbers[kind]);
+        m_numbers[kind].assign(constraints.size() * per_pack, 0);
+        for (std::size_t slot = 0; slot < constraints.size(); ++slot) {
+            if (constraints[slot] < 0) continue;
+            double found[kNumbers[kKinds - 1]];
+            numbers_of(kind, std::size_t(constraints[slot]), found);
+            for (std::size_t n = 0; n < per_pack; ++n)
+                m_numbers[kind][(slot / kPack * per_pack + n) * kPack + slot % kPack] =
+                    Real(found[n]);
+        }
+    }
+    void numbers_of(int kind, std::size_t c, double* to) const {
+        const bool compliant = m_settings.method == PbdMethod::Compliance;
+        switch (PbdKind(kind)) {
+            case PbdKind::Distance: {
+                const PbdDistance& d = m_parts.distances[c];
+                to[0] = rest_length(m_parts, d);
+                to[1] = compliant ? d.compliance : d.stiffness;
+                return;
+            }
+            case PbdKind::Bend: {
+                const PbdBend& b = m_parts.bends[c];
+                to[0] = rest_angle(m_parts, b);
+                to[1] = compliant ? b.compliance : b.stiffness;
+                return;
+            }
+            case PbdKind::Volume: {
+                const PbdVolume& v = m_parts.volumes[c];
+                to[0] = rest_volume(m_parts, v);
+                to[1] = compliant ? v.compliance : v.stiffness;
+                return;
+            }
+            case PbdKind::Solid:
+                break;
+        }
+        const SolidNumbers s = solid_numbers(m_parts, m_parts.solids[c]);
+        std::copy_n(s.inverse, 9, to);
+        to[9] = s.h_compliance;
+        to[10] = s.e_compliance;
+    }
+
+    /// The end of a sub-step, unless it is the first, and the beginning of the next.
+    void move(const TaskArena& arena, bool ends_one) {
+        const Vec3d g = m_h * m_settings.gravity;
+        const MoveArrays<Real> arrays{m_x.data(),
+                                      m_before.data(),
+                                      m_v.data(),
+                                      Real(m_h),
+                                      Real(ends_one ? 1 / m_h : 0),
+                                      Real(1 - m_settings.damping * m_h),
+                                      {Real(g.x), Real(g.y), Real(g.z), 0}};
+        // Four at a time, wherever threads divide them: vectors of four start at a cache line.
+        for_each(arena, m_plan.particle_count / 4, kGrain / 4,
+                 [&](std::int64_t begin, std::int64_t end) {
+                     m_kernels.move(arrays, 4 * begin, 4 * end);
+                 });
+        for (const Load& load : m_loads)
+            for (std::size_t c = 0; c < 3; ++c) {
+                const Real push = Real(m_h * load.force[int(c)]) * m_x[load.at + 3];
+                m_v[load.at + c] += push;
+                m_x[load.at + c] += arrays.h * push;
+                m_before[load.at + c] = m_x[load.at + c];
+            }
+    }
+    Status finish(const TaskArena& arena) {
+        const Real per_h = Real(1 / m_h);
+        m_is_bad.store(false);
+        for_each(arena, m_plan.particle_count, kGrain, [&](std::int64_t begin, std::int64_t end) {
+            bool bad = false;
+            for (auto n = std::size_t(4 * begin); n < std::size_t(4 * end); n += 4)
+                for (std::size_t c = n; c < n + 3; ++c) {
+                    m_v[c] = m_v[c] + (m_x[c] - m_before[c]) * per_h;
+                    bad |= !(std::abs(m_v[c]) <= std::numeric_limits<Real>::max());
+                }
+            if (bad) m_is_bad.store(true);
+        });
+        if (!m_is_bad.load()) return Ok{};
+        m_x = m_good_x;
+        m_v = m_good_v;
+        return Error{ErrorCode::LimitExceeded,
+                     "step: a place or velocity is no number any more; expected more sub-steps, "
+                     "damping or compliance"};
+    }
+
+    void project(const TaskArena& arena, bool first) {
+        ProjectArrays<Real> arrays{m_x.data(),
+                                   {},
+                                   Real(1 / (m_h * m_h)),
+                                   m_settings.method == PbdMethod::Compliance,
+                                   first};
+        for (int kind = 0; kind < kKinds; ++kind)
+            arrays.kinds[kind] = {m_plan.kinds[kind].corners.data(), m_numbers[kind].data(),
+                                  m_multipliers[kind].data()};
+        for (const Phase& phase : m_plan.phases)
+            for_each(arena, phase.end - phase.begin, 1, [&](std::int64_t begin, std::int64_t end) {
+                for (std::int64_t d = begin; d < end; ++d)
+                    m_kernels.project(arrays, m_plan.domains[std::size_t(phase.begin + d)]);
+            });
+    }
+
+    /// All three components have the same weight, so this is exact for each.
+    void project_attachments(bool first) {
+        for (std::size_t a = 0; a < m_parts.attachments.size(); ++a) {
+            const PbdAttachment& attachment = m_parts.attachments[a];
+            Vec3d& multiplier = m_forces[a];
+            if (first) multiplier = {0, 0, 0};
+            const double alpha = m_settings.method == PbdMethod::Compliance
+                                     ? attachment.compliance / (m_h * m_h)
+                                     : 0;
+            Vec3d c = m_origin - attachment.target;
+            double weight = alpha, sum = 0;
+            for (std::size_t n = 0; n < 4; ++n) {
+                const double b = attachment.weights[n];
+                if (b == 0) continue;
+                c = c + b * get(m_x, attachment.nodes[n]);
+                sum += b;
+                weight += b * b * double(m_x[at(attachment.nodes[n]) + 3]);
+            }
+            c = c + (sum - 1) * m_origin;
+            if (!(weight > 0)) continue;
+            const Vec3d change = (-1 / weight) * (c + alpha * multiplier);
+            multiplier = multiplier + change;
+            for (std::size_t n = 0; n < 4; ++n) {
+                const double b = attachment.weights[n];
+                if (b == 0) continue;
+                Real* x = m_x.data() + at(attachment.nodes[n]);
+                for (int axis = 0; axis < 3; ++axis)
+                    x[axis] = Real(double(x[axis]) + b * double(x[3]) * change[axis]);
+            }
+        }
+    }
+
+    /// Out of the plane, and back along it by as much as friction can.
+    void project_planes(const TaskArena& arena) {
+        const auto count = std::int64_t(m_parts.places.size());
+        for_each(arena, count, kGrain, [&](std::int64_t begin, std::int64_t end) {
+            for (const PbdPlane& plane : m_parts.planes) {
+                const Vec3d normal = normalized(plane.normal), point = plane.point - m_origin;
+                for (auto n = std::size_t(4 * begin); n < std::size_t(4 * end); n += 4)
+                    push_out(n, point, normal, plane.friction);
+            }
+        });
+    }
+    void push_out(std::size_t n, Vec3d point, Vec3d normal, double friction) {
+        if (!(m_x[n + 3] > 0)) return;
+        Vec3d x{m_x[n], m_x[n + 1], m_x[n + 2]};
+        const double depth = pliant::dot(point - x, normal);
+        if (!(depth > 0)) return;
+        x = x + depth * normal;
+        const Vec3d v{m_v[n], m_v[n + 1], m_v[n + 2]};
+        const Vec3d old = Vec3d{m_before[n], m_before[n + 1], m_before[n + 2]} - m_h * v;
+        Vec3d slide = x - old;
+        slide = slide - pliant::dot(slide, normal) * normal;
+        const double way = norm(slide);
+        if (way > 0) x = x - std::min(1.0, friction * depth / way) * slide;
+        for (std::size_t c = 0; c < 3; ++c) m_x[n + c] = Real(x[int(c)]);
+    }
+
+    struct Load {
+        std::size_t at;
+        Vec3d force;
+    };
+
+    const PbdParts& m_parts;
+    const PbdSettings& m_settings;
+    const Plan& m_plan;
+    Kernels<Real> m_kernels;
+    double m_h = 0;
+    Vec3d m_origin{0, 0, 0};
+    /// [particle][4]: x, y, z and, of m_x, the inverse mass. m_before is before the constraints.
+    AlignedVector<Real> m_x, m_before, m_v, m_good_x, m_good_v;
+    AlignedVector<Real> m_numbers[kKinds], m_multipliers[kKinds];
+    std::vector<Load> m_loads;
+    std::vector<Vec3d> m_forces;  ///< multipliers of attachments
+    std::atomic<bool> m_is_bad = false;
+};
+
+}  // namespace
+
+std::unique_ptr<Solver> make_solver(const PbdParts& parts, const PbdSettings& settings,
+                                    const Plan& plan) {
+    if (settings.numbers == PbdNumbers::Double)
+        return std::make_unique<SolverOf<double>>(parts, settings, plan, plain_kernels<double>());
+    return std::make_unique<SolverOf<float>>(
+        parts, settings, plan, settings.vectors ? vector_kernels() : plain_kernels<float>());
+}
+
+}  // namespace pliant::pbd

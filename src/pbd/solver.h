@@ -1,0 +1,60 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// A body's state, and its sub-steps [Macklin2019]:
+//
+//   v ← v · (1 − damping h) + h g,  x ← x + h v;   constraints move x;   v ← v + (x − x′)/h
+//
+// with x′ the place before the constraints. The usual v ← (x − x_old)/h loses h² g where it is less
+// than the last bit of a 32-bit place, as it is in small steps; here gravity is only in v.
+
+#pragma once
+
+#include "core/aligned_array.h"
+#include "pbd/project.h"
+
+#include <memory>
+
+namespace pliant::pbd {
+
+/// The caller's numbers of particles and constraints throughout.
+class Solver {
+  public:
+    virtual ~Solver() = default;
+    virtual Status step(const TaskArena& arena) = 0;
+    virtual Vec3d position(std::int32_t particle) const = 0;
+    virtual Vec3d velocity(std::int32_t particle) const = 0;
+    virtual void set_state(std::int32_t particle, Vec3d position, Vec3d velocity) = 0;
+    virtual void set_inverse_mass(std::int32_t particle, double inverse_mass) = 0;
+    virtual void load(std::span<const std::int32_t> particles, std::span<const Vec3d> forces) = 0;
+    /// λ/h². @param part  below kMultipliers[kind]
+    virtual double multiplier(int kind, std::int32_t constraint, int part) const = 0;
+    virtual Vec3d attachment_force(std::int32_t attachment) const = 0;
+    virtual std::uint64_t hash() const = 0;
+};
+
+/// Parts, settings and plan outlive it.
+std::unique_ptr<Solver> make_solver(const PbdParts& parts, const PbdSettings& settings,
+                                    const Plan& plan);
+
+/// What a tetrahedron's projection needs of its rest places and material.
+struct SolidNumbers {
+    double inverse[9];  ///< by rows
+    double h_compliance, e_compliance;
+};
+SolidNumbers solid_numbers(const PbdParts& parts, const PbdSolid& solid);
+
+double rest_length(const PbdParts& parts, const PbdDistance& distance);
+double rest_angle(const PbdParts& parts, const PbdBend& bend);
+double rest_volume(const PbdParts& parts, const PbdVolume& volume);
+/// Of the places. Negative: inverted.
+double tetrahedron_volume(const std::array<std::int32_t, 4>& nodes, std::span<const Vec3d> places);
+
+/// @returns InvalidArgument that names the part and its number
+Status check_parts(const PbdParts& parts, PbdMethod method);
+Status check_settings(const PbdSettings& settings);
+/// Of one particle.
+Status check_state(Vec3d position, Vec3d velocity);
+Status check_inverse_mass(const char* what, std::size_t particle, double inverse_mass);
+
+}  // namespace pliant::pbd

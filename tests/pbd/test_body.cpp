@@ -1,0 +1,317 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// Whole bodies: the order of projection, the same bits for all, memory, and bad input.
+
+#include <pliant/pbd.h>
+
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cmath>
+#include <functional>
+#include <set>
+#include <string>
+
+#include "pbd/plan.h"
+#include "support/count_allocations.h"
+#include "support/random.h"
+
+namespace pliant::test {
+namespace {
+
+const TaskArena& one_thread() {
+    static const TaskArena arena(1);
+    return arena;
+}
+
+/// A block with everything that can be in it, its nodes shaken and numbered at random.
+PbdParts random_block(Random& random, Vec3i cells, bool solids) {
+    TetMesh mesh = five_tet_block(cells, 1);
+    for (Vec3d& p : mesh.nodes_mm) p = p + random.vector(0.1);
+    std::vector<std::int32_t> number(mesh.nodes_mm.size());
+    for (std::size_t n = 0; n < number.size(); ++n) {
+        number[n] = std::int32_t(n);
+        std::swap(number[n], number[std::size_t(random.whole(0, int(n)))]);
+    }
+    TetMesh shuffled = mesh;
+    for (std::size_t n = 0; n < number.size(); ++n)
+        shuffled.nodes_mm[std::size_t(number[n])] = mesh.nodes_mm[n];
+    for (auto& cell : shuffled.cells)
+        for (auto& node : cell) node = number[std::size_t(node)];
+    auto parts = pbd_of_mesh(shuffled, {.edge_compliance = 1e-4,
+                                        .volume_compliance = 1e-4,
+                                        .bend_compliance = 1e-3,
+                                        .bends = true,
+                                        .solids = solids,
+                                        .young_modulus = 1e3});
+    PbdParts all = std::move(parts).value();
+    for (int n = 0; n < 5; ++n)
+        all.inverse_masses[std::size_t(random.whole(0, int(number.size()) - 1))] = 0;
+    all.attachments = {{{0, 1, 2, 3}, {0.25, 0.25, 0.25, 0.25}, {1, 2, 0.5}, 1e-3}};
+    all.planes = {{{0, 0, -0.5}, {0, 0, 1}, 0.4}};
+    return all;
+}
+
+TEST(Plan, EachConstraintComesOnceAndNoPackOrPhaseMeetsAParticleTwice) {
+    for (std::uint64_t seed = 1; seed <= 12; ++seed) {
+        SCOPED_TRACE(seed);
+        Random random(seed);
+        PbdParts parts = random_block(
+            random, {random.whole(1, 12), random.whole(1, 9), random.whole(1, 5)}, true);
+        // And a few that join what is far apart.
+        const int last = int(parts.places.size()) - 1;
+        for (int n = 0; n < 20; ++n) {
+            const int a = random.whole(0, last), b = random.whole(0, last);
+            if (a != b) parts.distances.push_back({.nodes = {a, b}});
+        }
+        const pbd::Plan plan = pbd::make_plan(parts, random.whole(1, 300));
+        std::multiset<std::int32_t> numbers(plan.particle_of.begin(), plan.particle_of.end());
+        EXPECT_EQ(numbers.size(), parts.places.size());
+        EXPECT_EQ(*numbers.rbegin(), last);
+        std::vector<int> seen[pbd::kKinds];
+        for (int kind = 0; kind < pbd::kKinds; ++kind)
+            seen[kind].assign(pbd::constraint_count(parts, kind), 0);
+        for (const pbd::Phase& phase : plan.phases) {
+            std::vector<std::int32_t> domain_of(std::size_t(plan.particle_count), -1);
+            for (std::int32_t d = phase.begin; d < phase.end; ++d)
+                for (int kind = 0; kind < pbd::kKinds; ++kind) {
+                    const pbd::PackRange range = plan.domains[std::size_t(d)].packs[kind];
+                    const pbd::KindPlan& packs = plan.kinds[kind];
+                    const auto corners = std::size_t(pbd::kCorners[kind]);
+                    for (auto pack = std::size_t(range.begin); pack < std::size_t(range.end);
+                         ++pack) {
+                        std::set<std::uint32_t> in_pack;
+                        for (std::size_t lane = 0; lane < pbd::kPack; ++lane) {
+                            const std::int32_t c = packs.constraints[pack * pbd::kPack + lane];
+                            if (c >= 0) ++seen[kind][std::size_t(c)];
+                            for (std::size_t n = 0; n < corners; ++n) {
+                                const std::uint32_t particle =
+                                    packs.corners[(pack * corners + n) * pbd::kPack + lane] / 4;
+                                ASSERT_LT(particle, std::uint32_t(plan.particle_count));
+                                std::int32_t& owner = domain_of[particle];
+                                EXPECT_TRUE(owner < 0 || owner == d);
+                                owner = d;
+                                if (c < 0) continue;
+                                EXPECT_TRUE(in_pack.insert(particle).second);
+                                EXPECT_EQ(plan.particle_of[std::size_t(
+                                              pbd::nodes_of(parts, kind, std::size_t(c))[n])],
+                                          std::int32_t(particle));
+                            }
+                        }
+                    }
+                }
+        }
+        for (int kind = 0; kind < pbd::kKinds; ++kind)
+            for (const int times : seen[kind]) EXPECT_EQ(times, 1);
+    }
+}
+
+class Methods : public ::testing::TestWithParam<PbdMethod> {};
+
+TEST_P(Methods, VectorsAndThreadsDontChangeABit) {
+    for (std::uint64_t seed = 1; seed <= 6; ++seed) {
+        SCOPED_TRACE(seed);
+        Random random(seed);
+        // The last one is so large that threads share its particles too.
+        const Vec3i cells = seed < 6 ? Vec3i{9, 6, 4} : Vec3i{22, 18, 13};
+        const PbdParts parts = random_block(random, cells, GetParam() == PbdMethod::Compliance);
+        std::uint64_t expected = 0;
+        for (const bool vectors : {true, false})
+            for (const int threads : {1, 2, 4}) {
+                const TaskArena arena(threads);
+                auto body = PbdBody::create(parts, {.time_step = 0.02,
+                                                    .sub_steps = 3,
+                                                    .iterations = 2,
+                                                    .gravity = {1, 2, -9.81},
+                                                    .damping = 1,
+                                                    .method = GetParam(),
+                                                    .vectors = vectors,
+                                                    .domain_particles = 40});
+                ASSERT_TRUE(body.ok()) << body.error().message;
+                const std::uint64_t before = body->hash();
+                ASSERT_TRUE(body->step(4, arena).ok());
+                EXPECT_NE(body->hash(), before);
+                if (expected == 0) expected = body->hash();
+                EXPECT_EQ(body->hash(), expected) << vectors << ' ' << threads;
+            }
+    }
+}
+INSTANTIATE_TEST_SUITE_P(All, Methods,
+                         ::testing::Values(PbdMethod::Compliance, PbdMethod::Stiffness));
+
+TEST(Body, FloatsAreDoublesToFourDigits) {
+    Random random(3);
+    const PbdParts parts = random_block(random, {6, 4, 3}, false);
+    std::vector<Vec3d> places[2];
+    for (const bool wide : {false, true}) {
+        auto body =
+            PbdBody::create(parts, {.sub_steps = 4,
+                                    .gravity = {0, 0, -9.81},
+                                    .numbers = wide ? PbdNumbers::Double : PbdNumbers::Float});
+        ASSERT_TRUE(body->step(6, one_thread()).ok());
+        places[wide].resize(parts.places.size());
+        body->get_positions(places[wide]);
+    }
+    double farthest = 0, moved = 0;
+    for (std::size_t n = 0; n < parts.places.size(); ++n) {
+        farthest = std::max(farthest, norm(places[0][n] - places[1][n]));
+        moved = std::max(moved, norm(places[1][n] - parts.places[n]));
+    }
+    EXPECT_GT(moved, 0.05);
+    EXPECT_LT(farthest, 1e-4 * moved);
+}
+
+TEST(Body, NothingIsAllocatedInAStepAfterTheFirst) {
+    Random random(4);
+    const PbdParts parts = random_block(random, {12, 10, 8}, true);
+    for (const int threads : {1, 2}) {
+        const TaskArena arena(threads);
+        auto body = PbdBody::create(parts, {.gravity = {0, 0, -9.81}, .domain_particles = 100});
+        ASSERT_TRUE(body->step(2, arena).ok());
+        const std::int64_t before = allocation_count();
+        ASSERT_TRUE(body->step(3, arena).ok());
+        ASSERT_TRUE(body->move_attachment(0, {1, 2, 0.75}).ok());
+        ASSERT_TRUE(body->step(3, arena).ok());
+        EXPECT_EQ(allocation_count() - before, 0);
+    }
+}
+
+TEST(Body, ConstraintForcesOnAHeldNodeAreTheWeightOfWhatHangsFromIt) {
+    PbdParts parts{.places = {{0, 0, 0}, {0, 0, -1}, {0, 0, -2}}, .inverse_masses = {0, 1, 0.5}};
+    parts.distances = {{.nodes = {0, 1}, .compliance = 1e-3},
+                       {.nodes = {1, 2}, .compliance = 1e-3}};
+    auto body = PbdBody::create(
+        parts, {.gravity = {0, 0, -10}, .damping = 10, .numbers = PbdNumbers::Double});
+    ASSERT_TRUE(body->step(900, one_thread()).ok());
+    const auto forces = body->constraint_forces();
+    EXPECT_NEAR(forces[0].z, -30, 1e-6);
+    EXPECT_NEAR(forces[2].z, 20, 1e-6);
+    EXPECT_NEAR(body->multiplier(PbdKind::Distance, 0), -30, 1e-6);
+    // One iteration a sub-step: the second link moves what the first has settled, by h² g.
+    EXPECT_NEAR(body->position(2).z, -2 - 0.03 - 0.02, 1e-4);
+}
+
+TEST(Body, WhatIsNoNumberAnyMoreIsRefusedAndTakenBack) {
+    PbdParts parts{.places = {{0, 0, 0}, {1, 0, 0}}, .inverse_masses = {1, 1}};
+    parts.distances = {{.nodes = {0, 1}}};
+    auto body = PbdBody::create(parts, {.gravity = {1e30, 0, 0}});
+    ASSERT_TRUE(body.ok());
+    Status status = Ok{};
+    int steps = 0;
+    std::uint64_t before = 0;
+    for (; status.ok() && steps < 100000000; ++steps) {
+        before = body->hash();
+        if (steps == 3) {
+            ASSERT_TRUE(body->set_state(0, {3e38, 0, 0}, {3e38, 0, 0}).ok());
+            before = body->hash();
+        }
+        status = body->step(1, one_thread());
+    }
+    EXPECT_EQ(steps, 4);
+    EXPECT_EQ(status.error().code, ErrorCode::LimitExceeded);
+    EXPECT_EQ(body->hash(), before);
+}
+
+PbdParts good_parts() {
+    return *pbd_of_mesh(five_tet_block({1, 1, 1}, 1), {.bends = true, .solids = true});
+}
+
+TEST(Body, BadInputIsRefusedWithOneLineThatNamesIt) {
+    const double nan = std::nan(""), infinite = HUGE_VAL;
+    struct Case {
+        const char* says;
+        std::function<void(PbdParts&, PbdSettings&)> spoil;
+    };
+    const Case cases[] = {
+        {"solid 2: expected a volume above 0, found -",
+         [](PbdParts& p, PbdSettings&) { std::swap(p.solids[2].nodes[1], p.solids[2].nodes[2]); }},
+        {"volume 1: expected a volume above 0, found -",
+         [](PbdParts& p, PbdSettings&) {
+             std::swap(p.volumes[1].nodes[1], p.volumes[1].nodes[2]);
+         }},
+        {"particle 3: expected an inverse mass of 0 or more, found inf: a mass of 0",
+         [&](PbdParts& p, PbdSettings&) { p.inverse_masses[3] = infinite; }},
+        {"particle 3: expected an inverse mass of 0 or more, found -1",
+         [](PbdParts& p, PbdSettings&) { p.inverse_masses[3] = -1; }},
+        {"distance 4: expected nodes below 8, found 8",
+         [](PbdParts& p, PbdSettings&) { p.distances[4].nodes[1] = 8; }},
+        {"distance 4: expected different nodes, found ",
+         [](PbdParts& p, PbdSettings&) { p.distances[4].nodes[1] = p.distances[4].nodes[0]; }},
+        {"bend 0: expected a compliance of 0 or more, found -2",
+         [](PbdParts& p, PbdSettings&) { p.bends[0].compliance = -2; }},
+        {"volume 0: expected a compliance of 0 or more, found nan",
+         [&](PbdParts& p, PbdSettings&) { p.volumes[0].compliance = nan; }},
+        {"distance 0: expected a stiffness of 0 to 1, found 1.5",
+         [](PbdParts& p, PbdSettings&) { p.distances[0].stiffness = 1.5; }},
+        {"place 5: expected three numbers",
+         [&](PbdParts& p, PbdSettings&) { p.places[5].y = nan; }},
+        {"inverse_masses: expected one for each of 8 places, found 7",
+         [](PbdParts& p, PbdSettings&) { p.inverse_masses.pop_back(); }},
+        {"solid 0: expected a Poisson's ratio above 0 and below 0.5, found 0.5",
+         [](PbdParts& p, PbdSettings&) { p.solids[0].poisson_ratio = 0.5; }},
+        {"solid 0: expected a Young's modulus above 0, found 0",
+         [](PbdParts& p, PbdSettings&) { p.solids[0].young_modulus = 0; }},
+        {"solid 0: expected method Compliance",
+         [](PbdParts&, PbdSettings& s) { s.method = PbdMethod::Stiffness; }},
+        {"attachment 0: expected nodes below 8, found -1",
+         [](PbdParts& p, PbdSettings&) {
+             p.attachments = {{.nodes = {-1, 0, 0, 0}}};
+         }},
+        {"plane 0: expected a normal that isn't 0",
+         [](PbdParts& p, PbdSettings&) {
+             p.planes = {{.normal = {0, 0, 0}}};
+         }},
+        {"time_step: expected a time above 0, found 0",
+         [](PbdParts&, PbdSettings& s) { s.time_step = 0; }},
+        {"sub_steps: expected 1 or more, found 0",
+         [](PbdParts&, PbdSettings& s) { s.sub_steps = 0; }},
+        {"iterations: expected 1 or more, found -1",
+         [](PbdParts&, PbdSettings& s) { s.iterations = -1; }},
+        {"gravity: expected three numbers", [&](PbdParts&, PbdSettings& s) { s.gravity.x = nan; }},
+        {"damping: expected 0 to 600, one over the sub-step, found 601",
+         [](PbdParts&, PbdSettings& s) { s.damping = 601; }},
+    };
+    ASSERT_TRUE(PbdBody::create(good_parts(), {}).ok());
+    for (const Case& c : cases) {
+        PbdParts parts = good_parts();
+        PbdSettings settings;
+        c.spoil(parts, settings);
+        const auto body = PbdBody::create(parts, settings);
+        ASSERT_FALSE(body.ok()) << c.says;
+        EXPECT_EQ(body.error().code, ErrorCode::InvalidArgument);
+        EXPECT_EQ(body.error().message.rfind(c.says, 0), 0U) << body.error().message;
+        EXPECT_EQ(body.error().message.find('\n'), std::string::npos);
+    }
+    EXPECT_EQ(pbd_of_mesh(five_tet_block({1, 1, 1}, 1), {.density = 0}).error().message,
+              "density: expected one above 0, found 0.000000");
+    auto body = PbdBody::create(good_parts(), {});
+    EXPECT_EQ(body->set_state(8, {0, 0, 0}, {0, 0, 0}).error().message,
+              "set_state: expected a particle below 8, found 8");
+    EXPECT_FALSE(body->set_state(0, {nan, 0, 0}, {0, 0, 0}).ok());
+    EXPECT_FALSE(body->set_inverse_mass(0, -1).ok());
+    EXPECT_EQ(body->load(std::array{0, 9}, std::array{Vec3d{}, Vec3d{}}).error().message,
+              "load: expected a particle below 8, found 9");
+    EXPECT_FALSE(body->load(std::array{0}, std::array{Vec3d{nan, 0, 0}}).ok());
+    EXPECT_FALSE(body->load(std::array{0}, {}).ok());
+    EXPECT_FALSE(body->move_attachment(0, {0, 0, 0}).ok());
+    EXPECT_FALSE(body->step(-1, one_thread()).ok());
+}
+
+TEST(Body, AMeshBecomesItsEdgesItsCellsAndTheFoldsOfItsBoundary) {
+    const TetMesh mesh = five_tet_block({20, 10, 10}, 0.25);
+    const auto parts = pbd_of_mesh(mesh, {.density = 8, .bends = true});
+    ASSERT_TRUE(parts.ok());
+    EXPECT_EQ(parts->places.size(), 2541U);  // as in the published block
+    EXPECT_EQ(parts->volumes.size(), 10000U);
+    EXPECT_EQ(parts->distances.size(), 13540U);
+    // Euler: a closed surface of F triangles has 3F/2 edges; F is two for each square of the box.
+    EXPECT_EQ(parts->bends.size(), 3U * (2 * (200 + 200 + 100)));
+    double mass = 0;
+    for (const double w : parts->inverse_masses) mass += 1 / w;
+    EXPECT_NEAR(mass, 8 * 5 * 2.5 * 2.5, 1e-9);
+    EXPECT_TRUE(check_mesh(mesh).ok());
+}
+
+}  // namespace
+}  // namespace pliant::test
