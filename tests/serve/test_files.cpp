@@ -132,14 +132,11 @@ TEST_F(FilesTest, WhatIsSavedIsWhatTheLibraryWritesOfTheSamePushes) {
     start();
     TestClient a(port(), m_server->link());
     a.enter();
-    EXPECT_EQ(a.welcome["features"], Json({"save", "open", "overlay", "path"}));
+    EXPECT_EQ(a.welcome["features"], Json({"save", "open", "overlay", "path", "tissue"}));
     EXPECT_EQ(a.welcome["open_bytes"], kMaxUpload);
     ChainMailSettings settings;
     settings.bone_threshold_hu = 3000;
-    // With one thread, as the server does it: where something is cut, the last bits of a transform
-    // still depend on their number.
-    const TaskArena alone(1);
-    auto tissue = ChainMail::create(m_scan, settings, alone);
+    auto tissue = ChainMail::create(m_scan, settings, m_arena);
     ASSERT_TRUE(tissue.ok());
     const auto compare = [&] {
         const Deformed deformed = deform_volume(*tissue, Mapping::Cells, true);
