@@ -33,6 +33,6 @@ results_springs() {
     compile release --target results_springs
     mkdir -p "$page"
     say "identifying, measuring and drawing; some minutes"
-    "$root/build/release/results_springs" "$page"
+    "$root/build/release/results_springs" "$page" "$root/../shared/data"
     say "done: docs/results/springs/README.md"
 }

@@ -75,7 +75,7 @@ void add_info(CLI::App& app, InfoOptions& o) {
 
 void add_phantom(CLI::App& app, PhantomOptions& o) {
     auto* c = app.add_subcommand("phantom", "Make a test scan from analytic shapes");
-    c->add_option("NAME", o.name, "cube, layers, airway, sinus or vessel")->required();
+    c->add_option("NAME", o.name, "cube, layers, airway, sinus, vessel or knee")->required();
     c->add_option("--out", o.out, "NRRD file to write")->required();
     c->add_option_function<std::string>(
          "--size",

@@ -9,6 +9,7 @@
 
 #include <cstdio>
 #include <cstdlib>
+#include <filesystem>
 
 #include "page.h"
 
@@ -18,6 +19,8 @@ namespace pliant::results {
 void add_depth(Page& page, const TaskArena& arena);
 /// Figures 11 and 12: creep, hysteresis, the load curve; anisotropy.
 void add_responses(Page& page, const TaskArena& arena);
+/// Figure 13: scans deformed by springs. @param scans  a folder
+void add_scans(Page& page, const std::filesystem::path& scans, const TaskArena& arena);
 /// Tables 1 and 2: identification.
 void add_identification(Page& page, const TaskArena& arena);
 /// Table 3: time for each layer.

@@ -3,10 +3,11 @@
 
 // Writes the page that sets mass-spring networks and force transmittal beside their paper:
 //
-//   results_springs FOLDER [PART…]
+//   results_springs FOLDER SCANS [PART…]
 //
-// FOLDER gets README.md and its pictures; parts are depth, responses, identification and timings,
-// by default all. Pictures and errors are the same on each run; times are not.
+// FOLDER gets README.md and its pictures; SCANS has abdomen_ct_3mm.nii.gz, or not; parts are depth,
+// responses, scan, identification and timings, by default all. Pictures and errors are the same on
+// each run; times are not.
 
 #include <pliant/tasks.h>
 
@@ -42,14 +43,6 @@ void add_introduction(pliant::results::Page& page) {
                                       {"compiler", kCompiler}});
 }
 
-void add_figure_13(pliant::results::Page& page) {
-    page.heading(2, "Figure 13: a deformed scan");
-    page.paragraph(
-        "The paper shows a knee and a head, deformed through a control lattice of 10 × 10 × 10 "
-        "nodes. Scans that are deformed through a lattice of springs have their place here, and "
-        "aren't on this page yet.");
-}
-
 void add_differences(pliant::results::Page& page) {
     page.heading(2, "What differs from the paper, and why");
     page.paragraph(
@@ -73,18 +66,18 @@ void add_differences(pliant::results::Page& page) {
 
 int main(int argc, char** argv) {
     using namespace pliant::results;
-    if (argc < 2) {
-        std::fprintf(stderr, "results: expected a folder to write to, and parts\n");
+    if (argc < 3) {
+        std::fprintf(stderr, "results: expected a folder to write to, one with scans, and parts\n");
         return 2;
     }
     const pliant::TaskArena arena;
     const std::pair<std::string_view, std::function<void(Page&)>> parts[] = {
         {"depth", [&](Page& page) { add_depth(page, arena); }},
         {"responses", [&](Page& page) { add_responses(page, arena); }},
-        {"scan", add_figure_13},
+        {"scan", [&](Page& page) { add_scans(page, argv[2], arena); }},
         {"identification", [&](Page& page) { add_identification(page, arena); }},
         {"timings", [&](Page& page) { add_timings(page, arena); }}};
-    const std::vector<std::string_view> wanted(argv + 2, argv + argc);
+    const std::vector<std::string_view> wanted(argv + 3, argv + argc);
     Page page{argv[1]};
     add_introduction(page);
     for (const auto& [name, add] : parts)

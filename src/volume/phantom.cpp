@@ -16,11 +16,12 @@
 namespace pliant {
 namespace {
 
-constexpr std::array<std::string_view, 5> kNames = {"cube", "layers", "airway", "sinus", "vessel"};
+constexpr std::array<std::string_view, 6> kNames = {"cube",  "layers", "airway",
+                                                    "sinus", "vessel", "knee"};
 using MakeModel = phantom::Model (*)();
-constexpr std::array<MakeModel, 5> kModels = {phantom::make_cube_model, phantom::make_layers_model,
-                                              phantom::make_airway_model, phantom::make_sinus_model,
-                                              phantom::make_vessel_model};
+constexpr std::array<MakeModel, 6> kModels = {
+    phantom::make_cube_model,  phantom::make_layers_model, phantom::make_airway_model,
+    phantom::make_sinus_model, phantom::make_vessel_model, phantom::make_knee_model};
 
 constexpr std::int32_t kLeastSize = 2, kGreatestSize = 4096;
 constexpr double kLeastSpacing_mm = 1e-3, kGreatestSpacing_mm = 1e3;

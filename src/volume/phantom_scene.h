@@ -69,5 +69,6 @@ Model make_layers_model();
 Model make_airway_model();
 Model make_sinus_model();
 Model make_vessel_model();
+Model make_knee_model();
 
 }  // namespace pliant::phantom

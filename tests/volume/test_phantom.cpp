@@ -51,7 +51,7 @@ std::uint64_t hash_of(const Phantom& p) {
 }
 
 TEST(Phantom, HasTheNamesThatItSays) {
-    ASSERT_EQ(phantom_names().size(), 5u);
+    ASSERT_EQ(phantom_names().size(), 6u);
     for (const std::string_view name : phantom_names()) {
         const Phantom p = make(settings(name, 12));
         EXPECT_TRUE(p.volume.is_16_bit());
@@ -62,11 +62,10 @@ TEST(Phantom, HasTheNamesThatItSays) {
 }
 
 TEST(Phantom, IsTheSameForAnyNumberOfThreadsAndOnEveryMachine) {
-    const std::map<std::string_view, std::uint64_t> golden = {{"cube", 0xbee7326d0341a8db},
-                                                              {"layers", 0x7ce58928c3c6fef2},
-                                                              {"airway", 0xb0a6f97f1f65bf3a},
-                                                              {"sinus", 0xe30ecd9645d08a7d},
-                                                              {"vessel", 0xe8961507bfcb5918}};
+    const std::map<std::string_view, std::uint64_t> golden = {
+        {"cube", 0xbee7326d0341a8db},   {"layers", 0x7ce58928c3c6fef2},
+        {"airway", 0xb0a6f97f1f65bf3a}, {"sinus", 0xe30ecd9645d08a7d},
+        {"vessel", 0xe8961507bfcb5918}, {"knee", 0xe48261825f0a6be8}};
     for (const std::string_view name : phantom_names()) {
         const std::uint64_t one = hash_of(make(settings(name, 40), 1));
         EXPECT_EQ(one, hash_of(make(settings(name, 40), 2))) << name;
@@ -178,8 +177,25 @@ TEST(Phantom, LayersAreSoftAboveAndStifferDownwards) {
     for (double x = 30; x < 40; x += 0.1) EXPECT_LE(value_at(p, {x, 0, 15}), 0);
 }
 
+TEST(Phantom, TheKneeHasBonesApartAndCartilageBetween) {
+    const Phantom& p = whole("knee");
+    const auto mean = [&](Vec3d at) {
+        double sum = 0;
+        for (int n = -4; n <= 4; ++n) sum += value_at(p, at + Vec3d{0, 0.5 * n, 0});
+        return sum / 9;
+    };
+    EXPECT_GT(value_at(p, {0, 2, 60}), 300) << "marrow of the femur";
+    EXPECT_GT(value_at(p, {14.6, 2, 60}), 700) << "its shell";
+    EXPECT_GT(mean({0, 4, -24}), 300) << "head of the tibia";
+    EXPECT_GT(mean({0, -39, 16}), 300) << "patella";
+    EXPECT_NEAR(value_at(p, {20, 4, -8.3}), 115, 60) << "between condyle and tibia";
+    EXPECT_NEAR(mean({30, -24, 70}), 58, 30) << "muscle of the thigh";
+    EXPECT_LT(mean({14, -46, -20}), -50) << "fat in front of the joint";
+    EXPECT_EQ(value_at(p, {78, -70, 0}), kAirHu);
+}
+
 TEST(Phantom, ValuesAreThoseOfAScan) {
-    for (const std::string name : {"airway", "sinus", "vessel"}) {
+    for (const std::string name : {"airway", "sinus", "vessel", "knee"}) {
         const Phantom& p = whole(name);
         std::size_t air = 0, soft = 0, bone = 0;
         for (const std::int16_t v : voxels_of(p)) {
@@ -332,7 +348,7 @@ TEST(Phantom, BadSettingsAreNamed) {
         EXPECT_NE(result.error().message.find(word), std::string::npos) << result.error().message;
         EXPECT_EQ(result.error().message.find('\n'), std::string::npos);
     };
-    expect_error(settings("knee", 8), "airway");
+    expect_error(settings("elbow", 8), "airway");
     PhantomSettings s = settings("cube", 8);
     s.size.y = 1;
     expect_error(s, "size.y");

@@ -136,11 +136,10 @@ Vec3d surface_between(const Field& distance, Vec3d a, Vec3d b) {
 TEST(PhantomScene, NoSurfaceIsNearerThanItsDistanceSays) {
     constexpr std::uint64_t kSeed = 5;
     test::Random random(kSeed);
-    const std::pair<const char*, Model> models[] = {{"cube", make_cube_model()},
-                                                    {"layers", make_layers_model()},
-                                                    {"airway", make_airway_model()},
-                                                    {"sinus", make_sinus_model()},
-                                                    {"vessel", make_vessel_model()}};
+    const std::pair<const char*, Model> models[] = {
+        {"cube", make_cube_model()},     {"layers", make_layers_model()},
+        {"airway", make_airway_model()}, {"sinus", make_sinus_model()},
+        {"vessel", make_vessel_model()}, {"knee", make_knee_model()}};
     for (const auto& [name, model] : models) {
         std::size_t number = 0, found = 0;
         for (const Layer& layer : model.scene.layers) {
