@@ -65,6 +65,9 @@ class SolverOf final : public Solver {
 
     Vec3d position(std::int32_t particle) const override { return m_origin + get(m_x, particle); }
     Vec3d velocity(std::int32_t particle) const override { return get(m_v, particle); }
+    double inverse_mass(std::int32_t particle) const override {
+        return double(m_x[at(particle) + 3]);
+    }
     void set_state(std::int32_t particle, Vec3d position, Vec3d velocity) override {
         put(m_x, particle, position - m_origin);
         put(m_v, particle, velocity);
