@@ -139,7 +139,7 @@ class PbdBody {
     Status move_attachment(std::int32_t attachment, Vec3d target);
 
     /// λ/h² of the last sub-step: minus the tension of a distance, minus the moment of a bend, the
-    /// pressure of a volume.
+    /// pressure of a volume. Where all is held around, as it was when that began.
     /// @pre a constraint of a kind other than Solid
     double multiplier(PbdKind kind, std::int32_t constraint) const;
     /// On the body.
