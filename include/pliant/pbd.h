@@ -118,6 +118,7 @@ class PbdBody {
     PbdBody& operator=(PbdBody&&) noexcept;
 
     const PbdParts& parts() const;
+    const PbdSettings& settings() const;
 
     /// @returns LimitExceeded, and everything as it was before this call's last step, where a place
     ///          is no number any more
@@ -126,6 +127,7 @@ class PbdBody {
     std::int32_t particle_count() const;
     Vec3d position(std::int32_t particle) const;
     Vec3d velocity(std::int32_t particle) const;
+    double inverse_mass(std::int32_t particle) const;
     /// All places. @pre positions.size() == particle_count()
     void get_positions(std::span<Vec3d> positions) const;
 
@@ -137,7 +139,7 @@ class PbdBody {
     Status move_attachment(std::int32_t attachment, Vec3d target);
 
     /// λ/h² of the last sub-step: minus the tension of a distance, minus the moment of a bend, the
-    /// pressure of a volume.
+    /// pressure of a volume. Where all is held around, as it was when that began.
     /// @pre a constraint of a kind other than Solid
     double multiplier(PbdKind kind, std::int32_t constraint) const;
     /// On the body.

@@ -83,6 +83,15 @@ class Rod {
     Vec3d position(std::int32_t node) const;
     Rotation orientation(std::int32_t segment) const;
     Vec3d velocity(std::int32_t node) const;
+    /// Of a segment, in the world. [rad/time]
+    Vec3d spin(std::int32_t segment) const;
+    double inverse_mass(std::int32_t node) const;  ///< 0 at the base
+    double inverse_inertia() const;                ///< of a segment, about every axis
+    /// What a constraint from outside does at the end of a sub-step: the node moves, and its
+    /// velocity changes as if it had moved so during the sub-step; a segment turns in the same way.
+    void displace(std::int32_t node, Vec3d by);
+    void displace_segment(std::int32_t segment, Vec3d turned_by);
+
     /// Of the rod on what holds its base.
     Vec3d base_force() const;
     Vec3d base_moment() const;

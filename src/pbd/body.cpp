@@ -47,6 +47,10 @@ const PbdParts& PbdBody::parts() const {
     return m_impl->parts;
 }
 
+const PbdSettings& PbdBody::settings() const {
+    return m_impl->settings;
+}
+
 Status PbdBody::step(std::int32_t count, const TaskArena& arena) {
     if (count < 0)
         return Error{ErrorCode::InvalidArgument,
@@ -66,6 +70,10 @@ Vec3d PbdBody::position(std::int32_t particle) const {
 Vec3d PbdBody::velocity(std::int32_t particle) const {
     PLIANT_ASSERT(particle >= 0 && particle < particle_count());
     return m_impl->solver->velocity(particle);
+}
+double PbdBody::inverse_mass(std::int32_t particle) const {
+    PLIANT_ASSERT(particle >= 0 && particle < particle_count());
+    return m_impl->solver->inverse_mass(particle);
 }
 void PbdBody::get_positions(std::span<Vec3d> positions) const {
     PLIANT_ASSERT(std::int32_t(positions.size()) == particle_count());

@@ -415,6 +415,29 @@ Vec3d Rod::velocity(std::int32_t node) const {
     PLIANT_ASSERT(node >= 0 && node <= m_impl->settings.segments);
     return m_impl->v[std::size_t(node)];
 }
+Vec3d Rod::spin(std::int32_t segment) const {
+    PLIANT_ASSERT(segment >= 0 && segment < m_impl->settings.segments);
+    return m_impl->spin[std::size_t(segment)];
+}
+double Rod::inverse_mass(std::int32_t node) const {
+    PLIANT_ASSERT(node >= 0 && node <= m_impl->settings.segments);
+    return m_impl->w_node[std::size_t(node)];
+}
+double Rod::inverse_inertia() const {
+    return m_impl->w_turn;
+}
+void Rod::displace(std::int32_t node, Vec3d by) {
+    PLIANT_ASSERT(node >= 0 && node <= m_impl->settings.segments);
+    const auto n = std::size_t(node);
+    m_impl->x[n] = m_impl->x[n] + by;
+    if (n > 0) m_impl->v[n] = m_impl->v[n] + (1 / m_impl->h) * by;
+}
+void Rod::displace_segment(std::int32_t segment, Vec3d turned_by) {
+    PLIANT_ASSERT(segment >= 0 && segment < m_impl->settings.segments);
+    const auto i = std::size_t(segment);
+    m_impl->q[i] = rotation_by(turned_by) * m_impl->q[i];
+    m_impl->spin[i] = m_impl->spin[i] + (1 / m_impl->h) * turned_by;
+}
 Vec3d Rod::base_force() const {
     const double scale = 1 / (m_impl->h * m_impl->h);
     return scale * m_impl->pull(m_impl->lambda, 0, kNodeBefore);

@@ -49,6 +49,7 @@ class SolverOf final : public Solver {
     }
 
     Status step(const TaskArena& arena) override {
+        if (m_masses_changed) find_awake();
         m_good_x = m_x;
         m_good_v = m_v;
         for (int n = 0; n < m_settings.sub_steps; ++n) {
@@ -65,12 +66,16 @@ class SolverOf final : public Solver {
 
     Vec3d position(std::int32_t particle) const override { return m_origin + get(m_x, particle); }
     Vec3d velocity(std::int32_t particle) const override { return get(m_v, particle); }
+    double inverse_mass(std::int32_t particle) const override {
+        return double(m_x[at(particle) + 3]);
+    }
     void set_state(std::int32_t particle, Vec3d position, Vec3d velocity) override {
         put(m_x, particle, position - m_origin);
         put(m_v, particle, velocity);
     }
     void set_inverse_mass(std::int32_t particle, double inverse_mass) override {
         m_x[at(particle) + 3] = Real(inverse_mass);
+        m_masses_changed = true;
         if (inverse_mass == 0) put(m_v, particle, {0, 0, 0});
     }
     void load(std::span<const std::int32_t> particles, std::span<const Vec3d> forces) override {
@@ -205,6 +210,22 @@ class SolverOf final : public Solver {
                      "damping or compliance"};
     }
 
+    /// Domains where everything is held are left out.
+    void find_awake() {
+        m_masses_changed = false;
+        m_is_awake.assign(m_plan.domains.size(), 0);
+        for (std::size_t d = 0; d < m_plan.domains.size(); ++d)
+            for (int kind = 0; kind < kKinds && !m_is_awake[d]; ++kind) {
+                const PackRange range = m_plan.domains[d].packs[kind];
+                const auto per_pack = std::size_t(kCorners[kind]) * kPack;
+                const auto& corners = m_plan.kinds[kind].corners;
+                m_is_awake[d] = std::any_of(
+                    corners.begin() + std::ptrdiff_t(std::size_t(range.begin) * per_pack),
+                    corners.begin() + std::ptrdiff_t(std::size_t(range.end) * per_pack),
+                    [&](std::uint32_t corner) { return m_x[corner + 3] > 0; });
+            }
+    }
+
     void project(const TaskArena& arena, bool first) {
         ProjectArrays<Real> arrays{m_x.data(),
                                    {},
@@ -217,7 +238,8 @@ class SolverOf final : public Solver {
         for (const Phase& phase : m_plan.phases)
             for_each(arena, phase.end - phase.begin, 1, [&](std::int64_t begin, std::int64_t end) {
                 for (std::int64_t d = begin; d < end; ++d)
-                    m_kernels.project(arrays, m_plan.domains[std::size_t(phase.begin + d)]);
+                    if (m_is_awake[std::size_t(phase.begin + d)])
+                        m_kernels.project(arrays, m_plan.domains[std::size_t(phase.begin + d)]);
             });
     }
 
@@ -293,6 +315,8 @@ class SolverOf final : public Solver {
     /// [particle][4]: x, y, z and, of m_x, the inverse mass. m_before is before the constraints.
     AlignedVector<Real> m_x, m_before, m_v, m_good_x, m_good_v;
     AlignedVector<Real> m_numbers[kKinds], m_multipliers[kKinds];
+    std::vector<std::uint8_t> m_is_awake;  ///< [domain]
+    bool m_masses_changed = true;
     std::vector<Load> m_loads;
     std::vector<Vec3d> m_forces;  ///< multipliers of attachments
     std::atomic<bool> m_is_bad = false;

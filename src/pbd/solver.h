@@ -24,6 +24,7 @@ class Solver {
     virtual Status step(const TaskArena& arena) = 0;
     virtual Vec3d position(std::int32_t particle) const = 0;
     virtual Vec3d velocity(std::int32_t particle) const = 0;
+    virtual double inverse_mass(std::int32_t particle) const = 0;
     virtual void set_state(std::int32_t particle, Vec3d position, Vec3d velocity) = 0;
     virtual void set_inverse_mass(std::int32_t particle, double inverse_mass) = 0;
     virtual void load(std::span<const std::int32_t> particles, std::span<const Vec3d> forces) = 0;

@@ -1,0 +1,65 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// The ghost surface on its way with the wall: where its nodes are, which triangles are near, and
+// which side of it a point is on: that of the face, or at an edge or a corner that of the
+// angle-weighted mean of the faces there [Baerentzen2005]. The rim of an open end has no sides.
+
+#pragma once
+
+#include <pliant/mesh_quality.h>
+#include <pliant/pbd.h>
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "pbd/triangle_grid.h"
+
+namespace pliant::pbd {
+
+struct Ride {
+    std::array<std::int32_t, 4> particles;
+    std::array<double, 4> weights;
+};
+
+class GhostSurface {
+  public:
+    /// @returns InvalidArgument that names the triangle or node
+    static Status check(const TetMesh& mesh, const TriangleMesh& ghost,
+                        std::span<const Embedded> ghost_places);
+    /// @pre check accepts them. @param margin  how far nodes may move before the grid is renewed
+    GhostSurface(const TetMesh& mesh, const TriangleMesh& ghost,
+                 std::span<const Embedded> ghost_places, double margin);
+
+    /// Places of the nodes as the body is now. @returns how far a node is from where it was, at
+    /// most
+    double update(const PbdBody& body, const TaskArena& arena);
+
+    std::span<const Vec3d> places() const { return m_places; }
+    std::span<const std::array<std::int32_t, 3>> triangles() const { return m_triangles; }
+    const Ride& ride(std::int32_t node) const { return m_rides[std::size_t(node)]; }
+    void near(Vec3d low, Vec3d high, std::vector<std::int32_t>& found) {
+        m_grid.near(low, high, found);
+    }
+
+    /// Of a part of a triangle, numbered as in mesh::NearestOnTriangle, towards the lumen and of
+    /// length 1; zero at a rim, or where triangles are flat.
+    Vec3d normal(std::int32_t triangle, int feature) const;
+
+  private:
+    Vec3d face_normal(std::int32_t triangle) const;
+
+    std::vector<std::array<std::int32_t, 3>> m_triangles;
+    std::vector<std::array<std::int32_t, 3>> m_neighbours;  ///< beyond each edge; −1: none
+    std::vector<std::int32_t> m_ring_starts, m_rings;       ///< triangles at each node
+    std::vector<bool> m_at_rim;                             ///< [node]
+    std::vector<Ride> m_rides;
+    std::vector<Vec3d> m_places, m_in_grid;
+    std::vector<double> m_moved;  ///< [piece of nodes], then since the grid was filled
+    TriangleGrid m_grid;
+    double m_margin;
+};
+
+}  // namespace pliant::pbd

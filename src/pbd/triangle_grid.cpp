@@ -1,0 +1,114 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "pbd/triangle_grid.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace pliant::pbd {
+namespace {
+
+struct Box {
+    Vec3d low, high;
+    void add(Vec3d p) {
+        for (int c = 0; c < 3; ++c) {
+            low[c] = std::min(low[c], p[c]);
+            high[c] = std::max(high[c], p[c]);
+        }
+    }
+};
+
+Box box_of(std::span<const Vec3d> places, const std::array<std::int32_t, 3>& t, double margin) {
+    const Vec3d first = places[std::size_t(t[0])], m{margin, margin, margin};
+    Box box{first, first};
+    box.add(places[std::size_t(t[1])]);
+    box.add(places[std::size_t(t[2])]);
+    return {box.low - m, box.high + m};
+}
+
+/// A finer grid than this costs more to clear than it saves.
+constexpr double kMostCubesPerTriangle = 64;
+
+}  // namespace
+
+TriangleGrid::Range TriangleGrid::cubes_of(Vec3d low, Vec3d high) const {
+    Range range{};
+    for (int c = 0; c < 3; ++c) {
+        const double most = double(m_size[c] - 1);
+        const auto cube = [&](double x) {
+            return int(std::clamp(std::floor((x - m_origin[c]) / m_cube), 0.0, most));
+        };
+        range.low[c] = cube(low[c]);
+        range.high[c] = cube(high[c]);
+    }
+    return range;
+}
+
+void TriangleGrid::fill(std::span<const Vec3d> places,
+                        std::span<const std::array<std::int32_t, 3>> triangles, double margin) {
+    Box all = box_of(places, triangles[0], margin);
+    double extent = 0;
+    for (const auto& t : triangles) {
+        const Box box = box_of(places, t, margin);
+        all.add(box.low);
+        all.add(box.high);
+        const Vec3d size = box.high - box.low;
+        extent += std::max({size.x, size.y, size.z}) / double(triangles.size());
+    }
+    m_origin = all.low;
+    const Vec3d size = all.high - all.low;
+    const double most = kMostCubesPerTriangle * double(triangles.size()) + 64;
+    m_cube = extent;
+    const auto count = [&](int c) { return std::floor(size[c] / m_cube) + 1; };
+    while (count(0) * count(1) * count(2) > most) m_cube *= 1.25;
+    m_size = {int(count(0)), int(count(1)), int(count(2))};
+
+    // Count, sum up, put in: those of a cube are in rising order.
+    m_starts.assign(index_of(0, 0, m_size.z) + 1, 0);
+    const auto for_each_cube = [&](const Range& r, auto&& body) {
+        for (int k = r.low.z; k <= r.high.z; ++k)
+            for (int j = r.low.y; j <= r.high.y; ++j)
+                for (int i = r.low.x; i <= r.high.x; ++i) body(index_of(i, j, k));
+    };
+    const auto range_of = [&](const std::array<std::int32_t, 3>& t) {
+        const Box box = box_of(places, t, margin);
+        return cubes_of(box.low, box.high);
+    };
+    for (const auto& t : triangles)
+        for_each_cube(range_of(t), [&](std::size_t cube) { ++m_starts[cube]; });
+    std::int32_t sum = 0;
+    for (std::int32_t& start : m_starts) start = sum += start;
+    // A wall that moves fills a few more cubes later on.
+    if (std::size_t(sum) > m_entries.capacity()) m_entries.reserve(std::size_t(sum) * 2);
+    m_entries.resize(std::size_t(sum));
+    for (std::size_t t = triangles.size(); t-- > 0;)
+        for_each_cube(range_of(triangles[t]), [&](std::size_t cube) {
+            m_entries[std::size_t(--m_starts[cube])] = std::int32_t(t);
+        });
+    if (m_seen.size() != triangles.size()) m_seen.assign(triangles.size(), m_question);
+}
+
+void TriangleGrid::near(Vec3d low, Vec3d high, std::vector<std::int32_t>& found) {
+    found.clear();
+    if (++m_question == 0) {
+        std::fill(m_seen.begin(), m_seen.end(), 0u);
+        m_question = 1;
+    }
+    const Range r = cubes_of(low, high);
+    for (int k = r.low.z; k <= r.high.z; ++k)
+        for (int j = r.low.y; j <= r.high.y; ++j)
+            for (int i = r.low.x; i <= r.high.x; ++i) {
+                const std::size_t cube = index_of(i, j, k);
+                for (auto e = std::size_t(m_starts[cube]); e < std::size_t(m_starts[cube + 1]);
+                     ++e) {
+                    const std::int32_t t = m_entries[e];
+                    if (m_seen[std::size_t(t)] == m_question) continue;
+                    m_seen[std::size_t(t)] = m_question;
+                    found.push_back(t);
+                }
+            }
+    std::sort(found.begin(), found.end());
+}
+
+}  // namespace pliant::pbd

@@ -1,0 +1,413 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// Contact of a rod with a vessel: the search against brute force, momentum, Coulomb's law, and that
+// nothing gets through.
+
+#include <gtest/gtest.h>
+#include <pliant/pbd_contact.h>
+#include <pliant/vessel_wall.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <numbers>
+
+#include "pbd/segment_triangle.h"
+#include "pbd/triangle_grid.h"
+#include "support/count_allocations.h"
+#include "support/random.h"
+
+namespace pliant::test {
+namespace {
+
+using std::numbers::pi;
+
+template <class T>
+T made(Result<T> result) {
+    EXPECT_TRUE(result.ok());
+    return std::move(result).value();
+}
+
+// The distance from a triangle is convex along the segment, so that golden sections find the least.
+TEST(SegmentAndTriangle, NearestPairsAreThoseOfASearchAlongTheSegment) {
+    int through = 0, between = 0;
+    for (std::uint64_t seed = 1; seed <= 3000; ++seed) {
+        SCOPED_TRACE(seed);
+        Random random(seed);
+        const Vec3d p = random.vector(2), q = random.vector(2);
+        const Vec3d a = random.vector(1), b = random.vector(1), c = random.vector(1);
+        const auto at = [&](double s) {
+            const Vec3d x = (1 - s) * p + s * q;
+            return norm(x - mesh::nearest_on_triangle(x, a, b, c).place);
+        };
+        double low = 0, high = 1;
+        const double golden = (std::sqrt(5.0) - 1) / 2;
+        for (int n = 0; n < 80; ++n) {
+            const double u = high - golden * (high - low), v = low + golden * (high - low);
+            (at(u) < at(v) ? high : low) = at(u) < at(v) ? v : u;
+        }
+        const double least = std::min({at(0), at(1), at(0.5 * (low + high))});
+        const pbd::NearestPair pair = pbd::nearest_pair(p, q, a, b, c);
+        EXPECT_NEAR(std::sqrt(pbd::distance2(pair)), least, 1e-7);
+        EXPECT_LT(norm(pair.on_segment - ((1 - pair.along) * p + pair.along * q)), 1e-12);
+        const Vec3d on = mesh::nearest_on_triangle(pair.on_triangle, a, b, c).place;
+        EXPECT_LT(norm(on - pair.on_triangle), 1e-7);
+        through += least < 1e-9;
+        between += pair.along > 0 && pair.along < 1 && pair.feature < 6;
+    }
+    EXPECT_GT(through, 50);
+    EXPECT_GT(between, 500);
+}
+
+TEST(TriangleGrid, FindsAllThatBruteForceFinds) {
+    pbd::TriangleGrid grid;
+    std::int64_t found_all = 0, asked = 0;
+    for (std::uint64_t seed = 1; seed <= 40; ++seed) {
+        SCOPED_TRACE(seed);
+        Random random(seed);
+        std::vector<Vec3d> places;
+        std::vector<std::array<std::int32_t, 3>> triangles;
+        const int count = random.whole(1, 400);
+        for (int t = 0; t < count; ++t) {
+            const Vec3d middle = random.vector(10);
+            for (int k = 0; k < 3; ++k) places.push_back(middle + random.vector(1));
+            triangles.push_back({3 * t, 3 * t + 1, 3 * t + 2});
+        }
+        const double margin = 0.1;
+        grid.fill(places, triangles, margin);
+        std::vector<std::int32_t> found;
+        for (int question = 0; question < 30; ++question) {
+            const Vec3d middle = random.vector(12), half{random.real(0, 3), 1, 0.5};
+            grid.near(middle - half, middle + half, found);
+            EXPECT_TRUE(std::is_sorted(found.begin(), found.end()));
+            EXPECT_EQ(std::adjacent_find(found.begin(), found.end()), found.end());
+            for (int t = 0; t < count; ++t) {
+                bool meets = true;
+                for (int c = 0; c < 3; ++c) {
+                    const auto at = [&](int k) { return places[std::size_t(3 * t + k)][c]; };
+                    meets &= std::max({at(0), at(1), at(2)}) + margin >= middle[c] - half[c];
+                    meets &= std::min({at(0), at(1), at(2)}) - margin <= middle[c] + half[c];
+                }
+                if (meets) {
+                    EXPECT_TRUE(std::binary_search(found.begin(), found.end(), t));
+                }
+            }
+            found_all += std::int64_t(found.size());
+            asked += count;
+        }
+    }
+    EXPECT_LT(found_all, asked / 4);
+}
+
+constexpr double kStep = 2e-4;
+
+/// A tube of radius 3: straight, then a quarter of a circle of radius 30, then straight again.
+VesselWall bent_tube() {
+    std::vector<CentrePoint> branch;
+    for (double z = -4; z < 62; z += 2) branch.push_back({{0, 0, z}, 3});
+    for (int n = 0; n <= 24; ++n) {
+        const double angle = pi / 2 * n / 24;
+        branch.push_back({{30 * (1 - std::cos(angle)), 0, 62 + 30 * std::sin(angle)}, 3});
+    }
+    for (double x = 32; x < 60; x += 2) branch.push_back({{x, 0, 92}, 3});
+    return made(swept_tube(branch, {.thickness_mm = 1, .layers = 2, .sectors = 16}));
+}
+
+PbdBody body_of(const VesselWall& wall, double young_modulus, double step = kStep) {
+    PbdParts parts;
+    if (young_modulus > 0) {
+        parts = made(pbd_of_mesh(wall.mesh, {.density = 1e-3,
+                                             .edges = false,
+                                             .volumes = false,
+                                             .solids = true,
+                                             .young_modulus = young_modulus,
+                                             .poisson_ratio = 0.45}));
+        // Held by what is around the vessel.
+        for (std::size_t n = 0; n < parts.places.size(); n += 16)
+            parts.attachments.push_back({.nodes = {std::int32_t(n), 0, 0, 0},
+                                         .target = parts.places[n],
+                                         .compliance = 1e-3});
+    } else {
+        parts.places = wall.mesh.nodes_mm;
+        parts.inverse_masses.assign(parts.places.size(), 0);
+    }
+    return made(
+        PbdBody::create(std::move(parts), {.time_step = step, .sub_steps = 1, .damping = 20}));
+}
+
+RodSettings wire(double step = kStep) {
+    return {.segments = 30,
+            .length = 60,
+            .mass = 0.06,
+            .bend_stiffness = 1e6,
+            .twist_stiffness = 1e6,
+            .stretch_stiffness = 1e7,
+            .shear_stiffness = 1e7,
+            .time_step = step,
+            .damping = 20};
+}
+
+/// How far the rod's surface is beyond the ghost, at most: all triangles for many points of it.
+double deepest(const Rod& rod, const VesselWall& wall, const PbdBody& body, double radius) {
+    TetMesh now = wall.mesh;
+    body.get_positions(now.nodes_mm);
+    std::vector<Vec3d> places;
+    for (const Embedded& e : wall.ghost_places) places.push_back(place_of(e, now));
+    double most = -1e9;
+    for (int s = 0; s < rod.settings().segments; ++s)
+        for (int k = 0; k <= 8; ++k) {
+            const Vec3d x = (1 - k / 8.0) * rod.position(s) + (k / 8.0) * rod.position(s + 1);
+            double least = 1e9, side = 0;
+            for (const auto& t : wall.ghost.cells) {
+                const Vec3d a = places[std::size_t(t[0])], b = places[std::size_t(t[1])],
+                            c = places[std::size_t(t[2])];
+                const Vec3d d = x - mesh::nearest_on_triangle(x, a, b, c).place;
+                const double height = dot(d, normalized(cross(b - a, c - a)));
+                if (norm(d) < least - 1e-9) {
+                    least = norm(d);
+                    side = height;
+                } else if (norm(d) < least + 1e-9 && std::abs(height) > std::abs(side)) {
+                    side = height;
+                }
+            }
+            most = std::max(most, radius - (side < 0 ? -least : least));
+        }
+    return most;
+}
+
+double curvature_of(const Rod& rod) {
+    double sum = 0;
+    for (int s = 0; s < rod.settings().segments; ++s) sum += norm(rod.turn(s));
+    return sum;
+}
+
+struct Pushed {
+    double depth = -1e9, reported = 0, bent = 0, wall_moved = 0, way = 0;
+    std::uint64_t hash = 0;
+};
+/// 50 mm at a speed, into the bend.
+Pushed push_in(const VesselWall& wall, double young_modulus, double speed, int threads,
+               double way = 50, double step = kStep) {
+    const TaskArena arena(threads);
+    PbdBody body = body_of(wall, young_modulus, step);
+    Rod rod = made(Rod::create(wire(step)));
+    RodContact contact = made(RodContact::create(wall.mesh, wall.ghost, wall.ghost_places,
+                                                 {.radius = 0.5, .friction = 0.1}));
+    Pushed found;
+    const int steps = int(std::lround(way / (speed * step)));
+    for (int n = 1; n <= steps; ++n) {
+        EXPECT_TRUE(rod.set_base({0, 0, way * n / steps}, Rotation{}).ok());
+        const Status s = contact.step(1, rod, body, arena);
+        EXPECT_TRUE(s.ok()) << s.error().message;
+        if (!s.ok()) return found;
+        found.reported = std::max(found.reported, contact.depth_left());
+        if (n % (steps / 12) == 0)
+            found.depth = std::max(found.depth, deepest(rod, wall, body, 0.5));
+    }
+    found.bent = curvature_of(rod);
+    found.way = rod.position(30).x;
+    for (std::int32_t p = 0; p < body.particle_count(); ++p)
+        found.wall_moved =
+            std::max(found.wall_moved, norm(body.position(p) - wall.mesh.nodes_mm[std::size_t(p)]));
+    found.hash = body.hash();
+    std::printf(
+        "pushed at %g mm/s, E %g, step %g: depth %.4f mm (reported %.4f), bent by %.2f, "
+        "wall moved %.3f mm, tip at x %.1f\n",
+        speed, young_modulus, step, found.depth, found.reported, found.bent, found.wall_moved,
+        found.way);
+    return found;
+}
+
+TEST(RodContact, AWirePushedThroughABentStiffTubeStaysInside) {
+    const VesselWall wall = bent_tube();
+    for (const double speed : {100.0, 400.0}) {
+        const Pushed found = push_in(wall, 0, speed, 1);
+        EXPECT_LE(found.depth, 0.1);
+        EXPECT_GT(found.depth, -0.01);  // it does touch
+        EXPECT_GT(found.bent, 1.0);
+        EXPECT_GT(found.way, 10);
+        EXPECT_LT(found.wall_moved, 1e-5);  // places are floats
+    }
+}
+
+TEST(RodContact, ASoftTubeGivesWayAndHoldsTheWire) {
+    const VesselWall wall = bent_tube();
+    const Pushed found = push_in(wall, 3e5, 100, 2);
+    EXPECT_LE(found.depth, 0.1);
+    EXPECT_GT(found.bent, 0.8);
+    EXPECT_GT(found.wall_moved, 0.02);
+    EXPECT_LT(found.wall_moved, 10);
+}
+
+TEST(RodContact, IsTheSameForAnyNumberOfThreads) {
+    const VesselWall wall = bent_tube();
+    const std::uint64_t one = push_in(wall, 3e5, 500, 1, 16).hash;
+    EXPECT_EQ(push_in(wall, 3e5, 500, 2, 16).hash, one);
+    EXPECT_EQ(push_in(wall, 3e5, 500, 4, 16).hash, one);
+    EXPECT_NE(push_in(wall, 3e5, 500, 1, 17).hash, one);
+}
+
+/// A flat sheet of triangles in the plane y = 0 on tetrahedra below it.
+VesselWall floor_of(int cells) {
+    VesselWall wall;
+    wall.mesh = five_tet_block({cells, 1, cells}, 2);
+    for (Vec3d& p : wall.mesh.nodes_mm) p = p - Vec3d{double(cells), 2, 4};
+    std::vector<std::int32_t> owners, nodes;
+    std::vector<std::array<std::int32_t, 3>> top;
+    for (const auto& f : boundary_faces(wall.mesh, &owners)) {
+        const auto on_top = [&](std::int32_t n) {
+            return wall.mesh.nodes_mm[std::size_t(n)].y > -1e-9;
+        };
+        if (on_top(f[0]) && on_top(f[1]) && on_top(f[2])) top.push_back(f);
+    }
+    wall.ghost = part_of(wall.mesh.nodes_mm, top, &nodes);
+    for (const std::int32_t n : nodes)
+        for (std::size_t c = 0; c < wall.mesh.cells.size(); ++c) {
+            const auto& cell = wall.mesh.cells[c];
+            const auto at = std::find(cell.begin(), cell.end(), n);
+            if (at == cell.end()) continue;
+            Embedded e{std::int32_t(c), {0, 0, 0, 0}};
+            e.weights[std::size_t(at - cell.begin())] = 1;
+            wall.ghost_places.push_back(e);
+            break;
+        }
+    return wall;
+}
+
+// The same step with and without contact: what it has changed adds up to nothing.
+TEST(RodContact, KeepsMomentumAndAngularMomentum) {
+    const TaskArena arena(1);
+    for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+        SCOPED_TRACE(seed);
+        Random random(seed);
+        const VesselWall wall = floor_of(16);
+        auto parts = made(pbd_of_mesh(wall.mesh, {.density = 1e-3, .edge_compliance = 1e-6}));
+        const PbdSettings settings{
+            .time_step = 1e-3, .sub_steps = 1, .numbers = PbdNumbers::Double};
+        RodSettings wires = wire(1e-3);
+        wires.segments = 8;
+        wires.length = 16;
+        wires.iterations = 1;
+        wires.base = {random.real(-3, 3), 0.6, 1};
+        wires.frame = rotation_by({random.real(0.02, 0.06), random.real(-0.2, 0.2), 0});
+        Rod rods[2] = {made(Rod::create(wires)), made(Rod::create(wires))};
+        PbdBody bodies[2] = {made(PbdBody::create(parts, settings)),
+                             made(PbdBody::create(parts, settings))};
+        for (Rod& rod : rods)
+            for (int n = 1; n <= 8; ++n) {
+                const double s = double(n) / 8;
+                ASSERT_TRUE(rod.load(n, 400 * s * Vec3d{0.3, -1, -0.5}).ok());
+            }
+        RodContact contact = made(RodContact::create(wall.mesh, wall.ghost, wall.ghost_places,
+                                                     {.friction = 0.3, .rounds = 1}));
+        ASSERT_TRUE(contact.step(1, rods[0], bodies[0], arena).ok());
+        ASSERT_TRUE(rods[1].step(1).ok());
+        ASSERT_TRUE(bodies[1].step(1, arena).ok());
+        Vec3d sum{0, 0, 0}, moments{0, 0, 0};
+        double size = 0;
+        const auto add = [&](Vec3d place, double mass, Vec3d change) {
+            sum = sum + mass * change;
+            moments = moments + cross(place, mass * change);
+            size += mass * norm(change);
+        };
+        for (int n = 1; n <= 8; ++n)
+            add(rods[1].position(n), 1 / rods[1].inverse_mass(n),
+                rods[0].velocity(n) - rods[1].velocity(n));
+        for (int s = 0; s < 8; ++s)
+            moments =
+                moments + (1 / rods[1].inverse_inertia()) * (rods[0].spin(s) - rods[1].spin(s));
+        for (int p = 0; p < bodies[1].particle_count(); ++p)
+            add(bodies[1].position(p), 1 / bodies[1].inverse_mass(p),
+                bodies[0].velocity(p) - bodies[1].velocity(p));
+        EXPECT_GT(contact.touches().size(), 0u);
+        EXPECT_GT(size, 1e-3);
+        EXPECT_LT(norm(sum), 1e-9 * size);
+        EXPECT_LT(norm(moments), 1e-8 * size);
+    }
+}
+
+// A wire is drawn over a floor: its weight times the coefficient is what its base feels.
+TEST(RodContact, FrictionIsCoulombs) {
+    const TaskArena arena(1);
+    const VesselWall wall = floor_of(24);
+    for (const double friction : {0.0, 0.2, 0.5}) {
+        RodSettings wires = wire(1e-3);
+        wires.segments = 10;
+        wires.length = 20;
+        wires.base = {0, 0.5, 5};
+        wires.gravity = {0, -9810, 0};
+        Rod rod = made(Rod::create(wires));
+        PbdBody body = body_of(wall, 0, 1e-3);
+        RodContact contact = made(RodContact::create(wall.mesh, wall.ghost, wall.ghost_places,
+                                                     {.radius = 0.5, .friction = friction}));
+        Vec3d mean{0, 0, 0}, base{0, 0, 0};
+        const int steps = 800, counted = 400;
+        for (int n = 1; n <= steps; ++n) {
+            ASSERT_TRUE(rod.set_base({0, 0.5, 5 + 10 * n * 1e-3}, Rotation{}).ok());
+            ASSERT_TRUE(contact.step(1, rod, body, arena).ok());
+            if (n <= steps - counted) continue;
+            for (const WallTouch& t : contact.touches()) mean = mean + (1.0 / counted) * t.force;
+            base = base + (1.0 / counted) * rod.base_force();
+        }
+        std::printf("friction %g: on the wire %.3f %.3f %.3f, at the base %.3f\n", friction, mean.x,
+                    mean.y, mean.z, base.z);
+        // Without the base's node, which is held; its clamp bears the rest.
+        const double mass = 0.06 * 9.5 / 10, weight = 9810 * mass;
+        EXPECT_GT(mean.y, 0.5 * weight);
+        EXPECT_NEAR(mean.y - base.y, weight, 0.01 * weight);
+        EXPECT_NEAR(mean.z, -friction * mean.y, 0.01 * mean.y);
+        EXPECT_NEAR(base.z, mean.z - 20 * mass * 10, 0.01 * mean.y);  // with damping
+        EXPECT_NEAR(mean.x, 0, 0.01 * mean.y);
+    }
+}
+
+TEST(RodContact, AllocatesNothingOnceWarm) {
+    const TaskArena arena(1);
+    const VesselWall wall = bent_tube();
+    PbdBody body = body_of(wall, 3e5);
+    Rod rod = made(Rod::create(wire()));
+    RodContact contact =
+        made(RodContact::create(wall.mesh, wall.ghost, wall.ghost_places, {.friction = 0.1}));
+    const auto push = [&](int from, int to) {
+        for (int n = from; n < to; ++n) {
+            EXPECT_TRUE(rod.set_base({0, 0, 0.08 * n}, Rotation{}).ok());
+            EXPECT_TRUE(contact.step(1, rod, body, arena).ok());
+        }
+    };
+    push(0, 400);
+    const std::int64_t before = allocation_count();
+    push(400, 401);
+    for (int n = 0; n < 50; ++n) EXPECT_TRUE(contact.step(1, rod, body, arena).ok());
+    EXPECT_EQ(allocation_count(), before);
+    EXPECT_GT(contact.touches().size(), 0u);
+}
+
+TEST(RodContact, SaysWhatIsWrong) {
+    const TaskArena arena(1);
+    VesselWall wall = floor_of(4);
+    const auto message = [&](const RodContactSettings& settings) {
+        const auto made_ = RodContact::create(wall.mesh, wall.ghost, wall.ghost_places, settings);
+        return made_.ok() ? std::string() : made_.error().message;
+    };
+    EXPECT_EQ(message({}), "");
+    EXPECT_NE(message({.radius = 0}).find("radius: expected a number above 0"), std::string::npos);
+    EXPECT_NE(message({.friction = -1}).find("friction: expected 0 or more"), std::string::npos);
+    EXPECT_NE(message({.iterations = 0}).find("iterations: expected 1"), std::string::npos);
+    EXPECT_NE(message({.rounds = 0}).find("rounds: expected 1"), std::string::npos);
+    RodContact contact = made(RodContact::create(wall.mesh, wall.ghost, wall.ghost_places, {}));
+    Rod rod = made(Rod::create(wire(1e-3)));
+    PbdBody body = body_of(wall, 0, 2e-3);
+    const Status steps = contact.step(1, rod, body, arena);
+    ASSERT_FALSE(steps.ok());
+    EXPECT_NE(steps.error().message.find("time_step"), std::string::npos);
+    PbdBody other = body_of(floor_of(3), 0, 1e-3);
+    EXPECT_FALSE(contact.step(1, rod, other, arena).ok());
+    wall.ghost_places[3].tetrahedron = 100000;
+    EXPECT_NE(message({}).find("node 3: expected a tetrahedron below"), std::string::npos);
+    wall.ghost_places.pop_back();
+    EXPECT_NE(message({}).find("ghost_places: expected one for each"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace pliant::test
