@@ -23,12 +23,6 @@
 
 namespace {
 
-#ifdef __clang__
-constexpr const char* kCompiler = __VERSION__ ", release build";
-#else
-constexpr const char* kCompiler = "GCC " __VERSION__ ", release build";
-#endif
-
 void add_introduction(pliant::results::Page& page) {
     using namespace pliant::results;
     page.heading(1, "ChainMail beside its papers");
@@ -37,10 +31,7 @@ void add_introduction(pliant::results::Page& page) {
         "and what Pliant does on the same set-up. The algorithm is described in "
         "[chainmail.md](../../chainmail.md). The papers' own pictures are not repeated here: the "
         "text says what they show.");
-    page.table({"what", "this run"}, {{"command", "`./dev results chainmail`"},
-                                      {"date", date_text()},
-                                      {"machine", machine_text()},
-                                      {"compiler", kCompiler}});
+    page.origin("./dev results chainmail");
 }
 
 void add_differences(pliant::results::Page& page) {

@@ -72,6 +72,9 @@ Status Page::finish() {
     return m_files.commit();
 }
 
+namespace {
+
+/// "model name, n logical processors", as the system names them.
 std::string machine_text() {
     std::ifstream file("/proc/cpuinfo");
     std::string line, model = "unknown processor";
@@ -84,12 +87,27 @@ std::string machine_text() {
     return model + ", " + std::to_string(std::thread::hardware_concurrency()) + " cores";
 }
 
+/// ISO 8601, UTC.
 std::string date_text() {
     using namespace std::chrono;
     const year_month_day day(floor<days>(system_clock::now()));
     const auto two = [](unsigned n) { return (n < 10 ? "0" : "") + std::to_string(n); };
     return std::to_string(int(day.year())) + "-" + two(unsigned(day.month())) + "-" +
            two(unsigned(day.day()));
+}
+
+}  // namespace
+
+void Page::origin(const std::string& command) {
+#ifdef __clang__
+    constexpr const char* kCompiler = __VERSION__ ", release build";
+#else
+    constexpr const char* kCompiler = "GCC " __VERSION__ ", release build";
+#endif
+    table({"what", "this run"}, {{"command", "`" + command + "`"},
+                                 {"date", date_text()},
+                                 {"machine", machine_text()},
+                                 {"compiler", kCompiler}});
 }
 
 }  // namespace pliant::results

@@ -27,6 +27,8 @@ class Page {
 
     void heading(int level, std::string_view text);
     void paragraph(std::string_view text);
+    /// A table of the command that made the page, and when and where it ran.
+    void origin(const std::string& command);
     void table(std::initializer_list<std::string> head,
                const std::vector<std::vector<std::string>>& rows);
     /// @param name  of the file, without its ending
@@ -40,10 +42,5 @@ class Page {
     std::string m_text;
     std::string m_failure;  ///< the first picture that couldn't be written
 };
-
-/// "model name, n logical processors", as the system names them.
-std::string machine_text();
-/// ISO 8601, UTC.
-std::string date_text();
 
 }  // namespace pliant::results

@@ -22,12 +22,6 @@
 
 namespace {
 
-#ifdef __clang__
-constexpr const char* kCompiler = __VERSION__ ", release build";
-#else
-constexpr const char* kCompiler = "GCC " __VERSION__ ", release build";
-#endif
-
 void add_introduction(pliant::results::Page& page) {
     using namespace pliant::results;
     page.heading(1, "Force transmittal beside its paper");
@@ -37,10 +31,7 @@ void add_introduction(pliant::results::Page& page) {
         "in [springs.md](../../springs.md) and [fem.md](../../fem.md), identification in "
         "[fit.md](../../fit.md). The paper's own pictures are not repeated: the text says what "
         "they show.");
-    page.table({"what", "this run"}, {{"command", "`./dev results springs`"},
-                                      {"date", date_text()},
-                                      {"machine", machine_text()},
-                                      {"compiler", kCompiler}});
+    page.origin("./dev results springs");
 }
 
 void add_differences(pliant::results::Page& page) {
