@@ -19,7 +19,7 @@ namespace {
 constexpr int kStepsAtATime = 20;
 constexpr std::int64_t kMostSteps = 100'000;  ///< to come to rest
 
-Status check_options(const DeformOptions& o) {
+Status check_spring_options(const DeformOptions& o) {
     const std::pair<const char*, bool> given[] = {
         {"--config", !o.config.empty()},
         {"--labels", !o.labels.empty()},
@@ -83,7 +83,7 @@ Result<SpringDeformationSettings> settings_of(const DeformOptions& o, const Grid
 }
 
 /// The library names its settings; a user gave them as options.
-Error named_by_option(Error error) {
+Error named_by_spring_option(Error error) {
     constexpr std::pair<const char*, const char*> kNames[] = {
         {"cell_mm:", "--cell-mm:"},         {"young_modulus_pa:", "--young-pa:"},
         {"fixed_above_hu:", "--fixed-hu:"}, {"depth:", "--depth:"},
@@ -103,7 +103,7 @@ Status apply_pushes(const DeformOptions& o, SpringDeformation& tissue, DeformRes
         const auto report = tissue.push(++tool, {.point_mm = push.point_mm,
                                                  .push_mm = push.push_mm,
                                                  .sphere_radius_mm = o.sphere_radius_mm});
-        if (!report.ok()) return named_by_option(report.error());
+        if (!report.ok()) return named_by_spring_option(report.error());
         result.pushes.push_back(*report);
         bar.show(0.2 + 0.1 * double(tool) / double(o.actions.size()));
     }
@@ -140,7 +140,8 @@ SpringResult let_time_pass(const DeformOptions& o, SpringDeformation& tissue,
 
 int run_deform_springs(const DeformOptions& options) {
     Outputs outputs;
-    if (const Status s = check_options(options); !s.ok()) return bad_input(s.error().message);
+    if (const Status s = check_spring_options(options); !s.ok())
+        return bad_input(s.error().message);
     if (const Status s = stage_outputs(options, outputs); !s.ok())
         return bad_input(s.error().message);
     DeformResult result;
@@ -158,7 +159,7 @@ int run_deform_springs(const DeformOptions& options) {
     if (!settings.ok()) return fail(settings.error());
     const TaskArena arena(options.threads);
     auto created = SpringDeformation::create(*volume, *settings, arena);
-    if (!created.ok()) return fail(named_by_option(created.error()));
+    if (!created.ok()) return fail(named_by_spring_option(created.error()));
     SpringDeformation& tissue = **created;
     if (const Status s = apply_pushes(options, tissue, result, *bar); !s.ok())
         return fail(s.error());

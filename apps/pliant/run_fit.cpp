@@ -136,7 +136,7 @@ FitMethod method_of(const std::string& name, const FitOptions& o, const FitBoxPr
     return DirectSearch{.method = method, .evaluations = o.evaluations};
 }
 
-Json json_of(const std::string& method, const FitBoxProblem& box, const FitResult& r) {
+Json method_json(const std::string& method, const FitBoxProblem& box, const FitResult& r) {
     Json values, cases = Json::array(), directions = Json::array(), trace = Json::array();
     const auto groups = box.problem.groups();
     for (std::size_t g = 0; g < groups.size(); ++g) values[groups[g].name] = r.values[g];
@@ -216,7 +216,7 @@ int run_fit(const FitOptions& o) {
         const auto result = fit(box->problem, method_of(method, o, *box), arena);
         if (!result) return bad_input(method + ": " + result.error().message);
         print(method, *box, *result);
-        report["methods"].push_back(json_of(method, *box, *result));
+        report["methods"].push_back(method_json(method, *box, *result));
     }
     if (o.report.empty()) return kExitOk;
     if (const Status status = write_report(o.report, report); !status)

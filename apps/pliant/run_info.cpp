@@ -63,7 +63,7 @@ std::string digits(Vec3d v, const char* separator) {
     return digits(v.x) + separator + digits(v.y) + separator + digits(v.z);
 }
 
-nlohmann::ordered_json json_of(Vec3d v) {
+nlohmann::ordered_json list_of(Vec3d v) {
     return {v.x, v.y, v.z};
 }
 
@@ -76,10 +76,10 @@ void print_json(const InfoOptions& options, const Volume& volume, const ReadNote
     json["stored_type"] = notes.stored_type;
     json["voxel_type"] = volume.is_16_bit() ? "int16" : "float32";
     json["size"] = {grid.size.x, grid.size.y, grid.size.z};
-    json["spacing_mm"] = json_of(grid.spacing_mm);
-    json["extent_mm"] = json_of(extent_mm(grid));
-    json["origin_mm"] = json_of(grid.origin_mm);
-    for (const Vec3d& axis : grid.direction.columns) json["direction"].push_back(json_of(axis));
+    json["spacing_mm"] = list_of(grid.spacing_mm);
+    json["extent_mm"] = list_of(extent_mm(grid));
+    json["origin_mm"] = list_of(grid.origin_mm);
+    for (const Vec3d& axis : grid.direction.columns) json["direction"].push_back(list_of(axis));
     json["orientation"] = orientation_of(grid);
     json["right_handed"] = determinant(grid.direction) > 0;
     json["oblique_angle_deg"] = oblique_angle_deg(grid);
@@ -92,8 +92,8 @@ void print_json(const InfoOptions& options, const Volume& volume, const ReadNote
     for (const auto& [key, value] : volume.key_values) json["key_values"][key] = value;
     json["notes"] = notes.notes;
     if (push)
-        json["suggested_push"] = {{"point_mm", json_of(push->point_mm)},
-                                  {"push_mm", json_of(push->push_mm)},
+        json["suggested_push"] = {{"point_mm", list_of(push->point_mm)},
+                                  {"push_mm", list_of(push->push_mm)},
                                   {"sphere_radius_mm", kSuggestedRadiusMm}};
     // Bytes of a file that are no UTF-8 are replaced, not refused.
     const std::string text =

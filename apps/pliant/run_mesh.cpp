@@ -24,7 +24,7 @@ bool is_mesh_file(const std::string& name) {
     return std::find(std::begin(kEndings), std::end(kEndings), ending) != std::end(kEndings);
 }
 
-nlohmann::ordered_json json_of(const TetQuality& q) {
+nlohmann::ordered_json quality_json(const TetQuality& q) {
     return {{"tetrahedra", q.tetrahedra},
             {"nodes", q.nodes},
             {"pieces", q.pieces},
@@ -45,7 +45,7 @@ nlohmann::ordered_json json_of(const TetQuality& q) {
 
 void tell(const MeshOptions& o, const VesselWall& wall, const TetQuality& quality) {
     if (o.json) {
-        auto report = json_of(quality);
+        auto report = quality_json(quality);
         report["layers"] = wall.least_layers;
         report["ends"] = wall.ends.size();
         report["ghost_triangles"] = wall.ghost.cells.size();
@@ -68,7 +68,7 @@ int judge(const MeshOptions& o, const MeshData& mesh) {
     if (!mesh.tetrahedra.empty()) {
         const TetQuality q = tet_quality(with_used_nodes({mesh.nodes_mm, mesh.tetrahedra}));
         if (o.json)
-            std::printf("%s\n", json_of(q).dump().c_str());
+            std::printf("%s\n", quality_json(q).dump().c_str());
         else
             std::printf("%s\n", describe(q).c_str());
         if (const Status s = check_quality(q); !s)

@@ -38,13 +38,6 @@ std::size_t round_up(std::size_t bytes, std::size_t to) {
     return (bytes + to - 1) / to * to;
 }
 
-/// Calls visit(y, z) for the rows of a box.
-template <class Visit>
-void for_each_row(const Box3i& box, const Visit& visit) {
-    for (int z = box.begin.z; z < box.end.z; ++z)
-        for (int y = box.begin.y; y < box.end.y; ++y) visit(y, z);
-}
-
 }  // namespace
 
 Lattice::Lattice(const Volume& volume, MaterialMap materials, int brick_size, bool bounded)
@@ -311,7 +304,7 @@ void Lattice::look_at_materials(Brick& brick) const {
     brick.traits = traits_of_one(brick);
     const Box3i part = part_in_scan(brick.coord);
     bool mixed = false;
-    for_each_row(m_bounded ? part : Box3i{{0, 0, 0}, {m_size, m_size, m_size}}, [&](int y, int z) {
+    for_each_y_z(m_bounded ? part : Box3i{{0, 0, 0}, {m_size, m_size, m_size}}, [&](int y, int z) {
         const MaterialId* row = ids + m_size * (y + m_size * z);
         const int end = m_bounded ? part.end.x : m_size;
         MaterialId differs = 0;

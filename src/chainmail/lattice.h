@@ -69,6 +69,11 @@ struct Brick {
     std::uint64_t saved_for = 0;   ///< step of the history that has it as it was
 };
 
+/// One of two colours of bricks, as on a chess board: neighbours differ.
+inline bool is_odd(Vec3i coord) {
+    return ((coord.x ^ coord.y ^ coord.z) & 1) != 0;
+}
+
 /// Whether every element of the brick is at its rest place.
 inline bool is_at_rest(const Brick& brick) {
     return brick.u_min == Vec3<Fixed>{0, 0, 0} && brick.u_max == Vec3<Fixed>{0, 0, 0};

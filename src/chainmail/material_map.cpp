@@ -22,13 +22,6 @@ int whole_value(float value) {
     return int(std::lround(std::clamp(value, -32768.0f, 32767.0f)));
 }
 
-/// Calls visit(y, z) for the rows of a box.
-template <class Visit>
-void for_each_row(const Box3i& box, const Visit& visit) {
-    for (int z = box.begin.z; z < box.end.z; ++z)
-        for (int y = box.begin.y; y < box.end.y; ++y) visit(y, z);
-}
-
 /// Asks for memory before it is needed: a brick's rows lie far apart in the scan. By reading it, as
 /// processors may pass over a mere hint where the address has to be looked up first.
 void fetch(const void* where) {
@@ -196,15 +189,15 @@ bool MaterialMap::fill_by_value(const Voxel* voxels, Vec3i first, int size, cons
     const auto out_at = [&](int y, int z) { return out + part.begin.x + size * (y + size * z); };
     const Voxel value = *row_at(part.begin.y, part.begin.z);
     bool is_one = true;
-    for_each_row(part,
+    for_each_y_z(part,
                  [&](int y, int z) { is_one = is_one && is_row_of(value, row_at(y, z), count); });
     if (!is_one) {
-        for_each_row(part,
+        for_each_y_z(part,
                      [&](int y, int z) { translate_row(row_at(y, z), count, ids, out_at(y, z)); });
     } else {
         MaterialId id;
         translate_row(&value, 1, ids, &id);
-        for_each_row(part, [&](int y, int z) { std::fill_n(out_at(y, z), count, id); });
+        for_each_y_z(part, [&](int y, int z) { std::fill_n(out_at(y, z), count, id); });
     }
     return is_one;
 }
@@ -213,7 +206,7 @@ void MaterialMap::fetch_early(Vec3i first, const Box3i& part) const {
     if (is_empty(part)) return;
     std::visit(
         [&](const auto& voxels) {
-            for_each_row(part, [&](int y, int z) {
+            for_each_y_z(part, [&](int y, int z) {
                 const Vec3i start = first + Vec3i{part.begin.x, y, z};
                 fetch(voxels.data() + voxel_index(m_volume->grid, start));
             });

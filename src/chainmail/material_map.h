@@ -58,4 +58,11 @@ class MaterialMap {
     MaterialTable m_table;
 };
 
+/// Calls visit(y, z) for the rows of a box.
+template <class Visit>
+void for_each_y_z(const Box3i& box, const Visit& visit) {
+    for (int z = box.begin.z; z < box.end.z; ++z)
+        for (int y = box.begin.y; y < box.end.y; ++y) visit(y, z);
+}
+
 }  // namespace pliant

@@ -9,6 +9,7 @@
 
 #include "chainmail/chainmail_impl.h"
 #include "chainmail/objects_guard.h"
+#include "core/errors.h"
 
 namespace pliant {
 namespace {
@@ -17,10 +18,6 @@ namespace {
 constexpr double kLongestPushMm = 300;
 /// A free object's rest place follows where something is farther from it than this [mm].
 constexpr double kFarFromRestMm = 100;
-
-Error wrong(const std::string& message) {
-    return {ErrorCode::InvalidArgument, message};
-}
 
 Place units_of(Vec3d mm) {
     return {std::llround(mm.x * kUnitsPerMm), std::llround(mm.y * kUnitsPerMm),
@@ -101,10 +98,10 @@ ObjectSpace& ObjectSpace::operator=(ObjectSpace&&) noexcept = default;
 Result<int> ObjectSpace::add_object(Volume volume, const ChainMailSettings& settings, bool free) {
     const std::string name = "object " + std::to_string(object_count());
     if (object_count() > 0 && volume.grid.direction != object(0).volume().grid.direction)
-        return wrong(name + ": expected the same directions as object 0, found others");
+        return invalid(name + ": expected the same directions as object 0, found others");
     const Vec3d origin_mm = lattice_from_world_vector(volume.grid, volume.grid.origin_mm);
     if (!(norm(origin_mm) < 1e5))
-        return wrong(name + ": expected an origin within 100000 mm, found one farther away");
+        return invalid(name + ": expected an origin within 100000 mm, found one farther away");
     auto own = std::make_unique<Volume>(std::move(volume));
     ChainMailSettings used = settings;
     used.bounded = true;
@@ -117,12 +114,12 @@ Result<int> ObjectSpace::add_object(Volume volume, const ChainMailSettings& sett
     const PlacedLattice placed = m_impl->placed(added);
     for (std::size_t n = 0; n < m_impl->objects.size(); ++n)
         if (const auto e = find_overlap(placed, m_impl->placed(m_impl->objects[n]), m_impl->arena))
-            return wrong(name + ": expected a place of its own, but element " + text_of(*e) +
-                         " overlaps object " + std::to_string(n));
+            return invalid(name + ": expected a place of its own, but element " + text_of(*e) +
+                           " overlaps object " + std::to_string(n));
     for (std::size_t n = 0; n < m_impl->walls.size(); ++n)
         if (const auto e = find_behind(placed, m_impl->walls[n]))
-            return wrong(name + ": expected a place before the walls, but element " + text_of(*e) +
-                         " is behind wall " + std::to_string(n));
+            return invalid(name + ": expected a place before the walls, but element " +
+                           text_of(*e) + " is behind wall " + std::to_string(n));
     m_impl->objects.push_back(std::move(added));
     return object_count() - 1;
 }
@@ -130,19 +127,19 @@ Result<int> ObjectSpace::add_object(Volume volume, const ChainMailSettings& sett
 Result<int> ObjectSpace::add_wall(const Wall& wall) {
     const std::string name = "wall " + std::to_string(wall_count());
     if (wall.axis < 0 || wall.axis > 2 || (wall.side != 1 && wall.side != -1))
-        return wrong(name + ": expected an axis 0, 1 or 2 and a side +1 or -1, found " +
-                     std::to_string(wall.axis) + " and " + std::to_string(wall.side));
+        return invalid(name + ": expected an axis 0, 1 or 2 and a side +1 or -1, found " +
+                       std::to_string(wall.axis) + " and " + std::to_string(wall.side));
     if (object_count() == 0)
-        return wrong(name + ": expected an object before it, whose axes are those of the space");
+        return invalid(name + ": expected an object before it, whose axes are those of the space");
     const Grid& grid = object(0).volume().grid;
     const Vec3d point_mm = lattice_from_world_vector(grid, wall.point_mm);
     if (!(norm(point_mm) < 1e5))
-        return wrong(name + ": expected a point within 100000 mm, found one farther away");
+        return invalid(name + ": expected a point within 100000 mm, found one farther away");
     const PlacedWall placed{wall.axis, wall.side, units_of(point_mm)[wall.axis]};
     for (std::size_t n = 0; n < m_impl->objects.size(); ++n)
         if (const auto e = find_behind(m_impl->placed(m_impl->objects[n]), placed))
-            return wrong(name + ": expected nothing behind it, found element " + text_of(*e) +
-                         " of object " + std::to_string(n));
+            return invalid(name + ": expected nothing behind it, found element " + text_of(*e) +
+                           " of object " + std::to_string(n));
     m_impl->walls.push_back(placed);
     return wall_count() - 1;
 }
@@ -210,10 +207,10 @@ void ObjectSpace::Impl::follow(Object& object) const {
 
 Result<ObjectPushReport> ObjectSpace::push(int object, const Push& push) {
     if (!m_impl->exists(object))
-        return wrong("push: expected an object 0 to " + std::to_string(object_count() - 1) +
-                     ", found " + std::to_string(object));
+        return invalid("push: expected an object 0 to " + std::to_string(object_count() - 1) +
+                       ", found " + std::to_string(object));
     if (!(norm(push.push_mm) * this->object(object).settings().scale <= kLongestPushMm))
-        return wrong("push: expected a length up to 300 mm after scaling, found more");
+        return invalid("push: expected a length up to 300 mm after scaling, found more");
     return m_impl->guarded(object, [&](Impl::Object& pushed) {
         Push own = push;
         own.point_mm = push.point_mm - m_impl->travel_mm(pushed);
@@ -224,10 +221,10 @@ Result<ObjectPushReport> ObjectSpace::push(int object, const Push& push) {
 Result<ObjectPushReport> ObjectSpace::push_elements(int object, std::span<const Vec3i> elements,
                                                     Vec3d push_mm) {
     if (!m_impl->exists(object))
-        return wrong("push: expected an object 0 to " + std::to_string(object_count() - 1) +
-                     ", found " + std::to_string(object));
+        return invalid("push: expected an object 0 to " + std::to_string(object_count() - 1) +
+                       ", found " + std::to_string(object));
     if (!(norm(push_mm) * this->object(object).settings().scale <= kLongestPushMm))
-        return wrong("push: expected a length up to 300 mm after scaling, found more");
+        return invalid("push: expected a length up to 300 mm after scaling, found more");
     return m_impl->guarded(object, [&](Impl::Object& pushed) {
         return pushed.tissue.push_elements(elements, push_mm);
     });

@@ -29,10 +29,6 @@ std::vector<HalfLimits> yield_limits(const MaterialTable& materials) {
     return limits;
 }
 
-bool is_odd(Vec3i coord) {
-    return ((coord.x ^ coord.y ^ coord.z) & 1) != 0;
-}
-
 /// An element away from its first rest place: its index, and its place in the copy with a layer
 /// around it.
 struct Mover {

@@ -20,10 +20,6 @@ constexpr int kElementsPerLook = 8 * 512;
 /// a micrometre [units].
 constexpr Fixed kSnap = 1 << 10;
 
-bool is_odd(Vec3i coord) {
-    return ((coord.x ^ coord.y ^ coord.z) & 1) != 0;
-}
-
 bool same_tools(const std::vector<RelaxTool>& p, const std::vector<RelaxTool>& q) {
     return std::equal(p.begin(), p.end(), q.begin(), q.end(), [](const auto& a, const auto& b) {
         return a.from_mm == b.from_mm && a.to_mm == b.to_mm && a.radius_mm == b.radius_mm;

@@ -8,17 +8,13 @@
 
 #include "chainmail/chainmail_impl.h"
 #include "chainmail/energy.h"
+#include "volume/text.h"
 
 namespace pliant {
 namespace {
 
 constexpr double kMaxOverRelaxation = 1.95;
 constexpr double kMaxToolMm = 1e5;  ///< places and radii of tools
-
-std::string text_of(double number) {
-    char buffer[32];
-    return std::string(buffer, std::to_chars(buffer, buffer + sizeof buffer, number).ptr);
-}
 
 Error wrong(const std::string& option, const std::string& expected, double found) {
     return {ErrorCode::InvalidArgument,

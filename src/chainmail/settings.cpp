@@ -9,15 +9,10 @@
 #include <utility>
 
 #include "chainmail/fixed_point.h"
+#include "volume/text.h"
 
 namespace pliant {
 namespace {
-
-std::string text_of(double number) {
-    char buffer[32];
-    const auto end = std::to_chars(buffer, buffer + sizeof buffer, number).ptr;
-    return std::string(buffer, end);
-}
 
 Error out_of_range(const std::string& key, double found, const std::string& expected) {
     return {ErrorCode::InvalidArgument,

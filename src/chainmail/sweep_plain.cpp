@@ -72,7 +72,7 @@ void relax_uniform(Fixed* w, int size, const UniformLags& lags, std::uint32_t) {
 
 /// Calls visit(element on the side, element behind the neighbour's opposite side, place in face).
 template <class Visit>
-void for_each_on_face(int size, int side, const Visit& visit) {
+void for_each_at_face(int size, int side, const Visit& visit) {
     const int axis = side / 2, stride = stride_of(size, axis);
     const int step_p = axis == 0 ? size : 1, step_q = axis == 2 ? size : size * size;
     const int own = side % 2 ? (size - 1) * stride : 0, behind = (size - 1) * stride - own;
@@ -82,16 +82,16 @@ void for_each_on_face(int size, int side, const Visit& visit) {
 }
 
 void copy_face(const Fixed* values, int size, int side, Fixed* out) {
-    for_each_on_face(size, side, [&](int own, int, int n) { out[n] = values[own]; });
+    for_each_at_face(size, side, [&](int own, int, int n) { out[n] = values[own]; });
 }
 
 void add_face(const Fixed* column, const MaterialId* ids, int size, int side, Fixed* out) {
-    for_each_on_face(size, side, [&](int own, int, int n) { out[n] += column[ids[own]]; });
+    for_each_at_face(size, side, [&](int own, int, int n) { out[n] += column[ids[own]]; });
 }
 
 std::uint32_t take(Fixed* w, int size, int side, const Fixed* neighbour, const Fixed* lags) {
     std::uint32_t dirty = 0;
-    for_each_on_face(size, side, [&](int own, int behind, int n) {
+    for_each_at_face(size, side, [&](int own, int behind, int n) {
         if (raise(w[own], neighbour[behind] - lags[n]))
             dirty |= std::uint32_t(1) << own / (size * size);
     });
@@ -100,7 +100,7 @@ std::uint32_t take(Fixed* w, int size, int side, const Fixed* neighbour, const F
 
 Fixed offer(const Fixed* w, int size, int side, const Fixed* lags, const FaceBehind& behind) {
     Fixed largest = 0;
-    for_each_on_face(size, side, [&](int own, int there, int n) {
+    for_each_at_face(size, side, [&](int own, int there, int n) {
         const Fixed before = behind.u ? behind.sign * behind.u[there] : behind.floor;
         const Fixed now = behind.raised ? behind.raised[there] : before;
         const Fixed offered = w[own] - lags[n];
@@ -111,7 +111,7 @@ Fixed offer(const Fixed* w, int size, int side, const Fixed* lags, const FaceBeh
 
 void carry(Fixed* w, int size, int side, const Fixed* neighbour, Fixed lag, bool is_first) {
     const int stride = side % 2 ? -stride_of(size, side / 2) : stride_of(size, side / 2);
-    for_each_on_face(size, side, [&](int own, int behind, int) {
+    for_each_at_face(size, side, [&](int own, int behind, int) {
         Fixed carried = neighbour[behind];
         for (int n = 0; n < size; ++n) {
             Fixed& here = w[own + n * stride];

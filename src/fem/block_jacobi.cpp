@@ -6,7 +6,7 @@
 namespace pliant {
 namespace {
 
-constexpr std::int64_t kPiece = 2048;
+constexpr std::int64_t kBlocksPerTask = 2048;
 
 }  // namespace
 
@@ -46,14 +46,15 @@ SymmetricBlock free_inverse(const Block3& block, std::uint8_t held) {
 
 BlockJacobi::BlockJacobi(const Stiffness& stiffness, const HeldNodes& held, const TaskArena& arena)
     : m_count(held.axes.size()), m_values(6 * m_count) {
-    arena.for_each(std::int64_t(m_count), kPiece, [&](std::int64_t begin, std::int64_t end) {
-        for (std::int64_t n = begin; n < end; ++n) {
-            const auto node = std::size_t(n);
-            const auto inverse =
-                free_inverse(stiffness.diagonal_block(std::int32_t(n)), held.axes[node]);
-            for (std::size_t e = 0; e < 6; ++e) m_values[e * m_count + node] = inverse[e];
-        }
-    });
+    arena.for_each(
+        std::int64_t(m_count), kBlocksPerTask, [&](std::int64_t begin, std::int64_t end) {
+            for (std::int64_t n = begin; n < end; ++n) {
+                const auto node = std::size_t(n);
+                const auto inverse =
+                    free_inverse(stiffness.diagonal_block(std::int32_t(n)), held.axes[node]);
+                for (std::size_t e = 0; e < 6; ++e) m_values[e * m_count + node] = inverse[e];
+            }
+        });
 }
 
 void BlockJacobi::renew(const NodeVector& from, double factor, double keep, NodeVector& to,
@@ -62,7 +63,7 @@ void BlockJacobi::renew(const NodeVector& from, double factor, double keep, Node
                  *xy = entry(5);
     const double *x = from.component(0), *y = from.component(1), *z = from.component(2);
     double *px = to.component(0), *py = to.component(1), *pz = to.component(2);
-    arena.for_each(from.node_count(), kPiece, [&](std::int64_t begin, std::int64_t end) {
+    arena.for_each(from.node_count(), kBlocksPerTask, [&](std::int64_t begin, std::int64_t end) {
         for (std::int64_t n = begin; n < end; ++n) {
             const double vx = xx[n] * x[n] + xy[n] * y[n] + zx[n] * z[n];
             const double vy = xy[n] * x[n] + yy[n] * y[n] + yz[n] * z[n];

@@ -8,14 +8,11 @@
 #include <span>
 #include <string>
 
+#include "core/errors.h"
 #include "fem/hex_element.h"
 
 namespace pliant {
 namespace {
-
-Error wrong(const std::string& what) {
-    return {ErrorCode::InvalidArgument, what};
-}
 
 std::string number_text(double value) {
     char text[32];
@@ -24,29 +21,29 @@ std::string number_text(double value) {
 
 Status check_materials(std::span<const ElasticMaterial> materials,
                        std::span<const std::int32_t> material_of, std::int64_t cells) {
-    if (materials.empty()) return wrong("materials: found none, expected one or more");
+    if (materials.empty()) return invalid("materials: found none, expected one or more");
     for (std::size_t m = 0; m < materials.size(); ++m) {
         const ElasticMaterial& material = materials[m];
         const std::string name = "materials[" + std::to_string(m) + "]: ";
         if (!(material.young_modulus_pa > 0) || !std::isfinite(material.young_modulus_pa))
-            return wrong(name + "young_modulus_pa is " + number_text(material.young_modulus_pa) +
-                         ", expected a modulus above 0");
+            return invalid(name + "young_modulus_pa is " + number_text(material.young_modulus_pa) +
+                           ", expected a modulus above 0");
         if (!(material.poisson_ratio > -1 && material.poisson_ratio < 0.5))
-            return wrong(name + "poisson_ratio is " + number_text(material.poisson_ratio) +
-                         ", expected a number above -1 and below 0.5");
+            return invalid(name + "poisson_ratio is " + number_text(material.poisson_ratio) +
+                           ", expected a number above -1 and below 0.5");
         if (!(material.density_kg_per_m3 >= 0) || !std::isfinite(material.density_kg_per_m3))
-            return wrong(name + "density_kg_per_m3 is " + number_text(material.density_kg_per_m3) +
-                         ", expected 0 or more");
+            return invalid(name + "density_kg_per_m3 is " +
+                           number_text(material.density_kg_per_m3) + ", expected 0 or more");
     }
     if (material_of.empty()) return Ok{};
     if (std::int64_t(material_of.size()) != cells)
-        return wrong("material_of: has " + std::to_string(material_of.size()) +
-                     " numbers, expected " + std::to_string(cells) + ", one for each cell");
+        return invalid("material_of: has " + std::to_string(material_of.size()) +
+                       " numbers, expected " + std::to_string(cells) + ", one for each cell");
     for (std::size_t c = 0; c < material_of.size(); ++c)
         if (material_of[c] < 0 || std::size_t(material_of[c]) >= materials.size())
-            return wrong("material_of: cell " + std::to_string(c) + " has material " +
-                         std::to_string(material_of[c]) + ", expected 0…" +
-                         std::to_string(materials.size() - 1));
+            return invalid("material_of: cell " + std::to_string(c) + " has material " +
+                           std::to_string(material_of[c]) + ", expected 0…" +
+                           std::to_string(materials.size() - 1));
     return Ok{};
 }
 
@@ -58,8 +55,8 @@ Status check_gauss_points(const HexMesh& mesh) {
             corners[c] = mesh.nodes_mm[std::size_t(mesh.cells[cell][c])];
         for (int g = -1; g < 8; ++g)
             if (!(hex_point(corners, g < 0 ? Vec3d{0, 0, 0} : gauss_place(g)).weight > 0))
-                return wrong("mesh: cell " + std::to_string(cell) +
-                             " is inverted inside, expected a convex one");
+                return invalid("mesh: cell " + std::to_string(cell) +
+                               " is inverted inside, expected a convex one");
     }
     return Ok{};
 }
@@ -74,8 +71,8 @@ Status check_solid(const ElasticSolid& solid) {
         for (const std::int32_t node : cell) used[std::size_t(node)] = true;
     for (std::size_t n = 0; n < used.size(); ++n)
         if (!used[n])
-            return wrong("mesh: node " + std::to_string(n) +
-                         " belongs to no cell, expected each to be used");
+            return invalid("mesh: node " + std::to_string(n) +
+                           " belongs to no cell, expected each to be used");
     if (const Status s = check_gauss_points(mesh); !s) return s;
     return check_materials(solid.materials, solid.material_of, std::int64_t(mesh.cells.size()));
 }
@@ -87,11 +84,11 @@ Status check_solid(const ElasticLattice& solid) {
 
 Status check_settings(const ElasticSettings& settings) {
     if (!(settings.tolerance > 0 && settings.tolerance < 1))
-        return wrong("tolerance: is " + number_text(settings.tolerance) +
-                     ", expected a number above 0 and below 1");
+        return invalid("tolerance: is " + number_text(settings.tolerance) +
+                       ", expected a number above 0 and below 1");
     if (settings.max_iterations < 1)
-        return wrong("max_iterations: is " + std::to_string(settings.max_iterations) +
-                     ", expected 1 or more");
+        return invalid("max_iterations: is " + std::to_string(settings.max_iterations) +
+                       ", expected 1 or more");
     return Ok{};
 }
 

@@ -8,12 +8,10 @@
 #include <map>
 #include <string>
 
+#include "core/errors.h"
+
 namespace pliant {
 namespace {
-
-Error wrong(const std::string& what) {
-    return {ErrorCode::InvalidArgument, what};
-}
 
 /// A piece can move rigidly in six ways. Each held component forbids one combination of them; if
 /// all six are forbidden, the sum of the combinations' squares (a Gram matrix) has full rank.
@@ -84,12 +82,12 @@ Status check_rigid_motions(const SolidShape& shape, const HeldNodes& held) {
             }
     for (Piece& piece : found)
         if (const int rank = piece.motions.rank(); rank < 6)
-            return wrong("supports: leave " +
-                         (found.size() == 1
-                              ? std::string("the solid")
-                              : "the piece of node " + std::to_string(piece.first_node)) +
-                         " free to move or turn (" + std::to_string(rank) +
-                         " of 6 rigid motions are held), expected all 6");
+            return invalid("supports: leave " +
+                           (found.size() == 1
+                                ? std::string("the solid")
+                                : "the piece of node " + std::to_string(piece.first_node)) +
+                           " free to move or turn (" + std::to_string(rank) +
+                           " of 6 rigid motions are held), expected all 6");
     return Ok{};
 }
 
@@ -108,19 +106,19 @@ Result<HeldNodes> hold(const SolidShape& shape, std::span<const Support> support
         const Support& support = supports[s];
         const std::string name = "supports[" + std::to_string(s) + "]";
         if (support.node < 0 || support.node >= nodes)
-            return wrong(name + ": node " + std::to_string(support.node) + ", expected 0…" +
-                         std::to_string(nodes - 1));
+            return invalid(name + ": node " + std::to_string(support.node) + ", expected 0…" +
+                           std::to_string(nodes - 1));
         const auto node = std::size_t(support.node);
         for (int a = 0; a < 3; ++a) {
             if (!support.held[std::size_t(a)]) continue;
             const double u = support.displacement_mm[a];
             double& place = held.displacement_mm.component(a)[node];
             if (!std::isfinite(u))
-                return wrong(name + ": displacement_mm." + "xyz"[a] + " is not finite");
+                return invalid(name + ": displacement_mm." + "xyz"[a] + " is not finite");
             if (held.holds(node, a) && u != place)
-                return wrong(name + ": brings node " + std::to_string(node) + " to " +
-                             std::to_string(u) + " mm along " + "xyz"[a] +
-                             ", where another support brings it to " + std::to_string(place));
+                return invalid(name + ": brings node " + std::to_string(node) + " to " +
+                               std::to_string(u) + " mm along " + "xyz"[a] +
+                               ", where another support brings it to " + std::to_string(place));
             place = u;
             held.axes[node] = std::uint8_t(held.axes[node] | 1 << a);
         }

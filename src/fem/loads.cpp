@@ -6,15 +6,13 @@
 #include <cmath>
 #include <string>
 
+#include "core/errors.h"
+
 namespace pliant {
 namespace {
 
 constexpr double kMicronewton = 1e6;  // in a newton
 constexpr double kPerCubicMm = 1e-3;  // N/m³ · mm³ = 1e-9 N = 1e-3 µN
-
-Error wrong(const std::string& what) {
-    return {ErrorCode::InvalidArgument, what};
-}
 
 void add(NodeVector& forces, std::int32_t node, Vec3d force) {
     const auto n = std::size_t(node);
@@ -56,24 +54,24 @@ void add_gravity(const SolidShape& shape, std::int32_t cell, double density, Vec
 Status check_force(const NodalForce& load, const std::string& name, std::int64_t nodes,
                    const HeldNodes& held) {
     if (load.node < 0 || load.node >= nodes)
-        return wrong(name + ": node " + std::to_string(load.node) + ", expected 0…" +
-                     std::to_string(nodes - 1));
-    if (!is_finite(load.force_n)) return wrong(name + ": force_n is not finite");
+        return invalid(name + ": node " + std::to_string(load.node) + ", expected 0…" +
+                       std::to_string(nodes - 1));
+    if (!is_finite(load.force_n)) return invalid(name + ": force_n is not finite");
     for (int a = 0; a < 3; ++a)
         if (load.force_n[a] != 0 && held.holds(std::size_t(load.node), a))
-            return wrong(name + ": pushes node " + std::to_string(load.node) + " along " +
-                         "xyz"[a] + ", where it is held; expected a free component");
+            return invalid(name + ": pushes node " + std::to_string(load.node) + " along " +
+                           "xyz"[a] + ", where it is held; expected a free component");
     return Ok{};
 }
 
 Status check_surface(const SurfaceLoad& load, const std::string& name, std::int64_t cells) {
     if (load.face.cell < 0 || load.face.cell >= cells)
-        return wrong(name + ": cell " + std::to_string(load.face.cell) + ", expected 0…" +
-                     std::to_string(cells - 1));
+        return invalid(name + ": cell " + std::to_string(load.face.cell) + ", expected 0…" +
+                       std::to_string(cells - 1));
     if (load.face.face < 0 || load.face.face > 5)
-        return wrong(name + ": face " + std::to_string(load.face.face) + ", expected 0…5");
+        return invalid(name + ": face " + std::to_string(load.face.face) + ", expected 0…5");
     if (!is_finite(load.traction_pa) || !std::isfinite(load.pressure_pa))
-        return wrong(name + ": traction_pa or pressure_pa is not finite");
+        return invalid(name + ": traction_pa or pressure_pa is not finite");
     return Ok{};
 }
 
@@ -97,7 +95,7 @@ Result<NodeVector> nodal_forces(const SolidShape& shape, std::span<const Elastic
         add_surface(shape, loads.surfaces[n], forces);
     }
     const Vec3d gravity = loads.gravity_m_per_s2;
-    if (!is_finite(gravity)) return wrong("gravity_m_per_s2: is not finite");
+    if (!is_finite(gravity)) return invalid("gravity_m_per_s2: is not finite");
     if (norm(gravity) > 0)
         for (std::int32_t cell = 0; cell < shape.cell_count(); ++cell) {
             const auto material = material_of.empty() ? 0 : material_of[std::size_t(cell)];

@@ -12,7 +12,7 @@ namespace {
 
 constexpr double kMetres = 1e-3;  // in a millimetre
 
-Error bad(const std::string& text) {
+Error bad_box(const std::string& text) {
     return {ErrorCode::InvalidArgument, "box: " + text};
 }
 
@@ -43,10 +43,11 @@ Result<std::vector<std::int32_t>> loaded_nodes(const FitBox& box, const FitBoxLo
     for (const auto& [n, place, along] :
          {std::tuple(0, load.across, first), std::tuple(1, load.along, second)}) {
         if (!(place >= 0 && place <= 1))
-            return bad("load " + load.name + ": expected a place from 0 to 1 on the face");
+            return bad_box("load " + load.name + ": expected a place from 0 to 1 on the face");
         if (load.nodes_across < 1 || load.nodes_across > box.size[along])
-            return bad("load " + load.name + ": expected 1 to " + std::to_string(box.size[along]) +
-                       " nodes across, found " + std::to_string(load.nodes_across));
+            return bad_box("load " + load.name + ": expected 1 to " +
+                           std::to_string(box.size[along]) + " nodes across, found " +
+                           std::to_string(load.nodes_across));
         const double middle = place * (box.size[along] - 1);
         begin[n] = std::clamp(int(std::lround(middle - 0.5 * (load.nodes_across - 1))), 0,
                               box.size[along] - load.nodes_across);
@@ -108,15 +109,15 @@ std::vector<FitGroup> groups_of(const FitBox& box, const SpringParts& parts, dou
 }
 
 Status check(const FitBox& box) {
-    if (box.loads.empty()) return bad("expected one or more loads, found none");
+    if (box.loads.empty()) return bad_box("expected one or more loads, found none");
     if (!(std::isfinite(box.range) && box.range > 1))
-        return bad("range: expected a factor above 1, found " + std::to_string(box.range));
+        return bad_box("range: expected a factor above 1, found " + std::to_string(box.range));
     if (box.damping && !(std::isfinite(box.damping_start_kg_s) && box.damping_start_kg_s > 0))
-        return bad("damping_start_kg_s: expected a number above 0, found " +
-                   std::to_string(box.damping_start_kg_s));
+        return bad_box("damping_start_kg_s: expected a number above 0, found " +
+                       std::to_string(box.damping_start_kg_s));
     if (box.volume_energy && !(box.poisson_ratio > 0.25))
-        return bad("poisson_ratio: expected more than 0.25 for a volume energy, found " +
-                   std::to_string(box.poisson_ratio));
+        return bad_box("poisson_ratio: expected more than 0.25 for a volume energy, found " +
+                       std::to_string(box.poisson_ratio));
     return Ok{};
 }
 

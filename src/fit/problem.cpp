@@ -12,7 +12,7 @@
 namespace pliant {
 namespace {
 
-Error bad(const std::string& text) {
+Error bad_problem(const std::string& text) {
     return {ErrorCode::InvalidArgument, "fit: " + text};
 }
 
@@ -20,27 +20,27 @@ Status check_members(const FitGroup& group, std::span<const std::int32_t> member
                      std::vector<std::uint8_t>& taken) {
     for (const std::int32_t m : members) {
         if (m < 0 || std::size_t(m) >= taken.size())
-            return bad("group " + group.name + ": expected " + what + "s below " +
-                       std::to_string(taken.size()) + ", found " + std::to_string(m));
+            return bad_problem("group " + group.name + ": expected " + what + "s below " +
+                               std::to_string(taken.size()) + ", found " + std::to_string(m));
         if (taken[std::size_t(m)]++)
-            return bad("group " + group.name + ": expected each " + what + " in one group, found " +
-                       what + " " + std::to_string(m) + " again");
+            return bad_problem("group " + group.name + ": expected each " + what +
+                               " in one group, found " + what + " " + std::to_string(m) + " again");
     }
     return Ok{};
 }
 
 Status check_groups(const SpringParts& parts, std::span<const FitGroup> groups) {
-    if (groups.empty()) return bad("expected one or more groups, found none");
+    if (groups.empty()) return bad_problem("expected one or more groups, found none");
     std::vector<std::uint8_t> links(parts.links.size(), 0), cells(parts.cells.size(), 0),
         nodes(parts.nodes.size(), 0);
     for (const FitGroup& g : groups) {
         if (g.links.empty() && g.cells.empty() && g.nodes.empty())
-            return bad("group " + g.name + ": expected links, cells or nodes, found none");
+            return bad_problem("group " + g.name + ": expected links, cells or nodes, found none");
         const bool ordered = g.low > 0 && g.low <= g.start && g.start <= g.high;
         if (!ordered || !std::isfinite(g.high))
-            return bad("group " + g.name + ": expected 0 < low <= start <= high, found " +
-                       std::to_string(g.low) + ", " + std::to_string(g.start) + " and " +
-                       std::to_string(g.high));
+            return bad_problem("group " + g.name + ": expected 0 < low <= start <= high, found " +
+                               std::to_string(g.low) + ", " + std::to_string(g.start) + " and " +
+                               std::to_string(g.high));
         for (const Status& status :
              {check_members(g, g.links, "link", links), check_members(g, g.cells, "cell", cells),
               check_members(g, g.nodes, "node", nodes)})
@@ -51,7 +51,9 @@ Status check_groups(const SpringParts& parts, std::span<const FitGroup> groups) 
 
 Status check_case(const SpringParts& parts, const FitCase& c,
                   const std::vector<std::uint8_t>& held) {
-    const auto here = [&](const std::string& text) { return bad("case " + c.name + ": " + text); };
+    const auto here = [&](const std::string& text) {
+        return bad_problem("case " + c.name + ": " + text);
+    };
     const std::size_t count = parts.nodes.size();
     if (c.target.size() != count)
         return here("expected a target for each of " + std::to_string(count) + " nodes, found " +
@@ -85,10 +87,11 @@ Status check_case(const SpringParts& parts, const FitCase& c,
 
 Status check_settings(const FitSettings& s) {
     if (!(std::isfinite(s.spring_length) && s.spring_length >= 0))
-        return bad("spring_length: expected a length of 0 or more, found " +
-                   std::to_string(s.spring_length));
+        return bad_problem("spring_length: expected a length of 0 or more, found " +
+                           std::to_string(s.spring_length));
     if (s.motion == FitMotion::Run && !(std::isfinite(s.duration) && s.duration > 0))
-        return bad("duration: expected a time above 0, found " + std::to_string(s.duration));
+        return bad_problem("duration: expected a time above 0, found " +
+                           std::to_string(s.duration));
     return Ok{};
 }
 
@@ -131,20 +134,21 @@ Result<FitProblem> FitProblem::create(SpringParts parts, std::vector<FitGroup> g
         link.rest_length = network->links()[l].rest_length;
         if (settings.motion == FitMotion::Linear &&
             !(std::abs(link.rest_length - apart) <= 1e-9 * apart))
-            return bad("link " + std::to_string(l) +
-                       ": expected its nodes' distance as its rest length, found " +
-                       std::to_string(link.rest_length) + "; a linear motion starts at rest");
+            return bad_problem("link " + std::to_string(l) +
+                               ": expected its nodes' distance as its rest length, found " +
+                               std::to_string(link.rest_length) +
+                               "; a linear motion starts at rest");
         if (apart > 0 && (shortest == 0 || apart < shortest)) shortest = apart;
     }
     if (impl->spring_length == 0) impl->spring_length = shortest;
-    if (!(impl->spring_length > 0)) return bad("expected links, found none");
+    if (!(impl->spring_length > 0)) return bad_problem("expected links, found none");
     for (const FitCase& c : cases) {
         std::vector<std::uint8_t> held(parts.nodes.size(), 0);
         for (std::size_t n = 0; n < held.size(); ++n) held[n] = parts.nodes[n].fixed;
         for (const std::int32_t n : c.held) {
             if (n < 0 || std::size_t(n) >= held.size())
-                return bad("case " + c.name + ": expected held nodes below " +
-                           std::to_string(held.size()) + ", found " + std::to_string(n));
+                return bad_problem("case " + c.name + ": expected held nodes below " +
+                                   std::to_string(held.size()) + ", found " + std::to_string(n));
             held[std::size_t(n)] = 1;
         }
         if (const Status status = check_case(parts, c, held); !status.ok()) return status.error();
@@ -153,7 +157,7 @@ Result<FitProblem> FitProblem::create(SpringParts parts, std::vector<FitGroup> g
         if (known == impl->held.end()) impl->held.push_back(std::move(held));
     }
     if (std::all_of(cases.begin(), cases.end(), [](const FitCase& c) { return c.held_out; }))
-        return bad("expected one or more cases that aren't held out, found none");
+        return bad_problem("expected one or more cases that aren't held out, found none");
     if (settings.motion == FitMotion::Linear)
         for (const auto& held : impl->held) impl->linear.emplace_back(parts, groups, held);
     impl->parts = std::move(parts);
@@ -188,8 +192,9 @@ Result<FitPoint> FitProblem::evaluate(std::span<const double> values) const {
 Result<std::vector<Vec3d>> FitProblem::displacements(std::span<const double> values,
                                                      std::size_t fit_case) const {
     if (fit_case >= m_impl->cases.size())
-        return bad("displacements: expected a case below " + std::to_string(m_impl->cases.size()) +
-                   ", found " + std::to_string(fit_case));
+        return bad_problem("displacements: expected a case below " +
+                           std::to_string(m_impl->cases.size()) + ", found " +
+                           std::to_string(fit_case));
     auto moved = m_impl->move(values, true);
     if (!moved.ok()) return moved.error();
     return std::move((*moved)[fit_case]);

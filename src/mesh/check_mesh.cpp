@@ -46,7 +46,7 @@ double worst_corner(const TriangleMesh& mesh, const std::array<std::int32_t, 3>&
     return relative(norm(cross(a, b)), norm(a) * norm(b));
 }
 
-Error wrong(const std::string& what) {
+Error bad_mesh(const std::string& what) {
     return {ErrorCode::InvalidArgument, "mesh: " + what};
 }
 std::string cell_name(std::size_t cell) {
@@ -55,26 +55,27 @@ std::string cell_name(std::size_t cell) {
 
 template <class Mesh>
 Status check_cells_of(const Mesh& mesh) {
-    if (mesh.cells.empty()) return wrong("found no cells, expected one or more");
+    if (mesh.cells.empty()) return bad_mesh("found no cells, expected one or more");
     const auto node_count = std::int64_t(mesh.nodes_mm.size());
     for (std::size_t n = 0; n < mesh.nodes_mm.size(); ++n)
         if (!is_finite(mesh.nodes_mm[n]))
-            return wrong("node " + std::to_string(n) + " is at a place that is not finite");
+            return bad_mesh("node " + std::to_string(n) + " is at a place that is not finite");
     for (std::size_t c = 0; c < mesh.cells.size(); ++c) {
         auto sorted = mesh.cells[c];
         for (const std::int32_t node : sorted)
             if (node < 0 || node >= node_count)
-                return wrong(cell_name(c) + " names node " + std::to_string(node) +
-                             ", expected 0…" + std::to_string(node_count - 1));
+                return bad_mesh(cell_name(c) + " names node " + std::to_string(node) +
+                                ", expected 0…" + std::to_string(node_count - 1));
         std::sort(sorted.begin(), sorted.end());
         const auto twice = std::adjacent_find(sorted.begin(), sorted.end());
         if (twice != sorted.end())
-            return wrong(cell_name(c) + " names node " + std::to_string(*twice) +
-                         " twice, expected distinct corners");
+            return bad_mesh(cell_name(c) + " names node " + std::to_string(*twice) +
+                            " twice, expected distinct corners");
         const double worst = worst_corner(mesh, mesh.cells[c]);
         if (!(worst >= kFlattestCorner))
-            return wrong(cell_name(c) + " is " + (worst < -kFlattestCorner ? "inverted" : "flat") +
-                         " at a corner, expected a right-handed, convex one");
+            return bad_mesh(cell_name(c) + " is " +
+                            (worst < -kFlattestCorner ? "inverted" : "flat") +
+                            " at a corner, expected a right-handed, convex one");
     }
     return Ok{};
 }
@@ -114,15 +115,15 @@ Status check_mesh_of(const Mesh& mesh) {
         for (const std::int32_t node : cell) used[std::size_t(node)] = true;
     const auto unused = std::find(used.begin(), used.end(), false);
     if (unused != used.end())
-        return wrong("node " + std::to_string(unused - used.begin()) +
-                     " belongs to no cell, expected each to be used");
+        return bad_mesh("node " + std::to_string(unused - used.begin()) +
+                        " belongs to no cell, expected each to be used");
     const auto piece = pieces_of(mesh);
     const auto other = std::find(piece.begin(), piece.end(), 1);
     if (other != piece.end())
-        return wrong("node " + std::to_string(other - piece.begin()) +
-                     " is not connected to node 0 (there are " +
-                     std::to_string(*std::max_element(piece.begin(), piece.end()) + 1) +
-                     " pieces), expected one piece");
+        return bad_mesh("node " + std::to_string(other - piece.begin()) +
+                        " is not connected to node 0 (there are " +
+                        std::to_string(*std::max_element(piece.begin(), piece.end()) + 1) +
+                        " pieces), expected one piece");
     return Ok{};
 }
 

@@ -107,7 +107,7 @@ class Stuffing {
     std::vector<std::int8_t> m_cut_slot;
 };
 
-Error wrong(const std::string& what) {
+Error bad_field(const std::string& what) {
     return {ErrorCode::InvalidArgument, "isosurface stuffing: " + what};
 }
 std::string text(double value) {
@@ -117,17 +117,17 @@ std::string text(double value) {
 Status Stuffing::lay_lattice() {
     const StuffingSettings& s = m_settings;
     if (!(s.cell_mm > 0) || !std::isfinite(s.cell_mm))
-        return wrong("cell_mm is " + text(s.cell_mm) + ", expected a length above 0");
+        return bad_field("cell_mm is " + text(s.cell_mm) + ", expected a length above 0");
     if (!(s.alpha_long >= 0 && s.alpha_long < 0.5))
-        return wrong("alpha_long is " + text(s.alpha_long) + ", expected 0 to 0.5");
+        return bad_field("alpha_long is " + text(s.alpha_long) + ", expected 0 to 0.5");
     if (!(s.alpha_short >= 0 && s.alpha_short < 0.5))
-        return wrong("alpha_short is " + text(s.alpha_short) + ", expected 0 to 0.5");
-    if (!is_finite(s.begin_mm) || !is_finite(s.end_mm)) return wrong("the box is not finite");
+        return bad_field("alpha_short is " + text(s.alpha_short) + ", expected 0 to 0.5");
+    if (!is_finite(s.begin_mm) || !is_finite(s.end_mm)) return bad_field("the box is not finite");
     m_lattice.cell_mm = s.cell_mm;
     double nodes = 2;
     for (int a = 0; a < 3; ++a) {
         if (!(s.begin_mm[a] < s.end_mm[a]))
-            return wrong("the box ends before it begins along " + std::string(1, "xyz"[a]));
+            return bad_field("the box ends before it begins along " + std::string(1, "xyz"[a]));
         // One cell around, and the centres' grid is one row shorter in effect.
         const double cells = std::ceil((s.end_mm[a] - s.begin_mm[a]) / s.cell_mm) + 4;
         nodes *= cells;
@@ -200,7 +200,7 @@ Status Stuffing::find_signs() {
         const Vec3d p = m_lattice.place(m_lattice.node(v));
         return "(" + text(p.x) + ", " + text(p.y) + ", " + text(p.z) + ")";
     };
-    if (not_finite != kNone) return wrong("the function is not finite at " + where(not_finite));
+    if (not_finite != kNone) return bad_field("the function is not finite at " + where(not_finite));
     std::atomic<bool> any{false};
     for_each_layer([&](std::int32_t k) {
         for_nodes_of(k, [&](BccNode n, std::int32_t v) {
@@ -213,9 +213,9 @@ Status Stuffing::find_signs() {
         });
     });
     if (outside != kNone)
-        return wrong("the solid reaches the box's border at " + where(outside) +
-                     ", expected a box that holds it");
-    if (!any) return wrong("nothing is inside, expected a solid thicker than a cell");
+        return bad_field("the solid reaches the box's border at " + where(outside) +
+                         ", expected a box that holds it");
+    if (!any) return bad_field("nothing is inside, expected a solid thicker than a cell");
     return Ok{};
 }
 
@@ -393,7 +393,7 @@ Result<TetMesh> stuff_isosurface(const LevelFunction& level, const StuffingSetti
     stuffing.warp();
     TetMesh mesh = stuffing.stuff();
     if (mesh.cells.empty())
-        return wrong("no tetrahedron is left, expected a solid thicker than a cell");
+        return bad_field("no tetrahedron is left, expected a solid thicker than a cell");
     return mesh;
 }
 

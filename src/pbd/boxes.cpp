@@ -10,12 +10,10 @@
 #include <cmath>
 #include <string>
 
+#include "core/errors.h"
+
 namespace pliant {
 namespace {
-
-Error bad(const std::string& text) {
-    return {ErrorCode::InvalidArgument, text};
-}
 
 template <class Body>
 void for_each_box(Vec3i low, Vec3i high, const Body& body) {
@@ -52,15 +50,15 @@ bool PbdBoxes::is_active(std::int32_t box) const {
 }
 
 Result<PbdBoxes> PbdBoxes::create(const TetMesh& mesh, const PbdBoxSettings& settings) {
-    if (mesh.nodes_mm.empty()) return bad("mesh: expected nodes, found none");
-    if (const Status s = check_cells(mesh); !s.ok()) return bad("mesh: " + s.error().message);
+    if (mesh.nodes_mm.empty()) return invalid("mesh: expected nodes, found none");
+    if (const Status s = check_cells(mesh); !s.ok()) return invalid("mesh: " + s.error().message);
     if (!(std::isfinite(settings.side) && settings.side > 0))
-        return bad("side: expected a number above 0, found " + std::to_string(settings.side));
-    if (!std::isfinite(settings.span)) return bad("span: expected a number");
+        return invalid("side: expected a number above 0, found " + std::to_string(settings.side));
+    if (!std::isfinite(settings.span)) return invalid("span: expected a number");
     if (settings.blend_steps < 1)
-        return bad("blend_steps: expected 1 or more, found " +
-                   std::to_string(settings.blend_steps));
-    if (!(settings.settled >= 0)) return bad("settled: expected 0 or more");
+        return invalid("blend_steps: expected 1 or more, found " +
+                       std::to_string(settings.blend_steps));
+    if (!(settings.settled >= 0)) return invalid("settled: expected 0 or more");
     PbdBoxes made;
     made.m_settings = settings;
     if (settings.span < 0) made.m_settings.span = settings.side / 3;
@@ -170,11 +168,11 @@ bool PbdBoxes::is_settled(std::size_t box, const PbdBody& body) const {
 
 Status PbdBoxes::update(std::span<const Vec3d> places, double reach, PbdBody& body) {
     if (std::size_t(body.particle_count()) != m_rest.size())
-        return bad("update: expected a body of " + std::to_string(m_rest.size()) +
-                   " particles, found " + std::to_string(body.particle_count()));
-    if (!(std::isfinite(reach) && reach >= 0)) return bad("reach: expected 0 or more");
+        return invalid("update: expected a body of " + std::to_string(m_rest.size()) +
+                       " particles, found " + std::to_string(body.particle_count()));
+    if (!(std::isfinite(reach) && reach >= 0)) return invalid("reach: expected 0 or more");
     for (const Vec3d& p : places)
-        if (!is_finite(p)) return bad("update: expected places of three numbers");
+        if (!is_finite(p)) return invalid("update: expected places of three numbers");
     if (!m_has_begun)
         for (std::int32_t n = 0; n < body.particle_count(); ++n)
             if (const Status s = body.set_inverse_mass(n, 0); !s.ok()) return s;

@@ -5,23 +5,15 @@
 #include <cmath>
 #include <string>
 
+#include "core/errors.h"
+#include "core/short_text.h"
 #include "pbd/solver.h"
 
 namespace pliant::pbd {
 namespace {
 
-std::string text_of(double number) {
-    char text[32];
-    const auto end =
-        std::to_chars(text, text + sizeof(text), number, std::chars_format::general, 6);
-    return {text, end.ptr};
-}
-
-Error bad(const std::string& text) {
-    return {ErrorCode::InvalidArgument, text};
-}
-Error bad(const char* what, std::size_t index, const std::string& expected) {
-    return bad(std::string(what) + " " + std::to_string(index) + ": expected " + expected);
+Error bad_part(const char* what, std::size_t index, const std::string& expected) {
+    return invalid(std::string(what) + " " + std::to_string(index) + ": expected " + expected);
 }
 
 bool is_amount(double value) {
@@ -39,46 +31,48 @@ struct Checker {
         const auto count = parts.places.size();
         for (std::size_t n = 0; n < found.size(); ++n) {
             if (found[n] < 0 || std::size_t(found[n]) >= count)
-                return bad(
+                return bad_part(
                     what, index,
                     "nodes below " + std::to_string(count) + ", found " + std::to_string(found[n]));
             for (std::size_t m = 0; m < n; ++m)
                 if (found[m] == found[n])
-                    return bad(what, index,
-                               "different nodes, found " + std::to_string(found[n]) + " twice");
+                    return bad_part(
+                        what, index,
+                        "different nodes, found " + std::to_string(found[n]) + " twice");
         }
         return Ok{};
     }
     Status law(double compliance, double stiffness) const {
         if (!is_amount(compliance))
-            return bad(what, index, "a compliance of 0 or more, found " + text_of(compliance));
+            return bad_part(what, index,
+                            "a compliance of 0 or more, found " + short_text(compliance));
         if (!(stiffness >= 0 && stiffness <= 1))
-            return bad(what, index, "a stiffness of 0 to 1, found " + text_of(stiffness));
+            return bad_part(what, index, "a stiffness of 0 to 1, found " + short_text(stiffness));
         return Ok{};
     }
     Status volume(const std::array<std::int32_t, 4>& tetrahedron) const {
         const double found = tetrahedron_volume(tetrahedron, parts.places);
         if (found > 0 && std::isfinite(found)) return Ok{};
-        return bad(what, index,
-                   "a volume above 0, found " + text_of(found) +
-                       (found < 0 ? ": the tetrahedron is inverted" : ""));
+        return bad_part(what, index,
+                        "a volume above 0, found " + short_text(found) +
+                            (found < 0 ? ": the tetrahedron is inverted" : ""));
     }
 
     Status operator()(const PbdDistance& d) const {
         if (const Status s = nodes(d.nodes); !s.ok()) return s;
         if (std::isnan(d.rest_length) || std::isinf(d.rest_length))
-            return bad(what, index, "a rest length that is a number");
+            return bad_part(what, index, "a rest length that is a number");
         return law(d.compliance, d.stiffness);
     }
     Status operator()(const PbdBend& b) const {
         if (const Status s = nodes(b.nodes); !s.ok()) return s;
-        if (std::isinf(b.rest_angle)) return bad(what, index, "a rest angle that is a number");
+        if (std::isinf(b.rest_angle)) return bad_part(what, index, "a rest angle that is a number");
         return law(b.compliance, b.stiffness);
     }
     Status operator()(const PbdVolume& v) const {
         if (const Status s = nodes(v.nodes); !s.ok()) return s;
         if (std::isnan(v.rest_volume) || std::isinf(v.rest_volume))
-            return bad(what, index, "a rest volume that is a number");
+            return bad_part(what, index, "a rest volume that is a number");
         if (v.rest_volume < 0)
             if (const Status s = volume(v.nodes); !s.ok()) return s;
         return law(v.compliance, v.stiffness);
@@ -86,36 +80,39 @@ struct Checker {
     Status operator()(const PbdSolid& t) const {
         if (const Status s = nodes(t.nodes); !s.ok()) return s;
         if (method != PbdMethod::Compliance)
-            return bad(what, index, "method Compliance, found Stiffness, which has no moduli");
+            return bad_part(what, index, "method Compliance, found Stiffness, which has no moduli");
         if (!(std::isfinite(t.young_modulus) && t.young_modulus > 0))
-            return bad(what, index, "a Young's modulus above 0, found " + text_of(t.young_modulus));
+            return bad_part(what, index,
+                            "a Young's modulus above 0, found " + short_text(t.young_modulus));
         if (!(t.poisson_ratio > 0 && t.poisson_ratio < 0.5))
-            return bad(
+            return bad_part(
                 what, index,
-                "a Poisson's ratio above 0 and below 0.5, found " + text_of(t.poisson_ratio));
+                "a Poisson's ratio above 0 and below 0.5, found " + short_text(t.poisson_ratio));
         return volume(t.nodes);
     }
     Status operator()(const PbdAttachment& a) const {
         bool any = false;
         for (std::size_t n = 0; n < 4; ++n) {
-            if (!std::isfinite(a.weights[n])) return bad(what, index, "weights that are numbers");
+            if (!std::isfinite(a.weights[n]))
+                return bad_part(what, index, "weights that are numbers");
             if (a.weights[n] == 0) continue;
             any = true;
             if (a.nodes[n] < 0 || std::size_t(a.nodes[n]) >= parts.places.size())
-                return bad(what, index,
-                           "nodes below " + std::to_string(parts.places.size()) + ", found " +
-                               std::to_string(a.nodes[n]));
+                return bad_part(what, index,
+                                "nodes below " + std::to_string(parts.places.size()) + ", found " +
+                                    std::to_string(a.nodes[n]));
         }
-        if (!any) return bad(what, index, "a weight that isn't 0");
-        if (!is_finite(a.target)) return bad(what, index, "a target of three numbers");
+        if (!any) return bad_part(what, index, "a weight that isn't 0");
+        if (!is_finite(a.target)) return bad_part(what, index, "a target of three numbers");
         return law(a.compliance, 1);
     }
     Status operator()(const PbdPlane& p) const {
-        if (!is_finite(p.point)) return bad(what, index, "a point of three numbers");
+        if (!is_finite(p.point)) return bad_part(what, index, "a point of three numbers");
         if (!is_finite(p.normal) || !(norm(p.normal) > 0))
-            return bad(what, index, "a normal that isn't 0");
+            return bad_part(what, index, "a normal that isn't 0");
         if (!is_amount(p.friction))
-            return bad(what, index, "a friction of 0 or more, found " + text_of(p.friction));
+            return bad_part(what, index,
+                            "a friction of 0 or more, found " + short_text(p.friction));
         return Ok{};
     }
 };
@@ -124,8 +121,8 @@ template <class Part>
 Status check_all(const PbdParts& parts, PbdMethod method, const char* what,
                  const std::vector<Part>& all) {
     if (all.size() > std::size_t(INT32_MAX) / 2)
-        return bad(std::string(what) + "s: expected at most 1073741823, found " +
-                   std::to_string(all.size()));
+        return invalid(std::string(what) + "s: expected at most 1073741823, found " +
+                       std::to_string(all.size()));
     for (std::size_t n = 0; n < all.size(); ++n)
         if (const Status s = Checker{parts, method, what, n}(all[n]); !s.ok()) return s;
     return Ok{};
@@ -135,28 +132,28 @@ Status check_all(const PbdParts& parts, PbdMethod method, const char* what,
 
 Status check_inverse_mass(const char* what, std::size_t particle, double inverse_mass) {
     if (is_amount(inverse_mass)) return Ok{};
-    return bad(what, particle,
-               "an inverse mass of 0 or more, found " + text_of(inverse_mass) +
-                   (std::isinf(inverse_mass) ? ": a mass of 0" : ""));
+    return bad_part(what, particle,
+                   "an inverse mass of 0 or more, found " + short_text(inverse_mass) +
+                       (std::isinf(inverse_mass) ? ": a mass of 0" : ""));
 }
 
 Status check_state(Vec3d position, Vec3d velocity) {
     if (!is_finite(position) || !is_finite(velocity))
-        return bad("set_state: expected a position and a velocity of three numbers");
+        return invalid("set_state: expected a position and a velocity of three numbers");
     return Ok{};
 }
 
 Status check_parts(const PbdParts& parts, PbdMethod method) {
     constexpr std::size_t kMost = std::size_t(1) << 29;
     if (parts.places.empty() || parts.places.size() > kMost)
-        return bad("places: expected 1 to " + std::to_string(kMost) + ", found " +
-                   std::to_string(parts.places.size()));
+        return invalid("places: expected 1 to " + std::to_string(kMost) + ", found " +
+                       std::to_string(parts.places.size()));
     if (parts.inverse_masses.size() != parts.places.size())
-        return bad("inverse_masses: expected one for each of " +
-                   std::to_string(parts.places.size()) + " places, found " +
-                   std::to_string(parts.inverse_masses.size()));
+        return invalid("inverse_masses: expected one for each of " +
+                       std::to_string(parts.places.size()) + " places, found " +
+                       std::to_string(parts.inverse_masses.size()));
     for (std::size_t n = 0; n < parts.places.size(); ++n) {
-        if (!is_finite(parts.places[n])) return bad("place", n, "three numbers");
+        if (!is_finite(parts.places[n])) return bad_part("place", n, "three numbers");
         if (const Status s = check_inverse_mass("particle", n, parts.inverse_masses[n]); !s.ok())
             return s;
     }
@@ -171,18 +168,18 @@ Status check_parts(const PbdParts& parts, PbdMethod method) {
 
 Status check_settings(const PbdSettings& s) {
     if (!(std::isfinite(s.time_step) && s.time_step > 0))
-        return bad("time_step: expected a time above 0, found " + text_of(s.time_step));
+        return invalid("time_step: expected a time above 0, found " + short_text(s.time_step));
     if (s.sub_steps < 1)
-        return bad("sub_steps: expected 1 or more, found " + std::to_string(s.sub_steps));
+        return invalid("sub_steps: expected 1 or more, found " + std::to_string(s.sub_steps));
     if (s.iterations < 1)
-        return bad("iterations: expected 1 or more, found " + std::to_string(s.iterations));
-    if (!is_finite(s.gravity)) return bad("gravity: expected three numbers");
+        return invalid("iterations: expected 1 or more, found " + std::to_string(s.iterations));
+    if (!is_finite(s.gravity)) return invalid("gravity: expected three numbers");
     if (!is_amount(s.damping) || s.damping * s.time_step > s.sub_steps)
-        return bad("damping: expected 0 to " + text_of(s.sub_steps / s.time_step) +
-                   ", one over the sub-step, found " + text_of(s.damping));
+        return invalid("damping: expected 0 to " + short_text(s.sub_steps / s.time_step) +
+                       ", one over the sub-step, found " + short_text(s.damping));
     if (s.domain_particles < 1)
-        return bad("domain_particles: expected 1 or more, found " +
-                   std::to_string(s.domain_particles));
+        return invalid("domain_particles: expected 1 or more, found " +
+                       std::to_string(s.domain_particles));
     return Ok{};
 }
 

@@ -20,6 +20,7 @@
 #include <string>
 #include <vector>
 
+#include "core/errors.h"
 #include "pbd/ghost_surface.h"
 #include "pbd/segment_triangle.h"
 
@@ -53,18 +54,15 @@ struct WallParticle {
     Vec3d place, by;
 };
 
-Error bad(const std::string& text) {
-    return {ErrorCode::InvalidArgument, text};
-}
-
 Status check(const RodContactSettings& s) {
     if (!(std::isfinite(s.radius) && s.radius > 0))
-        return bad("radius: expected a number above 0, found " + std::to_string(s.radius));
+        return invalid("radius: expected a number above 0, found " + std::to_string(s.radius));
     if (!(std::isfinite(s.friction) && s.friction >= 0))
-        return bad("friction: expected 0 or more, found " + std::to_string(s.friction));
+        return invalid("friction: expected 0 or more, found " + std::to_string(s.friction));
     if (s.iterations < 1)
-        return bad("iterations: expected 1 or more, found " + std::to_string(s.iterations));
-    if (s.rounds < 1) return bad("rounds: expected 1 or more, found " + std::to_string(s.rounds));
+        return invalid("iterations: expected 1 or more, found " + std::to_string(s.iterations));
+    if (s.rounds < 1)
+        return invalid("rounds: expected 1 or more, found " + std::to_string(s.rounds));
     return Ok{};
 }
 
@@ -336,18 +334,18 @@ Result<RodContact> RodContact::create(const TetMesh& mesh, const TriangleMesh& g
 }
 
 Status RodContact::step(std::int32_t count, Rod& rod, PbdBody& body, const TaskArena& arena) {
-    if (count < 0) return bad("step: expected 0 steps or more, found " + std::to_string(count));
+    if (count < 0) return invalid("step: expected 0 steps or more, found " + std::to_string(count));
     if (std::size_t(body.particle_count()) != m_impl->particle_count)
-        return bad("step: expected a body of " + std::to_string(m_impl->particle_count) +
-                   " particles, found " + std::to_string(body.particle_count()));
+        return invalid("step: expected a body of " + std::to_string(m_impl->particle_count) +
+                       " particles, found " + std::to_string(body.particle_count()));
     if (rod.settings().time_step != body.settings().time_step)
-        return bad("time_step: expected the same for rod and body, found " +
-                   std::to_string(rod.settings().time_step) + " and " +
-                   std::to_string(body.settings().time_step));
+        return invalid("time_step: expected the same for rod and body, found " +
+                       std::to_string(rod.settings().time_step) + " and " +
+                       std::to_string(body.settings().time_step));
     if (rod.settings().sub_steps != 1 || body.settings().sub_steps != 1)
-        return bad("sub_steps: expected 1 for rod and body, found " +
-                   std::to_string(rod.settings().sub_steps) + " and " +
-                   std::to_string(body.settings().sub_steps));
+        return invalid("sub_steps: expected 1 for rod and body, found " +
+                       std::to_string(rod.settings().sub_steps) + " and " +
+                       std::to_string(body.settings().sub_steps));
     for (std::int32_t n = 0; n < count; ++n)
         if (const Status s = m_impl->step_once(rod, body, arena); !s.ok()) return s;
     return Ok{};

@@ -10,14 +10,12 @@
 #include <string>
 #include <utility>
 
+#include "core/errors.h"
+
 namespace pliant::pbd {
 namespace {
 
 constexpr std::int64_t kGrain = 1024;  ///< nodes that a thread takes at once
-
-Error bad(const std::string& text) {
-    return {ErrorCode::InvalidArgument, text};
-}
 
 Vec3d unit_or_zero(Vec3d v) {
     const double length = norm(v);
@@ -28,27 +26,29 @@ Vec3d unit_or_zero(Vec3d v) {
 
 Status GhostSurface::check(const TetMesh& mesh, const TriangleMesh& ghost,
                            std::span<const Embedded> ghost_places) {
-    if (ghost.cells.empty()) return bad("ghost: expected triangles, found none");
+    if (ghost.cells.empty()) return invalid("ghost: expected triangles, found none");
     if (ghost_places.size() != ghost.nodes_mm.size())
-        return bad("ghost_places: expected one for each of " +
-                   std::to_string(ghost.nodes_mm.size()) + " nodes, found " +
-                   std::to_string(ghost_places.size()));
-    if (const Status s = check_cells(ghost); !s.ok()) return bad("ghost: " + s.error().message);
+        return invalid("ghost_places: expected one for each of " +
+                       std::to_string(ghost.nodes_mm.size()) + " nodes, found " +
+                       std::to_string(ghost_places.size()));
+    if (const Status s = check_cells(ghost); !s.ok()) return invalid("ghost: " + s.error().message);
     for (const auto& cell : mesh.cells)
         for (const std::int32_t n : cell)
             if (n < 0 || std::size_t(n) >= mesh.nodes_mm.size())
-                return bad("mesh: expected nodes below " + std::to_string(mesh.nodes_mm.size()) +
-                           ", found " + std::to_string(n));
+                return invalid("mesh: expected nodes below " +
+                               std::to_string(mesh.nodes_mm.size()) + ", found " +
+                               std::to_string(n));
     for (std::size_t n = 0; n < ghost_places.size(); ++n) {
         const Embedded& e = ghost_places[n];
         const std::string where = "ghost_places: node " + std::to_string(n);
         if (e.tetrahedron < 0 || std::size_t(e.tetrahedron) >= mesh.cells.size())
-            return bad(where + ": expected a tetrahedron below " +
-                       std::to_string(mesh.cells.size()) + ", found " +
-                       std::to_string(e.tetrahedron));
+            return invalid(where + ": expected a tetrahedron below " +
+                           std::to_string(mesh.cells.size()) + ", found " +
+                           std::to_string(e.tetrahedron));
         double sum = 0;
         for (const double w : e.weights) sum += w;
-        if (!(std::abs(sum - 1) < 1e-6)) return bad(where + ": expected weights whose sum is 1");
+        if (!(std::abs(sum - 1) < 1e-6))
+            return invalid(where + ": expected weights whose sum is 1");
     }
     return Ok{};
 }

@@ -21,6 +21,8 @@
 #include <string>
 #include <vector>
 
+#include "core/errors.h"
+#include "core/short_text.h"
 #include "pbd/block_chain.h"
 
 namespace pliant {
@@ -65,16 +67,6 @@ struct SegmentDerivatives {
     Mat3d bend[kVariables];     ///< of r; with respect to turns only
 };
 
-std::string text_of(double number) {
-    char text[32];
-    const auto end =
-        std::to_chars(text, text + sizeof(text), number, std::chars_format::general, 6);
-    return {text, end.ptr};
-}
-Error bad(const std::string& text) {
-    return {ErrorCode::InvalidArgument, text};
-}
-
 Status check(const RodSettings& s) {
     const struct {
         const char* name;
@@ -88,20 +80,21 @@ Status check(const RodSettings& s) {
                     {"time_step", s.time_step}};
     for (const auto& [name, value] : positive)
         if (!(std::isfinite(value) && value > 0))
-            return bad(std::string(name) + ": expected a number above 0, found " + text_of(value));
+            return invalid(std::string(name) + ": expected a number above 0, found " +
+                           short_text(value));
     if (s.segments < 1 || s.segments > 1000000)
-        return bad("segments: expected 1 to 1000000, found " + std::to_string(s.segments));
+        return invalid("segments: expected 1 to 1000000, found " + std::to_string(s.segments));
     if (s.tip_segments < 0 || s.tip_segments > s.segments)
-        return bad("tip_segments: expected 0 to " + std::to_string(s.segments) + ", found " +
-                   std::to_string(s.tip_segments));
+        return invalid("tip_segments: expected 0 to " + std::to_string(s.segments) + ", found " +
+                       std::to_string(s.tip_segments));
     if (s.sub_steps < 1)
-        return bad("sub_steps: expected 1 or more, found " + std::to_string(s.sub_steps));
+        return invalid("sub_steps: expected 1 or more, found " + std::to_string(s.sub_steps));
     if (s.iterations < 1)
-        return bad("iterations: expected 1 or more, found " + std::to_string(s.iterations));
-    if (!is_finite(s.gravity)) return bad("gravity: expected three numbers");
+        return invalid("iterations: expected 1 or more, found " + std::to_string(s.iterations));
+    if (!is_finite(s.gravity)) return invalid("gravity: expected three numbers");
     if (!(std::isfinite(s.damping) && s.damping >= 0 && s.damping * s.time_step <= s.sub_steps))
-        return bad("damping: expected 0 to " + text_of(s.sub_steps / s.time_step) +
-                   ", one over the sub-step, found " + text_of(s.damping));
+        return invalid("damping: expected 0 to " + short_text(s.sub_steps / s.time_step) +
+                       ", one over the sub-step, found " + short_text(s.damping));
     return Ok{};
 }
 
@@ -109,8 +102,8 @@ Status check(const RodSettings& s) {
 Result<Rotation> checked(const char* what, Rotation q) {
     const double length = std::sqrt(q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z);
     if (!(std::isfinite(length) && std::abs(length - 1) < 1e-3))
-        return bad(std::string(what) + ": expected a rotation of length 1, found " +
-                   text_of(length));
+        return invalid(std::string(what) + ": expected a rotation of length 1, found " +
+                       short_text(length));
     return Rotation{q.w / length, q.x / length, q.y / length, q.z / length};
 }
 
@@ -332,7 +325,7 @@ Rod& Rod::operator=(Rod&&) noexcept = default;
 Result<Rod> Rod::create(const RodSettings& settings) {
     if (const Status s = check(settings); !s.ok()) return s.error();
     RodSettings good = settings;
-    if (!is_finite(settings.base)) return bad("base: expected three numbers");
+    if (!is_finite(settings.base)) return invalid("base: expected three numbers");
     const auto frame = checked("frame", settings.frame);
     if (!frame.ok()) return frame.error();
     good.frame = *frame;
@@ -344,7 +337,7 @@ const RodSettings& Rod::settings() const {
 }
 
 Status Rod::set_base(Vec3d place, Rotation frame) {
-    if (!is_finite(place)) return bad("set_base: expected a place of three numbers");
+    if (!is_finite(place)) return invalid("set_base: expected a place of three numbers");
     const auto good = checked("set_base", frame);
     if (!good.ok()) return good.error();
     m_impl->x[0] = place;
@@ -354,9 +347,9 @@ Status Rod::set_base(Vec3d place, Rotation frame) {
 
 Status Rod::steer(double angle, double direction) {
     if (!std::isfinite(angle) || !std::isfinite(direction))
-        return bad("steer: expected two numbers");
+        return invalid("steer: expected two numbers");
     const auto tip = std::size_t(m_impl->settings.tip_segments);
-    if (tip == 0) return bad("steer: expected a rod with tip_segments above 0");
+    if (tip == 0) return invalid("steer: expected a rod with tip_segments above 0");
     // Towards the first axis is a turn about the second one.
     const double share = angle / double(tip);
     for (std::size_t i = m_impl->count - tip; i < m_impl->count; ++i)
@@ -366,24 +359,24 @@ Status Rod::steer(double angle, double direction) {
 
 Status Rod::load(std::int32_t node, Vec3d force) {
     if (node < 0 || node > m_impl->settings.segments)
-        return bad("load: expected a node up to " + std::to_string(m_impl->settings.segments) +
-                   ", found " + std::to_string(node));
-    if (!is_finite(force)) return bad("load: expected a force of three numbers");
+        return invalid("load: expected a node up to " + std::to_string(m_impl->settings.segments) +
+                       ", found " + std::to_string(node));
+    if (!is_finite(force)) return invalid("load: expected a force of three numbers");
     m_impl->force[std::size_t(node)] = force;
     return Ok{};
 }
 Status Rod::load_moment(std::int32_t segment, Vec3d moment) {
     if (segment < 0 || segment >= m_impl->settings.segments)
-        return bad("load_moment: expected a segment below " +
-                   std::to_string(m_impl->settings.segments) + ", found " +
-                   std::to_string(segment));
-    if (!is_finite(moment)) return bad("load_moment: expected a moment of three numbers");
+        return invalid("load_moment: expected a segment below " +
+                       std::to_string(m_impl->settings.segments) + ", found " +
+                       std::to_string(segment));
+    if (!is_finite(moment)) return invalid("load_moment: expected a moment of three numbers");
     m_impl->moment[std::size_t(segment)] = moment;
     return Ok{};
 }
 
 Status Rod::step(std::int32_t count) {
-    if (count < 0) return bad("step: expected 0 steps or more, found " + std::to_string(count));
+    if (count < 0) return invalid("step: expected 0 steps or more, found " + std::to_string(count));
     Impl& rod = *m_impl;
     for (std::int32_t n = 0; n < count; ++n) {
         rod.good_x = rod.x;

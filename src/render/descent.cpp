@@ -29,12 +29,12 @@ Vec3i corner(Vec3i cell, int n) {
 }
 
 /// The field along a line in one cell: control values after Bernstein, between which it stays.
-struct Cubic {
+struct BernsteinCubic {
     double b[4];
 };
 
 /// Whether a cubic is in the lumen everywhere; no if that can't be told.
-bool stays_inside(const Cubic& c, const LumenSide& lumen, int halvings) {
+bool stays_inside(const BernsteinCubic& c, const LumenSide& lumen, int halvings) {
     if (!lumen.contains(c.b[0]) || !lumen.contains(c.b[3])) return false;
     if (lumen.contains(c.b[1]) && lumen.contains(c.b[2])) return true;
     if (halvings == 0) return false;
@@ -200,8 +200,8 @@ bool is_clear(const LumenTiles& tiles, Vec3d a, Vec3d b) {
             const double third = (end - begin) / 3;
             const double p = value(begin), q = value(begin + third), r = value(end - third),
                          s = value(end);
-            const Cubic cubic{{p, (-5 * p + 18 * q - 9 * r + 2 * s) / 6,
-                               (2 * p - 9 * q + 18 * r - 5 * s) / 6, s}};
+            const BernsteinCubic cubic{{p, (-5 * p + 18 * q - 9 * r + 2 * s) / 6,
+                                        (2 * p - 9 * q + 18 * r - 5 * s) / 6, s}};
             if (!stays_inside(cubic, lumen, kMostHalvings)) return false;
             begin = end;
         }

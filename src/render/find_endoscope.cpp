@@ -25,7 +25,7 @@ constexpr double kWideMm = 8;         // radius beyond which a lumen is wide eno
 constexpr double kHallMm = 15;        // … and from which it is a hall rather than a tube
 constexpr double kFarMm = 60;         // free way that is long enough
 constexpr int kMaxPlaces = 300;
-constexpr int kDirections = 240;
+constexpr int kLooks = 240;
 constexpr int kFinalists = 12;  // places that are looked at more closely
 constexpr int kFinalDirections = 1500;
 
@@ -156,7 +156,7 @@ std::optional<Endoscope> search(const render::VolumeRays& rays, const render::Co
     Endoscope endoscope;
     endoscope.iso_hu = iso_hu;
     endoscope.polarity = polarity;
-    for (const auto& [count, kept] : {std::pair{kDirections, kFinalists}, {kFinalDirections, 1}}) {
+    for (const auto& [count, kept] : {std::pair{kLooks, kFinalists}, {kFinalDirections, 1}}) {
         const Directions directions = make_directions(count);
         const auto eye = [&](const Place& place) {
             return world_from_voxel(rays.volume.grid,

@@ -15,6 +15,7 @@
 #include <optional>
 #include <string>
 
+#include "core/errors.h"
 #include "render/descent.h"
 #include "render/field.h"
 #include "render/march.h"
@@ -40,10 +41,6 @@ std::string text_of(double number) {
     std::snprintf(text, sizeof text, "%.1f", number);
     return text;
 }
-Error wrong(const std::string& what) {
-    return {ErrorCode::InvalidArgument, what};
-}
-
 struct NearVoxel {
     Vec3i voxel;
     double distance_mm;
@@ -77,12 +74,12 @@ std::optional<NearVoxel> nearest_lumen(const Volume& volume, const render::Lumen
 Result<Vec3d> place_end(const render::LumenTiles& tiles, const std::string& name, Vec3d point_mm,
                         double reach_mm) {
     const Volume& volume = tiles.volume();
-    if (!is_finite(point_mm)) return wrong(name + ": expected finite numbers");
+    if (!is_finite(point_mm)) return invalid(name + ": expected finite numbers");
     Vec3d place = voxel_from_world(volume.grid, point_mm);
     for (int a = 0; a < 3; ++a) {
         const double last = volume.grid.size[a] - 1;
         if (!(place[a] >= -0.5 && place[a] <= last + 0.5))
-            return wrong(name + ": expected a place in the scan, found " + text_of(point_mm));
+            return invalid(name + ": expected a place in the scan, found " + text_of(point_mm));
         place[a] = std::clamp(place[a], 0.0, last);
     }
     if (!render::clear_corners(tiles, place).empty()) return place;
@@ -92,8 +89,8 @@ Result<Vec3d> place_end(const render::LumenTiles& tiles, const std::string& name
         return Vec3d{double(near->voxel.x), double(near->voxel.y), double(near->voxel.z)};
     const std::string how_far = near ? text_of(near->distance_mm) + " mm from the nearest lumen"
                                      : "with no lumen within " + text_of(kTellWithinMm) + " mm";
-    return wrong(name + ": expected a place in the lumen, found " + text_of(point_mm) +
-                 " in the tissue, " + how_far + " at " + text_of(tiles.lumen().iso_hu) + " HU");
+    return invalid(name + ": expected a place in the lumen, found " + text_of(point_mm) +
+                   " in the tissue, " + how_far + " at " + text_of(tiles.lumen().iso_hu) + " HU");
 }
 
 /// Leaves out points, as many as the lumen and the wanted spacing allow.
@@ -288,8 +285,8 @@ void centre(render::LumenTiles& tiles, const LumenPathSettings& settings,
 
 Result<LumenPath> find_lumen_path(const Volume& volume, Vec3d from_mm, Vec3d to_mm,
                                   const LumenPathSettings& settings, const TaskArena& arena) {
-    if (!std::isfinite(settings.iso_hu)) return wrong("iso: expected a finite number");
-    if (!(settings.spacing_mm > 0)) return wrong("spacing: expected a length > 0");
+    if (!std::isfinite(settings.iso_hu)) return invalid("iso: expected a finite number");
+    if (!(settings.spacing_mm > 0)) return invalid("spacing: expected a length > 0");
     const render::LumenSide lumen{settings.iso_hu, settings.polarity};
     render::LumenTiles route_tiles(volume, lumen, kRouteVoxels, settings.max_voxels, arena);
     const auto from = place_end(route_tiles, "from", from_mm, settings.reach_mm);

@@ -11,7 +11,7 @@ namespace pliant {
 namespace {
 
 /// What counts as on a face: more than single precision rounds by [voxels].
-constexpr double kOnFace = 1e-4;
+constexpr double kNearFace = 1e-4;
 
 Vec3<Fixed> displacement(const BrickRecord* record, int element) {
     if (!record || !record->brick) return {0, 0, 0};
@@ -35,7 +35,7 @@ SourceJacobian::SourceJacobian(const Lattice& lattice, const Snapshot& snapshot)
 double SourceJacobian::at(Vec3d place) {
     for (int a = 0; a < 3; ++a) {
         const double whole = std::round(place[a]);
-        if (std::abs(place[a] - whole) < kOnFace) place[a] = whole;
+        if (std::abs(place[a] - whole) < kNearFace) place[a] = whole;
     }
     const Vec3d low{std::floor(place.x), std::floor(place.y), std::floor(place.z)};
     const Vec3i cell{int(low.x), int(low.y), int(low.z)};

@@ -10,6 +10,7 @@
 #include <map>
 #include <string>
 
+#include "core/errors.h"
 #include "core/hash.h"
 
 namespace pliant {
@@ -29,10 +30,6 @@ constexpr double kMaxPush_mm = 500;
 constexpr std::int64_t kMaxNodes = 1'000'000;
 constexpr double kNewtonPerMicronewton = 1e-6;
 
-Error bad(const std::string& text) {
-    return {ErrorCode::InvalidArgument, text};
-}
-
 std::string text_of(double number) {
     std::string text = std::to_string(number);
     text.erase(std::min(text.size(), text.find('.') + 3));
@@ -44,7 +41,7 @@ std::string text_of(Vec3d v) {
 
 Status check(const SpringDeformationSettings& s) {
     const auto expected = [](const char* name, const char* what, double found) -> Status {
-        return bad(std::string(name) + ": expected " + what + ", found " + text_of(found));
+        return invalid(std::string(name) + ": expected " + what + ", found " + text_of(found));
     };
     if (!(s.cell_mm > 0 && s.cell_mm <= 1000))
         return expected("cell_mm", "a length above 0, up to 1000 mm", s.cell_mm);
@@ -63,7 +60,7 @@ Result<ControlGrid> control_grid(const Volume& volume, const SpringDeformationSe
     const Box3i region = s.region == Box3i{} ? whole : s.region;
     if (is_empty(region) || !contains(whole, region.begin) ||
         !contains(whole, region.end - Vec3i{1, 1, 1}))
-        return bad("region: expected a box of voxels inside of the scan");
+        return invalid("region: expected a box of voxels inside of the scan");
     ControlGrid grid;
     std::int64_t nodes = 1;
     for (int a = 0; a < 3; ++a) {
@@ -71,10 +68,10 @@ Result<ControlGrid> control_grid(const Volume& volume, const SpringDeformationSe
         grid.cell[a] = std::max(1, int(std::lround(s.cell_mm / volume.grid.spacing_mm[a])));
         const int cells = steps / grid.cell[a];
         if (cells < 2)
-            return bad("cell_mm: expected at most " +
-                       text_of(std::max(0, steps / 2) * volume.grid.spacing_mm[a]) +
-                       ", so that two cells fit into the region along axis " + std::to_string(a) +
-                       ", found " + text_of(s.cell_mm));
+            return invalid("cell_mm: expected at most " +
+                           text_of(std::max(0, steps / 2) * volume.grid.spacing_mm[a]) +
+                           ", so that two cells fit into the region along axis " +
+                           std::to_string(a) + ", found " + text_of(s.cell_mm));
         grid.size[a] = cells + 1;
         grid.first[a] = region.begin[a] + (steps - cells * grid.cell[a]) / 2;
         nodes *= grid.size[a];
@@ -245,14 +242,14 @@ Result<PushReport> SpringDeformation::push(std::uint32_t tool, const Push& push)
     const auto start = std::chrono::steady_clock::now();
     const double length = norm(push.push_mm);
     if (!(length <= kMaxPush_mm))
-        return bad("push: expected three numbers and a length up to 500 mm, found " +
-                   text_of(push.push_mm));
+        return invalid("push: expected three numbers and a length up to 500 mm, found " +
+                       text_of(push.push_mm));
     if (!(push.sphere_radius_mm >= 0 && push.sphere_radius_mm <= kMaxPush_mm))
-        return bad("push: expected a sphere radius of 0 to 500 mm");
+        return invalid("push: expected a sphere radius of 0 to 500 mm");
     const auto place = is_finite(push.point_mm) ? m.control->find(push.point_mm) : std::nullopt;
     if (!place)
-        return bad("push: expected a point inside of the control lattice, found " +
-                   text_of(push.point_mm));
+        return invalid("push: expected a point inside of the control lattice, found " +
+                       text_of(push.point_mm));
     PushReport report;
     m.grab(tool, m.nodes_at(push, *place));
     const auto found = m.tools.find(tool);

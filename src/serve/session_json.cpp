@@ -16,7 +16,7 @@ using Json = nlohmann::json;
 
 constexpr int kSessionVersion = 1;
 
-Error wrong(const std::string& what) {
+Error bad_session(const std::string& what) {
     return {ErrorCode::Unreadable, what};
 }
 
@@ -93,11 +93,11 @@ Result<SessionRecord> parse_checkpoint(const Json& json) {
                           (polarity == "rising" || polarity == "falling") && point.number > 0 &&
                           last_client >= 0 && steps >= 0;
     if (!is_whole || !std::isfinite(iso->get<double>()))
-        return wrong("checkpoint: expected all its fields");
+        return bad_session("checkpoint: expected all its fields");
     point.file = *file;
     point.mark = {*volume, *tissue};
     const auto choice = tissue_of(json);
-    if (!choice) return wrong("checkpoint: expected all fields of its tissue");
+    if (!choice) return bad_session("checkpoint: expected all fields of its tissue");
     point.memo = {iso->get<double>(),
                   polarity == "rising" ? Polarity::Rising : Polarity::Falling,
                   relaxing->get<bool>(),
@@ -128,7 +128,7 @@ Result<SessionHeader> header_of(const Json& json) {
     const auto hash = number_of_hex(json, "scan");
     const auto source = json.find("source");
     if (!hash || source == json.end() || !source->is_object())
-        return wrong("expected the fields scan and source, found none");
+        return bad_session("expected the fields scan and source, found none");
     header.scan_hash = *hash;
     header.source.file = string_at(*source, "file");
     header.source.series = string_at(*source, "series");
@@ -136,11 +136,11 @@ Result<SessionHeader> header_of(const Json& json) {
     header.source.phantom = string_at(*source, "phantom");
     const auto size = source->find("size");
     if (size == source->end() || !size->is_array() || size->size() != 3)
-        return wrong("source: expected size with three numbers, found none");
+        return bad_session("source: expected size with three numbers, found none");
     for (int a = 0; a < 3; ++a) {
         const Json& n = (*size)[std::size_t(a)];
         if (!n.is_number_integer() || n.get<std::int64_t>() < 2 || n.get<std::int64_t>() > 4096)
-            return wrong("source: size: expected whole numbers 2…4096");
+            return bad_session("source: size: expected whole numbers 2…4096");
         header.source.phantom_size[a] = n.get<int>();
     }
     return header;
@@ -158,7 +158,7 @@ std::string text_of(const SessionHeader& header) {
 Result<SessionHeader> parse_session_header(std::string_view text) {
     const Json json = Json::parse(text.begin(), text.end(), nullptr, false);
     if (!json.is_object() || !json.contains("pliant_session"))
-        return wrong("expected a session of pliant serve, found something else");
+        return bad_session("expected a session of pliant serve, found something else");
     if (whole_at(json, "pliant_session", 0) != kSessionVersion)
         return Error{ErrorCode::Unsupported, "pliant_session: expected version 1, found " +
                                                  json["pliant_session"].dump().substr(0, 20)};
@@ -203,22 +203,22 @@ std::string text_of(const SessionRecord& record) {
 
 Result<SessionRecord> parse_session_record(std::string_view text) {
     const Json json = Json::parse(text.begin(), text.end(), nullptr, false);
-    if (!json.is_object()) return wrong("expected a JSON object, found something else");
+    if (!json.is_object()) return bad_session("expected a JSON object, found something else");
     const std::string name = string_at(json, "do");
     if (name == "sweep") {
         const int count = whole_at(json, "count", -1);
-        if (count < 1 || count > 1'000'000) return wrong("sweep: count: expected 1…1000000");
+        if (count < 1 || count > 1'000'000) return bad_session("sweep: count: expected 1…1000000");
         return SessionRecord(SessionSweeps{count});
     }
     if (name == "mark") {
         const auto volume = number_of_hex(json, "volume"), tissue = number_of_hex(json, "tissue");
-        if (!volume || !tissue) return wrong("mark: expected two hashes");
+        if (!volume || !tissue) return bad_session("mark: expected two hashes");
         return SessionRecord(SessionMark{*volume, *tissue});
     }
     if (name == "checkpoint") return parse_checkpoint(json);
     if (name == "forget") {
         const int steps = whole_at(json, "steps", -1);
-        if (steps < 0) return wrong("forget: steps: expected 0 or more");
+        if (steps < 0) return bad_session("forget: steps: expected 0 or more");
         return SessionRecord(SessionForget{steps});
     }
     if (name == "open") {
@@ -227,11 +227,12 @@ Result<SessionRecord> parse_session_record(std::string_view text) {
         return SessionRecord(SessionOpen{std::move(*scan)});
     }
     auto message = parse_message(text);
-    if (const auto* failure = std::get_if<ParseFailure>(&message)) return wrong(failure->message);
+    if (const auto* failure = std::get_if<ParseFailure>(&message))
+        return bad_session(failure->message);
     auto& action = std::get_if<Message>(&message)->action;
-    if (!is_command(action)) return wrong("do: expected a command, found " + name);
+    if (!is_command(action)) return bad_session("do: expected a command, found " + name);
     const int client = whole_at(json, "client", 0);
-    if (client < 0) return wrong("client: expected 0 or more");
+    if (client < 0) return bad_session("client: expected 0 or more");
     const bool refused = json.contains("refused") && json["refused"] == true;
     return SessionRecord(SessionCommand{std::uint32_t(client), std::move(action), refused});
 }

@@ -10,14 +10,11 @@
 #include <cstdlib>
 #include <string>
 
+#include "core/errors.h"
 #include "springs/node_masses.h"
 
 namespace pliant {
 namespace {
-
-Error bad(const std::string& text) {
-    return {ErrorCode::InvalidArgument, text};
-}
 
 /// One of each pair of opposite directions.
 std::vector<Vec3i> forward_steps(LatticeLinks links) {
@@ -47,14 +44,15 @@ Status check(const SpringLattice& lattice) {
     const Vec3i size = lattice.size;
     if (size.x < 1 || size.y < 1 || size.z < 1 ||
         std::int64_t(size.x) * size.y > std::int64_t(100'000'000) / size.z)
-        return bad("lattice size: expected 1 to 100000000 nodes, found " + std::to_string(size.x) +
-                   " x " + std::to_string(size.y) + " x " + std::to_string(size.z));
+        return invalid("lattice size: expected 1 to 100000000 nodes, found " +
+                       std::to_string(size.x) + " x " + std::to_string(size.y) + " x " +
+                       std::to_string(size.z));
     for (int a = 0; a < 3; ++a) {
         if (!(std::isfinite(lattice.spacing[a]) && lattice.spacing[a] > 0))
-            return bad("lattice spacing: expected lengths above 0");
+            return invalid("lattice spacing: expected lengths above 0");
         if (!(std::isfinite(lattice.stiffness[a]) && lattice.stiffness[a] >= 0))
-            return bad("lattice stiffness: expected 0 or more for each axis, found " +
-                       std::to_string(lattice.stiffness[a]));
+            return invalid("lattice stiffness: expected 0 or more for each axis, found " +
+                           std::to_string(lattice.stiffness[a]));
     }
     return Ok{};
 }
@@ -120,10 +118,10 @@ Result<SpringParts> springs_of_lattice(const SpringLattice& lattice) {
 Result<SpringParts> springs_of_sheet(const SpringSheet& sheet) {
     if (sheet.columns < 1 || sheet.rows < 1 ||
         std::int64_t(sheet.columns) * sheet.rows > std::int64_t(100'000'000))
-        return bad("sheet: expected 1 to 100000000 nodes, found " + std::to_string(sheet.columns) +
-                   " x " + std::to_string(sheet.rows));
+        return invalid("sheet: expected 1 to 100000000 nodes, found " +
+                       std::to_string(sheet.columns) + " x " + std::to_string(sheet.rows));
     if (!(std::isfinite(sheet.spacing) && sheet.spacing > 0))
-        return bad("sheet spacing: expected a length above 0");
+        return invalid("sheet spacing: expected a length above 0");
     SpringParts parts;
     const double height = std::sqrt(0.75) * sheet.spacing;
     for (int row = 0; row < sheet.rows; ++row)

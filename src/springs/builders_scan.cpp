@@ -14,7 +14,7 @@ namespace {
 
 constexpr double kTissueYoung_pa = 15e3, kAirYoung_pa = 150, kAirBelow_hu = -500;
 
-Error bad(const std::string& text) {
+Error bad_lattice(const std::string& text) {
     return {ErrorCode::InvalidArgument, "control lattice " + text};
 }
 
@@ -42,13 +42,14 @@ Result<SpringParts> springs_of_scan(const Volume& volume, const SpringScan& scan
     const Box3i region = scan.region == Box3i{} ? whole : scan.region;
     if (is_empty(region) || !contains(whole, region.begin) ||
         !contains(whole, region.end - Vec3i{1, 1, 1}))
-        return bad("region: expected a box of voxels inside of the scan");
+        return bad_lattice("region: expected a box of voxels inside of the scan");
     const Vec3i voxels = region.end - region.begin;
     Vec3d step;  // voxels between nodes
     for (int a = 0; a < 3; ++a) {
         if (scan.size[a] < 2 || scan.size[a] > voxels[a])
-            return bad("size: expected 2 to " + std::to_string(voxels[a]) + " nodes along axis " +
-                       std::to_string(a) + ", found " + std::to_string(scan.size[a]));
+            return bad_lattice("size: expected 2 to " + std::to_string(voxels[a]) +
+                               " nodes along axis " + std::to_string(a) + ", found " +
+                               std::to_string(scan.size[a]));
         step[a] = double(voxels[a] - 1) / (scan.size[a] - 1);
     }
     const Vec3d h = volume.grid.spacing_mm;
@@ -78,8 +79,8 @@ Result<SpringParts> springs_of_scan(const Volume& volume, const SpringScan& scan
                                      : hu < kAirBelow_hu   ? kAirYoung_pa
                                                            : kTissueYoung_pa;
                 if (!(std::isfinite(young) && young > 0))
-                    return bad("young_modulus_pa: expected numbers above 0, found " +
-                               std::to_string(young) + " at " + std::to_string(hu) + " HU");
+                    return bad_lattice("young_modulus_pa: expected numbers above 0, found " +
+                                       std::to_string(young) + " at " + std::to_string(hu) + " HU");
                 stiffness[n] = 0.4 * young * edge;
             }
     for (SpringLink& link : parts->links)

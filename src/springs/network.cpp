@@ -13,11 +13,11 @@
 namespace pliant {
 namespace {
 
-Error bad(const std::string& text) {
+Error bad_network(const std::string& text) {
     return {ErrorCode::InvalidArgument, "network: " + text};
 }
-Error bad(const char* what, std::size_t index, const std::string& text) {
-    return bad(what + std::string(" ") + std::to_string(index) + ": " + text);
+Error bad_network(const char* what, std::size_t index, const std::string& text) {
+    return bad_network(what + std::string(" ") + std::to_string(index) + ": " + text);
 }
 /// 0 or more, and a number.
 bool is_amount(double value) {
@@ -26,15 +26,15 @@ bool is_amount(double value) {
 
 Status check_nodes(std::span<const SpringNode> nodes) {
     if (nodes.empty() || nodes.size() > std::size_t(INT32_MAX) / 2)
-        return bad("expected 1 to 1073741823 nodes, found " + std::to_string(nodes.size()));
+        return bad_network("expected 1 to 1073741823 nodes, found " + std::to_string(nodes.size()));
     for (std::size_t n = 0; n < nodes.size(); ++n) {
         if (!is_finite(nodes[n].rest))
-            return bad("node", n, "expected a rest place of three numbers");
+            return bad_network("node", n, "expected a rest place of three numbers");
         if (!(std::isfinite(nodes[n].mass) && nodes[n].mass > 0))
-            return bad("node", n,
-                       "expected a mass above 0, found " + std::to_string(nodes[n].mass));
+            return bad_network("node", n,
+                               "expected a mass above 0, found " + std::to_string(nodes[n].mass));
         if (!is_amount(nodes[n].damping))
-            return bad(
+            return bad_network(
                 "node", n,
                 "expected a damping of 0 or more, found " + std::to_string(nodes[n].damping));
     }
@@ -44,22 +44,25 @@ Status check_nodes(std::span<const SpringNode> nodes) {
 Status check_links(std::span<const SpringLink> links, std::size_t node_count) {
     const auto is_there = [&](std::int32_t n) { return n >= 0 && std::size_t(n) < node_count; };
     if (links.size() > std::size_t(INT32_MAX))
-        return bad("expected up to 2147483647 links, found " + std::to_string(links.size()));
+        return bad_network("expected up to 2147483647 links, found " +
+                           std::to_string(links.size()));
     for (std::size_t l = 0; l < links.size(); ++l) {
         const SpringLink& link = links[l];
         if (!is_there(link.a) || !is_there(link.b) || link.a == link.b)
-            return bad("link", l,
-                       "expected two different nodes below " + std::to_string(node_count) +
-                           ", found " + std::to_string(link.a) + " and " + std::to_string(link.b));
+            return bad_network("link", l,
+                               "expected two different nodes below " + std::to_string(node_count) +
+                                   ", found " + std::to_string(link.a) + " and " +
+                                   std::to_string(link.b));
         if (!is_amount(link.stiffness))
-            return bad(
+            return bad_network(
                 "link", l,
                 "expected a stiffness of 0 or more, found " + std::to_string(link.stiffness));
         if (!is_amount(link.damping))
-            return bad("link", l,
-                       "expected a damping of 0 or more, found " + std::to_string(link.damping));
+            return bad_network(
+                "link", l,
+                "expected a damping of 0 or more, found " + std::to_string(link.damping));
         if (!std::isfinite(link.rest_length))
-            return bad("link", l, "expected a rest length that is a number");
+            return bad_network("link", l, "expected a rest length that is a number");
     }
     return Ok{};
 }
@@ -68,21 +71,22 @@ Status check_cells(const SpringParts& parts) {
     for (std::size_t c = 0; c < parts.cells.size(); ++c) {
         const SpringCell& cell = parts.cells[c];
         if (cell.node_count != 4 && cell.node_count != 8)
-            return bad("cell", c,
-                       "expected 4 or 8 nodes, found " + std::to_string(cell.node_count));
+            return bad_network("cell", c,
+                               "expected 4 or 8 nodes, found " + std::to_string(cell.node_count));
         for (int n = 0; n < cell.node_count; ++n)
             if (cell.nodes[std::size_t(n)] < 0 ||
                 std::size_t(cell.nodes[std::size_t(n)]) >= parts.nodes.size())
-                return bad("cell", c,
-                           "expected nodes below " + std::to_string(parts.nodes.size()) +
-                               ", found " + std::to_string(cell.nodes[std::size_t(n)]));
+                return bad_network("cell", c,
+                                   "expected nodes below " + std::to_string(parts.nodes.size()) +
+                                       ", found " + std::to_string(cell.nodes[std::size_t(n)]));
         if (!is_amount(cell.bulk))
-            return bad("cell", c,
-                       "expected a bulk of 0 or more, found " + std::to_string(cell.bulk));
+            return bad_network("cell", c,
+                               "expected a bulk of 0 or more, found " + std::to_string(cell.bulk));
         const double volume =
             cell_volume(cell, [&](std::int32_t n) { return parts.nodes[std::size_t(n)].rest; });
         if (!(volume > 0))
-            return bad("cell", c, "expected a volume above 0, found " + std::to_string(volume));
+            return bad_network("cell", c,
+                               "expected a volume above 0, found " + std::to_string(volume));
     }
     return Ok{};
 }
@@ -105,9 +109,9 @@ Result<SpringNetwork> SpringNetwork::create(SpringParts parts) {
     if (pieces.count > 1)
         for (std::size_t n = 0; n < pieces.piece_of.size(); ++n)
             if (pieces.piece_of[n] != 0)
-                return bad("node", n,
-                           "expected a chain of links to node 0; the network is in " +
-                               std::to_string(pieces.count) + " pieces");
+                return bad_network("node", n,
+                                   "expected a chain of links to node 0; the network is in " +
+                                       std::to_string(pieces.count) + " pieces");
     return network;
 }
 

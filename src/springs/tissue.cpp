@@ -8,42 +8,33 @@
 #include <cmath>
 #include <string>
 
+#include "core/errors.h"
 #include "core/hash.h"
+#include "core/short_text.h"
 #include "springs/stability.h"
 #include "springs/tissue_impl.h"
 
 namespace pliant {
 namespace {
 
-Error bad(const std::string& text) {
-    return {ErrorCode::InvalidArgument, text};
-}
-
-std::string text_of(double number) {
-    char text[32];
-    const auto end =
-        std::to_chars(text, text + sizeof(text), number, std::chars_format::general, 6);
-    return {text, end.ptr};
-}
-
 Status check(const SpringNetwork& network, const SpringSettings& s) {
     if (const Status status = check_depth(s.depth); !status.ok()) return status.error();
     if (!(std::isfinite(s.time_step) && s.time_step >= 0))
-        return bad("time_step: expected a time of 0 or more, found " + text_of(s.time_step));
+        return invalid("time_step: expected a time of 0 or more, found " + short_text(s.time_step));
     if (!(s.solve_tolerance > 0 && s.solve_tolerance < 1))
-        return bad("solve_tolerance: expected a number between 0 and 1, found " +
-                   text_of(s.solve_tolerance));
+        return invalid("solve_tolerance: expected a number between 0 and 1, found " +
+                       short_text(s.solve_tolerance));
     if (s.solve_iterations < 1)
-        return bad("solve_iterations: expected 1 or more, found " +
-                   std::to_string(s.solve_iterations));
+        return invalid("solve_iterations: expected 1 or more, found " +
+                       std::to_string(s.solve_iterations));
     if (s.local_global_iterations < 1)
-        return bad("local_global_iterations: expected 1 or more, found " +
-                   std::to_string(s.local_global_iterations));
+        return invalid("local_global_iterations: expected 1 or more, found " +
+                       std::to_string(s.local_global_iterations));
     if (s.solver != SpringSolver::LocalGlobal) return Ok{};
     if (network.has_volume_energy())
-        return bad("solver: LocalGlobal expects a network without volume energy");
+        return invalid("solver: LocalGlobal expects a network without volume energy");
     for (const SpringLink& link : network.links())
-        if (link.damping > 0) return bad("solver: LocalGlobal expects links without damping");
+        if (link.damping > 0) return invalid("solver: LocalGlobal expects links without damping");
     return Ok{};
 }
 
@@ -54,14 +45,16 @@ Result<double> choose_time_step(const SpringNetwork& network, const SpringSettin
     const bool any = !transmits && s.solver != SpringSolver::Explicit;
     if (s.time_step == 0) {
         if (!(longest > 0))
-            return bad("seen: new positions expect damped nodes; without, no time step is stable");
+            return invalid(
+                "seen: new positions expect damped nodes; without, no time step is stable");
         if (!std::isfinite(longest))
-            return bad("time_step: expected one, since the network has no stiffness to tell it by");
+            return invalid(
+                "time_step: expected one, since the network has no stiffness to tell it by");
         return 0.9 * longest;
     }
     if (!any && s.time_step > longest)
-        return bad("time_step: expected at most " + text_of(longest) +
-                   ", the longest that is sure to be stable, found " + text_of(s.time_step));
+        return invalid("time_step: expected at most " + short_text(longest) +
+                       ", the longest that is sure to be stable, found " + short_text(s.time_step));
     return s.time_step;
 }
 
@@ -73,8 +66,8 @@ Status check_nodes(const SpringNetwork& network, std::span<const std::int32_t> n
     std::sort(sorted.begin(), sorted.end());
     const auto twice = std::adjacent_find(sorted.begin(), sorted.end());
     if (twice != sorted.end())
-        return bad(std::string(what) + ": expected each node once, found node " +
-                   std::to_string(*twice) + " again");
+        return invalid(std::string(what) + ": expected each node once, found node " +
+                       std::to_string(*twice) + " again");
     return Ok{};
 }
 
@@ -109,14 +102,14 @@ double SpringTissue::time_step() const {
 
 Status SpringTissue::load(std::span<const std::int32_t> nodes, std::span<const Vec3d> forces) {
     if (nodes.size() != forces.size())
-        return bad("load: expected a force for each of " + std::to_string(nodes.size()) +
-                   " nodes, found " + std::to_string(forces.size()));
+        return invalid("load: expected a force for each of " + std::to_string(nodes.size()) +
+                       " nodes, found " + std::to_string(forces.size()));
     if (const Status status = check_nodes(m_impl->network, nodes, "load"); !status.ok())
         return status.error();
     for (std::size_t n = 0; n < forces.size(); ++n)
         if (!is_finite(forces[n]))
-            return bad("load: expected three numbers as the force on node " +
-                       std::to_string(nodes[n]));
+            return invalid("load: expected three numbers as the force on node " +
+                           std::to_string(nodes[n]));
     SpringState& state = m_impl->state;
     for (const std::int32_t n : state.loaded)
         for (int c = 0; c < 3; ++c) state.load[c][std::size_t(n)] = 0;
@@ -144,10 +137,11 @@ Status SpringTissue::hold(std::span<const std::int32_t> nodes) {
 Status SpringTissue::move_held(std::span<const Vec3d> positions) {
     SpringState& state = m_impl->current();
     if (positions.size() != state.held.size())
-        return bad("move_held: expected a place for each of " + std::to_string(state.held.size()) +
-                   " held nodes, found " + std::to_string(positions.size()));
+        return invalid("move_held: expected a place for each of " +
+                       std::to_string(state.held.size()) + " held nodes, found " +
+                       std::to_string(positions.size()));
     for (const Vec3d place : positions)
-        if (!is_finite(place)) return bad("move_held: expected places of three numbers");
+        if (!is_finite(place)) return invalid("move_held: expected places of three numbers");
     for (std::size_t n = 0; n < positions.size(); ++n) {
         state.put(state.held[n], positions[n]);
         state.put_before(state.held[n], positions[n]);
@@ -156,7 +150,7 @@ Status SpringTissue::move_held(std::span<const Vec3d> positions) {
 }
 
 Status SpringTissue::shift_held(Vec3d shift) {
-    if (!is_finite(shift)) return bad("shift_held: expected three numbers");
+    if (!is_finite(shift)) return invalid("shift_held: expected three numbers");
     SpringState& state = m_impl->current();
     for (const std::int32_t n : state.held) {
         state.put(n, state.place(n) + shift);
@@ -194,7 +188,7 @@ Status SpringTissue::set_state(std::int32_t node, Vec3d position, Vec3d velocity
     if (const Status status = check_sources(m_impl->network, nodes, "set_state"); !status.ok())
         return status.error();
     if (!is_finite(position) || !is_finite(velocity))
-        return bad("set_state: expected three numbers each");
+        return invalid("set_state: expected three numbers each");
     SpringState& state = m_impl->edited();
     state.put(node, position);
     state.put_before(node, position - m_impl->time_step * velocity);

@@ -7,20 +7,12 @@
 #include <charconv>
 #include <string>
 
+#include "core/short_text.h"
 #include "springs/stability.h"
 #include "springs/tissue_impl.h"
 
 namespace pliant {
-namespace {
-
-std::string text_of(double number) {
-    char text[32];
-    const auto end =
-        std::to_chars(text, text + sizeof(text), number, std::chars_format::general, 6);
-    return {text, end.ptr};
-}
-
-}  // namespace
+namespace {}  // namespace
 
 void SpringTissue::Impl::forget_network() {
     transmittal.forget(state);
@@ -42,13 +34,13 @@ Result<SpringStep> SpringTissue::Impl::step_explicit(std::int32_t count, const T
         const double longest = pliant::stable_time_step(network, places);
         if (longest < time_step)
             return Error{ErrorCode::InvalidArgument,
-                         "time_step: expected at most " + text_of(longest) +
+                         "time_step: expected at most " + short_text(longest) +
                              ", the longest that is stable for the present shape, found " +
-                             text_of(time_step)};
+                             short_text(time_step)};
         return Error{ErrorCode::InvalidArgument,
-                     "step: a node moved by more than the longest link, " + text_of(farthest) +
+                     "step: a node moved by more than the longest link, " + short_text(farthest) +
                          "; expected smaller loads, shifts or time steps than " +
-                         text_of(time_step)};
+                         short_text(time_step)};
     }
     return report;
 }

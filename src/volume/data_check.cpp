@@ -3,6 +3,7 @@
 
 #include "volume/data_check.h"
 
+#include "core/errors.h"
 #include "volume/text.h"
 
 #include <fstream>
@@ -21,19 +22,16 @@ constexpr std::int64_t kMaxDataFiles = kMaxAxisSize;
 /// Numbers in their names are far from where differences overflow.
 constexpr std::int64_t kMaxFileNumber = 1'000'000'000'000;
 
-Error damaged(const fs::path& path, const std::string& message) {
-    return {ErrorCode::Unreadable, path.string() + ": " + message};
-}
-
 Status check_text(const fs::path& path, std::ifstream& file, std::uint64_t count) {
     std::string word;
     for (std::uint64_t n = 0; n < count; ++n) {
         if (!(file >> word))
-            return damaged(path, "ends early: holds " + std::to_string(n) + " numbers, expected " +
-                                     std::to_string(count));
+            return unreadable(path, "ends early: holds " + std::to_string(n) +
+                                        " numbers, expected " + std::to_string(count));
         if (word.ends_with(',')) word.pop_back();
         if (!number_from(word))
-            return damaged(path, "holds '" + shown(word) + "' among its data, expected a number");
+            return unreadable(path,
+                              "holds '" + shown(word) + "' among its data, expected a number");
     }
     return Ok{};
 }
@@ -57,7 +55,7 @@ Status check_file(const fs::path& path, const ImageHeader& header, const fs::pat
 }  // namespace
 
 Status check_data_files(const fs::path& path, const DataPlace& data) {
-    if (data.files.empty()) return damaged(path, "names 0 data files, expected one or more");
+    if (data.files.empty()) return unreadable(path, "names 0 data files, expected one or more");
     std::error_code error;
     for (const fs::path& file : data.files)
         if (file != path && !fs::is_regular_file(file, error))
@@ -73,7 +71,7 @@ Result<std::uint64_t> find_data_start(const fs::path& path, const ImageHeader& h
     std::error_code error;
     const std::uint64_t length = fs::file_size(name, error);
     std::ifstream file(name, std::ios::binary);
-    if (error || !file) return damaged(path, what + " can't be opened");
+    if (error || !file) return unreadable(path, what + " can't be opened");
     file.seekg(std::streamoff(data.start));
     for (std::int64_t line = 0; line < data.line_skip && file; ++line)
         file.ignore(std::numeric_limits<std::streamsize>::max(), '\n');
@@ -84,8 +82,8 @@ Result<std::uint64_t> find_data_start(const fs::path& path, const ImageHeader& h
     if (data.encoding == DataEncoding::Deflated) least /= kMaxCompressionRatio;
     if (data.encoding == DataEncoding::Text) least = 2 * (bytes / size_of(header.stored)) - 1;
     if (length < start || length - start < least)
-        return damaged(path, "ends early: " + what + " has " + std::to_string(length) +
-                                 " bytes, expected at least " + std::to_string(start + least));
+        return unreadable(path, "ends early: " + what + " has " + std::to_string(length) +
+                                    " bytes, expected at least " + std::to_string(start + least));
     return data.at_end && data.encoding == DataEncoding::Raw ? length - bytes : start;
 }
 
@@ -94,9 +92,9 @@ Status check_data(const fs::path& path, const ImageHeader& header) {
     const std::uint64_t values =
         std::uint64_t(voxel_count(header.grid)) * std::uint64_t(header.components);
     if (values % count != 0)
-        return damaged(path, "names " + std::to_string(count) +
-                                 " data files, expected a number that divides " +
-                                 text_of_sizes(header.sizes) + " voxels");
+        return unreadable(path, "names " + std::to_string(count) +
+                                    " data files, expected a number that divides " +
+                                    text_of_sizes(header.sizes) + " voxels");
     for (const fs::path& file : header.data.files)
         if (Status status = check_file(path, header, file); !status) return status;
     return Ok{};

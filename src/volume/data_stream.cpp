@@ -3,6 +3,7 @@
 
 #include "volume/data_stream.h"
 
+#include "core/errors.h"
 #include "volume/data_check.h"
 
 #include <zlib.h>
@@ -18,10 +19,6 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr std::size_t kPieceBytes = 1 << 18;
-
-Error damaged(const fs::path& path, const std::string& message) {
-    return {ErrorCode::Unreadable, path.string() + ": " + message};
-}
 
 template <class Word>
 void swap_words(std::span<std::byte> numbers, Word (*swapped)(Word)) {
@@ -62,7 +59,7 @@ class DataStream::Source {
         if (!m_deflated) {
             m_file.read(reinterpret_cast<char*>(out.data()), std::streamsize(out.size()));
             if (std::size_t(m_file.gcount()) == out.size()) return Ok{};
-            return damaged(m_path, "ends early: it was cut short while it was read");
+            return unreadable(m_path, "ends early: it was cut short while it was read");
         }
         while (!out.empty()) {
             const auto count = inflate_some(out);
@@ -91,9 +88,10 @@ class DataStream::Source {
             m_zlib.avail_in = uInt(m_file.gcount());
         }
         if (m_zlib.avail_in == 0)
-            return damaged(m_path, m_ended ? "ends early: its compressed data hold less than its "
-                                             "sizes say"
-                                           : "ends early: its compressed data are cut off");
+            return unreadable(m_path, m_ended
+                                          ? "ends early: its compressed data hold less than its "
+                                            "sizes say"
+                                          : "ends early: its compressed data are cut off");
         if (m_ended) inflateReset(&m_zlib);
         const std::size_t room = std::min(out.size(), kPieceBytes);
         m_zlib.next_out = reinterpret_cast<Bytef*>(out.data());
@@ -101,8 +99,8 @@ class DataStream::Source {
         const int result = inflate(&m_zlib, Z_NO_FLUSH);
         m_ended = result == Z_STREAM_END;
         if (result != Z_OK && !m_ended)
-            return damaged(m_path, std::string("its compressed data are damaged (") +
-                                       (m_zlib.msg ? m_zlib.msg : "no gzip or zlib") + ")");
+            return unreadable(m_path, std::string("its compressed data are damaged (") +
+                                          (m_zlib.msg ? m_zlib.msg : "no gzip or zlib") + ")");
         return room - m_zlib.avail_out;
     }
 

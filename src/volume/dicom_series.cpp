@@ -3,6 +3,7 @@
 
 #include "volume/dicom_series.h"
 
+#include "core/errors.h"
 #include "volume/image_header.h"
 #include "volume/itk_io.h"
 #include "volume/text.h"
@@ -26,10 +27,6 @@ constexpr double kMaxShiftMm = 0.02;
 constexpr double kMaxLean = 1e-3;
 /// Difference between direction cosines that rounding explains.
 constexpr double kSameDirection = 1e-4;
-
-Error unsupported(const fs::path& path, const std::string& message) {
-    return {ErrorCode::Unsupported, path.string() + ": " + message};
-}
 
 /// Whether the pixels are laid out in a way that exists, and are all there.
 Status check_pixels(const DicomSlice& slice) {

@@ -3,6 +3,7 @@
 
 #include "volume/image_header.h"
 
+#include "core/errors.h"
 #include "volume/text.h"
 
 #include <cmath>
@@ -15,13 +16,6 @@ constexpr double kMinSpacingMm = 1e-6;
 constexpr double kMaxSpacingMm = 1e4;
 /// Cosine between axes that pass as perpendicular: 0.06 degrees.
 constexpr double kMaxSkew = 1e-3;
-
-Error unreadable(const fs::path& path, const std::string& message) {
-    return {ErrorCode::Unreadable, path.string() + ": " + message};
-}
-Error unsupported(const fs::path& path, const std::string& message) {
-    return {ErrorCode::Unsupported, path.string() + ": " + message};
-}
 
 }  // namespace
 

@@ -17,6 +17,8 @@
 #include <mutex>
 #include <new>
 
+#include "core/errors.h"
+
 namespace pliant {
 namespace fs = std::filesystem;
 namespace {
@@ -53,10 +55,6 @@ class QuietItk {
     locale_t m_plain_locale, m_locale;
     std::streambuf* m_stream;
 };
-
-Error damaged(const fs::path& path, const std::string& message) {
-    return {ErrorCode::Unreadable, path.string() + ": " + message};
-}
 
 /// Runs work that may throw whatever ITK throws.
 template <class Work>
@@ -182,7 +180,7 @@ Status itk_read_values(const fs::path& path, const ImageHeader& header, void* va
         const auto io = new_io(path, header.format, known);
         const auto count = voxel_count(header.grid) * std::size_t(header.components);
         if (std::size_t(io->GetImageSizeInBytes()) != count * size_of(header.component))
-            return damaged(path, "changed while it was read");
+            return unreadable(path, "changed while it was read");
         read_all(*io, values);
         return Ok{};
     });
@@ -198,7 +196,7 @@ Status itk_read_slice(const fs::path& path, int columns, int rows, VoxelBuilder&
         if (!component || io->GetNumberOfComponents() != 1 ||
             std::size_t(io->GetImageSizeInPixels()) != count ||
             io->GetDimensions(0) != itk::SizeValueType(columns))
-            return damaged(path, "its pixels aren't what its header says");
+            return unreadable(path, "its pixels aren't what its header says");
         std::vector<double> values((count * size_of(*component) + 7) / 8);  // aligned for all
         read_all(*io, values.data());
         voxels.add(*component, values.data(), count);

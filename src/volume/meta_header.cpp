@@ -4,6 +4,7 @@
 // MetaImage: lines `Field = Value`, the last of which says where the data are. World coordinates
 // are LPS, as everybody who writes the format takes them.
 
+#include "core/errors.h"
 #include "volume/data_check.h"
 #include "volume/image_header.h"
 #include "volume/itk_io.h"
@@ -18,7 +19,7 @@ namespace pliant {
 namespace fs = std::filesystem;
 namespace {
 
-constexpr std::size_t kMaxHeaderBytes = 1 << 16;
+constexpr std::size_t kMaxMetaHeaderBytes = 1 << 16;
 
 struct Fields {
     std::map<std::string, std::string, std::less<>> values;
@@ -38,12 +39,10 @@ struct Fields {
     }
 };
 
-Error damaged(const fs::path& path, const std::string& message) {
-    return {ErrorCode::Unreadable, path.string() + ": " + message};
-}
 Error bad_field(const fs::path& path, const char* field, std::string_view found,
                 const std::string& expected) {
-    return damaged(path, std::string(field) + " is '" + shown(found) + "', expected " + expected);
+    return unreadable(path,
+                      std::string(field) + " is '" + shown(found) + "', expected " + expected);
 }
 
 /// Lines as they are, without empty ones at the end.
@@ -68,7 +67,7 @@ bool is_geometry(std::string_view name) {
 
 Result<Fields> read_fields(const fs::path& path) {
     std::ifstream file(path, std::ios::binary);
-    std::string text(kMaxHeaderBytes, '\0');
+    std::string text(kMaxMetaHeaderBytes, '\0');
     file.read(text.data(), std::streamsize(text.size()));
     text.resize(std::size_t(file.gcount()));
     Fields fields;
@@ -79,12 +78,12 @@ Result<Fields> read_fields(const fs::path& path) {
         if (line.empty()) continue;
         const std::size_t equals = line.find_first_of("=:");
         if (equals == line.npos)
-            return damaged(path, "header line '" + shown(line) + "' has no '='");
+            return unreadable(path, "header line '" + shown(line) + "' has no '='");
         const std::string name(trimmed(line.substr(0, equals)));
         const std::string value(trimmed(line.substr(equals + 1)));
         // ITK goes by the first one, and reads until memory ends where that is a negative NDims.
         if (fields.values.contains(name) && is_geometry(name))
-            return damaged(path, name + " is there twice, expected once");
+            return unreadable(path, name + " is there twice, expected once");
         fields.names.push_back(name);
         fields.values[name] = value;
         if (name != "ElementDataFile") continue;
@@ -92,7 +91,7 @@ Result<Fields> read_fields(const fs::path& path) {
         if (lower_case(value).starts_with("list")) fields.listed_files = lines_of(text.substr(at));
         return fields;
     }
-    return damaged(path, "ends early: the header has no ElementDataFile");
+    return unreadable(path, "ends early: the header has no ElementDataFile");
 }
 
 /// ITK takes no notice of a number that overflows, and little of one that is no number.
@@ -218,12 +217,12 @@ Result<ImageHeader> read_meta_header(const fs::path& path) {
         if (status.error().code == ErrorCode::Unsupported)
             return bad_field(path, "ElementType", fields->value({"ElementType"}),
                              "MET_SHORT or the like");
-        return damaged(path, "its header can't be read, expected a MetaImage's");
+        return unreadable(path, "its header can't be read, expected a MetaImage's");
     }
     const auto count = std::int64_t(header.data.files.size());
     if (one_a_slice && count != header.sizes[2])
-        return damaged(path, "names " + std::to_string(count) + " data files, expected " +
-                                 std::to_string(header.sizes[2]) + ", one for each slice");
+        return unreadable(path, "names " + std::to_string(count) + " data files, expected " +
+                                    std::to_string(header.sizes[2]) + ", one for each slice");
     for (Vec3d& axis : header.grid.direction.columns) axis = normalized(axis);
     const auto place = [&](const std::string& key) {
         return std::find(fields->names.begin(), fields->names.end(), key);

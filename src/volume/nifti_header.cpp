@@ -6,6 +6,7 @@
 // same here and in programs that stand on ITK: the sform if it is the scanner's or the only one,
 // and has no shear, the qform otherwise.
 
+#include "core/errors.h"
 #include "volume/data_check.h"
 #include "volume/image_header.h"
 #include "volume/itk_io.h"
@@ -50,21 +51,14 @@ constexpr std::size_t kSizeofHdr = 0, kDim = 40, kDatatype = 70, kPixdim = 76, k
                       kSformCode = 254, kQuatern = 256, kSrow = 280, kMagic = 344;
 }  // namespace at
 
-Error damaged(const fs::path& path, const std::string& message) {
-    return {ErrorCode::Unreadable, path.string() + ": " + message};
-}
-Error unsupported(const fs::path& path, const std::string& message) {
-    return {ErrorCode::Unsupported, path.string() + ": " + message};
-}
-
 Result<Bytes> read_bytes(const fs::path& path) {
     Bytes header;
     const gzFile file = gzopen(path.c_str(), "rb");
-    if (!file) return damaged(path, "can't be opened");
+    if (!file) return unreadable(path, "can't be opened");
     const int count = gzread(file, header.bytes.data(), unsigned(kHeaderBytes));
     gzclose(file);
     if (count != int(kHeaderBytes))
-        return damaged(path, "is damaged or ends early: expected 348 bytes of NIfTI header");
+        return unreadable(path, "is damaged or ends early: expected 348 bytes of NIfTI header");
     if (header.get<std::int32_t>(at::kSizeofHdr) != std::int32_t(kHeaderBytes)) {
         header.swapped = true;
         const auto swapped_size = header.get<std::int32_t>(at::kSizeofHdr);
@@ -73,14 +67,14 @@ Result<Bytes> read_bytes(const fs::path& path) {
         if (size == 540 || swapped_size == 540)
             return unsupported(path, "is NIfTI-2, expected NIfTI-1");
         if (!header.swapped)
-            return damaged(
+            return unreadable(
                 path, "is no NIfTI file: sizeof_hdr is " + std::to_string(size) + ", expected 348");
     }
     const std::string_view magic(reinterpret_cast<const char*>(&header.bytes[at::kMagic]), 3);
     if (magic == "ni1")
         return unsupported(path, "is a NIfTI pair, expected header and data in one");
     if (magic != "n+1")
-        return damaged(path, "magic is '" + shown(magic) + "', expected 'n+1' (NIfTI-1)");
+        return unreadable(path, "magic is '" + shown(magic) + "', expected 'n+1' (NIfTI-1)");
     return header;
 }
 
@@ -102,7 +96,7 @@ Status read_type_and_sizes(const fs::path& path, const Bytes& bytes, ImageHeader
     header.stored = found->second;
     const int dimension = bytes.get<std::int16_t>(at::kDim);
     if (dimension < 1 || dimension > 7)
-        return damaged(path, "dim[0] is " + std::to_string(dimension) + ", expected 1 to 7");
+        return unreadable(path, "dim[0] is " + std::to_string(dimension) + ", expected 1 to 7");
     for (int a = 1; a <= dimension; ++a)
         header.sizes.push_back(bytes.get<std::int16_t>(at::kDim + 2 * std::size_t(a)));
     if (header.sizes.size() == 5 && header.sizes[3] == 1 && header.sizes[4] > 1) {
@@ -140,8 +134,8 @@ Status check_geometry(const fs::path& path, const Bytes& bytes) {
     const auto sform = sform_of(bytes);
     for (std::size_t a = 0; a < 3; ++a) {
         if (has_sform && (!is_finite(sform[a]) || norm(sform[a]) == 0))
-            return damaged(path,
-                           "sform has the axis (" + text_of(sform[a]) + "), expected a direction");
+            return unreadable(
+                path, "sform has the axis (" + text_of(sform[a]) + "), expected a direction");
         const double steps[] = {bytes.number(at::kPixdim + 4 + 4 * a), norm(sform[a])};
         for (const double step : std::span(steps, has_sform ? 2 : 1))
             if (Status status = check_spacing(path, int(a), step); !status) return status;
@@ -151,12 +145,12 @@ Status check_geometry(const fs::path& path, const Bytes& bytes) {
     for (std::size_t n = 0; n < 6 && bytes.get<std::int16_t>(at::kQformCode) > 0; ++n)
         if (const double number = bytes.number(at::kQuatern + 4 * n);
             !(std::abs(number) <= (n < 3 ? 1.01 : kMaxOriginMm)))
-            return damaged(path,
-                           "qform has " + text_of(number) + ", expected a rotation and a place");
+            return unreadable(path,
+                              "qform has " + text_of(number) + ", expected a rotation and a place");
     const double slope = bytes.number(at::kSclSlope), intercept = bytes.number(at::kSclInter);
     if ((slope == 0 || !std::isfinite(slope)) && std::isfinite(intercept) && intercept != 0)
-        return damaged(path, "scl_slope is " + text_of(slope) + " with scl_inter " +
-                                 text_of(intercept) + ", expected a slope");
+        return unreadable(path, "scl_slope is " + text_of(slope) + " with scl_inter " +
+                                    text_of(intercept) + ", expected a slope");
     return Ok{};
 }
 
@@ -190,7 +184,7 @@ void note_orientation(const Bytes& bytes, ImageHeader& header) {
 Status find_data(const fs::path& path, const Bytes& bytes, DataPlace& data) {
     const double offset = bytes.number(at::kVoxOffset);
     if (!(offset >= 352 && offset < 1e9))
-        return damaged(path, "vox_offset is " + text_of(offset) + ", expected 352 or more");
+        return unreadable(path, "vox_offset is " + text_of(offset) + ", expected 352 or more");
     data.files = {path};
     data.swapped = bytes.swapped;
     const auto start = std::uint64_t(offset);
@@ -216,7 +210,7 @@ Result<ImageHeader> read_nifti_header(const fs::path& path) {
     if (Status status = check_geometry(path, *bytes); !status) return status.error();
     if (Status status = find_data(path, *bytes, header.data); !status) return status.error();
     if (!itk_read_header(path, header))
-        return damaged(path, "its header can't be read, expected NIfTI-1");
+        return unreadable(path, "its header can't be read, expected NIfTI-1");
     // ITK scales the distances between voxels by the file's unit, but not the origin.
     const double slope = bytes->number(at::kSclSlope), intercept = bytes->number(at::kSclInter);
     header.data.plain = (slope == 0 || slope == 1) && intercept == 0;

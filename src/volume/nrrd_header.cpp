@@ -5,6 +5,7 @@
 // field that names the file with the data. ITK reads the lines; here they are searched for what ITK
 // would misread, for where the data are, and for words to say what ITK could not read.
 
+#include "core/errors.h"
 #include "volume/data_check.h"
 #include "volume/image_header.h"
 #include "volume/itk_io.h"
@@ -19,7 +20,7 @@ namespace pliant {
 namespace fs = std::filesystem;
 namespace {
 
-constexpr std::size_t kMaxHeaderBytes = 1 << 20;
+constexpr std::size_t kMaxNrrdHeaderBytes = 1 << 20;
 
 struct Lines {
     std::map<std::string, std::string, std::less<>> fields;
@@ -33,12 +34,10 @@ struct Lines {
     }
 };
 
-Error damaged(const fs::path& path, const std::string& message) {
-    return {ErrorCode::Unreadable, path.string() + ": " + message};
-}
 Error bad_field(const fs::path& path, std::string_view field, std::string_view found,
                 const std::string& expected) {
-    return damaged(path, std::string(field) + " is '" + shown(found) + "', expected " + expected);
+    return unreadable(path,
+                      std::string(field) + " is '" + shown(found) + "', expected " + expected);
 }
 
 /// Fields that may be written with or without a blank.
@@ -55,7 +54,7 @@ std::string field_name(std::string_view text) {
 
 Result<Lines> read_lines(const fs::path& path) {
     std::ifstream file(path, std::ios::binary);
-    std::string text(kMaxHeaderBytes, '\0');
+    std::string text(kMaxNrrdHeaderBytes, '\0');
     file.read(text.data(), std::streamsize(text.size()));
     text.resize(std::size_t(file.gcount()));
     Lines lines;
@@ -78,7 +77,7 @@ Result<Lines> read_lines(const fs::path& path) {
         }
         const std::size_t colon = line.find(':');
         if (colon == line.npos)
-            return damaged(path, "header line '" + shown(line) + "' has no colon");
+            return unreadable(path, "header line '" + shown(line) + "' has no colon");
         if (line.substr(colon).starts_with(":=")) {
             lines.keys += '\n' + std::string(line);
             continue;
@@ -88,7 +87,7 @@ Result<Lines> read_lines(const fs::path& path) {
         list = name == "data file" && lower_case(lines.fields[name]).starts_with("list");
     }
     if (lines.field("data file").empty())
-        return damaged(path, "ends early: the header has no end and names no data file");
+        return unreadable(path, "ends early: the header has no end and names no data file");
     return lines;
 }
 
@@ -111,9 +110,10 @@ Error explained(const fs::path& path, const Lines& lines, std::string_view descr
     if (description.find("require endian info") != description.npos) field = "endian";
     if (description.find("type is block") != description.npos) field = "type";
     if (!lines.fields.contains(field) && field != "endian")
-        return damaged(path, "its header can't be read (" +
-                                 shown(trimmed(description.substr(description.rfind(": ") + 1))) +
-                                 "), expected that of a NRRD file");
+        return unreadable(path,
+                          "its header can't be read (" +
+                              shown(trimmed(description.substr(description.rfind(": ") + 1))) +
+                              "), expected that of a NRRD file");
     const auto expected = kExpected.find(field);
     return bad_field(path, field, lines.field(field),
                      expected == kExpected.end() ? "another value" : expected->second);

@@ -6,6 +6,7 @@
 
 #include <pliant/phantom.h>
 
+#include "core/errors.h"
 #include "volume/phantom_scene.h"
 
 #include <array>
@@ -44,10 +45,6 @@ std::string shortest(double value) {
 }
 std::string fixed(Vec3d v, int decimals) {
     return fixed(v.x, decimals) + "," + fixed(v.y, decimals) + "," + fixed(v.z, decimals);
-}
-
-Error invalid(std::string message) {
-    return {ErrorCode::InvalidArgument, std::move(message)};
 }
 
 Status check_size(const PhantomSettings& settings) {

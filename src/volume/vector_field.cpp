@@ -3,6 +3,7 @@
 
 // Displacement fields and grid transforms: NRRD with three numbers per voxel.
 
+#include "core/errors.h"
 #include "volume/data_check.h"
 #include "volume/data_stream.h"
 #include "volume/image_file.h"
@@ -19,10 +20,6 @@
 namespace pliant {
 namespace fs = std::filesystem;
 namespace {
-
-Error unsupported(const fs::path& path, const std::string& message) {
-    return {ErrorCode::Unsupported, path.string() + ": " + message};
-}
 
 Result<ImageHeader> read_field_header(const fs::path& path) {
     if (Status status = check_file(path); !status) return status.error();

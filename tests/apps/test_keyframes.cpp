@@ -9,14 +9,12 @@
 
 #include <cmath>
 #include <fstream>
-#include <nlohmann/json.hpp>
 
+#include "support/json.h"
 #include "support/temporary_folder.h"
 
 namespace pliant::test {
 namespace {
-
-using Json = nlohmann::json;
 
 Json frame(double seconds, Vec3d eye, Vec3d look, Vec3d up, double field, double iso, double window,
            double level) {

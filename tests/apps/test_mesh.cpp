@@ -8,14 +8,12 @@
 #include <sys/wait.h>
 
 #include <cstdlib>
-#include <nlohmann/json.hpp>
 
+#include "support/json.h"
 #include "support/temporary_folder.h"
 
 namespace pliant::test {
 namespace {
-
-using Json = nlohmann::json;
 
 class MeshTest : public ::testing::Test {
   protected:

@@ -10,17 +10,16 @@
 #include <algorithm>
 #include <cstdlib>
 #include <fstream>
-#include <nlohmann/json.hpp>
 #include <random>
 #include <sstream>
 
 #include "../../apps/pliant/camera_path.h"
+#include "support/json.h"
 #include "support/temporary_folder.h"
 
 namespace pliant::test {
 namespace {
 
-using Json = nlohmann::json;
 namespace fs = std::filesystem;
 
 std::string text_of(const fs::path& file) {

@@ -13,16 +13,15 @@
 #include <cstdio>
 #include <cstdlib>
 #include <fstream>
-#include <nlohmann/json.hpp>
 #include <set>
 #include <sstream>
 
+#include "support/json.h"
 #include "support/temporary_folder.h"
 
 namespace pliant::test {
 namespace {
 
-using Json = nlohmann::json;
 namespace fs = std::filesystem;
 
 std::string text_of(const fs::path& file) {

@@ -16,7 +16,7 @@
 namespace pliant::test {
 namespace {
 
-constexpr std::uint64_t kSeed = 20260301;
+constexpr std::uint64_t kCutSeed = 20260301;
 
 ChainMail bounded_tissue(const Volume& volume, const TaskArena& arena) {
     ChainMailSettings settings;
@@ -97,8 +97,8 @@ void expect_parted(const ChainMail& tissue, Vec3d point, Vec3d normal) {
 TEST(Cut, PlaneOfAnyOrientationPartsItsTwoSides) {
     const TaskArena arena(2);
     for (std::uint64_t n = 0; n < 60; ++n) {
-        SCOPED_TRACE("seed " + std::to_string(kSeed + n));
-        Random random(kSeed + n);
+        SCOPED_TRACE("seed " + std::to_string(kCutSeed + n));
+        Random random(kCutSeed + n);
         Volume volume = block({random.whole(5, 11), random.whole(5, 11), random.whole(5, 11)});
         volume.grid.spacing_mm = {random.real(0.5, 2), random.real(0.5, 2), random.real(0.5, 2)};
         volume.grid.direction = random.rotation(n % 2);
@@ -178,7 +178,7 @@ bool crosses_in_doubles(const Triangle& t, Place p, Place q) {
 }
 
 TEST(Cut, SegmentsCrossTrianglesWhereGeometrySays) {
-    Random random(kSeed);
+    Random random(kCutSeed);
     const auto anywhere = [&](int reach) {
         return Place{random.whole(-reach, reach), random.whole(-reach, reach),
                      random.whole(-reach, reach)};
@@ -190,7 +190,7 @@ TEST(Cut, SegmentsCrossTrianglesWhereGeometrySays) {
         const Place p = anywhere(reach), q = anywhere(reach);
         const bool expected = crosses_in_doubles(t, p, q);
         crossing += expected;
-        ASSERT_EQ(crosses(t, p, q), expected) << "seed " << kSeed << ", case " << n;
+        ASSERT_EQ(crosses(t, p, q), expected) << "seed " << kCutSeed << ", case " << n;
         ASSERT_EQ(crosses(t, q, p), expected);
         ASSERT_EQ(crosses({t[2], t[1], t[0]}, p, q), expected);
     }
@@ -350,7 +350,7 @@ TEST(Carve, ToolsOfNoUseAreRefused) {
 }
 
 /// Pushes, cuts and carvings in turn, each push compared with the oracle bit for bit.
-void run_instance(std::uint64_t seed) {
+void run_cut_instance(std::uint64_t seed) {
     Random random(seed);
     const TaskArena arena(2);
     const Instance instance = random_instance(random, 4, 8, true);
@@ -401,8 +401,8 @@ void run_instance(std::uint64_t seed) {
 
 TEST(Cut, SolversEqualTheOracleAmongCutsAndVoids) {
     for (std::uint64_t n = 0; n < 60 && !::testing::Test::HasFailure(); ++n) {
-        SCOPED_TRACE("seed " + std::to_string(kSeed + n));
-        run_instance(kSeed + n);
+        SCOPED_TRACE("seed " + std::to_string(kCutSeed + n));
+        run_cut_instance(kCutSeed + n);
     }
 }
 

@@ -18,7 +18,7 @@
 namespace pliant::test {
 namespace {
 
-constexpr std::uint64_t kSeed = 20260401;
+constexpr std::uint64_t kDragSeed = 20260401;
 
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
 constexpr std::uint64_t kDrags = 20;
@@ -119,8 +119,8 @@ ChainMailSolver random_solver(Random& random) {
 TEST(Drag, IsBitForBitAPushOfTheSameElementsByTheSameSteps) {
     Outcomes outcomes;
     for (std::uint64_t n = 0; n < kDrags && !::testing::Test::HasFatalFailure(); ++n) {
-        SCOPED_TRACE("seed " + std::to_string(kSeed + n));
-        Random random(kSeed + n);
+        SCOPED_TRACE("seed " + std::to_string(kDragSeed + n));
+        Random random(kDragSeed + n);
         const TaskArena arena(1 + int(n % 2));
         const Instance instance = drag_instance(random);
         ChainMail dragged = tissue_of(instance, arena, random_solver(random));
@@ -141,8 +141,8 @@ TEST(Drag, IsBitForBitAPushOfTheSameElementsByTheSameSteps) {
 TEST(Drag, IsBitForBitAPushThroughAirToo) {
     Outcomes outcomes;
     for (std::uint64_t n = 0; n < kDrags / 2 && !::testing::Test::HasFatalFailure(); ++n) {
-        SCOPED_TRACE("seed " + std::to_string(kSeed + n));
-        Random random(kSeed + n);
+        SCOPED_TRACE("seed " + std::to_string(kDragSeed + n));
+        Random random(kDragSeed + n);
         const TaskArena arena(1 + int(n % 2));
         const Volume volume = scan_with_air(random, 20);
         ChainMailSettings settings = settings_with_air(random);
@@ -208,11 +208,11 @@ TEST(DragKernel, VectorsGiveTheBitsOfPlainLoopsOnEveryInstructionSet) {
         hwy::GetChosenTarget().Update(hwy::SupportedTargets());
         ++targets;
         for (std::uint64_t n = 0; n < 200; ++n) {
-            Random random(kSeed + n);
+            Random random(kDragSeed + n);
             const DraggedArrays arrays(random);
             const std::vector<Fixed> plain = results_of(plain_move_dragged(), arrays);
             ASSERT_EQ(results_of(vector_move_dragged(), arrays), plain)
-                << hwy::TargetName(rest & -rest) << ", seed " << kSeed + n;
+                << hwy::TargetName(rest & -rest) << ", seed " << kDragSeed + n;
             whole += plain[0] > 0 && !plain[1];
             partly += plain[0] > 0 && plain[1];
         }

@@ -18,7 +18,7 @@
 namespace pliant::test {
 namespace {
 
-constexpr std::uint64_t kSeed = 20261121;
+constexpr std::uint64_t kDragFieldsSeed = 20261121;
 
 /// Where the bricks of a lattice lie in one direction: sign·u, after a solve.
 template <class Place>
@@ -117,8 +117,8 @@ void check_fields(std::uint64_t seed, Found& found) {
 TEST(DragFields, EqualSixSolvesOfTheHeap) {
     Found found;
     for (std::uint64_t n = 0; n < 100 && !::testing::Test::HasFatalFailure(); ++n) {
-        SCOPED_TRACE("seed " + std::to_string(kSeed + n));
-        check_fields(kSeed + n, found);
+        SCOPED_TRACE("seed " + std::to_string(kDragFieldsSeed + n));
+        check_fields(kDragFieldsSeed + n, found);
     }
     EXPECT_GT(found.shared, 50);
     EXPECT_GT(found.split, 200);
@@ -168,11 +168,11 @@ TEST(DragFields, ElementsFarApartAreHeldByFieldsOfTheirOwn) {
     }
 }
 
-constexpr int kElements = 512;
+constexpr int kBrickElements = 512;
 
 struct LookedAtArrays {
-    alignas(64) std::array<std::array<Fixed, kElements>, 6> fields{};
-    alignas(64) std::array<std::array<Fixed, kElements>, 3> u{};
+    alignas(64) std::array<std::array<Fixed, kBrickElements>, 6> fields{};
+    alignas(64) std::array<std::array<Fixed, kBrickElements>, 3> u{};
     FieldsOfBrick brick{};
 
     explicit LookedAtArrays(Random& random) {
@@ -198,15 +198,15 @@ TEST(DragKernel, LooksGiveTheSameOnEveryInstructionSet) {
         hwy::GetChosenTarget().Update(hwy::SupportedTargets());
         ++targets;
         for (std::uint64_t n = 0; n < 200; ++n) {
-            Random random(kSeed + n);
+            Random random(kDragFieldsSeed + n);
             const LookedAtArrays arrays(random);
-            const LookAtFields plain = plain_look_at_fields()(arrays.brick, kElements);
-            const LookAtFields vectors = vector_look_at_fields()(arrays.brick, kElements);
+            const LookAtFields plain = plain_look_at_fields()(arrays.brick, kBrickElements);
+            const LookAtFields vectors = vector_look_at_fields()(arrays.brick, kBrickElements);
             ASSERT_EQ(vectors.reached, plain.reached)
-                << hwy::TargetName(rest & -rest) << ", seed " << kSeed + n;
+                << hwy::TargetName(rest & -rest) << ", seed " << kDragFieldsSeed + n;
             ASSERT_EQ(vectors.highest, plain.highest)
-                << hwy::TargetName(rest & -rest) << ", seed " << kSeed + n;
-            partly += plain.reached > 0 && plain.reached < kElements;
+                << hwy::TargetName(rest & -rest) << ", seed " << kDragFieldsSeed + n;
+            partly += plain.reached > 0 && plain.reached < kBrickElements;
         }
     }
     hwy::SetSupportedTargetsForTest(0);

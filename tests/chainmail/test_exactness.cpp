@@ -16,7 +16,7 @@
 namespace pliant::test {
 namespace {
 
-constexpr std::uint64_t kSeed = 20260101;
+constexpr std::uint64_t kExactnessSeed = 20260101;
 
 // The brute force is slow under a sanitizer, which looks at memory and not at the numbers.
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
@@ -68,7 +68,7 @@ Errors compare(const ChainMail& tissue, const Oracle<std::int64_t>& exact,
     return errors;
 }
 
-void run_instance(std::uint64_t seed) {
+void run_exact_instance(std::uint64_t seed) {
     Random random(seed);
     const TaskArena arena(1 + int(seed % 2));
     const Instance instance = random_instance(random, 4, 9, true);
@@ -107,13 +107,13 @@ void run_instance(std::uint64_t seed) {
 
 TEST(Exactness, SolversEqualTheOracleOnRandomLattices) {
     for (std::uint64_t n = 0; n < kInstances && !::testing::Test::HasFailure(); ++n) {
-        SCOPED_TRACE("seed " + std::to_string(kSeed + n));
-        run_instance(kSeed + n);
+        SCOPED_TRACE("seed " + std::to_string(kExactnessSeed + n));
+        run_exact_instance(kExactnessSeed + n);
     }
 }
 
 TEST(Exactness, TheOracleNoticesASingleUnit) {
-    Random random(kSeed);
+    Random random(kExactnessSeed);
     const TaskArena arena(1);
     const Instance instance = random_instance(random, 6, 6, false);
     ChainMail tissue = make_tissue(instance, ChainMailSolver::Sweep, 8, arena);
@@ -128,7 +128,7 @@ TEST(Exactness, TheOracleNoticesASingleUnit) {
 }
 
 TEST(Exactness, LargeHeterogeneousPushIsTheSameForEverySolverBrickSizeAndThreadCount) {
-    Random random(kSeed + 7);
+    Random random(kExactnessSeed + 7);
     const Instance instance = random_instance(random, 40, 48, false);
     const std::vector<Vec3i> first = {{20, 20, 20}, {21, 20, 20}}, second = {{25, 18, 22}};
     std::set<std::uint64_t> hashes;

@@ -19,7 +19,7 @@
 namespace pliant::test {
 namespace {
 
-constexpr std::uint64_t kSeed = 20260301;
+constexpr std::uint64_t kGraphSeed = 20260301;
 
 using Int = std::int64_t;
 
@@ -150,8 +150,8 @@ void run_random_graph(std::uint64_t seed) {
 
 TEST(Graph, AllQueuesEqualBruteForceOnRandomGraphs) {
     for (std::uint64_t n = 0; n < 300 && !::testing::Test::HasFailure(); ++n) {
-        SCOPED_TRACE("seed " + std::to_string(kSeed + n));
-        run_random_graph(kSeed + n);
+        SCOPED_TRACE("seed " + std::to_string(kGraphSeed + n));
+        run_random_graph(kGraphSeed + n);
     }
 }
 
@@ -238,8 +238,8 @@ void run_random_lattice(std::uint64_t seed) {
 
 TEST(Graph, LatticesInTwoAndThreeDimensionsWithHolesAndAnyNeighboursEqualBruteForce) {
     for (std::uint64_t n = 0; n < 80 && !::testing::Test::HasFailure(); ++n) {
-        SCOPED_TRACE("seed " + std::to_string(kSeed + n));
-        run_random_lattice(kSeed + n);
+        SCOPED_TRACE("seed " + std::to_string(kGraphSeed + n));
+        run_random_lattice(kGraphSeed + n);
     }
 }
 
@@ -322,13 +322,13 @@ void run_against_chainmail(std::uint64_t seed, bool bounded) {
 
 TEST(Graph, ALatticeGivesTheSameBitsAsChainMailItself) {
     for (std::uint64_t n = 0; n < 80 && !::testing::Test::HasFailure(); ++n) {
-        SCOPED_TRACE("seed " + std::to_string(kSeed + n));
-        run_against_chainmail(kSeed + n, n % 2 == 0);
+        SCOPED_TRACE("seed " + std::to_string(kGraphSeed + n));
+        run_against_chainmail(kGraphSeed + n, n % 2 == 0);
     }
 }
 
 TEST(Graph, LargePushIsTheSameForEveryQueueAndThreadCount) {
-    Random random(kSeed);
+    Random random(kGraphSeed);
     const Instance instance = random_instance(random, 40, 44, false);
     const auto graph = graph_of_lattice(lattice_of(instance, 0), Neighbours::All);
     ASSERT_TRUE(graph.ok());

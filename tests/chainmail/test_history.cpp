@@ -14,10 +14,10 @@
 namespace pliant::test {
 namespace {
 
-constexpr std::uint64_t kSeed = 20260302;
+constexpr std::uint64_t kHistorySeed = 20260302;
 
 TEST(HistoryCodec, AnyChangeComesBack) {
-    Random random(kSeed);
+    Random random(kHistorySeed);
     for (int n = 0; n < 400; ++n) {
         const int size = random.whole(2, 9);
         const auto count = std::size_t(size * size * size);
@@ -74,7 +74,7 @@ TEST(HistoryKernel, VectorsGiveTheBitsOfPlainLoopsOnEveryInstructionSet) {
         hwy::GetChosenTarget().Update(hwy::SupportedTargets());
         ++targets;
         for (std::uint64_t n = 0; n < 100; ++n) {
-            Random random(kSeed + n);
+            Random random(kHistorySeed + n);
             std::vector<Fixed> before(512), after(512);
             const bool any_number = n % 2 == 0;
             for (Fixed& u : before) u = any_number ? Fixed(random.next()) : random.whole(-9, 9);
@@ -85,7 +85,7 @@ TEST(HistoryKernel, VectorsGiveTheBitsOfPlainLoopsOnEveryInstructionSet) {
                 for (Fixed& u : after) u = any_number ? Fixed(random.next()) : random.whole(-9, 9);
             ASSERT_EQ(planes_of(vector_change_kernels(), before, after),
                       planes_of(plain_change_kernels(), before, after))
-                << hwy::TargetName(rest & -rest) << ", seed " << kSeed + n;
+                << hwy::TargetName(rest & -rest) << ", seed " << kHistorySeed + n;
         }
     }
     hwy::SetSupportedTargetsForTest(0);
@@ -94,7 +94,7 @@ TEST(HistoryKernel, VectorsGiveTheBitsOfPlainLoopsOnEveryInstructionSet) {
 }
 
 TEST(HistoryCodec, DamagedBytesAreRefusedOrDecodeWithoutACrash) {
-    Random random(kSeed);
+    Random random(kHistorySeed);
     const int size = 4, count = 64;
     std::vector<Fixed> before(3 * count, 0), after(3 * count);
     for (Fixed& u : after) u = random.whole(-100'000, 100'000);
@@ -135,7 +135,7 @@ void random_step(Random& random, ChainMail& tissue, double reach) {
     }
 }
 
-void run_instance(std::uint64_t seed) {
+void run_history_instance(std::uint64_t seed) {
     Random random(seed);
     const TaskArena arena(random.whole(1, 2));
     const Instance instance = random_instance(random, 5, 12, true);
@@ -181,8 +181,8 @@ void run_instance(std::uint64_t seed) {
 
 TEST(History, UndoAndRedoGiveTheSameBitsAfterAnySteps) {
     for (std::uint64_t n = 0; n < 30 && !::testing::Test::HasFailure(); ++n) {
-        SCOPED_TRACE("seed " + std::to_string(kSeed + n));
-        run_instance(kSeed + n);
+        SCOPED_TRACE("seed " + std::to_string(kHistorySeed + n));
+        run_history_instance(kHistorySeed + n);
     }
 }
 
@@ -231,7 +231,7 @@ TEST_F(HistoryTest, BytesStayWithinTheBound) {
     settings.max_movement_mm = 200;
     const Volume large = block({80, 80, 80});
     ChainMail tissue = tissue_of(large, arena, settings);
-    Random random(kSeed);
+    Random random(kHistorySeed);
     int forgotten = 0;
     for (int n = 0; n < 60; ++n) {
         const auto report =

@@ -15,7 +15,7 @@
 namespace pliant::test {
 namespace {
 
-constexpr std::uint64_t kSeed = 20260304;
+constexpr std::uint64_t kObjectsSeed = 20260304;
 constexpr double kUnitMm = 1.0 / (1 << 20);
 
 Volume block_at(Vec3d origin_mm, Vec3i size, int value = 40) {
@@ -194,8 +194,8 @@ void run_scene(std::uint64_t seed, Counts& counts) {
 TEST(Objects, StopWhereManySmallStepsWouldStop) {
     Counts counts;
     for (std::uint64_t n = 0; n < 50 && !::testing::Test::HasFailure(); ++n) {
-        SCOPED_TRACE("seed " + std::to_string(kSeed + n));
-        run_scene(kSeed + n, counts);
+        SCOPED_TRACE("seed " + std::to_string(kObjectsSeed + n));
+        run_scene(kObjectsSeed + n, counts);
     }
     EXPECT_GT(counts.stopped, 50);
     EXPECT_GT(counts.as_sub_steps, counts.stopped * 9 / 10) << "of " << counts.stopped;

@@ -15,7 +15,7 @@
 namespace pliant::test {
 namespace {
 
-constexpr std::uint64_t kSeed = 20260401;
+constexpr std::uint64_t kOrderingsSeed = 20260401;
 
 constexpr Ordering kAll[] = {Ordering::GibsonConvex,  Ordering::GibsonLists, Ordering::SchillOnce,
                              Ordering::SchillRequeue, Ordering::LiOnce,      Ordering::LiRequeue,
@@ -145,21 +145,21 @@ void compare_homogeneous(std::uint64_t seed, std::span<const Ordering> orderings
 TEST(Orderings, FromRestInOneMaterialGibsonsListsAreExactForAnyLimitsOfABox) {
     const Ordering orderings[] = {Ordering::GibsonConvex, Ordering::GibsonLists};
     for (std::uint64_t n = 0; n < 300 && !::testing::Test::HasFailure(); ++n) {
-        SCOPED_TRACE("seed " + std::to_string(kSeed + n));
-        compare_homogeneous(kSeed + n, orderings);
+        SCOPED_TRACE("seed " + std::to_string(kOrderingsSeed + n));
+        compare_homogeneous(kOrderingsSeed + n, orderings);
     }
 }
 
 TEST(Orderings, FromRestWithEqualLimitsInAllDirectionsEveryOrderingIsExact) {
-    Random random(kSeed);
+    Random random(kOrderingsSeed);
     for (int n = 0; n < 60; ++n) {
         const ChainLattice lattice =
             homogeneous({random.whole(2, 12), random.whole(2, 12), random.whole(1, 12)}, 0.2);
         const Step step{{random.whole(0, lattice.size.x * lattice.size.y * lattice.size.z - 1)},
                         random.vector(2)};
         for (const Ordering ordering : kAll) {
-            SCOPED_TRACE(std::string(name_of(ordering)) + ", seed " + std::to_string(kSeed) +
-                         ", instance " + std::to_string(n));
+            SCOPED_TRACE(std::string(name_of(ordering)) + ", seed " +
+                         std::to_string(kOrderingsSeed) + ", instance " + std::to_string(n));
             EXPECT_LT(compare(lattice, ordering, {{step}}).max_distance, kFloats);
         }
     }
@@ -167,8 +167,8 @@ TEST(Orderings, FromRestWithEqualLimitsInAllDirectionsEveryOrderingIsExact) {
 
 TEST(Orderings, ASecondPushAfterAnotherDirectionIsExactForGibsonsListsToo) {
     for (std::uint64_t n = 0; n < 100 && !::testing::Test::HasFailure(); ++n) {
-        Random random(kSeed + n);
-        SCOPED_TRACE("seed " + std::to_string(kSeed + n));
+        Random random(kOrderingsSeed + n);
+        SCOPED_TRACE("seed " + std::to_string(kOrderingsSeed + n));
         const ChainLattice lattice = homogeneous({8, 8, 6}, 0.2);
         const std::int32_t element = random.whole(0, 8 * 8 * 6 - 1);
         const Step steps[] = {{{element}, random.vector(2)},
@@ -179,12 +179,12 @@ TEST(Orderings, ASecondPushAfterAnotherDirectionIsExactForGibsonsListsToo) {
 }
 
 TEST(Orderings, WithSeveralMaterialsEveryOrderingLeavesViolatedLinksAndTheExactOneNone) {
-    Random random(kSeed);
+    Random random(kOrderingsSeed);
     const ChainLattice lattice = heterogeneous(random, 20, 0.5);
     const Step step{{number(lattice, {10, 10, 10})}, {1.5, -1, 0.75}};
     for (const Ordering ordering : kAll) {
         if (ordering == Ordering::GibsonConvex) continue;
-        SCOPED_TRACE(std::string(name_of(ordering)) + ", seed " + std::to_string(kSeed));
+        SCOPED_TRACE(std::string(name_of(ordering)) + ", seed " + std::to_string(kOrderingsSeed));
         const Comparison found = compare(lattice, ordering, {{step}});
         EXPECT_GT(found.violated_links, 0);
         EXPECT_GT(found.max_violation, 0.1);
@@ -197,13 +197,13 @@ TEST(Orderings, WithSeveralMaterialsEveryOrderingLeavesViolatedLinksAndTheExactO
 TEST(Orderings, SchillsListIsExactWhereALinkAllowsTheSameInAllComponentsAndDirections) {
     // A path's slack is then its length minus how far its ends are apart, whatever the component:
     // one order suits all three, in any state.
-    Random random(kSeed);
+    Random random(kOrderingsSeed);
     const ChainLattice lattice = heterogeneous(random, 20, 1);
     std::vector<Step> drag;
     for (int n = 0; n < 6; ++n)
         drag.push_back({{number(lattice, {10, 10, 10 - n % 2})}, random.vector(1)});
     for (const Ordering ordering : {Ordering::SchillOnce, Ordering::SchillRequeue}) {
-        SCOPED_TRACE(std::string(name_of(ordering)) + ", seed " + std::to_string(kSeed));
+        SCOPED_TRACE(std::string(name_of(ordering)) + ", seed " + std::to_string(kOrderingsSeed));
         EXPECT_EQ(compare(lattice, ordering, drag).max_distance, 0);
     }
 }
@@ -306,7 +306,7 @@ TEST(Orderings, AMovementLimitHalvesTheStepToo) {
 }
 
 TEST(Orderings, ListsOnAGraphAreTheSameAsOnItsLattice) {
-    Random random(kSeed);
+    Random random(kOrderingsSeed);
     const ChainLattice lattice = heterogeneous(random, 10, 0.5);
     const auto graph = graph_of_lattice(lattice, Neighbours::Faces);
     for (const Ordering ordering :

@@ -17,7 +17,7 @@
 namespace pliant::test {
 namespace {
 
-constexpr std::uint64_t kSeed = 20260417;
+constexpr std::uint64_t kRelaxStepsSeed = 20260417;
 
 /// The random law, and strain beyond part of its limits stays.
 ChainMailSettings yielding_settings(Random& random, const Instance& instance) {
@@ -121,8 +121,8 @@ void run_history(std::uint64_t seed, int& imprints) {
 TEST(RelaxSteps, UndoAndRedoBringDisplacementsAndImprintsBack) {
     int imprints = 0;
     for (std::uint64_t n = 0; n < 12 && !::testing::Test::HasFailure(); ++n) {
-        SCOPED_TRACE("seed " + std::to_string(kSeed + n));
-        run_history(kSeed + n, imprints);
+        SCOPED_TRACE("seed " + std::to_string(kRelaxStepsSeed + n));
+        run_history(kRelaxStepsSeed + n, imprints);
     }
     EXPECT_GT(imprints, 20);
 }
@@ -204,8 +204,8 @@ void run_drag(std::uint64_t seed, int& moved_by_relaxation) {
 TEST(RelaxSteps, DragThatRelaxesBetweenItsStepsEqualsPushesThatDo) {
     int moved_by_relaxation = 0;
     for (std::uint64_t n = 0; n < 40 && !::testing::Test::HasFailure(); ++n) {
-        SCOPED_TRACE("seed " + std::to_string(kSeed + n));
-        run_drag(kSeed + n, moved_by_relaxation);
+        SCOPED_TRACE("seed " + std::to_string(kRelaxStepsSeed + n));
+        run_drag(kRelaxStepsSeed + n, moved_by_relaxation);
     }
     EXPECT_GT(moved_by_relaxation, 100);
 }

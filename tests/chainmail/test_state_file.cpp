@@ -15,7 +15,7 @@
 namespace pliant::test {
 namespace {
 
-constexpr std::uint64_t kSeed = 20260303;
+constexpr std::uint64_t kStateFileSeed = 20260303;
 
 Volume noisy_block(Vec3i size, std::uint64_t seed) {
     Random random(seed);
@@ -50,7 +50,7 @@ class StateFileTest : public ::testing::Test {
     }
 
     TaskArena arena{2};
-    Volume volume = noisy_block({20, 18, 16}, kSeed);
+    Volume volume = noisy_block({20, 18, 16}, kStateFileSeed);
     TemporaryFolder folder;
     std::filesystem::path file = folder / "state.plst";
 };
@@ -158,7 +158,7 @@ TEST_F(StateFileTest, OtherScansAreRefusedByWhatDiffers) {
         EXPECT_EQ(message.find('\n'), std::string::npos);
         EXPECT_EQ(tissue.state().moved_elements, 0);
     };
-    expect_refused(noisy_block({20, 18, 17}, kSeed),
+    expect_refused(noisy_block({20, 18, 17}, kStateFileSeed),
                    "of 20 x 18 x 16 voxels instead of 20 x 18 x 17");
     Volume other = volume;
     other.grid.spacing_mm.z = 1.6;
@@ -181,11 +181,11 @@ TEST_F(StateFileTest, EveryTruncationIsRefusedAndChangesNothing) {
     ChainMail tissue = tissue_of(volume);
     ASSERT_TRUE(tissue.push({.point_mm = middle(), .push_mm = {0, 0, 1}}).ok());
     const std::uint64_t before = tissue.hash();
-    Random random(kSeed);
+    Random random(kStateFileSeed);
     for (int n = 0; n < 300; ++n) {
         const int length = n < 60 ? n : random.whole(60, int(whole.size()) - 1);
         folder.write("state.plst", whole.substr(0, std::size_t(length)));
-        ASSERT_NE(error_of(tissue), "") << "seed " << kSeed << ", length " << length;
+        ASSERT_NE(error_of(tissue), "") << "seed " << kStateFileSeed << ", length " << length;
     }
     folder.write("state.plst", whole + "x");
     EXPECT_NE(error_of(tissue), "");
@@ -198,13 +198,13 @@ TEST_F(StateFileTest, EveryFlippedBitIsRefused) {
     ASSERT_TRUE(saved.save_state(file).ok());
     const std::string whole = bytes_of(file);
     ChainMail tissue = tissue_of(volume);
-    Random random(kSeed);
+    Random random(kStateFileSeed);
     for (int n = 0; n < 500; ++n) {
         std::string damaged = whole;
         const int at = n < 200 ? n : random.whole(0, int(whole.size()) - 1);
         damaged[std::size_t(at)] = char(damaged[std::size_t(at)] ^ 1 << random.whole(0, 7));
         folder.write("state.plst", damaged);
-        ASSERT_NE(error_of(tissue), "") << "seed " << kSeed << ", byte " << at;
+        ASSERT_NE(error_of(tissue), "") << "seed " << kStateFileSeed << ", byte " << at;
     }
     EXPECT_EQ(tissue.state().moved_elements, 0);
 }
@@ -216,7 +216,7 @@ TEST_F(StateFileTest, DamageBehindARightChecksumDoesNotCrash) {
     ASSERT_TRUE(saved.save_state(file).ok());
     const std::string whole = bytes_of(file);
     ChainMail tissue = tissue_of(volume);
-    Random random(kSeed);
+    Random random(kStateFileSeed);
     for (int n = 0; n < 400; ++n) {
         // Behind magic, version, flags, length and fingerprint: what a person with a tool may
         // forge.
@@ -237,7 +237,8 @@ TEST_F(StateFileTest, DamageBehindARightChecksumDoesNotCrash) {
         const std::string message = error_of(tissue);
         if (message.empty()) {
             // What got through must be a valid lattice all the same.
-            ASSERT_LT(tissue.state().max_violation_mm, 1e-9) << "seed " << kSeed << ", case " << n;
+            ASSERT_LT(tissue.state().max_violation_mm, 1e-9)
+                << "seed " << kStateFileSeed << ", case " << n;
         } else {
             ASSERT_EQ(message.find('\n'), std::string::npos) << message;
         }

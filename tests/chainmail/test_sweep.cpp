@@ -19,7 +19,7 @@
 namespace pliant::test {
 namespace {
 
-constexpr std::uint64_t kSeed = 20260301;
+constexpr std::uint64_t kSweepSeed = 20260301;
 
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
 constexpr std::uint64_t kInstances = 16;
@@ -144,8 +144,8 @@ template <class Prepare>
 void run_scenes(const Prepare& prepare) {
     int fitting = 0;
     for (std::uint64_t n = 0; n < kInstances && !::testing::Test::HasFatalFailure(); ++n) {
-        SCOPED_TRACE("seed " + std::to_string(kSeed + n));
-        Scene scene(kSeed + n);
+        SCOPED_TRACE("seed " + std::to_string(kSweepSeed + n));
+        Scene scene(kSweepSeed + n);
         prepare(scene);
         for (int step = 0; step < 3 && scene.fits && !::testing::Test::HasFatalFailure(); ++step)
             scene.push_and_compare();
@@ -290,10 +290,10 @@ TEST(Sweep, VectorKernelsGiveTheBitsOfThePlainOnesOnEveryInstructionSet) {
         const SweepKernels& kernels = vector_sweep_kernels();
         ++targets;
         for (std::uint64_t n = 0; n < 200; ++n) {
-            Random random(kSeed + n);
+            Random random(kSweepSeed + n);
             const KernelInputs inputs(random);
             ASSERT_EQ(results_of(kernels, inputs), results_of(plain_sweep_kernels(), inputs))
-                << hwy::TargetName(target) << ", seed " << kSeed + n;
+                << hwy::TargetName(target) << ", seed " << kSweepSeed + n;
         }
     }
     hwy::SetSupportedTargetsForTest(0);
@@ -304,7 +304,7 @@ TEST(Sweep, VectorKernelsGiveTheBitsOfThePlainOnesOnEveryInstructionSet) {
 TEST(Sweep, PushOfASharedSolveThatMeetsMovedTissueIsThatOfTheHeap) {
     // From rest among symmetric materials all components share one solve, until it meets what an
     // earlier push moved.
-    Random random(kSeed);
+    Random random(kSweepSeed);
     Volume volume;
     volume.grid.size = {70, 40, 40};
     std::vector<std::int16_t> values(voxel_count(volume.grid));

@@ -13,13 +13,13 @@
 namespace pliant::test {
 namespace {
 
-constexpr std::uint64_t kSeed = 20261121;
+constexpr std::uint64_t kSweepMemorySeed = 20261121;
 
 class SweepMemory : public ::testing::Test {
   protected:
     void SetUp() override {
-        SCOPED_TRACE("seed " + std::to_string(kSeed));
-        Random random(kSeed);
+        SCOPED_TRACE("seed " + std::to_string(kSweepMemorySeed));
+        Random random(kSweepMemorySeed);
         volume.grid.size = {44, 44, 44};
         std::vector<std::int16_t> values(voxel_count(volume.grid));
         for (auto& value : values) value = std::int16_t(random.whole(0, 3) * 90 - 100);

@@ -19,7 +19,7 @@
 namespace pliant::test {
 namespace {
 
-constexpr std::uint64_t kSeed = 20261204;
+constexpr std::uint64_t kUniformPassesSeed = 20261204;
 
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
 constexpr std::uint64_t kScenes = 20;
@@ -134,8 +134,8 @@ class Scene {
 
 TEST(UniformPasses, PushesAreThoseOfTheHeap) {
     for (std::uint64_t n = 0; n < kScenes && !HasFailure(); ++n) {
-        SCOPED_TRACE("seed " + std::to_string(kSeed + n));
-        Scene scene(kSeed + n);
+        SCOPED_TRACE("seed " + std::to_string(kUniformPassesSeed + n));
+        Scene scene(kUniformPassesSeed + n);
         scene.push();
         scene.edit();
         scene.push();

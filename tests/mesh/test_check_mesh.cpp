@@ -15,7 +15,7 @@ namespace {
 
 const HexLattice kBlock{{3, 3, 3}};
 
-std::string complaint(const auto& mesh) {
+std::string check_complaint(const auto& mesh) {
     const Status status = check_mesh(mesh);
     return status.ok() ? "" : status.error().message;
 }
@@ -29,8 +29,8 @@ TEST(CheckMesh, RandomTurnsAndSmallShiftsOfNodesAreAccepted) {
         const Mat3d turn = random.rotation(false);
         for (std::size_t n = 0; n < hexes.nodes_mm.size(); ++n)
             hexes.nodes_mm[n] = tets.nodes_mm[n] = turn * (hexes.nodes_mm[n] + random.vector(0.15));
-        EXPECT_EQ(complaint(hexes), "");
-        EXPECT_EQ(complaint(tets), "");
+        EXPECT_EQ(check_complaint(hexes), "");
+        EXPECT_EQ(check_complaint(tets), "");
     }
 }
 
@@ -39,16 +39,16 @@ TEST(CheckMesh, AMirroredMeshIsInverted) {
     TetMesh tets = tet_mesh(kBlock);
     for (auto* nodes : {&hexes.nodes_mm, &tets.nodes_mm})
         for (Vec3d& x : *nodes) x.z = -x.z;
-    EXPECT_EQ(complaint(hexes),
+    EXPECT_EQ(check_complaint(hexes),
               "mesh: cell 0 is inverted at a corner, expected a right-handed, convex one");
-    EXPECT_EQ(complaint(tets),
+    EXPECT_EQ(check_complaint(tets),
               "mesh: cell 0 is inverted at a corner, expected a right-handed, convex one");
 }
 
 TEST(CheckMesh, OneCornerPushedThroughItsCellIsFound) {
     HexMesh mesh = hex_mesh(kBlock);
     mesh.nodes_mm[26] = {0.9, 0.9, 0.9};
-    EXPECT_EQ(complaint(mesh),
+    EXPECT_EQ(check_complaint(mesh),
               "mesh: cell 7 is inverted at a corner, expected a right-handed, convex one");
 }
 
@@ -58,29 +58,29 @@ TEST(CheckMesh, BothSidesOfTheFlattestCorner) {
         tet.nodes_mm[3] = {1, 0, h};
         return tet;
     };
-    EXPECT_EQ(complaint(with_height(2 * kFlattestCorner)), "");
-    EXPECT_EQ(complaint(with_height(0.5 * kFlattestCorner)),
+    EXPECT_EQ(check_complaint(with_height(2 * kFlattestCorner)), "");
+    EXPECT_EQ(check_complaint(with_height(0.5 * kFlattestCorner)),
               "mesh: cell 0 is flat at a corner, expected a right-handed, convex one");
     TriangleMesh triangle{{{0, 0, 0}, {1, 0, 0}, {2, 0, 0}}, {{0, 1, 2}}};
-    EXPECT_EQ(complaint(triangle),
+    EXPECT_EQ(check_complaint(triangle),
               "mesh: cell 0 is flat at a corner, expected a right-handed, convex one");
 }
 
 TEST(CheckMesh, NodesThatDoNotExistOrAreNotUsed) {
     HexMesh mesh = hex_mesh(kBlock);
     mesh.cells[5][2] = 27;
-    EXPECT_EQ(complaint(mesh), "mesh: cell 5 names node 27, expected 0…26");
+    EXPECT_EQ(check_complaint(mesh), "mesh: cell 5 names node 27, expected 0…26");
     mesh.cells[5][2] = -1;
-    EXPECT_EQ(complaint(mesh), "mesh: cell 5 names node -1, expected 0…26");
+    EXPECT_EQ(check_complaint(mesh), "mesh: cell 5 names node -1, expected 0…26");
     mesh = hex_mesh(kBlock);
     mesh.cells[0][1] = 0;
-    EXPECT_EQ(complaint(mesh), "mesh: cell 0 names node 0 twice, expected distinct corners");
+    EXPECT_EQ(check_complaint(mesh), "mesh: cell 0 names node 0 twice, expected distinct corners");
     mesh = hex_mesh(kBlock);
     mesh.nodes_mm.push_back({9, 9, 9});
-    EXPECT_EQ(complaint(mesh), "mesh: node 27 belongs to no cell, expected each to be used");
+    EXPECT_EQ(check_complaint(mesh), "mesh: node 27 belongs to no cell, expected each to be used");
     mesh.nodes_mm[3].x = std::numeric_limits<double>::quiet_NaN();
-    EXPECT_EQ(complaint(mesh), "mesh: node 3 is at a place that is not finite");
-    EXPECT_EQ(complaint(HexMesh{}), "mesh: found no cells, expected one or more");
+    EXPECT_EQ(check_complaint(mesh), "mesh: node 3 is at a place that is not finite");
+    EXPECT_EQ(check_complaint(HexMesh{}), "mesh: found no cells, expected one or more");
 }
 
 TEST(CheckMesh, PiecesAreCountedAndNamed) {
@@ -93,7 +93,7 @@ TEST(CheckMesh, PiecesAreCountedAndNamed) {
         for (auto& node : cell) node += first;
         mesh.cells.push_back(cell);
     }
-    EXPECT_EQ(complaint(mesh),
+    EXPECT_EQ(check_complaint(mesh),
               "mesh: node 27 is not connected to node 0 (there are 3 pieces), expected one piece");
     const auto piece = pieces(mesh);
     for (std::size_t n = 0; n < piece.size(); ++n) EXPECT_EQ(piece[n], n < 27 ? 0 : n < 35 ? 1 : 2);

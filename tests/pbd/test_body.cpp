@@ -15,15 +15,11 @@
 
 #include "pbd/plan.h"
 #include "support/count_allocations.h"
+#include "support/one_thread.h"
 #include "support/random.h"
 
 namespace pliant::test {
 namespace {
-
-const TaskArena& one_thread() {
-    static const TaskArena arena(1);
-    return arena;
-}
 
 /// A block with everything that can be in it, its nodes shaken and numbered at random.
 PbdParts random_block(Random& random, Vec3i cells, bool solids) {

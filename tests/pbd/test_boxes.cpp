@@ -10,16 +10,11 @@
 #include <cstdio>
 #include <set>
 
+#include "support/made.h"
 #include "support/random.h"
 
 namespace pliant::test {
 namespace {
-
-template <class T>
-T made(Result<T> result) {
-    EXPECT_TRUE(result.ok());
-    return std::move(result).value();
-}
 
 // Case 14: 10³ boxes and as many hashes.
 TEST(PbdBoxes, TheHashIsNotUniqueAndTheLinearIndexIs) {

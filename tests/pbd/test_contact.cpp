@@ -16,18 +16,13 @@
 #include "pbd/segment_triangle.h"
 #include "pbd/triangle_grid.h"
 #include "support/count_allocations.h"
+#include "support/made.h"
 #include "support/random.h"
 
 namespace pliant::test {
 namespace {
 
 using std::numbers::pi;
-
-template <class T>
-T made(Result<T> result) {
-    EXPECT_TRUE(result.ok());
-    return std::move(result).value();
-}
 
 // The distance from a triangle is convex along the segment, so that golden sections find the least.
 TEST(SegmentAndTriangle, NearestPairsAreThoseOfASearchAlongTheSegment) {

@@ -14,15 +14,11 @@
 #include <cstdio>
 #include <numbers>
 
+#include "support/one_thread.h"
 #include "support/random.h"
 
 namespace pliant::test {
 namespace {
-
-const TaskArena& one_thread() {
-    static const TaskArena arena(1);
-    return arena;
-}
 
 // Case 3: T = 0.1987 s to 1 %, for any number of iterations.
 TEST(Published, ASpringHasItsPeriodForAnyNumberOfIterations) {

@@ -12,7 +12,7 @@
 namespace pliant {
 namespace {
 
-constexpr int kFar = 32;  // voxels
+constexpr int kFarthest = 32;  // voxels
 
 using render::LumenSide;
 
@@ -111,9 +111,9 @@ TEST(LumenTiles, HoldTheDistancesOfTheWholeVolume) {
         const TaskArena arena(2);
         std::vector<float> whole;
         render::wall_distance(volume, voxel_box(grid), lumen, arena, whole);
-        render::LumenTiles tiles(volume, lumen, kFar, 1 << 30, arena);
+        render::LumenTiles tiles(volume, lumen, kFarthest, 1 << 30, arena);
         const double far =
-            kFar * std::min({grid.spacing_mm.x, grid.spacing_mm.y, grid.spacing_mm.z});
+            kFarthest * std::min({grid.spacing_mm.x, grid.spacing_mm.y, grid.spacing_mm.z});
         for (int n = 0; n < 3000; ++n) {
             const Vec3i p{random.whole(0, size.x - 1), random.whole(0, size.y - 1),
                           random.whole(0, size.z - 1)};

@@ -17,7 +17,7 @@
 namespace pliant::test {
 namespace {
 
-Volume noise(Random& random, Vec3i size, Vec3d spacing_mm) {
+Volume turned_noise(Random& random, Vec3i size, Vec3d spacing_mm) {
     Volume volume =
         make_volume(size, spacing_mm, [&](Vec3d) { return std::int16_t(random.whole(-900, 900)); });
     // Neither along the world's axes nor at its origin.
@@ -95,7 +95,7 @@ TEST(Sources, RandomPushesCutsAndCarvesGiveTheInverseOfTheOneShotForm) {
         // Named, because the order in which arguments are evaluated is the compiler's.
         const Vec3i size{random.whole(30, 50), random.whole(30, 44), random.whole(20, 40)};
         const Vec3d spacing_mm{1, random.real(0.6, 1.4), random.real(0.8, 2)};
-        const Volume volume = noise(random, size, spacing_mm);
+        const Volume volume = turned_noise(random, size, spacing_mm);
         ChainMail tissue = tissue_of(volume, arena, seed % 3 == 0 ? 5 : 8);
         LiveDeformation live(tissue), plain(tissue);
         const int begin = random.whole(0, 6);
@@ -148,7 +148,7 @@ TEST(Sources, TheJacobianIsThatOfTheMapItself) {
         SCOPED_TRACE("seed " + std::to_string(seed));
         Random random(seed);
         const TaskArena arena(2);
-        const Volume volume = noise(random, {32, 30, 28}, {1, 1.3, 0.8});
+        const Volume volume = turned_noise(random, {32, 30, 28}, {1, 1.3, 0.8});
         const bool edited = seed % 2 == 0;
         ChainMail tissue = tissue_of(volume, arena, 8, seed == 16);
         LiveDeformation live(tissue);
@@ -192,7 +192,7 @@ TEST(Sources, TheJacobianIsThatOfTheMapItself) {
 
 TEST(Sources, AnAffineMapHasItsDeterminantEverywhere) {
     Random random(21);
-    const Volume volume = noise(random, {20, 20, 20}, {1, 1.5, 0.7});
+    const Volume volume = turned_noise(random, {20, 20, 20}, {1, 1.5, 0.7});
     // u = M·x in millimetres along the lattice's axes, so F = I + M there.
     const Mat3d m{{{0.1, 0.02, -0.03}, {0.05, -0.2, 0.01}, {0.0, 0.04, 0.3}}};
     Mat3d f = m;
@@ -214,7 +214,7 @@ TEST(Sources, TheBitsAreTheSameForAnyNumberOfThreads) {
     const auto fields_with = [](int threads) {
         Random random(31);
         const TaskArena arena(threads);
-        const Volume volume = noise(random, {40, 36, 30}, {1, 1, 1.2});
+        const Volume volume = turned_noise(random, {40, 36, 30}, {1, 1, 1.2});
         ChainMail tissue = tissue_of(volume, arena);
         LiveDeformation live(tissue);
         EXPECT_TRUE(live.keep_sources(true));
@@ -233,7 +233,7 @@ TEST(Sources, TheBitsAreTheSameForAnyNumberOfThreads) {
 TEST(Sources, WhatIsAtRestAgainHasNotMovedAndWhatIsGivenUpBeginsAnew) {
     Random random(41);
     const TaskArena arena(2);
-    const Volume volume = noise(random, {32, 32, 32}, {1, 1, 1});
+    const Volume volume = turned_noise(random, {32, 32, 32}, {1, 1, 1});
     ChainMail tissue = tissue_of(volume, arena);
     LiveDeformation live(tissue);
     ASSERT_TRUE(live.keep_sources(true));

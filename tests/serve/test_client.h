@@ -11,14 +11,13 @@
 #include <cstdint>
 #include <functional>
 #include <map>
-#include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
 #include <vector>
 
-namespace pliant::test {
+#include "support/json.h"
 
-using Json = nlohmann::json;
+namespace pliant::test {
 
 std::string token_of(const std::string& link);
 

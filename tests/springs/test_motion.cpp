@@ -14,14 +14,10 @@
 
 #include "springs/random_networks.h"
 #include "support/count_allocations.h"
+#include "support/one_thread.h"
 
 namespace pliant::test {
 namespace {
-
-const TaskArena& one_thread() {
-    static const TaskArena arena(1);
-    return arena;
-}
 
 std::vector<std::int32_t> movable_nodes(const SpringNetwork& network, Random& random, int count) {
     std::vector<std::int32_t> nodes;

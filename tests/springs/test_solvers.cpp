@@ -11,14 +11,10 @@
 #include <cmath>
 
 #include "springs/random_networks.h"
+#include "support/one_thread.h"
 
 namespace pliant::test {
 namespace {
-
-const TaskArena& one_thread() {
-    static const TaskArena arena(1);
-    return arena;
-}
 
 SpringNetwork pressed_block(double bulk, double link_damping) {
     auto parts = springs_of_lattice({.size = {5, 5, 4},

@@ -11,14 +11,10 @@
 #include <cmath>
 
 #include "springs/random_networks.h"
+#include "support/one_thread.h"
 
 namespace pliant::test {
 namespace {
-
-const TaskArena& one_thread() {
-    static const TaskArena arena(1);
-    return arena;
-}
 
 /// Displacements from K u = F at the rest shape, links only.
 std::vector<Vec3d> linear_solution(const SpringNetwork& network,

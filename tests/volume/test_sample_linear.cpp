@@ -12,7 +12,7 @@ namespace pliant {
 namespace {
 
 /// A field that trilinear interpolation reproduces.
-double field_at(Vec3d p) {
+double linear_field_at(Vec3d p) {
     return 3 * p.x - 2 * p.y + 5 * p.z + 0.5 * p.x * p.y * p.z - 40;
 }
 
@@ -23,7 +23,7 @@ Volume field_volume() {
     for (int k = 0; k < 3; ++k)
         for (int j = 0; j < 4; ++j)
             for (int i = 0; i < 5; ++i)
-                voxels.push_back(float(field_at({double(i), double(j), double(k)})));
+                voxels.push_back(float(linear_field_at({double(i), double(j), double(k)})));
     volume.voxels = std::move(voxels);
     return volume;
 }
@@ -35,7 +35,7 @@ TEST(SampleLinear, ReproducesTrilinearFieldsInside) {
     std::uniform_real_distribution<double> unit(0, 1);
     for (int n = 0; n < 1000; ++n) {
         const Vec3d p{4 * unit(random), 3 * unit(random), 2 * unit(random)};
-        ASSERT_NEAR(sample_linear(volume, p), field_at(p), 1e-4) << "seed " << seed;
+        ASSERT_NEAR(sample_linear(volume, p), linear_field_at(p), 1e-4) << "seed " << seed;
     }
 }
 
@@ -47,8 +47,9 @@ TEST(SampleLinear, GivesVoxelsBackAtTheirCentres) {
 
 TEST(SampleLinear, FadesToAirOverOneVoxelAtTheBorder) {
     const Volume volume = field_volume();
-    EXPECT_NEAR(sample_linear(volume, {-0.25, 0, 0}), 0.75 * field_at({0, 0, 0}) - 250, 1e-3);
-    EXPECT_NEAR(sample_linear(volume, {4.5, 3, 2}), 0.5 * field_at({4, 3, 2}) - 500, 1e-3);
+    EXPECT_NEAR(sample_linear(volume, {-0.25, 0, 0}), 0.75 * linear_field_at({0, 0, 0}) - 250,
+                1e-3);
+    EXPECT_NEAR(sample_linear(volume, {4.5, 3, 2}), 0.5 * linear_field_at({4, 3, 2}) - 500, 1e-3);
     EXPECT_EQ(sample_linear(volume, {-1, 0, 0}), float(kAirHu));
     EXPECT_EQ(sample_linear(volume, {5, 0, 0}), float(kAirHu));
     EXPECT_EQ(sample_linear(volume, {0, 1e30, 0}), float(kAirHu));

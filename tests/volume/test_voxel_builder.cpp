@@ -19,20 +19,20 @@ Voxels built(Component component, const std::vector<T>& values,
     return builder.finish(notes ? *notes : unused);
 }
 
-using Shorts = std::vector<std::int16_t>;
+using ShortVector = std::vector<std::int16_t>;
 using Floats = std::vector<float>;
 
 TEST(VoxelBuilder, KeepsWholeNumbersThatFitInSixteenBits) {
-    EXPECT_EQ(built<std::int8_t>(Component::Int8, {-128, 127}), Voxels(Shorts{-128, 127}));
-    EXPECT_EQ(built<std::uint8_t>(Component::UInt8, {0, 255}), Voxels(Shorts{0, 255}));
+    EXPECT_EQ(built<std::int8_t>(Component::Int8, {-128, 127}), Voxels(ShortVector{-128, 127}));
+    EXPECT_EQ(built<std::uint8_t>(Component::UInt8, {0, 255}), Voxels(ShortVector{0, 255}));
     EXPECT_EQ(built<std::int16_t>(Component::Int16, {-32768, 32767}),
-              Voxels(Shorts{-32768, 32767}));
-    EXPECT_EQ(built<std::uint16_t>(Component::UInt16, {0, 32767}), Voxels(Shorts{0, 32767}));
+              Voxels(ShortVector{-32768, 32767}));
+    EXPECT_EQ(built<std::uint16_t>(Component::UInt16, {0, 32767}), Voxels(ShortVector{0, 32767}));
     EXPECT_EQ(built<std::int32_t>(Component::Int32, {-32768, 32767}),
-              Voxels(Shorts{-32768, 32767}));
+              Voxels(ShortVector{-32768, 32767}));
     EXPECT_EQ(built<float>(Component::Float32, {-32768, 32767, -0.0f}),
-              Voxels(Shorts{-32768, 32767, 0}));
-    EXPECT_EQ(built<double>(Component::Float64, {-5, 7}), Voxels(Shorts{-5, 7}));
+              Voxels(ShortVector{-32768, 32767, 0}));
+    EXPECT_EQ(built<double>(Component::Float64, {-5, 7}), Voxels(ShortVector{-5, 7}));
 }
 
 TEST(VoxelBuilder, BecomesFloatAtTheFirstValueThatDoesNotFit) {
@@ -62,7 +62,7 @@ TEST(VoxelBuilder, MakesValuesThatAreNotFiniteAirAndSaysSo) {
     constexpr float kInf = std::numeric_limits<float>::infinity();
     std::vector<std::string> notes;
     EXPECT_EQ(built<float>(Component::Float32, {kNan, 3, -kInf}, &notes),
-              Voxels(Shorts{kAirHu, 3, kAirHu}));
+              Voxels(ShortVector{kAirHu, 3, kAirHu}));
     ASSERT_EQ(notes.size(), 1u);
     EXPECT_EQ(notes[0], "2 voxels had no finite value and became air");
     EXPECT_EQ(built<float>(Component::Float32, {0.5f, kInf}), Voxels(Floats{0.5f, kAirHu}));

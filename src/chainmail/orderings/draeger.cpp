@@ -57,12 +57,12 @@ bool DraegerMultiMove::propagate(std::span<const std::int32_t> initial) {
     m_heap.clear();
     for (const std::int32_t e : initial) {
         unsigned ignored = 0;
-        for (int d = 0; d < kDirections; ++d)
+        for (int d = 0; d < kWays; ++d)
             if (has_neighbour(e, d) && is_initial(neighbour(e, d))) ignored |= 1u << d;
         m_ignored[std::size_t(e)] = std::uint8_t(ignored);
     }
     for (const std::int32_t e : initial)
-        for (int d = 0; d < kDirections; ++d) put(e, d);
+        for (int d = 0; d < kWays; ++d) put(e, d);
     while (!m_heap.empty()) {
         if (!count_candidate()) return false;
         std::pop_heap(m_heap.begin(), m_heap.end());
@@ -75,7 +75,7 @@ bool DraegerMultiMove::propagate(std::span<const std::int32_t> initial) {
         m_ignored[std::size_t(candidate)] = m_ignored[std::size_t(sponsor)];
         if (!move(candidate, to)) return false;
         put(candidate, direction);
-        for (int d = 2 * axis_of(direction) + 2; d < kDirections; ++d) put(candidate, d);
+        for (int d = 2 * axis_of(direction) + 2; d < kWays; ++d) put(candidate, d);
     }
     return true;
 }

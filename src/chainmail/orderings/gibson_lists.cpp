@@ -39,12 +39,12 @@ class GibsonLists final : public LatticeOrdering {
     bool run_list(int direction);
     bool propagate(std::span<const std::int32_t> initial) override;
 
-    std::array<List, kDirections> m_lists;
+    std::array<List, kWays> m_lists;
 };
 
 void GibsonLists::put_neighbours(std::int32_t moved, int direction) {
     put(moved, direction);
-    for (int d = 2 * axis_of(direction) + 2; d < kDirections; ++d) put(moved, d);
+    for (int d = 2 * axis_of(direction) + 2; d < kWays; ++d) put(moved, d);
     // Not convex: nobody else reaches the neighbour across.
     for (int d = 0; d < 2 * axis_of(direction); ++d)
         if (has_neighbour(moved, d) && !has_neighbour(neighbour(moved, d), opposite(direction)))
@@ -71,14 +71,14 @@ bool GibsonLists::run_list(int direction) {
 bool GibsonLists::propagate(std::span<const std::int32_t> initial) {
     m_lists = {};
     for (const std::int32_t e : initial)
-        for (int d = 0; d < kDirections; ++d) put(e, d);
+        for (int d = 0; d < kWays; ++d) put(e, d);
     const auto any = [&] {
         for (const List& list : m_lists)
             if (!list.is_empty()) return true;
         return false;
     };
     while (any())
-        for (int d = 0; d < kDirections; ++d)
+        for (int d = 0; d < kWays; ++d)
             if (!run_list(d)) return false;
     return true;
 }

@@ -49,7 +49,7 @@ LatticeOrdering::LatticeOrdering(const ChainLattice& lattice, Regions regions)
     const Grid grid{.size = lattice.size};
     const Vec3d h = lattice.spacing_mm;
     for (const ElementLimits& limits : lattice.materials)
-        for (int d = 0; d < kDirections; ++d) {
+        for (int d = 0; d < kWays; ++d) {
             const Vec3i step = step_of(d);
             const HalfLink share =
                 regions == Regions::OfSponsor
@@ -61,7 +61,7 @@ LatticeOrdering::LatticeOrdering(const ChainLattice& lattice, Regions regions)
         return contains(voxel_box(grid), e) &&
                (lattice.present.empty() || lattice.present[voxel_index(grid, e)]);
     };
-    for (int d = 0; d < kDirections; ++d) {
+    for (int d = 0; d < kWays; ++d) {
         const Vec3i step = step_of(d);
         m_step[std::size_t(d)] = step.x + lattice.size.x * (step.y + lattice.size.y * step.z);
     }
@@ -70,7 +70,7 @@ LatticeOrdering::LatticeOrdering(const ChainLattice& lattice, Regions regions)
         for (int j = 0; j < grid.size.y; ++j)
             for (int i = 0; i < grid.size.x; ++i) {
                 unsigned sides = 0;
-                for (int d = 0; d < kDirections; ++d)
+                for (int d = 0; d < kWays; ++d)
                     if (is_there({i, j, k}) && is_there(Vec3i{i, j, k} + step_of(d)))
                         sides |= 1u << d;
                 m_sides.push_back(std::uint8_t(sides));

@@ -14,7 +14,7 @@
 
 namespace pliant {
 
-inline constexpr int kDirections = 6;
+inline constexpr int kWays = 6;
 constexpr int axis_of(int direction) {
     return direction / 2;
 }
@@ -53,12 +53,12 @@ class LatticeOrdering : public PublishedOrdering {
   private:
     const Region& share(std::int32_t element, int direction) const {
         const std::size_t material = m_material.empty() ? 0 : m_material[std::size_t(element)];
-        return m_shares[kDirections * material + std::size_t(direction)];
+        return m_shares[kWays * material + std::size_t(direction)];
     }
 
     Regions m_regions;
-    std::array<std::int32_t, kDirections> m_step{};  ///< in the numbering of the elements
-    std::vector<std::uint8_t> m_sides;               ///< [element] a bit for each neighbour
+    std::array<std::int32_t, kWays> m_step{};  ///< in the numbering of the elements
+    std::vector<std::uint8_t> m_sides;         ///< [element] a bit for each neighbour
     std::vector<std::uint8_t> m_material;
     std::vector<Region> m_shares;  ///< [material][direction]
 };

@@ -1,0 +1,25 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// The errors that rooms make most often.
+
+#pragma once
+
+#include <pliant/result.h>
+
+#include <filesystem>
+#include <string>
+
+namespace pliant {
+
+inline Error invalid(const std::string& message) {
+    return {ErrorCode::InvalidArgument, message};
+}
+inline Error unreadable(const std::filesystem::path& path, const std::string& message) {
+    return {ErrorCode::Unreadable, path.string() + ": " + message};
+}
+inline Error unsupported(const std::filesystem::path& path, const std::string& message) {
+    return {ErrorCode::Unsupported, path.string() + ": " + message};
+}
+
+}  // namespace pliant
