@@ -133,8 +133,8 @@ Status check_all(const PbdParts& parts, PbdMethod method, const char* what,
 Status check_inverse_mass(const char* what, std::size_t particle, double inverse_mass) {
     if (is_amount(inverse_mass)) return Ok{};
     return bad_part(what, particle,
-                   "an inverse mass of 0 or more, found " + short_text(inverse_mass) +
-                       (std::isinf(inverse_mass) ? ": a mass of 0" : ""));
+                    "an inverse mass of 0 or more, found " + short_text(inverse_mass) +
+                        (std::isinf(inverse_mass) ? ": a mass of 0" : ""));
 }
 
 Status check_state(Vec3d position, Vec3d velocity) {
