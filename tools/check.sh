@@ -59,6 +59,16 @@ compile_and_test() { # PRESET [a command that runs the given one]
     run_ctest "$@"
 }
 
+# What takes longest in chainmail's tests, and was run with GCC: half of their time.
+readonly clang_leaves_out=RandomSequences.*:Drag.IsBitForBitAPushOfTheSameElementsByTheSameSteps:\
+RelaxSteps.DragThatRelaxesBetweenItsStepsEqualsPushesThatDo:\
+Relax.EnergyNeverRisesAndEveryConstraintHoldsAfterEachSweep:\
+History.UndoAndRedoGiveTheSameBitsAfterAnySteps
+
+compile_and_test_with_clang() {
+    GTEST_FILTER="-*$clang_leaves_out" compile_and_test clang
+}
+
 run_ctest() { # PRESET [a command that runs the given one]
     local preset=$1
     shift
@@ -117,7 +127,7 @@ run_tests() { # [--sanitize]
         step "page: bundle, types" check_viewer
     fi
     step "gcc: build without warnings, tests" compile_and_test gcc
-    step "clang: build without warnings, tests" compile_and_test clang
+    step "clang: build without warnings, tests" compile_and_test_with_clang
     step "consumer: install, find_package, build, run" consumer
     if [[ ${PLIANT_BUILD_VIEWER:-ON} != OFF ]]; then
         step "page: driven in a browser" test_viewer "$root/build/gcc/pliant"

@@ -321,7 +321,7 @@ TEST(Relax, AnotherThreadCanStopASlice) {
     int slices = 0;
     for (; !source.stop_requested() && slices < 100000; ++slices)
         relaxed(tissue, {.budget_ms = 1, .stop = source.get_token(), .held = held});
-    EXPECT_GT(slices, 0);
+    EXPECT_TRUE(source.stop_requested());
     const std::uint64_t hash = tissue.hash();
     EXPECT_EQ(relaxed(tissue, {.stop = source.get_token(), .held = held}).sweeps, 0);
     EXPECT_EQ(tissue.hash(), hash);
