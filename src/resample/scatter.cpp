@@ -71,9 +71,8 @@ std::int64_t Scatter::write(const Lattice& lattice, Mapping mapping, Volume& def
     CellTarget target = target_of(deformed);
     target.inverse_mm = inverse_mm;
     target.inverse_box = inverse_box;
-    const bool has_gaps = m_now.has_edits() || lattice.is_void({-1, 0, 0});
     if (mapping == Mapping::Cells) {
-        if (has_gaps)
+        if (job.has_gaps())
             write_slabs(job, target);
         else
             write_each_once(job, target);
@@ -115,7 +114,8 @@ void Scatter::write_each_once(const ScatterJob& job, const CellTarget& target) {
 /// open.
 void Scatter::open_contested(const ScatterJob& job, const CellTarget& target) {
     write_claims(target);
-    for_dirty([&](std::span<DirtyBrick> bricks) { close_taken(target, bricks); });
+    if (job.has_gaps())
+        for_dirty([&](std::span<DirtyBrick> bricks) { close_taken(target, bricks); });
     const auto reopen = [&](std::int64_t begin, std::int64_t end) {
         for (std::int64_t w = begin; w < end; ++w)
             open_again(job, target, m_writers[std::size_t(w)].contested());

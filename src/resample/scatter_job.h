@@ -30,6 +30,9 @@ struct ScatterJob {
     std::span<const ReachingStrip> strips;  ///< sorted by coordinate
     std::span<const std::uint8_t> dirty;    ///< per brick of the scan
     Vec3i bricks;                           ///< of the scan
+
+    /// Whether cells may be missing, so that two that share no face may hold one voxel.
+    bool has_gaps() const { return snapshot.has_edits() || lattice.is_void({-1, 0, 0}); }
 };
 
 inline std::size_t dense_index(Vec3i p, Vec3i n) {
