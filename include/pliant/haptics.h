@@ -93,9 +93,12 @@ struct HapticSettings {
     double max_force_rate_n_s = 1000;
     double max_stiffness_n_m = 600;  ///< at the device
     double damping_n_s_m = 0;        ///< of the coupling between tool and proxy, in contact
-    double blend_s = 0.05;           ///< a new model is blended in over its period, at most so long
-    double stale_s = 0.1;            ///< a model older than this isn't believed any more
-    double ramp_s = 0.1;             ///< in which force then goes to 0, and comes back
+    /// A contact never gives back more energy than it took: force that moves the tool along is
+    /// cut where it would. Of LinearLaw. Without it tissue that moves by itself moves the hand.
+    bool bounded_energy = true;
+    double blend_s = 0.05;  ///< a new model is blended in over its period, at most so long
+    double stale_s = 0.1;   ///< a model older than this isn't believed any more
+    double ramp_s = 0.1;    ///< in which force then goes to 0, and comes back
     HapticWorkspace workspace{};
 };
 
@@ -123,18 +126,20 @@ struct HapticState {
     Vec3d earlier_force_n{0, 0, 0};
     double gain = 0;         ///< 0…1, of the safe stop
     Vec3d force_n{0, 0, 0};  ///< in the scene, as it was sent
+    double energy_j = 0;     ///< that the contact took from the tool and has not given back
     double swap_step_n = 0;  ///< by which the newest model would have changed the force at once
 };
 
 enum HapticFlags : std::uint32_t {
     kHapticContact = 1,
-    kHapticStale = 2,        ///< the model is too old, or somebody stopped: force goes to 0
-    kHapticForceLimit = 4,   ///< cut to max_force_n
-    kHapticRateLimit = 8,    ///< cut to max_force_rate_n_s
-    kHapticNewModel = 16,    ///< the model came with this period
-    kHapticBoxedIn = 32,     ///< the planes leave no room
-    kHapticDeviceLost = 64,  ///< the device couldn't be read
-    kHapticLate = 128,       ///< periods were left out before this one
+    kHapticStale = 2,          ///< the model is too old, or somebody stopped: force goes to 0
+    kHapticForceLimit = 4,     ///< cut to max_force_n
+    kHapticRateLimit = 8,      ///< cut to max_force_rate_n_s
+    kHapticNewModel = 16,      ///< the model came with this period
+    kHapticBoxedIn = 32,       ///< the planes leave no room
+    kHapticDeviceLost = 64,    ///< the device couldn't be read
+    kHapticEnergyLimit = 256,  ///< cut to what the contact has taken
+    kHapticLate = 128,         ///< periods were left out before this one
 };
 
 struct HapticForce {

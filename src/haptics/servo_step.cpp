@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// One period: proxy, law, blending, safe stop, limits; in this order.
+// One period: proxy, law, blending, safe stop, energy, limits; in this order.
 
 #include <pliant/haptics.h>
 
@@ -109,6 +109,14 @@ void follow(Vec3d x, double period_s, HapticState& s) {
     s.position_mm = x;
 }
 
+/// Force along the motion costs energy; no more is spent than was taken.
+bool bound_energy(double period_s, const HapticState& s, Vec3d& force) {
+    const double spent = kMetres * period_s * dot(force, s.velocity_mm_s);
+    if (spent <= 0 || spent <= s.energy_j) return false;
+    force = (std::max(0.0, s.energy_j) / spent) * force;
+    return true;
+}
+
 }  // namespace
 
 HapticForce servo_step(const HapticSettings& settings, const HapticModel* fresh,
@@ -120,12 +128,16 @@ HapticForce servo_step(const HapticSettings& settings, const HapticModel* fresh,
     const double passed_s = s.time_ns < 0 ? 0 : 1e-9 * double(reading.time_ns - s.time_ns);
     const double period_s = std::clamp(passed_s, kShortest_s, kLongest_s);
     HapticForce out;
+    if (s.time_ns >= 0) s.energy_j -= kMetres * dot(s.force_n, x - s.position_mm);
     follow(x, s.time_ns < 0 ? 0 : period_s, s);
     s.time_ns = reading.time_ns;
 
     const bool was_in_contact = s.in_contact;
     Vec3d force = force_at(settings, largest_n_m, x, s, out.flags);
-    if (!s.in_contact && was_in_contact) s.correction_n = {0, 0, 0};  // the tool itself went
+    if (!s.in_contact && was_in_contact) {  // the tool itself went
+        s.correction_n = {0, 0, 0};
+        s.energy_j = std::min(s.energy_j, 0.0);
+    }
     if (fresh && fresh->number != s.model.number) {
         const Vec3d before = force + blend_weight(settings, s) * s.correction_n;
         take(*fresh, s);
@@ -148,6 +160,9 @@ HapticForce servo_step(const HapticSettings& settings, const HapticModel* fresh,
     s.gain = std::clamp(s.gain + (is_stale ? -change : change), 0.0, 1.0);
     if (is_stale) out.flags |= kHapticStale;
     force = s.gain * force;
+    if (settings.bounded_energy && settings.scheme == HapticScheme::LinearLaw &&
+        bound_energy(period_s, s, force))
+        out.flags |= kHapticEnergyLimit;
 
     const double most = w.force_scale > 0 ? settings.max_force_n / w.force_scale : 0;
     if (const double size = norm(force); size > most) {
