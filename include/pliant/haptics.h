@@ -110,6 +110,7 @@ struct HapticReading {
     std::int64_t time_ns = 0;
     Vec3d position_mm{0, 0, 0};  ///< in the device's frame
     bool stop = false;           ///< somebody wants no force
+    std::uint32_t buttons = 0;   ///< bit 0: the first; not looked at
 };
 
 /// All that servo_step() remembers.
