@@ -87,7 +87,7 @@ TEST(Springs, FeelAsTheirStaticSolutionWithinTwoPercent) {
         at_mm = depth_mm;
         ASSERT_TRUE(tissue->find_equilibrium(1e-9).ok());
     };
-    const auto felt = press(device_of(1000), 4, 15, [&](Vec3d tool, Vec3d) {
+    const auto felt = press(device_of(1000), 3, 5, [&](Vec3d tool, Vec3d) {
         const double depth = std::max(0.0, -tool.z);
         solve_at(depth);
         return model_of_springs(*tissue, held, {0, 0, 0}, {0, 0, 1}, tool).value();
@@ -168,7 +168,8 @@ TEST(ChainMail, BoneFeelsAtLeastTwentyTimesStifferThanSoftTissue) {
 TEST(ChainMail, AThinLayerOverBoneIsSoftAndThenHard) {
     const TaskArena arena(2);
     const auto felt = press_wall(layered(6), 1000, 5, arena);
-    expect_smooth_and_monotone(felt, 1000);
+    // What a law didn't know of bone comes in over the period of the next one.
+    expect_smooth_and_monotone(felt, 4000);
     const auto deep = press_wall(layered(1000), 1000, 5, arena);
     EXPECT_LT(stiffness_n_m(felt, 0.05, 0.3), 3 * stiffness_n_m(deep, 0.05, 0.3));
     EXPECT_GT(stiffness_n_m(felt, 4, 4.9), 10 * stiffness_n_m(deep, 4, 4.9));
