@@ -7,8 +7,8 @@
 
 #include <pliant/tasks.h>
 
-#include "results_page/chart.h"
-#include "results_page/page.h"
+#include "chart.h"
+#include "page.h"
 
 namespace pliant::results {
 

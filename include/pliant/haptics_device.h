@@ -8,8 +8,7 @@
  * Positions are millimetres in the device's own right-handed frame: x to the user's right, y up,
  * z towards the user. Forces are newtons in the same frame.
  */
-#ifndef PLIANT_HAPTICS_DEVICE_H
-#define PLIANT_HAPTICS_DEVICE_H
+#pragma once
 
 #ifdef __cplusplus
 extern "C" {
@@ -55,6 +54,4 @@ const struct pliant_haptic_device* pliant_haptic_device_v1(void);
 
 #ifdef __cplusplus
 }
-#endif
-
 #endif
