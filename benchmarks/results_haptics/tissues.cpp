@@ -147,10 +147,12 @@ HapticTissue chainmail(std::shared_ptr<const Volume> volume, const TaskArena& ar
 
 HapticTissue springs() {
     auto block = std::make_shared<SpringBlock>();
-    return [block](Vec3d tool) {
+    auto last = std::make_shared<LearntStiffness>(0, kDevice_n_m);
+    return [block, last](Vec3d tool) {
         SpringTissue& tissue = block->at(-tool.z);
         return value_of(checked_model(
-            value_of(model_of_springs(tissue, kHeld, {0, 0, 0}, {0, 0, 1}, tool)), kDevice_n_m));
+            value_of(model_of_springs(tissue, kHeld, {0, 0, 0}, {0, 0, 1}, tool, last.get())),
+            kDevice_n_m));
     };
 }
 

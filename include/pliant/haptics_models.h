@@ -23,17 +23,13 @@
 
 namespace pliant {
 
-/// Of a tool that pushes nodes which it holds in front of it, beyond a surface, in the scene's
-/// units (mm, g, s). The other nodes are taken to follow to their equilibrium.
-/// @returns the errors of SpringTissue::reaction
-Result<HapticModel> model_of_springs(SpringTissue& tissue, std::span<const std::int32_t> held,
-                                     Vec3d surface_mm, Vec3d normal, Vec3d place_mm);
-
 /// A symmetric stiffness that fits the last places and forces of a tool: each new pair changes it
 /// as little as possible [Powell1970].
 class LearntStiffness {
   public:
     explicit LearntStiffness(double start_n_m, double largest_n_m);
+    /// Begins again with a stiffness that is known, beside the last place and force.
+    void begin_with(const Mat3d& change_n_m);
     /// What was found at a place. @param force_n  of the tissue on the tool
     void add(Vec3d place_mm, Vec3d force_n);
     /// dF/dx, as model_of_contact wants it: symmetric, never positive.
@@ -45,6 +41,15 @@ class LearntStiffness {
     bool m_has_place = false;
     Vec3d m_place_mm{0, 0, 0}, m_force_n{0, 0, 0};
 };
+
+/// Of a tool that pushes nodes which it holds in front of it, beyond a surface, in the scene's
+/// units (mm, g, s). The other nodes are taken to follow to their equilibrium.
+/// @param last  of the same contact, or null. ReactionLaw::Relaxed leaves out what would make its
+///              matrix indefinite, and is too stiff for it; the last solution's force corrects that
+/// @returns the errors of SpringTissue::reaction
+Result<HapticModel> model_of_springs(SpringTissue& tissue, std::span<const std::int32_t> held,
+                                     Vec3d surface_mm, Vec3d normal, Vec3d place_mm,
+                                     LearntStiffness* last = nullptr);
 
 struct ChainMailFeelSettings {
     double tool_radius_mm = 1.5;

@@ -14,18 +14,30 @@ constexpr double kNewtonPerMetre = 1e-3;  ///< of a µN/mm
 }  // namespace
 
 Result<HapticModel> model_of_springs(SpringTissue& tissue, std::span<const std::int32_t> held,
-                                     Vec3d surface_mm, Vec3d normal, Vec3d place_mm) {
+                                     Vec3d surface_mm, Vec3d normal, Vec3d place_mm,
+                                     LearntStiffness* last) {
     const auto reaction = tissue.reaction(held, ReactionLaw::Relaxed);
     if (!reaction.ok()) return reaction.error();
     Mat3d change{};
     for (int c = 0; c < 3; ++c)
         change.columns[c] = kNewtonPerMetre * reaction->stiffness.columns[c];
-    return model_of_contact(surface_mm, normal, place_mm, kNewton * reaction->force, change);
+    const Vec3d force_n = kNewton * reaction->force;
+    if (last) {
+        last->begin_with(change);
+        last->add(place_mm, force_n);
+        change = last->change_n_m();
+    }
+    return model_of_contact(surface_mm, normal, place_mm, force_n, change);
 }
 
 LearntStiffness::LearntStiffness(double start_n_m, double largest_n_m)
     : m_largest_n_m(largest_n_m), m_stiffness_n_m{} {
     for (int c = 0; c < 3; ++c) m_stiffness_n_m.columns[c][c] = start_n_m;
+}
+
+void LearntStiffness::begin_with(const Mat3d& change_n_m) {
+    for (int c = 0; c < 3; ++c) m_stiffness_n_m.columns[c] = -change_n_m.columns[c];
+    m_stiffness_n_m = capped_stiffness(m_stiffness_n_m, m_largest_n_m);
 }
 
 void LearntStiffness::add(Vec3d place_mm, Vec3d force_n) {

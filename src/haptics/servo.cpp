@@ -28,7 +28,7 @@ struct HapticServo::Impl {
     HapticServoSettings settings;
     TripleBuffer<HapticModel> models;
     RecordRing<HapticRecord, kRecords> ring;
-    std::atomic<bool> stop{false}, quit{false};
+    std::atomic<bool> stop{false}, quit{false}, is_begun{false};
     std::string note;
     std::thread thread;
 
@@ -73,6 +73,10 @@ void HapticServo::Impl::period(std::int64_t start_ns, bool is_late, HapticState&
 }
 
 void HapticServo::Impl::run() noexcept {
+    // By the thread itself: whoever made it may have to wait for its turn.
+    note = ask_for_real_time(pthread_self(), settings.priority);
+    is_begun.store(true, std::memory_order_release);
+    is_begun.notify_one();
     HapticState state;
     HapticRecord record;
     Pace pace(settings.rate_hz);
@@ -108,7 +112,7 @@ Result<std::unique_ptr<HapticServo>> HapticServo::start(std::unique_ptr<HapticDe
     } catch (const std::system_error&) {
         return Error{ErrorCode::LimitExceeded, "haptics: expected room for one more thread"};
     }
-    servo->note = ask_for_real_time(servo->thread.native_handle(), settings.priority);
+    servo->is_begun.wait(false, std::memory_order_acquire);
     return std::unique_ptr<HapticServo>(new HapticServo(std::move(impl)));
 }
 
@@ -181,7 +185,8 @@ struct IdleLoop::Impl {
 
 IdleLoop::IdleLoop(double rate_hz, int priority) : m_impl(std::make_unique<Impl>()) {
     Impl* const loop = m_impl.get();
-    loop->thread = std::thread([loop, rate_hz] {
+    loop->thread = std::thread([loop, rate_hz, priority] {
+        (void)ask_for_real_time(pthread_self(), priority);
         Pace pace(rate_hz);
         std::int64_t last = steady_now_ns();
         while (!loop->quit.load(std::memory_order_relaxed)) {
@@ -191,7 +196,6 @@ IdleLoop::IdleLoop(double rate_hz, int priority) : m_impl(std::make_unique<Impl>
             last = now;
         }
     });
-    (void)ask_for_real_time(loop->thread.native_handle(), priority);
 }
 
 IdleLoop::~IdleLoop() {
