@@ -64,7 +64,7 @@ double growth(const Case& c, double stiffness_n_m) {
 
 double boundary(const Case& c) {
     double low = 0.5 * 2 * kDamping / c.period_s, high = 4 * low;
-    while (high > 1.002 * low) {
+    while (high > 1.005 * low) {
         const double middle = std::sqrt(low * high);
         (growth(c, middle) > 0 ? high : low) = middle;
     }
@@ -130,7 +130,7 @@ void add_stability(Page& page) {
         const Case& c = kCases[n];
         const double unit = 2 * kDamping / c.period_s;
         std::vector<Point2> curve;
-        for (double share = 0.45; share <= 1.55; share += 0.05)
+        for (double share = 0.45; share <= 1.55; share += 0.1)
             curve.push_back({share, growth(c, share * unit) * 2 * kMass_kg / kDamping});
         chart.curve(curve, inks[n]);
         const double found = boundary(c);

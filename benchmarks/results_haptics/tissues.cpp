@@ -14,8 +14,9 @@
 namespace pliant::results {
 namespace {
 
-constexpr std::int32_t kFirst = 10 * 10 * 7 + 10 * 4 + 4;
-constexpr std::array<std::int32_t, 4> kHeld{kFirst, kFirst + 1, kFirst + 10, kFirst + 11};
+constexpr std::int32_t kSide = 6, kDeep = 6;
+constexpr std::int32_t kFirst = kSide * kSide * (kDeep - 1) + (kSide + 1) * (kSide / 2 - 1);
+constexpr std::array<std::int32_t, 4> kHeld{kFirst, kFirst + 1, kFirst + kSide, kFirst + kSide + 1};
 
 class SpringBlock {
   public:
@@ -25,17 +26,18 @@ class SpringBlock {
         const double depth = std::clamp(depth_mm, 0.0, 6.0);  // deeper, cells turn inside out
         value_of(m_tissue.shift_held({0, 0, m_depth_mm - depth}));
         m_depth_mm = depth;
-        value_of(m_tissue.find_equilibrium(1e-7));
+        value_of(m_tissue.find_equilibrium(1e-6));
         return m_tissue;
     }
 
   private:
     static SpringTissue make() {
-        SpringParts parts = value_of(springs_of_lattice(
-            {.size = {10, 10, 8}, .spacing = {3, 3, 3}, .stiffness = {15e3, 15e3, 15e3}}));
+        SpringParts parts = value_of(springs_of_lattice({.size = {kSide, kSide, kDeep},
+                                                         .spacing = {4, 4, 4},
+                                                         .stiffness = {15e3, 15e3, 15e3}}));
         for (SpringNode& node : parts.nodes) node.fixed = node.rest.z == 0;
         return value_of(
-            SpringTissue::create(value_of(SpringNetwork::create(std::move(parts))), {.depth = 40}));
+            SpringTissue::create(value_of(SpringNetwork::create(std::move(parts))), {.depth = 20}));
     }
 
     SpringTissue m_tissue;
@@ -59,7 +61,7 @@ class PbdBlock {
 
   private:
     static PbdBody make(Vec3d& surface) {
-        const TetMesh mesh = five_tet_block({6, 6, 6}, 0.04 / 6);
+        const TetMesh mesh = five_tet_block({4, 4, 4}, 0.01);
         PbdParts parts = value_of(pbd_of_mesh(mesh, {.density = 1000,
                                                      .edges = false,
                                                      .volumes = false,
@@ -80,7 +82,7 @@ class PbdBlock {
                                      .compliance = 1e-4});
         return value_of(PbdBody::create(
             std::move(parts),
-            {.time_step = 0.033, .sub_steps = 30, .damping = 20, .numbers = PbdNumbers::Double}));
+            {.time_step = 0.033, .sub_steps = 15, .damping = 20, .numbers = PbdNumbers::Double}));
     }
 
     Vec3d m_surface{0, 0, 0};

@@ -35,11 +35,11 @@ HapticTissue hardening();
 std::shared_ptr<const Volume> layers(double bone_depth_mm);
 /// The scan's wall, as ChainMail feels it; the tool's radius is above the surface.
 HapticTissue chainmail(std::shared_ptr<const Volume> volume, const TaskArena& arena);
-/// A lattice of 10 × 10 × 8 nodes, four of them pressed, at its equilibrium.
+/// A lattice of 6 × 6 × 6 nodes, four of them pressed, at its equilibrium.
 HapticTissue springs();
 /// Force of the same at its equilibrium [N].
 double static_force_of_springs_n(double depth_mm);
-/// A neo-Hookean block of 6 × 6 × 6 cells, in time steps of 33 ms.
+/// A neo-Hookean block of 4 × 4 × 4 cells, in time steps of 33 ms.
 HapticTissue pbd(const TaskArena& arena);
 
 }  // namespace pliant::results
