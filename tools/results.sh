@@ -6,11 +6,12 @@
 # numbers together, or nothing where something fails.
 
 results() { # TOPIC
-    (($# == 1)) || fail "results: expected one topic (chainmail or springs), found $#"
+    (($# == 1)) || fail "results: expected one topic (chainmail, haptics or springs), found $#"
     case $1 in
         chainmail) results_chainmail ;;
+        haptics) results_haptics ;;
         springs) results_springs ;;
-        *) fail "results: expected chainmail or springs, found '$1'" ;;
+        *) fail "results: expected chainmail, haptics or springs, found '$1'" ;;
     esac
 }
 
@@ -24,6 +25,17 @@ results_chainmail() {
     say "measuring and drawing; some minutes"
     "$root/build/release/results_chainmail" "$page" "$scans"
     say "done: docs/results/chainmail/README.md"
+}
+
+results_haptics() {
+    local page=$root/docs/results/haptics
+    need_packages build bench
+    configure release -DPLIANT_BUILD_BENCHMARKS=ON -DPLIANT_BUILD_TESTS=OFF
+    compile release --target results_haptics
+    mkdir -p "$page"
+    say "simulating and drawing; some minutes"
+    "$root/build/release/results_haptics" "$page"
+    say "done: docs/results/haptics/README.md"
 }
 
 results_springs() {

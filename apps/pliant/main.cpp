@@ -576,6 +576,32 @@ void add_fit(CLI::App& app, FitOptions& o) {
         "  pliant fit scenes/fit_elastin.toml");
 }
 
+void add_haptics(CLI::App& app, HapticsOptions& o) {
+    auto* c = app.add_subcommand("haptics", "How steady force feedback is on this machine");
+    c->add_option("WHAT", o.what, "check, or devices: what is known of some")
+        ->required()
+        ->check(CLI::IsMember({"check", "devices"}));
+    c->add_option("--device", o.device,
+                  "virtual[:free|spring|active], replay:FILE, or a plug-in's file "
+                  "(default virtual:active)");
+    c->add_option("--minutes", o.minutes, "how long (default 10)")->check(CLI::Range(0.001, 1e4));
+    c->add_option("--rate", o.rate_hz, "of the servo [Hz] (default 1000)")
+        ->check(CLI::Range(500.0, 5000.0));
+    c->add_option("--update", o.update_hz, "of the tissue [Hz] (default 30)")
+        ->check(CLI::Range(1.0, 1000.0));
+    c->add_flag("--load", o.load, "push, resample and draw a phantom at the same time");
+    c->add_option("--out", o.out, "report, JSON");
+    c->add_option("--record", o.record, "places of the device, for --device replay:FILE");
+    c->add_flag("--json", o.json, "say it as one JSON object");
+    add_threads(c, o.threads);
+    c->footer(
+        "Examples:\n"
+        "  pliant haptics check --minutes 1\n"
+        "  pliant haptics check --load --out servo.json\n"
+        "  pliant haptics check --device ./libhaptic_device.so --minutes 0.5\n"
+        "  pliant haptics devices");
+}
+
 }  // namespace
 
 int bad_input(const std::string& message) {
@@ -603,6 +629,7 @@ int main(int argc, char** argv) {
     ReplayOptions replay;
     BenchOptions bench;
     FitOptions fit;
+    HapticsOptions haptics;
     add_info(app, info);
     add_phantom(app, phantom);
     add_deform(app, deform);
@@ -613,11 +640,12 @@ int main(int argc, char** argv) {
     add_replay(app, replay);
     add_bench(app, bench);
     add_fit(app, fit);
+    add_haptics(app, haptics);
     const auto named = [&](const CLI::App* command) { return command->get_name() == argv[1]; };
     if (argc > 1 && argv[1][0] != '-' && app.get_subcommands(named).empty())
         return bad_input("unknown command '" + std::string(argv[1]) +
                          "', expected info, phantom, deform, render, mesh, path, serve, replay, "
-                         "bench or fit");
+                         "bench, fit or haptics");
     try {
         app.parse(argc, argv);
     } catch (const CLI::Success& done) {
@@ -635,5 +663,6 @@ int main(int argc, char** argv) {
     if (app.got_subcommand("replay")) return run_replay(replay);
     if (app.got_subcommand("bench")) return run_bench(bench);
     if (app.got_subcommand("fit")) return run_fit(fit);
+    if (app.got_subcommand("haptics")) return run_haptics(haptics);
     return run_render(render);
 }

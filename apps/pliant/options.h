@@ -192,6 +192,18 @@ struct FitOptions {
     int threads = 0;
 };
 
+struct HapticsOptions {
+    std::string what;  ///< "check" or "devices"
+    std::string device = "virtual:active";
+    double minutes = 10;
+    double rate_hz = 1000;
+    double update_hz = 30;  ///< of the tissue
+    bool load = false;
+    std::string out, record;
+    bool json = false;
+    int threads = 0;
+};
+
 int run_info(const InfoOptions& options);
 int run_phantom(const PhantomOptions& options);
 int run_deform(const DeformOptions& options);
@@ -203,6 +215,7 @@ int run_serve(const ServeOptions& options);
 int run_replay(const ReplayOptions& options);
 int run_bench(const BenchOptions& options);
 int run_fit(const FitOptions& options);
+int run_haptics(const HapticsOptions& options);
 
 /// Prints "pliant: message" as one line on standard error. @returns kExitBadInput
 int bad_input(const std::string& message);

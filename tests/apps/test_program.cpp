@@ -614,5 +614,26 @@ TEST_F(ProgramTest, FitSaysWhatIsWrong) {
     }
 }
 
+TEST_F(ProgramTest, HapticsCheckReportsThePeriodsAndIsPlayedAgain) {
+    const Finished done = run("haptics check --minutes 0.01 --json --out h.json --record h.txt");
+    ASSERT_EQ(done.status, 0) << done.err;
+    const Json report = Json::parse(done.out);
+    EXPECT_EQ(report, Json::parse(text_of(file("h.json"))));
+    EXPECT_EQ(report["device"], "virtual");
+    EXPECT_GT(report["periods"], 50);
+    for (const char* key : {"period_us", "compute_us", "idle_period_us"})
+        EXPECT_GE(report[key]["max"], report[key]["p50"]) << key;
+    EXPECT_EQ(report["real_time"], report["note"] == "");
+    const Finished again = run("haptics check --minutes 0.005 --device replay:h.txt");
+    EXPECT_EQ(again.status, 0) << again.err;
+    EXPECT_NE(again.out.find("replay at 1000 Hz"), std::string::npos) << again.out;
+    const Finished wrong = run("haptics check --device ./libmaker.so");
+    EXPECT_EQ(wrong.status, 2);
+    EXPECT_NE(wrong.err.find("--device: haptic device './libmaker.so': expected"),
+              std::string::npos)
+        << wrong.err;
+    EXPECT_EQ(std::count(wrong.err.begin(), wrong.err.end(), '\n'), 1) << wrong.err;
+}
+
 }  // namespace
 }  // namespace pliant::test

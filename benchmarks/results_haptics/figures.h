@@ -1,0 +1,22 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// The parts of the page.
+
+#pragma once
+
+#include <pliant/tasks.h>
+
+#include "chart.h"
+#include "page.h"
+
+namespace pliant::results {
+
+inline constexpr Rgb8 kGreen{64, 150, 84}, kOrange{222, 140, 40};
+
+void add_stability(Page& page);
+void add_taps(Page& page);
+void add_energies(Page& page, const TaskArena& arena);
+void add_depth(Page& page, const TaskArena& arena);
+
+}  // namespace pliant::results

@@ -1,0 +1,175 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "tissues.h"
+
+#include <pliant/pbd.h>
+#include <pliant/springs_builders.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <utility>
+
+namespace pliant::results {
+namespace {
+
+constexpr std::int32_t kSide = 6, kDeep = 6;
+constexpr std::int32_t kFirst = kSide * kSide * (kDeep - 1) + (kSide + 1) * (kSide / 2 - 1);
+constexpr std::array<std::int32_t, 4> kHeld{kFirst, kFirst + 1, kFirst + kSide, kFirst + kSide + 1};
+
+class SpringBlock {
+  public:
+    SpringBlock() : m_tissue(make()) { value_of(m_tissue.hold(kHeld)); }
+
+    SpringTissue& at(double depth_mm) {
+        const double depth = std::clamp(depth_mm, 0.0, 6.0);  // deeper, cells turn inside out
+        value_of(m_tissue.shift_held({0, 0, m_depth_mm - depth}));
+        m_depth_mm = depth;
+        value_of(m_tissue.find_equilibrium(1e-6));
+        return m_tissue;
+    }
+
+  private:
+    static SpringTissue make() {
+        SpringParts parts = value_of(springs_of_lattice({.size = {kSide, kSide, kDeep},
+                                                         .spacing = {4, 4, 4},
+                                                         .stiffness = {15e3, 15e3, 15e3}}));
+        for (SpringNode& node : parts.nodes) node.fixed = node.rest.z == 0;
+        return value_of(
+            SpringTissue::create(value_of(SpringNetwork::create(std::move(parts))), {.depth = 20}));
+    }
+
+    SpringTissue m_tissue;
+    double m_depth_mm = 0;
+};
+
+/// SI units; the tool is attached to a node of the top.
+class PbdBlock {
+  public:
+    PbdBlock() : m_body(make(m_surface)) {}
+
+    Vec3d force_n(Vec3d tool_mm, const TaskArena& arena) {
+        const double z = std::clamp(1e-3 * tool_mm.z, -0.015, 0.0);
+        value_of(m_body.move_attachment(0, m_surface + Vec3d{0, 0, z}));
+        value_of(m_body.step(1, arena));
+        const Vec3d force = -m_body.attachment_force(0);
+        if (tool_mm.z < 0) m_learnt.add(tool_mm, force);
+        return force;
+    }
+    Mat3d change_n_m() const { return m_learnt.change_n_m(); }
+
+  private:
+    static PbdBody make(Vec3d& surface) {
+        const TetMesh mesh = five_tet_block({4, 4, 4}, 0.01);
+        PbdParts parts = value_of(pbd_of_mesh(mesh, {.density = 1000,
+                                                     .edges = false,
+                                                     .volumes = false,
+                                                     .solids = true,
+                                                     .young_modulus = 1e4,
+                                                     .poisson_ratio = 0.4}));
+        const Vec3d middle{0.02, 0.02, 0.04};
+        std::size_t top = 0;
+        for (std::size_t n = 0; n < parts.places.size(); ++n) {
+            if (parts.places[n].z < 1e-9) parts.inverse_masses[n] = 0;
+            if (norm(parts.places[n] - middle) < norm(parts.places[top] - middle)) top = n;
+        }
+        surface = parts.places[top];
+        const auto node = std::int32_t(top);
+        parts.attachments.push_back({.nodes = {node, node, node, node},
+                                     .weights = {1, 0, 0, 0},
+                                     .target = surface,
+                                     .compliance = 1e-4});
+        return value_of(PbdBody::create(
+            std::move(parts),
+            {.time_step = 0.033, .sub_steps = 15, .damping = 20, .numbers = PbdNumbers::Double}));
+    }
+
+    Vec3d m_surface{0, 0, 0};
+    PbdBody m_body;
+    LearntStiffness m_learnt{50, kDevice_n_m};
+};
+
+}  // namespace
+
+HapticModel wall(double stiffness_n_m) {
+    HapticModel model;
+    model.plane_count = 1;
+    model.planes[0] = {{0, 0, 0}, {0, 0, 1}};
+    for (int c = 0; c < 3; ++c) model.stiffness_n_m.columns[c][c] = stiffness_n_m;
+    return model;
+}
+
+HapticModel force_of_wall(double stiffness_n_m, Vec3d tool_mm) {
+    HapticModel model;
+    if (tool_mm.z < 0) model.force_n = {0, 0, -1e-3 * stiffness_n_m * tool_mm.z};
+    return model;
+}
+
+HapticTissue hardening() {
+    return [](Vec3d x) {
+        const double d = std::max(0.0, -1e-3 * x.z);
+        Mat3d change{};
+        change.columns[2].z = -(80 + 60'000 * d);
+        return value_of(checked_model(
+            model_of_contact({x.x, x.y, 0}, {0, 0, 1}, x, {0, 0, 80 * d + 30'000 * d * d}, change),
+            kDevice_n_m));
+    };
+}
+
+std::shared_ptr<const Volume> layers(double bone_depth_mm) {
+    auto volume = std::make_shared<Volume>();
+    volume->grid = {{48, 48, 48}, {0.8, 0.8, 0.8}, {-19, -19, -28}, kIdentity3};
+    std::vector<std::int16_t> voxels;
+    for (int k = 0; k < 48; ++k) {
+        const double z = -28 + 0.8 * k;
+        const double share = std::clamp(0.5 - z / 0.8, 0.0, 1.0);  // −300 HU at z = 0
+        const double value = z < -bone_depth_mm ? 1200 : -640 + share * 680;
+        voxels.insert(voxels.end(), 48 * 48, std::int16_t(std::lround(value)));
+    }
+    volume->voxels = std::move(voxels);
+    return volume;
+}
+
+HapticTissue chainmail(std::shared_ptr<const Volume> volume, const TaskArena& arena) {
+    const ChainMailFeelSettings settings;
+    std::shared_ptr<ChainMailFeel> feel =
+        value_of(ChainMailFeel::create(*volume, {}, settings, arena));
+    const double radius = settings.tool_radius_mm;
+    return [volume, feel, radius](Vec3d tool) {
+        // In the middle of the phantom, as the others are without an end.
+        const Vec3d above{0, 0, radius};
+        const Vec3d x = Vec3d{0, 0, tool.z} + above;
+        HapticModel model = feel->model(x, {0, 0, std::max(x.z, radius)});
+        for (int k = 0; k < model.plane_count; ++k)
+            model.planes[k].point_mm = model.planes[k].point_mm - above;
+        return value_of(checked_model(model, kDevice_n_m));
+    };
+}
+
+HapticTissue springs() {
+    auto block = std::make_shared<SpringBlock>();
+    auto last = std::make_shared<LearntStiffness>(0, kDevice_n_m);
+    return [block, last](Vec3d tool) {
+        SpringTissue& tissue = block->at(-tool.z);
+        return value_of(checked_model(
+            value_of(model_of_springs(tissue, kHeld, {0, 0, 0}, {0, 0, 1}, tool, last.get())),
+            kDevice_n_m));
+    };
+}
+
+double static_force_of_springs_n(double depth_mm) {
+    static SpringBlock block;
+    return 1e-6 * value_of(block.at(depth_mm).reaction(kHeld, ReactionLaw::Held)).force.z;
+}
+
+HapticTissue pbd(const TaskArena& arena) {
+    auto block = std::make_shared<PbdBlock>();
+    return [block, &arena](Vec3d tool) {
+        const Vec3d force = block->force_n(tool, arena);
+        return value_of(checked_model(
+            model_of_contact({0, 0, 0}, {0, 0, 1}, tool, force, block->change_n_m()), kDevice_n_m));
+    };
+}
+
+}  // namespace pliant::results

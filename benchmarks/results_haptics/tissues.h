@@ -1,0 +1,45 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// The tissues that are felt: each has its surface at z = 0 and is below.
+
+#pragma once
+
+#include <pliant/haptics_models.h>
+#include <pliant/haptics_virtual.h>
+
+#include <cstdio>
+#include <cstdlib>
+#include <memory>
+#include <string>
+
+namespace pliant::results {
+
+inline constexpr double kDevice_n_m = 1000;  ///< the Phantom Desktop's largest stiffness
+
+template <class T>
+T value_of(Result<T> result) {
+    if (result.ok()) return std::move(result).value();
+    std::fprintf(stderr, "results: %s\n", result.error().message.c_str());
+    std::exit(1);
+}
+
+/// Yields nothing: K alone.
+HapticModel wall(double stiffness_n_m);
+/// What a simulation hands over that knows forces only.
+HapticModel force_of_wall(double stiffness_n_m, Vec3d tool_mm);
+/// F = 80 d + 30'000 d² [N, m].
+HapticTissue hardening();
+
+/// Air over tissue of 40 HU over bone from a depth on.
+std::shared_ptr<const Volume> layers(double bone_depth_mm);
+/// The scan's wall, as ChainMail feels it; the tool's radius is above the surface.
+HapticTissue chainmail(std::shared_ptr<const Volume> volume, const TaskArena& arena);
+/// A lattice of 6 × 6 × 6 nodes, four of them pressed, at its equilibrium.
+HapticTissue springs();
+/// Force of the same at its equilibrium [N].
+double static_force_of_springs_n(double depth_mm);
+/// A neo-Hookean block of 4 × 4 × 4 cells, in time steps of 33 ms.
+HapticTissue pbd(const TaskArena& arena);
+
+}  // namespace pliant::results

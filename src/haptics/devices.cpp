@@ -1,0 +1,170 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// The devices in the tree, and which one a text means. Plug-ins are in plugin_device.cpp.
+
+#include <pliant/haptics_servo.h>
+#include <pliant/staged_files.h>
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <fstream>
+
+#include "haptics/pace.h"
+#include "haptics/plugin_device.h"
+
+namespace pliant {
+namespace {
+
+constexpr std::array<HapticDeviceKind, 6> kKinds = {{
+    {"3D Systems Touch", {3.3, 400, 4, {160, 120, 70}}},
+    {"3D Systems Phantom Omni", {3.3, 700, 5, {160, 120, 70}}},
+    {"3D Systems Phantom Desktop", {7.9, 1000, 5, {160, 120, 120}}},
+    {"3D Systems Phantom Premium 1.5 6DOF", {8.5, 800, 5, {381, 267, 191}}},
+    {"3D Systems Phantom Premium 3.0", {22, 1000, 5, {838, 584, 406}}},
+    {"any other", {6, 1000, 8, {150, 150, 150}}},
+}};
+
+/// The simulated one, in real time: it goes on by the time since it was last asked.
+class RealTimeVirtualDevice : public HapticDevice {
+  public:
+    explicit RealTimeVirtualDevice(const VirtualDeviceSettings& settings) : m_device(settings) {}
+
+    std::string name() const override { return "virtual"; }
+    HapticLimits limits() const override { return {8, 0.8 * stable_n_m(), 5, {200, 200, 200}}; }
+    bool read(HapticReading& reading) noexcept override {
+        const std::int64_t now = steady_now_ns();
+        if (m_last_ns > 0)
+            m_device.advance(m_force_n, std::min(1e-9 * double(now - m_last_ns), kLongest_s));
+        m_last_ns = now;
+        reading.position_mm = m_device.seen_position_mm();
+        return true;
+    }
+    bool write(Vec3d force_n) noexcept override {
+        m_force_n = force_n;
+        return true;
+    }
+
+  private:
+    static constexpr double kLongest_s = 0.02;  ///< of a step, after the machine was busy
+
+    /// 2b/T at 1 kHz [Colgate1997].
+    double stable_n_m() const { return 2 * m_device.settings().damping_n_s_m / 1e-3; }
+
+    VirtualDevice m_device;
+    Vec3d m_force_n{0, 0, 0};
+    std::int64_t m_last_ns = 0;
+};
+
+/// Places from a file, one in each period; at its end it stays.
+class ReplayDevice : public HapticDevice {
+  public:
+    explicit ReplayDevice(std::vector<Vec3d> places_mm) : m_places_mm(std::move(places_mm)) {}
+
+    std::string name() const override { return "replay"; }
+    HapticLimits limits() const override { return {1000, 1e5, 1000, {1000, 1000, 1000}}; }
+    bool read(HapticReading& reading) noexcept override {
+        reading.position_mm = m_places_mm[m_at];
+        if (m_at + 1 < m_places_mm.size()) ++m_at;
+        return true;
+    }
+    bool write(Vec3d) noexcept override { return true; }
+
+  private:
+    std::vector<Vec3d> m_places_mm;
+    std::size_t m_at = 0;
+};
+
+Result<std::unique_ptr<HapticDevice>> open_virtual(const std::string& hand) {
+    VirtualDeviceSettings settings;
+    settings.coulomb_n = 0.05;
+    settings.encoder_mm = 0.02;
+    if (hand == "spring" || hand.empty())
+        settings.hand = spring_hand({0, 0, 0});
+    else if (hand == "active") {
+        // It shakes around a place: nothing else would keep it there.
+        settings.hand = spring_hand({0, 0, 0}, 100, 1);
+        settings.hand.sine_n = {0, 0, 2};
+        settings.hand.frequency_hz = 10;
+    } else if (hand != "free")
+        return Error{ErrorCode::InvalidArgument,
+                     "haptic device 'virtual:" + hand +
+                         "': expected virtual, virtual:free, virtual:spring or virtual:active"};
+    return make_virtual_device(settings);
+}
+
+Result<std::unique_ptr<HapticDevice>> open_replay(const std::string& file) {
+    const auto wrong = [&](ErrorCode code, const std::string& what) -> Error {
+        return {code, "haptic device 'replay:" + file + "': " + what};
+    };
+    std::ifstream stream(file);
+    if (!stream)
+        return wrong(ErrorCode::NotFound, "expected a recording of pliant haptics, found no file");
+    std::vector<Vec3d> places;
+    std::string line;
+    for (int number = 1; std::getline(stream, line); ++number) {
+        if (line.empty() || line[0] == '#') continue;
+        double values[4];
+        const char* at = line.data();
+        const char* const end = at + line.size();
+        int count = 0;
+        for (; count < 4; ++count) {
+            while (at != end && *at == ' ') ++at;
+            const auto [next, error] = std::from_chars(at, end, values[count]);
+            if (error != std::errc{}) break;
+            at = next;
+        }
+        const Vec3d place{values[1], values[2], values[3]};
+        if (count < 4 || at != end || !is_finite(place))
+            return wrong(ErrorCode::Unreadable,
+                         "line " + std::to_string(number) + ": expected time_ns x y z");
+        places.push_back(place);
+    }
+    if (places.empty()) return wrong(ErrorCode::Unreadable, "expected places, found none");
+    return std::unique_ptr<HapticDevice>(std::make_unique<ReplayDevice>(std::move(places)));
+}
+
+}  // namespace
+
+std::span<const HapticDeviceKind> known_haptic_devices() {
+    return kKinds;
+}
+
+std::unique_ptr<HapticDevice> make_virtual_device(const VirtualDeviceSettings& settings) {
+    return std::make_unique<RealTimeVirtualDevice>(settings);
+}
+
+Result<std::unique_ptr<HapticDevice>> open_haptic_device(const std::string& what) {
+    const auto colon = what.find(':');
+    const std::string kind = what.substr(0, colon);
+    const std::string rest = colon == std::string::npos ? "" : what.substr(colon + 1);
+    if (kind == "virtual") return open_virtual(rest);
+    if (kind == "replay") return open_replay(rest);
+    return open_plugin_device(kind, rest);
+}
+
+Status write_haptic_recording(const std::filesystem::path& path,
+                              std::span<const HapticRecord> records) {
+    StagedFiles files;
+    const auto staged = files.stage(path);
+    if (!staged.ok()) return staged.error();
+    std::ofstream stream(*staged, std::ios::binary);
+    stream << "# pliant haptics: time_ns x y z [mm], of the device\n";
+    for (const HapticRecord& r : records) {
+        char line[160];
+        char* at = std::to_chars(line, line + sizeof line, r.time_ns).ptr;
+        for (int a = 0; a < 3; ++a) {
+            *at++ = ' ';
+            at = std::to_chars(at, line + sizeof line, r.device_mm[a]).ptr;
+        }
+        *at++ = '\n';
+        stream.write(line, at - line);
+    }
+    stream.close();
+    if (!stream)
+        return Error{ErrorCode::Unwritable, path.filename().string() + ": can't be written"};
+    return files.commit();
+}
+
+}  // namespace pliant

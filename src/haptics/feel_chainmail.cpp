@@ -1,0 +1,208 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// ChainMail knows no forces, but exactly how far it can be pushed: a push by the whole reach is
+// done up to the fraction at which links or movement limits are used up. That fraction is L; the
+// grey values say how stiff the wall is before.
+
+#include <pliant/haptics_models.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <string>
+#include <vector>
+
+namespace pliant {
+namespace {
+
+constexpr double kPoisson = 0.45, kReference_hu = 40;
+constexpr double kTangential = 0.7;  ///< of the stiffness along the normal: 2(1 − ν)/(2 − ν)
+constexpr double kSame_mm = 0.5;     ///< a contact that moved by less keeps what it knows
+constexpr double kSameDirection = 0.98;
+constexpr double kBump_mm = 0.5;  ///< a plane that would cut off other walls by more is no wall
+
+/// Dräger's softness of a value, 1 − w² [Draeger2005, 3.5.5].
+double softness(double hu) {
+    const double w = std::clamp((hu + 1000) / 4095, 0.0, 0.999);
+    return 1 - w * w;
+}
+
+/// F = k d/(1 − d/L) as long as it is softer than bone, then straight on.
+void wall_law(const ChainMailFeel::Give& give, double bone_n_m, double depth_mm, double& force_n,
+              double& stiffness_n_m) {
+    const double k = std::min(give.stiffness_n_m, bone_n_m), limit = give.limit_mm;
+    if (!std::isfinite(limit)) {
+        force_n = 1e-3 * k * depth_mm;
+        stiffness_n_m = k;
+        return;
+    }
+    const double last = limit * (1 - std::sqrt(k / bone_n_m));  // as stiff as bone from here on
+    const double bent = std::min(depth_mm, last);
+    const double share = limit > 0 ? 1 - bent / limit : 1;
+    force_n = 1e-3 * (k * bent / share + bone_n_m * std::max(0.0, depth_mm - last));
+    stiffness_n_m = depth_mm < last ? k / (share * share) : bone_n_m;
+}
+
+/// The directions of a cube's faces, edges and corners.
+std::vector<Vec3d> directions() {
+    std::vector<Vec3d> all;
+    for (int n = 0; n < 27; ++n)
+        if (n != 13) all.push_back(normalized(Vec3d{n % 3 - 1., n / 3 % 3 - 1., n / 9 - 1.}));
+    return all;
+}
+
+Status check(const ChainMailFeelSettings& s) {
+    const struct {
+        const char* name;
+        double value, low, high;
+    } numbers[] = {{"tool_radius_mm", s.tool_radius_mm, 0.01, 100},
+                   {"young_modulus_pa", s.young_modulus_pa, 1, 1e9},
+                   {"bone_n_m", s.bone_n_m, 1, 1e9},
+                   {"friction", s.friction, 0, 10},
+                   {"reach_mm", s.reach_mm, 0.1, 500}};
+    for (const auto& n : numbers)
+        if (!(n.value >= n.low && n.value <= n.high))
+            return Error{ErrorCode::InvalidArgument, std::string("haptics: ") + n.name +
+                                                         ": expected " + std::to_string(n.low) +
+                                                         " to " + std::to_string(n.high) +
+                                                         ", found " + std::to_string(n.value)};
+    if (!std::isfinite(s.iso_hu))
+        return Error{ErrorCode::InvalidArgument, "haptics: iso_hu: expected a number"};
+    return Ok{};
+}
+
+}  // namespace
+
+struct ChainMailFeel::Impl {
+    Impl(const Volume& v, ChainMail t, const ChainMailFeelSettings& s, const TaskArena& arena)
+        : volume(v), trial(std::move(t)), settings(s), caster(v, arena) {}
+
+    const Volume& volume;
+    ChainMail trial;
+    ChainMailFeelSettings settings;
+    RayCaster caster;
+    std::vector<Vec3d> rays = directions();
+    std::vector<double> distances = std::vector<double>(26);
+
+    // The contact that was looked at last.
+    bool has_contact = false;
+    Vec3d contact_mm{0, 0, 0}, contact_normal{0, 0, 0};
+    Give contact_give;
+
+    std::vector<RayHit> walls_around(Vec3d place_mm);
+    double stiffness_below(Vec3d surface_mm, Vec3d normal) const;
+};
+
+/// The nearest first.
+std::vector<RayHit> ChainMailFeel::Impl::walls_around(Vec3d place_mm) {
+    std::vector<RayHit> walls;
+    const double within = settings.reach_mm + settings.tool_radius_mm;
+    if (const auto nearest =
+            caster.nearest_surface(place_mm, within, settings.iso_hu, settings.polarity))
+        walls.push_back(*nearest);
+    else
+        return walls;
+    caster.first_hits(place_mm, rays, settings.iso_hu, settings.polarity, distances);
+    std::vector<RayHit> others;
+    for (std::size_t r = 0; r < rays.size(); ++r)
+        if (distances[r] < within)
+            if (const auto hit =
+                    caster.first_hit(place_mm, rays[r], settings.iso_hu, settings.polarity))
+                others.push_back(*hit);
+    std::stable_sort(others.begin(), others.end(), [](const RayHit& a, const RayHit& b) {
+        return a.distance_mm < b.distance_mm;
+    });
+    walls.insert(walls.end(), others.begin(), others.end());
+    return walls;
+}
+
+/// Of a punch on the mean value within two radii below the surface.
+double ChainMailFeel::Impl::stiffness_below(Vec3d surface_mm, Vec3d normal) const {
+    constexpr int kSamples = 8;
+    const double a = settings.tool_radius_mm;
+    double softer = 0;
+    for (int s = 0; s < kSamples; ++s) {
+        const double depth = a * (0.25 + 1.75 * s / (kSamples - 1));
+        const double hu =
+            sample_linear(volume, voxel_from_world(volume.grid, surface_mm - depth * normal));
+        softer += softness(hu) / softness(kReference_hu) / kSamples;
+    }
+    const double young_pa = settings.young_modulus_pa / softer;
+    return 2e-3 * a * young_pa / (1 - kPoisson * kPoisson);
+}
+
+Result<std::unique_ptr<ChainMailFeel>> ChainMailFeel::create(const Volume& volume,
+                                                             const ChainMailSettings& materials,
+                                                             const ChainMailFeelSettings& settings,
+                                                             const TaskArena& arena) {
+    if (const Status status = check(settings); !status.ok()) return status.error();
+    ChainMailSettings own = materials;
+    own.history_max_steps = 0;
+    auto trial = ChainMail::create(volume, own, arena);
+    if (!trial.ok()) return trial.error();
+    return std::unique_ptr<ChainMailFeel>(
+        new ChainMailFeel(std::make_unique<Impl>(volume, std::move(*trial), settings, arena)));
+}
+
+ChainMailFeel::ChainMailFeel(std::unique_ptr<Impl> impl) : m_impl(std::move(impl)) {}
+ChainMailFeel::~ChainMailFeel() = default;
+
+ChainMailFeel::Give ChainMailFeel::give_at(Vec3d surface_mm, Vec3d normal) {
+    Impl& m = *m_impl;
+    if (m.has_contact && norm(surface_mm - m.contact_mm) < kSame_mm &&
+        dot(normal, m.contact_normal) > kSameDirection)
+        return m.contact_give;
+    m.has_contact = true;
+    m.contact_mm = surface_mm;
+    m.contact_normal = normal;
+    m.contact_give.stiffness_n_m = m.stiffness_below(surface_mm, normal);
+    m.contact_give.limit_mm = std::numeric_limits<double>::infinity();
+    const auto report =
+        m.trial.push({.point_mm = surface_mm - (0.5 * m.settings.tool_radius_mm) * normal,
+                      .push_mm = -m.settings.reach_mm * normal,
+                      .sphere_radius_mm = m.settings.tool_radius_mm});
+    if (report.ok() && report->grabbed_elements > 0 && report->step_fraction < 1)
+        m.contact_give.limit_mm = report->step_fraction * m.settings.reach_mm;
+    m.trial.reset();
+    return m.contact_give;
+}
+
+HapticModel ChainMailFeel::model(Vec3d tool_mm, Vec3d proxy_mm) {
+    Impl& m = *m_impl;
+    HapticModel model;
+    const std::vector<RayHit> walls = m.walls_around(proxy_mm);
+    for (const RayHit& wall : walls) {
+        if (model.plane_count == HapticModel::kMaxPlanes) break;
+        const HapticPlane plane{wall.point_mm + m.settings.tool_radius_mm * wall.normal,
+                                wall.normal};
+        const bool is_nearest = &wall == &walls.front();
+        const auto is_cut_off = [&](const RayHit& other) {
+            return dot(wall.normal, other.point_mm - wall.point_mm) < -kBump_mm;
+        };
+        if (!is_nearest && (dot(plane.normal, proxy_mm - plane.point_mm) < 0 ||
+                            std::any_of(walls.begin(), walls.end(), is_cut_off)))
+            continue;
+        model.planes[model.plane_count++] = plane;
+    }
+    if (model.plane_count == 0) return model;
+    model.friction = m.settings.friction;
+    const Vec3d entry = nearest_free_place(model, tool_mm);
+    const double depth = norm(entry - tool_mm);
+    // Before it touches, the nearest wall is the one that it will.
+    const Vec3d normal = depth > 1e-9 ? (1 / depth) * (entry - tool_mm) : model.planes[0].normal;
+    const Give give = give_at(
+        depth > 1e-9 ? entry - m.settings.tool_radius_mm * normal : walls.front().point_mm, normal);
+    double force = 0, stiffness = 0;
+    wall_law(give, m.settings.bone_n_m, depth, force, stiffness);
+    model.depth_mm = depth * normal;
+    model.force_n = force * normal;
+    const double aside = kTangential * stiffness;
+    for (int c = 0; c < 3; ++c) {
+        model.stiffness_n_m.columns[c] = ((stiffness - aside) * normal[c]) * normal;
+        model.stiffness_n_m.columns[c][c] += aside;
+    }
+    return model;
+}
+
+}  // namespace pliant

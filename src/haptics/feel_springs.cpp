@@ -1,0 +1,68 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// Local models of tissues that know forces.
+
+#include <pliant/haptics_models.h>
+
+namespace pliant {
+namespace {
+
+constexpr double kNewton = 1e-6;          ///< of a µN, which is g·mm/s²
+constexpr double kNewtonPerMetre = 1e-3;  ///< of a µN/mm
+
+}  // namespace
+
+Result<HapticModel> model_of_springs(SpringTissue& tissue, std::span<const std::int32_t> held,
+                                     Vec3d surface_mm, Vec3d normal, Vec3d place_mm,
+                                     LearntStiffness* last) {
+    const auto reaction = tissue.reaction(held, ReactionLaw::Relaxed);
+    if (!reaction.ok()) return reaction.error();
+    Mat3d change{};
+    for (int c = 0; c < 3; ++c)
+        change.columns[c] = kNewtonPerMetre * reaction->stiffness.columns[c];
+    const Vec3d force_n = kNewton * reaction->force;
+    if (last) {
+        last->begin_with(change);
+        last->add(place_mm, force_n);
+        change = last->change_n_m();
+    }
+    return model_of_contact(surface_mm, normal, place_mm, force_n, change);
+}
+
+LearntStiffness::LearntStiffness(double start_n_m, double largest_n_m)
+    : m_largest_n_m(largest_n_m), m_stiffness_n_m{} {
+    for (int c = 0; c < 3; ++c) m_stiffness_n_m.columns[c][c] = start_n_m;
+}
+
+void LearntStiffness::begin_with(const Mat3d& change_n_m) {
+    for (int c = 0; c < 3; ++c) m_stiffness_n_m.columns[c] = -change_n_m.columns[c];
+    m_stiffness_n_m = capped_stiffness(m_stiffness_n_m, m_largest_n_m);
+}
+
+void LearntStiffness::add(Vec3d place_mm, Vec3d force_n) {
+    constexpr double kLeastStep_mm = 0.01;  // less is rounding, or the tissue's own motion
+    if (m_has_place) {
+        const Vec3d step = place_mm - m_place_mm;
+        if (norm(step) < kLeastStep_mm) return;
+        // K ← K + (r sᵀ + s rᵀ)/s·s − (r·s) s sᵀ/(s·s)², r = −ΔF − K s: symmetric.
+        const Vec3d change = 1e3 * (m_force_n - force_n);
+        const Vec3d r = change - m_stiffness_n_m * step;
+        const double ss = dot(step, step), rs = dot(r, step);
+        for (int c = 0; c < 3; ++c)
+            m_stiffness_n_m.columns[c] = m_stiffness_n_m.columns[c] + (step[c] / ss) * r +
+                                         (r[c] / ss) * step - (rs * step[c] / (ss * ss)) * step;
+        m_stiffness_n_m = capped_stiffness(m_stiffness_n_m, m_largest_n_m);
+    }
+    m_has_place = true;
+    m_place_mm = place_mm;
+    m_force_n = force_n;
+}
+
+Mat3d LearntStiffness::change_n_m() const {
+    Mat3d change{};
+    for (int c = 0; c < 3; ++c) change.columns[c] = -m_stiffness_n_m.columns[c];
+    return change;
+}
+
+}  // namespace pliant

@@ -1,0 +1,15 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// Devices of others, loaded at run time (pliant/haptics_device.h).
+
+#pragma once
+
+#include <pliant/haptics_servo.h>
+
+namespace pliant {
+
+Result<std::unique_ptr<HapticDevice>> open_plugin_device(const std::string& library,
+                                                         const std::string& which);
+
+}  // namespace pliant

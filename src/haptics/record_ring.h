@@ -1,0 +1,65 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// What one thread did, for any number of readers that it never waits for. Each place has a number
+// that is odd while it is written; a reader that is overtaken takes what it read for lost. Words
+// are atomic, stored with release and loaded with acquire: who sees a newer word sees the newer
+// number too.
+
+#pragma once
+
+#include <array>
+#include <atomic>
+#include <cstdint>
+#include <cstring>
+#include <memory>
+#include <type_traits>
+
+namespace pliant {
+
+template <class T, std::size_t kCount>
+class RecordRing {
+    static_assert(std::is_trivially_copyable_v<T> && sizeof(T) % 8 == 0);
+    static_assert((kCount & (kCount - 1)) == 0, "a power of two");
+
+  public:
+    /// By the writer, one thread.
+    void write(const T& record) {
+        const std::uint64_t n = m_written.load(std::memory_order_relaxed);
+        Place& place = (*m_places)[n % kCount];
+        std::uint64_t words[kWords];
+        std::memcpy(words, &record, sizeof record);
+        place.number.store(2 * n + 1, std::memory_order_relaxed);
+        for (std::size_t w = 0; w < kWords; ++w)
+            place.words[w].store(words[w], std::memory_order_release);
+        place.number.store(2 * n + 2, std::memory_order_release);
+        m_written.store(n + 1, std::memory_order_release);
+    }
+    std::uint64_t written() const { return m_written.load(std::memory_order_acquire); }
+    /// Record n, from 0. @returns false where it isn't there yet or any more
+    bool read(std::uint64_t n, T& record) const {
+        const Place& place = (*m_places)[n % kCount];
+        if (place.number.load(std::memory_order_acquire) != 2 * n + 2) return false;
+        std::uint64_t words[kWords];
+        for (std::size_t w = 0; w < kWords; ++w)
+            words[w] = place.words[w].load(std::memory_order_acquire);
+        if (place.number.load(std::memory_order_relaxed) != 2 * n + 2) return false;
+        std::memcpy(&record, words, sizeof record);
+        return true;
+    }
+    static constexpr std::size_t size() { return kCount; }
+
+  private:
+    static constexpr std::size_t kWords = sizeof(T) / 8;
+    struct Place {
+        std::atomic<std::uint64_t> number{0};
+        std::array<std::atomic<std::uint64_t>, kWords> words{};
+    };
+
+    std::unique_ptr<std::array<Place, kCount>> m_places =
+        std::make_unique<std::array<Place, kCount>>();
+    std::atomic<std::uint64_t> m_written{0};
+    static_assert(std::atomic<std::uint64_t>::is_always_lock_free);
+};
+
+}  // namespace pliant

@@ -1,0 +1,19 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// Counts what a thread asks of the system that could make it wait: memory and locks.
+
+#pragma once
+
+#include <cstdint>
+
+namespace pliant::test {
+
+/// From now on, on this thread.
+void watch_this_thread();
+std::int64_t allocations_of_this_thread();
+std::int64_t locks_of_this_thread();
+/// False with sanitizers, which have these functions for themselves.
+bool can_watch_threads();
+
+}  // namespace pliant::test
