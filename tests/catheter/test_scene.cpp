@@ -98,7 +98,7 @@ Journey journey(const VesselWall& wall, const CatheterSettings& s, double speed,
     WayPilot pilot(places_of(bent_way()), 10);
     Journey found;
     CatheterCommand command;
-    const int there = int(std::lround(way_in / speed / s.time_step_s)), all = 2 * there + 400;
+    const int there = int(std::lround(way_in / speed / s.time_step_s)), all = 2 * there + 300;
     for (int n = 0; n < all; ++n) {
         command.insert_mm_s = n < there ? speed : n < 2 * there ? -speed : 0;
         if (steered) pilot.steer(scene, command);
@@ -129,8 +129,8 @@ Journey journey(const VesselWall& wall, const CatheterSettings& s, double speed,
 
 TEST(CatheterScene, StaysInsideAtAnySpeedAndStiffness) {
     const VesselWall wall = bent_tube();
-    for (const double stiff : {5.0, 50.0, 400.0})
-        for (const double speed : {50.0, 100.0, 400.0}) {
+    for (const double stiff : {5.0, 400.0})
+        for (const double speed : {100.0, 400.0}) {
             CatheterSettings s = settings(stiff);
             s.catheter.tip_bend_n_mm2 = 0.2 * stiff;
             const Journey j = journey(wall, s, speed, false);
@@ -149,8 +149,8 @@ TEST(CatheterScene, StaysInsideAtAnySpeedAndStiffness) {
 
 TEST(CatheterScene, SteeredTipsFollowTheWayWithLessForce) {
     const VesselWall wall = bent_tube();
-    const Journey straight = journey(wall, settings(), 50, false);
-    const Journey steered = journey(wall, settings(), 50, true);
+    const Journey straight = journey(wall, settings(), 200, false);
+    const Journey steered = journey(wall, settings(), 200, true);
     EXPECT_LT(steered.force, straight.force);
     EXPECT_LE(steered.depth, 0.1);
 }
