@@ -10,8 +10,6 @@
 #include <cmath>
 #include <filesystem>
 #include <fstream>
-#include <functional>
-#include <map>
 #include <sstream>
 #include <utility>
 
@@ -34,7 +32,7 @@ class Table {
         if (!m_table || !m_status.ok()) return;
         for (const auto& [key, node] : *m_table)
             if (std::find(m_known.begin(), m_known.end(), key.str()) == m_known.end())
-                return fail(std::string(key.str()), "unknown, expected one of " + names());
+                fail(std::string(key.str()), "unknown, expected one of " + names());
     }
     Table(const Table&) = delete;
     Table& operator=(const Table&) = delete;
@@ -240,7 +238,8 @@ void read_act(Table&& t, VesselFile& v) {
     v.acts.push_back(act);
 }
 
-void read_rest(const std::function<Table(const char*)>& table, VesselFile& v) {
+template <class Tables>
+void read_rest(const Tables& table, VesselFile& v) {
     CatheterSettings& s = v.settings;
     {
         Table t = table("catheter");
