@@ -67,7 +67,7 @@ struct CatheterSettings {
     double reach_mm = 2;  ///< a box this near to the catheter's surface moves
     double time_step_s = 1e-3;
     int sub_steps = 5;
-    int iterations = 2;  ///< of the wire's Newton method, in each sub-step
+    int iterations = 4;  ///< of the wire's Newton method, in each sub-step
 };
 
 /// What the hand does, until told otherwise.

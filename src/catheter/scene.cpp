@@ -205,7 +205,10 @@ struct CatheterScene::Impl {
             wire.predict(h);
             if (const Status s = body.step(1, arena); !s.ok()) return s;
             const auto contacts = contact.gather(wire, body, h);
-            wire.solve(contacts, settings.iterations);
+            for (int i = 0; i < settings.iterations; ++i) {
+                if (i > 0) contact.yield(body, h);
+                wire.solve(contacts);
+            }
             wire.finish();
             if (!wire.is_good())
                 return Error{ErrorCode::LimitExceeded,

@@ -237,7 +237,8 @@ void WallContact::bear(const PbdBody& body, double h) {
     }
 }
 
-Status WallContact::apply(PbdBody& body, double h) {
+/// Forces on particles.
+void WallContact::sum_up() {
     for (const std::int32_t p : m_borne) m_share[std::size_t(p)] = 0;
     m_borne.clear();
     for (std::size_t c = 0; c < m_contacts.size(); ++c) {
@@ -255,6 +256,27 @@ Status WallContact::apply(PbdBody& body, double h) {
             m_push[std::size_t(b.particle)] = m_push[std::size_t(b.particle)] + b.weight * force;
         }
     }
+}
+
+void WallContact::yield(const PbdBody& body, double h) {
+    sum_up();
+    for (std::size_t c = 0; c < m_contacts.size(); ++c) {
+        WireContact& contact = m_contacts[c];
+        contact.pushed = dot(contact.force, contact.normal);
+        // The surfaces' own compliance is what may be left between them.
+        contact.yielded = (-m_settings.compliance * contact.pushed) * contact.normal;
+        for (auto n = std::size_t(m_bearing_starts[c]); n < std::size_t(m_bearing_starts[c + 1]);
+             ++n) {
+            const Bearing& b = m_bearings[n];
+            if (m_share[std::size_t(b.particle)] == 0) continue;
+            contact.yielded = contact.yielded - (h * h * b.weight * body.inverse_mass(b.particle)) *
+                                                    m_push[std::size_t(b.particle)];
+        }
+    }
+}
+
+Status WallContact::apply(PbdBody& body, double h) {
+    sum_up();
     for (const std::int32_t p : m_borne) {
         const double w = body.inverse_mass(p);
         if (w == 0) continue;

@@ -11,8 +11,10 @@
 //
 //   h² Σ_p b_p w_p S_p,   S_p = Σ b_p of all contacts that bear on particle p
 //
-// which is exact where neighbouring contacts push alike. Then the particles move by −h² w b F and
-// their velocities with them, so that momentum is kept.
+// which is exact where neighbouring contacts push alike and too soft elsewhere. So the next Newton
+// step begins with the forces that have been found and with the wall as these would move it, and
+// adds what is missing. In the end the particles move by −h² w b F and their velocities with them,
+// so that momentum is kept.
 
 #pragma once
 
@@ -48,6 +50,8 @@ class WallContact {
     void look(const Wire& wire, const PbdBody& body, double duration_s);
     /// In each sub-step of h seconds, after wire and body have been moved.
     std::span<WireContact> gather(const Wire& wire, const PbdBody& body, double h);
+    /// Between two Newton steps: where the wall would go with the forces of the last one.
+    void yield(const PbdBody& body, double h);
     /// After the wire has been solved.
     Status apply(PbdBody& body, double h);
 
@@ -78,6 +82,7 @@ class WallContact {
                   double along, Vec3d on_wire, Vec3d on_wall, int feature);
     void keep_some(std::size_t from);
     void bear(const PbdBody& body, double h);
+    void sum_up();
 
     WallContactSettings m_settings;
     pbd::GhostSurface m_ghost;

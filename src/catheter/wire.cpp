@@ -192,11 +192,11 @@ double Wire::touch(WireContact& c) const {
     if (c.segment < m_first) return 0;
     const auto i = std::size_t(c.segment);
     const Vec3d place = (1 - c.along) * m_x[i] + c.along * m_x[i + 1];
-    const double depth = c.least - dot(c.normal, place);
-    if (!(depth > 0)) return 0;
-    const double push = depth / c.compliance;
+    const double depth = c.least + dot(c.normal, c.yielded) - dot(c.normal, place);
+    const double push = c.pushed + depth / c.compliance;
+    if (!(push > 0)) return 0;
     const Vec3d turned = rotation_vector(m_q[i] * inverse_of(m_old_q[i]));
-    Vec3d slid = place - c.sticks + cross(turned, c.lever);
+    Vec3d slid = place - c.sticks - c.yielded + cross(turned, c.lever);
     slid = slid - dot(slid, c.normal) * c.normal;
     const double drag =
         std::min(1 / c.compliance, c.friction * push / std::max(norm(slid), c.sticking_mm));
@@ -225,34 +225,32 @@ void Wire::add_contact(WireContact& c) {
     add_to(m_chain.right[k - 1], 0, a * c.force);
 }
 
-void Wire::solve(std::span<WireContact> contacts, int iterations) {
+void Wire::solve(std::span<WireContact> contacts) {
     const auto first = std::size_t(m_first);
     if (first >= m_count) return;
     const double per_h2 = 1 / (m_h * m_h);
-    for (int n = 0; n < iterations; ++n) {
-        m_chain.reset(m_count - first);
-        for (std::size_t i = first; i < m_count; ++i) {
-            const std::size_t k = i - first;
-            const double m = per_h2 * m_mass[i + 1], j = per_h2 * m_inertia;
-            for (std::size_t c = 0; c < 3; ++c) {
-                m_chain.diagonal[k].at[c][c] += m;
-                m_chain.diagonal[k].at[c + 3][c + 3] += j;
-            }
-            add_to(m_chain.right[k], 0, m * (m_predicted_x[i + 1] - m_x[i + 1]));
-            add_to(m_chain.right[k], 3, j * rotation_vector(m_predicted_q[i] * inverse_of(m_q[i])));
-            add_segment(i);
-            add_joint(i);
+    m_chain.reset(m_count - first);
+    for (std::size_t i = first; i < m_count; ++i) {
+        const std::size_t k = i - first;
+        const double m = per_h2 * m_mass[i + 1], j = per_h2 * m_inertia;
+        for (std::size_t c = 0; c < 3; ++c) {
+            m_chain.diagonal[k].at[c][c] += m;
+            m_chain.diagonal[k].at[c + 3][c + 3] += j;
         }
-        for (WireContact& c : contacts) add_contact(c);
-        m_chain.solve();
-        for (std::size_t i = first; i < m_count; ++i) {
-            const Six& by = m_chain.right[i - first];
-            m_x[i + 1] = m_x[i + 1] + part_of(by, 0);
-            Vec3d turn_by = part_of(by, 3);
-            const double size = norm(turn_by);
-            if (size > kMostTurn) turn_by = (kMostTurn / size) * turn_by;
-            m_q[i] = unit(rotation_by(turn_by) * m_q[i]);
-        }
+        add_to(m_chain.right[k], 0, m * (m_predicted_x[i + 1] - m_x[i + 1]));
+        add_to(m_chain.right[k], 3, j * rotation_vector(m_predicted_q[i] * inverse_of(m_q[i])));
+        add_segment(i);
+        add_joint(i);
+    }
+    for (WireContact& c : contacts) add_contact(c);
+    m_chain.solve();
+    for (std::size_t i = first; i < m_count; ++i) {
+        const Six& by = m_chain.right[i - first];
+        m_x[i + 1] = m_x[i + 1] + part_of(by, 0);
+        Vec3d turn_by = part_of(by, 3);
+        const double size = norm(turn_by);
+        if (size > kMostTurn) turn_by = (kMostTurn / size) * turn_by;
+        m_q[i] = unit(rotation_by(turn_by) * m_q[i]);
     }
     // Of the places as they have become, which is what the wall gets.
     for (WireContact& c : contacts) touch(c);

@@ -55,6 +55,9 @@ struct WireContact {
     Vec3d sticks{0, 0, 0};   ///< where the place on the axis would be if nothing slid nor turned
     double sticking_mm = 0;  ///< up to here friction grows with the way slid
     Vec3d force{0, 0, 0};    ///< on the wire [µN], after solve
+    // What the last iteration has found: how hard it pushes, and how far the wall has given way.
+    double pushed = 0;
+    Vec3d yielded{0, 0, 0};
 };
 
 class Wire {
@@ -71,9 +74,10 @@ class Wire {
     /// The rest shape of the tip: bent towards the first and the second axis, all in all.
     void bend_tip(double first_rad, double second_rad);
 
-    /// A step of h seconds: predict, then solve with what the predicted places touch, then finish.
+    /// A step of h seconds: predict, then Newton steps with what the predicted places touch, then
+    /// finish.
     void predict(double h);
-    void solve(std::span<WireContact> contacts, int iterations);
+    void solve(std::span<WireContact> contacts);
     void finish();
 
     const std::vector<Vec3d>& places() const { return m_x; }

@@ -66,7 +66,7 @@ TEST(Wire, MovesAsTheRodDoes) {
             wire.feed(40, turned);
             wire.bend_tip(share * first, share * second);
             wire.predict(1e-4);
-            wire.solve({}, 4);
+            for (int i = 0; i < 4; ++i) wire.solve({});
             wire.finish();
         }
         double moved = 0, off = 0;
@@ -93,7 +93,7 @@ WireContact pressed(Wire& wire, std::int32_t segment, double along, double by) {
     for (int n = 1; n <= 1500; ++n) {
         c.least = by * std::min(1.0, n / 500.0);
         wire.predict(1e-3);
-        wire.solve({&c, 1}, 3);
+        for (int i = 0; i < 3; ++i) wire.solve({&c, 1});
         wire.finish();
     }
     return c;
@@ -134,7 +134,7 @@ TEST(Wire, FrictionIsCoulombs) {
             c.sticking_mm = 1e-4;
             const auto& x = wire.places_before();
             c.sticks = 0.5 * (x[55] + x[56]);
-            wire.solve({&c, 1}, 3);
+            for (int i = 0; i < 3; ++i) wire.solve({&c, 1});
             wire.finish();
         }
         const double push = c.force.x, drag = std::hypot(c.force.y, c.force.z);
@@ -155,7 +155,7 @@ TEST(Wire, NothingJumpsWhereSegmentsLeaveTheGuide) {
         inserted += n < 800 ? 0.05 : -0.05;
         wire.feed(inserted, 0);
         wire.predict(1e-3);
-        wire.solve({}, 2);
+        for (int i = 0; i < 2; ++i) wire.solve({});
         wire.finish();
         ASSERT_TRUE(wire.is_good());
         if (n < 300) continue;  // the tip has been bent at once
