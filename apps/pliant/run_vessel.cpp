@@ -286,6 +286,13 @@ int run_vessel(const VesselOptions& o) {
     if (!o.frames.empty())
         if (const Status s = frames.open(o.frames); !s) return bad_input(s.error().message);
 
+    const double way_mm = WayPilot(made->way).way_mm();
+    for (const VesselAct& act : file->acts)
+        if (act.until_way_mm && *act.until_way_mm > way_mm)
+            return bad_input(o.scene + ": [[script]] until_way_mm: expected up to " +
+                             std::to_string(std::lround(way_mm)) +
+                             ", the length of the way, found " +
+                             std::to_string(std::lround(*act.until_way_mm)));
     Hand hand(*file, made->way, replayed ? &*replayed : nullptr);
     HandLog log;
     CatheterCommand command, before;

@@ -105,6 +105,8 @@ TEST_F(VesselTest, SaysInOneLineWhatIsWrong) {
     refused("place_mm = [0, 0, 5]", "end = 7", "[entry] end: expected one of the vessel's 2");
     refused("[0, 0, 5]", "[0, 5]", "[entry] place_mm: expected 3 numbers in brackets");
     refused("for_s = 0.02", "", "[[script]] for_s: expected this, until_inserted_mm");
+    refused("until_inserted_mm = 75", "until_way_mm = 2000",
+            "until_way_mm: expected up to 146, the length of the way, found 2000");
     refused("", "[[scripts]]\n", "scripts: expected [vessel], [wall]");
     refused("", "nonsense", "s.toml: line ");
     refused("", "", "--volume: expected a scene with [vessel] scan", "--volume v.nrrd");
