@@ -316,6 +316,10 @@ int run_vessel(const VesselOptions& o) {
                 std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start)
                     .count();
             const CatheterMeasures quick = scene->quick_measures();
+            if (n == 0 && quick.depth_mm > 0.1)
+                return bad_input(o.scene + ": [entry]: the catheter begins " +
+                                 exact(std::round(100 * quick.depth_mm) / 100) +
+                                 " mm beyond the wall, expected inside");
             if (csv.is_open()) csv.line(csv_line(quick));
             most.depth_mm = std::max(most.depth_mm, quick.depth_mm);
             most.force_n = std::max(most.force_n, std::abs(quick.force_n));

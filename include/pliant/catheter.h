@@ -46,7 +46,7 @@ struct WallTissue {
     /// With the blood and the tissue around that have to move as well. Slow motion doesn't depend
     /// on it; forces are right where sub-steps are small for it (docs/vessel.md).
     double density_g_mm3 = 0.02;
-    double support_pa_per_mm = 2000;  ///< of what is around: pressure for a displacement
+    double support_pa_per_mm = 10000;  ///< of what is around: pressure for a displacement
     double damping_per_s = 100;
 };
 
