@@ -100,7 +100,10 @@ TEST_F(VesselTest, SaysInOneLineWhatIsWrong) {
     refused("length_mm = 100", "length_mm = \"long\"",
             "[catheter] length_mm: expected a number from 10 to 3000, found \"long\"");
     refused("length_mm", "lenght_mm", "[catheter] lenght_mm: unknown, expected one of length_mm");
-    refused("phantom = \"bend\"", "surface = \"none.vtp\"", "none.vtp");
+    refused("phantom = \"bend\"", "surface = \"none.vtp\"",
+            "[[script]] follow: expected a [way] to follow, found none");
+    refused("phantom = \"bend\"\nthickness_mm = 1.5\nlayers = 1\n",
+            "surface = \"none.vtp\"\n[way]\npoints_mm = [[0, 0, 0], [0, 0, 9]]\n", "none.vtp");
     refused("phantom = \"bend\"", "", "expected one of phantom, surface");
     refused("place_mm = [0, 0, 5]", "end = 7", "[entry] end: expected one of the vessel's 2");
     refused("[0, 0, 5]", "[0, 5]", "[entry] place_mm: expected 3 numbers in brackets");
