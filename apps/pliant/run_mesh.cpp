@@ -165,9 +165,9 @@ Result<VesselWall> wall_from_scan(const MeshOptions& o, const WallSettings& sett
                           .most_ml = o.most_ml};
     if (o.seed_mm) region.seed_mm = *o.seed_mm;
     if (o.to_mm) {
-        const auto way = find_lumen_path(
-            *volume, *o.seed_mm, *o.to_mm,
-            {.iso_hu = o.low, .polarity = Polarity::Falling, .reach_mm = 5}, arena);
+        const auto way =
+            find_lumen_path(*volume, *o.seed_mm, *o.to_mm,
+                            {.iso_hu = o.low, .polarity = Polarity::Falling, .reach_mm = 5}, arena);
         if (!way) return Error{way.error().code, "--seed, --to: " + way.error().message};
         region.way_mm = way->points_mm;
     }
