@@ -10,6 +10,7 @@ if(PLIANT_BUILD_APP)
     pliant_test(apps SOURCES ../../apps/pliant/camera_path.cpp ../../apps/pliant/keyframes.cpp
                              ../serve/test_client.cpp test_keyframes.cpp test_mesh.cpp test_path.cpp
                              test_program.cpp test_serve.cpp test_value_range.cpp
+                             test_vessel.cpp
                 LIBRARIES nlohmann_json::nlohmann_json)
     target_compile_definitions(test_apps PRIVATE PLIANT_PROGRAM="$<TARGET_FILE:pliant_app>")
     add_dependencies(test_apps pliant_app)

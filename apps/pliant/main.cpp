@@ -420,6 +420,13 @@ void add_mesh(CLI::App& app, MeshOptions& o) {
          "values of the lumen [HU]")
         ->type_name("LOW,HIGH")
         ->needs(seed);
+    add_vector(c, "--to", o.to_mm, "keep to the way through the lumen from the seed to here")
+        ->needs(seed);
+    c->add_option("--within", o.within_mm, "how far from that way [mm] (default 15)")
+        ->check(CLI::Range(0.1, 1000.0));
+    c->add_option("--most-ml", o.most_ml,
+                  "a larger region leaks, and is refused (default 500; 0: any)")
+        ->check(CLI::Range(0.0, 1e6));
     c->add_option("--labels", o.labels, "instead: labels of the lumen, as 1,2")
         ->delimiter(',')
         ->excludes(seed);
@@ -432,6 +439,8 @@ void add_mesh(CLI::App& app, MeshOptions& o) {
         "  pliant mesh centreline.vtp --thickness 1.5 --out wall.vtu --ghost ghost.vtp\n"
         "  pliant mesh surface.vtp --ends centreline.vtp --out wall.vtu\n"
         "  pliant mesh angio.nrrd --seed=-6,-31,1180 --window 150,600 --out wall.vtu\n"
+        "  pliant mesh angio.nrrd --seed=-3,-149,545 --to=18,-149,746 --window 250,3500 "
+        "--out wall.vtu\n"
         "  pliant mesh labels.nii.gz --labels 1,2 --out wall.vtu\n"
         "  pliant mesh wall.vtu");
 }
@@ -516,6 +525,30 @@ void read_fit_config(CLI::App* command, const std::string& file) {
         for (const std::string& input : item.inputs) option->add_result(input);
         option->run_callback();
     }
+}
+
+void add_vessel(CLI::App& app, VesselOptions& o) {
+    auto* c = app.add_subcommand("vessel", "Feed a catheter into a vessel, without a window");
+    c->add_option("SCENE", o.scene, "vessel, catheter and what the hand does, TOML: docs/vessel.md")
+        ->required();
+    c->add_option("--report", o.report, "what came of it, JSON");
+    c->add_option("--csv", o.csv, "measures of each step");
+    c->add_option("--frames", o.frames,
+                  "folder for wall, ghost and catheter in time (.vtu, .vtp, .pvd)");
+    c->add_option("--every", o.every, "steps from frame to frame (default 50)")
+        ->check(CLI::Range(1, 1000000));
+    c->add_option("--volume", o.volume, "the scan as the wall carries it at the end");
+    auto* record = c->add_option("--record", o.record, "log of what the hand did");
+    c->add_option("--replay", o.replay, "such a log, instead of the scene's script")
+        ->excludes(record);
+    c->add_flag("--json", o.json, "print the report instead of a summary");
+    add_threads(c, o.threads);
+    c->footer(
+        "Examples:\n"
+        "  pliant vessel scenes/vessel_phantom.toml\n"
+        "  pliant vessel aorta.toml --report aorta.json --csv aorta.csv --frames aorta\n"
+        "  pliant vessel aorta.toml --record aorta.log && pliant vessel aorta.toml --replay "
+        "aorta.log");
 }
 
 void add_fit(CLI::App& app, FitOptions& o) {
@@ -630,6 +663,7 @@ int main(int argc, char** argv) {
     BenchOptions bench;
     FitOptions fit;
     HapticsOptions haptics;
+    VesselOptions vessel;
     add_info(app, info);
     add_phantom(app, phantom);
     add_deform(app, deform);
@@ -641,11 +675,12 @@ int main(int argc, char** argv) {
     add_bench(app, bench);
     add_fit(app, fit);
     add_haptics(app, haptics);
+    add_vessel(app, vessel);
     const auto named = [&](const CLI::App* command) { return command->get_name() == argv[1]; };
     if (argc > 1 && argv[1][0] != '-' && app.get_subcommands(named).empty())
         return bad_input("unknown command '" + std::string(argv[1]) +
                          "', expected info, phantom, deform, render, mesh, path, serve, replay, "
-                         "bench, fit or haptics");
+                         "bench, fit, haptics or vessel");
     try {
         app.parse(argc, argv);
     } catch (const CLI::Success& done) {
@@ -664,5 +699,6 @@ int main(int argc, char** argv) {
     if (app.got_subcommand("bench")) return run_bench(bench);
     if (app.got_subcommand("fit")) return run_fit(fit);
     if (app.got_subcommand("haptics")) return run_haptics(haptics);
+    if (app.got_subcommand("vessel")) return run_vessel(vessel);
     return run_render(render);
 }

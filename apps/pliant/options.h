@@ -129,8 +129,18 @@ struct MeshOptions {
     int sectors = 24;
     std::optional<Vec3d> seed_mm;  ///< of region growing
     double low = 0, high = 0;      ///< its window
-    std::vector<int> labels;       ///< instead: voxels with one of them
+    std::optional<Vec3d> to_mm;    ///< the region stays near the way from the seed to there
+    double within_mm = 15, most_ml = 500;
+    std::vector<int> labels;  ///< instead: voxels with one of them
     double smoothing_voxels = 0.8;
+    bool json = false;
+    int threads = 0;
+};
+
+struct VesselOptions {
+    std::string scene;
+    std::string report, csv, frames, record, replay, volume;  ///< outputs, and a log to play again
+    int every = 50;                                           ///< steps from frame to frame
     bool json = false;
     int threads = 0;
 };
@@ -211,6 +221,7 @@ int run_deform_springs(const DeformOptions& options);
 int run_render(const RenderOptions& options);
 int run_mesh(const MeshOptions& options);
 int run_path(const PathOptions& options);
+int run_vessel(const VesselOptions& options);
 int run_serve(const ServeOptions& options);
 int run_replay(const ReplayOptions& options);
 int run_bench(const BenchOptions& options);

@@ -3,6 +3,7 @@
 
 // A vessel's wall from a scan, a surface or a centreline; and what any mesh is worth.
 
+#include <pliant/lumen_path.h>
 #include <pliant/vessel_wall.h>
 
 #include <algorithm>
@@ -157,12 +158,20 @@ Result<VesselWall> wall_from_scan(const MeshOptions& o, const WallSettings& sett
     const auto volume = read_volume(o.file, {o.series});
     if (!volume) return volume.error();
     ProgressBar bar("wall");
-    const auto lumen = o.seed_mm ? lumen_of_region(*volume,
-                                                   {.seed_mm = *o.seed_mm,
-                                                    .low = o.low,
-                                                    .high = o.high,
-                                                    .smoothing_voxels = o.smoothing_voxels},
-                                                   arena)
+    RegionSettings region{.low = o.low,
+                          .high = o.high,
+                          .smoothing_voxels = o.smoothing_voxels,
+                          .within_mm = o.within_mm,
+                          .most_ml = o.most_ml};
+    if (o.seed_mm) region.seed_mm = *o.seed_mm;
+    if (o.to_mm) {
+        const auto way =
+            find_lumen_path(*volume, *o.seed_mm, *o.to_mm,
+                            {.iso_hu = o.low, .polarity = Polarity::Falling, .reach_mm = 5}, arena);
+        if (!way) return Error{way.error().code, "--seed, --to: " + way.error().message};
+        region.way_mm = way->points_mm;
+    }
+    const auto lumen = o.seed_mm ? lumen_of_region(*volume, region, arena)
                                  : lumen_of_labels(*volume, o.labels, o.smoothing_voxels, arena);
     if (!lumen) return lumen.error();
     bar.show(0.3);

@@ -97,6 +97,11 @@ struct RegionSettings {
     Vec3d seed_mm{0, 0, 0};
     double low = 0, high = 0;       ///< values that belong to the lumen
     double smoothing_voxels = 0.8;  ///< of the region's edge: standard deviation
+    /// Nothing farther than this from the way belongs to it, where a way is given: vessels hang
+    /// together with the heart, and often with bone.
+    std::vector<Vec3d> way_mm{};
+    double within_mm = 15;
+    double most_ml = 0;  ///< a larger region is refused as one that leaks; 0: any size
 };
 struct Lumen {
     TriangleMesh surface;  ///< faces outwards
@@ -107,7 +112,8 @@ struct Lumen {
 /// The lumen's surface in a scan: what is connected with the seed through faces of voxels whose
 /// values are between low and high, its edge smoothed. Closed, also at the scan's border; those
 /// places are the ends.
-/// @returns InvalidArgument where the seed isn't in the window or the scan
+/// @returns InvalidArgument where the seed isn't in the window or the scan, LimitExceeded where the
+///          region is larger than it may be
 Result<Lumen> lumen_of_region(const Volume& volume, const RegionSettings& settings,
                               const TaskArena& arena);
 /// The same of voxels with one of these labels: the largest part that hangs together.

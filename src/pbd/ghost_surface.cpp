@@ -129,6 +129,23 @@ double GhostSurface::update(const PbdBody& body, const TaskArena& arena) {
     return moved;
 }
 
+void GhostSurface::update(const PbdBody& body, std::span<const std::int32_t> nodes) {
+    bool left = false;
+    for (const std::int32_t node : nodes) {
+        const auto n = std::size_t(node);
+        const Ride& ride = m_rides[n];
+        Vec3d place{0, 0, 0};
+        for (std::size_t k = 0; k < 4; ++k)
+            if (ride.weights[k] != 0)
+                place = place + ride.weights[k] * body.position(ride.particles[k]);
+        m_places[n] = place;
+        left |= norm(place - m_in_grid[n]) > m_margin;
+    }
+    if (!left) return;
+    m_in_grid = m_places;
+    m_grid.fill(m_places, m_triangles, m_margin);
+}
+
 Vec3d GhostSurface::face_normal(std::int32_t triangle) const {
     const auto& t = m_triangles[std::size_t(triangle)];
     const Vec3d a = m_places[std::size_t(t[0])];

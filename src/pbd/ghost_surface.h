@@ -36,6 +36,8 @@ class GhostSurface {
     /// Places of the nodes as the body is now. @returns how far a node is from where it was, at
     /// most
     double update(const PbdBody& body, const TaskArena& arena);
+    /// Of these nodes alone; the others stay where they were seen last.
+    void update(const PbdBody& body, std::span<const std::int32_t> nodes);
 
     std::span<const Vec3d> places() const { return m_places; }
     std::span<const std::array<std::int32_t, 3>> triangles() const { return m_triangles; }
@@ -47,6 +49,13 @@ class GhostSurface {
     /// Of a part of a triangle, numbered as in mesh::NearestOnTriangle, towards the lumen and of
     /// length 1; zero at a rim, or where triangles are flat.
     Vec3d normal(std::int32_t triangle, int feature) const;
+
+    /// Triangles at a node.
+    std::span<const std::int32_t> ring(std::int32_t node) const {
+        const auto begin = std::size_t(m_ring_starts[std::size_t(node)]),
+                   end = std::size_t(m_ring_starts[std::size_t(node) + 1]);
+        return std::span<const std::int32_t>(m_rings).subspan(begin, end - begin);
+    }
 
   private:
     Vec3d face_normal(std::int32_t triangle) const;

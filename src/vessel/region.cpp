@@ -216,6 +216,40 @@ Result<Lumen> lumen_of(const Volume& volume, const Mask& mask, std::int64_t coun
     return lumen;
 }
 
+/// Takes away what is farther than this from a way: boxes around its pieces first.
+void keep_near(const Grid& grid, Mask& mask, std::span<const Vec3d> way, double within) {
+    Mask near(mask.size(), 0);
+    for (std::size_t n = 0; n < way.size(); ++n) {
+        const Vec3d a = way[n], u = way[std::min(n + 1, way.size() - 1)] - a;
+        Vec3d low{1e300, 1e300, 1e300}, high = -low;
+        for (int corner = 0; corner < 16; ++corner) {
+            const Vec3d from = corner & 8 ? a + u : a;
+            Vec3d x = from;
+            for (int c = 0; c < 3; ++c) x[c] += (corner >> c & 1 ? within : -within);
+            const Vec3d ijk = voxel_from_world(grid, x);
+            for (int c = 0; c < 3; ++c) {
+                low[c] = std::min(low[c], ijk[c]);
+                high[c] = std::max(high[c], ijk[c]);
+            }
+        }
+        Vec3i begin{}, end{};
+        for (int c = 0; c < 3; ++c) {
+            const double size = grid.size[c];
+            begin[c] = int(std::clamp(std::floor(low[c]), 0.0, size));
+            end[c] = int(std::clamp(std::ceil(high[c]) + 1, 0.0, size));
+        }
+        const double length2 = dot(u, u);
+        for (int k = begin.z; k < end.z; ++k)
+            for (int j = begin.y; j < end.y; ++j)
+                for (int i = begin.x; i < end.x; ++i) {
+                    const Vec3d x = world_from_voxel(grid, {double(i), double(j), double(k)}) - a;
+                    const double t = length2 > 0 ? std::clamp(dot(x, u) / length2, 0.0, 1.0) : 0;
+                    if (norm(x - t * u) <= within) near[voxel_index(grid, {i, j, k})] = 1;
+                }
+    }
+    for (std::size_t n = 0; n < mask.size(); ++n) mask[n] = mask[n] && near[n];
+}
+
 Status check_smoothing(double voxels) {
     if (voxels >= 0 && voxels <= 20) return Ok{};
     return vessel::wrong("smoothing_voxels is " + std::to_string(voxels) + ", expected 0 to 20");
@@ -250,7 +284,25 @@ Result<Lumen> lumen_of_region(const Volume& volume, const RegionSettings& settin
             for (std::size_t n = 0; n < mask.size(); ++n) mask[n] = wanted(float(voxels.data()[n]));
         },
         volume.voxels);
+    if (!settings.way_mm.empty()) {
+        if (!(settings.within_mm > 0))
+            return vessel::wrong("within_mm is " + std::to_string(settings.within_mm) +
+                                 ", expected a number above 0");
+        for (const Vec3d& p : settings.way_mm)
+            if (!is_finite(p)) return vessel::wrong("way_mm: expected three numbers each");
+        keep_near(grid, mask, settings.way_mm, settings.within_mm);
+        if (!mask[voxel_index(grid, seed)])
+            return vessel::wrong("the seed lies farther from the way than within_mm");
+    }
     const std::int64_t count = fill(grid, mask, seed);
+    const double ml =
+        1e-3 * double(count) * grid.spacing_mm.x * grid.spacing_mm.y * grid.spacing_mm.z;
+    if (settings.most_ml > 0 && ml > settings.most_ml)
+        return Error{ErrorCode::LimitExceeded,
+                     "the seed's region has " + std::to_string(std::lround(ml)) +
+                         " ml, expected at most " + std::to_string(std::lround(settings.most_ml)) +
+                         ": it leaks into other contrast or bone; a narrower window, or a way with "
+                         "within_mm, keeps it in the vessel"};
     return lumen_of(volume, mask, count, settings.smoothing_voxels, arena);
 }
 

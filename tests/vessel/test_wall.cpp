@@ -259,6 +259,42 @@ TEST(LumenOfRegion, ASeedBesideTheLumenIsRefused) {
               "vessel wall: no voxel has one of the labels");
 }
 
+TEST(LumenOfRegion, StaysNearAWay) {
+    Vec3d seed{};
+    const Volume scan = tube_scan(&seed);
+    const RegionSettings open{.seed_mm = seed, .low = 150, .high = 500};
+    const auto whole = lumen_of_region(scan, open, arena());
+    ASSERT_TRUE(whole.ok());
+    // Every voxel within 9 mm of the piece of a line, and no other.
+    RegionSettings settings = open;
+    const Vec3d along = 6.0 * scan.grid.direction.columns[2];
+    settings.way_mm = {seed - along, seed + along};
+    settings.within_mm = 9;
+    const auto near = lumen_of_region(scan, settings, arena());
+    ASSERT_TRUE(near.ok()) << near.error().message;
+    std::int64_t expected = 0;
+    for (int k = 0; k < scan.grid.size.z; ++k)
+        for (int j = 0; j < scan.grid.size.y; ++j)
+            for (int i = 0; i < scan.grid.size.x; ++i) {
+                const Vec3d x = world_from_voxel(scan.grid, {double(i), double(j), double(k)});
+                double least = 1e300;
+                for (int n = 0; n <= 1200; ++n)
+                    least = std::min(least, norm(x - (seed + (n / 600.0 - 1) * along)));
+                const float value = scan.at({i, j, k});
+                expected += least <= 9 && value >= 150 && value <= 500;
+            }
+    EXPECT_EQ(near->voxels, expected);
+    EXPECT_LT(near->voxels, whole->voxels);
+    settings = open;
+    settings.most_ml = 1;
+    const auto leaks = lumen_of_region(scan, settings, arena());
+    ASSERT_FALSE(leaks.ok());
+    EXPECT_EQ(leaks.error().code, ErrorCode::LimitExceeded);
+    EXPECT_NE(leaks.error().message.find("ml, expected at most 1: it leaks"), std::string::npos);
+    settings.most_ml = 100;
+    EXPECT_TRUE(lumen_of_region(scan, settings, arena()).ok());
+}
+
 TEST(VesselWall, RealAortasGetSoundWalls) {
     const std::filesystem::path data = PLIANT_SHARED_DATA;
     if (!std::filesystem::exists(data / "aorta_cta_1p5mm-label.nii.gz"))

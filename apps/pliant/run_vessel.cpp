@@ -1,0 +1,384 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// A catheter in a vessel, from a scene file: the vessel, the way, what the hand does, what is
+// written.
+
+#include <pliant/carried_scan.h>
+#include <pliant/lumen_path.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <nlohmann/json.hpp>
+#include <numbers>
+#include <optional>
+
+#include "options.h"
+#include "progress.h"
+#include "vessel_file.h"
+#include "vessel_outputs.h"
+
+namespace pliant::app {
+namespace {
+
+/// The phantoms: "bend" is a tube with a quarter of a circle in it, "arch" one that turns back.
+std::vector<CentrePoint> phantom_branch(const std::string& name) {
+    const double bend = name == "arch" ? std::numbers::pi : std::numbers::pi / 2,
+                 radius = name == "arch" ? 35 : 30, tube = name == "arch" ? 10 : 4;
+    std::vector<CentrePoint> branch;
+    for (double z = 0; z < 60; z += 3) branch.push_back({{0, 0, z}, tube});
+    for (int n = 0; n <= 24; ++n) {
+        const double angle = bend * n / 24;
+        branch.push_back(
+            {{radius * (1 - std::cos(angle)), 0, 60 + radius * std::sin(angle)}, tube});
+    }
+    const Vec3d last = branch.back().place_mm, ahead{std::sin(bend), 0, std::cos(bend)};
+    for (double s = 3; s < 40; s += 3) branch.push_back({last + s * ahead, tube});
+    return branch;
+}
+
+struct Made {
+    VesselWall wall;
+    std::vector<Vec3d> way;
+    std::optional<Volume> scan;
+};
+
+Error named(const std::string& file, const Error& error) {
+    return {error.code, file + ": " + error.message};
+}
+
+Result<std::vector<Vec3d>> way_from_file(const VesselFile& v) {
+    const auto mesh = read_mesh(v.way_file);
+    if (!mesh) return mesh.error();
+    if (std::size_t(v.way_branch) > mesh->lines.size())
+        return Error{ErrorCode::InvalidArgument,
+                     v.way_file + ": has " + std::to_string(mesh->lines.size()) +
+                         " lines, expected one of [way] branch " + std::to_string(v.way_branch)};
+    std::vector<Vec3d> way;
+    for (const std::int32_t n : mesh->lines[std::size_t(v.way_branch) - 1])
+        way.push_back(mesh->nodes_mm[std::size_t(n)]);
+    if (v.way_reverse) std::reverse(way.begin(), way.end());
+    return way;
+}
+
+Result<VesselWall> wall_of_surface(const VesselFile& v, const TaskArena& arena) {
+    const auto surface = read_surface(v.surface);
+    if (!surface) return surface.error();
+    std::vector<VesselEnd> ends;
+    if (!v.ends.empty()) {
+        const auto mesh = read_mesh(v.ends);
+        if (!mesh) return mesh.error();
+        const auto centreline = centreline_of(*mesh);
+        if (!centreline) return named(v.ends, centreline.error());
+        ends = ends_of(*centreline, v.trim);
+    }
+    auto wall = wall_around_surface(*surface, ends, v.wall, arena);
+    if (!wall) return named(v.surface, wall.error());
+    return wall;
+}
+
+Result<VesselWall> wall_of_volume(const VesselFile& v, const Volume& volume,
+                                  std::span<const Vec3d> way, const TaskArena& arena) {
+    const auto lumen = v.scan.empty() ? lumen_of_labels(volume, v.labels, v.smoothing_voxels, arena)
+                                      : lumen_of_region(volume,
+                                                        {.seed_mm = way.front(),
+                                                         .low = v.low_hu,
+                                                         .high = v.high_hu,
+                                                         .smoothing_voxels = v.smoothing_voxels,
+                                                         .way_mm = {way.begin(), way.end()},
+                                                         .within_mm = v.within_mm},
+                                                        arena);
+    const std::string& file = v.scan.empty() ? v.labels_file : v.scan;
+    if (!lumen) return named(file, lumen.error());
+    auto wall = wall_around_surface(lumen->surface, lumen->ends, v.wall, arena);
+    if (!wall) return named(file, wall.error());
+    return wall;
+}
+
+Result<Made> make(const VesselFile& v, const TaskArena& arena) {
+    Made made;
+    if (!v.way_file.empty()) {
+        auto way = way_from_file(v);
+        if (!way) return way.error();
+        made.way = std::move(*way);
+    } else {
+        made.way = v.way_mm;
+    }
+    Result<VesselWall> wall = Error{ErrorCode::InvalidArgument, ""};
+    if (!v.phantom.empty()) {
+        const auto branch = phantom_branch(v.phantom);
+        if (made.way.empty())
+            for (const CentrePoint& p : branch) made.way.push_back(p.place_mm);
+        wall = swept_tube(branch, {.thickness_mm = v.wall.thickness_mm, .layers = v.wall.layers});
+    } else if (!v.centreline.empty()) {
+        const auto mesh = read_mesh(v.centreline);
+        if (!mesh) return mesh.error();
+        const auto centreline = centreline_of(*mesh);
+        if (!centreline) return named(v.centreline, centreline.error());
+        wall = wall_around_centreline(*centreline, v.wall, arena);
+        if (!wall) return named(v.centreline, wall.error());
+    } else if (!v.surface.empty()) {
+        wall = wall_of_surface(v, arena);
+    } else {
+        auto volume = read_volume(v.scan.empty() ? v.labels_file : v.scan);
+        if (!volume) return volume.error();
+        if (made.way.size() == 2) {  // in the label volume: values of 1 and more
+            const bool labels = v.scan.empty();
+            auto way = find_lumen_path(
+                *volume, made.way[0], made.way[1],
+                {.iso_hu = labels ? 0.5 : v.low_hu, .polarity = Polarity::Falling, .reach_mm = 6},
+                arena);
+            if (!way) return named("[way] points_mm", way.error());
+            made.way = std::move(way->points_mm);
+        }
+        wall = wall_of_volume(v, *volume, made.way, arena);
+        if (!v.scan.empty()) made.scan = std::move(*volume);
+    }
+    if (!wall) return wall.error();
+    made.wall = std::move(*wall);
+    const TetQuality quality = tet_quality(made.wall.mesh);
+    if (const Status s = check_quality(quality); !s) return named("[vessel]", s.error());
+    return made;
+}
+
+struct Extremes {
+    double depth_mm = -1e9, force_n = 0, wall_moved_mm = 0, energy_mj = 0, volume_mean = 0,
+           volume_largest = 0, way_mm = 0, step_ms = 0;
+    std::int64_t inverted = 0;
+    std::int32_t active = 0;
+};
+
+nlohmann::ordered_json report_of(const CatheterScene& scene, const Extremes& most,
+                                 const CatheterMeasures& end) {
+    char hash[17];
+    std::snprintf(hash, sizeof(hash), "%016llx", static_cast<unsigned long long>(scene.hash()));
+    return {{"tetrahedra", scene.wall().mesh.cells.size()},
+            {"ghost_triangles", scene.wall().ghost.cells.size()},
+            {"steps", end.steps},
+            {"time_s", end.time_s},
+            {"inserted_mm", end.inserted_mm},
+            {"rotated_deg", end.rotated_deg},
+            {"farthest_way_mm", most.way_mm},
+            {"largest_depth_mm", most.depth_mm},
+            {"largest_force_n", most.force_n},
+            {"largest_wall_moved_mm", most.wall_moved_mm},
+            {"largest_energy_mj", most.energy_mj},
+            {"volume_error_mean", most.volume_mean},
+            {"volume_error_largest", most.volume_largest},
+            {"inverted_ever", most.inverted},
+            {"most_active_tetrahedra", most.active},
+            {"end_wall_moved_mm", end.wall_moved_mm},
+            {"end_kinetic_energy_mj", end.kinetic_energy_mj},
+            {"end_inverted", end.inverted},
+            {"step_ms", most.step_ms},
+            {"hash", hash}};
+}
+
+/// The script, act by act; or a log.
+class Hand {
+  public:
+    Hand(const VesselFile& file, const std::vector<Vec3d>& way, const HandLog* log)
+        : m_file(file),
+          m_pilot(way, file.ahead_mm, file.gain, file.most_deg),
+          m_log(log),
+          m_has_way(way.size() > 1) {}
+
+    double way_mm(const CatheterScene& scene) const {
+        return m_has_way ? m_pilot.progress_mm(scene.tip_mm()) : 0;
+    }
+    double progress() const { return double(m_act) / double(m_file.acts.size()); }
+
+    /// @returns false at the end
+    bool next(const CatheterScene& scene, CatheterCommand& command) {
+        const CatheterMeasures now = scene.quick_measures();
+        if (m_log) {
+            if (now.steps >= m_log->steps) return false;
+            while (m_line < m_log->lines.size() && m_log->lines[m_line].step <= now.steps)
+                command = m_log->lines[m_line++].command;
+            return true;
+        }
+        while (m_act < m_file.acts.size() && is_over(scene, now)) {
+            ++m_act;
+            m_began = now;
+            m_began_way = way_mm(scene);
+        }
+        if (m_act == m_file.acts.size()) return false;
+        const VesselAct& act = m_file.acts[m_act];
+        if (act.follow) {
+            command.insert_mm_s = act.command.insert_mm_s;
+            command.rotate_deg_s = act.command.rotate_deg_s;
+            m_pilot.steer(scene, command);
+        } else {
+            command = act.command;
+        }
+        return true;
+    }
+
+  private:
+    bool is_over(const CatheterScene& scene, const CatheterMeasures& now) const {
+        const VesselAct& act = m_file.acts[m_act];
+        if (act.for_s && now.time_s - m_began.time_s >= *act.for_s - 1e-9) return true;
+        const auto passed = [](double from, double at, double to) {
+            return from <= to ? at >= to : at <= to;
+        };
+        if (act.until_inserted_mm &&
+            passed(m_began.inserted_mm, now.inserted_mm, *act.until_inserted_mm))
+            return true;
+        return act.until_way_mm && passed(m_began_way, way_mm(scene), *act.until_way_mm);
+    }
+
+    const VesselFile& m_file;
+    WayPilot m_pilot;
+    const HandLog* m_log;
+    bool m_has_way;
+    std::size_t m_act = 0, m_line = 0;
+    CatheterMeasures m_began{};
+    double m_began_way = 0;
+};
+
+Status write_volume_of(const VesselOptions& o, const Volume& scan, const CatheterScene& scene,
+                       const TaskArena& arena) {
+    auto carried = CarriedScan::create(scan, scene.wall().mesh, {}, arena);
+    if (!carried) return named("--volume", carried.error());
+    if (const Status s = carried->update(scene.wall_places()); !s) return s;
+    return write_volume(o.volume, deform_volume(carried->scan()).volume);
+}
+
+}  // namespace
+
+int run_vessel(const VesselOptions& o) {
+    const TaskArena arena(o.threads);
+    auto file = read_vessel_file(o.scene);
+    if (!file) return bad_input(file.error().message);
+    if (!o.volume.empty() && file->scan.empty())
+        return bad_input("--volume: expected a scene with [vessel] scan, found none in " + o.scene);
+    std::optional<HandLog> replayed;
+    if (!o.replay.empty()) {
+        auto log = read_log(o.replay);
+        if (!log) return bad_input(log.error().message);
+        replayed = std::move(*log);
+    }
+    StagedFiles staged;
+    TextFile csv, report_file;
+    Frames frames;
+    if (!o.csv.empty())
+        if (const Status s = csv.open(o.csv, staged); !s) return bad_input(s.error().message);
+    if (!o.report.empty())
+        if (const Status s = report_file.open(o.report, staged); !s)
+            return bad_input(s.error().message);
+
+    auto made = make(*file, arena);
+    if (!made) return bad_input(made.error().message);
+    if (!file->entry_given) {
+        if (std::size_t(file->entry_end) > made->wall.ends.size())
+            return bad_input(o.scene + ": [entry] end: expected one of the vessel's " +
+                             std::to_string(made->wall.ends.size()) + " open ends, found " +
+                             std::to_string(file->entry_end));
+        const double inserted = file->settings.entry.inserted_mm;
+        file->settings.entry =
+            entry_at(made->wall.ends[std::size_t(file->entry_end) - 1], file->entry_inwards);
+        file->settings.entry.inserted_mm = inserted;
+    }
+    auto scene = CatheterScene::create(std::move(made->wall), file->settings);
+    if (!scene) return bad_input(o.scene + ": " + scene.error().message);
+    if (!o.frames.empty())
+        if (const Status s = frames.open(o.frames); !s) return bad_input(s.error().message);
+
+    const double way_mm = WayPilot(made->way).way_mm();
+    for (const VesselAct& act : file->acts)
+        if (act.until_way_mm && *act.until_way_mm > way_mm)
+            return bad_input(o.scene + ": [[script]] until_way_mm: expected up to " +
+                             std::to_string(std::lround(way_mm)) +
+                             ", the length of the way, found " +
+                             std::to_string(std::lround(*act.until_way_mm)));
+    Hand hand(*file, made->way, replayed ? &*replayed : nullptr);
+    HandLog log;
+    CatheterCommand command, before;
+    Extremes most;
+    double elapsed_ms = 0;
+    if (csv.is_open()) csv.line(csv_names());
+    {
+        ProgressBar bar("catheter");
+        while (double(scene->quick_measures().steps) < file->most_steps &&
+               hand.next(*scene, command)) {
+            const std::int64_t n = scene->quick_measures().steps;
+            if (n == 0 || !(command == before)) log.lines.push_back({n, command});
+            before = command;
+            if (const Status s = scene->command(command); !s)
+                return bad_input(o.scene + ": " + s.error().message);
+            const auto start = std::chrono::steady_clock::now();
+            if (const Status s = scene->step(1, arena); !s)
+                return bad_input(o.scene + ": after " + std::to_string(n) +
+                                 " steps: " + s.error().message);
+            elapsed_ms +=
+                std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start)
+                    .count();
+            const CatheterMeasures quick = scene->quick_measures();
+            if (n == 0 && quick.depth_mm > 0.1)
+                return bad_input(o.scene + ": [entry]: the catheter begins " +
+                                 exact(std::round(100 * quick.depth_mm) / 100) +
+                                 " mm beyond the wall, expected inside");
+            if (csv.is_open()) csv.line(csv_line(quick));
+            most.depth_mm = std::max(most.depth_mm, quick.depth_mm);
+            most.force_n = std::max(most.force_n, std::abs(quick.force_n));
+            most.active = std::max(most.active, quick.active_tetrahedra);
+            if (n % o.every != 0) continue;
+            bar.show(replayed ? double(n) / double(replayed->steps) : hand.progress());
+            const CatheterMeasures m = scene->measures();
+            most.wall_moved_mm = std::max(most.wall_moved_mm, m.wall_moved_mm);
+            most.energy_mj =
+                std::max(most.energy_mj, m.wire_energy_mj + m.wall_energy_mj + m.kinetic_energy_mj);
+            most.volume_mean = std::max(most.volume_mean, m.volume.mean);
+            most.volume_largest = std::max(most.volume_largest, m.volume.largest);
+            most.inverted = std::max(most.inverted, m.inverted);
+            most.way_mm = std::max(most.way_mm, hand.way_mm(*scene));
+            if (!o.frames.empty())
+                if (const Status s = frames.add(*scene); !s) return bad_input(s.error().message);
+        }
+    }
+    const CatheterMeasures end = scene->measures();
+    most.step_ms = end.steps > 0 ? elapsed_ms / double(end.steps) : 0;
+    log.steps = end.steps;
+    log.hash = scene->hash();
+    const auto report = report_of(*scene, most, end);
+    if (report_file.is_open()) report_file.line(report.dump(2));
+    for (TextFile* out : {&csv, &report_file})
+        if (out->is_open())
+            if (const Status s = out->close(); !s) return bad_input(s.error().message);
+    if (const Status s = staged.commit(); !s) return bad_input(s.error().message);
+    if (!o.frames.empty())
+        if (const Status s = frames.close(); !s) return bad_input(s.error().message);
+    if (!o.record.empty())
+        if (const Status s = write_log(o.record, log); !s) return bad_input(s.error().message);
+    if (!o.volume.empty())
+        if (const Status s = write_volume_of(o, *made->scan, *scene, arena); !s)
+            return bad_input(s.error().message);
+
+    if (o.json) {
+        std::printf("%s\n", report.dump().c_str());
+    } else {
+        std::printf("vessel              %zu tetrahedra, %zu ghost triangles\n",
+                    scene->wall().mesh.cells.size(), scene->wall().ghost.cells.size());
+        std::printf("steps               %lld, %.2f s, %.2f ms each\n",
+                    static_cast<long long>(end.steps), end.time_s, most.step_ms);
+        std::printf("along the way       %.1f mm at most, %.1f mm inserted at the end\n",
+                    most.way_mm, end.inserted_mm);
+        std::printf("beyond the wall     %.4f mm at most\n", most.depth_mm);
+        std::printf("force               %.3f N at most\n", most.force_n);
+        std::printf("wall                moved %.3f mm at most, %.4f mm at the end\n",
+                    most.wall_moved_mm, end.wall_moved_mm);
+        std::printf("volume              %.4f %% off on average, %.2f %% at most\n",
+                    100 * most.volume_mean, 100 * most.volume_largest);
+        std::printf("tetrahedra          %d active at most, %lld inverted at the end\n",
+                    most.active, static_cast<long long>(end.inverted));
+        std::printf("energy              %.3f mJ at most\n", most.energy_mj);
+        std::printf("checksum            %s\n", report["hash"].get<std::string>().c_str());
+    }
+    if (replayed && replayed->hash != log.hash)
+        return bad_input(o.replay + ": plays differently: the checksum is not the log's");
+    return kExitOk;
+}
+
+}  // namespace pliant::app

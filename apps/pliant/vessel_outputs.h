@@ -1,0 +1,65 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// What `pliant vessel` writes: measures of each step, frames for ParaView and 3D Slicer, and the
+// log that plays the same hand again.
+
+#pragma once
+
+#include <pliant/catheter.h>
+#include <pliant/mesh_files.h>
+#include <pliant/staged_files.h>
+
+#include <filesystem>
+#include <fstream>
+#include <string>
+#include <vector>
+
+namespace pliant::app {
+
+/// Numbers so that they come back the same.
+std::string exact(double value);
+
+/// Lines of a text file that appears whole or not at all.
+class TextFile {
+  public:
+    /// @returns Unwritable
+    Status open(const std::string& file, StagedFiles& staged);
+    bool is_open() const { return m_out.is_open(); }
+    void line(const std::string& text) { m_out << text << '\n'; }
+    Status close();
+
+  private:
+    std::string m_file;
+    std::ofstream m_out;
+};
+
+std::string csv_names();
+std::string csv_line(const CatheterMeasures& measures);
+
+/// A folder with wall_….vtu, ghost_….vtp, catheter_….vtp and a .pvd of each.
+class Frames {
+  public:
+    Status open(const std::string& folder);
+    Status add(const CatheterScene& scene);
+    Status close();
+
+  private:
+    std::filesystem::path m_folder;
+    std::vector<SeriesFile> m_wall, m_ghost, m_catheter;
+};
+
+/// The hand's log: `step insert rotate bend bend`, a line for each change.
+struct HandLog {
+    struct Line {
+        std::int64_t step;
+        CatheterCommand command;
+    };
+    std::vector<Line> lines;
+    std::int64_t steps = 0;
+    std::uint64_t hash = 0;
+};
+Status write_log(const std::string& file, const HandLog& log);
+Result<HandLog> read_log(const std::string& file);
+
+}  // namespace pliant::app

@@ -1,0 +1,124 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// `pliant vessel`: there and back in a phantom, played again, and what it refuses.
+
+#include <gtest/gtest.h>
+#include <pliant/mesh_files.h>
+#include <sys/wait.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "support/temporary_folder.h"
+
+namespace pliant::test {
+namespace {
+
+using Json = nlohmann::json;
+
+class VesselTest : public ::testing::Test {
+  protected:
+    int run(const std::string& arguments) const {
+        const std::string command = "cd '" + m_folder.path().string() +
+                                    "' && '" PLIANT_PROGRAM "' " + arguments + " >.out 2>.err";
+        const int raw = std::system(command.c_str());
+        return WIFEXITED(raw) ? WEXITSTATUS(raw) : -1;
+    }
+    std::string out() const { return bytes_of(m_folder / ".out"); }
+    std::string said() const { return bytes_of(m_folder / ".err"); }
+    bool exists(const char* name) const { return std::filesystem::exists(m_folder / name); }
+    void write(const char* name, const std::string& text) const {
+        std::ofstream(m_folder / name, std::ios::binary) << text;
+    }
+
+    TemporaryFolder m_folder;
+};
+
+const char* kScene =
+    "[vessel]\nphantom = \"bend\"\nthickness_mm = 1.5\nlayers = 1\n"
+    "[catheter]\nlength_mm = 100\n"
+    "[entry]\nplace_mm = [0, 0, 5]\ndirection = [0, 0, 1]\n"
+    "[[script]]\ninsert_mm_s = 400\nuntil_inserted_mm = 75\n"
+    "[[script]]\nrotate_deg_s = 90\nbend_deg = [30, 10]\nfor_s = 0.02\n"
+    "[[script]]\nfollow = true\ninsert_mm_s = -400\nuntil_inserted_mm = 40\n";
+
+TEST_F(VesselTest, GoesInAndOutAndPlaysTheSameAgain) {
+    write("s.toml", kScene);
+    ASSERT_EQ(run("vessel s.toml --report r.json --csv m.csv --frames f --every 60 "
+                  "--record hand.log --json"),
+              0)
+        << said();
+    const Json report = Json::parse(out());
+    EXPECT_EQ(report, Json::parse(bytes_of(m_folder / "r.json")));
+    EXPECT_NEAR(report["inserted_mm"].get<double>(), 40, 0.5);
+    EXPECT_NEAR(report["rotated_deg"].get<double>(), 90 * 0.02, 1e-6);
+    EXPECT_LE(report["largest_depth_mm"].get<double>(), 0.1);
+    EXPECT_GT(report["farthest_way_mm"].get<double>(), 60);
+    const auto steps = report["steps"].get<std::int64_t>();
+    const std::string csv = bytes_of(m_folder / "m.csv");
+    EXPECT_EQ(std::count(csv.begin(), csv.end(), '\n'), steps + 1);
+    EXPECT_EQ(csv.substr(0, 5), "step,");
+    // Frames of one moment belong together.
+    const auto wall = read_tetrahedra(m_folder / "f/wall_00001.vtu");
+    ASSERT_TRUE(wall.ok()) << wall.error().message;
+    EXPECT_EQ(wall->cells.size(), report["tetrahedra"].get<std::size_t>());
+    EXPECT_TRUE(exists("f/ghost_00001.vtp") && exists("f/catheter.pvd"));
+    const auto line = read_mesh(m_folder / "f/catheter_00001.vtp");
+    ASSERT_TRUE(line.ok());
+    EXPECT_EQ(line->lines.size(), 1u);
+
+    ASSERT_EQ(run("vessel s.toml --replay hand.log --threads 2 --json"), 0) << said();
+    EXPECT_EQ(Json::parse(out())["hash"], report["hash"]);
+    // Another hand is found out.
+    std::string log = bytes_of(m_folder / "hand.log");
+    log.replace(log.find("0 400"), 5, "0 399");
+    write("other.log", log);
+    EXPECT_EQ(run("vessel s.toml --replay other.log"), 2);
+    EXPECT_NE(said().find("other.log: plays differently"), std::string::npos);
+}
+
+TEST_F(VesselTest, SaysInOneLineWhatIsWrong) {
+    const auto refused = [&](const std::string& from, const std::string& to,
+                             const std::string& message, const std::string& more = "") {
+        std::string scene = kScene;
+        if (from.empty())
+            scene += to;
+        else
+            scene.replace(scene.find(from), from.size(), to);
+        write("s.toml", scene);
+        EXPECT_EQ(run("vessel s.toml --report r.json " + more), 2);
+        EXPECT_NE(said().find(message), std::string::npos) << said();
+        const std::string line = said();
+        EXPECT_EQ(std::count(line.begin(), line.end(), '\n'), 1);
+        EXPECT_FALSE(exists("r.json"));
+    };
+    refused("\"bend\"", "\"knot\"",
+            "s.toml: [vessel] phantom: expected \"bend\" or \"arch\", found \"knot\"");
+    refused("length_mm = 100", "length_mm = \"long\"",
+            "[catheter] length_mm: expected a number from 10 to 3000, found \"long\"");
+    refused("length_mm", "lenght_mm", "[catheter] lenght_mm: unknown, expected one of length_mm");
+    refused("phantom = \"bend\"", "surface = \"none.vtp\"",
+            "[[script]] follow: expected a [way] to follow, found none");
+    refused("phantom = \"bend\"\nthickness_mm = 1.5\nlayers = 1\n",
+            "surface = \"none.vtp\"\n[way]\npoints_mm = [[0, 0, 0], [0, 0, 9]]\n", "none.vtp");
+    refused("phantom = \"bend\"", "", "expected one of phantom, surface");
+    refused("place_mm = [0, 0, 5]", "end = 7", "[entry] end: expected one of the vessel's 2");
+    refused("[0, 0, 5]", "[0, 5]", "[entry] place_mm: expected 3 numbers in brackets");
+    refused("for_s = 0.02", "", "[[script]] for_s: expected this, until_inserted_mm");
+    refused("until_inserted_mm = 75", "until_way_mm = 2000",
+            "until_way_mm: expected up to 146, the length of the way, found 2000");
+    refused("", "[[scripts]]\n", "scripts: expected [vessel], [wall]");
+    refused("", "nonsense", "s.toml: line ");
+    refused("", "", "--volume: expected a scene with [vessel] scan", "--volume v.nrrd");
+    refused("", "", "hand.log: can't be read", "--replay hand.log");
+    write("hand.log", "pliant vessel log 1\n0 1 2\n");
+    refused("", "", "hand.log: line 2: expected a step and four numbers", "--replay hand.log");
+    EXPECT_EQ(run("vessel nowhere.toml"), 2);
+    EXPECT_NE(said().find("nowhere.toml: can't be read"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace pliant::test

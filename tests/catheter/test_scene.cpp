@@ -1,0 +1,244 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// Catheters in bent tubes: how deep they are is asked of all triangles, one by one.
+
+#include <pliant/catheter.h>
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <numbers>
+
+#include "mesh/triangle_distance.h"
+#include "support/random.h"
+
+namespace pliant::test {
+namespace {
+
+using std::numbers::pi;
+
+template <class T>
+T made(Result<T> result) {
+    EXPECT_TRUE(result.ok()) << (result.ok() ? "" : result.error().message);
+    return std::move(result).value();
+}
+
+/// Straight, a third of a circle of radius 25, straight again; inner radius 4.
+std::vector<CentrePoint> bent_way() {
+    std::vector<CentrePoint> way;
+    for (double z = 0; z < 30; z += 2) way.push_back({{0, 0, z}, 4});
+    const double bend = 2 * pi / 3;
+    for (int n = 0; n <= 24; ++n) {
+        const double angle = bend * n / 24;
+        way.push_back({{25 * (1 - std::cos(angle)), 0, 30 + 25 * std::sin(angle)}, 4});
+    }
+    const Vec3d last = way.back().place_mm, ahead{std::sin(bend), 0, std::cos(bend)};
+    for (double s = 2; s < 24; s += 2) way.push_back({last + s * ahead, 4});
+    return way;
+}
+std::vector<Vec3d> places_of(const std::vector<CentrePoint>& way) {
+    std::vector<Vec3d> places;
+    for (const CentrePoint& p : way) places.push_back(p.place_mm);
+    return places;
+}
+VesselWall bent_tube() {
+    return made(swept_tube(bent_way(), {.thickness_mm = 1.2, .layers = 2, .sectors = 12}));
+}
+
+CatheterSettings settings(double stiff = 20) {
+    CatheterSettings s;
+    s.catheter.length_mm = 130;
+    s.catheter.radius_mm = 0.8;
+    s.catheter.bend_n_mm2 = stiff;
+    s.entry = {{0, 0, 4}, {0, 0, 1}, 5};
+    return s;
+}
+
+/// How far the wire's surface is beyond the ghost at most: all triangles for many points of it.
+double deepest(const CatheterScene& scene) {
+    const auto places = scene.ghost_places();
+    const auto x = scene.wire_places();
+    double most = -1e9;
+    for (auto s = std::size_t(scene.first_inserted()); s + 1 < x.size(); ++s)
+        for (int k = 1; k <= 6; ++k) {
+            const Vec3d p = (1 - k / 6.0) * x[s] + (k / 6.0) * x[s + 1];
+            double least = 1e9, side = 0;
+            for (const auto& t : scene.wall().ghost.cells) {
+                const Vec3d a = places[std::size_t(t[0])], b = places[std::size_t(t[1])],
+                            c = places[std::size_t(t[2])];
+                const Vec3d d = p - mesh::nearest_on_triangle(p, a, b, c).place;
+                const double height = dot(d, normalized(cross(b - a, c - a)));
+                if (norm(d) < least - 1e-9) {
+                    least = norm(d);
+                    side = height;
+                } else if (norm(d) < least + 1e-9 && std::abs(height) > std::abs(side)) {
+                    side = height;
+                }
+            }
+            most =
+                std::max(most, scene.settings().catheter.radius_mm - (side < 0 ? -least : least));
+        }
+    return most;
+}
+
+struct Journey {
+    double depth = -1e9, reported = -1e9, energy = 0, force = 0, moved = 0, progress = 0;
+    std::int64_t inverted = 0;
+    CatheterMeasures end{};
+    std::uint64_t hash = 0;
+};
+/// To the far end and back, then still.
+Journey journey(const VesselWall& wall, const CatheterSettings& s, double speed, bool steered,
+                int threads = 1, double way_in = 85) {
+    const TaskArena arena(threads);
+    CatheterScene scene = made(CatheterScene::create(wall, s));
+    WayPilot pilot(places_of(bent_way()), 10);
+    Journey found;
+    CatheterCommand command;
+    const int there = int(std::lround(way_in / speed / s.time_step_s)), all = 2 * there + 300;
+    for (int n = 0; n < all; ++n) {
+        command.insert_mm_s = n < there ? speed : n < 2 * there ? -speed : 0;
+        if (steered) pilot.steer(scene, command);
+        EXPECT_TRUE(scene.command(command).ok());
+        const Status status = scene.step(1, arena);
+        EXPECT_TRUE(status.ok()) << status.error().message;
+        if (!status.ok()) return found;
+        found.reported = std::max(found.reported, scene.quick_measures().depth_mm);
+        found.force = std::max(found.force, std::abs(scene.quick_measures().force_n));
+        if (n % std::max(1, there / 10) != 0) continue;
+        const CatheterMeasures m = scene.measures();
+        found.depth = std::max(found.depth, deepest(scene));
+        found.energy =
+            std::max(found.energy, m.wire_energy_mj + m.wall_energy_mj + m.kinetic_energy_mj);
+        found.moved = std::max(found.moved, m.wall_moved_mm);
+        found.progress = std::max(found.progress, pilot.progress_mm(scene.tip_mm()));
+    }
+    found.end = scene.measures();
+    found.hash = scene.hash();
+    std::printf(
+        "EI %g, %g mm/s: depth %.4f (reported %.4f) mm, force %.3f N, energy %.3f mJ, wall "
+        "moved %.3f mm, at the end %.4f mm, %.1f mm along the way\n",
+        s.catheter.bend_n_mm2, speed, found.depth, found.reported, found.force, found.energy,
+        found.moved, found.end.wall_moved_mm, found.progress);
+    return found;
+}
+
+TEST(CatheterScene, StaysInsideAtAnySpeedAndStiffness) {
+    const VesselWall wall = bent_tube();
+    for (const double stiff : {5.0, 400.0})
+        for (const double speed : {100.0, 400.0}) {
+            CatheterSettings s = settings(stiff);
+            s.catheter.tip_bend_n_mm2 = 0.2 * stiff;
+            const Journey j = journey(wall, s, speed, false);
+            EXPECT_LE(j.depth, 0.1);
+            EXPECT_LE(j.reported, 0.1);
+            EXPECT_GT(j.reported, -0.1);  // it does touch
+            EXPECT_NEAR(j.end.inserted_mm, 5, 1e-6);
+            EXPECT_GT(j.progress, 75);
+            EXPECT_EQ(j.end.inverted, 0);
+            EXPECT_LT(j.end.wall_moved_mm, 0.01);
+            EXPECT_LT(j.end.kinetic_energy_mj, 1e-4);
+            // No more than the hand has done: 85 mm with what it felt.
+            EXPECT_LE(j.energy, j.force * 85 + 0.02);
+        }
+}
+
+TEST(WayPilot, BendsTheTipToWhereTheWayGoes) {
+    const TaskArena arena(1);
+    const VesselWall wall = bent_tube();
+    for (const Vec3d& side : {Vec3d{1, 0, 0}, Vec3d{-1, 0, 0}, Vec3d{0, 1, 0}, Vec3d{0, -1, 0}}) {
+        CatheterSettings s = settings();
+        s.entry.inserted_mm = 30;
+        CatheterScene scene = made(CatheterScene::create(wall, s));
+        const Vec3d start = scene.tip_mm();
+        WayPilot pilot({{0, 0, 0}, start, start + 20.0 * side}, 10);
+        EXPECT_NEAR(pilot.way_mm(), 54, 1e-9);
+        EXPECT_NEAR(pilot.progress_mm({1, 1, 20}), 20, 1e-9);
+        // Turned about itself, the tip still goes where it is led.
+        CatheterCommand command{.rotate_deg_s = 60};
+        for (int n = 0; n < 200; ++n) {
+            pilot.steer(scene, command);
+            ASSERT_TRUE(scene.command(command).ok());
+            ASSERT_TRUE(scene.step(1, arena).ok());
+        }
+        const Vec3d moved = scene.tip_mm() - start;
+        EXPECT_GT(dot(moved, side), 1);
+        EXPECT_LT(std::abs(dot(moved, cross({0, 0, 1}, side))), 0.5 * dot(moved, side));
+        EXPECT_GT(std::hypot(command.bend_first_deg, command.bend_second_deg), 10);
+    }
+}
+
+TEST(CatheterScene, IsTheSameForAnyNumberOfThreads) {
+    const VesselWall wall = bent_tube();
+    const std::uint64_t one = journey(wall, settings(), 400, true, 1, 50).hash;
+    EXPECT_EQ(journey(wall, settings(), 400, true, 2, 50).hash, one);
+    EXPECT_EQ(journey(wall, settings(), 400, true, 4, 50).hash, one);
+    EXPECT_NE(journey(wall, settings(), 401, true, 1, 50).hash, one);
+}
+
+/// Wall places while the catheter stands in the bend, after some time.
+std::vector<Vec3d> standing(const VesselWall& wall, CatheterSettings s, std::vector<Vec3d>* wire) {
+    const TaskArena arena(1);
+    CatheterScene scene = made(CatheterScene::create(wall, s));
+    for (int n = 0; n < 650; ++n) {
+        EXPECT_TRUE(scene.command({.insert_mm_s = n < 400 ? 150.0 : 0.0}).ok());
+        EXPECT_TRUE(scene.step(1, arena).ok());
+    }
+    wire->assign(scene.wire_places().begin(), scene.wire_places().end());
+    return scene.wall_places();
+}
+
+TEST(CatheterScene, LocalIsNearlyFull) {
+    const VesselWall wall = bent_tube();
+    std::vector<Vec3d> wires[2];
+    CatheterSettings s = settings(300);
+    s.catheter.tip_bend_n_mm2 = 60;
+    s.local = false;
+    const auto full = standing(wall, s, &wires[0]);
+    s.local = true;
+    const auto local = standing(wall, s, &wires[1]);
+    double most = 0, apart = 0, wire = 0;
+    for (std::size_t n = 0; n < full.size(); ++n) {
+        most = std::max(most, norm(full[n] - wall.mesh.nodes_mm[n]));
+        apart = std::max(apart, norm(full[n] - local[n]));
+    }
+    for (std::size_t n = 0; n < wires[0].size(); ++n)
+        wire = std::max(wire, norm(wires[0][n] - wires[1][n]));
+    std::printf("moved %.4f mm, local against full %.5f mm (%.2f %%), wire %.5f mm\n", most, apart,
+                100 * apart / most, wire);
+    EXPECT_GT(most, 0.05);
+    EXPECT_LT(apart, 0.02 * most);
+}
+
+TEST(CatheterScene, SaysWhatIsWrong) {
+    const VesselWall wall = bent_tube();
+    const auto message = [&](auto change) {
+        CatheterSettings s = settings();
+        change(s);
+        const auto scene = CatheterScene::create(wall, s);
+        return scene.ok() ? std::string() : scene.error().message;
+    };
+    EXPECT_EQ(message([](CatheterSettings&) {}), "");
+    EXPECT_EQ(message([](CatheterSettings& s) { s.catheter.radius_mm = 0; }),
+              "catheter.radius_mm: expected 0.1 to 5, found 0");
+    EXPECT_EQ(message([](CatheterSettings& s) { s.wall.poisson_ratio = std::nan(""); }),
+              "wall.poisson_ratio: expected 0.01 to 0.499, found nan");
+    EXPECT_EQ(message([](CatheterSettings& s) {
+                  s.entry.direction = {0, 0, 0};
+              }),
+              "entry.direction: expected a vector that isn't zero");
+    VesselWall broken = wall;
+    broken.ghost_places.pop_back();
+    const auto scene = CatheterScene::create(broken, settings());
+    ASSERT_FALSE(scene.ok());
+    EXPECT_EQ(scene.error().message.substr(0, 6), "wall: ");
+    CatheterScene good = made(CatheterScene::create(wall, settings()));
+    EXPECT_FALSE(good.command({.insert_mm_s = std::nan("")}).ok());
+    EXPECT_FALSE(good.command({.insert_mm_s = 2000}).ok());
+}
+
+}  // namespace
+}  // namespace pliant::test

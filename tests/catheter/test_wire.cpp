@@ -1,0 +1,176 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// The wire against the rod of pbd/, whose solver has other unknowns, and its contact against beams.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+#include "catheter/wire.h"
+#include "support/random.h"
+
+namespace pliant::test {
+namespace {
+
+using catheter::Wire;
+using catheter::WireContact;
+using catheter::WireSettings;
+
+WireSettings straight(int segments) {
+    WireSettings s;
+    s.segments = segments;
+    s.segment_mm = 2;
+    s.mass_g_mm = 2e-3;
+    s.bend.assign(std::size_t(segments), 5e6);
+    s.twist.assign(std::size_t(segments), 4e6);
+    s.stretch = 1e8;
+    s.damping = 30;
+    s.tip_segments = 5;
+    return s;
+}
+
+TEST(Wire, MovesAsTheRodDoes) {
+    for (std::uint64_t seed = 1; seed <= 4; ++seed) {
+        SCOPED_TRACE(seed);
+        Random random(seed);
+        WireSettings s = straight(20);
+        s.entry = random.vector(10);
+        s.frame = rotation_by(random.vector(2));
+        // The rod's base is half a joint away from its first segment.
+        s.bend[0] *= 2;
+        s.twist[0] *= 2;
+        Wire wire(s, 40);
+        auto rod = Rod::create({.segments = 20,
+                                .length = 40,
+                                .mass = 0.08,
+                                .bend_stiffness = 5e6,
+                                .twist_stiffness = 4e6,
+                                .stretch_stiffness = 1e8,
+                                .shear_stiffness = 1e8,
+                                .tip_segments = 5,
+                                .base = s.entry,
+                                .frame = s.frame,
+                                .time_step = 1e-4,
+                                .iterations = 4,
+                                .damping = 30});
+        ASSERT_TRUE(rod.ok());
+        const double first = random.real(-0.8, 0.8), second = random.real(-0.8, 0.8);
+        for (int n = 1; n <= 400; ++n) {
+            const double share = std::min(1.0, n / 200.0), turned = 0.7 * share;
+            ASSERT_TRUE(rod->set_base(s.entry, s.frame * rotation_by({0, 0, turned})).ok());
+            ASSERT_TRUE(
+                rod->steer(share * std::hypot(first, second), std::atan2(second, first)).ok());
+            ASSERT_TRUE(rod->step(1).ok());
+            wire.feed(40, turned);
+            wire.bend_tip(share * first, share * second);
+            wire.predict(1e-4);
+            for (int i = 0; i < 4; ++i) wire.solve({});
+            wire.finish();
+        }
+        double moved = 0, off = 0;
+        for (int n = 0; n <= 20; ++n) {
+            const Vec3d rest = s.entry + (2.0 * n) * rotated(s.frame, {0, 0, 1});
+            moved = std::max(moved, norm(rod->position(n) - rest));
+            off = std::max(off, norm(rod->position(n) - wire.places()[std::size_t(n)]));
+        }
+        std::printf("moved %.3f mm, apart %.2e mm\n", moved, off);
+        EXPECT_GT(moved, 0.5);
+        EXPECT_LT(off, 1e-3 * moved);
+        EXPECT_LT(norm(rod->base_moment() - wire.base_moment()),
+                  0.01 * norm(rod->base_moment()) + 1e3);
+    }
+}
+
+/// Pushes a cantilever aside by `by` at a place, until it rests.
+WireContact pressed(Wire& wire, std::int32_t segment, double along, double by) {
+    WireContact c;
+    c.segment = segment;
+    c.along = along;
+    c.normal = {1, 0, 0};
+    c.compliance = 1e-9;
+    for (int n = 1; n <= 1500; ++n) {
+        c.least = by * std::min(1.0, n / 500.0);
+        wire.predict(1e-3);
+        for (int i = 0; i < 3; ++i) wire.solve({&c, 1});
+        wire.finish();
+    }
+    return c;
+}
+
+TEST(Wire, ContactBendsItAsABeam) {
+    for (const double along : {0.0, 0.4, 1.0})
+        for (const std::int32_t segment : {15, 39}) {
+            WireSettings s = straight(40);
+            s.bend[0] *= 2;  // clamped at the first node
+            Wire wire(s, 80);
+            const double at = 2 * (segment + along), by = 0.02 * at;
+            const WireContact c = pressed(wire, segment, along, by);
+            const double expected = 3 * 5e6 * by / (at * at * at);
+            std::printf("at %.1f mm: %.1f expected %.1f\n", at, c.force.x, expected);
+            EXPECT_NEAR(c.force.x, expected, 0.01 * expected);
+            EXPECT_NEAR(wire.base_force().x, c.force.x, 1e-3 * expected);
+            EXPECT_NEAR(wire.base_moment().y, at * c.force.x, 2e-3 * at * expected);
+        }
+}
+
+TEST(Wire, FrictionIsCoulombs) {
+    for (const double friction : {0.0, 0.2, 0.6}) {
+        Wire wire(straight(60), 60);
+        WireContact c;
+        double inserted = 60, push = 0, drag = 0;
+        for (int n = 1; n <= 1000; ++n) {
+            inserted += 0.02;
+            wire.feed(inserted, 0);
+            wire.predict(1e-3);
+            c.segment = 55;
+            c.along = 0.5;
+            c.normal = {1, 0, 0};
+            c.lever = {-0.5, 0, 0};
+            c.least = std::min(2.0, 0.01 * n);
+            c.compliance = 1e-8;
+            c.friction = friction;
+            c.sticking_mm = 1e-4;
+            const auto& x = wire.places_before();
+            c.sticks = 0.5 * (x[55] + x[56]);
+            for (int i = 0; i < 3; ++i) wire.solve({&c, 1});
+            wire.finish();
+            if (n <= 600) continue;
+            push += c.force.x / 400;
+            drag -= c.force.z / 400;
+        }
+        std::printf("friction %g: push %.1f, drag %.2f on average\n", friction, push, drag);
+        EXPECT_GT(push, 20);
+        EXPECT_NEAR(drag, friction * push, 0.02 * push);
+    }
+}
+
+// Fed in and drawn back, it lies in the guide as if nothing had happened.
+TEST(Wire, NothingJumpsWhereSegmentsLeaveTheGuide) {
+    Wire wire(straight(50), 10);
+    wire.bend_tip(0.5, 0);
+    double inserted = 10, jump = 0, force = 0;
+    for (int n = 0; n < 1600; ++n) {
+        // Turned round smoothly: the mass of the wire would be felt.
+        inserted += 0.05 * std::clamp((800 - n) / 100.0, -1.0, 1.0);
+        wire.feed(inserted, 0);
+        wire.predict(1e-3);
+        for (int i = 0; i < 2; ++i) wire.solve({});
+        wire.finish();
+        ASSERT_TRUE(wire.is_good());
+        if (n < 300) continue;  // the tip has been bent at once
+        for (int i = wire.first(); i <= 50; ++i)
+            jump = std::max(
+                jump, norm(wire.places()[std::size_t(i)] - wire.places_before()[std::size_t(i)]));
+        force = std::max(force, norm(wire.base_force()));
+    }
+    std::printf("largest movement %.4f mm, force %.1f uN\n", jump, force);
+    EXPECT_LT(jump, 0.15);  // 0.05 are fed
+    EXPECT_LT(force, 500);
+    EXPECT_NEAR(wire.first(), 45, 1);
+}
+
+}  // namespace
+}  // namespace pliant::test
