@@ -6,11 +6,12 @@
 # numbers together, or nothing where something fails.
 
 results() { # TOPIC
-    (($# == 1)) || fail "results: expected one topic (chainmail or springs), found $#"
+    (($# == 1)) || fail "results: expected one topic (chainmail, pbd or springs), found $#"
     case $1 in
         chainmail) results_chainmail ;;
+        pbd) results_pbd ;;
         springs) results_springs ;;
-        *) fail "results: expected chainmail or springs, found '$1'" ;;
+        *) fail "results: expected chainmail, pbd or springs, found '$1'" ;;
     esac
 }
 
@@ -24,6 +25,17 @@ results_chainmail() {
     say "measuring and drawing; some minutes"
     "$root/build/release/results_chainmail" "$page" "$scans"
     say "done: docs/results/chainmail/README.md"
+}
+
+results_pbd() {
+    local page=$root/docs/results/pbd
+    need_packages build bench
+    configure release -DPLIANT_BUILD_BENCHMARKS=ON -DPLIANT_BUILD_TESTS=OFF
+    compile release --target results_pbd
+    mkdir -p "$page"
+    say "measuring and drawing; a minute or two"
+    "$root/build/release/results_pbd" "$page"
+    say "done: docs/results/pbd/README.md"
 }
 
 results_springs() {
