@@ -157,10 +157,8 @@ void add_sub_steps(Page& page, const Tube& tube, const TetMesh& mesh, const Task
                rows);
     page.paragraph(
         "The radius, too, depends on the sub-steps: with few of them the vessel is too soft under "
-        "a "
-        "load that lasts. With 80 the volumes are worse again, also in doubles (0.55 and 6.3 % "
-        "under "
-        "load), and don't come back; why is not known yet.");
+        "a load that lasts. With 80 the volumes are worse again, also in doubles, and don't come "
+        "back; why is not known yet.");
 }
 
 }  // namespace
