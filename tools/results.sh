@@ -5,13 +5,13 @@
 # The pages that set Pliant beside its papers, each written by a program of its own: pictures and
 # numbers together, or nothing where something fails.
 
+readonly results_topics="chainmail, haptics, pbd or springs"
+
 results() { # TOPIC
-    (($# == 1)) || fail "results: expected one topic (chainmail, haptics or springs), found $#"
+    (($# == 1)) || fail "results: expected one topic ($results_topics), found $#"
     case $1 in
-        chainmail) results_chainmail ;;
-        haptics) results_haptics ;;
-        springs) results_springs ;;
-        *) fail "results: expected chainmail, haptics or springs, found '$1'" ;;
+        chainmail | haptics | pbd | springs) "results_$1" ;;
+        *) fail "results: expected $results_topics, found '$1'" ;;
     esac
 }
 
@@ -36,6 +36,17 @@ results_haptics() {
     say "simulating and drawing; some minutes"
     "$root/build/release/results_haptics" "$page"
     say "done: docs/results/haptics/README.md"
+}
+
+results_pbd() {
+    local page=$root/docs/results/pbd
+    need_packages build bench
+    configure release -DPLIANT_BUILD_BENCHMARKS=ON -DPLIANT_BUILD_TESTS=OFF
+    compile release --target results_pbd
+    mkdir -p "$page"
+    say "measuring and drawing; a minute or two"
+    "$root/build/release/results_pbd" "$page"
+    say "done: docs/results/pbd/README.md"
 }
 
 results_springs() {

@@ -69,6 +69,10 @@ class Rod {
 
     /// Where the base is from now on, and the frame that the first segment is joined to.
     Status set_base(Vec3d place, Rotation frame);
+    /// The last node and the frame that the last segment is joined to, as at the base: a ring is a
+    /// rod whose ends are held together. From now on, until it is released.
+    Status hold_tip(Vec3d place, Rotation frame);
+    void release_tip();
     /// The rest shape of the tip: all in all bent by `angle`, towards the axis that is `direction`
     /// from the first one about the rod.
     Status steer(double angle, double direction);
@@ -85,7 +89,7 @@ class Rod {
     Vec3d velocity(std::int32_t node) const;
     /// Of a segment, in the world. [rad/time]
     Vec3d spin(std::int32_t segment) const;
-    double inverse_mass(std::int32_t node) const;  ///< 0 at the base
+    double inverse_mass(std::int32_t node) const;  ///< 0 at the base and at a held tip
     double inverse_inertia() const;                ///< of a segment, about every axis
     /// What a constraint from outside does at the end of a sub-step: the node moves, and its
     /// velocity changes as if it had moved so during the sub-step; a segment turns in the same way.

@@ -99,8 +99,9 @@ class Packer {
         m_open = 0;
         for (const Member& member : members) add(plan, kind, member.constraint);
         while (m_first < m_next) forget_first(plan, kind);
+        const std::int32_t pairs = pair_up(plan, kind, first);
         write_corners(plan, kind, first, spare);
-        return {first, m_next};
+        return {first, first + 2 * pairs, m_next};
     }
 
   private:
@@ -142,6 +143,52 @@ class Packer {
         ++m_first;
     }
 
+    /// Puts packs that share no particle side by side, those that find no partner last. A pack's
+    /// loads, sums and stores are longer than what a processor looks ahead; two at once fill its
+    /// gaps.
+    /// @returns the number of pairs
+    std::int32_t pair_up(KindPlan& plan, int kind, std::int32_t first) {
+        const auto pack_begin = [&](std::int32_t pack) {
+            return plan.constraints.begin() + std::ptrdiff_t(pack) * kPack;
+        };
+        m_pair_of.assign(m_parts.places.size(), -1);
+        const auto each_particle = [&](std::int32_t pack, const auto& work) {
+            std::for_each(pack_begin(pack), pack_begin(pack + 1), [&](std::int32_t c) {
+                if (c < 0) return;
+                for (const std::int32_t n : nodes_of(m_parts, kind, std::size_t(c)))
+                    work(m_pair_of[std::size_t(n)]);
+            });
+        };
+        std::vector<std::int32_t> left, order, alone;
+        for (std::int32_t pack = m_next; pack-- > first;) left.push_back(pack);
+        std::int32_t pairs = 0;
+        while (!left.empty()) {
+            const std::int32_t pack = left.back();
+            left.pop_back();
+            each_particle(pack, [&](std::int32_t& pair) { pair = pairs; });
+            const auto other =
+                std::find_if(left.rbegin(), left.rend(), [&](std::int32_t candidate) {
+                    bool meets = false;
+                    each_particle(candidate, [&](std::int32_t& pair) { meets |= pair == pairs; });
+                    return !meets;
+                });
+            if (other == left.rend()) {
+                each_particle(pack, [&](std::int32_t& pair) { pair = -1; });
+                alone.push_back(pack);
+                continue;
+            }
+            order.insert(order.end(), {pack, *other});
+            left.erase(std::next(other).base());
+            ++pairs;
+        }
+        order.insert(order.end(), alone.begin(), alone.end());
+        const std::vector<std::int32_t> packs(pack_begin(first), plan.constraints.end());
+        for (std::size_t n = 0; n < order.size(); ++n)
+            std::copy_n(packs.begin() + std::ptrdiff_t(order[n] - first) * kPack, kPack,
+                        pack_begin(first + std::int32_t(n)));
+        return pairs;
+    }
+
     void write_corners(KindPlan& plan, int kind, std::int32_t first, std::int32_t spare) {
         const auto corners = std::size_t(kCorners[kind]);
         plan.corners.resize(std::size_t(m_next) * corners * kPack);
@@ -164,6 +211,7 @@ class Packer {
     std::int32_t m_first = 0, m_next = 0;   ///< of the window
     std::uint64_t m_open = 0;
     int m_used[kWindow] = {};
+    std::vector<std::int32_t> m_pair_of;  ///< of each particle
 };
 
 void number_particles(const Cells& cells, const PbdParts& parts, Plan& plan) {

@@ -35,8 +35,10 @@ inline constexpr int kCorners[kKinds] = {2, 4, 4, 4};
 inline constexpr int kNumbers[kKinds] = {2, 2, 2, 11};
 inline constexpr int kMultipliers[kKinds] = {1, 1, 1, 2};
 
+/// Packs begin and begin + 1 share no particle, and so on until paired_end: both may be on their
+/// way at once.
 struct PackRange {
-    std::int32_t begin, end;
+    std::int32_t begin, paired_end, end;
 };
 struct Domain {
     PackRange packs[kKinds];

@@ -118,50 +118,85 @@ HWY_INLINE void store_corner(const Corner<V>& corner, float* particles, const st
     store_every_fourth(tag, d, particles, list + 3);
 }
 
+/// A pack's lanes on their way: loaded, projected, stored.
 template <int Kind, bool Compliant>
-HWY_INLINE void project_lanes(const ProjectArrays<float>& a, std::size_t pack, std::size_t lane) {
-    const D d;
-    constexpr int kCount = kCorners[Kind];
-    const PackArrays<float>& arrays = a.kinds[Kind];
-    const std::uint32_t* lists = arrays.corners + pack * kCount * kPack + lane;
-    const float* numbers = arrays.numbers + pack * kNumbers[Kind] * kPack + lane;
-    float* multipliers = arrays.multipliers + pack * kMultipliers[Kind] * kPack + lane;
-    const V scale = hn::Set(d, a.compliance_scale);
-    Corner<V> p[kCount];
-    for (int n = 0; n < kCount; ++n) p[n] = load_corner(a.particles, lists + n * kPack);
-    const auto number = [&](int n) HWY_ATTR { return hn::Load(d, numbers + n * kPack); };
-    const auto so_far = [&](int n) HWY_ATTR {
-        return a.first ? hn::Zero(d) : hn::Load(d, multipliers + n * kPack);
-    };
-    if constexpr (Kind == int(PbdKind::Solid)) {
-        Solid<V> s;
-        for (int n = 0; n < 9; ++n) s.inverse[n / 3][n % 3] = number(n);
-        s.h_compliance = hn::Mul(number(9), scale);
-        s.e_compliance = hn::Mul(number(10), scale);
-        s.h_multiplier = so_far(0);
-        s.e_multiplier = so_far(1);
-        project_solid(p, s);
-        hn::Store(s.h_multiplier, d, multipliers);
-        hn::Store(s.e_multiplier, d, multipliers + kPack);
-    } else {
-        Law<V> law{number(1), so_far(0)};
-        if constexpr (Compliant) law.number = hn::Mul(law.number, scale);
-        if constexpr (Kind == int(PbdKind::Distance))
-            project_distance<Compliant>(p[0], p[1], number(0), law);
-        else if constexpr (Kind == int(PbdKind::Bend))
-            project_gradients<Compliant>(p, bend_constraint(p, number(0)), law);
-        else
-            project_gradients<Compliant>(p, volume_constraint(p, number(0)), law);
-        hn::Store(law.multiplier, d, multipliers);
+struct Lanes {
+    static constexpr int kCount = kCorners[Kind];
+
+    HWY_INLINE Lanes(const ProjectArrays<float>& a, std::size_t pack, std::size_t lane)
+        : particles(a.particles),
+          lists(a.kinds[Kind].corners + pack * kCount * kPack + lane),
+          numbers(a.kinds[Kind].numbers + pack * kNumbers[Kind] * kPack + lane),
+          multipliers(a.kinds[Kind].multipliers + pack * kMultipliers[Kind] * kPack + lane),
+          scale(a.compliance_scale),
+          first(a.first) {}
+    HWY_INLINE void load(Corner<V> (&p)[kCount]) const {
+        for (int n = 0; n < kCount; ++n) p[n] = load_corner(particles, lists + n * kPack);
     }
-    for (int n = 0; n < kCount; ++n) store_corner(p[n], a.particles, lists + n * kPack);
-}
+    HWY_INLINE void store(const Corner<V> (&p)[kCount]) const {
+        for (int n = 0; n < kCount; ++n) store_corner(p[n], particles, lists + n * kPack);
+    }
+    HWY_INLINE V number(int n) const { return hn::Load(D(), numbers + n * kPack); }
+    HWY_INLINE V so_far(int n) const {
+        return first ? hn::Zero(D()) : hn::Load(D(), multipliers + n * kPack);
+    }
+    HWY_INLINE void project(Corner<V> (&p)[kCount]) const {
+        const D d;
+        const V by_step = hn::Set(d, scale);
+        if constexpr (Kind == int(PbdKind::Solid)) {
+            Solid<V> s;
+            for (int n = 0; n < 9; ++n) s.inverse[n / 3][n % 3] = number(n);
+            s.h_compliance = hn::Mul(number(9), by_step);
+            s.e_compliance = hn::Mul(number(10), by_step);
+            s.h_multiplier = so_far(0);
+            s.e_multiplier = so_far(1);
+            project_solid(p, s);
+            hn::Store(s.h_multiplier, d, multipliers);
+            hn::Store(s.e_multiplier, d, multipliers + kPack);
+        } else {
+            Law<V> law{number(1), so_far(0)};
+            if constexpr (Compliant) law.number = hn::Mul(law.number, by_step);
+            if constexpr (Kind == int(PbdKind::Distance))
+                project_distance<Compliant>(p[0], p[1], number(0), law);
+            else if constexpr (Kind == int(PbdKind::Bend))
+                project_gradients<Compliant>(p, bend_constraint(p, number(0)), law);
+            else
+                project_gradients<Compliant>(p, volume_constraint(p, number(0)), law);
+            hn::Store(law.multiplier, d, multipliers);
+        }
+    }
+
+    float* particles;
+    const std::uint32_t* lists;
+    const float* numbers;
+    float* multipliers;
+    float scale;
+    bool first;
+};
 
 template <int Kind, bool Compliant>
 void project_packs(const ProjectArrays<float>& a, PackRange range) {
-    for (std::int32_t pack = range.begin; pack < range.end; ++pack)
-        for (std::size_t lane = 0; lane < kPack; lane += kLanes)
-            project_lanes<Kind, Compliant>(a, std::size_t(pack), lane);
+    using Part = Lanes<Kind, Compliant>;
+    std::int32_t pack = range.begin;
+    for (; pack < range.paired_end; pack += 2)
+        for (std::size_t lane = 0; lane < kPack; lane += kLanes) {
+            const Part one(a, std::size_t(pack), lane), other(a, std::size_t(pack) + 1, lane);
+            Corner<V> p[Part::kCount], q[Part::kCount];
+            one.load(p);
+            other.load(q);
+            one.project(p);
+            other.project(q);
+            one.store(p);
+            other.store(q);
+        }
+    for (; pack < range.end; ++pack)
+        for (std::size_t lane = 0; lane < kPack; lane += kLanes) {
+            const Part one(a, std::size_t(pack), lane);
+            Corner<V> p[Part::kCount];
+            one.load(p);
+            one.project(p);
+            one.store(p);
+        }
 }
 
 template <bool Compliant>

@@ -8,10 +8,11 @@
 //   r₀)/l
 //
 // with l/2 for the joint of the base, since bending is sampled at nodes: the error is of second
-// order. [Kugelstadt2016] takes the imaginary part of q⁻¹q for r; the logarithm holds for any
-// angle. Blocks i and i + 1 share x_{i+1} and q_i, no others do, so the Newton step of
-// [Macklin2016] is a chain of blocks, solved directly as in [Deul2018]. Segments turn like balls:
-// their inertia is the same about all axes, m l²/12 and no less about the rod.
+// order. A held tip is one more block: a joint of l/2 to the frame that holds it. [Kugelstadt2016]
+// takes the imaginary part of q⁻¹q for r; the logarithm holds for any angle. Blocks i and i + 1
+// share x_{i+1} and q_i, no others do, so the Newton step of [Macklin2016] is a chain of blocks,
+// solved directly as in [Deul2018]. Segments turn like balls: their inertia is the same about all
+// axes, m l²/12 and no less about the rod.
 
 #include <pliant/pbd_rod.h>
 
@@ -164,12 +165,16 @@ struct Rod::Impl {
         good_spin = spin;
     }
 
-    double joint_length(std::size_t i) const { return i == 0 ? 0.5 * l : l; }
+    double joint_length(std::size_t i) const { return i == 0 || i == count ? 0.5 * l : l; }
     Rotation frame_before(std::size_t i) const { return i == 0 ? base_frame : q[i - 1]; }
+    Rotation frame_of(std::size_t i) const { return i == count ? tip_frame : q[i]; }
     Vec3d turn_of(std::size_t i) const {
-        return rotation_vector(inverse_of(frame_before(i)) * q[i]);
+        return rotation_vector(inverse_of(frame_before(i)) * frame_of(i));
     }
+    /// Where the rod isn't bent.
+    Vec3d rest_of(std::size_t i) const { return i == count ? Vec3d{0, 0, 0} : rest[i]; }
     Vec3d strain_of(std::size_t i) const {
+        if (i == count) return {0, 0, 0};
         return rotated(inverse_of(q[i]), (1 / l) * (x[i + 1] - x[i])) - Vec3d{0, 0, 1};
     }
     /// 1/stiffness of each of the six.
@@ -181,6 +186,7 @@ struct Rod::Impl {
                 j / s.bend_stiffness,          j / s.twist_stiffness};
     }
     double weight(std::size_t i, Variable variable) const {
+        if (i == count) return variable == kTurnBefore ? w_turn : 0;
         switch (variable) {
             case kNodeBefore:
                 return w_node[i];
@@ -195,11 +201,15 @@ struct Rod::Impl {
 
     void derive(std::size_t i) {
         SegmentDerivatives& d = derivatives[i];
-        const Mat3d to_local = transposed(matrix_of(q[i]));
-        d.stretch[kNodeAfter] = scaled(1 / l, to_local);
-        d.stretch[kNodeBefore] = scaled(-1 / l, to_local);
         d.stretch[kTurnBefore] = Mat3d{};
-        d.stretch[kTurn] = to_local * crossing((1 / l) * (x[i + 1] - x[i]));
+        if (i == count) {
+            d.stretch[kNodeBefore] = d.stretch[kNodeAfter] = d.stretch[kTurn] = Mat3d{};
+        } else {
+            const Mat3d to_local = transposed(matrix_of(q[i]));
+            d.stretch[kNodeAfter] = scaled(1 / l, to_local);
+            d.stretch[kNodeBefore] = scaled(-1 / l, to_local);
+            d.stretch[kTurn] = to_local * crossing((1 / l) * (x[i + 1] - x[i]));
+        }
         d.bend[kNodeBefore] = d.bend[kNodeAfter] = Mat3d{};
         d.bend[kTurn] = log_derivative(turn_of(i)) * transposed(matrix_of(frame_before(i)));
         d.bend[kTurnBefore] = scaled(-1, d.bend[kTurn]);
@@ -226,16 +236,20 @@ struct Rod::Impl {
     void solve(bool first) {
         for (std::size_t i = 0; i < count; ++i)
             push[i] = first ? h * h * w_turn * moment[i] : Vec3d{0, 0, 0};
-        for (std::size_t i = 0; i < count; ++i) derive(i);
-        for (std::size_t i = 0; i < count; ++i) {
+        const std::size_t blocks = right.size();
+        for (std::size_t i = 0; i < blocks; ++i) derive(i);
+        for (std::size_t i = 0; i < blocks; ++i) {
             Block& a = matrix.diagonal[i];
             a.fill(0);
             for (const Variable at : {kNodeBefore, kNodeAfter, kTurnBefore, kTurn})
                 add_product(a, weight(i, at), derivatives[i], at, derivatives[i], at);
             const BlockVector soft = compliance(i);
             const SegmentDerivatives& d = derivatives[i];
-            const Vec3d strain = strain_of(i) + d.stretch[kTurn] * push[i];
-            Vec3d bend = turn_of(i) - rest[i] + d.bend[kTurn] * push[i];
+            Vec3d strain = strain_of(i), bend = turn_of(i) - rest_of(i);
+            if (i < count) {
+                strain = strain + d.stretch[kTurn] * push[i];
+                bend = bend + d.bend[kTurn] * push[i];
+            }
             if (i > 0) bend = bend + d.bend[kTurnBefore] * push[i - 1];
             for (std::size_t r = 0; r < kBlock; ++r) {
                 const double alpha = soft[r] / (h * h);
@@ -245,13 +259,13 @@ struct Rod::Impl {
             }
             Block& u = matrix.upper[i];
             u.fill(0);
-            if (i + 1 == count) break;
+            if (i + 1 == blocks) break;
             add_product(u, w_node[i + 1], derivatives[i], kNodeAfter, derivatives[i + 1],
                         kNodeBefore);
             add_product(u, w_turn, derivatives[i], kTurn, derivatives[i + 1], kTurnBefore);
         }
         matrix.solve(right);
-        for (std::size_t i = 0; i < count; ++i)
+        for (std::size_t i = 0; i < blocks; ++i)
             for (std::size_t r = 0; r < kBlock; ++r) lambda[i][r] += right[i][r];
         for (std::size_t i = 0; i < count; ++i) {
             x[i] = x[i] + pulled(right, i, kNodeBefore);
@@ -260,7 +274,7 @@ struct Rod::Impl {
         // Turns change all that the derivatives have been taken of, so they come last.
         for (std::size_t i = 0; i < count; ++i) {
             Vec3d by = push[i] + pulled(right, i, kTurn);
-            if (i + 1 < count) by = by + pulled(right, i + 1, kTurnBefore);
+            if (i + 1 < blocks) by = by + pulled(right, i + 1, kTurnBefore);
             q[i] = rotation_by(by) * q[i];
         }
     }
@@ -274,11 +288,15 @@ struct Rod::Impl {
                transposed(derivatives[i].bend[at]) * Vec3d{b[3], b[4], b[5]};
     }
 
+    bool tip_is_held() const { return right.size() > count; }
+
     void sub_step() {
         const double keep = 1 - settings.damping * h;
         old_x = x;
         old_q = q;
-        for (std::size_t n = 1; n <= count; ++n) {
+        const std::size_t free =
+            count + (tip_is_held() ? 0 : 1);  // the node after the last free one
+        for (std::size_t n = 1; n < free; ++n) {
             v[n] = keep * v[n] + h * (settings.gravity + w_node[n] * force[n]);
             x[n] = x[n] + h * v[n];
         }
@@ -288,7 +306,7 @@ struct Rod::Impl {
         }
         std::fill(lambda.begin(), lambda.end(), BlockVector{});
         for (int n = 0; n < settings.iterations; ++n) solve(n == 0);
-        for (std::size_t n = 1; n <= count; ++n) v[n] = (1 / h) * (x[n] - old_x[n]);
+        for (std::size_t n = 1; n < free; ++n) v[n] = (1 / h) * (x[n] - old_x[n]);
         for (std::size_t i = 0; i < count; ++i) {
             const Rotation turned = checked("", q[i]).ok() ? q[i] : old_q[i];
             spin[i] = (1 / h) * rotation_vector(turned * inverse_of(old_q[i]));
@@ -296,6 +314,13 @@ struct Rod::Impl {
                 std::sqrt(q[i].w * q[i].w + q[i].x * q[i].x + q[i].y * q[i].y + q[i].z * q[i].z);
             q[i] = {q[i].w / length, q[i].x / length, q[i].y / length, q[i].z / length};
         }
+    }
+    void resize_blocks(std::size_t blocks) {
+        matrix.diagonal.resize(blocks);
+        matrix.upper.resize(blocks);
+        right.resize(blocks);
+        lambda.resize(blocks);
+        derivatives.resize(blocks);
     }
     bool is_good() const {
         return std::all_of(x.begin(), x.end(), is_finite) &&
@@ -306,7 +331,7 @@ struct Rod::Impl {
     RodSettings settings;
     std::size_t count;
     double l = 0, h = 0, w_turn = 0;
-    Rotation base_frame;
+    Rotation base_frame, tip_frame;
     std::vector<Vec3d> x, v, old_x, good_x, good_v, force;  ///< [node]
     std::vector<double> w_node;
     std::vector<Rotation> q, old_q, good_q;  ///< [segment]
@@ -343,6 +368,25 @@ Status Rod::set_base(Vec3d place, Rotation frame) {
     m_impl->x[0] = place;
     m_impl->base_frame = *good;
     return Ok{};
+}
+
+Status Rod::hold_tip(Vec3d place, Rotation frame) {
+    if (!is_finite(place)) return bad("hold_tip: expected a place of three numbers");
+    const auto good = checked("hold_tip", frame);
+    if (!good.ok()) return good.error();
+    Impl& rod = *m_impl;
+    rod.tip_frame = *good;
+    rod.x[rod.count] = place;
+    rod.v[rod.count] = {0, 0, 0};
+    rod.w_node[rod.count] = 0;
+    rod.resize_blocks(rod.count + 1);
+    return Ok{};
+}
+void Rod::release_tip() {
+    Impl& rod = *m_impl;
+    if (!rod.tip_is_held()) return;
+    rod.w_node[rod.count] = 2 * rod.settings.segments / rod.settings.mass;
+    rod.resize_blocks(rod.count);
 }
 
 Status Rod::steer(double angle, double direction) {
@@ -445,9 +489,9 @@ Vec3d Rod::turn(std::int32_t segment) const {
 }
 double Rod::elastic_energy() const {
     double energy = 0;
-    for (std::size_t i = 0; i < m_impl->count; ++i) {
+    for (std::size_t i = 0; i < m_impl->right.size(); ++i) {
         const BlockVector soft = m_impl->compliance(i);
-        const Vec3d strain = m_impl->strain_of(i), bend = m_impl->turn_of(i) - m_impl->rest[i];
+        const Vec3d strain = m_impl->strain_of(i), bend = m_impl->turn_of(i) - m_impl->rest_of(i);
         for (int r = 0; r < 3; ++r)
             energy += 0.5 * (strain[r] * strain[r] / soft[std::size_t(r)] +
                              bend[r] * bend[r] / soft[std::size_t(r) + 3]);

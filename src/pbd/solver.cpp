@@ -210,20 +210,42 @@ class SolverOf final : public Solver {
                      "damping or compliance"};
     }
 
-    /// Domains where everything is held are left out.
+    /// Packs of which everything is held are left out, each with its pair.
     void find_awake() {
         m_masses_changed = false;
-        m_is_awake.assign(m_plan.domains.size(), 0);
-        for (std::size_t d = 0; d < m_plan.domains.size(); ++d)
-            for (int kind = 0; kind < kKinds && !m_is_awake[d]; ++kind) {
-                const PackRange range = m_plan.domains[d].packs[kind];
-                const auto per_pack = std::size_t(kCorners[kind]) * kPack;
-                const auto& corners = m_plan.kinds[kind].corners;
-                m_is_awake[d] = std::any_of(
-                    corners.begin() + std::ptrdiff_t(std::size_t(range.begin) * per_pack),
-                    corners.begin() + std::ptrdiff_t(std::size_t(range.end) * per_pack),
-                    [&](std::uint32_t corner) { return m_x[corner + 3] > 0; });
+        m_awake.clear();
+        m_awake_ends.clear();
+        for (const Domain& domain : m_plan.domains) {
+            for (int kind = 0; kind < kKinds; ++kind) {
+                const PackRange range = domain.packs[kind];
+                find_awake(kind, {range.begin, range.paired_end}, 2);
+                find_awake(kind, {range.paired_end, range.end}, 1);
             }
+            m_awake_ends.push_back(m_awake.size());
+        }
+    }
+    /// @param together  packs that are awake or left out together
+    void find_awake(int kind, std::pair<std::int32_t, std::int32_t> packs, std::int32_t together) {
+        const auto corners_of = [&](std::int32_t pack) {
+            return m_plan.kinds[kind].corners.begin() +
+                   std::ptrdiff_t(pack) * (kCorners[kind] * kPack);
+        };
+        bool goes_on = false;
+        for (std::int32_t pack = packs.first; pack < packs.second; pack += together) {
+            const bool awake =
+                std::any_of(corners_of(pack), corners_of(pack + together),
+                            [&](std::uint32_t corner) { return m_x[corner + 3] > 0; });
+            if (awake) {
+                if (!goes_on) {
+                    m_awake.push_back({});
+                    m_awake.back().packs[kind] = {pack, pack, pack};
+                }
+                PackRange& range = m_awake.back().packs[kind];
+                range.end = pack + together;
+                if (together == 2) range.paired_end = range.end;
+            }
+            goes_on = awake;
+        }
     }
 
     void project(const TaskArena& arena, bool first) {
@@ -237,9 +259,10 @@ class SolverOf final : public Solver {
                                   m_multipliers[kind].data()};
         for (const Phase& phase : m_plan.phases)
             for_each(arena, phase.end - phase.begin, 1, [&](std::int64_t begin, std::int64_t end) {
-                for (std::int64_t d = begin; d < end; ++d)
-                    if (m_is_awake[std::size_t(phase.begin + d)])
-                        m_kernels.project(arrays, m_plan.domains[std::size_t(phase.begin + d)]);
+                for (auto d = std::size_t(phase.begin + begin); d < std::size_t(phase.begin + end);
+                     ++d)
+                    for (std::size_t n = d == 0 ? 0 : m_awake_ends[d - 1]; n < m_awake_ends[d]; ++n)
+                        m_kernels.project(arrays, m_awake[n]);
             });
     }
 
@@ -315,7 +338,8 @@ class SolverOf final : public Solver {
     /// [particle][4]: x, y, z and, of m_x, the inverse mass. m_before is before the constraints.
     AlignedVector<Real> m_x, m_before, m_v, m_good_x, m_good_v;
     AlignedVector<Real> m_numbers[kKinds], m_multipliers[kKinds];
-    std::vector<std::uint8_t> m_is_awake;  ///< [domain]
+    std::vector<Domain> m_awake;  ///< what is projected of each domain, one after the other
+    std::vector<std::size_t> m_awake_ends;  ///< [domain] in m_awake
     bool m_masses_changed = true;
     std::vector<Load> m_loads;
     std::vector<Vec3d> m_forces;  ///< multipliers of attachments

@@ -49,7 +49,8 @@ PbdParts random_block(Random& random, Vec3i cells, bool solids) {
     return all;
 }
 
-TEST(Plan, EachConstraintComesOnceAndNoPackOrPhaseMeetsAParticleTwice) {
+TEST(Plan, EachConstraintComesOnceAndNoPackPairOrPhaseMeetsAParticleTwice) {
+    int pairs = 0;
     for (std::uint64_t seed = 1; seed <= 12; ++seed) {
         SCOPED_TRACE(seed);
         Random random(seed);
@@ -75,6 +76,10 @@ TEST(Plan, EachConstraintComesOnceAndNoPackOrPhaseMeetsAParticleTwice) {
                     const pbd::PackRange range = plan.domains[std::size_t(d)].packs[kind];
                     const pbd::KindPlan& packs = plan.kinds[kind];
                     const auto corners = std::size_t(pbd::kCorners[kind]);
+                    EXPECT_LE(range.paired_end, range.end);
+                    EXPECT_EQ((range.paired_end - range.begin) % 2, 0);
+                    pairs += range.paired_end - range.begin;
+                    std::set<std::uint32_t> in_last;
                     for (auto pack = std::size_t(range.begin); pack < std::size_t(range.end);
                          ++pack) {
                         std::set<std::uint32_t> in_pack;
@@ -95,12 +100,19 @@ TEST(Plan, EachConstraintComesOnceAndNoPackOrPhaseMeetsAParticleTwice) {
                                           std::int32_t(particle));
                             }
                         }
+                        // The second of a pair has no particle of the first.
+                        const auto turn = pack - std::size_t(range.begin);
+                        const bool second = turn % 2 == 1 && pack < std::size_t(range.paired_end);
+                        for (const std::uint32_t particle : in_pack)
+                            EXPECT_EQ(second ? in_last.count(particle) : 0, 0U);
+                        in_last = in_pack;
                     }
                 }
         }
         for (int kind = 0; kind < pbd::kKinds; ++kind)
             for (const int times : seen[kind]) EXPECT_EQ(times, 1);
     }
+    EXPECT_GT(pairs, 100);
 }
 
 class Methods : public ::testing::TestWithParam<PbdMethod> {};

@@ -1,0 +1,58 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// Which nodes of a deforming mesh are inside of tetrahedra that they don't belong to: where bodies,
+// or parts of one, have gone through each other. Found by hashing the cells of a grid
+// [Teschner2003].
+//
+//   OverlapSearch search(mesh);                  // two vessels in one mesh
+//   for (const NodeInCell& n : search.find(places)) …n.node, n.cell
+
+#pragma once
+
+#include <pliant/mesh.h>
+
+#include <compare>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace pliant {
+
+struct NodeInCell {
+    std::int32_t cell, node;
+    auto operator<=>(const NodeInCell&) const = default;
+};
+
+class OverlapSearch {
+  public:
+    /// The grid's cells are as long as the mesh's edges are on the average. Positive and inverted
+    /// tetrahedra are searched alike; flat ones hold nothing.
+    /// @pre check_cells(mesh).ok()
+    explicit OverlapSearch(const TetMesh& mesh);
+
+    /// By cell, then by node, until the next call. A node on a face is inside; one whose place is
+    /// no number is nowhere. @pre places.size() is the number of the mesh's nodes
+    std::span<const NodeInCell> find(std::span<const Vec3d> places);
+
+  private:
+    struct Entry {
+        Vec3i cell;
+        std::int32_t next;  ///< node with the same hash, or −1
+    };
+    Vec3i cell_of(Vec3d place) const;
+    std::size_t slot_of(Vec3i cell) const;
+    void test(std::int32_t cell, std::span<const Vec3d> places);
+
+    std::vector<std::array<std::int32_t, 4>> m_cells;
+    double m_per_length = 1;
+    std::vector<Entry> m_nodes;
+    std::vector<std::int32_t> m_heads, m_stamps;  ///< [slot]; a slot with an older stamp is empty
+    std::int32_t m_stamp = 0;
+    std::vector<NodeInCell> m_found;
+};
+
+/// Whether a place is inside of a tetrahedron or on its boundary; never where that is flat.
+bool is_inside_tetrahedron(Vec3d place, const std::array<Vec3d, 4>& corners);
+
+}  // namespace pliant
