@@ -23,6 +23,7 @@ import {
     untilUndo,
     visit,
 } from './browser.ts';
+import { dicomSlice } from './dicom.ts';
 
 let browser: Browser;
 let served: Served;
@@ -233,6 +234,33 @@ test('files are dropped together; a path that is dropped stays a path', async ()
     const state = await stateOf(page);
     assert.equal(state.volume!.id, volume!.id);
     assert.ok(state.path);
+});
+
+test('of several DICOM series in a folder the user chooses one', async (t) => {
+    if (served.mock) return t.skip('the mock reads no DICOM');
+    const files = [0, 1, 2, 3, 4].map((z) => {
+        const bytes =
+            z < 3
+                ? dicomSlice('1.2.3', 'arterial', z, 10 * z)
+                : dicomSlice('1.2.4', 'venous', z, 10 * z);
+        return { name: `IM${z}`, text: bytes.toString('base64') };
+    });
+    const { volume } = await stateOf(page);
+    const dialog = page.locator('dialog.series');
+    await drop(files);
+    await dialog.waitFor();
+    await picture(page, 'series');
+    assert.equal(await dialog.locator('.choices button').count(), 2);
+    await page.keyboard.press('Escape');
+    await untilSaid('no series was chosen');
+    assert.equal(await dialog.count(), 0);
+    assert.equal((await stateOf(page)).volume!.id, volume!.id);
+    // Again, and at once: nothing of the first attempt is in the way.
+    await drop(files);
+    await dialog.getByText('venous (2 slices)').click();
+    await untilScan('scan');
+    assert.deepEqual((await stateOf(page)).volume!.size, [8, 6, 2]);
+    assert.deepEqual((await stateOf(page)).volume!.range_hu, [30, 40]);
 });
 
 test('who only views may save, but not open', async () => {

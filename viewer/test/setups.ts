@@ -1,0 +1,23 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// What is measured on which scan.
+
+import { existsSync } from 'node:fs';
+import { join } from 'node:path';
+import type { Push } from './latency.ts';
+import { kFolder } from './browser.ts';
+
+const kData = process.env.PLIANT_SHARED_DATA ?? join(kFolder, '../../shared/data');
+export const kThorax = join(kData, 'thorax_ct_256.nrrd');
+
+/// The path of the thorax, for those who can't go on without it.
+export function thorax(): string {
+    if (process.env.PLIANT_SERVER && existsSync(kThorax)) return kThorax;
+    throw new Error(`expected PLIANT_SERVER, a program, and ${kThorax}`);
+}
+
+/// In the heart, with soft tissue around it: pushes of 12 mm to and fro move more than 50 thousand
+/// elements each.
+export const kHeart: Push = { centre: [0, 118, -627], radius: 22, mm: 12 };
+export const kHertz = 30;
