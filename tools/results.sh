@@ -6,11 +6,12 @@
 # numbers together, or nothing where something fails.
 
 results() { # TOPIC
-    (($# == 1)) || fail "results: expected one topic (chainmail or springs), found $#"
+    (($# == 1)) || fail "results: expected one topic (chainmail, springs or endoscope), found $#"
     case $1 in
         chainmail) results_chainmail ;;
         springs) results_springs ;;
-        *) fail "results: expected chainmail or springs, found '$1'" ;;
+        endoscope) results_endoscope ;;
+        *) fail "results: expected chainmail, springs or endoscope, found '$1'" ;;
     esac
 }
 
@@ -35,4 +36,15 @@ results_springs() {
     say "identifying, measuring and drawing; some minutes"
     "$root/build/release/results_springs" "$page" "$root/../shared/data"
     say "done: docs/results/springs/README.md"
+}
+
+results_endoscope() {
+    local page=$root/docs/results/endoscope
+    need_packages build
+    need_browser
+    build
+    say "measuring and drawing in a browser; some minutes"
+    (cd "$root/viewer" && PLIANT_SERVER=$root/build/release/pliant PLIANT_RESULTS=$page \
+        npm run --silent measure endoscope)
+    say "done: docs/results/endoscope/README.md"
 }

@@ -108,6 +108,7 @@ export async function measureLatency(page: Page, wanted: LatencySettings): Promi
         await Promise.all(answers);
         for (let n = 0; n < 100 && open.some(({ sample }) => !sample.textured); ++n)
             await new Promise((r) => setTimeout(r, 100));
+        if (!samples.every(({ textured }) => textured)) throw new Error('some voxels never came');
         over = true;
         session.box = take;
         stage.frame = draw;

@@ -1,14 +1,14 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// What is measured on which scan.
+// Scans that are not in the repository, and what is measured on them.
 
 import { existsSync } from 'node:fs';
 import { join } from 'node:path';
 import type { Push } from './latency.ts';
 import { kFolder } from './browser.ts';
 
-const kData = process.env.PLIANT_SHARED_DATA ?? join(kFolder, '../../shared/data');
+export const kData = process.env.PLIANT_SHARED_DATA ?? join(kFolder, '../../shared/data');
 export const kThorax = join(kData, 'thorax_ct_256.nrrd');
 
 /// The path of the thorax, for those who can't go on without it.
@@ -21,3 +21,13 @@ export function thorax(): string {
 /// elements each.
 export const kHeart: Push = { centre: [0, 118, -627], radius: 22, mm: 12 };
 export const kHertz = 30;
+
+/// From a few hundred elements to more than a hundred thousand.
+export const kBalls: readonly Push[] = [
+    [3, 1],
+    [6, 2],
+    [10, 4],
+    [15, 8],
+    [22, 12],
+    [30, 16],
+].map(([radius, mm]) => ({ centre: kHeart.centre, radius: radius!, mm: mm! }));

@@ -6,43 +6,15 @@
 
 import assert from 'node:assert/strict';
 import { readFile } from 'node:fs/promises';
-import { after, before, test } from 'node:test';
+import { test } from 'node:test';
 import { gunzipSync } from 'node:zlib';
-import type { Browser, Page } from 'playwright-core';
 import { scanOf } from '../src/dropped.ts';
 import type { Session } from '../src/session.ts';
-import {
-    compare,
-    launch,
-    loaded,
-    picture,
-    pixels,
-    type Served,
-    serve,
-    stateOf,
-    untilUndo,
-    visit,
-} from './browser.ts';
+import { compare, loaded, picture, pixels, stateOf, untilUndo, visit } from './browser.ts';
 import { dicomSlice } from './dicom.ts';
+import { browser, page, served, useOnePage } from './one_page.ts';
 
-let browser: Browser;
-let served: Served;
-let page: Page;
-let errors: string[];
-before(async () => {
-    browser = await launch();
-    served = await serve();
-    ({ page, errors } = await visit(browser, served.link));
-});
-after(async () => {
-    await browser.close();
-    await served.stop();
-    // Chromium's own remark on an answer that isn't 200.
-    assert.deepEqual(
-        errors.filter((line) => !line.includes('status of 400')),
-        [],
-    );
-});
+useOnePage({ expected: 'status of 400' });
 
 const kSize = [36, 40, 44] as const;
 
