@@ -6,9 +6,9 @@
 // clock runs from just before the command is sent until the graphics process says (gl.finish) that
 // the last box of the command's step is in the texture. Whoever draws in hardware adds a frame.
 
-import type { Page } from 'playwright-core';
 import type { Session } from '../src/session.ts';
 import type { Vec3 } from '../src/vec.ts';
+import { BareBrowser, type Evaluator } from './bare_browser.ts';
 
 export interface Push {
     readonly centre: Vec3; ///< of the sphere before the first push [mm]
@@ -38,8 +38,18 @@ export interface LatencyRun {
     readonly server: { solve: number[]; resample: number[]; tick: number[] }; ///< [ms], each step
 }
 
+/// A browser that shows the scan of a link.
+export const openBare = (link: string): Promise<BareBrowser> =>
+    BareBrowser.open(`${link}&notour`, () => {
+        const { pliant } = window as never as { pliant?: Session };
+        return Boolean(pliant && pliant.store.state.loaded === 1 && pliant.stage.isStill);
+    });
+
 /// Pushes a ball of tissue to and fro, at a rate that doesn't wait for answers.
-export async function measureLatency(page: Page, wanted: LatencySettings): Promise<LatencyRun> {
+export async function measureLatency(
+    page: Evaluator,
+    wanted: LatencySettings,
+): Promise<LatencyRun> {
     await page.evaluate(prepare);
     return page.evaluate(async ({ centre, radius, mm, count, hertz }) => {
         const session = (window as never as { pliant: Session }).pliant;
@@ -127,7 +137,7 @@ export interface BytesRun {
     readonly bytes: number;
 }
 
-export async function measureBytes(page: Page, push: Push): Promise<BytesRun> {
+export async function measureBytes(page: Evaluator, push: Push): Promise<BytesRun> {
     await page.evaluate(prepare);
     return page.evaluate(async ({ centre, radius, mm }) => {
         const session = (window as never as { pliant: Session }).pliant;

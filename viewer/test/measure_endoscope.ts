@@ -11,7 +11,7 @@ import { join } from 'node:path';
 import { kPictures, launch, serve, visit } from './browser.ts';
 import { kFeatures, showAll } from './features.ts';
 import { histogram } from './histogram.ts';
-import { type BytesRun, type LatencyRun, measureBytes, measureLatency } from './latency.ts';
+import * as latency from './latency.ts';
 import { quantile } from './latency.ts';
 import { type Difference, difference, kFar } from './picture_difference.ts';
 import { kBalls, kHeart, kHertz, thorax } from './setups.ts';
@@ -24,13 +24,13 @@ mkdirSync(out, { recursive: true });
 const load = loadavg()[0]!;
 const browser = await launch();
 
-async function latencies(): Promise<{ run: LatencyRun; bytes: BytesRun[] }> {
+async function latencies(): Promise<{ run: latency.LatencyRun; bytes: latency.BytesRun[] }> {
     const served = await serve(scan);
-    const { page } = await visit(browser, served.link);
-    const run = await measureLatency(page, { ...kHeart, count: kCount, hertz: kHertz });
-    const bytes: BytesRun[] = [];
-    for (const ball of kBalls) bytes.push(await measureBytes(page, ball));
-    await page.context().close();
+    const page = await latency.openBare(served.link);
+    const run = await latency.measureLatency(page, { ...kHeart, count: kCount, hertz: kHertz });
+    const bytes: latency.BytesRun[] = [];
+    for (const ball of kBalls) bytes.push(await latency.measureBytes(page, ball));
+    await page.close();
     await served.stop();
     return { run, bytes };
 }

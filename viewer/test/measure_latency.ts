@@ -9,13 +9,12 @@
 
 import type { OverlayKind } from '../src/overlay_kinds.ts';
 import type { Session } from '../src/session.ts';
-import { launch, serve, visit } from './browser.ts';
-import { measureLatency, quantile } from './latency.ts';
+import { serve } from './browser.ts';
+import { measureLatency, openBare, quantile } from './latency.ts';
 import { kHeart, kHertz, thorax } from './setups.ts';
 
-const browser = await launch();
 const served = await serve(thorax());
-const { page } = await visit(browser, served.link);
+const page = await openBare(served.link);
 await page.evaluate(
     (overlay) => {
         const { store } = (window as never as { pliant: Session }).pliant;
@@ -36,5 +35,5 @@ console.log(`  textured  ${spread((s) => s.textured)}`);
 for (const [name, list] of Object.entries(server))
     console.log(`  ${name.padEnd(9)} ${[0.5, 0.99, 1].map((q) => quantile(list, q)).join(' ')}`);
 console.log(`bytes of boxes per push: ${Math.round(run.boxBytes / samples.length)}`);
-await browser.close();
+await page.close();
 await served.stop();

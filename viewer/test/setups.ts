@@ -17,9 +17,9 @@ export function thorax(): string {
     throw new Error(`expected PLIANT_SERVER, a program, and ${kThorax}`);
 }
 
-/// In the heart, with soft tissue around it: pushes of 12 mm to and fro move more than 50 thousand
+/// In the heart, with soft tissue around it: pushes of 14 mm to and fro move more than 50 thousand
 /// elements each.
-export const kHeart: Push = { centre: [0, 118, -627], radius: 22, mm: 12 };
+export const kHeart: Push = { centre: [0, 118, -627], radius: 25, mm: 14 };
 export const kHertz = 30;
 
 /// From a few hundred elements to more than a hundred thousand.
@@ -28,6 +28,6 @@ export const kBalls: readonly Push[] = [
     [6, 2],
     [10, 4],
     [15, 8],
-    [22, 12],
-    [30, 16],
+    [25, 14],
+    [35, 20],
 ].map(([radius, mm]) => ({ centre: kHeart.centre, radius: radius!, mm: mm! }));
