@@ -84,6 +84,15 @@ const kDrags: readonly { tool: ToolName; view: ViewName; by: [number, number] }[
     { tool: 'carve', view: 'sagittal', by: [20, 10] },
     { tool: 'cut', view: 'axial', by: [25, 15] },
 ];
+test("the scan is shown in four views, and its voxels are the server's", async () => {
+    for (const view of kViews) {
+        const { lit } = await pixels(page, view);
+        assert.ok(lit > 0.15, `${view}: ${lit} of the pixels are lit`);
+    }
+    await picture(page, 'loaded');
+    assert.equal((await compare(page))?.same, true);
+});
+
 for (const { tool, view, by } of kDrags)
     test(`${tool} in the ${view} view changes voxels; undo brings the checksum back`, async () => {
         await cursorToWall();
@@ -122,15 +131,6 @@ for (const { tool, view, by } of kDrags)
         assert.equal(back?.tissue, sum?.tissue);
         assert.deepEqual(await all(page), start);
     });
-
-test("the scan is shown in four views, and its voxels are the server's", async () => {
-    for (const view of kViews) {
-        const { lit } = await pixels(page, view);
-        assert.ok(lit > 0.15, `${view}: ${lit} of the pixels are lit`);
-    }
-    await picture(page, 'loaded');
-    assert.equal((await compare(page))?.same, true);
-});
 
 test('the threshold changes the endoscope, and its line in the sections', async () => {
     const start = await all(page);
