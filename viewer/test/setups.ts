@@ -17,9 +17,9 @@ export function thorax(): string {
     throw new Error(`expected PLIANT_SERVER, a program, and ${kThorax}`);
 }
 
-/// In the heart, with soft tissue around it: pushes of 14 mm to and fro move more than 50 thousand
+/// In the heart, with soft tissue around it: pushes of 8 mm to and fro move more than 50 thousand
 /// elements each.
-export const kHeart: Push = { centre: [0, 118, -627], radius: 25, mm: 14 };
+export const kHeart: Push = { centre: [0, 118, -627], radius: 35, mm: 8 };
 export const kHertz = 30;
 
 /// From a few hundred elements to more than a hundred thousand.
@@ -27,7 +27,7 @@ export const kBalls: readonly Push[] = [
     [3, 1],
     [6, 2],
     [10, 4],
-    [15, 8],
-    [25, 14],
-    [35, 20],
+    [15, 6],
+    [35, 8],
+    [40, 16],
 ].map(([radius, mm]) => ({ centre: kHeart.centre, radius: radius!, mm: mm! }));
