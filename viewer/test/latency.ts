@@ -17,6 +17,7 @@ export interface Push {
 }
 
 export interface LatencySettings extends Push {
+    readonly warmUp: number; ///< pushes before those that count, an even number
     readonly count: number;
     readonly hertz: number;
 }
@@ -51,7 +52,7 @@ export async function measureLatency(
     wanted: LatencySettings,
 ): Promise<LatencyRun> {
     await page.evaluate(prepare);
-    return page.evaluate(async ({ centre, radius, mm, count, hertz }) => {
+    return page.evaluate(async ({ centre, radius, mm, warmUp, count, hertz }) => {
         const session = (window as never as { pliant: Session }).pliant;
         const { stage, store, connection } = session;
         const gl = stage.renderer.getContext();
@@ -93,8 +94,14 @@ export async function measureLatency(
         const samples: Sample[] = [];
         const answers: Promise<unknown>[] = [];
         const begin = performance.now();
-        for (let n = 0; n < count; ++n) {
-            const back = n % 2 === 1;
+        let counted = begin;
+        for (let n = -warmUp; n < count; ++n) {
+            if (n === 0) {
+                counted = performance.now();
+                boxBytes = 0;
+                for (const list of Object.values(server)) list.length = 0;
+            }
+            const back = n % 2 !== 0;
             const point = [centre[0] + (back ? mm : 0), centre[1], centre[2]] as const;
             const push = [back ? -mm : mm, 0, 0] as const;
             const start = performance.now();
@@ -106,15 +113,16 @@ export async function measureLatency(
                 const answered = performance.now() - start;
                 const moved = answer.moved_elements ?? 0;
                 const sample = { answered, mirrored: 0, textured: 0, moved };
-                samples.push(sample);
+                if (n >= 0) samples.push(sample);
                 open.push({ step: answer.step, start, sample });
                 settle();
             };
             answers.push(connection.ask({ do: 'push', point, push, radius }, arrived));
-            const wait = begin + (1000 * (n + 1)) / hertz - performance.now();
+            const due = begin + (1000 * (n + warmUp + 1)) / hertz;
+            const wait = due - performance.now();
             if (wait > 0) await new Promise((r) => setTimeout(r, wait));
         }
-        const seconds = (performance.now() - begin) / 1000;
+        const seconds = (performance.now() - counted) / 1000;
         await Promise.all(answers);
         for (let n = 0; n < 100 && open.some(({ sample }) => !sample.textured); ++n)
             await new Promise((r) => setTimeout(r, 100));

@@ -14,7 +14,7 @@ import { histogram } from './histogram.ts';
 import * as latency from './latency.ts';
 import { quantile } from './latency.ts';
 import { type Difference, difference, kFar } from './picture_difference.ts';
-import { kBalls, kHeart, kHertz, thorax } from './setups.ts';
+import { kBalls, kHeart, kHertz, kRun, thorax } from './setups.ts';
 
 const kCount = 600;
 const scan = thorax();
@@ -27,7 +27,7 @@ const browser = await launch();
 async function latencies(): Promise<{ run: latency.LatencyRun; bytes: latency.BytesRun[] }> {
     const served = await serve(scan);
     const page = await latency.openBare(served.link);
-    const run = await latency.measureLatency(page, { ...kHeart, count: kCount, hertz: kHertz });
+    const run = await latency.measureLatency(page, { ...kRun, count: kCount });
     const bytes: latency.BytesRun[] = [];
     for (const ball of kBalls) bytes.push(await latency.measureBytes(page, ball));
     await page.close();
@@ -116,7 +116,7 @@ take most of the two cores that server and browser share. What a user sees comes
 display later.
 
 ${kCount} pushes went out at ${run.hertz.toFixed(1)} Hz; ${run.refused} were refused. Each of
-the others moved at least ${grouped(least)} elements.
+the others moved at least ${grouped(least)} elements. ${kRun.warmUp} pushes before them don't count.
 
 | [ms] | median | 90 % | 99 % | most |
 |---|---:|---:|---:|---:|

@@ -11,7 +11,7 @@ import type { OverlayKind } from '../src/overlay_kinds.ts';
 import type { Session } from '../src/session.ts';
 import { serve } from './browser.ts';
 import { measureLatency, openBare, quantile } from './latency.ts';
-import { kHeart, kHertz, thorax } from './setups.ts';
+import { kRun, thorax } from './setups.ts';
 
 const served = await serve(thorax());
 const page = await openBare(served.link);
@@ -22,7 +22,7 @@ await page.evaluate(
     },
     (process.env.PLIANT_OVERLAY ?? '') as OverlayKind | '',
 );
-const run = await measureLatency(page, { ...kHeart, count: 300, hertz: kHertz });
+const run = await measureLatency(page, { ...kRun, count: 300 });
 const { samples, server } = run;
 const spread = (of: (s: (typeof samples)[0]) => number): string =>
     [0.5, 0.99, 1].map((q) => quantile(samples.map(of), q).toFixed(1)).join(' ');

@@ -17,17 +17,18 @@ export function thorax(): string {
     throw new Error(`expected PLIANT_SERVER, a program, and ${kThorax}`);
 }
 
-/// In the heart, with soft tissue around it: pushes of 8 mm to and fro move more than 50 thousand
+/// In the heart, with soft tissue around it: pushes of 12 mm to and fro move more than 50 thousand
 /// elements each.
-export const kHeart: Push = { centre: [0, 118, -627], radius: 35, mm: 8 };
+export const kHeart: Push = { centre: [0, 118, -627], radius: 35, mm: 12 };
 export const kHertz = 30;
+export const kRun = { ...kHeart, warmUp: 10, hertz: kHertz };
 
-/// From a few hundred elements to more than a hundred thousand.
+/// From a few hundred elements to some ten thousands.
 export const kBalls: readonly Push[] = [
     [3, 1],
     [6, 2],
     [10, 4],
     [15, 6],
-    [35, 8],
-    [40, 16],
+    [22, 12],
+    [35, 12],
 ].map(([radius, mm]) => ({ centre: kHeart.centre, radius: radius!, mm: mm! }));
