@@ -12,6 +12,8 @@ import { join } from 'node:path';
 import type { Readable, Writable } from 'node:stream';
 import { findChromium, kArguments } from './browser.ts';
 
+const kPatience = 3000; // tenths of a second until a page is ready
+
 /// Something that runs functions in a page: Playwright's pages do, too.
 export interface Evaluator {
     evaluate<R>(what: () => R | Promise<R>): Promise<R>;
@@ -54,12 +56,12 @@ export class BareBrowser implements Evaluator {
             mobile: false,
         });
         await browser.ask('Page.navigate', { url: link });
-        for (let n = 0; n < 600; ++n) {
+        for (let n = 0; n < kPatience; ++n) {
             await new Promise((r) => setTimeout(r, 100));
             if (await browser.evaluate(ready).catch(() => false)) return browser;
         }
         await browser.close();
-        throw new Error('the page was not ready within a minute');
+        throw new Error(`the page was not ready within ${kPatience / 10} s`);
     }
 
     async evaluate<R, A>(what: (argument: A) => R | Promise<R>, argument?: A): Promise<R> {
@@ -68,8 +70,7 @@ export class BareBrowser implements Evaluator {
             awaitPromise: true,
             returnByValue: true,
         });
-        if (exceptionDetails)
-            throw new Error(result.description ?? exceptionDetails.text);
+        if (exceptionDetails) throw new Error(result.description ?? exceptionDetails.text);
         return result.value as R;
     }
 

@@ -190,9 +190,10 @@ export async function measureBytes(page: Evaluator, push: Push): Promise<BytesRu
     }, push);
 }
 
-/// Back at rest, and everything here. (Runs in the page.)
+/// Back at rest, and everything here; neither bone nor distance ends a push. (Runs in the page.)
 async function prepare(): Promise<void> {
     const session = (window as never as { pliant: Session }).pliant;
+    await session.ask({ do: 'materials', bone_threshold_hu: 30_000, max_movement_mm: 50 });
     await session.ask({ do: 'reset' });
     const same = await session.compare();
     if (!same?.same) throw new Error('the page has other voxels than the server');

@@ -17,9 +17,9 @@ export function thorax(): string {
     throw new Error(`expected PLIANT_SERVER, a program, and ${kThorax}`);
 }
 
-/// In the heart, with soft tissue around it: pushes of 12 mm to and fro move more than 50 thousand
+/// In the heart, with soft tissue around it: pushes of 11 mm to and fro move more than 50 thousand
 /// elements each.
-export const kHeart: Push = { centre: [0, 118, -627], radius: 35, mm: 12 };
+export const kHeart: Push = { centre: [0, 118, -627], radius: 18, mm: 11 };
 export const kHertz = 30;
 export const kRun = { ...kHeart, warmUp: 10, hertz: kHertz };
 
@@ -29,6 +29,6 @@ export const kBalls: readonly Push[] = [
     [6, 2],
     [10, 4],
     [15, 6],
-    [22, 12],
-    [35, 12],
+    [18, 11],
+    [30, 16],
 ].map(([radius, mm]) => ({ centre: kHeart.centre, radius: radius!, mm: mm! }));
