@@ -273,6 +273,9 @@ TEST_F(HostileTest, WrongTypesAreRefusedOrEndTheirConnectionOnly) {
         std::string text = message.dump();
         text.replace(text.find("\"HERE\""), 6,
                      wrong[std::size_t(random.whole(0, int(wrong.size()) - 1))]);
+        if (n % 10 == 0) {
+            ASSERT_EQ(m_friend->command({{"do", "iso"}, {"iso_hu", -500 - n}})["t"], "done");
+        }
         const auto client = enter();
         client->send_frame(1, text);
         client->say({{"do", "ping"}, {"id", 5}});
