@@ -5,12 +5,12 @@
 # The pages that set Pliant beside its papers, each written by a program of its own: pictures and
 # numbers together, or nothing where something fails.
 
-readonly results_topics="chainmail, haptics, pbd or springs"
+readonly results_topics="chainmail, endoscope, haptics, pbd or springs"
 
 results() { # TOPIC
     (($# == 1)) || fail "results: expected one topic ($results_topics), found $#"
     case $1 in
-        chainmail | haptics | pbd | springs) "results_$1" ;;
+        chainmail | endoscope | haptics | pbd | springs) "results_$1" ;;
         *) fail "results: expected $results_topics, found '$1'" ;;
     esac
 }
@@ -58,4 +58,15 @@ results_springs() {
     say "identifying, measuring and drawing; some minutes"
     "$root/build/release/results_springs" "$page" "$root/../shared/data"
     say "done: docs/results/springs/README.md"
+}
+
+results_endoscope() {
+    local page=$root/docs/results/endoscope
+    need_packages build
+    need_browser
+    build
+    say "measuring and drawing in a browser; some minutes"
+    (cd "$root/viewer" && PLIANT_SERVER=$root/build/release/pliant PLIANT_RESULTS=$page \
+        npm run --silent measure endoscope)
+    say "done: docs/results/endoscope/README.md"
 }

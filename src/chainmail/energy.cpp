@@ -12,23 +12,31 @@
 namespace pliant {
 namespace {
 
-/// Elastic parts of one brick's elements, by component; zero where there is no brick.
-struct ElasticBrick {
-    std::array<std::vector<Fixed>, 3> e;
-    bool is_moved = false;
-
+/// Elastic parts of one brick's elements, by component; zero where there is no brick. Without
+/// imprints they are the displacements, which are not copied.
+class ElasticBrick {
+  public:
     void load(const Lattice& lattice, const PlasticRest& rest, Vec3i coord) {
         const auto count = std::size_t(lattice.elements_per_brick());
         const int index = lattice.find_brick(coord);
         const PlasticBrick* imprint = rest.find(coord);
-        is_moved = index >= 0 || imprint;
         for (std::size_t a = 0; a < 3; ++a) {
-            e[a].assign(count, 0);
-            if (index >= 0) std::copy_n(lattice.brick(index).u[a], count, e[a].begin());
-            if (!imprint) continue;
-            for (std::size_t n = 0; n < count; ++n) e[a][n] -= imprint->imprint[a][n];
+            if (index >= 0 && !imprint) {
+                e[a] = lattice.brick(index).u[a];
+                continue;
+            }
+            m_own[a].assign(count, 0);
+            if (index >= 0) std::copy_n(lattice.brick(index).u[a], count, m_own[a].begin());
+            if (imprint)
+                for (std::size_t n = 0; n < count; ++n) m_own[a][n] -= imprint->imprint[a][n];
+            e[a] = m_own[a].data();
         }
     }
+
+    std::array<const Fixed*, 3> e{};
+
+  private:
+    std::array<std::vector<Fixed>, 3> m_own;
 };
 
 Energy energy_of_link(const ElasticBrick& low, std::size_t n, const ElasticBrick& high,
@@ -45,7 +53,7 @@ Energy energy_of_link(const ElasticBrick& low, std::size_t n, const ElasticBrick
 /// not there themselves.
 Energy energy_of_brick(const Lattice& lattice, const PlasticRest& rest, const Brick& brick,
                        const BrickLinks& links) {
-    ElasticBrick own, beside;
+    static thread_local ElasticBrick own, above, below;
     own.load(lattice, rest, brick.coord);
     const int size = lattice.brick_size();
     Energy sum = 0;
@@ -55,27 +63,27 @@ Energy energy_of_brick(const Lattice& lattice, const PlasticRest& rest, const Br
         const auto& low_face = lattice.face(b, false);
         const auto& high_face = lattice.face(b, true);
         const int stride = lattice.stride(b);
-        const auto weight_below = [&](int n) {
-            return weights[std::size_t(dot(lattice.element_of({0, 0, 0}, n), strides))];
-        };
-        for (const int first : low_face)
-            for (int n = first + stride; n < first + size * stride; n += stride)
-                sum += energy_of_link(own, std::size_t(n - stride), own, std::size_t(n),
-                                      weight_below(n));
         Vec3i coord = brick.coord;
         coord[b] += 1;
-        beside.load(lattice, rest, coord);
-        for (std::size_t f = 0; f < high_face.size(); ++f) {
-            const Vec3i local = lattice.element_of({0, 0, 0}, high_face[f]);
-            sum += energy_of_link(own, std::size_t(high_face[f]), beside, std::size_t(low_face[f]),
-                                  weights[std::size_t(dot(local, strides) + strides[b])]);
-        }
-        if (brick.neighbours[std::size_t(2 * b)] >= 0) continue;
+        above.load(lattice, rest, coord);
         coord[b] -= 2;
-        beside.load(lattice, rest, coord);
-        for (std::size_t f = 0; f < low_face.size(); ++f)
-            sum += energy_of_link(beside, std::size_t(high_face[f]), own, std::size_t(low_face[f]),
-                                  weight_below(low_face[f]));
+        const bool is_lowest = brick.neighbours[std::size_t(2 * b)] < 0;
+        if (is_lowest) below.load(lattice, rest, coord);
+        for (std::size_t f = 0; f < low_face.size(); ++f) {
+            // Links of one line of elements, from the one below it on.
+            const int i = int(f) % size, j = int(f) / size;
+            const int link = i * strides[(b + 1) % 3] + j * strides[(b + 2) % 3];
+            const auto weight = [&](int layer) {
+                return weights[std::size_t(link + layer * strides[b])];
+            };
+            const auto low = std::size_t(low_face[f]), high = std::size_t(high_face[f]);
+            if (is_lowest) sum += energy_of_link(below, high, own, low, weight(0));
+            for (int layer = 1; layer < size; ++layer) {
+                const std::size_t n = low + std::size_t(layer * stride);
+                sum += energy_of_link(own, n - std::size_t(stride), own, n, weight(layer));
+            }
+            sum += energy_of_link(own, high, above, low, weight(size));
+        }
     }
     return sum;
 }
@@ -91,7 +99,7 @@ Energy elastic_energy(const Lattice& lattice, const PlasticRest& rest, const Tas
         Energy own = 0;
         for (std::int64_t n = begin; n < end; ++n) {
             const Brick& brick = lattice.brick(bricks[std::size_t(n)]);
-            own += energy_of_brick(lattice, rest, brick, *maker.make(brick));
+            own += energy_of_brick(lattice, rest, brick, *maker.make_weights(brick));
         }
         const std::lock_guard lock(mutex);
         total += own;  // whole numbers: in any order

@@ -94,14 +94,12 @@ bool BrickLinksMaker::is_uniform(const Neighbourhood& around) const {
     });
 }
 
-void BrickLinksMaker::fill_axis(const Neighbourhood& around, int b, BrickLinks& links) const {
+/// Calls visit(link, material below, material above, whether it is cut).
+template <class Visit>
+void BrickLinksMaker::for_each_link(const Neighbourhood& around, int b, const Visit& visit) const {
     const auto axis = std::size_t(b);
     const int size = m_lattice.brick_size(), stride = m_lattice.stride(b);
     const Vec3i strides = link_strides(size, b);
-    const auto count = std::size_t((size + 1) * size * size);
-    links.shear[axis].resize(count);
-    links.weight[axis].resize(count);
-    if (!m_is_symmetric) links.stretch[axis].resize(count), links.compress[axis].resize(count);
     const MaterialId* own = around.brick->material;
     const std::uint8_t* edits = around.brick->edits;
     const auto& cut_below = around.cut_below[axis];
@@ -114,25 +112,42 @@ void BrickLinksMaker::fill_axis(const Neighbourhood& around, int b, BrickLinks& 
         for (int layer = 0; layer <= size; ++layer) {
             const int n = first + layer * stride;
             const MaterialId high = layer < size ? own[n] : around.beside[2 * axis + 1][face_index];
-            const auto link = std::size_t(first_link + layer * strides[b]);
-            const HalfLimits &p = m_limits[low], &q = m_limits[high];
-            links.shear[axis][link] = is_cut ? kUnlinked : p.shear[b] + q.shear[b];
-            if (!m_is_symmetric) {
-                links.stretch[axis][link] = is_cut ? kUnlinked : p.stretch[b] + q.stretch[b];
-                links.compress[axis][link] = is_cut ? kUnlinked : p.compress[b] + q.compress[b];
-            }
-            const bool pulls = !is_cut && low != kVoidMaterial && high != kVoidMaterial;
-            links.weight[axis][link] =
-                std::uint16_t(pulls ? m_weights(low, b) + m_weights(high, b) : 0);
+            visit(std::size_t(first_link + layer * strides[b]), low, high, is_cut);
             low = high;
             is_cut = layer < size && edits && (edits[n] & (kCutX << b));
         }
     }
 }
 
+void BrickLinksMaker::fill_limits(const Neighbourhood& around, int b, BrickLinks& links) const {
+    const auto axis = std::size_t(b);
+    const int size = m_lattice.brick_size();
+    const auto count = std::size_t((size + 1) * size * size);
+    links.shear[axis].resize(count);
+    if (!m_is_symmetric) links.stretch[axis].resize(count), links.compress[axis].resize(count);
+    for_each_link(around, b, [&](std::size_t link, MaterialId low, MaterialId high, bool is_cut) {
+        const HalfLimits &p = m_limits[low], &q = m_limits[high];
+        links.shear[axis][link] = is_cut ? kUnlinked : p.shear[b] + q.shear[b];
+        if (m_is_symmetric) return;
+        links.stretch[axis][link] = is_cut ? kUnlinked : p.stretch[b] + q.stretch[b];
+        links.compress[axis][link] = is_cut ? kUnlinked : p.compress[b] + q.compress[b];
+    });
+}
+
+void BrickLinksMaker::fill_weights(const Neighbourhood& around, int b, BrickLinks& links) const {
+    const auto axis = std::size_t(b);
+    const int size = m_lattice.brick_size();
+    links.weight[axis].resize(std::size_t((size + 1) * size * size));
+    std::uint16_t* weights = links.weight[axis].data();
+    for_each_link(around, b, [&](std::size_t link, MaterialId low, MaterialId high, bool is_cut) {
+        const bool pulls = !is_cut && low != kVoidMaterial && high != kVoidMaterial;
+        weights[link] = std::uint16_t(pulls ? m_weights(low, b) + m_weights(high, b) : 0);
+    });
+}
+
 BrickLinks BrickLinksMaker::links_of(const Neighbourhood& around) const {
     BrickLinks links;
-    for (int b = 0; b < 3; ++b) fill_axis(around, b, links);
+    for (int b = 0; b < 3; ++b) fill_limits(around, b, links), fill_weights(around, b, links);
     links.least_movement = INT32_MAX;
     for (int n = 0; n < m_lattice.elements_per_brick(); ++n) {
         const MaterialId id = around.brick->material[n];
@@ -146,9 +161,14 @@ BrickLinks BrickLinksMaker::links_of(const Neighbourhood& around) const {
     return links;
 }
 
-std::shared_ptr<const BrickLinks> BrickLinksMaker::make(const Brick& brick) {
+std::shared_ptr<const BrickLinks> BrickLinksMaker::make(const Brick& brick, bool with_limits) {
     const Neighbourhood around = look_around(brick);
-    if (!is_uniform(around)) return std::make_shared<const BrickLinks>(links_of(around));
+    if (!is_uniform(around)) {
+        if (with_limits) return std::make_shared<const BrickLinks>(links_of(around));
+        const auto links = std::make_shared<BrickLinks>();
+        for (int b = 0; b < 3; ++b) fill_weights(around, b, *links);
+        return links;
+    }
     const std::lock_guard lock(m_mutex);
     auto& shared = m_uniform[brick.material[0]];
     if (!shared) shared = std::make_shared<const BrickLinks>(links_of(around));

@@ -67,14 +67,22 @@ class BrickLinksMaker {
     /// With other limits than the lattice's own. @param limits  by material
     BrickLinksMaker(const Lattice& lattice, std::vector<HalfLimits> limits);
     /// May be called from several threads.
-    std::shared_ptr<const BrickLinks> make(const Brick& brick);
+    std::shared_ptr<const BrickLinks> make(const Brick& brick) { return make(brick, true); }
+    /// Where only the elastic weights are wanted: the rest may be empty.
+    std::shared_ptr<const BrickLinks> make_weights(const Brick& brick) {
+        return make(brick, false);
+    }
 
   private:
     struct Neighbourhood;
     Neighbourhood look_around(const Brick& brick) const;
     bool is_uniform(const Neighbourhood& around) const;
+    std::shared_ptr<const BrickLinks> make(const Brick& brick, bool with_limits);
     BrickLinks links_of(const Neighbourhood& around) const;
-    void fill_axis(const Neighbourhood& around, int b, BrickLinks& links) const;
+    void fill_limits(const Neighbourhood& around, int b, BrickLinks& links) const;
+    void fill_weights(const Neighbourhood& around, int b, BrickLinks& links) const;
+    template <class Visit>
+    void for_each_link(const Neighbourhood& around, int b, const Visit& visit) const;
 
     const Lattice& m_lattice;
     std::vector<HalfLimits> m_limits;  ///< by material

@@ -8,6 +8,7 @@
 
 #include "serve/commands.h"
 #include "serve/messages.h"
+#include "serve/opening.h"
 
 namespace pliant::serve {
 namespace {
@@ -183,6 +184,14 @@ std::string path_text(std::uint32_t id, std::uint32_t step, std::uint32_t volume
                          {"length_mm", short_number(path.length_mm)},
                          {"points", points},
                          {"radii", radii}});
+}
+
+std::string series_text(std::span<const DicomSeries> list) {
+    Json series = Json::array();
+    for (const DicomSeries& one : list)
+        series.push_back(
+            {{"uid", one.uid}, {"description", one.description}, {"slices", one.slices}});
+    return text_of_json({{"series", series}});
 }
 
 std::string pong_text(std::uint32_t id) {

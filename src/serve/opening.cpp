@@ -99,31 +99,38 @@ std::string recorded_name(const fs::path& root, const fs::path& file, bool is_ke
     return file.lexically_relative(scans.parent_path()).string();
 }
 
-Result<NewScene> open_files(Upload& upload, const fs::path& scan, const TaskArena& arena) {
+Result<Opened> open_files(Upload& upload, const fs::path& scan, const std::string& series,
+                          const TaskArena& arena) {
+    if (scan == upload.scan_folder() && series.empty()) {
+        auto found = list_series(scan);
+        if (!found.ok()) return found.error();
+        if (found->size() > 1) return Opened(std::move(*found));
+    }
     if (Status status = check_header_of(scan); !status) return status.error();
     const TaskArena alone(1);
-    auto scene = Scene::open({.file = scan.string()}, arena, alone);
+    auto scene = Scene::open({.file = scan.string(), .series = series}, arena, alone);
     if (!scene.ok()) return scene.error();
     const fs::path before = upload.root();
     const auto kept = upload.keep();
     if (!kept.ok()) return kept.error();
     const fs::path place = upload.root() / scan.lexically_relative(before);
     NewScene opened{std::move(*scene), {}};
-    opened.recorded = {{.file = recorded_name(upload.root(), place, upload.root() != before)},
-                       opened.scene->scan_hash()};
-    return opened;
+    opened.recorded = {
+        {.file = recorded_name(upload.root(), place, upload.root() != before), .series = series},
+        opened.scene->scan_hash()};
+    return Opened(std::move(opened));
 }
 
 }  // namespace
 
-Result<NewScene> open_upload(Upload& upload, const TaskArena& arena) {
+Result<Opened> open_upload(Upload& upload, const std::string& series, const TaskArena& arena) {
     const auto scan = find_scan(upload);
     if (!scan.ok()) return scan.error();
     const auto plain = [&](const std::string& message) {
         return without_folders(message, upload, *scan);
     };
     try {
-        auto opened = open_files(upload, *scan, arena);
+        auto opened = open_files(upload, *scan, series, arena);
         if (!opened.ok()) return Error{opened.error().code, plain(opened.error().message)};
         return opened;
     } catch (const std::bad_alloc&) {

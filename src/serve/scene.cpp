@@ -457,26 +457,36 @@ void Scene::describe(SharedState& state) const {
 
 // Forces.
 
+namespace {
+
+/// A twentieth of the time at most: on large deformations forces are told less often.
+bool energy_rests(std::chrono::steady_clock::time_point at, double each_ms) {
+    constexpr double kRests = 20, kTwice = 2;
+    return ms_since(at) < kRests * kTwice * each_ms;
+}
+
+}  // namespace
+
 std::optional<double> Scene::energy() {
-    // A twentieth of the time at most: on large deformations forces are told less often.
-    constexpr double kRests = 20;
+    // Computing it twice for one command would hold up everybody where the deformation is large.
+    // There the energy after a command is kept, and the next command has a force.
+    constexpr double kLongMs = 5;
     const ChainMail* model = m_tissue->chainmail();
-    if (!model) return {};
-    if (ms_since(m_energy_at) < kRests * m_energy_ms) return {};
-    const auto start = std::chrono::steady_clock::now();
-    if (!m_energy) m_energy = model->elastic_energy_mm2();
-    m_energy_ms = ms_since(start);
+    if (!model || energy_rests(m_energy_at, m_energy_ms)) return {};
+    if (!m_energy && m_energy_ms < kLongMs) m_energy = model->elastic_energy_mm2();
     return m_energy;
 }
 
 void Scene::add_force(std::uint32_t client, std::optional<double> before, Vec3d way_mm,
                       Outcome& outcome) {
     outcome.force = m_tissue->force_n(client);
+    const ChainMail* model = m_tissue->chainmail();
     const double way = norm(way_mm);
-    if (!before || !(way > 0)) return;
+    if (!model || energy_rests(m_energy_at, m_energy_ms) || !(way > 0)) return;
     const auto start = std::chrono::steady_clock::now();
-    m_energy = m_tissue->chainmail()->elastic_energy_mm2();
-    m_energy_ms += ms_since(start);
+    m_energy = model->elastic_energy_mm2();
+    m_energy_ms = ms_since(start);
+    if (!before) return;
     m_energy_at = std::chrono::steady_clock::now();
     outcome.force = (-(*m_energy - *before) / (way * way)) * way_mm;
 }

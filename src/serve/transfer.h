@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "serve/door.h"
+#include "serve/opening.h"
 #include "serve/transfers.h"
 
 namespace pliant::serve {
@@ -25,7 +26,8 @@ struct Transfers::Desk {
         : context(c), hub(h), tokens(t), settings(std::move(s)), pause(c) {}
 
     void drop_upload();
-    void wait_for_next_file();
+    /// What has come in is kept so long.
+    void wait_for_more(std::chrono::seconds most);
 
     boost::asio::io_context& context;
     Hub& hub;
@@ -65,7 +67,7 @@ class Transfer : public std::enable_shared_from_this<Transfer> {
     void begin_reading();
     void file_is_there();
     void read_scan();
-    void hand_over(Result<NewScene> scene);
+    void hand_over(Result<Opened> opened);
     void give_up(const Refusal& refusal);
 
     std::string parameter(std::string_view key) const;

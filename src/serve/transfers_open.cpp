@@ -16,6 +16,8 @@ namespace asio = boost::asio;
 namespace http = boost::beast::http;
 
 constexpr std::size_t kMaxUploadId = 64;
+/// To say which series is meant.
+constexpr auto kChoiceTime = 3 * kUploadPause;
 
 bool is_upload_id(std::string_view id) {
     return !id.empty() && id.size() <= kMaxUploadId &&
@@ -30,8 +32,8 @@ void Transfers::Desk::drop_upload() {
     if (upload) asio::post(disk, [gone = std::exchange(upload, nullptr)] { (void)gone; });
 }
 
-void Transfers::Desk::wait_for_next_file() {
-    pause.expires_after(kUploadPause);
+void Transfers::Desk::wait_for_more(std::chrono::seconds most) {
+    pause.expires_after(most);
     pause.async_wait([this](boost::system::error_code error) {
         if (!error && !opening) drop_upload();
     });
@@ -39,16 +41,20 @@ void Transfers::Desk::wait_for_next_file() {
 
 void Transfer::open(std::string_view path) {
     m_is_single = path == "/open";
-    const bool is_done = path == "/open/done";
-    if (!m_is_single && !is_done && path != "/open/part")
-        return answer(404, "expected /open, /open/part or /open/done");
+    const bool is_done = path == "/open/done", gives_up = path == "/open/drop";
+    if (!m_is_single && !is_done && !gives_up && path != "/open/part")
+        return answer(404, "expected /open, /open/part, /open/done or /open/drop");
     const std::string id = m_is_single ? "" : parameter("upload");
     if (!m_is_single && !is_upload_id(id))
         return answer(400, "upload: expected 1…64 letters and digits");
     if (m_desk.opening || (m_desk.upload && m_desk.upload->id() != id))
         return answer(503, "open: expected one scan at a time, found another");
-    if (is_done && !m_desk.upload)
+    if ((is_done || gives_up) && !m_desk.upload)
         return answer(404, "upload: expected one that has begun, found none");
+    if (gives_up) {
+        m_desk.drop_upload();
+        return answer(200, "dropped");
+    }
     m_desk.opening = shared_from_this();
     m_desk.pause.cancel();
     if (!m_desk.upload) m_desk.upload = std::make_shared<Upload>(m_desk.settings.uploads, id);
@@ -103,41 +109,48 @@ void Transfer::take_piece(std::size_t size, bool is_last) {
 void Transfer::file_is_there() {
     if (m_is_single) return read_scan();
     m_desk.opening.reset();
-    m_desk.wait_for_next_file();
+    m_desk.wait_for_more(kUploadPause);
     answer(200, "taken");
 }
 
 void Transfer::read_scan() {
     on_disk(
-        [this, upload = m_desk.upload]() -> Result<NewScene> {
+        [this, upload = m_desk.upload, series = parameter("series")]() -> Result<Opened> {
             if (!m_is_single)
                 if (const auto refusal = upload->rename(parameter("name")))
                     return pliant::Error{ErrorCode::Unwritable, refusal->line};
-            return open_upload(*upload, m_desk.settings.arena);
+            return open_upload(*upload, series, m_desk.settings.arena);
         },
-        [this](Result<NewScene> scene) { hand_over(std::move(scene)); });
+        [this](Result<Opened> opened) { hand_over(std::move(opened)); });
 }
 
-void Transfer::hand_over(Result<NewScene> scene) {
-    if (!scene.ok()) {
-        const unsigned status = scene.error().code == ErrorCode::LimitExceeded ? 413
-                                : scene.error().code == ErrorCode::Unwritable  ? 507
-                                                                               : 400;
-        return give_up({status, scene.error().message});
+void Transfer::hand_over(Result<Opened> opened) {
+    if (!opened.ok()) {
+        const ErrorCode code = opened.error().code;
+        const unsigned status = code == ErrorCode::LimitExceeded ? 413
+                                : code == ErrorCode::Unwritable  ? 507
+                                                                 : 400;
+        return give_up({status, opened.error().message});
+    }
+    if (const auto* choices = std::get_if<std::vector<DicomSeries>>(&*opened)) {
+        m_desk.opening.reset();
+        m_desk.wait_for_more(kChoiceTime);
+        return answer(300, series_text(*choices));
     }
     // The scan stays open; its files go, unless they are kept.
     m_desk.drop_upload();
-    m_desk.hub.open(std::move(*scene), [weak = weak_from_this(), context = &m_desk.context,
-                                        disk = &m_desk.disk](std::unique_ptr<Scene> old) {
-        asio::post(*disk,
-                   [gone = std::shared_ptr<Scene>(std::move(old))]() mutable { gone.reset(); });
-        asio::post(*context, [weak] {
-            const auto self = weak.lock();
-            if (!self) return;
-            self->m_desk.opening.reset();
-            self->answer(200, "opened");
+    m_desk.hub.open(
+        std::move(std::get<NewScene>(*opened)), [weak = weak_from_this(), context = &m_desk.context,
+                                                 disk = &m_desk.disk](std::unique_ptr<Scene> old) {
+            asio::post(*disk,
+                       [gone = std::shared_ptr<Scene>(std::move(old))]() mutable { gone.reset(); });
+            asio::post(*context, [weak] {
+                const auto self = weak.lock();
+                if (!self) return;
+                self->m_desk.opening.reset();
+                self->answer(200, "opened");
+            });
         });
-    });
 }
 
 /// Nothing of the upload is left. @param refusal  without a status: nobody is there to hear it

@@ -127,6 +127,26 @@ Status check_stack(const fs::path& folder, const std::vector<DicomSlice>& slices
     return Ok{};
 }
 
+/// Headers of all DICOM images of a folder, by name. @param[out] others  files that are none
+Result<std::vector<DicomSlice>> read_headers(const fs::path& folder, std::size_t& others) {
+    std::error_code error;
+    std::vector<fs::path> files;
+    for (fs::directory_iterator at(folder, error), end; !error && at != end; at.increment(error))
+        if (at->is_regular_file(error)) files.push_back(at->path());
+    if (error)
+        return Error{ErrorCode::Unreadable,
+                     folder.string() + ": can't be listed (" + error.message() + ")"};
+    std::sort(files.begin(), files.end());
+    std::vector<DicomSlice> slices;
+    for (const fs::path& file : files) {
+        auto slice = read_dicom_slice(file);
+        if (!slice) return slice.error();
+        if (*slice) slices.push_back(std::move(**slice));
+    }
+    others = files.size() - slices.size();
+    return slices;
+}
+
 }  // namespace
 
 Result<Grid> stack_slices(const fs::path& folder, std::vector<DicomSlice>& slices) {
@@ -185,28 +205,33 @@ Result<std::vector<DicomSlice>> choose_series(const fs::path& folder,
     return std::move(series.begin()->second);
 }
 
+Result<std::vector<DicomSeries>> list_series(const fs::path& folder) {
+    std::size_t others = 0;
+    const auto slices = read_headers(folder, others);
+    if (!slices) return slices.error();
+    std::map<std::string, DicomSeries> found;
+    for (const DicomSlice& slice : *slices) {
+        DicomSeries& series = found[slice.series_uid];
+        if (series.slices++ == 0) series.description = slice.description;
+    }
+    std::vector<DicomSeries> list;
+    for (auto& [uid, series] : found) {
+        series.uid = uid;
+        list.push_back(std::move(series));
+    }
+    return list;
+}
+
 Result<Volume> read_dicom_folder(const fs::path& folder, const ReadOptions& options,
                                  ReadNotes& notes) {
-    std::error_code error;
-    std::vector<fs::path> files;
-    for (fs::directory_iterator at(folder, error), end; !error && at != end; at.increment(error))
-        if (at->is_regular_file(error)) files.push_back(at->path());
-    if (error)
-        return Error{ErrorCode::Unreadable,
-                     folder.string() + ": can't be listed (" + error.message() + ")"};
-    std::sort(files.begin(), files.end());
-    std::vector<DicomSlice> slices;
-    for (const fs::path& file : files) {
-        auto slice = read_dicom_slice(file);
-        if (!slice) return slice.error();
-        if (*slice) slices.push_back(std::move(**slice));
-    }
-    const std::size_t others = files.size() - slices.size();
-    if (slices.empty())
+    std::size_t others = 0;
+    auto slices = read_headers(folder, others);
+    if (!slices) return slices.error();
+    if (slices->empty())
         return Error{ErrorCode::NotFound,
-                     folder.string() + ": holds no DICOM images (" + std::to_string(files.size()) +
-                         (files.size() == 1 ? " file looked at)" : " files looked at)")};
-    auto chosen = choose_series(folder, std::move(slices), options.series_uid);
+                     folder.string() + ": holds no DICOM images (" + std::to_string(others) +
+                         (others == 1 ? " file looked at)" : " files looked at)")};
+    auto chosen = choose_series(folder, std::move(*slices), options.series_uid);
     if (!chosen) return chosen.error();
     auto grid = stack_slices(folder, *chosen);
     if (!grid) return grid.error();

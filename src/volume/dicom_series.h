@@ -53,6 +53,16 @@ struct DicomSlice {
 /// damaged or ends early
 Result<std::optional<DicomSlice>> read_dicom_slice(const std::filesystem::path& path);
 
+/// One of the series that lie in a folder.
+struct DicomSeries {
+    std::string uid;
+    std::string description;
+    int slices = 0;
+};
+
+/// All series of a folder, by their UIDs; files that are no DICOM images don't count.
+Result<std::vector<DicomSeries>> list_series(const std::filesystem::path& folder);
+
 /// Keeps the slices of one series. @param series_uid  empty: the only one there is
 /// @returns an error that lists the series, where it isn't clear which
 Result<std::vector<DicomSlice>> choose_series(const std::filesystem::path& folder,

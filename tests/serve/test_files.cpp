@@ -357,6 +357,51 @@ TEST_F(FilesTest, ScansOfSeveralFilesComeInParts) {
     a.checked_checksum();
 }
 
+TEST_F(FilesTest, OfSeveralSeriesOneIsChosen) {
+    start();
+    TestClient a(port(), m_server->link());
+    a.enter();
+    const auto send_all = [&](const std::string& id) {
+        for (int n = 0; n < 5; ++n) {
+            DicomFile slice;
+            slice.position = {0, 0, double(n)};
+            slice.series = n < 3 ? "1.2.3" : "1.2.4";
+            slice.pixels.assign(12, std::int16_t(1000 + n));
+            EXPECT_EQ(status_of(part(id, "IM" + std::to_string(n), slice.bytes())), "200");
+        }
+    };
+    send_all("one");
+    const std::string asked = done("one", "CT");
+    EXPECT_EQ(status_of(asked), "300") << asked;
+    const Json list = Json::parse(line_of(asked))["series"];
+    ASSERT_EQ(list.size(), 2u);
+    EXPECT_EQ(list[0]["uid"], "1.2.3");
+    EXPECT_EQ(list[0]["slices"], 3);
+    EXPECT_EQ(list[1]["uid"], "1.2.4");
+    EXPECT_EQ(list[1]["slices"], 2);
+    // Nothing has changed, and the files are still there.
+    a.checked_checksum();
+    EXPECT_EQ(status_of(done("one", "CT&series=1.2.4")), "200");
+    follow(a);
+    EXPECT_EQ(a.size, (Vec3i{4, 3, 2}));
+    EXPECT_EQ(a.welcome["volume"]["name"], "CT");
+    // One that isn't there ends the upload.
+    send_all("two");
+    const std::string wrong = done("two", "CT&series=9");
+    EXPECT_EQ(status_of(wrong), "400");
+    EXPECT_NE(line_of(wrong).find("has no series 9"), std::string::npos) << wrong;
+    EXPECT_EQ(status_of(done("two", "CT")), "404");
+    // So does who doesn't want any; somebody else's turn comes at once.
+    send_all("three");
+    EXPECT_EQ(status_of(done("three", "CT")), "300");
+    const std::string drop = "/open/drop?token=" + token() + "&upload=";
+    EXPECT_EQ(status_of(post(drop + "four", "")), "503");
+    EXPECT_EQ(status_of(post(drop + "three", "")), "200");
+    EXPECT_EQ(status_of(done("three", "CT")), "404");
+    EXPECT_EQ(status_of(part("four", "a.nrrd", "hello")), "200");
+    a.checked_checksum();
+}
+
 TEST_F(FilesTest, WhatIsTooLargeIsRefusedBeforeItIsSent) {
     start();
     TestClient a(port(), m_server->link());

@@ -6,6 +6,7 @@
 
 import { download } from './actions.ts';
 import { droppedFiles, type NamedFile, scanOf } from './dropped.ts';
+import { chooseSeries, readSeries } from './series.ts';
 import type { Session } from './session.ts';
 
 export const kSaved = [
@@ -93,23 +94,32 @@ export class Files {
             sent += file.size;
         }
         this.tell(`Reading ${name}…`);
-        await this.post('open/done', { upload, name }, new Blob());
+        const asked = await this.post('open/done', { upload, name }, new Blob());
+        if (asked === undefined) return;
+        this.tell(`${name} holds several series`);
+        const series = await chooseSeries(name, readSeries(asked));
+        if (series === undefined) {
+            await this.post('open/drop', { upload }, new Blob());
+            throw new Error(`${name}: no series was chosen`);
+        }
+        this.tell(`Reading ${name}…`);
+        await this.post('open/done', { upload, name, series }, new Blob());
     }
 
-    /// fetch() doesn't say how far it is; this does.
+    /// fetch() doesn't say how far it is; this does. @returns the text where there is a choice
     private post(
         path: string,
         parameters: Record<string, string>,
         body: Blob,
         tell?: (bytes: number) => void,
-    ): Promise<void> {
+    ): Promise<string | undefined> {
         const request = new XMLHttpRequest();
         const more = new URLSearchParams(parameters).toString();
         return new Promise((resolve, reject) => {
             if (tell) request.upload.onprogress = (event) => tell(event.loaded);
             request.onload = () =>
-                request.status === 200
-                    ? resolve()
+                request.status === 200 || request.status === 300
+                    ? resolve(request.status === 300 ? request.responseText : undefined)
                     : reject(new Error(request.responseText.trim() || `${request.status}`));
             request.onerror = () => reject(new Error('the file was not taken: the line broke'));
             request.open('POST', `${path}${this.query}&${more}`);

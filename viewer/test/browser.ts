@@ -60,24 +60,26 @@ function linkOf(child: ChildProcess): Promise<string> {
     });
 }
 
-export async function launch(): Promise<Browser> {
+export function findChromium(): string {
     const found = [
         process.env.PLIANT_CHROMIUM ?? '',
         '/usr/bin/chromium-headless-shell',
         '/usr/bin/chromium',
     ].find((path) => path && existsSync(path));
     if (!found) throw new Error('no Chromium: install chromium-headless-shell');
-    return chromium.launch({
-        executablePath: found,
-        args: [
-            '--no-sandbox',
-            '--use-angle=swiftshader',
-            '--enable-unsafe-swiftshader',
-            // A page that is put in from a folder does not count as local.
-            '--disable-features=LocalNetworkAccessChecks',
-        ],
-    });
+    return found;
 }
+
+export const kArguments = [
+    '--no-sandbox',
+    '--use-angle=swiftshader',
+    '--enable-unsafe-swiftshader',
+    // A page that is put in from a folder does not count as local.
+    '--disable-features=LocalNetworkAccessChecks',
+];
+
+export const launch = (): Promise<Browser> =>
+    chromium.launch({ executablePath: findChromium(), args: kArguments });
 
 export interface Visit {
     readonly page: Page;

@@ -14,9 +14,9 @@ import { spec } from 'node:test/reporters';
 import { fileURLToPath } from 'node:url';
 
 const here = dirname(fileURLToPath(import.meta.url));
-const out = join(here, 'out/js');
 const measure = process.argv.includes('--measure');
 const kind = measure ? 'measure' : 'test';
+const out = join(here, 'out', `js-${kind}`);
 const wanted = process.argv
     .slice(2)
     .filter((name) => !name.startsWith('--'))

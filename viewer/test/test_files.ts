@@ -6,42 +6,15 @@
 
 import assert from 'node:assert/strict';
 import { readFile } from 'node:fs/promises';
-import { after, before, test } from 'node:test';
+import { test } from 'node:test';
 import { gunzipSync } from 'node:zlib';
-import type { Browser, Page } from 'playwright-core';
 import { scanOf } from '../src/dropped.ts';
 import type { Session } from '../src/session.ts';
-import {
-    compare,
-    launch,
-    loaded,
-    picture,
-    pixels,
-    type Served,
-    serve,
-    stateOf,
-    untilUndo,
-    visit,
-} from './browser.ts';
+import { compare, loaded, picture, pixels, stateOf, untilUndo, visit } from './browser.ts';
+import { dicomSlice } from './dicom.ts';
+import { browser, page, served, useOnePage } from './one_page.ts';
 
-let browser: Browser;
-let served: Served;
-let page: Page;
-let errors: string[];
-before(async () => {
-    browser = await launch();
-    served = await serve();
-    ({ page, errors } = await visit(browser, served.link));
-});
-after(async () => {
-    await browser.close();
-    await served.stop();
-    // Chromium's own remark on an answer that isn't 200.
-    assert.deepEqual(
-        errors.filter((line) => !line.includes('status of 400')),
-        [],
-    );
-});
+useOnePage({ expected: 'status of 400' });
 
 const kSize = [36, 40, 44] as const;
 
@@ -233,6 +206,33 @@ test('files are dropped together; a path that is dropped stays a path', async ()
     const state = await stateOf(page);
     assert.equal(state.volume!.id, volume!.id);
     assert.ok(state.path);
+});
+
+test('of several DICOM series in a folder the user chooses one', async (t) => {
+    if (served.mock) return t.skip('the mock reads no DICOM');
+    const files = [0, 1, 2, 3, 4].map((z) => {
+        const bytes =
+            z < 3
+                ? dicomSlice('1.2.3', 'arterial', z, 10 * z)
+                : dicomSlice('1.2.4', 'venous', z, 10 * z);
+        return { name: `IM${z}`, text: bytes.toString('base64') };
+    });
+    const { volume } = await stateOf(page);
+    const dialog = page.locator('dialog.series');
+    await drop(files);
+    await dialog.waitFor();
+    await picture(page, 'series');
+    assert.equal(await dialog.locator('.choices button').count(), 2);
+    await page.keyboard.press('Escape');
+    await untilSaid('no series was chosen');
+    assert.equal(await dialog.count(), 0);
+    assert.equal((await stateOf(page)).volume!.id, volume!.id);
+    // Again, and at once: nothing of the first attempt is in the way.
+    await drop(files);
+    await dialog.getByText('venous (2 slices)').click();
+    await untilScan('scan');
+    assert.deepEqual((await stateOf(page)).volume!.size, [8, 6, 2]);
+    assert.deepEqual((await stateOf(page)).volume!.range_hu, [30, 40]);
 });
 
 test('who only views may save, but not open', async () => {

@@ -4,42 +4,16 @@
 // One test for each row of the table of gestures (the habits of the programs that users come from).
 
 import assert from 'node:assert/strict';
-import { after, before, test } from 'node:test';
-import type { Browser, Page } from 'playwright-core';
+import { test } from 'node:test';
 import type { SectionName } from '../src/store.ts';
 import type { Session } from '../src/session.ts';
 import { add, dot, norm, normalized, sub, type Vec3 } from '../src/vec.ts';
-import {
-    dragBy,
-    launch,
-    picture,
-    pixels,
-    rectOf,
-    type Served,
-    serve,
-    spot,
-    stateOf,
-    still,
-    visit,
-} from './browser.ts';
+import { dragBy, picture, pixels, rectOf, spot, stateOf, still } from './browser.ts';
+import { page, useOnePage } from './one_page.ts';
 
-let browser: Browser;
-let served: Served;
-let page: Page;
-let errors: string[];
 const kSections: readonly SectionName[] = ['axial', 'coronal', 'sagittal'];
 const kAxis: Record<SectionName, 0 | 1 | 2> = { axial: 2, coronal: 1, sagittal: 0 };
-
-before(async () => {
-    browser = await launch();
-    served = await serve();
-    ({ page, errors } = await visit(browser, served.link));
-});
-after(async () => {
-    await browser.close();
-    await served.stop();
-    assert.deepEqual(errors, []);
-});
+useOnePage();
 
 async function hover(view: SectionName | 'endoscope'): Promise<void> {
     await page.mouse.move(...(await spot(page, view)));

@@ -17,9 +17,12 @@ import {
 } from '../src/keyframes.ts';
 import type { Session } from '../src/session.ts';
 import { dot, norm, normalized, sub, type Vec3 } from '../src/vec.ts';
-import { kPictures, launch, picture, serve, stateOf, visit } from './browser.ts';
+import { kPictures, picture, stateOf } from './browser.ts';
 import { randomVector } from './fields.ts';
+import { page, useOnePage } from './one_page.ts';
 import { between } from './random.ts';
+
+useOnePage();
 
 const frame = (seconds: number, eye: Vec3, look: Vec3, up: Vec3, iso = -500): Keyframe => ({
     seconds,
@@ -106,9 +109,6 @@ test('keyframes are read as they were written, and what is none is refused with 
 });
 
 test('keyframes are added, ordered, played, recorded, saved and loaded', async () => {
-    const browser = await launch();
-    const served = await serve();
-    const { page, errors } = await visit(browser, served.link);
     const session = (): Promise<Session['store']['state']> => stateOf(page);
     const fly = (by: number): Promise<void> =>
         page.evaluate((way) => {
@@ -222,7 +222,4 @@ test('keyframes are added, ordered, played, recorded, saved and loaded', async (
     await page.waitForFunction(
         () => (window as never as { pliant: Session }).pliant.store.state.keyframes.length === 3,
     );
-    assert.deepEqual(errors, []);
-    await browser.close();
-    await served.stop();
 });

@@ -5,36 +5,13 @@
 // the pointer; presets that users name.
 
 import assert from 'node:assert/strict';
-import { after, before, test } from 'node:test';
-import type { Browser, Page } from 'playwright-core';
+import { test } from 'node:test';
+import type { Page } from 'playwright-core';
 import type { Session } from '../src/session.ts';
-import {
-    launch,
-    loaded,
-    picture,
-    pixels,
-    type Served,
-    serve,
-    spot,
-    stateOf,
-    untilUndo,
-    visit,
-} from './browser.ts';
+import { loaded, picture, pixels, spot, stateOf, untilUndo, visit } from './browser.ts';
+import { browser, page, served, useOnePage } from './one_page.ts';
 
-let browser: Browser;
-let served: Served;
-let page: Page;
-let errors: string[];
-before(async () => {
-    browser = await launch();
-    served = await serve();
-    ({ page, errors } = await visit(browser, served.link));
-});
-after(async () => {
-    await browser.close();
-    await served.stop();
-    assert.deepEqual(errors, []);
-});
+useOnePage();
 
 /// Pushes the wall beside the tip, and waits for the voxels.
 async function push(visited: Page, by: [number, number, number]): Promise<void> {

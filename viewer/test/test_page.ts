@@ -4,25 +4,12 @@
 // The page around the views: keyboard alone, help, tour, labels, colours, the smallest screen.
 
 import assert from 'node:assert/strict';
-import { after, before, test } from 'node:test';
-import type { Browser, Page } from 'playwright-core';
+import { test } from 'node:test';
 import type { Session } from '../src/session.ts';
-import { launch, picture, rectOf, type Served, serve, spot, stateOf, visit } from './browser.ts';
+import { picture, rectOf, spot, stateOf, visit } from './browser.ts';
+import { browser, page, served, useOnePage } from './one_page.ts';
 
-let browser: Browser;
-let served: Served;
-let page: Page;
-let errors: string[];
-before(async () => {
-    browser = await launch();
-    served = await serve();
-    ({ page, errors } = await visit(browser, served.link));
-});
-after(async () => {
-    await browser.close();
-    await served.stop();
-    assert.deepEqual(errors, []);
-});
+useOnePage();
 
 test('the question mark shows all keys, Esc closes', async () => {
     await page.keyboard.press('?');

@@ -7,8 +7,12 @@ import { join } from 'node:path';
 import { test } from 'node:test';
 import { Path, readPath, writePath } from '../src/path.ts';
 import { dot, norm, sub, type Vec3 } from '../src/vec.ts';
-import { launch, kFolder, picture, serve, spot, stateOf, still, visit } from './browser.ts';
+import { picture, serve, spot, stateOf, still, visit } from './browser.ts';
+import { browser, page, useOnePage } from './one_page.ts';
+import { kData, kThorax } from './setups.ts';
 import type { Session } from '../src/session.ts';
+
+useOnePage();
 
 const file = (points: number[][], coordinateSystem: unknown = 'LPS'): string =>
     JSON.stringify({
@@ -83,9 +87,6 @@ test('what is written is read again', () => {
 });
 
 test('the tip and a click, or two clicks, give a way that can be flown', async () => {
-    const browser = await launch();
-    const served = await serve();
-    const { page, errors } = await visit(browser, served.link);
     const found = (): Promise<unknown> =>
         page.waitForFunction(() => {
             const { path, pathBusy } = (window as never as { pliant: Session }).pliant.store.state;
@@ -186,21 +187,15 @@ test('the tip and a click, or two clicks, give a way that can be flown', async (
     assert.equal((await stateOf(page)).path!.points.length, second.points.length);
     const said = (await page.locator('body').textContent()) ?? '';
     assert.match(said, /expected (a place in the|places in one) lumen/);
-    assert.deepEqual(errors, []);
-    await browser.close();
-    await served.stop();
 });
 
-const data = process.env.PLIANT_SHARED_DATA ?? join(kFolder, '../../shared/data');
-const ct = join(data, 'thorax_ct_256.nrrd');
-const left = join(data, 'thorax_airway_path_left.mrk.json');
+const left = join(kData, 'thorax_airway_path_left.mrk.json');
 
 test(
     'the flight through the airway of a CT reaches its end in the lumen',
-    { skip: !process.env.PLIANT_SERVER || !existsSync(ct) },
+    { skip: !process.env.PLIANT_SERVER || !existsSync(kThorax) },
     async () => {
-        const browser = await launch();
-        const served = await serve(ct);
+        const served = await serve(kThorax);
         const { page, errors } = await visit(browser, served.link);
         await page.setInputFiles('input[aria-label="path file"]', left);
         await page.waitForFunction(
@@ -234,7 +229,7 @@ test(
         const worst = Math.max(...values.found);
         assert.ok(worst < -500, `${worst} HU on the way`);
         assert.deepEqual(errors, []);
-        await browser.close();
+        await page.context().close();
         await served.stop();
     },
 );

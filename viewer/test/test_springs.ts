@@ -4,27 +4,12 @@
 // Springs through the page: chosen around the crosshair, pushed, their depth changed, and left.
 
 import assert from 'node:assert/strict';
-import { after, before, test } from 'node:test';
-import type { Browser, Page } from 'playwright-core';
+import { test } from 'node:test';
 import type { Session } from '../src/session.ts';
-import { compare, launch, picture, type Served, serve, stateOf, visit } from './browser.ts';
+import { compare, picture, stateOf } from './browser.ts';
+import { page, useOnePage } from './one_page.ts';
 
-let browser: Browser;
-let served: Served;
-let page: Page;
-const errors: string[] = [];
-before(async () => {
-    browser = await launch();
-    served = await serve();
-    const first = await visit(browser, served.link, '&notour&name=Anna');
-    page = first.page;
-    errors.push(...first.errors);
-});
-after(async () => {
-    await browser.close();
-    await served.stop();
-    assert.deepEqual(errors, []);
-});
+useOnePage({ name: 'Anna' });
 
 type Command = Parameters<Session['connection']['ask']>[0];
 const ask = (command: Command): Promise<unknown> =>

@@ -5,42 +5,25 @@
 // back, others see the same, and lost lines and contexts are taken up again.
 
 import assert from 'node:assert/strict';
-import { after, before, test } from 'node:test';
-import type { Browser, Page } from 'playwright-core';
+import { test } from 'node:test';
+import type { Page } from 'playwright-core';
 import type { Session } from '../src/session.ts';
 import { kViews, type ToolName, type ViewName } from '../src/store.ts';
 import {
     compare,
     dragBy,
-    launch,
     loaded,
     picture,
     pixels,
-    type Served,
-    serve,
     spot,
     stateOf,
     still,
     untilUndo,
     visit,
 } from './browser.ts';
+import { browser, page, served, useOnePage } from './one_page.ts';
 
-let browser: Browser;
-let served: Served;
-let page: Page;
-const errors: string[] = [];
-before(async () => {
-    browser = await launch();
-    served = await serve();
-    const first = await visit(browser, served.link, '&notour&name=Anna');
-    page = first.page;
-    errors.push(...first.errors);
-});
-after(async () => {
-    await browser.close();
-    await served.stop();
-    assert.deepEqual(errors, []);
-});
+useOnePage({ name: 'Anna' });
 
 type Pictures = Record<ViewName, number>;
 async function all(at: Page): Promise<Pictures> {
@@ -101,6 +84,15 @@ const kDrags: readonly { tool: ToolName; view: ViewName; by: [number, number] }[
     { tool: 'carve', view: 'sagittal', by: [20, 10] },
     { tool: 'cut', view: 'axial', by: [25, 15] },
 ];
+test("the scan is shown in four views, and its voxels are the server's", async () => {
+    for (const view of kViews) {
+        const { lit } = await pixels(page, view);
+        assert.ok(lit > 0.15, `${view}: ${lit} of the pixels are lit`);
+    }
+    await picture(page, 'loaded');
+    assert.equal((await compare(page))?.same, true);
+});
+
 for (const { tool, view, by } of kDrags)
     test(`${tool} in the ${view} view changes voxels; undo brings the checksum back`, async () => {
         await cursorToWall();

@@ -1,0 +1,182 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// What the page can do, once each on one scan, with a picture of it.
+
+import type { Page } from 'playwright-core';
+import type { Session } from '../src/session.ts';
+import type { Vec3 } from '../src/vec.ts';
+import { loaded, stateOf, still } from './browser.ts';
+
+export interface Feature {
+    readonly name: string; ///< of its picture
+    readonly caption: string;
+    show(page: Page): Promise<void>;
+}
+
+type Command = Parameters<Session['connection']['ask']>[0];
+type Wish = Parameters<Session['store']['set']>[0];
+
+const ask = (page: Page, command: Command): Promise<unknown> =>
+    page.evaluate(async (c) => {
+        const { pliant } = window as never as { pliant: Session };
+        await pliant.ask(c);
+        await pliant.compare(); // the answer to this comes after all boxes
+    }, command);
+const set = (page: Page, wish: Wish): Promise<void> =>
+    page.evaluate((w) => (window as never as { pliant: Session }).pliant.store.set(w), wish);
+const key = (page: Page, name: string): Promise<void> => page.keyboard.press(name);
+
+/// Where the endoscope looks at the wall: a place on its ray, so far ahead [mm].
+async function ahead(page: Page, mm: number): Promise<Vec3> {
+    const { camera } = await stateOf(page);
+    return [0, 1, 2].map((a) => camera.eye[a]! + mm * camera.look[a]!) as unknown as Vec3;
+}
+
+/// The wall that the endoscope looks at, as far as it is, and the crosshair there.
+async function wallAhead(page: Page): Promise<Vec3> {
+    const mm = await page.evaluate(() => {
+        const { volume, store } = (window as never as { pliant: Session }).pliant;
+        const { camera, shared } = store.state;
+        const { grid } = volume!;
+        for (let way = 1; way < 200; way += 0.5) {
+            const v = camera.eye.map((x, a) => x + way * camera.look[a]! - grid.origin[a]!);
+            const ijk = grid.direction.map(
+                (axis, a) => axis.reduce((sum, x, b) => sum + x * v[b]!, 0) / grid.spacing[a]!,
+            );
+            if (volume!.sample(ijk as never) > shared!.iso_hu) return way;
+        }
+        return 20;
+    });
+    const place = await ahead(page, mm);
+    await set(page, { cursor: place });
+    return place;
+}
+
+const panel = async (page: Page, title: RegExp): Promise<void> => {
+    const summary = page.locator('summary', { hasText: title });
+    const details = page.locator('details', { has: summary });
+    if ((await details.getAttribute('open')) === null) await summary.click();
+    await summary.scrollIntoViewIfNeeded();
+};
+
+export const kFeatures: readonly Feature[] = [
+    {
+        name: 'views',
+        caption: 'Four views of one scan: endoscope, axial, coronal, sagittal',
+        show: async () => {},
+    },
+    {
+        name: 'pushed',
+        caption: 'The wall ahead is pushed: all four views show the deformed scan',
+        show: async (page) => {
+            const point = await wallAhead(page);
+            const { camera } = await stateOf(page);
+            const push = camera.look.map((x) => 8 * x) as unknown as Vec3;
+            await ask(page, { do: 'push', point, push, radius: 9 });
+        },
+    },
+    {
+        name: 'displacement',
+        caption: 'Displacement in colours, with a legend',
+        show: async (page) => {
+            await set(page, { overlay: 'displacement' });
+            await page.waitForFunction(
+                () =>
+                    (window as never as { pliant: Session }).pliant.store.state.overlayExtreme > 0,
+            );
+        },
+    },
+    {
+        name: 'volume_change',
+        caption: 'Volume change in colours: blue is compressed, red stretched',
+        show: async (page) => {
+            await set(page, { overlay: 'jacobian' });
+            await page.waitForFunction(() => {
+                const { stage, store } = (window as never as { pliant: Session }).pliant;
+                return stage.overlay?.kind === 'jacobian' && store.state.overlayExtreme > 0;
+            });
+        },
+    },
+    {
+        name: 'carved',
+        caption: 'Tissue carved out, the overlay switched off',
+        show: async (page) => {
+            await set(page, { overlay: 'none' });
+            await ask(page, { do: 'reset' });
+            const from = await wallAhead(page);
+            const { camera } = await stateOf(page);
+            const to = from.map((x, a) => x + 10 * camera.look[a]!) as unknown as Vec3;
+            await ask(page, { do: 'carve', from, to, radius: 6 });
+        },
+    },
+    {
+        name: 'threshold',
+        caption: 'Undone, and another threshold: −250 HU',
+        show: async (page) => {
+            await ask(page, { do: 'undo' });
+            await ask(page, { do: 'iso', iso_hu: -250 });
+        },
+    },
+    {
+        name: 'outside',
+        caption: 'The lumen from outside, cut open at the tip, with the endoscope in it',
+        show: async (page) => {
+            await ask(page, { do: 'iso', iso_hu: -500 });
+            await key(page, 'o');
+        },
+    },
+    {
+        name: 'maximised',
+        caption: 'One view alone, with the window for lungs',
+        show: async (page) => {
+            await key(page, 'o');
+            await set(page, { maximised: 'coronal', window: 1500, level: -600, contour: true });
+        },
+    },
+    {
+        name: 'light',
+        caption: 'The light theme, and the panel of the tissue',
+        show: async (page) => {
+            await set(page, { maximised: null, theme: 'light', contour: false });
+            await panel(page, /^Tissue$/);
+        },
+    },
+    {
+        name: 'movie',
+        caption: 'Keyframes of a movie',
+        show: async (page) => {
+            await set(page, { theme: 'dark' });
+            await key(page, 'k');
+            const eye = await ahead(page, 8);
+            const { camera } = await stateOf(page);
+            await set(page, { camera: { ...camera, eye } });
+            await key(page, 'k');
+            await panel(page, /^Movie/);
+        },
+    },
+    {
+        name: 'times',
+        caption: 'Times, on demand',
+        show: (page) => key(page, 't'),
+    },
+    {
+        name: 'help',
+        caption: 'All keys and gestures',
+        show: (page) => key(page, '?'),
+    },
+];
+
+/// @param take  makes the picture
+export async function showAll(
+    page: Page,
+    take: (feature: Feature) => Promise<void>,
+): Promise<void> {
+    await loaded(page);
+    for (const feature of kFeatures) {
+        await feature.show(page);
+        await still(page);
+        await take(feature);
+    }
+    await key(page, 'Escape');
+}

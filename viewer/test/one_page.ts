@@ -1,0 +1,36 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// What most files of tests begin with: one browser, one server and one page for all their tests.
+// Whatever the page complains of fails the file.
+
+import assert from 'node:assert/strict';
+import { after, before } from 'node:test';
+import type { Browser, Page } from 'playwright-core';
+import { launch, type Served, serve, visit } from './browser.ts';
+
+export let browser: Browser;
+export let served: Served;
+export let page: Page;
+let errors: string[] = [];
+
+export interface Wishes {
+    name?: string; ///< of the client, shown to others
+    expected?: string; ///< part of complaints that the tests bring about
+}
+
+/// To be called once, before the tests.
+export function useOnePage({ name, expected }: Wishes = {}): void {
+    before(async () => {
+        browser = await launch();
+        served = await serve();
+        const more = name ? `&notour&name=${name}` : '&notour';
+        ({ page, errors } = await visit(browser, served.link, more));
+    });
+    after(async () => {
+        await browser.close();
+        await served.stop();
+        const complaints = errors.filter((line) => !expected || !line.includes(expected));
+        assert.deepEqual(complaints, []);
+    });
+}

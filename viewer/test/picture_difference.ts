@@ -1,0 +1,96 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// The browser's picture of the endoscope and that of the C++ renderer, of the same camera, compared
+// pixel by pixel.
+
+import { execFileSync } from 'node:child_process';
+import { readFileSync } from 'node:fs';
+import { join } from 'node:path';
+import type { Page } from 'playwright-core';
+import type { Session } from '../src/session.ts';
+import { kPictures, picture, rectOf, stateOf, still } from './browser.ts';
+
+/// A pixel is far off where a channel differs by more, of 255.
+export const kFar = 16;
+
+export interface Difference {
+    readonly mean: number; ///< over all pixels and channels, of 255
+    readonly far: number; ///< share of the pixels that are far off
+    readonly camera: string; ///< for people
+}
+
+/// @param scan  what the page shows, at rest
+/// @param name  of the pictures, in test/out
+/// @param offDegrees  by which the other camera's field of view is made different
+export async function difference(
+    page: Page,
+    scan: string,
+    name: string,
+    offDegrees = 0,
+): Promise<Difference> {
+    await page.evaluate(() => {
+        const { stage, store } = (window as never as { pliant: Session }).pliant;
+        (stage as never as { quality: number }).quality = 0;
+        store.set({ fine: true });
+        stage.invalidate();
+    });
+    await page.waitForTimeout(300);
+    await still(page);
+    const { camera, fieldOfView, barrel, fog, shared } = await stateOf(page);
+    const box = await rectOf(page, 'endoscope');
+    const file = join(kPictures, `${name}_cpp.png`);
+    const size = `${Math.round(box.width)}x${Math.round(box.height)}`;
+    execFileSync(process.env.PLIANT_SERVER!, [
+        'render',
+        scan,
+        `--out=${file}`,
+        '--view=endoscope',
+        `--eye=${camera.eye.join(',')}`,
+        `--look=${camera.look.join(',')}`,
+        `--up=${camera.up.join(',')}`,
+        `--size=${size}`,
+        `--fov=${fieldOfView + offDegrees}`,
+        `--barrel=${barrel}`,
+        `--fog=${fog}`,
+        `--iso=${shared!.iso_hu}`,
+    ]);
+    await picture(page, `${name}_browser`);
+    const url = `data:image/png;base64,${readFileSync(file).toString('base64')}`;
+    const result = await page.evaluate(
+        async ({ source, far }) => {
+            const theirs = new Image();
+            theirs.src = source;
+            await theirs.decode();
+            const canvas = document.querySelector('canvas')!;
+            const pixelsOf = (image: CanvasImageSource): Uint8ClampedArray => {
+                const copy = document.createElement('canvas');
+                copy.width = theirs.width;
+                copy.height = theirs.height;
+                const context = copy.getContext('2d')!;
+                context.drawImage(image, 0, 0);
+                return context.getImageData(0, 0, copy.width, copy.height).data;
+            };
+            const a = pixelsOf(theirs);
+            const b = pixelsOf(canvas);
+            let sum = 0;
+            let many = 0;
+            for (let i = 0; i < a.length; i += 4) {
+                let most = 0;
+                for (let c = 0; c < 3; ++c) {
+                    const d = Math.abs(a[i + c]! - b[i + c]!);
+                    sum += d;
+                    most = Math.max(most, d);
+                }
+                if (most > far) ++many;
+            }
+            return { mean: sum / (0.75 * a.length), far: many / (a.length / 4) };
+        },
+        { source: url, far: kFar },
+    );
+    console.log(
+        `# ${name}: mean ${result.mean.toFixed(2)}, far ${(100 * result.far).toFixed(2)} %`,
+    );
+    const at = camera.eye.map((x) => x.toFixed(1)).join(', ');
+    return { ...result, camera: `${size} pixels, ${fieldOfView}°, at (${at}) mm` };
+}

@@ -1,0 +1,34 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// Scans that are not in the repository, and what is measured on them.
+
+import { existsSync } from 'node:fs';
+import { join } from 'node:path';
+import type { Push } from './latency.ts';
+import { kFolder } from './browser.ts';
+
+export const kData = process.env.PLIANT_SHARED_DATA ?? join(kFolder, '../../shared/data');
+export const kThorax = join(kData, 'thorax_ct_256.nrrd');
+
+/// The path of the thorax, for those who can't go on without it.
+export function thorax(): string {
+    if (process.env.PLIANT_SERVER && existsSync(kThorax)) return kThorax;
+    throw new Error(`expected PLIANT_SERVER, a program, and ${kThorax}`);
+}
+
+/// In the heart, with soft tissue around it: pushes of 11 mm to and fro move more than 50 thousand
+/// elements each.
+export const kHeart: Push = { centre: [0, 118, -627], radius: 18, mm: 11 };
+export const kHertz = 30;
+export const kRun = { ...kHeart, warmUp: 10, hertz: kHertz };
+
+/// From a few hundred elements to some ten thousands.
+export const kBalls: readonly Push[] = [
+    [3, 1],
+    [6, 2],
+    [10, 4],
+    [15, 6],
+    [18, 11],
+    [30, 16],
+].map(([radius, mm]) => ({ centre: kHeart.centre, radius: radius!, mm: mm! }));
