@@ -121,6 +121,7 @@ void Hub::step() {
     take_events();
     carry_out_commands();
     relax();
+    const Clock::time_point relaxed = Clock::now();
     resample();
     begin_overlays();
     checkpoint();
@@ -134,6 +135,9 @@ void Hub::step() {
     m_overlay_ms = 0;
     for (Client& client : m_clients) publish(client);
     rest_overlays();
+    // Up at once and down slowly: a step that takes too long is late for everybody.
+    const double rest_ms = ms_between(relaxed, Clock::now());
+    if (m_moved) m_rest_ms = std::max(rest_ms, 0.9 * m_rest_ms + 0.1 * rest_ms);
 }
 
 // Events.
@@ -410,8 +414,13 @@ void Hub::relax() {
     const double passed_ms = m_was_moving ? ms_between(m_relaxed_at, m_now) : each_ms;
     m_owed_ms = std::min(m_owed_ms + passed_ms, std::max(each_ms, kMostOwedMs));
     m_relaxed_at = m_now;
+    // And gets what the rest of the step leaves idle: the next one begins no sooner anyway.
+    const double idle_ms =
+        std::chrono::duration<double, std::milli>(m_period).count() - kSpareMs - m_rest_ms;
+    const double least_ms = std::chrono::duration<double, std::milli>(kRelaxTime).count();
+    const double most_ms = each_ms > 0 ? std::max(least_ms, idle_ms) : least_ms;
     int sweeps = 0;
-    while (m_scene->wants_sweep() && (sweeps == 0 || Clock::now() - m_now < kRelaxTime)) {
+    while (m_scene->wants_sweep() && (sweeps == 0 || ms_between(m_now, Clock::now()) < most_ms)) {
         if (m_owed_ms < each_ms) break;
         m_owed_ms -= each_ms;
         m_solve_ms += m_scene->sweep();

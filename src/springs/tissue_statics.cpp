@@ -56,6 +56,23 @@ Vec3d SpringTissue::momentum() const {
     return sum;
 }
 
+std::int64_t SpringTissue::folded_cells() const {
+    const SpringNetwork& network = m_impl->network;
+    const SpringState& state = m_impl->current();
+    const auto place = [&](std::int32_t n) { return state.place(n); };
+    const auto rest = [&](std::int32_t n) { return network.nodes()[std::size_t(n)].rest; };
+    std::int64_t folded = 0;
+    for (std::size_t c = 0; c < network.cells().size(); ++c) {
+        const SpringCell& cell = network.cells()[c];
+        if (network.is_cell_cut(c)) continue;
+        bool any = false;
+        for (int corner = 0; corner < cell.node_count; ++corner)
+            any |= corner_volume(cell, corner, place) * corner_volume(cell, corner, rest) <= 0;
+        folded += any;
+    }
+    return folded;
+}
+
 Status SpringTissue::find_equilibrium(double tolerance) {
     if (!(tolerance > 0 && tolerance < 1))
         return Error{ErrorCode::InvalidArgument,
@@ -81,6 +98,7 @@ Status SpringTissue::find_equilibrium(double tolerance) {
         for (const std::int32_t n : state.loaded) work += dot(state.load_of(n), state.place(n));
         return elastic_energy() - work;
     };
+    double radius = m_impl->farthest;  // that a node is believed to go in a step
     for (int turn = 0; turn < kNewtonSteps; ++turn) {
         double left = 0, scale = 0;
         for (std::size_t n = 0; n < count; ++n) {
@@ -95,21 +113,21 @@ Status SpringTissue::find_equilibrium(double tolerance) {
             for (int c = 0; c < 3; ++c) state.before[c] = state.x[c];
             return Ok{};
         }
-        std::fill(move.begin(), move.end(), Vec3d{0, 0, 0});
         m_impl->tangent.renew(network, state, m_impl->movable, TangentKind::Exact, 0, 0, 0);
         // Far away a rough direction does; near by the error falls with its square.
         const double accuracy = std::clamp(left / scale, 1e-12, 1e-2);
-        m_impl->tangent.solve(network, force, {accuracy * 1e-2, kSolveIterations}, move);
         for (std::size_t n = 0; n < count; ++n) start[n] = state.place(std::int32_t(n));
         const double before = potential();
-        double slope = 0;
-        for (std::size_t n = 0; n < count; ++n) slope += dot(force[n], move[n]);
-        double part = 1;
-        for (int halving = 0; halving < kHalvings; ++halving, part /= 2) {
+        for (int halving = 0; halving < kHalvings; ++halving, radius /= 4) {
+            const double expected = m_impl->tangent.descend(
+                network, force, {accuracy * 1e-2, kSolveIterations}, radius, move);
             for (std::size_t n = 0; n < count; ++n)
-                if (m_impl->movable[n]) state.put(std::int32_t(n), start[n] + part * move[n]);
+                if (m_impl->movable[n]) state.put(std::int32_t(n), start[n] + move[n]);
             // Rounding hides the last steps' gain.
-            if (potential() <= before - 1e-4 * part * slope + 1e-13 * std::abs(before)) break;
+            const double gained = before - potential();
+            if (gained < 1e-4 * expected - 1e-13 * std::abs(before)) continue;
+            if (gained > 0.7 * expected) radius = std::min(2 * radius, m_impl->farthest);
+            break;
         }
     }
     return Error{

@@ -1,0 +1,159 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// Tools that take hold of a scan's control nodes, and take them along.
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <string>
+
+#include "scene/spring_deformation_impl.h"
+
+namespace pliant {
+namespace {
+
+/// A push goes on by so much of a cell's edge at a time, with two steps each.
+constexpr double kStrideShare = 0.05;
+constexpr int kStepsPerStride = 2;
+/// A push stops where a corner of a cell has less than this left of its volume.
+constexpr double kFoldShare = 0.15;
+constexpr double kMaxPush_mm = 500;
+
+Error bad(const std::string& text) {
+    return {ErrorCode::InvalidArgument, text};
+}
+
+std::string text_of(double number) {
+    std::string text = std::to_string(number);
+    text.erase(std::min(text.size(), text.find('.') + 3));
+    return text;
+}
+std::string text_of(Vec3d v) {
+    return text_of(v.x) + "," + text_of(v.y) + "," + text_of(v.z);
+}
+
+}  // namespace
+
+std::vector<std::int32_t> SpringDeformation::Impl::nodes_at(const Push& push,
+                                                            const ControlPlace& place) const {
+    std::vector<std::int32_t> nodes;
+    const double radius = push.sphere_radius_mm;
+    if (radius > 0)
+        for (std::int32_t n = 0; n < control->node_count(); ++n)
+            if (norm(tissue.position(n) - push.point_mm) <= radius) nodes.push_back(n);
+    // A small sphere lies between the nodes.
+    if (nodes.empty()) nodes.assign(place.nodes.begin(), place.nodes.end());
+    std::erase_if(nodes, [&](std::int32_t n) { return is_fixed(n); });
+    return nodes;
+}
+
+void SpringDeformation::Impl::grab(std::uint32_t tool, std::vector<std::int32_t> nodes) {
+    std::sort(nodes.begin(), nodes.end());
+    const auto is_taken = [&](std::int32_t n) {
+        return std::binary_search(nodes.begin(), nodes.end(), n);
+    };
+    if (const auto found = tools.find(tool); found != tools.end()) {
+        former.insert(former.end(), found->second.begin(), found->second.end());
+        tools.erase(found);
+    }
+    for (auto& [other, theirs] : tools) std::erase_if(theirs, is_taken);
+    std::erase_if(tools, [](const auto& entry) { return entry.second.empty(); });
+    if (!nodes.empty()) tools[tool] = std::move(nodes);
+    renew_sources();
+}
+
+/// Tells the tissue what is held, and that what was let go can still move.
+void SpringDeformation::Impl::renew_sources() {
+    held.clear();
+    for (const auto& [tool, nodes] : tools) held.insert(held.end(), nodes.begin(), nodes.end());
+    std::sort(held.begin(), held.end());
+    std::sort(former.begin(), former.end());
+    former.erase(std::unique(former.begin(), former.end()), former.end());
+    std::vector<std::int32_t> loose;
+    std::set_difference(former.begin(), former.end(), held.begin(), held.end(),
+                        std::back_inserter(loose));
+    const std::vector<Vec3d> no_forces(loose.size(), Vec3d{0, 0, 0});
+    (void)tissue.load(loose, no_forces);
+    (void)tissue.hold(held);
+}
+
+bool SpringDeformation::Impl::stride(std::span<const std::int32_t> nodes, Vec3d shift) {
+    std::vector<Vec3d> places;
+    for (const std::int32_t n : held) {
+        const bool moves = std::binary_search(nodes.begin(), nodes.end(), n);
+        places.push_back(moves ? tissue.position(n) + shift : tissue.position(n));
+    }
+    (void)tissue.move_held(places);
+    return tissue.step(kStepsPerStride, control->arena()).ok();
+}
+
+Result<PushReport> SpringDeformation::push(std::uint32_t tool, const Push& push) {
+    Impl& m = *m_impl;
+    const auto start = std::chrono::steady_clock::now();
+    const double length = norm(push.push_mm);
+    if (!(length <= kMaxPush_mm))
+        return bad("push: expected three numbers and a length up to 500 mm, found " +
+                   text_of(push.push_mm));
+    if (!(push.sphere_radius_mm >= 0 && push.sphere_radius_mm <= kMaxPush_mm))
+        return bad("push: expected a sphere radius of 0 to 500 mm");
+    m.show();
+    const auto place = is_finite(push.point_mm) ? m.control->find(push.point_mm) : std::nullopt;
+    if (!place)
+        return bad("push: expected a point inside of the control lattice, found " +
+                   text_of(push.point_mm));
+    PushReport report;
+    m.grab(tool, m.nodes_at(push, *place));
+    const auto found = m.tools.find(tool);
+    if (found == m.tools.end()) {
+        report.limited_by = LimitedBy::Bone;
+        report.message = "every control node there is fixed";
+        return report;
+    }
+    const std::vector<std::int32_t> nodes = found->second;
+    report.grabbed_elements = std::int64_t(nodes.size());
+    m.settled = false;
+    const Vec3d cell = m.control->node_mm(0) - m.control->node_mm(1);
+    const int strides = std::max(1, int(std::ceil(length / (kStrideShare * norm(cell)))));
+    int done = 0;
+    bool folded = m.control->folds(m.displacements, kFoldShare);
+    std::vector<Vec3d> before(m.displacements.size());
+    for (; done < strides; ++done) {
+        for (std::size_t n = 0; n < before.size(); ++n)
+            before[n] = m.tissue.position(std::int32_t(n));
+        const bool went = m.stride(nodes, (1.0 / strides) * push.push_mm);
+        const bool folds = went && m.control->folds(m.tissue.displacements(), kFoldShare);
+        if (went && (folded || !folds)) {
+            folded = folds;
+            continue;
+        }
+        m.put(before);
+        break;
+    }
+    m.is_shown = false;
+    report.step_fraction = double(done) / strides;
+    report.status = done == strides ? PushStatus::Applied
+                    : done > 0      ? PushStatus::Limited
+                                    : PushStatus::Rejected;
+    if (done < strides) {
+        report.limited_by = LimitedBy::Movement;
+        report.message = "a control cell would fold; larger cells go farther";
+    }
+    report.solve_ms =
+        std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+    return report;
+}
+
+void SpringDeformation::let_go(std::uint32_t tool) {
+    if (!m_impl->tools.contains(tool)) return;
+    m_impl->grab(tool, {});
+    m_impl->settled = false;
+}
+bool SpringDeformation::is_held() const {
+    return !m_impl->held.empty();
+}
+bool SpringDeformation::holds(std::uint32_t tool) const {
+    return m_impl->tools.contains(tool);
+}
+
+}  // namespace pliant
