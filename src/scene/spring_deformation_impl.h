@@ -25,6 +25,8 @@ struct SpringDeformation::Impl {
     void renew_sources();
     /// Nodes that tools hold go by a shift, time by a few steps. @returns whether they could
     bool stride(std::span<const std::int32_t> nodes, Vec3d shift);
+    /// Whether a cell is folded, or nearly.
+    bool folds();
     void stop();
     void come_to_rest();
     void put(std::span<const Vec3d> places);  ///< with no speed
@@ -38,6 +40,8 @@ struct SpringDeformation::Impl {
     std::map<std::uint32_t, std::vector<std::int32_t>> tools;
     std::vector<std::int32_t> held;    ///< by all tools, in the tissue's order
     std::vector<std::int32_t> former;  ///< let go, and perhaps not at rest yet: sorted
+    std::vector<Vec3d> places, moves;  ///< of all nodes, as folds() saw them
+    std::vector<std::uint8_t> stretched;
     bool settled = true;
     bool is_shown = true;  ///< whether the control lattice is where the tissue is
     std::int32_t fixed = 0;

@@ -9,6 +9,7 @@
 #include <string>
 
 #include "scene/spring_deformation_impl.h"
+#include "springs/cell_volume.h"
 
 namespace pliant {
 namespace {
@@ -88,6 +89,46 @@ bool SpringDeformation::Impl::stride(std::span<const std::int32_t> nodes, Vec3d 
     return tissue.step(kStepsPerStride, control->arena()).ok();
 }
 
+/// ControlLattice::folds of the tissue as it is now, but looking only at cells one of whose edges
+/// has changed by much: edges that all changed by less than a fifth leave a corner
+/// (1 − √3/5)³ = 0.28 of its volume at least.
+bool SpringDeformation::Impl::folds() {
+    constexpr double kMuch = 0.2;
+    static_assert(kFoldShare < 0.28);
+    const Vec3i size = control->grid().size;
+    const std::int32_t steps[3] = {1, size.x, size.x * size.y};
+    const auto& nodes = tissue.network().nodes();
+    const auto at = [&](std::int32_t n) { return places[std::size_t(n)]; };
+    const auto rest = [&](std::int32_t n) { return nodes[std::size_t(n)].rest; };
+    double shortest = norm(rest(steps[0]) - rest(0));
+    for (const std::int32_t step : steps) shortest = std::min(shortest, norm(rest(step) - rest(0)));
+    const double much2 = (kMuch * shortest) * (kMuch * shortest);
+    places.resize(nodes.size());
+    moves.resize(nodes.size());
+    stretched.assign(nodes.size(), 0);
+    for (std::size_t n = 0; n < nodes.size(); ++n) {
+        places[n] = tissue.position(std::int32_t(n));
+        moves[n] = places[n] - nodes[n].rest;
+    }
+    for (int a = 0; a < 3; ++a)
+        for (std::int32_t n = 0; n < std::int32_t(nodes.size()); ++n) {
+            const std::int32_t other = n + steps[a];
+            if (n / steps[a] % size[a] + 1 == size[a]) continue;
+            const Vec3d change = moves[std::size_t(other)] - moves[std::size_t(n)];
+            if (dot(change, change) <= much2) continue;
+            stretched[std::size_t(n)] = stretched[std::size_t(other)] = 1;
+        }
+    for (const SpringCell& cell : tissue.network().cells()) {
+        if (std::none_of(cell.nodes.begin(), cell.nodes.end(),
+                         [&](std::int32_t n) { return stretched[std::size_t(n)] != 0; }))
+            continue;
+        for (int corner = 0; corner < cell.node_count; ++corner)
+            if (corner_volume(cell, corner, at) / corner_volume(cell, corner, rest) <= kFoldShare)
+                return true;
+    }
+    return false;
+}
+
 Result<PushReport> SpringDeformation::push(std::uint32_t tool, const Push& push) {
     Impl& m = *m_impl;
     const auto start = std::chrono::steady_clock::now();
@@ -116,13 +157,11 @@ Result<PushReport> SpringDeformation::push(std::uint32_t tool, const Push& push)
     const Vec3d cell = m.control->node_mm(0) - m.control->node_mm(1);
     const int strides = std::max(1, int(std::ceil(length / (kStrideShare * norm(cell)))));
     int done = 0;
-    bool folded = m.control->folds(m.displacements, kFoldShare);
-    std::vector<Vec3d> before(m.displacements.size());
+    bool folded = m.folds();
     for (; done < strides; ++done) {
-        for (std::size_t n = 0; n < before.size(); ++n)
-            before[n] = m.tissue.position(std::int32_t(n));
+        const std::vector<Vec3d> before = m.places;
         const bool went = m.stride(nodes, (1.0 / strides) * push.push_mm);
-        const bool folds = went && m.control->folds(m.tissue.displacements(), kFoldShare);
+        const bool folds = went && m.folds();
         if (went && (folded || !folds)) {
             folded = folds;
             continue;
