@@ -38,9 +38,9 @@ struct SpringDeformation::Impl {
     SpringTissue tissue;
     std::vector<Vec3d> displacements;  ///< as shown
     std::map<std::uint32_t, std::vector<std::int32_t>> tools;
-    std::vector<std::int32_t> held;    ///< by all tools, in the tissue's order
-    std::vector<std::int32_t> former;  ///< let go, and perhaps not at rest yet: sorted
-    std::vector<Vec3d> places, moves;  ///< of all nodes, as folds() saw them
+    std::vector<std::int32_t> held;              ///< by all tools, in the tissue's order
+    std::vector<std::int32_t> former;            ///< let go, and perhaps not at rest yet: sorted
+    std::vector<Vec3d> node_places, node_moves;  ///< of all nodes, as folds() saw them
     std::vector<std::uint8_t> stretched;
     bool settled = true;
     bool is_shown = true;  ///< whether the control lattice is where the tissue is

@@ -98,23 +98,23 @@ bool SpringDeformation::Impl::folds() {
     const Vec3i size = control->grid().size;
     const std::int32_t steps[3] = {1, size.x, size.x * size.y};
     const auto& nodes = tissue.network().nodes();
-    const auto at = [&](std::int32_t n) { return places[std::size_t(n)]; };
+    const auto at = [&](std::int32_t n) { return node_places[std::size_t(n)]; };
     const auto rest = [&](std::int32_t n) { return nodes[std::size_t(n)].rest; };
     double shortest = norm(rest(steps[0]) - rest(0));
     for (const std::int32_t step : steps) shortest = std::min(shortest, norm(rest(step) - rest(0)));
     const double much2 = (kMuch * shortest) * (kMuch * shortest);
-    places.resize(nodes.size());
-    moves.resize(nodes.size());
+    node_places.resize(nodes.size());
+    node_moves.resize(nodes.size());
     stretched.assign(nodes.size(), 0);
     for (std::size_t n = 0; n < nodes.size(); ++n) {
-        places[n] = tissue.position(std::int32_t(n));
-        moves[n] = places[n] - nodes[n].rest;
+        node_places[n] = tissue.position(std::int32_t(n));
+        node_moves[n] = node_places[n] - nodes[n].rest;
     }
     for (int a = 0; a < 3; ++a)
         for (std::int32_t n = 0; n < std::int32_t(nodes.size()); ++n) {
             const std::int32_t other = n + steps[a];
             if (n / steps[a] % size[a] + 1 == size[a]) continue;
-            const Vec3d change = moves[std::size_t(other)] - moves[std::size_t(n)];
+            const Vec3d change = node_moves[std::size_t(other)] - node_moves[std::size_t(n)];
             if (dot(change, change) <= much2) continue;
             stretched[std::size_t(n)] = stretched[std::size_t(other)] = 1;
         }
@@ -159,7 +159,7 @@ Result<PushReport> SpringDeformation::push(std::uint32_t tool, const Push& push)
     int done = 0;
     bool folded = m.folds();
     for (; done < strides; ++done) {
-        const std::vector<Vec3d> before = m.places;
+        const std::vector<Vec3d> before = m.node_places;
         const bool went = m.stride(nodes, (1.0 / strides) * push.push_mm);
         const bool folds = went && m.folds();
         if (went && (folded || !folds)) {

@@ -26,8 +26,9 @@ const { page } = await visit(browser, served.link);
 await page.evaluate((cursor) => {
     const { store } = (window as never as { pliant: Session }).pliant;
     store.set({
-        cursor: [cursor[0], cursor[1], cursor[2]],
-        camera: { eye: [170, -420, 330], look: [-0.61, 0.76, -0.23], up: [0, 0, 1] },
+        cursor: [cursor[0], cursor[1] + 6, cursor[2]],
+        fog: 0,
+        camera: { eye: [110, -400, 300], look: [-0.61, 0.76, -0.23], up: [0, 0, 1] },
     });
 }, kSkin);
 await page.evaluate(() => (window as never as { pliant: Session }).pliant.ask({ do: 'iso', iso_hu: -300 }));
