@@ -138,8 +138,8 @@ class SpringTissue {
     /// [Choi2004, Eq. 19].
     Result<SpringReaction> reaction(std::span<const std::int32_t> nodes, ReactionLaw law);
 
-    /// Cells that have a corner turned inside out. Springs alone resist that so little that they may
-    /// snap through, and stay.
+    /// Cells that have a corner turned inside out. Springs alone resist that so little that they
+    /// may snap through, and stay.
     std::int64_t folded_cells() const;
     /// Of links and volumes.
     double elastic_energy() const;

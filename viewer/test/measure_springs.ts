@@ -31,7 +31,9 @@ await page.evaluate((cursor) => {
         camera: { eye: [110, -400, 300], look: [-0.61, 0.76, -0.23], up: [0, 0, 1] },
     });
 }, kSkin);
-await page.evaluate(() => (window as never as { pliant: Session }).pliant.ask({ do: 'iso', iso_hu: -300 }));
+await page.evaluate(() =>
+    (window as never as { pliant: Session }).pliant.ask({ do: 'iso', iso_hu: -300 }),
+);
 await page.locator('summary', { hasText: /^Tissue$/ }).click();
 await still(page);
 await picture(page, 'springs_abdomen_before');
@@ -44,9 +46,8 @@ const run = (depth: number): Promise<unknown> =>
             const frame = stage.frame.bind(stage);
             stage.frame = () => false;
             const wait = (ms: number): Promise<void> => new Promise((r) => setTimeout(r, ms));
-            await session.ask({
-                do: 'tissue', model: 'springs', centre, nodes: 20, cell_mm: 9,
-            });
+            const place = { centre, nodes: 20, cell_mm: 9 };
+            await session.ask({ do: 'tissue', model: 'springs', ...place });
             await session.ask({ do: 'depth', layers: depth });
             // To and fro for three seconds, as a hand does.
             let at = 0;
