@@ -3,8 +3,10 @@
 
 #include "page.h"
 
+#include <algorithm>
 #include <charconv>
 #include <chrono>
+#include <ctime>
 #include <fstream>
 #include <thread>
 
@@ -58,20 +60,6 @@ void Page::picture(std::string_view name, std::string_view description, const Im
     if (!status.ok() && m_failure.empty()) m_failure = status.error().message;
 }
 
-Status Page::finish() {
-    if (!m_failure.empty()) return Error{ErrorCode::Unwritable, m_failure};
-    const auto place = m_files.stage(m_folder / "README.md");
-    if (!place.ok()) return place.error();
-    while (m_text.ends_with("\n\n")) m_text.pop_back();
-    std::ofstream file(*place, std::ios::binary);
-    file << m_text;
-    file.close();
-    if (!file)
-        return Error{ErrorCode::Unwritable,
-                     (m_folder / "README.md").string() + ": can't be written"};
-    return m_files.commit();
-}
-
 namespace {
 
 /// "model name, n logical processors", as the system names them.
@@ -86,6 +74,25 @@ std::string machine_text() {
     }
     return model + ", " + std::to_string(std::thread::hardware_concurrency()) + " cores";
 }
+
+double now_s() {
+    const auto now = std::chrono::steady_clock::now().time_since_epoch();
+    return std::chrono::duration<double>(now).count();
+}
+
+/// What all processors together have been busy with that isn't this process [s].
+double busy_with_others_s() {
+    std::ifstream file("/proc/stat");
+    std::string name;
+    double user = 0, nice = 0, system = 0, idle = 0, waiting = 0, irq = 0, soft = 0, stolen = 0;
+    if (!(file >> name >> user >> nice >> system >> idle >> waiting >> irq >> soft >> stolen))
+        return 0;
+    constexpr double kTicksPerSecond = 100;  // of this file, on all machines
+    return (user + nice + system + irq + soft + stolen) / kTicksPerSecond -
+           double(std::clock()) / CLOCKS_PER_SEC;
+}
+
+constexpr const char* kLoadPlace = "@load@";  ///< until finish() knows
 
 /// ISO 8601, UTC.
 std::string date_text() {
@@ -107,7 +114,31 @@ void Page::origin(const std::string& command) {
     table({"what", "this run"}, {{"command", "`" + command + "`"},
                                  {"date", date_text()},
                                  {"machine", machine_text()},
-                                 {"compiler", kCompiler}});
+                                 {"compiler", kCompiler},
+                                 {"load", kLoadPlace}});
+    m_start_s = now_s();
+    m_busy_s = busy_with_others_s();
+}
+
+Status Page::finish() {
+    if (!m_failure.empty()) return Error{ErrorCode::Unwritable, m_failure};
+    if (const auto at = m_text.find(kLoadPlace); at != std::string::npos) {
+        const double seconds = std::max(1e-3, now_s() - m_start_s);
+        const double cores = std::max(0.0, busy_with_others_s() - m_busy_s) / seconds;
+        m_text.replace(at, std::string_view(kLoadPlace).size(),
+                       "a run of " + text_of(seconds, 0) + " s; other work on " +
+                           text_of(cores, 2) + " cores, on the average");
+    }
+    const auto place = m_files.stage(m_folder / "README.md");
+    if (!place.ok()) return place.error();
+    while (m_text.ends_with("\n\n")) m_text.pop_back();
+    std::ofstream file(*place, std::ios::binary);
+    file << m_text;
+    file.close();
+    if (!file)
+        return Error{ErrorCode::Unwritable,
+                     (m_folder / "README.md").string() + ": can't be written"};
+    return m_files.commit();
 }
 
 }  // namespace pliant::results

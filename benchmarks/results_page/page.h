@@ -27,7 +27,8 @@ class Page {
 
     void heading(int level, std::string_view text);
     void paragraph(std::string_view text);
-    /// A table of the command that made the page, and when and where it ran.
+    /// A table of the command that made the page, when and where it ran, and what else did from
+    /// now on until finish().
     void origin(const std::string& command);
     void table(std::initializer_list<std::string> head,
                const std::vector<std::vector<std::string>>& rows);
@@ -40,7 +41,8 @@ class Page {
     std::filesystem::path m_folder;
     StagedFiles m_files;
     std::string m_text;
-    std::string m_failure;  ///< the first picture that couldn't be written
+    std::string m_failure;               ///< the first picture that couldn't be written
+    double m_start_s = 0, m_busy_s = 0;  ///< at origin(): time, and that of processors not our own
 };
 
 }  // namespace pliant::results

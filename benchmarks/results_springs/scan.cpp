@@ -139,10 +139,13 @@ void add_scans(Page& page, const std::filesystem::path& scans, const TaskArena& 
                 "resample [ms]", "voxels written", "folded cells", "hard voxels moved [mm]"},
                rows);
     page.paragraph(
-        "A node is fixed where the mean value around it is above 300 HU. Bone that is thinner than "
-        "a cell, such as the edge of the patella or a rib, doesn't hold its node and is carried "
-        "along: the last column is the largest movement of any voxel above 300 HU. Smaller cells "
-        "make it smaller; ChainMail, with one element for each voxel, has none.");
+        "A node is fixed where the mean value around it is above 300 HU, and so are the eight "
+        "nodes "
+        "of a cell of which more than 5 % of the voxels are: bone that is thinner than a cell, "
+        "such "
+        "as the edge of the patella or a rib, would be carried along otherwise. The last column is "
+        "the largest movement of any voxel above 300 HU; those that move are single ones in cells "
+        "of soft tissue.");
 }
 
 }  // namespace pliant::results

@@ -28,6 +28,7 @@ struct SpringDeformationSettings {
     double cell_mm = 8;              ///< edge of a control cell, rounded to whole voxels
     double young_modulus_pa = 15e3;  ///< of tissue; air, below −500 HU, has a hundredth of it
     double fixed_above_hu = 300;     ///< nodes with a larger mean value around them don't move
+    double fixed_share = 0.05;       ///< nor those of cells with a larger share of such voxels
     std::int32_t depth = 10;         ///< layers of nodes that forces reach beyond a tool
     /// What moves freely loses its speed in this time, to 1/e [s].
     double damping_s = 0.005;
@@ -62,7 +63,8 @@ class SpringDeformation : public MovingScan {
     bool holds(std::uint32_t tool) const;
 
     /// Steps of time_step_s(), fewer where it comes to rest. Without a tool tissue that was pushed
-    /// goes back, and at the end is where it was, bit for bit.
+    /// goes back, and at the end is where it was, bit for bit. The elements follow when lattice()
+    /// or control() is asked for.
     SpringMotion step(int count);
     double time_step_s() const;
     bool is_settled() const;

@@ -119,8 +119,9 @@ class SpringTissue {
     ///          back
     Result<SpringStep> step(std::int32_t count, const TaskArena& arena);
 
-    /// Goes to the static equilibrium of the nodes that steps move, by Newton's method; velocities
-    /// become 0.
+    /// Goes to a static equilibrium of the nodes that steps move, downhill in energy by Newton's
+    /// method within a trusted radius; velocities become 0. Large loads may push nodes through the
+    /// lattice, to where it holds them from the other side: see folded_cells().
     /// @param tolerance  largest force left on a node, relative to the largest load or reaction;
     ///                   less than rounding leaves isn't asked for
     /// @returns LimitExceeded where it isn't reached
@@ -137,6 +138,9 @@ class SpringTissue {
     /// [Choi2004, Eq. 19].
     Result<SpringReaction> reaction(std::span<const std::int32_t> nodes, ReactionLaw law);
 
+    /// Cells that have a corner turned inside out. Springs alone resist that so little that they
+    /// may snap through, and stay.
+    std::int64_t folded_cells() const;
     /// Of links and volumes.
     double elastic_energy() const;
     double kinetic_energy() const;

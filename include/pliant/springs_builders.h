@@ -87,7 +87,10 @@ struct SpringScan {
     Vec3i size{10, 10, 10};  ///< nodes along i, j, k; the outermost lie on the region's border
     LatticeLinks links = LatticeLinks::EdgesAndFaces;
     double fixed_above_hu = 300;  ///< nodes with a larger value don't move
-    bool fixed_border = true;     ///< nor do the outermost
+    /// Nor do the eight of a cell with a larger share of such voxels, so that these keep their
+    /// places, however thin a bone is. 1: only the nodes' own values count.
+    double fixed_share = 0.05;
+    bool fixed_border = true;  ///< nor do the outermost
     /// Young's modulus at a value; empty: 15 kPa, and 1/100 of it in air, below −500 HU. A link
     /// takes 0.4·E·a of the mean of its ends, a the edge of a cube of a cell's volume.
     std::function<double(double hu)> young_modulus_pa{};

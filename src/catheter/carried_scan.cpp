@@ -14,6 +14,8 @@
 #include <string>
 #include <vector>
 
+#include "core/errors.h"
+
 namespace pliant {
 namespace {
 
@@ -24,10 +26,6 @@ struct Nearest {
     std::int32_t node;
     double distance2;
 };
-
-Error bad(const std::string& text) {
-    return {ErrorCode::InvalidArgument, text};
-}
 
 }  // namespace
 
@@ -102,12 +100,12 @@ Result<CarriedScan> CarriedScan::create(const Volume& volume, const TetMesh& wal
                                         const CarriedScanSettings& settings,
                                         const TaskArena& arena) {
     if (!(settings.reach_mm > 0 && settings.reach_mm <= 1000))
-        return bad("reach_mm: expected above 0, up to 1000, found " +
-                   std::to_string(settings.reach_mm));
+        return invalid("reach_mm: expected above 0, up to 1000, found " +
+                       std::to_string(settings.reach_mm));
     if (!(settings.cell_mm > 0 && settings.cell_mm <= 1000))
-        return bad("cell_mm: expected above 0, up to 1000, found " +
-                   std::to_string(settings.cell_mm));
-    if (wall.nodes_mm.empty()) return bad("wall: expected nodes, found none");
+        return invalid("cell_mm: expected above 0, up to 1000, found " +
+                       std::to_string(settings.cell_mm));
+    if (wall.nodes_mm.empty()) return invalid("wall: expected nodes, found none");
     const Grid& g = volume.grid;
     Vec3d low{1e300, 1e300, 1e300}, high = -low;
     for (const Vec3d& p : wall.nodes_mm) {
@@ -122,7 +120,7 @@ Result<CarriedScan> CarriedScan::create(const Volume& volume, const TetMesh& wal
         grid.cell[c] = std::max(1, int(std::lround(settings.cell_mm / g.spacing_mm[c])));
         grid.cell[c] = std::min(grid.cell[c], g.size[c] - 1);
         if (!(grid.cell[c] > 0) || !(high[c] > 0) || !(low[c] < g.size[c] - 1))
-            return bad("wall: expected inside of the scan, found beside it");
+            return invalid("wall: expected inside of the scan, found beside it");
         grid.first[c] = std::clamp(int(std::floor(low[c])), 0, g.size[c] - 1 - grid.cell[c]);
         const int last = std::clamp(int(std::ceil(high[c])), grid.first[c], g.size[c] - 1);
         grid.size[c] = std::max(1, (last - grid.first[c]) / grid.cell[c]) + 1;
@@ -139,8 +137,8 @@ Result<CarriedScan> CarriedScan::create(const Volume& volume, const TetMesh& wal
 Status CarriedScan::update(std::span<const Vec3d> wall_places) {
     Impl& i = *m_impl;
     if (wall_places.size() != i.rest.size())
-        return bad("update: expected " + std::to_string(i.rest.size()) + " places, found " +
-                   std::to_string(wall_places.size()));
+        return invalid("update: expected " + std::to_string(i.rest.size()) + " places, found " +
+                       std::to_string(wall_places.size()));
     for (std::size_t c = 0; c < i.moved.size(); ++c) {
         Vec3d sum{0, 0, 0};
         for (auto n = std::size_t(i.starts[c]); n < std::size_t(i.starts[c + 1]); ++n) {

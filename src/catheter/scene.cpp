@@ -16,6 +16,7 @@
 
 #include "catheter/wall_contact.h"
 #include "catheter/wire.h"
+#include "core/errors.h"
 #include "core/hash.h"
 
 namespace pliant {
@@ -25,10 +26,6 @@ using std::numbers::pi;
 
 constexpr double kMicronewtons = 1e6;
 constexpr double kNanojoules = 1e6;  ///< in a millijoule
-
-Error bad(const std::string& text) {
-    return {ErrorCode::InvalidArgument, text};
-}
 
 std::string text_of(double value) {
     std::string text = std::to_string(value);
@@ -66,11 +63,11 @@ Status check(const CatheterSettings& s) {
                             {"iterations", double(s.iterations), 1, 100}};
     for (const Bound& b : bounds)
         if (!(b.value >= b.least && b.value <= b.most))
-            return bad(std::string(b.name) + ": expected " + text_of(b.least) + " to " +
-                       text_of(b.most) + ", found " + text_of(b.value));
-    if (!is_finite(s.entry.place_mm)) return bad("entry.place_mm: expected three numbers");
+            return invalid(std::string(b.name) + ": expected " + text_of(b.least) + " to " +
+                           text_of(b.most) + ", found " + text_of(b.value));
+    if (!is_finite(s.entry.place_mm)) return invalid("entry.place_mm: expected three numbers");
     if (!is_finite(s.entry.direction) || !(norm(s.entry.direction) > 1e-9))
-        return bad("entry.direction: expected a vector that isn't zero");
+        return invalid("entry.direction: expected a vector that isn't zero");
     return Ok{};
 }
 
@@ -231,9 +228,9 @@ Result<CatheterScene> CatheterScene::create(VesselWall wall, const CatheterSetti
     if (const Status s = check(settings); !s.ok()) return s.error();
     if (const Status s = pbd::GhostSurface::check(wall.mesh, wall.ghost, wall.ghost_places);
         !s.ok())
-        return bad("wall: " + s.error().message);
+        return invalid("wall: " + s.error().message);
     auto parts = parts_of(wall, settings.wall);
-    if (!parts) return bad("wall: " + parts.error().message);
+    if (!parts) return invalid("wall: " + parts.error().message);
     auto body =
         PbdBody::create(std::move(*parts), {.time_step = settings.time_step_s / settings.sub_steps,
                                             .sub_steps = 1,
@@ -259,9 +256,10 @@ const VesselWall& CatheterScene::wall() const {
 
 Status CatheterScene::command(const CatheterCommand& c) {
     for (const double value : {c.insert_mm_s, c.rotate_deg_s, c.bend_first_deg, c.bend_second_deg})
-        if (!std::isfinite(value)) return bad("command: expected numbers");
+        if (!std::isfinite(value)) return invalid("command: expected numbers");
     if (std::abs(c.insert_mm_s) > 1000)
-        return bad("command: insert_mm_s: expected -1000 to 1000, found " + text_of(c.insert_mm_s));
+        return invalid("command: insert_mm_s: expected -1000 to 1000, found " +
+                       text_of(c.insert_mm_s));
     m_impl->command = c;
     return Ok{};
 }

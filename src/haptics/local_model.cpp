@@ -19,7 +19,7 @@ bool is_finite(const Mat3d& m) {
            pliant::is_finite(m.columns[2]);
 }
 
-Error wrong(const std::string& what) {
+Error bad_model(const std::string& what) {
     return {ErrorCode::InvalidArgument, "haptic model: " + what};
 }
 
@@ -43,22 +43,22 @@ Mat3d capped_stiffness(const Mat3d& stiffness_n_m, double largest_n_m) {
 
 Result<HapticModel> checked_model(HapticModel model, double largest_stiffness_n_m) {
     if (model.plane_count < 0 || model.plane_count > HapticModel::kMaxPlanes)
-        return wrong("expected 0 to " + std::to_string(HapticModel::kMaxPlanes) +
-                     " planes, found " + std::to_string(model.plane_count));
+        return bad_model("expected 0 to " + std::to_string(HapticModel::kMaxPlanes) +
+                         " planes, found " + std::to_string(model.plane_count));
     for (int k = 0; k < model.plane_count; ++k) {
         HapticPlane& plane = model.planes[k];
         const double length = norm(plane.normal);
         if (!is_finite(plane.point_mm) || !(length > 1e-6) || !std::isfinite(length))
-            return wrong("plane " + std::to_string(k) +
-                         ": expected a place and a normal with a length");
+            return bad_model("plane " + std::to_string(k) +
+                             ": expected a place and a normal with a length");
         plane.normal = (1 / length) * plane.normal;
     }
-    if (!is_finite(model.anchor_mm)) return wrong("anchor_mm: expected numbers");
-    if (!is_finite(model.depth_mm)) return wrong("depth_mm: expected numbers");
-    if (!is_finite(model.force_n)) return wrong("force_n: expected numbers");
-    if (!is_finite(model.stiffness_n_m)) return wrong("stiffness_n_m: expected numbers");
+    if (!is_finite(model.anchor_mm)) return bad_model("anchor_mm: expected numbers");
+    if (!is_finite(model.depth_mm)) return bad_model("depth_mm: expected numbers");
+    if (!is_finite(model.force_n)) return bad_model("force_n: expected numbers");
+    if (!is_finite(model.stiffness_n_m)) return bad_model("stiffness_n_m: expected numbers");
     if (!(model.friction >= 0) || !std::isfinite(model.friction))
-        return wrong("friction: expected 0 or more, found " + std::to_string(model.friction));
+        return bad_model("friction: expected 0 or more, found " + std::to_string(model.friction));
     model.stiffness_n_m = capped_stiffness(model.stiffness_n_m, largest_stiffness_n_m);
     return model;
 }

@@ -371,7 +371,7 @@ Status Rod::set_base(Vec3d place, Rotation frame) {
 }
 
 Status Rod::hold_tip(Vec3d place, Rotation frame) {
-    if (!is_finite(place)) return bad("hold_tip: expected a place of three numbers");
+    if (!is_finite(place)) return invalid("hold_tip: expected a place of three numbers");
     const auto good = checked("hold_tip", frame);
     if (!good.ok()) return good.error();
     Impl& rod = *m_impl;

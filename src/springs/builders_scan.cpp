@@ -35,6 +35,33 @@ double mean_value(const Volume& volume, Vec3d centre, Vec3d spacing, const Box3i
     return sum / (double(n.x) * n.y * n.z);
 }
 
+/// [cell] share of its voxels that are hard. A voxel between two cells counts in the later one, or
+/// in the last.
+std::vector<double> hard_shares(const Volume& volume, const SpringScan& scan, const Box3i& region,
+                                Vec3d step) {
+    const Vec3i cells = scan.size - Vec3i{1, 1, 1};
+    std::vector<double> hard(std::size_t(cells.x) * std::size_t(cells.y) * std::size_t(cells.z));
+    std::vector<std::int32_t> voxels(hard.size());
+    std::vector<int> along[3];
+    for (int a = 0; a < 3; ++a)
+        for (int n = 0; n < region.end[a] - region.begin[a]; ++n)
+            along[a].push_back(std::min(int((n + 1e-9) / step[a]), cells[a] - 1));
+    for (int k = region.begin.z; k < region.end.z; ++k)
+        for (int j = region.begin.y; j < region.end.y; ++j) {
+            const int z = along[2][std::size_t(k - region.begin.z)];
+            const int y = along[1][std::size_t(j - region.begin.y)];
+            const auto row =
+                std::size_t(cells.x) * (std::size_t(cells.y) * std::size_t(z) + std::size_t(y));
+            for (int i = region.begin.x; i < region.end.x; ++i) {
+                const auto c = row + std::size_t(along[0][std::size_t(i - region.begin.x)]);
+                hard[c] += double(volume.at({i, j, k})) > scan.fixed_above_hu;
+                ++voxels[c];
+            }
+        }
+    for (std::size_t c = 0; c < hard.size(); ++c) hard[c] /= std::max(1, voxels[c]);
+    return hard;
+}
+
 }  // namespace
 
 Result<SpringParts> springs_of_scan(const Volume& volume, const SpringScan& scan) {
@@ -44,6 +71,9 @@ Result<SpringParts> springs_of_scan(const Volume& volume, const SpringScan& scan
         !contains(whole, region.end - Vec3i{1, 1, 1}))
         return bad_lattice("region: expected a box of voxels inside of the scan");
     const Vec3i voxels = region.end - region.begin;
+    if (!(scan.fixed_share >= 0 && scan.fixed_share <= 1))
+        return bad_lattice("fixed_share: expected 0 to 1, found " +
+                           std::to_string(scan.fixed_share));
     Vec3d step;  // voxels between nodes
     for (int a = 0; a < 3; ++a) {
         if (scan.size[a] < 2 || scan.size[a] > voxels[a])
@@ -83,6 +113,13 @@ Result<SpringParts> springs_of_scan(const Volume& volume, const SpringScan& scan
                                        std::to_string(young) + " at " + std::to_string(hu) + " HU");
                 stiffness[n] = 0.4 * young * edge;
             }
+    if (scan.fixed_share < 1) {
+        const std::vector<double> hard = hard_shares(volume, scan, region, step);
+        for (std::size_t c = 0; c < hard.size(); ++c)
+            if (hard[c] > scan.fixed_share)
+                for (const std::int32_t n : parts->cells[c].nodes)
+                    parts->nodes[std::size_t(n)].fixed = true;
+    }
     for (SpringLink& link : parts->links)
         link.stiffness = (stiffness[std::size_t(link.a)] + stiffness[std::size_t(link.b)]) / 2;
     // A left-handed grid turns cells inside out: their bottoms and tops change places.

@@ -43,6 +43,20 @@ Vec3d volume_gradient(const SpringCell& cell, int corner, Place&& place) {
     return (1.0 / 12) * sum;
 }
 
+/// Of the edges that meet at a corner, six times a tetrahedron's: its sign tells how they turn.
+template <class Place>
+double corner_volume(const SpringCell& cell, int corner, Place&& place) {
+    const auto edge = [&](int n) {
+        return place(cell.nodes[std::size_t(n)]) - place(cell.nodes[std::size_t(corner)]);
+    };
+    if (cell.node_count == 4) {
+        const auto& face = kFaceOpposite[corner];
+        return dot(edge(face[0]), cross(edge(face[1]), edge(face[2])));
+    }
+    const auto& faces = kFacesAt[corner];
+    return dot(edge(faces[0][0]), cross(edge(faces[1][0]), edge(faces[2][0])));
+}
+
 template <class Place>
 double cell_volume(const SpringCell& cell, Place&& place) {
     const Vec3d origin = place(cell.nodes[0]);

@@ -11,26 +11,25 @@ namespace {
 
 /// 1/√q for q > 0; finite for 0.
 double reciprocal_root(double q) {
-    double y =
-        std::bit_cast<double>(0x5FE6EB50C7B537A9ULL - (std::bit_cast<std::uint64_t>(q) >> 1));
-    for (int n = 0; n < 2; ++n) {
-        const double e = std::fma(-(q * y), y, 1.0);
-        y = std::fma(y, std::fma(e, 0.375, 0.5) * e, y);
-    }
-    return std::fma(y, std::fma(-(q * y), y, 1.0) * 0.5, y);
+    double y = std::bit_cast<double>(kRootGuess - (std::bit_cast<std::uint64_t>(q) >> 1));
+    double e = std::fma(-(q * y), y, 1.0);
+    y *= std::fma(e, std::fma(e, kRoot2, kRoot1), kRoot0);
+    e = std::fma(-(q * y), y, 1.0);
+    return std::fma(e * y, std::fma(e, std::fma(e, 0.3125, 0.375), 0.5), y);
 }
 
-/// One link of a lane.
-void add_link(const SweepArrays& a, std::size_t i, std::size_t j, const double* block, int lane,
+/// One link of a lane. @param seen, before  places of the other end
+void add_link(const SweepArrays& a, std::size_t i, const double* const (&seen)[3],
+              const double* const (&before)[3], std::size_t j, const double* block, int lane,
               bool damped, double (&sum)[3]) {
-    const double dx = a.x[0][i] - a.x[0][j];
-    const double dy = a.x[1][i] - a.x[1][j];
-    const double dz = a.x[2][i] - a.x[2][j];
+    const double dx = a.x[0][i] - seen[0][j];
+    const double dy = a.x[1][i] - seen[1][j];
+    const double dz = a.x[2][i] - seen[2][j];
     const double y = reciprocal_root(std::fma(dz, dz, std::fma(dy, dy, dx * dx)));
     double f = std::fma(block[kPack + lane], y, -block[lane]);
     if (damped) {
         const auto moved = [&](int c) {
-            return (a.x[c][i] - a.before[c][i]) - (a.x[c][j] - a.before[c][j]);
+            return (a.x[c][i] - a.before[c][i]) - (seen[c][j] - before[c][j]);
         };
         const double along = std::fma(dz, moved(2), std::fma(dy, moved(1), dx * moved(0)));
         f = std::fma(-(block[2 * kPack + lane] * along * y), y, f);
@@ -42,6 +41,7 @@ void add_link(const SweepArrays& a, std::size_t i, std::size_t j, const double* 
 
 bool sweep(const SweepPlan& plan, const SweepArrays& a, std::int64_t begin, std::int64_t end,
            double farthest2) {
+    const double* const now[3] = {a.next[0], a.next[1], a.next[2]};
     bool all_near = true;
     for (std::int64_t pack = begin; pack < end; ++pack) {
         const PackSlots& slots = plan.packs[std::size_t(pack)];
@@ -54,7 +54,12 @@ bool sweep(const SweepPlan& plan, const SweepArrays& a, std::int64_t begin, std:
                 const std::size_t j =
                     s < slots.rows_end ? std::size_t(std::int64_t(i) + slot.other)
                                        : std::size_t(plan.others[std::size_t(slot.other + lane)]);
-                add_link(a, i, j, block, lane, plan.damped, sum);
+                const bool sees_new =
+                    s < slots.rows_end ? s >= slots.new_rows : s >= slots.new_lists;
+                if (sees_new)
+                    add_link(a, i, now, a.x, j, block, lane, plan.damped, sum);
+                else
+                    add_link(a, i, a.x, a.before, j, block, lane, plan.damped, sum);
             }
             double move[3];
             for (int c = 0; c < 3; ++c) {

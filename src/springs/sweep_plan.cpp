@@ -4,10 +4,7 @@
 #include "springs/sweep_plan.h"
 
 #include <algorithm>
-#include <bit>
-#include <cstring>
 
-#include "core/hash.h"
 #include "springs/cell_volume.h"
 
 namespace pliant {
@@ -15,8 +12,6 @@ namespace {
 
 /// A row of nodes with consecutive numbers that is worth packs of its own.
 constexpr std::size_t kLongRun = 8;
-/// Fewer links of one offset than these are cheaper in a list.
-constexpr int kFewestInRow = 3;
 
 std::size_t run_length(std::span<const std::int32_t> nodes, std::size_t begin) {
     std::size_t end = begin + 1;
@@ -77,11 +72,10 @@ void SweepPlanner::extend_rows(const SpringNetwork& network) {
     m_group.swap(m_walk);
 }
 
-void SweepPlanner::add_group(const SpringNetwork& network, bool keep_order, bool as_one,
-                             SweepPlan& plan) {
+void SweepPlanner::add_group(const SpringNetwork& network, bool as_one, SweepPlan& plan) {
     plan.active_nodes += std::int32_t(m_group.size());
     for (const std::int32_t node : m_group) m_active[std::size_t(node)] = 1;
-    if (!keep_order) order_group(network);
+    order_group(network);
     if (as_one) extend_rows(network);
     const auto begin = std::int32_t(plan.nodes.size()) / kPack - 1;
     const auto fill_pack = [&] {
@@ -90,7 +84,7 @@ void SweepPlanner::add_group(const SpringNetwork& network, bool keep_order, bool
     std::size_t last_run = 0;
     for (std::size_t n = 0; n < m_group.size();) {
         const std::size_t run = run_length(m_group, n);
-        if (!keep_order && last_run >= kLongRun && run >= kLongRun) fill_pack();
+        if (last_run >= kLongRun && run >= kLongRun) fill_pack();
         plan.nodes.insert(plan.nodes.end(), m_group.begin() + std::ptrdiff_t(n),
                           m_group.begin() + std::ptrdiff_t(n + run));
         n += run;
@@ -100,33 +94,53 @@ void SweepPlanner::add_group(const SpringNetwork& network, bool keep_order, bool
     plan.groups.push_back({begin, std::int32_t(plan.nodes.size()) / kPack - 1});
 }
 
-void SweepPlanner::plan(const SpringNetwork& network, const TransmittalOrder& layers, bool as_one,
-                        double time_step, SweepPlan& plan) {
-    plan = {};
-    plan.nodes.assign(kPack, -1);
-    m_local_of.resize(std::size_t(network.node_count()), -1);
-    m_active.resize(std::size_t(network.node_count()), 0);
-    if (as_one) {
-        m_group = layers.nodes;
-        add_group(network, false, true, plan);
-    } else {
-        for (std::size_t l = 0; l + 1 < layers.layers.size(); ++l) {
-            m_group.assign(layers.nodes.begin() + layers.layers[l],
-                           layers.nodes.begin() + layers.layers[l + 1]);
-            add_group(network, false, false, plan);
-        }
+/// Node by node in the given order, but in as few turns as give the same: a node's turn comes after
+/// those of all neighbours before it, so that none of a turn sees another.
+void SweepPlanner::sort_by_turn(const SpringNetwork& network, const TransmittalOrder& layers) {
+    std::vector<std::int32_t> turn(std::size_t(network.node_count()), 0);  // 0: not yet
+    std::int32_t last = 0;
+    for (const std::int32_t node : layers.nodes) {
+        std::int32_t latest = 0;
+        for (const auto& neighbour : network.neighbours(node))
+            latest = std::max(latest, turn[std::size_t(neighbour.node)]);
+        if (network.has_volume_energy())
+            for (const std::int32_t c : network.cells_of(node)) {
+                const SpringCell& cell = network.cells()[std::size_t(c)];
+                for (int n = 0; n < cell.node_count; ++n)
+                    latest = std::max(latest, turn[std::size_t(cell.nodes[std::size_t(n)])]);
+            }
+        turn[std::size_t(node)] = latest + 1;
+        last = std::max(last, latest + 1);
     }
-    finish(network, time_step, plan);
+    m_turns.layers.assign(std::size_t(last) + 1, 0);
+    for (const std::int32_t node : layers.nodes)
+        ++m_turns.layers[std::size_t(turn[std::size_t(node)])];
+    for (std::size_t t = 1; t < m_turns.layers.size(); ++t)
+        m_turns.layers[t] += m_turns.layers[t - 1];
+    m_turns.nodes.resize(layers.nodes.size());
+    std::vector<std::int32_t> next(m_turns.layers);
+    for (const std::int32_t node : layers.nodes)
+        m_turns.nodes[std::size_t(next[std::size_t(turn[std::size_t(node)]) - 1]++)] = node;
 }
 
-void SweepPlanner::plan_in_order(const SpringNetwork& network, const TransmittalOrder& layers,
-                                 double time_step, SweepPlan& plan) {
+void SweepPlanner::plan(const SpringNetwork& network, const TransmittalOrder& layers,
+                        SeenPositions seen, double time_step, SweepPlan& plan) {
     plan = {};
     plan.nodes.assign(kPack, -1);
     m_local_of.resize(std::size_t(network.node_count()), -1);
     m_active.resize(std::size_t(network.node_count()), 0);
-    m_group = layers.nodes;
-    add_group(network, true, false, plan);
+    if (seen == SeenPositions::Old) {
+        m_group = layers.nodes;
+        add_group(network, true, plan);
+    } else {
+        if (seen == SeenPositions::NewNodes) sort_by_turn(network, layers);
+        const TransmittalOrder& groups = seen == SeenPositions::NewNodes ? m_turns : layers;
+        for (std::size_t g = 0; g + 1 < groups.layers.size(); ++g) {
+            m_group.assign(groups.nodes.begin() + groups.layers[g],
+                           groups.nodes.begin() + groups.layers[g + 1]);
+            add_group(network, false, plan);
+        }
+    }
     finish(network, time_step, plan);
 }
 
@@ -175,103 +189,6 @@ void SweepPlanner::number(const SpringNetwork& network, SweepPlan& plan) {
     plan.nodes.insert(plan.nodes.end(), kPack, -1);
     while (plan.nodes.size() % kPack) plan.nodes.push_back(-1);
     plan.is_active.resize(plan.nodes.size(), 0);
-}
-
-/// Sorts a pack's links by the offset to their other end; those of rare offsets go to m_left.
-void SweepPlanner::sort_links(const SpringNetwork& network, const SweepPlan& plan,
-                              std::int32_t pack) {
-    m_slots.clear();
-    for (auto& left : m_left) left.clear();
-    for (int lane = 0; lane < kPack; ++lane) {
-        const std::int32_t local = (pack + 1) * kPack + lane;
-        if (!plan.is_active[std::size_t(local)]) continue;
-        const std::int32_t node = plan.nodes[std::size_t(local)];
-        std::size_t guess = 0;  // neighbours are sorted, so the next is mostly the next slot
-        for (const auto& neighbour : network.neighbours(node)) {
-            const std::int32_t offset = m_local_of[std::size_t(neighbour.node)] - local;
-            const std::uint32_t bit = 1u << lane;
-            const auto fits = [&](const Slot& slot) {
-                return slot.offset == offset && !(slot.lanes & bit);
-            };
-            if (guess >= m_slots.size() || !fits(m_slots[guess])) {
-                guess = 0;
-                while (guess < m_slots.size() && !fits(m_slots[guess])) ++guess;
-                if (guess == m_slots.size()) m_slots.push_back({offset, 0, {}});
-            }
-            m_slots[guess].lanes |= bit;
-            m_slots[guess].link[lane] = neighbour.link;
-            ++guess;
-        }
-    }
-    for (const Slot& slot : m_slots) {
-        if (std::popcount(slot.lanes) >= kFewestInRow) continue;
-        for (int lane = 0; lane < kPack; ++lane)
-            if (slot.lanes >> lane & 1)
-                m_left[lane].push_back({(pack + 1) * kPack + lane + slot.offset, slot.link[lane]});
-    }
-    std::erase_if(m_slots,
-                  [](const Slot& slot) { return std::popcount(slot.lanes) < kFewestInRow; });
-}
-
-std::uint32_t SweepPlanner::block_of(const SpringNetwork& network,
-                                     const std::int32_t (&links)[kPack], double time_step,
-                                     SweepPlan& plan) {
-    double block[3 * kPack] = {};
-    for (int lane = 0; lane < kPack; ++lane) {
-        if (links[lane] < 0) continue;
-        const SpringLink& link = network.links()[std::size_t(links[lane])];
-        block[lane] = link.stiffness;
-        block[kPack + lane] = link.stiffness * link.rest_length;
-        block[2 * kPack + lane] = link.damping / time_step;
-    }
-    const std::size_t size = plan.block_size();
-    const auto is_equal = [&](std::uint32_t b) {
-        return std::memcmp(plan.blocks.data() + b * size, block, size * sizeof(double)) == 0;
-    };
-    const std::size_t place = plan.slots.size() - plan.packs.back().begin;
-    if (m_last_block.size() <= place) m_last_block.resize(place + 1, 0);
-    if (!plan.blocks.empty() && is_equal(m_last_block[place])) return m_last_block[place];
-    Hash64 hash;
-    hash.add(std::span<const double>(block, size));
-    const auto fresh = std::uint32_t(plan.blocks.size() / size);
-    const auto [entry, is_new] = m_block_of.try_emplace(hash.value(), fresh);
-    if (is_new || !is_equal(entry->second)) {
-        plan.blocks.insert(plan.blocks.end(), block, block + size);
-        entry->second = fresh;
-    }
-    return m_last_block[place] = entry->second;
-}
-
-void SweepPlanner::make_slots(const SpringNetwork& network, double time_step, SweepPlan& plan) {
-    m_block_of.clear();
-    m_last_block.clear();
-    const std::int32_t pack_count = plan.active_end / kPack - 1;
-    for (std::int32_t pack = 0; pack < pack_count; ++pack) {
-        sort_links(network, plan, pack);
-        const auto begin = std::uint32_t(plan.slots.size());
-        plan.packs.push_back({begin, begin, begin});
-        std::int32_t links[kPack];
-        for (const Slot& slot : m_slots) {
-            for (int lane = 0; lane < kPack; ++lane)
-                links[lane] = slot.lanes >> lane & 1 ? slot.link[lane] : -1;
-            const std::uint32_t block = block_of(network, links, time_step, plan);
-            plan.slots.push_back({slot.offset, block});
-        }
-        plan.packs.back().rows_end = std::uint32_t(plan.slots.size());
-        std::size_t longest = 0;
-        for (const auto& left : m_left) longest = std::max(longest, left.size());
-        for (std::size_t n = 0; n < longest; ++n) {
-            const auto first = std::int32_t(plan.others.size());
-            for (int lane = 0; lane < kPack; ++lane) {
-                const bool has = n < m_left[lane].size();
-                links[lane] = has ? m_left[lane][n].second : -1;
-                plan.others.push_back(has ? m_left[lane][n].first : (pack + 1) * kPack + lane);
-            }
-            const std::uint32_t block = block_of(network, links, time_step, plan);
-            plan.slots.push_back({first, block});
-        }
-        plan.packs.back().end = std::uint32_t(plan.slots.size());
-    }
 }
 
 void SweepPlanner::add_cells(const SpringNetwork& network, SweepPlan& plan) {

@@ -12,13 +12,16 @@
 // offset and the kernel loads eight places at once; all other links share slots with a list of
 // eight numbers. Lanes without a link have stiffness 0. Equal slots of stiffness and length are
 // stored once, so a uniform lattice costs one byte a link, and what is read stays in the cache.
+//
+// Groups are swept one after the other. A slot says whether its other ends are seen where they were
+// or where an earlier group has put them by now, so that old and new places lie apart and nothing
+// depends on when a pack's turn comes within its group.
 
 #pragma once
 
 #include <pliant/springs.h>
 
 #include <unordered_map>
-#include <utility>
 
 #include "springs/aligned_array.h"
 
@@ -26,7 +29,7 @@ namespace pliant {
 
 inline constexpr int kPack = 8;
 
-/// Part of a plan: layers in the order of the sweep, or everything as one.
+/// Part of a plan whose nodes don't see each other's new places.
 struct SweepGroup {
     std::int32_t begin_pack, end_pack;
 };
@@ -38,7 +41,8 @@ struct SweepSlot {
 };
 
 struct PackSlots {
-    std::uint32_t begin, rows_end, end;  ///< rows, then lists
+    std::uint32_t begin, new_rows, rows_end;  ///< rows; from new_rows on they see new places
+    std::uint32_t new_lists, end;             ///< then lists, in the same way
 };
 
 /// A cell with volume energy, all in local numbers.
@@ -75,25 +79,32 @@ struct SweepPlan {
 /// Makes plans; keeps its memory.
 class SweepPlanner {
   public:
-    /// @param layers  in the order of the sweep. @param as_one  one group of all, by number
-    void plan(const SpringNetwork& network, const TransmittalOrder& layers, bool as_one,
+    void plan(const SpringNetwork& network, const TransmittalOrder& layers, SeenPositions seen,
               double time_step, SweepPlan& plan);
-    /// The same, but each layer keeps the order that it is given in.
-    void plan_in_order(const SpringNetwork& network, const TransmittalOrder& layers,
-                       double time_step, SweepPlan& plan);
 
   private:
     struct Slot {
         std::int32_t offset;
+        bool sees_new;
         std::uint32_t lanes;
         std::int32_t link[kPack];
     };
-    void add_group(const SpringNetwork& network, bool keep_order, bool as_one, SweepPlan& plan);
+    struct Left {
+        std::int32_t local, link;
+    };
+    void add_group(const SpringNetwork& network, bool as_one, SweepPlan& plan);
+    void sort_by_turn(const SpringNetwork& network, const TransmittalOrder& layers);
     void order_group(const SpringNetwork& network);
     void extend_rows(const SpringNetwork& network);
     void number(const SpringNetwork& network, SweepPlan& plan);
     void make_slots(const SpringNetwork& network, double time_step, SweepPlan& plan);
-    void sort_links(const SpringNetwork& network, const SweepPlan& plan, std::int32_t pack);
+    /// @param first  local number of the first node of the pack's group
+    void sort_links(const SpringNetwork& network, const SweepPlan& plan, std::int32_t pack,
+                    std::int32_t first);
+    int fewest_in_row() const;
+    void add_rows(bool sees_new, const SpringNetwork& network, double time_step, SweepPlan& plan);
+    void add_lists(bool sees_new, std::int32_t pack, const SpringNetwork& network, double time_step,
+                   SweepPlan& plan);
     std::uint32_t block_of(const SpringNetwork& network, const std::int32_t (&links)[kPack],
                            double time_step, SweepPlan& plan);
     void add_cells(const SpringNetwork& network, SweepPlan& plan);
@@ -102,8 +113,9 @@ class SweepPlanner {
     std::vector<std::int32_t> m_local_of;  ///< [global]; −1 between calls
     std::vector<std::uint8_t> m_active;    ///< [global]; 0 between calls
     std::vector<std::int32_t> m_group, m_walk, m_frozen, m_cell_of;
+    TransmittalOrder m_turns;  ///< nodes sorted by turn
     std::vector<Slot> m_slots;
-    std::vector<std::pair<std::int32_t, std::int32_t>> m_left[kPack];  ///< local, link
+    std::vector<Left> m_left[2][kPack];  ///< [sees new]
     std::unordered_map<std::uint64_t, std::uint32_t> m_block_of;
     std::vector<std::uint32_t> m_last_block;  ///< of the slot at this place in the last pack
 };

@@ -35,17 +35,28 @@ using V = hn::Vec<D>;
 constexpr int kLanes = int(hn::MaxLanes(D()));
 constexpr int kParts = kPack / kLanes;
 
-/// 1/√q for q > 0; finite for 0.
-HWY_INLINE V reciprocal_root(V q) {
+/// 1/√q for q > 0; finite for 0. In place. Of several at once, as in all that follows: a chain of
+/// operations waits for itself most of the time, and fills the processor's queue meanwhile.
+template <int N>
+HWY_INLINE void reciprocal_roots(V (&q)[N]) {
+    const D d;
     const hn::RebindToUnsigned<D> du;
-    const V half = hn::Set(D(), 0.5), one = hn::Set(D(), 1.0), third = hn::Set(D(), 0.375);
-    V y = hn::BitCast(
-        D(), hn::Sub(hn::Set(du, 0x5FE6EB50C7B537A9ULL), hn::ShiftRight<1>(hn::BitCast(du, q))));
-    for (int n = 0; n < 2; ++n) {
-        const V e = hn::NegMulAdd(hn::Mul(q, y), y, one);
-        y = hn::MulAdd(y, hn::Mul(hn::MulAdd(e, third, half), e), y);
-    }
-    return hn::MulAdd(y, hn::Mul(hn::NegMulAdd(hn::Mul(q, y), y, one), half), y);
+    const V one = hn::Set(d, 1.0);
+    V y[N], e[N], t[N];
+    for (int n = 0; n < N; ++n)
+        y[n] = hn::BitCast(
+            d, hn::Sub(hn::Set(du, kRootGuess), hn::ShiftRight<1>(hn::BitCast(du, q[n]))));
+    for (int n = 0; n < N; ++n) e[n] = hn::Mul(q[n], y[n]);
+    for (int n = 0; n < N; ++n) e[n] = hn::NegMulAdd(e[n], y[n], one);
+    for (int n = 0; n < N; ++n) t[n] = hn::MulAdd(e[n], hn::Set(d, kRoot2), hn::Set(d, kRoot1));
+    for (int n = 0; n < N; ++n) t[n] = hn::MulAdd(e[n], t[n], hn::Set(d, kRoot0));
+    for (int n = 0; n < N; ++n) y[n] = hn::Mul(y[n], t[n]);
+    for (int n = 0; n < N; ++n) e[n] = hn::Mul(q[n], y[n]);
+    for (int n = 0; n < N; ++n) e[n] = hn::NegMulAdd(e[n], y[n], one);
+    for (int n = 0; n < N; ++n) t[n] = hn::MulAdd(e[n], hn::Set(d, 0.3125), hn::Set(d, 0.375));
+    for (int n = 0; n < N; ++n) t[n] = hn::MulAdd(e[n], t[n], hn::Set(d, 0.5));
+    for (int n = 0; n < N; ++n) e[n] = hn::Mul(e[n], y[n]);
+    for (int n = 0; n < N; ++n) q[n] = hn::MulAdd(e[n], t[n], y[n]);
 }
 
 /// Places of some of the pack's nodes, and the force on them so far.
@@ -55,38 +66,102 @@ struct Lanes {
     V sum_x, sum_y, sum_z;
 };
 
-template <bool Damped>
-HWY_INLINE void add_links(Lanes& own, V x, V y, V z, V moved_x, V moved_y, V moved_z,
-                          const double* block) {
-    const V dx = hn::Sub(own.x, x), dy = hn::Sub(own.y, y), dz = hn::Sub(own.z, z);
-    const V inverse = reciprocal_root(hn::MulAdd(dz, dz, hn::MulAdd(dy, dy, hn::Mul(dx, dx))));
-    V f = hn::MulSub(hn::Load(D(), block + kPack), inverse, hn::Load(D(), block));
-    if constexpr (Damped) {
-        const V ax = hn::Sub(own.from_x, moved_x), ay = hn::Sub(own.from_y, moved_y),
-                az = hn::Sub(own.from_z, moved_z);
-        const V along = hn::MulAdd(dz, az, hn::MulAdd(dy, ay, hn::Mul(dx, ax)));
-        // Not inverse²: between equal places, in lanes without a link, that is no number.
-        const V drag = hn::Mul(hn::Mul(hn::Load(D(), block + 2 * kPack), along), inverse);
-        f = hn::NegMulAdd(drag, inverse, f);
+/// Where the other ends are read: all as they were, or as they are now.
+struct Seen {
+    const double *x, *y, *z;
+    const double *before_x, *before_y, *before_z;
+};
+
+/// Other ends with consecutive numbers.
+struct Row {
+    std::int64_t from;
+    HWY_INLINE V operator()(const double* values) const { return hn::LoadU(D(), values + from); }
+};
+/// Any other ends.
+struct List {
+    hn::Vec<hn::RebindToSigned<D> > at;
+    HWY_INLINE V operator()(const double* values) const { return hn::GatherIndex(D(), values, at); }
+};
+
+template <bool Damped, int N, class Place>
+HWY_INLINE void add_links(Lanes& own, const Seen& seen, const Place (&places)[N],
+                          const double* const (&blocks)[N]) {
+    const D d;
+    V dx[N], dy[N], dz[N], y[N];
+    for (int n = 0; n < N; ++n) dx[n] = hn::Sub(own.x, places[n](seen.x));
+    for (int n = 0; n < N; ++n) dy[n] = hn::Sub(own.y, places[n](seen.y));
+    for (int n = 0; n < N; ++n) dz[n] = hn::Sub(own.z, places[n](seen.z));
+    for (int n = 0; n < N; ++n) y[n] = hn::Mul(dx[n], dx[n]);
+    for (int n = 0; n < N; ++n) y[n] = hn::MulAdd(dy[n], dy[n], y[n]);
+    for (int n = 0; n < N; ++n) y[n] = hn::MulAdd(dz[n], dz[n], y[n]);
+    reciprocal_roots(y);
+    V f[N];
+    for (int n = 0; n < N; ++n)
+        f[n] = hn::MulSub(hn::Load(d, blocks[n] + kPack), y[n], hn::Load(d, blocks[n]));
+    if constexpr (Damped)
+        for (int n = 0; n < N; ++n) {
+            const auto moved = [&](V from, const double* now, const double* before) HWY_ATTR {
+                return hn::Sub(from, hn::Sub(places[n](now), places[n](before)));
+            };
+            V along = hn::Mul(dx[n], moved(own.from_x, seen.x, seen.before_x));
+            along = hn::MulAdd(dy[n], moved(own.from_y, seen.y, seen.before_y), along);
+            along = hn::MulAdd(dz[n], moved(own.from_z, seen.z, seen.before_z), along);
+            // Not 1/r²: between equal places, in lanes without a link, that is no number.
+            const V drag = hn::Mul(hn::Mul(hn::Load(d, blocks[n] + 2 * kPack), along), y[n]);
+            f[n] = hn::NegMulAdd(drag, y[n], f[n]);
+        }
+    for (int n = 0; n < N; ++n) {
+        own.sum_x = hn::MulAdd(f[n], dx[n], own.sum_x);
+        own.sum_y = hn::MulAdd(f[n], dy[n], own.sum_y);
+        own.sum_z = hn::MulAdd(f[n], dz[n], own.sum_z);
     }
-    own.sum_x = hn::MulAdd(f, dx, own.sum_x);
-    own.sum_y = hn::MulAdd(f, dy, own.sum_y);
-    own.sum_z = hn::MulAdd(f, dz, own.sum_z);
+}
+
+/// The slots of a plan, seen from some lanes of one pack.
+template <bool Damped>
+struct Slots {
+    const SweepSlot* slots;
+    const double* blocks;
+    const std::int32_t* others;
+    std::int64_t i;  ///< local number of the first lane
+
+    HWY_INLINE const double* block_of(std::uint32_t s) const {
+        return blocks + slots[s].block * std::size_t(Damped ? 3 * kPack : 2 * kPack);
+    }
+    HWY_INLINE Row row_of(std::uint32_t s) const { return {i + slots[s].other}; }
+    HWY_INLINE List list_of(std::uint32_t s) const {
+        const hn::Rebind<std::int32_t, D> di;
+        return {hn::PromoteTo(hn::RebindToSigned<D>(), hn::LoadU(di, others + slots[s].other))};
+    }
+};
+
+template <bool Damped>
+HWY_INLINE void add_rows(Lanes& own, const Seen& seen, const Slots<Damped>& of, std::uint32_t s,
+                         std::uint32_t end) {
+    for (; s + 3 <= end; s += 3)
+        add_links<Damped, 3, Row>(own, seen, {of.row_of(s), of.row_of(s + 1), of.row_of(s + 2)},
+                                  {of.block_of(s), of.block_of(s + 1), of.block_of(s + 2)});
+    for (; s < end; ++s) add_links<Damped, 1, Row>(own, seen, {of.row_of(s)}, {of.block_of(s)});
+}
+
+template <bool Damped>
+HWY_INLINE void add_lists(Lanes& own, const Seen& seen, const Slots<Damped>& of, std::uint32_t s,
+                          std::uint32_t end) {
+    for (; s < end; ++s) add_links<Damped, 1, List>(own, seen, {of.list_of(s)}, {of.block_of(s)});
 }
 
 template <bool Damped>
 bool sweep(const SweepPlan& plan, const SweepArrays& a, std::int64_t begin, std::int64_t end,
            double farthest2) {
     const D d;
-    const hn::Rebind<std::int32_t, D> di;
     const double *const xs = a.x[0], *const ys = a.x[1], *const zs = a.x[2];
     const double *const bx = a.before[0], *const by = a.before[1], *const bz = a.before[2];
-    const double* const blocks = plan.blocks.data();
-    constexpr std::size_t kBlock = Damped ? 3 * kPack : 2 * kPack;
+    const Seen old_places{xs, ys, zs, bx, by, bz};
+    const Seen new_places{a.next[0], a.next[1], a.next[2], xs, ys, zs};
     const V farthest = hn::Set(d, farthest2), zero = hn::Zero(d);
     auto far_lanes = hn::Lt(zero, zero);
     for (std::int64_t pack = begin; pack < end; ++pack) {
-        const PackSlots slots = plan.packs[std::size_t(pack)];
+        const PackSlots of = plan.packs[std::size_t(pack)];
         for (int part = 0; part < kParts; ++part) {
             const std::int64_t i = (pack + 1) * kPack + part * kLanes;
             Lanes own;
@@ -99,35 +174,12 @@ bool sweep(const SweepPlan& plan, const SweepArrays& a, std::int64_t begin, std:
             own.sum_x = hn::Load(d, a.force[0] + i);
             own.sum_y = hn::Load(d, a.force[1] + i);
             own.sum_z = hn::Load(d, a.force[2] + i);
-            std::uint32_t s = slots.begin;
-            for (; s < slots.rows_end; ++s) {
-                const SweepSlot slot = plan.slots[s];
-                const std::int64_t j = i + slot.other;
-                const double* block = blocks + slot.block * kBlock + part * kLanes;
-                const V x = hn::LoadU(d, xs + j), y = hn::LoadU(d, ys + j),
-                        z = hn::LoadU(d, zs + j);
-                if constexpr (Damped)
-                    add_links<Damped>(own, x, y, z, hn::Sub(x, hn::LoadU(d, bx + j)),
-                                      hn::Sub(y, hn::LoadU(d, by + j)),
-                                      hn::Sub(z, hn::LoadU(d, bz + j)), block);
-                else
-                    add_links<Damped>(own, x, y, z, zero, zero, zero, block);
-            }
-            for (; s < slots.end; ++s) {
-                const SweepSlot slot = plan.slots[s];
-                const double* block = blocks + slot.block * kBlock + part * kLanes;
-                const auto j =
-                    hn::PromoteTo(hn::RebindToSigned<D>(),
-                                  hn::LoadU(di, plan.others.data() + slot.other + part * kLanes));
-                const V x = hn::GatherIndex(d, xs, j), y = hn::GatherIndex(d, ys, j),
-                        z = hn::GatherIndex(d, zs, j);
-                if constexpr (Damped)
-                    add_links<Damped>(own, x, y, z, hn::Sub(x, hn::GatherIndex(d, bx, j)),
-                                      hn::Sub(y, hn::GatherIndex(d, by, j)),
-                                      hn::Sub(z, hn::GatherIndex(d, bz, j)), block);
-                else
-                    add_links<Damped>(own, x, y, z, zero, zero, zero, block);
-            }
+            const Slots<Damped> slots{plan.slots.data(), plan.blocks.data() + part * kLanes,
+                                      plan.others.data() + part * kLanes, i};
+            add_rows(own, old_places, slots, of.begin, of.new_rows);
+            add_rows(own, new_places, slots, of.new_rows, of.rows_end);
+            add_lists(own, old_places, slots, of.rows_end, of.new_lists);
+            add_lists(own, new_places, slots, of.new_lists, of.end);
             const V keep = hn::Load(d, a.keep + i), push = hn::Load(d, a.push + i);
             const V mx = hn::MulAdd(push, own.sum_x, hn::Mul(keep, own.from_x));
             const V my = hn::MulAdd(push, own.sum_y, hn::Mul(keep, own.from_y));

@@ -18,6 +18,12 @@ double product_of(std::span<const Vec3d> a, std::span<const Vec3d> b) {
     return sum;
 }
 
+double longest_of(std::span<const Vec3d> moves) {
+    double longest = 0;
+    for (const Vec3d& move : moves) longest = std::max(longest, norm(move));
+    return longest;
+}
+
 }  // namespace
 
 void Tangent::renew(const SpringNetwork& network, const SpringState& state,
@@ -108,22 +114,26 @@ void Tangent::multiply(const SpringNetwork& network, std::span<const Vec3d> v, b
     multiply_cells(network, v, out);
 }
 
+/// To m_image.
+void Tangent::multiply_unknowns(const SpringNetwork& network, std::span<const Vec3d> v) {
+    m_image.resize(v.size());
+    multiply(network, v, true, m_image);
+    for (std::size_t n = 0; n < v.size(); ++n)
+        if (!m_moves[n]) m_image[n] = {0, 0, 0};
+}
+
+/// m_residual to m_scaled.
+void Tangent::precondition() {
+    m_scaled.resize(m_residual.size());
+    for (std::size_t n = 0; n < m_residual.size(); ++n)
+        m_scaled[n] = m_precondition[n] * m_residual[n];
+}
+
 std::int32_t Tangent::solve(const SpringNetwork& network, std::span<const Vec3d> right,
                             const SolveLimits& limits, std::vector<Vec3d>& v) {
     const std::size_t count = right.size();
     m_residual.resize(count);
-    m_direction.resize(count);
-    m_image.resize(count);
-    m_scaled.resize(count);
-    const auto precondition = [&] {
-        for (std::size_t n = 0; n < count; ++n) m_scaled[n] = m_precondition[n] * m_residual[n];
-    };
-    const auto multiply_unknowns = [&](std::span<const Vec3d> from) {
-        multiply(network, from, true, m_image);
-        for (std::size_t n = 0; n < count; ++n)
-            if (!m_moves[n]) m_image[n] = {0, 0, 0};
-    };
-    multiply_unknowns(v);
+    multiply_unknowns(network, v);
     double scale = 0;
     for (std::size_t n = 0; n < count; ++n) {
         m_residual[n] = m_moves[n] ? right[n] - m_image[n] : Vec3d{0, 0, 0};
@@ -136,21 +146,57 @@ std::int32_t Tangent::solve(const SpringNetwork& network, std::span<const Vec3d>
     double weight = product_of(m_residual, m_scaled);
     for (std::int32_t turn = 0; turn < limits.iterations; ++turn) {
         if (!(product_of(m_residual, m_residual) > enough)) return turn;
-        multiply_unknowns(m_direction);
+        multiply_unknowns(network, m_direction);
         const double curvature = product_of(m_direction, m_image);
         if (!(curvature > 0)) return turn;  // nothing holds what is left
-        const double step = weight / curvature;
-        for (std::size_t n = 0; n < count; ++n) {
-            v[n] = v[n] + step * m_direction[n];
-            m_residual[n] = m_residual[n] - step * m_image[n];
-        }
-        precondition();
-        const double last = weight;
-        weight = product_of(m_residual, m_scaled);
-        for (std::size_t n = 0; n < count; ++n)
-            m_direction[n] = m_scaled[n] + (weight / last) * m_direction[n];
+        go_on(v, weight / curvature, weight);
     }
     return limits.iterations + 1;
+}
+
+void Tangent::go_on(std::vector<Vec3d>& v, double step, double& weight) {
+    for (std::size_t n = 0; n < v.size(); ++n) {
+        v[n] = v[n] + step * m_direction[n];
+        m_residual[n] = m_residual[n] - step * m_image[n];
+    }
+    precondition();
+    const double last = weight;
+    weight = product_of(m_residual, m_scaled);
+    for (std::size_t n = 0; n < v.size(); ++n)
+        m_direction[n] = m_scaled[n] + (weight / last) * m_direction[n];
+}
+
+double Tangent::descend(const SpringNetwork& network, std::span<const Vec3d> force,
+                        const SolveLimits& limits, double radius, std::vector<Vec3d>& v) {
+    const auto cut_to_radius = [&] {
+        const double longest = longest_of(v);
+        if (longest > radius)
+            for (Vec3d& move : v) move = (radius / longest) * move;
+        return longest > radius;
+    };
+    v.assign(force.size(), {0, 0, 0});
+    m_residual.assign(force.begin(), force.end());
+    const double enough = limits.tolerance * limits.tolerance * product_of(m_residual, m_residual);
+    precondition();
+    m_direction = m_scaled;
+    double weight = product_of(m_residual, m_scaled);
+    for (std::int32_t turn = 0; turn < limits.iterations; ++turn) {
+        if (!(product_of(m_residual, m_residual) > enough)) break;
+        multiply_unknowns(network, m_direction);
+        const double curvature = product_of(m_direction, m_image);
+        if (!(curvature > 0)) {
+            // Downhill as far as is believed.
+            const double longest = longest_of(m_direction);
+            for (std::size_t n = 0; longest > 0 && n < v.size(); ++n)
+                v[n] = v[n] + (2 * radius / longest) * m_direction[n];
+            cut_to_radius();
+            break;
+        }
+        go_on(v, weight / curvature, weight);
+        if (cut_to_radius()) break;
+    }
+    multiply_unknowns(network, v);
+    return product_of(force, v) - 0.5 * product_of(v, m_image);
 }
 
 }  // namespace pliant

@@ -41,6 +41,11 @@ class Tangent {
     /// the matrix turns out not to be positive; v is then as good as it got
     std::int32_t solve(const SpringNetwork& network, std::span<const Vec3d> right,
                        const SolveLimits& limits, std::vector<Vec3d>& v);
+    /// The same from v = 0, to go downhill in energy with: where the matrix isn't positive, or a
+    /// node would go farther than the radius, v ends at the radius [Steihaug1983].
+    /// @returns what the energy loses by it if the matrix tells the truth
+    double descend(const SpringNetwork& network, std::span<const Vec3d> force,
+                   const SolveLimits& limits, double radius, std::vector<Vec3d>& v);
 
   private:
     struct Link {
@@ -48,6 +53,10 @@ class Tangent {
         double along, across;  ///< k − across, and across
         double damping;
     };
+    void multiply_unknowns(const SpringNetwork& network, std::span<const Vec3d> v);
+    void precondition();
+    /// One iteration of conjugate gradients. @param weight  of the residual, before and after
+    void go_on(std::vector<Vec3d>& v, double step, double& weight);
     void multiply_cells(const SpringNetwork& network, std::span<const Vec3d> v,
                         std::span<Vec3d> out) const;
     Vec3d product(const SpringNetwork& network, std::span<const Vec3d> v, std::int32_t node,

@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "springs/cell_volume.h"
+#include "springs/stability.h"
 #include "springs/tissue_impl.h"
 
 namespace pliant {
@@ -15,6 +16,43 @@ namespace {
 constexpr int kNewtonSteps = 300, kHalvings = 40;
 constexpr std::int32_t kSolveIterations = 20000;
 constexpr double kRounding = 4e-16;
+
+/// Of a common shift of nodes, while all others stay: of the links and cells that have ends in
+/// both.
+/// @param shifted  [node]
+Mat3d held_stiffness(const SpringNetwork& network, const SpringState& state,
+                     std::span<const std::int32_t> nodes, std::span<const std::uint8_t> shifted) {
+    const auto place = [&](std::int32_t n) { return state.place(n); };
+    const auto rest = [&](std::int32_t n) { return network.nodes()[std::size_t(n)].rest; };
+    Mat3d stiffness{};
+    for (const std::int32_t n : nodes) {
+        for (const auto& neighbour : network.neighbours(n)) {
+            if (shifted[std::size_t(neighbour.node)]) continue;
+            const SpringLink& link = network.links()[std::size_t(neighbour.link)];
+            const Vec3d r = place(n) - place(neighbour.node);
+            const double length = norm(r);
+            if (!(length > 0)) continue;
+            const double across = link.stiffness * (1 - link.rest_length / length);
+            add_outer(stiffness, (1 / length) * r, -(link.stiffness - across));
+            for (int c = 0; c < 3; ++c) stiffness.columns[c][c] -= across;
+        }
+        for (const std::int32_t c : network.cells_of(n)) {
+            const SpringCell& cell = network.cells()[std::size_t(c)];
+            if (cell.bulk == 0 || network.is_cell_cut(std::size_t(c))) continue;
+            const auto is_shifted = [&](int k) {
+                return shifted[std::size_t(cell.nodes[std::size_t(k)])] != 0;
+            };
+            int first = 0;
+            while (!is_shifted(first)) ++first;
+            if (cell.nodes[std::size_t(first)] != n) continue;  // once for each cell
+            Vec3d gradient{0, 0, 0};
+            for (int k = first; k < cell.node_count; ++k)
+                if (is_shifted(k)) gradient = gradient + volume_gradient(cell, k, place);
+            add_outer(stiffness, gradient, -cell.bulk / cell_volume(cell, rest));
+        }
+    }
+    return stiffness;
+}
 
 }  // namespace
 
@@ -56,6 +94,23 @@ Vec3d SpringTissue::momentum() const {
     return sum;
 }
 
+std::int64_t SpringTissue::folded_cells() const {
+    const SpringNetwork& network = m_impl->network;
+    const SpringState& state = m_impl->current();
+    const auto place = [&](std::int32_t n) { return state.place(n); };
+    const auto rest = [&](std::int32_t n) { return network.nodes()[std::size_t(n)].rest; };
+    std::int64_t folded = 0;
+    for (std::size_t c = 0; c < network.cells().size(); ++c) {
+        const SpringCell& cell = network.cells()[c];
+        if (network.is_cell_cut(c)) continue;
+        bool any = false;
+        for (int corner = 0; corner < cell.node_count; ++corner)
+            any |= corner_volume(cell, corner, place) * corner_volume(cell, corner, rest) <= 0;
+        folded += any;
+    }
+    return folded;
+}
+
 Status SpringTissue::find_equilibrium(double tolerance) {
     if (!(tolerance > 0 && tolerance < 1))
         return Error{ErrorCode::InvalidArgument,
@@ -81,6 +136,7 @@ Status SpringTissue::find_equilibrium(double tolerance) {
         for (const std::int32_t n : state.loaded) work += dot(state.load_of(n), state.place(n));
         return elastic_energy() - work;
     };
+    double radius = m_impl->farthest;  // that a node is believed to go in a step
     for (int turn = 0; turn < kNewtonSteps; ++turn) {
         double left = 0, scale = 0;
         for (std::size_t n = 0; n < count; ++n) {
@@ -95,21 +151,21 @@ Status SpringTissue::find_equilibrium(double tolerance) {
             for (int c = 0; c < 3; ++c) state.before[c] = state.x[c];
             return Ok{};
         }
-        std::fill(move.begin(), move.end(), Vec3d{0, 0, 0});
         m_impl->tangent.renew(network, state, m_impl->movable, TangentKind::Exact, 0, 0, 0);
         // Far away a rough direction does; near by the error falls with its square.
         const double accuracy = std::clamp(left / scale, 1e-12, 1e-2);
-        m_impl->tangent.solve(network, force, {accuracy * 1e-2, kSolveIterations}, move);
         for (std::size_t n = 0; n < count; ++n) start[n] = state.place(std::int32_t(n));
         const double before = potential();
-        double slope = 0;
-        for (std::size_t n = 0; n < count; ++n) slope += dot(force[n], move[n]);
-        double part = 1;
-        for (int halving = 0; halving < kHalvings; ++halving, part /= 2) {
+        for (int halving = 0; halving < kHalvings; ++halving, radius /= 4) {
+            const double expected = m_impl->tangent.descend(
+                network, force, {accuracy * 1e-2, kSolveIterations}, radius, move);
             for (std::size_t n = 0; n < count; ++n)
-                if (m_impl->movable[n]) state.put(std::int32_t(n), start[n] + part * move[n]);
+                if (m_impl->movable[n]) state.put(std::int32_t(n), start[n] + move[n]);
             // Rounding hides the last steps' gain.
-            if (potential() <= before - 1e-4 * part * slope + 1e-13 * std::abs(before)) break;
+            const double gained = before - potential();
+            if (gained < 1e-4 * expected - 1e-13 * std::abs(before)) continue;
+            if (gained > 0.7 * expected) radius = std::min(2 * radius, m_impl->farthest);
+            break;
         }
     }
     return Error{
@@ -131,17 +187,21 @@ Result<SpringReaction> SpringTissue::reaction(std::span<const std::int32_t> node
     SpringReaction reaction;
     for (const std::int32_t n : nodes)
         reaction.force = reaction.force + inner_force(network, state, n, m_impl->time_step, false);
+    if (law == ReactionLaw::Held) {
+        m_impl->movable.assign(std::size_t(network.node_count()), 0);
+        for (const std::int32_t n : nodes) m_impl->movable[std::size_t(n)] = 1;
+        reaction.stiffness = held_stiffness(network, state, nodes, m_impl->movable);
+        return reaction;
+    }
     m_impl->find_movable();
     for (const std::int32_t n : nodes) m_impl->movable[std::size_t(n)] = 0;
-    const auto kind = law == ReactionLaw::Relaxed ? TangentKind::Positive : TangentKind::Exact;
-    m_impl->tangent.renew(network, state, m_impl->movable, kind, 0, 0, 0);
+    m_impl->tangent.renew(network, state, m_impl->movable, TangentKind::Positive, 0, 0, 0);
     std::vector<Vec3d> shift(m_impl->movable.size()), image(shift.size());
     const std::vector<Vec3d> none(shift.size(), {0, 0, 0});
     for (int c = 0; c < 3; ++c) {
         std::fill(shift.begin(), shift.end(), Vec3d{0, 0, 0});
         for (const std::int32_t n : nodes) shift[std::size_t(n)][c] = 1;
-        if (law == ReactionLaw::Relaxed)
-            m_impl->tangent.solve(network, none, {1e-10, kSolveIterations}, shift);
+        m_impl->tangent.solve(network, none, {1e-10, kSolveIterations}, shift);
         m_impl->tangent.multiply(network, shift, false, image);
         for (const std::int32_t n : nodes)
             reaction.stiffness.columns[c] = reaction.stiffness.columns[c] - image[std::size_t(n)];

@@ -44,9 +44,9 @@ class Transmittal {
     void renew_contact(const SpringNetwork& network, const SpringState& state);
     void set_node(const SpringNetwork& network, const SpringState& state, std::size_t local);
     Kept& find_plan(const SpringNetwork& network, std::int32_t depth, bool everything);
-    bool sweep_group(const SweepGroup& group, const TaskArena& arena, double farthest);
+    bool sweep_packs(std::int32_t begin_pack, std::int32_t end_pack, const TaskArena& arena,
+                     double farthest);
     void add_volume_forces(std::size_t group, const TaskArena& arena);
-    bool sweep_in_order(double farthest);
     SweepArrays arrays();
 
     SpringSettings m_settings;

@@ -13,18 +13,13 @@
 #include <numbers>
 
 #include "mesh/triangle_distance.h"
+#include "support/made.h"
 #include "support/random.h"
 
 namespace pliant::test {
 namespace {
 
 using std::numbers::pi;
-
-template <class T>
-T made(Result<T> result) {
-    EXPECT_TRUE(result.ok()) << (result.ok() ? "" : result.error().message);
-    return std::move(result).value();
-}
 
 /// Straight, a third of a circle of radius 25, straight again; inner radius 4.
 std::vector<CentrePoint> bent_way() {

@@ -83,6 +83,46 @@ TEST(SpringDeformation, TheToolCarriesTheMaterialUnderItAndNothingFarAwayMoves) 
     }
 }
 
+TEST(SpringDeformation, ThinBoneStaysWhereItIsThoughItsCellsAreMostlySoft) {
+    const TaskArena arena(2);
+    Volume volume = block(2);
+    std::vector<std::int16_t> voxels;
+    std::vector<Vec3i> plate;
+    for (int k = 0; k < 33; ++k)
+        for (int j = 0; j < 37; ++j)
+            for (int i = 0; i < 41; ++i) {
+                const bool is_bone = i == 26 && k > 10 && k < 26;
+                voxels.push_back(is_bone ? 900 : 30);
+                if (is_bone) plate.push_back({i, j, k});
+            }
+    volume.voxels = voxels;
+    double moved[2] = {0, 0};
+    for (const bool by_cells : {false, true}) {
+        const auto tissue = make(volume, arena, {.cell_mm = 4, .fixed_share = by_cells ? 0.05 : 1});
+        const auto place = [&](Vec3i p) {
+            return tissue->control().find(
+                world_from_voxel(volume.grid, {double(p.x), double(p.y), double(p.z)}));
+        };
+        std::vector<ControlPlace> before;
+        for (const Vec3i p : plate) before.push_back(*place(p));
+        const auto report = tissue->push(
+            1, {.point_mm = middle_mm(volume), .push_mm = volume.grid.direction * Vec3d{2, 0, 0}});
+        ASSERT_TRUE(report.ok());
+        EXPECT_EQ(report->status, PushStatus::Applied);
+        settle(*tissue);
+        for (std::size_t n = 0; n < plate.size(); ++n) {
+            const auto now = place(plate[n]);
+            ASSERT_TRUE(now.has_value());
+            if (now->nodes == before[n].nodes)
+                moved[by_cells] = std::max(moved[by_cells], norm(now->at - before[n].at));
+            else
+                moved[by_cells] = 1;
+        }
+    }
+    EXPECT_GT(moved[0], 0.1);
+    EXPECT_LT(moved[1], 1e-9);
+}
+
 TEST(SpringDeformation, ComesToRestWhereNewtonsMethodDoes) {
     const TaskArena arena(2);
     const Volume volume = block(1);

@@ -8,8 +8,10 @@
 #include <pliant/springs.h>
 #include <pliant/springs_builders.h>
 
+#include <algorithm>
 #include <utility>
 
+#include "springs/cell_volume.h"
 #include "support/random.h"
 
 namespace pliant::test {
@@ -77,6 +79,23 @@ struct PlainStepper {
             const Vec3d v = (1 / h) * ((x[n] - before[n]) - (seen[j] - seen_before[j]));
             force = force -
                     (link.stiffness * (norm(r) - link.rest_length) + link.damping * dot(v, u)) * u;
+        }
+        for (const SpringCell& cell : network.cells()) {
+            const auto end = cell.nodes.begin() + cell.node_count;
+            if (cell.bulk == 0 || std::find(cell.nodes.begin(), end, i) == end) continue;
+            const double rest = cell_volume(
+                cell, [&](std::int32_t k) { return network.nodes()[std::size_t(k)].rest; });
+            const auto volume_at = [&](Vec3d here) {
+                return cell_volume(
+                    cell, [&](std::int32_t k) { return k == i ? here : seen[std::size_t(k)]; });
+            };
+            // It is linear in each coordinate of a corner, so differences are its gradient.
+            const double pressure = cell.bulk * (volume_at(x[n]) / rest - 1);
+            for (int c = 0; c < 3; ++c) {
+                Vec3d step{0, 0, 0};
+                step[c] = 0.25;
+                force[c] -= pressure * (volume_at(x[n] + step) - volume_at(x[n] - step)) / 0.5;
+            }
         }
         const double m = network.nodes()[n].mass, d = network.nodes()[n].damping;
         return (1 / (m / (h * h) + d / (2 * h))) *

@@ -232,13 +232,23 @@ TEST(Networks, AScanGivesPlacesStiffnessAndFixedNodes) {
                 if (i < 3) values[voxel_index(volume.grid, {i, j, k})] = -1000;
             }
     volume.voxels = values;
-    const SpringScan scan{.size = {5, 5, 5}, .fixed_border = false};
+    const SpringScan scan{.size = {5, 5, 5}, .fixed_share = 1, .fixed_border = false};
     auto parts = springs_of_scan(volume, scan);
     ASSERT_TRUE(parts.ok());
+    // Bone is in two of five voxels along i of the cells from node 2 to 3, three of those to 4.
+    const auto with_share = [&](double share) {
+        return springs_of_scan(volume,
+                               {.size = {5, 5, 5}, .fixed_share = share, .fixed_border = false});
+    };
+    const auto two_fifths = with_share(0.39), three_fifths = with_share(0.41);
+    ASSERT_TRUE(two_fifths.ok() && three_fifths.ok());
+    EXPECT_FALSE(with_share(-0.1).ok());
     const Grid nodes{.size = {5, 5, 5}};
     for (int i = 0; i < 5; ++i) {
         const SpringNode& node = parts->nodes[voxel_index(nodes, {i, 2, 2})];
         EXPECT_EQ(node.fixed, i == 3) << i;
+        EXPECT_EQ(two_fifths->nodes[voxel_index(nodes, {i, 2, 2})].fixed, i >= 2) << i;
+        EXPECT_EQ(three_fifths->nodes[voxel_index(nodes, {i, 2, 2})].fixed, i >= 3) << i;
         EXPECT_NEAR(norm(node.rest - world_from_voxel(volume.grid, {5.0 * i, 10, 10})), 0, 1e-12);
     }
     const auto network = SpringNetwork::create(*parts);

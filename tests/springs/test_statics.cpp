@@ -88,6 +88,56 @@ TEST(Statics, NoForceIsLeftAtALargeEquilibrium) {
     }
 }
 
+/// The cube of the paper's Table 2, pressed or drawn at four nodes of its top.
+SpringTissue loaded_cube(double newton_each) {
+    const double edge = 0.1 / 9;
+    auto parts = springs_of_lattice(
+        {.size = {10, 10, 10}, .spacing = {edge, edge, edge}, .stiffness = {2575, 2575, 2575}});
+    for (SpringNode& node : parts->nodes) node.fixed = node.rest.z == 0;
+    auto tissue = SpringTissue::create(*SpringNetwork::create(std::move(*parts)),
+                                       {.solver = SpringSolver::Explicit});
+    const std::array nodes{944, 945, 954, 955};
+    std::array<Vec3d, 4> forces;
+    forces.fill({0, 0, newton_each});
+    EXPECT_TRUE(tissue->load(nodes, forces).ok());
+    return std::move(*tissue);
+}
+
+TEST(Statics, WhereALatticeSnapsThroughThereIsAnEquilibriumBehindItAndFoldedCellsTell) {
+    for (const double newton : {-80.0, -40.0, -35.0, 80.0}) {
+        SCOPED_TRACE(newton);
+        SpringTissue tissue = loaded_cube(newton);
+        const Status status = tissue.find_equilibrium(1e-7);
+        ASSERT_TRUE(status.ok()) << status.error().message;
+        EXPECT_EQ(tissue.folded_cells(), newton < -35 ? 9 : 0);
+        std::vector<Vec3d> places;
+        for (std::int32_t n = 0; n < 1000; ++n) {
+            places.push_back(tissue.position(n));
+            const bool loaded = n == 944 || n == 945 || n == 954 || n == 955;
+            const auto reaction = tissue.reaction(std::array{n}, ReactionLaw::Held);
+            if (n >= 100) {
+                EXPECT_LT(norm(reaction->force + Vec3d{0, 0, loaded ? newton : 0}), 1e-5);
+            }
+        }
+        // It holds: whatever moves by a little takes energy.
+        const auto potential = [&] {
+            double work = 0;
+            for (const std::int32_t n : {944, 945, 954, 955})
+                work += newton * tissue.displacement(n).z;
+            return tissue.elastic_energy() - work;
+        };
+        const double least = potential();
+        Random random(5);
+        for (int turn = 0; turn < 20; ++turn) {
+            for (std::int32_t n = 100; n < 1000; ++n) {
+                const Vec3d off = places[std::size_t(n)] + random.vector(1e-4);
+                ASSERT_TRUE(tissue.set_state(n, off, {0, 0, 0}).ok());
+            }
+            EXPECT_GT(potential(), least) << turn;
+        }
+    }
+}
+
 /// Lateral over axial strain of a block that is drawn out by its ends, in the linear range.
 double poisson_ratio(double bulk, double shared) {
     auto parts = springs_of_lattice(

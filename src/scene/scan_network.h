@@ -1,0 +1,23 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// The control lattice and the network that a scan and its settings make.
+
+#pragma once
+
+#include <pliant/spring_deformation.h>
+
+#include <string>
+
+namespace pliant {
+
+Status check_settings(const SpringDeformationSettings& settings);
+/// Cells of whole voxels, as many as fit into the region, in its middle.
+Result<ControlGrid> control_grid(const Volume& volume, const SpringDeformationSettings& settings);
+Result<SpringTissue> tissue_of(const Volume& volume, const ControlGrid& grid,
+                               const SpringDeformationSettings& settings);
+
+/// A number with two digits after the point, as messages show it.
+std::string hundredths(double number);
+
+}  // namespace pliant

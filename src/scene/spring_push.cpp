@@ -1,0 +1,191 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// Tools that take hold of a scan's control nodes, and take them along.
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <string>
+
+#include "core/errors.h"
+#include "scene/scan_network.h"
+#include "scene/spring_deformation_impl.h"
+#include "springs/cell_volume.h"
+
+namespace pliant {
+namespace {
+
+/// A push goes on by so much of a cell's edge at a time, with two steps each.
+constexpr double kStrideShare = 0.05;
+constexpr int kStepsPerStride = 2;
+/// A push stops where a corner of a cell has less than this left of its volume.
+constexpr double kFoldShare = 0.15;
+constexpr double kMaxPush_mm = 500;
+
+std::string text_of(Vec3d v) {
+    return hundredths(v.x) + "," + hundredths(v.y) + "," + hundredths(v.z);
+}
+
+}  // namespace
+
+std::vector<std::int32_t> SpringDeformation::Impl::nodes_at(const Push& push,
+                                                            const ControlPlace& place) const {
+    std::vector<std::int32_t> nodes;
+    const double radius = push.sphere_radius_mm;
+    if (radius > 0)
+        for (std::int32_t n = 0; n < control->node_count(); ++n)
+            if (norm(tissue.position(n) - push.point_mm) <= radius) nodes.push_back(n);
+    // A small sphere lies between the nodes.
+    if (nodes.empty()) nodes.assign(place.nodes.begin(), place.nodes.end());
+    std::erase_if(nodes, [&](std::int32_t n) { return is_fixed(n); });
+    return nodes;
+}
+
+void SpringDeformation::Impl::grab(std::uint32_t tool, std::vector<std::int32_t> nodes) {
+    std::sort(nodes.begin(), nodes.end());
+    const auto is_taken = [&](std::int32_t n) {
+        return std::binary_search(nodes.begin(), nodes.end(), n);
+    };
+    if (const auto found = tools.find(tool); found != tools.end()) {
+        former.insert(former.end(), found->second.begin(), found->second.end());
+        tools.erase(found);
+    }
+    for (auto& [other, theirs] : tools) std::erase_if(theirs, is_taken);
+    std::erase_if(tools, [](const auto& entry) { return entry.second.empty(); });
+    if (!nodes.empty()) tools[tool] = std::move(nodes);
+    renew_sources();
+}
+
+/// Tells the tissue what is held, and that what was let go can still move.
+void SpringDeformation::Impl::renew_sources() {
+    held.clear();
+    for (const auto& [tool, nodes] : tools) held.insert(held.end(), nodes.begin(), nodes.end());
+    std::sort(held.begin(), held.end());
+    std::sort(former.begin(), former.end());
+    former.erase(std::unique(former.begin(), former.end()), former.end());
+    std::vector<std::int32_t> loose;
+    std::set_difference(former.begin(), former.end(), held.begin(), held.end(),
+                        std::back_inserter(loose));
+    const std::vector<Vec3d> no_forces(loose.size(), Vec3d{0, 0, 0});
+    (void)tissue.load(loose, no_forces);
+    (void)tissue.hold(held);
+}
+
+bool SpringDeformation::Impl::stride(std::span<const std::int32_t> nodes, Vec3d shift) {
+    std::vector<Vec3d> places;
+    for (const std::int32_t n : held) {
+        const bool moves = std::binary_search(nodes.begin(), nodes.end(), n);
+        places.push_back(moves ? tissue.position(n) + shift : tissue.position(n));
+    }
+    (void)tissue.move_held(places);
+    return tissue.step(kStepsPerStride, control->arena()).ok();
+}
+
+/// ControlLattice::folds of the tissue as it is now, but looking only at cells one of whose edges
+/// has changed by much: edges that all changed by less than a fifth leave a corner
+/// (1 − √3/5)³ = 0.28 of its volume at least.
+bool SpringDeformation::Impl::folds() {
+    constexpr double kMuch = 0.2;
+    static_assert(kFoldShare < 0.28);
+    const Vec3i size = control->grid().size;
+    const std::int32_t steps[3] = {1, size.x, size.x * size.y};
+    const auto& nodes = tissue.network().nodes();
+    const auto at = [&](std::int32_t n) { return node_places[std::size_t(n)]; };
+    const auto rest = [&](std::int32_t n) { return nodes[std::size_t(n)].rest; };
+    double shortest = norm(rest(steps[0]) - rest(0));
+    for (const std::int32_t step : steps) shortest = std::min(shortest, norm(rest(step) - rest(0)));
+    const double much2 = (kMuch * shortest) * (kMuch * shortest);
+    node_places.resize(nodes.size());
+    node_moves.resize(nodes.size());
+    stretched.assign(nodes.size(), 0);
+    for (std::size_t n = 0; n < nodes.size(); ++n) {
+        node_places[n] = tissue.position(std::int32_t(n));
+        node_moves[n] = node_places[n] - nodes[n].rest;
+    }
+    for (int a = 0; a < 3; ++a)
+        for (std::int32_t n = 0; n < std::int32_t(nodes.size()); ++n) {
+            const std::int32_t other = n + steps[a];
+            if (n / steps[a] % size[a] + 1 == size[a]) continue;
+            const Vec3d change = node_moves[std::size_t(other)] - node_moves[std::size_t(n)];
+            if (dot(change, change) <= much2) continue;
+            stretched[std::size_t(n)] = stretched[std::size_t(other)] = 1;
+        }
+    for (const SpringCell& cell : tissue.network().cells()) {
+        if (std::none_of(cell.nodes.begin(), cell.nodes.end(),
+                         [&](std::int32_t n) { return stretched[std::size_t(n)] != 0; }))
+            continue;
+        for (int corner = 0; corner < cell.node_count; ++corner)
+            if (corner_volume(cell, corner, at) / corner_volume(cell, corner, rest) <= kFoldShare)
+                return true;
+    }
+    return false;
+}
+
+Result<PushReport> SpringDeformation::push(std::uint32_t tool, const Push& push) {
+    Impl& m = *m_impl;
+    const auto start = std::chrono::steady_clock::now();
+    const double length = norm(push.push_mm);
+    if (!(length <= kMaxPush_mm))
+        return invalid("push: expected three numbers and a length up to 500 mm, found " +
+                       text_of(push.push_mm));
+    if (!(push.sphere_radius_mm >= 0 && push.sphere_radius_mm <= kMaxPush_mm))
+        return invalid("push: expected a sphere radius of 0 to 500 mm");
+    m.show();
+    const auto place = is_finite(push.point_mm) ? m.control->find(push.point_mm) : std::nullopt;
+    if (!place)
+        return invalid("push: expected a point inside of the control lattice, found " +
+                       text_of(push.point_mm));
+    PushReport report;
+    m.grab(tool, m.nodes_at(push, *place));
+    const auto found = m.tools.find(tool);
+    if (found == m.tools.end()) {
+        report.limited_by = LimitedBy::Bone;
+        report.message = "every control node there is fixed";
+        return report;
+    }
+    const std::vector<std::int32_t> nodes = found->second;
+    report.grabbed_elements = std::int64_t(nodes.size());
+    m.settled = false;
+    const Vec3d cell = m.control->node_mm(0) - m.control->node_mm(1);
+    const int strides = std::max(1, int(std::ceil(length / (kStrideShare * norm(cell)))));
+    int done = 0;
+    bool folded = m.folds();
+    for (; done < strides; ++done) {
+        const std::vector<Vec3d> before = m.node_places;
+        const bool went = m.stride(nodes, (1.0 / strides) * push.push_mm);
+        const bool folds = went && m.folds();
+        if (went && (folded || !folds)) {
+            folded = folds;
+            continue;
+        }
+        m.put(before);
+        break;
+    }
+    m.is_shown = false;
+    report.step_fraction = double(done) / strides;
+    report.status = done == strides ? PushStatus::Applied
+                    : done > 0      ? PushStatus::Limited
+                                    : PushStatus::Rejected;
+    if (done < strides) {
+        report.limited_by = LimitedBy::Movement;
+        report.message = "a control cell would fold; larger cells go farther";
+    }
+    report.solve_ms =
+        std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+    return report;
+}
+
+void SpringDeformation::let_go(std::uint32_t tool) {
+    if (!m_impl->tools.contains(tool)) return;
+    m_impl->grab(tool, {});
+    m_impl->settled = false;
+}
+bool SpringDeformation::is_held() const {
+    return !m_impl->held.empty();
+}
+bool SpringDeformation::holds(std::uint32_t tool) const {
+    return m_impl->tools.contains(tool);
+}
+
+}  // namespace pliant
