@@ -15,10 +15,10 @@
 namespace pliant {
 namespace {
 
-constexpr double kMetres = 1e-3;
+constexpr double kMetresPerMm = 1e-3;
 
 double energy_of(double mass_kg, Vec3d velocity_mm_s) {
-    return 0.5 * mass_kg * kMetres * kMetres * dot(velocity_mm_s, velocity_mm_s);
+    return 0.5 * mass_kg * kMetresPerMm * kMetresPerMm * dot(velocity_mm_s, velocity_mm_s);
 }
 
 }  // namespace
@@ -47,7 +47,7 @@ Vec3d VirtualDevice::hand_force_n() const {
     const VirtualHand& hand = m_settings.hand;
     const double phase = 2 * std::numbers::pi * hand.frequency_hz * m_time_s;
     return hand.steady_n + std::sin(phase) * hand.sine_n +
-           (kMetres * hand.stiffness_n_m) * (hand.target_mm - m_position_mm);
+           (kMetresPerMm * hand.stiffness_n_m) * (hand.target_mm - m_position_mm);
 }
 
 double VirtualDevice::kinetic_j() const {
@@ -57,8 +57,8 @@ double VirtualDevice::kinetic_j() const {
 void VirtualDevice::kick(Vec3d servo_n, double seconds) {
     const Vec3d hand_n = hand_force_n();
     const Vec3d before = m_velocity_mm_s;
-    m_velocity_mm_s = before + (seconds / (m_settings.mass_kg * kMetres)) * (servo_n + hand_n);
-    const Vec3d way_m = (0.5 * kMetres * seconds) * (before + m_velocity_mm_s);
+    m_velocity_mm_s = before + (seconds / (m_settings.mass_kg * kMetresPerMm)) * (servo_n + hand_n);
+    const Vec3d way_m = (0.5 * kMetresPerMm * seconds) * (before + m_velocity_mm_s);
     m_work_of_servo_j += dot(servo_n, way_m);
     m_work_of_hand_j += dot(hand_n, way_m);
 }
@@ -75,7 +75,7 @@ void VirtualDevice::rub(double seconds) {
     const double speed = norm(m_velocity_mm_s);
     if (m_settings.coulomb_n > 0 && speed > 0) {
         const double before = kinetic_j();
-        const double slower = m_settings.coulomb_n * seconds / (m_settings.mass_kg * kMetres);
+        const double slower = m_settings.coulomb_n * seconds / (m_settings.mass_kg * kMetresPerMm);
         m_velocity_mm_s = std::max(0.0, 1 - slower / speed) * m_velocity_mm_s;
         m_lost_j += before - kinetic_j();
     }

@@ -23,7 +23,7 @@ using test::Random;
 constexpr std::int64_t kPeriod_ns = 1'000'000;
 
 /// A flat surface at z = 0, free above, with a stiffness that is the same in all directions.
-HapticModel flat(double stiffness_n_m, std::int64_t number = 1) {
+HapticModel flat_wall(double stiffness_n_m, std::int64_t number = 1) {
     HapticModel model;
     model.number = number;
     model.plane_count = 1;
@@ -128,20 +128,20 @@ TEST(CheckedModel, NamesWhatIsWrong) {
         const auto checked = checked_model(model, 1000);
         return checked.ok() ? std::string() : checked.error().message;
     };
-    EXPECT_EQ(message_of(flat(100)), "");
-    HapticModel model = flat(100);
+    EXPECT_EQ(message_of(flat_wall(100)), "");
+    HapticModel model = flat_wall(100);
     model.planes[0].normal = {0, 0, 0};
     EXPECT_EQ(message_of(model),
               "haptic model: plane 0: expected a place and a normal with a length");
-    model = flat(100);
+    model = flat_wall(100);
     model.plane_count = 9;
     EXPECT_EQ(message_of(model), "haptic model: expected 0 to 8 planes, found 9");
-    model = flat(std::numeric_limits<double>::quiet_NaN());
+    model = flat_wall(std::numeric_limits<double>::quiet_NaN());
     EXPECT_EQ(message_of(model), "haptic model: stiffness_n_m: expected numbers");
-    model = flat(100);
+    model = flat_wall(100);
     model.friction = -1;
     EXPECT_EQ(message_of(model), "haptic model: friction: expected 0 or more, found -1.000000");
-    model = flat(5000);
+    model = flat_wall(5000);
     model.planes[0].normal = {0, 0, 4};
     const auto checked = checked_model(model, 1000);
     ASSERT_TRUE(checked.ok());
@@ -163,7 +163,7 @@ TEST(HapticSettings, NameTheOneThatIsOutOfRange) {
 
 TEST(Law, IsZeroOutsideAndLinearInDepthBeyondTheSurface) {
     Player player({});
-    const HapticModel model = flat(500);
+    const HapticModel model = flat_wall(500);
     EXPECT_EQ(player.step({0, 0, 1}, &model), (Vec3d{0, 0, 0}));
     for (int k = 0; k < 20; ++k) {
         const double depth = 0.05 * k;
@@ -179,7 +179,7 @@ TEST(Law, IsZeroOutsideAndLinearInDepthBeyondTheSurface) {
 TEST(Law, BeginsAtZeroAndNeverPulls) {
     // The solution knew a force of 1 N at a depth of 2 mm, and a small stiffness there: its
     // straight line doesn't vanish at the surface.
-    HapticModel model = flat(100);
+    HapticModel model = flat_wall(100);
     model.depth_mm = {0, 0, 2};
     model.force_n = {0, 0, 1};
     HapticSettings settings;
@@ -216,7 +216,7 @@ TEST(Law, GripPullsBothWays) {
 }
 
 TEST(Friction, HoldsUpToItsConeAndThenSlides) {
-    HapticModel model = flat(500);
+    HapticModel model = flat_wall(500);
     model.friction = 0.4;
     Player player({});
     player.step({0, 0, 0.01}, &model);
@@ -236,7 +236,7 @@ TEST(Friction, StaysInItsConeOnRandomWaysOverRandomGeometry) {
     for (std::uint64_t seed = 1; seed <= 50; ++seed) {
         SCOPED_TRACE("seed " + std::to_string(seed));
         Random random(seed);
-        HapticModel model = flat(400);
+        HapticModel model = flat_wall(400);
         model.friction = random.real(0, 1);
         model.plane_count = random.whole(1, 6);
         for (int k = 1; k < model.plane_count; ++k) {
@@ -270,7 +270,7 @@ TEST(Limits, BoundForceAndItsRate) {
     settings.max_force_n = 0.5;
     settings.max_force_rate_n_s = 100;
     Player player(settings);
-    const HapticModel model = flat(600);
+    const HapticModel model = flat_wall(600);
     player.step({0, 0, 0.5}, &model);
     double last = 0;
     std::uint32_t seen = 0;
@@ -289,7 +289,7 @@ TEST(Limits, BoundForceAndItsRate) {
 TEST(SafeStop, GoesToZeroWithoutAJumpAndComesBack) {
     HapticSettings settings;
     Player player(settings);
-    HapticModel model = flat(600);
+    HapticModel model = flat_wall(600);
     player.step({0, 0, 0}, &model);
     double last = 0;
     for (int k = 1; k <= 100; ++k) last = player.step({0, 0, -1}).z;
@@ -324,13 +324,13 @@ TEST(Blending, ANewModelMakesNoJump) {
         SCOPED_TRACE("seed " + std::to_string(seed));
         Random random(seed);
         Player player({});
-        HapticModel model = flat(300);
+        HapticModel model = flat_wall(300);
         player.step({0, 0, 0.2}, &model);
         Vec3d last = player.step({0, 0, -1});
         for (int k = 1; k < 300; ++k) {
             const bool is_new = k % 30 == 0;
             if (is_new) {  // the surface comes or goes, tilts, and is another tissue
-                model = flat(random.real(50, 600), model.number + 1);
+                model = flat_wall(random.real(50, 600), model.number + 1);
                 model.planes[0].point_mm.z = random.real(-2, 1);
                 model.planes[0].normal = normalized(Vec3d{0, 0, 1} + random.vector(0.3));
                 model = *checked_model(model, 600);
@@ -349,7 +349,7 @@ TEST(Workspace, PowerAtTheDeviceIsPowerInTheSceneTimesTheScales) {
     settings.workspace = {random.rotation(false), 0.25, {10, 20, 30}, 2};
     const HapticWorkspace& w = settings.workspace;
     Player player(settings);
-    HapticModel model = flat(1);
+    HapticModel model = flat_wall(1);
     model.planes[0].point_mm = w.origin_mm;
     model = *checked_model(model, 1e4);
     for (int c = 0; c < 3; ++c) model.stiffness_n_m.columns[c][c] = 900;
@@ -400,7 +400,7 @@ TEST(Replay, OfWhatWasReadGivesTheSameBits) {
     run_haptics(
         device, run, 3000,
         [](Vec3d x) {
-            HapticModel model = flat(700);
+            HapticModel model = flat_wall(700);
             model.friction = 0.3;
             model.planes[0].normal = normalized(Vec3d{0.1 * std::sin(x.x), 0, 1});
             return *checked_model(model, 800);

@@ -20,7 +20,7 @@
 namespace pliant::test {
 namespace {
 
-constexpr double pi = std::numbers::pi;
+using std::numbers::pi;
 
 /// A ring of length 1 in the plane z = 0, EI = GJ = 1, cut at (R, 0, 0) and joined again after its
 /// end has been turned by `twist`; held there, where a ring may be held as it may lie anywhere.
