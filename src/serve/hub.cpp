@@ -121,7 +121,6 @@ void Hub::step() {
     take_events();
     carry_out_commands();
     relax();
-    const Clock::time_point relaxed = Clock::now();
     resample();
     begin_overlays();
     checkpoint();
@@ -135,9 +134,6 @@ void Hub::step() {
     m_overlay_ms = 0;
     for (Client& client : m_clients) publish(client);
     rest_overlays();
-    // Up at once and down slowly: a step that takes too long is late for everybody.
-    const double rest_ms = ms_between(relaxed, Clock::now());
-    if (m_moved && !m_only_moves) m_rest_ms = std::max(rest_ms, 0.9 * m_rest_ms + 0.1 * rest_ms);
 }
 
 // Events.
@@ -414,21 +410,17 @@ void Hub::relax() {
     const double passed_ms = m_was_moving ? ms_between(m_relaxed_at, m_now) : each_ms;
     m_owed_ms = std::min(m_owed_ms + passed_ms, std::max(each_ms, kMostOwedMs));
     m_relaxed_at = m_now;
-    // If it couldn't, every other step is its own, and shows nothing: half as many pictures rather
-    // than tissue in slow motion. And it gets what the rest of a step leaves idle anyway.
-    m_only_moves = each_ms > 0 && m_is_behind && !m_is_unshown;
-    const double idle_ms = std::chrono::duration<double, std::milli>(m_period).count() - kSpareMs -
-                           (m_only_moves ? 0 : m_rest_ms);
-    const double least_ms = std::chrono::duration<double, std::milli>(kRelaxTime).count();
-    const double most_ms = each_ms > 0 ? std::max(least_ms, idle_ms) : least_ms;
+    // It gets what it needs for that, commands and pictures or not: fewer pictures rather than
+    // tissue in slow motion. One that knows no time takes what commands have left.
+    const Clock::time_point begin = each_ms > 0 ? Clock::now() : m_now;
+    const std::chrono::milliseconds most = each_ms > 0 ? kMotionTime : kRelaxTime;
     int sweeps = 0;
-    while (m_scene->wants_sweep() && (sweeps == 0 || ms_between(m_now, Clock::now()) < most_ms)) {
+    while (m_scene->wants_sweep() && (sweeps == 0 || Clock::now() - begin < most)) {
         if (m_owed_ms < each_ms) break;
         m_owed_ms -= each_ms;
         m_solve_ms += m_scene->sweep();
         ++sweeps;
     }
-    m_is_behind = m_scene->wants_sweep() && m_owed_ms >= each_ms;
     measure_updates(sweeps, each_ms, passed_ms);
     if (sweeps == 0) return;
     m_worked = m_moved = true;
@@ -452,9 +444,7 @@ void Hub::measure_updates(int sweeps, double each_ms, double passed_ms) {
 }
 
 void Hub::resample() {
-    m_is_unshown |= m_moved;
-    if (!m_is_unshown || m_only_moves) return;
-    m_is_unshown = false;
+    if (!m_moved) return;
     m_checksums.reset();  // a cut that nothing opens changes the tissue, and no voxel
     const LiveUpdate update = m_scene->update();
     if (update.boxes.empty()) return;

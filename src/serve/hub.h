@@ -191,10 +191,6 @@ class Hub {
     bool m_worked = false;
     bool m_was_moving = false;  ///< by itself, of a model that knows time
     double m_owed_ms = 0;       ///< that the model is behind
-    double m_rest_ms = 0;       ///< of a step in which something was shown, after relaxation
-    bool m_is_behind = false;   ///< that more of it was due in the last step than was done
-    bool m_only_moves = false;  ///< this step, and nothing is shown
-    bool m_is_unshown = false;  ///< what has moved
     Clock::time_point m_relaxed_at{};
     double m_window_ms = 0, m_window_sweeps_ms = 0;  ///< for update_hz
     std::vector<Done> m_outcomes;                    ///< of this step

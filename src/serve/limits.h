@@ -54,8 +54,8 @@ inline constexpr double kTransferBytesPerSecond = 64 * 1024;
 // Work in one step of the scene.
 inline constexpr std::chrono::milliseconds kCommandTime{25};
 inline constexpr std::chrono::milliseconds kRelaxTime{10};
-inline constexpr double kSpareMs = 3;      ///< left of a step by a tissue that has its own pace
-inline constexpr double kMostOwedMs = 50;  ///< of the tissue's time; more is given up
+inline constexpr std::chrono::milliseconds kMotionTime{40};  ///< of a tissue that has its own pace
+inline constexpr double kMostOwedMs = 100;  ///< of that tissue's time; more is given up
 inline constexpr std::chrono::milliseconds kChecksumPause{100};
 inline constexpr std::int64_t kMaxBatchVoxels = std::int64_t(4) << 20;
 inline constexpr std::int64_t kMaxOverlayVoxels = std::int64_t(1) << 19;  ///< of all clients
