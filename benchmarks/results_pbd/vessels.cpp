@@ -157,7 +157,7 @@ void add_sub_steps(Page& page, const Tube& tube, const TetMesh& mesh, const Task
                rows);
     page.paragraph(
         "The radius, too, depends on the sub-steps: with few of them the vessel is too soft under "
-        "a load that lasts. With 80 the volumes are worse again, also in doubles, and don't come "
+        "a load that lasts. With 80 the volumes are worse again and don't come "
         "back; why is not known yet.");
 }
 
