@@ -33,8 +33,8 @@ export function tissuePanel(parts: Parts): HTMLElement {
     };
     const depth = parts.add(
         slider({
-            label: 'Depth of forces',
-            unit: 'layers',
+            label: 'Depth of forces, layers',
+            unit: '',
             low: 0,
             high: 20,
             step: 1,
