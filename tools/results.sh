@@ -16,48 +16,33 @@ results() { # TOPIC
 }
 
 results_chainmail() {
-    local scans=$root/../shared/data page=$root/docs/results/chainmail
+    local scans=$root/../shared/data
     [[ -d $scans ]] || fail "results: the scans of the drag are not there: expected $scans"
-    need_packages build bench
-    configure release -DPLIANT_BUILD_BENCHMARKS=ON -DPLIANT_BUILD_TESTS=OFF
-    compile release --target results_chainmail
-    mkdir -p "$page"
-    say "measuring and drawing; some minutes"
-    "$root/build/release/results_chainmail" "$page" "$scans"
-    say "done: docs/results/chainmail/README.md"
+    write_results chainmail "$scans"
 }
 
 results_haptics() {
-    local page=$root/docs/results/haptics
-    need_packages build bench
-    configure release -DPLIANT_BUILD_BENCHMARKS=ON -DPLIANT_BUILD_TESTS=OFF
-    compile release --target results_haptics
-    mkdir -p "$page"
-    say "simulating and drawing; some minutes"
-    "$root/build/release/results_haptics" "$page"
-    say "done: docs/results/haptics/README.md"
+    write_results haptics
 }
 
 results_pbd() {
-    local page=$root/docs/results/pbd
-    need_packages build bench
-    configure release -DPLIANT_BUILD_BENCHMARKS=ON -DPLIANT_BUILD_TESTS=OFF
-    compile release --target results_pbd
-    mkdir -p "$page"
-    say "measuring and drawing; a minute or two"
-    "$root/build/release/results_pbd" "$page"
-    say "done: docs/results/pbd/README.md"
+    write_results pbd
 }
 
 results_springs() {
-    local page=$root/docs/results/springs
+    write_results springs "$root/../shared/data"
+}
+
+write_results() { # TOPIC [the program's further arguments…]
+    local topic=$1 page=$root/docs/results/$1
+    shift
     need_packages build bench
     configure release -DPLIANT_BUILD_BENCHMARKS=ON -DPLIANT_BUILD_TESTS=OFF
-    compile release --target results_springs
+    compile release --target "results_$topic"
     mkdir -p "$page"
-    say "identifying, measuring and drawing; some minutes"
-    "$root/build/release/results_springs" "$page" "$root/../shared/data"
-    say "done: docs/results/springs/README.md"
+    say "measuring and drawing; some minutes"
+    "$root/build/release/results_$topic" "$page" "$@"
+    say "done: docs/results/$topic/README.md"
 }
 
 results_endoscope() {

@@ -8,21 +8,14 @@
 #include <pliant/haptics_models.h>
 #include <pliant/haptics_virtual.h>
 
-#include <cstdio>
-#include <cstdlib>
 #include <memory>
 #include <string>
+
+#include "value_of.h"
 
 namespace pliant::results {
 
 inline constexpr double kDevice_n_m = 1000;  ///< the Phantom Desktop's largest stiffness
-
-template <class T>
-T value_of(Result<T> result) {
-    if (result.ok()) return std::move(result).value();
-    std::fprintf(stderr, "results: %s\n", result.error().message.c_str());
-    std::exit(1);
-}
 
 /// Yields nothing: K alone.
 HapticModel wall(double stiffness_n_m);

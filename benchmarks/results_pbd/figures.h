@@ -7,10 +7,8 @@
 
 #include <pliant/tasks.h>
 
-#include <cstdio>
-#include <cstdlib>
-
 #include "page.h"
+#include "value_of.h"
 
 namespace pliant::results {
 
@@ -20,18 +18,5 @@ void add_pressure(Page& page, const TaskArena& arena);
 void add_push(Page& page, const TaskArena& arena);
 /// The cantilever of case 5, on several grids.
 void add_cantilever(Page& page, const TaskArena& arena);
-
-/// Set-ups are fixed: what fails here is a defect, and ends the program.
-template <class T>
-T value_of(Result<T> result) {
-    if (!result.ok()) {
-        std::fprintf(stderr, "results: %s\n", result.error().message.c_str());
-        std::exit(1);
-    }
-    return std::move(result).value();
-}
-inline void must(const Status& status) {
-    if (!status.ok()) value_of(Result<Ok>(status.error()));
-}
 
 }  // namespace pliant::results

@@ -31,10 +31,6 @@ SpringNetwork lattice(double stiffness, double damping) {
     return value_of(SpringNetwork::create(std::move(parts)));
 }
 
-void must(const Status& status) {
-    if (!status.ok()) value_of(Result<Ok>(status.error()));
-}
-
 /// How far the row through the pressed node has gone down, at the equilibrium of a depth.
 std::vector<Point2> profile(const SpringNetwork& network, double force, int depth) {
     SpringTissue tissue = value_of(SpringTissue::create(network, {.depth = depth}));

@@ -7,11 +7,10 @@
 
 #include <pliant/tasks.h>
 
-#include <cstdio>
-#include <cstdlib>
 #include <filesystem>
 
 #include "page.h"
+#include "value_of.h"
 
 namespace pliant::results {
 
@@ -25,15 +24,5 @@ void add_scans(Page& page, const std::filesystem::path& scans, const TaskArena& 
 void add_identification(Page& page, const TaskArena& arena);
 /// Table 3: time for each layer.
 void add_timings(Page& page, const TaskArena& arena);
-
-/// Set-ups are fixed: what fails here is a defect, and ends the program.
-template <class T>
-T value_of(Result<T> result) {
-    if (!result.ok()) {
-        std::fprintf(stderr, "results: %s\n", result.error().message.c_str());
-        std::exit(1);
-    }
-    return std::move(result).value();
-}
 
 }  // namespace pliant::results

@@ -21,10 +21,6 @@ const Rgb8 kGreen{64, 150, 84}, kOrange{222, 140, 40};
 constexpr std::array kDampings{2.0, 4.0, 8.0};
 const std::array<Rgb8, 3> kColours{kOrange, kGreen, kBlue};
 
-void must(const Status& status) {
-    if (!status.ok()) value_of(Result<Ok>(status.error()));
-}
-
 /// 5 × 5 × 9 nodes, k = 1, spacing and masses 1; its foot is held, its top drawn.
 class Bar {
   public:
