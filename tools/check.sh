@@ -52,9 +52,9 @@ lint() {
 }
 
 compile_and_test() { # PRESET [a command that runs the given one]
-    local programs=ON
-    [[ $1 == clang ]] && programs=OFF
-    configure "$1" -DPLIANT_BUILD_TESTS=ON -DPLIANT_TEST_PROGRAMS=$programs
+    local all=ON
+    [[ $1 == clang ]] && all=OFF
+    configure "$1" -DPLIANT_BUILD_TESTS=ON -DPLIANT_TEST_ALL=$all
     compile "$1"
     run_ctest "$@"
 }

@@ -33,19 +33,12 @@ double peak_memory_mb() {
     return double(usage.ru_maxrss) * 1024 / 1e6;
 }
 
-/// Springs have no limits of movement: they stop before a cell folds.
-std::string_view name_of_limit(const PushReport& report, const std::string& model) {
-    return model == "springs" && report.limited_by == LimitedBy::Movement
-               ? "fold"
-               : name_of(report.limited_by);
-}
-
-Json push_json(const PushOption& option, const PushReport& report, const std::string& model) {
+Json push_json(const PushOption& option, const PushReport& report) {
     Json json;
     json["point_mm"] = json_of(option.point_mm);
     json["push_mm"] = json_of(option.push_mm);
     json["status"] = name_of(report.status);
-    json["limited_by"] = name_of_limit(report, model);
+    json["limited_by"] = name_of(report.limited_by);
     json["step_fraction"] = report.step_fraction;
     json["grabbed_elements"] = report.grabbed_elements;
     json["moved_elements"] = report.moved_elements;
@@ -132,7 +125,7 @@ std::string report_json(const DeformOptions& options, const DeformResult& result
     const Deformed& deformed = result.deformed;
     Json json;
     json["status"] = name_of(all.status);
-    json["limited_by"] = name_of_limit(all, options.model);
+    json["limited_by"] = name_of(all.limited_by);
     json["step_fraction"] = all.step_fraction;
     json["moved_elements"] = result.state.moved_elements;
     json["max_movement_mm"] = result.state.max_movement_mm;
@@ -180,7 +173,7 @@ std::string report_json(const DeformOptions& options, const DeformResult& result
     auto slid = result.slides.begin();
     for (const DeformAction& action : options.actions)
         if (const auto* push = std::get_if<PushOption>(&action))
-            json["pushes"].push_back(push_json(*push, *report++, options.model));
+            json["pushes"].push_back(push_json(*push, *report++));
         else if (const auto* slide = std::get_if<SlideOption>(&action))
             json["slides"].push_back(slide_json(*slide, *slid++));
     json["notes"] = result.notes;

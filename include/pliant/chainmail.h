@@ -98,12 +98,12 @@ struct Push {
 };
 
 enum class PushStatus { Applied, Limited, Rejected };
-/// Object and Wall: only in an ObjectSpace (chainmail_objects.h).
-enum class LimitedBy { None, Bone, Movement, Object, Wall };
+/// Object and Wall: only in an ObjectSpace (chainmail_objects.h). Fold: only of a SpringDeformation.
+enum class LimitedBy { None, Bone, Movement, Object, Wall, Fold };
 
 /// As in reports and messages: `applied`, `limited`, `rejected`.
 std::string_view name_of(PushStatus status);
-/// Likewise: `none`, `bone`, `movement`, `object`, `wall`.
+/// Likewise: `none`, `bone`, `movement`, `object`, `wall`, `fold`.
 std::string_view name_of(LimitedBy limit);
 
 struct PushReport {

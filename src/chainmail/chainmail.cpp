@@ -40,6 +40,8 @@ std::string_view name_of(LimitedBy limit) {
             return "object";
         case LimitedBy::Wall:
             return "wall";
+        case LimitedBy::Fold:
+            return "fold";
     }
     return {};
 }
@@ -69,6 +71,8 @@ std::string reason(const PushReport& report) {
                    ": another object is in the way";
         case LimitedBy::Wall:
             return std::string(none ? "nothing moved" : "stopped") + ": a wall is in the way";
+        case LimitedBy::Fold:
+            return std::string(none ? "nothing moved" : "stopped") + ": space would fold";
     }
     return {};
 }

@@ -15,6 +15,7 @@
 
 #include "chainmail/allowance.h"
 #include "chainmail/drag.h"
+#include "chainmail/energy.h"
 #include "chainmail/history.h"
 #include "chainmail/lattice.h"
 #include "chainmail/plastic.h"
@@ -114,6 +115,7 @@ struct ChainMail::Impl {
     History history;
     StepGuard* guard = nullptr;  ///< for the time of a push
     Relaxation relaxation;
+    EnergyMemory energy;
 };
 
 }  // namespace pliant

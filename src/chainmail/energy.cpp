@@ -88,23 +88,54 @@ Energy energy_of_brick(const Lattice& lattice, const PlasticRest& rest, const Br
     return sum;
 }
 
-}  // namespace
-
-Energy elastic_energy(const Lattice& lattice, const PlasticRest& rest, const TaskArena& arena) {
+/// Σ of share(brick index, maker) over all bricks: whole numbers, so in any order.
+template <class Share>
+Energy sum_over_bricks(const Lattice& lattice, const TaskArena& arena, const Share& share) {
     const std::vector<int> bricks = lattice.resident_bricks();
     BrickLinksMaker maker(lattice);
     Energy total = 0;
     std::mutex mutex;
     arena.for_each(std::int64_t(bricks.size()), 8, [&](std::int64_t begin, std::int64_t end) {
         Energy own = 0;
-        for (std::int64_t n = begin; n < end; ++n) {
-            const Brick& brick = lattice.brick(bricks[std::size_t(n)]);
-            own += energy_of_brick(lattice, rest, brick, *maker.make_weights(brick));
-        }
+        for (std::int64_t n = begin; n < end; ++n) own += share(bricks[std::size_t(n)], maker);
         const std::lock_guard lock(mutex);
-        total += own;  // whole numbers: in any order
+        total += own;
     });
     return total;
+}
+
+}  // namespace
+
+Energy elastic_energy(const Lattice& lattice, const PlasticRest& rest, const TaskArena& arena) {
+    return sum_over_bricks(lattice, arena, [&](int index, BrickLinksMaker& maker) {
+        const Brick& brick = lattice.brick(index);
+        return energy_of_brick(lattice, rest, brick, *maker.make_weights(brick));
+    });
+}
+
+EnergyMemory::Stamps EnergyMemory::stamps_of(const Lattice& lattice, const Brick& brick) {
+    Stamps stamps{brick.changed_at + 1};
+    for (std::size_t side = 0; side < 6; ++side)
+        if (const int there = brick.neighbours[side]; there >= 0)
+            stamps[1 + side] = lattice.brick(there).changed_at + 1;
+    return stamps;
+}
+
+Energy EnergyMemory::of(const Lattice& lattice, const PlasticRest& rest, const TaskArena& arena) {
+    if (m_links_version != lattice.links_version() || m_rest_version != rest.version())
+        m_shares.clear();
+    m_links_version = lattice.links_version();
+    m_rest_version = rest.version();
+    m_shares.resize(std::size_t(lattice.brick_index_bound()));
+    return sum_over_bricks(lattice, arena, [&](int index, BrickLinksMaker& maker) {
+        const Brick& brick = lattice.brick(index);
+        Share& share = m_shares[std::size_t(index)];
+        const Stamps stamps = stamps_of(lattice, brick);
+        if (share.stamps != stamps || share.coord != brick.coord)
+            share = {brick.coord, stamps,
+                     energy_of_brick(lattice, rest, brick, *maker.make_weights(brick))};
+        return share.energy;
+    });
 }
 
 }  // namespace pliant

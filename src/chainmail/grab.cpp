@@ -69,6 +69,51 @@ bool holds(const Lattice& lattice, Vec3i coord, Vec3d point, Vec3d scale) {
     return true;
 }
 
+/// In the deformed lattice.
+struct Ball {
+    Vec3d centre;  ///< continuous voxel index
+    double radius_mm;
+    Vec3d spacing_mm;
+
+    double away_mm(int axis, int e, Fixed u) const {
+        return (e - centre[axis]) * spacing_mm[axis] + mm_from_units(u);
+    }
+
+    /// Whether an element of a brick can be in it. @param brick  null: at rest
+    bool may_hold(Vec3i first, int size, const Brick* brick) const {
+        Vec3d nearest{0, 0, 0};
+        for (int a = 0; a < 3; ++a) {
+            const double lowest = away_mm(a, first[a], brick ? brick->u_min[a] : Fixed{0});
+            const double highest =
+                away_mm(a, first[a] + size - 1, brick ? brick->u_max[a] : Fixed{0});
+            nearest[a] = std::max({lowest, -highest, 0.0});
+        }
+        return norm(nearest) <= radius_mm;
+    }
+
+    /// Those elements of a brick and a box that are in it.
+    template <class Visit>
+    void visit(Vec3i first, int size, const Brick* brick, const Box3i& box,
+               const Visit& visit) const {
+        Vec3i begin, end;
+        for (int a = 0; a < 3; ++a) {
+            begin[a] = std::max(first[a], box.begin[a]);
+            end[a] = std::min(first[a] + size, box.end[a]);
+        }
+        for (int z = begin.z; z < end.z; ++z)
+            for (int y = begin.y; y < end.y; ++y) {
+                const int row = size * (y - first.y + size * (z - first.z)) - first.x;
+                for (int x = begin.x; x < end.x; ++x) {
+                    const auto n = std::size_t(row + x);
+                    const Vec3d away{away_mm(0, x, brick ? brick->u[0][n] : Fixed{0}),
+                                     away_mm(1, y, brick ? brick->u[1][n] : Fixed{0}),
+                                     away_mm(2, z, brick ? brick->u[2][n] : Fixed{0})};
+                    if (dot(away, away) <= radius_mm * radius_mm) visit({x, y, z});
+                }
+            }
+    }
+};
+
 }  // namespace
 
 std::optional<std::vector<Vec3i>> grab_cell(const Lattice& lattice, Vec3d point) {
@@ -100,25 +145,30 @@ std::optional<std::vector<Vec3i>> grab_cell(const Lattice& lattice, Vec3d point)
 
 std::vector<Vec3i> grab_sphere(const Lattice& lattice, Vec3d centre, double radius_mm,
                                double air_threshold_hu) {
-    const Grid& grid = lattice.grid();
     const Vec3i reach = largest_movement(lattice);
-    Vec3i low, high;
+    const Ball ball{centre, radius_mm, lattice.grid().spacing_mm};
+    Box3i box;
     for (int a = 0; a < 3; ++a) {
-        const double radius = radius_mm / grid.spacing_mm[a] + reach[a];
-        low[a] = int(std::clamp(std::floor(centre[a] - radius), 0.0, double(grid.size[a])));
-        high[a] = int(std::clamp(std::ceil(centre[a] + radius), -1.0, double(grid.size[a] - 1)));
+        const int size = lattice.grid().size[a];
+        const double radius = radius_mm / ball.spacing_mm[a] + reach[a];
+        box.begin[a] = int(std::clamp(std::floor(centre[a] - radius), 0.0, double(size)));
+        box.end[a] = int(std::clamp(std::ceil(centre[a] + radius) + 1, 0.0, double(size)));
     }
     std::vector<Vec3i> grabbed;
+    if (is_empty(box)) return grabbed;
+    const Vec3i low = lattice.brick_of(box.begin);
+    const Vec3i high = lattice.brick_of(box.end - Vec3i{1, 1, 1});
+    const auto take = [&](Vec3i e) {
+        if (lattice.value_at(e) >= air_threshold_hu && !lattice.is_void(e)) grabbed.push_back(e);
+    };
     for (int z = low.z; z <= high.z; ++z)
         for (int y = low.y; y <= high.y; ++y)
             for (int x = low.x; x <= high.x; ++x) {
-                const Vec3i e{x, y, z};
-                if (lattice.value_at(e) < air_threshold_hu || lattice.is_void(e)) continue;
-                const Vec3<Fixed> u = lattice.displacement_at(e);
-                Vec3d away{};
-                for (int a = 0; a < 3; ++a)
-                    away[a] = (e[a] - centre[a]) * grid.spacing_mm[a] + mm_from_units(u[a]);
-                if (norm(away) <= radius_mm) grabbed.push_back(e);
+                const int found = lattice.find_brick({x, y, z});
+                const Brick* brick = found < 0 ? nullptr : &lattice.brick(found);
+                const Vec3i first = lattice.brick_size() * Vec3i{x, y, z};
+                if (ball.may_hold(first, lattice.brick_size(), brick))
+                    ball.visit(first, lattice.brick_size(), brick, box, take);
             }
     return grabbed;
 }

@@ -68,7 +68,7 @@ Result<RelaxReport> ChainMail::relax(const RelaxOptions& options) {
 }
 
 double ChainMail::elastic_energy_mm2() const {
-    return mm2_from_energy(elastic_energy(m_impl->lattice, m_impl->plastic_rest, m_impl->arena));
+    return mm2_from_energy(m_impl->energy.of(m_impl->lattice, m_impl->plastic_rest, m_impl->arena));
 }
 
 Vec3d ChainMail::imprint_mm(Vec3i ijk) const {

@@ -93,17 +93,28 @@ void move_in_place(Brick& brick, BrickMotion& motion) {
     }
 }
 
+/// How far any of its elements is from its rest place, along each axis.
+Vec3d farthest_of(const Brick& brick) {
+    Vec3d farthest{0, 0, 0};
+    for (int a = 0; a < 3; ++a)
+        farthest[a] = std::max(-double(brick.u_min[a]), double(brick.u_max[a]));
+    return farthest;
+}
+
+/// Whether each of its elements may be shifted whole.
+bool moves_freely(const Brick& brick, Vec3<Fixed> shift) {
+    if (brick.is_blank || brick.traits & kFixedTrait) return false;
+    Vec3d after = farthest_of(brick);
+    for (int a = 0; a < 3; ++a) after[a] += std::abs(double(shift[a]));
+    return stays_inside(brick.least_movement, after);
+}
+
 /// A look at the brick as a whole, which is enough for nearly all.
 bool is_unlimited(const Lattice& lattice, const Brick& brick, const BrickMotion& motion,
                   const SweepKernels& kernels, Vec3<Fixed> shift) {
+    if (moves_freely(brick, shift)) return true;
     if (brick.traits & kFixedTrait) return false;
-    Vec3d before{0, 0, 0}, after{0, 0, 0};
-    for (int a = 0; a < 3; ++a) {
-        before[a] = std::max(-double(brick.u_min[a]), double(brick.u_max[a]));
-        after[a] = before[a] + std::abs(double(shift[a]));
-    }
-    if (stays_inside(brick.least_movement, after)) return true;
-    after = before;
+    Vec3d after = farthest_of(brick);
     for (std::size_t a = 0; a < 3; ++a) {
         if (!motion[a].raised) continue;
         const Fixed highest = kernels.largest(motion[a].raised, lattice.elements_per_brick());
@@ -158,8 +169,14 @@ StepLimit limit_of_grabbed(const Lattice& lattice, std::span<const ElementRef> g
                            Vec3<Fixed> shift) {
     StepLimit limit;
     const Raises full{std::abs(shift.x), std::abs(shift.y), std::abs(shift.z)};
+    // They come brick by brick, and a look at one as a whole is enough for most.
+    int looked_at = -1;
+    bool is_free = false;
     for (const ElementRef& element : grabbed) {
         const Brick& brick = lattice.brick(element.brick);
+        if (element.brick != looked_at) is_free = moves_freely(brick, shift);
+        looked_at = element.brick;
+        if (is_free) continue;
         const auto n = std::size_t(element.index);
         tighten(limit, limit_of_element(lattice.materials()[brick.material[n]],
                                         displacement(brick, n), full, shift));

@@ -19,6 +19,13 @@ RowBits low_bits(int count) {
     return (RowBits(1) << count) - 1;
 }
 
+/// std::popcount is a call where the processor isn't known to count bits.
+int count_of(RowBits bits) {
+    bits -= bits >> 1 & 0x5555555555555555u;
+    bits = (bits & 0x3333333333333333u) + (bits >> 2 & 0x3333333333333333u);
+    return int(((bits + (bits >> 4)) & 0x0f0f0f0f0f0f0f0fu) * kEachByte >> 56);
+}
+
 void open_row(Open* open, int count, RowBits bits) {
     // Eight bits become eight bytes: byte i keeps bit i of its copy, and any bit of it becomes 1.
     static_assert(std::endian::native == std::endian::little);
@@ -110,7 +117,7 @@ void open_changeable(const ScatterJob& job, const CellTarget& target,
             if (brick.was_changed && bits != all) put_back(target, job.original, p, width);
             if (!bits) return;
             open_row(open_at(target, p), width, bits);
-            brick.opened += std::popcount(bits);
+            brick.opened += count_of(bits);
             include(brick.open, p, std::countr_zero(bits), int(std::bit_width(bits)));
         });
     }

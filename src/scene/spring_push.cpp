@@ -168,7 +168,7 @@ Result<PushReport> SpringDeformation::push(std::uint32_t tool, const Push& push)
                     : done > 0      ? PushStatus::Limited
                                     : PushStatus::Rejected;
     if (done < strides) {
-        report.limited_by = LimitedBy::Movement;
+        report.limited_by = LimitedBy::Fold;
         report.message = "a control cell would fold; larger cells go farther";
     }
     report.solve_ms =

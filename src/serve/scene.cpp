@@ -68,11 +68,6 @@ Result<std::unique_ptr<Tissue>> make_tissue(const TissueChoice& choice, const Lo
     return std::unique_ptr<Tissue>(new SpringScanTissue(std::move(*model)));
 }
 
-double ms_since(std::chrono::steady_clock::time_point start) {
-    return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start)
-        .count();
-}
-
 }  // namespace
 
 Result<std::unique_ptr<Scene>> Scene::open(const SceneSource& source, const TaskArena& arena,
@@ -457,37 +452,34 @@ void Scene::describe(SharedState& state) const {
 
 // Forces.
 
-namespace {
-
-/// A twentieth of the time at most: on large deformations forces are told less often.
-bool energy_rests(std::chrono::steady_clock::time_point at, double each_ms) {
-    constexpr double kRests = 20, kTwice = 2;
-    return ms_since(at) < kRests * kTwice * each_ms;
-}
-
-}  // namespace
-
 std::optional<double> Scene::energy() {
-    // Computing it twice for one command would hold up everybody where the deformation is large.
-    // There the energy after a command is kept, and the next command has a force.
-    constexpr double kLongMs = 5;
+    // Computing it twice for one command would hold up everybody where much is deformed. There the
+    // energy after a command is kept, and the next command has a force.
+    constexpr std::int64_t kFew = 100'000;
     const ChainMail* model = m_tissue->chainmail();
-    if (!model || energy_rests(m_energy_at, m_energy_ms)) return {};
-    if (!m_energy && m_energy_ms < kLongMs) m_energy = model->elastic_energy_mm2();
+    if (!model || m_energy_rests > 0) return {};
+    if (!m_energy && m_energy_elements < kFew) m_energy = model->elastic_energy_mm2();
     return m_energy;
 }
 
 void Scene::add_force(std::uint32_t client, std::optional<double> before, Vec3d way_mm,
                       Outcome& outcome) {
+    // About a twentieth of the time at most: where much is deformed, forces are told less often.
+    constexpr std::int64_t kElementsPerRest = 30'000;
     outcome.force = m_tissue->force_n(client);
     const ChainMail* model = m_tissue->chainmail();
     const double way = norm(way_mm);
-    if (!model || energy_rests(m_energy_at, m_energy_ms) || !(way > 0)) return;
-    const auto start = std::chrono::steady_clock::now();
+    if (!model || !(way > 0)) return;
+    if (m_energy_rests > 0) {
+        --m_energy_rests;
+        return;
+    }
     m_energy = model->elastic_energy_mm2();
-    m_energy_ms = ms_since(start);
+    const Box3i moved = model->moved_box();
+    const Vec3i size = moved.end - moved.begin;
+    m_energy_elements = std::int64_t(size.x) * size.y * size.z;
     if (!before) return;
-    m_energy_at = std::chrono::steady_clock::now();
+    m_energy_rests = m_energy_elements / kElementsPerRest;
     outcome.force = (-(*m_energy - *before) / (way * way)) * way_mm;
 }
 

@@ -15,7 +15,6 @@
 
 #include <pliant/resample.h>
 
-#include <chrono>
 #include <cstdint>
 #include <deque>
 #include <filesystem>
@@ -166,8 +165,8 @@ class Scene {
     std::int64_t m_steps = 0;           ///< made so far
     int m_unreachable = 0;              ///< the lattice's oldest steps, which forget_steps hides
     std::optional<double> m_energy;
-    double m_energy_ms = 0;  ///< that the last measurement took
-    std::chrono::steady_clock::time_point m_energy_at{};
+    std::int64_t m_energy_elements = 0;  ///< in the box of what was deformed when it was measured
+    std::int64_t m_energy_rests = 0;     ///< commands for which it isn't measured again
 };
 
 }  // namespace pliant::serve

@@ -43,6 +43,33 @@ Vec3d volume_gradient(const SpringCell& cell, int corner, Place&& place) {
     return (1.0 / 12) * sum;
 }
 
+/// How ∂V/∂corner changes with a small motion of all corners. @param move  as place
+template <class Place, class Move>
+Vec3d volume_gradient_change(const SpringCell& cell, int corner, Place&& place, Move&& move) {
+    struct Edge {
+        Vec3d place, move;
+    };
+    const auto edge = [&](int n) {
+        const std::int32_t from = cell.nodes[std::size_t(corner)], to = cell.nodes[std::size_t(n)];
+        return Edge{place(to) - place(from), move(to) - move(from)};
+    };
+    const auto change = [](const Edge& a, const Edge& b) {
+        return cross(a.move, b.place) + cross(a.place, b.move);
+    };
+    if (cell.node_count == 4) {
+        // From the corner, so that one form does for both: (b − a)×(c − a) = a×b + b×c + c×a.
+        const auto& face = kFaceOpposite[corner];
+        const Edge a = edge(face[0]), b = edge(face[1]), c = edge(face[2]);
+        return (1.0 / 6) * (change(a, b) + change(b, c) + change(c, a));
+    }
+    Vec3d sum{0, 0, 0};
+    for (const auto& face : kFacesAt[corner]) {
+        const Edge b = edge(face[0]), c = edge(face[1]), d = edge(face[2]);
+        sum = sum + change(b, c) + change(c, d) + change(b, d);
+    }
+    return (1.0 / 12) * sum;
+}
+
 /// Of the edges that meet at a corner, six times a tetrahedron's: its sign tells how they turn.
 template <class Place>
 double corner_volume(const SpringCell& cell, int corner, Place&& place) {

@@ -61,10 +61,16 @@ void Tangent::renew(const SpringNetwork& network, const SpringState& state,
     }
     m_cell.assign(network.has_volume_energy() ? network.cells().size() : 0, 0);
     m_gradient.resize(8 * m_cell.size());
+    m_pressure.assign(kind == TangentKind::Exact ? m_cell.size() : 0, 0);
+    m_place.resize(m_pressure.empty() ? 0 : count);
+    for (std::size_t n = 0; n < m_place.size(); ++n) m_place[n] = place(std::int32_t(n));
     for (std::size_t c = 0; c < m_cell.size(); ++c) {
         const SpringCell& cell = network.cells()[c];
         if (cell.bulk == 0 || network.is_cell_cut(c)) continue;
-        m_cell[c] = cell.bulk / cell_volume(cell, rest);
+        const double rest_volume = cell_volume(cell, rest);
+        m_cell[c] = cell.bulk / rest_volume;
+        if (!m_pressure.empty())
+            m_pressure[c] = m_cell[c] * (cell_volume(cell, place) - rest_volume);
         for (int n = 0; n < cell.node_count; ++n) {
             const Vec3d g = volume_gradient(cell, n, place);
             m_gradient[8 * c + std::size_t(n)] = g;
@@ -103,6 +109,15 @@ void Tangent::multiply_cells(const SpringNetwork& network, std::span<const Vec3d
         for (int n = 0; n < cell.node_count; ++n) {
             Vec3d& to = out[std::size_t(cell.nodes[std::size_t(n)])];
             to = to + (m_cell[c] * sum) * m_gradient[8 * c + std::size_t(n)];
+        }
+        if (m_pressure.empty()) continue;
+        for (int n = 0; n < cell.node_count; ++n) {
+            Vec3d& to = out[std::size_t(cell.nodes[std::size_t(n)])];
+            to =
+                to + m_pressure[c] *
+                         volume_gradient_change(
+                             cell, n, [&](std::int32_t node) { return m_place[std::size_t(node)]; },
+                             [&](std::int32_t node) { return v[std::size_t(node)]; });
         }
     }
 }
@@ -148,7 +163,7 @@ std::int32_t Tangent::solve(const SpringNetwork& network, std::span<const Vec3d>
         if (!(product_of(m_residual, m_residual) > enough)) return turn;
         multiply_unknowns(network, m_direction);
         const double curvature = product_of(m_direction, m_image);
-        if (!(curvature > 0)) return turn;  // nothing holds what is left
+        if (!(curvature > 0)) break;
         go_on(v, weight / curvature, weight);
     }
     return limits.iterations + 1;

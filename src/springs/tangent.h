@@ -5,11 +5,10 @@
 // gradients on it.
 //
 //   link along n:   k n nᵀ + k·max(0, 1 − l/|r|)·(I − n nᵀ)      [Baraff1998]
-//   cell:           bulk/V₀ · g gᵀ,  g = ∂V/∂x
+//   cell:           bulk/V₀ · (g gᵀ + (V − V₀) ∂g/∂x),  g = ∂V/∂x
 //
-// What a compressed link takes away across itself is left out where the matrix must stay positive
-// (TangentKind::Positive), and what a cell adds by the change of g always: neither changes where
-// Newton's method ends.
+// Where the matrix must stay positive (TangentKind::Positive), what a compressed link takes away
+// across itself and what a cell adds by the change of g are left out.
 
 #pragma once
 
@@ -37,8 +36,8 @@ class Tangent {
                   std::span<Vec3d> out) const;
     /// Conjugate gradients, preconditioned with the blocks of the diagonal. @param[in,out] v  start
     /// and solution; stays as it is where nodes don't move
-    /// @returns iterations; above the limit where the tolerance wasn't reached. It ends early where
-    /// the matrix turns out not to be positive; v is then as good as it got
+    /// @returns iterations; above the limit where the tolerance wasn't reached, or where the matrix
+    /// turns out not to be positive: v is then as good as it got
     std::int32_t solve(const SpringNetwork& network, std::span<const Vec3d> right,
                        const SolveLimits& limits, std::vector<Vec3d>& v);
     /// The same from v = 0, to go downhill in energy with: where the matrix isn't positive, or a
@@ -65,6 +64,8 @@ class Tangent {
     std::vector<Link> m_links;
     std::vector<Vec3d> m_gradient;   ///< [8 · cell + corner]
     std::vector<double> m_cell;      ///< bulk/V₀; 0: none
+    std::vector<double> m_pressure;  ///< [cell]: bulk (V − V₀)/V₀; empty unless Exact
+    std::vector<Vec3d> m_place;      ///< [node]; likewise
     std::vector<double> m_diagonal;  ///< inertia·m + drag·d
     std::vector<Mat3d> m_precondition;
     std::vector<std::uint8_t> m_moves;

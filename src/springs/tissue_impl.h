@@ -41,6 +41,8 @@ struct SpringTissue::Impl {
     Result<SpringStep> step_implicit(std::int32_t count);
     Result<SpringStep> step_local_global(std::int32_t count);
     void step_once_implicit(SpringStep& report);
+    bool find_relaxed_stiffness(std::span<const std::int32_t> nodes, TangentKind kind,
+                                Mat3d& stiffness);
     /// The nodes that steps move.
     void find_movable();
     void forget_network();

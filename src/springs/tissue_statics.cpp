@@ -174,6 +174,27 @@ Status SpringTissue::find_equilibrium(double tolerance) {
             " steps of Newton's method; expected smaller loads, or nodes that hold the rest"};
 }
 
+/// Of a common shift of nodes that aren't movable, the movable ones following.
+/// @returns whether the tangent is positive; `stiffness` is set anyway
+bool SpringTissue::Impl::find_relaxed_stiffness(std::span<const std::int32_t> nodes,
+                                                TangentKind kind, Mat3d& stiffness) {
+    tangent.renew(network, state, movable, kind, 0, 0, 0);
+    std::vector<Vec3d> shift(movable.size()), image(shift.size());
+    const std::vector<Vec3d> none(shift.size(), {0, 0, 0});
+    bool positive = true;
+    stiffness = {};
+    for (int c = 0; c < 3; ++c) {
+        std::fill(shift.begin(), shift.end(), Vec3d{0, 0, 0});
+        for (const std::int32_t n : nodes) shift[std::size_t(n)][c] = 1;
+        positive &=
+            tangent.solve(network, none, {1e-10, kSolveIterations}, shift) <= kSolveIterations;
+        tangent.multiply(network, shift, false, image);
+        for (const std::int32_t n : nodes)
+            stiffness.columns[c] = stiffness.columns[c] - image[std::size_t(n)];
+    }
+    return positive;
+}
+
 Result<SpringReaction> SpringTissue::reaction(std::span<const std::int32_t> nodes,
                                               ReactionLaw law) {
     for (const std::int32_t n : nodes)
@@ -195,17 +216,10 @@ Result<SpringReaction> SpringTissue::reaction(std::span<const std::int32_t> node
     }
     m_impl->find_movable();
     for (const std::int32_t n : nodes) m_impl->movable[std::size_t(n)] = 0;
-    m_impl->tangent.renew(network, state, m_impl->movable, TangentKind::Positive, 0, 0, 0);
-    std::vector<Vec3d> shift(m_impl->movable.size()), image(shift.size());
-    const std::vector<Vec3d> none(shift.size(), {0, 0, 0});
-    for (int c = 0; c < 3; ++c) {
-        std::fill(shift.begin(), shift.end(), Vec3d{0, 0, 0});
-        for (const std::int32_t n : nodes) shift[std::size_t(n)][c] = 1;
-        m_impl->tangent.solve(network, none, {1e-10, kSolveIterations}, shift);
-        m_impl->tangent.multiply(network, shift, false, image);
-        for (const std::int32_t n : nodes)
-            reaction.stiffness.columns[c] = reaction.stiffness.columns[c] - image[std::size_t(n)];
-    }
+    // Where the shape is about to give way, as it may be far from an equilibrium, no shape is near
+    // that the others could follow to: then to that of a stiffer one, which always is.
+    if (!m_impl->find_relaxed_stiffness(nodes, TangentKind::Exact, reaction.stiffness))
+        m_impl->find_relaxed_stiffness(nodes, TangentKind::Positive, reaction.stiffness);
     return reaction;
 }
 

@@ -5,30 +5,14 @@
 
 #include <gtest/gtest.h>
 #include <pliant/vessel_wall.h>
-#include <sys/wait.h>
-
-#include <cstdlib>
 
 #include "support/json.h"
-#include "support/temporary_folder.h"
+#include "support/program_in_folder.h"
 
 namespace pliant::test {
 namespace {
 
-class MeshTest : public ::testing::Test {
-  protected:
-    int run(const std::string& arguments) const {
-        const std::string command = "cd '" + m_folder.path().string() +
-                                    "' && '" PLIANT_PROGRAM "' " + arguments + " >.out 2>.err";
-        const int raw = std::system(command.c_str());
-        return WIFEXITED(raw) ? WEXITSTATUS(raw) : -1;
-    }
-    std::string out() const { return bytes_of(m_folder / ".out"); }
-    std::string said() const { return bytes_of(m_folder / ".err"); }
-    bool exists(const char* name) const { return std::filesystem::exists(m_folder / name); }
-
-    TemporaryFolder m_folder;
-};
+class MeshTest : public ProgramInFolder {};
 
 TEST_F(MeshTest, ACentrelineGetsAWallThatCanBeJudged) {
     const std::vector<Vec3d> nodes{{0, 0, 0}, {0, 0, 20}};

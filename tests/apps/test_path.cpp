@@ -5,28 +5,19 @@
 
 #include <gtest/gtest.h>
 #include <pliant/lumen_path.h>
-#include <sys/wait.h>
 
 #include <algorithm>
-#include <cstdlib>
 #include <fstream>
 #include <random>
-#include <sstream>
 
 #include "../../apps/pliant/camera_path.h"
 #include "support/json.h"
-#include "support/temporary_folder.h"
+#include "support/program_in_folder.h"
 
 namespace pliant::test {
 namespace {
 
 namespace fs = std::filesystem;
-
-std::string text_of(const fs::path& file) {
-    std::ostringstream text;
-    text << std::ifstream(file, std::ios::binary).rdbuf();
-    return text.str();
-}
 
 class PathTest : public ::testing::Test {
   protected:
@@ -39,13 +30,10 @@ class PathTest : public ::testing::Test {
         s_folder = nullptr;
     }
     static int run(const std::string& arguments) {
-        const std::string command = "cd '" + s_folder->path().string() +
-                                    "' && '" PLIANT_PROGRAM "' " + arguments + " >.out 2>.err";
-        const int raw = std::system(command.c_str());
-        return WIFEXITED(raw) ? WEXITSTATUS(raw) : -1;
+        return run_program(s_folder->path(), arguments);
     }
     static fs::path file(const std::string& name) { return *s_folder / name; }
-    static std::string said() { return text_of(file(".err")); }
+    static std::string said() { return bytes_of(file(".err")); }
 
     static TemporaryFolder* s_folder;
 };
@@ -75,13 +63,13 @@ void expect_flight_inside(const Volume& volume, const std::vector<Vec3d>& points
 TEST_F(PathTest, TheWayThroughAPhantomIsACurveThatRenderFlies) {
     ASSERT_EQ(run("path airway.nrrd --from=0.3,-1.8,38 --to 22,1,-20 --out way.mrk.json --json"), 0)
         << said();
-    const Json report = Json::parse(text_of(file(".out")));
+    const Json report = Json::parse(bytes_of(file(".out")));
     EXPECT_GT(report["length_mm"], 58);
     EXPECT_LT(report["length_mm"], 75);
     EXPECT_GT(report["radius_min_mm"], 0.5);  // of the ends, which are where they were asked for
     EXPECT_GT(report["radius_mean_mm"], 3);
 
-    const Json curve = Json::parse(text_of(file("way.mrk.json")))["markups"][0];
+    const Json curve = Json::parse(bytes_of(file("way.mrk.json")))["markups"][0];
     EXPECT_EQ(curve["type"], "Curve");
     EXPECT_EQ(curve["coordinateSystem"], "LPS");
     EXPECT_EQ(curve["controlPoints"].size(), report["points"]);
@@ -123,7 +111,7 @@ TEST_F(PathTest, BadInputIsOneLineAndNoFile) {
     EXPECT_EQ(run("path airway.nrrd --from 0.3,-1.8,38 --to 22,1,-20 --out no/x.mrk.json"), 2);
     EXPECT_NE(said().find("no/x.mrk.json"), std::string::npos) << said();
     EXPECT_EQ(run("path --help"), 0);
-    EXPECT_NE(text_of(file(".out")).find("Examples:"), std::string::npos);
+    EXPECT_NE(bytes_of(file(".out")).find("Examples:"), std::string::npos);
 }
 
 class ChestFlight : public ::testing::Test {

@@ -7,28 +7,20 @@
 #include <pliant/chainmail_slide.h>
 #include <pliant/resample.h>
 #include <pliant/volume.h>
-#include <sys/wait.h>
 
 #include <algorithm>
 #include <cstdio>
-#include <cstdlib>
 #include <fstream>
 #include <set>
 #include <sstream>
 
 #include "support/json.h"
-#include "support/temporary_folder.h"
+#include "support/program_in_folder.h"
 
 namespace pliant::test {
 namespace {
 
 namespace fs = std::filesystem;
-
-std::string text_of(const fs::path& file) {
-    std::ostringstream text;
-    text << std::ifstream(file, std::ios::binary).rdbuf();
-    return text.str();
-}
 
 struct Finished {
     int status;
@@ -50,10 +42,8 @@ class ProgramTest : public ::testing::Test {
     /// In the folder of the test, so that names are short.
     static Finished run(const std::string& arguments) {
         const fs::path out = *s_folder / ".out", err = *s_folder / ".err";
-        const std::string command = "cd '" + s_folder->path().string() +
-                                    "' && '" PLIANT_PROGRAM "' " + arguments + " >.out 2>.err";
-        const int raw = std::system(command.c_str());
-        return {WIFEXITED(raw) ? WEXITSTATUS(raw) : -1, text_of(out), text_of(err)};
+        const int status = run_program(s_folder->path(), arguments);
+        return {status, bytes_of(out), bytes_of(err)};
     }
     /// The airway's first landmark, as --push takes it.
     static std::string carina() {
@@ -69,7 +59,7 @@ class ProgramTest : public ::testing::Test {
     static Json deform_report(const std::string& arguments) {
         const Finished done = run("deform " + arguments + " --out r.nrrd --report r.json");
         EXPECT_EQ(done.status, 0) << done.err;
-        return Json::parse(text_of(file("r.json")));
+        return Json::parse(bytes_of(file("r.json")));
     }
 
     static TemporaryFolder* s_folder;
@@ -120,7 +110,7 @@ TEST_F(ProgramTest, DeformWritesEverythingThatItPromises) {
     ASSERT_EQ(done.status, 0) << done.err;
     EXPECT_EQ(done.err, "");
     EXPECT_NE(done.out.find("applied"), std::string::npos);
-    const Json report = Json::parse(text_of(file("d.json")));
+    const Json report = Json::parse(bytes_of(file("d.json")));
     for (const char* key :
          {"status", "limited_by", "step_fraction", "moved_elements", "max_violation_mm",
           "folded_cells", "solve_ms", "resample_ms", "dirty_box_ijk", "resident_bricks",
@@ -150,7 +140,7 @@ TEST_F(ProgramTest, DeformWritesEverythingThatItPromises) {
                     ASSERT_LT(p[a], box[1][a].get<int>());
                 }
             }
-    EXPECT_EQ(text_of(file("d.png")).substr(1, 3), "PNG");
+    EXPECT_EQ(bytes_of(file("d.png")).substr(1, 3), "PNG");
     const auto u = read_vector_field(file("u.nrrd")), t = read_vector_field(file("t.nrrd"));
     ASSERT_TRUE(u.ok() && t.ok());
     EXPECT_EQ(u->kind, FieldKind::Modeling);
@@ -240,7 +230,7 @@ TEST_F(ProgramTest, SpringsDeformWithTheSameOutputs) {
 }
 
 TEST_F(ProgramTest, BadInputIsOneLineStatusTwoAndNoFile) {
-    std::ofstream(file("cut.nrrd")) << text_of(file("cube.nrrd")).substr(0, 900);
+    std::ofstream(file("cut.nrrd")) << bytes_of(file("cube.nrrd")).substr(0, 900);
     std::ofstream(file("bad.toml")) << "[material]\noffset = 2\n";
     const struct {
         const char* arguments;
@@ -333,7 +323,7 @@ TEST_F(ProgramTest, CutsCarvingsAndPushesAreDoneInTheOrderGiven) {
         const Finished done = run("deform cube.nrrd --config no_air.toml" + actions +
                                   " --out o.nrrd --report o.json");
         EXPECT_EQ(done.status, 0) << done.err;
-        return Json::parse(text_of(file("o.json")));
+        return Json::parse(bytes_of(file("o.json")));
     };
     const Json first = report(cut + push), last = report(push + cut);
     EXPECT_GT(first["cut_links"], 100);
@@ -427,8 +417,8 @@ TEST_F(ProgramTest, SavedStateGoesOnWhereItWasLeft) {
     const Finished loaded =
         run("deform cube.nrrd --load-state b.plst" + push + " --out c.nrrd --report c.json");
     EXPECT_EQ(loaded.status, 0) << loaded.err;
-    EXPECT_EQ(Json::parse(text_of(file("a.json")))["hash"],
-              Json::parse(text_of(file("c.json")))["hash"]);
+    EXPECT_EQ(Json::parse(bytes_of(file("a.json")))["hash"],
+              Json::parse(bytes_of(file("c.json")))["hash"]);
     const Finished other = run("deform airway.nrrd --load-state b.plst --out refused.nrrd");
     EXPECT_EQ(other.status, 2);
     EXPECT_NE(other.err.find("b.plst: expected a state of this scan"), std::string::npos);
@@ -440,7 +430,7 @@ TEST_F(ProgramTest, FailureLeavesOldOutputsAlone) {
     const Finished done =
         run("deform cube.nrrd --push 900,0,0:1,0,0 --out kept.nrrd --report kept.json");
     EXPECT_EQ(done.status, 2);
-    EXPECT_EQ(text_of(file("kept.nrrd")), "old");
+    EXPECT_EQ(bytes_of(file("kept.nrrd")), "old");
     EXPECT_FALSE(fs::exists(file("kept.json")));
 }
 
@@ -505,10 +495,10 @@ TEST_F(ProgramTest, RenderFliesAlongACurveInEitherCoordinateSystem) {
     // Three times √5 mm, smoothed or not, by 2 mm a frame.
     for (const char* name : {"00000.png", "00001.png", "00002.png", "00003.png"}) {
         ASSERT_TRUE(fs::exists(file("a") / name)) << name;
-        EXPECT_EQ(text_of(file("a") / name), text_of(file("b") / name)) << name;
+        EXPECT_EQ(bytes_of(file("a") / name), bytes_of(file("b") / name)) << name;
     }
     EXPECT_FALSE(fs::exists(file("a") / "00004.png"));
-    EXPECT_NE(text_of(file("a") / "00000.png"), text_of(file("a") / "00003.png"));
+    EXPECT_NE(bytes_of(file("a") / "00000.png"), bytes_of(file("a") / "00003.png"));
     write_path("odd.mrk.json", "XYZ", 1);
     const Finished odd = run(common + "--path odd.mrk.json --movie c/");
     EXPECT_EQ(odd.status, 2);
@@ -570,7 +560,7 @@ TEST_F(ProgramTest, FitFindsTheStiffnessThatItsReportNames) {
                               "--method annealing --evaluations 60 --seed 5 --report fit.json");
     ASSERT_EQ(done.status, 0) << done.err;
     EXPECT_NE(done.out.find("not identifiable: damping"), std::string::npos) << done.out;
-    const Json report = Json::parse(text_of(file("fit.json")));
+    const Json report = Json::parse(bytes_of(file("fit.json")));
     ASSERT_EQ(report["methods"].size(), 4u);
     const Json &closed = report["methods"][0], &newton = report["methods"][1];
     EXPECT_NEAR(closed["values"]["links"].get<double>(), 0.4 * 6e5 * 0.02, 1e-6);
@@ -589,7 +579,7 @@ TEST_F(ProgramTest, FitFindsTheStiffnessThatItsReportNames) {
                                        "method = \"gauss-newton\"\nvolume = false\n";
     const Finished again = run("fit fit.toml --size 5,5,5 --report again.json");
     ASSERT_EQ(again.status, 0) << again.err;
-    const Json from_file = Json::parse(text_of(file("again.json")));
+    const Json from_file = Json::parse(bytes_of(file("again.json")));
     ASSERT_EQ(from_file["methods"].size(), 1u);
     EXPECT_EQ(from_file["methods"][0]["values"]["links"], newton["values"]["links"]);
 }
@@ -618,7 +608,7 @@ TEST_F(ProgramTest, HapticsCheckReportsThePeriodsAndIsPlayedAgain) {
     const Finished done = run("haptics check --minutes 0.01 --json --out h.json --record h.txt");
     ASSERT_EQ(done.status, 0) << done.err;
     const Json report = Json::parse(done.out);
-    EXPECT_EQ(report, Json::parse(text_of(file("h.json"))));
+    EXPECT_EQ(report, Json::parse(bytes_of(file("h.json"))));
     EXPECT_EQ(report["device"], "virtual");
     EXPECT_GT(report["periods"], 50);
     for (const char* key : {"period_us", "compute_us", "idle_period_us"})

@@ -5,37 +5,16 @@
 
 #include <gtest/gtest.h>
 #include <pliant/mesh_files.h>
-#include <sys/wait.h>
 
 #include <algorithm>
-#include <cstdlib>
-#include <fstream>
-#include <nlohmann/json.hpp>
 
-#include "support/temporary_folder.h"
+#include "support/json.h"
+#include "support/program_in_folder.h"
 
 namespace pliant::test {
 namespace {
 
-using Json = nlohmann::json;
-
-class VesselTest : public ::testing::Test {
-  protected:
-    int run(const std::string& arguments) const {
-        const std::string command = "cd '" + m_folder.path().string() +
-                                    "' && '" PLIANT_PROGRAM "' " + arguments + " >.out 2>.err";
-        const int raw = std::system(command.c_str());
-        return WIFEXITED(raw) ? WEXITSTATUS(raw) : -1;
-    }
-    std::string out() const { return bytes_of(m_folder / ".out"); }
-    std::string said() const { return bytes_of(m_folder / ".err"); }
-    bool exists(const char* name) const { return std::filesystem::exists(m_folder / name); }
-    void write(const char* name, const std::string& text) const {
-        std::ofstream(m_folder / name, std::ios::binary) << text;
-    }
-
-    TemporaryFolder m_folder;
-};
+class VesselTest : public ProgramInFolder {};
 
 const char* kScene =
     "[vessel]\nphantom = \"bend\"\nthickness_mm = 1.5\nlayers = 1\n"

@@ -79,6 +79,38 @@ TEST_F(PushTest, SecondPushTakesHoldOfWhatIsAtThePointNow) {
     EXPECT_EQ(around.front(), (Vec3i{10, 10, 10}));
 }
 
+TEST_F(PushTest, ASphereTakesHoldOfWhatIsWithinItNowAndOfNoAir) {
+    const std::uint64_t seed = 6;
+    SCOPED_TRACE(seed);
+    Random random(seed);
+    ChainMail tissue = tissue_of(volume, arena);
+    const Grid& grid = volume.grid;
+    for (int turn = 0; turn < 12; ++turn) {
+        ASSERT_TRUE(
+            tissue
+                .push({.point_mm = {random.real(4, 20), random.real(4, 20), random.real(4, 20)},
+                       .push_mm = random.vector(4)})
+                .ok());
+        const Vec3d centre{random.real(0, 23), random.real(0, 23), random.real(0, 23)};
+        const double radius_mm = random.real(0.3, 9), air_hu = turn % 3 ? -500 : -2000;
+        std::vector<Vec3i> expected;
+        for (int z = 0; z < grid.size.z; ++z)
+            for (int y = 0; y < grid.size.y; ++y)
+                for (int x = 0; x < grid.size.x; ++x) {
+                    const Vec3d now = world_from_voxel(grid, {double(x), double(y), double(z)}) +
+                                      tissue.displacement_mm({x, y, z});
+                    if (norm(now - world_from_voxel(grid, centre)) <= radius_mm &&
+                        tissue.lattice().value_at({x, y, z}) >= air_hu)
+                        expected.push_back({x, y, z});
+                }
+        auto found = grab_sphere(tissue.lattice(), centre, radius_mm, air_hu);
+        std::sort(found.begin(), found.end(), [](Vec3i p, Vec3i q) {
+            return std::tie(p.z, p.y, p.x) < std::tie(q.z, q.y, q.x);
+        });
+        EXPECT_EQ(found, expected) << "sphere of " << radius_mm << " mm";
+    }
+}
+
 TEST_F(PushTest, EveryPointOfADeformedLatticeIsInACell) {
     ChainMail tissue = tissue_of(volume, arena);
     Random random(5);

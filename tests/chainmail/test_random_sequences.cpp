@@ -290,6 +290,7 @@ class Sequence {
 
     void check() {
         EXPECT_EQ(m_sweep.hash(), m_heap.hash());
+        EXPECT_EQ(m_sweep.elastic_energy_mm2(), m_heap.elastic_energy_mm2());
         EXPECT_EQ(m_sweep.undo_steps(), m_heap.undo_steps());
         EXPECT_EQ(m_sweep.redo_steps(), m_heap.redo_steps());
         EXPECT_LE(m_sweep.undo_steps(), kHistorySteps);

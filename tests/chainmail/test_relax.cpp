@@ -185,6 +185,41 @@ TEST(Relax, EnergyIsTheSumOverLinksOfWeightTimesSquare) {
     EXPECT_NEAR(tissue.elastic_energy_mm2() / sum, 1, 1e-9);
 }
 
+TEST(Relax, EnergyKnowsWhatChangedSinceItWasAskedLast) {
+    const std::uint64_t seed = 8;
+    SCOPED_TRACE(seed);
+    Random random(seed);
+    const Instance instance = random_instance(random, 30, 30, true);
+    const TaskArena arena(2);
+    ChainMail tissue = tissue_of(instance.volume, instance.law, arena);
+    const auto fresh = [&] {
+        return mm2_from_energy(elastic_energy(tissue.lattice(), PlasticRest{}, arena));
+    };
+    const auto somewhere = [&] {
+        return Vec3i{random.whole(2, 27), random.whole(2, 27), random.whole(2, 27)};
+    };
+    for (int turn = 0; turn < 120; ++turn) {
+        const int choice = random.whole(0, 9);
+        if (choice < 5) {
+            ASSERT_TRUE(tissue.push_elements({{somewhere()}}, random.vector(4)).ok());
+        } else if (choice < 7) {
+            ASSERT_TRUE(tissue.relax({.max_sweeps = random.whole(1, 4)}).ok());
+        } else if (choice < 8) {
+            if (tissue.undo_steps() > 0) {
+                ASSERT_TRUE(tissue.undo().ok());
+            }
+        } else if (choice < 9) {
+            const Vec3i e = somewhere();
+            const Vec3d from =
+                world_from_voxel(instance.volume.grid, {double(e.x), double(e.y), double(e.z)});
+            ASSERT_TRUE(tissue.carve({.from_mm = from, .to_mm = from, .radius_mm = 2}).ok());
+        } else if (turn % 3 == 0) {
+            tissue.reset();
+        }
+        ASSERT_EQ(tissue.elastic_energy_mm2(), fresh()) << "turn " << turn;
+    }
+}
+
 TEST(Relax, ReleasedTissueReturnsToRestExactly) {
     const TaskArena arena(2);
     for (const bool plain : {false, true}) {

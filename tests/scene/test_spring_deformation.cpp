@@ -230,6 +230,7 @@ TEST(SpringDeformation, APushStopsBeforeACellFolds) {
     const auto report = tissue->push(1, {.point_mm = middle_mm(volume), .push_mm = {30, 0, 0}});
     ASSERT_TRUE(report.ok());
     EXPECT_EQ(report->status, PushStatus::Limited);
+    EXPECT_EQ(report->limited_by, LimitedBy::Fold);
     EXPECT_GT(report->step_fraction, 0.05);
     EXPECT_LT(report->step_fraction, 1);
     EXPECT_FALSE(tissue->control().folds(tissue->displacements_mm()));

@@ -215,6 +215,18 @@ TEST(Networks, VolumesAndTheirGradientsAreRight) {
                 EXPECT_NEAR(gradient[a], (more - less) / (2 * step), 1e-7);
             }
         }
+        std::vector<Vec3d> move;
+        for (int n = 0; n < 8; ++n) move.push_back(random.vector(1));
+        for (int corner = 0; corner < cell.node_count; ++corner) {
+            const auto moved = [&](double way) {
+                return volume_gradient(cell, corner, [&](std::int32_t n) {
+                    return x[std::size_t(n)] + way * move[std::size_t(n)];
+                });
+            };
+            const Vec3d change = volume_gradient_change(
+                cell, corner, place, [&](std::int32_t n) { return move[std::size_t(n)]; });
+            EXPECT_LT(norm(0.5 * (moved(1) - moved(-1)) - change), 1e-12);
+        }
     }
 }
 

@@ -100,7 +100,7 @@ export interface Done {
     do: string;
     step: number;
     status?: 'applied' | 'limited' | 'rejected';
-    limited_by?: 'none' | 'bone' | 'movement';
+    limited_by?: 'none' | 'bone' | 'movement' | 'fold';
     step_fraction?: number;
     grabbed_elements?: number;
     moved_elements?: number;

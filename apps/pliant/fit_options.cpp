@@ -1,0 +1,93 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "fit_options.h"
+
+#include <CLI/CLI.hpp>
+
+namespace pliant::app {
+namespace {
+
+/// Options that weren't given on the command line, from lines NAME = VALUE of a TOML file.
+void read_fit_config(CLI::App* command, const std::string& file) {
+    std::vector<CLI::ConfigItem> items;
+    try {
+        items = CLI::ConfigTOML().from_file(file);
+    } catch (const CLI::Error& error) {
+        throw CLI::ValidationError(file, error.what());
+    }
+    for (const CLI::ConfigItem& item : items) {
+        CLI::Option* option = command->get_option_no_throw("--" + item.name);
+        if (!item.parents.empty() || !option || item.name == "help")
+            throw CLI::ValidationError(file, "unknown setting '" + item.fullname() +
+                                                 "'; expected the names of pliant fit --help");
+        if (!option->empty()) continue;
+        const bool is_off = option->get_items_expected_max() == 0 && item.inputs.size() == 1 &&
+                            item.inputs[0] == "false";
+        if (is_off) continue;
+        for (const std::string& input : item.inputs) option->add_result(input);
+        option->run_callback();
+    }
+}
+
+}  // namespace
+
+void add_fit(CLI::App& app, FitOptions& o) {
+    auto* c = app.add_subcommand("fit", "Find spring stiffnesses that move as finite elements do");
+    c->add_option("CONFIG", o.config, "settings, TOML: the names below without dashes");
+    c->add_option("--size", o.size, "nodes of the box along x, y, z (default 10,10,10)");
+    c->add_option("--spacing", o.spacing_mm, "between nodes, one or three numbers [mm]");
+    c->add_option("--young", o.young_pa, "Young's modulus [Pa] (default 600000)");
+    c->add_option("--poisson", o.poisson, "Poisson's ratio (default 0.45)");
+    c->add_option("--density", o.density_kg_m3, "[kg/m3] (default 1040)");
+    c->add_option("--element", o.element, "of the reference (default trilinear)")
+        ->check(CLI::IsMember({"trilinear", "incompatible"}));
+    const CLI::IsMember face({"-x", "+x", "-y", "+y", "-z", "+z"});
+    c->add_option("--held", o.held, "face that doesn't move (default -z)")->check(face);
+    const char* load = "FACE:FX,FY,FZ[:ACROSS,ALONG[:NODES]]";
+    c->add_option("--load", o.loads,
+                  "newtons in total, on NODES x NODES nodes (default 2) of a face, around a place "
+                  "from 0,0 to 1,1 on it (default 0.5,0.5); may be given again (default "
+                  "+z:0,0,-40)")
+        ->type_name(load);
+    c->add_option("--held-out", o.held_out, "likewise, only judged by")->type_name(load);
+    c->add_option("--links", o.links, "of the lattice (default edges+faces)")
+        ->check(CLI::IsMember({"edges", "edges+faces", "edges+faces+body"}));
+    c->add_option("--groups", o.groups, "links with a value of their own (default uniform)")
+        ->check(CLI::IsMember({"uniform", "kinds", "directions"}));
+    c->add_flag("--volume", o.volume, "and a volume energy of the cells");
+    c->add_flag("--by-cells", o.by_cells, "each cell has its own springs");
+    c->add_option("--damping", o.damping_kg_s, "a value for the nodes' damping, from here [kg/s]")
+        ->check(CLI::NonNegativeNumber);
+    c->add_option("--motion", o.motion, "linear, equilibrium, or run: stopped after a time")
+        ->check(CLI::IsMember({"linear", "equilibrium", "run"}));
+    c->add_option("--duration", o.duration_s, "of a run [s] (default 1)")
+        ->check(CLI::PositiveNumber);
+    c->add_option("--depth", o.depth, "of a run [layers] (default 10)")->check(CLI::Range(0, 1000));
+    c->add_option("--cost", o.cost, "sum of distances, or of their squares")
+        ->check(CLI::IsMember({"distances", "squares"}));
+    c->add_option("--range", o.range, "bounds: the start over this and times this (default 10)");
+    c->add_option("--method", o.methods, "may be given again (default closed-form, gauss-newton)")
+        ->check(CLI::IsMember(
+            {"closed-form", "gauss-newton", "bobyqa", "nelder-mead", "subplex", "annealing"}));
+    c->add_option("--evaluations", o.evaluations, "at most, of a search (default 400)")
+        ->check(CLI::Range(1, 1000000));
+    c->add_option("--seed", o.seed, "of annealing (default 1)");
+    c->add_option("--temperature", o.start_temperature, "of annealing at the start; 0: found");
+    c->add_option("--cooling", o.cooling, "of annealing, beta; 0: found");
+    c->add_option("--report", o.report, "what was found, JSON");
+    c->add_option("--threads", o.threads, "threads to use; 0: all")->check(CLI::Range(0, 256));
+    c->final_callback([c, &o] {
+        if (!o.config.empty()) read_fit_config(c, o.config);
+    });
+    c->footer(
+        "Stiffness is in N/m, bulk in Pa, damping in kg/s, errors in percent of the spacing.\n"
+        "Examples:\n"
+        "  pliant fit --load +z:0,0,-40 --method closed-form --method gauss-newton "
+        "--method annealing\n"
+        "  pliant fit --volume --by-cells --groups kinds --load +z:0,0,-40:0.2,0.3 "
+        "--load +z:40,0,0:0.7,0.3 --held-out +z:0,0,-40 --report fit.json\n"
+        "  pliant fit scenes/fit_elastin.toml");
+}
+
+}  // namespace pliant::app

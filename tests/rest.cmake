@@ -1,0 +1,61 @@
+# SPDX-FileCopyrightText: 2026 The Pliant authors
+# SPDX-License-Identifier: Apache-2.0
+
+pliant_test(core
+    SOURCES test_geometry.cpp test_hash.cpp test_result.cpp test_staged_files.cpp test_tasks.cpp)
+pliant_test(volume
+    SOURCES ../support/scan_files.cpp test_broken_files.cpp
+            test_damaged_at_random.cpp test_dicom_series.cpp test_mapped_scans.cpp test_phantom.cpp
+            test_phantom_scene.cpp test_read_formats.cpp test_read_orientation.cpp
+            test_sample_linear.cpp test_shared_scans.cpp test_text.cpp
+            test_vector_field.cpp test_voxel_array.cpp test_voxel_builder.cpp test_write_volume.cpp
+            test_write_vti.cpp
+    LIBRARIES ZLIB::ZLIB)
+pliant_test(fit SOURCES test_methods.cpp test_published.cpp)
+pliant_test(mesh
+    SOURCES test_builders.cpp test_check_mesh.cpp test_distance.cpp test_files.cpp
+            test_overlap.cpp test_stuffing.cpp test_write_vtu.cpp
+    LIBRARIES ZLIB::ZLIB)
+pliant_test(catheter SOURCES test_carried_scan.cpp test_scene.cpp test_wire.cpp)
+pliant_test(vessel SOURCES test_wall.cpp)
+pliant_test(haptics
+    SOURCES test_models.cpp test_servo.cpp test_servo_step.cpp test_stability.cpp watch_thread.cpp
+    LIBRARIES ${CMAKE_DL_LIBS})
+# Plug-ins: the one that people begin with, and one that must be refused.
+add_library(example_haptic_device MODULE ${PROJECT_SOURCE_DIR}/examples/haptic_device/device.c)
+add_library(wrong_haptic_device MODULE haptics/wrong_plugin.c)
+foreach(plugin IN ITEMS example wrong)
+    target_include_directories(${plugin}_haptic_device PRIVATE ${PROJECT_SOURCE_DIR}/include)
+    string(TOUPPER PLIANT_${plugin}_DEVICE definition)
+    target_compile_definitions(test_haptics PRIVATE
+        ${definition}="$<TARGET_FILE:${plugin}_haptic_device>")
+    add_dependencies(test_haptics ${plugin}_haptic_device)
+endforeach()
+target_link_libraries(example_haptic_device PRIVATE m)
+pliant_test(serve
+    SOURCES ../support/scan_files.cpp test_checkpoint.cpp test_client.cpp test_commands.cpp
+            test_files.cpp test_frames.cpp test_hostile.cpp test_overlay.cpp test_path.cpp
+            test_scene.cpp test_server.cpp
+    LIBRARIES nlohmann_json::nlohmann_json)
+if(PLIANT_BUILD_APP)
+    pliant_test(apps SOURCES ../../apps/pliant/camera_path.cpp ../../apps/pliant/keyframes.cpp
+                             ../serve/test_client.cpp test_keyframes.cpp test_mesh.cpp test_path.cpp
+                             test_program.cpp test_serve.cpp test_value_range.cpp
+                             test_vessel.cpp
+                LIBRARIES nlohmann_json::nlohmann_json)
+    target_compile_definitions(test_apps PRIVATE PLIANT_PROGRAM="$<TARGET_FILE:pliant_app>")
+    add_dependencies(test_apps pliant_app)
+endif()
+# The pages of results: what draws and measures is tested, not the program that times.
+pliant_test(results
+    SOURCES ../../benchmarks/results_page/chart.cpp
+            ../../benchmarks/results_page/page.cpp
+            ../../benchmarks/results_page/plot.cpp
+            ../../benchmarks/results_chainmail/setups.cpp
+            ../../benchmarks/results_chainmail/slices.cpp
+            test_plot.cpp test_setups.cpp)
+target_include_directories(test_results PRIVATE
+    ${PROJECT_SOURCE_DIR}/benchmarks/results_chainmail
+    ${PROJECT_SOURCE_DIR}/benchmarks/results_page)
+# What reads other people's bytes, with bytes that nobody meant.
+add_subdirectory(fuzz)
