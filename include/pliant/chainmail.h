@@ -98,7 +98,7 @@ struct Push {
 };
 
 enum class PushStatus { Applied, Limited, Rejected };
-/// Object and Wall: only in an ObjectSpace (chainmail_objects.h). Fold: only of a SpringDeformation.
+/// Object and Wall: only in an ObjectSpace (chainmail_objects.h); Fold: of a SpringDeformation.
 enum class LimitedBy { None, Bone, Movement, Object, Wall, Fold };
 
 /// As in reports and messages: `applied`, `limited`, `rejected`.
