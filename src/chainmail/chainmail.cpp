@@ -145,8 +145,11 @@ Result<PushReport> ChainMail::Impl::push_grabbed(std::span<const ElementRef> ele
 void ChainMail::Impl::drop_unmoved() {
     lattice.drop_still_bricks(work.touched);
     // A push of nothing, or by nothing, reached no brick, not even those of the grabbed elements.
-    for (const ElementRef& element : grabbed_elements)
-        lattice.drop_still_bricks({&element.brick, 1});
+    int last = -1;
+    for (const ElementRef& element : grabbed_elements) {
+        if (element.brick != last) lattice.drop_still_bricks({&element.brick, 1});
+        last = element.brick;
+    }
 }
 
 void ChainMail::Impl::yield_to_push() {
@@ -164,8 +167,16 @@ Vec3d ChainMail::Impl::lattice_mm_from_world(Vec3d push_mm) const {
 
 bool ChainMail::Impl::take_hold(std::span<const Vec3i> elements) {
     grabbed_elements.clear();
-    for (const Vec3i& element : elements)
-        if (!lattice.is_void(element)) grabbed_elements.push_back(lattice.ensure_element(element));
+    // Those of one brick come one after the other, mostly.
+    Vec3i coord;
+    int brick = -1;
+    for (const Vec3i& element : elements) {
+        if (lattice.is_void(element)) continue;
+        const Vec3i its = lattice.brick_of(element);
+        if (brick < 0 || its != coord) brick = lattice.ensure_brick(its);
+        coord = its;
+        grabbed_elements.push_back({brick, lattice.index_in_brick(element, coord)});
+    }
     return !grabbed_elements.empty();
 }
 

@@ -63,11 +63,6 @@ Vec3i Lattice::brick_of(Vec3i ijk) const {
     return {floor_div(ijk.x, m_size), floor_div(ijk.y, m_size), floor_div(ijk.z, m_size)};
 }
 
-int Lattice::index_in_brick(Vec3i ijk) const {
-    const Vec3i local = ijk - m_size * brick_of(ijk);
-    return local.x + m_size * (local.y + m_size * local.z);
-}
-
 Vec3i Lattice::element_of(Vec3i brick_coord, int index) const {
     const Vec3i local{index % m_size, index / m_size % m_size, index / (m_size * m_size)};
     return m_size * brick_coord + local;

@@ -131,7 +131,11 @@ class Lattice {
     }
 
     Vec3i brick_of(Vec3i ijk) const;
-    int index_in_brick(Vec3i ijk) const;
+    int index_in_brick(Vec3i ijk) const { return index_in_brick(ijk, brick_of(ijk)); }
+    int index_in_brick(Vec3i ijk, Vec3i brick_coord) const {
+        const Vec3i local = ijk - m_size * brick_coord;
+        return local.x + m_size * (local.y + m_size * local.z);
+    }
     Vec3i element_of(Vec3i brick_coord, int index) const;
 
     /// The scan's value, rounded; air beyond it. @returns HU

@@ -465,7 +465,7 @@ std::optional<double> Scene::energy() {
 void Scene::add_force(std::uint32_t client, std::optional<double> before, Vec3d way_mm,
                       Outcome& outcome) {
     // About a twentieth of the time at most: where much is deformed, forces are told less often.
-    constexpr std::int64_t kElementsPerRest = 30'000;
+    constexpr std::int64_t kElementsPerRest = 15'000;
     outcome.force = m_tissue->force_n(client);
     const ChainMail* model = m_tissue->chainmail();
     const double way = norm(way_mm);
