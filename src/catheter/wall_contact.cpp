@@ -74,7 +74,7 @@ void WallContact::look(const Wire& wire, const PbdBody& body, double duration_s)
                 apart |= std::max({at(0), at(1), at(2)}) < low[c] ||
                          std::min({at(0), at(1), at(2)}) > high[c];
             }
-            if (apart) continue;
+            if (apart || is_far(a, b, nodes, reach)) continue;
             m_pairs.push_back({s, t, 0, true});
             // The normals of corners and edges need the triangles around.
             for (const std::int32_t n : nodes)
@@ -89,6 +89,17 @@ void WallContact::look(const Wire& wire, const PbdBody& body, double duration_s)
     }
     m_ranked_places = x;
     m_wall_moved = 0;
+}
+
+/// By the ball around the triangle's middle.
+bool WallContact::is_far(Vec3d a, Vec3d b, const std::array<std::int32_t, 3>& triangle,
+                         double reach) const {
+    const auto p = [&](std::size_t k) { return m_ghost.places()[std::size_t(triangle[k])]; };
+    const Vec3d middle = (1.0 / 3) * (p(0) + p(1) + p(2)), u = b - a;
+    double ball = 0;
+    for (std::size_t k = 0; k < 3; ++k) ball = std::max(ball, norm(p(k) - middle));
+    const double t = std::clamp(dot(middle - a, u) / std::max(1e-12, dot(u, u)), 0.0, 1.0);
+    return norm(middle - (a + t * u)) > reach + ball;
 }
 
 /// Of what is outside of the guide: the wall doesn't feel what is in it.

@@ -80,6 +80,7 @@ class WallContact {
         std::int32_t triangle;
     };
     std::array<Vec3d, 3> corners(const Pair& pair) const;
+    bool is_far(Vec3d a, Vec3d b, const std::array<std::int32_t, 3>& triangle, double reach) const;
     void rank(Vec3d a, Vec3d b, std::span<Pair> of_segment) const;
     static Vec3d begin_of(const Wire& wire, std::int32_t segment);
     double moved(const Wire& wire, std::int32_t segment) const;

@@ -262,7 +262,11 @@ class SolverOf final : public Solver {
         }
         m_awake_attachments.clear();
         for (std::size_t a = 0; a < m_parts.attachments.size(); ++a)
-            if (!is_held(m_parts.attachments[a])) m_awake_attachments.push_back(std::int32_t(a));
+            if (const PbdAttachment& attachment = m_parts.attachments[a]; !is_held(attachment)) {
+                const auto& w = attachment.weights;
+                const bool is_pin = w[0] == 1 && w[1] == 0 && w[2] == 0 && w[3] == 0;
+                m_awake_attachments.push_back({std::int32_t(a), is_pin, at(attachment.nodes[0])});
+            }
     }
 
     void project(const TaskArena& arena, bool first) {
@@ -307,11 +311,20 @@ class SolverOf final : public Solver {
 
     /// All three components have the same weight, so this is exact for each.
     void project_attachments(bool first) {
-        for (const std::int32_t a : m_awake_attachments) {
-            const PbdAttachment& attachment = m_parts.attachments[std::size_t(a)];
-            Vec3d& multiplier = m_forces[std::size_t(a)];
+        for (const AwakeAttachment& awake : m_awake_attachments) {
+            const PbdAttachment& attachment = m_parts.attachments[std::size_t(awake.number)];
+            Vec3d& multiplier = m_forces[std::size_t(awake.number)];
             if (first) multiplier = {0, 0, 0};
             const double alpha = compliance_of(attachment);
+            if (awake.is_pin) {
+                Real* x = m_x.data() + awake.at;
+                const Vec3d off =
+                    m_origin - attachment.target + Vec3d{double(x[0]), double(x[1]), double(x[2])};
+                const Vec3d change = (-1 / (alpha + double(x[3]))) * (off + alpha * multiplier);
+                multiplier = multiplier + change;
+                for (int c = 0; c < 3; ++c) x[c] = Real(double(x[c]) + double(x[3]) * change[c]);
+                continue;
+            }
             double weight = alpha;
             for (std::size_t n = 0; n < 4; ++n) {
                 const double b = attachment.weights[n];
@@ -372,7 +385,12 @@ class SolverOf final : public Solver {
     AlignedVector<Real> m_numbers[kKinds], m_multipliers[kKinds];
     std::optional<AwakePacks<Real>> m_packs;
     std::vector<Range> m_awake_ranges;
-    std::vector<std::int32_t> m_awake_attachments;
+    struct AwakeAttachment {
+        std::int32_t number;
+        bool is_pin;  ///< of one particle, which is at…
+        std::size_t at;
+    };
+    std::vector<AwakeAttachment> m_awake_attachments;
     std::vector<std::size_t> m_set_held;  ///< held particles that may have been given velocities
     bool m_has_woken = true;              ///< or has been put to rest: some particle
     std::vector<Load> m_loads;
