@@ -234,7 +234,8 @@ Result<CatheterScene> CatheterScene::create(VesselWall wall, const CatheterSetti
     auto body =
         PbdBody::create(std::move(*parts), {.time_step = settings.time_step_s / settings.sub_steps,
                                             .sub_steps = 1,
-                                            .damping = settings.wall.damping_per_s});
+                                            .damping = settings.wall.damping_per_s,
+                                            .packs_anew = settings.local});
     if (!body) return body.error();
     std::unique_ptr<PbdBoxes> boxes;
     if (settings.local) {

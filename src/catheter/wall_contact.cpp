@@ -18,14 +18,8 @@ constexpr double kOpen = 0.2;
 /// Of one node or segment, contacts with normals that differ by more than this cosine.
 constexpr double kAlike = 0.95;
 constexpr std::size_t kMostOfOne = 4;
-
-std::array<double, 3> weights_of(Vec3d x, Vec3d a, Vec3d b, Vec3d c) {
-    const Vec3d normal = cross(b - a, c - a);
-    const double scale = 1 / dot(normal, normal);
-    const double u = scale * dot(cross(x - a, c - a), normal),
-                 v = scale * dot(cross(b - a, x - a), normal);
-    return {1 - u - v, u, v};
-}
+/// Of a segment, looked at for the depth.
+constexpr int kPlaces = 3;
 
 }  // namespace
 
@@ -57,8 +51,9 @@ void WallContact::look(const Wire& wire, const PbdBody& body, double duration_s)
     m_near_nodes.clear();
     ++m_turn;
     const auto& x = wire.places();
-    for (std::int32_t s = wire.first(); s < wire.segments(); ++s) {
-        const Vec3d a = x[std::size_t(s)], b = x[std::size_t(s) + 1];
+    // With the one that may come out of the guide in this step.
+    for (std::int32_t s = std::max(0, wire.first() - 1); s < wire.segments(); ++s) {
+        const Vec3d b = x[std::size_t(s) + 1], a = s < wire.first() ? b : begin_of(wire, s);
         const double moves = duration_s * std::max(norm(wire.velocities()[std::size_t(s)]),
                                                    norm(wire.velocities()[std::size_t(s) + 1]));
         const double reach = m_settings.radius_mm + m_settings.skin_mm + kLook + moves;
@@ -68,6 +63,7 @@ void WallContact::look(const Wire& wire, const PbdBody& body, double duration_s)
             high[c] = std::max(a[c], b[c]) + reach;
         }
         m_ghost.near(low, high, m_found_triangles);
+        const std::size_t from = m_pairs.size();
         for (const std::int32_t t : m_found_triangles) {
             const auto& nodes = m_ghost.triangles()[std::size_t(t)];
             bool apart = false;
@@ -78,8 +74,8 @@ void WallContact::look(const Wire& wire, const PbdBody& body, double duration_s)
                 apart |= std::max({at(0), at(1), at(2)}) < low[c] ||
                          std::min({at(0), at(1), at(2)}) > high[c];
             }
-            if (apart) continue;
-            m_pairs.push_back({s, t});
+            if (apart || is_far(a, b, nodes, reach)) continue;
+            m_pairs.push_back({s, t, 0, true});
             // The normals of corners and edges need the triangles around.
             for (const std::int32_t n : nodes)
                 for (const std::int32_t u : m_ghost.ring(n))
@@ -89,7 +85,55 @@ void WallContact::look(const Wire& wire, const PbdBody& body, double duration_s)
                         m_near_nodes.push_back(m);
                     }
         }
+        rank(a, b, std::span<Pair>(m_pairs).subspan(from));
     }
+    m_ranked_places = x;
+    m_wall_moved = 0;
+}
+
+/// By the ball around the triangle's middle.
+bool WallContact::is_far(Vec3d a, Vec3d b, const std::array<std::int32_t, 3>& triangle,
+                         double reach) const {
+    const auto p = [&](std::size_t k) { return m_ghost.places()[std::size_t(triangle[k])]; };
+    const Vec3d middle = (1.0 / 3) * (p(0) + p(1) + p(2)), u = b - a;
+    double ball = 0;
+    for (std::size_t k = 0; k < 3; ++k) ball = std::max(ball, norm(p(k) - middle));
+    const double t = std::clamp(dot(middle - a, u) / std::max(1e-12, dot(u, u)), 0.0, 1.0);
+    return norm(middle - (a + t * u)) > reach + ball;
+}
+
+/// Of what is outside of the guide: the wall doesn't feel what is in it.
+Vec3d WallContact::begin_of(const Wire& wire, std::int32_t segment) {
+    const auto s = std::size_t(segment);
+    const double along = segment == wire.first() ? wire.guide_end() : 0;
+    return (1 - along) * wire.places()[s] + along * wire.places()[s + 1];
+}
+
+/// Nearest first; and which are so far that they can't be touched yet.
+void WallContact::rank(Vec3d a, Vec3d b, std::span<Pair> of_segment) const {
+    if (of_segment.empty()) return;
+    int feature = 0;
+    Vec3d off{0, 0, 0};
+    double least = 1e300;
+    std::int32_t nearest = 0;
+    for (Pair& pair : of_segment) {
+        const auto p = corners(pair);
+        const auto near = pbd::nearest_pair(a, b, p[0], p[1], p[2]);
+        const Vec3d d = near.on_segment - near.on_triangle;
+        pair.distance = norm(d);
+        if (!(pair.distance < least)) continue;
+        least = pair.distance;
+        feature = near.feature;
+        off = d;
+        nearest = pair.triangle;
+    }
+    std::sort(of_segment.begin(), of_segment.end(), [](const Pair& p, const Pair& q) {
+        return p.distance != q.distance ? p.distance < q.distance : p.triangle < q.triangle;
+    });
+    // A wire that has gone through the wall looks at all of it, to find its way back.
+    const bool is_inside =
+        least > 0.5 * m_settings.radius_mm && dot(off, m_ghost.normal(nearest, feature)) >= 0;
+    for (Pair& pair : of_segment) pair.is_deep = !is_inside;
 }
 
 std::array<Vec3d, 3> WallContact::corners(const Pair& pair) const {
@@ -153,18 +197,32 @@ void WallContact::keep_some(std::size_t from) {
     m_found.resize(std::min(kept, m_found.size()));
 }
 
+/// By how much a segment and a triangle have come nearer since `look`, at most.
+double WallContact::moved(const Wire& wire, std::int32_t segment) const {
+    const auto s = std::size_t(segment);
+    const auto of = [&](std::size_t n) { return norm(wire.places()[n] - m_ranked_places[n]); };
+    return m_wall_moved + std::max(of(s), of(s + 1));
+}
+
 std::span<WireContact> WallContact::gather(const Wire& wire, const PbdBody& body, double h) {
-    m_ghost.update(body, m_near_nodes);
+    m_wall_moved += m_ghost.update(body, m_near_nodes);
     m_found.clear();
     const auto& x = wire.places();
+    const double touching = m_settings.radius_mm + m_settings.skin_mm + kOpen;
     for (std::size_t begin = 0, end; begin < m_pairs.size(); begin = end) {
         const std::int32_t s = m_pairs[begin].segment;
         for (end = begin; end < m_pairs.size() && m_pairs[end].segment == s;) ++end;
-        const Vec3d a = x[std::size_t(s)], b = x[std::size_t(s) + 1];
+        if (s < wire.first()) continue;
+        const Vec3d a = begin_of(wire, s), b = x[std::size_t(s) + 1];
+        const bool is_first = s == wire.first();
+        const double before = is_first ? wire.guide_end() : 0;
         const auto of_segment = std::span<const Pair>(m_pairs).subspan(begin, end - begin);
+        const double most = touching + moved(wire, s);
+        const auto may_touch = [&](const Pair& p) { return p.is_deep || p.distance <= most; };
         // The segment's second node, and what is in between; its first node is the one before's.
         std::size_t from = m_found.size();
         for (const Pair& pair : of_segment) {
+            if (!may_touch(pair)) break;
             const auto p = corners(pair);
             const auto nearest = mesh::nearest_on_triangle(b, p[0], p[1], p[2]);
             consider(wire, pair, of_segment, 1, b, nearest.place, nearest.feature);
@@ -172,11 +230,12 @@ std::span<WireContact> WallContact::gather(const Wire& wire, const PbdBody& body
         keep_some(from);
         from = m_found.size();
         for (const Pair& pair : of_segment) {
+            if (!may_touch(pair)) break;
             const auto p = corners(pair);
             const auto near = pbd::nearest_pair(a, b, p[0], p[1], p[2]);
-            if (near.along > 0.02 && near.along < 0.98)
-                consider(wire, pair, of_segment, near.along, near.on_segment, near.on_triangle,
-                         near.feature);
+            if ((near.along > 0.02 || is_first) && near.along < 0.98)
+                consider(wire, pair, of_segment, before + (1 - before) * near.along,
+                         near.on_segment, near.on_triangle, near.feature);
         }
         keep_some(from);
     }
@@ -194,7 +253,7 @@ void WallContact::bear(const PbdBody& body, double h) {
     for (const Found& f : m_found) {
         const auto& t = m_ghost.triangles()[std::size_t(f.triangle)];
         const auto place = [&](std::size_t k) { return m_ghost.places()[std::size_t(t[k])]; };
-        const auto weights = weights_of(f.place, place(0), place(1), place(2));
+        const auto weights = mesh::weights_on_triangle(f.place, place(0), place(1), place(2));
         const std::size_t start = m_bearings.size();
         m_bearing_starts.push_back(std::int32_t(start));
         Vec3d moved{0, 0, 0};
@@ -296,33 +355,36 @@ double WallContact::push_force() const {
 }
 
 double WallContact::depth(const Wire& wire, const PbdBody& body) {
-    m_ghost.update(body, m_near_nodes);
+    m_wall_moved += m_ghost.update(body, m_near_nodes);
     const auto& x = wire.places();
     double most = -kLook;
     for (std::size_t begin = 0, end; begin < m_pairs.size(); begin = end) {
-        const auto s = std::size_t(m_pairs[begin].segment);
-        // The nearest triangle says on which side a place is.
-        constexpr int kPlaces = 3;
-        double least[kPlaces], height[kPlaces];
-        std::fill_n(least, kPlaces, 1e300);
-        for (end = begin; end < m_pairs.size() && std::size_t(m_pairs[end].segment) == s; ++end) {
-            const auto& t = m_ghost.triangles()[std::size_t(m_pairs[end].triangle)];
-            for (int k = 0; k < kPlaces; ++k) {
-                const double along = double(k + 1) / kPlaces;
-                const Vec3d p = (1 - along) * x[s] + along * x[s + 1];
-                const auto nearest = mesh::nearest_on_triangle(
-                    p, m_ghost.places()[std::size_t(t[0])], m_ghost.places()[std::size_t(t[1])],
-                    m_ghost.places()[std::size_t(t[2])]);
-                const Vec3d d = p - nearest.place;
-                const double distance = norm(d);
-                if (!(distance < least[k])) continue;
-                const Vec3d out = m_ghost.normal(m_pairs[end].triangle, nearest.feature);
-                least[k] = distance;
-                height[k] = dot(d, out) < 0 ? -distance : distance;
+        const std::int32_t segment = m_pairs[begin].segment;
+        for (end = begin; end < m_pairs.size() && m_pairs[end].segment == segment;) ++end;
+        if (segment < wire.first()) continue;
+        const auto s = std::size_t(segment);
+        const double nearer = moved(wire, segment);
+        const Vec3d first = begin_of(wire, segment);
+        for (int k = segment == wire.first() ? 0 : 1; k <= kPlaces; ++k) {
+            const double along = double(k) / kPlaces;
+            const Vec3d p = (1 - along) * first + along * x[s + 1];
+            // The nearest triangle says on which side a place is.
+            double least = 1e300;
+            std::int32_t triangle = 0;
+            mesh::NearestOnTriangle nearest{};
+            for (std::size_t n = begin; n < end && m_pairs[n].distance - nearer < least; ++n) {
+                const auto c = corners(m_pairs[n]);
+                const auto found = mesh::nearest_on_triangle(p, c[0], c[1], c[2]);
+                const double distance = norm(p - found.place);
+                if (!(distance < least)) continue;
+                least = distance;
+                triangle = m_pairs[n].triangle;
+                nearest = found;
             }
+            const bool beyond =
+                dot(p - nearest.place, m_ghost.normal(triangle, nearest.feature)) < 0;
+            most = std::max(most, m_settings.radius_mm - (beyond ? -least : least));
         }
-        for (int k = 0; k < kPlaces; ++k)
-            if (least[k] < 1e300) most = std::max(most, m_settings.radius_mm - height[k]);
     }
     return most;
 }

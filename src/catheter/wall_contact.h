@@ -55,8 +55,9 @@ class WallContact {
     /// After the wire has been solved.
     Status apply(PbdBody& body, double h);
 
-    /// How far the wire's surface is beyond the ghost surface at most, as both are now; below 0:
-    /// the distance in between, where it is less than what `look` looked at.
+    /// How far the surface of the wire that is outside of the guide is beyond the ghost surface at
+    /// most, as both are now; below 0: the distance in between, where it is less than what `look`
+    /// looked at.
     double depth(const Wire& wire, const PbdBody& body);
     std::span<const WireContact> contacts() const { return m_contacts; }
     double push_force() const;  ///< all that the wall is pushed with [µN]
@@ -65,6 +66,8 @@ class WallContact {
   private:
     struct Pair {
         std::int32_t segment, triangle;
+        double distance;  ///< when `look` saw them
+        bool is_deep;     ///< the segment isn't in the lumen: its pairs are all looked at
     };
     struct Bearing {  ///< of a contact on a particle
         std::int32_t particle;
@@ -77,6 +80,10 @@ class WallContact {
         std::int32_t triangle;
     };
     std::array<Vec3d, 3> corners(const Pair& pair) const;
+    bool is_far(Vec3d a, Vec3d b, const std::array<std::int32_t, 3>& triangle, double reach) const;
+    void rank(Vec3d a, Vec3d b, std::span<Pair> of_segment) const;
+    static Vec3d begin_of(const Wire& wire, std::int32_t segment);
+    double moved(const Wire& wire, std::int32_t segment) const;
     bool is_nearest(Vec3d on_wire, double distance, std::span<const Pair> of_segment) const;
     void consider(const Wire& wire, const Pair& pair, std::span<const Pair> of_segment,
                   double along, Vec3d on_wire, Vec3d on_wall, int feature);
@@ -89,7 +96,9 @@ class WallContact {
     std::vector<std::int32_t> m_awake, m_near_nodes, m_found_triangles;
     std::vector<std::uint32_t> m_seen;  ///< [node]: when it was last put on a list
     std::uint32_t m_turn = 0;
-    std::vector<Pair> m_pairs;
+    std::vector<Pair> m_pairs;  ///< by segment, then nearest first
+    std::vector<Vec3d> m_ranked_places;
+    double m_wall_moved = 0;  ///< of any node near the wire, at most, since m_pairs
     std::vector<Found> m_found;
     std::vector<WireContact> m_contacts;
     std::vector<std::int32_t> m_bearing_starts;

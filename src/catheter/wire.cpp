@@ -6,51 +6,25 @@
 #include <algorithm>
 #include <cmath>
 
+#include "pbd/rotations.h"
+
 namespace pliant::catheter {
 namespace {
+
+using pbd::crossing;
+using pbd::inverse_of;
+using pbd::log_derivative;
+using pbd::matrix_of;
+using pbd::outer;
+using pbd::sandwich;
+using pbd::scaled;
+using pbd::sum;
+using pbd::unit;
 
 /// Of a turn in one Newton step [rad]; only a wire that is far from rest wants more.
 constexpr double kMostTurn = 0.5;
 /// What is off the guide's axis when it is drawn in comes back to it in about this time [s].
 constexpr double kSettle = 0.02;
-
-Rotation inverse_of(Rotation q) {
-    return {q.w, -q.x, -q.y, -q.z};
-}
-Rotation unit(Rotation q) {
-    const double s = 1 / std::sqrt(q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z);
-    return {s * q.w, s * q.x, s * q.y, s * q.z};
-}
-Mat3d matrix_of(Rotation q) {
-    return {{rotated(q, {1, 0, 0}), rotated(q, {0, 1, 0}), rotated(q, {0, 0, 1})}};
-}
-Mat3d crossing(Vec3d a) {
-    return {{{0, a.z, -a.y}, {-a.z, 0, a.x}, {a.y, -a.x, 0}}};
-}
-Mat3d scaled(double s, const Mat3d& m) {
-    return {{s * m.columns[0], s * m.columns[1], s * m.columns[2]}};
-}
-Mat3d sum(const Mat3d& a, const Mat3d& b) {
-    return {
-        {a.columns[0] + b.columns[0], a.columns[1] + b.columns[1], a.columns[2] + b.columns[2]}};
-}
-Mat3d outer(Vec3d a, Vec3d b) {
-    return {{b.x * a, b.y * a, b.z * a}};
-}
-/// m diag(d) mᵀ
-Mat3d sandwich(const Mat3d& m, Vec3d d) {
-    return m * transposed({{d.x * m.columns[0], d.y * m.columns[1], d.z * m.columns[2]}});
-}
-
-/// ∂ log(exp(δ) exp(r)) / ∂δ at δ = 0.
-Mat3d log_derivative(Vec3d r) {
-    const double angle = norm(r), a2 = angle * angle;
-    const double second = angle < 1e-2
-                              ? 1.0 / 12 + a2 / 720
-                              : 1 / a2 - (1 + std::cos(angle)) / (2 * angle * std::sin(angle));
-    const Mat3d c = crossing(r);
-    return sum(sum(kIdentity3, scaled(-0.5, c)), scaled(second, c * c));
-}
 
 void add_to(Six& b, std::size_t at, Vec3d v) {
     for (std::size_t c = 0; c < 3; ++c) b.at[at + c] += v[int(c)];
@@ -88,6 +62,10 @@ void Wire::feed(double inserted_mm, double turned_rad) {
     m_turned = turned_rad;
     const double outside = double(m_count) - inserted_mm / m_settings.segment_mm;
     m_first = std::int32_t(std::clamp(std::floor(outside), 0.0, double(m_count)));
+}
+
+double Wire::guide_end() const {
+    return double(m_count - std::size_t(m_first)) - m_inserted / m_settings.segment_mm;
 }
 
 void Wire::bend_tip(double first_rad, double second_rad) {

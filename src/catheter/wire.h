@@ -67,6 +67,8 @@ class Wire {
 
     std::int32_t segments() const { return m_settings.segments; }
     std::int32_t first() const { return m_first; }  ///< the last node in the guide
+    /// Where the guide ends on segment `first`, 0…1 along it.
+    double guide_end() const;
     double length() const { return m_settings.segment_mm * m_settings.segments; }
 
     /// Where the guide holds it at the end of the next step.

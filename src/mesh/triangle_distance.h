@@ -8,6 +8,8 @@
 
 #include <pliant/vec.h>
 
+#include <array>
+
 namespace pliant::mesh {
 
 struct NearestOnTriangle {
@@ -35,6 +37,15 @@ inline NearestOnTriangle nearest_on_triangle(Vec3d p, Vec3d a, Vec3d b, Vec3d c)
         return {b + ((d4 - d3) / ((d4 - d3) + (d5 - d6))) * (c - b), 4};
     const double sum = va + vb + vc;
     return {a + (vb / sum) * ab + (vc / sum) * ac, 6};
+}
+
+/// Of the corners, at a point in the triangle's plane; they sum to 1.
+inline std::array<double, 3> weights_on_triangle(Vec3d x, Vec3d a, Vec3d b, Vec3d c) {
+    const Vec3d normal = cross(b - a, c - a);
+    const double scale = 1 / dot(normal, normal);
+    const double u = scale * dot(cross(x - a, c - a), normal),
+                 v = scale * dot(cross(b - a, x - a), normal);
+    return {1 - u - v, u, v};
 }
 
 }  // namespace pliant::mesh

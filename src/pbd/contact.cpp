@@ -67,14 +67,6 @@ Status check(const RodContactSettings& s) {
 }
 
 /// Of a point in the triangle's plane.
-std::array<double, 3> weights_of(Vec3d x, Vec3d a, Vec3d b, Vec3d c) {
-    const Vec3d normal = cross(b - a, c - a);
-    const double scale = 1 / dot(normal, normal);
-    const double u = scale * dot(cross(x - a, c - a), normal),
-                 v = scale * dot(cross(b - a, x - a), normal);
-    return {1 - u - v, u, v};
-}
-
 }  // namespace
 
 struct RodContact::Impl {
@@ -194,7 +186,7 @@ void RodContact::Impl::add(std::int32_t segment, std::int32_t triangle, const Ne
 void RodContact::Impl::weigh(Touch& t, const Rod& rod_, const PbdBody& body, double h) {
     const auto& nodes = ghost.triangles()[std::size_t(t.triangle)];
     const auto place = [&](std::size_t k) { return ghost.places()[std::size_t(nodes[k])]; };
-    const auto weights = weights_of(t.place, place(0), place(1), place(2));
+    const auto weights = mesh::weights_on_triangle(t.place, place(0), place(1), place(2));
     t.count = 0;
     for (std::size_t k = 0; k < 3; ++k) {
         const pbd::Ride& ride = ghost.ride(nodes[k]);

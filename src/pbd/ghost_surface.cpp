@@ -129,8 +129,9 @@ double GhostSurface::update(const PbdBody& body, const TaskArena& arena) {
     return moved;
 }
 
-void GhostSurface::update(const PbdBody& body, std::span<const std::int32_t> nodes) {
+double GhostSurface::update(const PbdBody& body, std::span<const std::int32_t> nodes) {
     bool left = false;
+    double moved = 0;
     for (const std::int32_t node : nodes) {
         const auto n = std::size_t(node);
         const Ride& ride = m_rides[n];
@@ -138,12 +139,14 @@ void GhostSurface::update(const PbdBody& body, std::span<const std::int32_t> nod
         for (std::size_t k = 0; k < 4; ++k)
             if (ride.weights[k] != 0)
                 place = place + ride.weights[k] * body.position(ride.particles[k]);
+        moved = std::max(moved, norm(place - m_places[n]));
         m_places[n] = place;
         left |= norm(place - m_in_grid[n]) > m_margin;
     }
-    if (!left) return;
+    if (!left) return moved;
     m_in_grid = m_places;
     m_grid.fill(m_places, m_triangles, m_margin);
+    return moved;
 }
 
 Vec3d GhostSurface::face_normal(std::int32_t triangle) const {

@@ -37,7 +37,7 @@ class GhostSurface {
     /// most
     double update(const PbdBody& body, const TaskArena& arena);
     /// Of these nodes alone; the others stay where they were seen last.
-    void update(const PbdBody& body, std::span<const std::int32_t> nodes);
+    double update(const PbdBody& body, std::span<const std::int32_t> nodes);
 
     std::span<const Vec3d> places() const { return m_places; }
     std::span<const std::array<std::int32_t, 3>> triangles() const { return m_triangles; }

@@ -4,9 +4,10 @@
 #include "pbd/plan.h"
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 #include <numeric>
+
+#include "pbd/packer.h"
 
 namespace pliant::pbd {
 namespace {
@@ -84,136 +85,6 @@ struct Member {
     std::int32_t kind, constraint;
 };
 
-/// Puts constraints into packs: each into the first one that none of its particles is in.
-class Packer {
-  public:
-    Packer(Plan& plan, const PbdParts& parts) : m_plan(plan), m_parts(parts) {
-        m_packs_of.assign(parts.places.size(), 0);
-    }
-
-    /// @param members  all of one kind. @param spare  the particle of empty lanes
-    PackRange pack(std::span<const Member> members, int kind, std::int32_t spare) {
-        KindPlan& plan = m_plan.kinds[kind];
-        const auto first = std::int32_t(plan.constraints.size() / kPack);
-        m_first = m_next = first;
-        m_open = 0;
-        for (const Member& member : members) add(plan, kind, member.constraint);
-        while (m_first < m_next) forget_first(plan, kind);
-        const std::int32_t pairs = pair_up(plan, kind, first);
-        write_corners(plan, kind, first, spare);
-        return {first, first + 2 * pairs, m_next};
-    }
-
-  private:
-    static constexpr int kWindow = 64;  ///< packs that are looked at
-
-    void add(KindPlan& plan, int kind, std::int32_t constraint) {
-        const auto nodes = nodes_of(m_parts, kind, std::size_t(constraint));
-        std::uint64_t taken = 0;
-        for (const std::int32_t n : nodes) taken |= m_packs_of[std::size_t(n)];
-        // In the order of their making: the oldest of the window is at its first bit.
-        const int turn = m_first % kWindow;
-        std::uint64_t free = std::rotr(m_open & ~taken, turn);
-        if (free == 0) {
-            if (m_next - m_first == kWindow) forget_first(plan, kind);
-            m_open |= std::uint64_t(1) << (m_next % kWindow);
-            m_used[m_next % kWindow] = 0;
-            ++m_next;
-            plan.constraints.insert(plan.constraints.end(), kPack, -1);
-            free = std::uint64_t(1) << (m_next - 1 - m_first);
-        }
-        const std::int32_t pack = m_first + std::countr_zero(free);
-        const int slot = pack % kWindow;
-        const int lane = m_used[slot]++;
-        if (lane == kPack - 1) m_open &= ~(std::uint64_t(1) << slot);
-        plan.constraints[std::size_t(pack) * kPack + std::size_t(lane)] = constraint;
-        for (const std::int32_t n : nodes) m_packs_of[std::size_t(n)] |= std::uint64_t(1) << slot;
-    }
-
-    void forget_first(const KindPlan& plan, int kind) {
-        const std::uint64_t bit = std::uint64_t(1) << (m_first % kWindow);
-        for (int lane = 0; lane < kPack; ++lane) {
-            const std::int32_t c =
-                plan.constraints[std::size_t(m_first) * kPack + std::size_t(lane)];
-            if (c < 0) continue;
-            for (const std::int32_t n : nodes_of(m_parts, kind, std::size_t(c)))
-                m_packs_of[std::size_t(n)] &= ~bit;
-        }
-        m_open &= ~bit;
-        ++m_first;
-    }
-
-    /// Puts packs that share no particle side by side, those that find no partner last. A pack's
-    /// loads, sums and stores are longer than what a processor looks ahead; two at once fill its
-    /// gaps.
-    /// @returns the number of pairs
-    std::int32_t pair_up(KindPlan& plan, int kind, std::int32_t first) {
-        const auto pack_begin = [&](std::int32_t pack) {
-            return plan.constraints.begin() + std::ptrdiff_t(pack) * kPack;
-        };
-        m_pair_of.assign(m_parts.places.size(), -1);
-        const auto each_particle = [&](std::int32_t pack, const auto& work) {
-            std::for_each(pack_begin(pack), pack_begin(pack + 1), [&](std::int32_t c) {
-                if (c < 0) return;
-                for (const std::int32_t n : nodes_of(m_parts, kind, std::size_t(c)))
-                    work(m_pair_of[std::size_t(n)]);
-            });
-        };
-        std::vector<std::int32_t> left, order, alone;
-        for (std::int32_t pack = m_next; pack-- > first;) left.push_back(pack);
-        std::int32_t pairs = 0;
-        while (!left.empty()) {
-            const std::int32_t pack = left.back();
-            left.pop_back();
-            each_particle(pack, [&](std::int32_t& pair) { pair = pairs; });
-            const auto other =
-                std::find_if(left.rbegin(), left.rend(), [&](std::int32_t candidate) {
-                    bool meets = false;
-                    each_particle(candidate, [&](std::int32_t& pair) { meets |= pair == pairs; });
-                    return !meets;
-                });
-            if (other == left.rend()) {
-                each_particle(pack, [&](std::int32_t& pair) { pair = -1; });
-                alone.push_back(pack);
-                continue;
-            }
-            order.insert(order.end(), {pack, *other});
-            left.erase(std::next(other).base());
-            ++pairs;
-        }
-        order.insert(order.end(), alone.begin(), alone.end());
-        const std::vector<std::int32_t> packs(pack_begin(first), plan.constraints.end());
-        for (std::size_t n = 0; n < order.size(); ++n)
-            std::copy_n(packs.begin() + std::ptrdiff_t(order[n] - first) * kPack, kPack,
-                        pack_begin(first + std::int32_t(n)));
-        return pairs;
-    }
-
-    void write_corners(KindPlan& plan, int kind, std::int32_t first, std::int32_t spare) {
-        const auto corners = std::size_t(kCorners[kind]);
-        plan.corners.resize(std::size_t(m_next) * corners * kPack);
-        for (auto pack = std::size_t(first); pack < std::size_t(m_next); ++pack)
-            for (std::size_t lane = 0; lane < kPack; ++lane) {
-                const std::int32_t c = plan.constraints[pack * kPack + lane];
-                if (c >= 0) plan.slots[std::size_t(c)] = std::int32_t(pack * kPack + lane);
-                for (std::size_t n = 0; n < corners; ++n) {
-                    const std::int32_t particle = c < 0 ? spare
-                                                        : m_plan.particle_of[std::size_t(nodes_of(
-                                                              m_parts, kind, std::size_t(c))[n])];
-                    plan.corners[(pack * corners + n) * kPack + lane] = 4 * std::uint32_t(particle);
-                }
-            }
-    }
-
-    Plan& m_plan;
-    const PbdParts& m_parts;
-    std::vector<std::uint64_t> m_packs_of;  ///< of each particle: packs of the window
-    std::int32_t m_first = 0, m_next = 0;   ///< of the window
-    std::uint64_t m_open = 0;
-    int m_used[kWindow] = {};
-    std::vector<std::int32_t> m_pair_of;  ///< of each particle
-};
-
 void number_particles(const Cells& cells, const PbdParts& parts, Plan& plan) {
     const auto count = parts.places.size();
     std::vector<std::pair<std::int64_t, std::int32_t>> order(count);
@@ -265,6 +136,12 @@ std::vector<std::size_t> group_domains(const std::vector<Member>& members, bool 
 
 }  // namespace
 
+void find_slots(KindPlan& kind, std::size_t begin, std::size_t end) {
+    for (std::size_t slot = begin; slot < end; ++slot)
+        if (const std::int32_t c = kind.constraints[slot]; c >= 0)
+            kind.slots[std::size_t(c)] = std::int32_t(slot);
+}
+
 std::size_t constraint_count(const PbdParts& parts, int kind) {
     switch (PbdKind(kind)) {
         case PbdKind::Distance:
@@ -304,7 +181,8 @@ Plan make_plan(const PbdParts& parts, std::int32_t domain_particles) {
         plan.kinds[kind].slots.resize(count);
         for (std::size_t c = 0; c < count; ++c) left.push_back({0, kind, std::int32_t(c)});
     }
-    Packer packer(plan, parts);
+    Packer packer(plan.particle_of, parts);
+    std::vector<std::int32_t> constraints;
     std::int32_t most_domains = 0;
     for (int phase = 0; phase <= kPhases; ++phase) {
         const std::vector<Member> taken = take_whole(cells, parts, phase, left);
@@ -319,18 +197,22 @@ Plan make_plan(const PbdParts& parts, std::int32_t domain_particles) {
                                       taken.begin() + std::ptrdiff_t(end));
             std::stable_sort(group.begin(), group.end(),
                              [](const Member& a, const Member& b) { return a.kind < b.kind; });
-            for (std::size_t m = 0, kind_end = 0; m < group.size(); m = kind_end) {
-                while (kind_end < group.size() && group[kind_end].kind == group[m].kind) ++kind_end;
-                domain.packs[group[m].kind] =
-                    packer.pack(std::span(group).subspan(m, kind_end - m), group[m].kind, spare);
+            for (std::size_t m = 0; m < group.size();) {
+                const int kind = group[m].kind;
+                constraints.clear();
+                for (; m < group.size() && group[m].kind == kind; ++m)
+                    constraints.push_back(group[m].constraint);
+                domain.packs[kind] = packer.pack(constraints, kind, spare, plan.kinds[kind]);
             }
             plan.domains.push_back(domain);
+            plan.spares.push_back(spare);
             begin = end;
         }
         plan.phases.push_back({first, std::int32_t(plan.domains.size())});
         most_domains = std::max(most_domains, plan.phases.back().end - first);
     }
     plan.particle_count += kLineParticles * most_domains;
+    for (KindPlan& kind : plan.kinds) find_slots(kind, 0, kind.constraints.size());
     return plan;
 }
 

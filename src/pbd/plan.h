@@ -60,11 +60,15 @@ struct Plan {
     std::int32_t particle_count = 0;  ///< with those of empty lanes
     KindPlan kinds[kKinds];
     std::vector<Domain> domains;
+    std::vector<std::int32_t> spares;  ///< [domain]: the particle of its empty lanes
     std::vector<Phase> phases;
 };
 
 /// @pre the parts have been checked
 Plan make_plan(const PbdParts& parts, std::int32_t domain_particles);
+
+/// Where the constraints of some slots are. @pre kind.slots is large enough
+void find_slots(KindPlan& kind, std::size_t begin, std::size_t end);
 
 /// The nodes of a constraint.
 std::span<const std::int32_t> nodes_of(const PbdParts& parts, int kind, std::size_t constraint);

@@ -25,40 +25,20 @@
 #include "core/errors.h"
 #include "core/short_text.h"
 #include "pbd/block_chain.h"
+#include "pbd/rotations.h"
 
 namespace pliant {
 namespace {
 
 using pbd::Block;
 using pbd::BlockVector;
+using pbd::crossing;
+using pbd::inverse_of;
 using pbd::kBlock;
-
-Rotation inverse_of(Rotation q) {
-    return {q.w, -q.x, -q.y, -q.z};
-}
-Mat3d matrix_of(Rotation q) {
-    return {{rotated(q, {1, 0, 0}), rotated(q, {0, 1, 0}), rotated(q, {0, 0, 1})}};
-}
-Mat3d crossing(Vec3d a) {
-    return {{{0, a.z, -a.y}, {-a.z, 0, a.x}, {a.y, -a.x, 0}}};
-}
-Mat3d scaled(double s, const Mat3d& m) {
-    return {{s * m.columns[0], s * m.columns[1], s * m.columns[2]}};
-}
-Mat3d sum(const Mat3d& a, const Mat3d& b) {
-    return {
-        {a.columns[0] + b.columns[0], a.columns[1] + b.columns[1], a.columns[2] + b.columns[2]}};
-}
-
-/// ∂ log(exp(δ) exp(r)) / ∂δ at δ = 0.
-Mat3d log_derivative(Vec3d r) {
-    const double angle = norm(r), a2 = angle * angle;
-    const double second = angle < 1e-2
-                              ? 1.0 / 12 + a2 / 720
-                              : 1 / a2 - (1 + std::cos(angle)) / (2 * angle * std::sin(angle));
-    const Mat3d c = crossing(r);
-    return sum(sum(kIdentity3, scaled(-0.5, c)), scaled(second, c * c));
-}
+using pbd::log_derivative;
+using pbd::matrix_of;
+using pbd::scaled;
+using pbd::sum;
 
 /// What a block's constraints depend on.
 enum Variable { kNodeBefore, kNodeAfter, kTurnBefore, kTurn, kVariables };

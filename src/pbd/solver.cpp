@@ -8,13 +8,17 @@
 #include <cmath>
 #include <functional>
 #include <limits>
+#include <optional>
 
 #include "core/hash.h"
+#include "pbd/awake.h"
 
 namespace pliant::pbd {
 namespace {
 
 constexpr std::int64_t kGrain = 4096;  ///< particles that a thread takes at once
+/// Vectors of four particles start at a cache line, wherever threads divide them.
+constexpr std::int64_t kLine = 4;
 
 /// Without the allocation that a std::function of more than a reference costs.
 template <class Body>
@@ -46,12 +50,15 @@ class SolverOf final : public Solver {
             fill_numbers(kind);
         }
         m_forces.assign(parts.attachments.size(), Vec3d{0, 0, 0});
+        m_packs.emplace(parts, plan, m_numbers, settings.packs_anew);
     }
 
     Status step(const TaskArena& arena) override {
-        if (m_masses_changed) find_awake();
-        m_good_x = m_x;
-        m_good_v = m_v;
+        if (m_has_woken) find_awake();
+        for (const std::size_t held : m_set_held) m_v[held] = m_v[held + 1] = m_v[held + 2] = 0;
+        m_set_held.clear();
+        copy_awake(arena, m_x, m_good_x);
+        copy_awake(arena, m_v, m_good_v);
         for (int n = 0; n < m_settings.sub_steps; ++n) {
             if (n == 0) move(arena, false);
             for (int i = 0; i < m_settings.iterations; ++i) {
@@ -72,10 +79,12 @@ class SolverOf final : public Solver {
     void set_state(std::int32_t particle, Vec3d position, Vec3d velocity) override {
         put(m_x, particle, position - m_origin);
         put(m_v, particle, velocity);
+        if (!(m_x[at(particle) + 3] > 0)) m_set_held.push_back(at(particle));
     }
     void set_inverse_mass(std::int32_t particle, double inverse_mass) override {
-        m_x[at(particle) + 3] = Real(inverse_mass);
-        m_masses_changed = true;
+        Real& w = m_x[at(particle) + 3];
+        m_has_woken |= (w > 0) != (Real(inverse_mass) > 0);
+        w = Real(inverse_mass);
         if (inverse_mass == 0) put(m_v, particle, {0, 0, 0});
     }
     void load(std::span<const std::int32_t> particles, std::span<const Vec3d> forces) override {
@@ -84,14 +93,16 @@ class SolverOf final : public Solver {
             m_loads.push_back({at(particles[n]), forces[n]});
     }
     double multiplier(int kind, std::int32_t constraint, int part) const override {
-        const auto slot = std::size_t(m_plan.kinds[kind].slots[std::size_t(constraint)]);
-        const std::size_t pack = slot / kPack, lane = slot % kPack;
+        const std::int32_t found = m_packs->slot(kind, constraint);
+        if (found < 0) return 0;
+        const std::size_t pack = std::size_t(found) / kPack, lane = std::size_t(found) % kPack;
         const auto per_pack = std::size_t(kMultipliers[kind]);
         return double(m_multipliers[kind][(pack * per_pack + std::size_t(part)) * kPack + lane]) /
                (m_h * m_h);
     }
     Vec3d attachment_force(std::int32_t attachment) const override {
-        return (1 / (m_h * m_h)) * m_forces[std::size_t(attachment)];
+        const auto a = std::size_t(attachment);
+        return (1 / (m_h * m_h)) * (is_held(m_parts.attachments[a]) ? held_pull(a) : m_forces[a]);
     }
     std::uint64_t hash() const override {
         Hash64 hash;
@@ -177,11 +188,9 @@ class SolverOf final : public Solver {
                                       Real(ends_one ? 1 / m_h : 0),
                                       Real(1 - m_settings.damping * m_h),
                                       {Real(g.x), Real(g.y), Real(g.z), 0}};
-        // Four at a time, wherever threads divide them: vectors of four start at a cache line.
-        for_each(arena, m_plan.particle_count / 4, kGrain / 4,
-                 [&](std::int64_t begin, std::int64_t end) {
-                     m_kernels.move(arrays, 4 * begin, 4 * end);
-                 });
+        for_awake(arena, [&](std::int64_t begin, std::int64_t end) {
+            m_kernels.move(arrays, begin, end);
+        });
         for (const Load& load : m_loads)
             for (std::size_t c = 0; c < 3; ++c) {
                 const Real push = Real(m_h * load.force[int(c)]) * m_x[load.at + 3];
@@ -193,59 +202,71 @@ class SolverOf final : public Solver {
     Status finish(const TaskArena& arena) {
         const Real per_h = Real(1 / m_h);
         m_is_bad.store(false);
-        for_each(arena, m_plan.particle_count, kGrain, [&](std::int64_t begin, std::int64_t end) {
-            bool bad = false;
-            for (auto n = std::size_t(4 * begin); n < std::size_t(4 * end); n += 4)
-                for (std::size_t c = n; c < n + 3; ++c) {
-                    m_v[c] = m_v[c] + (m_x[c] - m_before[c]) * per_h;
-                    bad |= !(std::abs(m_v[c]) <= std::numeric_limits<Real>::max());
-                }
+        for_awake(arena, [&](std::int64_t begin, std::int64_t end) {
+            // All four components alike, though the fourth is 0 in v and a mass less itself in x.
+            int bad = 0;
+            for (auto c = std::size_t(4 * begin); c < std::size_t(4 * end); ++c) {
+                m_v[c] = m_v[c] + (m_x[c] - m_before[c]) * per_h;
+                bad |= !(std::abs(m_v[c]) <= std::numeric_limits<Real>::max());
+            }
             if (bad) m_is_bad.store(true);
         });
         if (!m_is_bad.load()) return Ok{};
-        m_x = m_good_x;
-        m_v = m_good_v;
+        copy_awake(arena, m_good_x, m_x);
+        copy_awake(arena, m_good_v, m_v);
         return Error{ErrorCode::LimitExceeded,
                      "step: a place or velocity is no number any more; expected more sub-steps, "
                      "damping or compliance"};
     }
 
-    /// Packs of which everything is held are left out, each with its pair.
-    void find_awake() {
-        m_masses_changed = false;
-        m_awake.clear();
-        m_awake_ends.clear();
-        for (const Domain& domain : m_plan.domains) {
-            for (int kind = 0; kind < kKinds; ++kind) {
-                const PackRange range = domain.packs[kind];
-                find_awake(kind, {range.begin, range.paired_end}, 2);
-                find_awake(kind, {range.paired_end, range.end}, 1);
-            }
-            m_awake_ends.push_back(m_awake.size());
-        }
+    struct Range {
+        std::int64_t begin, end;  ///< particles, multiples of kLine
+    };
+    /// body(begin, end) for the particles that may move, and some in between.
+    template <class Body>
+    void for_awake(const TaskArena& arena, const Body& body) {
+        for_each(arena, std::int64_t(m_awake_ranges.size()), 1,
+                 [&](std::int64_t first, std::int64_t last) {
+                     for (std::int64_t r = first; r < last; ++r)
+                         body(m_awake_ranges[std::size_t(r)].begin,
+                              m_awake_ranges[std::size_t(r)].end);
+                 });
     }
-    /// @param together  packs that are awake or left out together
-    void find_awake(int kind, std::pair<std::int32_t, std::int32_t> packs, std::int32_t together) {
-        const auto corners_of = [&](std::int32_t pack) {
-            return m_plan.kinds[kind].corners.begin() +
-                   std::ptrdiff_t(pack) * (kCorners[kind] * kPack);
-        };
-        bool goes_on = false;
-        for (std::int32_t pack = packs.first; pack < packs.second; pack += together) {
-            const bool awake =
-                std::any_of(corners_of(pack), corners_of(pack + together),
-                            [&](std::uint32_t corner) { return m_x[corner + 3] > 0; });
-            if (awake) {
-                if (!goes_on) {
-                    m_awake.push_back({});
-                    m_awake.back().packs[kind] = {pack, pack, pack};
-                }
-                PackRange& range = m_awake.back().packs[kind];
-                range.end = pack + together;
-                if (together == 2) range.paired_end = range.end;
-            }
-            goes_on = awake;
+    void copy_awake(const TaskArena& arena, const AlignedVector<Real>& from,
+                    AlignedVector<Real>& to) {
+        for_awake(arena, [&](std::int64_t begin, std::int64_t end) {
+            std::copy(from.data() + 4 * begin, from.data() + 4 * end, to.data() + 4 * begin);
+        });
+    }
+    bool is_held(const PbdAttachment& attachment) const {
+        for (std::size_t n = 0; n < 4; ++n)
+            if (attachment.weights[n] != 0 && m_x[at(attachment.nodes[n]) + 3] > 0) return false;
+        return true;
+    }
+
+    /// Only what may move is worked on.
+    void find_awake() {
+        m_has_woken = false;
+        m_packs->update(m_x.data());
+        m_awake_ranges.clear();
+        for (std::int64_t line = 0; line < m_plan.particle_count; line += kLine) {
+            bool moves = false;
+            for (std::int64_t n = line; n < line + kLine; ++n)
+                moves |= m_x[std::size_t(4 * n + 3)] > 0;
+            if (!moves) continue;
+            if (!m_awake_ranges.empty() && line - m_awake_ranges.back().end <= 2 * kLine &&
+                line - m_awake_ranges.back().begin < kGrain)
+                m_awake_ranges.back().end = line + kLine;
+            else
+                m_awake_ranges.push_back({line, line + kLine});
         }
+        m_awake_attachments.clear();
+        for (std::size_t a = 0; a < m_parts.attachments.size(); ++a)
+            if (const PbdAttachment& attachment = m_parts.attachments[a]; !is_held(attachment)) {
+                const auto& w = attachment.weights;
+                const bool is_pin = w[0] == 1 && w[1] == 0 && w[2] == 0 && w[3] == 0;
+                m_awake_attachments.push_back({std::int32_t(a), is_pin, at(attachment.nodes[0])});
+            }
     }
 
     void project(const TaskArena& arena, bool first) {
@@ -255,38 +276,62 @@ class SolverOf final : public Solver {
                                    m_settings.method == PbdMethod::Compliance,
                                    first};
         for (int kind = 0; kind < kKinds; ++kind)
-            arrays.kinds[kind] = {m_plan.kinds[kind].corners.data(), m_numbers[kind].data(),
+            arrays.kinds[kind] = {m_packs->corners(kind), m_packs->numbers(kind),
                                   m_multipliers[kind].data()};
         for (const Phase& phase : m_plan.phases)
             for_each(arena, phase.end - phase.begin, 1, [&](std::int64_t begin, std::int64_t end) {
                 for (auto d = std::size_t(phase.begin + begin); d < std::size_t(phase.begin + end);
                      ++d)
-                    for (std::size_t n = d == 0 ? 0 : m_awake_ends[d - 1]; n < m_awake_ends[d]; ++n)
-                        m_kernels.project(arrays, m_awake[n]);
+                    for (const Domain& part : m_packs->of_domain(d))
+                        m_kernels.project(arrays, part);
             });
+    }
+
+    double compliance_of(const PbdAttachment& attachment) const {
+        return m_settings.method == PbdMethod::Compliance ? attachment.compliance / (m_h * m_h) : 0;
+    }
+    /// What an attachment to held particles would pull with: it has no part in the steps.
+    Vec3d held_pull(std::size_t a) const {
+        const PbdAttachment& attachment = m_parts.attachments[a];
+        const double alpha = compliance_of(attachment);
+        if (!(alpha > 0)) return {0, 0, 0};
+        return (-1 / alpha) * off_target(attachment);
+    }
+    Vec3d off_target(const PbdAttachment& attachment) const {
+        Vec3d c = m_origin - attachment.target;
+        double sum = 0;
+        for (std::size_t n = 0; n < 4; ++n) {
+            const double b = attachment.weights[n];
+            if (b == 0) continue;
+            c = c + b * get(m_x, attachment.nodes[n]);
+            sum += b;
+        }
+        return c + (sum - 1) * m_origin;
     }
 
     /// All three components have the same weight, so this is exact for each.
     void project_attachments(bool first) {
-        for (std::size_t a = 0; a < m_parts.attachments.size(); ++a) {
-            const PbdAttachment& attachment = m_parts.attachments[a];
-            Vec3d& multiplier = m_forces[a];
+        for (const AwakeAttachment& awake : m_awake_attachments) {
+            const PbdAttachment& attachment = m_parts.attachments[std::size_t(awake.number)];
+            Vec3d& multiplier = m_forces[std::size_t(awake.number)];
             if (first) multiplier = {0, 0, 0};
-            const double alpha = m_settings.method == PbdMethod::Compliance
-                                     ? attachment.compliance / (m_h * m_h)
-                                     : 0;
-            Vec3d c = m_origin - attachment.target;
-            double weight = alpha, sum = 0;
+            const double alpha = compliance_of(attachment);
+            if (awake.is_pin) {
+                Real* x = m_x.data() + awake.at;
+                const Vec3d off =
+                    m_origin - attachment.target + Vec3d{double(x[0]), double(x[1]), double(x[2])};
+                const Vec3d change = (-1 / (alpha + double(x[3]))) * (off + alpha * multiplier);
+                multiplier = multiplier + change;
+                for (int c = 0; c < 3; ++c) x[c] = Real(double(x[c]) + double(x[3]) * change[c]);
+                continue;
+            }
+            double weight = alpha;
             for (std::size_t n = 0; n < 4; ++n) {
                 const double b = attachment.weights[n];
-                if (b == 0) continue;
-                c = c + b * get(m_x, attachment.nodes[n]);
-                sum += b;
-                weight += b * b * double(m_x[at(attachment.nodes[n]) + 3]);
+                if (b != 0) weight += b * b * double(m_x[at(attachment.nodes[n]) + 3]);
             }
-            c = c + (sum - 1) * m_origin;
             if (!(weight > 0)) continue;
-            const Vec3d change = (-1 / weight) * (c + alpha * multiplier);
+            const Vec3d change = (-1 / weight) * (off_target(attachment) + alpha * multiplier);
             multiplier = multiplier + change;
             for (std::size_t n = 0; n < 4; ++n) {
                 const double b = attachment.weights[n];
@@ -338,9 +383,16 @@ class SolverOf final : public Solver {
     /// [particle][4]: x, y, z and, of m_x, the inverse mass. m_before is before the constraints.
     AlignedVector<Real> m_x, m_before, m_v, m_good_x, m_good_v;
     AlignedVector<Real> m_numbers[kKinds], m_multipliers[kKinds];
-    std::vector<Domain> m_awake;  ///< what is projected of each domain, one after the other
-    std::vector<std::size_t> m_awake_ends;  ///< [domain] in m_awake
-    bool m_masses_changed = true;
+    std::optional<AwakePacks<Real>> m_packs;
+    std::vector<Range> m_awake_ranges;
+    struct AwakeAttachment {
+        std::int32_t number;
+        bool is_pin;  ///< of one particle, which is at…
+        std::size_t at;
+    };
+    std::vector<AwakeAttachment> m_awake_attachments;
+    std::vector<std::size_t> m_set_held;  ///< held particles that may have been given velocities
+    bool m_has_woken = true;              ///< or has been put to rest: some particle
     std::vector<Load> m_loads;
     std::vector<Vec3d> m_forces;  ///< multipliers of attachments
     std::atomic<bool> m_is_bad = false;

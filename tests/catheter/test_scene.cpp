@@ -52,14 +52,18 @@ CatheterSettings settings(double stiff = 20) {
     return s;
 }
 
-/// How far the wire's surface is beyond the ghost at most: all triangles for many points of it.
+/// How far the wire's surface is beyond the ghost at most: all triangles for many points of it that
+/// are out of the guide.
 double deepest(const CatheterScene& scene) {
+    const CatheterEntry& entry = scene.settings().entry;
     const auto places = scene.ghost_places();
     const auto x = scene.wire_places();
     double most = -1e9;
     for (auto s = std::size_t(scene.first_inserted()); s + 1 < x.size(); ++s)
         for (int k = 1; k <= 6; ++k) {
             const Vec3d p = (1 - k / 6.0) * x[s] + (k / 6.0) * x[s + 1];
+            const bool in_guide = dot(p - entry.place_mm, entry.direction) < 0;
+            if (in_guide && std::int32_t(s) == scene.first_inserted()) continue;
             double least = 1e9, side = 0;
             for (const auto& t : scene.wall().ghost.cells) {
                 const Vec3d a = places[std::size_t(t[0])], b = places[std::size_t(t[1])],
@@ -139,6 +143,27 @@ TEST(CatheterScene, StaysInsideAtAnySpeedAndStiffness) {
             // No more than the hand has done: 85 mm with what it felt.
             EXPECT_LE(j.energy, j.force * 85 + 0.02);
         }
+}
+
+// Behind its end the guide lies in the wall; the wire has to bend round the wall right before it.
+TEST(CatheterScene, IsDrawnIntoAGuideBesideTheWall) {
+    const VesselWall wall = bent_tube();
+    const TaskArena arena(1);
+    CatheterSettings s = settings(60);
+    s.entry = {{2.9, 0, 12}, normalized({-0.15, 0, 1}), 5};
+    s.catheter.tip_bend_n_mm2 = 6;
+    CatheterScene scene = made(CatheterScene::create(wall, s));
+    double depth = -1e9, reported = -1e9;
+    for (int n = 0; n < 600; ++n) {
+        ASSERT_TRUE(scene.command({.insert_mm_s = n < 300 ? 200.0 : -200.0}).ok());
+        ASSERT_TRUE(scene.step(1, arena).ok());
+        reported = std::max(reported, scene.quick_measures().depth_mm);
+        if (n > 300) depth = std::max(depth, deepest(scene));
+    }
+    std::printf("depth %.4f (reported %.4f) mm\n", depth, reported);
+    EXPECT_LE(depth, 0.1);
+    EXPECT_LE(reported, 0.1);
+    EXPECT_GT(depth, -0.06);  // it touches
 }
 
 TEST(WayPilot, BendsTheTipToWhereTheWayGoes) {
