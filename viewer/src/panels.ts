@@ -5,6 +5,7 @@
 
 import type { Actions } from './actions.ts';
 import { h } from './dom.ts';
+import { hapticsPanel } from './panel_haptics.ts';
 import { moviePanel } from './panel_movie.ts';
 import { overlayPanel } from './panel_overlay.ts';
 import { Parts } from './panel_parts.ts';
@@ -26,6 +27,7 @@ export function panels(session: Session, actions: Actions): HTMLElement {
         endoscopePanel(parts),
         tissuePanel(parts),
         materialPanel(parts),
+        hapticsPanel(parts),
         moviePanel(parts),
         placesPanel(parts),
         displayPanel(parts),
