@@ -60,16 +60,17 @@ export class Haptics {
 
     /// Begins at the endoscope's tip, or a little before it.
     async start(): Promise<boolean> {
-        const { camera, tip, hapticDevices } = this.session.store.state;
+        const { camera, tip, hapticDevices, shared } = this.session.store.state;
         const { volume } = this.session;
-        if (!volume) return false;
-        const radius = 1.5;
+        if (!volume || !shared) return false;
         const surface = surfaceOf(this.session.store.state);
         const ahead = mul(kAhead, camera.look);
         const position = this.follows
             ? camera.eye
-            : flown(volume, camera.eye, ahead, Math.min(tip, radius), surface);
+            : flown(volume, camera.eye, ahead, tip, surface);
         this.place = [0, 0, 0];
+        // What doesn't come back would be felt once only.
+        if (!shared.relaxing) await this.session.ask({ do: 'relax', on: true });
         return this.session.ask({
             do: 'haptics',
             wish: 'start',
@@ -78,7 +79,7 @@ export class Haptics {
             look: camera.look,
             up: camera.up,
             scale: this.scale,
-            radius,
+            radius: Math.min(Math.max(tip, 0.5), 20),
         });
     }
 
