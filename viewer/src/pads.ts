@@ -33,7 +33,8 @@ export function padMotion({ axes }: Pad): Motion {
     return [kFastest * curved(x), -kFastest * curved(y), kFastest * curved(ahead)];
 }
 
-/// The cap's push in a report of the device: three numbers of 16 bits, right, towards the user, down.
+/// The cap's push in a report of the device: three numbers of 16 bits, right, towards the user and
+/// down.
 export function capMotion(report: DataView): Motion {
     const at = (n: number): number => report.getInt16(2 * n, true) / kFullCap;
     return [kFastest * curved(at(0)), -kFastest * curved(at(2)), kFastest * curved(at(1))];

@@ -99,7 +99,8 @@ export function hapticsPanel(parts: Parts): HTMLElement {
         () => void haptics.openSpaceMouse(),
         'lets the browser use one (WebHID); a game pad needs no choosing',
     );
-    const stop = h('button', { type: 'button', class: 'stop', onclick: () => haptics.toggleStop() });
+    const stop = button('Stop', () => haptics.toggleStop());
+    stop.className = 'stop';
     const plot = h('canvas', { class: 'force', role: 'img' });
     const text = h('p', { class: 'felt' });
     const servo = h('dl', { class: 'servo' });

@@ -48,10 +48,10 @@ test('a device pushes the tissue, for all to see, until it is stopped', async (t
         const session = (window as never as { pliant: Session }).pliant;
         session.fly(look.map((x) => 60 * x) as [number, number, number]);
     }, mark.look);
+    await draw(page, false);
     const other = await visit(browser, served.link, '&notour&role=view&name=Ben');
     const before = (await compare(page))!;
     await draw(other.page, false);
-    await draw(page, false);
 
     await panel.getByRole('button', { name: 'Start' }).click();
     await until(page, (news) => news.contact! && news.depth_mm! > 1);
