@@ -14,6 +14,7 @@ import { mul, type Vec3 } from './vec.ts';
 
 export const kPlotSeconds = 10;
 const kAhead = 10; // of the tip, where a tool begins if there is room [mm]
+const kShowMs = 80; // between two pictures of the numbers
 const kLead = 0.1; // of the mouse [mm per pixel]
 
 export interface Felt {
@@ -28,6 +29,8 @@ export class Haptics {
     device = '';
     follows = false; ///< the endoscope is where the tool is
     private place: Vec3 = [0, 0, 0]; // of a device in the browser, in its own frame [mm]
+    private newest: HapticsNews | null = null; // that is not shown yet
+    private shownAt = 0;
     private puck: (() => Motion) | undefined;
 
     constructor(private readonly session: Session) {}
@@ -45,17 +48,34 @@ export class Haptics {
     }
 
     take(news: HapticsNews, now: number): void {
-        if (this.news?.on && !news.on && news.why) this.session.say(`device: ${news.why}`);
-        const before = this.news;
-        this.session.store.set({ haptics: news.on ? news : null });
+        const before = this.newest ?? this.news;
+        if (before && !news.on && news.why) this.session.say(`device: ${news.why}`);
+        this.newest = news;
+        const same = (['on', 'tool', 'stopped', 'lost'] as const).every(
+            (key) => news[key] === before?.[key],
+        );
+        if (!same) this.show(now);
         if (!news.on) return;
-        if (!before || before.tool !== news.tool) this.felt.length = 0;
+        if (before?.tool !== news.tool) this.felt.length = 0;
         this.felt.push({ at: now, newtons: news.largest_n! });
         while (this.felt[0]!.at < now - 1000 * kPlotSeconds) this.felt.shift();
         if (this.follows && this.isOwn) {
             const { camera } = this.session.store.state;
             this.session.store.set({ camera: { ...camera, eye: news.proxy_mm! } });
         }
+    }
+
+    /// All of it comes up to 60 times a second; that many numbers nobody reads.
+    private show(now: number): void {
+        if (!this.newest) return;
+        this.session.store.set({ haptics: this.newest.on ? this.newest : null });
+        this.newest = null;
+        this.shownAt = now;
+    }
+    /// The line is broken: nothing is known any more.
+    forget(): void {
+        this.newest = null;
+        this.session.store.set({ haptics: null });
     }
 
     /// Begins at the endoscope's tip, or a little before it.
@@ -110,7 +130,8 @@ export class Haptics {
     }
 
     /// Each frame.
-    tick(seconds: number): void {
+    tick(seconds: number, now: number): void {
+        if (now - this.shownAt > kShowMs) this.show(now);
         if (!this.isLed || document.hidden) return;
         const pads = navigator.getGamepads?.() ?? [];
         const pad = pads.find((p) => p && !buttonsOff(p)) ?? pads.find((p) => p);

@@ -144,6 +144,7 @@ export function hapticsPanel(parts: Parts): HTMLElement {
         note,
     );
     let spoken = 0;
+    let shown = '';
     const refresh = (): void => {
         const { haptics: news, role, link } = store.state;
         start.textContent = haptics.isOwn ? 'Start again' : 'Start';
@@ -157,14 +158,16 @@ export function hapticsPanel(parts: Parts): HTMLElement {
         note.textContent = news?.note ?? '';
         const said = feltText(news, haptics.felt);
         if (text.textContent !== said) text.textContent = said;
-        servo.replaceChildren(
-            ...(news ? servoRows(news) : []).flatMap(([name, value]) => [
-                h('dt', {}, name),
-                h('dd', {}, value),
-            ]),
-        );
         const now = performance.now();
-        if ((element as HTMLDetailsElement).open) draw(plot, haptics.felt, now);
+        if (!(element as HTMLDetailsElement).open) return;
+        const rows = news ? servoRows(news) : [];
+        const numbers = JSON.stringify(rows);
+        if (numbers !== shown)
+            servo.replaceChildren(
+                ...rows.flatMap(([name, value]) => [h('dt', {}, name), h('dd', {}, value)]),
+            );
+        shown = numbers;
+        draw(plot, haptics.felt, now);
         if (now - spoken < kSpeakMs) return;
         spoken = now;
         plot.setAttribute('aria-label', `Force over the last ${kPlotSeconds} s: ${said}`);

@@ -39,7 +39,10 @@ export function panels(session: Session, actions: Actions): HTMLElement {
         for (const field of element.querySelectorAll<HTMLFieldSetElement>('fieldset.tissue'))
             field.disabled = role === 'view' || link !== 'open';
     };
-    session.store.listen(refresh);
+    session.store.listen((_, changed) => {
+        // What a device feels is news up to 60 times a second, and no setting.
+        if ([...changed].some((key) => key !== 'haptics' && key !== 'others')) refresh();
+    });
     refresh();
     return element;
 }

@@ -221,7 +221,8 @@ export class Session implements Listener {
     lost(reason: string, retryMs?: number): void {
         this.stroke = undefined;
         const link = retryMs === undefined ? 'ended' : 'lost';
-        this.store.set({ link, linkText: reason, haptics: null });
+        this.store.set({ link, linkText: reason });
+        this.device.forget();
     }
 
     done(answer: Done, sent: number): void {
@@ -251,7 +252,7 @@ export class Session implements Listener {
     tick(seconds: number, now: number): void {
         const dt = Math.min(seconds, kLongestFrame);
         if (this.volume && this.store.state.loaded >= 1) this.steer(dt);
-        this.device.tick(dt);
+        this.device.tick(dt, now);
         if (now - this.lastPose > kPoseMs) this.sendPose(now);
         if (this.stage.frame(now) && this.boxesSinceDraw) {
             this.boxesSinceDraw = 0;
