@@ -19,8 +19,12 @@ pliant_test(mesh
 pliant_test(catheter SOURCES test_carried_scan.cpp test_scene.cpp test_wire.cpp)
 pliant_test(vessel SOURCES test_wall.cpp)
 pliant_test(haptics
-    SOURCES test_models.cpp test_servo.cpp test_servo_step.cpp test_stability.cpp watch_thread.cpp
+    SOURCES ../../benchmarks/results_haptics/hands.cpp ../../benchmarks/results_haptics/tissues.cpp
+            test_live_feel.cpp test_models.cpp test_passivity.cpp test_servo.cpp test_servo_step.cpp
+            test_stability.cpp watch_thread.cpp
     LIBRARIES ${CMAKE_DL_LIBS})
+target_include_directories(test_haptics PRIVATE
+    ${PROJECT_SOURCE_DIR}/benchmarks/results_haptics ${PROJECT_SOURCE_DIR}/benchmarks/results_page)
 # Plug-ins: the one that people begin with, and one that must be refused.
 add_library(example_haptic_device MODULE ${PROJECT_SOURCE_DIR}/examples/haptic_device/device.c)
 add_library(wrong_haptic_device MODULE haptics/wrong_plugin.c)
@@ -34,8 +38,8 @@ endforeach()
 target_link_libraries(example_haptic_device PRIVATE m)
 pliant_test(serve
     SOURCES ../support/scan_files.cpp test_checkpoint.cpp test_client.cpp test_commands.cpp
-            test_files.cpp test_frames.cpp test_hostile.cpp test_overlay.cpp test_path.cpp
-            test_scene.cpp test_server.cpp
+            test_files.cpp test_frames.cpp test_haptics.cpp test_hostile.cpp test_overlay.cpp
+            test_path.cpp test_scene.cpp test_server.cpp
     LIBRARIES nlohmann_json::nlohmann_json)
 if(PLIANT_BUILD_APP)
     pliant_test(apps SOURCES ../../apps/pliant/camera_path.cpp ../../apps/pliant/keyframes.cpp

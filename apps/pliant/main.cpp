@@ -466,6 +466,9 @@ void add_serve(CLI::App& app, ServeOptions& o) {
                   "it opens as quickly (default 30)")
         ->check(CLI::Range(0.0, 1e6));
     c->add_flag("--no-open", o.no_open, "print the link, and open no browser");
+    c->add_option("--haptics", o.haptics,
+                  "a device with force feedback that the page may choose, as pliant haptics check "
+                  "--device has it: a plug-in's file with :WHICH, or replay:FILE. May be repeated");
     add_threads(c, o.threads);
     c->footer(
         "Other scans are opened, and the deformed one is saved, in the page.\n"

@@ -153,6 +153,7 @@ struct ServeOptions {
     std::string session;
     double checkpoint_s = 30;
     bool no_open = false;
+    std::vector<std::string> haptics;  ///< devices beside those in the tree
     int threads = 0;
 };
 

@@ -52,7 +52,8 @@ Result<Server> start(const ServeOptions& options, const TaskArena& arena) {
                             .series = options.series,
                             .port = options.port,
                             .session = options.session,
-                            .checkpoint_s = options.checkpoint_s};
+                            .checkpoint_s = options.checkpoint_s,
+                            .haptic_devices = options.haptics};
     auto server = Server::start(settings, arena);
     const bool port_is_taken = !server.ok() && server.error().message.starts_with("port:");
     if (!port_is_taken || options.port_given) return server;

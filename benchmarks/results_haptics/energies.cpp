@@ -5,59 +5,14 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <vector>
 
 #include "figures.h"
+#include "hands.h"
 #include "tissues.h"
 
 namespace pliant::results {
 namespace {
-
-enum class Hand { Free, Spring, Active };
-
-struct Minute {
-    std::vector<Point2> passivity;  ///< [s, mJ]
-    double lowest_mj = 0, most_n = 0, step_n = 0;
-};
-
-Minute a_minute(Hand hand, const HapticTissue& tissue, HapticScheme scheme, int delay_periods,
-                bool bounded_energy) {
-    HapticRun run;
-    run.settings.scheme = scheme;
-    run.settings.max_force_n = 7.9;
-    run.settings.max_stiffness_n_m = 800;  // of 1000 N/m that the device is stable at
-    run.settings.bounded_energy = bounded_energy;
-    run.delay_periods = delay_periods;
-    VirtualDeviceSettings settings;
-    settings.coulomb_n = 0.05;
-    settings.encoder_mm = 0.02;
-    settings.position_mm = {0, 0, 5};
-    if (hand == Hand::Spring) settings.hand = spring_hand({0, 0, 5});
-    if (hand == Hand::Active) settings.hand = active_hand({0, 0, 2}, 10);
-    settings.hand.steady_n.z = hand == Hand::Active ? -0.5 : hand == Hand::Free ? -0.3 : 0;
-    VirtualDevice device(settings);
-    Minute minute;
-    Vec3d last_n{0, 0, 0};
-    run_haptics(device, run, 60'000, tissue,
-                [&](const HapticReading& reading, const HapticModel* fresh,
-                    const HapticState& state, const HapticForce&) {
-                    const double t = 1e-9 * double(reading.time_ns);
-                    if (hand == Hand::Spring)
-                        device.hand().target_mm.z = 5 * std::cos(2 * std::numbers::pi * 0.7 * t);
-                    if (hand == Hand::Free)  // its weight, lifted and dropped
-                        device.hand().steady_n.z = std::fmod(t, 2) < 1.7 ? -0.3 : 1;
-                    if (reading.time_ns % 20'000'000 == 0)
-                        minute.passivity.push_back({t, 1000 * device.passivity_j()});
-                    minute.most_n = std::max(minute.most_n, norm(state.force_n));
-                    if (fresh)
-                        minute.step_n = std::max(minute.step_n, norm(state.force_n - last_n));
-                    last_n = state.force_n;
-                    return true;
-                });
-    minute.lowest_mj = 1000 * device.lowest_passivity_j();
-    return minute;
-}
 
 const char* name_of(Hand hand) {
     return hand == Hand::Free ? "free" : hand == Hand::Spring ? "spring-damper" : "10 Hz, 2 N";
@@ -97,13 +52,13 @@ void add_energies(Page& page, const TaskArena& arena) {
     std::vector<std::vector<std::string>> table;
     for (const Row& row : rows) {
         std::vector<std::string> cells{row.name};
-        for (const Hand hand : {Hand::Free, Hand::Spring, Hand::Active}) {
-            const Minute m = a_minute(hand, row.tissue, row.scheme, row.delay, row.bounded);
+        for (const Hand hand : kHands) {
+            const TimeInHand m = in_hand(hand, row.tissue, {row.scheme, row.delay, row.bounded});
             if (hand == Hand::Active) {
                 std::vector<Point2> shown;
-                for (const Point2& p : m.passivity)
-                    if (std::abs(p.y) <= 1000)
-                        shown.push_back(p);
+                for (const auto& [time_s, mj] : m.passivity)
+                    if (std::abs(mj) <= 1000)
+                        shown.push_back({time_s, mj});
                     else
                         break;
                 chart.curve(shown, row.ink);
@@ -122,8 +77,8 @@ void add_energies(Page& page, const TaskArena& arena) {
         {"position-based block", pbd(arena)}};
     table.clear();
     for (const auto& [name, tissue] : tissues)
-        for (const Hand hand : {Hand::Free, Hand::Spring, Hand::Active}) {
-            const Minute m = a_minute(hand, tissue, HapticScheme::LinearLaw, 0, true);
+        for (const Hand hand : kHands) {
+            const TimeInHand m = in_hand(hand, tissue, {});
             table.push_back({name, name_of(hand), text_of(m.lowest_mj, 3), text_of(m.most_n, 2),
                              text_of(m.step_n, 3)});
         }

@@ -77,7 +77,18 @@ class ChainMailFeel {
                                                          const ChainMailSettings& materials,
                                                          const ChainMailFeelSettings& settings,
                                                          const TaskArena& arena);
+    /// The same of a scan that is deformed meanwhile: walls are those of `shown`, how far they can
+    /// be pushed is what the scan says, less how far they have been.
+    static Result<std::unique_ptr<ChainMailFeel>> create(const Volume& scan, const Volume& shown,
+                                                         const ChainMailSettings& materials,
+                                                         const ChainMailFeelSettings& settings,
+                                                         const TaskArena& arena);
     ~ChainMailFeel();
+
+    /// What is shown has changed in these boxes of voxels, and nowhere else.
+    void update(std::span<const Box3i> boxes);
+    /// Another surface from now on.
+    void set_wall(double iso_hu, Polarity polarity);
 
     /// Around a tool, whose proxy is where the servo last had it.
     HapticModel model(Vec3d tool_mm, Vec3d proxy_mm);

@@ -51,8 +51,8 @@ class HapticDevice {
     virtual bool write(Vec3d force_n) noexcept = 0;
 };
 
-/// `virtual[:free|spring|active]`, `replay:FILE`, or a plug-in: `FILE.so[:WHICH]`, a path with a /
-/// in it or a name that the system's loader knows.
+/// `virtual[:free|spring|tap|active]`, `replay:FILE`, or a plug-in: `FILE.so[:WHICH]`, a path with
+/// a / in it or a name that the system's loader knows.
 /// @returns NotFound, Unsupported or Unreadable, with one line that says what is missing and what
 ///          to do
 Result<std::unique_ptr<HapticDevice>> open_haptic_device(const std::string& what);

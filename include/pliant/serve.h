@@ -37,6 +37,9 @@ struct ServerSettings {
     double checkpoint_s = 30;
     /// Of a scan that is opened through the page. With a session it is kept in a folder beside it.
     std::uint64_t max_upload_bytes = std::uint64_t(8) << 30;
+    /// Devices with force feedback that the page offers beside those that are simulated, as
+    /// open_haptic_device (haptics_servo.h) wants them.
+    std::vector<std::string> haptic_devices{};
 };
 
 class Server {

@@ -87,10 +87,16 @@ Result<std::unique_ptr<HapticDevice>> open_virtual(const std::string& hand) {
         settings.hand = spring_hand({0, 0, 0}, 100, 1);
         settings.hand.sine_n = {0, 0, 2};
         settings.hand.frequency_hz = 10;
+    } else if (hand == "tap") {
+        // It goes forward and back, by some 8 mm in free space, once in two seconds.
+        settings.hand = spring_hand({0, 0, 0});
+        settings.hand.sine_n = {0, 0, -2.4};
+        settings.hand.frequency_hz = 0.5;
     } else if (hand != "free")
         return Error{ErrorCode::InvalidArgument,
                      "haptic device 'virtual:" + hand +
-                         "': expected virtual, virtual:free, virtual:spring or virtual:active"};
+                         "': expected virtual, virtual:free, virtual:spring, virtual:tap or "
+                         "virtual:active"};
     return make_virtual_device(settings);
 }
 

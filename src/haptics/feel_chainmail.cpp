@@ -11,7 +11,8 @@
 #include <cmath>
 #include <limits>
 #include <string>
-#include <vector>
+
+#include "haptics/walls.h"
 
 namespace pliant {
 namespace {
@@ -20,7 +21,6 @@ constexpr double kPoisson = 0.45, kReference_hu = 40;
 constexpr double kTangential = 0.7;  ///< of the stiffness along the normal: 2(1 − ν)/(2 − ν)
 constexpr double kSame_mm = 0.5;     ///< a contact that moved by less keeps what it knows
 constexpr double kSameDirection = 0.98;
-constexpr double kBump_mm = 0.5;  ///< a plane that would cut off other walls by more is no wall
 
 /// Dräger's softness of a value, 1 − w² [Draeger2005, 3.5.5].
 double softness(double hu) {
@@ -42,14 +42,6 @@ void wall_law(const ChainMailFeel::Give& give, double bone_n_m, double depth_mm,
     const double share = limit > 0 ? 1 - bent / limit : 1;
     force_n = 1e-3 * (k * bent / share + bone_n_m * std::max(0.0, depth_mm - last));
     stiffness_n_m = depth_mm < last ? k / (share * share) : bone_n_m;
-}
-
-/// The directions of a cube's faces, edges and corners.
-std::vector<Vec3d> directions() {
-    std::vector<Vec3d> all;
-    for (int n = 0; n < 27; ++n)
-        if (n != 13) all.push_back(normalized(Vec3d{n % 3 - 1., n / 3 % 3 - 1., n / 9 - 1.}));
-    return all;
 }
 
 Status check(const ChainMailFeelSettings& s) {
@@ -75,47 +67,24 @@ Status check(const ChainMailFeelSettings& s) {
 }  // namespace
 
 struct ChainMailFeel::Impl {
-    Impl(const Volume& v, ChainMail t, const ChainMailFeelSettings& s, const TaskArena& arena)
-        : volume(v), trial(std::move(t)), settings(s), caster(v, arena) {}
+    Impl(const Volume& scan_, const Volume& shown_, ChainMail t, const ChainMailFeelSettings& s,
+         const TaskArena& arena)
+        : scan(scan_), shown(shown_), trial(std::move(t)), settings(s), walls(shown_, arena) {}
 
-    const Volume& volume;
+    const Volume& scan;
+    const Volume& shown;
     ChainMail trial;
     ChainMailFeelSettings settings;
-    RayCaster caster;
-    std::vector<Vec3d> rays = directions();
-    std::vector<double> distances = std::vector<double>(26);
+    Walls walls;
 
     // The contact that was looked at last.
     bool has_contact = false;
     Vec3d contact_mm{0, 0, 0}, contact_normal{0, 0, 0};
     Give contact_give;
 
-    std::vector<RayHit> walls_around(Vec3d place_mm);
     double stiffness_below(Vec3d surface_mm, Vec3d normal) const;
+    double pushed_mm(Vec3d surface_mm, Vec3d normal) const;
 };
-
-/// The nearest first.
-std::vector<RayHit> ChainMailFeel::Impl::walls_around(Vec3d place_mm) {
-    std::vector<RayHit> walls;
-    const double within = settings.reach_mm + settings.tool_radius_mm;
-    if (const auto nearest =
-            caster.nearest_surface(place_mm, within, settings.iso_hu, settings.polarity))
-        walls.push_back(*nearest);
-    else
-        return walls;
-    caster.first_hits(place_mm, rays, settings.iso_hu, settings.polarity, distances);
-    std::vector<RayHit> others;
-    for (std::size_t r = 0; r < rays.size(); ++r)
-        if (distances[r] < within)
-            if (const auto hit =
-                    caster.first_hit(place_mm, rays[r], settings.iso_hu, settings.polarity))
-                others.push_back(*hit);
-    std::stable_sort(others.begin(), others.end(), [](const RayHit& a, const RayHit& b) {
-        return a.distance_mm < b.distance_mm;
-    });
-    walls.insert(walls.end(), others.begin(), others.end());
-    return walls;
-}
 
 /// Of a punch on the mean value within two radii below the surface.
 double ChainMailFeel::Impl::stiffness_below(Vec3d surface_mm, Vec3d normal) const {
@@ -125,28 +94,65 @@ double ChainMailFeel::Impl::stiffness_below(Vec3d surface_mm, Vec3d normal) cons
     for (int s = 0; s < kSamples; ++s) {
         const double depth = a * (0.25 + 1.75 * s / (kSamples - 1));
         const double hu =
-            sample_linear(volume, voxel_from_world(volume.grid, surface_mm - depth * normal));
+            sample_linear(shown, voxel_from_world(shown.grid, surface_mm - depth * normal));
         softer += softness(hu) / softness(kReference_hu) / kSamples;
     }
     const double young_pa = settings.young_modulus_pa / softer;
     return 2e-3 * a * young_pa / (1 - kPoisson * kPoisson);
 }
 
+/// How far the wall has been pushed already, from where it was in the scan.
+double ChainMailFeel::Impl::pushed_mm(Vec3d surface_mm, Vec3d normal) const {
+    if (&scan == &shown) return 0;
+    const Vec3d spacing = scan.grid.spacing_mm;
+    const double step = 0.5 * std::min({spacing.x, spacing.y, spacing.z});
+    const auto is_tissue = [&](double way) {
+        const double hu =
+            sample_linear(scan, voxel_from_world(scan.grid, surface_mm + way * normal));
+        return settings.polarity == Polarity::Rising ? hu >= settings.iso_hu : hu < settings.iso_hu;
+    };
+    double way = step;  // the surface itself is neither
+    while (way < settings.reach_mm && is_tissue(way)) way += step;
+    return way - step;
+}
+
 Result<std::unique_ptr<ChainMailFeel>> ChainMailFeel::create(const Volume& volume,
+                                                             const ChainMailSettings& materials,
+                                                             const ChainMailFeelSettings& settings,
+                                                             const TaskArena& arena) {
+    return create(volume, volume, materials, settings, arena);
+}
+
+Result<std::unique_ptr<ChainMailFeel>> ChainMailFeel::create(const Volume& scan,
+                                                             const Volume& shown,
                                                              const ChainMailSettings& materials,
                                                              const ChainMailFeelSettings& settings,
                                                              const TaskArena& arena) {
     if (const Status status = check(settings); !status.ok()) return status.error();
     ChainMailSettings own = materials;
     own.history_max_steps = 0;
-    auto trial = ChainMail::create(volume, own, arena);
+    auto trial = ChainMail::create(scan, own, arena);
     if (!trial.ok()) return trial.error();
     return std::unique_ptr<ChainMailFeel>(
-        new ChainMailFeel(std::make_unique<Impl>(volume, std::move(*trial), settings, arena)));
+        new ChainMailFeel(std::make_unique<Impl>(scan, shown, std::move(*trial), settings, arena)));
 }
 
 ChainMailFeel::ChainMailFeel(std::unique_ptr<Impl> impl) : m_impl(std::move(impl)) {}
 ChainMailFeel::~ChainMailFeel() = default;
+
+void ChainMailFeel::update(std::span<const Box3i> boxes) {
+    if (boxes.empty()) return;
+    m_impl->walls.update(boxes);
+    m_impl->has_contact = false;
+}
+
+void ChainMailFeel::set_wall(double iso_hu, Polarity polarity) {
+    ChainMailFeelSettings& s = m_impl->settings;
+    if (iso_hu == s.iso_hu && polarity == s.polarity) return;
+    s.iso_hu = iso_hu;
+    s.polarity = polarity;
+    m_impl->has_contact = false;
+}
 
 ChainMailFeel::Give ChainMailFeel::give_at(Vec3d surface_mm, Vec3d normal) {
     Impl& m = *m_impl;
@@ -158,41 +164,26 @@ ChainMailFeel::Give ChainMailFeel::give_at(Vec3d surface_mm, Vec3d normal) {
     m.contact_normal = normal;
     m.contact_give.stiffness_n_m = m.stiffness_below(surface_mm, normal);
     m.contact_give.limit_mm = std::numeric_limits<double>::infinity();
+    const double pushed = m.pushed_mm(surface_mm, normal);
+    const Vec3d at_rest = surface_mm + pushed * normal;
     const auto report =
-        m.trial.push({.point_mm = surface_mm - (0.5 * m.settings.tool_radius_mm) * normal,
+        m.trial.push({.point_mm = at_rest - (0.5 * m.settings.tool_radius_mm) * normal,
                       .push_mm = -m.settings.reach_mm * normal,
                       .sphere_radius_mm = m.settings.tool_radius_mm});
     if (report.ok() && report->grabbed_elements > 0 && report->step_fraction < 1)
-        m.contact_give.limit_mm = report->step_fraction * m.settings.reach_mm;
+        m.contact_give.limit_mm =
+            std::max(0.0, report->step_fraction * m.settings.reach_mm - pushed);
     m.trial.reset();
     return m.contact_give;
 }
 
 HapticModel ChainMailFeel::model(Vec3d tool_mm, Vec3d proxy_mm) {
     Impl& m = *m_impl;
-    HapticModel model;
-    const std::vector<RayHit> walls = m.walls_around(proxy_mm);
-    for (const RayHit& wall : walls) {
-        if (model.plane_count == HapticModel::kMaxPlanes) break;
-        const HapticPlane plane{wall.point_mm + m.settings.tool_radius_mm * wall.normal,
-                                wall.normal};
-        const bool is_nearest = &wall == &walls.front();
-        const auto is_cut_off = [&](const RayHit& other) {
-            return dot(wall.normal, other.point_mm - wall.point_mm) < -kBump_mm;
-        };
-        if (!is_nearest && (dot(plane.normal, proxy_mm - plane.point_mm) < 0 ||
-                            std::any_of(walls.begin(), walls.end(), is_cut_off)))
-            continue;
-        model.planes[model.plane_count++] = plane;
-    }
+    HapticModel model = m.walls.around(m.settings, proxy_mm);
     if (model.plane_count == 0) return model;
-    model.friction = m.settings.friction;
-    const Vec3d entry = nearest_free_place(model, tool_mm);
-    const double depth = norm(entry - tool_mm);
-    // Before it touches, the nearest wall is the one that it will.
-    const Vec3d normal = depth > 1e-9 ? (1 / depth) * (entry - tool_mm) : model.planes[0].normal;
-    const Give give = give_at(
-        depth > 1e-9 ? entry - m.settings.tool_radius_mm * normal : walls.front().point_mm, normal);
+    const WallContact contact = Walls::contact(model, tool_mm, m.settings.tool_radius_mm);
+    const auto& [entry, surface, normal, depth] = contact;
+    const Give give = give_at(surface, normal);
     double force = 0, stiffness = 0;
     wall_law(give, m.settings.bone_n_m, depth, force, stiffness);
     model.depth_mm = depth * normal;

@@ -109,6 +109,7 @@ struct Client {
     std::deque<Waiting> commands;
     std::vector<std::uint32_t> checksums;                ///< ids of those that were asked for
     std::uint64_t state_version = 0, tools_version = 0;  ///< that it was sent
+    std::uint64_t haptics_version = 0;
     ToolPose tool;
     Clock::time_point iso_at{};    ///< its last change of the threshold
     std::uint32_t iso_stroke = 0;  ///< see IsoCommand

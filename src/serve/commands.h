@@ -16,6 +16,7 @@
 #include <variant>
 
 #include "serve/frames.h"
+#include "serve/haptic_state.h"
 #include "serve/tissue_choice.h"
 
 namespace pliant::serve {
@@ -104,7 +105,8 @@ using Action =
     std::variant<PushCommand, GrabCommand, DragCommand, LetGoCommand, CutCommand, CarveCommand,
                  RelaxCommand, ReleaseCommand, ResetCommand, MaterialsCommand, IsoCommand,
                  UndoCommand, RedoCommand, TissueCommand, DepthCommand, HelloMessage, ToolMessage,
-                 ChecksumMessage, SeenMessage, PingMessage, OverlayMessage, PathMessage>;
+                 ChecksumMessage, SeenMessage, PingMessage, OverlayMessage, PathMessage,
+                 HapticsMessage, HapticPoseMessage>;
 
 struct Message {
     std::uint32_t id = 0;

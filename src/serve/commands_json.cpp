@@ -93,6 +93,11 @@ class Fields {
         if (!value) return missing.value_or(Vec3d{0, 0, 0});
         return vector_of(key, *value, longest);
     }
+    Vec3d direction(const char* key) {
+        const Vec3d v = vector(key, kMaxPlaceMm);
+        if (!m_failure && !(norm(v) > 1e-6)) out_of_range(key, "a direction", m_object[key]);
+        return v;
+    }
     std::vector<Vec3d> line(const char* key) {
         std::vector<Vec3d> points;
         const Json* value = find(key, false);
@@ -256,6 +261,18 @@ Action read_path(Fields& f) {
     path.polarity = std::get_if<IsoCommand>(&wall)->polarity;
     return path;
 }
+Action read_haptics(Fields& f) {
+    HapticsMessage haptics;
+    haptics.wish = HapticWish(f.choice("wish", {"start", "stop", "go", "end"}));
+    if (haptics.wish != HapticWish::Start) return haptics;
+    haptics.device = f.text("device", 200, {});
+    haptics.position_mm = f.vector("position", kMaxPlaceMm);
+    haptics.look = f.direction("look");
+    haptics.up = f.direction("up");
+    haptics.scale = f.number("scale", 0.05, 20, haptics.scale);
+    haptics.radius_mm = f.number("radius", 0.5, 20, haptics.radius_mm);
+    return haptics;
+}
 
 using Reader = Action (*)(Fields&);
 template <class T>
@@ -264,7 +281,7 @@ Action nothing(Fields&) {
 }
 
 /// In the order of Action's alternatives, but for slide, which is a push.
-const std::array<std::pair<const char*, Reader>, 23> kReaders = {{
+const std::array<std::pair<const char*, Reader>, 25> kReaders = {{
     {"push", [](Fields& f) { return read_push(f, false); }},
     {"grab", read_grab},
     {"drag", [](Fields& f) -> Action { return DragCommand{f.vector("offset", kMaxPlaceMm)}; }},
@@ -290,6 +307,9 @@ const std::array<std::pair<const char*, Reader>, 23> kReaders = {{
     {"ping", nothing<PingMessage>},
     {"overlay", read_overlay},
     {"path", read_path},
+    {"haptics", read_haptics},
+    {"haptic_pose",
+     [](Fields& f) -> Action { return HapticPoseMessage{f.vector("position", 10'000)}; }},
     {"slide", [](Fields& f) { return read_push(f, true); }},
 }};
 
@@ -388,6 +408,20 @@ void write(Json& o, const PathMessage& c) {
     o["to"] = json_of(c.to_mm);
     o["reach"] = c.reach_mm;
     write(o, IsoCommand{.iso_hu = c.iso_hu, .polarity = c.polarity});
+}
+void write(Json& o, const HapticsMessage& c) {
+    constexpr const char* kWishes[] = {"start", "stop", "go", "end"};
+    o["wish"] = kWishes[std::size_t(c.wish)];
+    if (c.wish != HapticWish::Start) return;
+    o["device"] = c.device;
+    o["position"] = json_of(c.position_mm);
+    o["look"] = json_of(c.look);
+    o["up"] = json_of(c.up);
+    o["scale"] = c.scale;
+    o["radius"] = c.radius_mm;
+}
+void write(Json& o, const HapticPoseMessage& c) {
+    o["position"] = json_of(c.position_mm);
 }
 template <class T>
 void write(Json&, const T&) {}

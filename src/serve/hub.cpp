@@ -102,7 +102,8 @@ void Hub::run(const std::stop_token& stop, Outlet& outlet) {
 
 void Hub::wait_for_work(const std::stop_token& stop, Clock::time_point last) {
     constexpr auto kIdle = std::chrono::milliseconds(500);
-    const bool busy = !m_clients.empty() || !m_newcomers.empty() || m_scene->wants_sweep();
+    const bool busy = !m_clients.empty() || !m_newcomers.empty() || m_scene->wants_sweep() ||
+                      m_haptics != nullptr;
     const auto now = Clock::now();
     const auto due = last + m_period;
     {
@@ -120,8 +121,10 @@ void Hub::step() {
     m_boxes.clear();
     take_events();
     carry_out_commands();
+    push_by_device();
     relax();
     resample();
+    feel_device();
     begin_overlays();
     checkpoint();
     write_log();
@@ -129,6 +132,7 @@ void Hub::step() {
     tell_paths();
     refresh_state();
     refresh_tools();
+    refresh_haptics();
     drop_who_is_late();
     m_overlay_left = kMaxOverlayVoxels;
     m_overlay_ms = 0;
@@ -228,13 +232,14 @@ void Hub::say_hello(ConnectionId connection, const HelloMessage& hello) {
     client.info.view = hello.view || !may_control;
     if (is_new || !hello.name.empty()) client.info.name = shortened(hello.name);
     client.packs = hello.lz4;
-    client.state_version = client.tools_version = client.scene_step = 0;
+    client.state_version = client.tools_version = client.haptics_version = client.scene_step = 0;
     const bool resumed = client.delivery.come_back(hello.step);
     say(client, welcome_text({.client = client.info,
                               .resume = client.resume,
                               .resumed = resumed,
                               .rate_hz = int(std::chrono::seconds(1) / m_period),
-                              .open_bytes = m_open_bytes},
+                              .open_bytes = m_open_bytes,
+                              .haptic_devices = m_haptic_devices.names()},
                              m_scene->info(), shared_state()));
 }
 
@@ -274,6 +279,10 @@ void Hub::answer(Client& client, Message message) {
             say(client, outcome_text(message.id, "checksum", 0, {.error_code = "busy"}));
     } else if (const auto* path = std::get_if<PathMessage>(&message.action)) {
         look_for(client, message.id, *path);
+    } else if (const auto* haptics = std::get_if<HapticsMessage>(&message.action)) {
+        take_haptics(client, message.id, *haptics);
+    } else if (const auto* place = std::get_if<HapticPoseMessage>(&message.action)) {
+        take_pose(client, *place);
     } else {
         queue(client, std::move(message));
     }
@@ -324,6 +333,8 @@ void Hub::park(Client& client) {
     client.tool = {};
     client.overlay = OverlayKind::None;
     give_up_paths(client.info.number);
+    if (m_haptics && m_haptics->client() == client.info.number)
+        end_haptics("the browser that held the device is gone");
     if (m_scene->has_contact(client.info.number)) act(client.info.number, ReleaseCommand{});
 }
 
@@ -452,6 +463,7 @@ void Hub::resample() {
     for (Client& client : m_clients)
         for (const Box3i& box : update.boxes) client.delivery.mark(box);
     mark_overlays(update.boxes);
+    if (m_haptics) m_haptics->changed(update.boxes);
     m_timing.solve_ms = m_solve_ms;
     m_timing.resample_ms = update.resample_ms;
     m_timing.tick_ms = ms_between(m_now, Clock::now());

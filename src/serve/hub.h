@@ -27,6 +27,7 @@
 #include <vector>
 
 #include "serve/client.h"
+#include "serve/haptic_session.h"
 #include "serve/path_search.h"
 #include "serve/save.h"
 #include "serve/scene.h"
@@ -50,6 +51,8 @@ class Hub {
     /// @param seconds  of work from one to the next
     /// @param so_far   that the session has
     void keep_checkpoints(double seconds, int so_far);
+    /// Before run(), too: devices beside those in the tree.
+    void offer_devices(HapticDevices devices) { m_haptic_devices = std::move(devices); }
 
     // From the network's thread; none of them waits.
     void opened(ConnectionId connection, bool may_control);
@@ -160,6 +163,14 @@ class Hub {
     void tell_paths();
     void give_up_paths(std::uint32_t client);
 
+    void take_haptics(Client& client, std::uint32_t id, const HapticsMessage& haptics);
+    void take_pose(const Client& client, const HapticPoseMessage& pose);
+    void start_haptics(Client& client, std::uint32_t id, const HapticsMessage& haptics);
+    void end_haptics(const std::string& why);
+    void push_by_device();
+    void feel_device();
+    void refresh_haptics();
+
     void drop_who_is_late();
     void drop(Client& client, int code, const std::string& message);
     void park(Client& client);
@@ -203,12 +214,17 @@ class Hub {
     std::string m_tools_frame;
     std::uint64_t m_tools_version = 0;
     std::vector<std::unique_ptr<PathSearch>> m_paths;  ///< that are looked for
-    std::vector<SharedBox> m_boxes;                    ///< that were encoded in this step
-    std::vector<OverlayWish> m_overlay_wishes;         ///< of this step
-    DirtyBlocks m_deformed;                            ///< voxels that have not always been at rest
-    std::int64_t m_overlay_left = 0;   ///< voxels that overlays may take in this step
-    double m_overlay_ms = 0;           ///< of this step
-    Clock::time_point m_overlay_at{};  ///< when one was last wanted
+    HapticDevices m_haptic_devices;
+    std::unique_ptr<HapticSession> m_haptics;  ///< null: there is none
+    std::string m_haptics_why;                 ///< it has ended
+    std::string m_haptics_text;
+    std::uint64_t m_haptics_version = 0;
+    std::vector<SharedBox> m_boxes;             ///< that were encoded in this step
+    std::vector<OverlayWish> m_overlay_wishes;  ///< of this step
+    DirtyBlocks m_deformed;                     ///< voxels that have not always been at rest
+    std::int64_t m_overlay_left = 0;            ///< voxels that overlays may take in this step
+    double m_overlay_ms = 0;                    ///< of this step
+    Clock::time_point m_overlay_at{};           ///< when one was last wanted
     std::optional<Checksums> m_checksums;
     Clock::time_point m_checksums_at{};
 };

@@ -37,6 +37,7 @@ void Hub::take(ConnectionId, Saving saving) {
 
 void Hub::take(ConnectionId, Opening opening) {
     opening.scene.scene->set_volume_id(m_scene->info().id + 1);
+    end_haptics("another scan was opened");
     std::swap(m_scene, opening.scene.scene);
     if (m_log) m_log->add(SessionOpen{std::move(opening.scene.recorded)});
     ++m_step;

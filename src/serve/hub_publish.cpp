@@ -48,6 +48,8 @@ void Hub::refresh_tools() {
     std::vector<ToolPose> tools;
     for (const Client& client : m_clients)
         if (client.connection && client.tool.kind != ToolKind::None) tools.push_back(client.tool);
+    if (m_haptics && m_haptics->pose_of_tool().kind != ToolKind::None)
+        tools.push_back(m_haptics->pose_of_tool());
     std::sort(tools.begin(), tools.end(),
               [](const ToolPose& a, const ToolPose& b) { return a.client < b.client; });
     if (tools == m_tools && m_tools_version > 0) return;
@@ -68,6 +70,10 @@ void Hub::publish(Client& client) {
     if (client.tools_version != m_tools_version) {
         batch.push_back({false, std::make_shared<const std::string>(m_tools_frame)});
         client.tools_version = m_tools_version;
+    }
+    if (client.haptics_version != m_haptics_version) {
+        batch.push_back(text_message(m_haptics_text));
+        client.haptics_version = m_haptics_version;
     }
     add_boxes(client, batch);
     add_overlay_boxes(client, batch);

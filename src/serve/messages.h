@@ -77,6 +77,7 @@ struct Welcome {
     bool resumed = false;
     int rate_hz = 60;
     std::uint64_t open_bytes = 0;  ///< that a scan may have which is opened
+    std::vector<std::string> haptic_devices{};
 };
 
 struct Checksums {

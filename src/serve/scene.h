@@ -76,6 +76,7 @@ class Scene {
     bool keep_sources(bool keep) { return m_live.keep_sources(keep); }
     const LiveDeformation& live() const { return m_live; }
     const Tissue& tissue() const { return *m_tissue; }
+    Tissue& tissue() { return *m_tissue; }
     const TissueChoice& choice() const { return m_choice; }
     const VolumeInfo& info() const { return m_loaded->info; }
     void set_volume_id(std::uint32_t id) { m_loaded->info.id = id; }

@@ -148,6 +148,7 @@ Result<Server> Server::start(const ServerSettings& settings, const TaskArena& ar
     impl->tokens = {random_token(), random_token()};
     impl->hub = std::make_unique<serve::Hub>(std::move(opened->scene), std::move(opened->log),
                                              settings.rate_hz, settings.max_upload_bytes);
+    impl->hub->offer_devices(serve::HapticDevices(settings.haptic_devices));
     impl->hub->keep_checkpoints(settings.checkpoint_s, opened->checkpoints);
     auto network = serve::Network::listen(settings.port, impl->tokens, *impl->hub,
                                           {upload_settings(settings), arena});

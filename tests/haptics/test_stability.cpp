@@ -11,22 +11,13 @@
 #include <numbers>
 #include <string>
 
+#include "tissues.h"
+
 namespace pliant {
 namespace {
 
-HapticModel wall(double stiffness_n_m) {
-    HapticModel model;
-    model.plane_count = 1;
-    model.planes[0] = {{0, 0, 0}, {0, 0, 1}};
-    for (int c = 0; c < 3; ++c) model.stiffness_n_m.columns[c][c] = stiffness_n_m;
-    return model;
-}
-/// What the paper's simulation hands over: only the force where the tool was.
-HapticModel force_of_wall(double stiffness_n_m, Vec3d x) {
-    HapticModel model;
-    if (x.z < 0) model.force_n = {0, 0, -1e-3 * stiffness_n_m * x.z};
-    return model;
-}
+using results::force_of_wall;
+using results::wall;
 
 HapticSettings unlimited() {
     HapticSettings settings;
@@ -187,16 +178,6 @@ TEST(WallTap, GainsNoEnergyWithALocalModelAndDoesWithTheOthers) {
     EXPECT_GT(rebound(HapticScheme::Extrapolate, 300, 0), 1.5);
 }
 
-/// Soft at first, then ever stiffer: F = 80 d + 30'000 d² [N, m], solved where the tool was.
-HapticModel hardening(Vec3d x) {
-    const double d = std::max(0.0, -1e-3 * x.z);
-    Mat3d change{};
-    change.columns[2].z = -(80 + 60'000 * d);
-    return *checked_model(
-        model_of_contact({x.x, x.y, 0}, {0, 0, 1}, x, {0, 0, 80 * d + 30'000 * d * d}, change),
-        600);
-}
-
 enum class Hand { Free, Spring, Active };
 
 /// Lowest passivity [J] and how much force there was, in a minute.
@@ -247,7 +228,8 @@ TEST(Passivity, StaysAboveItsBoundForAMinuteWithEachHand) {
             EXPECT_GT(most_n, 0.2);
         }
         // A law that is a whole solution behind.
-        EXPECT_GE(lowest_passivity_j(hand, HapticScheme::LinearLaw, hardening, 33, true, &most_n),
+        EXPECT_GE(lowest_passivity_j(hand, HapticScheme::LinearLaw, results::hardening(), 33, true,
+                                     &most_n),
                   -1e-4);
         EXPECT_GT(most_n, 0.2);
     }
@@ -257,8 +239,9 @@ TEST(Passivity, IsLostByForcesThatAreHeldOrExtrapolatedAndByLateLaws) {
     const auto forces = [](Vec3d x) { return force_of_wall(300, x); };
     EXPECT_LT(lowest_passivity_j(Hand::Active, HapticScheme::Hold, forces, 0, true), -0.05);
     EXPECT_LT(lowest_passivity_j(Hand::Active, HapticScheme::Extrapolate, forces, 0, true), -0.05);
-    EXPECT_LT(lowest_passivity_j(Hand::Active, HapticScheme::LinearLaw, hardening, 33, false),
-              -0.05);
+    EXPECT_LT(
+        lowest_passivity_j(Hand::Active, HapticScheme::LinearLaw, results::hardening(), 33, false),
+        -0.05);
 }
 
 }  // namespace

@@ -54,6 +54,12 @@ const std::vector<std::string>& good_messages() {
         R"({"do":"ping"})",
         R"({"do":"path","id":5,"from":[1,2,3],"to":[4,5.5,6],"reach":7})",
         R"({"do":"path","from":[1,2,3],"to":[4,5,6],"iso_hu":-600,"polarity":"falling"})",
+        R"({"do":"haptics","id":4,"wish":"stop"})",
+        R"({"do":"haptics","wish":"go"})",
+        R"({"do":"haptics","wish":"end"})",
+        R"({"do":"haptics","wish":"start","device":"virtual:tap","position":[1,2,3],)"
+        R"("look":[0,0,-1],"up":[0,1,0],"scale":0.5,"radius":3})",
+        R"({"do":"haptic_pose","position":[1,-2,3.5]})",
     };
     return messages;
 }
@@ -130,6 +136,9 @@ TEST(Messages, ThatAreRubbishCloseTheConnection) {
              R"({"do":"overlay"})",
              R"({"do":"overlay","kind":"strain"})",
              R"({"do":"overlay","kind":2})",
+             R"({"do":"haptics"})",
+             R"({"do":"haptics","wish":"start","device":3,"position":[1,2,3]})",
+             R"({"do":"haptic_pose","position":[1,2]})",
              R"({"do":"tool","kind":"hammer"})",
              "{\"do\":\"\xff\"}",
              R"({"do":"ping","x":)" + deep + "]]]]]}",

@@ -11,6 +11,8 @@ import {
     decodeFrame,
     type Answer,
     type Done,
+    type HapticPose,
+    type HapticsNews,
     kProtocol,
     type Pose,
     type Refusal,
@@ -30,6 +32,7 @@ export interface Listener {
     box(frame: BoxFrame): void;
     overlayBox(frame: BoxFrame): void;
     tools(tools: Tool[]): void;
+    haptics(news: HapticsNews): void;
     refused(refusal: Refusal): void;
     /// The line is broken. retryMs: when the next attempt starts; absent: there is none.
     lost(reason: string, retryMs?: number): void;
@@ -115,7 +118,7 @@ export class Connection {
         );
     }
 
-    tell(message: Pose | Seen): void {
+    tell(message: Pose | Seen | HapticPose): void {
         if (this.isOpen) this.socket!.send(JSON.stringify(message));
     }
 
@@ -153,6 +156,9 @@ export class Connection {
                 break;
             case 'state':
                 this.listener.state(message);
+                break;
+            case 'haptics':
+                this.listener.haptics(message);
                 break;
             case 'error':
                 this.answer(message.id, message);

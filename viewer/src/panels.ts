@@ -5,6 +5,7 @@
 
 import type { Actions } from './actions.ts';
 import { h } from './dom.ts';
+import { hapticsPanel } from './panel_haptics.ts';
 import { moviePanel } from './panel_movie.ts';
 import { overlayPanel } from './panel_overlay.ts';
 import { Parts } from './panel_parts.ts';
@@ -26,6 +27,7 @@ export function panels(session: Session, actions: Actions): HTMLElement {
         endoscopePanel(parts),
         tissuePanel(parts),
         materialPanel(parts),
+        hapticsPanel(parts),
         moviePanel(parts),
         placesPanel(parts),
         displayPanel(parts),
@@ -37,7 +39,10 @@ export function panels(session: Session, actions: Actions): HTMLElement {
         for (const field of element.querySelectorAll<HTMLFieldSetElement>('fieldset.tissue'))
             field.disabled = role === 'view' || link !== 'open';
     };
-    session.store.listen(refresh);
+    session.store.listen((_, changed) => {
+        // What a device feels is news up to 60 times a second, and no setting.
+        if ([...changed].some((key) => key !== 'haptics' && key !== 'others')) refresh();
+    });
     refresh();
     return element;
 }

@@ -22,8 +22,13 @@ const kLookRate = 0.25; // degrees per pixel at 80 degrees of field
 const kWindowRate = 4; // HU per pixel
 const kWheelTurn = 100; // of a turn of the wheel by one notch
 const kWheelStep = 1.5; // of the endoscope per notch [mm]
+const kWheelDeep = 1; // of a device that the mouse leads [mm]
 
-type DragKind = 'look' | 'orbit' | 'window' | 'pan' | 'zoom' | 'tissue' | 'none';
+type DragKind = 'look' | 'device' | 'orbit' | 'window' | 'pan' | 'zoom' | 'tissue' | 'none';
+
+/// What changes the view is one step of it.
+const hasUndo = (kind: DragKind): boolean =>
+    kind !== 'tissue' && kind !== 'device' && kind !== 'none';
 
 interface Drag {
     readonly kind: DragKind;
@@ -53,7 +58,7 @@ export class Pointer {
         const { kind } = this.drag;
         this.drag = undefined;
         if (kind === 'tissue') void this.session.end();
-        else if (kind !== 'none') this.session.history.end(kind);
+        else if (hasUndo(kind)) this.session.history.end(kind);
     }
 
     private listen(view: ViewName, element: HTMLElement): void {
@@ -96,7 +101,7 @@ export class Pointer {
         if (event.button === 1) event.preventDefault(); // no automatic scrolling
         const { button } = event;
         this.drag = { kind, button, start: spot, last: spot, moved: false, place: undefined };
-        if (kind !== 'tissue' && kind !== 'none') this.session.history.begin();
+        if (hasUndo(kind)) this.session.history.begin();
     }
 
     private kindOf(view: ViewName, event: PointerEvent): DragKind {
@@ -109,6 +114,7 @@ export class Pointer {
         const looks = tool === 'look' || tool === 'window' || tool === 'path';
         if (!looks && role === 'control') return 'tissue';
         if (section) return 'none';
+        if (this.session.device.isLed && !outside) return 'device';
         return outside ? 'orbit' : 'look';
     }
 
@@ -143,6 +149,9 @@ export class Pointer {
                 session.turn(dx * rate * slower, -dy * rate * slower);
                 break;
             }
+            case 'device':
+                session.device.lead(dx, dy);
+                break;
             case 'orbit':
                 session.store.set({
                     orbit: orbitTurned(state.orbit, -2 * dx * rate, -2 * dy * rate),
@@ -174,7 +183,7 @@ export class Pointer {
         if (!drag || event.button !== drag.button) return;
         this.drag = undefined;
         if (drag.kind === 'tissue' && drag.moved) void session.end();
-        else if (drag.kind !== 'tissue' && drag.kind !== 'none') session.history.end(drag.kind);
+        else if (hasUndo(drag.kind)) session.history.end(drag.kind);
         if (!drag.moved && drag.button === 0) this.click(drag.start);
     }
 
@@ -196,6 +205,8 @@ export class Pointer {
         const notches = -(event.deltaMode === 0 ? delta / kWheelTurn : delta / 3);
         if (drag?.kind === 'tissue') {
             this.deepenStroke(drag, notches);
+        } else if (drag?.kind === 'device') {
+            session.device.lead(0, 0, notches * kWheelDeep);
         } else if (event.ctrlKey || event.metaKey) {
             session.history.step('zoom', () => actions.zoom(view, Math.exp(0.15 * notches)));
         } else if (view === 'endoscope') {

@@ -90,6 +90,7 @@ export interface Welcome {
     rate_hz: number;
     features: string[];
     open_bytes?: number;
+    haptic_devices?: string[];
     volume: VolumeInfo;
     state: SharedState;
 }
@@ -139,6 +140,35 @@ export interface PathFound {
     radii: number[]; ///< distance of each point to the wall [mm]
 }
 
+/// A device with force feedback, in whosever hand it is; all but the first two while it is on.
+export interface HapticsNews {
+    t: 'haptics';
+    on: boolean;
+    why?: string; ///< it ended
+    client?: number;
+    tool?: number;
+    device?: string;
+    scale?: number;
+    stopped?: boolean;
+    contact?: boolean;
+    lost?: boolean;
+    place_mm?: Vec3;
+    proxy_mm?: Vec3;
+    force_n?: Vec3;
+    largest_n?: number; ///< since the last of these messages
+    depth_mm?: number;
+    largest_force_n?: number;
+    servo?: {
+        rate_hz: number;
+        period_p99_us: number;
+        period_max_us: number;
+        misses_per_million: number;
+        compute_p99_us: number;
+        age_ms: number;
+    };
+    note?: string;
+}
+
 /// What comes back for a command.
 export type Answer = Done | Refusal | Checksum | PathFound;
 
@@ -146,6 +176,7 @@ export type ServerText =
     | Welcome
     | ({ t: 'volume' } & VolumeInfo)
     | ({ t: 'state' } & SharedState)
+    | HapticsNews
     | Answer
     | { t: 'pong'; id: number }
     | { t: 'bye'; code: number; message: string };
@@ -177,12 +208,29 @@ export type Command =
       }
     | { do: 'depth'; layers: number }
     | { do: 'iso'; iso_hu?: number; polarity?: Polarity }
+    | {
+          do: 'haptics';
+          wish: 'start';
+          device: string;
+          position: Vec3;
+          look: Vec3;
+          up: Vec3;
+          scale?: number;
+          radius?: number;
+      }
+    | { do: 'haptics'; wish: 'stop' | 'go' | 'end' }
     | { do: 'overlay'; kind: OverlayKind };
 
 export interface Seen {
     do: 'seen';
     step: number;
     format?: number;
+}
+
+/// Where a device in the browser is, in its own frame [mm].
+export interface HapticPose {
+    do: 'haptic_pose';
+    position: Vec3;
 }
 
 export interface Pose {

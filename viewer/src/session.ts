@@ -9,6 +9,7 @@ import { Connection, type Listener, type Memory } from './connection.ts';
 import type { ToolBall } from './endoscope_view.ts';
 import { clearance, flown, speedFor, wouldTouch } from './flight.ts';
 import { voxelCount, worldFromVoxel } from './grid.ts';
+import { Haptics } from './haptics.ts';
 import { History } from './history.ts';
 import { checksumOf } from './murmur.ts';
 import { keepView, takeUpView } from './kept_view.ts';
@@ -19,6 +20,7 @@ import {
     type Command,
     type Done,
     gridOf,
+    type HapticsNews,
     type Refusal,
     type Role,
     type SharedState,
@@ -55,6 +57,7 @@ export class Session implements Listener {
     readonly connection: Connection;
     readonly history: History;
     readonly latencies = new Latencies();
+    readonly device = new Haptics(this);
     stage!: Stage;
     volume: VolumeData | undefined;
     steering: () => Steering = () => ({ move: [0, 0, 0], yaw: 0, pitch: 0, roll: 0 });
@@ -115,6 +118,8 @@ export class Session implements Listener {
             program: message.program,
             features: message.features,
             openBytes: message.open_bytes ?? 0,
+            hapticDevices: message.haptic_devices ?? [],
+            haptics: null,
             shared: message.state,
         });
         const held = this.volume && this.store.state.volume?.id === message.volume.id;
@@ -205,13 +210,19 @@ export class Session implements Listener {
         this.placeBalls();
     }
 
+    haptics(news: HapticsNews): void {
+        this.device.take(news, performance.now());
+    }
+
     refused(refusal: Refusal): void {
         if (refusal.code !== 'nothing') this.say(refusal.message);
     }
 
     lost(reason: string, retryMs?: number): void {
         this.stroke = undefined;
-        this.store.set({ link: retryMs === undefined ? 'ended' : 'lost', linkText: reason });
+        const link = retryMs === undefined ? 'ended' : 'lost';
+        this.store.set({ link, linkText: reason });
+        this.device.forget();
     }
 
     done(answer: Done, sent: number): void {
@@ -241,6 +252,7 @@ export class Session implements Listener {
     tick(seconds: number, now: number): void {
         const dt = Math.min(seconds, kLongestFrame);
         if (this.volume && this.store.state.loaded >= 1) this.steer(dt);
+        this.device.tick(dt, now);
         if (now - this.lastPose > kPoseMs) this.sendPose(now);
         if (this.stage.frame(now) && this.boxesSinceDraw) {
             this.boxesSinceDraw = 0;
@@ -389,9 +401,15 @@ export class Session implements Listener {
         this.placeBalls();
     }
 
+    /// A tool that the endoscope itself is.
+    private isEye(tool: Tool): boolean {
+        const { device } = this;
+        return device.follows && device.isOwn && tool.client === device.news?.tool;
+    }
+
     placeBalls(): void {
         const balls: ToolBall[] = this.store.state.others
-            .filter((tool) => tool.radius > 0)
+            .filter((tool) => tool.radius > 0 && !this.isEye(tool))
             .map((tool) => ({ centre: tool.position, radius: tool.radius, own: false }));
         const at = this.stroke?.path[this.stroke.path.length - 1];
         if (at && this.stroke!.radius > 0)

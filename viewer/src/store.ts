@@ -7,7 +7,7 @@
 
 import type { Space } from './grid.ts';
 import type { OverlayKind } from './overlay_kinds.ts';
-import type { Role, SharedState, Tool, VolumeInfo } from './protocol.ts';
+import type { HapticsNews, Role, SharedState, Tool, VolumeInfo } from './protocol.ts';
 import type { Keyframe } from './keyframes.ts';
 import type { Path } from './path.ts';
 import type { Camera } from './rays.ts';
@@ -46,6 +46,8 @@ export interface State {
     loaded: number; ///< share of the first snapshot that is here, 0…1
     voxels: number; ///< grows whenever voxels changed
     shared: SharedState | null;
+    hapticDevices: string[]; ///< that the server offers
+    haptics: HapticsNews | null; ///< a device in somebody's hand
     others: Tool[]; ///< tools of other clients
     force: number; ///< on the own tool
     outcome: string; ///< of the last command, where there is something to say of it
@@ -147,6 +149,8 @@ export const initialState = (): State => ({
     loaded: 0,
     voxels: 0,
     shared: null,
+    hapticDevices: [],
+    haptics: null,
     others: [],
     force: 0,
     outcome: '',

@@ -1,0 +1,31 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// A device whose place somebody else says, some 60 times a second: a game pad, a SpaceMouse or a
+// mouse in a browser. It shows no force to the hand. Between two places it goes on smoothly, a few
+// milliseconds late; where none comes for half a second, it is lost, and there is no force.
+
+#pragma once
+
+#include <pliant/haptics_servo.h>
+
+#include <memory>
+
+#include "haptics/triple_buffer.h"
+
+namespace pliant {
+
+struct PosedPlace {
+    std::int64_t said_ns = 0;  ///< steady_now_ns(); 0: not yet
+    Vec3d position_mm{0, 0, 0};
+};
+
+/// By the thread that says it; the device reads it on the servo's.
+using PosedPlaces = TripleBuffer<PosedPlace>;
+
+std::unique_ptr<HapticDevice> make_posed_device(std::shared_ptr<PosedPlaces> places);
+
+/// One step of the way to the last place that was said. @param passed_s  since the last step
+Vec3d posed_step(Vec3d from_mm, Vec3d to_mm, double passed_s);
+
+}  // namespace pliant

@@ -1,0 +1,112 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// A device in a client's hand, for the owner of the scene: its servo, what it feels of the present
+// tissue, and the commands by which its tool pushes the tissue, as any client's tool would.
+//
+//   each step   next_push() ──► the scene      feel() ──► local model ──► servo
+//
+// The tool goes through free space without a command. Beyond a wall it pushes: ChainMail slides off
+// it, springs are taken along; one contact is one step of undo.
+
+#pragma once
+
+#include <pliant/haptics_servo.h>
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "haptics/live_feel.h"
+#include "haptics/posed_device.h"
+#include "serve/client.h"
+#include "serve/haptic_state.h"
+#include "serve/scene.h"
+
+namespace pliant::serve {
+
+/// Devices that a client may choose by name: those in the tree, and those that the command line
+/// named. So no client makes the server load a file.
+class HapticDevices {
+  public:
+    /// @param given  as open_haptic_device() wants them
+    explicit HapticDevices(std::vector<std::string> given = {}) : m_given(std::move(given)) {}
+
+    std::vector<std::string> names() const;
+    /// @param[out] places  of a device whose place the client says; null for others
+    Result<std::unique_ptr<HapticDevice>> open(const std::string& name,
+                                               std::shared_ptr<PosedPlaces>& places) const;
+
+  private:
+    std::vector<std::string> m_given;
+};
+
+class HapticSession {
+  public:
+    /// @param client  who begins it  @param tool  a number that no client has
+    static Result<std::unique_ptr<HapticSession>> start(const HapticsMessage& wish,
+                                                        const HapticDevices& devices, Scene& scene,
+                                                        std::uint32_t client, std::uint32_t tool);
+
+    std::uint32_t client() const { return m_client; }
+    std::uint32_t tool() const { return m_tool; }
+
+    /// What the tool does to the tissue now.
+    std::optional<Action> next_push(Scene& scene);
+    void pushed(const Outcome& outcome);
+    /// The voxels have changed in these boxes.
+    void changed(std::span<const Box3i> boxes);
+    /// Hands the servo what is felt of the present tissue.
+    void feel(Scene& scene);
+    void pose(Vec3d position_mm);
+
+    void set_stop(bool stop);
+    bool is_stopped() const { return m_is_stopped; }
+    /// No force and no feeling any more; the scene may go. The servo needs a moment to let go
+    /// without a jump: then it is to be destroyed.
+    void end(Clock::time_point now);
+    bool is_ending() const { return m_feel == nullptr; }
+    bool is_over(Clock::time_point now) const { return is_ending() && now > m_over_at; }
+
+    HapticState state();
+    ToolPose pose_of_tool() const;
+
+  private:
+    HapticSession() = default;
+    Result<std::unique_ptr<LiveFeel>> make_feel(Scene& scene) const;
+    void read_records();
+    void measure();
+
+    std::uint32_t m_client = 0, m_tool = 0;
+    HapticsMessage m_wish;
+    std::string m_device;
+    double m_largest_force_n = 0;
+    std::shared_ptr<PosedPlaces> m_places;
+    std::unique_ptr<HapticServo> m_servo;
+    std::unique_ptr<LiveFeel> m_feel;
+    std::int64_t m_models = 0;
+    HapticRecord m_now;
+    bool m_has_place = false;
+
+    Vec3d m_pushed_mm{0, 0, 0};  ///< where the tissue's tool is
+    Vec3d m_way_mm{0, 0, 0};     ///< of the push that is under way
+    Vec3d m_tried_mm{0, 0, 0};   ///< where it was to go last
+    bool m_pushes = false;       ///< a contact has begun
+    std::uint32_t m_stroke = 0;
+    ChainMailSettings m_materials;  ///< that the feeling was made with
+
+    bool m_is_stopped = false;
+    Clock::time_point m_over_at{};
+    std::uint64_t m_next_record = 0;
+    double m_largest_n = 0;
+    std::vector<HapticRecord> m_records;
+    std::vector<std::int64_t> m_periods_ns, m_computes_ns;  ///< of the last seconds, in turn
+    std::size_t m_at = 0;
+    double m_age_ms = 0;
+    Clock::time_point m_measured_at{};
+    HapticStatistics m_statistics;
+};
+
+}  // namespace pliant::serve

@@ -1,0 +1,95 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// A device with force feedback in one client's hand. Its tool's pushes are commands of the scene
+// like all others, under a number of its own: recorded, replayed, undone. Everybody is told what it
+// feels.
+
+#include <algorithm>
+
+#include "serve/hub.h"
+
+namespace pliant::serve {
+
+void Hub::take_haptics(Client& client, std::uint32_t id, const HapticsMessage& haptics) {
+    const auto answer = [&](const Outcome& outcome) {
+        say(client, outcome_text(id, "haptics", m_step, outcome));
+    };
+    if (client.info.view)
+        return answer({.error_code = "view_only",
+                       .message = "haptics: expected the role control, found view"});
+    if (client.scene_step)
+        return answer({.error_code = "other_scan",
+                       .message = "haptics: another scan was opened; expected to see it first"});
+    if (haptics.wish == HapticWish::Start) return start_haptics(client, id, haptics);
+    if (!m_haptics || m_haptics->is_ending())
+        return answer({.error_code = "nothing",
+                       .message = "haptics: expected a device in somebody's hand, found none"});
+    // Whoever may control may stop it; force comes back only for whom it is.
+    if (haptics.wish == HapticWish::Go && m_haptics->client() != client.info.number)
+        return answer({.error_code = "held_by_other",
+                       .message = "haptics: expected who began it, found client " +
+                                  std::to_string(client.info.number)});
+    if (haptics.wish == HapticWish::End)
+        end_haptics("");
+    else
+        m_haptics->set_stop(haptics.wish == HapticWish::Stop);
+    answer({});
+}
+
+void Hub::start_haptics(Client& client, std::uint32_t id, const HapticsMessage& haptics) {
+    const auto refuse = [&](const char* code, const std::string& why) {
+        say(client, outcome_text(id, "haptics", 0, {.error_code = code, .message = why}));
+    };
+    if (m_haptics && m_haptics->client() != client.info.number && !m_haptics->is_ending())
+        return refuse("held_by_other",
+                      "haptics: expected nobody else to hold a device, found "
+                      "client " +
+                          std::to_string(m_haptics->client()));
+    // The device may be the same one: it is to be closed before it is opened again.
+    end_haptics("");
+    m_haptics.reset();
+    auto session = HapticSession::start(haptics, m_haptic_devices, *m_scene, client.info.number,
+                                        m_last_client + 1);
+    if (!session.ok()) return refuse("out_of_range", "haptics: " + session.error().message);
+    m_haptics = std::move(*session);
+    ++m_last_client;
+    m_haptics_why.clear();
+    say(client, outcome_text(id, "haptics", m_step, {}));
+}
+
+void Hub::take_pose(const Client& client, const HapticPoseMessage& pose) {
+    if (m_haptics && m_haptics->client() == client.info.number) m_haptics->pose(pose.position_mm);
+}
+
+void Hub::end_haptics(const std::string& why) {
+    if (!m_haptics || m_haptics->is_ending()) return;
+    if (m_scene->has_contact(m_haptics->tool())) act(m_haptics->tool(), ReleaseCommand{});
+    m_haptics->end(m_now);
+    m_haptics_why = why;
+}
+
+void Hub::push_by_device() {
+    if (!m_haptics) return;
+    if (m_haptics->is_over(m_now)) return m_haptics.reset();
+    if (const auto push = m_haptics->next_push(*m_scene))
+        m_haptics->pushed(act(m_haptics->tool(), *push));
+}
+
+/// To be called while the volume is up to date.
+void Hub::feel_device() {
+    if (m_haptics) m_haptics->feel(*m_scene);
+}
+
+void Hub::refresh_haptics() {
+    if (!m_haptics && m_haptics_version == 0) return;
+    HapticState state = m_haptics ? m_haptics->state() : HapticState{};
+    state.on = m_haptics && !m_haptics->is_ending();
+    state.why = m_haptics_why;
+    std::string text = haptics_text(state);
+    if (text == m_haptics_text) return;
+    m_haptics_text = std::move(text);
+    ++m_haptics_version;
+}
+
+}  // namespace pliant::serve

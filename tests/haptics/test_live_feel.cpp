@@ -1,0 +1,192 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// What is felt of a tissue that gives way while it is felt, against what ChainMailFeel says of the
+// scan that nobody has touched, and against the springs' own force.
+
+#include <gtest/gtest.h>
+#include <pliant/chainmail_slide.h>
+#include <pliant/phantom.h>
+
+#include <cmath>
+#include <memory>
+#include <optional>
+
+#include "haptics/live_feel.h"
+#include "haptics/posed_device.h"
+#include "scene/chainmail_tissue.h"
+#include "scene/spring_tissue.h"
+
+namespace pliant {
+namespace {
+
+constexpr std::uint32_t kTool = 7;
+const ChainMailFeelSettings kSettings{.tool_radius_mm = 4, .iso_hu = -500};
+
+/// A tool that goes straight into a wall of the airway phantom, and out again.
+class LiveFeelTest : public ::testing::Test {
+  protected:
+    void SetUp() override {
+        auto phantom = make_phantom({.name = "airway", .size = {64, 64, 64}}, m_arena);
+        ASSERT_TRUE(phantom.ok());
+        m_scan = std::move(phantom->volume);
+        const PhantomLandmark& mark = phantom->landmarks.front();
+        m_wall = RayCaster(m_scan, m_arena)
+                     .first_hit(mark.eye_mm, mark.push_point_mm - mark.eye_mm, kSettings.iso_hu,
+                                kSettings.polarity)
+                     .value();
+    }
+    void take(std::unique_ptr<Tissue> tissue) {
+        m_tissue = std::move(tissue);
+        m_live.emplace(*m_tissue);
+        m_live->update();
+        auto feel = LiveFeel::create(m_scan, m_live->volume(), {}, kSettings, kTool, m_arena);
+        ASSERT_TRUE(feel.ok()) << feel.error().message;
+        m_feel = std::move(*feel);
+    }
+    /// The tool's centre at a depth beyond where it touches.
+    Vec3d at(double depth_mm) const {
+        return m_wall.point_mm + (kSettings.tool_radius_mm - depth_mm) * m_wall.normal;
+    }
+    /// What happens in one step of a server: the tissue is pushed, shown and felt.
+    HapticModel step(double depth_mm) {
+        const Vec3d to = at(depth_mm);
+        const Vec3d proxy = at(std::min(depth_mm, 0.0));
+        if (!m_feel->follow(to, proxy)) {
+            m_tissue->release(kTool);
+            m_pushed = to;
+        } else if (norm(to - m_pushed) > 0) {
+            const Push push{m_pushed, to - m_pushed, kSettings.tool_radius_mm};
+            double done = 0;
+            if (ChainMail* model = m_tissue->chainmail())
+                done = slide_sphere(*model, push).value().way_fraction;
+            else
+                done = m_tissue->push(kTool, push).value().step_fraction;
+            m_pushed = m_pushed + done * push.push_mm;
+        }
+        m_feel->changed(m_live->update().boxes);
+        return m_feel->model(*m_tissue, m_pushed);
+    }
+    /// How far the wall is now from where it was.
+    double dent_mm() const {
+        const RayCaster caster(m_live->volume(), m_arena);
+        const auto hit = caster.first_hit(m_wall.point_mm + 3.0 * m_wall.normal, -m_wall.normal,
+                                          kSettings.iso_hu, kSettings.polarity);
+        return hit ? hit->distance_mm - 3 : 1e9;
+    }
+
+    const TaskArena m_arena{2};
+    Volume m_scan;
+    RayHit m_wall{};
+    std::unique_ptr<Tissue> m_tissue;
+    std::optional<LiveDeformation> m_live;
+    std::unique_ptr<LiveFeel> m_feel;
+    Vec3d m_pushed{0, 0, 0};
+};
+
+TEST_F(LiveFeelTest, AWallThatGivesWayIsFeltAsItWas) {
+    take(std::make_unique<ChainMailTissue>(ChainMail::create(m_scan, {}, m_arena).value()));
+    const auto still = ChainMailFeel::create(m_scan, {}, kSettings, m_arena).value();
+    double last = 0;
+    for (double depth = -2; depth < 3; depth += 0.25) {
+        const HapticModel model = step(depth);
+        const HapticModel alone = still->model(at(depth), at(std::min(depth, 0.0)));
+        EXPECT_EQ(model.force_n, alone.force_n) << depth;
+        EXPECT_EQ(model.plane_count, alone.plane_count) << depth;
+        if (depth > 0.2) {
+            EXPECT_GT(norm(model.force_n), last) << depth;
+        }
+        last = norm(model.force_n);
+    }
+    EXPECT_GT(last, 0.02);
+    EXPECT_GT(dent_mm(), 1);  // the sphere's edge is in no voxel's middle
+}
+
+TEST_F(LiveFeelTest, WhatTheTissueIsNowCountsForTheNextContact) {
+    take(std::make_unique<ChainMailTissue>(ChainMail::create(m_scan, {}, m_arena).value()));
+    for (double depth = -2; depth < 3; depth += 0.25) step(depth);
+    const double deep_n = norm(step(2).force_n);
+    EXPECT_GT(deep_n, 0.02);  // still the same contact, dent or not
+    step(-1);
+    EXPECT_FALSE(m_feel->touches());
+    const double dent = dent_mm();
+    ASSERT_GT(dent, 1);
+    step(-1);  // the dent is the wall now
+    const auto still = ChainMailFeel::create(m_scan, {}, kSettings, m_arena).value();
+    const double undented_n = norm(still->model(at(dent), at(0)).force_n);
+    EXPECT_LT(norm(step(dent).force_n), 0.5 * undented_n);
+    // Tissue that came back, or was put back, is met again where it was.
+    m_tissue->reset();
+    m_feel->changed(m_live->update().boxes);
+    step(-1);
+    step(-1);
+    step(0.25);
+    EXPECT_NEAR(norm(step(2).force_n), deep_n, 0.05 * deep_n);
+}
+
+TEST_F(LiveFeelTest, LessIsLeftOfAWallThatWasPushedAlready) {
+    auto model = ChainMail::create(m_scan, {}, m_arena).value();
+    const auto limit = [&](const Volume& shown, Vec3d surface) {
+        const auto feel = ChainMailFeel::create(m_scan, shown, {}, kSettings, m_arena).value();
+        return feel->give_at(surface, m_wall.normal).limit_mm;
+    };
+    const double at_rest = limit(m_scan, m_wall.point_mm);
+    ASSERT_TRUE(std::isfinite(at_rest));
+    ASSERT_TRUE(slide_sphere(model, {at(-2), at(3) - at(-2), 4}).ok());
+    take(std::make_unique<ChainMailTissue>(std::move(model)));
+    const double dent = dent_mm();
+    ASSERT_GT(dent, 1);
+    const double later = limit(m_live->volume(), m_wall.point_mm - dent * m_wall.normal);
+    EXPECT_NEAR(later, at_rest - dent, 0.2 * at_rest + 0.8);  // half a voxel
+    EXPECT_LT(later, at_rest - 0.5 * dent);
+}
+
+TEST_F(LiveFeelTest, SpringsAreFeltAsTheyPushBack) {
+    take(std::make_unique<SpringScanTissue>(
+        SpringDeformation::create(m_scan, {.cell_mm = 8}, m_arena).value()));
+    step(-1);
+    double last = 0;
+    for (double depth = 0.2; depth < 3; depth += 0.2) {
+        const HapticModel model = step(depth);
+        ASSERT_TRUE(m_feel->touches()) << depth;
+        for (int k = 0; k < 5; ++k) m_tissue->sweep();
+        const HapticModel felt = m_feel->model(*m_tissue, m_pushed);
+        EXPECT_EQ(felt.force_n, *m_tissue->force_n(kTool)) << depth;
+        EXPECT_GT(model.plane_count, 0);
+        last = dot(felt.force_n, m_wall.normal);
+    }
+    EXPECT_GT(last, 0.01);
+    step(-1);
+    EXPECT_FALSE(m_tissue->is_touched());
+    EXPECT_EQ(norm(step(-1).force_n), 0);
+}
+
+TEST(PosedDevice, GoesSmoothlyToWhereItIsSaidToBe) {
+    Vec3d place{0, 0, 0};
+    const Vec3d to{10, -4, 2};
+    double last = norm(to);
+    for (int k = 0; k < 100; ++k) {
+        const Vec3d next = posed_step(place, to, 1e-3);
+        EXPECT_LT(norm(next - place), 0.1 * norm(to));
+        EXPECT_LT(norm(to - next), last);
+        last = norm(to - next);
+        place = next;
+    }
+    EXPECT_LT(last, 0.01);
+    // The same way in larger steps.
+    Vec3d coarse{0, 0, 0};
+    for (int k = 0; k < 10; ++k) coarse = posed_step(coarse, to, 1e-2);
+    EXPECT_LT(norm(coarse - place), 1e-9);
+}
+
+TEST(PosedDevice, IsLostWhereNobodySaysAnything) {
+    const auto places = std::make_shared<PosedPlaces>();
+    const auto device = make_posed_device(places);
+    HapticReading reading;
+    EXPECT_FALSE(device->read(reading));
+    places->write({1, {1, 2, 3}});  // long ago
+    EXPECT_FALSE(device->read(reading));
+}
+
+}  // namespace
+}  // namespace pliant

@@ -1,0 +1,168 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// A device in a client's hand, over a real connection: who may, what it does to the tissue, what
+// others are told, that it stops, and that what it did is a session like any other.
+
+#include <gtest/gtest.h>
+#include <pliant/phantom.h>
+#include <pliant/render.h>
+#include <pliant/serve.h>
+
+#include <chrono>
+#include <cmath>
+#include <fstream>
+#include <optional>
+
+#include "serve/test_client.h"
+#include "support/temporary_folder.h"
+
+namespace pliant::test {
+namespace {
+
+Json vector_of(Vec3d v) {
+    return {v.x, v.y, v.z};
+}
+
+class HapticsServerTest : public ::testing::Test {
+  protected:
+    void SetUp() override {
+        const auto phantom = make_phantom({.name = "airway", .size = {48, 48, 48}}, m_arena);
+        ASSERT_TRUE(phantom.ok());
+        const PhantomLandmark& mark = phantom->landmarks.front();
+        const Vec3d way = mark.push_point_mm - mark.eye_mm;
+        m_wall = RayCaster(phantom->volume, m_arena)
+                     .first_hit(mark.eye_mm, way, -500, Polarity::Rising)
+                     .value();
+        // Ten millimetres into the wall, as a hand would go: a place each millisecond.
+        std::ofstream replay(m_folder / "hand.txt");
+        for (int k = 0; k < 1500; ++k)
+            replay << k * 1'000'000 << " 0 0 " << -std::min(10.0, 0.01 * k) << "\n";
+        replay.close();
+        auto server =
+            Server::start({.phantom_size = {48, 48, 48},
+                           .session = m_folder / "felt.pls",
+                           .haptic_devices = {"replay:" + (m_folder / "hand.txt").string()}},
+                          m_arena);
+        ASSERT_TRUE(server.ok()) << server.error().message;
+        m_server.emplace(std::move(*server));
+    }
+    /// 8 mm before the wall, and straight at it.
+    Json start(const std::string& device) const {
+        return {{"do", "haptics"},
+                {"wish", "start"},
+                {"device", device},
+                {"position", vector_of(m_wall.point_mm + 8.0 * m_wall.normal)},
+                {"look", vector_of(-m_wall.normal)},
+                {"up", {0.1, 0.2, 0.9}},
+                {"radius", 3}};
+    }
+    static Json news(TestClient& client, const std::function<bool(const Json&)>& holds) {
+        return client.until([&](const Json& m) { return m["t"] == "haptics" && holds(m); });
+    }
+    static double newtons(const Json& news) {
+        double sum = 0;
+        for (const Json& n : news["force_n"]) sum += double(n) * double(n);
+        return std::sqrt(sum);
+    }
+
+    const TaskArena m_arena{2};
+    TemporaryFolder m_folder;
+    RayHit m_wall{};
+    std::optional<Server> m_server;
+};
+
+TEST_F(HapticsServerTest, PushesTheTissueForAllToSeeAndStops) {
+    TestClient hand(m_server->port(), m_server->link());
+    TestClient other(m_server->port(), m_server->view_link());
+    const Json welcome = hand.enter();
+    other.enter();
+    const auto devices = welcome["haptic_devices"].get<std::vector<std::string>>();
+    EXPECT_NE(std::find(devices.begin(), devices.end(), "replay:hand.txt"), devices.end());
+    const Json before = hand.checked_checksum();
+    EXPECT_EQ(hand.command(start("replay:hand.txt"))["t"], "done");
+
+    const Json felt = news(other, [](const Json& m) {
+        return m.value("on", false) && m["contact"] == true && newtons(m) > 0.01 &&
+               m["depth_mm"] > 1.0;
+    });
+    ASSERT_FALSE(felt.is_null());
+    EXPECT_EQ(felt["device"], "replay:hand.txt");
+    EXPECT_GT(felt["servo"]["rate_hz"], 0);
+    // The force is against the way that the hand goes.
+    double along = 0;
+    for (int a = 0; a < 3; ++a) along += double(felt["force_n"][std::size_t(a)]) * m_wall.normal[a];
+    EXPECT_GT(along, 0.5 * newtons(felt));
+    const Json deep = news(other, [](const Json& m) { return m["depth_mm"] > 4.5; });
+    ASSERT_FALSE(deep.is_null());
+
+    EXPECT_EQ(hand.command({{"do", "haptics"}, {"wish", "stop"}})["t"], "done");
+    const Json still = news(hand, [](const Json& m) { return m["stopped"] && newtons(m) == 0; });
+    ASSERT_FALSE(still.is_null());
+    EXPECT_EQ(hand.command({{"do", "haptics"}, {"wish", "end"}})["t"], "done");
+    EXPECT_FALSE(news(other, [](const Json& m) { return m["on"] == false; }).is_null());
+
+    const Json after = hand.checked_checksum();
+    EXPECT_NE(after["tissue"], before["tissue"]);
+    EXPECT_EQ(other.checked_checksum()["voxels"], after["voxels"]);
+    // One contact is one step.
+    EXPECT_EQ(hand.state["undo"]["steps"], 1);
+    EXPECT_EQ(hand.state["undo"]["next"], "slide");
+    EXPECT_EQ(hand.command({{"do", "undo"}})["t"], "done");
+    EXPECT_EQ(hand.checked_checksum()["tissue"], before["tissue"]);
+
+    m_server.reset();
+    const auto again = replay_session(m_folder / "felt.pls", m_arena);
+    ASSERT_TRUE(again.ok()) << again.error().message;
+    EXPECT_GT(again->commands, 20);
+    EXPECT_GT(again->marks, 2);
+}
+
+TEST_F(HapticsServerTest, IsForThoseWhoControlAndEndsWithTheirConnection) {
+    TestClient viewer(m_server->port(), m_server->view_link());
+    viewer.enter();
+    EXPECT_EQ(viewer.command(start("virtual:spring"))["code"], "view_only");
+    TestClient other(m_server->port(), m_server->link());
+    other.enter();
+    EXPECT_EQ(other.command({{"do", "haptics"}, {"wish", "stop"}})["code"], "nothing");
+    {
+        TestClient hand(m_server->port(), m_server->link());
+        hand.enter();
+        // A file is for the command line to name.
+        const Json file = hand.command(start("/usr/lib/libmaker.so"));
+        EXPECT_EQ(file["t"], "error");
+        EXPECT_NE(file["message"].get<std::string>().find("device: expected virtual:tap, "),
+                  std::string::npos);
+        EXPECT_EQ(hand.command(start("virtual:tap"))["t"], "done");
+        ASSERT_FALSE(news(viewer, [](const Json& m) { return m["on"] == true; }).is_null());
+        EXPECT_EQ(other.command(start("virtual:tap"))["code"], "held_by_other");
+        // Anybody who controls may stop it, but only its owner lets it go on.
+        EXPECT_EQ(other.command({{"do", "haptics"}, {"wish", "stop"}})["t"], "done");
+        EXPECT_EQ(other.command({{"do", "haptics"}, {"wish", "go"}})["code"], "held_by_other");
+    }
+    const Json gone = news(viewer, [](const Json& m) { return m["on"] == false; });
+    ASSERT_FALSE(gone.is_null());
+    EXPECT_NE(gone["why"].get<std::string>().find("is gone"), std::string::npos);
+}
+
+TEST_F(HapticsServerTest, ABrowsersOwnDeviceIsWhereItSays) {
+    TestClient hand(m_server->port(), m_server->link());
+    hand.enter();
+    EXPECT_EQ(hand.command(start("browser"))["t"], "done");
+    ASSERT_FALSE(news(hand, [](const Json& m) { return m["on"] && m["lost"]; }).is_null());
+    hand.say({{"do", "haptic_pose"}, {"position", {0, 0, -4}}});
+    const Vec3d expected = m_wall.point_mm + 4.0 * m_wall.normal;
+    const Json there = news(hand, [&](const Json& m) {
+        return m["on"] && !m["lost"] && std::abs(double(m["place_mm"][0]) - expected.x) < 0.05 &&
+               std::abs(double(m["place_mm"][1]) - expected.y) < 0.05 &&
+               std::abs(double(m["place_mm"][2]) - expected.z) < 0.05;
+    });
+    ASSERT_FALSE(there.is_null());
+    // Nobody says anything any more: it is lost, and without force.
+    const Json lost = news(hand, [](const Json& m) { return m["lost"] == true; });
+    ASSERT_FALSE(lost.is_null());
+    EXPECT_EQ(newtons(lost), 0);
+}
+
+}  // namespace
+}  // namespace pliant::test

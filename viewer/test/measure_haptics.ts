@@ -1,0 +1,88 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// Ten minutes of a simulated device that pushes the phantom, with a second browser that looks on:
+// whether anything is lost. Both pages draw nothing, as drawing in software would take what the
+// server and the servo have. Printed once a minute, and at the end: news of the device in each
+// page, the longest time without any, checksums that were compared, the servo's numbers.
+//
+//   PLIANT_SERVER=build/release/pliant [PLIANT_MINUTES=10] npm run measure haptics
+
+import type { Page } from 'playwright-core';
+import type { Session } from '../src/session.ts';
+import { compare, launch, serve, stateOf, visit } from './browser.ts';
+
+const kMinutes = Number(process.env.PLIANT_MINUTES ?? 10);
+const kCompareMs = 10_000;
+
+interface Watched {
+    news: number;
+    longestMs: number;
+    pushes: number; ///< contacts that were seen to begin
+    lost: number; ///< times that the line broke
+}
+
+const watch = (page: Page): Promise<void> =>
+    page.evaluate(() => {
+        const session = (window as never as { pliant: Session }).pliant;
+        session.stage.frame = () => false;
+        const seen = { news: 0, longestMs: 0, pushes: 0, lost: 0 };
+        (window as never as { seen: typeof seen }).seen = seen;
+        let last = 0;
+        let touches = false;
+        session.store.listen((state, changed) => {
+            if (changed.has('link') && state.link !== 'open') ++seen.lost;
+            if (!changed.has('haptics') || !state.haptics) return;
+            const now = performance.now();
+            if (last) seen.longestMs = Math.max(seen.longestMs, now - last);
+            last = now;
+            ++seen.news;
+            if (state.haptics.contact && !touches) ++seen.pushes;
+            touches = state.haptics.contact!;
+        });
+    });
+const seenBy = (page: Page): Promise<Watched> =>
+    page.evaluate(() => (window as never as { seen: Watched }).seen);
+
+const browser = await launch();
+const served = await serve();
+const own = await visit(browser, served.link);
+const other = await visit(browser, served.link, '&notour&role=view');
+await watch(own.page);
+await watch(other.page);
+const mark = (await stateOf(own.page)).volume!.landmarks[0]!;
+const started = await own.page.evaluate(async ({ eye_mm, look }) => {
+    const session = (window as never as { pliant: Session }).pliant;
+    session.goTo(eye_mm, look);
+    session.fly(look.map((x) => 60 * x) as [number, number, number]);
+    session.device.device = 'virtual:tap';
+    return session.device.start();
+}, mark);
+if (!started) throw new Error('the device didn’t start');
+
+const end = Date.now() + 60_000 * kMinutes;
+let compared = 0;
+let different = 0;
+for (let n = 1; Date.now() < end; ++n) {
+    await own.page.waitForTimeout(Math.min(kCompareMs, Math.max(end - Date.now(), 0)));
+    const sums = await Promise.all([compare(own.page), compare(other.page)]);
+    // Each page against the server; both are of the same step only where nothing moves.
+    compared += 2;
+    different += sums.filter((sum) => !sum?.same).length;
+    if (n % 6) continue;
+    const { haptics } = await stateOf(own.page);
+    console.log(JSON.stringify({ s: (n * kCompareMs) / 1000, ...haptics!.servo, different }));
+}
+console.log(
+    JSON.stringify({
+        minutes: kMinutes,
+        own: await seenBy(own.page),
+        other: await seenBy(other.page),
+        compared,
+        different,
+        errors: [...own.errors, ...other.errors],
+        undo: (await stateOf(own.page)).shared!.undo.steps,
+    }),
+);
+await browser.close();
+await served.stop();

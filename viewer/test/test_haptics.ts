@@ -1,0 +1,130 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// A device that is simulated pushes the phantom: through the panel, with a second browser that
+// looks on. And what leads a tool in the browser itself, as numbers.
+
+import assert from 'node:assert/strict';
+import { test } from 'node:test';
+import type { Page } from 'playwright-core';
+import { capMotion, moved, padMotion } from '../src/pads.ts';
+import { feltText, plotTop } from '../src/panel_haptics.ts';
+import type { HapticsNews } from '../src/protocol.ts';
+import type { Session } from '../src/session.ts';
+import { compare, picture, stateOf, visit } from './browser.ts';
+import { browser, page, served, useOnePage } from './one_page.ts';
+
+useOnePage({ name: 'Anna' });
+
+const until = (on: Page, holds: (news: HapticsNews) => boolean): Promise<unknown> =>
+    on.waitForFunction(
+        `(() => { const n = pliant.store.state.haptics; return n && (${holds.toString()})(n); })()`,
+        undefined,
+        { timeout: 30_000 },
+    );
+
+/// Drawing in software takes what a slow machine has.
+const draw = (on: Page, draws: boolean): Promise<void> =>
+    on.evaluate((yes) => {
+        const { stage } = (window as never as { pliant: Session }).pliant;
+        if (yes) delete (stage as Partial<typeof stage>).frame;
+        else stage.frame = () => false;
+    }, draws);
+
+test('a device pushes the tissue, for all to see, until it is stopped', async (t) => {
+    const { features, volume } = await stateOf(page);
+    if (!features.includes('haptics')) return t.skip('the mock has none');
+    const title = page.locator('summary', { hasText: /^Device$/ });
+    const panel = page.locator('details', { has: title });
+    await title.click();
+    await panel.getByLabel('Device', { exact: true }).selectOption('virtual:tap');
+    const mark = volume!.landmarks[0]!;
+    await page.evaluate(({ eye_mm, look }) => {
+        const session = (window as never as { pliant: Session }).pliant;
+        session.goTo(eye_mm, look);
+    }, mark);
+    // Straight at the wall, and so near that the tool's way of 8 mm ends in it.
+    await page.evaluate((look) => {
+        const session = (window as never as { pliant: Session }).pliant;
+        session.fly(look.map((x) => 60 * x) as [number, number, number]);
+    }, mark.look);
+    await draw(page, false);
+    const other = await visit(browser, served.link, '&notour&role=view&name=Ben');
+    const before = (await compare(page))!;
+    await draw(other.page, false);
+
+    await panel.getByRole('button', { name: 'Start' }).click();
+    await until(page, (news) => news.contact! && news.depth_mm! > 1);
+    await until(other.page, (news) => news.contact! && news.largest_n! > 0.01);
+    assert.ok((await stateOf(other.page)).others.some((tool) => tool.touches));
+    assert.match((await panel.locator('.felt').textContent())!, /^\d\.\d\d N now, 0\.\d/);
+    const lit = (): Promise<number> =>
+        page.evaluate(() => {
+            const canvas = document.querySelector<HTMLCanvasElement>('canvas.force')!;
+            const { data } = canvas
+                .getContext('2d')!
+                .getImageData(0, 0, canvas.width, canvas.height);
+            let sum = 0;
+            for (let i = 3; i < data.length; i += 4) sum += data[i]! * (i % 977);
+            return sum;
+        });
+    const plot = await lit();
+    await page.waitForTimeout(700);
+    assert.notEqual(await lit(), plot);
+    await draw(page, true);
+    await page.waitForTimeout(500);
+    await picture(page, 'haptics');
+    await draw(page, false);
+
+    assert.equal(await other.page.locator('button.stop').isDisabled(), true);
+    await page.keyboard.press('h');
+    await until(page, (news) => news.stopped! && Math.hypot(...news.force_n!) === 0);
+    await until(other.page, (news) => news.stopped!);
+    await page.waitForFunction(
+        () => (window as never as { pliant: Session }).pliant.store.state.shared!.settled,
+        undefined,
+        { timeout: 30_000 },
+    );
+    const after = (await compare(page))!;
+    const seen = (await compare(other.page))!;
+    assert.ok(after.same && seen.same);
+    assert.equal(seen.own, after.own);
+    assert.notEqual(after.tissue, before.tissue);
+
+    await draw(page, true);
+    await picture(page, 'haptics_stopped');
+    await panel.getByRole('button', { name: 'Go on' }).click();
+    await until(page, (news) => !news.stopped);
+    await panel.getByRole('button', { name: 'End' }).click();
+    await other.page.waitForFunction(
+        () => !(window as never as { pliant: Session }).pliant.store.state.haptics,
+    );
+    assert.deepEqual(other.errors, []);
+    await other.page.context().close();
+});
+
+test('sticks and caps are speeds, and stay within the workspace', () => {
+    const pad = (...axes: number[]): Parameters<typeof padMotion>[0] => ({ axes, buttons: [] });
+    assert.deepEqual(padMotion(pad(0.1, -0.1, 0, 0.05)).map(Math.abs), [0, 0, 0]);
+    const [right, up, back] = padMotion(pad(1, -1, 0, -1));
+    assert.ok(right === 40 && up === 40 && back === -40);
+    const report = new DataView(new ArrayBuffer(6));
+    report.setInt16(0, 350, true);
+    report.setInt16(2, -350, true);
+    report.setInt16(4, 350, true);
+    assert.deepEqual(capMotion(report), [40, -40, -40]);
+    assert.deepEqual(moved([0, 0, 0], [40, 0, -40], 0.5), [20, 0, -20]);
+    assert.deepEqual(moved([99, 0, 0], [40, 0, 0], 1), [100, 0, 0]);
+});
+
+test('what is felt is said in words', () => {
+    assert.equal(feltText(null, []), 'no device');
+    const news = { t: 'haptics', on: true, force_n: [0, 0.3, 0.4], contact: true } as HapticsNews;
+    const felt = [{ at: 0, newtons: 0.75 }];
+    assert.equal(
+        feltText({ ...news, depth_mm: 2.04 }, felt),
+        '0.50 N now, 0.75 N at most in 10 s; 2.0 mm deep',
+    );
+    assert.match(feltText({ ...news, stopped: true }, felt), /stopped$/);
+    assert.deepEqual([0, 0.1, 0.11, 7, 12.5].map(plotTop), [0.1, 0.1, 0.2, 10, 13]);
+});
