@@ -31,6 +31,7 @@
 #include "serve/save.h"
 #include "serve/scene.h"
 #include "serve/session_log.h"
+#include "serve/vessel_frames.h"
 
 namespace pliant::serve {
 
@@ -159,6 +160,10 @@ class Hub {
     void look_for(Client& client, std::uint32_t id, const PathMessage& path);
     void tell_paths();
     void give_up_paths(std::uint32_t client);
+    void forget_vessel();
+    void want_vessel(Client& client, std::uint32_t id, bool on);
+    void refresh_vessel();
+    void add_vessel(Client& client, std::vector<Outgoing>& batch);
 
     void drop_who_is_late();
     void drop(Client& client, int code, const std::string& message);
@@ -203,12 +208,13 @@ class Hub {
     std::string m_tools_frame;
     std::uint64_t m_tools_version = 0;
     std::vector<std::unique_ptr<PathSearch>> m_paths;  ///< that are looked for
-    std::vector<SharedBox> m_boxes;                    ///< that were encoded in this step
-    std::vector<OverlayWish> m_overlay_wishes;         ///< of this step
-    DirtyBlocks m_deformed;                            ///< voxels that have not always been at rest
-    std::int64_t m_overlay_left = 0;   ///< voxels that overlays may take in this step
-    double m_overlay_ms = 0;           ///< of this step
-    Clock::time_point m_overlay_at{};  ///< when one was last wanted
+    VesselFrames m_vessel;
+    std::vector<SharedBox> m_boxes;             ///< that were encoded in this step
+    std::vector<OverlayWish> m_overlay_wishes;  ///< of this step
+    DirtyBlocks m_deformed;                     ///< voxels that have not always been at rest
+    std::int64_t m_overlay_left = 0;            ///< voxels that overlays may take in this step
+    double m_overlay_ms = 0;                    ///< of this step
+    Clock::time_point m_overlay_at{};           ///< when one was last wanted
     std::optional<Checksums> m_checksums;
     Clock::time_point m_checksums_at{};
 };

@@ -22,6 +22,7 @@ import {
     type VolumeInfo,
     type Welcome,
 } from './protocol.ts';
+import type { SurfaceFrame, VesselFrame } from './vessel.ts';
 
 export interface Listener {
     welcome(message: Welcome): void;
@@ -30,6 +31,7 @@ export interface Listener {
     box(frame: BoxFrame): void;
     overlayBox(frame: BoxFrame): void;
     tools(tools: Tool[]): void;
+    vesselFrame(frame: SurfaceFrame | VesselFrame): void;
     refused(refusal: Refusal): void;
     /// The line is broken. retryMs: when the next attempt starts; absent: there is none.
     lost(reason: string, retryMs?: number): void;
@@ -185,6 +187,10 @@ export class Connection {
             return;
         }
         if (frame.volume !== this.heldVolume) return;
+        if (frame.kind !== 'box') {
+            this.listener.vesselFrame(frame);
+            return;
+        }
         if (frame.format !== 1) {
             this.listener.overlayBox(frame);
             const { step, format } = frame;

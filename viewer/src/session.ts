@@ -26,6 +26,7 @@ import {
     type VolumeInfo,
     type Welcome,
 } from './protocol.ts';
+import { Vessel, type SurfaceFrame, type VesselFrame } from './vessel.ts';
 import { OverlayField } from './overlay_field.ts';
 import { kKinds, type OverlayKind } from './overlay_kinds.ts';
 import type { Path } from './path.ts';
@@ -65,6 +66,9 @@ export class Session implements Listener {
     /// Shows the movie's next picture. @returns whether one is playing
     playMovie: (seconds: number) => boolean = () => false;
     stopMovie: () => void = () => {};
+    /// The hand on the catheter, each frame.
+    drive: (seconds: number, now: number) => void = () => {};
+    vessel: Vessel | undefined;
     private received = 0; // voxels of the first snapshot
     private pushing = false; // a push of the tip is under way
     private tipStroke = 0;
@@ -122,6 +126,7 @@ export class Session implements Listener {
         this.askedOverlay = 'none'; // overlays end with the connection
         if (!message.resumed || !held) this.takeVolume(message.volume, held === true);
         this.askOverlay();
+        this.askVessel();
         this.onWelcome();
     }
 
@@ -138,9 +143,10 @@ export class Session implements Listener {
         this.stroke = undefined;
         this.tipStroke = 0;
         this.history.clear();
+        this.vessel = undefined;
         const { sections } = initialState();
         const nothing = { path: null, pathFlying: false, pathWay: 0, outcome: '', force: 0 };
-        this.store.set({ ...nothing, sections });
+        this.store.set({ ...nothing, sections, vessel: 0 });
         this.placeBalls();
     }
 
@@ -199,6 +205,19 @@ export class Session implements Listener {
         });
     }
 
+    /// Those who ask are sent the vessel, where there is one; it ends with the connection.
+    private askVessel(): void {
+        const { features, shared } = this.store.state;
+        if (features.includes('vessel') && shared?.tissue?.has_vessel)
+            void this.connection.ask({ do: 'vessel', on: true });
+    }
+
+    vesselFrame(frame: SurfaceFrame | VesselFrame): void {
+        if (frame.kind === 'surface') this.vessel = new Vessel(frame.rest, frame.corners);
+        else this.vessel?.take(frame);
+        this.store.set({ vessel: this.store.state.vessel + 1 });
+    }
+
     tools(tools: Tool[]): void {
         const others = tools.filter((tool) => tool.client !== this.connection.client);
         this.store.set({ others });
@@ -241,6 +260,7 @@ export class Session implements Listener {
     tick(seconds: number, now: number): void {
         const dt = Math.min(seconds, kLongestFrame);
         if (this.volume && this.store.state.loaded >= 1) this.steer(dt);
+        this.drive(dt, now);
         if (now - this.lastPose > kPoseMs) this.sendPose(now);
         if (this.stage.frame(now) && this.boxesSinceDraw) {
             this.boxesSinceDraw = 0;
