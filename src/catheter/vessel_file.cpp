@@ -17,7 +17,7 @@
 namespace pliant {
 namespace {
 
-std::string text_of(double value) {
+std::string number_text(double value) {
     char text[32];
     const auto end = std::to_chars(text, text + sizeof(text), value, std::chars_format::general, 9);
     return {text, end.ptr};
@@ -44,8 +44,8 @@ class Table {
         if (!node) return;
         const auto value = node->value<double>();
         if (!node->is_number() || !value || !(*value >= least && *value <= most))
-            return fail(key, "expected a number from " + text_of(least) + " to " + text_of(most) +
-                                 ", found " + found(*node));
+            return fail(key, "expected a number from " + number_text(least) + " to " +
+                                 number_text(most) + ", found " + found(*node));
         out = *value;
     }
     void whole(const char* key, int& out, int least, int most) {
@@ -142,7 +142,7 @@ class Table {
     static std::string found(const toml::node& node) {
         std::ostringstream text;
         if (node.is_number())
-            text << text_of(node.value_or(0.0));
+            text << number_text(node.value_or(0.0));
         else if (node.is_string())
             text << '"' << node.value_or(std::string()) << '"';
         else

@@ -16,7 +16,7 @@
 namespace pliant {
 namespace {
 
-constexpr double kStep = 0.5;  ///< voxels
+constexpr double kSampleVoxels = 0.5;  ///< voxels
 constexpr double kMidGrey = 0.5;
 
 Endoscope source_of(const Fluoroscopy& s, int width, int height) {
@@ -31,11 +31,11 @@ Endoscope source_of(const Fluoroscopy& s, int width, int height) {
 }
 
 /// Where a ray is between the outermost voxel centres: as a span of its length; else empty.
-struct Span {
+struct Stretch {
     double begin, end;
 };
-Span inside(Vec3i size, Vec3d origin, Vec3d direction) {
-    Span span{0, 1e300};
+Stretch stretch_in(Vec3i size, Vec3d origin, Vec3d direction) {
+    Stretch span{0, 1e300};
     for (int a = 0; a < 3; ++a) {
         const double last = size[a] - 1;
         if (direction[a] == 0) {
@@ -52,10 +52,10 @@ Span inside(Vec3i size, Vec3d origin, Vec3d direction) {
 /// @param direction  [voxels per mm]
 template <class Field>
 double water_along(const Field& field, Vec3d origin, Vec3d direction) {
-    const Span span = inside(field.size(), origin, direction);
+    const Stretch span = stretch_in(field.size(), origin, direction);
     const double length = span.end - span.begin;
     if (!(length > 0)) return 0;
-    const double count = std::ceil(length * norm(direction) / kStep), step = length / count;
+    const double count = std::ceil(length * norm(direction) / kSampleVoxels), step = length / count;
     double sum = 0;
     for (double n = 0; n < count; ++n) {
         const double hu = field.sample(origin + (span.begin + (n + 0.5) * step) * direction);

@@ -21,11 +21,11 @@ std::uint16_t half_or_zero(float value) {
 }
 
 template <class T>
-void append(std::string& bytes, T value) {
+void put_raw(std::string& bytes, T value) {
     bytes.append(reinterpret_cast<const char*>(&value), sizeof value);
 }
-void append_place(std::string& bytes, Vec3d p) {
-    for (int a = 0; a < 3; ++a) append(bytes, float(p[a]));
+void put_raw_place(std::string& bytes, Vec3d p) {
+    for (int a = 0; a < 3; ++a) put_raw(bytes, float(p[a]));
 }
 
 }  // namespace
@@ -52,11 +52,11 @@ std::shared_ptr<const std::string> VesselFrames::surface(std::uint32_t step, std
     if (m_surface) return m_surface;
     const TriangleMesh& ghost = m_vessel->wall.ghost;
     std::string frame(kFrameHeaderBytes, '\0');
-    append(frame, std::uint32_t(ghost.nodes_mm.size()));
-    append(frame, std::uint32_t(ghost.cells.size()));
-    for (const Vec3d p : ghost.nodes_mm) append_place(frame, p);
+    put_raw(frame, std::uint32_t(ghost.nodes_mm.size()));
+    put_raw(frame, std::uint32_t(ghost.cells.size()));
+    for (const Vec3d p : ghost.nodes_mm) put_raw_place(frame, p);
     for (const auto& cell : ghost.cells)
-        for (const std::int32_t n : cell) append(frame, std::uint32_t(n));
+        for (const std::int32_t n : cell) put_raw(frame, std::uint32_t(n));
     put_frame_header(frame,
                      {.type = FrameType::Surface, .count = 0, .step = step, .volume = volume});
     return m_surface = std::make_shared<const std::string>(std::move(frame));
@@ -77,17 +77,17 @@ std::shared_ptr<const std::string> VesselFrames::since(std::uint64_t version, st
             runs.push_back({std::uint32_t(n), 1});
     }
     std::string frame(kFrameHeaderBytes, '\0');
-    append(frame, float(m_vessel->settings.catheter.radius_mm));
-    append(frame, std::uint32_t(m_catheter_mm.size()));
-    append(frame, std::uint32_t(runs.size()));
-    for (const Vec3d p : m_catheter_mm) append_place(frame, p);
+    put_raw(frame, float(m_vessel->settings.catheter.radius_mm));
+    put_raw(frame, std::uint32_t(m_catheter_mm.size()));
+    put_raw(frame, std::uint32_t(runs.size()));
+    for (const Vec3d p : m_catheter_mm) put_raw_place(frame, p);
     for (const Run& run : runs) {
-        append(frame, run.first);
-        append(frame, run.count);
+        put_raw(frame, run.first);
+        put_raw(frame, run.count);
     }
     for (const Run& run : runs)
         for (const Node& node : std::span(m_nodes).subspan(run.first, run.count))
-            for (const std::uint16_t half : node.halves) append(frame, half);
+            for (const std::uint16_t half : node.halves) put_raw(frame, half);
     put_frame_header(frame,
                      {.type = FrameType::Vessel, .count = 0, .step = step, .volume = volume});
     m_last_from = version;

@@ -19,7 +19,8 @@ const kShadows = [
 export function numbersOf(vessel: VesselState): Record<string, string> {
     const began = vessel.time_s > 0;
     const beyond = vessel.depth_mm > 0;
-    const depth = Math.abs(vessel.depth_mm).toFixed(2);
+    const far = vessel.depth_mm <= -1; // the server doesn't look farther
+    const depth = far ? '> 1' : Math.abs(vessel.depth_mm).toFixed(2);
     return {
         inserted: `${vessel.inserted_mm.toFixed(1)} mm`,
         'force on the hand': `${vessel.force_n.toFixed(3)} N`,
