@@ -3,7 +3,7 @@
 
 #include "serve/vessel_frames.h"
 
-#include <cstring>
+#include <cmath>
 #include <span>
 
 #include "serve/half.h"
@@ -14,9 +14,10 @@ namespace {
 /// Nodes between two that have moved which are sent with them: a run costs as much as one node.
 constexpr std::size_t kGap = 2;
 
-/// Without a zero that is negative.
-std::uint16_t half_or_zero(float value) {
-    const std::uint16_t half = half_from_float(value);
+/// In steps that nobody sees, so that rounding and trembling are no news; no zero is negative.
+std::uint16_t half_or_zero(float mm) {
+    constexpr float kParts = 4096;
+    const std::uint16_t half = half_from_float(std::round(mm * kParts) / kParts);
     return half == 0x8000 ? 0 : half;
 }
 

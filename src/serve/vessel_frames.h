@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // A vessel for its clients: the ghost surface at rest once, then the catheter and the nodes that
-// have moved since a client was told last. Moved is what differs as half floats, so a wall that
-// trembles by less than anybody could see is not sent again and again.
+// have moved since a client was told last. Moved is what differs as it is sent, in steps of 1/4096
+// mm, so a wall that trembles by less than anybody could see is not sent again and again.
 
 #pragma once
 

@@ -11,10 +11,11 @@
 namespace pliant::serve {
 namespace {
 
-constexpr double kCalm_mm_s = 0.05;  ///< everything is slower than this,
-constexpr int kCalmSweeps = 25;      ///< for so long: it has come to rest
-/// Contact may tremble for ever: what nobody drives comes to a halt.
-constexpr int kMostUntoldSweeps = 1500;
+// It has come to rest when nothing is farther than this from where it was so many sweeps ago. The
+// end of a wire that is pressed to the wall trembles by a hundredth of a millimetre for ever.
+constexpr double kCalm_mm = 0.02;
+constexpr int kCalmSweeps = 50;
+constexpr int kMostUntoldSweeps = 1000;  ///< what nobody drives comes to a halt in any case
 
 Error no_tools(const char* what) {
     return invalid(std::string(what) + ": expected another tissue than a vessel");
@@ -56,7 +57,7 @@ Status VesselTissue::drive(std::uint32_t client, const DriveCommand& command) {
     if (const Status s = m_scene->command(hand); !s.ok()) return s;
     m_hand = hand;
     m_driver = hand.insert_mm_s != 0 || hand.rotate_deg_s != 0 ? client : 0;
-    m_calm = m_untold = 0;
+    m_untold = 0;
     return Ok{};
 }
 
@@ -74,14 +75,13 @@ Result<PushReport> VesselTissue::drag_to(Vec3d) {
     return no_tools("drag");
 }
 
-/// Whether nothing has moved in the last sweep.
+/// Whether nothing has moved since the last time that this was asked.
 bool VesselTissue::is_calm() {
     const auto wire = m_scene->wire_places();
     std::vector<Vec3d> wall = m_scene->wall_places();
     const bool has_before = m_wire.size() == wire.size() && m_wall.size() == wall.size();
-    const double calm_mm = kCalm_mm_s * sweep_time_ms() / 1000;
     const bool calm =
-        has_before && farthest(wire, m_wire) < calm_mm && farthest(wall, m_wall) < calm_mm;
+        has_before && farthest(wire, m_wire) < kCalm_mm && farthest(wall, m_wall) < kCalm_mm;
     m_wire.assign(wire.begin(), wire.end());
     m_wall = std::move(wall);
     return calm;
@@ -101,8 +101,9 @@ Sweep VesselTissue::sweep() {
         return {true, ms()};
     }
     ++m_untold;
-    m_calm = !is_touched() && is_calm() ? m_calm + 1 : 0;
-    return {m_calm >= kCalmSweeps || (!is_touched() && m_untold >= kMostUntoldSweeps), ms()};
+    if (is_touched()) return {false, ms()};
+    const bool calm = m_untold % kCalmSweeps == 0 && is_calm();
+    return {calm || m_untold >= kMostUntoldSweeps, ms()};
 }
 
 void VesselTissue::reset() {
@@ -111,7 +112,7 @@ void VesselTissue::reset() {
     m_scene = std::make_unique<CatheterScene>(std::move(*scene));
     m_hand = {};
     m_driver = 0;
-    m_calm = m_untold = 0;
+    m_untold = 0;
     m_wire.clear();
     m_wall.clear();
     m_failure.clear();

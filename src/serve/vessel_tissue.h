@@ -83,8 +83,8 @@ class VesselTissue : public Tissue {
     std::unique_ptr<CatheterScene> m_scene;
     CatheterCommand m_hand{};
     std::uint32_t m_driver = 0;         ///< client whose hand moves; 0: none
-    int m_calm = 0, m_untold = 0;       ///< sweeps without motion; without a command
-    std::vector<Vec3d> m_wire, m_wall;  ///< after the sweep before
+    int m_untold = 0;                   ///< sweeps since the last command
+    std::vector<Vec3d> m_wire, m_wall;  ///< when is_calm() was last asked
     std::string m_failure;
 
     // What is shown is made when somebody looks, not in each step.

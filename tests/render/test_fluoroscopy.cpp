@@ -59,7 +59,8 @@ TEST(Fluoroscopy, OfAnEvenBlockIsItsLengthAlongTheRay) {
     SCOPED_TRACE(seed);
     Random random(seed);
     const TaskArena arena(2);
-    const Volume block = make_volume<std::int16_t>(grid_of({30, 20, 25}, {1, 2, 1.5}), [](Vec3d) { return 500; });
+    const Volume block =
+        make_volume<std::int16_t>(grid_of({30, 20, 25}, {1, 2, 1.5}), [](Vec3d) { return 500; });
     const Vec3d half{14.5, 19, 18};  // to the outermost voxel centres
     for (int n = 0; n < 10; ++n) {
         const Fluoroscopy s{.centre_mm = random.vector(5),
@@ -106,7 +107,8 @@ TEST(Fluoroscopy, OfABallInAirIsItsChord) {
 TEST(Fluoroscopy, DimsByTheLawOfAbsorption) {
     const TaskArena arena(1);
     // Water, 40 mm thick; below air nothing is made brighter.
-    const Volume water = make_volume<std::int16_t>(grid_of({41, 41, 41}, {1, 1, 1}), [](Vec3d) { return 0; });
+    const Volume water =
+        make_volume<std::int16_t>(grid_of({41, 41, 41}, {1, 1, 1}), [](Vec3d) { return 0; });
     Fluoroscopy s{.look = {0, 1, 0}, .source_mm = 1e6, .width_mm = 20};
     s.exposure_water_mm = 30;
     const auto grey = [&](const Volume& volume) {
@@ -126,7 +128,8 @@ TEST(Fluoroscopy, DimsByTheLawOfAbsorption) {
 
 TEST(Fluoroscopy, HasNothingToShowBesideTheScan) {
     const TaskArena arena(1);
-    const Volume water = make_volume<std::int16_t>(grid_of({11, 11, 11}, {1, 1, 1}), [](Vec3d) { return 0; });
+    const Volume water =
+        make_volume<std::int16_t>(grid_of({11, 11, 11}, {1, 1, 1}), [](Vec3d) { return 0; });
     const Fluoroscopy s{.centre_mm = {500, 0, 0}, .width_mm = 50};
     for (const float length : water_lengths_mm(water, s, 16, 16, arena)) EXPECT_EQ(length, 0);
     EXPECT_EQ(fluoroscopy_view(water, s, 16, 16, arena).pixels[0], (Rgb8{128, 128, 128}));

@@ -63,7 +63,7 @@ TEST_F(VesselScene, IsWhatTheCatheterAloneDoes) {
     EXPECT_FALSE(scene->wants_sweep());
     EXPECT_TRUE(drive(*scene, 100).ok());
     ASSERT_TRUE(twin->command({.insert_mm_s = 100}).ok());
-    constexpr int kSweeps = 110;
+    constexpr int kSweeps = 90;
     for (int n = 0; n < kSweeps; ++n) {
         ASSERT_TRUE(scene->wants_sweep());
         scene->sweep();
@@ -73,7 +73,7 @@ TEST_F(VesselScene, IsWhatTheCatheterAloneDoes) {
     SharedState state;
     scene->describe(state);
     ASSERT_TRUE(state.vessel);
-    EXPECT_NEAR(state.vessel->measures.inserted_mm, 20 + 22, 1e-9);
+    EXPECT_NEAR(state.vessel->measures.inserted_mm, 20 + 18, 1e-9);
     EXPECT_NEAR(state.vessel->wall_moved_mm, twin->measures().wall_moved_mm, 1e-9);
     EXPECT_GT(state.vessel->wall_moved_mm, 0.05);
     EXPECT_EQ(state.undo_steps, 0);
@@ -121,7 +121,7 @@ TEST_F(VesselScene, DoesTheSameAgainWithAnyNumberOfThreads) {
     const auto scene = open(m_arena);
     std::vector<SessionRecord> records;
     for (int n = 0; n < 12; ++n) {
-        Action action = DriveCommand{.insert_mm_s = random.real(-60, 100)};
+        Action action = DriveCommand{.insert_mm_s = random.real(-20, 100)};
         if (n % 4 == 1)
             action = DriveCommand{.rotate_deg_s = random.real(-300, 300),
                                   .bend_first_deg = random.real(-90, 90),
@@ -133,14 +133,16 @@ TEST_F(VesselScene, DoesTheSameAgainWithAnyNumberOfThreads) {
         const Outcome outcome = scene->carry_out(1, action);
         records.push_back(SessionCommand{1, action, !outcome.ok()});
         int sweeps = 0;
-        while (scene->wants_sweep() && sweeps < 7) {
+        while (scene->wants_sweep() && sweeps < 4) {
             scene->sweep();
             ++sweeps;
         }
         if (sweeps) records.push_back(SessionSweeps{sweeps});
+        if (n % 4 != 3) continue;
         scene->update();
         records.push_back(SessionMark{hash_volume(scene->deformed()), scene->tissue().hash()});
     }
+    EXPECT_GT(scene->vessel()->measures().steps, 0);
     for (const int threads : {1, 4}) {
         const TaskArena other(threads);
         const auto again = open(other);
@@ -158,7 +160,7 @@ TEST_F(VesselScene, RefusesWhatAVesselCannotDo) {
     EXPECT_EQ(scene->carry_out(1, UndoCommand{}).error_code, "nothing");
     // The scan may be pushed as any other, and the vessel taken up again.
     drive(*scene, 100);
-    for (int n = 0; n < 60; ++n) scene->sweep();
+    for (int n = 0; n < 5; ++n) scene->sweep();
     scene->update();
     EXPECT_TRUE(scene->carry_out(1, TissueCommand{}).ok());
     EXPECT_EQ(scene->vessel(), nullptr);
@@ -252,7 +254,7 @@ TEST_F(VesselScene, SendsWhatHasMovedAndNothingElse) {
     early.take_vessel(*frames.since(0, 1, 1));
     EXPECT_EQ(early.nodes_sent, 0U);
     drive(*scene, 100);
-    for (int n = 0; n < 110; ++n) scene->sweep();
+    for (int n = 0; n < 90; ++n) scene->sweep();
     frames.update(*scene->vessel());
     EXPECT_GT(frames.version(), first);
     early.take_vessel(*frames.since(first, 1, 1));

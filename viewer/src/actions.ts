@@ -150,7 +150,9 @@ export class Actions {
 
     toggleFluoroscopy(): void {
         const fluoroscopy = !(this.state.fluoroscopy && this.state.outside);
-        this.session.history.step('fluoroscopy', () => this.set({ fluoroscopy, outside: fluoroscopy }));
+        this.session.history.step('fluoroscopy', () =>
+            this.set({ fluoroscopy, outside: fluoroscopy }),
+        );
     }
 
     /// The outside view from a direction.

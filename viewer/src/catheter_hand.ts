@@ -16,8 +16,10 @@ export interface Wish {
     bend: readonly [number, number];
 }
 
-/// What of a game pad is looked at. The left stick inserts and rotates, the right one bends.
+/// What of a game pad is looked at. The left stick inserts and rotates, the right one bends. A
+/// SpaceMouse, which browsers take for one: its cap is shifted ahead, twisted, and tilted.
 export interface Pad {
+    readonly id?: string;
     readonly axes: readonly number[];
     readonly buttons: readonly { readonly pressed: boolean }[];
 }
@@ -28,6 +30,7 @@ const kRotateRate = 180; // of keys and sticks [degrees/s]
 const kBendRate = 60; // [degrees/s]
 const kDeadZone = 0.15; // of sticks that don't quite come back
 const kSendMs = 50;
+const kSpaceMouse = /3dconnexion|space ?(mouse|navigator|pilot)/i;
 
 export const drives = (state: Readonly<State>): boolean =>
     state.role === 'control' && state.shared?.tissue?.model === 'vessel';
@@ -56,6 +59,8 @@ export function wishOfPad(pad: Pad): Wish {
         return beyond > 0 ? Math.sign(x) * Math.min(beyond, 1) : 0;
     };
     // Sticks that are pushed ahead say −1.
+    if (kSpaceMouse.test(pad.id ?? ''))
+        return { insert: 0 - axis(1), rotate: axis(5), bend: [0 - axis(3), axis(4)] };
     return { insert: 0 - axis(1), rotate: axis(0), bend: [0 - axis(3), axis(2)] };
 }
 
@@ -144,7 +149,8 @@ export class CatheterHand {
         if (this.bendWish && bend !== this.sentBend)
             [command.bend_first_deg, command.bend_second_deg] = this.bendWish;
         if (Object.keys(command).length === 1) return;
-        const ends = (insert === 0 && this.sentInsert !== 0) || (rotate === 0 && this.sentRotate !== 0);
+        const ends =
+            (insert === 0 && this.sentInsert !== 0) || (rotate === 0 && this.sentRotate !== 0);
         if (!ends && now - this.lastSent < kSendMs) return;
         this.lastSent = now;
         this.sentInsert = insert;

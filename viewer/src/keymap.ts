@@ -245,7 +245,7 @@ export class Keymap {
         }
     }
 
-    /// Arrows are the catheter's while it is the tool, wherever the focus is but in what needs them.
+    /// Arrows are the catheter's while it is the tool, but where a slider or a list has the focus.
     private isForCatheter(event: KeyboardEvent): boolean {
         const { ctrlKey, altKey, metaKey, code } = event;
         const needs = (event.target as HTMLElement).matches('input, select');

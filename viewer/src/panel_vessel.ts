@@ -1,19 +1,13 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The panel of the catheter: what the hand does, what it feels, and how the picture shows it. Only
-// where the scene has a vessel.
+// The panel of the catheter: what the hand does, and what it feels. Only where the scene has a
+// vessel.
 
 import { type CatheterHand, kMostBend, kMostInsert } from './catheter_hand.ts';
-import { button, checkbox, h, slider } from './dom.ts';
+import { button, h, slider } from './dom.ts';
 import { type Parts, section, tissue } from './panel_parts.ts';
 import type { VesselState } from './protocol.ts';
-
-const kShadows = [
-    { text: 'Soft', contrast: 0.6 },
-    { text: 'Usual', contrast: 1 },
-    { text: 'Vessels', contrast: 2.5 },
-] as const;
 
 /// What is said of the catheter, by name.
 export function numbersOf(vessel: VesselState): Record<string, string> {
@@ -51,7 +45,7 @@ export function vesselPanel(parts: Parts, hand: CatheterHand): HTMLElement {
         void session.ask({ do: 'tissue', model: 'vessel' });
     });
     const driving = tissue(...handControls(parts, hand));
-    const element = section('Catheter', true, list, failure, driving, back, ...shadows(parts));
+    const element = section('Catheter', true, list, failure, driving, back);
     session.store.watch(['shared'], ({ shared }) => {
         element.hidden = !shared?.tissue?.has_vessel;
         const there = shared?.tissue?.model === 'vessel';
@@ -120,53 +114,5 @@ function handControls(parts: Parts, hand: CatheterHand): HTMLElement[] {
             button('Straighten', () => hand.straighten(), 'the tip'),
             button('Reset', () => void parts.session.ask({ do: 'reset' }), 'as it began'),
         ),
-    ];
-}
-
-function shadows(parts: Parts): HTMLElement[] {
-    const { store } = parts.session;
-    const contrast = parts.number('fluoroContrast', {
-        label: 'Contrast',
-        unit: '×',
-        low: 0.2,
-        high: 5,
-        step: 0.1,
-        input: (value) => store.set({ fluoroContrast: Math.max(value, 0.01) }),
-    });
-    const exposure = parts.number('fluoroExposure', {
-        label: 'Exposure',
-        unit: '×',
-        low: 0.1,
-        high: 4,
-        step: 0.05,
-        curved: true,
-        hint: 'of what the picture needs by itself',
-        input: (value) => store.set({ fluoroExposure: Math.max(value, 0.01) }),
-    });
-    const presets = h(
-        'div',
-        { class: 'row' },
-        ...kShadows.map((shadow) =>
-            button(shadow.text, () =>
-                store.set({
-                    fluoroContrast: shadow.contrast,
-                    fluoroExposure: 1,
-                    fluoroscopy: true,
-                    outside: true,
-                }),
-            ),
-        ),
-    );
-    return [
-        parts.add(
-            checkbox(
-                'fluoroscopy (B)',
-                () => parts.state.fluoroscopy && parts.state.outside,
-                () => parts.actions.toggleFluoroscopy(),
-            ),
-        ),
-        presets,
-        contrast,
-        exposure,
     ];
 }

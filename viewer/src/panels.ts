@@ -6,6 +6,7 @@
 import type { Actions } from './actions.ts';
 import type { CatheterHand } from './catheter_hand.ts';
 import { h } from './dom.ts';
+import { fluoroscopyPanel } from './panel_fluoroscopy.ts';
 import { moviePanel } from './panel_movie.ts';
 import { overlayPanel } from './panel_overlay.ts';
 import { Parts } from './panel_parts.ts';
@@ -27,6 +28,7 @@ export function panels(session: Session, actions: Actions, hand: CatheterHand): 
         windowPanel(parts),
         overlayPanel(parts),
         endoscopePanel(parts),
+        fluoroscopyPanel(parts),
         tissuePanel(parts),
         materialPanel(parts),
         moviePanel(parts),

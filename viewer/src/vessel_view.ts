@@ -7,7 +7,7 @@
 
 import * as THREE from 'three';
 import { kVesselFragment, kVesselVertex } from './shaders.ts';
-import { cross, mul, norm, normalized, sub, type Vec3 } from './vec.ts';
+import { along as alongBy, cross, norm, normalized, sub, type Vec3 } from './vec.ts';
 import type { Vessel } from './vessel.ts';
 
 /// Depth 1 in the endoscope's picture, whose shader writes distances.
@@ -172,7 +172,8 @@ export function tubeAround(
         normals.set(normal, 3 * n);
     };
     for (let n = 0; n < count; ++n) {
-        const along = normalized(sub(curve[Math.min(n + 1, count - 1)]!, curve[Math.max(n - 1, 0)]!));
+        const [before, after] = [curve[Math.max(n - 1, 0)]!, curve[Math.min(n + 1, count - 1)]!];
+        const along = normalized(sub(after, before));
         const flat = cross(along, norm(side) > 0 ? side : [along[1], along[2], along[0]]);
         const over = norm(flat) > 1e-6 ? normalized(flat) : normalized(cross(along, [1, 0.3, 0.1]));
         side = cross(over, along);
@@ -181,14 +182,13 @@ export function tubeAround(
             const out = [0, 1, 2].map(
                 (a) => Math.cos(angle) * side[a]! + Math.sin(angle) * over[a]!,
             ) as unknown as Vec3;
-            put(n * kSectors + s, curve[n]!.map((x, a) => x + radius * out[a]!) as never, out);
+            put(n * kSectors + s, alongBy(curve[n]!, radius, out), out);
             const next = (s + 1) % kSectors;
             const [i, j] = [n * kSectors + s, n * kSectors + next];
             if (n + 1 < count) corners.push(i, j, i + kSectors, j, j + kSectors, i + kSectors);
             else corners.push(i, j, count * kSectors);
         }
-        if (n + 1 === count)
-            put(count * kSectors, curve[n]!.map((x, a) => x + radius * along[a]!) as never, mul(1, along));
+        if (n + 1 === count) put(count * kSectors, alongBy(curve[n]!, radius, along), along);
     }
     return { positions, normals, corners: new Uint32Array(corners) };
 }

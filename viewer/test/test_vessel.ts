@@ -93,7 +93,10 @@ test('a surface comes once, and then what has moved of it', () => {
 test('damaged frames of vessels are refused with a line', () => {
     let refused = 0;
     for (let i = 0; i < 3000; ++i) {
-        const frame = i % 2 ? surfaceFrame([0, 0, 0, 1, 1, 1], [0, 1, 1]) : vesselFrame([1, 2, 3], []);
+        const surface = i % 2 === 1;
+        const frame = surface
+            ? surfaceFrame([0, 0, 0, 1, 1, 1], [0, 1, 1])
+            : vesselFrame([1, 2, 3], []);
         const bytes = new Uint8Array(frame);
         for (let n = whole(1, 4); n > 0; --n) bytes[whole(0, bytes.length - 1)] = whole(0, 255);
         try {
@@ -122,6 +125,8 @@ test('arrows insert and rotate, with Shift they bend, and sticks do both', () =>
     assert.deepEqual(full, { insert: 1, rotate: 1, bend: [-1, -1] });
     assert.deepEqual(sumOf(full, full), full);
     assert.deepEqual(wishOfPad({ axes: [], buttons: [] }).insert, 0);
+    const cap = { id: '3Dconnexion SpaceMouse Compact', axes: [0, -1, 0, 1, 0, -1], buttons: [] };
+    assert.deepEqual(wishOfPad(cap), { insert: 1, rotate: -1, bend: [-1, 0] });
 });
 
 test('a tube keeps its radius along a curve, and ends in a cap', () => {
