@@ -27,7 +27,7 @@ struct Fluoroscopy {
     double width_mm = 200;       ///< that the picture's width shows at the centre, > 0
     double water_per_mm = 0.02;  ///< μ of water, about 60 keV [1/mm]
     double contrast = 1;         ///< factor of the exponent
-    std::optional<double> exposure_water_mm;  ///< of water that is mid-grey
+    std::optional<double> exposure_water_mm{};  ///< of water that is mid-grey
 };
 
 /// ∫ max(0, 1 + HU/1000) ds along the ray of each pixel's middle [mm of water], rows from the top.

@@ -9,6 +9,7 @@
 #include <bit>
 #include <charconv>
 #include <filesystem>
+#include <limits>
 #include <optional>
 #include <utility>
 
@@ -42,6 +43,17 @@ void find_range(const Values& values, VolumeInfo& info) {
     info.highest_hu = double(*high);
 }
 
+/// Where the guide ends, half-way between the catheter and the wall.
+Endoscope beside_guide(const CatheterEntry& entry, const VesselWall& wall) {
+    double nearest = std::numeric_limits<double>::infinity();
+    for (const Vec3d& p : wall.ghost.nodes_mm)
+        nearest = std::min(nearest, norm(p - entry.place_mm));
+    const Vec3d ahead = normalized(entry.direction);
+    const Vec3d other = std::abs(ahead.x) < 0.9 ? Vec3d{1, 0, 0} : Vec3d{0, 1, 0};
+    const Vec3d side = normalized(cross(ahead, other));
+    return {.eye_mm = entry.place_mm + 0.6 * nearest * side, .look = ahead};
+}
+
 /// @returns NotFound, or one line that names the file and the key
 Result<LoadedScan> load_vessel(const SceneSource& source, const TaskArena& arena) {
     const auto file = read_vessel_file(source.file);
@@ -64,8 +76,7 @@ Result<LoadedScan> load_vessel(const SceneSource& source, const TaskArena& arena
         if (!scan.ok()) return Error{scan.error().code, source.file + ": " + scan.error().message};
         loaded.volume = std::move(*scan);
     }
-    const CatheterEntry& entry = made->settings.entry;
-    loaded.info.start = Endoscope{.eye_mm = entry.place_mm, .look = normalized(entry.direction)};
+    loaded.info.start = beside_guide(made->settings.entry, made->wall);
     loaded.info.name = std::filesystem::path(source.file).stem().string();
     loaded.vessel = std::make_shared<const MadeVessel>(std::move(*made));
     return loaded;

@@ -20,7 +20,7 @@ export function numbersOf(vessel: VesselState): Record<string, string> {
         'force on the hand': `${vessel.force_n.toFixed(3)} N`,
         'wall moved': `${vessel.wall_moved_mm.toFixed(2)} mm`,
         'deepest point': began ? `${depth} mm ${beyond ? 'outside' : 'inside'}` : '–',
-        pace: vessel.pace > 0 ? `${vessel.pace.toPrecision(2)} × real time` : '–',
+        'beside real time': vessel.pace > 0 ? `× ${vessel.pace.toPrecision(2)}` : '–',
     };
 }
 
@@ -58,11 +58,11 @@ export function vesselPanel(parts: Parts, hand: CatheterHand): HTMLElement {
 
 /// Speeds come back to 0 when the slider is let go; bends stay.
 function handControls(parts: Parts, hand: CatheterHand): HTMLElement[] {
-    const rate = (key: 'insert' | 'rotate', label: string, unit: string, most: number) =>
+    const rate = (key: 'insert' | 'rotate', label: string, most: number) =>
         parts.add(
             slider({
                 label,
-                unit,
+                unit: '',
                 low: -most,
                 high: most,
                 step: 1,
@@ -90,14 +90,14 @@ function handControls(parts: Parts, hand: CatheterHand): HTMLElement[] {
             }),
         );
     return [
-        rate('insert', 'Insert', 'mm/s', kMostInsert),
-        rate('rotate', 'Rotate', '°/s', 360),
+        rate('insert', 'Insert, mm/s', kMostInsert),
+        rate('rotate', 'Rotate, °/s', 360),
         bend(0, 'Bend, first axis'),
         bend(1, 'Bend, second axis'),
         parts.add(
             slider({
-                label: 'Speed of keys',
-                unit: 'mm/s',
+                label: 'Speed of keys, mm/s',
+                unit: '',
                 low: 1,
                 high: kMostInsert,
                 step: 1,
