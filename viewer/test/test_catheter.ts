@@ -13,7 +13,16 @@ import { join } from 'node:path';
 import { test } from 'node:test';
 import type { Page } from 'playwright-core';
 import type { Session } from '../src/session.ts';
-import { compare, launch, picture, pixels, serve, stateOf, visit } from './browser.ts';
+import {
+    compare,
+    launch,
+    picture,
+    pixels,
+    serve,
+    type Served,
+    stateOf,
+    visit,
+} from './browser.ts';
 
 // Stiff, and far enough in that the bend begins soon: 20 mm push the wall.
 const kScene = `
@@ -51,8 +60,9 @@ test('a catheter is driven, seen and played again', async (t) => {
     const record = join(folder, 'bend.pls');
     writeFileSync(scene, kScene);
     const browser = await launch();
-    let served = await serve(scene, '--session', record);
+    let served: Served | undefined;
     try {
+        served = await serve(scene, '--session', record);
         const { page, errors } = await visit(browser, served.link);
         await page.keyboard.press('8');
         assert.equal((await stateOf(page)).tool, 'catheter');
@@ -110,6 +120,7 @@ test('a catheter is driven, seen and played again', async (t) => {
         assert.equal((await stateOf(other.page)).shared!.vessel!.inserted_mm, vessel!.inserted_mm);
 
         await served.stop();
+        served = undefined;
         const replayed = execFileSync(program, ['replay', record], { encoding: 'utf8' });
         assert.ok(replayed.includes(sums.tissue), replayed);
         assert.deepEqual([...errors, ...other.errors].filter((e) => !/WebSocket/.test(e)), []);
@@ -117,8 +128,8 @@ test('a catheter is driven, seen and played again', async (t) => {
         const again = await visit(browser, served.link);
         assert.equal((await compare(again.page))!.tissue, sums.tissue);
     } finally {
-        await served.stop().catch(() => {});
         await browser.close();
+        await served?.stop();
         rmSync(folder, { recursive: true });
     }
 });
