@@ -249,7 +249,8 @@ export class Session implements Listener {
         const start = info.start ?? { eye_mm: middle, look: [0, 1, 0], up: [0, 0, 1] };
         const size = norm(sub(worldFromVoxel(grid, grid.size), worldFromVoxel(grid, [0, 0, 0])));
         // Contrast agent and soft tissue, where there is a vessel.
-        if (this.store.state.shared?.tissue?.has_vessel) this.store.set({ window: 700, level: 200 });
+        if (this.store.state.shared?.tissue?.has_vessel)
+            this.store.set({ window: 700, level: 200 });
         this.store.set({
             camera: { eye: start.eye_mm, look: normalized(start.look), up: start.up },
             cursor: start.eye_mm,

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// A catheter in the phantom of a vessel through the page: inserted with a key, seen in all views and
-// in fluoroscopy, by a second browser too, and played again to the same checksum. Only with the
+// A catheter in the phantom of a vessel through the page: inserted with a key, seen in all views
+// and in fluoroscopy, by a second browser too, and played again to the same checksum. Only with the
 // program's server: the mock has no vessel.
 
 import assert from 'node:assert/strict';
