@@ -39,7 +39,7 @@ target_link_libraries(example_haptic_device PRIVATE m)
 pliant_test(serve
     SOURCES ../support/scan_files.cpp test_checkpoint.cpp test_client.cpp test_commands.cpp
             test_files.cpp test_frames.cpp test_haptics.cpp test_hostile.cpp test_overlay.cpp
-            test_path.cpp test_scene.cpp test_server.cpp
+            test_path.cpp test_scene.cpp test_server.cpp test_vessel.cpp
     LIBRARIES nlohmann_json::nlohmann_json)
 if(PLIANT_BUILD_APP)
     pliant_test(apps SOURCES ../../apps/pliant/camera_path.cpp ../../apps/pliant/keyframes.cpp

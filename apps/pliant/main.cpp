@@ -311,15 +311,18 @@ void add_render(CLI::App& app, RenderOptions& o) {
     c->add_option("--movie", o.movie, "file of the flight (.mp4, made by ffmpeg), or folder/");
     c->add_option("--speed", o.speed_mm_s, "of the flight [mm/s] (default 20)")
         ->check(CLI::Range(0.1, 1000.0));
-    c->add_option("--view", o.view, "four-up, endoscope, blended, axial, coronal or sagittal")
-        ->check(CLI::IsMember({"four-up", "endoscope", "blended", "axial", "coronal", "sagittal"}));
+    c->add_option("--view", o.view,
+                  "four-up, endoscope, blended, fluoroscopy, axial, coronal or sagittal")
+        ->check(CLI::IsMember(
+            {"four-up", "endoscope", "blended", "fluoroscopy", "axial", "coronal", "sagittal"}));
     c->add_option("--iso", o.iso_hu, "threshold of the surface [HU] (default -500)");
     c->add_option("--polarity", o.polarity, "rising (air lumen) or falling (contrast lumen)")
         ->check(CLI::IsMember({"rising", "falling"}));
     add_vector(c, "--eye", o.eye_mm, "of the endoscope, LPS mm (default: chosen in the lumen)");
     add_vector(c, "--look", o.look, "direction (default: along the lumen)");
     add_vector(c, "--up", o.up, "direction that is up in the picture");
-    add_vector(c, "--at", o.at_mm, "point of the sections, LPS mm (default: the eye)");
+    add_vector(c, "--at", o.at_mm,
+               "point of the sections, or fluoroscopy's middle, LPS mm (default: eye, scan)");
     c->add_option_function<std::string>(
          "--size",
          [&o](const std::string& text) {
@@ -345,6 +348,15 @@ void add_render(CLI::App& app, RenderOptions& o) {
     c->add_option("--level", o.level_hu, "of the sections [HU] (default -200; blended: 150)");
     c->add_option("--opacity", o.opacity_per_mm, "blended: at the window's upper end [1/mm]")
         ->check(CLI::Range(0.0, 1000.0));
+    c->add_option("--source", o.source_mm, "fluoroscopy: from the source to --at [mm] (1000)")
+        ->check(CLI::Range(10.0, 1e6));
+    c->add_option("--width", o.width_mm, "fluoroscopy: that is shown at --at [mm] (all)")
+        ->check(CLI::Range(1.0, 1e5));
+    c->add_option("--exposure", o.exposure_water_mm,
+                  "fluoroscopy: water that is mid-grey [mm] (as the picture needs)")
+        ->check(CLI::Range(0.0, 1e5));
+    c->add_option("--contrast", o.contrast, "fluoroscopy: factor of the absorption (1)")
+        ->check(CLI::Range(0.01, 100.0));
     add_threads(c, o.threads);
     c->footer(
         "Example:\n  pliant render scan.nrrd --eye -13.5,116,-411 --look 0,0.7,-0.7 "

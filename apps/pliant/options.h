@@ -90,7 +90,7 @@ struct RenderOptions {
     std::string path, movie;       ///< a flight along a curve; then out and eye aren't used
     std::string keyframes;         ///< a movie of the page's keyframes, instead of a path
     double speed_mm_s = 20;        ///< of the flight
-    std::string view = "four-up";  ///< endoscope | blended | axial | coronal | sagittal
+    std::string view = "four-up";  ///< endoscope | blended | fluoroscopy | axial | coronal | …
     int width = 0, height = 0;     ///< 0: 1024×1024 for four-up, 512×512 for one view
     double iso_hu = -500;
     std::string polarity = "rising";
@@ -101,6 +101,9 @@ struct RenderOptions {
     std::optional<std::string> colour;          ///< "R,G,B" 0…255
     std::optional<double> window_hu, level_hu;  ///< of sections, or of the blended view's opacity
     double opacity_per_mm = 0.25;
+    // Of fluoroscopy; no width: the whole scan.
+    double source_mm = 1000, contrast = 1;
+    std::optional<double> width_mm, exposure_water_mm;
     int threads = 0;
 };
 

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-#include <pliant/render.h>
+#include <pliant/fluoroscopy.h>
 
 #include <array>
 #include <charconv>
@@ -86,7 +86,8 @@ std::string check(const RenderOptions& o) {
         return o.keyframes.empty() ? "--path and --movie: expected both or none of them"
                                    : "--keyframes and --movie: expected both or none of them";
     if (o.movie.empty() == o.out.empty()) return "--out: expected it, or --path with --movie";
-    if (!o.movie.empty() && (o.view == "axial" || o.view == "coronal" || o.view == "sagittal"))
+    if (!o.movie.empty() && (o.view == "axial" || o.view == "coronal" || o.view == "sagittal" ||
+                             o.view == "fluoroscopy"))
         return "--view: expected four-up, endoscope or blended for a movie, found '" + o.view + "'";
     return {};
 }
@@ -97,6 +98,22 @@ Image draw_section(const RenderOptions& o, const Volume& volume, Section section
                           : o.view == "coronal" ? Orientation::Coronal
                                                 : Orientation::Sagittal;
     return section_view(volume, section, width, height, arena);
+}
+
+/// From the front, the whole scan, where nothing else is asked for.
+Image draw_fluoroscopy(const RenderOptions& o, const Volume& volume, int width, int height,
+                       const TaskArena& arena) {
+    Fluoroscopy f{.centre_mm = o.at_mm.value_or(volume_centre_mm(volume.grid)),
+                  .up = o.up.value_or(Vec3d{0, 0, 0}),
+                  .source_mm = o.source_mm,
+                  .contrast = o.contrast,
+                  .exposure_water_mm = o.exposure_water_mm};
+    if (o.look) f.look = *o.look;
+    const Grid& g = volume.grid;
+    Vec3d extent;
+    for (int a = 0; a < 3; ++a) extent[a] = g.size[a] * g.spacing_mm[a];
+    f.width_mm = o.width_mm.value_or(norm(extent) * std::max(1.0, double(width) / height));
+    return fluoroscopy_view(volume, f, width, height, arena);
 }
 
 struct Views {
@@ -139,6 +156,7 @@ Result<Image> draw(const RenderOptions& o, const Volume& volume, const TaskArena
         v.section.point_mm = o.at_mm ? *o.at_mm : *o.eye_mm;
         return draw_section(o, volume, v.section, v.width, v.height, arena);
     }
+    if (o.view == "fluoroscopy") return draw_fluoroscopy(o, volume, v.width, v.height, arena);
     const auto placed = place_endoscope(o, volume, v.endoscope, arena);
     // A section has something to show where no endoscope fits.
     if (!placed && !section_only) return placed.error();

@@ -110,6 +110,8 @@ struct Client {
     std::vector<std::uint32_t> checksums;                ///< ids of those that were asked for
     std::uint64_t state_version = 0, tools_version = 0;  ///< that it was sent
     std::uint64_t haptics_version = 0;
+    bool wants_vessel = false, has_surface = false;
+    std::uint64_t vessel_version = 0;  ///< that it was sent
     ToolPose tool;
     Clock::time_point iso_at{};    ///< its last change of the threshold
     std::uint32_t iso_stroke = 0;  ///< see IsoCommand

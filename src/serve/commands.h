@@ -79,6 +79,11 @@ struct DepthCommand {
     int layers = 0;  ///< that forces reach
 };
 
+/// The hand on the catheter. What is empty stays as it is.
+struct DriveCommand {
+    std::optional<double> insert_mm_s{}, rotate_deg_s{}, bend_first_deg{}, bend_second_deg{};
+};
+
 struct ToolMessage {
     ToolPose pose;  ///< client, force and so on are not the client's to say
 };
@@ -92,6 +97,10 @@ struct PingMessage {};
 struct OverlayMessage {
     OverlayKind kind = OverlayKind::None;
 };
+/// Whether the client wants the vessel's surface and the catheter.
+struct VesselMessage {
+    bool on = false;
+};
 /// What is empty is as the scene has it.
 struct PathMessage {
     Vec3d from_mm{0, 0, 0}, to_mm{0, 0, 0};
@@ -104,9 +113,9 @@ struct PathMessage {
 using Action =
     std::variant<PushCommand, GrabCommand, DragCommand, LetGoCommand, CutCommand, CarveCommand,
                  RelaxCommand, ReleaseCommand, ResetCommand, MaterialsCommand, IsoCommand,
-                 UndoCommand, RedoCommand, TissueCommand, DepthCommand, HelloMessage, ToolMessage,
-                 ChecksumMessage, SeenMessage, PingMessage, OverlayMessage, PathMessage,
-                 HapticsMessage, HapticPoseMessage>;
+                 UndoCommand, RedoCommand, TissueCommand, DepthCommand, DriveCommand, HelloMessage,
+                 ToolMessage, ChecksumMessage, SeenMessage, PingMessage, OverlayMessage, PathMessage,
+                 HapticsMessage, HapticPoseMessage, VesselMessage>;
 
 struct Message {
     std::uint32_t id = 0;

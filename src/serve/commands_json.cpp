@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "serve/commands.h"
+#include "serve/limits.h"
 
 namespace pliant::serve {
 namespace {
@@ -208,7 +209,9 @@ Action read_iso(Fields& f) {
 Action read_tissue(Fields& f) {
     TissueCommand tissue;
     TissueChoice& c = tissue.choice;
-    c.springs = f.choice("model", {"chainmail", "springs"}) == 1;
+    const std::size_t model = f.choice("model", {"chainmail", "springs", "vessel"});
+    c.springs = model == 1;
+    c.vessel = model == 2;
     if (!c.springs) return tissue;
     tissue.is_centred = f.has("centre");
     if (tissue.is_centred) c.centre_mm = f.vector("centre", kMaxPlaceMm);
@@ -218,6 +221,16 @@ Action read_tissue(Fields& f) {
     c.fixed_hu = f.number("fixed_hu", -32768, 32768, c.fixed_hu);
     c.depth = int(f.number("depth", 0, 64, c.depth));
     return tissue;
+}
+Action read_drive(Fields& f) {
+    const auto number = [&](const char* key, double most) -> std::optional<double> {
+        if (!f.has(key)) return {};
+        return f.number(key, -most, most);
+    };
+    return DriveCommand{.insert_mm_s = number("insert_mm_s", kMaxInsert_mm_s),
+                        .rotate_deg_s = number("rotate_deg_s", kMaxRotate_deg_s),
+                        .bend_first_deg = number("bend_first_deg", kMaxBend_deg),
+                        .bend_second_deg = number("bend_second_deg", kMaxBend_deg)};
 }
 Action read_hello(Fields& f) {
     HelloMessage hello;
@@ -300,6 +313,7 @@ const std::array<std::pair<const char*, Reader>, 25> kReaders = {{
     {"redo", nothing<RedoCommand>},
     {"tissue", read_tissue},
     {"depth", [](Fields& f) -> Action { return DepthCommand{int(f.number("layers", 0, 64))}; }},
+    {"catheter", read_drive},
     {"hello", read_hello},
     {"tool", read_tool},
     {"checksum", nothing<ChecksumMessage>},
@@ -310,6 +324,7 @@ const std::array<std::pair<const char*, Reader>, 25> kReaders = {{
     {"haptics", read_haptics},
     {"haptic_pose",
      [](Fields& f) -> Action { return HapticPoseMessage{f.vector("position", 10'000)}; }},
+    {"vessel", [](Fields& f) -> Action { return VesselMessage{f.flag("on", {})}; }},
     {"slide", [](Fields& f) { return read_push(f, true); }},
 }};
 
@@ -318,6 +333,12 @@ Json json_of(Vec3d v) {
 }
 Json json_of(Vec3f v) {
     return {v.x, v.y, v.z};
+}
+
+void put_known(Json& o,
+               std::initializer_list<std::pair<const char*, std::optional<double>>> fields) {
+    for (const auto& [key, value] : fields)
+        if (value) o[key] = *value;
 }
 
 void write(Json& o, const PushCommand& c) {
@@ -367,7 +388,7 @@ void write(Json& o, const IsoCommand& c) {
     if (c.stroke) o["stroke"] = c.stroke;
 }
 void write(Json& o, const TissueCommand& c) {
-    o["model"] = c.choice.springs ? "springs" : "chainmail";
+    o["model"] = name_of(c.choice);
     if (!c.choice.springs) return;
     if (c.is_centred) o["centre"] = json_of(c.choice.centre_mm);
     o["nodes"] = c.choice.nodes;
@@ -378,6 +399,15 @@ void write(Json& o, const TissueCommand& c) {
 }
 void write(Json& o, const DepthCommand& c) {
     o["layers"] = c.layers;
+}
+void write(Json& o, const DriveCommand& c) {
+    put_known(o, {{"insert_mm_s", c.insert_mm_s},
+                  {"rotate_deg_s", c.rotate_deg_s},
+                  {"bend_first_deg", c.bend_first_deg},
+                  {"bend_second_deg", c.bend_second_deg}});
+}
+void write(Json& o, const VesselMessage& c) {
+    o["on"] = c.on;
 }
 void write(Json& o, const HelloMessage& c) {
     o["protocol"] = c.protocol;

@@ -48,6 +48,11 @@ void put_header(std::string& bytes, const FrameHeader& h) {
 
 }  // namespace
 
+void put_frame_header(std::string& frame, FrameHeader header) {
+    header.payload_bytes = std::uint32_t(frame.size() - kFrameHeaderBytes);
+    put_header(frame, header);
+}
+
 std::string box_frame(const Volume& volume, const Box3i& box, FrameHeader header, bool pack) {
     const Vec3i n = box.end - box.begin;
     std::vector<std::uint16_t> halves(std::size_t(n.x) * std::size_t(n.y) * std::size_t(n.z));
@@ -109,7 +114,7 @@ std::optional<FrameHeader> read_frame_header(std::string_view frame) {
     if (frame.size() < kFrameHeaderBytes || !frame.starts_with("PLNT")) return {};
     FrameHeader h;
     const auto type = get<std::uint8_t>(frame, 4);
-    if (type != 1 && type != 2) return {};
+    if (type < 1 || type > 4) return {};
     h.type = FrameType(type);
     h.flags = get<std::uint8_t>(frame, 5);
     h.count = get<std::uint16_t>(frame, 6);

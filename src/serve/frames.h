@@ -16,7 +16,7 @@
 
 namespace pliant::serve {
 
-enum class FrameType : std::uint8_t { Box = 1, Tools = 2 };
+enum class FrameType : std::uint8_t { Box = 1, Tools = 2, Surface = 3, Vessel = 4 };
 inline constexpr std::uint8_t kFramePacked = 1;      ///< with LZ4
 inline constexpr std::uint8_t kFrameLastOfStep = 2;  ///< the client is up to date with it
 inline constexpr std::size_t kFrameHeaderBytes = 32;
@@ -66,6 +66,9 @@ std::string box_frame(std::span<const std::uint16_t> halves, const Box3i& box, F
 /// Of the volume's voxels.
 std::string box_frame(const Volume& volume, const Box3i& box, FrameHeader header, bool pack);
 std::string tools_frame(std::span<const ToolPose> tools, FrameHeader header);
+
+/// A header in front of what is already there. @pre frame.size() >= kFrameHeaderBytes
+void put_frame_header(std::string& frame, FrameHeader header);
 
 /// What a client reads. @returns nothing for what is no frame
 std::optional<FrameHeader> read_frame_header(std::string_view frame);

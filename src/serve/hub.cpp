@@ -133,6 +133,7 @@ void Hub::step() {
     refresh_state();
     refresh_tools();
     refresh_haptics();
+    refresh_vessel();
     drop_who_is_late();
     m_overlay_left = kMaxOverlayVoxels;
     m_overlay_ms = 0;
@@ -270,6 +271,8 @@ void Hub::answer(Client& client, Message message) {
         client.tool = pose;
     } else if (const auto* overlay = std::get_if<OverlayMessage>(&message.action)) {
         m_overlay_wishes.push_back({client.info.number, message.id, overlay->kind});
+    } else if (const auto* vessel = std::get_if<VesselMessage>(&message.action)) {
+        want_vessel(client, message.id, vessel->on);
     } else if (std::holds_alternative<PingMessage>(message.action)) {
         say(client, pong_text(message.id));
     } else if (std::holds_alternative<ChecksumMessage>(message.action)) {
@@ -332,6 +335,7 @@ void Hub::park(Client& client) {
     client.checksums.clear();
     client.tool = {};
     client.overlay = OverlayKind::None;
+    client.wants_vessel = false;
     give_up_paths(client.info.number);
     if (m_haptics && m_haptics->client() == client.info.number)
         end_haptics("the browser that held the device is gone");
@@ -449,8 +453,10 @@ void Hub::measure_updates(int sweeps, double each_ms, double passed_ms) {
     if (!m_was_moving) m_owed_ms = 0;
     if (m_window_ms < kWindowMs && m_was_moving) return;
     // Short motions tell little.
-    if (m_window_ms > kWindowMs / 5)
-        m_timing.update_hz = std::round(kUpdatesPerSecond * m_window_sweeps_ms / m_window_ms);
+    if (m_window_ms > kWindowMs / 5) {
+        m_timing.pace = m_window_sweeps_ms / m_window_ms;
+        m_timing.update_hz = std::round(kUpdatesPerSecond * m_timing.pace);
+    }
     m_window_ms = m_window_sweeps_ms = 0;
 }
 

@@ -32,6 +32,7 @@
 #include "serve/save.h"
 #include "serve/scene.h"
 #include "serve/session_log.h"
+#include "serve/vessel_frames.h"
 
 namespace pliant::serve {
 
@@ -162,6 +163,10 @@ class Hub {
     void look_for(Client& client, std::uint32_t id, const PathMessage& path);
     void tell_paths();
     void give_up_paths(std::uint32_t client);
+    void forget_vessel();
+    void want_vessel(Client& client, std::uint32_t id, bool on);
+    void refresh_vessel();
+    void add_vessel(Client& client, std::vector<Outgoing>& batch);
 
     void take_haptics(Client& client, std::uint32_t id, const HapticsMessage& haptics);
     void take_pose(const Client& client, const HapticPoseMessage& pose);
@@ -219,6 +224,7 @@ class Hub {
     std::string m_haptics_why;                 ///< it has ended
     std::string m_haptics_text;
     std::uint64_t m_haptics_version = 0;
+    VesselFrames m_vessel;
     std::vector<SharedBox> m_boxes;             ///< that were encoded in this step
     std::vector<OverlayWish> m_overlay_wishes;  ///< of this step
     DirtyBlocks m_deformed;                     ///< voxels that have not always been at rest

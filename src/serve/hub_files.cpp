@@ -52,6 +52,7 @@ void Hub::take(ConnectionId, Opening opening) {
     }
     m_overlay_wishes.clear();
     forget_overlays();
+    forget_vessel();
     mark_overlays(m_scene->update().boxes);
     m_tools.clear();
     m_tools_version = 0;  // so that it is made again, for the new scan

@@ -76,6 +76,7 @@ void Hub::publish(Client& client) {
         client.haptics_version = m_haptics_version;
     }
     add_boxes(client, batch);
+    add_vessel(client, batch);
     add_overlay_boxes(client, batch);
     const bool overlay_is_due =
         client.overlay != OverlayKind::None && client.overlay_delivery.is_due();

@@ -62,6 +62,10 @@ inline constexpr std::int64_t kMaxOverlayVoxels = std::int64_t(1) << 19;  ///< o
 /// Overlays begin with writing all that is deformed once more: nobody makes that happen more often.
 inline constexpr std::chrono::seconds kOverlayTime{5};
 
+// Vessels.
+inline constexpr std::size_t kMaxSurfaceNodes = std::size_t(1) << 18;
+inline constexpr double kMaxInsert_mm_s = 100, kMaxRotate_deg_s = 720, kMaxBend_deg = 180;
+
 // Ways through the lumen, which are looked for beside the scene.
 inline constexpr std::size_t kMaxPathSearches = 2;  ///< at once; each client one
 inline constexpr std::int64_t kMaxPathVoxels = 24'000'000;

@@ -5,6 +5,7 @@
 
 #pragma once
 
+#include <pliant/catheter.h>
 #include <pliant/chainmail.h>
 #include <pliant/lumen_path.h>
 #include <pliant/phantom.h>
@@ -36,10 +37,22 @@ struct ClientInfo {
     bool view = false;
 };
 
+/// Of a catheter in its vessel.
+struct VesselState {
+    CatheterCommand hand{};
+    CatheterMeasures measures{};  ///< quick ones
+    double wall_moved_mm = 0;     ///< of the wall's nodes, the farthest
+    double radius_mm = 0, length_mm = 0;
+    std::string failure{};  ///< why it has stopped until it is reset; else empty
+};
+
 /// Everything shared that is not voxels.
 struct SharedState {
     TissueChoice tissue{};
-    Vec3i spring_nodes{0, 0, 0};    ///< along i, j, k
+    bool has_vessel = false;  ///< so that the tissue may be chosen to be it
+    std::optional<VesselState> vessel{};
+    double pace = 0;              ///< simulated over real time when it last moved; 0: not known yet
+    Vec3i spring_nodes{0, 0, 0};  ///< along i, j, k
     std::int32_t active_nodes = 0;  ///< that forces reached last
     double update_hz = 0;           ///< how often nodes were updated when they last moved
     std::uint32_t step = 0;

@@ -57,6 +57,31 @@ Json json_of(const VolumeInfo& v) {
     return json;
 }
 
+/// As fine as anybody reads it: what trembles below that is no news.
+double rounded(double value, double parts) {
+    return std::round(value * parts) / parts;
+}
+
+Json json_of(const VesselState& v, double pace) {
+    const CatheterMeasures& m = v.measures;
+    return {{"insert_mm_s", v.hand.insert_mm_s},
+            {"rotate_deg_s", v.hand.rotate_deg_s},
+            {"bend_first_deg", v.hand.bend_first_deg},
+            {"bend_second_deg", v.hand.bend_second_deg},
+            {"inserted_mm", rounded(m.inserted_mm, 1e3)},
+            {"rotated_deg", rounded(m.rotated_deg, 1e3)},
+            {"force_n", rounded(m.force_n, 1e5)},
+            {"torque_n_mm", rounded(m.torque_n_mm, 1e5)},
+            {"contact_n", rounded(m.contact_n, 1e5)},
+            {"depth_mm", rounded(m.depth_mm, 1e4)},
+            {"wall_moved_mm", rounded(v.wall_moved_mm, 1e4)},
+            {"time_s", rounded(m.time_s, 1e3)},
+            {"pace", rounded(pace, 1e3)},
+            {"radius_mm", v.radius_mm},
+            {"length_mm", v.length_mm},
+            {"failure", v.failure}};
+}
+
 Json json_of(const SharedState& s) {
     const ChainMailSettings& m = s.materials;
     Json json = {{"step", s.step},
@@ -83,7 +108,9 @@ Json json_of(const SharedState& s) {
                    {"overlay_ms", s.overlay_ms},
                    {"moved_elements", s.moved_elements}}}};
     const TissueChoice& t = s.tissue;
-    json["tissue"] = {{"model", t.springs ? "springs" : "chainmail"}};
+    json["tissue"] = {{"model", name_of(t)}};
+    if (s.has_vessel) json["tissue"]["has_vessel"] = true;
+    if (s.vessel) json["vessel"] = json_of(*s.vessel, s.pace);
     if (t.springs)
         json["tissue"].update({{"centre", json_of(t.centre_mm)},
                                {"nodes", json_of(s.spring_nodes)},
@@ -115,7 +142,7 @@ std::string welcome_text(const Welcome& welcome, const VolumeInfo& volume,
                  {"resume", welcome.resume},
                  {"resumed", welcome.resumed},
                  {"rate_hz", welcome.rate_hz},
-                 {"features", {"save", "open", "overlay", "path", "tissue", "haptics"}},
+                 {"features", {"save", "open", "overlay", "path", "tissue", "haptics", "vessel"}},
                  {"haptic_devices", welcome.haptic_devices},
                  {"open_bytes", welcome.open_bytes},
                  {"volume", json_of(volume)},

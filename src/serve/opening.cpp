@@ -106,6 +106,12 @@ Result<Opened> open_files(Upload& upload, const fs::path& scan, const std::strin
         if (!found.ok()) return found.error();
         if (found->size() > 1) return Opened(std::move(*found));
     }
+    // It would name files of this machine, which are not the client's.
+    if (is_vessel_scene(scan))
+        return Error{ErrorCode::Unsupported,
+                     scan.string() +
+                         ": is a vessel's scene, expected a scan; `pliant serve` opens "
+                         "scenes when it starts"};
     if (Status status = check_header_of(scan); !status) return status.error();
     const TaskArena alone(1);
     auto scene = Scene::open({.file = scan.string(), .series = series}, arena, alone);

@@ -9,6 +9,7 @@
 
 #include "scene/chainmail_tissue.h"
 #include "scene/spring_tissue.h"
+#include "serve/vessel_tissue.h"
 
 namespace pliant::serve {
 namespace {
@@ -30,10 +31,10 @@ Outcome outcome_of(const PushReport& report) {
             .solve_ms = report.solve_ms};
 }
 
-Outcome not_with(const TissueChoice& choice, const char* what) {
+Outcome not_with(const TissueChoice& choice, const char* what, const char* expected) {
     return {.error_code = "other_tissue",
-            .message = std::string(what) + ": expected the tissue " +
-                       (choice.springs ? "chainmail, found springs" : "springs, found chainmail")};
+            .message = std::string(what) + ": expected the tissue " + expected + ", found " +
+                       name_of(choice)};
 }
 
 /// Where the control lattice lies: around its centre, but in the scan.
@@ -53,6 +54,15 @@ Box3i region_of(const TissueChoice& choice, const Grid& grid) {
 
 Result<std::unique_ptr<Tissue>> make_tissue(const TissueChoice& choice, const LoadedScan& loaded,
                                             const TaskArena& arena) {
+    if (choice.vessel) {
+        if (!loaded.vessel)
+            return Error{ErrorCode::InvalidArgument,
+                         "tissue: model: expected chainmail or springs in a scene without a "
+                         "vessel, found vessel"};
+        auto model = VesselTissue::create(*loaded.vessel, loaded.volume, arena);
+        if (!model.ok()) return model.error();
+        return std::unique_ptr<Tissue>(std::move(*model));
+    }
     if (!choice.springs) {
         auto model = ChainMail::create(loaded.volume, loaded.settings, arena);
         if (!model.ok()) return model.error();
@@ -76,18 +86,26 @@ Result<std::unique_ptr<Scene>> Scene::open(const SceneSource& source, const Task
     if (!loaded.ok()) return loaded.error();
     // The lattice keeps a reference to the volume, so both are made where they stay.
     auto place = std::make_shared<LoadedScan>(std::move(*loaded));
-    auto tissue = make_tissue({}, *place, arena);
+    const TissueChoice choice{.vessel = place->vessel != nullptr};
+    auto tissue = make_tissue(choice, *place, arena);
     if (!tissue.ok()) return tissue.error();
-    return std::unique_ptr<Scene>(new Scene(std::move(place), std::move(*tissue)));
+    return std::unique_ptr<Scene>(new Scene(std::move(place), choice, std::move(*tissue)));
 }
 
-Scene::Scene(std::shared_ptr<LoadedScan> loaded, std::unique_ptr<Tissue> tissue)
+Scene::Scene(std::shared_ptr<LoadedScan> loaded, const TissueChoice& choice,
+             std::unique_ptr<Tissue> tissue)
     : m_loaded(std::move(loaded)),
       m_tissue(std::move(tissue)),
+      m_choice(choice),
       m_shown(m_tissue),
       m_live(m_shown),
       m_iso_hu(m_loaded->iso_hu),
-      m_polarity(m_loaded->polarity) {}
+      m_polarity(m_loaded->polarity),
+      m_relaxing(choice.vessel) {}
+
+const VesselTissue* Scene::vessel() const {
+    return m_choice.vessel ? static_cast<const VesselTissue*>(m_tissue.get()) : nullptr;
+}
 
 Outcome Scene::carry_out(std::uint32_t client, const Action& action) {
     m_last_client = std::max(m_last_client, client);
@@ -119,7 +137,7 @@ Status Scene::choose(const TissueChoice& choice) {
     m_done.clear();
     m_undone.clear();
     m_unreachable = 0;
-    m_relaxing = choice.springs;
+    m_relaxing = choice.springs || choice.vessel;
     m_settled = true;
     m_energy.reset();
     return Ok{};
@@ -128,6 +146,7 @@ Status Scene::choose(const TissueChoice& choice) {
 // Steps of undo.
 
 void Scene::begin_step(const std::string& name, std::uint32_t client, std::uint32_t stroke) {
+    if (!m_tissue->takes_back()) return;
     const bool goes_on = m_open && stroke != 0 && m_open->name == name &&
                          m_open->client == client && m_open->stroke == stroke;
     if (goes_on) return;
@@ -248,9 +267,17 @@ Outcome Scene::act(std::uint32_t, const TissueCommand& command) {
 
 Outcome Scene::act(std::uint32_t, const DepthCommand& command) {
     SpringDeformation* springs = m_tissue->springs();
-    if (!springs) return not_with(m_choice, "depth");
+    if (!springs) return not_with(m_choice, "depth", "springs");
     if (const Status s = springs->set_depth(command.layers); !s.ok()) return refused(s.error());
     m_choice.depth = command.layers;
+    m_settled = false;
+    return {};
+}
+
+Outcome Scene::act(std::uint32_t client, const DriveCommand& command) {
+    if (!m_choice.vessel) return not_with(m_choice, "catheter", "vessel");
+    auto& vessel = static_cast<VesselTissue&>(*m_tissue);
+    if (const Status s = vessel.drive(client, command); !s.ok()) return refused(s.error());
     m_settled = false;
     return {};
 }
@@ -275,7 +302,8 @@ Result<PushReport> Scene::slide(std::uint32_t client, const Push& push) {
 }
 
 Outcome Scene::act(std::uint32_t client, const PushCommand& command) {
-    if (command.slide && !m_tissue->chainmail()) return not_with(m_choice, "slide");
+    if (command.slide && !m_tissue->chainmail()) return not_with(m_choice, "slide", "chainmail");
+    if (m_choice.vessel) return not_with(m_choice, "push", "chainmail or springs");
     begin_step(command.slide ? "slide" : "push", client, command.stroke);
     const auto before = energy();
     const auto report =
@@ -296,6 +324,7 @@ Outcome Scene::act(std::uint32_t client, const GrabCommand& command) {
         return {.error_code = "held_by_other",
                 .message = "grab: expected nobody else to hold tissue, found client " +
                            std::to_string(m_holder)};
+    if (m_choice.vessel) return not_with(m_choice, "grab", "chainmail or springs");
     begin_step("drag", client, 0);
     const auto report = m_tissue->grab(client, command.place, command.reach_mm);
     if (!report.ok()) {
@@ -337,7 +366,7 @@ Outcome Scene::act(std::uint32_t client, const LetGoCommand&) {
 
 Outcome Scene::act(std::uint32_t, const CutCommand& command) {
     ChainMail* model = m_tissue->chainmail();
-    if (!model) return not_with(m_choice, "cut");
+    if (!model) return not_with(m_choice, "cut", "chainmail");
     end_step();
     begin_step("cut", 0, 0);
     const auto report = model->cut(command.surface);
@@ -350,7 +379,7 @@ Outcome Scene::act(std::uint32_t, const CutCommand& command) {
 
 Outcome Scene::act(std::uint32_t client, const CarveCommand& command) {
     ChainMail* model = m_tissue->chainmail();
-    if (!model) return not_with(m_choice, "carve");
+    if (!model) return not_with(m_choice, "carve", "chainmail");
     begin_step("carve", client, command.stroke);
     const auto report = model->carve(command.tool);
     m_energy.reset();
@@ -382,7 +411,7 @@ double Scene::sweep() {
     const Sweep sweep = m_tissue->sweep();
     m_energy.reset();
     m_settled = sweep.settled;
-    if (m_settled && m_open->name == "relax") end_step();
+    if (m_settled && m_open && m_open->name == "relax") end_step();
     return sweep.ms;
 }
 
@@ -397,7 +426,7 @@ Outcome Scene::act(std::uint32_t, const ResetCommand&) {
 
 Outcome Scene::act(std::uint32_t, const MaterialsCommand& command) {
     ChainMail* model = m_tissue->chainmail();
-    if (!model) return not_with(m_choice, "materials");
+    if (!model) return not_with(m_choice, "materials", "chainmail");
     end_step();
     ChainMailSettings changed = model->settings();
     const auto set = [](auto& field, const auto& value) {
@@ -441,6 +470,14 @@ void Scene::describe(SharedState& state) const {
         state.spring_nodes = springs->control_nodes();
         state.active_nodes = springs->active_nodes();
     }
+    if (const VesselTissue* v = vessel())
+        state.vessel = VesselState{.hand = v->hand(),
+                                   .measures = v->measures(),
+                                   .wall_moved_mm = v->view().wall_moved_mm,
+                                   .radius_mm = v->vessel().settings.catheter.radius_mm,
+                                   .length_mm = v->vessel().settings.catheter.length_mm,
+                                   .failure = v->failure()};
+    state.has_vessel = m_loaded->vessel != nullptr;
     state.relaxing = m_relaxing;
     state.settled = !wants_sweep();
     state.holder = m_holder;

@@ -31,6 +31,8 @@
 
 namespace pliant::serve {
 
+class VesselTissue;
+
 class Scene {
   public:
     static Result<std::unique_ptr<Scene>> open(const SceneSource& source, const TaskArena& arena) {
@@ -58,7 +60,9 @@ class Scene {
     std::uint32_t last_client() const { return m_last_client; }
 
     /// Whether nobody holds anything and nothing relaxes, so that the scene can rest.
-    bool is_quiet() const { return m_holder == 0 && !m_tissue->is_touched() && !wants_sweep(); }
+    bool is_quiet() const {
+        return m_holder == 0 && !m_tissue->is_touched() && !wants_sweep() && m_tissue->takes_back();
+    }
     /// Ends what could go on: the next stroke is a step of its own. @pre is_quiet()
     /// @returns what the scene is beside tissue()
     SceneMemo rest();
@@ -77,6 +81,8 @@ class Scene {
     const LiveDeformation& live() const { return m_live; }
     const Tissue& tissue() const { return *m_tissue; }
     Tissue& tissue() { return *m_tissue; }
+    /// Null: the tissue is another one.
+    const VesselTissue* vessel() const;
     const TissueChoice& choice() const { return m_choice; }
     const VolumeInfo& info() const { return m_loaded->info; }
     void set_volume_id(std::uint32_t id) { m_loaded->info.id = id; }
@@ -112,7 +118,8 @@ class Scene {
         int undo_steps_before = 0;
     };
 
-    Scene(std::shared_ptr<LoadedScan> loaded, std::unique_ptr<Tissue> tissue);
+    Scene(std::shared_ptr<LoadedScan> loaded, const TissueChoice& choice,
+          std::unique_ptr<Tissue> tissue);
 
     /// Makes another tissue of the scan. Nothing changes where it can't be made.
     Status choose(const TissueChoice& choice);
@@ -132,6 +139,7 @@ class Scene {
     Outcome act(std::uint32_t client, const RedoCommand& command);
     Outcome act(std::uint32_t client, const TissueCommand& command);
     Outcome act(std::uint32_t client, const DepthCommand& command);
+    Outcome act(std::uint32_t client, const DriveCommand& command);
     template <class T>
     Outcome act(std::uint32_t, const T&) {
         return {.error_code = "out_of_range", .message = "expected a command"};

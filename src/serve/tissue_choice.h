@@ -10,7 +10,8 @@
 namespace pliant::serve {
 
 struct TissueChoice {
-    bool springs = false;  ///< else ChainMail, and the rest has no meaning
+    bool vessel = false;   ///< the scene's own, with a catheter in it
+    bool springs = false;  ///< else ChainMail or the vessel, and the rest has no meaning
     // A control lattice of so many nodes along each axis, or as many as the scan has place for.
     Vec3d centre_mm{0, 0, 0};
     int nodes = 20;
@@ -21,5 +22,9 @@ struct TissueChoice {
 
     friend bool operator==(const TissueChoice&, const TissueChoice&) = default;
 };
+
+constexpr const char* name_of(const TissueChoice& choice) {
+    return choice.vessel ? "vessel" : choice.springs ? "springs" : "chainmail";
+}
 
 }  // namespace pliant::serve

@@ -161,6 +161,9 @@ void TestClient::take_in_frame(const std::string& bytes) {
         tools = bytes;
         return;
     }
+    if (header->type == serve::FrameType::Surface) surface = bytes;
+    if (header->type == serve::FrameType::Vessel) vessels.push_back(bytes);
+    if (header->type != serve::FrameType::Box) return;
     const auto halves = serve::read_box(bytes);
     ASSERT_TRUE(halves);
     const Box3i box = header->box;

@@ -98,7 +98,9 @@ class TestClient : public RawConnection {
     int overlay_boxes = 0, whole_overlays = 0;
     std::uint32_t overlay_step = 0;  ///< newest whole one
     bool sends_overlay_seen = true;
-    std::string tools;  ///< the newest frame
+    std::string tools;                 ///< the newest frame
+    std::string surface;               ///< of a vessel, at rest
+    std::vector<std::string> vessels;  ///< what came of it since, in order
     Json state, welcome;
 
   private:

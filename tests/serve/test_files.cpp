@@ -132,7 +132,7 @@ TEST_F(FilesTest, WhatIsSavedIsWhatTheLibraryWritesOfTheSamePushes) {
     start();
     TestClient a(port(), m_server->link());
     a.enter();
-    EXPECT_EQ(a.welcome["features"], Json({"save", "open", "overlay", "path", "tissue"}));
+    EXPECT_EQ(a.welcome["features"], Json({"save", "open", "overlay", "path", "tissue", "vessel"}));
     EXPECT_EQ(a.welcome["open_bytes"], kMaxUpload);
     ChainMailSettings settings;
     settings.bone_threshold_hu = 3000;
@@ -294,6 +294,8 @@ TEST_F(FilesTest, BadScansAreRefusedInOneLineAndChangeNothing) {
               "a.nrrd: is no NRRD file: starts with 'hello', expected 'NRRD000…'");
     EXPECT_TRUE(refused("a.nrrd", "").starts_with("a.nrrd: is empty"));
     EXPECT_TRUE(refused("a.txt", "hello").starts_with("a.txt: is no scan that can be read"));
+    EXPECT_TRUE(refused("a.toml", "[vessel]\nphantom = \"bend\"\n")
+                    .starts_with("a.toml: is a vessel's scene, expected a scan"));
     EXPECT_TRUE(refused("a.nrrd", scan.substr(0, scan.size() / 2)).starts_with("a.nrrd: "));
     EXPECT_TRUE(refused("..%2f..%2fa.mha", "hello").starts_with("a.mha: "));
     // A header that leads elsewhere: the data are there, and must not be read.

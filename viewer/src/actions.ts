@@ -143,7 +143,16 @@ export class Actions {
     }
 
     toggleOutside(): void {
-        this.session.history.step('outside', () => this.set({ outside: !this.state.outside }));
+        const { outside, fluoroscopy } = this.state;
+        const next = fluoroscopy || !outside;
+        this.session.history.step('outside', () => this.set({ outside: next, fluoroscopy: false }));
+    }
+
+    toggleFluoroscopy(): void {
+        const fluoroscopy = !(this.state.fluoroscopy && this.state.outside);
+        this.session.history.step('fluoroscopy', () =>
+            this.set({ fluoroscopy, outside: fluoroscopy }),
+        );
     }
 
     /// The outside view from a direction.

@@ -24,6 +24,7 @@ import {
     type VolumeInfo,
     type Welcome,
 } from './protocol.ts';
+import type { SurfaceFrame, VesselFrame } from './vessel.ts';
 
 export interface Listener {
     welcome(message: Welcome): void;
@@ -33,6 +34,7 @@ export interface Listener {
     overlayBox(frame: BoxFrame): void;
     tools(tools: Tool[]): void;
     haptics(news: HapticsNews): void;
+    vesselFrame(frame: SurfaceFrame | VesselFrame): void;
     refused(refusal: Refusal): void;
     /// The line is broken. retryMs: when the next attempt starts; absent: there is none.
     lost(reason: string, retryMs?: number): void;
@@ -191,6 +193,10 @@ export class Connection {
             return;
         }
         if (frame.volume !== this.heldVolume) return;
+        if (frame.kind !== 'box') {
+            this.listener.vesselFrame(frame);
+            return;
+        }
         if (frame.format !== 1) {
             this.listener.overlayBox(frame);
             const { step, format } = frame;

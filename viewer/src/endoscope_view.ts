@@ -10,9 +10,12 @@ import type { ViewRect } from './stage.ts';
 import type { OverlayField } from './overlay_field.ts';
 import { fieldUniforms, kNoField, overlayUniforms, Picture } from './picture.ts';
 import { type Camera, frameOf } from './rays.ts';
-import { kCopy, kEndoscope } from './shaders.ts';
+import { kWaterPerMm, usualWater } from './fluoroscopy.ts';
+import { kCopy, kEndoscope, kFluoroscopy } from './shaders.ts';
 import type { State } from './store.ts';
 import { along, cross, mul, normalized, turned, type Vec3 } from './vec.ts';
+import type { Vessel } from './vessel.ts';
+import { kReach, VesselView } from './vessel_view.ts';
 import type { VolumeTexture } from './volume_texture.ts';
 
 const kMostTools = 8; // as in the shader
@@ -38,6 +41,9 @@ const vector = (v: Vec3): THREE.Vector3 => new THREE.Vector3(...v);
 export class EndoscopeView {
     private readonly inside: Picture;
     private readonly outside: Picture;
+    private readonly fluoroscopy: Picture;
+    private readonly vessel = new VesselView();
+    private volume: VolumeTexture | undefined;
     private readonly copy = new Picture(kCopy, { picture: null });
     private readonly target = new THREE.WebGLRenderTarget(1, 1, {
         minFilter: THREE.LinearFilter,
@@ -64,7 +70,13 @@ export class EndoscopeView {
             toolColours: Array.from({ length: kMostTools }, () => new THREE.Vector3()),
             toolCount: 0,
         };
-        this.inside = new Picture(kEndoscope, common);
+        this.inside = new Picture(kEndoscope, { ...common, reach: kReach }, { DEPTH: '' });
+        this.fluoroscopy = new Picture(kFluoroscopy, {
+            ...common,
+            absorption: kWaterPerMm,
+            exposure: 0,
+            clipFromWorld: new THREE.Matrix4(), // for the catheter's shadow
+        });
         this.outside = new Picture(
             kEndoscope,
             {
@@ -80,8 +92,13 @@ export class EndoscopeView {
     }
 
     setVolume(texture: VolumeTexture): void {
-        this.inside.set(fieldUniforms(texture));
-        this.outside.set(fieldUniforms(texture));
+        this.volume = texture;
+        for (const picture of [this.inside, this.outside, this.fluoroscopy])
+            picture.set(fieldUniforms(texture));
+    }
+
+    setVessel(vessel: Vessel | undefined, version: number): void {
+        this.vessel.update(vessel, version);
     }
 
     setOverlay(state: State, field: OverlayField | undefined): void {
@@ -101,11 +118,22 @@ export class EndoscopeView {
         const height = Math.max(Math.round(rect.height * scale), 1);
         if (this.target.width !== width || this.target.height !== height)
             this.target.setSize(width, height);
-        const picture = state.outside ? this.outside : this.inside;
-        this.setCommon(picture, state, balls, rect.width / rect.height);
+        const aspect = rect.width / rect.height;
+        const shadow = state.outside && state.fluoroscopy;
+        const picture = shadow ? this.fluoroscopy : state.outside ? this.outside : this.inside;
+        this.setCommon(picture, state, balls, aspect);
         renderer.setRenderTarget(this.target);
-        if (state.outside) this.drawOutside(renderer, state, rect.width / rect.height);
-        else picture.draw(renderer);
+        if (shadow) this.drawFluoroscopy(renderer, state, aspect);
+        else if (state.outside) this.drawOutside(renderer, state, aspect);
+        else {
+            renderer.clear(true, true, false);
+            picture.draw(renderer);
+        }
+        if (hasVessel(state)) {
+            const mode = shadow ? 'fluoroscopy' : state.outside ? 'outside' : 'inside';
+            const values = Object.entries(picture.uniforms).map(([name, u]) => [name, u.value]);
+            this.vessel.draw(renderer, mode, Object.fromEntries(values));
+        }
         renderer.setRenderTarget(null);
         this.copy.set({ picture: this.target.texture });
         renderer.setViewport(rect.x, rect.y, rect.width, rect.height);
@@ -143,7 +171,26 @@ export class EndoscopeView {
         });
     }
 
-    private drawOutside(renderer: THREE.WebGLRenderer, state: State, aspect: number): void {
+    private drawFluoroscopy(renderer: THREE.WebGLRenderer, state: State, aspect: number): void {
+        this.aimLens(state, aspect);
+        const { data } = this.volume!;
+        const usual = usualWater(data, orbitCamera(state), kOutsideField, aspect);
+        const absorption = kWaterPerMm * state.fluoroContrast;
+        this.fluoroscopy.set({
+            absorption,
+            exposure: usual + Math.log(state.fluoroExposure) / absorption,
+            clipFromWorld: this.clipFromWorld(),
+        });
+        renderer.clear(true, true, false);
+        this.fluoroscopy.draw(renderer);
+    }
+
+    private clipFromWorld(): THREE.Matrix4 {
+        const { projectionMatrix, matrixWorldInverse } = this.lens;
+        return new THREE.Matrix4().multiplyMatrices(projectionMatrix, matrixWorldInverse);
+    }
+
+    private aimLens(state: State, aspect: number): void {
         const camera = orbitCamera(state);
         this.lens.aspect = aspect;
         this.lens.near = Math.max(state.orbit.distance * 0.02, 0.5);
@@ -153,15 +200,17 @@ export class EndoscopeView {
         this.lens.lookAt(vector(state.orbit.centre));
         this.lens.updateProjectionMatrix();
         this.lens.updateMatrixWorld();
+    }
+
+    private drawOutside(renderer: THREE.WebGLRenderer, state: State, aspect: number): void {
+        const { camera } = state;
+        this.aimLens(state, aspect);
         this.outside.set({
-            cutPlace: vector(state.camera.eye),
-            cutNormal: vector(mul(-1, camera.look)), // it faces the viewer
+            cutPlace: vector(camera.eye),
+            cutNormal: vector(mul(-1, orbitCamera(state).look)), // it faces the viewer
             window: state.window,
             level: state.level,
-            clipFromWorld: new THREE.Matrix4().multiplyMatrices(
-                this.lens.projectionMatrix,
-                this.lens.matrixWorldInverse,
-            ),
+            clipFromWorld: this.clipFromWorld(),
         });
         renderer.clear(true, true, false);
         this.outside.draw(renderer);
@@ -169,6 +218,9 @@ export class EndoscopeView {
         renderer.render(this.body, this.lens);
     }
 }
+
+/// Whether the wall and the catheter are there now, and not only voxels.
+const hasVessel = (state: State): boolean => state.shared?.tissue?.model === 'vessel';
 
 /// The camera that looks at the lumen from outside.
 export function orbitCamera(state: State): Camera {

@@ -15,6 +15,7 @@ const kOwn = [
     'sections',
     'orbit',
     'outside',
+    'fluoroscopy',
     'fieldOfView',
     'barrel',
     'fog',

@@ -5,6 +5,7 @@
 // mouse. Keys that are held (flying) are asked for each frame.
 
 import type { Actions } from './actions.ts';
+import { keysDrive } from './catheter_hand.ts';
 import type { Session, Steering } from './session.ts';
 import { kTools, type SectionName, type State, type ToolName } from './store.ts';
 
@@ -44,6 +45,9 @@ const kFlight: Record<
     ArrowDown: { pitch: -1 },
 };
 
+const isFlight = (code: string, state: Readonly<State>): boolean =>
+    !code.startsWith('Arrow') || !keysDrive(state);
+
 export const kHelp: readonly { title: string; lines: readonly HelpLine[] }[] = [
     {
         title: 'Endoscope',
@@ -57,6 +61,7 @@ export const kHelp: readonly { title: string; lines: readonly HelpLine[] }[] = [
             { keys: 'Ctrl+Wheel, right drag', what: 'field of view' },
             { keys: 'C', what: 'at walls: stop, push, pass' },
             { keys: 'O', what: 'seen from outside, cut open at the tip' },
+            { keys: 'B', what: 'fluoroscopy: X-rays through the scan' },
             { keys: '7, two clicks', what: 'a way through the lumen from one to the other' },
             { keys: 'N', what: 'fly along the way, or pause' },
             { keys: 'K, Shift+K', what: 'add a keyframe; play the movie, or stop' },
@@ -82,7 +87,7 @@ export const kHelp: readonly { title: string; lines: readonly HelpLine[] }[] = [
     {
         title: 'Tools',
         lines: [
-            { keys: '1 … 7', what: 'look, window, push, grab, cut, carve, path' },
+            { keys: '1 … 8', what: 'look, window, push, grab, cut, carve, path, catheter' },
             { keys: 'Left drag', what: 'use the tool; the wheel takes it deeper meanwhile' },
             { keys: 'Enter', what: 'use the tool at the crosshair' },
             { keys: 'Alt+Arrows', what: 'push or lead the tissue at the crosshair by 1 mm' },
@@ -96,6 +101,15 @@ export const kHelp: readonly { title: string; lines: readonly HelpLine[] }[] = [
                 what: 'leads a device that is the mouse; the wheel goes ahead meanwhile',
             },
             { keys: 'Ctrl+Z, Ctrl+Shift+Z', what: 'undo, redo: tissue, threshold, window, camera' },
+        ],
+    },
+    {
+        title: 'Catheter, in the scene of a vessel',
+        lines: [
+            { keys: '8, then Up Down', what: 'insert, withdraw while held; the left stick too' },
+            { keys: 'Left Right', what: 'rotate' },
+            { keys: 'Shift+Arrows', what: 'bend the tip; the right stick too' },
+            { keys: 'Space', what: 'stop' },
         ],
     },
     {
@@ -115,18 +129,19 @@ export const kHelp: readonly { title: string; lines: readonly HelpLine[] }[] = [
 ];
 
 export class Keymap {
-    readonly held = new Set<string>();
     private readonly bindings: Binding[];
 
     constructor(
         private readonly session: Session,
         actions: Actions,
+        readonly held: Set<string>,
         hooks: {
             help: () => void;
             cancel: () => void;
             nextView: () => void;
             open: () => void;
             save: () => void;
+            stop: () => void;
         },
     ) {
         const { store, history } = session;
@@ -152,9 +167,18 @@ export class Keymap {
             { code: 'PageUp', when: inSection, run: scroll(10) },
             { code: 'PageDown', when: inSection, run: scroll(-10) },
             { code: 'Home', run: () => actions.fit() },
+            {
+                code: 'Space',
+                when: keysDrive,
+                run: () => {
+                    this.stop();
+                    hooks.stop();
+                },
+            },
             { code: 'Space', when: inEndoscope, run: () => this.stop() },
             { code: 'KeyV', run: () => actions.cycleViews() },
             { code: 'KeyO', run: () => actions.toggleOutside() },
+            { code: 'KeyB', run: () => actions.toggleFluoroscopy() },
             { code: 'KeyC', run: () => actions.cycleWall() },
             { code: 'KeyX', run: () => actions.relax() },
             { code: 'KeyL', run: () => void session.ask({ do: 'release' }) },
@@ -200,6 +224,11 @@ export class Keymap {
             event.preventDefault();
             return;
         }
+        if (this.isForCatheter(event)) {
+            this.held.add(event.code);
+            event.preventDefault();
+            return;
+        }
         // Controls keep the keys that they need themselves.
         const control = typing.matches('input, select, button, summary, a, label');
         const own = /^(Arrow|Page|Home|Enter|Space)/.test(event.code);
@@ -222,14 +251,23 @@ export class Keymap {
         }
     }
 
+    /// Arrows are the catheter's while it is the tool, but where a slider or a list has the focus.
+    private isForCatheter(event: KeyboardEvent): boolean {
+        const { ctrlKey, altKey, metaKey, code } = event;
+        const needs = (event.target as HTMLElement).matches('input, select');
+        const arrow = code.startsWith('Arrow') && !ctrlKey && !altKey && !metaKey;
+        return arrow && !needs && keysDrive(this.session.store.state);
+    }
+
     private stop(): void {
         this.held.clear();
     }
 
     private steering(): Steering {
         const sum = { x: 0, y: 0, z: 0, yaw: 0, pitch: 0, roll: 0 };
-        if (inEndoscope(this.session.store.state) && !this.session.store.state.outside)
-            for (const code of this.held)
+        const { state } = this.session.store;
+        if (inEndoscope(state) && !state.outside)
+            for (const code of [...this.held].filter((c) => isFlight(c, state)))
                 for (const [what, by] of Object.entries(kFlight[code] ?? {}))
                     sum[what as keyof typeof sum] += by;
         return {

@@ -5,6 +5,7 @@
 
 import './style.css';
 import { Actions } from './actions.ts';
+import { CatheterHand } from './catheter_hand.ts';
 import { h } from './dom.ts';
 import { Files } from './files.ts';
 import { helpDialog } from './help.ts';
@@ -36,8 +37,11 @@ function start(): void {
     const session = new Session(store, url.href, { role, name }, sessionStorage);
     const actions = new Actions(session);
     const overlay = new Overlay(session);
+    const held = new Set<string>(); // keys
+    const hand = new CatheterHand(session, held, () => navigator.getGamepads());
+    session.drive = (seconds, now) => hand.tick(seconds, now);
     const canvas = h('canvas', { 'aria-hidden': 'true' });
-    const settings = panels(session, actions);
+    const settings = panels(session, actions, hand);
     const files = new Files(session, `?token=${encodeURIComponent(token)}`);
     files.openPath = (file) => actions.openFile(file);
     const status = new StatusBar(session);
@@ -103,6 +107,7 @@ function start(): void {
         notice.textContent = `This page needs WebGL 2: ${(error as Error).message}`;
         return;
     }
+    session.stage.vesselOf = () => session.vessel;
     store.watch(['link', 'linkText', 'volume', 'loaded', 'transfer'], tell);
     store.watch(['theme'], ({ theme }) => {
         document.documentElement.dataset.theme = theme;
@@ -112,7 +117,7 @@ function start(): void {
     const theme = localStorage.getItem(kThemeKey);
     if (theme === 'light' || theme === 'dark') store.set({ theme });
 
-    const keymap = new Keymap(session, actions, {
+    const keymap = new Keymap(session, actions, held, {
         help: showHelp,
         cancel: () => {
             pointer.cancel();
@@ -129,6 +134,7 @@ function start(): void {
             if (store.state.role === 'control') files.choose();
         },
         save: () => void files.save('volume.nrrd'),
+        stop: () => hand.stop(),
     });
     const pointer = new Pointer(session, actions, overlay.views, keymap.held);
     window.addEventListener('pagehide', () => keepView(store, sessionStorage));

@@ -10,6 +10,7 @@ import { shown, voxelFromWorld } from './grid.ts';
 import { kSectionAxes, pixelOfWorld, type SectionPlane, sectionPlane } from './section_geometry.ts';
 import { overlayValue } from './legend.ts';
 import { kKinds, type ShownKind } from './overlay_kinds.ts';
+import { catheterMarks } from './vessel_marks.ts';
 import type { Session } from './session.ts';
 import { frameOf } from './rays.ts';
 import { kViews, type SectionName, type State, type ViewName } from './store.ts';
@@ -119,6 +120,7 @@ export class Overlay {
             line('along', x, 0, x, y - gap),
             line('along', x, y + gap, x, box.height),
             ...this.wayMarks(state, plane),
+            ...this.catheterMarks(state, plane),
             ...this.toolMarks(state, plane),
             this.endoscopeMark(state, plane),
         ];
@@ -152,6 +154,19 @@ export class Overlay {
             marks.push(svg('circle', { class: 'way near', cx, cy, r: 5 }));
         }
         return marks;
+    }
+
+    private catheterMarks(state: State, plane: SectionPlane): SVGElement[] {
+        const { vessel } = this.session;
+        if (!vessel || state.shared?.tissue?.model !== 'vessel') return [];
+        const wide = (2 * vessel.radius) / plane.mmPerPixel;
+        return catheterMarks(vessel.catheter, plane, vessel.radius).map(({ points, near }) =>
+            svg('polyline', {
+                class: near ? 'catheter near' : 'catheter',
+                points: points.join(' '),
+                ...(near ? { 'stroke-width': Math.max(wide, 3) } : {}),
+            }),
+        );
     }
 
     /// The way and its beginning in the endoscope's view: in front of everything.
@@ -232,7 +247,9 @@ export class Overlay {
             state.wall
         ];
         this.captions.endoscope.textContent = state.outside
-            ? 'from outside, cut open at the tip'
+            ? state.fluoroscopy
+                ? 'fluoroscopy'
+                : 'from outside, cut open at the tip'
             : `${Math.round(state.fieldOfView)}°, ${wall}`;
     }
 

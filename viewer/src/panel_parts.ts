@@ -44,7 +44,9 @@ export class Parts {
             | 'depth'
             | 'overlayOpacity'
             | 'overlayMm'
-            | 'overlayGrowth',
+            | 'overlayGrowth'
+            | 'fluoroContrast'
+            | 'fluoroExposure',
         settings: Pick<SliderSettings, 'label' | 'unit' | 'low' | 'high' | 'step'> &
             Partial<SliderSettings>,
     ): HTMLElement {

@@ -23,7 +23,7 @@ export function tissuePanel(parts: Parts): HTMLElement {
     let cell = 8; // of the next lattice
     let wish: number | undefined; // sent once, when the slider is let go
     const now = (): TissueState | undefined => parts.state.shared?.tissue;
-    const choose = (model: 'chainmail' | 'springs'): void => {
+    const choose = (model: TissueState['model']): void => {
         const { cursor } = parts.state;
         void session.ask(
             model === 'springs'
@@ -55,7 +55,7 @@ export function tissuePanel(parts: Parts): HTMLElement {
         false,
         tissue(
             parts.add(
-                choice<'chainmail' | 'springs'>(
+                choice<TissueState['model']>(
                     'Model',
                     [
                         { value: 'chainmail', text: 'ChainMail', hint: 'every voxel, limits' },

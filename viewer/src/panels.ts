@@ -4,7 +4,9 @@
 // The panels beside the views: every setting with its number, its unit and its preset.
 
 import type { Actions } from './actions.ts';
+import type { CatheterHand } from './catheter_hand.ts';
 import { h } from './dom.ts';
+import { fluoroscopyPanel } from './panel_fluoroscopy.ts';
 import { hapticsPanel } from './panel_haptics.ts';
 import { moviePanel } from './panel_movie.ts';
 import { overlayPanel } from './panel_overlay.ts';
@@ -13,18 +15,21 @@ import { sessionPanel } from './panel_session.ts';
 import { tissuePanel } from './panel_springs.ts';
 import { materialPanel, surfacePanel, toolPanel } from './panels_tissue.ts';
 import { displayPanel, endoscopePanel, placesPanel, windowPanel } from './panels_view.ts';
+import { vesselPanel } from './panel_vessel.ts';
 import type { Session } from './session.ts';
 
-export function panels(session: Session, actions: Actions): HTMLElement {
+export function panels(session: Session, actions: Actions, hand: CatheterHand): HTMLElement {
     const parts = new Parts(session, actions);
     const element = h(
         'aside',
         { class: 'panels', 'aria-label': 'Settings' },
+        vesselPanel(parts, hand),
         toolPanel(parts),
         surfacePanel(parts),
         windowPanel(parts),
         overlayPanel(parts),
         endoscopePanel(parts),
+        fluoroscopyPanel(parts),
         tissuePanel(parts),
         materialPanel(parts),
         hapticsPanel(parts),

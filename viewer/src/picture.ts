@@ -34,16 +34,17 @@ export class Picture {
         this.uniforms = Object.fromEntries(
             Object.entries(uniforms).map(([name, value]) => [name, { value }]),
         );
+        const writesDepth = 'OUTSIDE' in defines || 'DEPTH' in defines;
         const material = new THREE.RawShaderMaterial({
             glslVersion: THREE.GLSL3,
             vertexShader: kFullScreen,
             fragmentShader: fragment,
             uniforms: this.uniforms,
             defines,
-            depthTest: 'OUTSIDE' in defines,
-            depthWrite: 'OUTSIDE' in defines,
+            depthTest: writesDepth,
+            depthWrite: writesDepth,
         });
-        if ('OUTSIDE' in defines) material.depthFunc = THREE.AlwaysDepth;
+        if (writesDepth) material.depthFunc = THREE.AlwaysDepth;
         this.mesh = new THREE.Mesh(triangle, material);
         this.mesh.frustumCulled = false;
         this.scene.add(this.mesh);

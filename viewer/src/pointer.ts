@@ -111,7 +111,7 @@ export class Pointer {
         if (event.shiftKey) return 'none'; // the crosshair follows
         const section = view !== 'endoscope';
         if (section && (tool === 'window' || this.held.has('KeyW'))) return 'window';
-        const looks = tool === 'look' || tool === 'window' || tool === 'path';
+        const looks = ['look', 'window', 'path', 'catheter'].includes(tool);
         if (!looks && role === 'control') return 'tissue';
         if (section) return 'none';
         if (this.session.device.isLed && !outside) return 'device';

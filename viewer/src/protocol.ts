@@ -7,6 +7,7 @@
 import type { Box, Grid } from './grid.ts';
 import type { OverlayKind } from './overlay_kinds.ts';
 import type { Mat3, Vec3 } from './vec.ts';
+import { decodeSurface, decodeVessel, type SurfaceFrame, type VesselFrame } from './vessel.ts';
 
 export const kProtocol = 1;
 
@@ -33,7 +34,8 @@ export interface Timing {
 
 /// Which model moves the scan; all but the model only of springs.
 export interface TissueState {
-    model: 'chainmail' | 'springs';
+    model: 'chainmail' | 'springs' | 'vessel';
+    has_vessel?: boolean; ///< so that it may be chosen
     centre?: Vec3;
     nodes?: Vec3;
     cell_mm?: number;
@@ -44,12 +46,33 @@ export interface TissueState {
     update_hz?: number;
 }
 
+/// What the hand on the catheter does, and what it feels.
+export interface VesselState {
+    insert_mm_s: number;
+    rotate_deg_s: number;
+    bend_first_deg: number;
+    bend_second_deg: number;
+    inserted_mm: number;
+    rotated_deg: number;
+    force_n: number; ///< on the hand that pushes
+    torque_n_mm: number;
+    contact_n: number;
+    depth_mm: number; ///< of the catheter beyond the wall; below 0: in front of it
+    wall_moved_mm: number;
+    time_s: number;
+    pace: number; ///< simulated over real time; 0: not known yet
+    radius_mm: number;
+    length_mm: number;
+    failure: string; ///< why it has stopped until it is reset
+}
+
 export interface SharedState {
     step: number;
     iso_hu: number;
     polarity: Polarity;
     materials: Materials;
     tissue?: TissueState;
+    vessel?: VesselState;
     relaxing: boolean;
     settled: boolean;
     holder: number;
@@ -201,12 +224,20 @@ export type Command =
     | ({ do: 'materials' } & Partial<Materials>)
     | {
           do: 'tissue';
-          model: 'chainmail' | 'springs';
+          model: TissueState['model'];
           centre?: Vec3;
           nodes?: number;
           cell_mm?: number;
       }
     | { do: 'depth'; layers: number }
+    | {
+          do: 'catheter';
+          insert_mm_s?: number;
+          rotate_deg_s?: number;
+          bend_first_deg?: number;
+          bend_second_deg?: number;
+      }
+    | { do: 'vessel'; on: boolean }
     | { do: 'iso'; iso_hu?: number; polarity?: Polarity }
     | {
           do: 'haptics';
@@ -277,7 +308,9 @@ const kLastFormat = 3;
 const littleEndian = new Uint8Array(new Uint16Array([1]).buffer)[0] === 1;
 
 /// Decodes a binary message; throws an Error with one line where it isn't as the protocol says.
-export function decodeFrame(buffer: ArrayBuffer): BoxFrame | ToolsFrame {
+export function decodeFrame(
+    buffer: ArrayBuffer,
+): BoxFrame | ToolsFrame | SurfaceFrame | VesselFrame {
     const view = new DataView(buffer);
     if (buffer.byteLength < kHeader)
         throw new Error(`frame: ${buffer.byteLength} bytes, expected at least ${kHeader}`);
@@ -290,7 +323,9 @@ export function decodeFrame(buffer: ArrayBuffer): BoxFrame | ToolsFrame {
         throw new Error(`frame: ${payload} bytes of payload, said ${view.getUint32(28, true)}`);
     if (type === 1) return decodeBox(view, (flags & 2) !== 0, payload);
     if (type === 2) return decodeTools(view, payload);
-    throw new Error(`frame: type ${type}, expected 1 (box) or 2 (tools)`);
+    if (type === 3) return decodeSurface(view, payload);
+    if (type === 4) return decodeVessel(view, payload);
+    throw new Error(`frame: type ${type}, expected 1…4`);
 }
 
 function decodeBox(view: DataView, last: boolean, payload: number): BoxFrame {

@@ -28,6 +28,7 @@ import {
     type VolumeInfo,
     type Welcome,
 } from './protocol.ts';
+import { Vessel, type SurfaceFrame, type VesselFrame } from './vessel.ts';
 import { OverlayField } from './overlay_field.ts';
 import { kKinds, type OverlayKind } from './overlay_kinds.ts';
 import type { Path } from './path.ts';
@@ -68,6 +69,9 @@ export class Session implements Listener {
     /// Shows the movie's next picture. @returns whether one is playing
     playMovie: (seconds: number) => boolean = () => false;
     stopMovie: () => void = () => {};
+    /// The hand on the catheter, each frame.
+    drive: (seconds: number, now: number) => void = () => {};
+    vessel: Vessel | undefined;
     private received = 0; // voxels of the first snapshot
     private pushing = false; // a push of the tip is under way
     private tipStroke = 0;
@@ -127,6 +131,7 @@ export class Session implements Listener {
         this.askedOverlay = 'none'; // overlays end with the connection
         if (!message.resumed || !held) this.takeVolume(message.volume, held === true);
         this.askOverlay();
+        this.askVessel();
         this.onWelcome();
     }
 
@@ -143,9 +148,10 @@ export class Session implements Listener {
         this.stroke = undefined;
         this.tipStroke = 0;
         this.history.clear();
+        this.vessel = undefined;
         const { sections } = initialState();
         const nothing = { path: null, pathFlying: false, pathWay: 0, outcome: '', force: 0 };
-        this.store.set({ ...nothing, sections });
+        this.store.set({ ...nothing, sections, vessel: 0 });
         this.placeBalls();
     }
 
@@ -204,6 +210,19 @@ export class Session implements Listener {
         });
     }
 
+    /// Those who ask are sent the vessel, where there is one; it ends with the connection.
+    private askVessel(): void {
+        const { features, shared } = this.store.state;
+        if (features.includes('vessel') && shared?.tissue?.has_vessel)
+            void this.connection.ask({ do: 'vessel', on: true });
+    }
+
+    vesselFrame(frame: SurfaceFrame | VesselFrame): void {
+        if (frame.kind === 'surface') this.vessel = new Vessel(frame.rest, frame.corners);
+        else this.vessel?.take(frame);
+        this.store.set({ vessel: this.store.state.vessel + 1 });
+    }
+
     tools(tools: Tool[]): void {
         const others = tools.filter((tool) => tool.client !== this.connection.client);
         this.store.set({ others });
@@ -240,6 +259,9 @@ export class Session implements Listener {
         const middle = worldFromVoxel(grid, mul(0.5, sub(grid.size, [1, 1, 1])));
         const start = info.start ?? { eye_mm: middle, look: [0, 1, 0], up: [0, 0, 1] };
         const size = norm(sub(worldFromVoxel(grid, grid.size), worldFromVoxel(grid, [0, 0, 0])));
+        // Contrast agent and soft tissue, where there is a vessel.
+        if (this.store.state.shared?.tissue?.has_vessel)
+            this.store.set({ window: 700, level: 200 });
         this.store.set({
             camera: { eye: start.eye_mm, look: normalized(start.look), up: start.up },
             cursor: start.eye_mm,
@@ -253,6 +275,7 @@ export class Session implements Listener {
         const dt = Math.min(seconds, kLongestFrame);
         if (this.volume && this.store.state.loaded >= 1) this.steer(dt);
         this.device.tick(dt, now);
+        this.drive(dt, now);
         if (now - this.lastPose > kPoseMs) this.sendPose(now);
         if (this.stage.frame(now) && this.boxesSinceDraw) {
             this.boxesSinceDraw = 0;

@@ -14,6 +14,7 @@ import { sectionPlane } from './section_geometry.ts';
 import { kSection } from './shaders.ts';
 import { kViews, type SectionName, type State, type Store, type ViewName } from './store.ts';
 import type { VolumeData } from './volume.ts';
+import type { Vessel } from './vessel.ts';
 import { VolumeTexture } from './volume_texture.ts';
 
 /// In pixels of the canvas, from its lower left corner.
@@ -45,6 +46,10 @@ const kEndoscopeKeys: (keyof State)[] = [
     ...kAll,
     'camera',
     'outside',
+    'fluoroscopy',
+    'fluoroContrast',
+    'fluoroExposure',
+    'vessel',
     'orbit',
     'fieldOfView',
     'barrel',
@@ -67,6 +72,7 @@ export class Stage {
     readonly renderer: THREE.WebGLRenderer;
     texture: VolumeTexture | undefined;
     overlay: OverlayField | undefined;
+    vesselOf: () => Vessel | undefined = () => undefined;
     /// Called after voxels went to the graphics processor, with how many.
     onUpload: (voxels: number) => void = () => {};
     /// How long the graphics processor takes for a frame while something moves [ms].
@@ -246,6 +252,7 @@ export class Stage {
             const fine = state.fine && this.quality === 0; // only where pixels are cheap
             const scale = still ? (fine ? 2 : 1) : kScales[this.quality]!;
             this.endoscope.setOverlay(state, this.overlay);
+            this.endoscope.setVessel(this.vesselOf(), state.vessel);
             this.endoscope.draw(this.renderer, state, this.balls, rect, scale);
             this.full = still;
         } else this.drawSection(view, state, rect);

@@ -21,7 +21,16 @@ export type SectionName = Exclude<ViewName, 'endoscope'>;
 export const pushOrSlide = (state: Readonly<State>, slide: boolean): 'push' | 'slide' =>
     slide && state.shared?.tissue?.model !== 'springs' ? 'slide' : 'push';
 
-export const kTools = ['look', 'window', 'push', 'grab', 'cut', 'carve', 'path'] as const;
+export const kTools = [
+    'look',
+    'window',
+    'push',
+    'grab',
+    'cut',
+    'carve',
+    'path',
+    'catheter',
+] as const;
 export type ToolName = (typeof kTools)[number];
 
 /// What the tip does at a wall.
@@ -54,6 +63,10 @@ export interface State {
 
     camera: Camera;
     outside: boolean; ///< the endoscope's view shows the lumen from outside
+    fluoroscopy: boolean; ///< and X-rays through the scan instead
+    fluoroContrast: number; ///< factor of the absorption
+    fluoroExposure: number; ///< factor of the light that the picture needs
+    vessel: number; ///< grows whenever a vessel or its catheter moved; 0: there is none
     orbit: { centre: Vec3; direction: Vec3; up: Vec3; distance: number };
     fieldOfView: number; ///< [degrees]
     barrel: number;
@@ -156,6 +169,10 @@ export const initialState = (): State => ({
     outcome: '',
     camera: { eye: [0, 0, 0], look: [0, 1, 0], up: [0, 0, 1] },
     outside: false,
+    fluoroscopy: false,
+    fluoroContrast: 1,
+    fluoroExposure: 1,
+    vessel: 0,
     orbit: { centre: [0, 0, 0], direction: [0, 1, 0], up: [0, 0, 1], distance: 300 },
     fieldOfView: 80,
     barrel: 0.15,

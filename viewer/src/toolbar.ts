@@ -17,6 +17,7 @@ const kTexts: Record<ToolName, { text: string; hint: string }> = {
     cut: { text: 'Cut', hint: 'left drag draws the line of a cut (5)' },
     carve: { text: 'Carve', hint: 'left drag takes tissue out (6)' },
     path: { text: 'Path', hint: 'two clicks give a way through the lumen (7)' },
+    catheter: { text: 'Catheter', hint: 'arrow keys insert, rotate and, with Shift, bend it (8)' },
 };
 
 const kSaveTexts: Record<SavedName, string> = {
@@ -64,8 +65,9 @@ export function toolbar(
     const redo = button('Redo', () => void history.redo());
     redo.id = 'redo';
     const name = h('span', { class: 'scan' });
-    store.watch(['tool', 'role'], (state) => {
+    store.watch(['tool', 'role', 'shared'], (state) => {
         for (const b of tools) {
+            b.hidden = b.dataset.tool === 'catheter' && !state.shared?.tissue?.has_vessel;
             b.setAttribute('aria-pressed', String(b.dataset.tool === state.tool));
             b.disabled = state.role === 'view' && !/look|window|path/.test(b.dataset.tool!);
         }

@@ -91,7 +91,7 @@ test('damaged frames are refused with a line, whatever is damaged', () => {
                 assert.equal(count, frame.halves.length);
             }
         } catch (error) {
-            assert.match((error as Error).message, /^(frame|box|tools): [^\n]+$/);
+            assert.match((error as Error).message, /^(frame|box|tools|surface|vessel): [^\n]+$/);
             ++refused;
         }
     }

@@ -23,6 +23,9 @@ const int kMostTools = 8;
 uniform vec4 tools[kMostTools];       // centre and radius [mm]
 uniform vec3 toolColours[kMostTools];
 uniform int toolCount;
+#ifdef DEPTH
+uniform float reach;  // depth 1 for meshes [mm]
+#endif
 #ifdef OUTSIDE
 uniform vec3 cutPlace, cutNormal;  // what lies before this plane is not drawn [mm, LPS]
 uniform float window, level;       // of the cut face [HU]
@@ -137,6 +140,9 @@ void main() {
             light = mix(light, own, 0.18);  // behind the wall it shimmers through
         }
     }
+#ifdef DEPTH
+    gl_FragDepth = clamp(nearest / reach, 0.0, 1.0);
+#endif
 #ifdef OUTSIDE
     vec4 clip = clipFromWorld * vec4(eye + nearest * ray, 1.0);
     gl_FragDepth = nearest < 1e9 ? clamp(0.5 * clip.z / clip.w + 0.5, 0.0, 1.0) : 1.0;

@@ -1,17 +1,23 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The scene file of `pliant vessel`: docs/vessel.md lists its keys.
+// The scene file of `pliant vessel` and `pliant serve`, and what it makes: docs/vessel.md lists its
+// keys.
+//
+//   auto file = read_vessel_file("aorta.toml");
+//   auto made = make_vessel(*file, arena);
+//   auto scene = CatheterScene::create(std::move(made->wall), made->settings);
 
 #pragma once
 
 #include <pliant/catheter.h>
+#include <pliant/volume.h>
 
 #include <optional>
 #include <string>
 #include <vector>
 
-namespace pliant::app {
+namespace pliant {
 
 /// What the hand does for a while: until the first of the bounds that are given.
 struct VesselAct {
@@ -21,6 +27,8 @@ struct VesselAct {
 };
 
 struct VesselFile {
+    std::string file;  ///< its own name
+
     // One of: a phantom, a surface, a centreline, a label volume, a scan.
     std::string phantom, surface, centreline, labels_file, scan;
     std::string ends;  ///< a centreline at whose ends a closed surface is cut off
@@ -39,7 +47,7 @@ struct VesselFile {
     double entry_inwards = 0.5;
     bool entry_given = false;  ///< as a place and a direction
     CatheterSettings settings{};
-    std::vector<VesselAct> acts;
+    std::vector<VesselAct> acts;  ///< may be empty
     double most_steps = 1e6;
 };
 
@@ -47,4 +55,20 @@ struct VesselFile {
 /// @returns one line that names the file and the key
 Result<VesselFile> read_vessel_file(const std::string& file);
 
-}  // namespace pliant::app
+struct MadeVessel {
+    VesselWall wall;
+    std::vector<Vec3d> way;      ///< [mm]; may be empty
+    std::optional<Volume> scan;  ///< that the file names
+    CatheterSettings settings;   ///< with the entry
+};
+/// @returns one line that names the file that is at fault
+Result<MadeVessel> make_vessel(const VesselFile& file, const TaskArena& arena);
+
+/// A scan as a vessel full of contrast agent would give, for those that come without one: the lumen
+/// at 300 HU, its wall at 90, tissue around it at 20 to 60 in a pattern that shows how it moves.
+/// Voxels of a millimetre, or larger where more than 256 were needed along an axis; its key values
+/// say how it wants to be looked at.
+/// @returns InvalidArgument where the wall's boundary isn't closed
+Result<Volume> scan_of_vessel(const VesselWall& wall, const TaskArena& arena);
+
+}  // namespace pliant

@@ -1,8 +1,9 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-#include "vessel_file.h"
+// TOML to a VesselFile: every key is looked at, and what is left over is unknown.
 
+#include <pliant/vessel_scene.h>
 #include <toml++/toml.h>
 
 #include <algorithm>
@@ -13,10 +14,10 @@
 #include <sstream>
 #include <utility>
 
-namespace pliant::app {
+namespace pliant {
 namespace {
 
-std::string text_of(double value) {
+std::string number_text(double value) {
     char text[32];
     const auto end = std::to_chars(text, text + sizeof(text), value, std::chars_format::general, 9);
     return {text, end.ptr};
@@ -43,8 +44,8 @@ class Table {
         if (!node) return;
         const auto value = node->value<double>();
         if (!node->is_number() || !value || !(*value >= least && *value <= most))
-            return fail(key, "expected a number from " + text_of(least) + " to " + text_of(most) +
-                                 ", found " + found(*node));
+            return fail(key, "expected a number from " + number_text(least) + " to " +
+                                 number_text(most) + ", found " + found(*node));
         out = *value;
     }
     void whole(const char* key, int& out, int least, int most) {
@@ -141,7 +142,7 @@ class Table {
     static std::string found(const toml::node& node) {
         std::ostringstream text;
         if (node.is_number())
-            text << text_of(node.value_or(0.0));
+            text << number_text(node.value_or(0.0));
         else if (node.is_string())
             text << '"' << node.value_or(std::string()) << '"';
         else
@@ -289,6 +290,7 @@ Result<VesselFile> read_vessel_file(const std::string& file) {
     }
     Status status = Ok{};
     VesselFile v;
+    v.file = file;
     for (const auto& [key, node] : root) {
         constexpr const char* kTables[] = {"vessel",     "wall", "catheter", "entry",
                                            "simulation", "way",  "script"};
@@ -314,9 +316,6 @@ Result<VesselFile> read_vessel_file(const std::string& file) {
         for (const toml::node& act : *script)
             read_act(Table(file, "[[script]]", act.as_table(), status), v);
     if (!status.ok()) return status.error();
-    if (v.acts.empty())
-        return Error{ErrorCode::InvalidArgument,
-                     file + ": [[script]]: expected what the hand does, found none"};
     const auto folder = std::filesystem::path(file).parent_path();
     for (std::string* name :
          {&v.surface, &v.centreline, &v.labels_file, &v.scan, &v.ends, &v.way_file})
@@ -324,4 +323,4 @@ Result<VesselFile> read_vessel_file(const std::string& file) {
     return v;
 }
 
-}  // namespace pliant::app
+}  // namespace pliant

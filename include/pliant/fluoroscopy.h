@@ -1,0 +1,41 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// A scan as an X-ray image intensifier would show it: each ray from the source to the detector is
+// dimmed by what it goes through,
+//
+//   I / I₀ = exp(−∫ μ ds),   μ = μ_water · max(0, 1 + HU/1000)
+//
+// for one energy, without scatter, beam hardening or noise. Dense is dark. The exposure is set so
+// that a ray through so much water is mid-grey; without a wish, as the median ray of the picture
+// needs.
+
+#pragma once
+
+#include <pliant/render.h>
+
+#include <optional>
+#include <vector>
+
+namespace pliant {
+
+struct Fluoroscopy {
+    Vec3d centre_mm{0, 0, 0};    ///< in the picture's middle [LPS]
+    Vec3d look{0, 1, 0};         ///< from the source to the detector, any length > 0
+    Vec3d up{0, 0, 1};           ///< zero or parallel to look: superior or anterior is taken
+    double source_mm = 1000;     ///< from the source to the centre, > 0
+    double width_mm = 200;       ///< that the picture's width shows at the centre, > 0
+    double water_per_mm = 0.02;  ///< μ of water, about 60 keV [1/mm]
+    double contrast = 1;         ///< factor of the exponent
+    std::optional<double> exposure_water_mm{};  ///< of water that is mid-grey
+};
+
+/// ∫ max(0, 1 + HU/1000) ds along the ray of each pixel's middle [mm of water], rows from the top.
+/// Beyond the outermost voxel centres is nothing.
+std::vector<float> water_lengths_mm(const Volume& volume, const Fluoroscopy& settings, int width,
+                                    int height, const TaskArena& arena);
+
+Image fluoroscopy_view(const Volume& volume, const Fluoroscopy& settings, int width, int height,
+                       const TaskArena& arena);
+
+}  // namespace pliant

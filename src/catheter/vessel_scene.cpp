@@ -1,0 +1,148 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// From a scene file to the wall, the way through its lumen, and where the guide ends.
+
+#include <pliant/lumen_path.h>
+#include <pliant/vessel_scene.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace pliant {
+namespace {
+
+/// The phantoms: "bend" is a tube with a quarter of a circle in it, "arch" one that turns back.
+std::vector<CentrePoint> phantom_branch(const std::string& name) {
+    const double bend = name == "arch" ? std::numbers::pi : std::numbers::pi / 2,
+                 radius = name == "arch" ? 35 : 30, tube = name == "arch" ? 10 : 4;
+    std::vector<CentrePoint> branch;
+    for (double z = 0; z < 60; z += 3) branch.push_back({{0, 0, z}, tube});
+    for (int n = 0; n <= 24; ++n) {
+        const double angle = bend * n / 24;
+        branch.push_back(
+            {{radius * (1 - std::cos(angle)), 0, 60 + radius * std::sin(angle)}, tube});
+    }
+    const Vec3d last = branch.back().place_mm, ahead{std::sin(bend), 0, std::cos(bend)};
+    for (double s = 3; s < 40; s += 3) branch.push_back({last + s * ahead, tube});
+    return branch;
+}
+
+Error named(const std::string& file, const Error& error) {
+    return {error.code, file + ": " + error.message};
+}
+
+Result<std::vector<Vec3d>> way_from_file(const VesselFile& v) {
+    const auto mesh = read_mesh(v.way_file);
+    if (!mesh) return mesh.error();
+    if (std::size_t(v.way_branch) > mesh->lines.size())
+        return Error{ErrorCode::InvalidArgument,
+                     v.way_file + ": has " + std::to_string(mesh->lines.size()) +
+                         " lines, expected one of [way] branch " + std::to_string(v.way_branch)};
+    std::vector<Vec3d> way;
+    for (const std::int32_t n : mesh->lines[std::size_t(v.way_branch) - 1])
+        way.push_back(mesh->nodes_mm[std::size_t(n)]);
+    if (v.way_reverse) std::reverse(way.begin(), way.end());
+    return way;
+}
+
+Result<VesselWall> wall_of_surface(const VesselFile& v, const TaskArena& arena) {
+    const auto surface = read_surface(v.surface);
+    if (!surface) return surface.error();
+    std::vector<VesselEnd> ends;
+    if (!v.ends.empty()) {
+        const auto mesh = read_mesh(v.ends);
+        if (!mesh) return mesh.error();
+        const auto centreline = centreline_of(*mesh);
+        if (!centreline) return named(v.ends, centreline.error());
+        ends = ends_of(*centreline, v.trim);
+    }
+    auto wall = wall_around_surface(*surface, ends, v.wall, arena);
+    if (!wall) return named(v.surface, wall.error());
+    return wall;
+}
+
+Result<VesselWall> wall_of_volume(const VesselFile& v, const Volume& volume,
+                                  std::span<const Vec3d> way, const TaskArena& arena) {
+    const auto lumen = v.scan.empty() ? lumen_of_labels(volume, v.labels, v.smoothing_voxels, arena)
+                                      : lumen_of_region(volume,
+                                                        {.seed_mm = way.front(),
+                                                         .low = v.low_hu,
+                                                         .high = v.high_hu,
+                                                         .smoothing_voxels = v.smoothing_voxels,
+                                                         .way_mm = {way.begin(), way.end()},
+                                                         .within_mm = v.within_mm},
+                                                        arena);
+    const std::string& file = v.scan.empty() ? v.labels_file : v.scan;
+    if (!lumen) return named(file, lumen.error());
+    auto wall = wall_around_surface(lumen->surface, lumen->ends, v.wall, arena);
+    if (!wall) return named(file, wall.error());
+    return wall;
+}
+
+Result<CatheterSettings> settings_with_entry(const VesselFile& v, const VesselWall& wall) {
+    CatheterSettings settings = v.settings;
+    if (v.entry_given) return settings;
+    if (std::size_t(v.entry_end) > wall.ends.size())
+        return Error{ErrorCode::InvalidArgument,
+                     v.file + ": [entry] end: expected one of the vessel's " +
+                         std::to_string(wall.ends.size()) + " open ends, found " +
+                         std::to_string(v.entry_end)};
+    settings.entry = entry_at(wall.ends[std::size_t(v.entry_end) - 1], v.entry_inwards);
+    settings.entry.inserted_mm = v.settings.entry.inserted_mm;
+    return settings;
+}
+
+}  // namespace
+
+Result<MadeVessel> make_vessel(const VesselFile& v, const TaskArena& arena) {
+    MadeVessel made;
+    if (!v.way_file.empty()) {
+        auto way = way_from_file(v);
+        if (!way) return way.error();
+        made.way = std::move(*way);
+    } else {
+        made.way = v.way_mm;
+    }
+    Result<VesselWall> wall = Error{ErrorCode::InvalidArgument, ""};
+    if (!v.phantom.empty()) {
+        const auto branch = phantom_branch(v.phantom);
+        if (made.way.empty())
+            for (const CentrePoint& p : branch) made.way.push_back(p.place_mm);
+        wall = swept_tube(branch, {.thickness_mm = v.wall.thickness_mm, .layers = v.wall.layers});
+    } else if (!v.centreline.empty()) {
+        const auto mesh = read_mesh(v.centreline);
+        if (!mesh) return mesh.error();
+        const auto centreline = centreline_of(*mesh);
+        if (!centreline) return named(v.centreline, centreline.error());
+        wall = wall_around_centreline(*centreline, v.wall, arena);
+        if (!wall) return named(v.centreline, wall.error());
+    } else if (!v.surface.empty()) {
+        wall = wall_of_surface(v, arena);
+    } else {
+        auto volume = read_volume(v.scan.empty() ? v.labels_file : v.scan);
+        if (!volume) return volume.error();
+        if (made.way.size() == 2) {  // in the label volume: values of 1 and more
+            const bool labels = v.scan.empty();
+            auto way = find_lumen_path(
+                *volume, made.way[0], made.way[1],
+                {.iso_hu = labels ? 0.5 : v.low_hu, .polarity = Polarity::Falling, .reach_mm = 6},
+                arena);
+            if (!way) return named("[way] points_mm", way.error());
+            made.way = std::move(way->points_mm);
+        }
+        wall = wall_of_volume(v, *volume, made.way, arena);
+        if (!v.scan.empty()) made.scan = std::move(*volume);
+    }
+    if (!wall) return wall.error();
+    made.wall = std::move(*wall);
+    const TetQuality quality = tet_quality(made.wall.mesh);
+    if (const Status s = check_quality(quality); !s) return named("[vessel]", s.error());
+    auto settings = settings_with_entry(v, made.wall);
+    if (!settings) return settings.error();
+    made.settings = *settings;
+    return made;
+}
+
+}  // namespace pliant

@@ -1,0 +1,97 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// A vessel as a tissue: a catheter is driven, its wall gives way, and the scan goes with the wall.
+// A sweep is two steps of the simulation. Once nothing moves any more, time stands still until the
+// hand does something else. What was done can't be taken back, but all of it be put back to rest.
+
+#pragma once
+
+#include <pliant/carried_scan.h>
+#include <pliant/vessel_scene.h>
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "scene/tissue.h"
+#include "serve/commands.h"
+
+namespace pliant::serve {
+
+/// What a vessel shows beside the scan.
+struct VesselView {
+    std::vector<Vec3d> catheter_mm;  ///< what of it is in the vessel, from the guide to the tip
+    std::vector<Vec3f> moved_mm;     ///< of the ghost surface's nodes
+    double wall_moved_mm = 0;        ///< of the wall's nodes, the farthest
+};
+
+class VesselTissue : public Tissue {
+  public:
+    static constexpr int kStepsPerSweep = 2;
+
+    /// Keeps references to all three.
+    static Result<std::unique_ptr<VesselTissue>> create(const MadeVessel& vessel,
+                                                        const Volume& scan, const TaskArena& arena);
+
+    /// The hand goes on like that until told otherwise, or until its client lets go.
+    Status drive(std::uint32_t client, const DriveCommand& command);
+
+    Result<PushReport> push(std::uint32_t tool, const Push& push) override;
+    Result<GrabReport> grab(std::uint32_t tool, const Push& place, double reach_mm) override;
+    Result<PushReport> drag_to(Vec3d offset_mm) override;
+    void let_go() override {}
+    void release(std::uint32_t tool) override;
+    bool is_touched_by(std::uint32_t tool) const override { return m_driver == tool && tool != 0; }
+    bool is_touched() const override { return m_driver != 0; }
+    std::optional<Vec3d> force_n(std::uint32_t) override { return {}; }
+    Sweep sweep() override;
+    double sweep_time_ms() const override {
+        return 1000 * kStepsPerSweep * m_vessel.settings.time_step_s;
+    }
+    void reset() override;
+    bool takes_back() const override { return false; }
+    void begin_group(const std::string&) override {}
+    int end_group() override { return 0; }
+    int undo_steps() const override { return 0; }
+    Status undo() override;
+    Status redo() override { return undo(); }
+    void rest() override {}
+    Status save_state(const std::filesystem::path& path) const override;
+    Status load_state(const std::filesystem::path& path) override { return save_state(path); }
+    std::uint64_t hash() const override { return m_scene->hash(); }
+
+    const Volume& volume() const override { return m_carried.scan().volume(); }
+    const Lattice& lattice() const override;
+    const TaskArena& arena() const override { return m_arena; }
+
+    const MadeVessel& vessel() const { return m_vessel; }
+    const CatheterCommand& hand() const { return m_hand; }
+    CatheterMeasures measures() const { return m_scene->quick_measures(); }
+    const VesselView& view() const;
+    /// Why it has stopped for good, until it is reset; else empty.
+    const std::string& failure() const { return m_failure; }
+
+  private:
+    VesselTissue(const MadeVessel& vessel, CatheterScene scene, CarriedScan carried,
+                 const TaskArena& arena);
+    void show() const;
+    bool is_calm();
+
+    const MadeVessel& m_vessel;
+    const TaskArena& m_arena;
+    std::unique_ptr<CatheterScene> m_scene;
+    CatheterCommand m_hand{};
+    std::uint32_t m_driver = 0;         ///< client whose hand moves; 0: none
+    int m_untold = 0;                   ///< sweeps since the last command
+    std::vector<Vec3d> m_wire, m_wall;  ///< when is_calm() was last asked
+    std::string m_failure;
+
+    // What is shown is made when somebody looks, not in each step.
+    mutable CarriedScan m_carried;
+    mutable TetMesh m_now;
+    mutable VesselView m_view;
+    mutable bool m_is_shown = false;
+};
+
+}  // namespace pliant::serve

@@ -1,0 +1,358 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// A vessel as the server's tissue: the same as the catheter alone, the same again from what was
+// recorded, and what clients are sent of it is what is there.
+
+#include <gtest/gtest.h>
+#include <pliant/serve.h>
+
+#include <cstring>
+
+#include "serve/half.h"
+#include "serve/replay.h"
+#include "serve/scene.h"
+#include "serve/session_log.h"
+#include "serve/test_client.h"
+#include "serve/vessel_frames.h"
+#include "serve/vessel_tissue.h"
+#include "support/random.h"
+#include "support/temporary_folder.h"
+
+namespace pliant::serve {
+namespace {
+
+using test::Json;
+using test::Random;
+using test::TemporaryFolder;
+using test::TestClient;
+
+/// A stiff wire in a soft bend: it moves the wall on its way, in boxes of few elements.
+const char* kFile =
+    "[vessel]\nphantom = \"bend\"\nthickness_mm = 1.5\nlayers = 1\n"
+    "[wall]\nsupport_pa_per_mm = 2000\n"
+    "[catheter]\nlength_mm = 150\nbend_n_mm2 = 200\ntip_bend_n_mm2 = 100\n"
+    "[entry]\nplace_mm = [0, 0, 45]\ndirection = [0, 0, 1]\ninserted_mm = 20\n";
+
+class VesselScene : public ::testing::Test {
+  protected:
+    VesselScene() : m_source{.file = m_folder.write("bend.toml", kFile).string()} {}
+
+    std::unique_ptr<Scene> open(const TaskArena& arena) const {
+        auto scene = Scene::open(m_source, arena);
+        EXPECT_TRUE(scene.ok()) << scene.error().message;
+        return scene.ok() ? std::move(*scene) : nullptr;
+    }
+    static Outcome drive(Scene& scene, double insert_mm_s, std::uint32_t client = 1) {
+        return scene.carry_out(client, DriveCommand{.insert_mm_s = insert_mm_s});
+    }
+
+    TemporaryFolder m_folder;
+    SceneSource m_source;
+    const TaskArena m_arena{2};
+};
+
+TEST_F(VesselScene, IsWhatTheCatheterAloneDoes) {
+    const auto scene = open(m_arena);
+    ASSERT_TRUE(scene && scene->vessel());
+    const MadeVessel& made = *scene->loaded()->vessel;
+    auto twin = CatheterScene::create(made.wall, made.settings);
+    ASSERT_TRUE(twin.ok());
+    const std::uint64_t rest = hash_volume(scene->deformed());
+    EXPECT_EQ(rest, hash_volume(scene->loaded()->volume));
+    EXPECT_FALSE(scene->wants_sweep());
+    EXPECT_TRUE(drive(*scene, 100).ok());
+    ASSERT_TRUE(twin->command({.insert_mm_s = 100}).ok());
+    constexpr int kSweeps = 90;
+    for (int n = 0; n < kSweeps; ++n) {
+        ASSERT_TRUE(scene->wants_sweep());
+        scene->sweep();
+    }
+    ASSERT_TRUE(twin->step(kSweeps * VesselTissue::kStepsPerSweep, m_arena).ok());
+    EXPECT_EQ(scene->tissue().hash(), twin->hash());
+    SharedState state;
+    scene->describe(state);
+    ASSERT_TRUE(state.vessel);
+    EXPECT_NEAR(state.vessel->measures.inserted_mm, 20 + 18, 1e-9);
+    EXPECT_NEAR(state.vessel->wall_moved_mm, twin->measures().wall_moved_mm, 1e-9);
+    EXPECT_GT(state.vessel->wall_moved_mm, 0.05);
+    EXPECT_EQ(state.undo_steps, 0);
+    // The scan goes where the wall goes, and nowhere else.
+    auto carried = CarriedScan::create(scene->loaded()->volume, made.wall.mesh, {}, m_arena);
+    ASSERT_TRUE(carried.ok());
+    ASSERT_TRUE(carried->update(twin->wall_places()).ok());
+    const LiveUpdate update = scene->update();
+    EXPECT_FALSE(update.boxes.empty());
+    EXPECT_EQ(hash_volume(scene->deformed()), hash_volume(deform_volume(carried->scan()).volume));
+    EXPECT_NE(hash_volume(scene->deformed()), rest);
+    // And back.
+    EXPECT_TRUE(scene->carry_out(1, ResetCommand{}).ok());
+    scene->update();
+    EXPECT_EQ(hash_volume(scene->deformed()), rest);
+    EXPECT_EQ(scene->tissue().hash(), open(m_arena)->tissue().hash());
+}
+
+TEST_F(VesselScene, ComesToRestOnceNobodyDrives) {
+    const auto scene = open(m_arena);
+    drive(*scene, 80);
+    for (int n = 0; n < 20; ++n) scene->sweep();
+    EXPECT_TRUE(scene->has_contact(1));
+    EXPECT_FALSE(scene->has_contact(2));
+    EXPECT_FALSE(scene->is_quiet());
+    // Whoever goes lets go of it.
+    EXPECT_TRUE(scene->carry_out(1, ReleaseCommand{}).ok());
+    EXPECT_FALSE(scene->has_contact(1));
+    int sweeps = 0;
+    while (scene->wants_sweep() && sweeps < 2000) {
+        scene->sweep();
+        ++sweeps;
+    }
+    EXPECT_LT(sweeps, 2000);
+    SharedState state;
+    scene->describe(state);
+    EXPECT_NEAR(state.vessel->measures.inserted_mm, 20 + 80 * 0.04, 1e-9);
+    EXPECT_FALSE(scene->is_quiet());  // there is no checkpoint of it
+}
+
+TEST_F(VesselScene, DoesTheSameAgainWithAnyNumberOfThreads) {
+    constexpr std::uint64_t kSeed = 5;
+    SCOPED_TRACE(kSeed);
+    Random random(kSeed);
+    const auto scene = open(m_arena);
+    std::vector<SessionRecord> records;
+    for (int n = 0; n < 12; ++n) {
+        Action action = DriveCommand{.insert_mm_s = random.real(-20, 100)};
+        if (n % 4 == 1)
+            action = DriveCommand{.rotate_deg_s = random.real(-300, 300),
+                                  .bend_first_deg = random.real(-90, 90),
+                                  .bend_second_deg = random.real(-90, 90)};
+        if (n == 5) action = ResetCommand{};
+        if (n == 6) action = PushCommand{.push = {{0, 0, 0}, {1, 0, 0}, 3}};
+        if (n == 7) action = IsoCommand{.iso_hu = 150};
+        if (n == 9) action = ReleaseCommand{};
+        const Outcome outcome = scene->carry_out(1, action);
+        records.push_back(SessionCommand{1, action, !outcome.ok()});
+        int sweeps = 0;
+        while (scene->wants_sweep() && sweeps < 4) {
+            scene->sweep();
+            ++sweeps;
+        }
+        if (sweeps) records.push_back(SessionSweeps{sweeps});
+        if (n % 4 != 3) continue;
+        scene->update();
+        records.push_back(SessionMark{hash_volume(scene->deformed()), scene->tissue().hash()});
+    }
+    EXPECT_GT(scene->vessel()->measures().steps, 0);
+    for (const int threads : {1, 4}) {
+        const TaskArena other(threads);
+        const auto again = open(other);
+        const Status status = replay_into(*again, records, Compare::All);
+        ASSERT_TRUE(status.ok()) << status.error().message;
+    }
+}
+
+TEST_F(VesselScene, RefusesWhatAVesselCannotDo) {
+    const auto scene = open(m_arena);
+    const Push push{{0, 0, 0}, {1, 0, 0}, 3};
+    EXPECT_EQ(scene->carry_out(1, PushCommand{.push = push}).error_code, "other_tissue");
+    EXPECT_EQ(scene->carry_out(1, GrabCommand{.place = push}).error_code, "other_tissue");
+    EXPECT_EQ(scene->carry_out(1, CarveCommand{}).error_code, "other_tissue");
+    EXPECT_EQ(scene->carry_out(1, UndoCommand{}).error_code, "nothing");
+    // The scan may be pushed as any other, and the vessel taken up again.
+    drive(*scene, 100);
+    for (int n = 0; n < 5; ++n) scene->sweep();
+    scene->update();
+    EXPECT_TRUE(scene->carry_out(1, TissueCommand{}).ok());
+    EXPECT_EQ(scene->vessel(), nullptr);
+    EXPECT_EQ(drive(*scene, 10).error_code, "other_tissue");
+    scene->update();
+    EXPECT_EQ(hash_volume(scene->deformed()), hash_volume(scene->loaded()->volume));
+    EXPECT_TRUE(scene->carry_out(1, TissueCommand{.choice = {.vessel = true}}).ok());
+    ASSERT_NE(scene->vessel(), nullptr);
+    EXPECT_EQ(scene->vessel()->measures().steps, 0);
+
+    auto cube = Scene::open({.phantom = "cube", .phantom_size = {20, 20, 20}}, m_arena);
+    ASSERT_TRUE(cube.ok());
+    EXPECT_EQ(drive(**cube, 10).error_code, "other_tissue");
+    EXPECT_EQ((*cube)->carry_out(1, TissueCommand{.choice = {.vessel = true}}).error_code,
+              "out_of_range");
+}
+
+TEST_F(VesselScene, SaysWhatIsWrongWithItsFile) {
+    const auto error_of = [&](const char* text) {
+        const auto scene =
+            Scene::open({.file = m_folder.write("bad.toml", text).string()}, m_arena);
+        return scene.ok() ? std::string() : scene.error().message;
+    };
+    EXPECT_NE(error_of("[vessel]\nphantom = \"knot\"\n").find("bad.toml: [vessel] phantom"),
+              std::string::npos);
+    EXPECT_NE(error_of("[vessel]\nscan = \"none.nrrd\"\nwindow_hu = [1, 2]\n"
+                       "[way]\npoints_mm = [[0,0,0],[1,1,1]]\n")
+                  .find("none.nrrd"),
+              std::string::npos);
+}
+
+/// What a client makes of the frames, byte by byte as the protocol has them.
+struct Copy {
+    std::vector<Vec3f> rest, places;
+    std::vector<std::uint32_t> corners;
+    std::vector<Vec3f> catheter;
+    float radius = 0;
+    std::size_t nodes_sent = 0;
+
+    template <class T>
+    static T take(const std::string& bytes, std::size_t& at) {
+        T value{};
+        EXPECT_LE(at + sizeof value, bytes.size());
+        if (at + sizeof value <= bytes.size()) std::memcpy(&value, bytes.data() + at, sizeof value);
+        at += sizeof value;
+        return value;
+    }
+    static Vec3f take_place(const std::string& bytes, std::size_t& at) {
+        Vec3f p;
+        for (int a = 0; a < 3; ++a) p[a] = take<float>(bytes, at);
+        return p;
+    }
+    void take_surface(const std::string& bytes) {
+        ASSERT_EQ(bytes[4], 3);
+        std::size_t at = 32;
+        const auto nodes = take<std::uint32_t>(bytes, at), cells = take<std::uint32_t>(bytes, at);
+        ASSERT_EQ(bytes.size(), 40 + 12 * std::size_t(nodes) + 12 * std::size_t(cells));
+        for (std::uint32_t n = 0; n < nodes; ++n) rest.push_back(take_place(bytes, at));
+        for (std::uint32_t n = 0; n < 3 * cells; ++n)
+            corners.push_back(take<std::uint32_t>(bytes, at));
+        for (const std::uint32_t n : corners) ASSERT_LT(n, nodes);
+        places = rest;
+    }
+    void take_vessel(const std::string& bytes) {
+        ASSERT_EQ(bytes[4], 4);
+        std::size_t at = 32;
+        radius = take<float>(bytes, at);
+        catheter.resize(take<std::uint32_t>(bytes, at));
+        std::vector<std::array<std::uint32_t, 2>> runs(take<std::uint32_t>(bytes, at));
+        for (Vec3f& p : catheter) p = take_place(bytes, at);
+        for (auto& run : runs)
+            for (auto& number : run) number = take<std::uint32_t>(bytes, at);
+        nodes_sent = 0;
+        for (const auto& [first, count] : runs) {
+            ASSERT_LE(std::size_t(first) + count, places.size());
+            for (std::uint32_t n = first; n < first + count; ++n, ++nodes_sent)
+                for (int a = 0; a < 3; ++a)
+                    places[n][a] = rest[n][a] + float_from_half(take<std::uint16_t>(bytes, at));
+        }
+        ASSERT_EQ(at, bytes.size());
+    }
+};
+
+TEST_F(VesselScene, SendsWhatHasMovedAndNothingElse) {
+    const auto scene = open(m_arena);
+    VesselFrames frames;
+    frames.update(*scene->vessel());
+    const std::uint64_t first = frames.version();
+    Copy early, late;
+    early.take_surface(*frames.surface(1, 1));
+    early.take_vessel(*frames.since(0, 1, 1));
+    EXPECT_EQ(early.nodes_sent, 0U);
+    drive(*scene, 100);
+    for (int n = 0; n < 90; ++n) scene->sweep();
+    frames.update(*scene->vessel());
+    EXPECT_GT(frames.version(), first);
+    early.take_vessel(*frames.since(first, 1, 1));
+    const std::size_t all = early.places.size();
+    EXPECT_GT(early.nodes_sent, 0U);
+    EXPECT_LT(early.nodes_sent, all);
+    // Nothing has happened since.
+    const std::uint64_t second = frames.version();
+    frames.update(*scene->vessel());
+    EXPECT_EQ(frames.version(), second);
+    for (int n = 0; n < 10; ++n) scene->sweep();
+    frames.update(*scene->vessel());
+    early.take_vessel(*frames.since(second, 1, 1));
+    late.take_surface(*frames.surface(1, 1));
+    late.take_vessel(*frames.since(0, 1, 1));
+    EXPECT_EQ(early.places, late.places);
+    EXPECT_EQ(early.catheter, late.catheter);
+    // As the simulation has it: half floats of a displacement below 4 mm are 0.002 mm apart.
+    const MadeVessel& made = *scene->loaded()->vessel;
+    const VesselView& view = scene->vessel()->view();
+    ASSERT_EQ(all, made.wall.ghost.nodes_mm.size());
+    ASSERT_EQ(late.corners.size(), 3 * made.wall.ghost.cells.size());
+    for (std::size_t n = 0; n < all; ++n)
+        for (int a = 0; a < 3; ++a)
+            EXPECT_NEAR(late.places[n][a], made.wall.ghost.nodes_mm[n][a] + view.moved_mm[n][a],
+                        1e-3 + 1e-3 * std::abs(view.moved_mm[n][a]));
+    EXPECT_EQ(late.catheter.size(), view.catheter_mm.size());
+    EXPECT_NEAR(norm(scene->vessel()->view().catheter_mm.back() -
+                     Vec3d{late.catheter.back().x, late.catheter.back().y, late.catheter.back().z}),
+                0, 1e-4);
+    EXPECT_FLOAT_EQ(late.radius, 0.9F);
+}
+
+TEST_F(VesselScene, IsServedToSeveralAndPlayedAgain) {
+    const auto session = m_folder / "v.pls";
+    std::string volume;
+    {
+        auto server = Server::start({.file = m_source.file, .session = session}, m_arena);
+        ASSERT_TRUE(server.ok()) << server.error().message;
+        TestClient a(server->port(), server->link());
+        const Json welcome = a.enter();
+        EXPECT_EQ(welcome["state"]["tissue"]["model"], "vessel");
+        EXPECT_EQ(welcome["volume"]["name"], "bend");
+        EXPECT_EQ(a.command({{"do", "vessel"}, {"on", true}})["t"], "done");
+        TestClient viewer(server->port(), server->view_link());
+        viewer.enter();
+        EXPECT_EQ(viewer.command({{"do", "catheter"}, {"insert_mm_s", 50}})["code"], "view_only");
+        EXPECT_EQ(a.command({{"do", "catheter"}, {"insert_mm_s", 101}})["code"], "out_of_range");
+        EXPECT_EQ(a.command({{"do", "catheter"}, {"insert_mm_s", 100}})["t"], "done");
+        const Json moved = a.until([](const Json& text) {
+            return text["t"] == "state" && text["vessel"]["inserted_mm"] > 40 &&
+                   text["vessel"]["wall_moved_mm"] > 0.01;
+        });
+        ASSERT_FALSE(moved.is_null());
+        EXPECT_NE(moved["vessel"]["force_n"], 0);
+        // A hand that is gone doesn't go on pushing.
+        {
+            TestClient b(server->port(), server->link());
+            b.enter();
+            EXPECT_EQ(b.command({{"do", "catheter"}, {"insert_mm_s", -20}})["t"], "done");
+        }
+        const Json still = a.until([](const Json& text) {
+            return text["t"] == "state" && text["vessel"]["insert_mm_s"] == 0 &&
+                   text["settled"] == true;
+        });
+        ASSERT_FALSE(still.is_null());
+        EXPECT_GT(still["vessel"]["pace"], 0);
+        const Json sums = a.checked_checksum();
+        EXPECT_EQ(viewer.checked_checksum()["volume"], sums["volume"]);
+        volume = sums["volume"];
+        ASSERT_FALSE(a.surface.empty());
+        EXPECT_TRUE(viewer.surface.empty());  // it didn't ask
+        Copy copy;
+        copy.take_surface(a.surface);
+        for (const std::string& frame : a.vessels) copy.take_vessel(frame);
+        // Who asks later is sent the same.
+        TestClient late(server->port(), server->view_link());
+        late.enter();
+        EXPECT_EQ(late.command({{"do", "vessel"}, {"on", true}})["t"], "done");
+        late.checked_checksum();
+        Copy other;
+        other.take_surface(late.surface);
+        for (const std::string& frame : late.vessels) other.take_vessel(frame);
+        EXPECT_EQ(other.places, copy.places);
+        EXPECT_EQ(other.catheter, copy.catheter);
+        EXPECT_NE(copy.places, copy.rest);
+    }
+    const auto report = replay_session(session, m_arena);
+    ASSERT_TRUE(report.ok()) << report.error().message;
+    EXPECT_EQ(hex_text(report->volume_hash, 16), volume);
+    EXPECT_GT(report->marks, 0);
+    // Another wall is another session.
+    std::string other = kFile;
+    other.replace(other.find("200\ntip"), 3, "150");
+    m_folder.write("bend.toml", other);
+    const auto changed = replay_session(session, m_arena);
+    ASSERT_FALSE(changed.ok());
+}
+
+}  // namespace
+}  // namespace pliant::serve

@@ -1,0 +1,135 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// A catheter in the phantom of a vessel through the page: inserted with a key, seen in all views
+// and in fluoroscopy, by a second browser too, and played again to the same checksum. Only with the
+// program's server: the mock has no vessel.
+
+import assert from 'node:assert/strict';
+import { execFileSync } from 'node:child_process';
+import { mkdtempSync, rmSync, writeFileSync } from 'node:fs';
+import { tmpdir } from 'node:os';
+import { join } from 'node:path';
+import { test } from 'node:test';
+import type { Page } from 'playwright-core';
+import type { Session } from '../src/session.ts';
+import {
+    compare,
+    launch,
+    picture,
+    pixels,
+    serve,
+    type Served,
+    stateOf,
+    visit,
+} from './browser.ts';
+
+// Stiff, and far enough in that the bend begins soon: 20 mm push the wall.
+const kScene = `
+[vessel]
+phantom = "bend"
+thickness_mm = 1.5
+layers = 1
+[wall]
+support_pa_per_mm = 2000
+[catheter]
+length_mm = 150
+bend_n_mm2 = 200
+tip_bend_n_mm2 = 100
+[entry]
+place_mm = [0, 0, 45]
+direction = [0, 0, 1]
+inserted_mm = 20
+`;
+
+type Held = { pliant: Session };
+
+/// @param holds  of the shared state s and its vessel v
+const untilState = (page: Page, holds: string): Promise<unknown> =>
+    page.waitForFunction(
+        `((s) => ((v) => ${holds})(s.vessel))(window.pliant.store.state.shared)`,
+        undefined,
+        { timeout: 60_000 },
+    );
+
+test('a catheter is driven, seen and played again', async (t) => {
+    const program = process.env.PLIANT_SERVER;
+    if (!program) return t.skip('the mock has no vessel');
+    const folder = mkdtempSync(join(tmpdir(), 'pliant-catheter-'));
+    const scene = join(folder, 'bend.toml');
+    const record = join(folder, 'bend.pls');
+    writeFileSync(scene, kScene);
+    const browser = await launch();
+    let served: Served | undefined;
+    try {
+        served = await serve(scene, '--session', record);
+        const { page, errors } = await visit(browser, served.link);
+        await page.keyboard.press('8');
+        assert.equal((await stateOf(page)).tool, 'catheter');
+        await page.evaluate(() => {
+            const { store } = (window as never as Held).pliant;
+            // Where the bend begins, so that the sections show the wall that is pushed.
+            store.set({ cursor: [1, 0, 68] });
+        });
+        await page.keyboard.press('o');
+        await page.waitForFunction(() => (window as never as Held).pliant.vessel !== undefined);
+        const look = async (): Promise<Record<'outside' | 'coronal', number>> => ({
+            outside: (await pixels(page, 'endoscope')).hash,
+            coronal: (await pixels(page, 'coronal')).hash,
+        });
+        const before = await look();
+        assert.ok((await compare(page))!.same);
+        await page.keyboard.down('ArrowUp');
+        await untilState(page, 'v.insert_mm_s === 20');
+        await untilState(page, 'v.inserted_mm >= 40');
+        await page.keyboard.up('ArrowUp');
+        await untilState(page, 'v.insert_mm_s === 0 && s.settled');
+        const { vessel } = (await stateOf(page)).shared!;
+        assert.ok(vessel!.wall_moved_mm > 0.05, `${vessel!.wall_moved_mm} mm`);
+        assert.ok(vessel!.depth_mm < 0.1 && vessel!.force_n !== 0 && vessel!.pace > 0);
+        const after = await look();
+        assert.notEqual(after.outside, before.outside);
+        assert.notEqual(after.coronal, before.coronal);
+        assert.ok((await page.locator('.view.coronal .catheter.near').count()) > 0);
+        const said = await page.locator('dd[data-name="force on the hand"]').textContent();
+        assert.match(said!, /^-?\d+\.\d{3} N$/);
+        await picture(page, 'catheter_outside');
+
+        await page.keyboard.press('b');
+        const shadow = await pixels(page, 'endoscope');
+        assert.notEqual(shadow.hash, after.outside);
+        assert.ok(shadow.mean > 40 && shadow.mean < 250, `${shadow.mean}`);
+        await picture(page, 'catheter_fluoroscopy');
+        await page.keyboard.press('b');
+
+        // Who comes later sees the same, and may not drive with the other link.
+        const sums = (await compare(page))!;
+        assert.ok(sums.same);
+        const other = await visit(browser, served.link, '&notour&role=view');
+        const seen = (await compare(other.page))!;
+        assert.ok(seen.same);
+        assert.equal(seen.tissue, sums.tissue);
+        const tips = await Promise.all(
+            [page, other.page].map((p) =>
+                p.evaluate(() => (window as never as Held).pliant.vessel!.catheter.at(-1)),
+            ),
+        );
+        assert.deepEqual(tips[0], tips[1]);
+        await other.page.keyboard.press('8');
+        await other.page.keyboard.press('ArrowUp', { delay: 150 });
+        assert.equal((await stateOf(other.page)).shared!.vessel!.inserted_mm, vessel!.inserted_mm);
+
+        await served.stop();
+        served = undefined;
+        const replayed = execFileSync(program, ['replay', record], { encoding: 'utf8' });
+        assert.ok(replayed.includes(sums.tissue), replayed);
+        assert.deepEqual([...errors, ...other.errors].filter((e) => !/WebSocket/.test(e)), []);
+        served = await serve(scene, '--session', record);
+        const again = await visit(browser, served.link);
+        assert.equal((await compare(again.page))!.tissue, sums.tissue);
+    } finally {
+        await browser.close();
+        await served?.stop();
+        rmSync(folder, { recursive: true });
+    }
+});

@@ -1,0 +1,197 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// What the page makes of a vessel's frames, of keys and sticks, and of a curve.
+
+import assert from 'node:assert/strict';
+import { test } from 'node:test';
+import { sumOf, wishOfKeys, wishOfPad } from '../src/catheter_hand.ts';
+import { usualWater, waterAlong } from '../src/fluoroscopy.ts';
+import { halfOfFloat } from '../src/half.ts';
+import { decodeFrame } from '../src/protocol.ts';
+import { dot, norm, sub, type Vec3 } from '../src/vec.ts';
+import { Vessel } from '../src/vessel.ts';
+import { catheterMarks } from '../src/vessel_marks.ts';
+import { smoothed, tubeAround } from '../src/vessel_view.ts';
+import { VolumeData } from '../src/volume.ts';
+import { random, whole } from './random.ts';
+
+function frameOf(type: number, payload: number, fill: (view: DataView) => void): ArrayBuffer {
+    const bytes = new Uint8Array(32 + payload);
+    const view = new DataView(bytes.buffer);
+    bytes.set(new TextEncoder().encode('PLNT'));
+    view.setUint8(4, type);
+    view.setUint32(12, 3, true);
+    view.setUint32(28, payload, true);
+    fill(view);
+    return bytes.buffer;
+}
+
+function surfaceFrame(rest: readonly number[], corners: readonly number[]): ArrayBuffer {
+    return frameOf(3, 8 + 4 * rest.length + 4 * corners.length, (view) => {
+        view.setUint32(32, rest.length / 3, true);
+        view.setUint32(36, corners.length / 3, true);
+        rest.forEach((x, i) => view.setFloat32(40 + 4 * i, x, true));
+        const at = 40 + 4 * rest.length;
+        corners.forEach((n, i) => view.setUint32(at + 4 * i, n, true));
+    });
+}
+
+function vesselFrame(
+    points: readonly number[],
+    runs: readonly { first: number; by: readonly number[] }[],
+): ArrayBuffer {
+    const moved = runs.flatMap((run) => run.by);
+    const size = 12 + 4 * points.length + 8 * runs.length + 2 * moved.length;
+    return frameOf(4, size, (view) => {
+        view.setFloat32(32, 0.75, true);
+        view.setUint32(36, points.length / 3, true);
+        view.setUint32(40, runs.length, true);
+        let at = 44;
+        for (const x of points) view.setFloat32((at += 4) - 4, x, true);
+        for (const { first, by } of runs) {
+            view.setUint32((at += 4) - 4, first, true);
+            view.setUint32((at += 4) - 4, by.length / 3, true);
+        }
+        for (const x of moved) view.setUint16((at += 2) - 2, halfOfFloat(x), true);
+    });
+}
+
+test('a surface comes once, and then what has moved of it', () => {
+    const rest = Array.from({ length: 15 }, (_, i) => i + 0.25);
+    const surface = decodeFrame(surfaceFrame(rest, [0, 1, 2, 2, 3, 4]));
+    assert.ok(surface.kind === 'surface' && surface.volume === 3);
+    const vessel = new Vessel(surface.rest, surface.corners);
+    assert.deepEqual([...vessel.corners], [0, 1, 2, 2, 3, 4]);
+    assert.deepEqual([...vessel.places], rest);
+    const frame = decodeFrame(
+        vesselFrame(
+            [1, 2, 3, 4, 5, 6],
+            [
+                { first: 1, by: [0.5, 0, 0, 0, 3, 4] },
+                { first: 4, by: [0, 0, -1] },
+            ],
+        ),
+    );
+    assert.ok(frame.kind === 'vessel');
+    vessel.take(frame);
+    assert.deepEqual([...vessel.moved], [0, 0.5, 5, 0, 1]);
+    assert.equal(vessel.places[3], rest[3]! + 0.5);
+    assert.equal(vessel.places[8], rest[8]! + 4);
+    assert.equal(vessel.places[9], rest[9]);
+    assert.deepEqual(vessel.catheter, [
+        [1, 2, 3],
+        [4, 5, 6],
+    ]);
+    assert.equal(vessel.radius, 0.75);
+    const beyond = decodeFrame(vesselFrame([], [{ first: 4, by: [0, 0, 0, 0, 0, 0] }]));
+    assert.ok(beyond.kind === 'vessel');
+    assert.throws(() => vessel.take(beyond), /^Error: vessel: a run beyond its 5 nodes$/);
+    assert.throws(() => decodeFrame(surfaceFrame(rest, [0, 1, 5])), /a corner beyond its 5 nodes/);
+});
+
+test('damaged frames of vessels are refused with a line', () => {
+    let refused = 0;
+    for (let i = 0; i < 3000; ++i) {
+        const surface = i % 2 === 1;
+        const frame = surface
+            ? surfaceFrame([0, 0, 0, 1, 1, 1], [0, 1, 1])
+            : vesselFrame([1, 2, 3], []);
+        const bytes = new Uint8Array(frame);
+        for (let n = whole(1, 4); n > 0; --n) bytes[whole(0, bytes.length - 1)] = whole(0, 255);
+        try {
+            decodeFrame(random() < 0.2 ? frame.slice(0, whole(0, bytes.length - 1)) : frame);
+        } catch (error) {
+            assert.match((error as Error).message, /^(frame|box|tools|surface|vessel): [^\n]+$/);
+            ++refused;
+        }
+    }
+    assert.ok(refused > 500);
+});
+
+test('arrows insert and rotate, with Shift they bend, and sticks do both', () => {
+    const keys = (...held: string[]): unknown => wishOfKeys(new Set(held));
+    assert.deepEqual(keys('ArrowUp'), { insert: 1, rotate: 0, bend: [0, 0] });
+    assert.deepEqual(keys('ArrowDown', 'ArrowLeft'), { insert: -1, rotate: -1, bend: [0, 0] });
+    assert.deepEqual(keys('ArrowUp', 'ArrowDown'), { insert: 0, rotate: 0, bend: [0, 0] });
+    assert.deepEqual(keys('ShiftLeft', 'ArrowUp', 'ArrowRight'), {
+        insert: 0,
+        rotate: 0,
+        bend: [1, 1],
+    });
+    const still = wishOfPad({ axes: [0.1, -0.14, 0.05, 0], buttons: [] });
+    assert.deepEqual(still, { insert: 0, rotate: 0, bend: [0, 0] });
+    const full = wishOfPad({ axes: [1, -1, -1, 1], buttons: [] });
+    assert.deepEqual(full, { insert: 1, rotate: 1, bend: [-1, -1] });
+    assert.deepEqual(sumOf(full, full), full);
+    assert.deepEqual(wishOfPad({ axes: [], buttons: [] }).insert, 0);
+    const cap = { id: '3Dconnexion SpaceMouse Compact', axes: [0, -1, 0, 1, 0, -1], buttons: [] };
+    assert.deepEqual(wishOfPad(cap), { insert: 1, rotate: -1, bend: [-1, 0] });
+});
+
+test('a tube keeps its radius along a curve, and ends in a cap', () => {
+    const points: Vec3[] = Array.from({ length: 12 }, (_, i) => [
+        10 * Math.cos(i / 4),
+        10 * Math.sin(i / 4),
+        i,
+    ]);
+    const curve = smoothed(points);
+    for (const p of points) assert.ok(curve.some((q) => norm(sub(p, q)) < 1e-9));
+    const { positions, normals, corners } = tubeAround(curve, 0.8);
+    assert.equal(positions.length, normals.length);
+    const rings = positions.length / 3 - 1;
+    assert.equal(rings % curve.length, 0);
+    for (let n = 0; n < rings; ++n) {
+        const centre = curve[Math.floor(n / (rings / curve.length))]!;
+        const p: Vec3 = [positions[3 * n]!, positions[3 * n + 1]!, positions[3 * n + 2]!];
+        const normal: Vec3 = [normals[3 * n]!, normals[3 * n + 1]!, normals[3 * n + 2]!];
+        assert.ok(Math.abs(norm(sub(p, centre)) - 0.8) < 1e-5);
+        assert.ok(dot(sub(p, centre), normal) > 0.79);
+    }
+    assert.ok(corners.every((n) => n < positions.length / 3));
+    assert.equal(tubeAround([], 1).positions.length, 0);
+});
+
+test('a section shows the catheter where it cuts it', () => {
+    const plane = {
+        centre: [0, 0, 5] as Vec3,
+        axes: { right: [1, 0, 0], up: [0, 1, 0], normal: [0, 0, 1] },
+        mmPerPixel: 1,
+        width: 100,
+        height: 100,
+    } as unknown as Parameters<typeof catheterMarks>[1];
+    const straight: Vec3[] = [
+        [0, 0, 0],
+        [0, 0, 4],
+        [0, 4, 8],
+    ];
+    const marks = catheterMarks(straight, plane, 1);
+    assert.equal(marks.filter((m) => !m.near).length, 1);
+    const near = marks.filter((m) => m.near);
+    assert.equal(near.length, 1); // the first piece only touches what is near
+    // From z = 4 to z = 6, which is y = 0 to y = 2.
+    const heights = near[0]!.points.map(([, y]) => y);
+    assert.ok(Math.abs(Math.abs(heights[0]! - heights[1]!) - 2) < 1e-9);
+    assert.deepEqual(catheterMarks([[0, 0, 0]], plane, 1), []);
+});
+
+test('X-rays are dimmed by what they go through', () => {
+    const grid = {
+        size: [21, 21, 21] as Vec3,
+        spacing: [2, 1, 1] as Vec3,
+        origin: [-20, -10, -10] as Vec3,
+        direction: [
+            [1, 0, 0],
+            [0, 1, 0],
+            [0, 0, 1],
+        ] as const,
+    };
+    const halves = new Uint16Array(21 ** 3).fill(halfOfFloat(500));
+    const volume = new VolumeData(grid as never, halves);
+    assert.ok(Math.abs(waterAlong(volume, [0, -500, 0], [0, 1, 0]) - 1.5 * 20) < 1e-6);
+    assert.ok(Math.abs(waterAlong(volume, [-500, 0, 0], [1, 0, 0]) - 1.5 * 40) < 1e-6);
+    assert.equal(waterAlong(volume, [0, -500, 30], [0, 1, 0]), 0);
+    const camera = { eye: [0, -500, 0] as Vec3, look: [0, 1, 0] as Vec3, up: [0, 0, 1] as Vec3 };
+    assert.ok(Math.abs(usualWater(volume, camera, 2, 1) - 30) < 0.1);
+    assert.equal(usualWater(volume, { ...camera, look: [0, -1, 0] }, 2, 1), 0);
+});
