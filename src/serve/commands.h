@@ -114,8 +114,8 @@ using Action =
     std::variant<PushCommand, GrabCommand, DragCommand, LetGoCommand, CutCommand, CarveCommand,
                  RelaxCommand, ReleaseCommand, ResetCommand, MaterialsCommand, IsoCommand,
                  UndoCommand, RedoCommand, TissueCommand, DepthCommand, DriveCommand, HelloMessage,
-                 ToolMessage, ChecksumMessage, SeenMessage, PingMessage, OverlayMessage, PathMessage,
-                 HapticsMessage, HapticPoseMessage, VesselMessage>;
+                 ToolMessage, ChecksumMessage, SeenMessage, PingMessage, OverlayMessage,
+                 PathMessage, HapticsMessage, HapticPoseMessage, VesselMessage>;
 
 struct Message {
     std::uint32_t id = 0;

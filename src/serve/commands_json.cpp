@@ -294,7 +294,7 @@ Action nothing(Fields&) {
 }
 
 /// In the order of Action's alternatives, but for slide, which is a push.
-const std::array<std::pair<const char*, Reader>, 25> kReaders = {{
+const std::array<std::pair<const char*, Reader>, 27> kReaders = {{
     {"push", [](Fields& f) { return read_push(f, false); }},
     {"grab", read_grab},
     {"drag", [](Fields& f) -> Action { return DragCommand{f.vector("offset", kMaxPlaceMm)}; }},

@@ -3,14 +3,15 @@
 
 // Scene files of `pliant vessel`.
 
-#include "../../apps/pliant/vessel_file.h"
+#include <pliant/vessel_scene.h>
+
 #include "fuzz/fuzz.h"
 
 using namespace pliant;
 
 int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     const auto file = fuzz::write_anew("s.toml", fuzz::text_of(data, size));
-    const auto scene = app::read_vessel_file(file.string());
+    const auto scene = read_vessel_file(file.string());
     if (!scene.ok()) {
         fuzz::expect(!scene.error().message.empty(), "a message");
         return 0;
