@@ -5,11 +5,17 @@
 // like all others, under a number of its own: recorded, replayed, undone. Everybody is told what it
 // feels.
 
-#include <algorithm>
+#include <string>
 
 #include "serve/hub.h"
 
 namespace pliant::serve {
+namespace {
+
+constexpr const char* kNoVessel =
+    "expected ChainMail or springs, found a vessel: its force is shown, not felt";
+
+}  // namespace
 
 void Hub::take_haptics(Client& client, std::uint32_t id, const HapticsMessage& haptics) {
     const auto answer = [&](const Outcome& outcome) {
@@ -46,6 +52,7 @@ void Hub::start_haptics(Client& client, std::uint32_t id, const HapticsMessage& 
                       "haptics: expected nobody else to hold a device, found "
                       "client " +
                           std::to_string(m_haptics->client()));
+    if (m_scene->vessel()) return refuse("other_tissue", std::string("haptics: ") + kNoVessel);
     // The device may be the same one: it is to be closed before it is opened again.
     end_haptics("");
     m_haptics.reset();
@@ -72,6 +79,7 @@ void Hub::end_haptics(const std::string& why) {
 void Hub::push_by_device() {
     if (!m_haptics) return;
     if (m_haptics->is_over(m_now)) return m_haptics.reset();
+    if (m_scene->vessel()) return end_haptics(kNoVessel);
     if (const auto push = m_haptics->next_push(*m_scene))
         m_haptics->pushed(act(m_haptics->tool(), *push));
 }
