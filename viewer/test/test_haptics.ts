@@ -76,6 +76,7 @@ test('a device pushes the tissue, for all to see, until it is stopped', async (t
     assert.notEqual(await lit(), plot);
     await draw(page, true);
     await page.waitForTimeout(500);
+    await panel.locator('dl.servo').scrollIntoViewIfNeeded();
     await picture(page, 'haptics');
     await draw(page, false);
 
