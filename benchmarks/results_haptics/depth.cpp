@@ -48,8 +48,11 @@ void add_depth(Page& page, const TaskArena& arena) {
     page.heading(2, "Force against depth");
     page.paragraph(
         "A tool pressed in at 5 mm/s, tissue solved at 30 Hz, a device of 1000 N/m: force [N] over "
-        "depth [mm]. ChainMail on scans of soft tissue (blue), with bone 6 mm deep (green), and of "
-        "bone (dark); springs (orange) with their static solution (dots); a position-based block "
+        "depth [mm]. ChainMail on scans of soft tissue (blue, mostly under the red), with bone 6 "
+        "mm "
+        "deep (green), and of bone (dark); springs (orange) with their static solution (dots); a "
+        "position-based block (red).");
+    springs(orange) with their static solution(dots); a position-based block "
         "(red).");
     Chart chart(640, 360, {0, 6, 1}, {0, 1, 0.2, 1});
     const auto cut = [](std::vector<Point2> curve) {

@@ -124,7 +124,10 @@ std::shared_ptr<const Volume> layers(double bone_depth_mm) {
     for (int k = 0; k < 48; ++k) {
         const double z = -28 + 0.8 * k;
         const double share = std::clamp(0.5 - z / 0.8, 0.0, 1.0);  // −300 HU at z = 0
-        const double value = z < -bone_depth_mm ? 1200 : -640 + share * 680;
+        const bool is_bone = bone_depth_mm < 0;  // all of it, with its surface there, too
+        const double value = is_bone              ? -1800 + share * 3000
+                             : z < -bone_depth_mm ? 1200
+                                                  : -640 + share * 680;
         voxels.insert(voxels.end(), 48 * 48, std::int16_t(std::lround(value)));
     }
     volume->voxels = std::move(voxels);

@@ -159,10 +159,12 @@ std::optional<Action> HapticSession::next_push(Scene& scene) {
     const bool slides = !scene.choice().springs;
     if (!m_pushes) {
         m_pushes = true;
+        m_is_refused = false;
         ++m_stroke;
         m_pushed_mm = m_tried_mm = m_feel->contact().entry_mm;
     }
     const Vec3d to = m_now.position_mm;
+    if (m_is_refused) return {};
     if (norm(to - m_tried_mm) < kStill_mm || norm(to - m_pushed_mm) < kStill_mm) return {};
     SharedState state;
     scene.describe(state);
@@ -178,6 +180,7 @@ std::optional<Action> HapticSession::next_push(Scene& scene) {
 
 void HapticSession::pushed(const Outcome& outcome) {
     if (outcome.status) m_pushed_mm = m_pushed_mm + outcome.step_fraction * m_way_mm;
+    m_is_refused = m_is_refused || !outcome.ok();
 }
 
 void HapticSession::changed(std::span<const Box3i> boxes) {

@@ -94,6 +94,7 @@ class HapticSession {
     Vec3d m_way_mm{0, 0, 0};     ///< of the push that is under way
     Vec3d m_tried_mm{0, 0, 0};   ///< where it was to go last
     bool m_pushes = false;       ///< a contact has begun
+    bool m_is_refused = false;  ///< the tissue can't be pushed here, as beyond the springs' lattice
     std::uint32_t m_stroke = 0;
     ChainMailSettings m_materials;  ///< that the feeling was made with
 

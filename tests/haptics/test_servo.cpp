@@ -258,7 +258,8 @@ TEST(HapticServo, RefusesSettingsOutOfRange) {
 }
 
 TEST(Devices, VirtualOneIsHeldByAnyHand) {
-    for (const char* what : {"virtual", "virtual:free", "virtual:spring", "virtual:active"}) {
+    for (const char* what :
+         {"virtual", "virtual:free", "virtual:spring", "virtual:tap", "virtual:active"}) {
         auto device = open_haptic_device(what);
         ASSERT_TRUE(device.ok()) << what;
         HapticReading reading;
@@ -269,8 +270,8 @@ TEST(Devices, VirtualOneIsHeldByAnyHand) {
     const auto wrong = open_haptic_device("virtual:robot");
     ASSERT_FALSE(wrong.ok());
     EXPECT_EQ(wrong.error().message,
-              "haptic device 'virtual:robot': expected virtual, virtual:free, virtual:spring or "
-              "virtual:active");
+              "haptic device 'virtual:robot': expected virtual, virtual:free, virtual:spring, "
+              "virtual:tap or virtual:active");
 }
 
 TEST(Devices, ReplayGivesTheRecordedPlaces) {
