@@ -8,6 +8,7 @@
 #include <pliant/serve.h>
 
 #include <cstring>
+#include <functional>
 
 #include "serve/half.h"
 #include "serve/replay.h"
@@ -32,7 +33,7 @@ const char* kFile =
     "[vessel]\nphantom = \"bend\"\nthickness_mm = 1.5\nlayers = 1\n"
     "[wall]\nsupport_pa_per_mm = 2000\n"
     "[catheter]\nlength_mm = 150\nbend_n_mm2 = 200\ntip_bend_n_mm2 = 100\n"
-    "[entry]\nplace_mm = [0, 0, 45]\ndirection = [0, 0, 1]\ninserted_mm = 20\n";
+    "[entry]\nplace_mm = [0, 0, 45]\ndirection = [0, 0, 1]\ninserted_mm = 27\n";
 
 class VesselScene : public ::testing::Test {
   protected:
@@ -63,7 +64,7 @@ TEST_F(VesselScene, IsWhatTheCatheterAloneDoes) {
     EXPECT_FALSE(scene->wants_sweep());
     EXPECT_TRUE(drive(*scene, 100).ok());
     ASSERT_TRUE(twin->command({.insert_mm_s = 100}).ok());
-    constexpr int kSweeps = 90;
+    constexpr int kSweeps = 60;
     for (int n = 0; n < kSweeps; ++n) {
         ASSERT_TRUE(scene->wants_sweep());
         scene->sweep();
@@ -73,7 +74,7 @@ TEST_F(VesselScene, IsWhatTheCatheterAloneDoes) {
     SharedState state;
     scene->describe(state);
     ASSERT_TRUE(state.vessel);
-    EXPECT_NEAR(state.vessel->measures.inserted_mm, 20 + 18, 1e-9);
+    EXPECT_NEAR(state.vessel->measures.inserted_mm, 27 + 12, 1e-9);
     EXPECT_NEAR(state.vessel->wall_moved_mm, twin->measures().wall_moved_mm, 1e-9);
     EXPECT_GT(state.vessel->wall_moved_mm, 0.05);
     EXPECT_EQ(state.undo_steps, 0);
@@ -110,7 +111,7 @@ TEST_F(VesselScene, ComesToRestOnceNobodyDrives) {
     EXPECT_LT(sweeps, 2000);
     SharedState state;
     scene->describe(state);
-    EXPECT_NEAR(state.vessel->measures.inserted_mm, 20 + 80 * 0.04, 1e-9);
+    EXPECT_NEAR(state.vessel->measures.inserted_mm, 27 + 80 * 0.04, 1e-9);
     EXPECT_FALSE(scene->is_quiet());  // there is no checkpoint of it
 }
 
@@ -192,6 +193,13 @@ TEST_F(VesselScene, SaysWhatIsWrongWithItsFile) {
               std::string::npos);
 }
 
+/// A simulation takes its time where others use the machine as well.
+Json patiently(TestClient& client, const std::function<bool(const Json&)>& holds) {
+    Json found;
+    for (int n = 0; n < 5 && found.is_null(); ++n) found = client.until(holds);
+    return found;
+}
+
 /// What a client makes of the frames, byte by byte as the protocol has them.
 struct Copy {
     std::vector<Vec3f> rest, places;
@@ -254,7 +262,7 @@ TEST_F(VesselScene, SendsWhatHasMovedAndNothingElse) {
     early.take_vessel(*frames.since(0, 1, 1));
     EXPECT_EQ(early.nodes_sent, 0U);
     drive(*scene, 100);
-    for (int n = 0; n < 90; ++n) scene->sweep();
+    for (int n = 0; n < 60; ++n) scene->sweep();
     frames.update(*scene->vessel());
     EXPECT_GT(frames.version(), first);
     early.take_vessel(*frames.since(first, 1, 1));
@@ -299,9 +307,12 @@ TEST_F(VesselScene, IsServedToSeveralAndPlayedAgain) {
         EXPECT_EQ(welcome["state"]["tissue"]["model"], "vessel");
         EXPECT_EQ(welcome["volume"]["name"], "bend");
         EXPECT_EQ(a.command({{"do", "vessel"}, {"on", true}})["t"], "done");
-        TestClient viewer(server->port(), server->view_link());
-        viewer.enter();
-        EXPECT_EQ(viewer.command({{"do", "catheter"}, {"insert_mm_s", 50}})["code"], "view_only");
+        {
+            TestClient viewer(server->port(), server->view_link());
+            viewer.enter();
+            EXPECT_EQ(viewer.command({{"do", "catheter"}, {"insert_mm_s", 50}})["code"],
+                      "view_only");
+        }
         EXPECT_EQ(a.command({{"do", "catheter"}, {"insert_mm_s", 101}})["code"], "out_of_range");
         EXPECT_EQ(a.command({{"do", "haptics"},
                              {"wish", "start"},
@@ -311,8 +322,8 @@ TEST_F(VesselScene, IsServedToSeveralAndPlayedAgain) {
                              {"up", {0, 0, 1}}})["code"],
                   "other_tissue");
         EXPECT_EQ(a.command({{"do", "catheter"}, {"insert_mm_s", 100}})["t"], "done");
-        const Json moved = a.until([](const Json& text) {
-            return text["t"] == "state" && text["vessel"]["inserted_mm"] > 40 &&
+        const Json moved = patiently(a, [](const Json& text) {
+            return text["t"] == "state" && text["vessel"]["inserted_mm"] > 34 &&
                    text["vessel"]["wall_moved_mm"] > 0.01;
         });
         ASSERT_FALSE(moved.is_null());
@@ -323,23 +334,23 @@ TEST_F(VesselScene, IsServedToSeveralAndPlayedAgain) {
             b.enter();
             EXPECT_EQ(b.command({{"do", "catheter"}, {"insert_mm_s", -20}})["t"], "done");
         }
-        const Json still = a.until([](const Json& text) {
+        const Json still = patiently(a, [](const Json& text) {
             return text["t"] == "state" && text["vessel"]["insert_mm_s"] == 0 &&
                    text["settled"] == true;
         });
         ASSERT_FALSE(still.is_null());
         EXPECT_GT(still["vessel"]["pace"], 0);
         const Json sums = a.checked_checksum();
-        EXPECT_EQ(viewer.checked_checksum()["volume"], sums["volume"]);
         volume = sums["volume"];
         ASSERT_FALSE(a.surface.empty());
-        EXPECT_TRUE(viewer.surface.empty());  // it didn't ask
         Copy copy;
         copy.take_surface(a.surface);
         for (const std::string& frame : a.vessels) copy.take_vessel(frame);
         // Who asks later is sent the same.
         TestClient late(server->port(), server->view_link());
         late.enter();
+        EXPECT_EQ(late.checked_checksum()["volume"], sums["volume"]);
+        EXPECT_TRUE(late.surface.empty());  // it hasn't asked
         EXPECT_EQ(late.command({{"do", "vessel"}, {"on", true}})["t"], "done");
         late.checked_checksum();
         Copy other;
