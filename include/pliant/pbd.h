@@ -105,6 +105,10 @@ struct PbdSettings {
     PbdNumbers numbers = PbdNumbers::Float;
     bool vectors = true;                   ///< vector instructions; the bits are the same without
     std::int32_t domain_particles = 1024;  ///< about as many stay in the first cache together
+    /// Every second iteration of a sub-step goes through all constraints in the opposite order;
+    /// there must be an even number of iterations. Always in the same order, many hard constraints
+    /// begin to shake by themselves (docs/pbd.md).
+    bool to_and_fro = false;
     /// Where much is held, pack the rest anew: faster, but in another order, on which a body that
     /// sub-steps don't solve depends.
     bool packs_anew = false;

@@ -25,6 +25,7 @@ struct ProjectArrays {
     Real compliance_scale;  ///< 1/h²
     bool compliant;         ///< PbdMethod
     bool first;             ///< iteration of the sub-step: multipliers are 0, whatever is there
+    bool backward;          ///< all in the opposite order
 };
 
 /// Of particles [particle][4], whose fourth is the inverse mass in x and 0 in v:

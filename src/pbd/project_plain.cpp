@@ -64,14 +64,20 @@ void project_lane(const ProjectArrays<Real>& a, const Lane<Real, Kind>& lane) {
 
 template <class Real, int Kind, bool Compliant>
 void project_packs(const ProjectArrays<Real>& a, PackRange range) {
-    for (std::int32_t pack = range.begin; pack < range.end; ++pack)
+    for (std::int32_t n = range.begin; n < range.end; ++n) {
+        const std::int32_t pack = a.backward ? range.begin + range.end - 1 - n : n;
         for (std::size_t lane = 0; lane < kPack; ++lane)
             project_lane<Real, Kind, Compliant>(a, {a.kinds[Kind], std::size_t(pack), lane});
+    }
 }
 
 template <class Real, bool Compliant>
 void project_kinds(const ProjectArrays<Real>& a, const Domain& domain) {
+    if (a.backward) project_packs<Real, 3, true>(a, domain.packs[3]);
+    if (a.backward) project_packs<Real, 2, Compliant>(a, domain.packs[2]);
+    if (a.backward) project_packs<Real, 1, Compliant>(a, domain.packs[1]);
     project_packs<Real, 0, Compliant>(a, domain.packs[0]);
+    if (a.backward) return;
     project_packs<Real, 1, Compliant>(a, domain.packs[1]);
     project_packs<Real, 2, Compliant>(a, domain.packs[2]);
     project_packs<Real, 3, true>(a, domain.packs[3]);

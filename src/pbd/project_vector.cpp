@@ -177,10 +177,24 @@ struct Lanes {
 template <int Kind, bool Compliant>
 void project_packs(const ProjectArrays<float>& a, PackRange range) {
     using Part = Lanes<Kind, Compliant>;
-    std::int32_t pack = range.begin;
-    for (; pack < range.paired_end; pack += 2)
+    const std::int32_t pairs = (range.paired_end - range.begin) / 2,
+                       count = pairs + range.end - range.paired_end;
+    for (std::int32_t n = 0; n < count; ++n) {
+        const std::int32_t at = a.backward ? count - 1 - n : n;
+        if (at >= pairs) {
+            const auto pack = std::size_t(range.paired_end + at - pairs);
+            for (std::size_t lane = 0; lane < kPack; lane += kLanes) {
+                const Part one(a, pack, lane);
+                Corner<V> p[Part::kCount];
+                one.load(p);
+                one.project(p);
+                one.store(p);
+            }
+            continue;
+        }
+        const auto pack = std::size_t(range.begin + 2 * at);
         for (std::size_t lane = 0; lane < kPack; lane += kLanes) {
-            const Part one(a, std::size_t(pack), lane), other(a, std::size_t(pack) + 1, lane);
+            const Part one(a, pack, lane), other(a, pack + 1, lane);
             Corner<V> p[Part::kCount], q[Part::kCount];
             one.load(p);
             other.load(q);
@@ -189,19 +203,16 @@ void project_packs(const ProjectArrays<float>& a, PackRange range) {
             one.store(p);
             other.store(q);
         }
-    for (; pack < range.end; ++pack)
-        for (std::size_t lane = 0; lane < kPack; lane += kLanes) {
-            const Part one(a, std::size_t(pack), lane);
-            Corner<V> p[Part::kCount];
-            one.load(p);
-            one.project(p);
-            one.store(p);
-        }
+    }
 }
 
 template <bool Compliant>
 void project_kinds(const ProjectArrays<float>& a, const Domain& domain) {
+    if (a.backward) project_packs<3, true>(a, domain.packs[3]);
+    if (a.backward) project_packs<2, Compliant>(a, domain.packs[2]);
+    if (a.backward) project_packs<1, Compliant>(a, domain.packs[1]);
     project_packs<0, Compliant>(a, domain.packs[0]);
+    if (a.backward) return;
     project_packs<1, Compliant>(a, domain.packs[1]);
     project_packs<2, Compliant>(a, domain.packs[2]);
     project_packs<3, true>(a, domain.packs[3]);

@@ -62,8 +62,10 @@ class SolverOf final : public Solver {
         for (int n = 0; n < m_settings.sub_steps; ++n) {
             if (n == 0) move(arena, false);
             for (int i = 0; i < m_settings.iterations; ++i) {
-                project(arena, i == 0);
-                project_attachments(i == 0);
+                const bool backward = m_settings.to_and_fro && i % 2 == 1;
+                if (backward) project_attachments(false);
+                project(arena, i == 0, backward);
+                if (!backward) project_attachments(i == 0);
             }
             if (!m_parts.planes.empty()) project_planes(arena);
             if (n + 1 < m_settings.sub_steps) move(arena, true);
@@ -269,22 +271,24 @@ class SolverOf final : public Solver {
             }
     }
 
-    void project(const TaskArena& arena, bool first) {
-        ProjectArrays<Real> arrays{m_x.data(),
-                                   {},
-                                   Real(1 / (m_h * m_h)),
-                                   m_settings.method == PbdMethod::Compliance,
-                                   first};
+    void project(const TaskArena& arena, bool first, bool backward) {
+        ProjectArrays<Real> arrays{
+            m_x.data(), {},      Real(1 / (m_h * m_h)), m_settings.method == PbdMethod::Compliance,
+            first,      backward};
         for (int kind = 0; kind < kKinds; ++kind)
             arrays.kinds[kind] = {m_packs->corners(kind), m_packs->numbers(kind),
                                   m_multipliers[kind].data()};
-        for (const Phase& phase : m_plan.phases)
+        for (std::size_t n = 0; n < m_plan.phases.size(); ++n) {
+            const Phase phase = m_plan.phases[backward ? m_plan.phases.size() - 1 - n : n];
             for_each(arena, phase.end - phase.begin, 1, [&](std::int64_t begin, std::int64_t end) {
                 for (auto d = std::size_t(phase.begin + begin); d < std::size_t(phase.begin + end);
-                     ++d)
-                    for (const Domain& part : m_packs->of_domain(d))
-                        m_kernels.project(arrays, part);
+                     ++d) {
+                    const auto parts = m_packs->of_domain(d);
+                    for (std::size_t k = 0; k < parts.size(); ++k)
+                        m_kernels.project(arrays, parts[backward ? parts.size() - 1 - k : k]);
+                }
             });
+        }
     }
 
     double compliance_of(const PbdAttachment& attachment) const {

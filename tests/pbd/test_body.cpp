@@ -9,12 +9,14 @@
 
 #include <array>
 #include <cmath>
+#include <cstdio>
 #include <functional>
 #include <set>
 #include <string>
 
 #include "pbd/plan.h"
 #include "support/count_allocations.h"
+#include "support/made.h"
 #include "support/one_thread.h"
 #include "support/random.h"
 
@@ -319,6 +321,63 @@ TEST(Body, AMeshBecomesItsEdgesItsCellsAndTheFoldsOfItsBoundary) {
     for (const double w : parts->inverse_masses) mass += 1 / w;
     EXPECT_NEAR(mass, 8 * 5 * 2.5 * 2.5, 1e-9);
     EXPECT_TRUE(check_mesh(mesh).ok());
+}
+
+/// Where a small movement u of a body at rest is after one sub-step's projections.
+std::vector<Vec3d> projected(const PbdParts& parts, const PbdSettings& settings,
+                             const std::vector<Vec3d>& u) {
+    PbdBody body = made(PbdBody::create(parts, settings));
+    for (std::size_t n = 0; n < u.size(); ++n)
+        EXPECT_TRUE(body.set_state(std::int32_t(n), parts.places[n] + u[n], {0, 0, 0}).ok());
+    EXPECT_TRUE(body.step(1, TaskArena(1)).ok());
+    std::vector<Vec3d> after(u.size());
+    body.get_positions(after);
+    for (std::size_t n = 0; n < u.size(); ++n) after[n] = after[n] - parts.places[n];
+    return after;
+}
+
+// With masses M and projections P, uᵀMPv = vᵀMPu: then no step feeds a shake (docs/pbd.md).
+TEST(PbdBody, ProjectionsToAndFroAreSymmetric) {
+    const std::uint64_t seed = 11;
+    SCOPED_TRACE(seed);
+    Random random(seed);
+    PbdParts parts = random_block(random, {5, 4, 3}, false);
+    parts.attachments.clear();  // whose targets aren't where it rests
+    parts.planes.clear();
+    for (const bool to_and_fro : {false, true}) {
+        const PbdSettings settings{.time_step = 1e-3,
+                                   .sub_steps = 1,
+                                   .iterations = 2,
+                                   .numbers = PbdNumbers::Double,
+                                   .domain_particles = 40,
+                                   .to_and_fro = to_and_fro};
+        double worst = 0;
+        for (int pair = 0; pair < 5; ++pair) {
+            std::vector<Vec3d> u, v;
+            for (std::size_t n = 0; n < parts.places.size(); ++n) {
+                const double most = parts.inverse_masses[n] > 0 ? 1e-6 : 0;
+                u.push_back(random.vector(most));
+                v.push_back(random.vector(most));
+            }
+            const auto pu = projected(parts, settings, u), pv = projected(parts, settings, v);
+            double one = 0, other = 0, size = 0;
+            for (std::size_t n = 0; n < u.size(); ++n) {
+                if (!(parts.inverse_masses[n] > 0)) continue;
+                const double mass = 1 / parts.inverse_masses[n];
+                one += mass * dot(v[n], pu[n]);
+                other += mass * dot(u[n], pv[n]);
+                size += mass * norm(u[n]) * norm(v[n]);
+            }
+            worst = std::max(worst, std::abs(one - other) / size);
+        }
+        std::printf("%s: %.2e\n", to_and_fro ? "to and fro" : "in one order", worst);
+        if (to_and_fro) {
+            EXPECT_LT(worst, 1e-7);
+        } else {
+            EXPECT_GT(worst, 1e-6);
+        }
+    }
+    EXPECT_FALSE(PbdBody::create(parts, {.iterations = 3, .to_and_fro = true}).ok());
 }
 
 }  // namespace

@@ -132,7 +132,8 @@ TEST_F(FilesTest, WhatIsSavedIsWhatTheLibraryWritesOfTheSamePushes) {
     start();
     TestClient a(port(), m_server->link());
     a.enter();
-    EXPECT_EQ(a.welcome["features"], Json({"save", "open", "overlay", "path", "tissue", "vessel"}));
+    EXPECT_EQ(a.welcome["features"],
+              Json({"save", "open", "overlay", "path", "tissue", "haptics", "vessel"}));
     EXPECT_EQ(a.welcome["open_bytes"], kMaxUpload);
     ChainMailSettings settings;
     settings.bone_threshold_hu = 3000;
