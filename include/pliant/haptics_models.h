@@ -44,8 +44,8 @@ class LearntStiffness {
 
 /// Of a tool that pushes nodes which it holds in front of it, beyond a surface, in the scene's
 /// units (mm, g, s). The other nodes are taken to follow to their equilibrium.
-/// @param last  of the same contact, or null. ReactionLaw::Relaxed leaves out what would make its
-///              matrix indefinite, and is too stiff for it; the last solution's force corrects that
+/// @param last  of the same contact, or null. Where the shape is about to give way,
+///              ReactionLaw::Relaxed is too stiff; the last solution's force corrects that
 /// @returns the errors of SpringTissue::reaction
 Result<HapticModel> model_of_springs(SpringTissue& tissue, std::span<const std::int32_t> held,
                                      Vec3d surface_mm, Vec3d normal, Vec3d place_mm,
