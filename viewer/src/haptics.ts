@@ -54,7 +54,7 @@ export class Haptics {
         const same = (['on', 'tool', 'stopped', 'lost'] as const).every(
             (key) => news[key] === before?.[key],
         );
-        if (!same) this.show(now);
+        if (!same || now - this.shownAt > kShowMs) this.show(now);
         if (!news.on) return;
         if (before?.tool !== news.tool) this.felt.length = 0;
         this.felt.push({ at: now, newtons: news.largest_n! });
