@@ -15,7 +15,7 @@
 namespace pliant::pbd {
 namespace {
 
-constexpr std::int64_t kGrain = 1024;  ///< nodes that a thread takes at once
+constexpr std::int64_t kNodeGrain = 1024;  ///< nodes that a thread takes at once
 
 Vec3d unit_or_zero(Vec3d v) {
     const double length = norm(v);
@@ -92,16 +92,17 @@ GhostSurface::GhostSurface(const TetMesh& mesh, const TriangleMesh& ghost,
             m_rings[std::size_t(--m_ring_starts[std::size_t(n)])] = std::int32_t(t);
 
     m_in_grid = m_places;
-    m_moved.resize(2 * (m_places.size() / std::size_t(kGrain) + 1));
+    m_moved.resize(2 * (m_places.size() / std::size_t(kNodeGrain) + 1));
     m_grid.fill(m_places, m_triangles, m_margin);
 }
 
 double GhostSurface::update(const PbdBody& body, const TaskArena& arena) {
-    const auto count = std::int64_t(m_places.size()), pieces = (count + kGrain - 1) / kGrain;
+    const auto count = std::int64_t(m_places.size()),
+               pieces = (count + kNodeGrain - 1) / kNodeGrain;
     const auto piece = [&](std::int64_t first, std::int64_t last) {
         for (std::int64_t p = first; p < last; ++p) {
             double moved = 0, from_grid = 0;
-            for (std::int64_t n = p * kGrain; n < std::min(count, (p + 1) * kGrain); ++n) {
+            for (std::int64_t n = p * kNodeGrain; n < std::min(count, (p + 1) * kNodeGrain); ++n) {
                 const Ride& ride = m_rides[std::size_t(n)];
                 Vec3d place{0, 0, 0};
                 for (std::size_t k = 0; k < 4; ++k)
