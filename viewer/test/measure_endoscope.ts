@@ -21,6 +21,7 @@ import * as latency from './latency.ts';
 import { quantile } from './latency.ts';
 import { type Difference, difference, kFar } from './picture_difference.ts';
 import { kBalls, kHeart, kHertz, kRun, thorax } from './setups.ts';
+import { watched } from './stolen.ts';
 
 const kCount = 600;
 const scan = thorax();
@@ -31,7 +32,7 @@ const load = loadavg()[0]!;
 let browser: Browser;
 
 interface Numbers {
-    latency: latency.LatencyRun & { load: number };
+    latency: latency.LatencyRun & { load: number; stolen: number };
     bytes: latency.BytesRun[];
     pictures: { phantom: Difference; ct: Difference };
     features: string; ///< when
@@ -109,7 +110,9 @@ const compared = (name: string, { camera, mean, far }: Difference): string =>
 const kib = (n: number): string => grouped(Math.round(n / 1024));
 
 const run = await part('latency', async () => ({
-    ...(await inBare((page) => latency.measureLatency(page, { ...kRun, count: kCount }))),
+    ...(await inBare((page) =>
+        watched(() => latency.measureLatency(page, { ...kRun, count: kCount })),
+    )),
     load,
 }));
 const bytes = await part('bytes', () => inBare(measureAllBytes));
@@ -137,6 +140,7 @@ const text = `# The endoscope in the browser, measured
 | browser | ${version}, headless, WebGL in software (SwiftShader) |
 | scan | \`thorax_ct_256.nrrd\`, 256 × 256 × 137 voxels |
 | load when the times were taken | ${run.load.toFixed(1)} |
+| processor time that other virtual machines took then | ${(100 * run.stolen).toFixed(1)} % |
 
 ## From a command to the texture
 

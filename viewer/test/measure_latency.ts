@@ -12,6 +12,7 @@ import type { Session } from '../src/session.ts';
 import { serve } from './browser.ts';
 import { measureLatency, openBare, quantile } from './latency.ts';
 import { kRun, thorax } from './setups.ts';
+import { watched } from './stolen.ts';
 
 const served = await serve(thorax());
 const page = await openBare(served.link);
@@ -22,11 +23,12 @@ await page.evaluate(
     },
     (process.env.PLIANT_OVERLAY ?? '') as OverlayKind | '',
 );
-const run = await measureLatency(page, { ...kRun, count: 300 });
+const run = await watched(() => measureLatency(page, { ...kRun, count: 300 }));
 const { samples, server } = run;
 const spread = (of: (s: (typeof samples)[0]) => number): string =>
     [0.5, 0.99, 1].map((q) => quantile(samples.map(of), q).toFixed(1)).join(' ');
 console.log(`${samples.length} pushes at ${run.hertz.toFixed(1)} Hz, refused ${run.refused}`);
+console.log(`stolen by other virtual machines: ${(100 * run.stolen).toFixed(1)} % of the time`);
 console.log(`moved elements, least: ${Math.min(...samples.map((s) => s.moved))}`);
 console.log('milliseconds: median, 99th percentile, most');
 console.log(`  answered  ${spread((s) => s.answered)}`);

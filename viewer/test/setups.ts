@@ -17,9 +17,9 @@ export function thorax(): string {
     throw new Error(`expected PLIANT_SERVER, a program, and ${kThorax}`);
 }
 
-/// In the heart, with soft tissue around it: pushes of 11 mm to and fro move more than 50 thousand
-/// elements each.
-export const kHeart: Push = { centre: [0, 118, -627], radius: 18, mm: 11 };
+/// In the heart, with soft tissue around it: pushes of 2 mm to and fro, which is 60 mm/s, move more
+/// than 50 thousand elements each.
+export const kHeart: Push = { centre: [0, 118, -627], radius: 36, mm: 2 };
 export const kHertz = 30;
 export const kRun = { ...kHeart, warmUp: 10, hertz: kHertz };
 
