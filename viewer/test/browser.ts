@@ -207,6 +207,18 @@ export async function dragBy(
     await page.mouse.up({ button });
 }
 
+/// Waits until the page's state is so. It is asked for from here: the page evaluates no text.
+export async function untilState(
+    page: Page,
+    holds: (state: Session['store']['state']) => boolean,
+    seconds = 60,
+): Promise<void> {
+    for (const end = Date.now() + 1000 * seconds; !holds(await stateOf(page)); ) {
+        if (Date.now() > end) throw new Error(`not within ${seconds} s: ${holds.toString()}`);
+        await page.waitForTimeout(100);
+    }
+}
+
 /// Waits until the server's undo steps are so many.
 export const untilUndo = (page: Page, steps: number): Promise<unknown> =>
     page.waitForFunction(

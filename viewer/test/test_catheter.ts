@@ -12,6 +12,7 @@ import { tmpdir } from 'node:os';
 import { join } from 'node:path';
 import { test } from 'node:test';
 import type { Page } from 'playwright-core';
+import type { SharedState, VesselState } from '../src/protocol.ts';
 import type { Session } from '../src/session.ts';
 import {
     compare,
@@ -21,6 +22,7 @@ import {
     serve,
     type Served,
     stateOf,
+    untilState,
     visit,
 } from './browser.ts';
 
@@ -44,13 +46,12 @@ inserted_mm = 20
 
 type Held = { pliant: Session };
 
-/// @param holds  of the shared state s and its vessel v
-const untilState = (page: Page, holds: string): Promise<unknown> =>
-    page.waitForFunction(
-        `((s) => ((v) => ${holds})(s.vessel))(window.pliant.store.state.shared)`,
-        undefined,
-        { timeout: 60_000 },
-    );
+/// Waits for the vessel, and the shared state that it is part of.
+const untilVessel = (
+    page: Page,
+    holds: (vessel: VesselState, shared: SharedState) => boolean,
+): Promise<void> =>
+    untilState(page, ({ shared }) => Boolean(shared?.vessel && holds(shared.vessel, shared)));
 
 test('a catheter is driven, seen and played again', async (t) => {
     const program = process.env.PLIANT_SERVER;
@@ -80,10 +81,10 @@ test('a catheter is driven, seen and played again', async (t) => {
         const before = await look();
         assert.ok((await compare(page))!.same);
         await page.keyboard.down('ArrowUp');
-        await untilState(page, 'v.insert_mm_s === 20');
-        await untilState(page, 'v.inserted_mm >= 40');
+        await untilVessel(page, (v) => v.insert_mm_s === 20);
+        await untilVessel(page, (v) => v.inserted_mm >= 40);
         await page.keyboard.up('ArrowUp');
-        await untilState(page, 'v.insert_mm_s === 0 && s.settled');
+        await untilVessel(page, (v, { settled }) => v.insert_mm_s === 0 && settled);
         const { vessel } = (await stateOf(page)).shared!;
         assert.ok(vessel!.wall_moved_mm > 0.05, `${vessel!.wall_moved_mm} mm`);
         assert.ok(vessel!.depth_mm < 0.1 && vessel!.force_n !== 0 && vessel!.pace > 0);

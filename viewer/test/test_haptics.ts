@@ -11,17 +11,13 @@ import { capMotion, moved, padMotion } from '../src/pads.ts';
 import { feltText, plotTop } from '../src/panel_haptics.ts';
 import type { HapticsNews } from '../src/protocol.ts';
 import type { Session } from '../src/session.ts';
-import { compare, picture, stateOf, visit } from './browser.ts';
+import { compare, picture, stateOf, untilState, visit } from './browser.ts';
 import { browser, page, served, useOnePage } from './one_page.ts';
 
 useOnePage({ name: 'Anna' });
 
-const until = (on: Page, holds: (news: HapticsNews) => boolean): Promise<unknown> =>
-    on.waitForFunction(
-        `(() => { const n = pliant.store.state.haptics; return n && (${holds.toString()})(n); })()`,
-        undefined,
-        { timeout: 30_000 },
-    );
+const until = (on: Page, holds: (news: HapticsNews) => boolean): Promise<void> =>
+    untilState(on, ({ haptics }) => Boolean(haptics && holds(haptics)));
 
 /// Drawing in software takes what a slow machine has.
 const draw = (on: Page, draws: boolean): Promise<void> =>
