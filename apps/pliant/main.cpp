@@ -460,7 +460,8 @@ void add_mesh(CLI::App& app, MeshOptions& o) {
 void add_serve(CLI::App& app, ServeOptions& o) {
     auto* c = app.add_subcommand("serve", "Fly and push in the browser, alone or together");
     c->add_option("FILE", o.file,
-                  "NRRD, MetaImage, NIfTI or DICOM folder (default: the airway phantom)");
+                  "NRRD, MetaImage, NIfTI, DICOM folder, or the scene of a vessel, TOML "
+                  "(default: the airway phantom)");
     add_series(c, o.series);
     c->add_option_function<int>(
          "--port",
@@ -484,7 +485,8 @@ void add_serve(CLI::App& app, ServeOptions& o) {
     add_threads(c, o.threads);
     c->footer(
         "Other scans are opened, and the deformed one is saved, in the page.\n"
-        "Example:\n  pliant serve scan.nrrd --session scan.pls");
+        "Examples:\n  pliant serve scan.nrrd --session scan.pls\n  pliant serve "
+        "scenes/vessel_phantom.toml");
 }
 
 void add_replay(CLI::App& app, ReplayOptions& o) {
