@@ -139,6 +139,7 @@ void Hub::step() {
     m_overlay_ms = 0;
     for (Client& client : m_clients) publish(client);
     rest_overlays();
+    measure_force();
 }
 
 // Events.
@@ -417,6 +418,16 @@ void Hub::feel(Client& client, const Action& action, const Outcome& outcome) {
     tool.fraction = float(outcome.step_fraction);
     if (outcome.force)
         tool.force = {float(outcome.force->x), float(outcome.force->y), float(outcome.force->z)};
+}
+
+/// Tools show it one tick later: pictures don't wait for it.
+void Hub::measure_force() {
+    const auto felt = m_scene->measure_force();
+    if (!felt) return;
+    const Vec3d f = felt->force;
+    for (Client& client : m_clients)
+        if (client.info.number == felt->client)
+            client.tool.force = {float(f.x), float(f.y), float(f.z)};
 }
 
 void Hub::relax() {

@@ -84,6 +84,12 @@ struct Outcome {
     bool ok() const { return error_code.empty(); }
 };
 
+/// What a tool feels by how much its last motion changed the tissue's energy.
+struct FeltForce {
+    std::uint32_t client = 0;
+    Vec3d force;
+};
+
 struct Welcome {
     ClientInfo client{};
     std::string resume{};

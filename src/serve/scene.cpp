@@ -6,6 +6,7 @@
 #include <pliant/chainmail_slide.h>
 
 #include <algorithm>
+#include <utility>
 
 #include "scene/chainmail_tissue.h"
 #include "scene/spring_tissue.h"
@@ -139,7 +140,7 @@ Status Scene::choose(const TissueChoice& choice) {
     m_unreachable = 0;
     m_relaxing = choice.springs || choice.vessel;
     m_settled = true;
-    m_energy.reset();
+    tissue_changed();
     return Ok{};
 }
 
@@ -235,7 +236,7 @@ Outcome Scene::act(std::uint32_t, const UndoCommand&) {
     m_done.pop_back();
     // Relaxation would take the place of what could be done again.
     m_settled = true;
-    m_energy.reset();
+    tissue_changed();
     return {.message = m_undone.back().name};
 }
 
@@ -250,7 +251,7 @@ Outcome Scene::act(std::uint32_t, const RedoCommand&) {
     m_done.push_back(std::move(m_undone.back()));
     m_undone.pop_back();
     m_settled = true;
-    m_energy.reset();
+    tissue_changed();
     return {.message = m_done.back().name};
 }
 
@@ -308,7 +309,7 @@ Outcome Scene::act(std::uint32_t client, const PushCommand& command) {
     const auto before = energy();
     const auto report =
         command.slide ? slide(client, command.push) : m_tissue->push(client, command.push);
-    m_energy.reset();
+    tissue_changed();
     m_settled = false;
     Outcome outcome = report.ok() ? outcome_of(*report) : refused(report.error());
     if (report.ok())
@@ -346,7 +347,7 @@ Outcome Scene::act(std::uint32_t client, const DragCommand& command) {
         return {.error_code = "not_holding", .message = "drag: expected a grab before it"};
     const auto before = energy();
     const auto report = m_tissue->drag_to(command.offset_mm);
-    m_energy.reset();
+    tissue_changed();
     m_settled = false;
     if (!report.ok()) return refused(report.error());
     const Vec3d way = report->step_fraction * (command.offset_mm - m_drag_mm);
@@ -359,6 +360,7 @@ Outcome Scene::act(std::uint32_t client, const DragCommand& command) {
 Outcome Scene::act(std::uint32_t client, const LetGoCommand&) {
     if (m_holder != client)
         return {.error_code = "not_holding", .message = "let_go: expected a grab before it"};
+    m_unmeasured.reset();
     end_step();
     m_settled = false;
     return {};
@@ -371,7 +373,7 @@ Outcome Scene::act(std::uint32_t, const CutCommand& command) {
     begin_step("cut", 0, 0);
     const auto report = model->cut(command.surface);
     end_step();
-    m_energy.reset();
+    tissue_changed();
     m_settled = false;
     if (!report.ok()) return refused(report.error());
     return {.cut_links = report->cut_links, .solve_ms = report->cut_ms};
@@ -382,7 +384,7 @@ Outcome Scene::act(std::uint32_t client, const CarveCommand& command) {
     if (!model) return not_with(m_choice, "carve", "chainmail");
     begin_step("carve", client, command.stroke);
     const auto report = model->carve(command.tool);
-    m_energy.reset();
+    tissue_changed();
     m_settled = false;
     if (command.stroke == 0) end_step();
     if (!report.ok()) return refused(report.error());
@@ -392,6 +394,7 @@ Outcome Scene::act(std::uint32_t client, const CarveCommand& command) {
 Outcome Scene::act(std::uint32_t client, const ReleaseCommand&) {
     if (!has_contact(client)) return {};
     if (m_holder == client) end_step();
+    m_unmeasured.reset();
     m_tissue->release(client);
     m_settled = false;
     return {};
@@ -408,8 +411,9 @@ Outcome Scene::act(std::uint32_t, const RelaxCommand& command) {
 
 double Scene::sweep() {
     if (!m_open) begin_step("relax", 0, 0);
+    measure_energy();
     const Sweep sweep = m_tissue->sweep();
-    m_energy.reset();
+    tissue_changed();
     m_settled = sweep.settled;
     if (m_settled && m_open && m_open->name == "relax") end_step();
     return sweep.ms;
@@ -420,7 +424,7 @@ Outcome Scene::act(std::uint32_t, const ResetCommand&) {
     begin_step("reset", 0, 0);
     m_tissue->reset();
     end_step();
-    m_energy.reset();
+    tissue_changed();
     return {};
 }
 
@@ -442,7 +446,7 @@ Outcome Scene::act(std::uint32_t, const MaterialsCommand& command) {
     begin_step("materials", 0, 0);
     const Status status = model->set_materials(changed);
     end_step();
-    m_energy.reset();
+    tissue_changed();
     m_settled = false;
     return status.ok() ? Outcome{} : refused(status.error());
 }
@@ -501,23 +505,38 @@ std::optional<double> Scene::energy() {
 
 void Scene::add_force(std::uint32_t client, std::optional<double> before, Vec3d way_mm,
                       Outcome& outcome) {
+    outcome.force = m_tissue->force_n(client);
+    if (!m_tissue->chainmail() || !(norm(way_mm) > 0)) return;
+    if (m_energy_rests > 0)
+        --m_energy_rests;
+    else
+        m_unmeasured = {client, before, way_mm};
+}
+
+void Scene::measure_energy() {
     // About a twentieth of the time at most: where much is deformed, forces are told less often.
     constexpr std::int64_t kElementsPerRest = 15'000;
-    outcome.force = m_tissue->force_n(client);
-    const ChainMail* model = m_tissue->chainmail();
-    const double way = norm(way_mm);
-    if (!model || !(way > 0)) return;
-    if (m_energy_rests > 0) {
-        --m_energy_rests;
-        return;
-    }
-    m_energy = model->elastic_energy_mm2();
-    const Box3i moved = model->moved_box();
+    if (!m_unmeasured) return;
+    const auto [client, before, way_mm] = *std::exchange(m_unmeasured, {});
+    const ChainMail& model = *m_tissue->chainmail();
+    m_energy = model.elastic_energy_mm2();
+    const Box3i moved = model.moved_box();
     const Vec3i size = moved.end - moved.begin;
     m_energy_elements = std::int64_t(size.x) * size.y * size.z;
     if (!before) return;
     m_energy_rests = m_energy_elements / kElementsPerRest;
-    outcome.force = (-(*m_energy - *before) / (way * way)) * way_mm;
+    const double way = norm(way_mm);
+    m_felt = {client, (-(*m_energy - *before) / (way * way)) * way_mm};
+}
+
+std::optional<FeltForce> Scene::measure_force() {
+    measure_energy();
+    return std::exchange(m_felt, {});
+}
+
+void Scene::tissue_changed() {
+    m_energy.reset();
+    m_unmeasured.reset();
 }
 
 }  // namespace pliant::serve

@@ -73,6 +73,10 @@ class Scene {
     /// The oldest steps can't be undone or redone any more. @param count  see SceneMemo::steps
     void forget_steps(std::int64_t count);
 
+    /// What the last command of a tool felt, if it is known now and was not told yet. Takes a while
+    /// where much is deformed: for a moment when nobody waits for a picture.
+    std::optional<FeltForce> measure_force();
+
     /// The deformed volume is brought up to date.
     LiveUpdate update();
     const Volume& deformed() const { return m_live.volume(); }
@@ -154,8 +158,11 @@ class Scene {
 
     /// The elastic energy, if it was measured and nothing changed since, or can be had quickly.
     std::optional<double> energy();
+    /// Tells what is known without measuring, and notes what there is to measure.
     void add_force(std::uint32_t client, std::optional<double> before, Vec3d way_mm,
                    Outcome& outcome);
+    void measure_energy();
+    void tissue_changed();
 
     std::shared_ptr<LoadedScan> m_loaded;  ///< the lattice refers to its volume
     std::unique_ptr<Tissue> m_tissue;
@@ -173,6 +180,14 @@ class Scene {
     std::deque<Step> m_done, m_undone;  ///< the next one last
     std::int64_t m_steps = 0;           ///< made so far
     int m_unreachable = 0;              ///< the lattice's oldest steps, which forget_steps hides
+    /// A command whose energy is not measured yet.
+    struct Unmeasured {
+        std::uint32_t client = 0;
+        std::optional<double> before;
+        Vec3d way_mm;
+    };
+    std::optional<Unmeasured> m_unmeasured;
+    std::optional<FeltForce> m_felt;
     std::optional<double> m_energy;
     std::int64_t m_energy_elements = 0;  ///< in the box of what was deformed when it was measured
     std::int64_t m_energy_rests = 0;     ///< commands for which it isn't measured again

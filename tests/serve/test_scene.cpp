@@ -119,8 +119,17 @@ TEST(Scene, LetsOneClientHoldAtATime) {
     EXPECT_EQ(scene->carry_out(2, DragCommand{{1, 0, 0}}).error_code, "not_holding");
     const Outcome dragged = scene->carry_out(1, DragCommand{{0, 2, 0}});
     EXPECT_EQ(dragged.status, PushStatus::Applied);
-    ASSERT_TRUE(dragged.force);
-    EXPECT_LT(dragged.force->y, 0) << "tissue pulls back";
+    EXPECT_FALSE(dragged.force) << "pictures first";
+    const auto felt = scene->measure_force();
+    ASSERT_TRUE(felt);
+    EXPECT_EQ(felt->client, 1u);
+    EXPECT_LT(felt->force.y, 0) << "tissue pulls back";
+    EXPECT_FALSE(scene->measure_force()) << "told once";
+    // What is let go isn't felt.
+    scene->carry_out(1, DragCommand{{0, 2.5, 0}});
+    scene->carry_out(1, LetGoCommand{});
+    EXPECT_FALSE(scene->measure_force());
+    ASSERT_GT(scene->carry_out(1, grab).grabbed_elements.value_or(0), 0);
     // Somebody else's push ends the grab.
     scene->carry_out(2, PushCommand{.push = {{5, 5, 5}, {0, 0.5, 0}, 2}});
     EXPECT_EQ(scene->carry_out(1, DragCommand{{0, 3, 0}}).error_code, "not_holding");

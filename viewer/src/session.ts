@@ -224,8 +224,10 @@ export class Session implements Listener {
     }
 
     tools(tools: Tool[]): void {
-        const others = tools.filter((tool) => tool.client !== this.connection.client);
-        this.store.set({ others });
+        const { client } = this.connection;
+        const own = tools.find((tool) => tool.client === client);
+        const others = tools.filter((tool) => tool.client !== client);
+        this.store.set({ others, force: own ? norm(own.force) : 0 });
         this.placeBalls();
     }
 

@@ -29,12 +29,11 @@ export interface Stroke {
 /// are cut has to be said.
 export function note(store: Store, answer: Answer | undefined): void {
     if (answer?.t !== 'done') return;
-    const force = answer.force ? norm(answer.force) : 0;
     let outcome = answer.message ?? '';
     if (answer.cut_links !== undefined) outcome ||= `${answer.cut_links} links cut`;
     if (answer.status && answer.status !== 'applied')
         outcome ||= `${answer.status} by ${answer.limited_by ?? 'something'}`;
-    store.set({ force, outcome });
+    store.set({ outcome });
 }
 
 /// Takes the newest target along, one command after the other.
