@@ -420,8 +420,11 @@ void Hub::feel(Client& client, const Action& action, const Outcome& outcome) {
         tool.force = {float(outcome.force->x), float(outcome.force->y), float(outcome.force->z)};
 }
 
-/// Tools show it one tick later: pictures don't wait for it.
+/// When nobody waits for a picture, but not too rarely; tools show it a tick later.
 void Hub::measure_force() {
+    constexpr int kMostBusyTicks = 4;
+    if (m_worked && ++m_busy_ticks < kMostBusyTicks) return;
+    m_busy_ticks = 0;
     const auto felt = m_scene->measure_force();
     if (!felt) return;
     const Vec3d f = felt->force;

@@ -188,6 +188,35 @@ TEST_F(ServerTest, GrabsDragsCutsRelaxesAndShowsToolsToAll) {
     EXPECT_EQ(tools->front().position_mm, (Vec3f{1, 2, 3}));
 }
 
+TEST_F(ServerTest, ShowsWhatAToolFeelsUntilItLetsGo) {
+    auto server = Server::start(settings(), m_arena);
+    ASSERT_TRUE(server.ok());
+    TestClient a(server->port(), server->link()), b(server->port(), server->view_link());
+    a.enter();
+    b.enter();
+    a.say({{"do", "tool"},
+           {"kind", "sphere"},
+           {"position", {0, 0, 0}},
+           {"direction", {0, 0, 1}},
+           {"radius", 5}});
+    const auto felt_y = [&](auto holds) {
+        for (int n = 0; n < 200; ++n) {
+            std::this_thread::sleep_for(std::chrono::milliseconds(10));
+            b.say({{"do", "ping"}, {"id", 6}});
+            if (b.until("pong").is_null()) return false;
+            const auto tools = serve::read_tools(b.tools);
+            if (tools && tools->size() == 1 && holds(tools->front().force.y)) return true;
+        }
+        return false;
+    };
+    EXPECT_GT(a.command({{"do", "grab"}, {"point", {0, 0, 0}}, {"radius", 5}})["grabbed_elements"],
+              0);
+    ASSERT_EQ(a.command({{"do", "drag"}, {"offset", {0, 2, 0}}})["t"], "done");
+    EXPECT_TRUE(felt_y([](float y) { return y < 0; })) << "tissue pulls back";
+    a.command({{"do", "let_go"}});
+    EXPECT_TRUE(felt_y([](float y) { return y == 0; }));
+}
+
 TEST_F(ServerTest, ALostConnectionGoesOnWhereItEnded) {
     auto server = Server::start(settings(), m_arena);
     ASSERT_TRUE(server.ok());
