@@ -206,7 +206,7 @@ class Hub {
     Clock::time_point m_now{};
     bool m_moved = false;  ///< in this step, so that the volume may have changed
     bool m_worked = false;
-    int m_busy_ticks = 0;  ///< since a force was measured last
+    int m_busy_ticks = 0;       ///< since a force was measured last
     bool m_was_moving = false;  ///< by itself, of a model that knows time
     double m_owed_ms = 0;       ///< that the model is behind
     Clock::time_point m_relaxed_at{};
