@@ -3,8 +3,10 @@
 
 #include "tissues.h"
 
+#include <pliant/haptics_catheter.h>
 #include <pliant/pbd.h>
 #include <pliant/springs_builders.h>
+#include <pliant/vessel_scene.h>
 
 #include <algorithm>
 #include <array>
@@ -90,6 +92,42 @@ class PbdBlock {
     LearntStiffness m_learnt{50, kDevice_n_m};
 };
 
+class WireInHand {
+  public:
+    explicit WireInHand(const TaskArena& arena) : m_scene(make(arena)), m_feel(hold(m_scene)) {}
+
+    HapticModel at(Vec3d tool_mm, const TaskArena& arena) {
+        if (!m_feel.holds()) m_feel.take_hold(tool_mm, 0, m_scene.quick_measures());
+        const CatheterFeel::Motion motion = m_feel.follow(tool_mm, 0, m_scene.quick_measures());
+        must(m_scene.command({.insert_mm_s = motion.insert_mm_s}));
+        must(m_scene.step(8, arena));
+        return value_of(checked_model(m_feel.model(tool_mm, m_scene.quick_measures()), 800));
+    }
+
+  private:
+    static CatheterScene make(const TaskArena& arena) {
+        VesselFile file;
+        file.phantom = "bend";
+        file.wall.layers = 1;
+        file.settings.wall.support_pa_per_mm = 2000;
+        file.settings.wall.density_g_mm3 = 0.05;
+        file.settings.catheter.length_mm = 120;
+        file.settings.catheter.bend_n_mm2 = 200;
+        file.settings.catheter.tip_bend_n_mm2 = 100;
+        file.entry_given = true;
+        file.settings.entry = {{0, 0, 45}, {0, 0, 1}, 27};
+        file.settings.time_step_s = 0.004;
+        MadeVessel made = value_of(make_vessel(file, arena));
+        return value_of(CatheterScene::create(std::move(made.wall), made.settings));
+    }
+    static CatheterFeel hold(const CatheterScene& scene) {
+        return value_of(CatheterFeel::create({.length_mm = scene.settings().catheter.length_mm}));
+    }
+
+    CatheterScene m_scene;
+    CatheterFeel m_feel;
+};
+
 }  // namespace
 
 HapticModel wall(double stiffness_n_m) {
@@ -172,6 +210,12 @@ HapticTissue pbd(const TaskArena& arena) {
         const Vec3d force = block->force_n(tool, arena);
         return value_of(checked_model(
             model_of_contact({0, 0, 0}, {0, 0, 1}, tool, force, block->change_n_m()), kDevice_n_m));
+    };
+}
+
+HapticTissue vessel(const TaskArena& arena) {
+    return [wire = std::make_shared<WireInHand>(arena), &arena](Vec3d x) {
+        return wire->at(x, arena);
     };
 }
 

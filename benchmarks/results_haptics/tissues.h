@@ -32,6 +32,8 @@ HapticTissue chainmail(std::shared_ptr<const Volume> volume, const TaskArena& ar
 HapticTissue springs();
 /// Force of the same at its equilibrium [N].
 double static_force_of_springs_n(double depth_mm);
+/// A stiff wire in a soft bend that the tool feeds downwards, in steps of 4 ms.
+HapticTissue vessel(const TaskArena& arena);
 /// A neo-Hookean block of 4 × 4 × 4 cells, in time steps of 33 ms.
 HapticTissue pbd(const TaskArena& arena);
 

@@ -127,5 +127,9 @@ test('what is felt is said in words', () => {
         '0.50 N now, 0.75 N at most in 10 s; 2.0 mm deep',
     );
     assert.match(feltText({ ...news, stopped: true }, felt), /stopped$/);
+    assert.match(
+        feltText({ ...news, depth_mm: 0.26, holds: 'catheter' }, felt),
+        /holds the catheter, 0\.3 mm ahead of it$/,
+    );
     assert.deepEqual([0, 0.1, 0.11, 7, 12.5].map(plotTop), [0.1, 0.1, 0.2, 10, 13]);
 });
