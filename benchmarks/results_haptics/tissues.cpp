@@ -6,11 +6,11 @@
 #include <pliant/haptics_catheter.h>
 #include <pliant/pbd.h>
 #include <pliant/springs_builders.h>
-#include <pliant/vessel_scene.h>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numbers>
 #include <utility>
 
 namespace pliant::results {
@@ -94,7 +94,7 @@ class PbdBlock {
 
 class WireInHand {
   public:
-    explicit WireInHand(const TaskArena& arena) : m_scene(make(arena)), m_feel(hold(m_scene)) {}
+    WireInHand() : m_scene(wire_in_bend()), m_feel(hold(m_scene)) {}
 
     HapticModel at(Vec3d tool_mm, const TaskArena& arena) {
         if (!m_feel.holds()) m_feel.take_hold(tool_mm, 0, m_scene.quick_measures());
@@ -105,21 +105,6 @@ class WireInHand {
     }
 
   private:
-    static CatheterScene make(const TaskArena& arena) {
-        VesselFile file;
-        file.phantom = "bend";
-        file.wall.layers = 1;
-        file.settings.wall.support_pa_per_mm = 2000;
-        file.settings.wall.density_g_mm3 = 0.05;
-        file.settings.catheter.length_mm = 120;
-        file.settings.catheter.bend_n_mm2 = 200;
-        file.settings.catheter.tip_bend_n_mm2 = 100;
-        file.entry_given = true;
-        file.settings.entry = {{0, 0, 45}, {0, 0, 1}, 27};
-        file.settings.time_step_s = 0.004;
-        MadeVessel made = value_of(make_vessel(file, arena));
-        return value_of(CatheterScene::create(std::move(made.wall), made.settings));
-    }
     static CatheterFeel hold(const CatheterScene& scene) {
         return value_of(CatheterFeel::create({.length_mm = scene.settings().catheter.length_mm}));
     }
@@ -213,10 +198,32 @@ HapticTissue pbd(const TaskArena& arena) {
     };
 }
 
+CatheterScene wire_in_bend() {
+    // Straight for 60 mm, then a quarter of a circle, and on.
+    constexpr double kRadius_mm = 40, kInner_mm = 4;
+    std::vector<CentrePoint> branch{{{0, 0, 0}, kInner_mm}};
+    for (int n = 0; n <= 16; ++n) {
+        const double angle = std::numbers::pi / 2 * n / 16;
+        branch.push_back(
+            {{kRadius_mm * (1 - std::cos(angle)), 0, 60 + kRadius_mm * std::sin(angle)},
+             kInner_mm});
+    }
+    branch.push_back({{2 * kRadius_mm, 0, 60 + kRadius_mm}, kInner_mm});
+    VesselWall wall =
+        value_of(swept_tube(branch, {.thickness_mm = 1.5, .layers = 1, .sectors = 10}));
+    CatheterSettings settings;
+    settings.wall.support_pa_per_mm = 2000;
+    settings.wall.density_g_mm3 = 0.05;
+    settings.catheter.length_mm = 120;
+    settings.catheter.bend_n_mm2 = 200;
+    settings.catheter.tip_bend_n_mm2 = 100;
+    settings.entry = {{0, 0, 45}, {0, 0, 1}, 27};
+    settings.time_step_s = 0.004;
+    return value_of(CatheterScene::create(std::move(wall), settings));
+}
+
 HapticTissue vessel(const TaskArena& arena) {
-    return [wire = std::make_shared<WireInHand>(arena), &arena](Vec3d x) {
-        return wire->at(x, arena);
-    };
+    return [wire = std::make_shared<WireInHand>(), &arena](Vec3d x) { return wire->at(x, arena); };
 }
 
 }  // namespace pliant::results

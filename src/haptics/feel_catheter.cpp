@@ -77,14 +77,15 @@ CatheterFeel::Pull CatheterFeel::pull(Vec3d tool_mm, const CatheterMeasures& now
     const double ahead = ahead_mm(tool_mm, now), reach = c.most_mm_s * m_span_s;
     const double low = std::max(-now.inserted_mm, -reach);
     const double high = std::min(c.length_mm - now.inserted_mm, reach);
-    const double within = std::clamp(ahead, low, high);
     const double coupling = 1e-3 * c.coupling_n_m, both = coupling + m_wire_n_mm;
+    const double wanted = (coupling * ahead - now.force_n) / both;
+    if (std::abs(wanted) < kStill_mm) return {0, now.force_n, coupling * m_wire_n_mm / both};
+    // Beyond what the base can do in time, or at all, the hand feels the coupling alone; else this
+    // is F + k_w (s* − s).
     Pull pull;
-    pull.way_mm = std::clamp((coupling * within - now.force_n) / both, low, high);
-    if (std::abs(pull.way_mm) < kStill_mm) pull.way_mm = 0;
-    // Beyond what the base can do in time, or at all, the hand feels the coupling alone.
-    pull.felt_n = now.force_n + m_wire_n_mm * pull.way_mm + coupling * (ahead - within);
-    pull.stiffness_n_mm = ahead == within ? coupling * m_wire_n_mm / both : coupling;
+    pull.way_mm = std::clamp(wanted, low, high);
+    pull.felt_n = coupling * (ahead - pull.way_mm);
+    pull.stiffness_n_mm = pull.way_mm == wanted ? coupling * m_wire_n_mm / both : coupling;
     return pull;
 }
 

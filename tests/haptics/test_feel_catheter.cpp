@@ -6,13 +6,14 @@
 
 #include <gtest/gtest.h>
 #include <pliant/haptics_catheter.h>
-#include <pliant/vessel_scene.h>
 
 #include <algorithm>
 #include <cmath>
 #include <functional>
 #include <numbers>
 #include <string>
+
+#include "tissues.h"
 
 namespace pliant {
 namespace {
@@ -70,7 +71,7 @@ TEST(CatheterFeel, RestsWhereTheCouplingHoldsTheWiresForce) {
             // k_c (x − s) = k_w s
             const double expected = 0.3 * 4 / (0.3 + wire_n_mm);
             EXPECT_NEAR(wire.now().inserted_mm - 20, expected, 0.01);
-            EXPECT_LT(most_mm, 4.01);
+            EXPECT_LT(most_mm, 4 * std::max(1.0, 30 * step_s) + 0.01);  // of the first step
             const HapticModel model = feel.model(at(4), wire.now());
             EXPECT_NEAR(felt_n(model), wire.now().force_n, 1e-12);
             EXPECT_NEAR(feel.ahead_mm(at(4), wire.now()), 4 - expected, 0.01);
@@ -79,7 +80,7 @@ TEST(CatheterFeel, RestsWhereTheCouplingHoldsTheWiresForce) {
             EXPECT_LE(k, 300);
             EXPECT_GE(k, 0);
             EXPECT_EQ(model.stiffness_n_m.columns[0], (Vec3d{0, 0, 0}));
-            if (wire_n_mm == 0) EXPECT_EQ(k, 0);
+            EXPECT_TRUE(wire_n_mm > 0 || k == 0);
         }
 }
 
@@ -91,7 +92,7 @@ TEST(CatheterFeel, OfAWireThatGoesFreelyIsNothing) {
         const Vec3d hand = Vec3d{5, 6, 7} + at(0.5 * n);
         wire.go(feel.follow(hand, 0, wire.now()), 1.0 / 60);
         const HapticModel model = feel.model(hand, wire.now());
-        EXPECT_EQ(felt_n(model), 0);
+        EXPECT_NEAR(felt_n(model), 0, 1e-12);
         EXPECT_EQ(model.stiffness_n_m.columns[2].z, 0);
     }
     EXPECT_NEAR(wire.now().inserted_mm, 20 + 29.5, 1.1);  // 30 mm/s, a thirtieth of a second late
@@ -102,8 +103,9 @@ TEST(CatheterFeel, EndsWhereNothingIsLeftToInsertAndGoesNoFasterThanItMay) {
     CatheterFeel feel = feel_of({.length_mm = 25});
     feel.take_hold({0, 0, 0}, 0, wire.now());
     const CatheterFeel::Motion fast = feel.follow(at(60), 0, wire.now());
-    EXPECT_NEAR(fast.insert_mm_s, 100, 60);  // at most; here the wire's end comes first
-    EXPECT_GT(fast.insert_mm_s, 0);
+    EXPECT_NEAR(fast.insert_mm_s, 100, 1e-9);
+    // What it lags behind is felt: 60 mm, less what it goes in a thirtieth of a second.
+    EXPECT_NEAR(felt_n(feel.model(at(60), wire.now())), 0.3 * (60 - 100.0 / 30), 1e-9);
     for (int n = 0; n < 100; ++n) wire.go(feel.follow(at(8), 0, wire.now()), 1.0 / 60);
     EXPECT_NEAR(wire.now().inserted_mm, 25, 0.01);
     const HapticModel model = feel.model(at(8), wire.now());
@@ -153,21 +155,9 @@ TEST(CatheterFeel, RefusesSettingsOutOfRange) {
 /// A stiff wire in a soft bend, fed by a hand and felt through the servo's own function.
 TEST(CatheterFeel, AtRestIsTheForceAtTheWiresBase) {
     const TaskArena arena(2);
-    VesselFile file;
-    file.phantom = "bend";
-    file.wall.layers = 1;
-    file.settings.wall.support_pa_per_mm = 2000;
-    file.settings.wall.density_g_mm3 = 0.05;
-    file.settings.catheter = {.length_mm = 120, .bend_n_mm2 = 200, .tip_bend_n_mm2 = 100};
-    file.entry_given = true;
-    file.settings.entry = {{0, 0, 45}, {0, 0, 1}, 27};
-    file.settings.time_step_s = 0.004;
-    auto made = make_vessel(file, arena);
-    ASSERT_TRUE(made.ok()) << made.error().message;
-    auto scene = CatheterScene::create(std::move(made->wall), made->settings);
-    ASSERT_TRUE(scene.ok());
+    auto scene = results::wire_in_bend();
     CatheterFeel feel = feel_of({.forward = {0, 0, 1}, .length_mm = 120});
-    feel.take_hold({0, 0, 0}, 0, scene->quick_measures());
+    feel.take_hold({0, 0, 0}, 0, scene.quick_measures());
     HapticSettings settings;
     HapticState state;
     HapticReading reading;
@@ -176,10 +166,10 @@ TEST(CatheterFeel, AtRestIsTheForceAtTheWiresBase) {
     for (int n = 0; n < kUpdates; ++n) {
         // 25 mm in a second and a half, and then it stands still.
         const double hand_mm = std::min(25.0, 25.0 * n / 45);
-        const auto motion = feel.follow({0, 0, hand_mm}, 0, scene->quick_measures());
-        ASSERT_TRUE(scene->command({.insert_mm_s = motion.insert_mm_s}).ok());
-        ASSERT_TRUE(scene->step(8, arena).ok());
-        auto model = checked_model(feel.model({0, 0, hand_mm}, scene->quick_measures()), 600);
+        const auto motion = feel.follow({0, 0, hand_mm}, 0, scene.quick_measures());
+        ASSERT_TRUE(scene.command({.insert_mm_s = motion.insert_mm_s}).ok());
+        ASSERT_TRUE(scene.step(8, arena).ok());
+        auto model = checked_model(feel.model({0, 0, hand_mm}, scene.quick_measures()), 600);
         ASSERT_TRUE(model.ok());
         model->number = n + 1;
         for (int k = 0; k < kPeriods; ++k) {
@@ -189,7 +179,7 @@ TEST(CatheterFeel, AtRestIsTheForceAtTheWiresBase) {
         }
         moving_n = std::max(moving_n, norm(state.force_n));
     }
-    const CatheterMeasures rest = scene->quick_measures();
+    const CatheterMeasures rest = scene.quick_measures();
     EXPECT_GT(rest.force_n, 0.02);  // the bend pushes back
     EXPECT_GT(rest.inserted_mm, 27 + 20);
     // Against the way in, and as large as at the base: the bound of docs/haptics.md.
