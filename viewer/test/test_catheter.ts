@@ -26,8 +26,8 @@ import {
     visit,
 } from './browser.ts';
 
-// Stiff, and far enough in that the bend begins soon: 14 mm push the wall. In steps of 4 ms, so that
-// it is about as fast as the clock.
+// Stiff, and far enough in that the bend begins soon: 14 mm push the wall. In steps of 4 ms, so
+// that it is about as fast as the clock.
 const kScene = `
 [vessel]
 phantom = "bend"
