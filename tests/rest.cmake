@@ -20,14 +20,17 @@ pliant_test(catheter SOURCES test_carried_scan.cpp test_scene.cpp test_wire.cpp)
 pliant_test(vessel SOURCES test_wall.cpp)
 pliant_test(haptics
     SOURCES ../../benchmarks/results_haptics/hands.cpp ../../benchmarks/results_haptics/tissues.cpp
-            test_live_feel.cpp test_models.cpp test_passivity.cpp test_servo.cpp test_servo_step.cpp
-            test_stability.cpp watch_thread.cpp
+            test_feel_catheter.cpp test_live_feel.cpp test_models.cpp test_passivity.cpp
+            test_servo.cpp test_servo_step.cpp test_space_mouse.cpp test_stability.cpp
+            watch_thread.cpp
     LIBRARIES ${CMAKE_DL_LIBS})
 target_include_directories(test_haptics PRIVATE
     ${PROJECT_SOURCE_DIR}/benchmarks/results_haptics ${PROJECT_SOURCE_DIR}/benchmarks/results_page)
-# Plug-ins: the one that people begin with, and one that must be refused.
+# Plug-ins: the one that people begin with, one that must be refused, one that takes its time.
 add_library(example_haptic_device MODULE ${PROJECT_SOURCE_DIR}/examples/haptic_device/device.c)
 add_library(wrong_haptic_device MODULE haptics/wrong_plugin.c)
+add_library(slow_haptic_device MODULE haptics/slow_plugin.c)
+target_include_directories(slow_haptic_device PRIVATE ${PROJECT_SOURCE_DIR}/include)
 foreach(plugin IN ITEMS example wrong)
     target_include_directories(${plugin}_haptic_device PRIVATE ${PROJECT_SOURCE_DIR}/include)
     string(TOUPPER PLIANT_${plugin}_DEVICE definition)
@@ -36,11 +39,20 @@ foreach(plugin IN ITEMS example wrong)
     add_dependencies(test_haptics ${plugin}_haptic_device)
 endforeach()
 target_link_libraries(example_haptic_device PRIVATE m)
+# And what is loaded in place of libspnav.
+add_library(fake_spnav MODULE haptics/fake_spnav.c)
+target_compile_definitions(test_haptics PRIVATE
+    PLIANT_FAKE_SPNAV_LIBRARY="$<TARGET_FILE:fake_spnav>")
+add_dependencies(test_haptics fake_spnav)
 pliant_test(serve
     SOURCES ../support/scan_files.cpp test_checkpoint.cpp test_client.cpp test_commands.cpp
-            test_files.cpp test_frames.cpp test_haptics.cpp test_hostile.cpp test_overlay.cpp
-            test_path.cpp test_scene.cpp test_server.cpp test_vessel.cpp
+            test_files.cpp test_frames.cpp test_haptic_catheter.cpp test_haptics.cpp
+            test_hostile.cpp test_overlay.cpp test_path.cpp test_scene.cpp test_server.cpp
+            test_vessel.cpp
     LIBRARIES nlohmann_json::nlohmann_json)
+target_compile_definitions(test_serve PRIVATE
+    PLIANT_SLOW_DEVICE="$<TARGET_FILE:slow_haptic_device>")
+add_dependencies(test_serve slow_haptic_device)
 if(PLIANT_BUILD_APP)
     pliant_test(apps SOURCES ../../apps/pliant/camera_path.cpp ../../apps/pliant/keyframes.cpp
                              ../serve/test_client.cpp test_keyframes.cpp test_mesh.cpp test_path.cpp

@@ -74,7 +74,8 @@ void add_energies(Page& page, const TaskArena& arena) {
     const std::pair<const char*, HapticTissue> tissues[] = {
         {"ChainMail on a scan, bone 6 mm deep", chainmail(layers(6), arena)},
         {"springs", springs()},
-        {"position-based block", pbd(arena)}};
+        {"position-based block", pbd(arena)},
+        {"catheter in a vessel", vessel(arena)}};
     table.clear();
     for (const auto& [name, tissue] : tissues)
         for (const Hand hand : kHands) {

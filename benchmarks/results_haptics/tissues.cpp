@@ -3,12 +3,14 @@
 
 #include "tissues.h"
 
+#include <pliant/haptics_catheter.h>
 #include <pliant/pbd.h>
 #include <pliant/springs_builders.h>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numbers>
 #include <utility>
 
 namespace pliant::results {
@@ -88,6 +90,27 @@ class PbdBlock {
     Vec3d m_surface{0, 0, 0};
     PbdBody m_body;
     LearntStiffness m_learnt{50, kDevice_n_m};
+};
+
+class WireInHand {
+  public:
+    WireInHand() : m_scene(wire_in_bend()), m_feel(hold(m_scene)) {}
+
+    HapticModel at(Vec3d tool_mm, const TaskArena& arena) {
+        if (!m_feel.holds()) m_feel.take_hold(tool_mm, 0, m_scene.quick_measures());
+        const CatheterFeel::Motion motion = m_feel.follow(tool_mm, 0, m_scene.quick_measures());
+        must(m_scene.command({.insert_mm_s = motion.insert_mm_s}));
+        must(m_scene.step(8, arena));
+        return value_of(checked_model(m_feel.model(tool_mm, m_scene.quick_measures()), 800));
+    }
+
+  private:
+    static CatheterFeel hold(const CatheterScene& scene) {
+        return value_of(CatheterFeel::create({.length_mm = scene.settings().catheter.length_mm}));
+    }
+
+    CatheterScene m_scene;
+    CatheterFeel m_feel;
 };
 
 }  // namespace
@@ -173,6 +196,34 @@ HapticTissue pbd(const TaskArena& arena) {
         return value_of(checked_model(
             model_of_contact({0, 0, 0}, {0, 0, 1}, tool, force, block->change_n_m()), kDevice_n_m));
     };
+}
+
+CatheterScene wire_in_bend() {
+    // Straight for 60 mm, then a quarter of a circle, and on.
+    constexpr double kRadius_mm = 40, kInner_mm = 4;
+    std::vector<CentrePoint> branch{{{0, 0, 0}, kInner_mm}};
+    for (int n = 0; n <= 16; ++n) {
+        const double angle = std::numbers::pi / 2 * n / 16;
+        branch.push_back(
+            {{kRadius_mm * (1 - std::cos(angle)), 0, 60 + kRadius_mm * std::sin(angle)},
+             kInner_mm});
+    }
+    branch.push_back({{2 * kRadius_mm, 0, 60 + kRadius_mm}, kInner_mm});
+    VesselWall wall =
+        value_of(swept_tube(branch, {.thickness_mm = 1.5, .layers = 1, .sectors = 10}));
+    CatheterSettings settings;
+    settings.wall.support_pa_per_mm = 2000;
+    settings.wall.density_g_mm3 = 0.05;
+    settings.catheter.length_mm = 120;
+    settings.catheter.bend_n_mm2 = 200;
+    settings.catheter.tip_bend_n_mm2 = 100;
+    settings.entry = {{0, 0, 45}, {0, 0, 1}, 27};
+    settings.time_step_s = 0.004;
+    return value_of(CatheterScene::create(std::move(wall), settings));
+}
+
+HapticTissue vessel(const TaskArena& arena) {
+    return [wire = std::make_shared<WireInHand>(), &arena](Vec3d x) { return wire->at(x, arena); };
 }
 
 }  // namespace pliant::results

@@ -5,6 +5,7 @@
 
 #pragma once
 
+#include <pliant/catheter.h>
 #include <pliant/haptics_models.h>
 #include <pliant/haptics_virtual.h>
 
@@ -32,6 +33,10 @@ HapticTissue chainmail(std::shared_ptr<const Volume> volume, const TaskArena& ar
 HapticTissue springs();
 /// Force of the same at its equilibrium [N].
 double static_force_of_springs_n(double depth_mm);
+/// A stiff wire in a soft bend of few elements, in steps of 4 ms.
+CatheterScene wire_in_bend();
+/// It in the hand: down is ahead.
+HapticTissue vessel(const TaskArena& arena);
 /// A neo-Hookean block of 4 × 4 × 4 cells, in time steps of 33 ms.
 HapticTissue pbd(const TaskArena& arena);
 

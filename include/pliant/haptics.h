@@ -111,6 +111,7 @@ struct HapticReading {
     Vec3d position_mm{0, 0, 0};  ///< in the device's frame
     bool stop = false;           ///< somebody wants no force
     std::uint32_t buttons = 0;   ///< bit 0: the first; not looked at
+    double roll_rad = 0;         ///< about the device's z axis, −π…π; 0 where it isn't known
 };
 
 /// All that servo_step() remembers.

@@ -46,13 +46,14 @@ class HapticDevice {
     virtual std::string name() const = 0;
     virtual HapticLimits limits() const = 0;
     // On the servo's thread: no lock, no allocation, no waiting.
-    /// @param[out] reading  place and buttons; its time is when it is asked for
+    /// @param[out] reading  place, roll and buttons; its time is when it is asked for
     virtual bool read(HapticReading& reading) noexcept = 0;
     virtual bool write(Vec3d force_n) noexcept = 0;
 };
 
-/// `virtual[:free|spring|tap|active]`, `replay:FILE`, or a plug-in: `FILE.so[:WHICH]`, a path with
-/// a / in it or a name that the system's loader knows.
+/// `virtual[:free|spring|tap|active]`, `replay:FILE`, `spacemouse[:LIBRARY]` (libspnav, loaded
+/// now), or a plug-in: `FILE.so[:WHICH]`, a path with a / in it or a name that the system's loader
+/// knows.
 /// @returns NotFound, Unsupported or Unreadable, with one line that says what is missing and what
 ///          to do
 Result<std::unique_ptr<HapticDevice>> open_haptic_device(const std::string& what);
@@ -73,11 +74,13 @@ struct HapticRecord {
     double swap_step_n = 0;    ///< HapticState's
     double energy_j = 0;       ///< work of the device on the servo so far
     Vec3d device_mm{0, 0, 0};  ///< as it was read: what replay needs
+    double roll_rad = 0;       ///< likewise
     std::uint32_t flags = 0;   ///< HapticFlags
     std::uint32_t buttons = 0;
 };
 
-/// Writes a line for each period, to be opened as `replay:FILE`: time_ns x y z [mm, of the device].
+/// Writes a line for each period, to be opened as `replay:FILE`: time_ns x y z [mm] roll [rad], of
+/// the device.
 Status write_haptic_recording(const std::filesystem::path& path,
                               std::span<const HapticRecord> records);
 

@@ -9,10 +9,12 @@
 #include <algorithm>
 #include <array>
 #include <charconv>
+#include <cmath>
 #include <fstream>
 
 #include "haptics/pace.h"
 #include "haptics/plugin_device.h"
+#include "haptics/space_mouse.h"
 
 namespace pliant {
 namespace {
@@ -60,19 +62,24 @@ class RealTimeVirtualDevice : public HapticDevice {
 /// Places from a file, one in each period; at its end it stays.
 class ReplayDevice : public HapticDevice {
   public:
-    explicit ReplayDevice(std::vector<Vec3d> places_mm) : m_places_mm(std::move(places_mm)) {}
+    struct Place {
+        Vec3d position_mm{0, 0, 0};
+        double roll_rad = 0;
+    };
+    explicit ReplayDevice(std::vector<Place> places) : m_places(std::move(places)) {}
 
     std::string name() const override { return "replay"; }
     HapticLimits limits() const override { return {1000, 1e5, 1000, {1000, 1000, 1000}}; }
     bool read(HapticReading& reading) noexcept override {
-        reading.position_mm = m_places_mm[m_at];
-        if (m_at + 1 < m_places_mm.size()) ++m_at;
+        reading.position_mm = m_places[m_at].position_mm;
+        reading.roll_rad = m_places[m_at].roll_rad;
+        if (m_at + 1 < m_places.size()) ++m_at;
         return true;
     }
     bool write(Vec3d) noexcept override { return true; }
 
   private:
-    std::vector<Vec3d> m_places_mm;
+    std::vector<Place> m_places;
     std::size_t m_at = 0;
 };
 
@@ -107,25 +114,25 @@ Result<std::unique_ptr<HapticDevice>> open_replay(const std::string& file) {
     std::ifstream stream(file);
     if (!stream)
         return wrong(ErrorCode::NotFound, "expected a recording of pliant haptics, found no file");
-    std::vector<Vec3d> places;
+    std::vector<ReplayDevice::Place> places;
     std::string line;
     for (int number = 1; std::getline(stream, line); ++number) {
         if (line.empty() || line[0] == '#') continue;
-        double values[4];
+        double values[5] = {};
         const char* at = line.data();
         const char* const end = at + line.size();
         int count = 0;
-        for (; count < 4; ++count) {
+        for (; count < 5; ++count) {
             while (at != end && *at == ' ') ++at;
             const auto [next, error] = std::from_chars(at, end, values[count]);
             if (error != std::errc{}) break;
             at = next;
         }
         const Vec3d place{values[1], values[2], values[3]};
-        if (count < 4 || at != end || !is_finite(place))
+        if (count < 4 || at != end || !is_finite(place) || !(std::abs(values[4]) <= 4))
             return wrong(ErrorCode::Unreadable,
-                         "line " + std::to_string(number) + ": expected time_ns x y z");
-        places.push_back(place);
+                         "line " + std::to_string(number) + ": expected time_ns x y z [roll]");
+        places.push_back({place, values[4]});
     }
     if (places.empty()) return wrong(ErrorCode::Unreadable, "expected places, found none");
     return std::unique_ptr<HapticDevice>(std::make_unique<ReplayDevice>(std::move(places)));
@@ -147,6 +154,7 @@ Result<std::unique_ptr<HapticDevice>> open_haptic_device(const std::string& what
     const std::string rest = colon == std::string::npos ? "" : what.substr(colon + 1);
     if (kind == "virtual") return open_virtual(rest);
     if (kind == "replay") return open_replay(rest);
+    if (kind == "spacemouse") return open_space_mouse(rest);
     return open_plugin_device(kind, rest);
 }
 
@@ -156,13 +164,13 @@ Status write_haptic_recording(const std::filesystem::path& path,
     const auto staged = files.stage(path);
     if (!staged.ok()) return staged.error();
     std::ofstream stream(*staged, std::ios::binary);
-    stream << "# pliant haptics: time_ns x y z [mm], of the device\n";
+    stream << "# pliant haptics: time_ns x y z [mm] roll [rad], of the device\n";
     for (const HapticRecord& r : records) {
-        char line[160];
+        char line[192];
         char* at = std::to_chars(line, line + sizeof line, r.time_ns).ptr;
-        for (int a = 0; a < 3; ++a) {
+        for (const double value : {r.device_mm.x, r.device_mm.y, r.device_mm.z, r.roll_rad}) {
             *at++ = ' ';
-            at = std::to_chars(at, line + sizeof line, r.device_mm[a]).ptr;
+            at = std::to_chars(at, line + sizeof line, value).ptr;
         }
         *at++ = '\n';
         stream.write(line, at - line);

@@ -7,9 +7,17 @@
 #include <pliant/haptics_device.h>
 
 #include <cmath>
+#include <numbers>
 
 namespace pliant {
 namespace {
+
+constexpr double kPi = std::numbers::pi;
+
+/// How far a rotation turns about z, leaving out what it tilts.
+double roll_of(const double (&q)[4]) {
+    return q[0] == 0 && q[3] == 0 ? 0 : std::remainder(2 * std::atan2(q[3], q[0]), 2 * kPi);
+}
 
 class PluginDevice : public HapticDevice {
   public:
@@ -28,7 +36,8 @@ class PluginDevice : public HapticDevice {
         if (m_plugin.read(m_device, &pose) != 0) return false;
         reading.position_mm = {pose.position_mm[0], pose.position_mm[1], pose.position_mm[2]};
         reading.buttons = pose.buttons;
-        return is_finite(reading.position_mm);
+        reading.roll_rad = roll_of(pose.orientation);
+        return is_finite(reading.position_mm) && std::isfinite(reading.roll_rad);
     }
     bool write(Vec3d force_n) noexcept override {
         const double force[3] = {force_n.x, force_n.y, force_n.z};
@@ -84,15 +93,16 @@ Result<const pliant_haptic_device*> plugin_of(void* library, const std::string& 
 Result<std::unique_ptr<HapticDevice>> open_plugin_device(const std::string& library_name,
                                                          const std::string& which) {
     if (library_name.empty())
-        return Error{ErrorCode::InvalidArgument,
-                     "haptic device: expected virtual, replay:FILE or a plug-in's file"};
+        return Error{
+            ErrorCode::InvalidArgument,
+            "haptic device: expected virtual, replay:FILE, spacemouse or a plug-in's file"};
     void* const library = dlopen(library_name.c_str(), RTLD_NOW | RTLD_LOCAL);
     if (!library) {
         const char* const why = dlerror();
         return Error{
             ErrorCode::NotFound,
             "haptic device '" + library_name +
-                "': expected virtual, replay:FILE or a "
+                "': expected virtual, replay:FILE, spacemouse or a "
                 "plug-in that can be loaded: " +
                 (why ? why : "it can't be") +
                 "; build one from examples/haptic_device with your device's kit, and name it "

@@ -67,6 +67,7 @@ void HapticServo::Impl::period(std::int64_t start_ns, bool is_late, HapticState&
     record.device_mm = reading.position_mm;
     record.flags = force.flags | (is_late ? unsigned(kHapticLate) : 0u);
     record.buttons = reading.buttons;
+    record.roll_rad = reading.roll_rad;
     record.compute_ns = steady_now_ns() - begin_ns;
     ring.write(record);
     ++record.period;

@@ -323,7 +323,9 @@ const std::array<std::pair<const char*, Reader>, 27> kReaders = {{
     {"path", read_path},
     {"haptics", read_haptics},
     {"haptic_pose",
-     [](Fields& f) -> Action { return HapticPoseMessage{f.vector("position", 10'000)}; }},
+     [](Fields& f) -> Action {
+         return HapticPoseMessage{f.vector("position", 10'000), f.number("roll_deg", -1e6, 1e6, 0)};
+     }},
     {"vessel", [](Fields& f) -> Action { return VesselMessage{f.flag("on", {})}; }},
     {"slide", [](Fields& f) { return read_push(f, true); }},
 }};
@@ -452,6 +454,7 @@ void write(Json& o, const HapticsMessage& c) {
 }
 void write(Json& o, const HapticPoseMessage& c) {
     o["position"] = json_of(c.position_mm);
+    o["roll_deg"] = c.roll_deg;
 }
 template <class T>
 void write(Json&, const T&) {}

@@ -7,9 +7,11 @@
 #include <array>
 #include <cmath>
 #include <filesystem>
+#include <numbers>
 #include <utility>
 
 #include "haptics/pace.h"
+#include "serve/vessel_tissue.h"
 
 namespace pliant::serve {
 namespace {
@@ -17,17 +19,21 @@ namespace {
 constexpr std::array<const char*, 4> kVirtual = {"virtual:tap", "virtual:spring", "virtual:active",
                                                  "virtual:free"};
 constexpr const char* kBrowser = "browser";
+constexpr const char* kSpaceMouse = "spacemouse";
 constexpr std::size_t kWindow = 4096;  ///< periods that the statistics are of
 constexpr std::chrono::milliseconds kMeasure{250};
 constexpr std::chrono::milliseconds kEnd{200};  ///< twice the ramp of the servo
-constexpr double kStill_mm = 0.02;              ///< a way that isn't worth a command
+constexpr double kRadians = std::numbers::pi / 180;
+constexpr double kStill_mm = 0.02;  ///< a way that isn't worth a command
 
-/// Without the folder: it is nobody's business.
+/// Without the folders: they are nobody's business.
 std::string name_of_given(const std::string& given) {
-    constexpr std::string_view kReplay = "replay:";
-    const bool is_replay = given.starts_with(kReplay);
-    const std::string file = given.substr(is_replay ? kReplay.size() : 0);
-    return (is_replay ? "replay:" : "") + std::filesystem::path(file).filename().string();
+    const auto last_of = [](const std::string& path) {
+        return std::filesystem::path(path).filename().string();
+    };
+    const auto colon = given.find(':');
+    if (colon == std::string::npos) return last_of(given);
+    return last_of(given.substr(0, colon)) + ":" + last_of(given.substr(colon + 1));
 }
 
 /// x to the right, y up, z towards the user, as devices have it.
@@ -57,20 +63,24 @@ bool same_materials(const ChainMailSettings& a, const ChainMailSettings& b) {
 std::vector<std::string> HapticDevices::names() const {
     std::vector<std::string> names(kVirtual.begin(), kVirtual.end());
     names.push_back(kBrowser);
+    names.push_back(kSpaceMouse);
     for (const std::string& given : m_given) names.push_back(name_of_given(given));
     return names;
 }
 
-Result<std::unique_ptr<HapticDevice>> HapticDevices::open(
-    const std::string& name, std::shared_ptr<PosedPlaces>& places) const {
-    if (std::find(kVirtual.begin(), kVirtual.end(), name) != kVirtual.end())
-        return open_haptic_device(name);
+Result<OpenedDevice> HapticDevices::open(const std::string& name) const {
+    const auto opened = [](Result<std::unique_ptr<HapticDevice>> device) -> Result<OpenedDevice> {
+        if (!device.ok()) return device.error();
+        return OpenedDevice{std::move(*device), nullptr};
+    };
+    if (name == kSpaceMouse || std::find(kVirtual.begin(), kVirtual.end(), name) != kVirtual.end())
+        return opened(open_haptic_device(name));
     if (name == kBrowser) {
-        places = std::make_shared<PosedPlaces>();
-        return make_posed_device(places);
+        auto places = std::make_shared<PosedPlaces>();
+        return OpenedDevice{make_posed_device(places), places};
     }
     for (const std::string& given : m_given)
-        if (name == name_of_given(given)) return open_haptic_device(given);
+        if (name == name_of_given(given)) return opened(open_haptic_device(given));
     std::string expected;
     for (const std::string& known : names()) expected += (expected.empty() ? "" : ", ") + known;
     return Error{ErrorCode::InvalidArgument, "device: expected " + expected + ", found '" + name +
@@ -78,31 +88,40 @@ Result<std::unique_ptr<HapticDevice>> HapticDevices::open(
 }
 
 Result<std::unique_ptr<HapticSession>> HapticSession::start(const HapticsMessage& wish,
-                                                            const HapticDevices& devices,
-                                                            Scene& scene, std::uint32_t client,
+                                                            OpenedDevice opened, Scene& scene,
+                                                            std::uint32_t client,
                                                             std::uint32_t tool) {
     auto session = std::unique_ptr<HapticSession>(new HapticSession);
     session->m_client = client;
     session->m_tool = tool;
     session->m_wish = wish;
-    auto device = devices.open(wish.device, session->m_places);
-    if (!device.ok()) return device.error();
     session->m_device = wish.device;
-    session->m_largest_force_n = (*device)->limits().max_force_n;
-    auto feel = session->make_feel(scene);
-    if (!feel.ok()) return feel.error();
-    session->m_feel = std::move(*feel);
-    SharedState state;
-    scene.describe(state);
-    session->m_materials = state.materials;
+    session->m_places = std::move(opened.places);
+    const HapticLimits limits = opened.device->limits();
+    session->m_largest_force_n = limits.max_force_n;
+    HapticWorkspace workspace{.rotation = frame_of(wish.look, wish.up),
+                              .scale = wish.scale,
+                              .origin_mm = wish.position_mm};
+    if (const VesselTissue* const vessel = scene.vessel()) {
+        auto grip = CatheterGrip::create(*vessel, tool, wish.scale);
+        if (!grip.ok()) return grip.error();
+        session->m_grip.emplace(std::move(*grip));
+        // Ahead is into the vessel, wherever one looks from.
+        workspace.rotation = frame_of(forward_of(*vessel), wish.up);
+        workspace.origin_mm = vessel->vessel().settings.entry.place_mm;
+    } else {
+        auto feel = session->make_feel(scene);
+        if (!feel.ok()) return feel.error();
+        session->m_feel = std::move(*feel);
+        SharedState state;
+        scene.describe(state);
+        session->m_materials = state.materials;
+    }
     HapticServoSettings settings;
-    const HapticLimits limits = (*device)->limits();
     settings.step.max_force_n = limits.max_force_n;
     settings.step.max_stiffness_n_m = limits.max_stiffness_n_m;
-    settings.step.workspace = {.rotation = frame_of(wish.look, wish.up),
-                               .scale = wish.scale,
-                               .origin_mm = wish.position_mm};
-    auto servo = HapticServo::start(std::move(*device), settings);
+    settings.step.workspace = workspace;
+    auto servo = HapticServo::start(std::move(opened.device), settings);
     if (!servo.ok()) return servo.error();
     session->m_servo = std::move(*servo);
     session->m_records.resize(1024);
@@ -149,6 +168,11 @@ std::optional<Action> HapticSession::next_push(Scene& scene) {
     read_records();
     if (is_ending() || !m_has_place) return {};
     const bool is_free = m_is_stopped || (m_now.flags & kHapticDeviceLost);
+    return m_grip ? m_grip->next(m_now, is_free, scene) : next_push_of(scene, is_free);
+}
+
+/// What a tool does to a scan's tissue.
+std::optional<Action> HapticSession::next_push_of(Scene& scene, bool is_free) {
     const bool touches = !is_free && m_feel->follow(m_now.position_mm, m_now.proxy_mm);
     if (!touches) {
         m_pushed_mm = m_now.position_mm;
@@ -189,26 +213,32 @@ void HapticSession::changed(std::span<const Box3i> boxes) {
 
 void HapticSession::feel(Scene& scene) {
     if (is_ending() || !m_has_place || m_is_stopped) return;
-    SharedState state;
-    scene.describe(state);
-    m_feel->set_wall(state.iso_hu, state.polarity);
-    if (!m_pushes && !same_materials(state.materials, m_materials)) {
-        auto feel = make_feel(scene);
-        if (!feel.ok()) return;
-        m_feel = std::move(*feel);
-        m_materials = state.materials;
-        m_feel->follow(m_now.position_mm, m_now.proxy_mm);
-    }
-    const auto model =
-        checked_model(m_feel->model(scene.tissue(), m_pushed_mm), m_servo->largest_stiffness_n_m());
-    if (!model.ok()) return;  // the servo then stops by itself
+    const auto found = model_of(scene);
+    if (!found) return;  // the servo then stops by itself
+    const auto model = checked_model(*found, m_servo->largest_stiffness_n_m());
+    if (!model.ok()) return;
     HapticModel numbered = *model;
     numbered.number = ++m_models;
     m_servo->post(numbered);
 }
 
-void HapticSession::pose(Vec3d position_mm) {
-    if (m_places) m_places->write({steady_now_ns(), position_mm});
+std::optional<HapticModel> HapticSession::model_of(Scene& scene) {
+    if (m_grip) return m_grip->model(m_now, *scene.vessel());
+    SharedState state;
+    scene.describe(state);
+    m_feel->set_wall(state.iso_hu, state.polarity);
+    if (!m_pushes && !same_materials(state.materials, m_materials)) {
+        auto feel = make_feel(scene);
+        if (!feel.ok()) return {};
+        m_feel = std::move(*feel);
+        m_materials = state.materials;
+        m_feel->follow(m_now.position_mm, m_now.proxy_mm);
+    }
+    return m_feel->model(scene.tissue(), m_pushed_mm);
+}
+
+void HapticSession::pose(const HapticPoseMessage& pose) {
+    if (m_places) m_places->write({steady_now_ns(), pose.position_mm, pose.roll_deg * kRadians, 0});
 }
 
 void HapticSession::set_stop(bool stop) {
@@ -219,6 +249,7 @@ void HapticSession::set_stop(bool stop) {
 void HapticSession::end(Clock::time_point now) {
     if (is_ending()) return;
     set_stop(true);
+    m_is_ending = true;
     m_feel.reset();
     m_over_at = now + kEnd;
 }
@@ -241,7 +272,7 @@ void HapticSession::measure() {
                     .age_ms = std::round(10 * std::exchange(m_age_ms, 0)) / 10};
 }
 
-HapticState HapticSession::state() {
+HapticState HapticSession::state(const Scene& scene) {
     measure();
     HapticState state{.on = true,
                       .client = m_client,
@@ -258,6 +289,9 @@ HapticState HapticSession::state() {
                       .largest_force_n = m_largest_force_n,
                       .servo = m_statistics,
                       .note = m_servo->note()};
+    state.holds_catheter = m_grip.has_value();
+    if (m_grip && !is_ending() && suits(scene))
+        state.depth_mm = m_grip->ahead_mm(m_now, *scene.vessel());
     if (m_feel && m_feel->touches()) state.depth_mm = m_feel->contact().depth_mm;
     return state;
 }
@@ -265,7 +299,8 @@ HapticState HapticSession::state() {
 ToolPose HapticSession::pose_of_tool() const {
     const auto floats = [](Vec3d v) { return Vec3f{float(v.x), float(v.y), float(v.z)}; };
     return {.client = m_tool,
-            .kind = m_has_place ? ToolKind::Sphere : ToolKind::None,
+            // A catheter is seen itself.
+            .kind = m_has_place && !m_grip ? ToolKind::Sphere : ToolKind::None,
             .touches = (m_now.flags & kHapticContact) != 0,
             .position_mm = floats(m_now.position_mm),
             .direction = floats(m_wish.look),

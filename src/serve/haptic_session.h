@@ -7,7 +7,7 @@
 //   each step   next_push() ──► the scene      feel() ──► local model ──► servo
 //
 // The tool goes through free space without a command. Beyond a wall it pushes: ChainMail slides off
-// it, springs are taken along; one contact is one step of undo.
+// it, springs are taken along; one contact is one step of undo. In a vessel it holds the catheter.
 
 #pragma once
 
@@ -21,11 +21,17 @@
 
 #include "haptics/live_feel.h"
 #include "haptics/posed_device.h"
+#include "serve/catheter_grip.h"
 #include "serve/client.h"
 #include "serve/haptic_state.h"
 #include "serve/scene.h"
 
 namespace pliant::serve {
+
+struct OpenedDevice {
+    std::unique_ptr<HapticDevice> device;
+    std::shared_ptr<PosedPlaces> places;  ///< of one whose place the client says; null for others
+};
 
 /// Devices that a client may choose by name: those in the tree, and those that the command line
 /// named. So no client makes the server load a file.
@@ -35,9 +41,8 @@ class HapticDevices {
     explicit HapticDevices(std::vector<std::string> given = {}) : m_given(std::move(given)) {}
 
     std::vector<std::string> names() const;
-    /// @param[out] places  of a device whose place the client says; null for others
-    Result<std::unique_ptr<HapticDevice>> open(const std::string& name,
-                                               std::shared_ptr<PosedPlaces>& places) const;
+    /// May take as long as the device does. From any thread.
+    Result<OpenedDevice> open(const std::string& name) const;
 
   private:
     std::vector<std::string> m_given;
@@ -47,7 +52,7 @@ class HapticSession {
   public:
     /// @param client  who begins it  @param tool  a number that no client has
     static Result<std::unique_ptr<HapticSession>> start(const HapticsMessage& wish,
-                                                        const HapticDevices& devices, Scene& scene,
+                                                        OpenedDevice opened, Scene& scene,
                                                         std::uint32_t client, std::uint32_t tool);
 
     std::uint32_t client() const { return m_client; }
@@ -60,22 +65,28 @@ class HapticSession {
     void changed(std::span<const Box3i> boxes);
     /// Hands the servo what is felt of the present tissue.
     void feel(Scene& scene);
-    void pose(Vec3d position_mm);
+    void pose(const HapticPoseMessage& pose);
+    /// Whether it is for the tissue that there is now: a vessel's catheter is held otherwise.
+    bool suits(const Scene& scene) const {
+        return (scene.vessel() != nullptr) == m_grip.has_value();
+    }
 
     void set_stop(bool stop);
     bool is_stopped() const { return m_is_stopped; }
     /// No force and no feeling any more; the scene may go. The servo needs a moment to let go
     /// without a jump: then it is to be destroyed.
     void end(Clock::time_point now);
-    bool is_ending() const { return m_feel == nullptr; }
+    bool is_ending() const { return m_is_ending; }
     bool is_over(Clock::time_point now) const { return is_ending() && now > m_over_at; }
 
-    HapticState state();
+    HapticState state(const Scene& scene);
     ToolPose pose_of_tool() const;
 
   private:
     HapticSession() = default;
     Result<std::unique_ptr<LiveFeel>> make_feel(Scene& scene) const;
+    std::optional<HapticModel> model_of(Scene& scene);
+    std::optional<Action> next_push_of(Scene& scene, bool is_free);
     void read_records();
     void measure();
 
@@ -85,7 +96,9 @@ class HapticSession {
     double m_largest_force_n = 0;
     std::shared_ptr<PosedPlaces> m_places;
     std::unique_ptr<HapticServo> m_servo;
-    std::unique_ptr<LiveFeel> m_feel;
+    std::unique_ptr<LiveFeel> m_feel;    ///< of a scan; null in a vessel
+    std::optional<CatheterGrip> m_grip;  ///< in a vessel
+    bool m_is_ending = false;
     std::int64_t m_models = 0;
     HapticRecord m_now;
     bool m_has_place = false;

@@ -29,6 +29,7 @@ struct HapticsMessage {
 /// Where a device is whose place the client says [mm, in the device's frame].
 struct HapticPoseMessage {
     Vec3d position_mm{0, 0, 0};
+    double roll_deg = 0;  ///< about its z axis, as often round as it was turned
 };
 
 /// Of the servo, over the last seconds.
@@ -51,12 +52,13 @@ struct HapticState {
     double scale = 1;
     bool stopped = false;
     bool contact = false;
-    bool lost = false;           ///< the device can't be read
-    Vec3d place_mm{0, 0, 0};     ///< of the tool
-    Vec3d proxy_mm{0, 0, 0};     ///< on the free side of the wall
-    Vec3d force_n{0, 0, 0};      ///< on the tool
-    double largest_n = 0;        ///< since the last state
-    double depth_mm = 0;         ///< beyond the wall
+    bool lost = false;        ///< the device can't be read
+    Vec3d place_mm{0, 0, 0};  ///< of the tool
+    Vec3d proxy_mm{0, 0, 0};  ///< on the free side of the wall
+    Vec3d force_n{0, 0, 0};   ///< on the tool
+    double largest_n = 0;     ///< since the last state
+    double depth_mm = 0;      ///< beyond the wall; with a catheter, ahead of its base
+    bool holds_catheter = false;
     double largest_force_n = 0;  ///< that the device can show
     HapticStatistics servo{};
     std::string note{};  ///< what would make it better

@@ -25,6 +25,7 @@ nlohmann::json short_vector(Vec3d v, double per_unit) {
 std::string haptics_text(const HapticState& s) {
     nlohmann::json json = {{"t", "haptics"}, {"on", s.on}};
     if (!s.why.empty()) json["why"] = s.why;
+    if (s.on && s.holds_catheter) json["holds"] = "catheter";
     if (s.on)
         json.update({{"client", s.client},
                      {"tool", s.tool},

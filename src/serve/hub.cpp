@@ -103,7 +103,7 @@ void Hub::run(const std::stop_token& stop, Outlet& outlet) {
 void Hub::wait_for_work(const std::stop_token& stop, Clock::time_point last) {
     constexpr auto kIdle = std::chrono::milliseconds(500);
     const bool busy = !m_clients.empty() || !m_newcomers.empty() || m_scene->wants_sweep() ||
-                      m_haptics != nullptr;
+                      m_haptics || m_opening;
     const auto now = Clock::now();
     const auto due = last + m_period;
     {
@@ -340,6 +340,7 @@ void Hub::park(Client& client) {
     give_up_paths(client.info.number);
     if (m_haptics && m_haptics->client() == client.info.number)
         end_haptics("the browser that held the device is gone");
+    give_up_device(client.info.number, {});
     if (m_scene->has_contact(client.info.number)) act(client.info.number, ReleaseCommand{});
 }
 

@@ -27,6 +27,7 @@
 #include <vector>
 
 #include "serve/client.h"
+#include "serve/device_opening.h"
 #include "serve/haptic_session.h"
 #include "serve/path_search.h"
 #include "serve/save.h"
@@ -173,6 +174,9 @@ class Hub {
     void take_pose(const Client& client, const HapticPoseMessage& pose);
     void start_haptics(Client& client, std::uint32_t id, const HapticsMessage& haptics);
     void end_haptics(const std::string& why);
+    void open_device();
+    void take_device();
+    void give_up_device(std::uint32_t client, const Outcome& why);
     void push_by_device();
     void feel_device();
     void refresh_haptics();
@@ -223,6 +227,8 @@ class Hub {
     std::vector<std::unique_ptr<PathSearch>> m_paths;  ///< that are looked for
     HapticDevices m_haptic_devices;
     std::unique_ptr<HapticSession> m_haptics;  ///< null: there is none
+    std::optional<DeviceQuestion> m_wish;      ///< that waits for the one before to be closed
+    std::unique_ptr<DeviceOpening> m_opening;  ///< a device that is opened or closed now
     std::string m_haptics_why;                 ///< it has ended
     std::string m_haptics_text;
     std::uint64_t m_haptics_version = 0;

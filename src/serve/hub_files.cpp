@@ -38,6 +38,8 @@ void Hub::take(ConnectionId, Saving saving) {
 void Hub::take(ConnectionId, Opening opening) {
     opening.scene.scene->set_volume_id(m_scene->info().id + 1);
     end_haptics("another scan was opened");
+    give_up_device(
+        0, {.error_code = "other_scan", .message = "haptics: another scan was opened meanwhile"});
     std::swap(m_scene, opening.scene.scene);
     if (m_log) m_log->add(SessionOpen{std::move(opening.scene.recorded)});
     ++m_step;

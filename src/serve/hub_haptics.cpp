@@ -6,14 +6,14 @@
 // feels.
 
 #include <string>
+#include <utility>
 
 #include "serve/hub.h"
 
 namespace pliant::serve {
 namespace {
 
-constexpr const char* kNoVessel =
-    "expected ChainMail or springs, found a vessel: its force is shown, not felt";
+constexpr const char* kOtherTissue = "the tissue is another one now: start the device again";
 
 }  // namespace
 
@@ -52,21 +52,64 @@ void Hub::start_haptics(Client& client, std::uint32_t id, const HapticsMessage& 
                       "haptics: expected nobody else to hold a device, found "
                       "client " +
                           std::to_string(m_haptics->client()));
-    if (m_scene->vessel()) return refuse("other_tissue", std::string("haptics: ") + kNoVessel);
+    if (m_wish || (m_opening && m_opening->question().client))
+        return refuse("busy", "haptics: expected one device at a time, found one that is opened");
     // The device may be the same one: it is to be closed before it is opened again.
     end_haptics("");
-    m_haptics.reset();
-    auto session = HapticSession::start(haptics, m_haptic_devices, *m_scene, client.info.number,
-                                        m_last_client + 1);
-    if (!session.ok()) return refuse("out_of_range", "haptics: " + session.error().message);
-    m_haptics = std::move(*session);
-    ++m_last_client;
-    m_haptics_why.clear();
-    say(client, outcome_text(id, "haptics", m_step, {}));
+    m_wish = {client.info.number, id, haptics};
+    open_device();
+}
+
+/// What is asked for, once the one before is closed.
+void Hub::open_device() {
+    if (m_opening || !m_wish) return;
+    m_opening = std::make_unique<DeviceOpening>(*std::exchange(m_wish, {}), std::move(m_haptics),
+                                                &m_haptic_devices);
+}
+
+/// The device that was opened is taken into the hand, if whoever asked for it is still there.
+void Hub::take_device() {
+    if (!m_opening || !m_opening->is_done()) return;
+    const auto opening = std::move(m_opening);
+    const DeviceQuestion& asked = opening->question();
+    for (Client& client : m_clients) {
+        if (asked.client == 0 || client.info.number != asked.client) continue;
+        auto opened = opening->take();
+        auto session = opened.ok() ? HapticSession::start(asked.wish, std::move(*opened), *m_scene,
+                                                          asked.client, m_last_client + 1)
+                                   : Result<std::unique_ptr<HapticSession>>(opened.error());
+        if (!session.ok()) {
+            say(client, outcome_text(asked.id, "haptics", 0,
+                                     {.error_code = "out_of_range",
+                                      .message = "haptics: " + session.error().message}));
+            break;
+        }
+        m_haptics = std::move(*session);
+        ++m_last_client;
+        m_haptics_why.clear();
+        say(client, outcome_text(asked.id, "haptics", m_step, {}));
+    }
+    open_device();
+}
+
+/// Whoever waits for a device doesn't get it. @param client  0: any
+void Hub::give_up_device(std::uint32_t client, const Outcome& why) {
+    const auto is_meant = [&](const DeviceQuestion& asked) {
+        return asked.client != 0 && (client == 0 || asked.client == client);
+    };
+    const auto answer = [&](const DeviceQuestion& asked) {
+        for (Client& waiting : m_clients)
+            if (waiting.info.number == asked.client && waiting.connection)
+                say(waiting, outcome_text(asked.id, "haptics", 0, why));
+    };
+    if (m_wish && is_meant(*m_wish)) answer(*std::exchange(m_wish, {}));
+    if (!m_opening || !is_meant(m_opening->question())) return;
+    answer(m_opening->question());
+    m_opening->give_up();
 }
 
 void Hub::take_pose(const Client& client, const HapticPoseMessage& pose) {
-    if (m_haptics && m_haptics->client() == client.info.number) m_haptics->pose(pose.position_mm);
+    if (m_haptics && m_haptics->client() == client.info.number) m_haptics->pose(pose);
 }
 
 void Hub::end_haptics(const std::string& why) {
@@ -77,21 +120,27 @@ void Hub::end_haptics(const std::string& why) {
 }
 
 void Hub::push_by_device() {
+    take_device();
     if (!m_haptics) return;
-    if (m_haptics->is_over(m_now)) return m_haptics.reset();
-    if (m_scene->vessel()) return end_haptics(kNoVessel);
+    if (m_haptics->is_over(m_now) && !m_opening) {  // it is closed beside, too
+        m_opening =
+            std::make_unique<DeviceOpening>(DeviceQuestion{}, std::move(m_haptics), nullptr);
+        return;
+    }
+    if (m_haptics->is_ending()) return;
+    if (!m_haptics->suits(*m_scene)) return end_haptics(kOtherTissue);
     if (const auto push = m_haptics->next_push(*m_scene))
         m_haptics->pushed(act(m_haptics->tool(), *push));
 }
 
 /// To be called while the volume is up to date.
 void Hub::feel_device() {
-    if (m_haptics) m_haptics->feel(*m_scene);
+    if (m_haptics && m_haptics->suits(*m_scene)) m_haptics->feel(*m_scene);
 }
 
 void Hub::refresh_haptics() {
     if (!m_haptics && m_haptics_version == 0) return;
-    HapticState state = m_haptics ? m_haptics->state() : HapticState{};
+    HapticState state = m_haptics ? m_haptics->state(*m_scene) : HapticState{};
     state.on = m_haptics && !m_haptics->is_ending();
     state.why = m_haptics_why;
     std::string text = haptics_text(state);

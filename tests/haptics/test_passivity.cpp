@@ -21,7 +21,8 @@ TEST(Passivity, IsKeptByEachTissueInEachHand) {
         HapticTissue tissue;
     } tissues[] = {{"ChainMail, bone 6 mm deep", chainmail(layers(6), arena)},
                    {"springs", springs()},
-                   {"position-based block", pbd(arena)}};
+                   {"position-based block", pbd(arena)},
+                   {"catheter in a vessel", vessel(arena)}};
     for (const auto& [name, tissue] : tissues)
         for (const Hand hand : kHands) {
             SCOPED_TRACE(std::string(name) + ", hand " + std::to_string(int(hand)));

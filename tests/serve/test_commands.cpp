@@ -64,6 +64,7 @@ const std::vector<std::string>& good_messages() {
         R"({"do":"haptics","wish":"start","device":"virtual:tap","position":[1,2,3],)"
         R"("look":[0,0,-1],"up":[0,1,0],"scale":0.5,"radius":3})",
         R"({"do":"haptic_pose","position":[1,-2,3.5]})",
+        R"({"do":"haptic_pose","position":[1,-2,3.5],"roll_deg":-400.5})",
     };
     return messages;
 }
@@ -143,6 +144,7 @@ TEST(Messages, ThatAreRubbishCloseTheConnection) {
              R"({"do":"haptics"})",
              R"({"do":"haptics","wish":"start","device":3,"position":[1,2,3]})",
              R"({"do":"haptic_pose","position":[1,2]})",
+             R"({"do":"haptic_pose","position":[1,2,3],"roll_deg":"round"})",
              R"({"do":"tool","kind":"hammer"})",
              "{\"do\":\"\xff\"}",
              R"({"do":"ping","x":)" + deep + "]]]]]}",

@@ -13,6 +13,7 @@
 #include <cmath>
 #include <fstream>
 #include <optional>
+#include <thread>
 
 #include "serve/test_client.h"
 #include "support/temporary_folder.h"
@@ -42,7 +43,8 @@ class HapticsServerTest : public ::testing::Test {
         auto server =
             Server::start({.phantom_size = {48, 48, 48},
                            .session = m_folder / "felt.pls",
-                           .haptic_devices = {"replay:" + (m_folder / "hand.txt").string()}},
+                           .haptic_devices = {"replay:" + (m_folder / "hand.txt").string(),
+                                              PLIANT_SLOW_DEVICE ":" + m_awaited.string()}},
                           m_arena);
         ASSERT_TRUE(server.ok()) << server.error().message;
         m_server.emplace(std::move(*server));
@@ -68,6 +70,7 @@ class HapticsServerTest : public ::testing::Test {
 
     const TaskArena m_arena{2};
     TemporaryFolder m_folder;
+    const std::filesystem::path m_awaited = m_folder / "awaited";  ///< by the slow device
     RayHit m_wall{};
     std::optional<Server> m_server;
 };
@@ -162,6 +165,49 @@ TEST_F(HapticsServerTest, ABrowsersOwnDeviceIsWhereItSays) {
     const Json lost = news(hand, [](const Json& m) { return m["lost"] == true; });
     ASSERT_FALSE(lost.is_null());
     EXPECT_EQ(newtons(lost), 0);
+}
+
+TEST_F(HapticsServerTest, ASlowDeviceIsOpenedWhileTheSceneGoesOn) {
+    const std::string slow = "libslow_haptic_device.so:awaited";
+    TestClient hand(m_server->port(), m_server->link());
+    const Json welcome = hand.enter();
+    const auto devices = welcome["haptic_devices"].get<std::vector<std::string>>();
+    ASSERT_NE(std::find(devices.begin(), devices.end(), slow), devices.end()) << welcome.dump();
+    constexpr std::uint32_t kAsked = 4000;
+    Json question = start(slow);
+    question["id"] = kAsked;
+    hand.say(question);
+    // It waits for the file, and the scene doesn't wait for it.
+    EXPECT_EQ(hand.command({{"do", "iso"}, {"iso_hu", -400}})["t"], "done");
+    EXPECT_EQ(hand.command(start("virtual:tap"))["code"], "busy");
+    std::ofstream(m_awaited) << "now\n";
+    EXPECT_EQ(hand.answer(kAsked)["t"], "done");
+    ASSERT_FALSE(
+        news(hand, [&](const Json& m) { return m["on"] && m["device"] == slow; }).is_null());
+    // Another one in its place: this one is closed before.
+    EXPECT_EQ(hand.command(start("virtual:tap"))["t"], "done");
+
+    // Who is gone gets none, and another may have one then.
+    std::filesystem::remove(m_awaited);
+    {
+        TestClient other(m_server->port(), m_server->link());
+        other.enter();
+        EXPECT_EQ(hand.command({{"do", "haptics"}, {"wish", "end"}})["t"], "done");
+        other.say(start(slow));
+        EXPECT_EQ(other.command({{"do", "iso"}, {"iso_hu", -500}})["t"], "done");
+    }
+    std::ofstream(m_awaited) << "now\n";
+    Json answer;
+    for (int n = 0; n < 500; ++n) {  // until the server has seen that it is gone
+        answer = hand.command(start("virtual:tap"));
+        if (answer["t"] == "done") break;
+        EXPECT_EQ(answer["code"], "busy");
+        std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    }
+    EXPECT_EQ(answer["t"], "done");
+    EXPECT_FALSE(news(hand, [](const Json& m) {
+                     return m["on"] && m["device"] == "virtual:tap";
+                 }).is_null());
 }
 
 }  // namespace

@@ -129,7 +129,8 @@ export class CatheterHand {
             this.sentBend = '';
         }
         let wish = keysDrive(state) ? wishOfKeys(this.held) : kNothing;
-        for (const pad of this.pads()) if (pad) wish = sumOf(wish, wishOfPad(pad));
+        const pads = this.session.device.isLed ? [] : this.pads(); // else they lead the device
+        for (const pad of pads) if (pad) wish = sumOf(wish, wishOfPad(pad));
         if (wish.bend[0] || wish.bend[1]) {
             const [first, second] = this.bend;
             const by = kBendRate * seconds;

@@ -16,6 +16,8 @@ export const kPlotSeconds = 10;
 const kAhead = 10; // of the tip, where a tool begins if there is room [mm]
 const kShowMs = 80; // between two pictures of the numbers
 const kLead = 0.1; // of the mouse [mm per pixel]
+const kLeadRoll = 0.5; // of a catheter, by the mouse [degrees per pixel]
+const kPadRoll = 4.5; // and by a stick, for its way to the side [degrees/mm]
 
 export interface Felt {
     readonly at: number; ///< [ms]
@@ -29,6 +31,7 @@ export class Haptics {
     device = '';
     follows = false; ///< the endoscope is where the tool is
     private place: Vec3 = [0, 0, 0]; // of a device in the browser, in its own frame [mm]
+    private roll = 0; // [degrees]
     private newest: HapticsNews | null = null; // that is not shown yet
     private shownAt = 0;
     private puck: (() => Motion) | undefined;
@@ -59,7 +62,7 @@ export class Haptics {
         if (before?.tool !== news.tool) this.felt.length = 0;
         this.felt.push({ at: now, newtons: news.largest_n! });
         while (this.felt[0]!.at < now - 1000 * kPlotSeconds) this.felt.shift();
-        if (this.follows && this.isOwn) {
+        if (this.follows && this.isOwn && !news.holds) {
             const { camera } = this.session.store.state;
             this.session.store.set({ camera: { ...camera, eye: news.proxy_mm! } });
         }
@@ -89,6 +92,7 @@ export class Haptics {
             ? camera.eye
             : flown(volume, camera.eye, ahead, tip, surface);
         this.place = [0, 0, 0];
+        this.roll = 0;
         // What doesn't come back would be felt once only.
         if (!shared.relaxing) await this.session.ask({ do: 'relax', on: true });
         return this.session.ask({
@@ -114,8 +118,14 @@ export class Haptics {
         void this.session.ask({ do: 'haptics', wish });
     }
 
-    /// The mouse, held in the endoscope's view: pixels right and down, and millimetres ahead.
+    /// The mouse, held in the endoscope's view: pixels right and down, and millimetres ahead. A
+    /// catheter is pushed up and rolled aside.
     lead(dx: number, dy: number, ahead = 0): void {
+        if (this.news?.holds) {
+            this.roll += kLeadRoll * dx;
+            this.place = moved(this.place, [0, 0, kLead * dy - ahead], 1);
+            return;
+        }
         this.place = moved(this.place, [kLead * dx, -kLead * dy, -ahead], 1);
     }
 
@@ -136,7 +146,9 @@ export class Haptics {
         const pads = navigator.getGamepads?.() ?? [];
         const pad = pads.find((p) => p && !buttonsOff(p)) ?? pads.find((p) => p);
         const motion = this.puck?.() ?? (pad ? padMotion(pad) : kNoMotion);
-        this.place = moved(this.place, motion, seconds);
-        this.session.connection.tell({ do: 'haptic_pose', position: this.place });
+        if (this.news!.holds) this.roll += kPadRoll * motion[0] * seconds;
+        this.place = moved(this.place, this.news!.holds ? [0, 0, motion[2]] : motion, seconds);
+        const roll_deg = Math.round(100 * this.roll) / 100;
+        this.session.connection.tell({ do: 'haptic_pose', position: this.place, roll_deg });
     }
 }

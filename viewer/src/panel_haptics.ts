@@ -28,9 +28,11 @@ export function feltText(news: HapticsNews | null, felt: readonly Felt[]): strin
         ? 'the device can’t be read'
         : news.stopped
           ? 'stopped'
-          : news.contact
-            ? `${news.depth_mm!.toFixed(1)} mm deep`
-            : 'free';
+          : news.holds
+            ? `holds the catheter, ${news.depth_mm!.toFixed(1)} mm ahead of it`
+            : news.contact
+              ? `${news.depth_mm!.toFixed(1)} mm deep`
+              : 'free';
     return `${newtons(now)} now, ${newtons(most)} at most in ${kPlotSeconds} s; ${what}`;
 }
 

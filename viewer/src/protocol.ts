@@ -180,6 +180,7 @@ export interface HapticsNews {
     force_n?: Vec3;
     largest_n?: number; ///< since the last of these messages
     depth_mm?: number;
+    holds?: 'catheter'; ///< of a vessel, instead of a tool
     largest_force_n?: number;
     servo?: {
         rate_hz: number;
@@ -262,6 +263,7 @@ export interface Seen {
 export interface HapticPose {
     do: 'haptic_pose';
     position: Vec3;
+    roll_deg?: number;
 }
 
 export interface Pose {

@@ -8,8 +8,9 @@
 //   PLIANT_SERVER    the program `pliant`: the tests then run against its server, not the mock
 //   PLIANT_PAGE      with it: a folder whose page is shown instead of the one in the program
 
-import { type ChildProcess, spawn } from 'node:child_process';
-import { existsSync, mkdirSync } from 'node:fs';
+import { type ChildProcess, execFileSync, spawn } from 'node:child_process';
+import { existsSync, mkdirSync, mkdtempSync, rmSync } from 'node:fs';
+import { tmpdir } from 'node:os';
 import { join } from 'node:path';
 import { type Browser, chromium, type Page } from 'playwright-core';
 import type { Session } from '../src/session.ts';
@@ -44,6 +45,21 @@ export async function serve(...args: string[]): Promise<Served> {
                 child.kill('SIGTERM');
             }),
     };
+}
+
+/// The airway phantom with so many voxels along each side; the mock has one size only.
+export async function serveAirway(size: number): Promise<Served> {
+    const program = process.env.PLIANT_SERVER;
+    if (!program) return serve();
+    const folder = mkdtempSync(join(tmpdir(), 'pliant-airway-'));
+    const scan = join(folder, 'airway.nrrd');
+    execFileSync(program, ['phantom', 'airway', '--size', String(size), '--out', scan]);
+    const served = await serve(scan);
+    const stop = async (): Promise<void> => {
+        await served.stop();
+        rmSync(folder, { recursive: true });
+    };
+    return { ...served, stop };
 }
 
 function linkOf(child: ChildProcess): Promise<string> {

@@ -7,7 +7,7 @@
 import assert from 'node:assert/strict';
 import { after, before } from 'node:test';
 import type { Browser, Page } from 'playwright-core';
-import { launch, type Served, serve, visit } from './browser.ts';
+import { launch, type Served, serve, serveAirway, visit } from './browser.ts';
 
 export let browser: Browser;
 export let served: Served;
@@ -17,13 +17,14 @@ let errors: string[] = [];
 export interface Wishes {
     name?: string; ///< of the client, shown to others
     expected?: string; ///< part of complaints that the tests bring about
+    size?: number; ///< of the phantom, along each side: a smaller one is done with sooner
 }
 
 /// To be called once, before the tests.
-export function useOnePage({ name, expected }: Wishes = {}): void {
+export function useOnePage({ name, expected, size }: Wishes = {}): void {
     before(async () => {
         browser = await launch();
-        served = await serve();
+        served = await (size ? serveAirway(size) : serve());
         const more = name ? `&notour&name=${name}` : '&notour';
         ({ page, errors } = await visit(browser, served.link, more));
     });

@@ -14,7 +14,7 @@ import type { Session } from '../src/session.ts';
 import { compare, picture, stateOf, untilState, visit } from './browser.ts';
 import { browser, page, served, useOnePage } from './one_page.ts';
 
-useOnePage({ name: 'Anna' });
+useOnePage({ name: 'Anna', size: 64 });
 
 const until = (on: Page, holds: (news: HapticsNews) => boolean): Promise<void> =>
     untilState(on, ({ haptics }) => Boolean(haptics && holds(haptics)));
@@ -68,10 +68,9 @@ test('a device pushes the tissue, for all to see, until it is stopped', async (t
             return sum;
         });
     const plot = await lit();
-    await page.waitForTimeout(700);
+    for (let n = 0; n < 100 && (await lit()) === plot; ++n) await page.waitForTimeout(50);
     assert.notEqual(await lit(), plot);
     await draw(page, true);
-    await page.waitForTimeout(500);
     await panel.locator('dl.servo').scrollIntoViewIfNeeded();
     await picture(page, 'haptics');
     await draw(page, false);
@@ -92,8 +91,6 @@ test('a device pushes the tissue, for all to see, until it is stopped', async (t
     // It has come back by itself.
     assert.equal(after.tissue, before.tissue);
 
-    await draw(page, true);
-    await picture(page, 'haptics_stopped');
     await panel.getByRole('button', { name: 'Go on' }).click();
     await until(page, (news) => !news.stopped);
     await panel.getByRole('button', { name: 'End' }).click();
@@ -127,5 +124,9 @@ test('what is felt is said in words', () => {
         '0.50 N now, 0.75 N at most in 10 s; 2.0 mm deep',
     );
     assert.match(feltText({ ...news, stopped: true }, felt), /stopped$/);
+    assert.match(
+        feltText({ ...news, depth_mm: 0.26, holds: 'catheter' }, felt),
+        /holds the catheter, 0\.3 mm ahead of it$/,
+    );
     assert.deepEqual([0, 0.1, 0.11, 7, 12.5].map(plotTop), [0.1, 0.1, 0.2, 10, 13]);
 });
