@@ -50,6 +50,8 @@ nlohmann::ordered_json report_of(const CatheterScene& scene, const Extremes& mos
             {"volume_error_largest", most.volume_largest},
             {"inverted_ever", most.inverted},
             {"most_active_tetrahedra", most.active},
+            {"reach_mm", scene.settings().reach_mm},
+            {"wide_reach_mm", wide_reach_mm(scene.wall(), scene.settings().wall)},
             {"end_wall_moved_mm", end.wall_moved_mm},
             {"end_kinetic_energy_mj", end.kinetic_energy_mj},
             {"end_inverted", end.inverted},
@@ -246,6 +248,12 @@ int run_vessel(const VesselOptions& o) {
                     100 * most.volume_mean, 100 * most.volume_largest);
         std::printf("tetrahedra          %d active at most, %lld inverted at the end\n",
                     most.active, static_cast<long long>(end.inverted));
+        const double wide = wide_reach_mm(scene->wall(), scene->settings().wall);
+        if (scene->settings().local && scene->settings().reach_mm < wide)
+            std::printf(
+                "reach               %g mm; %.1f mm keep what boxes change below 2 %% on this "
+                "support\n",
+                scene->settings().reach_mm, wide);
         std::printf("energy              %.3f mJ at most\n", most.energy_mj);
         std::printf("checksum            %s\n", report["hash"].get<std::string>().c_str());
     }

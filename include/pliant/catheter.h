@@ -64,11 +64,16 @@ struct CatheterSettings {
     CatheterEntry entry{};
     bool local = true;    ///< only boxes near the catheter move
     double box_mm = 10;   ///< their side
-    double reach_mm = 2;  ///< a box this near to the catheter's surface moves
+    /// A box this near to the catheter's surface moves; -1: as far as wide_reach_mm says.
+    double reach_mm = 2;
     double time_step_s = 1e-3;
     int sub_steps = 5;
     int iterations = 4;  ///< of the wire's Newton method, in each sub-step
 };
+
+/// The reach with which a local step differs from one of the whole wall by 2 % of the movement at
+/// most, from how slowly movement dies away along a tube on its support; 1000 without a support.
+double wide_reach_mm(const VesselWall& wall, const WallTissue& tissue);
 
 /// What the hand does, until told otherwise.
 struct CatheterCommand {

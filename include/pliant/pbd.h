@@ -109,6 +109,10 @@ struct PbdSettings {
     /// there must be an even number of iterations. Always in the same order, many hard constraints
     /// begin to shake by themselves (docs/pbd.md).
     bool to_and_fro = false;
+    /// How fast [1/time] a load that lasts stops showing in hard volumes: the share of its error by
+    /// which each one's target is moved the other way. At most the damping, or they begin to
+    /// shake; 0: not at all. Volumes with a compliance are left as they are.
+    double volume_recovery = 0;
     /// Where much is held, pack the rest anew: faster, but in another order, on which a body that
     /// sub-steps don't solve depends.
     bool packs_anew = false;

@@ -57,7 +57,7 @@ Status check(const CatheterSettings& s) {
                             {"wall.damping_per_s", s.wall.damping_per_s, 0, 1000},
                             {"entry.inserted_mm", s.entry.inserted_mm, 0, s.catheter.length_mm},
                             {"box_mm", s.box_mm, 1, 1000},
-                            {"reach_mm", s.reach_mm, 0, 1000},
+                            {"reach_mm", s.reach_mm, s.reach_mm == -1 ? -1.0 : 0.0, 1000},
                             {"time_step_s", s.time_step_s, 1e-5, 0.05},
                             {"sub_steps", double(s.sub_steps), 1, 1000},
                             {"iterations", double(s.iterations), 1, 100}};
@@ -160,6 +160,7 @@ struct CatheterScene::Impl {
           contact(wall.mesh, wall.ghost, wall.ghost_places,
                   {.radius_mm = s.catheter.radius_mm, .friction = s.catheter.friction}) {
         inserted = s.entry.inserted_mm;
+        if (settings.reach_mm < 0) settings.reach_mm = wide_reach_mm(wall, settings.wall);
     }
 
     CatheterSettings settings;

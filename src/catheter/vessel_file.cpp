@@ -266,7 +266,7 @@ void read_rest(const Tables& table, VesselFile& v) {
     Table t = table("simulation");
     t.flag("local", s.local);
     t.number("box_mm", s.box_mm, 1, 1000);
-    t.number("reach_mm", s.reach_mm, 0, 1000);
+    t.number("reach_mm", s.reach_mm, -1, 1000);
     t.number("time_step_s", s.time_step_s, 1e-5, 0.05);
     t.whole("sub_steps", s.sub_steps, 1, 1000);
     t.whole("iterations", s.iterations, 1, 100);

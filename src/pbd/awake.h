@@ -68,6 +68,10 @@ class AwakePacks {
     const Real* numbers(int kind) const {
         return m_copies[kind] ? m_numbers[kind].data() : m_all_numbers[kind].data();
     }
+    /// Of what has been packed anew; the plan's own is the caller's.
+    void set_number(int kind, std::size_t at, Real number) {
+        if (m_copies[kind]) m_numbers[kind][at] = number;
+    }
     /// Of a constraint, or −1 where all of its particles are held.
     std::int32_t slot(int kind, std::int32_t constraint) const {
         const KindPlan& at = m_copies[kind] ? *m_copies[kind] : m_plan.kinds[kind];

@@ -177,6 +177,9 @@ Status check_settings(const PbdSettings& s) {
     if (!is_amount(s.damping) || s.damping * s.time_step > s.sub_steps)
         return invalid("damping: expected 0 to " + short_text(s.sub_steps / s.time_step) +
                        ", one over the sub-step, found " + short_text(s.damping));
+    if (!(s.volume_recovery >= 0 && s.volume_recovery <= s.damping))
+        return invalid("volume_recovery: expected 0 to " + short_text(s.damping) +
+                       ", the damping, found " + short_text(s.volume_recovery));
     if (s.to_and_fro && s.iterations % 2 != 0)
         return invalid("iterations: expected an even number where they go to and fro, found " +
                        std::to_string(s.iterations));

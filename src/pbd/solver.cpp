@@ -19,6 +19,8 @@ namespace {
 constexpr std::int64_t kGrain = 4096;  ///< particles that a thread takes at once
 /// Vectors of four particles start at a cache line, wherever threads divide them.
 constexpr std::int64_t kLine = 4;
+/// Of a target's shift, in rest volumes: where held particles keep a volume from its target.
+constexpr double kMostShift = 0.5;
 
 /// Without the allocation that a std::function of more than a reference costs.
 template <class Body>
@@ -48,6 +50,11 @@ class SolverOf final : public Solver {
             m_multipliers[kind].assign(
                 plan.kinds[kind].constraints.size() * std::size_t(kMultipliers[kind]), 0);
             fill_numbers(kind);
+        }
+        if (settings.volume_recovery > 0) {
+            m_volume_shifts.assign(parts.volumes.size(), 0);
+            for (const PbdVolume& v : parts.volumes)
+                m_rest_volumes.push_back(rest_volume(parts, v));
         }
         m_forces.assign(parts.attachments.size(), Vec3d{0, 0, 0});
         m_packs.emplace(parts, plan, m_numbers, settings.packs_anew);
@@ -213,12 +220,54 @@ class SolverOf final : public Solver {
             }
             if (bad) m_is_bad.store(true);
         });
-        if (!m_is_bad.load()) return Ok{};
+        if (!m_is_bad.load()) {
+            recover_volumes(arena);
+            return Ok{};
+        }
         copy_awake(arena, m_good_x, m_x);
         copy_awake(arena, m_good_v, m_v);
         return Error{ErrorCode::LimitExceeded,
                      "step: a place or velocity is no number any more; expected more sub-steps, "
                      "damping or compliance"};
+    }
+
+    /// Integral control of hard volumes: what a lasting load leaves of C after the projections of a
+    /// sub-step is made up for by a target that is off by as much the other way. The slower ones of
+    /// them are oscillators with the damping c of velocities; their error grows where the rate is
+    /// above c (docs/pbd.md).
+    void recover_volumes(const TaskArena& arena) {
+        constexpr int kVolume = int(PbdKind::Volume);
+        const double share = m_settings.volume_recovery * m_settings.time_step;
+        for_each(arena, std::int64_t(m_volume_shifts.size()), kGrain,
+                 [&](std::int64_t begin, std::int64_t end) {
+                     for (auto c = std::size_t(begin); c < std::size_t(end); ++c) {
+                         const PbdVolume& v = m_parts.volumes[c];
+                         if (m_settings.method == PbdMethod::Compliance && v.compliance > 0)
+                             continue;
+                         const std::int32_t slot = m_packs->slot(kVolume, std::int32_t(c));
+                         if (slot < 0 || all_held(v.nodes)) continue;
+                         const Vec3d p = get(m_x, v.nodes[0]);
+                         const Vec3d e[3] = {get(m_x, v.nodes[1]) - p, get(m_x, v.nodes[2]) - p,
+                                             get(m_x, v.nodes[3]) - p};
+                         const double off =
+                             pliant::dot(pliant::cross(e[0], e[1]), e[2]) / 6 - m_rest_volumes[c];
+                         const double most = kMostShift * m_rest_volumes[c];
+                         m_volume_shifts[c] =
+                             std::clamp(m_volume_shifts[c] - share * off, -most, most);
+                         const Real target = Real(m_rest_volumes[c] + m_volume_shifts[c]);
+                         m_numbers[kVolume][first_number(m_plan.kinds[kVolume].slots[c])] = target;
+                         m_packs->set_number(kVolume, first_number(slot), target);
+                     }
+                 });
+    }
+    bool all_held(const std::array<std::int32_t, 4>& nodes) const {
+        return std::none_of(nodes.begin(), nodes.end(),
+                            [&](std::int32_t n) { return m_x[at(n) + 3] > 0; });
+    }
+    /// Of a volume, where the numbers are.
+    static std::size_t first_number(std::int32_t slot) {
+        const auto at = std::size_t(slot);
+        return at / kPack * std::size_t(kNumbers[int(PbdKind::Volume)]) * kPack + at % kPack;
     }
 
     struct Range {
@@ -387,6 +436,7 @@ class SolverOf final : public Solver {
     /// [particle][4]: x, y, z and, of m_x, the inverse mass. m_before is before the constraints.
     AlignedVector<Real> m_x, m_before, m_v, m_good_x, m_good_v;
     AlignedVector<Real> m_numbers[kKinds], m_multipliers[kKinds];
+    std::vector<double> m_rest_volumes, m_volume_shifts;  ///< [volume], where they recover
     std::optional<AwakePacks<Real>> m_packs;
     std::vector<Range> m_awake_ranges;
     struct AwakeAttachment {

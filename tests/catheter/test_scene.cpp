@@ -233,6 +233,45 @@ TEST(CatheterScene, LocalIsNearlyFull) {
     EXPECT_LT(apart, 0.02 * most);
 }
 
+// On a soft support a push is felt far along the vessel; boxes as wide as it says follow it.
+TEST(CatheterScene, IsNearlyFullOnASoftSupportWhereBoxesAreWide) {
+    const VesselWall wall = bent_tube();
+    std::vector<Vec3d> wire;
+    CatheterSettings s = settings(300);
+    s.catheter.tip_bend_n_mm2 = 60;
+    s.wall.support_pa_per_mm = 2000;
+    s.local = false;
+    const auto full = standing(wall, s, &wire);
+    double most = 0, apart[2] = {0, 0};
+    s.local = true;
+    for (const bool wide : {false, true}) {
+        s.reach_mm = wide ? -1 : 2;
+        const auto local = standing(wall, s, &wire);
+        for (std::size_t n = 0; n < full.size(); ++n) {
+            most = std::max(most, norm(full[n] - wall.mesh.nodes_mm[n]));
+            apart[wide] = std::max(apart[wide], norm(full[n] - local[n]));
+        }
+    }
+    std::printf("reach %.2f mm: %.2f %% of %.3f mm; 2 mm: %.2f %%\n", wide_reach_mm(wall, s.wall),
+                100 * apart[1] / most, most, 100 * apart[0] / most);
+    EXPECT_GT(apart[0], 0.02 * most);
+    EXPECT_LE(apart[1], 0.02 * most);
+}
+
+// l = (4 E t R²/k)^(1/4), with the tube's own radius and thickness.
+TEST(CatheterScene, AWideReachFollowsFromTheWallAndItsSupport) {
+    const VesselWall wall = bent_tube();
+    const double expected = std::pow(4 * 5e5 * 1.2 * 4.6 * 4.6 / 2000, 0.25);
+    EXPECT_NEAR(wide_reach_mm(wall, {.support_pa_per_mm = 2000}), expected, 0.03 * expected);
+    EXPECT_EQ(wide_reach_mm(wall, {.support_pa_per_mm = 0}), 1000);
+    CatheterSettings s = settings();
+    s.reach_mm = -1;
+    EXPECT_NEAR(made(CatheterScene::create(wall, s)).settings().reach_mm,
+                wide_reach_mm(wall, s.wall), 1e-12);
+    s.reach_mm = -2;
+    EXPECT_FALSE(CatheterScene::create(wall, s).ok());
+}
+
 TEST(CatheterScene, SaysWhatIsWrong) {
     const VesselWall wall = bent_tube();
     const auto message = [&](auto change) {

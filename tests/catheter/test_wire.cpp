@@ -8,6 +8,8 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <numbers>
+#include <vector>
 
 #include "catheter/wire.h"
 #include "support/random.h"
@@ -116,34 +118,110 @@ TEST(Wire, ContactBendsItAsABeam) {
         }
 }
 
+/// A force that doesn't depend on where the wire goes: a spring so soft that it is always the same.
+WireContact load_on(std::int32_t segment, double along, Vec3d force, Vec3d place) {
+    WireContact c;
+    c.segment = segment;
+    c.along = along;
+    c.compliance = 1;
+    c.normal = normalized(force);
+    c.least = dot(c.normal, place) + c.compliance * norm(force);
+    return c;
+}
+
+constexpr double kStickingSpeed = 0.5;  ///< [mm/s]
+
+/// What the wire's friction starts from in a step of h seconds.
+void begin_friction(WireContact& c, double friction, const Wire& wire, double h) {
+    const auto s = std::size_t(c.segment);
+    const auto& x = wire.places_before();
+    c.friction = friction;
+    c.sticking_mm = kStickingSpeed * h;
+    c.sticks = (1 - c.along) * x[s] + c.along * x[s + 1];
+}
+
+// Its tip is pressed to a floor with 500 uN and drawn over it: the base feels the coefficient times
+// that, and below the sticking speed in proportion less.
 TEST(Wire, FrictionIsCoulombs) {
-    for (const double friction : {0.0, 0.2, 0.6}) {
-        Wire wire(straight(60), 60);
-        WireContact c;
-        double inserted = 60, push = 0, drag = 0;
-        for (int n = 1; n <= 1000; ++n) {
-            inserted += 0.02;
-            wire.feed(inserted, 0);
-            wire.predict(1e-3);
-            c.segment = 55;
-            c.along = 0.5;
-            c.normal = {1, 0, 0};
-            c.lever = {-0.5, 0, 0};
-            c.least = std::min(2.0, 0.01 * n);
-            c.compliance = 1e-8;
-            c.friction = friction;
-            c.sticking_mm = 1e-4;
-            const auto& x = wire.places_before();
-            c.sticks = 0.5 * (x[55] + x[56]);
-            for (int i = 0; i < 3; ++i) wire.solve({&c, 1});
-            wire.finish();
-            if (n <= 600) continue;
-            push += c.force.x / 400;
-            drag -= c.force.z / 400;
+    const double h = 1e-3, load = 500;
+    for (const double friction : {0.0, 0.2, 0.6})
+        for (const double speed : {10.0, -10.0, 0.25, -0.1}) {
+            const WireSettings settings = straight(20);
+            Wire wire(settings, 30);
+            double inserted = 30, push = 0, drag = 0, base = 0;
+            for (int n = 1; n <= 600; ++n) {
+                inserted += h * speed;
+                wire.feed(inserted, 0);
+                wire.predict(h);
+                WireContact c[2] = {load_on(19, 1, {-load, 0, 0}, {0, 0, 0}), {}};
+                c[1].segment = 19;
+                c[1].along = 1;
+                c[1].normal = {1, 0, 0};
+                c[1].compliance = 1e-8;
+                begin_friction(c[1], friction, wire, h);
+                for (int i = 0; i < 3; ++i) wire.solve(c);
+                wire.finish();
+                if (n <= 400) continue;
+                push += c[1].force.x / 200;
+                drag -= c[1].force.z / 200;
+                base -= (wire.base_force().z +
+                         settings.damping * settings.mass_g_mm * inserted * speed) /
+                        200;  // but for what damping takes
+            }
+            const double share = std::clamp(speed / kStickingSpeed, -1.0, 1.0);
+            std::printf("friction %g, %g mm/s: push %.2f, drag %.2f, base %.2f uN\n", friction,
+                        speed, push, drag, base);
+            EXPECT_NEAR(push, load, 0.002 * load);
+            EXPECT_NEAR(drag, share * friction * load, 0.005 * load);
+            EXPECT_NEAR(base, drag, 0.002 * load);
         }
-        std::printf("friction %g: push %.1f, drag %.2f on average\n", friction, push, drag);
-        EXPECT_GT(push, 20);
-        EXPECT_NEAR(drag, friction * push, 0.02 * push);
+}
+
+// Round a quarter of a cylinder, its tip drawn with a known force: what the base feels is e^(µ π/2)
+// times that where the wire is withdrawn, and so much less where it is fed (Euler, Eytelwein).
+TEST(Wire, FrictionRoundACylinderIsTheCapstans) {
+    const double h = 2e-4, radius = 10, load = 4000;
+    const Vec3d centre{radius, 0, 10};
+    WireSettings s = straight(60);
+    s.segment_mm = 1;
+    s.bend.assign(60, 200);
+    s.twist.assign(60, 200);
+    s.damping = 20;
+    const double friction = 0.3;
+    {
+        Wire wire(s, 40);
+        double inserted = 40, drawn[2] = {0, 0};
+        for (int n = 1; n <= 3500; ++n) {
+            const double speed = n <= 1500 ? 0 : n <= 2500 ? -3 : 3;
+            inserted += h * speed;
+            wire.feed(inserted, 0);
+            wire.predict(h);
+            std::vector<WireContact> contacts;
+            const double ramp = std::min(1.0, n / 1000.0);
+            contacts.push_back(load_on(59, 1, {ramp * load, 0, 0}, wire.places().back()));
+            for (std::int32_t i = wire.first(); i < wire.segments(); ++i) {
+                Vec3d out = wire.places()[std::size_t(i) + 1] - centre;
+                out.y = 0;
+                WireContact c;
+                c.segment = i;
+                c.along = 1;
+                c.normal = normalized(out);
+                c.least = dot(c.normal, centre) + radius;
+                c.compliance = 1e-7;
+                begin_friction(c, friction, wire, h);
+                contacts.push_back(c);
+            }
+            for (int i = 0; i < 4; ++i) wire.solve(contacts);
+            wire.finish();
+            ASSERT_TRUE(wire.is_good());
+            if (n > 2000 && n <= 2500) drawn[0] += wire.base_force().z / 500;
+            if (n > 3000) drawn[1] += wire.base_force().z / 500;
+        }
+        const double grows = std::exp(friction * std::numbers::pi / 2);
+        std::printf("friction %g: withdrawn %.4f expected %.4f, fed %.4f expected %.4f\n", friction,
+                    drawn[0] / load, grows, drawn[1] / load, 1 / grows);
+        EXPECT_NEAR(drawn[0] / load, grows, 0.01 * grows);
+        EXPECT_NEAR(drawn[1] / load, 1 / grows, 0.01 / grows);
     }
 }
 

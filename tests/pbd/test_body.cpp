@@ -281,6 +281,11 @@ TEST(Body, BadInputIsRefusedWithOneLineThatNamesIt) {
         {"gravity: expected three numbers", [&](PbdParts&, PbdSettings& s) { s.gravity.x = nan; }},
         {"damping: expected 0 to 600, one over the sub-step, found 601",
          [](PbdParts&, PbdSettings& s) { s.damping = 601; }},
+        {"volume_recovery: expected 0 to 20, the damping, found 21",
+         [](PbdParts&, PbdSettings& s) {
+             s.damping = 20;
+             s.volume_recovery = 21;
+         }},
     };
     ASSERT_TRUE(PbdBody::create(good_parts(), {}).ok());
     for (const Case& c : cases) {

@@ -1,0 +1,148 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// Contact of a rod with the ghost surface of a vessel round a quarter of a circle, whose wall is
+// held. What is timed is the whole step: the rod's, the search in the grid, and the projections.
+// The reference makes the rod's step, and tests the box of each segment with that of every
+// triangle, which is the least that a search without a grid has to do; it projects nothing.
+
+#include <pliant/pbd_contact.h>
+#include <pliant/vessel_wall.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <numbers>
+#include <vector>
+
+#include "interleaved.h"
+
+namespace pliant::bench {
+namespace {
+
+constexpr double kRadius = 0.5, kReach = 0.5, kContactStep = 2e-4;
+
+VesselWall quarter(int sectors) {
+    std::vector<CentrePoint> way;
+    for (int n = -2; n < 32; ++n) way.push_back({{0, 0, 2.0 * n}, 3});
+    for (int n = 0; n <= 24; ++n) {
+        const double angle = std::numbers::pi / 2 * n / 24;
+        way.push_back({{30 * (1 - std::cos(angle)), 0, 64 + 30 * std::sin(angle)}, 3});
+    }
+    for (int n = 1; n < 10; ++n) way.push_back({{30 + 2.0 * n, 0, 94}, 3});
+    auto wall = swept_tube(way, {.thickness_mm = 1, .layers = 1, .sectors = sectors});
+    if (!wall) std::abort();
+    return std::move(*wall);
+}
+
+struct Box {
+    Vec3d low, high;
+    explicit Box(Vec3d a) : low(a), high(a) {}
+    void add(Vec3d p) {
+        for (int c = 0; c < 3; ++c) {
+            low[c] = std::min(low[c], p[c]);
+            high[c] = std::max(high[c], p[c]);
+        }
+    }
+};
+
+class RodInTube {
+  public:
+    explicit RodInTube(const VesselWall& wall)
+        : m_wall(wall),
+          m_rod(make_rod()),
+          m_body(make_body(wall)),
+          m_contact(*RodContact::create(wall.mesh, wall.ghost, wall.ghost_places,
+                                        {.radius = kRadius, .friction = 0.1})) {}
+
+    /// Pushed round the bend.
+    bool with_contact(const TaskArena& arena) {
+        push();
+        return m_contact.step(1, m_rod, m_body, arena).ok();
+    }
+    /// Stands where the other is: only what is looked at, not what it costs to get there.
+    std::int64_t without_grid(const RodInTube& other, const TaskArena& arena) {
+        push();
+        if (!m_rod.step(1).ok() || !m_body.step(1, arena).ok()) std::abort();
+        std::int64_t near = 0;
+        for (int s = 0; s < m_rod.settings().segments; ++s) {
+            Box box(other.m_rod.position(s));
+            box.add(other.m_rod.position(s + 1));
+            for (const auto& cell : m_wall.ghost.cells) {
+                Box triangle(m_wall.ghost.nodes_mm[std::size_t(cell[0])]);
+                for (int k : {1, 2}) triangle.add(m_wall.ghost.nodes_mm[std::size_t(cell[k])]);
+                bool apart = false;
+                for (int c = 0; c < 3; ++c)
+                    apart |= triangle.low[c] > box.high[c] + kRadius + kReach ||
+                             triangle.high[c] < box.low[c] - kRadius - kReach;
+                near += !apart;
+            }
+        }
+        return near;
+    }
+    int segments() const { return m_rod.settings().segments; }
+    std::size_t touches() const { return m_contact.touches().size(); }
+
+  private:
+    static Rod make_rod() {
+        auto rod = Rod::create({.segments = 30,
+                                .length = 60,
+                                .mass = 0.06,
+                                .bend_stiffness = 1e6,
+                                .twist_stiffness = 1e6,
+                                .stretch_stiffness = 1e7,
+                                .shear_stiffness = 1e7,
+                                .time_step = kContactStep,
+                                .damping = 20});
+        if (!rod) std::abort();
+        return std::move(*rod);
+    }
+    static PbdBody make_body(const VesselWall& wall) {
+        PbdParts parts;
+        parts.places = wall.mesh.nodes_mm;
+        parts.inverse_masses.assign(parts.places.size(), 0);
+        return *PbdBody::create(std::move(parts), {.time_step = kContactStep, .sub_steps = 1});
+    }
+    void push() {
+        m_fed = std::min(m_fed + 0.08, 45.0);
+        if (!m_rod.set_base({0, 0, m_fed}, Rotation{}).ok()) std::abort();
+    }
+
+    const VesselWall& m_wall;
+    Rod m_rod;
+    PbdBody m_body;
+    RodContact m_contact;
+    double m_fed = 0;
+};
+
+/// One item is a segment. Argument: sectors of the wall around, whose triangles are with the
+/// square.
+void pbd_contact(benchmark::State& state) {
+    const TaskArena arena(1);
+    const VesselWall wall = quarter(int(state.range(0)));
+    RodInTube subject(wall), reference(wall);
+    for (int n = 0; n < 600; ++n)
+        if (!subject.with_contact(arena)) state.SkipWithError("unstable");
+    std::int64_t near = 0;
+    const auto turns = run_interleaved(
+        state, "every segment's box with every triangle's", [] {},
+        [&] {
+            if (!subject.with_contact(arena)) state.SkipWithError("unstable");
+        },
+        [&] { near = reference.without_grid(subject, arena); });
+    turns.count(subject.segments());
+    state.counters["triangles"] = double(wall.ghost.cells.size());
+    state.counters["near_pairs"] = double(near);
+    state.counters["touches"] = double(subject.touches());
+}
+BENCHMARK(pbd_contact)
+    ->ArgName("sectors")
+    ->Arg(12)
+    ->Arg(24)
+    ->Arg(48)
+    ->Iterations(51)
+    ->UseManualTime()
+    ->Unit(benchmark::kMicrosecond);
+
+}  // namespace
+}  // namespace pliant::bench

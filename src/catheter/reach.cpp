@@ -1,0 +1,39 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// How wide boxes have to be. What a push does to a tube on a foundation dies away along it; slowest
+// of all that a push contains is the tube bent as a beam, over
+//
+//   l = (4 E I/K)^¼,   I = π R³ t,  K = π R k   →   l = (4 E t R²/k)^¼
+//
+// for a wall of modulus E, thickness t and mean radius R, and a foundation of k pressure for a
+// displacement [Hetenyi1946]. Most of a local push is in narrower waves, so one l is enough.
+
+#include <pliant/catheter.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace pliant {
+
+double wide_reach_mm(const VesselWall& wall, const WallTissue& tissue) {
+    constexpr double kMost = 1000;
+    double area = 0, tissue_mm3 = 0;
+    for (const auto& t : wall.ghost.cells) {
+        const auto p = [&](int n) { return wall.ghost.nodes_mm[std::size_t(t[std::size_t(n)])]; };
+        area += 0.5 * norm(cross(p(1) - p(0), p(2) - p(0)));
+    }
+    for (const auto& t : wall.mesh.cells) {
+        const auto p = [&](std::size_t n) { return wall.mesh.nodes_mm[std::size_t(t[n])]; };
+        tissue_mm3 += std::abs(dot(cross(p(1) - p(0), p(2) - p(0)), p(3) - p(0))) / 6;
+    }
+    if (!(area > 0 && wall.lumen_mm3 > 0 && tissue.support_pa_per_mm > 0)) return kMost;
+    const double inner = 2 * wall.lumen_mm3 / area;
+    const double thickness = inner * (std::sqrt(1 + 2 * tissue_mm3 / (area * inner)) - 1);
+    const double radius = inner + 0.5 * thickness;
+    const double fourth =
+        4 * tissue.young_modulus_pa * thickness * radius * radius / tissue.support_pa_per_mm;
+    return std::min(kMost, std::sqrt(std::sqrt(fourth)));
+}
+
+}  // namespace pliant
