@@ -14,10 +14,13 @@
 #include <numbers>
 #include <string>
 
+#include "catheter/frame_along.h"
+#include "catheter/rod_wire.h"
+#include "catheter/tet_wire.h"
 #include "catheter/wall_contact.h"
-#include "catheter/wire.h"
 #include "core/errors.h"
 #include "core/hash.h"
+#include "pbd/solver.h"
 
 namespace pliant {
 namespace {
@@ -38,6 +41,20 @@ struct Bound {
     const char* name;
     double value, least, most;
 };
+
+int segments_of(const CatheterShape& c) {
+    return std::max(2, int(std::lround(c.length_mm / c.segment_mm)));
+}
+
+Status check_twist(const CatheterShape& c) {
+    const auto bounds =
+        catheter::twist_bounds(c.bend_n_mm2, c.radius_mm, c.length_mm / segments_of(c));
+    if (c.twist_n_mm2 >= bounds.least && c.twist_n_mm2 <= bounds.most) return Ok{};
+    return invalid("catheter.twist_n_mm2: expected " + text_of(bounds.least) + " to " +
+                   text_of(bounds.most) +
+                   " with tetrahedra of this segment_mm, radius_mm and bend_n_mm2, found " +
+                   text_of(c.twist_n_mm2));
+}
 
 Status check(const CatheterSettings& s) {
     const Bound bounds[] = {{"catheter.length_mm", s.catheter.length_mm, 10, 3000},
@@ -68,16 +85,7 @@ Status check(const CatheterSettings& s) {
     if (!is_finite(s.entry.place_mm)) return invalid("entry.place_mm: expected three numbers");
     if (!is_finite(s.entry.direction) || !(norm(s.entry.direction) > 1e-9))
         return invalid("entry.direction: expected a vector that isn't zero");
-    return Ok{};
-}
-
-/// A frame whose third axis is d.
-Rotation frame_along(Vec3d d) {
-    d = normalized(d);
-    const Vec3d z{0, 0, 1}, axis = cross(z, d);
-    const double sine = norm(axis), angle = std::atan2(sine, dot(z, d));
-    if (sine > 1e-12) return rotation_by((angle / sine) * axis);
-    return d.z > 0 ? Rotation{} : rotation_by({pi, 0, 0});
+    return s.catheter.model == CatheterModel::Tetrahedra ? check_twist(s.catheter) : Ok{};
 }
 
 /// The wall as neo-Hookean tissue on a foundation, held at its open ends.
@@ -126,13 +134,14 @@ Result<PbdParts> parts_of(const VesselWall& wall, const WallTissue& tissue) {
 catheter::WireSettings wire_settings(const CatheterSettings& s) {
     const CatheterShape& c = s.catheter;
     catheter::WireSettings w;
-    w.segments = std::max(2, int(std::lround(c.length_mm / c.segment_mm)));
+    w.segments = segments_of(c);
     w.segment_mm = c.length_mm / w.segments;
     w.mass_g_mm = c.mass_g_mm;
     w.damping = c.damping_per_s;
     w.tip_segments = int(std::lround(c.tip_mm / w.segment_mm));
     w.entry = s.entry.place_mm;
-    w.frame = frame_along(s.entry.direction);
+    w.frame = catheter::frame_along(s.entry.direction);
+    w.radius_mm = c.radius_mm;
     const auto count = std::size_t(w.segments), tip = std::size_t(w.tip_segments);
     w.bend.assign(count, c.bend_n_mm2 * kMicronewtons);
     w.twist.assign(count, c.twist_n_mm2 * kMicronewtons);
@@ -142,7 +151,16 @@ catheter::WireSettings wire_settings(const CatheterSettings& s) {
         w.bend[count - 1 - n] =
             kMicronewtons * (c.tip_bend_n_mm2 * std::pow(c.bend_n_mm2 / c.tip_bend_n_mm2, share));
     }
+    if (c.model == CatheterModel::Tetrahedra)
+        for (std::size_t n = 0; n < count; ++n)
+            w.twist[n] = c.twist_n_mm2 / c.bend_n_mm2 * w.bend[n];
     return w;
+}
+
+std::unique_ptr<catheter::Wire> make_wire(const CatheterSettings& s) {
+    if (s.catheter.model == CatheterModel::Tetrahedra)
+        return std::make_unique<catheter::TetWire>(wire_settings(s), s.entry.inserted_mm);
+    return std::make_unique<catheter::RodWire>(wire_settings(s), s.entry.inserted_mm);
 }
 
 }  // namespace
@@ -155,7 +173,8 @@ struct CatheterScene::Impl {
     Impl(VesselWall w, const CatheterSettings& s, PbdBody b)
         : settings(s),
           wall(std::move(w)),
-          wire(wire_settings(s), s.entry.inserted_mm),
+          made_wire(make_wire(s)),
+          wire(*made_wire),
           body(std::move(b)),
           contact(wall.mesh, wall.ghost, wall.ghost_places,
                   {.radius_mm = s.catheter.radius_mm, .friction = s.catheter.friction}) {
@@ -164,7 +183,8 @@ struct CatheterScene::Impl {
 
     CatheterSettings settings;
     VesselWall wall;
-    catheter::Wire wire;
+    std::unique_ptr<catheter::Wire> made_wire;
+    catheter::Wire& wire;
     PbdBody body;
     std::unique_ptr<PbdBoxes> boxes;
     catheter::WallContact contact;
@@ -318,6 +338,9 @@ CatheterMeasures CatheterScene::measures() const {
         for (const Vec3d& c : f.columns) squares += dot(c, c);
         elastic += volume * 0.5 * (mu * (squares - 4 * j + j * j) + lambda * (j - 1) * (j - 1));
     }
+    const TetMesh catheter = catheter_mesh();
+    for (const auto& cell : catheter.cells)
+        m.inverted += !(pbd::tetrahedron_volume(cell, catheter.nodes_mm) > 0);
     for (std::size_t a = 0; a < i.body.parts().attachments.size(); ++a) {
         const PbdAttachment& at = i.body.parts().attachments[a];
         const Vec3d off = now[std::size_t(at.nodes[0])] - at.target;
@@ -339,7 +362,10 @@ Vec3d CatheterScene::tip_mm() const {
     return m_impl->wire.places().back();
 }
 Rotation CatheterScene::tip_frame() const {
-    return m_impl->wire.orientations().back();
+    return m_impl->wire.tip_frame();
+}
+TetMesh CatheterScene::catheter_mesh() const {
+    return m_impl->wire.mesh();
 }
 std::vector<Vec3d> CatheterScene::wall_places() const {
     std::vector<Vec3d> places(std::size_t(m_impl->body.particle_count()));
@@ -357,8 +383,7 @@ const PbdBody& CatheterScene::body() const {
 }
 std::uint64_t CatheterScene::hash() const {
     Hash64 hash;
-    hash.add(std::span<const Vec3d>(m_impl->wire.places()));
-    hash.add(std::span<const Vec3d>(m_impl->wire.velocities()));
+    m_impl->wire.add_to(hash);
     const std::uint64_t wall = m_impl->body.hash();
     hash.add(std::span<const std::uint64_t>(&wall, 1));
     return hash.value();

@@ -125,8 +125,8 @@ class Table {
     }
     void fail(const std::string& key, const std::string& what) {
         if (m_status.ok())
-            m_status =
-                Error{ErrorCode::InvalidArgument, m_file + ": " + m_name + " " + key + ": " + what};
+            m_status = Error{ErrorCode::InvalidArgument,
+                             m_file + ": " + m_name + (key.empty() ? "" : " ") + key + ": " + what};
     }
 
   private:
@@ -254,6 +254,11 @@ void read_rest(const Tables& table, VesselFile& v) {
         t.number("mass_g_mm", s.catheter.mass_g_mm, 1e-5, 1);
         t.number("damping_per_s", s.catheter.damping_per_s, 0, 1000);
         t.number("friction", s.catheter.friction, 0, 2);
+        std::string model = "rod";
+        t.text("model", model);
+        if (model != "rod" && model != "tetrahedra")
+            t.fail("model", "expected \"rod\" or \"tetrahedra\", found \"" + model + "\"");
+        if (model == "tetrahedra") s.catheter.model = CatheterModel::Tetrahedra;
     }
     {
         Table t = table("wall");
