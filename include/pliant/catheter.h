@@ -115,6 +115,7 @@ class CatheterScene {
 
     /// @returns InvalidArgument for what is no number
     Status command(const CatheterCommand& command);
+    const CatheterCommand& hand() const;  ///< the last one
     /// The wire stops where nothing is left to insert or to withdraw.
     /// @returns LimitExceeded where a place is no number any more
     Status step(std::int32_t count, const TaskArena& arena);
@@ -132,6 +133,11 @@ class CatheterScene {
     std::vector<Vec3d> wall_places() const;
     std::vector<Vec3d> ghost_places() const;
     const PbdBody& body() const;
+    /// All that goes on from here, as numbers: of a scene with the same wall and settings.
+    std::vector<double> state() const;
+    /// Goes on from there, to the same bits. Forces are those of the next step.
+    /// @returns InvalidArgument where it is no state of such a scene, which then stays as it is
+    Status restore(std::span<const double> state, const TaskArena& arena);
     /// Of all places and velocities: equal for any number of threads.
     std::uint64_t hash() const;
 

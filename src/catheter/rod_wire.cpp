@@ -249,4 +249,11 @@ bool RodWire::is_good() const {
            std::all_of(m_spin.begin(), m_spin.end(), is_finite);
 }
 
+void RodWire::exchange(StateNumbers& state) {
+    Wire::exchange(state);
+    state.places(m_spin);
+    state.places(m_rest);
+    for (Rotation& q : m_q) state.turn(q);
+}
+
 }  // namespace pliant::catheter

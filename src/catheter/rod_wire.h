@@ -38,6 +38,7 @@ class RodWire : public Wire {
     double elastic_energy() const override;
     double kinetic_energy() const override;
     bool is_good() const override;
+    void exchange(StateNumbers& state) override;
 
   private:
     void hold();

@@ -40,6 +40,7 @@ class TetWire : public Wire {
     bool is_good() const override;
     void add_to(Hash64& hash) const override;
     TetMesh mesh() const override;
+    void exchange(StateNumbers& state) override;
 
     /// Four for each node of the axis.
     const std::vector<Vec3d>& nodes() const { return m_nodes; }

@@ -112,4 +112,13 @@ TetMesh TetWire::mesh() const {
     return mesh;
 }
 
+/// The rest shape of the tip follows from the next command.
+void TetWire::exchange(StateNumbers& state) {
+    Wire::exchange(state);
+    state.value(m_held_mm);
+    state.value(m_held_rad);
+    state.places(m_nodes);
+    state.places(m_node_v);
+}
+
 }  // namespace pliant::catheter

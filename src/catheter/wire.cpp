@@ -33,4 +33,13 @@ void Wire::add_to(Hash64& hash) const {
     hash.add(std::span<const Vec3d>(m_v));
 }
 
+void Wire::exchange(StateNumbers& state) {
+    state.value(m_inserted);
+    state.value(m_turned);
+    state.places(m_x);
+    state.places(m_v);
+    feed(m_inserted, m_turned);
+    m_old_x = m_x;
+}
+
 }  // namespace pliant::catheter

@@ -22,6 +22,7 @@
 #include <span>
 #include <vector>
 
+#include "catheter/state_numbers.h"
 #include "core/hash.h"
 
 namespace pliant::catheter {
@@ -91,6 +92,8 @@ class Wire {
     virtual bool is_good() const = 0;
     /// Places and velocities.
     virtual void add_to(Hash64& hash) const;
+    /// Between two steps.
+    virtual void exchange(StateNumbers& state);
     /// What it is made of, as it is now; empty where that is no tetrahedra.
     virtual TetMesh mesh() const { return {}; }
 
