@@ -15,7 +15,7 @@
 namespace pliant::test {
 namespace {
 
-using catheter::RodWire;
+using Wire = catheter::RodWire;
 using catheter::WireContact;
 using catheter::WireSettings;
 
@@ -42,7 +42,7 @@ TEST(Wire, MovesAsTheRodDoes) {
         // The rod's base is half a joint away from its first segment.
         s.bend[0] *= 2;
         s.twist[0] *= 2;
-        RodWire wire(s, 40);
+        Wire wire(s, 40);
         auto rod = Rod::create({.segments = 20,
                                 .length = 40,
                                 .mass = 0.08,
@@ -85,7 +85,7 @@ TEST(Wire, MovesAsTheRodDoes) {
 }
 
 /// Pushes a cantilever aside by `by` at a place, until it rests.
-WireContact pressed(RodWire& wire, std::int32_t segment, double along, double by) {
+WireContact pressed(Wire& wire, std::int32_t segment, double along, double by) {
     WireContact c;
     c.segment = segment;
     c.along = along;
@@ -105,7 +105,7 @@ TEST(Wire, ContactBendsItAsABeam) {
         for (const std::int32_t segment : {15, 39}) {
             WireSettings s = straight(40);
             s.bend[0] *= 2;  // clamped at the first node
-            RodWire wire(s, 80);
+            Wire wire(s, 80);
             const double at = 2 * (segment + along), by = 0.02 * at;
             const WireContact c = pressed(wire, segment, along, by);
             const double expected = 3 * 5e6 * by / (at * at * at);
@@ -118,7 +118,7 @@ TEST(Wire, ContactBendsItAsABeam) {
 
 TEST(Wire, FrictionIsCoulombs) {
     for (const double friction : {0.0, 0.2, 0.6}) {
-        RodWire wire(straight(60), 60);
+        Wire wire(straight(60), 60);
         WireContact c;
         double inserted = 60, push = 0, drag = 0;
         for (int n = 1; n <= 1000; ++n) {
@@ -149,7 +149,7 @@ TEST(Wire, FrictionIsCoulombs) {
 
 // Fed in and drawn back, it lies in the guide as if nothing had happened.
 TEST(Wire, NothingJumpsWhereSegmentsLeaveTheGuide) {
-    RodWire wire(straight(50), 10);
+    Wire wire(straight(50), 10);
     wire.bend_tip(0.5, 0);
     double inserted = 10, jump = 0, force = 0;
     for (int n = 0; n < 1600; ++n) {
