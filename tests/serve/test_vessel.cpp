@@ -8,8 +8,10 @@
 #include <pliant/serve.h>
 
 #include <cstring>
+#include <filesystem>
 #include <functional>
 
+#include "serve/checkpoint.h"
 #include "serve/half.h"
 #include "serve/replay.h"
 #include "serve/scene.h"
@@ -164,7 +166,8 @@ TEST_F(VesselScene, TakesBackOneDriveAfterTheOther) {
 
 // What goes on from a file is what goes on from the scene that was saved.
 TEST_F(VesselScene, GoesOnFromACheckpoint) {
-    const auto scene = open(m_arena), other = open(TaskArena(1));
+    const TaskArena one(1);
+    const auto scene = open(m_arena), other = open(one);
     drive(*scene, 90);
     for (int n = 0; n < 20; ++n) scene->sweep();
     drive(*scene, 0);
@@ -187,6 +190,47 @@ TEST_F(VesselScene, GoesOnFromACheckpoint) {
     EXPECT_FALSE(other->restore(file, memo).ok());
     m_folder.write("state", "springs");
     EXPECT_FALSE(other->restore(file, memo).ok());
+}
+
+// A session with checkpoints is opened at one of them, and ends where all of it ends.
+TEST_F(VesselScene, ASessionIsGoneOnWithFromItsCheckpoint) {
+    const auto session = m_folder / "hand.session";
+    const auto scene = open(m_arena);
+    SessionFile file;
+    file.scene = file.header = {m_source, scene->scan_hash()};
+    const auto carry_out = [&](const Action& action) {
+        file.records.push_back(SessionCommand{1, action, !scene->carry_out(1, action).ok()});
+    };
+    const auto sweep = [&](int most) {
+        SessionSweeps sweeps;
+        for (; sweeps.count < most && scene->wants_sweep(); ++sweeps.count) scene->sweep();
+        file.records.push_back(sweeps);
+    };
+    for (const int number : {1, 2}) {
+        carry_out(DriveCommand{.insert_mm_s = 60.0 + number, .rotate_deg_s = 90});
+        sweep(12);
+        carry_out(DriveCommand{.insert_mm_s = 0, .rotate_deg_s = 0});
+        sweep(2000);
+        scene->update();
+        ASSERT_TRUE(scene->is_quiet());
+        Status saved = Ok{};
+        file.records.push_back(save_checkpoint(*scene, session, number, saved));
+        EXPECT_TRUE(saved.ok()) << saved.error().message;
+    }
+    carry_out(UndoCommand{});
+    carry_out(DriveCommand{.insert_mm_s = -40});
+    sweep(10);
+    const auto again = reopen(file, session, m_arena);
+    ASSERT_TRUE(again.ok()) << again.error().message;
+    EXPECT_EQ(again->number, 1);
+    EXPECT_TRUE(again->notes.empty()) << again->notes.front();
+    EXPECT_EQ(again->scene->tissue().hash(), scene->tissue().hash());
+    // Without its files all of it is done again.
+    for (const int number : {1, 2}) std::filesystem::remove(checkpoint_path(session, number));
+    const auto from_start = reopen(file, session, m_arena);
+    ASSERT_TRUE(from_start.ok()) << from_start.error().message;
+    EXPECT_EQ(from_start->number, 0);
+    EXPECT_EQ(from_start->scene->tissue().hash(), scene->tissue().hash());
 }
 
 TEST_F(VesselScene, DoesTheSameAgainWithAnyNumberOfThreads) {
