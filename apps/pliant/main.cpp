@@ -270,7 +270,7 @@ void add_deform(CLI::App& app, DeformOptions& o) {
         ->check(CLI::NonNegativeNumber)
         ->type_name("N");
     c->add_flag("--release", o.release, "relax without the tool; else what it holds stays");
-    c->add_option("--out", o.out, "deformed scan (.nrrd or .nhdr)")->required();
+    c->add_option("--out", o.out, "deformed scan (.nrrd or .nhdr; .vti for ParaView)")->required();
     c->add_option("--displacement", o.displacement, "forward displacement field (NRRD, LPS mm)");
     c->add_option("--transform", o.transform, "inverse: a grid transform of 3D Slicer (NRRD)");
     c->add_option("--jacobian", o.jacobian, "growth of the tissue's volume, 1: none (NRRD)");
@@ -532,7 +532,8 @@ void add_vessel(CLI::App& app, VesselOptions& o) {
                   "folder for wall, ghost and catheter in time (.vtu, .vtp, .pvd)");
     c->add_option("--every", o.every, "steps from frame to frame (default 50)")
         ->check(CLI::Range(1, 1000000));
-    c->add_option("--volume", o.volume, "the scan as the wall carries it at the end");
+    c->add_option("--volume", o.volume,
+                  "the scan as the wall carries it at the end (.nrrd, .nhdr, .vti)");
     auto* record = c->add_option("--record", o.record, "log of what the hand did");
     c->add_option("--replay", o.replay, "such a log, instead of the scene's script")
         ->excludes(record);

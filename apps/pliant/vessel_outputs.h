@@ -37,7 +37,8 @@ class TextFile {
 std::string csv_names();
 std::string csv_line(const CatheterMeasures& measures);
 
-/// A folder with wall_….vtu, ghost_….vtp, catheter_….vtp and a .pvd of each.
+/// A folder with wall_….vtu, ghost_….vtp, catheter_….vtp, of a catheter of tetrahedra
+/// tetrahedra_….vtu too, and a .pvd of each.
 class Frames {
   public:
     Status open(const std::string& folder);
@@ -46,7 +47,7 @@ class Frames {
 
   private:
     std::filesystem::path m_folder;
-    std::vector<SeriesFile> m_wall, m_ghost, m_catheter;
+    std::vector<SeriesFile> m_wall, m_ghost, m_catheter, m_body;
 };
 
 /// The hand's log: `step insert rotate bend bend`, a line for each change.

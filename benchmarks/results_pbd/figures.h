@@ -16,6 +16,8 @@ namespace pliant::results {
 void add_pressure(Page& page, const TaskArena& arena);
 /// A vessel whose wall is pushed, with and without locality.
 void add_push(Page& page, const TaskArena& arena);
+/// Cases 1 to 15: expected, measured, tolerance.
+void add_published(Page& page);
 /// The cantilever of case 5, on several grids.
 void add_cantilever(Page& page, const TaskArena& arena);
 

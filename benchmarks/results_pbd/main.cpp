@@ -33,6 +33,7 @@ int main(int argc, char** argv) {
     page.origin("./dev results pbd");
     add_pressure(page, arena);
     add_push(page, arena);
+    add_published(page);
     add_cantilever(page, arena);
     if (const pliant::Status status = page.finish(); !status.ok()) {
         std::fprintf(stderr, "results: %s\n", status.error().message.c_str());

@@ -1,8 +1,9 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// A catheter is fed into a vessel: its wall as position-based tissue, the wire with contact within
-// its Newton steps, and boxes of which only those near the wire move.
+// A catheter is fed into a vessel: its wall as position-based tissue, the wire (a rod or a body of
+// tetrahedra) with contact within its Newton steps, and boxes of which only those near the wire
+// move.
 //
 //   auto wall = wall_around_centreline(centreline, {.thickness_mm = 1.5}, arena);
 //   auto scene = CatheterScene::create(*wall, {.entry = entry_at(wall->ends[1])});
@@ -27,17 +28,25 @@
 
 namespace pliant {
 
+enum class CatheterModel {
+    Rod,         ///< places and turns of a Cosserat rod
+    Tetrahedra,  ///< a body of tetrahedra [VesselPbd2016]
+};
+
 struct CatheterShape {
     double length_mm = 600;
     double segment_mm = 3;
     double radius_mm = 0.9;
-    double bend_n_mm2 = 20;   ///< EI
-    double twist_n_mm2 = 20;  ///< GJ
-    double tip_mm = 30;       ///< that steering bends, and that is softer
+    double bend_n_mm2 = 20;  ///< EI
+    /// GJ. With tetrahedra it follows from segment and radius how much of EI it may be, and the
+    /// tip's is as much of its own EI.
+    double twist_n_mm2 = 20;
+    double tip_mm = 30;  ///< that steering bends, and that is softer
     double tip_bend_n_mm2 = 2;
     double mass_g_mm = 4e-3;
     double damping_per_s = 20;
     double friction = 0.05;  ///< Coulomb's, on the wall
+    CatheterModel model = CatheterModel::Rod;
 };
 
 struct WallTissue {
@@ -94,7 +103,7 @@ struct CatheterMeasures {
     double depth_mm = 0;       ///< the wire's surface beyond the ghost surface; below 0: distance
     double wire_energy_mj = 0, wall_energy_mj = 0, kinetic_energy_mj = 0;
     VolumeChange volume{};
-    std::int64_t inverted = 0;  ///< tetrahedra
+    std::int64_t inverted = 0;  ///< tetrahedra, of wall and catheter
     std::int32_t active_tetrahedra = 0;
 };
 
@@ -111,6 +120,7 @@ class CatheterScene {
 
     /// @returns InvalidArgument for what is no number
     Status command(const CatheterCommand& command);
+    const CatheterCommand& hand() const;  ///< the last one
     /// The wire stops where nothing is left to insert or to withdraw.
     /// @returns LimitExceeded where a place is no number any more
     Status step(std::int32_t count, const TaskArena& arena);
@@ -123,9 +133,16 @@ class CatheterScene {
     Vec3d tip_mm() const;
     Rotation tip_frame()
         const;  ///< whose third axis points ahead; the first two are those of bends
+    /// The catheter as tetrahedra, those in the guide too; empty where it is a rod.
+    TetMesh catheter_mesh() const;
     std::vector<Vec3d> wall_places() const;
     std::vector<Vec3d> ghost_places() const;
     const PbdBody& body() const;
+    /// All that goes on from here, as numbers: of a scene with the same wall and settings.
+    std::vector<double> state() const;
+    /// Goes on from there, to the same bits. Forces are those of the next step.
+    /// @returns InvalidArgument where it is no state of such a scene, which then stays as it is
+    Status restore(std::span<const double> state, const TaskArena& arena);
     /// Of all places and velocities: equal for any number of threads.
     std::uint64_t hash() const;
 

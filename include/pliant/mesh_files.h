@@ -3,8 +3,8 @@
 
 // Meshes from files and to files.
 //
-//   read: VTP and VTU (text, base64, appended, zlib), legacy VTK, Gmsh's MSH 2.2 and 4.1, STL, OBJ,
-//         PLY; by what the file holds, not by its name
+//   read: VTP and VTU (text, base64, appended, zlib), legacy VTK, Gmsh's MSH 2.2, 4.0 and 4.1,
+//         STL, OBJ, PLY; by what the file holds, not by its name
 //   written: VTP, VTU, STL, OBJ, PLY, and PVD for series in time; by the name's ending
 //
 // World coordinates are LPS and written as such (SPACE=LPS, as 3D Slicer does); a file that says

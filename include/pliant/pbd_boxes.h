@@ -43,6 +43,11 @@ class PbdBoxes {
     /// mesh's nodes, and is held altogether at first.
     Status update(std::span<const Vec3d> places, double reach, PbdBody& body);
 
+    /// Which boxes are active, and particles on their way to be movable.
+    std::vector<std::int32_t> state() const;
+    /// @returns InvalidArgument where it is no state of these boxes
+    Status restore(std::span<const std::int32_t> state, PbdBody& body);
+
     Vec3i box_counts() const { return m_counts; }  ///< Eq. 9
     Vec3i box_at(Vec3d place) const;               ///< the nearest, if outside
     std::int32_t linear_index(Vec3i box) const;    ///< Eq. 10

@@ -1,164 +1,25 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// TOML to a VesselFile: every key is looked at, and what is left over is unknown.
+// TOML to a VesselFile: which keys there are, and what they may be.
 
 #include <pliant/vessel_scene.h>
-#include <toml++/toml.h>
 
 #include <algorithm>
-#include <charconv>
-#include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <sstream>
-#include <utility>
+
+#include "catheter/vessel_table.h"
 
 namespace pliant {
 namespace {
 
-std::string number_text(double value) {
-    char text[32];
-    const auto end = std::to_chars(text, text + sizeof(text), value, std::chars_format::general, 9);
-    return {text, end.ptr};
-}
-
-/// One table of the file: keys are taken out, and what is left over is unknown.
-class Table {
-  public:
-    Table(const std::string& file, const std::string& name, const toml::table* table,
-          Status& status)
-        : m_file(file), m_name(name), m_table(table), m_status(status) {}
-    ~Table() {
-        if (!m_table || !m_status.ok()) return;
-        for (const auto& [key, node] : *m_table)
-            if (std::find(m_known.begin(), m_known.end(), key.str()) == m_known.end())
-                fail(std::string(key.str()), "unknown, expected one of " + names());
-    }
-    Table(const Table&) = delete;
-    Table& operator=(const Table&) = delete;
-
-    bool has(const char* key) const { return m_table && m_table->contains(key); }
-    void number(const char* key, double& out, double least, double most) {
-        const toml::node* node = find(key);
-        if (!node) return;
-        const auto value = node->value<double>();
-        if (!node->is_number() || !value || !(*value >= least && *value <= most))
-            return fail(key, "expected a number from " + number_text(least) + " to " +
-                                 number_text(most) + ", found " + found(*node));
-        out = *value;
-    }
-    void whole(const char* key, int& out, int least, int most) {
-        const toml::node* node = find(key);
-        if (!node) return;
-        const auto value = node->value_exact<std::int64_t>();
-        if (!value || *value < least || *value > most)
-            return fail(key, "expected a whole number from " + std::to_string(least) + " to " +
-                                 std::to_string(most) + ", found " + found(*node));
-        out = int(*value);
-    }
-    void flag(const char* key, bool& out) {
-        const toml::node* node = find(key);
-        if (!node) return;
-        if (!node->is_boolean()) return fail(key, "expected true or false, found " + found(*node));
-        out = node->value_or(false);
-    }
-    void text(const char* key, std::string& out) {
-        const toml::node* node = find(key);
-        if (!node) return;
-        if (!node->is_string())
-            return fail(key, "expected a text in quotes, found " + found(*node));
-        out = node->value_or(std::string());
-    }
-    /// @param[out] out  as many numbers as `count`
-    void numbers(const char* key, std::vector<double>& out, std::size_t count) {
-        const toml::node* node = find(key);
-        if (!node) return;
-        const toml::array* array = node->as_array();
-        std::vector<double> values;
-        if (array)
-            for (const toml::node& item : *array)
-                if (item.is_number()) values.push_back(item.value_or(0.0));
-        if (!array || values.size() != array->size() || values.size() != count)
-            return fail(key, "expected " + std::to_string(count) + " numbers in brackets, found " +
-                                 found(*node));
-        out = values;
-    }
-    void place(const char* key, Vec3d& out) {
-        std::vector<double> values;
-        numbers(key, values, 3);
-        if (values.size() == 3) out = {values[0], values[1], values[2]};
-    }
-    void places(const char* key, std::vector<Vec3d>& out) {
-        const toml::node* node = find(key);
-        if (!node) return;
-        const toml::array* array = node->as_array();
-        if (!array) return fail(key, "expected places in brackets, found " + found(*node));
-        for (const toml::node& item : *array) {
-            const toml::array* three = item.as_array();
-            if (!three || three->size() != 3 ||
-                !std::all_of(three->begin(), three->end(),
-                             [](const toml::node& n) { return n.is_number(); }))
-                return fail(key, "expected places of three numbers, found " + found(item));
-            const auto at = [&](std::size_t n) { return (*three)[n].value_or(0.0); };
-            out.push_back({at(0), at(1), at(2)});
-        }
-    }
-    void wholes(const char* key, std::vector<int>& out) {
-        const toml::node* node = find(key);
-        if (!node) return;
-        std::vector<int> values;
-        if (const toml::array* array = node->as_array())
-            for (const toml::node& item : *array)
-                if (const auto value = item.value_exact<std::int64_t>();
-                    value && std::in_range<int>(*value))
-                    values.push_back(int(*value));
-        if (values.empty() || values.size() != node->as_array()->size())
-            return fail(key, "expected whole numbers in brackets, found " + found(*node));
-        out = values;
-    }
-    void bound(const char* key, std::optional<double>& out) {
-        double value = 0;
-        if (!has(key)) return (void)find(key);
-        number(key, value, 0, 1e6);
-        out = value;
-    }
-    void fail(const std::string& key, const std::string& what) {
-        if (m_status.ok())
-            m_status =
-                Error{ErrorCode::InvalidArgument, m_file + ": " + m_name + " " + key + ": " + what};
-    }
-
-  private:
-    const toml::node* find(const char* key) {
-        m_known.push_back(key);
-        return m_table ? m_table->get(key) : nullptr;
-    }
-    std::string names() const {
-        std::string all;
-        for (const std::string& key : m_known) all += (all.empty() ? "" : ", ") + key;
-        return all;
-    }
-    static std::string found(const toml::node& node) {
-        std::ostringstream text;
-        if (node.is_number())
-            text << number_text(node.value_or(0.0));
-        else if (node.is_string())
-            text << '"' << node.value_or(std::string()) << '"';
-        else
-            text << node.type();
-        return text.str();
-    }
-
-    std::string m_file, m_name;
-    const toml::table* m_table;
-    Status& m_status;
-    std::vector<std::string> m_known;
-};
+using catheter::VesselTable;
 
 constexpr double kAny = 1e9;
 
-void read_vessel(Table&& t, VesselFile& v) {
+void read_vessel(VesselTable&& t, VesselFile& v) {
     t.text("phantom", v.phantom);
     t.text("surface", v.surface);
     t.text("centreline", v.centreline);
@@ -190,7 +51,7 @@ void read_vessel(Table&& t, VesselFile& v) {
         t.fail("window_hu", "expected the lumen's values in the scan, found none");
 }
 
-void read_way(Table&& t, VesselFile& v) {
+void read_way(VesselTable&& t, VesselFile& v) {
     t.text("file", v.way_file);
     t.whole("branch", v.way_branch, 1, 1000000);
     t.flag("reverse", v.way_reverse);
@@ -206,7 +67,7 @@ void read_way(Table&& t, VesselFile& v) {
         t.fail("points_mm", "expected where the way through the scan begins and ends");
 }
 
-void read_entry(Table&& t, VesselFile& v) {
+void read_entry(VesselTable&& t, VesselFile& v) {
     t.whole("end", v.entry_end, 1, 1000000);
     t.number("inwards", v.entry_inwards, -10, 10);
     t.number("inserted_mm", v.settings.entry.inserted_mm, 0, 3000);
@@ -217,7 +78,7 @@ void read_entry(Table&& t, VesselFile& v) {
         t.fail("direction", "expected three numbers beside place_mm");
 }
 
-void read_act(Table&& t, VesselFile& v) {
+void read_act(VesselTable&& t, VesselFile& v) {
     VesselAct act;
     t.number("insert_mm_s", act.command.insert_mm_s, -1000, 1000);
     t.number("rotate_deg_s", act.command.rotate_deg_s, -36000, 36000);
@@ -243,7 +104,7 @@ template <class Tables>
 void read_rest(const Tables& table, VesselFile& v) {
     CatheterSettings& s = v.settings;
     {
-        Table t = table("catheter");
+        VesselTable t = table("catheter");
         t.number("length_mm", s.catheter.length_mm, 10, 3000);
         t.number("segment_mm", s.catheter.segment_mm, 0.2, 20);
         t.number("radius_mm", s.catheter.radius_mm, 0.1, 5);
@@ -254,16 +115,21 @@ void read_rest(const Tables& table, VesselFile& v) {
         t.number("mass_g_mm", s.catheter.mass_g_mm, 1e-5, 1);
         t.number("damping_per_s", s.catheter.damping_per_s, 0, 1000);
         t.number("friction", s.catheter.friction, 0, 2);
+        std::string model = "rod";
+        t.text("model", model);
+        if (model != "rod" && model != "tetrahedra")
+            t.fail("model", "expected \"rod\" or \"tetrahedra\", found \"" + model + "\"");
+        if (model == "tetrahedra") s.catheter.model = CatheterModel::Tetrahedra;
     }
     {
-        Table t = table("wall");
+        VesselTable t = table("wall");
         t.number("young_modulus_pa", s.wall.young_modulus_pa, 1e3, 1e8);
         t.number("poisson_ratio", s.wall.poisson_ratio, 0.01, 0.499);
         t.number("density_g_mm3", s.wall.density_g_mm3, 1e-4, 10);
         t.number("support_pa_per_mm", s.wall.support_pa_per_mm, 0, 1e6);
         t.number("damping_per_s", s.wall.damping_per_s, 0, 1000);
     }
-    Table t = table("simulation");
+    VesselTable t = table("simulation");
     t.flag("local", s.local);
     t.number("box_mm", s.box_mm, 1, 1000);
     t.number("reach_mm", s.reach_mm, -1, 1000);
@@ -305,8 +171,8 @@ Result<VesselFile> read_vessel_file(const std::string& file) {
     }
     const auto table = [&](const char* name) {
         const toml::node* node = root.get(name);
-        return Table(file, "[" + std::string(name) + "]", node ? node->as_table() : nullptr,
-                     status);
+        return VesselTable(file, "[" + std::string(name) + "]", node ? node->as_table() : nullptr,
+                           status);
     };
     read_vessel(table("vessel"), v);
     read_way(table("way"), v);
@@ -314,7 +180,7 @@ Result<VesselFile> read_vessel_file(const std::string& file) {
     read_rest(table, v);
     if (const toml::array* script = root["script"].as_array())
         for (const toml::node& act : *script)
-            read_act(Table(file, "[[script]]", act.as_table(), status), v);
+            read_act(VesselTable(file, "[[script]]", act.as_table(), status), v);
     if (!status.ok()) return status.error();
     const auto folder = std::filesystem::path(file).parent_path();
     for (std::string* name :

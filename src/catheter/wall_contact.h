@@ -46,6 +46,8 @@ class WallContact {
 
     /// Which of the ghost's nodes may move from now on: those with a particle that isn't held.
     void wake(const PbdBody& body);
+    /// Where all of the ghost's nodes are: after the body was put elsewhere.
+    void see_all(const PbdBody& body, const TaskArena& arena) { m_ghost.update(body, arena); }
     /// Once a step, which lasts this long.
     void look(const Wire& wire, const PbdBody& body, double duration_s);
     /// In each sub-step of h seconds, after wire and body have been moved.

@@ -1,32 +1,29 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// A wire or catheter that is fed through a guide: the energy of docs/pbd.md's rod, with contact in
-// the same Newton step.
+// What is fed through a guide into a vessel, whatever it is made of: a chain of segments along its
+// axis, which is all that contact with the wall has to know.
 //
 //     guide                  in the vessel
 //   ═══●════●════●═╗
 //      n    n+1  first ●────●────●────●   nodes up to `first` are in the guide and go where it says
 //   ═══════════════╝
 //
-// One step of implicit Euler minimises
-//
-//   ½ (x − x̃)ᵀ M/h² (x − x̃) + stretch, shear, bend and twist + contact
-//
-// by Gauss–Newton in places and turns: a chain of 6 × 6 blocks, one for each segment and the node
-// at its end. A contact somewhere on a segment couples the two nodes of that segment and no others,
-// so it fits into the chain; that is why the unknowns are not the multipliers, as they are in
-// pbd/rod.cpp. Without contact, both make the same step.
+// A step of h seconds: predict, then Newton steps with what the predicted places touch, then
+// finish.
 
 #pragma once
 
+#include <pliant/mesh.h>
 #include <pliant/pbd_rod.h>
 
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <vector>
 
-#include "catheter/six_chain.h"
+#include "catheter/state_numbers.h"
+#include "core/hash.h"
 
 namespace pliant::catheter {
 
@@ -36,7 +33,8 @@ struct WireSettings {
     double mass_g_mm = 2e-3;
     std::vector<double> bend;   ///< [segment]: EI of the joint before it [µN mm²]
     std::vector<double> twist;  ///< GJ, likewise
-    double stretch = 1e9;       ///< EA [µN], and GA
+    double stretch = 1e9;       ///< EA [µN], and GA; of the rod
+    double radius_mm = 0.9;     ///< where the nodes of tetrahedra are
     double damping = 0;         ///< of velocities [1/s]
     std::int32_t tip_segments = 0;
     Vec3d entry{0, 0, 0};  ///< the end of the guide; it leads straight there along the third axis
@@ -62,8 +60,8 @@ struct WireContact {
 
 class Wire {
   public:
-    /// All of it in the guide but `inserted_mm`, straight.
-    Wire(const WireSettings& settings, double inserted_mm);
+    virtual ~Wire() = default;
+    virtual std::unique_ptr<Wire> copy() const = 0;
 
     std::int32_t segments() const { return m_settings.segments; }
     std::int32_t first() const { return m_first; }  ///< the last node in the guide
@@ -74,43 +72,48 @@ class Wire {
     /// Where the guide holds it at the end of the next step.
     void feed(double inserted_mm, double turned_rad);
     /// The rest shape of the tip: bent towards the first and the second axis, all in all.
-    void bend_tip(double first_rad, double second_rad);
+    virtual void bend_tip(double first_rad, double second_rad) = 0;
 
-    /// A step of h seconds: predict, then Newton steps with what the predicted places touch, then
-    /// finish.
-    void predict(double h);
-    void solve(std::span<WireContact> contacts);
-    void finish();
+    virtual void predict(double h) = 0;
+    virtual void solve(std::span<WireContact> contacts) = 0;
+    virtual void finish() = 0;
 
+    /// Of the nodes along the axis.
     const std::vector<Vec3d>& places() const { return m_x; }
     const std::vector<Vec3d>& places_before() const { return m_old_x; }
     const std::vector<Vec3d>& velocities() const { return m_v; }
-    const std::vector<Rotation>& orientations() const { return m_q; }
-    Vec3d turn(std::int32_t segment) const;
+    /// Its third axis points ahead, the first two are those of bends.
+    virtual Rotation tip_frame() const = 0;
     /// Of the wire on the guide [µN], [µN mm].
-    Vec3d base_force() const;
-    Vec3d base_moment() const;
-    double elastic_energy() const;  ///< [nJ = µN mm]
-    double kinetic_energy() const;
-    bool is_good() const;
+    virtual Vec3d base_force() const = 0;
+    virtual Vec3d base_moment() const = 0;
+    virtual double elastic_energy() const = 0;  ///< [nJ = µN mm]
+    virtual double kinetic_energy() const = 0;
+    virtual bool is_good() const = 0;
+    /// Places and velocities.
+    virtual void add_to(Hash64& hash) const;
+    /// Between two steps.
+    virtual void exchange(StateNumbers& state);
+    /// What it is made of, as it is now; empty where that is no tetrahedra.
+    virtual TetMesh mesh() const { return {}; }
 
-  private:
-    void hold();
-    void add_segment(std::size_t i);
-    void add_joint(std::size_t i);
-    double touch(WireContact& c) const;
-    void add_contact(WireContact& c);
-    Vec3d stretch_force(std::size_t i) const;
-    Vec3d bend_moment(std::size_t i) const;
+  protected:
+    Wire(const WireSettings& settings, double inserted_mm);
+    Wire(const Wire&) = default;
+    Wire& operator=(const Wire&) = default;
+    /// Along the axis, of a node in the guide.
+    double fed_mm(std::size_t node) const {
+        return m_inserted - m_settings.segment_mm * double(m_count - node);
+    }
 
     WireSettings m_settings;
     std::size_t m_count;
     std::int32_t m_first = 0;
-    double m_h = 1e-3, m_inserted = 0, m_turned = 0, m_inertia = 0;
-    std::vector<Vec3d> m_x, m_old_x, m_predicted_x, m_v, m_spin, m_rest;
-    std::vector<double> m_mass;
-    std::vector<Rotation> m_q, m_old_q, m_predicted_q;
-    SixChain m_chain;
+    double m_h = 1e-3, m_inserted = 0, m_turned = 0;
+    std::vector<Vec3d> m_x, m_old_x, m_v;
 };
+
+/// What is off its place in the guide when it is drawn in comes back to it in about this time [s].
+inline constexpr double kSettle = 0.02;
 
 }  // namespace pliant::catheter

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Gmsh's meshes, versions 2.2 and 4.1, text or binary: nodes have numbers of their own, which cells
-// name. Sections are framed by $Name and $EndName; those that aren't needed are passed over.
+// Gmsh's meshes, versions 2.2, 4.0 and 4.1, text or binary: nodes have numbers of their own, which
+// cells name. Sections are framed by $Name and $EndName; those that aren't needed are passed over.
 
 #include <algorithm>
 #include <array>
@@ -53,7 +53,7 @@ class Msh {
     Status finish();
 
     TextCursor m_text;
-    bool m_binary = false, m_big_endian = false, m_four = false;
+    bool m_binary = false, m_big_endian = false, m_four = false, m_is_4_0 = false;
     std::vector<std::pair<std::int64_t, std::int64_t>> m_numbers;  ///< the file's, ours; sorted
     std::vector<double> m_places;
     struct Element {
@@ -66,9 +66,10 @@ class Msh {
 
 Status Msh::read_format() {
     const std::string version(m_text.word());
-    m_four = version == "4.1";
+    m_is_4_0 = version == "4" || version == "4.0";
+    m_four = m_is_4_0 || version == "4.1";
     if (!m_four && version != "2.2" && version != "2.1" && version != "2")
-        return unsupported("MSH version '" + version.substr(0, 20) + "', expected 2.2 or 4.1");
+        return unsupported("MSH version '" + version.substr(0, 20) + "', expected 2.2, 4.0 or 4.1");
     const auto binary = m_text.number<int>(), bytes = m_text.number<int>();
     if (!binary || !bytes || *bytes != 8) return unreadable("$MeshFormat is damaged");
     m_text.line();
@@ -92,21 +93,25 @@ Status Msh::read_nodes_2() {
     return Ok{};
 }
 
+/// In 4.0 the least and largest numbers are missing, a block names its entity before the dimension,
+/// and a node's number is a 32-bit one right before its place.
 Status Msh::read_nodes_4() {
     const std::int64_t blocks = size(), count = size();
-    size();
-    size();
-    if (!can_follow(count, 32) || !can_follow(blocks, 20))
+    if (!m_is_4_0) size(), size();
+    if (!can_follow(count, m_is_4_0 ? 28 : 32) || !can_follow(blocks, 20))
         return unreadable("$Nodes is shorter than it says");
     for (std::int64_t b = 0; b < blocks; ++b) {
-        const std::int64_t dimension = integer();
-        integer();
+        const std::int64_t one = integer(), other = integer();
+        const std::int64_t dimension = m_is_4_0 ? other : one;
         const std::int64_t parametric = integer(), own = size();
-        if (dimension < 0 || dimension > 3 || parametric < 0 || !can_follow(own, 32))
+        if (dimension < 0 || dimension > 3 || parametric < 0 ||
+            !can_follow(own, m_is_4_0 ? 28 : 32))
             return unreadable("$Nodes is damaged in block " + std::to_string(b));
         const auto first = std::int64_t(m_numbers.size());
-        for (std::int64_t n = 0; n < own; ++n) m_numbers.emplace_back(size(), first + n);
+        for (std::int64_t n = 0; !m_is_4_0 && n < own; ++n)
+            m_numbers.emplace_back(size(), first + n);
         for (std::int64_t n = 0; n < own; ++n) {
+            if (m_is_4_0) m_numbers.emplace_back(integer(), first + n);
             for (int a = 0; a < 3; ++a) m_places.push_back(real());
             for (int a = 0; parametric && a < dimension; ++a) real();
         }
@@ -160,9 +165,9 @@ Status Msh::read_elements_2() {
 
 Status Msh::read_elements_4() {
     const std::int64_t blocks = size(), count = size();
-    size();
-    size();
-    if (!can_follow(count, 16) || !can_follow(blocks, 20))
+    if (!m_is_4_0) size(), size();
+    const NumberType number = m_is_4_0 ? NumberType::Int32 : NumberType::UInt64;
+    if (!can_follow(count, m_is_4_0 ? 8 : 16) || !can_follow(blocks, 20))
         return unreadable("$Elements is shorter than it says");
     for (std::int64_t b = 0; b < blocks; ++b) {
         integer();
@@ -172,11 +177,11 @@ Status Msh::read_elements_4() {
         if (!kind)
             return unsupported("an element of Gmsh's type " + std::to_string(type) +
                                ", expected linear lines, polygons or tetrahedra");
-        if (!can_follow(own, 16))
+        if (!can_follow(own, m_is_4_0 ? 8 : 16))
             return unreadable("$Elements is damaged in block " + std::to_string(b));
         for (std::int64_t n = 0; n < own; ++n) {
-            size();
-            if (const Status s = add_element(type, kind->nodes, NumberType::UInt64); !s) return s;
+            whole(number);
+            if (const Status s = add_element(type, kind->nodes, number); !s) return s;
         }
     }
     return Ok{};

@@ -3,40 +3,16 @@
 
 #include "scene/spring_tissue.h"
 
-#include <pliant/staged_files.h>
+#include <vector>
 
-#include <bit>
-#include <fstream>
-#include <span>
-
-#include "core/hash.h"
+#include "core/errors.h"
+#include "scene/number_file.h"
 
 namespace pliant {
 namespace {
 
 constexpr std::size_t kMaxSteps = 200, kMaxBytes = 256'000'000;
 constexpr std::uint64_t kMagic = 0x31'70'73'6c'70'00'00'0a;  ///< of a file with a state
-
-std::uint64_t checksum_of(std::span<const Vec3d> places) {
-    Hash64 hash;
-    hash.add_word(places.size());
-    for (const Vec3d p : places)
-        for (int a = 0; a < 3; ++a) hash.add_word(std::bit_cast<std::uint64_t>(p[a]));
-    return hash.value();
-}
-
-void write_word(std::ostream& stream, std::uint64_t word) {
-    char bytes[8];
-    for (int k = 0; k < 8; ++k) bytes[k] = char(word >> 8 * k & 0xff);
-    stream.write(bytes, 8);
-}
-std::uint64_t read_word(std::istream& stream) {
-    unsigned char bytes[8] = {};
-    stream.read(reinterpret_cast<char*>(bytes), 8);
-    std::uint64_t word = 0;
-    for (int k = 0; k < 8; ++k) word |= std::uint64_t(bytes[k]) << 8 * k;
-    return word;
-}
 
 }  // namespace
 
@@ -112,36 +88,20 @@ Status SpringScanTissue::redo() {
 }
 
 Status SpringScanTissue::save_state(const std::filesystem::path& path) const {
-    StagedFiles files;
-    const auto staged = files.stage(path);
-    if (!staged.ok()) return staged.error();
-    const Places places = m_model->places_mm();
-    std::ofstream stream(*staged, std::ios::binary);
-    write_word(stream, kMagic);
-    write_word(stream, places.size());
-    for (const Vec3d p : places)
-        for (int a = 0; a < 3; ++a) write_word(stream, std::bit_cast<std::uint64_t>(p[a]));
-    write_word(stream, checksum_of(places));
-    stream.close();
-    if (!stream)
-        return Error{ErrorCode::Unwritable, path.filename().string() + ": can't be written"};
-    return files.commit();
+    std::vector<double> numbers;
+    for (const Vec3d p : m_model->places_mm()) numbers.insert(numbers.end(), {p.x, p.y, p.z});
+    return save_numbers(path, kMagic, numbers);
 }
 
 Status SpringScanTissue::load_state(const std::filesystem::path& path) {
-    const auto wrong = [&](const char* what) -> Status {
-        return Error{ErrorCode::Unreadable, path.filename().string() + ": " + what};
-    };
-    std::ifstream stream(path, std::ios::binary);
-    if (!stream) return wrong("expected a file, found none");
-    if (read_word(stream) != kMagic) return wrong("expected a state of springs");
+    const auto numbers = load_numbers(path, kMagic);
+    if (!numbers.ok()) return numbers.error();
     const auto count = std::size_t(m_model->control().node_count());
-    if (read_word(stream) != count) return wrong("expected the places of as many control nodes");
-    Places places(count);
-    for (Vec3d& p : places)
-        for (int a = 0; a < 3; ++a) p[a] = std::bit_cast<double>(read_word(stream));
-    const std::uint64_t checksum = read_word(stream);
-    if (!stream || checksum != checksum_of(places)) return wrong("damaged or cut short");
+    if (numbers->size() != 3 * count)
+        return unreadable(path.filename(), "expected the places of as many control nodes");
+    Places places;
+    for (std::size_t n = 0; n < numbers->size(); n += 3)
+        places.push_back({(*numbers)[n], (*numbers)[n + 1], (*numbers)[n + 2]});
     m_done.clear();
     m_undone.clear();
     return m_model->set_places(places);

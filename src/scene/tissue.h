@@ -44,8 +44,6 @@ class Tissue : public MovingScan {
     virtual double sweep_time_ms() const = 0;
     virtual void reset() = 0;
 
-    /// Whether what was done can be taken back, and saved: else it has no steps and no state.
-    virtual bool takes_back() const { return true; }
     // What was done, in steps: from begin_group() to end_group(), which says how many old ones are
     // forgotten for it; −1: all, and this one too.
     virtual void begin_group(const std::string& name) = 0;

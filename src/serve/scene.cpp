@@ -15,6 +15,9 @@
 namespace pliant::serve {
 namespace {
 
+/// As if all that is driven without a pause were one stroke.
+constexpr std::uint32_t kDrives = 1;
+
 Outcome refused(const Error& error) {
     const char* code = error.code == ErrorCode::LimitExceeded ? "limit"
                        : error.code == ErrorCode::NotFound    ? "nothing"
@@ -147,7 +150,6 @@ Status Scene::choose(const TissueChoice& choice) {
 // Steps of undo.
 
 void Scene::begin_step(const std::string& name, std::uint32_t client, std::uint32_t stroke) {
-    if (!m_tissue->takes_back()) return;
     const bool goes_on = m_open && stroke != 0 && m_open->name == name &&
                          m_open->client == client && m_open->stroke == stroke;
     if (goes_on) return;
@@ -278,6 +280,11 @@ Outcome Scene::act(std::uint32_t, const DepthCommand& command) {
 Outcome Scene::act(std::uint32_t client, const DriveCommand& command) {
     if (!m_choice.vessel) return not_with(m_choice, "catheter", "vessel");
     auto& vessel = static_cast<VesselTissue&>(*m_tissue);
+    // A step of undo: from a hand that begins to move, or from rest, until the next one does.
+    const bool moves =
+        command.insert_mm_s.value_or(0) != 0 || command.rotate_deg_s.value_or(0) != 0;
+    if (!vessel.is_touched() && (moves || m_settled)) end_step();
+    begin_step("catheter", client, kDrives);
     if (const Status s = vessel.drive(client, command); !s.ok()) return refused(s.error());
     m_settled = false;
     return {};

@@ -60,9 +60,7 @@ class Scene {
     std::uint32_t last_client() const { return m_last_client; }
 
     /// Whether nobody holds anything and nothing relaxes, so that the scene can rest.
-    bool is_quiet() const {
-        return m_holder == 0 && !m_tissue->is_touched() && !wants_sweep() && m_tissue->takes_back();
-    }
+    bool is_quiet() const { return m_holder == 0 && !m_tissue->is_touched() && !wants_sweep(); }
     /// Ends what could go on: the next stroke is a step of its own. @pre is_quiet()
     /// @returns what the scene is beside tissue()
     SceneMemo rest();

@@ -100,6 +100,7 @@ std::uint64_t hash_of(const MadeVessel& vessel, std::uint64_t scan) {
                                 double(s.local),    double(s.sub_steps), double(s.iterations),
                                 s.entry.inserted_mm})
         hash.add_word(std::bit_cast<std::uint64_t>(number));
+    if (c.model == CatheterModel::Tetrahedra) hash.add_word(1);
     for (const Vec3d v : {s.entry.place_mm, s.entry.direction})
         for (int a = 0; a < 3; ++a) hash.add_word(std::bit_cast<std::uint64_t>(v[a]));
     return hash.value();

@@ -7,6 +7,7 @@
 #include <chrono>
 
 #include "core/errors.h"
+#include "scene/number_file.h"
 
 namespace pliant::serve {
 namespace {
@@ -15,6 +16,9 @@ namespace {
 // end of a wire that is pressed to the wall trembles by a hundredth of a millimetre for ever.
 constexpr double kCalm_mm = 0.02;
 constexpr int kCalmSweeps = 50;
+// Of undo; a state of 12,000 nodes has 0.6 MB.
+constexpr std::size_t kMostSteps = 200, kMostBytes = 256'000'000;
+constexpr std::uint64_t kMagic = 0x31'76'73'6c'70'00'00'0a;  ///< of a file with a state
 constexpr int kMostUntoldSweeps = 1000;  ///< what nobody drives comes to a halt in any case
 
 Error no_tools(const char* what) {
@@ -106,25 +110,82 @@ Sweep VesselTissue::sweep() {
     return {calm || m_untold >= kMostUntoldSweeps, ms()};
 }
 
+/// As it is when a state is put back: the hand rests, and whether it is calm is asked anew.
+void VesselTissue::halt() {
+    m_hand.insert_mm_s = m_hand.rotate_deg_s = 0;
+    (void)m_scene->command(m_hand);
+    m_driver = 0;
+    m_untold = 0;
+    m_wire.clear();
+    m_wall.clear();
+    m_is_shown = false;
+    // Contacts are found anew after a state was put back, so they are here.
+    (void)m_scene->restore(m_scene->state(), m_arena);
+}
+
 void VesselTissue::reset() {
     auto scene = CatheterScene::create(m_vessel.wall, m_vessel.settings);
     if (!scene.ok()) return;  // it could be made before
     m_scene = std::make_unique<CatheterScene>(std::move(*scene));
     m_hand = {};
-    m_driver = 0;
-    m_untold = 0;
-    m_wire.clear();
-    m_wall.clear();
     m_failure.clear();
-    m_is_shown = false;
+    halt();
+}
+
+void VesselTissue::begin_group(const std::string&) {
+    m_before = m_scene->state();
+}
+
+int VesselTissue::end_group() {
+    if (!m_before || *m_before == m_scene->state()) return 0;
+    m_undone.clear();
+    m_done.push_back(std::move(*m_before));
+    m_before.reset();
+    int forgotten = 0;
+    const std::size_t bytes = m_done.back().size() * sizeof(double);
+    while (m_done.size() > kMostSteps || m_done.size() * bytes > kMostBytes) {
+        m_done.pop_front();
+        ++forgotten;
+    }
+    return m_done.empty() ? -1 : forgotten;
+}
+
+Status VesselTissue::put_back(std::span<const double> state) {
+    if (const Status s = m_scene->restore(state, m_arena); !s.ok()) return s;
+    m_hand = m_scene->hand();
+    m_failure.clear();
+    halt();
+    return Ok{};
 }
 
 Status VesselTissue::undo() {
-    return Error{ErrorCode::NotFound, "undo: expected a step, found none"};
+    if (m_done.empty()) return Error{ErrorCode::NotFound, "undo: expected a step, found none"};
+    m_undone.push_back(m_scene->state());
+    const State state = std::move(m_done.back());
+    m_done.pop_back();
+    return put_back(state);
 }
 
-Status VesselTissue::save_state(const std::filesystem::path&) const {
-    return Error{ErrorCode::Unsupported, "checkpoint: expected another tissue than a vessel"};
+Status VesselTissue::redo() {
+    if (m_undone.empty()) return Error{ErrorCode::NotFound, "redo: expected a step, found none"};
+    m_done.push_back(m_scene->state());
+    const State state = std::move(m_undone.back());
+    m_undone.pop_back();
+    return put_back(state);
+}
+
+Status VesselTissue::save_state(const std::filesystem::path& path) const {
+    return save_numbers(path, kMagic, m_scene->state());
+}
+
+Status VesselTissue::load_state(const std::filesystem::path& path) {
+    const auto state = load_numbers(path, kMagic);
+    if (!state.ok()) return state.error();
+    if (const Status s = put_back(*state); !s.ok())
+        return unreadable(path.filename(), s.error().message);
+    m_done.clear();
+    m_undone.clear();
+    return Ok{};
 }
 
 void VesselTissue::show() const {

@@ -3,14 +3,18 @@
 
 // A vessel as a tissue: a catheter is driven, its wall gives way, and the scan goes with the wall.
 // A sweep is two steps of the simulation. Once nothing moves any more, time stands still until the
-// hand does something else. What was done can't be taken back, but all of it be put back to rest.
+// hand does something else. What is taken back is all since a hand began to drive: a step is a
+// state before it, kept in memory.
 
 #pragma once
 
 #include <pliant/carried_scan.h>
 #include <pliant/vessel_scene.h>
 
+#include <deque>
 #include <memory>
+#include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -50,15 +54,14 @@ class VesselTissue : public Tissue {
         return 1000 * kStepsPerSweep * m_vessel.settings.time_step_s;
     }
     void reset() override;
-    bool takes_back() const override { return false; }
-    void begin_group(const std::string&) override {}
-    int end_group() override { return 0; }
-    int undo_steps() const override { return 0; }
+    void begin_group(const std::string& name) override;
+    int end_group() override;
+    int undo_steps() const override { return int(m_done.size()); }
     Status undo() override;
-    Status redo() override { return undo(); }
-    void rest() override {}
+    Status redo() override;
+    void rest() override { halt(); }
     Status save_state(const std::filesystem::path& path) const override;
-    Status load_state(const std::filesystem::path& path) override { return save_state(path); }
+    Status load_state(const std::filesystem::path& path) override;
     std::uint64_t hash() const override { return m_scene->hash(); }
 
     const Volume& volume() const override { return m_carried.scan().volume(); }
@@ -77,6 +80,8 @@ class VesselTissue : public Tissue {
                  const TaskArena& arena);
     void show() const;
     bool is_calm();
+    void halt();
+    Status put_back(std::span<const double> state);
 
     const MadeVessel& m_vessel;
     const TaskArena& m_arena;
@@ -86,6 +91,10 @@ class VesselTissue : public Tissue {
     int m_untold = 0;                   ///< sweeps since the last command
     std::vector<Vec3d> m_wire, m_wall;  ///< when is_calm() was last asked
     std::string m_failure;
+
+    using State = std::vector<double>;
+    std::optional<State> m_before;       ///< of the group that goes on
+    std::deque<State> m_done, m_undone;  ///< as it was before, or after; the next one last
 
     // What is shown is made when somebody looks, not in each step.
     mutable CarriedScan m_carried;

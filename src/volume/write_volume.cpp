@@ -1,13 +1,14 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// NRRD out: staged, so that a file is there as a whole or not at all.
+// NRRD out, or VTI: staged, so that a file is there as a whole or not at all.
 
 #include "volume/nrrd_writer.h"
 #include "volume/text.h"
 
 #include <pliant/staged_files.h>
 #include <pliant/volume.h>
+#include <pliant/write_vti.h>
 
 #include <algorithm>
 #include <functional>
@@ -48,6 +49,7 @@ Status write_staged(const fs::path& path, const NrrdLayout& layout, Encoding enc
 }  // namespace
 
 Status write_volume(const fs::path& path, const Volume& volume, Encoding encoding) {
+    if (lower_case(path.extension().string()) == ".vti") return write_vti(path, volume);
     const Component component = volume.is_16_bit() ? Component::Int16 : Component::Float32;
     return write_staged(
         path, {volume.grid, component, 1, volume.key_values}, encoding, [&](NrrdWriter& writer) {

@@ -59,6 +59,24 @@ TEST_F(VesselTest, GoesInAndOutAndPlaysTheSameAgain) {
     EXPECT_NE(said().find("other.log: plays differently"), std::string::npos);
 }
 
+TEST_F(VesselTest, FeedsABodyOfTetrahedraLikewise) {
+    std::string scene = kScene;
+    scene.replace(scene.find("length_mm = 100"), 15,
+                  "length_mm = 100\nmodel = \"tetrahedra\"\ntwist_n_mm2 = 15");
+    write("s.toml", scene);
+    ASSERT_EQ(run("vessel s.toml --frames f --every 60 --record hand.log --json"), 0) << said();
+    const Json report = Json::parse(out());
+    EXPECT_LE(report["largest_depth_mm"].get<double>(), 0.1);
+    EXPECT_EQ(report["end_inverted"], 0);
+    EXPECT_GT(report["farthest_way_mm"].get<double>(), 60);
+    const auto body = read_tetrahedra(m_folder / "f/tetrahedra_00001.vtu");
+    ASSERT_TRUE(body.ok()) << body.error().message;
+    EXPECT_EQ(body->cells.size(), 6 * 33U);
+    EXPECT_TRUE(exists("f/tetrahedra.pvd") && exists("f/catheter_00001.vtp"));
+    ASSERT_EQ(run("vessel s.toml --replay hand.log --json"), 0) << said();
+    EXPECT_EQ(Json::parse(out())["hash"], report["hash"]);
+}
+
 TEST_F(VesselTest, SaysInOneLineWhatIsWrong) {
     const auto refused = [&](const std::string& from, const std::string& to,
                              const std::string& message, const std::string& more = "") {
@@ -83,7 +101,9 @@ TEST_F(VesselTest, SaysInOneLineWhatIsWrong) {
             "[[script]] follow: expected a [way] to follow, found none");
     refused("phantom = \"bend\"\nthickness_mm = 1.5\nlayers = 1\n",
             "surface = \"none.vtp\"\n[way]\npoints_mm = [[0, 0, 0], [0, 0, 9]]\n", "none.vtp");
-    refused("phantom = \"bend\"", "", "expected one of phantom, surface");
+    refused("phantom = \"bend\"", "", "s.toml: [vessel]: expected one of phantom, surface");
+    refused("length_mm", "model = \"steel\"\nlength_mm",
+            "[catheter] model: expected \"rod\" or \"tetrahedra\", found \"steel\"");
     refused("place_mm = [0, 0, 5]", "end = 7", "[entry] end: expected one of the vessel's 2");
     refused("[0, 0, 5]", "[0, 5]", "[entry] place_mm: expected 3 numbers in brackets");
     refused("for_s = 0.02", "", "[[script]] for_s: expected this, until_inserted_mm");

@@ -52,10 +52,29 @@ CatheterSettings settings(double stiff = 20) {
     return s;
 }
 
+/// How far a place is from the ghost surface, by all of its triangles; below 0: beyond it.
+double inside_by(Vec3d p, const std::vector<Vec3d>& ghost, const TriangleMesh& at_rest) {
+    double least = 1e9, side = 0;
+    for (const auto& t : at_rest.cells) {
+        const Vec3d a = ghost[std::size_t(t[0])], b = ghost[std::size_t(t[1])],
+                    c = ghost[std::size_t(t[2])];
+        const Vec3d d = p - mesh::nearest_on_triangle(p, a, b, c).place;
+        const double height = dot(d, normalized(cross(b - a, c - a)));
+        if (norm(d) < least - 1e-9) {
+            least = norm(d);
+            side = height;
+        } else if (norm(d) < least + 1e-9 && std::abs(height) > std::abs(side)) {
+            side = height;
+        }
+    }
+    return side < 0 ? -least : least;
+}
+
 /// How far the wire's surface is beyond the ghost at most: all triangles for many points of it that
 /// are out of the guide.
 double deepest(const CatheterScene& scene) {
     const CatheterEntry& entry = scene.settings().entry;
+    const TriangleMesh& ghost = scene.wall().ghost;
     const auto places = scene.ghost_places();
     const auto x = scene.wire_places();
     double most = -1e9;
@@ -64,22 +83,19 @@ double deepest(const CatheterScene& scene) {
             const Vec3d p = (1 - k / 6.0) * x[s] + (k / 6.0) * x[s + 1];
             const bool in_guide = dot(p - entry.place_mm, entry.direction) < 0;
             if (in_guide && std::int32_t(s) == scene.first_inserted()) continue;
-            double least = 1e9, side = 0;
-            for (const auto& t : scene.wall().ghost.cells) {
-                const Vec3d a = places[std::size_t(t[0])], b = places[std::size_t(t[1])],
-                            c = places[std::size_t(t[2])];
-                const Vec3d d = p - mesh::nearest_on_triangle(p, a, b, c).place;
-                const double height = dot(d, normalized(cross(b - a, c - a)));
-                if (norm(d) < least - 1e-9) {
-                    least = norm(d);
-                    side = height;
-                } else if (norm(d) < least + 1e-9 && std::abs(height) > std::abs(side)) {
-                    side = height;
-                }
-            }
             most =
-                std::max(most, scene.settings().catheter.radius_mm - (side < 0 ? -least : least));
+                std::max(most, scene.settings().catheter.radius_mm - inside_by(p, places, ghost));
         }
+    // The tetrahedra themselves: their nodes, and the middles of their edges.
+    const TetMesh body = scene.catheter_mesh();
+    const auto at = [&](std::int32_t n) { return body.nodes_mm[std::size_t(n)]; };
+    for (const auto& cell : body.cells)
+        for (std::size_t a = 0; a < 4; ++a)
+            for (std::size_t b = 0; b <= a; ++b) {
+                const Vec3d p = 0.5 * (at(cell[a]) + at(cell[b]));
+                if (cell[0] / 4 <= scene.first_inserted()) continue;
+                most = std::max(most, -inside_by(p, places, ghost));
+            }
     return most;
 }
 
@@ -125,24 +141,78 @@ Journey journey(const VesselWall& wall, const CatheterSettings& s, double speed,
     return found;
 }
 
+void expect_a_good_journey(const Journey& j) {
+    EXPECT_LE(j.depth, 0.1);
+    EXPECT_LE(j.reported, 0.1);
+    EXPECT_GT(j.reported, -0.1);  // it does touch
+    EXPECT_NEAR(j.end.inserted_mm, 5, 1e-6);
+    EXPECT_GT(j.progress, 75);
+    EXPECT_EQ(j.end.inverted, 0);
+    EXPECT_LT(j.end.wall_moved_mm, 0.01);
+    EXPECT_LT(j.end.kinetic_energy_mj, 1e-4);
+    // No more than the hand has done: 85 mm with what it felt.
+    EXPECT_LE(j.energy, j.force * 85 + 0.02);
+}
+
 TEST(CatheterScene, StaysInsideAtAnySpeedAndStiffness) {
     const VesselWall wall = bent_tube();
     for (const double stiff : {5.0, 400.0})
         for (const double speed : {100.0, 400.0}) {
             CatheterSettings s = settings(stiff);
             s.catheter.tip_bend_n_mm2 = 0.2 * stiff;
-            const Journey j = journey(wall, s, speed, false);
-            EXPECT_LE(j.depth, 0.1);
-            EXPECT_LE(j.reported, 0.1);
-            EXPECT_GT(j.reported, -0.1);  // it does touch
-            EXPECT_NEAR(j.end.inserted_mm, 5, 1e-6);
-            EXPECT_GT(j.progress, 75);
-            EXPECT_EQ(j.end.inverted, 0);
-            EXPECT_LT(j.end.wall_moved_mm, 0.01);
-            EXPECT_LT(j.end.kinetic_energy_mj, 1e-4);
-            // No more than the hand has done: 85 mm with what it felt.
-            EXPECT_LE(j.energy, j.force * 85 + 0.02);
+            expect_a_good_journey(journey(wall, s, speed, false));
         }
+}
+
+CatheterSettings of_tetrahedra(double stiff) {
+    CatheterSettings s = settings(stiff);
+    s.catheter.model = CatheterModel::Tetrahedra;
+    s.catheter.segment_mm = 2.5;
+    s.catheter.twist_n_mm2 = 0.7 * stiff;
+    s.catheter.tip_bend_n_mm2 = 0.2 * stiff;
+    return s;
+}
+
+TEST(CatheterScene, OneOfTetrahedraStaysInside) {
+    const VesselWall wall = bent_tube();
+    expect_a_good_journey(journey(wall, of_tetrahedra(100), 300, false));
+}
+
+// Both models in a bend, pushed and turned alike: the wall feels the same.
+TEST(CatheterScene, OneOfTetrahedraLiesAsTheRodDoes) {
+    const VesselWall wall = bent_tube();
+    const TaskArena arena(1);
+    std::vector<Vec3d> places[2];
+    double contact[2] = {0, 0}, turned[2] = {0, 0};
+    for (const bool body : {false, true}) {
+        CatheterSettings s = of_tetrahedra(40);
+        if (!body) s.catheter.model = CatheterModel::Rod;
+        s.catheter.twist_n_mm2 = 28;
+        CatheterScene scene = made(CatheterScene::create(wall, s));
+        for (int n = 0; n < 550; ++n) {
+            ASSERT_TRUE(scene.command({.insert_mm_s = n < 350 ? 200.0 : 0.0}).ok());
+            ASSERT_TRUE(scene.step(1, arena).ok());
+        }
+        places[body].assign(scene.wire_places().begin(), scene.wire_places().end());
+        contact[body] = scene.quick_measures().contact_n;
+        const Vec3d before = rotated(scene.tip_frame(), {1, 0, 0});
+        for (int n = 0; n < 400; ++n) {
+            ASSERT_TRUE(scene.command({.rotate_deg_s = 300}).ok());
+            ASSERT_TRUE(scene.step(1, arena).ok());
+        }
+        const Vec3d ahead = rotated(scene.tip_frame(), {0, 0, 1}),
+                    after = rotated(scene.tip_frame(), {1, 0, 0});
+        turned[body] = std::atan2(dot(cross(before, after), ahead), dot(before, after));
+    }
+    double apart = 0;
+    for (std::size_t n = 0; n < places[0].size(); ++n)
+        apart = std::max(apart, norm(places[0][n] - places[1][n]));
+    std::printf("apart %.3f mm, contact %.3f and %.3f N, tip turned by %.2f and %.2f\n", apart,
+                contact[0], contact[1], turned[0], turned[1]);
+    EXPECT_LT(apart, 0.5);
+    EXPECT_NEAR(contact[1], contact[0], 0.2 * contact[0]);
+    EXPECT_GT(turned[1], 1);  // of 120°
+    EXPECT_NEAR(turned[1], turned[0], 0.3);
 }
 
 // Behind its end the guide lies in the wall; the wire has to bend round the wall right before it.
@@ -197,6 +267,49 @@ TEST(CatheterScene, IsTheSameForAnyNumberOfThreads) {
     EXPECT_EQ(journey(wall, settings(), 400, true, 2, 50).hash, one);
     EXPECT_EQ(journey(wall, settings(), 400, true, 4, 50).hash, one);
     EXPECT_NE(journey(wall, settings(), 401, true, 1, 50).hash, one);
+    const std::uint64_t body = journey(wall, of_tetrahedra(20), 400, true, 1, 30).hash;
+    EXPECT_EQ(journey(wall, of_tetrahedra(20), 400, true, 2, 30).hash, body);
+    EXPECT_NE(body, one);
+}
+
+// A state put back, in the same scene or in another one, goes on to the same bits.
+TEST(CatheterScene, GoesOnFromAState) {
+    const VesselWall wall = bent_tube();
+    const TaskArena arena(1), two(2);
+    for (const bool body : {false, true}) {
+        const CatheterSettings s = body ? of_tetrahedra(100) : settings(100);
+        CatheterScene scene = made(CatheterScene::create(wall, s)),
+                      other = made(CatheterScene::create(wall, s));
+        const auto start = scene.state();
+        ASSERT_TRUE(scene.command({.insert_mm_s = 300, .bend_first_deg = 20}).ok());
+        ASSERT_TRUE(scene.step(200, arena).ok());
+        const auto state = scene.state();
+        const std::uint64_t then = scene.hash();
+        ASSERT_TRUE(scene.command({.insert_mm_s = -100, .rotate_deg_s = 90}).ok());
+        ASSERT_TRUE(scene.step(60, arena).ok());
+        const std::uint64_t after = scene.hash();
+        EXPECT_GT(scene.measures().wall_moved_mm, 0.01);
+        for (CatheterScene* at : {&scene, &other}) {
+            ASSERT_TRUE(at->restore(state, arena).ok());
+            EXPECT_EQ(at->hash(), then);
+            EXPECT_EQ(at->quick_measures().steps, 200);
+            EXPECT_EQ(at->state(), state);
+            ASSERT_TRUE(at->command({.insert_mm_s = -100, .rotate_deg_s = 90}).ok());
+            ASSERT_TRUE(at->step(60, at == &other ? two : arena).ok());
+            EXPECT_EQ(at->hash(), after);
+        }
+        ASSERT_TRUE(scene.restore(start, arena).ok());
+        EXPECT_EQ(scene.hash(), made(CatheterScene::create(wall, s)).hash());
+        // What is no state of it changes nothing.
+        auto wrong = state;
+        wrong.pop_back();
+        EXPECT_FALSE(scene.restore(wrong, arena).ok());
+        wrong = state;
+        wrong[40] = std::nan("");
+        EXPECT_FALSE(scene.restore(wrong, arena).ok());
+        EXPECT_FALSE(scene.restore({}, arena).ok());
+        EXPECT_EQ(scene.state(), start);
+    }
 }
 
 /// Wall places while the catheter stands in the bend, after some time.
@@ -289,6 +402,13 @@ TEST(CatheterScene, SaysWhatIsWrong) {
                   s.entry.direction = {0, 0, 0};
               }),
               "entry.direction: expected a vector that isn't zero");
+    const std::string twist = message([](CatheterSettings& s) {
+        s.catheter.model = CatheterModel::Tetrahedra;
+        s.catheter.twist_n_mm2 = 200;
+    });
+    EXPECT_TRUE(twist.starts_with("catheter.twist_n_mm2: expected 6.") &&
+                twist.ends_with("found 200"))
+        << twist;
     VesselWall broken = wall;
     broken.ghost_places.pop_back();
     const auto scene = CatheterScene::create(broken, settings());

@@ -11,13 +11,13 @@
 #include <numbers>
 #include <vector>
 
-#include "catheter/wire.h"
+#include "catheter/rod_wire.h"
 #include "support/random.h"
 
 namespace pliant::test {
 namespace {
 
-using catheter::Wire;
+using Wire = catheter::RodWire;
 using catheter::WireContact;
 using catheter::WireSettings;
 

@@ -249,6 +249,39 @@ std::string msh_4(bool binary) {
     return text + "\n$EndElements\n";
 }
 
+std::string msh_4_0(bool binary) {
+    std::string text = std::string("$MeshFormat\n4 ") + (binary ? "1 8\n" : "0 8\n") +
+                       (binary ? bytes<std::int32_t>({1}) + "\n" : "") + "$EndMeshFormat\n$Nodes\n";
+    // Two blocks: entity 9 of dimension 2 with one node, entity 1 of dimension 3 with four.
+    if (binary)
+        text += bytes<std::uint64_t>({2, 5});
+    else
+        text += "2 5\n";
+    for (int n = 0; n < 5; ++n) {
+        if (n < 2) {
+            const double own = n == 0 ? 1 : 4, entity = n == 0 ? 9 : 1, dimension = n == 0 ? 2 : 3;
+            text += binary
+                        ? bytes<std::int32_t>({entity, dimension, 0}) + bytes<std::uint64_t>({own})
+                    : n == 0 ? "9 2 0 1\n"
+                             : "1 3 0 4\n";
+        }
+        const double* p = kPlaces.begin() + 3 * n;
+        if (binary)
+            text += bytes<std::int32_t>({10.0 + 3 * n}) + bytes<double>({p[0], p[1], p[2]});
+        else
+            text += std::to_string(10 + 3 * n) + " " + std::to_string(p[0]) + " " +
+                    std::to_string(p[1]) + " " + std::to_string(p[2]) + "\n";
+    }
+    text += "\n$EndNodes\n$Elements\n";
+    if (binary)
+        text += bytes<std::uint64_t>({1, 2}) + bytes<std::int32_t>({1, 3, 4}) +
+                bytes<std::uint64_t>({2}) +
+                bytes<std::int32_t>({1, 10, 13, 16, 19, 2, 13, 16, 19, 22});
+    else
+        text += "1 2\n1 3 4 2\n1 10 13 16 19\n2 13 16 19 22\n";
+    return text + "\n$EndElements\n";
+}
+
 std::vector<std::string> all_formats() {
     std::vector<std::string> files;
     for (const Way way :
@@ -267,6 +300,7 @@ std::vector<std::string> all_formats() {
         files.push_back(legacy(binary, true));
         files.push_back(msh_2(binary));
         files.push_back(msh_4(binary));
+        files.push_back(msh_4_0(binary));
     }
     return files;
 }
@@ -361,8 +395,8 @@ TEST(MeshFiles, WhatIsWrongIsSaid) {
               (folder / "no.vtp").string() + ": expected a file, found none");
     EXPECT_EQ(complaint(read_mesh(folder.write("a.txt", "hello"))),
               (folder / "a.txt").string() + ": expected VTP, VTU, VTK, MSH, STL, OBJ or PLY");
-    EXPECT_EQ(complaint(mesh::parse_mesh("$MeshFormat\n4 0 8\n$EndMeshFormat\n", "")),
-              "MSH version '4', expected 2.2 or 4.1");
+    EXPECT_EQ(complaint(mesh::parse_mesh("$MeshFormat\n3 0 8\n$EndMeshFormat\n", "")),
+              "MSH version '3', expected 2.2, 4.0 or 4.1");
     EXPECT_EQ(complaint(mesh::parse_mesh("v 0 0 0\nf 1 2 3\n", ".obj")),
               "a cell names node 1, expected 0…0");
     // A length that would need 16 GB.

@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The rod against closed forms and published shapes; its solver against elimination.
+// The rod: its solver against elimination, what is done to it. Closed forms and published shapes
+// are in test_published.cpp.
 
 #include <pliant/pbd_rod.h>
 
@@ -89,77 +90,6 @@ TEST(Rod, RotationsAreTheirVectors) {
     }
 }
 
-// Case 6: v/L and u/L of a cantilever with a load across its tip, to 0.5 %.
-TEST(Rod, ALoadAcrossTheTipMakesTheElastica) {
-    const struct {
-        double load, across, along;
-    } cases[] = {{1, 0.30172, 0.05643},
-                 {2, 0.49346, 0.16064},
-                 {5, 0.71379, 0.38763},
-                 {10, 0.81061, 0.55500}};
-    for (const auto& c : cases) {
-        Random random(1);
-        const Rotation frame = rotation_by(random.vector(2));
-        Rod rod =
-            made({.stretch_stiffness = 1e6, .shear_stiffness = 1e6, .frame = frame, .damping = 4});
-        const Vec3d across = rotated(frame, {std::cos(0.7), std::sin(0.7), 0});
-        ASSERT_TRUE(rod.load(50, c.load * across).ok());
-        ASSERT_TRUE(rod.step(1000).ok());
-        const Vec3d tip = rod.position(50);
-        const double along = 1 - dot(tip, rotated(frame, {0, 0, 1}));
-        std::printf("elastica %g: %.5f %.5f\n", c.load, dot(tip, across), along);
-        EXPECT_NEAR(dot(tip, across), c.across, 0.001 * c.across);
-        EXPECT_NEAR(along, c.along, 0.001 * c.along);
-        EXPECT_LT(norm(rod.base_force() - c.load * across), 1e-6 * c.load);
-        EXPECT_LT(norm(rod.base_moment() - cross(tip, c.load * across)), 1e-4 * c.load);
-    }
-}
-
-// Case 7: joints of k = EI/h, the one at the base of twice that; sum over joints, and the beam.
-TEST(Rod, SmallDeflectionsAreThoseOfTheSumOverJointsAndOfTheBeam) {
-    for (const int n : {7, 14, 28, 56}) {
-        const double force = 1e-4, h = 1.0 / n;
-        Rod rod =
-            made({.segments = n, .stretch_stiffness = 1e8, .shear_stiffness = 1e8, .damping = 4});
-        ASSERT_TRUE(rod.load(n, {force, 0, 0}).ok());
-        ASSERT_TRUE(rod.step(800).ok());
-        double sum = 0.5 * n * n;
-        for (int j = 1; j < n; ++j) sum += double(j) * j;
-        const double joints = force * h * h * h * sum, beam = force / 3;
-        const double tip = rod.position(n).x;
-        EXPECT_NEAR(tip, joints, 1e-4 * joints) << n;
-        EXPECT_NEAR(tip / beam, 1, 0.5 / (n * n) + 1e-4) << n;
-    }
-}
-
-// Case 8: a moment at the tip, 14 segments of 0.1, joints of k_b 400 and k_t 1000: 60° in all.
-TEST(Rod, AMomentAtTheTipBendsItToAnArc) {
-    const double per_joint = 60.0 / 13 * pi / 180, length = 1.4;
-    Rod rod = made({.segments = 14,
-                    .length = length,
-                    .bend_stiffness = 40,
-                    .twist_stiffness = 100,
-                    .stretch_stiffness = 1e7,
-                    .shear_stiffness = 1e7,
-                    .damping = 20});
-    ASSERT_TRUE(rod.load_moment(13, {0, 400 * per_joint, 0}).ok());
-    ASSERT_TRUE(rod.step(1000).ok());
-    double bends = 0, places = 0;
-    double angle = per_joint / 2;  // the base's joint is half as long
-    Vec3d place{0, 0, 0};
-    for (int i = 0; i < 14; ++i) {
-        const Vec3d expected{0, i == 0 ? per_joint / 2 : per_joint, 0};
-        bends += std::pow(norm(rod.turn(i) - expected), 2);
-        place = place + 0.1 * Vec3d{std::sin(angle), 0, std::cos(angle)};
-        places += std::pow(norm(rod.position(i + 1) - place), 2);
-        angle += per_joint;
-        EXPECT_LT(std::abs(rod.position(i + 1).y), 1e-4 * length);
-    }
-    EXPECT_LT(std::sqrt(bends / 14) * 180 / pi, 0.12);
-    EXPECT_LT(std::sqrt(places / 14), 1e-3 * length);
-    EXPECT_NEAR(rod.base_moment().y, 400 * per_joint, 1e-3);
-}
-
 TEST(Rod, WhatTurnsAtTheBaseTurnsAtTheTip) {
     Rod rod = made({.segments = 30, .damping = 5});
     for (int n = 1; n <= 100; ++n) {
@@ -214,6 +144,25 @@ TEST(Rod, ARodThatSwingsLosesEnergyAndNothingIsAllocated) {
     }
     EXPECT_EQ(allocation_count(), before);
     EXPECT_LT(lowest, -0.7);
+}
+
+TEST(Rod, AReleasedTipIsFreeAgain) {
+    auto rod = Rod::create({.segments = 20, .damping = 5});
+    auto never_held = Rod::create({.segments = 20, .damping = 5});
+    ASSERT_TRUE(rod->hold_tip({0.1, 0, 0.9}, rotation_by({0, 0.3, 1})).ok());
+    ASSERT_TRUE(rod->step(200).ok());
+    EXPECT_LT(norm(rod->position(20) - Vec3d{0.1, 0, 0.9}), 1e-12);
+    EXPECT_GT(rod->elastic_energy(), 0.1);
+    EXPECT_EQ(rod->inverse_mass(20), 0);
+    rod->release_tip();
+    rod->release_tip();
+    EXPECT_EQ(rod->inverse_mass(20), never_held->inverse_mass(20));
+    ASSERT_TRUE(rod->step(1000).ok());
+    EXPECT_LT(norm(rod->position(20) - Vec3d{0, 0, 1}), 1e-6);
+    EXPECT_LT(rod->elastic_energy(), 1e-10);
+    EXPECT_EQ(rod->hold_tip({0, 0, 0}, {2, 0, 0, 0}).error().message,
+              "hold_tip: expected a rotation of length 1, found 2");
+    EXPECT_FALSE(rod->hold_tip({std::nan(""), 0, 0}, {}).ok());
 }
 
 TEST(Rod, BadInputIsRefusedWithOneLineThatNamesIt) {

@@ -8,8 +8,10 @@
 #include <pliant/serve.h>
 
 #include <cstring>
+#include <filesystem>
 #include <functional>
 
+#include "serve/checkpoint.h"
 #include "serve/half.h"
 #include "serve/replay.h"
 #include "serve/scene.h"
@@ -77,7 +79,8 @@ TEST_F(VesselScene, IsWhatTheCatheterAloneDoes) {
     EXPECT_NEAR(state.vessel->measures.inserted_mm, 27 + 12, 1e-9);
     EXPECT_NEAR(state.vessel->wall_moved_mm, twin->measures().wall_moved_mm, 1e-9);
     EXPECT_GT(state.vessel->wall_moved_mm, 0.05);
-    EXPECT_EQ(state.undo_steps, 0);
+    EXPECT_EQ(state.undo_steps, 1);
+    EXPECT_EQ(state.next_undo, "catheter");
     // The scan goes where the wall goes, and nowhere else.
     auto carried = CarriedScan::create(scene->loaded()->volume, made.wall.mesh, {}, m_arena);
     ASSERT_TRUE(carried.ok());
@@ -112,7 +115,122 @@ TEST_F(VesselScene, ComesToRestOnceNobodyDrives) {
     SharedState state;
     scene->describe(state);
     EXPECT_NEAR(state.vessel->measures.inserted_mm, 27 + 80 * 0.04, 1e-9);
-    EXPECT_FALSE(scene->is_quiet());  // there is no checkpoint of it
+    EXPECT_TRUE(scene->is_quiet());
+}
+
+TEST_F(VesselScene, TakesBackOneDriveAfterTheOther) {
+    const auto scene = open(m_arena);
+    const auto rest = [&] {
+        drive(*scene, 0);
+        for (int n = 0; n < 2000 && scene->wants_sweep(); ++n) scene->sweep();
+    };
+    const auto inserted = [&] { return scene->vessel()->measures().inserted_mm; };
+    std::vector<std::uint64_t> hashes{scene->tissue().hash()};
+    std::vector<double> ways{inserted()};
+    for (const double speed : {60.0, 90.0}) {
+        drive(*scene, speed);
+        for (int n = 0; n < 15; ++n) scene->sweep();
+        // More of the same drive: no step of its own.
+        scene->carry_out(1, DriveCommand{.rotate_deg_s = 40, .bend_first_deg = speed});
+        for (int n = 0; n < 5; ++n) scene->sweep();
+        scene->carry_out(1, DriveCommand{.insert_mm_s = 0, .rotate_deg_s = 0});
+        rest();
+        hashes.push_back(scene->tissue().hash());
+        ways.push_back(inserted());
+    }
+    SharedState state;
+    scene->describe(state);
+    EXPECT_EQ(state.undo_steps, 2);
+    EXPECT_NE(hashes[1], hashes[2]);
+    EXPECT_TRUE(scene->carry_out(1, UndoCommand{}).ok());
+    EXPECT_EQ(scene->tissue().hash(), hashes[1]);
+    EXPECT_EQ(inserted(), ways[1]);
+    EXPECT_EQ(scene->vessel()->hand().bend_first_deg, 60);
+    EXPECT_FALSE(scene->wants_sweep());
+    EXPECT_TRUE(scene->carry_out(1, UndoCommand{}).ok());
+    EXPECT_EQ(scene->tissue().hash(), hashes[0]);
+    scene->update();
+    EXPECT_EQ(hash_volume(scene->deformed()), hash_volume(scene->loaded()->volume));
+    EXPECT_FALSE(scene->carry_out(1, UndoCommand{}).ok());
+    EXPECT_TRUE(scene->carry_out(1, RedoCommand{}).ok());
+    EXPECT_TRUE(scene->carry_out(1, RedoCommand{}).ok());
+    EXPECT_EQ(scene->tissue().hash(), hashes[2]);
+    // Taken back while it moves, it stands still.
+    drive(*scene, 50);
+    for (int n = 0; n < 3; ++n) scene->sweep();
+    EXPECT_TRUE(scene->carry_out(1, UndoCommand{}).ok());
+    EXPECT_EQ(scene->tissue().hash(), hashes[2]);
+    EXPECT_FALSE(scene->has_contact(1));
+    EXPECT_FALSE(scene->wants_sweep());
+}
+
+// What goes on from a file is what goes on from the scene that was saved.
+TEST_F(VesselScene, GoesOnFromACheckpoint) {
+    const TaskArena one(1);
+    const auto scene = open(m_arena), other = open(one);
+    drive(*scene, 90);
+    for (int n = 0; n < 20; ++n) scene->sweep();
+    drive(*scene, 0);
+    for (int n = 0; n < 2000 && scene->wants_sweep(); ++n) scene->sweep();
+    ASSERT_TRUE(scene->is_quiet());
+    const SceneMemo memo = scene->rest();
+    const auto file = m_folder / "state";
+    ASSERT_TRUE(scene->tissue().save_state(file).ok());
+    ASSERT_TRUE(other->restore(file, memo).ok());
+    EXPECT_EQ(other->tissue().hash(), scene->tissue().hash());
+    for (Scene* at : {scene.get(), other.get()}) {
+        drive(*at, -70);
+        for (int n = 0; n < 15; ++n) at->sweep();
+        at->update();
+    }
+    EXPECT_EQ(other->tissue().hash(), scene->tissue().hash());
+    EXPECT_EQ(hash_volume(other->deformed()), hash_volume(scene->deformed()));
+    // One that is cut short, or another's.
+    std::filesystem::resize_file(file, std::filesystem::file_size(file) - 8);
+    EXPECT_FALSE(other->restore(file, memo).ok());
+    m_folder.write("state", "springs");
+    EXPECT_FALSE(other->restore(file, memo).ok());
+}
+
+// A session with checkpoints is opened at one of them, and ends where all of it ends.
+TEST_F(VesselScene, ASessionIsGoneOnWithFromItsCheckpoint) {
+    const auto session = m_folder / "hand.session";
+    const auto scene = open(m_arena);
+    SessionFile file;
+    file.scene = file.header = {m_source, scene->scan_hash()};
+    const auto carry_out = [&](const Action& action) {
+        file.records.push_back(SessionCommand{1, action, !scene->carry_out(1, action).ok()});
+    };
+    const auto sweep = [&](int most) {
+        SessionSweeps sweeps;
+        for (; sweeps.count < most && scene->wants_sweep(); ++sweeps.count) scene->sweep();
+        file.records.push_back(sweeps);
+    };
+    for (const int number : {1, 2}) {
+        carry_out(DriveCommand{.insert_mm_s = 60.0 + number, .rotate_deg_s = 90});
+        sweep(12);
+        carry_out(DriveCommand{.insert_mm_s = 0, .rotate_deg_s = 0});
+        sweep(2000);
+        scene->update();
+        ASSERT_TRUE(scene->is_quiet());
+        Status saved = Ok{};
+        file.records.push_back(save_checkpoint(*scene, session, number, saved));
+        EXPECT_TRUE(saved.ok()) << saved.error().message;
+    }
+    carry_out(UndoCommand{});
+    carry_out(DriveCommand{.insert_mm_s = -40});
+    sweep(10);
+    const auto again = reopen(file, session, m_arena);
+    ASSERT_TRUE(again.ok()) << again.error().message;
+    EXPECT_EQ(again->number, 1);
+    EXPECT_TRUE(again->notes.empty()) << again->notes.front();
+    EXPECT_EQ(again->scene->tissue().hash(), scene->tissue().hash());
+    // Without its files all of it is done again.
+    for (const int number : {1, 2}) std::filesystem::remove(checkpoint_path(session, number));
+    const auto from_start = reopen(file, session, m_arena);
+    ASSERT_TRUE(from_start.ok()) << from_start.error().message;
+    EXPECT_EQ(from_start->number, 0);
+    EXPECT_EQ(from_start->scene->tissue().hash(), scene->tissue().hash());
 }
 
 TEST_F(VesselScene, DoesTheSameAgainWithAnyNumberOfThreads) {
@@ -130,7 +248,10 @@ TEST_F(VesselScene, DoesTheSameAgainWithAnyNumberOfThreads) {
         if (n == 5) action = ResetCommand{};
         if (n == 6) action = PushCommand{.push = {{0, 0, 0}, {1, 0, 0}, 3}};
         if (n == 7) action = IsoCommand{.iso_hu = 150};
+        if (n == 8) action = UndoCommand{};
         if (n == 9) action = ReleaseCommand{};
+        if (n == 10) action = UndoCommand{};
+        if (n == 11) action = RedoCommand{};
         const Outcome outcome = scene->carry_out(1, action);
         records.push_back(SessionCommand{1, action, !outcome.ok()});
         int sweeps = 0;

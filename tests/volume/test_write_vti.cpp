@@ -29,6 +29,8 @@ void expect_written(const char* type) {
           std::string("Spacing=\"0.5 1 2\""), std::string("Direction=\"0 0 1 1 0 0 0 1 0\""),
           std::string("type=\"") + type + "\""})
         EXPECT_NE(file.find(part), file.npos) << part;
+    ASSERT_TRUE(write_volume(folder / "b.VTI", volume).ok());
+    EXPECT_EQ(test::bytes_of(folder / "b.VTI"), file);
     // The length in bytes, then the voxels.
     const auto at = file.find("\n_") + 2;
     std::uint64_t length = 0;

@@ -1,0 +1,66 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// Cases 14 and 15: the published hash of boxes, and the collision set of two vessels
+// [Teschner2003] against the test of every node with every tetrahedron.
+
+#include <pliant/mesh_overlap.h>
+#include <pliant/pbd_boxes.h>
+#include <pliant/pbd_rod.h>
+
+#include <algorithm>
+#include <set>
+
+#include "published.h"
+#include "two_vessels.h"
+#include "value_of.h"
+
+namespace pliant::results {
+Cases hash_cases() {
+    const TetMesh block = five_tet_block({10, 10, 10}, 1);
+    const PbdBoxes hashed = value_of(PbdBoxes::create(block, {.side = 1, .index = BoxIndex::Hash}));
+    std::set<std::int32_t> hashes, indices;
+    std::vector<int> boxes_of(1000, 0);
+    for (int k = 0; k < 10; ++k)
+        for (int j = 0; j < 10; ++j)
+            for (int i = 0; i < 10; ++i) {
+                hashes.insert(hashed.hash({i, j, k}));
+                indices.insert(hashed.linear_index({i, j, k}));
+                ++boxes_of[std::size_t(hashed.hash({i, j, k}))];
+            }
+    double fired = 0;
+    for (const int n : boxes_of) fired += double(n) * n / 1000;
+    return {within(14, "published hash of 10³ boxes: distinct", 618, double(hashes.size()), 0),
+            within(14, "the same: boxes that fire for a tip, on the average", 2.03, fired, 0.005),
+            within(14, "linear index of 10³ boxes: distinct", 1000, double(indices.size()), 0)};
+}
+
+Cases overlap_cases() {
+    Cases cases;
+    for (std::uint64_t seed = 1; seed <= 2; ++seed) {
+        Numbers random(seed);
+        TetMesh mesh;
+        add_vessel(mesh, random, 23, 1, 56, {0, 0, 0}, {});
+        add_vessel(mesh, random, 26, 2, 41, random.vector(3), rotation_by(random.vector(2)));
+        mesh.cells.resize(20514);  // of 20520; 5898 nodes
+        OverlapSearch search(mesh);
+        for (const double moved : {0.0, 0.3}) {  // a second search in the same table
+            std::vector<Vec3d> places = mesh.nodes_mm;
+            for (Vec3d& p : places) p = p + random.vector(moved);
+            const auto found = search.find(places);
+            const auto expected = all_pairs(mesh, places);
+            const bool equal =
+                std::equal(found.begin(), found.end(), expected.begin(), expected.end());
+            // Pairs that are both found and expected; none would be no test.
+            cases.push_back(within(15,
+                                   "two vessels of 20514 tetrahedra and 5898 nodes, seed " +
+                                       std::to_string(seed) + (moved > 0 ? ", moved" : "") +
+                                       ": nodes in tetrahedra, the same as all pairs give",
+                                   expected.empty() ? -1 : double(expected.size()),
+                                   equal ? double(found.size()) : -2, 0));
+        }
+    }
+    return cases;
+}
+
+}  // namespace pliant::results

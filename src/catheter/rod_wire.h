@@ -1,0 +1,59 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// A wire with the energy of docs/pbd.md's rod, and with contact in the same Newton step.
+//
+// One step of implicit Euler minimises
+//
+//   ½ (x − x̃)ᵀ M/h² (x − x̃) + stretch, shear, bend and twist + contact
+//
+// by Gauss–Newton in places and turns: a chain of 6 × 6 blocks, one for each segment and the node
+// at its end. A contact somewhere on a segment couples the two nodes of that segment and no others,
+// so it fits into the chain; that is why the unknowns are not the multipliers, as they are in
+// pbd/rod.cpp. Without contact, both make the same step.
+
+#pragma once
+
+#include "catheter/chain.h"
+#include "catheter/wire.h"
+
+namespace pliant::catheter {
+
+class RodWire : public Wire {
+  public:
+    /// All of it in the guide but `inserted_mm`, straight.
+    RodWire(const WireSettings& settings, double inserted_mm);
+    std::unique_ptr<Wire> copy() const override { return std::make_unique<RodWire>(*this); }
+
+    void bend_tip(double first_rad, double second_rad) override;
+    void predict(double h) override;
+    void solve(std::span<WireContact> contacts) override;
+    void finish() override;
+
+    const std::vector<Rotation>& orientations() const { return m_q; }
+    Rotation tip_frame() const override { return m_q.back(); }
+    Vec3d turn(std::int32_t segment) const;
+    Vec3d base_force() const override;
+    Vec3d base_moment() const override;
+    double elastic_energy() const override;
+    double kinetic_energy() const override;
+    bool is_good() const override;
+    void exchange(StateNumbers& state) override;
+
+  private:
+    void hold();
+    void add_segment(std::size_t i);
+    void add_joint(std::size_t i);
+    double touch(WireContact& c) const;
+    void add_contact(WireContact& c);
+    Vec3d stretch_force(std::size_t i) const;
+    Vec3d bend_moment(std::size_t i) const;
+
+    double m_inertia = 0;
+    std::vector<Vec3d> m_predicted_x, m_spin, m_rest;
+    std::vector<double> m_mass;
+    std::vector<Rotation> m_q, m_old_q, m_predicted_q;
+    Chain<6> m_chain;
+};
+
+}  // namespace pliant::catheter

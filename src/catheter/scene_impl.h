@@ -1,0 +1,108 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// A step: boxes near the wire wake up; which triangles are near; then sub-steps, in each of which
+// wall and wire are moved freely and meet in the wire's Newton step.
+//
+// Units inside are g, mm, s: forces in µN, moduli in Pa, energies in nJ.
+
+#pragma once
+
+#include <pliant/catheter.h>
+#include <pliant/pbd_boxes.h>
+
+#include <algorithm>
+#include <memory>
+#include <numbers>
+#include <utility>
+#include <vector>
+
+#include "catheter/scene_parts.h"
+#include "catheter/wall_contact.h"
+#include "core/errors.h"
+
+namespace pliant {
+
+struct CatheterScene::Impl {
+    static constexpr double kRadians = std::numbers::pi / 180;
+
+    Impl(VesselWall w, const CatheterSettings& s, PbdBody b)
+        : settings(s),
+          wall(std::move(w)),
+          made_wire(catheter::make_wire(s)),
+          wire(*made_wire),
+          body(std::move(b)),
+          contact(wall.mesh, wall.ghost, wall.ghost_places,
+                  {.radius_mm = s.catheter.radius_mm, .friction = s.catheter.friction}) {
+        inserted = s.entry.inserted_mm;
+        if (settings.reach_mm < 0) settings.reach_mm = wide_reach_mm(wall, settings.wall);
+    }
+
+    CatheterSettings settings;
+    VesselWall wall;
+    std::unique_ptr<catheter::Wire> made_wire;
+    catheter::Wire& wire;
+    PbdBody body;
+    std::unique_ptr<PbdBoxes> boxes;
+    catheter::WallContact contact;
+    CatheterCommand command;
+    double inserted = 0, rotated = 0, depth = 0;
+    std::int64_t steps = 0;
+    std::int32_t awake = -1;
+    std::vector<Vec3d> places;
+
+    /// With nothing of the former one: the body is elsewhere.
+    void renew_contact(const TaskArena& arena) {
+        contact = catheter::WallContact(
+            wall.mesh, wall.ghost, wall.ghost_places,
+            {.radius_mm = settings.catheter.radius_mm, .friction = settings.catheter.friction});
+        contact.see_all(body, arena);
+        contact.wake(body);
+    }
+
+    Status wake_boxes() {
+        if (!boxes) {
+            if (awake < 0) contact.wake(body);
+            awake = std::int32_t(wall.mesh.cells.size());
+            return Ok{};
+        }
+        const auto& x = wire.places();
+        places.assign(x.begin() + wire.first(), x.end());
+        const double reach = settings.reach_mm + settings.catheter.radius_mm;
+        if (const Status s = boxes->update(places, reach, body); !s.ok()) return s;
+        // Particles that have just begun to be blended in are held for this step still.
+        if (awake != boxes->active_tetrahedra()) contact.wake(body);
+        awake = boxes->active_tetrahedra();
+        return Ok{};
+    }
+
+    Status step(const TaskArena& arena) {
+        const double h = settings.time_step_s / settings.sub_steps;
+        if (const Status s = wake_boxes(); !s.ok()) return s;
+        contact.look(wire, body, settings.time_step_s);
+        for (int n = 0; n < settings.sub_steps; ++n) {
+            inserted = std::clamp(inserted + h * command.insert_mm_s, 0.0, wire.length());
+            rotated += h * command.rotate_deg_s;
+            wire.feed(inserted, rotated * kRadians);
+            wire.bend_tip(command.bend_first_deg * kRadians, command.bend_second_deg * kRadians);
+            wire.predict(h);
+            if (const Status s = body.step(1, arena); !s.ok()) return s;
+            const auto contacts = contact.gather(wire, body, h);
+            for (int i = 0; i < settings.iterations; ++i) {
+                if (i > 0) contact.yield(body, h);
+                wire.solve(contacts);
+            }
+            wire.finish();
+            if (!wire.is_good())
+                return Error{ErrorCode::LimitExceeded,
+                             "step: a place of the wire is no number any more; expected more "
+                             "sub_steps or iterations"};
+            if (const Status s = contact.apply(body, h); !s.ok()) return s;
+        }
+        depth = contact.depth(wire, body);
+        ++steps;
+        return Ok{};
+    }
+};
+
+}  // namespace pliant

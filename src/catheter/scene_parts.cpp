@@ -1,0 +1,151 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "catheter/scene_parts.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "catheter/frame_along.h"
+#include "catheter/rod_wire.h"
+#include "catheter/tet_segment.h"
+#include "catheter/tet_wire.h"
+#include "core/errors.h"
+
+namespace pliant::catheter {
+namespace {
+
+struct Bound {
+    const char* name;
+    double value, least, most;
+};
+
+int segments_of(const CatheterShape& c) {
+    return std::max(2, int(std::lround(c.length_mm / c.segment_mm)));
+}
+
+Status check_twist(const CatheterShape& c) {
+    const auto bounds = twist_bounds(c.bend_n_mm2, c.radius_mm, c.length_mm / segments_of(c));
+    if (c.twist_n_mm2 >= bounds.least && c.twist_n_mm2 <= bounds.most) return Ok{};
+    return invalid("catheter.twist_n_mm2: expected " + text_of(bounds.least) + " to " +
+                   text_of(bounds.most) +
+                   " with tetrahedra of this segment_mm, radius_mm and bend_n_mm2, found " +
+                   text_of(c.twist_n_mm2));
+}
+
+WireSettings wire_settings(const CatheterSettings& s) {
+    const CatheterShape& c = s.catheter;
+    WireSettings w;
+    w.segments = segments_of(c);
+    w.segment_mm = c.length_mm / w.segments;
+    w.mass_g_mm = c.mass_g_mm;
+    w.damping = c.damping_per_s;
+    w.tip_segments = int(std::lround(c.tip_mm / w.segment_mm));
+    w.entry = s.entry.place_mm;
+    w.frame = frame_along(s.entry.direction);
+    w.radius_mm = c.radius_mm;
+    const auto count = std::size_t(w.segments), tip = std::size_t(w.tip_segments);
+    w.bend.assign(count, c.bend_n_mm2 * kMicronewtons);
+    w.twist.assign(count, c.twist_n_mm2 * kMicronewtons);
+    // From stiff to soft over as long a way as the tip.
+    for (std::size_t n = 0; n < std::min(count, 2 * tip); ++n) {
+        const double share = n < tip ? 0 : double(n - tip + 1) / double(tip + 1);
+        w.bend[count - 1 - n] =
+            kMicronewtons * (c.tip_bend_n_mm2 * std::pow(c.bend_n_mm2 / c.tip_bend_n_mm2, share));
+    }
+    if (c.model == CatheterModel::Tetrahedra)
+        for (std::size_t n = 0; n < count; ++n)
+            w.twist[n] = c.twist_n_mm2 / c.bend_n_mm2 * w.bend[n];
+    return w;
+}
+
+}  // namespace
+
+std::string text_of(double value) {
+    std::string text = std::to_string(value);
+    while (text.back() == '0') text.pop_back();
+    if (text.back() == '.') text.pop_back();
+    return text;
+}
+
+Status check(const CatheterSettings& s) {
+    const Bound bounds[] = {{"catheter.length_mm", s.catheter.length_mm, 10, 3000},
+                            {"catheter.segment_mm", s.catheter.segment_mm, 0.2, 20},
+                            {"catheter.radius_mm", s.catheter.radius_mm, 0.1, 5},
+                            {"catheter.bend_n_mm2", s.catheter.bend_n_mm2, 1e-3, 1e4},
+                            {"catheter.twist_n_mm2", s.catheter.twist_n_mm2, 1e-3, 1e4},
+                            {"catheter.tip_mm", s.catheter.tip_mm, 0, s.catheter.length_mm},
+                            {"catheter.tip_bend_n_mm2", s.catheter.tip_bend_n_mm2, 1e-3, 1e4},
+                            {"catheter.mass_g_mm", s.catheter.mass_g_mm, 1e-5, 1},
+                            {"catheter.damping_per_s", s.catheter.damping_per_s, 0, 1000},
+                            {"catheter.friction", s.catheter.friction, 0, 2},
+                            {"wall.young_modulus_pa", s.wall.young_modulus_pa, 1e3, 1e8},
+                            {"wall.poisson_ratio", s.wall.poisson_ratio, 0.01, 0.499},
+                            {"wall.density_g_mm3", s.wall.density_g_mm3, 1e-4, 10},
+                            {"wall.support_pa_per_mm", s.wall.support_pa_per_mm, 0, 1e6},
+                            {"wall.damping_per_s", s.wall.damping_per_s, 0, 1000},
+                            {"entry.inserted_mm", s.entry.inserted_mm, 0, s.catheter.length_mm},
+                            {"box_mm", s.box_mm, 1, 1000},
+                            {"reach_mm", s.reach_mm, s.reach_mm == -1 ? -1.0 : 0.0, 1000},
+                            {"time_step_s", s.time_step_s, 1e-5, 0.05},
+                            {"sub_steps", double(s.sub_steps), 1, 1000},
+                            {"iterations", double(s.iterations), 1, 100}};
+    for (const Bound& b : bounds)
+        if (!(b.value >= b.least && b.value <= b.most))
+            return invalid(std::string(b.name) + ": expected " + text_of(b.least) + " to " +
+                           text_of(b.most) + ", found " + text_of(b.value));
+    if (!is_finite(s.entry.place_mm)) return invalid("entry.place_mm: expected three numbers");
+    if (!is_finite(s.entry.direction) || !(norm(s.entry.direction) > 1e-9))
+        return invalid("entry.direction: expected a vector that isn't zero");
+    return s.catheter.model == CatheterModel::Tetrahedra ? check_twist(s.catheter) : Ok{};
+}
+
+Result<PbdParts> parts_of(const VesselWall& wall, const WallTissue& tissue) {
+    auto parts = pbd_of_mesh(wall.mesh, {.density = tissue.density_g_mm3,
+                                         .edges = false,
+                                         .volumes = false,
+                                         .solids = true,
+                                         .young_modulus = tissue.young_modulus_pa,
+                                         .poisson_ratio = tissue.poisson_ratio});
+    if (!parts) return parts.error();
+    const auto& places = wall.mesh.nodes_mm;
+    double edge = 0;
+    for (const auto& cell : wall.mesh.cells)
+        edge += norm(places[std::size_t(cell[0])] - places[std::size_t(cell[1])]) /
+                double(wall.mesh.cells.size());
+    for (const VesselEnd& end : wall.ends)
+        for (std::size_t n = 0; n < places.size(); ++n) {
+            const Vec3d from = places[n] - end.centre_mm;
+            if (std::abs(dot(from, end.outward)) < edge && norm(from) < 3 * end.radius_mm + 5)
+                parts->inverse_masses[n] = 0;
+        }
+    if (tissue.support_pa_per_mm == 0) return parts;
+    // The outer surface, which is the boundary without the ghost's side.
+    std::vector<double> area(places.size(), 0);
+    std::vector<std::uint8_t> inner(places.size(), 0);
+    for (const Embedded& e : wall.ghost_places)
+        for (std::size_t k = 0; k < 4; ++k)
+            if (e.weights[k] > 0.999)
+                inner[std::size_t(wall.mesh.cells[std::size_t(e.tetrahedron)][k])] = 1;
+    for (const auto& f : boundary_faces(wall.mesh)) {
+        const Vec3d a = places[std::size_t(f[0])], b = places[std::size_t(f[1])],
+                    c = places[std::size_t(f[2])];
+        if (inner[std::size_t(f[0])] && inner[std::size_t(f[1])] && inner[std::size_t(f[2])])
+            continue;
+        for (const std::int32_t n : f) area[std::size_t(n)] += 0.5 * norm(cross(b - a, c - a)) / 3;
+    }
+    for (std::size_t n = 0; n < places.size(); ++n)
+        if (area[n] > 0 && parts->inverse_masses[n] > 0)
+            parts->attachments.push_back({.nodes = {std::int32_t(n), 0, 0, 0},
+                                          .target = places[n],
+                                          .compliance = 1 / (tissue.support_pa_per_mm * area[n])});
+    return parts;
+}
+
+std::unique_ptr<Wire> make_wire(const CatheterSettings& s) {
+    if (s.catheter.model == CatheterModel::Tetrahedra)
+        return std::make_unique<TetWire>(wire_settings(s), s.entry.inserted_mm);
+    return std::make_unique<RodWire>(wire_settings(s), s.entry.inserted_mm);
+}
+
+}  // namespace pliant::catheter

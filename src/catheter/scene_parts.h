@@ -1,0 +1,27 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// What a catheter's scene is made of: its settings within bounds, the wall's constraints, the wire.
+
+#pragma once
+
+#include <pliant/catheter.h>
+
+#include <memory>
+#include <string>
+
+#include "catheter/wire.h"
+
+namespace pliant::catheter {
+
+inline constexpr double kMicronewtons = 1e6;  ///< in a newton
+
+/// Without zeros at its end.
+std::string text_of(double value);
+/// @returns InvalidArgument that names the setting
+Status check(const CatheterSettings& settings);
+/// The wall as neo-Hookean tissue on a foundation, held at its open ends.
+Result<PbdParts> parts_of(const VesselWall& wall, const WallTissue& tissue);
+std::unique_ptr<Wire> make_wire(const CatheterSettings& settings);
+
+}  // namespace pliant::catheter

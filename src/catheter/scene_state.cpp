@@ -1,0 +1,84 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// The state of a catheter in its vessel as numbers, for undo and for files.
+
+#include "catheter/scene_impl.h"
+#include "catheter/state_numbers.h"
+
+namespace pliant {
+namespace {
+
+/// Numbers before the wire's.
+constexpr std::size_t kBeforeWire = 9;
+
+/// Of everything that a step changes.
+struct CatheterState {
+    CatheterCommand command;
+    double inserted = 0, rotated = 0, depth = 0;
+    std::int64_t steps = 0;
+    std::int32_t awake = 0;
+    std::unique_ptr<catheter::Wire> wire;
+    std::vector<Vec3d> places, velocities;
+    std::vector<std::int32_t> boxes;
+
+    void exchange(catheter::StateNumbers& state) {
+        for (double* v : {&command.insert_mm_s, &command.rotate_deg_s, &command.bend_first_deg,
+                          &command.bend_second_deg, &inserted, &rotated, &depth})
+            state.value(*v);
+        state.whole(steps);
+        state.whole(awake);
+        wire->exchange(state);
+        state.places(places);
+        state.places(velocities);
+        state.wholes_to_the_end(boxes);
+    }
+};
+
+}  // namespace
+
+std::vector<double> CatheterScene::state() const {
+    const Impl& i = *m_impl;
+    CatheterState state{i.command, i.inserted,    i.rotated,     i.depth, i.steps,
+                        i.awake,   i.wire.copy(), wall_places(), {},      {}};
+    for (std::int32_t n = 0; n < i.body.particle_count(); ++n)
+        state.velocities.push_back(i.body.velocity(n));
+    if (i.boxes) state.boxes = i.boxes->state();
+    catheter::StateNumbers numbers;
+    state.exchange(numbers);
+    return numbers.take();
+}
+
+Status CatheterScene::restore(std::span<const double> numbers, const TaskArena& arena) {
+    Impl& i = *m_impl;
+    const auto count = std::size_t(i.body.particle_count());
+    CatheterState state{.command = {},
+                        .wire = i.wire.copy(),
+                        .places = std::vector<Vec3d>(count),
+                        .velocities = std::vector<Vec3d>(count),
+                        .boxes = {}};
+    catheter::StateNumbers reading(numbers);
+    state.exchange(reading);
+    if (!reading.is_good() || !(state.inserted >= 0 && state.inserted <= i.wire.length()) ||
+        state.boxes.empty() == (i.boxes != nullptr))
+        return invalid("state: expected one of a scene with the same wall and catheter");
+    if (i.boxes)
+        if (const Status s = i.boxes->restore(state.boxes, i.body); !s.ok()) return s;
+    for (std::size_t n = 0; n < count; ++n)
+        if (const Status s =
+                i.body.set_state(std::int32_t(n), state.places[n], state.velocities[n]);
+            !s.ok())
+            return s;
+    if (const Status s = command(state.command); !s.ok()) return s;
+    catheter::StateNumbers again(numbers.subspan(kBeforeWire));
+    i.wire.exchange(again);
+    i.inserted = state.inserted;
+    i.rotated = state.rotated;
+    i.depth = state.depth;
+    i.steps = state.steps;
+    i.awake = state.awake;
+    i.renew_contact(arena);
+    return Ok{};
+}
+
+}  // namespace pliant

@@ -1,0 +1,80 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// A catheter of tetrahedra [VesselPbd2016], fed and turned at its base, whose tip bends about two
+// axes across: three rotations and a translation along the axis.
+//
+// The paper moves its tip and lets the rest follow by what contact pushes. Here the whole body is
+// solved: one step of implicit Euler minimises
+//
+//   ½ (x − x̃)ᵀ M/h² (x − x̃) + Σ ½ k (length − rest)² + Σ ½ K (V − V₀)²/V₀ + contact
+//
+// by Gauss–Newton in the places of all nodes: a chain of 12 × 12 blocks, one for each ring. The
+// surface that touches the wall is round, the one through the rings' nodes. A push acts on the
+// axis, friction where it touches.
+
+#pragma once
+
+#include "catheter/chain.h"
+#include "catheter/tet_segment.h"
+#include "catheter/wire.h"
+
+namespace pliant::catheter {
+
+class TetWire : public Wire {
+  public:
+    /// All of it in the guide but `inserted_mm`, straight. @pre settings within twist_bounds()
+    TetWire(const WireSettings& settings, double inserted_mm);
+    std::unique_ptr<Wire> copy() const override { return std::make_unique<TetWire>(*this); }
+
+    void bend_tip(double first_rad, double second_rad) override;
+    void predict(double h) override;
+    void solve(std::span<WireContact> contacts) override;
+    void finish() override;
+
+    Rotation tip_frame() const override;
+    Vec3d base_force() const override;
+    Vec3d base_moment() const override;
+    double elastic_energy() const override;
+    double kinetic_energy() const override;
+    bool is_good() const override;
+    void add_to(Hash64& hash) const override;
+    TetMesh mesh() const override;
+    void exchange(StateNumbers& state) override;
+
+    /// Four for each node of the axis.
+    const std::vector<Vec3d>& nodes() const { return m_nodes; }
+
+  private:
+    static constexpr std::size_t kBlock = 3 * kRing;
+    struct Rest {
+        std::array<double, kAcross> lengths;
+        std::array<double, kTets> volumes;
+    };
+    struct Weights {
+        std::array<double, 2 * kRing> push, friction;
+    };
+    Rest rest_of(bool odd, Vec3d turned) const;
+    const Rest& rest(std::size_t segment) const;
+    Vec3d in_guide(std::size_t node, double fed_mm, double turned_rad) const;
+    void hold();
+    Corners corners(const std::vector<Vec3d>& nodes, std::size_t segment) const;
+    Weights weights(const WireContact& c) const;
+    double touch(WireContact& c, const Weights& w) const;
+    void add_pair(std::size_t a, std::size_t b, const Mat3d& m);
+    void add_force(std::size_t node, Vec3d force);
+    void add_bar(std::size_t a, std::size_t b, double rest, double stiffness);
+    void add_segment(std::size_t i);
+    void add_contact(WireContact& c);
+    Corners segment_forces(std::size_t i) const;
+    void find_axis();
+
+    std::vector<SegmentStiffness> m_stiffness;
+    std::array<Rest, 2> m_straight, m_bent;  ///< of even and odd segments
+    std::array<double, kInRing> m_ring;      ///< rest lengths
+    double m_held_mm, m_held_rad;            ///< where the guide held it before
+    std::vector<Vec3d> m_nodes, m_old_nodes, m_predicted, m_node_v;
+    Chain<kBlock> m_chain;
+};
+
+}  // namespace pliant::catheter

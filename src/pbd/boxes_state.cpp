@@ -1,0 +1,69 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// Boxes as numbers: how many are active, which, and pairs of a particle and its age on the way from
+// held to movable.
+
+#include <pliant/pbd_boxes.h>
+
+#include <algorithm>
+
+#include "core/errors.h"
+
+namespace pliant {
+
+std::vector<std::int32_t> PbdBoxes::state() const {
+    std::vector<std::int32_t> state{m_active_boxes};
+    for (std::size_t box = 0; box < m_is_active.size(); ++box)
+        if (m_is_active[box]) state.push_back(std::int32_t(box));
+    for (const Blend& blend : m_blends) {
+        state.push_back(blend.particle);
+        state.push_back(blend.age);
+    }
+    return state;
+}
+
+Status PbdBoxes::restore(std::span<const std::int32_t> state, PbdBody& body) {
+    const auto wrong = [] { return invalid("state: expected one of these boxes"); };
+    if (body.particle_count() != std::int32_t(m_rest.size())) return wrong();
+    if (state.empty() || state[0] < 0 || std::size_t(state[0]) > state.size() - 1) return wrong();
+    const auto boxes = state.subspan(1, std::size_t(state[0])),
+               blends = state.subspan(1 + boxes.size());
+    if (blends.size() % 2) return wrong();
+    for (std::size_t n = 0; n < boxes.size(); ++n)
+        if (boxes[n] < 0 || std::size_t(boxes[n]) >= m_is_active.size() ||
+            (n > 0 && boxes[n] <= boxes[n - 1]))
+            return wrong();
+    for (std::size_t n = 0; n < blends.size(); n += 2)
+        if (blends[n] < 0 || std::size_t(blends[n]) >= m_rest.size() || blends[n + 1] < 0 ||
+            blends[n + 1] >= m_settings.blend_steps)
+            return wrong();
+    for (std::int32_t n = 0; n < body.particle_count(); ++n)
+        if (const Status s = body.set_inverse_mass(n, 0); !s.ok()) return s;
+    m_has_begun = true;
+    for (std::size_t box = 0; box < m_is_active.size(); ++box)
+        if (m_is_active[box])
+            if (const Status s = wake(box, false, body); !s.ok()) return s;
+    for (const std::int32_t box : boxes)
+        if (const Status s = wake(std::size_t(box), true, body); !s.ok()) return s;
+    // All of them are now on their way; most had arrived.
+    for (const Blend& blend : m_blends)
+        if (const Status s = body.set_inverse_mass(
+                blend.particle, body.parts().inverse_masses[std::size_t(blend.particle)]);
+            !s.ok())
+            return s;
+    m_blends.clear();
+    for (std::size_t n = 0; n < blends.size(); n += 2) {
+        const auto particle = std::size_t(blends[n]);
+        if (m_asleep[particle] > 0) return wrong();
+        m_blends.push_back({blends[n], blends[n + 1]});
+        const double share = double(blends[n + 1]) / m_settings.blend_steps;
+        if (const Status s =
+                body.set_inverse_mass(blends[n], share * body.parts().inverse_masses[particle]);
+            !s.ok())
+            return s;
+    }
+    return Ok{};
+}
+
+}  // namespace pliant
