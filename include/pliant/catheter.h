@@ -71,8 +71,8 @@ struct CatheterSettings {
     CatheterShape catheter{};
     WallTissue wall{};
     CatheterEntry entry{};
-    bool local = true;    ///< only boxes near the catheter move
-    double box_mm = 10;   ///< their side
+    bool local = true;   ///< only boxes near the catheter move
+    double box_mm = 10;  ///< their side
     /// A box this near to the catheter's surface moves; -1: as far as wide_reach_mm says.
     double reach_mm = 2;
     double time_step_s = 1e-3;
