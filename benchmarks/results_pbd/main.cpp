@@ -28,8 +28,7 @@ int main(int argc, char** argv) {
         "which "
         "only those near the catheter move. What could be read of the paper has no figures of its "
         "results, so nothing is repeated here, and the set-ups are ours. The model is described in "
-        "[pbd.md](../../pbd.md), which also has the table of the published cases 1 to 15 with what "
-        "is expected, what the tests find and within which tolerance.");
+        "[pbd.md](../../pbd.md), which also says more about the published cases 1 to 15.");
     page.origin("./dev results pbd");
     add_pressure(page, arena);
     add_push(page, arena);
