@@ -67,7 +67,7 @@ class CatheterFeel {
     void learn(const CatheterMeasures& now);
 
     CatheterFeelSettings m_settings;
-    bool m_holds = false;
+    bool m_holds = false, m_moves = false;    ///< the wire; its base is on its way
     Vec3d m_first_mm{0, 0, 0};                ///< where the hand took hold
     double m_start_mm = 0, m_start_deg = 0;   ///< of the wire, then
     double m_roll_deg = 0, m_turned_deg = 0;  ///< of the hand: as read last; since then

@@ -12,7 +12,9 @@ namespace pliant {
 namespace {
 
 constexpr double kDegrees = 180 / std::numbers::pi;
-constexpr double kStill_mm = 0.005;  ///< nearer than that the base stays where it is
+// Nearer than that the base stays where it is; what rests there isn't woken by a wire that
+// trembles.
+constexpr double kStill_mm = 0.02, kWakes_mm = 0.06;
 constexpr double kLearnt_mm = 0.05;  ///< a way on which a change of force says something
 constexpr double kStiffest_n_mm = 10;
 constexpr double kForgets = 0.8;  ///< a stiffness that isn't found again fades, in each update
@@ -55,6 +57,7 @@ void CatheterFeel::take_hold(Vec3d tool_mm, double roll_rad, const CatheterMeasu
     m_span_s = m_settings.follow_s;
     m_known_n = now.force_n;
     m_wire_n_mm = 0;
+    m_moves = false;
 }
 
 /// k_w from the way that the base went and what became of its force: at once where it is stiffer
@@ -79,7 +82,8 @@ CatheterFeel::Pull CatheterFeel::pull(Vec3d tool_mm, const CatheterMeasures& now
     const double high = std::min(c.length_mm - now.inserted_mm, reach);
     const double coupling = 1e-3 * c.coupling_n_m, both = coupling + m_wire_n_mm;
     const double wanted = (coupling * ahead - now.force_n) / both;
-    if (std::abs(wanted) < kStill_mm) return {0, now.force_n, coupling * m_wire_n_mm / both};
+    if (std::abs(wanted) < (m_moves ? kStill_mm : kWakes_mm))
+        return {0, now.force_n, coupling * m_wire_n_mm / both};
     // Beyond what the base can do in time, or at all, the hand feels the coupling alone; else this
     // is F + k_w (s* − s).
     Pull pull;
@@ -101,7 +105,9 @@ CatheterFeel::Motion CatheterFeel::follow(Vec3d tool_mm, double roll_rad,
     double turn = m_start_deg + m_turned_deg - now.rotated_deg;
     if (std::abs(turn) < kStill_deg) turn = 0;
     const double most = m_settings.most_deg_s;
-    return {pull(tool_mm, now).way_mm / m_span_s, std::clamp(turn / m_span_s, -most, most)};
+    const double way = pull(tool_mm, now).way_mm;
+    m_moves = way != 0;
+    return {way / m_span_s, std::clamp(turn / m_span_s, -most, most)};
 }
 
 HapticModel CatheterFeel::model(Vec3d tool_mm, const CatheterMeasures& now) const {

@@ -6,8 +6,11 @@
 // server and the servo have. Printed once a minute, and at the end: news of the device in each
 // page, the longest time without any, checksums that were compared, the servo's numbers.
 //
-//   PLIANT_SERVER=build/release/pliant [PLIANT_MINUTES=10] npm run measure haptics
+//   PLIANT_SERVER=… [PLIANT_MINUTES=10] [PLIANT_OUT=FILE] npm run measure haptics
+//
+// What is printed at the end also goes into the file, if one is named.
 
+import { writeFileSync } from 'node:fs';
 import type { Page } from 'playwright-core';
 import type { Session } from '../src/session.ts';
 import { compare, launch, serve, stateOf, visit } from './browser.ts';
@@ -73,16 +76,17 @@ for (let n = 1; Date.now() < end; ++n) {
     const { haptics } = await stateOf(own.page);
     console.log(JSON.stringify({ s: (n * kCompareMs) / 1000, ...haptics!.servo, different }));
 }
-console.log(
-    JSON.stringify({
-        minutes: kMinutes,
-        own: await seenBy(own.page),
-        other: await seenBy(other.page),
-        compared,
-        different,
-        errors: [...own.errors, ...other.errors],
-        undo: (await stateOf(own.page)).shared!.undo.steps,
-    }),
-);
+const found = JSON.stringify({
+    minutes: kMinutes,
+    own: await seenBy(own.page),
+    other: await seenBy(other.page),
+    compared,
+    different,
+    errors: [...own.errors, ...other.errors],
+    undo: (await stateOf(own.page)).shared!.undo.steps,
+    servo: (await stateOf(own.page)).haptics?.servo,
+});
+console.log(found);
+if (process.env.PLIANT_OUT) writeFileSync(process.env.PLIANT_OUT, `${found}\n`);
 await browser.close();
 await served.stop();
