@@ -49,11 +49,7 @@ struct Box {
 class RodInTube {
   public:
     explicit RodInTube(const VesselWall& wall)
-        : m_wall(wall),
-          m_rod(make_rod()),
-          m_body(make_body(wall)),
-          m_contact(*RodContact::create(wall.mesh, wall.ghost, wall.ghost_places,
-                                        {.radius = kRadius, .friction = 0.1})) {}
+        : m_wall(wall), m_rod(make_rod()), m_body(make_body(wall)), m_contact(make_contact(wall)) {}
 
     /// Pushed round the bend.
     bool with_contact(const TaskArena& arena) {
@@ -70,7 +66,8 @@ class RodInTube {
             box.add(other.m_rod.position(s + 1));
             for (const auto& cell : m_wall.ghost.cells) {
                 Box triangle(m_wall.ghost.nodes_mm[std::size_t(cell[0])]);
-                for (int k : {1, 2}) triangle.add(m_wall.ghost.nodes_mm[std::size_t(cell[k])]);
+                for (const std::size_t k : {1u, 2u})
+                    triangle.add(m_wall.ghost.nodes_mm[std::size_t(cell[k])]);
                 bool apart = false;
                 for (int c = 0; c < 3; ++c)
                     apart |= triangle.low[c] > box.high[c] + kRadius + kReach ||
@@ -101,7 +98,15 @@ class RodInTube {
         PbdParts parts;
         parts.places = wall.mesh.nodes_mm;
         parts.inverse_masses.assign(parts.places.size(), 0);
-        return *PbdBody::create(std::move(parts), {.time_step = kContactStep, .sub_steps = 1});
+        auto body = PbdBody::create(std::move(parts), {.time_step = kContactStep, .sub_steps = 1});
+        if (!body) std::abort();
+        return std::move(*body);
+    }
+    static RodContact make_contact(const VesselWall& wall) {
+        auto contact = RodContact::create(wall.mesh, wall.ghost, wall.ghost_places,
+                                          {.radius = kRadius, .friction = 0.1});
+        if (!contact) std::abort();
+        return std::move(*contact);
     }
     void push() {
         m_fed = std::min(m_fed + 0.08, 45.0);

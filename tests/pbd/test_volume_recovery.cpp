@@ -30,9 +30,9 @@ struct Vessel {
         std::vector<CentrePoint> way;
         for (int n = 0; n <= 12; ++n) way.push_back({{0, 0, kLength * n / 12}, kInner});
         const VesselWall wall =
-            made(swept_tube(way, {.thickness_mm = 1.5, .layers = 2, .sectors = 20}));
+            test::made(swept_tube(way, {.thickness_mm = 1.5, .layers = 2, .sectors = 20}));
         // As heavy as the wall of pliant vessel.
-        parts = made(pbd_of_mesh(
+        parts = test::made(pbd_of_mesh(
             wall.mesh,
             {.density = 0.02, .edge_compliance = 1e-3, .bend_compliance = 1, .bends = true}));
         for (std::size_t n = 0; n < parts.places.size(); ++n) {
@@ -80,10 +80,10 @@ TEST(VolumeRecovery, ALoadThatLastsStopsShowing) {
     double mean[2], radius[2];
     for (const bool recovers : {false, true}) {
         PbdBody body =
-            made(PbdBody::create(vessel.parts, {.time_step = kTimeStep,
-                                                .sub_steps = 5,
-                                                .damping = 20,
-                                                .volume_recovery = recovers ? 10.0 : 0}));
+            test::made(PbdBody::create(vessel.parts, {.time_step = kTimeStep,
+                                                      .sub_steps = 5,
+                                                      .damping = 20,
+                                                      .volume_recovery = recovers ? 10.0 : 0}));
         vessel.press(20, body);
         ASSERT_TRUE(body.step(384, arena).ok());
         const VolumeChange loaded = vessel.change(body);
@@ -115,13 +115,13 @@ TEST(VolumeRecovery, IsTheSameForThreadsVectorsAndPacks) {
         for (const int threads : {1, 2, 4})
             for (const bool vectors : {true, false}) {
                 const TaskArena arena(threads);
-                PbdBody body = made(PbdBody::create(vessel.parts, {.time_step = kTimeStep,
-                                                                   .sub_steps = 5,
-                                                                   .damping = 20,
-                                                                   .vectors = vectors,
-                                                                   .domain_particles = 200,
-                                                                   .volume_recovery = 10,
-                                                                   .packs_anew = anew}));
+                PbdBody body = test::made(PbdBody::create(vessel.parts, {.time_step = kTimeStep,
+                                                                         .sub_steps = 5,
+                                                                         .damping = 20,
+                                                                         .vectors = vectors,
+                                                                         .domain_particles = 200,
+                                                                         .volume_recovery = 10,
+                                                                         .packs_anew = anew}));
                 // Half of it is held, then less of it, then more.
                 for (const double held : {12.0, 6.0, 16.0}) {
                     for (std::int32_t n = 0; n < body.particle_count(); ++n) {
