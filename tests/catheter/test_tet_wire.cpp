@@ -21,7 +21,7 @@ using catheter::TetWire;
 using catheter::WireContact;
 using catheter::WireSettings;
 
-WireSettings straight(int segments, double bend = 5e6, double twist = 2e6) {
+WireSettings straight_body(int segments, double bend = 5e6, double twist = 2e6) {
     WireSettings s;
     s.segments = segments;
     s.segment_mm = 2;
@@ -99,7 +99,7 @@ void settle(TetWire& wire, WireContact* c, double by, int steps = 600) {
 TEST(TetWire, BendsAsABeam) {
     for (const Vec3d& normal : {Vec3d{1, 0, 0}, Vec3d{0, 1, 0}, Vec3d{0.6, -0.8, 0}})
         for (const double along : {0.4, 1.0}) {
-            TetWire wire(straight(40), 80);
+            TetWire wire(straight_body(40), 80);
             WireContact c;
             c.segment = 39;
             c.along = along;
@@ -118,7 +118,7 @@ TEST(TetWire, BendsAsABeam) {
 
 // Near its end it is clamped between two walls with friction, while its base is turned.
 TEST(TetWire, TwistsAsABeam) {
-    TetWire wire(straight(40), 80);
+    TetWire wire(straight_body(40), 80);
     WireContact clamp[2];
     for (const int side : {0, 1}) {
         WireContact& c = clamp[side];
@@ -147,7 +147,7 @@ TEST(TetWire, TwistsAsABeam) {
 }
 
 TEST(TetWire, TurnedAtItsBaseItsTipTurns) {
-    TetWire wire(straight(40), 80);
+    TetWire wire(straight_body(40), 80);
     for (int n = 1; n <= 2000; ++n) {
         wire.feed(80, 1.2 * std::min(1.0, n / 1000.0));
         wire.predict(1e-3);
@@ -161,7 +161,7 @@ TEST(TetWire, TurnedAtItsBaseItsTipTurns) {
 
 TEST(TetWire, ItsTipBendsAboutBothAxes) {
     for (const auto& [first, second] : {std::pair{0.8, 0.0}, {0.0, 0.8}, {-0.5, 0.6}}) {
-        TetWire wire(straight(20), 40);
+        TetWire wire(straight_body(20), 40);
         wire.bend_tip(first, second);
         settle(wire, nullptr, 0);
         const Vec3d ahead = rotated(wire.tip_frame(), {0, 0, 1});
