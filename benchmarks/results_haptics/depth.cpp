@@ -49,11 +49,8 @@ void add_depth(Page& page, const TaskArena& arena) {
     page.paragraph(
         "A tool pressed in at 5 mm/s, tissue solved at 30 Hz, a device of 1000 N/m: force [N] over "
         "depth [mm]. ChainMail on scans of soft tissue (blue, mostly under the red), with bone 6 "
-        "mm "
-        "deep (green), and of bone (dark); springs (orange) with their static solution (dots); a "
-        "position-based block (red).");
-    springs(orange) with their static solution(dots); a position-based block "
-        "(red).");
+        "mm deep (green), and of bone (dark); springs (orange) with their static solution (dots); "
+        "a position-based block (red).");
     Chart chart(640, 360, {0, 6, 1}, {0, 1, 0.2, 1});
     const auto cut = [](std::vector<Point2> curve) {
         std::erase_if(curve, [](const Point2& p) { return p.x < 0 || p.y > 1 || p.x > 6; });
