@@ -54,6 +54,7 @@ const ask = (page: Page, command: Command): Promise<void> =>
 
 const scene = process.env.PLIANT_SCENE;
 if (!scene) throw new Error('PLIANT_SCENE: expected a scene of a vessel, found none');
+if (!process.env.PLIANT_SERVER) throw new Error('PLIANT_SERVER: expected the program, found none');
 const browser = await launch();
 const served = await serve(scene);
 const own = await visit(browser, served.link);
