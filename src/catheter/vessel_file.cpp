@@ -11,6 +11,7 @@
 #include <sstream>
 
 #include "catheter/vessel_table.h"
+#include "core/errors.h"
 
 namespace pliant {
 namespace {
@@ -139,9 +140,7 @@ void read_rest(const Tables& table, VesselFile& v) {
     t.number("most_steps", v.most_steps, 1, kAny);
 }
 
-}  // namespace
-
-Result<VesselFile> read_vessel_file(const std::string& file) {
+Result<VesselFile> read_tables(const std::string& file) {
     std::ifstream in(file, std::ios::binary);
     if (!in) return Error{ErrorCode::NotFound, file + ": can't be read"};
     std::ostringstream content;
@@ -187,6 +186,13 @@ Result<VesselFile> read_vessel_file(const std::string& file) {
          {&v.surface, &v.centreline, &v.labels_file, &v.scan, &v.ends, &v.way_file})
         if (!name->empty()) *name = (folder / *name).string();
     return v;
+}
+
+}  // namespace
+
+Result<VesselFile> read_vessel_file(const std::string& file) {
+    Result<VesselFile> read = read_tables(file);
+    return read.ok() ? std::move(read) : in_one_line(read.error());
 }
 
 }  // namespace pliant

@@ -15,6 +15,7 @@
 #include <utility>
 
 #include "chainmail/settings.h"
+#include "core/errors.h"
 
 namespace pliant {
 namespace {
@@ -301,7 +302,8 @@ bool looks_like_toml(const std::string& text) {
 
 Result<ChainMailSettings> parse_settings(const std::string& name, const std::string& toml) {
     ChainMailSettings settings;
-    if (const Status read = read_toml({name}, toml, settings); !read.ok()) return read.error();
+    if (const Status read = read_toml({name}, toml, settings); !read.ok())
+        return in_one_line(read.error());
     if (const Status valid = check_settings(settings); !valid.ok())
         return Error{valid.error().code, name + ": " + valid.error().message};
     return settings;
@@ -322,7 +324,7 @@ Result<ChainMailSettings> read_chainmail_settings(const std::filesystem::path& p
     const Status read = looks_like_toml(text.str())
                             ? read_toml(reader, text.str(), settings)
                             : read_divod(reader, text.str(), settings, own_notes);
-    if (!read.ok()) return read.error();
+    if (!read.ok()) return in_one_line(read.error());
     if (const Status valid = check_settings(settings); !valid.ok())
         return Error{valid.error().code, reader.file + ": " + valid.error().message};
     if (notes) notes->insert(notes->end(), own_notes.begin(), own_notes.end());

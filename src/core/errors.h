@@ -7,6 +7,7 @@
 
 #include <pliant/result.h>
 
+#include <cctype>
 #include <filesystem>
 #include <string>
 
@@ -20,6 +21,13 @@ inline Error unreadable(const std::filesystem::path& path, const std::string& me
 }
 inline Error unsupported(const std::filesystem::path& path, const std::string& message) {
     return {ErrorCode::Unsupported, path.string() + ": " + message};
+}
+
+/// Of an error that quotes what was found: control characters, line ends above all, become spaces.
+inline Error in_one_line(Error error) {
+    for (char& c : error.message)
+        if (std::iscntrl(static_cast<unsigned char>(c))) c = ' ';
+    return error;
 }
 
 }  // namespace pliant

@@ -142,6 +142,8 @@ TEST(Settings, BadFilesAreNamedWithKeyAndExpectation) {
         {"[[label]]\nvalues = 99999", "[[label]] 1 values: expected labels -32768 to 65535"},
         {"[air]\nenabled = 3", "[air] enabled: expected true or false"},
         {"[material\noffset = 1", "line 1: expected TOML"},
+        {"[air]\nenabled = fals\n", "line 2: expected TOML"},
+        {"[air]\n\"a\\nb\" = 1", "[air] a b: expected one of"},
         {"offset=abc", "offset: expected a number, found 'abc'"},
         {"ofset=0.2", "ofset: expected cubicle size"},
         {"offset 0.2", "expected key=value"},

@@ -13,7 +13,7 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     const auto file = fuzz::write_anew("s.toml", fuzz::text_of(data, size));
     const auto scene = read_vessel_file(file.string());
     if (!scene.ok()) {
-        fuzz::expect(!scene.error().message.empty(), "a message");
+        fuzz::expect_one_line(scene.error().message);
         return 0;
     }
     fuzz::expect(scene->most_steps >= 1, "a script with an end");
