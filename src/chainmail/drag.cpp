@@ -176,18 +176,8 @@ StepLimit Drag::limit(const Lattice& lattice, Vec3<Fixed> step, const TaskArena&
     return limit;
 }
 
-void Drag::fetch_early(std::size_t place, const Frame& frame, unsigned axes) const {
-    for (std::size_t c = 0; c < 3; ++c) {
-        if (!(axes >> c & 1)) continue;
-        for (const int n : {0, 16}) {
-            __builtin_prefetch(m_bricks[place].brick->u[c] + n, 1);
-            __builtin_prefetch(m_arrays[place][frame.direction[c]] + n);
-        }
-    }
-}
-
 int Drag::move_brick(Lattice& lattice, std::size_t place, const Frame& frame, unsigned moving_axes,
-                     MoveDragged move_dragged) {
+                     std::size_t next, MoveDragged move_dragged) {
     FieldBrick& field = m_bricks[place];
     Brick& brick = *field.brick;
     std::array<DraggedComponent, 3> components;
@@ -196,8 +186,13 @@ int Drag::move_brick(Lattice& lattice, std::size_t place, const Frame& frame, un
     for (int a = 0; a < 3; ++a) {
         if (!(moving_axes >> a & 1)) continue;
         const auto c = std::size_t(a);
-        components[count] = {brick.u[c], m_arrays[place][frame.direction[c]], frame.left[c],
-                             frame.sign[c], lowest_of(field, frame, a)};
+        components[count] = {.u = brick.u[c],
+                             .raised = m_arrays[place][frame.direction[c]],
+                             .left = frame.left[c],
+                             .sign = frame.sign[c],
+                             .lowest = lowest_of(field, frame, a),
+                             .next_u = m_bricks[next].brick->u[c],
+                             .next_raised = m_arrays[next][frame.direction[c]]};
         axes[count++] = a;
     }
     lattice.before_move(brick);
@@ -232,8 +227,7 @@ std::int64_t Drag::move(Lattice& lattice, Vec3<Fixed> step, MoveDragged move_dra
         for (auto k = std::size_t(begin); k < last; ++k) {
             const unsigned next = k + 1 < last ? moving(m_bricks[k + 1], frame) : 0;
             if (k + 2 < last) __builtin_prefetch(m_bricks[k + 2].brick);
-            if (next) fetch_early(k + 1, frame, next);
-            if (axes) own += move_brick(lattice, k, frame, axes, move_dragged);
+            if (axes) own += move_brick(lattice, k, frame, axes, next ? k + 1 : k, move_dragged);
             axes = next;
         }
         moved += own;

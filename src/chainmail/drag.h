@@ -89,10 +89,9 @@ class Drag {
     /// How far from rest the brick's elements may come along each axis.
     static Vec3d farthest(const FieldBrick& field, const Frame& frame, unsigned axes);
     BrickMotion motion_of(std::size_t place, const Frame& frame, unsigned axes) const;
-    /// Asks for the beginning of a brick's arrays while the one before it is worked on.
-    void fetch_early(std::size_t place, const Frame& frame, unsigned axes) const;
+    /// @param next  place of the brick whose arrays are asked for meanwhile
     int move_brick(Lattice& lattice, std::size_t place, const Frame& frame, unsigned axes,
-                   MoveDragged move_dragged);
+                   std::size_t next, MoveDragged move_dragged);
 
     Fixed m_reach = 0;
     Vec3<Fixed> m_offset{0, 0, 0};                      ///< of the grabbed elements since the pick

@@ -26,6 +26,10 @@ struct DraggedComponent {
     const Fixed* raised;
     Fixed left, sign;
     Fixed lowest;  ///< in and out: a lower bound of w
+    /// The same arrays of the brick that comes next, or these once more: asked for line by line
+    /// meanwhile.
+    const Fixed* next_u;
+    const Fixed* next_raised;
 };
 struct DraggedBrick {
     int moved = 0;  ///< elements

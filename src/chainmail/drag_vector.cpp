@@ -56,12 +56,15 @@ HWY_INLINE Line load_line(const Fixed* from) {
 struct Rise {
     Fixed* u;
     const Fixed* raised;
+    const Fixed *next_u, *next_raised;
     V left, flip, lowest;
     V low;  ///< of all that was looked at, flipped
 
     HWY_INLINE explicit Rise(const DraggedComponent& c)
         : u(c.u),
           raised(c.raised),
+          next_u(c.next_u),
+          next_raised(c.next_raised),
           left(hn::Set(D(), c.left + (c.sign < 0))),
           flip(hn::Set(D(), c.sign < 0 ? -1 : 0)),
           lowest(hn::Set(D(), c.lowest - (c.sign < 0))),
@@ -71,6 +74,10 @@ struct Rise {
 /// Moves a line. @returns how many elements moved; −1: it was passed over
 template <bool kOneField, std::size_t kCount>
 HWY_INLINE int move_line(std::array<Rise, kCount>& rises, int n) {
+    for (std::size_t c = 0; c < kCount; ++c) {
+        if (!kOneField || c == 0) __builtin_prefetch(rises[c].next_raised + n);
+        __builtin_prefetch(rises[c].next_u + n, 1);
+    }
     Line place[kCount];
     for (std::size_t c = 0; c < kCount; ++c)
         place[c] = kOneField && c > 0 ? place[0] : load_line(rises[c].raised + n);

@@ -189,8 +189,14 @@ std::vector<Fixed> results_of(MoveDragged move, DraggedArrays arrays) {
     for (std::size_t c = 0; c < arrays.components; ++c) {
         auto& u = arrays.u[c];
         const auto [low, high] = std::minmax_element(u.begin(), u.end());
-        components[c] = {u.data(), arrays.raised[arrays.one_field ? 0 : c].data(), arrays.left[c],
-                         arrays.sign[c], arrays.sign[c] > 0 ? *low : -*high};
+        const Fixed* raised = arrays.raised[arrays.one_field ? 0 : c].data();
+        components[c] = {.u = u.data(),
+                         .raised = raised,
+                         .left = arrays.left[c],
+                         .sign = arrays.sign[c],
+                         .lowest = arrays.sign[c] > 0 ? *low : -*high,
+                         .next_u = u.data(),
+                         .next_raised = raised};
     }
     const DraggedBrick result = move(std::span(components).first(arrays.components), kElements);
     std::vector<Fixed> all{result.moved, result.has_wide_bounds};
