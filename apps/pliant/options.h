@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// What the command line says, as plain values. main.cpp fills them; each run_… does the work.
+// What the command line says, as plain values. The …_options.cpp fill them; each run_… does the
+// work.
 //
 // Exit status: 0 done, 2 bad input (one line on standard error that names the file or option and
 // what was expected; no output file touched).

@@ -1,0 +1,28 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// Each command with its options. What fit takes is in fit_options.h, as it comes from files, too.
+
+#pragma once
+
+#include "options.h"
+
+namespace CLI {
+class App;
+}
+
+namespace pliant::app {
+
+void add_info(CLI::App& app, InfoOptions& options);
+void add_phantom(CLI::App& app, PhantomOptions& options);
+void add_deform(CLI::App& app, DeformOptions& options);
+void add_render(CLI::App& app, RenderOptions& options);
+void add_path(CLI::App& app, PathOptions& options);
+void add_mesh(CLI::App& app, MeshOptions& options);
+void add_serve(CLI::App& app, ServeOptions& options);
+void add_replay(CLI::App& app, ReplayOptions& options);
+void add_bench(CLI::App& app, BenchOptions& options);
+void add_vessel(CLI::App& app, VesselOptions& options);
+void add_haptics(CLI::App& app, HapticsOptions& options);
+
+}  // namespace pliant::app

@@ -1,0 +1,59 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "common_options.h"
+
+#include <charconv>
+#include <cmath>
+
+namespace pliant::app {
+
+std::vector<double> parse_numbers(std::string_view text, char separator, std::size_t count,
+                                  const std::string& option) {
+    std::vector<double> numbers;
+    const auto fail = [&] {
+        throw CLI::ValidationError(option, "expected " + std::to_string(count) +
+                                               " numbers separated by '" + separator +
+                                               "', found '" + std::string(text) + "'");
+    };
+    const char* at = text.data();
+    const char* const end = at + text.size();
+    for (;;) {
+        while (at != end && *at == ' ') ++at;
+        if (at != end && *at == '+') ++at;
+        double number = 0;
+        const auto [next, error] = std::from_chars(at, end, number);
+        if (error != std::errc{} || !std::isfinite(number)) fail();
+        numbers.push_back(number);
+        at = next;
+        while (at != end && *at == ' ') ++at;
+        if (at == end) break;
+        if (*at++ != separator) fail();
+    }
+    if (numbers.size() != count) fail();
+    return numbers;
+}
+
+Vec3d parse_vector(std::string_view text, const std::string& option) {
+    const auto n = parse_numbers(text, ',', 3, option);
+    return {n[0], n[1], n[2]};
+}
+
+CLI::Option* add_vector(CLI::App* command, const std::string& name, std::optional<Vec3d>& target,
+                        const std::string& help) {
+    return command
+        ->add_option_function<std::string>(
+            name, [&target, name](const std::string& text) { target = parse_vector(text, name); },
+            help)
+        ->type_name("X,Y,Z");
+}
+
+void add_series(CLI::App* command, std::string& series) {
+    command->add_option("--series", series, "DICOM series UID, where a folder has several");
+}
+
+void add_threads(CLI::App* command, int& threads) {
+    command->add_option("--threads", threads, "threads to use; 0: all")->check(CLI::Range(0, 256));
+}
+
+}  // namespace pliant::app

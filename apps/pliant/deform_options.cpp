@@ -1,0 +1,208 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// What `pliant deform` takes.
+
+#include <map>
+#include <utility>
+
+#include "commands.h"
+#include "common_options.h"
+
+namespace pliant::app {
+namespace {
+
+/// @returns the parts before and after the one colon
+std::pair<std::string, std::string> halves_of(const std::string& text, const std::string& option,
+                                              const std::string& expected) {
+    const auto colon = text.find(':');
+    if (colon == std::string::npos)
+        throw CLI::ValidationError(option, "expected " + expected + ", found '" + text + "'");
+    return {text.substr(0, colon), text.substr(colon + 1)};
+}
+
+PushOption parse_push(const std::string& text) {
+    const auto [point, push] = halves_of(text, "--push", "X,Y,Z:DX,DY,DZ in LPS mm");
+    return {parse_vector(point, "--push"), parse_vector(push, "--push")};
+}
+
+SlideOption parse_slide(const std::string& text) {
+    const auto [point, way] = halves_of(text, "--slide", "X,Y,Z:DX,DY,DZ in LPS mm");
+    return {parse_vector(point, "--slide"), parse_vector(way, "--slide")};
+}
+
+/// Points separated by semicolons.
+std::vector<Vec3d> parse_points(std::string_view text, const std::string& option) {
+    std::vector<Vec3d> points;
+    for (;;) {
+        const auto semicolon = text.find(';');
+        points.push_back(parse_vector(text.substr(0, semicolon), option));
+        if (semicolon == std::string_view::npos) return points;
+        text.remove_prefix(semicolon + 1);
+    }
+}
+
+CutSurface parse_cut(const std::string& text) {
+    const std::string expected = "X,Y,Z;X,Y,Z[;…]:DX,DY,DZ in LPS mm";
+    const auto [line, depth] = halves_of(text, "--cut", expected);
+    CutSurface surface{parse_points(line, "--cut"), parse_vector(depth, "--cut")};
+    if (surface.line_mm.size() < 2)
+        throw CLI::ValidationError("--cut", "expected " + expected + ", found '" + text + "'");
+    return surface;
+}
+
+CarveTool parse_carve(const std::string& text) {
+    const std::string expected = "X,Y,Z[;X,Y,Z]:R in LPS mm";
+    const auto [places, radius] = halves_of(text, "--carve", expected);
+    const std::vector<Vec3d> points = parse_points(places, "--carve");
+    const double radius_mm = parse_numbers(radius, ',', 1, "--carve")[0];
+    if (points.size() > 2 || !(radius_mm > 0))
+        throw CLI::ValidationError("--carve", "expected " + expected + ", found '" + text + "'");
+    return {.from_mm = points.front(), .to_mm = points.back(), .radius_mm = radius_mm};
+}
+
+/// Options whose order among each other counts. CLI11 hands over one option at a time, so the texts
+/// are taken in the order in which they were parsed.
+void add_actions(CLI::App* command, DeformOptions& o) {
+    using Parse = DeformAction (*)(const std::string&);
+    const auto add = [&](const char* name, const char* type, const std::string& help) {
+        return command->add_option(name, help)
+            ->type_name(type)
+            ->expected(1)
+            ->allow_extra_args(false)
+            ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
+    };
+    const std::vector<std::pair<CLI::Option*, Parse>> kinds = {
+        {add("--push", "X,Y,Z:DX,DY,DZ", "where, and how far, in LPS mm; may be given again"),
+         [](const std::string& text) -> DeformAction { return parse_push(text); }},
+        {add("--slide", "X,Y,Z:DX,DY,DZ",
+             "leads the sphere of --tool along, and tissue slides off it; may be given again"),
+         [](const std::string& text) -> DeformAction { return parse_slide(text); }},
+        {add("--cut", "X,Y,Z;X,Y,Z[;...]:DX,DY,DZ",
+             "a line swept along a vector cuts the links that it crosses; may be given again"),
+         [](const std::string& text) -> DeformAction { return parse_cut(text); }},
+        {add("--carve", "X,Y,Z[;X,Y,Z]:R",
+             "a sphere, or one that moves from place to place, takes out the tissue in it; may be "
+             "given again"),
+         [](const std::string& text) -> DeformAction { return parse_carve(text); }},
+    };
+    command->add_option("--load-state", o.load_state, "start from a saved state (.plst)");
+    command->add_option("--save-state", o.save_state,
+                        "lattice and settings, to go on from (.plst)");
+    command->callback([command, kinds, &o] {
+        std::map<const CLI::Option*, std::size_t> taken;
+        for (const CLI::Option* parsed : command->parse_order())
+            for (const auto& [option, parse] : kinds)
+                if (option == parsed)
+                    o.actions.push_back(parse(parsed->results()[taken[parsed]++]));
+        if (o.actions.empty() && o.load_state.empty())
+            throw CLI::ValidationError(
+                "deform",
+                "expected one or more of --push, --slide, --cut, --carve or --load-state");
+    });
+}
+
+/// Two corners of a box; they may be given in any order.
+std::pair<Vec3d, Vec3d> parse_region(const std::string& text) {
+    const auto [one, other] = halves_of(text, "--region", "X,Y,Z:X,Y,Z in LPS mm");
+    return {parse_vector(one, "--region"), parse_vector(other, "--region")};
+}
+
+void add_springs(CLI::App* c, DeformOptions& o) {
+    const auto group = "With --model springs";
+    c->add_option("--model", o.model, "chainmail, or springs: a mass-spring control lattice")
+        ->check(CLI::IsMember({"chainmail", "springs"}));
+    c->add_option("--cell-mm", o.springs.cell_mm, "edge of a control cell (default 8)")
+        ->type_name("MM")
+        ->group(group);
+    c->add_option_function<std::string>(
+         "--region", [&o](const std::string& text) { o.springs.region_mm = parse_region(text); },
+         "opposite corners of what may move, in LPS mm (default: the scan)")
+        ->type_name("X,Y,Z:X,Y,Z")
+        ->group(group);
+    c->add_option("--young-pa", o.springs.young_modulus_pa,
+                  "Young's modulus of tissue (default 15000); air has a hundredth of it")
+        ->type_name("PA")
+        ->group(group);
+    c->add_option("--fixed-hu", o.springs.fixed_hu,
+                  "nodes with a larger mean value around them don't move (default 300)")
+        ->type_name("HU")
+        ->group(group);
+    c->add_option("--depth", o.springs.depth, "layers of nodes that forces reach (default 10)")
+        ->type_name("N")
+        ->group(group);
+    c->add_option("--steps", o.springs.steps,
+                  "time steps after the pushes (default: until it is at rest)")
+        ->check(CLI::NonNegativeNumber)
+        ->type_name("N")
+        ->group(group);
+}
+
+}  // namespace
+
+void add_deform(CLI::App& app, DeformOptions& o) {
+    auto* c = app.add_subcommand("deform", "Push the tissue of a scan and write the deformed scan");
+    c->add_option("FILE", o.file, "NRRD, MetaImage, NIfTI or DICOM folder")->required();
+    add_series(c, o.series);
+    add_actions(c, o);
+    c->add_option_function<std::string>(
+         "--tool",
+         [&o](const std::string& text) {
+             if (text == "point") {
+                 o.sphere_radius_mm = 0;
+             } else if (text.starts_with("sphere:")) {
+                 o.sphere_radius_mm = parse_numbers(text.substr(7), ',', 1, "--tool sphere")[0];
+                 if (!(o.sphere_radius_mm > 0))
+                     throw CLI::ValidationError("--tool",
+                                                "expected a radius > 0 mm, found '" + text + "'");
+             } else {
+                 throw CLI::ValidationError("--tool",
+                                            "expected point or sphere:R_MM, found '" + text + "'");
+             }
+         },
+         "point (the eight elements around it) or sphere:R_MM (default point)")
+        ->type_name("point|sphere:R_MM");
+    add_springs(c, o);
+    c->add_option("--config", o.config, "settings, TOML, or key=value lines as of Divod");
+    c->add_option("--labels", o.labels, "label map on the scan's grid, for [[label]] settings");
+    c->add_option("--directions", o.directions,
+                  "vector field (NRRD, LPS) on the scan's grid, for frame = \"direction\"");
+    c->add_option("--relax", o.relax_ms, "let the tissue relax for so many milliseconds at most")
+        ->check(CLI::NonNegativeNumber)
+        ->type_name("MS");
+    c->add_option("--relax-sweeps", o.relax_sweeps, "likewise, so many sweeps at most")
+        ->check(CLI::NonNegativeNumber)
+        ->type_name("N");
+    c->add_flag("--release", o.release, "relax without the tool; else what it holds stays");
+    c->add_option("--out", o.out, "deformed scan (.nrrd or .nhdr; .vti for ParaView)")->required();
+    c->add_option("--displacement", o.displacement, "forward displacement field (NRRD, LPS mm)");
+    c->add_option("--transform", o.transform, "inverse: a grid transform of 3D Slicer (NRRD)");
+    c->add_option("--jacobian", o.jacobian, "growth of the tissue's volume, 1: none (NRRD)");
+    c->add_option("--strain", o.strain, "largest principal Green-Lagrange strain (NRRD)");
+    c->add_option("--report", o.report, "what happened, JSON");
+    c->add_option("--png", o.png, "before and after, four views each");
+    add_vector(c, "--eye", o.eye_mm, "of the picture's endoscope (default: chosen in the lumen)");
+    add_vector(c, "--look", o.look, "of the picture's endoscope (default: towards the push)");
+    c->add_option("--iso", o.iso_hu, "of the picture's surface [HU] (default -500)");
+    c->add_option("--solver", o.solver, "sweep, or heap (the ordered reference)")
+        ->check(CLI::IsMember({"sweep", "heap"}));
+    c->add_option("--mapping", o.mapping, "cells, or tetrahedra (the twelve of Divod)")
+        ->check(CLI::IsMember({"cells", "tetrahedra"}));
+    c->add_flag("--raw", o.raw, "no compression");
+    add_threads(c, o.threads);
+    c->footer(
+        "Pushes, slides, cuts and carvings are done in the order in which they are given.\n"
+        "Examples:\n"
+        "  pliant deform scan.nrrd --push \"-13.5,116,-421:6,0,0\" --tool sphere:4 "
+        "--out pushed.nrrd --png pushed.png\n"
+        "  pliant deform scan.nrrd --cut \"-30,100,-421;-5,105,-421:0,0,40\" "
+        "--push \"-13.5,116,-421:6,0,0\" --out cut.nrrd --save-state cut.plst\n"
+        "  pliant deform scan.nrrd --slide \"-20,116,-421:9,0,0\" --tool sphere:4 "
+        "--out slid.nrrd\n"
+        "  pliant deform scan.nrrd --load-state cut.plst --carve \"-13.5,116,-421:5\" "
+        "--out carved.nrrd\n"
+        "  pliant deform scan.nrrd --model springs --cell-mm 9 --depth 8 "
+        "--push \"-13.5,116,-421:6,0,0\" --out springs.nrrd");
+}
+
+}  // namespace pliant::app

@@ -1,0 +1,127 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// What the commands take that run a scene, or measure.
+
+#include "commands.h"
+#include "common_options.h"
+
+namespace pliant::app {
+
+void add_serve(CLI::App& app, ServeOptions& o) {
+    auto* c = app.add_subcommand("serve", "Fly and push in the browser, alone or together");
+    c->add_option("FILE", o.file,
+                  "NRRD, MetaImage, NIfTI, DICOM folder, or the scene of a vessel, TOML "
+                  "(default: the airway phantom)");
+    add_series(c, o.series);
+    c->add_option_function<int>(
+         "--port",
+         [&o](int port) {
+             o.port = port;
+             o.port_given = true;
+         },
+         "where to listen on this machine; 0: any free one (default 8765, or any free one)")
+        ->check(CLI::Range(0, 65535));
+    c->add_option("--session", o.session,
+                  "record what is done to this file; if it is there, go on where it ended. Scans "
+                  "that are opened in the page are kept beside it, in SESSION.scans");
+    c->add_option("--checkpoint", o.checkpoint_s,
+                  "with a session: save the state beside it after so many seconds of work, so that "
+                  "it opens as quickly (default 30)")
+        ->check(CLI::Range(0.0, 1e6));
+    c->add_flag("--no-open", o.no_open, "print the link, and open no browser");
+    c->add_option("--haptics", o.haptics,
+                  "a device with force feedback that the page may choose, as pliant haptics check "
+                  "--device has it: a plug-in's file with :WHICH, or replay:FILE. May be repeated");
+    add_threads(c, o.threads);
+    c->footer(
+        "Other scans are opened, and the deformed one is saved, in the page.\n"
+        "Examples:\n  pliant serve scan.nrrd --session scan.pls\n  pliant serve "
+        "scenes/vessel_phantom.toml");
+}
+
+void add_replay(CLI::App& app, ReplayOptions& o) {
+    auto* c = app.add_subcommand("replay", "Do a recorded session again, and compare the results");
+    c->add_option("SESSION", o.session, "file of pliant serve --session")->required();
+    c->add_flag(
+        "--from-checkpoint", o.from_checkpoint,
+        "from the state that was saved last but one, as pliant serve does, not from the start");
+    c->add_flag("--json", o.json, "one JSON object");
+    add_threads(c, o.threads);
+    c->footer("Example:\n  pliant replay scan.pls");
+}
+
+void add_bench(CLI::App& app, BenchOptions& o) {
+    auto* c = app.add_subcommand("bench", "Compare solvers: time, and how far from exact");
+    c->add_option("WHAT", o.what, "chainmail")->required()->check(CLI::IsMember({"chainmail"}));
+    c->add_flag("--compare", o.compare, "published orderings beside the exact solvers");
+    c->add_flag("--json", o.json, "one JSON object per case and solver, one on each line");
+    c->add_option("--size", o.size, "elements along each edge (default 50)")
+        ->check(CLI::Range(3, 400));
+    c->add_option("--pull", o.pull_voxels, "length of the push [voxels] (default 5)")
+        ->check(CLI::Range(0.01, 400.0));
+    c->add_option("--grab", o.grab, "element (in the middle of a face), or cell (eight inside)")
+        ->check(CLI::IsMember({"element", "cell"}));
+    c->add_flag("--homogeneous", o.homogeneous, "only the case of one material");
+    c->add_flag("--heterogeneous", o.heterogeneous, "only the case of four materials");
+    c->add_option("--shear", o.shear_ratio, "shear / stretch of the four (default 0.5)")
+        ->check(CLI::Range(0.0, 2.0));
+    c->add_option("--rounds", o.rounds, "how often each is timed, turn by turn (default 9)")
+        ->check(CLI::Range(1, 1000));
+    c->add_option("--threads", o.threads, "threads of the exact solvers (default 1; 0: all)")
+        ->check(CLI::Range(0, 256));
+    c->footer("Example:\n  pliant bench chainmail --compare --size 64 --pull 4 --heterogeneous");
+}
+
+void add_vessel(CLI::App& app, VesselOptions& o) {
+    auto* c = app.add_subcommand("vessel", "Feed a catheter into a vessel, without a window");
+    c->add_option("SCENE", o.scene, "vessel, catheter and what the hand does, TOML: docs/vessel.md")
+        ->required();
+    c->add_option("--report", o.report, "what came of it, JSON");
+    c->add_option("--csv", o.csv, "measures of each step");
+    c->add_option("--frames", o.frames,
+                  "folder for wall, ghost and catheter in time (.vtu, .vtp, .pvd)");
+    c->add_option("--every", o.every, "steps from frame to frame (default 50)")
+        ->check(CLI::Range(1, 1000000));
+    c->add_option("--volume", o.volume,
+                  "the scan as the wall carries it at the end (.nrrd, .nhdr, .vti)");
+    auto* record = c->add_option("--record", o.record, "log of what the hand did");
+    c->add_option("--replay", o.replay, "such a log, instead of the scene's script")
+        ->excludes(record);
+    c->add_flag("--json", o.json, "print the report instead of a summary");
+    add_threads(c, o.threads);
+    c->footer(
+        "Examples:\n"
+        "  pliant vessel scenes/vessel_phantom.toml\n"
+        "  pliant vessel aorta.toml --report aorta.json --csv aorta.csv --frames aorta\n"
+        "  pliant vessel aorta.toml --record aorta.log && pliant vessel aorta.toml --replay "
+        "aorta.log");
+}
+
+void add_haptics(CLI::App& app, HapticsOptions& o) {
+    auto* c = app.add_subcommand("haptics", "How steady force feedback is on this machine");
+    c->add_option("WHAT", o.what, "check, or devices: what is known of some")
+        ->required()
+        ->check(CLI::IsMember({"check", "devices"}));
+    c->add_option("--device", o.device,
+                  "virtual[:free|spring|active], replay:FILE, or a plug-in's file "
+                  "(default virtual:active)");
+    c->add_option("--minutes", o.minutes, "how long (default 10)")->check(CLI::Range(0.001, 1e4));
+    c->add_option("--rate", o.rate_hz, "of the servo [Hz] (default 1000)")
+        ->check(CLI::Range(500.0, 5000.0));
+    c->add_option("--update", o.update_hz, "of the tissue [Hz] (default 30)")
+        ->check(CLI::Range(1.0, 1000.0));
+    c->add_flag("--load", o.load, "push, resample and draw a phantom at the same time");
+    c->add_option("--out", o.out, "report, JSON");
+    c->add_option("--record", o.record, "places of the device, for --device replay:FILE");
+    c->add_flag("--json", o.json, "say it as one JSON object");
+    add_threads(c, o.threads);
+    c->footer(
+        "Examples:\n"
+        "  pliant haptics check --minutes 1\n"
+        "  pliant haptics check --load --out servo.json\n"
+        "  pliant haptics check --device ./libhaptic_device.so --minutes 0.5\n"
+        "  pliant haptics devices");
+}
+
+}  // namespace pliant::app
