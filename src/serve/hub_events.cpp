@@ -1,0 +1,255 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// What comes in from clients: who they are, what they ask for, and who has to go.
+
+#include <algorithm>
+#include <random>
+#include <utility>
+
+#include "serve/hub.h"
+#include "serve/limits.h"
+
+namespace pliant::serve {
+namespace {
+
+std::string random_text() {
+    std::random_device device;
+    std::string text;
+    for (int n = 0; n < 4; ++n) text += hex_text(device(), 8);
+    return text;
+}
+
+/// What cuts a name to so many bytes leaves no half of a character.
+std::string shortened(std::string name) {
+    constexpr std::size_t kLongest = 80;
+    if (name.size() <= kLongest) return name;
+    std::size_t end = kLongest;
+    while (end > 0 && (std::uint8_t(name[end]) & 0xc0) == 0x80) --end;
+    return name.substr(0, end);
+}
+
+}  // namespace
+
+void Hub::take_events() {
+    std::vector<Event> events;
+    {
+        const std::lock_guard lock(m_mutex);
+        events.swap(m_inbox);
+    }
+    for (Event& event : events)
+        std::visit([&](auto& what) { take(event.connection, std::move(what)); }, event.what);
+}
+
+Client* Hub::client_of(ConnectionId connection) {
+    for (Client& client : m_clients)
+        if (client.connection == connection) return &client;
+    return nullptr;
+}
+
+void Hub::take(ConnectionId connection, Opened opened) {
+    m_newcomers[connection] = {opened.may_control, m_now};
+}
+
+void Hub::take(ConnectionId connection, Message message) {
+    m_outlet->taken(connection);
+    Client* client = client_of(connection);
+    const auto* hello = std::get_if<HelloMessage>(&message.action);
+    if (client && !hello)
+        answer(*client, std::move(message));
+    else if (client)
+        drop(*client, kCloseProtocol, "hello: expected once, found again");
+    else if (m_newcomers.contains(connection) && hello)
+        say_hello(connection, *hello);
+    else if (m_newcomers.erase(connection))
+        m_outlet->close(connection, kCloseProtocol, "expected hello first, found something else");
+}
+
+void Hub::take(ConnectionId connection, ParseFailure failure) {
+    m_outlet->taken(connection);
+    Client* client = client_of(connection);
+    if (client) {
+        say(*client, outcome_text(failure.id, failure.name, 0,
+                                  {.error_code = "out_of_range", .message = failure.message}));
+    } else if (m_newcomers.erase(connection)) {
+        m_outlet->close(connection, kCloseProtocol, failure.message);
+    }
+}
+
+void Hub::take(ConnectionId connection, Written) {
+    if (Client* client = client_of(connection)) client->writing = false;
+}
+
+void Hub::take(ConnectionId connection, Closed) {
+    m_newcomers.erase(connection);
+    if (Client* client = client_of(connection)) park(*client);
+}
+
+void Hub::say_hello(ConnectionId connection, const HelloMessage& hello) {
+    const bool may_control = m_newcomers.extract(connection).mapped().may_control;
+    if (hello.protocol != kProtocolVersion)
+        return m_outlet->close(connection, kCloseProtocol,
+                               "hello: protocol: expected " + std::to_string(kProtocolVersion) +
+                                   ", found " + std::to_string(hello.protocol));
+    auto found = std::find_if(m_clients.begin(), m_clients.end(), [&](const Client& client) {
+        return !hello.resume.empty() && client.resume == hello.resume;
+    });
+    const bool is_new = found == m_clients.end();
+    const auto connected = std::count_if(m_clients.begin(), m_clients.end(),
+                                         [](const Client& c) { return c.connection != 0; });
+    if (connected >= kMaxClients && (is_new || found->connection == 0))
+        return m_outlet->close(connection, kCloseFull, "expected up to 32 clients, found more");
+    if (is_new) {
+        if (m_clients.size() >= kMaxPlaces) {
+            // Those that are away make room, who has been away longest first.
+            const auto away = std::min_element(m_clients.begin(), m_clients.end(),
+                                               [](const Client& a, const Client& b) {
+                                                   return std::pair(a.connection != 0, a.since) <
+                                                          std::pair(b.connection != 0, b.since);
+                                               });
+            m_clients.erase(away);
+        }
+        found = m_clients.emplace(m_clients.end(), m_scene->info().grid.size);
+        found->info.number = ++m_last_client;
+        found->resume = random_text();
+    } else if (found->connection) {
+        drop(*found, kCloseReplaced, "the same client came in on another connection");
+    }
+    Client& client = *found;
+    client.connection = connection;
+    client.writing = false;
+    client.info.view = hello.view || !may_control;
+    if (is_new || !hello.name.empty()) client.info.name = shortened(hello.name);
+    client.packs = hello.lz4;
+    client.state_version = client.tools_version = client.haptics_version = client.scene_step = 0;
+    const bool resumed = client.delivery.come_back(hello.step);
+    say(client, welcome_text({.client = client.info,
+                              .resume = client.resume,
+                              .resumed = resumed,
+                              .rate_hz = int(std::chrono::seconds(1) / m_period),
+                              .open_bytes = m_open_bytes,
+                              .haptic_devices = m_haptic_devices.names()},
+                             m_scene->info(), shared_state()));
+}
+
+void Hub::say(Client& client, std::string text) {
+    if (!client.connection) return;
+    client.texts.push_back(std::move(text));
+    if (client.texts.size() > kMaxTexts)
+        drop(client, kCloseStalled, "expected a client that reads its answers, found 1000 waiting");
+}
+
+void Hub::answer(Client& client, Message message) {
+    if (const auto* seen = std::get_if<SeenMessage>(&message.action)) {
+        if (seen->format == kFormatVoxels) {
+            client.delivery.seen(seen->step);
+            if (seen->step >= client.scene_step) client.scene_step = 0;
+        } else if (client.overlay != OverlayKind::None &&
+                   seen->format == format_of(client.overlay)) {
+            client.overlay_delivery.seen(seen->step);
+        }
+    } else if (const auto* tool = std::get_if<ToolMessage>(&message.action)) {
+        ToolPose pose = client.tool;
+        pose.client = client.info.number;
+        pose.kind = tool->pose.kind;
+        pose.position_mm = tool->pose.position_mm;
+        pose.direction = tool->pose.direction;
+        pose.up = tool->pose.up;
+        pose.radius_mm = tool->pose.radius_mm;
+        client.tool = pose;
+    } else if (const auto* overlay = std::get_if<OverlayMessage>(&message.action)) {
+        m_overlay_wishes.push_back({client.info.number, message.id, overlay->kind});
+    } else if (const auto* vessel = std::get_if<VesselMessage>(&message.action)) {
+        want_vessel(client, message.id, vessel->on);
+    } else if (std::holds_alternative<PingMessage>(message.action)) {
+        say(client, pong_text(message.id));
+    } else if (std::holds_alternative<ChecksumMessage>(message.action)) {
+        if (client.checksums.size() < kMaxWaiting)
+            client.checksums.push_back(message.id);
+        else
+            say(client, outcome_text(message.id, "checksum", 0, {.error_code = "busy"}));
+    } else if (const auto* path = std::get_if<PathMessage>(&message.action)) {
+        look_for(client, message.id, *path);
+    } else if (const auto* haptics = std::get_if<HapticsMessage>(&message.action)) {
+        take_haptics(client, message.id, *haptics);
+    } else if (const auto* place = std::get_if<HapticPoseMessage>(&message.action)) {
+        take_pose(client, *place);
+    } else {
+        queue(client, std::move(message));
+    }
+}
+
+void Hub::queue(Client& client, Message message) {
+    const std::string name(name_of(message.action));
+    const auto refuse = [&](const char* code, const std::string& why) {
+        say(client, outcome_text(message.id, name, 0, {.error_code = code, .message = why}));
+    };
+    if (client.info.view)
+        return refuse("view_only", name + ": expected the role control, found view");
+    if (client.scene_step)
+        return refuse("other_scan", name + ": another scan was opened; expected to see it first");
+    if (auto* iso = std::get_if<IsoCommand>(&message.action)) {
+        if (m_now - client.iso_at > std::chrono::seconds(1)) ++client.iso_stroke;
+        client.iso_at = m_now;
+        iso->stroke = client.iso_stroke;
+    }
+    const bool is_drag = std::holds_alternative<DragCommand>(message.action);
+    if (is_drag && !client.commands.empty()) {
+        Waiting& last = client.commands.back();
+        if (std::holds_alternative<DragCommand>(last.message.action) &&
+            last.merged.size() < kMaxWaiting) {
+            last.merged.push_back(last.message.id);
+            last.message = std::move(message);
+            return;
+        }
+    }
+    if (client.commands.size() >= kMaxWaiting)
+        return refuse("busy", name + ": expected up to 64 commands that wait, found more");
+    client.commands.push_back({std::move(message), {}});
+}
+
+void Hub::drop(Client& client, int code, const std::string& message) {
+    if (!client.connection) return;
+    m_outlet->close(client.connection, code, message);
+    park(client);
+}
+
+void Hub::park(Client& client) {
+    client.connection = 0;
+    client.writing = false;
+    client.since = m_now;
+    client.texts.clear();
+    client.commands.clear();
+    client.checksums.clear();
+    client.tool = {};
+    client.overlay = OverlayKind::None;
+    client.wants_vessel = false;
+    give_up_paths(client.info.number);
+    if (m_haptics && m_haptics->client() == client.info.number)
+        end_haptics("the browser that held the device is gone");
+    give_up_device(client.info.number, {});
+    if (m_scene->has_contact(client.info.number)) act(client.info.number, ReleaseCommand{});
+}
+
+void Hub::drop_who_is_late() {
+    std::erase_if(m_newcomers, [&](const auto& newcomer) {
+        if (m_now - newcomer.second.since < kHelloTime) return false;
+        m_outlet->close(newcomer.first, kCloseProtocol, "expected hello within 5 s, found none");
+        return true;
+    });
+    for (Client& client : m_clients) {
+        if (!client.connection) continue;
+        auto unseen = client.delivery.unseen_since();
+        if (!unseen && client.overlay != OverlayKind::None)
+            unseen = client.overlay_delivery.unseen_since();
+        if (client.writing && m_now - client.since > kStallTime)
+            drop(client, kCloseStalled, "expected a client that reads, found none for 15 s");
+        else if (unseen && m_now - *unseen > kStallTime)
+            drop(client, kCloseStalled, "expected seen within 15 s, found none");
+    }
+    m_clients.remove_if([&](const Client& client) {
+        return !client.connection && m_now - client.since > kAwayTime;
+    });
+}
+
+}  // namespace pliant::serve

@@ -1,0 +1,41 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// What commands come to, as clients are told.
+
+#pragma once
+
+#include <pliant/chainmail.h>
+
+#include <string>
+
+#include "serve/scene.h"
+
+namespace pliant::serve {
+
+/// A command that was not carried out.
+inline Outcome refused(const Error& error) {
+    const char* code = error.code == ErrorCode::LimitExceeded ? "limit"
+                       : error.code == ErrorCode::NotFound    ? "nothing"
+                                                              : "out_of_range";
+    return {.error_code = code, .message = error.message};
+}
+
+inline Outcome outcome_of(const PushReport& report) {
+    return {.message = report.message,
+            .status = report.status,
+            .limited_by = report.limited_by,
+            .step_fraction = report.step_fraction,
+            .grabbed_elements = report.grabbed_elements,
+            .moved_elements = report.moved_elements,
+            .solve_ms = report.solve_ms};
+}
+
+/// A command for another tissue. @param what  the command
+inline Outcome not_with(const TissueChoice& choice, const char* what, const char* expected) {
+    return {.error_code = "other_tissue",
+            .message = std::string(what) + ": expected the tissue " + expected + ", found " +
+                       name_of(choice)};
+}
+
+}  // namespace pliant::serve

@@ -1,0 +1,122 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// Undo: commands become steps, and steps are taken back and done again.
+
+#include <algorithm>
+#include <utility>
+
+#include "serve/outcomes.h"
+#include "serve/scene.h"
+
+namespace pliant::serve {
+
+void Scene::begin_step(const std::string& name, std::uint32_t client, std::uint32_t stroke) {
+    const bool goes_on = m_open && stroke != 0 && m_open->name == name &&
+                         m_open->client == client && m_open->stroke == stroke;
+    if (goes_on) return;
+    end_step();
+    m_open = OpenStep{name, client, stroke, m_tissue->undo_steps()};
+    m_tissue->begin_group(name);
+}
+
+void Scene::end_step() {
+    if (!m_open) return;
+    m_tissue->let_go();
+    m_holder = 0;
+    const OpenStep open = *std::exchange(m_open, {});
+    const int forgotten = m_tissue->end_group();
+    if (forgotten < 0) {
+        // Too large to be kept, and nothing before it can be reached any more.
+        m_done.clear();
+        m_undone.clear();
+        m_unreachable = 0;
+        return;
+    }
+    if (m_tissue->undo_steps() + forgotten > open.undo_steps_before)
+        keep({.kind = StepKind::Tissue, .name = open.name});
+    forget(forgotten);
+}
+
+void Scene::keep(Step step) {
+    m_undone.clear();
+    step.number = ++m_steps;
+    m_done.push_back(std::move(step));
+}
+
+void Scene::forget(int tissue_steps) {
+    const int hidden = std::min(tissue_steps, m_unreachable);
+    m_unreachable -= hidden;
+    tissue_steps -= hidden;
+    while (tissue_steps > 0 && !m_done.empty()) {
+        if (m_done.front().kind == StepKind::Tissue) --tissue_steps;
+        m_done.pop_front();
+    }
+}
+
+SceneMemo Scene::rest() {
+    end_step();
+    for (auto* steps : {&m_done, &m_undone})
+        for (Step& step : *steps) step.stroke = 0;
+    m_tissue->rest();
+    return {m_iso_hu, m_polarity, m_relaxing, m_settled, m_last_client, m_steps, m_choice};
+}
+
+Status Scene::restore(const std::filesystem::path& state, const SceneMemo& memo) {
+    if (memo.tissue != m_choice)
+        if (const Status s = choose(memo.tissue); !s.ok()) return s;
+    if (const Status s = m_tissue->load_state(state); !s.ok()) return s;
+    m_iso_hu = memo.iso_hu;
+    m_polarity = memo.polarity;
+    m_relaxing = memo.relaxing;
+    m_settled = memo.settled;
+    m_last_client = memo.last_client;
+    m_steps = memo.steps;
+    return Ok{};
+}
+
+void Scene::forget_steps(std::int64_t count) {
+    const auto is_old = [&](const Step& step) { return step.number <= count; };
+    for (const Step& step : m_done)
+        if (is_old(step) && step.kind == StepKind::Tissue) ++m_unreachable;
+    std::erase_if(m_done, is_old);
+    std::erase_if(m_undone, is_old);
+}
+
+void Scene::swap_iso(Step& step) {
+    std::swap(m_iso_hu, step.iso_hu);
+    std::swap(m_polarity, step.polarity);
+}
+
+Outcome Scene::act(std::uint32_t, const UndoCommand&) {
+    end_step();
+    if (m_done.empty())
+        return refused({ErrorCode::NotFound, "undo: expected a step to take back, found none"});
+    if (m_done.back().kind == StepKind::Iso)
+        swap_iso(m_done.back());
+    else if (const Status s = m_tissue->undo(); !s.ok())
+        return refused(s.error());
+    m_undone.push_back(std::move(m_done.back()));
+    m_done.pop_back();
+    // Relaxation would take the place of what could be done again.
+    m_settled = true;
+    tissue_changed();
+    return {.message = m_undone.back().name};
+}
+
+Outcome Scene::act(std::uint32_t, const RedoCommand&) {
+    end_step();
+    if (m_undone.empty())
+        return refused({ErrorCode::NotFound, "redo: expected a step that was undone, found none"});
+    if (m_undone.back().kind == StepKind::Iso)
+        swap_iso(m_undone.back());
+    else if (const Status s = m_tissue->redo(); !s.ok())
+        return refused(s.error());
+    m_done.push_back(std::move(m_undone.back()));
+    m_undone.pop_back();
+    m_settled = true;
+    tissue_changed();
+    return {.message = m_done.back().name};
+}
+
+}  // namespace pliant::serve

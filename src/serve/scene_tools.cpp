@@ -1,0 +1,227 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// What clients do to the tissue.
+
+#include <pliant/chainmail_slide.h>
+
+#include <utility>
+
+#include "scene/chainmail_tissue.h"
+#include "scene/spring_tissue.h"
+#include "serve/outcomes.h"
+#include "serve/scene.h"
+#include "serve/vessel_tissue.h"
+
+namespace pliant::serve {
+namespace {
+
+/// As if all that is driven without a pause were one stroke.
+constexpr std::uint32_t kDrives = 1;
+
+}  // namespace
+
+Outcome Scene::act(std::uint32_t, const DepthCommand& command) {
+    SpringDeformation* springs = m_tissue->springs();
+    if (!springs) return not_with(m_choice, "depth", "springs");
+    if (const Status s = springs->set_depth(command.layers); !s.ok()) return refused(s.error());
+    m_choice.depth = command.layers;
+    m_settled = false;
+    return {};
+}
+
+Outcome Scene::act(std::uint32_t client, const DriveCommand& command) {
+    if (!m_choice.vessel) return not_with(m_choice, "catheter", "vessel");
+    auto& vessel = static_cast<VesselTissue&>(*m_tissue);
+    // A step of undo: from a hand that begins to move, or from rest, until the next one does.
+    const bool moves =
+        command.insert_mm_s.value_or(0) != 0 || command.rotate_deg_s.value_or(0) != 0;
+    if (!vessel.is_touched() && (moves || m_settled)) end_step();
+    begin_step("catheter", client, kDrives);
+    if (const Status s = vessel.drive(client, command); !s.ok()) return refused(s.error());
+    m_settled = false;
+    return {};
+}
+
+// Tools.
+
+Result<PushReport> Scene::slide(std::uint32_t client, const Push& push) {
+    auto& tissue = static_cast<ChainMailTissue&>(*m_tissue);
+    const auto slid = slide_sphere(*tissue.chainmail(), push);
+    if (!slid.ok()) return slid.error();
+    PushReport report;
+    report.step_fraction = slid->way_fraction;
+    report.limited_by = slid->limited_by;
+    report.status = slid->way_fraction >= 1  ? PushStatus::Applied
+                    : slid->way_fraction > 0 ? PushStatus::Limited
+                                             : PushStatus::Rejected;
+    report.moved_elements = slid->contacts;
+    report.solve_ms = slid->slide_ms;
+    const Vec3d end = push.point_mm + slid->way_fraction * push.push_mm;
+    tissue.lay(client, end, push.sphere_radius_mm);
+    return report;
+}
+
+Outcome Scene::act(std::uint32_t client, const PushCommand& command) {
+    if (command.slide && !m_tissue->chainmail()) return not_with(m_choice, "slide", "chainmail");
+    if (m_choice.vessel) return not_with(m_choice, "push", "chainmail or springs");
+    begin_step(command.slide ? "slide" : "push", client, command.stroke);
+    const auto before = energy();
+    const auto report =
+        command.slide ? slide(client, command.push) : m_tissue->push(client, command.push);
+    tissue_changed();
+    m_settled = false;
+    Outcome outcome = report.ok() ? outcome_of(*report) : refused(report.error());
+    if (report.ok())
+        add_force(client, before, report->step_fraction * command.push.push_mm, outcome);
+    // Moves are not elements: a slide's number is told in its message only.
+    if (command.slide) outcome.grabbed_elements.reset();
+    if (command.stroke == 0) end_step();
+    return outcome;
+}
+
+Outcome Scene::act(std::uint32_t client, const GrabCommand& command) {
+    if (m_holder && m_holder != client)
+        return {.error_code = "held_by_other",
+                .message = "grab: expected nobody else to hold tissue, found client " +
+                           std::to_string(m_holder)};
+    if (m_choice.vessel) return not_with(m_choice, "grab", "chainmail or springs");
+    begin_step("drag", client, 0);
+    const auto report = m_tissue->grab(client, command.place, command.reach_mm);
+    if (!report.ok()) {
+        end_step();
+        return refused(report.error());
+    }
+    m_drag_mm = {0, 0, 0};
+    if (report->grabbed_elements > 0)
+        m_holder = client;
+    else
+        end_step();
+    return {.message = report->message,
+            .grabbed_elements = report->grabbed_elements,
+            .solve_ms = report->pick_ms};
+}
+
+Outcome Scene::act(std::uint32_t client, const DragCommand& command) {
+    if (m_holder != client)
+        return {.error_code = "not_holding", .message = "drag: expected a grab before it"};
+    const auto before = energy();
+    const auto report = m_tissue->drag_to(command.offset_mm);
+    tissue_changed();
+    m_settled = false;
+    if (!report.ok()) return refused(report.error());
+    const Vec3d way = report->step_fraction * (command.offset_mm - m_drag_mm);
+    m_drag_mm = m_drag_mm + way;
+    Outcome outcome = outcome_of(*report);
+    add_force(client, before, way, outcome);
+    return outcome;
+}
+
+Outcome Scene::act(std::uint32_t client, const LetGoCommand&) {
+    if (m_holder != client)
+        return {.error_code = "not_holding", .message = "let_go: expected a grab before it"};
+    m_unmeasured.reset();
+    end_step();
+    m_settled = false;
+    return {};
+}
+
+Outcome Scene::act(std::uint32_t, const CutCommand& command) {
+    ChainMail* model = m_tissue->chainmail();
+    if (!model) return not_with(m_choice, "cut", "chainmail");
+    end_step();
+    begin_step("cut", 0, 0);
+    const auto report = model->cut(command.surface);
+    end_step();
+    tissue_changed();
+    m_settled = false;
+    if (!report.ok()) return refused(report.error());
+    return {.cut_links = report->cut_links, .solve_ms = report->cut_ms};
+}
+
+Outcome Scene::act(std::uint32_t client, const CarveCommand& command) {
+    ChainMail* model = m_tissue->chainmail();
+    if (!model) return not_with(m_choice, "carve", "chainmail");
+    begin_step("carve", client, command.stroke);
+    const auto report = model->carve(command.tool);
+    tissue_changed();
+    m_settled = false;
+    if (command.stroke == 0) end_step();
+    if (!report.ok()) return refused(report.error());
+    return {.carved_elements = report->carved_elements, .solve_ms = report->carve_ms};
+}
+
+Outcome Scene::act(std::uint32_t client, const ReleaseCommand&) {
+    if (!has_contact(client)) return {};
+    if (m_holder == client) end_step();
+    m_unmeasured.reset();
+    m_tissue->release(client);
+    m_settled = false;
+    return {};
+}
+
+// The whole tissue.
+
+Outcome Scene::act(std::uint32_t, const RelaxCommand& command) {
+    if (!command.on && m_open && m_open->name == "relax") end_step();
+    m_relaxing = command.on;
+    m_settled = false;
+    return {};
+}
+
+double Scene::sweep() {
+    if (!m_open) begin_step("relax", 0, 0);
+    measure_energy();
+    const Sweep sweep = m_tissue->sweep();
+    tissue_changed();
+    m_settled = sweep.settled;
+    if (m_settled && m_open && m_open->name == "relax") end_step();
+    return sweep.ms;
+}
+
+Outcome Scene::act(std::uint32_t, const ResetCommand&) {
+    end_step();
+    begin_step("reset", 0, 0);
+    m_tissue->reset();
+    end_step();
+    tissue_changed();
+    return {};
+}
+
+Outcome Scene::act(std::uint32_t, const MaterialsCommand& command) {
+    ChainMail* model = m_tissue->chainmail();
+    if (!model) return not_with(m_choice, "materials", "chainmail");
+    end_step();
+    ChainMailSettings changed = model->settings();
+    const auto set = [](auto& field, const auto& value) {
+        if (value) field = *value;
+    };
+    set(changed.offset, command.offset);
+    set(changed.max_movement_mm, command.max_movement_mm);
+    set(changed.bone_threshold_hu, command.bone_threshold_hu);
+    set(changed.air_threshold_hu, command.air_threshold_hu);
+    set(changed.yield, command.yield);
+    set(changed.air_enabled, command.air_enabled);
+    if (command.rounded) changed.limits = *command.rounded ? LinkLimits::Rounded : LinkLimits::Box;
+    begin_step("materials", 0, 0);
+    const Status status = model->set_materials(changed);
+    end_step();
+    tissue_changed();
+    m_settled = false;
+    return status.ok() ? Outcome{} : refused(status.error());
+}
+
+Outcome Scene::act(std::uint32_t client, const IsoCommand& command) {
+    end_step();
+    Step step{StepKind::Iso, "threshold", m_iso_hu, m_polarity, client, command.stroke};
+    m_iso_hu = command.iso_hu.value_or(m_iso_hu);
+    m_polarity = command.polarity.value_or(m_polarity);
+    if (m_iso_hu == step.iso_hu && m_polarity == step.polarity) return {};
+    const bool goes_on = command.stroke != 0 && !m_done.empty() &&
+                         m_done.back().kind == StepKind::Iso && m_done.back().client == client &&
+                         m_done.back().stroke == command.stroke && m_undone.empty();
+    if (!goes_on) keep(std::move(step));
+    return {};
+}
+
+}  // namespace pliant::serve
