@@ -37,12 +37,12 @@ class GhostSurface {
     /// most
     double update(const PbdBody& body, const TaskArena& arena);
     /// Of these nodes alone; the others stay where they were seen last.
-    double update(const PbdBody& body, std::span<const std::int32_t> nodes);
+    double update(const PbdBody& body, std::span<const std::int32_t> nodes, const TaskArena& arena);
 
     std::span<const Vec3d> places() const { return m_places; }
     std::span<const std::array<std::int32_t, 3>> triangles() const { return m_triangles; }
     const Ride& ride(std::int32_t node) const { return m_rides[std::size_t(node)]; }
-    void near(Vec3d low, Vec3d high, std::vector<std::int32_t>& found) {
+    void near(Vec3d low, Vec3d high, std::vector<std::int32_t>& found) const {
         m_grid.near(low, high, found);
     }
 
@@ -59,6 +59,9 @@ class GhostSurface {
 
   private:
     Vec3d face_normal(std::int32_t triangle) const;
+    template <class NodeOf>
+    double update_some(const PbdBody& body, std::size_t count, const TaskArena& arena,
+                       const NodeOf& node_of);
 
     std::vector<std::array<std::int32_t, 3>> m_triangles;
     std::vector<std::array<std::int32_t, 3>> m_neighbours;  ///< beyond each edge; −1: none
