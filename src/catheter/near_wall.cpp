@@ -157,28 +157,29 @@ void NearWall::find(const SegmentOutside& segment, double nearer,
                     const WallContactSettings& settings, const GhostSurface& ghost) {
     m_found.clear();
     const double most = settings.radius_mm + settings.skin_mm + kOpen + nearer;
-    const auto end = m_is_beyond
-                         ? m_pairs.end()
-                         : std::partition_point(m_pairs.begin(), m_pairs.end(),
-                                                [&](const Pair& p) { return p.distance <= most; });
+    m_triangles.clear();
+    for (const Pair& pair : m_pairs) {
+        if (!m_is_beyond && pair.distance > most) break;
+        m_triangles.push_back(pair.triangle);
+    }
+    std::sort(m_triangles.begin(), m_triangles.end());
     // The segment's second node, and what is in between; its first node is the one before's.
     m_features.clear();
-    for (auto pair = m_pairs.begin(); pair != end; ++pair) {
-        const auto p = corners_of(ghost, pair->triangle);
+    for (const std::int32_t t : m_triangles) {
+        const auto p = corners_of(ghost, t);
         const auto nearest = mesh::nearest_on_triangle(segment.end, p[0], p[1], p[2]);
-        consider(segment, {1, segment.end, nearest.place, pair->triangle, nearest.feature},
-                 settings, ghost);
+        consider(segment, {1, segment.end, nearest.place, t, nearest.feature}, settings, ghost);
     }
     keep_some(0);
     const std::size_t from = m_found.size();
     m_features.clear();
-    for (auto pair = m_pairs.begin(); pair != end; ++pair) {
-        const auto p = corners_of(ghost, pair->triangle);
+    for (const std::int32_t t : m_triangles) {
+        const auto p = corners_of(ghost, t);
         const auto near = pbd::nearest_pair(segment.begin, segment.end, p[0], p[1], p[2]);
         if ((near.along > 0.02 || segment.is_first) && near.along < 0.98)
             consider(segment,
                      {segment.along + (1 - segment.along) * near.along, near.on_segment,
-                      near.on_triangle, pair->triangle, near.feature},
+                      near.on_triangle, t, near.feature},
                      settings, ghost);
     }
     keep_some(from);

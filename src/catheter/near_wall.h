@@ -4,10 +4,11 @@
 // What of a wall's ghost surface is near to one segment of a wire, and where the two may touch.
 // Segments don't know of each other, so each may have its thread.
 //
-// Once a step: which triangles are so near that they may be touched during the step, the nearest
-// first. In each sub-step: the nearest points of those that are near enough by now. Triangles that
-// share the corner or edge that is nearest are one place; of the places of the segment's end, and
-// of those before it, a few are kept that point differently.
+// Now and then: which triangles are so near that they may be touched until the next time, the
+// nearest first. In each sub-step: the nearest points of those that are near enough by now.
+// Triangles that share the corner or edge that is nearest are one place, and the first of them by
+// number has it; of the places of the segment's end, and of those before it, a few are kept that
+// point differently. So what is found doesn't depend on when was looked last.
 
 #pragma once
 
@@ -84,7 +85,7 @@ class NearWall {
     std::vector<Pair> m_pairs;
     bool m_is_beyond = false;  ///< the segment isn't in the lumen: its pairs are all looked at
     std::vector<Found> m_found;
-    std::vector<std::int32_t> m_triangles;
+    std::vector<std::int32_t> m_triangles;                ///< near enough to look at
     std::vector<std::array<std::int32_t, 2>> m_features;  ///< corners and edges seen
 };
 

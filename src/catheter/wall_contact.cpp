@@ -13,6 +13,17 @@ namespace pliant::catheter {
 namespace {
 
 constexpr std::int64_t kSegmentGrain = 4;  ///< that a thread takes at once
+/// What was found near is kept until something has moved by more than this [mm], or for so many
+/// steps.
+constexpr double kKept = 0.3;
+constexpr int kMostKept = 20;
+
+/// In a step, as fast as it goes.
+double way_of(const Wire& wire, std::int32_t segment, double duration_s) {
+    const auto& v = wire.velocities();
+    const auto s = std::size_t(segment);
+    return duration_s * std::max(norm(v[s]), norm(v[s + 1]));
+}
 
 }  // namespace
 
@@ -39,8 +50,18 @@ void WallContact::wake(const PbdBody& body, const TaskArena& arena) {
     }
 }
 
+bool WallContact::may_keep(const Wire& wire, double duration_s) {
+    const std::int32_t first = std::max(0, wire.first() - 1);
+    if (m_near.empty() || first < m_first || ++m_age >= kMostKept) return false;
+    for (std::int32_t s = first; s < wire.segments(); ++s)
+        if (moved(wire, s) + way_of(wire, s, duration_s) > kKept) return false;
+    return true;
+}
+
 void WallContact::look(const Wire& wire, const PbdBody& body, double duration_s,
                        const TaskArena& arena) {
+    if (may_keep(wire, duration_s)) return;
+    m_age = 0;
     m_ghost.update(body, m_awake, arena);
     // With the one that may come out of the guide in this step.
     m_first = std::max(0, wire.first() - 1);
@@ -50,10 +71,9 @@ void WallContact::look(const Wire& wire, const PbdBody& body, double duration_s,
     const auto look_at = [&](std::int64_t from, std::int64_t to) {
         for (auto n = std::size_t(from); n < std::size_t(to); ++n) {
             const std::size_t s = n + std::size_t(m_first);
-            const double moves =
-                duration_s * std::max(norm(wire.velocities()[s]), norm(wire.velocities()[s + 1]));
             const Vec3d begin =
                 std::int32_t(s) < wire.first() ? x[s + 1] : outside_of(wire, std::int32_t(s)).begin;
+            const double moves = kKept + way_of(wire, std::int32_t(s), duration_s);
             m_near[n].look(begin, x[s + 1], moves, m_settings, m_ghost);
         }
     };

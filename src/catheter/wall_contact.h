@@ -3,11 +3,10 @@
 
 // Where a wire touches the ghost surface of a wall, and what the wall gets of it.
 //
-// Once a step: which triangles are so near to a segment that they may be touched during the step.
-// In each sub-step, after both have moved freely: the nearest points of those pairs; of those of
-// one node, and of the inside of one segment, a few that point differently. They go into the wire's
-// Newton step, in which a wall's point that is pushed gives way like the free particles that it
-// rides on: with a compliance of
+// Every few steps: which triangles are so near to a segment that they may be touched until then.
+// In each sub-step, after both have moved freely, where they touch (near_wall.h). That goes into
+// the wire's Newton step, in which a wall's point that is pushed gives way like the free particles
+// that it rides on: with a compliance of
 //
 //   h² Σ_p b_p w_p S_p,   S_p = Σ b_p of all contacts that bear on particle p
 //
@@ -40,7 +39,7 @@ class WallContact {
     void wake(const PbdBody& body, const TaskArena& arena);
     /// Where all of the ghost's nodes are: after the body was put elsewhere.
     void see_all(const PbdBody& body, const TaskArena& arena) { m_ghost.update(body, arena); }
-    /// Once a step, which lasts this long.
+    /// Once a step, which lasts this long. What was found before is kept while little has moved.
     void look(const Wire& wire, const PbdBody& body, double duration_s, const TaskArena& arena);
     /// In each sub-step of h seconds, after wire and body have been moved.
     std::span<WireContact> gather(const Wire& wire, const PbdBody& body, double h,
@@ -63,6 +62,7 @@ class WallContact {
         std::int32_t particle;
         double weight, inverse_mass;
     };
+    bool may_keep(const Wire& wire, double duration_s);
     double moved(const Wire& wire, std::int32_t segment) const;
     template <class Work>
     void for_outside(const Wire& wire, const TaskArena& arena, const Work& work);
@@ -84,6 +84,7 @@ class WallContact {
     std::uint32_t m_turn = 0;
     std::vector<NearWall> m_near;  ///< [segment − m_first]
     std::int32_t m_first = 0;
+    int m_age = 0;                     ///< of that, in steps
     std::vector<double> m_depths;      ///< likewise
     std::vector<Vec3d> m_places_seen;  ///< of the wire, by `look`
     double m_wall_moved = 0;           ///< of any node near the wire, at most, since then
