@@ -82,8 +82,9 @@ class Chain {
         upper.reserve(count);
     }
     void reset(std::size_t count) {
-        diagonal.assign(count, Block{});
-        upper.assign(count, Block{});
+        diagonal.resize(count);
+        upper.resize(count);
+        for (std::size_t i = 0; i < count; ++i) diagonal[i] = upper[i] = Block{};
     }
     /// On the right side.
     void add_right(std::size_t block, std::size_t row, Vec3d v) {

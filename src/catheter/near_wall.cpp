@@ -112,7 +112,9 @@ void NearWall::consider(const SegmentOutside& segment, const Spot& spot,
                         const WallContactSettings& settings, const GhostSurface& ghost) {
     const Vec3d d = spot.on_wire - spot.on_wall;
     const double distance = norm(d);
-    if (distance > settings.radius_mm + settings.skin_mm + kLook || !is_new(spot, ghost)) return;
+    // Farther away it may only be beyond the wall, which a segment in the lumen isn't.
+    const double most = settings.radius_mm + settings.skin_mm + (m_is_beyond ? kLook : kOpen);
+    if (distance > most || !is_new(spot, ghost)) return;
     const Vec3d out = ghost.normal(spot.triangle, spot.feature);
     double height = distance;
     if (out != Vec3d{0, 0, 0} && dot(d, out) < 0) height = -distance;

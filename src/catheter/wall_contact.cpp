@@ -79,6 +79,7 @@ void WallContact::look(const Wire& wire, const PbdBody& body, double duration_s,
     };
     arena.for_each(count, kSegmentGrain, std::cref(look_at));
     find_near_nodes();
+    m_ghost.mark();
     m_places_seen = x;
     m_wall_moved = 0;
 }
@@ -121,7 +122,7 @@ void WallContact::for_outside(const Wire& wire, const TaskArena& arena, const Wo
 
 std::span<WireContact> WallContact::gather(const Wire& wire, const PbdBody& body, double h,
                                            const TaskArena& arena) {
-    m_wall_moved += m_ghost.update(body, m_near_nodes, arena);
+    m_wall_moved = m_ghost.update(body, m_near_nodes, arena);
     for_outside(wire, arena, [&](const SegmentOutside& segment, std::size_t n) {
         m_near[n].find(segment, moved(wire, segment.number), m_settings, m_ghost);
     });
@@ -238,7 +239,7 @@ double WallContact::push_force() const {
 }
 
 double WallContact::depth(const Wire& wire, const PbdBody& body, const TaskArena& arena) {
-    m_wall_moved += m_ghost.update(body, m_near_nodes, arena);
+    m_wall_moved = m_ghost.update(body, m_near_nodes, arena);
     m_depths.assign(m_near.size(), -kLook);
     for_outside(wire, arena, [&](const SegmentOutside& segment, std::size_t n) {
         m_depths[n] =

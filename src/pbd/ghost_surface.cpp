@@ -91,15 +91,16 @@ GhostSurface::GhostSurface(const TetMesh& mesh, const TriangleMesh& ghost,
         for (const std::int32_t n : m_triangles[t])
             m_rings[std::size_t(--m_ring_starts[std::size_t(n)])] = std::int32_t(t);
 
-    m_in_grid = m_places;
+    m_in_grid = m_marked = m_places;
     m_moved.resize(2 * (m_places.size() / kNodeGrain + 1));
     m_grid.fill(m_places, m_triangles, m_margin);
 }
 
 /// Of as many nodes. @param node_of  their numbers, none twice
+/// @param since  where they were
 template <class NodeOf>
 double GhostSurface::update_some(const PbdBody& body, std::size_t count, const TaskArena& arena,
-                                 const NodeOf& node_of) {
+                                 const std::vector<Vec3d>& since, const NodeOf& node_of) {
     const auto pieces = std::int64_t((count + kNodeGrain - 1) / kNodeGrain);
     const auto piece = [&](std::int64_t first, std::int64_t last) {
         for (auto p = std::size_t(first); p < std::size_t(last); ++p) {
@@ -112,7 +113,7 @@ double GhostSurface::update_some(const PbdBody& body, std::size_t count, const T
                 for (std::size_t k = 0; k < 4; ++k)
                     if (ride.weights[k] != 0)
                         place = place + ride.weights[k] * body.position(ride.particles[k]);
-                moved = std::max(moved, norm(place - m_places[n]));
+                moved = std::max(moved, norm(place - since[n]));
                 from_grid = std::max(from_grid, norm(place - m_in_grid[n]));
                 m_places[n] = place;
             }
@@ -134,12 +135,12 @@ double GhostSurface::update_some(const PbdBody& body, std::size_t count, const T
 }
 
 double GhostSurface::update(const PbdBody& body, const TaskArena& arena) {
-    return update_some(body, m_places.size(), arena, [](std::size_t n) { return n; });
+    return update_some(body, m_places.size(), arena, m_places, [](std::size_t n) { return n; });
 }
 
 double GhostSurface::update(const PbdBody& body, std::span<const std::int32_t> nodes,
                             const TaskArena& arena) {
-    return update_some(body, nodes.size(), arena,
+    return update_some(body, nodes.size(), arena, m_marked,
                        [&](std::size_t n) { return std::size_t(nodes[n]); });
 }
 
