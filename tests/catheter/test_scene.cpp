@@ -288,6 +288,27 @@ TEST(CatheterScene, GoesOnFromAState) {
     }
 }
 
+// A state put back makes it look for the wall anew: in every step, or only where it has to.
+TEST(CatheterScene, IsTheSameHoweverLongAgoItLookedForTheWall) {
+    const VesselWall wall = bent_tube();
+    const TaskArena arena(1);
+    for (const bool body : {false, true}) {
+        const CatheterSettings s = body ? of_tetrahedra(100) : settings(100);
+        CatheterScene scene = made(CatheterScene::create(wall, s)),
+                      other = made(CatheterScene::create(wall, s));
+        for (int n = 0; n < 500; ++n) {
+            const double speed = n < 300 ? 250 : n < 400 ? 15 : -120;
+            for (CatheterScene* at : {&scene, &other}) {
+                ASSERT_TRUE(at->command({.insert_mm_s = speed}).ok());
+                ASSERT_TRUE(at->step(1, arena).ok());
+            }
+            ASSERT_TRUE(other.restore(other.state(), arena).ok());
+            ASSERT_EQ(scene.hash(), other.hash()) << "step " << n;
+        }
+        EXPECT_GT(scene.measures().wall_moved_mm, 0.01);
+    }
+}
+
 /// Wall places while the catheter stands in the bend, after some time.
 std::vector<Vec3d> standing(const VesselWall& wall, CatheterSettings s, std::vector<Vec3d>* wire) {
     const TaskArena arena(1);
