@@ -17,8 +17,6 @@ pliant_test(mesh
             test_overlap.cpp test_stuffing.cpp test_write_vtu.cpp
     LIBRARIES ZLIB::ZLIB)
 target_include_directories(test_mesh PRIVATE ${PROJECT_SOURCE_DIR}/benchmarks/results_pbd)
-pliant_test(catheter
-    SOURCES test_carried_scan.cpp test_scene.cpp test_tet_wire.cpp test_wire.cpp)
 pliant_test(vessel SOURCES test_wall.cpp)
 pliant_test(haptics
     SOURCES ../../benchmarks/results_haptics/hands.cpp ../../benchmarks/results_haptics/tissues.cpp

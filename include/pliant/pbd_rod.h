@@ -32,8 +32,17 @@ struct Rotation {
 /// About a vector by its length.
 Rotation rotation_by(Vec3d vector);
 /// First b, then a.
-Rotation operator*(Rotation a, Rotation b);
-Vec3d rotated(Rotation rotation, Vec3d v);
+constexpr Rotation operator*(Rotation a, Rotation b) {
+    return {a.w * b.w - a.x * b.x - a.y * b.y - a.z * b.z,
+            a.w * b.x + a.x * b.w + a.y * b.z - a.z * b.y,
+            a.w * b.y - a.x * b.z + a.y * b.w + a.z * b.x,
+            a.w * b.z + a.x * b.y - a.y * b.x + a.z * b.w};
+}
+constexpr Vec3d rotated(Rotation q, Vec3d v) {
+    const Vec3d u{q.x, q.y, q.z};
+    const Vec3d t = 2.0 * cross(u, v);
+    return v + q.w * t + cross(u, t);
+}
 /// The inverse of rotation_by, of length 0…π.
 Vec3d rotation_vector(Rotation rotation);
 

@@ -14,11 +14,11 @@ namespace {
 using pbd::crossing;
 using pbd::inverse_of;
 using pbd::log_derivative;
-using pbd::matrix_of;
 using pbd::outer;
-using pbd::sandwich;
 using pbd::scaled;
 using pbd::sum;
+using pbd::turn_by;
+using pbd::turn_of;
 using pbd::unit;
 
 /// Of a turn in one Newton step [rad]; only a wire that is far from rest wants more.
@@ -36,9 +36,7 @@ RodWire::RodWire(const WireSettings& settings, double inserted_mm) : Wire(settin
     m_rest.assign(m_count, {0, 0, 0});
     m_predicted_x = m_x;
     m_old_q = m_predicted_q = m_q;
-    m_chain.diagonal.reserve(m_count);
-    m_chain.upper.reserve(m_count);
-    m_chain.right.reserve(m_count);
+    m_chain.reserve(m_count);
 }
 
 void RodWire::bend_tip(double first_rad, double second_rad) {
@@ -75,15 +73,19 @@ void RodWire::predict(double h) {
     for (std::size_t n = std::size_t(m_first) + 1; n <= m_count; ++n)
         m_x[n] = m_x[n] + (h * keep) * m_v[n];
     for (auto i = std::size_t(m_first); i < m_count; ++i)
-        m_q[i] = unit(rotation_by((h * keep) * m_spin[i]) * m_q[i]);
+        m_q[i] = unit(turn_by((h * keep) * m_spin[i]) * m_q[i]);
     m_predicted_x = m_x;
     m_predicted_q = m_q;
 }
 
+/// What a segment's joint turns against: the segment before, or the guide.
+Rotation RodWire::before(std::size_t i) const {
+    return i > 0 ? m_q[i - 1] : m_settings.frame * rotation_by({0, 0, m_turned});
+}
+
 Vec3d RodWire::turn(std::int32_t segment) const {
     const auto i = std::size_t(segment);
-    const Rotation before = i > 0 ? m_q[i - 1] : m_settings.frame * rotation_by({0, 0, m_turned});
-    return rotation_vector(inverse_of(before) * m_q[i]);
+    return turn_of(inverse_of(before(i)) * m_q[i]);
 }
 
 /// R D Γ: what the segment pulls its nodes together with.
@@ -91,9 +93,9 @@ Vec3d RodWire::stretch_force(std::size_t i) const {
     const Vec3d e = (1 / m_settings.segment_mm) * (m_x[i + 1] - m_x[i]);
     return m_settings.stretch * (e - rotated(m_q[i], {0, 0, 1}));
 }
-/// B (r − r₀)/l, in the frame of the segment before.
-Vec3d RodWire::bend_moment(std::size_t i) const {
-    const Vec3d off = turn(std::int32_t(i)) - m_rest[i];
+/// B (r − r₀)/l, in the frame of the segment before. @param turned  r
+Vec3d RodWire::bend_moment(std::size_t i, Vec3d turned) const {
+    const Vec3d off = turned - m_rest[i];
     const double l = m_settings.segment_mm;
     return {m_settings.bend[i] / l * off.x, m_settings.bend[i] / l * off.y,
             m_settings.twist[i] / l * off.z};
@@ -105,54 +107,52 @@ void RodWire::add_segment(std::size_t i) {
     const double l = m_settings.segment_mm, s = m_settings.stretch;
     const Vec3d axis = rotated(m_q[i], {0, 0, 1});
     const Vec3d f = stretch_force(i);
-    // ∂(R e₃)/∂θ = −[axis]ₓ, so the strain e − R e₃ has the derivative [axis]ₓ.
-    const Mat3d a = crossing(axis), along = scaled(s / l, kIdentity3), mixed = scaled(s, a);
+    // ∂(R e₃)/∂θ = −[axis]ₓ, so the strain e − R e₃ has the derivative [axis]ₓ, whose square is
+    // −(1 − axis axisᵀ).
     Chain<6>::Block& d = m_chain.diagonal[k];
-    d.add(0, 0, along);
-    d.add(3, 0, transposed(mixed));
-    d.add(3, 3, scaled(l * s, transposed(a) * a));
-    m_chain.right[k].add(0, -f);
-    m_chain.right[k].add(3, -l * (transposed(a) * f));
+    d.add_same(0, 0, s / l);
+    d.add_crossing(0, 3, s * axis);
+    d.add_same(3, 3, l * s);
+    d.add_outer(3, 3, -l * s, axis);
+    m_chain.add_right(k, 0, -f);
+    m_chain.add_right(k, 3, l * cross(axis, f));
     if (k == 0) return;
-    m_chain.diagonal[k - 1].add(0, 0, along);
-    m_chain.upper[k - 1].add(0, 0, scaled(-1, along));
-    m_chain.upper[k - 1].add(0, 3, scaled(-1, mixed));
-    m_chain.right[k - 1].add(0, f);
+    Chain<6>::Block& u = m_chain.upper[k - 1];
+    m_chain.diagonal[k - 1].add_same(0, 0, s / l);
+    u.add_same(0, 0, -s / l);
+    u.add_crossing(0, 3, -s * axis);
+    m_chain.add_right(k - 1, 0, f);
 }
 
+/// With P = R L(r)ᵀ, L the derivative of the logarithm: P B Pᵀ/l of the turns and P m. Because
+/// L = 1 − ½[r]ₓ + s[r]ₓ², P Pᵀ is (1 − k r²) + k Rr (Rr)ᵀ with k = 2s − ¼ − s² r².
 void RodWire::add_joint(std::size_t i) {
     const std::size_t k = i - std::size_t(m_first);
-    const Rotation before = i > 0 ? m_q[i - 1] : m_settings.frame * rotation_by({0, 0, m_turned});
+    const Rotation frame = before(i);
     const double l = m_settings.segment_mm, b = m_settings.bend[i] / l, t = m_settings.twist[i] / l;
-    const Mat3d p =
-        transposed(log_derivative(turn(std::int32_t(i))) * transposed(matrix_of(before)));
-    const Mat3d stiff = sandwich(p, {b, b, t});
-    const Vec3d moment = p * bend_moment(i);
-    m_chain.diagonal[k].add(3, 3, stiff);
-    m_chain.right[k].add(3, -moment);
+    const Vec3d r = turn_of(inverse_of(frame) * m_q[i]);
+    const double r2 = dot(r, r), s = pbd::log_curvature(r2), by_r = 2 * s - 0.25 - s * s * r2;
+    const Vec3d moment = rotated(frame, pbd::log_transposed(r, s, bend_moment(i, r)));
+    const Vec3d third = rotated(frame, pbd::log_transposed(r, s, {0, 0, 1})),
+                rr = rotated(frame, r);
+    const Mat3d m = sum(scaled(b * (1 - by_r * r2), kIdentity3),
+                        sum(outer(b * by_r * rr, rr), outer((t - b) * third, third)));
+    m_chain.diagonal[k].add(3, 3, m);
+    m_chain.add_right(k, 3, -moment);
     if (k == 0) return;
-    m_chain.diagonal[k - 1].add(3, 3, stiff);
-    m_chain.upper[k - 1].add(3, 3, scaled(-1, stiff));
-    m_chain.right[k - 1].add(3, moment);
+    m_chain.diagonal[k - 1].add(3, 3, m);
+    m_chain.upper[k - 1].add(3, 3, scaled(-1, m));
+    m_chain.add_right(k - 1, 3, moment);
 }
 
-/// Along the normal a spring that only pushes; along the wall what Coulomb's friction allows: a way
-/// slid of `sticking_mm` or more has all of it. @returns the stiffness of friction
+/// @returns the stiffness of friction
 double RodWire::touch(WireContact& c) const {
     c.force = {0, 0, 0};
     if (c.segment < m_first) return 0;
     const auto i = std::size_t(c.segment);
     const Vec3d place = (1 - c.along) * m_x[i] + c.along * m_x[i + 1];
-    const double depth = c.least + dot(c.normal, c.yielded) - dot(c.normal, place);
-    const double push = c.pushed + depth / c.compliance;
-    if (!(push > 0)) return 0;
-    const Vec3d turned = rotation_vector(m_q[i] * inverse_of(m_old_q[i]));
-    Vec3d slid = place - c.sticks - c.yielded + cross(turned, c.lever);
-    slid = slid - dot(slid, c.normal) * c.normal;
-    const double drag =
-        std::min(1 / c.compliance, c.friction * push / std::max(norm(slid), c.sticking_mm));
-    c.force = push * c.normal - drag * slid;
-    return drag;
+    const Vec3d turned = turn_of(m_q[i] * inverse_of(m_old_q[i]));
+    return c.touch(place, place - c.sticks - c.yielded + cross(turned, c.lever));
 }
 
 void RodWire::add_contact(WireContact& c) {
@@ -165,15 +165,15 @@ void RodWire::add_contact(WireContact& c) {
     const Mat3d s = scaled(-1, crossing(c.lever)), ms = m * s;
     Chain<6>::Block& d = m_chain.diagonal[k];
     d.add(0, 0, scaled(b * b, m));
-    d.add(3, 0, scaled(b, transposed(ms)));
+    d.add(0, 3, scaled(b, ms));
     d.add(3, 3, transposed(s) * ms);
-    m_chain.right[k].add(0, b * c.force);
-    m_chain.right[k].add(3, cross(c.lever, c.force));
+    m_chain.add_right(k, 0, b * c.force);
+    m_chain.add_right(k, 3, cross(c.lever, c.force));
     if (k == 0) return;
     m_chain.diagonal[k - 1].add(0, 0, scaled(a * a, m));
     m_chain.upper[k - 1].add(0, 0, scaled(a * b, m));
     m_chain.upper[k - 1].add(0, 3, scaled(a, ms));
-    m_chain.right[k - 1].add(0, a * c.force);
+    m_chain.add_right(k - 1, 0, a * c.force);
 }
 
 void RodWire::solve(std::span<WireContact> contacts) {
@@ -184,24 +184,20 @@ void RodWire::solve(std::span<WireContact> contacts) {
     for (std::size_t i = first; i < m_count; ++i) {
         const std::size_t k = i - first;
         const double m = per_h2 * m_mass[i + 1], j = per_h2 * m_inertia;
-        for (std::size_t c = 0; c < 3; ++c) {
-            m_chain.diagonal[k].at[c][c] += m;
-            m_chain.diagonal[k].at[c + 3][c + 3] += j;
-        }
-        m_chain.right[k].add(0, m * (m_predicted_x[i + 1] - m_x[i + 1]));
-        m_chain.right[k].add(3, j * rotation_vector(m_predicted_q[i] * inverse_of(m_q[i])));
+        m_chain.diagonal[k].add_same(0, 0, m);
+        m_chain.diagonal[k].add_same(3, 3, j);
+        m_chain.add_right(k, 0, m * (m_predicted_x[i + 1] - m_x[i + 1]));
+        m_chain.add_right(k, 3, j * turn_of(m_predicted_q[i] * inverse_of(m_q[i])));
         add_segment(i);
         add_joint(i);
     }
     for (WireContact& c : contacts) add_contact(c);
     m_chain.solve();
     for (std::size_t i = first; i < m_count; ++i) {
-        const Chain<6>::Vector& by = m_chain.right[i - first];
-        m_x[i + 1] = m_x[i + 1] + by.part(0);
-        Vec3d turn_by = by.part(3);
-        const double size = norm(turn_by);
-        if (size > kMostTurn) turn_by = (kMostTurn / size) * turn_by;
-        m_q[i] = unit(rotation_by(turn_by) * m_q[i]);
+        m_x[i + 1] = m_x[i + 1] + m_chain.solution(i - first, 0);
+        const Vec3d by = m_chain.solution(i - first, 3);
+        const double size = norm(by);
+        m_q[i] = unit(turn_by(size > kMostTurn ? (kMostTurn / size) * by : by) * m_q[i]);
     }
     // Of the places as they have become, which is what the wall gets.
     for (WireContact& c : contacts) touch(c);
@@ -211,7 +207,7 @@ void RodWire::finish() {
     const double per_h = 1 / m_h;
     for (std::size_t n = 0; n <= m_count; ++n) m_v[n] = per_h * (m_x[n] - m_old_x[n]);
     for (std::size_t i = 0; i < m_count; ++i)
-        m_spin[i] = per_h * rotation_vector(m_q[i] * inverse_of(m_old_q[i]));
+        m_spin[i] = per_h * turn_of(m_q[i] * inverse_of(m_old_q[i]));
 }
 
 Vec3d RodWire::base_force() const {
@@ -220,17 +216,17 @@ Vec3d RodWire::base_force() const {
 Vec3d RodWire::base_moment() const {
     if (m_first >= segments()) return {0, 0, 0};
     const auto i = std::size_t(m_first);
-    const Rotation before = i > 0 ? m_q[i - 1] : m_settings.frame * rotation_by({0, 0, m_turned});
-    return rotated(before, transposed(log_derivative(turn(m_first))) * bend_moment(i));
+    const Vec3d r = turn(m_first);
+    return rotated(before(i), transposed(log_derivative(r)) * bend_moment(i, r));
 }
 
 double RodWire::elastic_energy() const {
     double energy = 0;
     const double l = m_settings.segment_mm;
     for (auto i = std::size_t(m_first); i < m_count; ++i) {
-        const Vec3d f = stretch_force(i);
-        const Vec3d off = turn(std::int32_t(i)) - m_rest[i];
-        energy += 0.5 * (l / m_settings.stretch * dot(f, f) + dot(off, bend_moment(i)));
+        const Vec3d f = stretch_force(i), r = turn(std::int32_t(i));
+        energy +=
+            0.5 * (l / m_settings.stretch * dot(f, f) + dot(r - m_rest[i], bend_moment(i, r)));
     }
     return energy;
 }

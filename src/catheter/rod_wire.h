@@ -47,7 +47,8 @@ class RodWire : public Wire {
     double touch(WireContact& c) const;
     void add_contact(WireContact& c);
     Vec3d stretch_force(std::size_t i) const;
-    Vec3d bend_moment(std::size_t i) const;
+    Rotation before(std::size_t i) const;
+    Vec3d bend_moment(std::size_t i, Vec3d turned) const;
 
     double m_inertia = 0;
     std::vector<Vec3d> m_predicted_x, m_spin, m_rest;

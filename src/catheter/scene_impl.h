@@ -57,12 +57,12 @@ struct CatheterScene::Impl {
             wall.mesh, wall.ghost, wall.ghost_places,
             {.radius_mm = settings.catheter.radius_mm, .friction = settings.catheter.friction});
         contact.see_all(body, arena);
-        contact.wake(body);
+        contact.wake(body, arena);
     }
 
-    Status wake_boxes() {
+    Status wake_boxes(const TaskArena& arena) {
         if (!boxes) {
-            if (awake < 0) contact.wake(body);
+            if (awake < 0) contact.wake(body, arena);
             awake = std::int32_t(wall.mesh.cells.size());
             return Ok{};
         }
@@ -71,15 +71,15 @@ struct CatheterScene::Impl {
         const double reach = settings.reach_mm + settings.catheter.radius_mm;
         if (const Status s = boxes->update(places, reach, body); !s.ok()) return s;
         // Particles that have just begun to be blended in are held for this step still.
-        if (awake != boxes->active_tetrahedra()) contact.wake(body);
+        if (awake != boxes->active_tetrahedra()) contact.wake(body, arena);
         awake = boxes->active_tetrahedra();
         return Ok{};
     }
 
     Status step(const TaskArena& arena) {
         const double h = settings.time_step_s / settings.sub_steps;
-        if (const Status s = wake_boxes(); !s.ok()) return s;
-        contact.look(wire, body, settings.time_step_s);
+        if (const Status s = wake_boxes(arena); !s.ok()) return s;
+        contact.look(wire, body, settings.time_step_s, arena);
         for (int n = 0; n < settings.sub_steps; ++n) {
             inserted = std::clamp(inserted + h * command.insert_mm_s, 0.0, wire.length());
             rotated += h * command.rotate_deg_s;
@@ -87,9 +87,9 @@ struct CatheterScene::Impl {
             wire.bend_tip(command.bend_first_deg * kRadians, command.bend_second_deg * kRadians);
             wire.predict(h);
             if (const Status s = body.step(1, arena); !s.ok()) return s;
-            const auto contacts = contact.gather(wire, body, h);
+            const auto contacts = contact.gather(wire, body, h, arena);
             for (int i = 0; i < settings.iterations; ++i) {
-                if (i > 0) contact.yield(body, h);
+                if (i > 0) contact.yield(h);
                 wire.solve(contacts);
             }
             wire.finish();
@@ -99,7 +99,7 @@ struct CatheterScene::Impl {
                              "sub_steps or iterations"};
             if (const Status s = contact.apply(body, h); !s.ok()) return s;
         }
-        depth = contact.depth(wire, body);
+        depth = contact.depth(wire, body, arena);
         ++steps;
         return Ok{};
     }

@@ -124,7 +124,7 @@ void TetWire::add_pair(std::size_t a, std::size_t b, const Mat3d& m) {
 void TetWire::add_force(std::size_t node, Vec3d force) {
     const std::size_t held = kRing * (std::size_t(m_first) + 1);
     if (node < held) return;
-    m_chain.right[(node - held) / kRing].add(3 * (node % kRing), force);
+    m_chain.add_right((node - held) / kRing, 3 * (node % kRing), force);
 }
 
 /// The second derivative across the bar is left out where it is pushed: it would be negative.
@@ -185,7 +185,7 @@ TetWire::Weights TetWire::weights(const WireContact& c) const {
     return w;
 }
 
-/// As a wire's: a spring that only pushes, and Coulomb's friction. @returns friction's stiffness
+/// @returns the stiffness of friction
 double TetWire::touch(WireContact& c, const Weights& w) const {
     c.force = {0, 0, 0};
     if (c.segment < m_first) return 0;
@@ -197,14 +197,7 @@ double TetWire::touch(WireContact& c, const Weights& w) const {
         place = place + w.push[n] * x;
         slid = slid + w.friction[n] * (x - m_old_nodes[kRing * i + n]);
     }
-    const double depth = c.least + dot(c.normal, c.yielded) - dot(c.normal, place);
-    const double push = c.pushed + depth / c.compliance;
-    if (!(push > 0)) return 0;
-    slid = slid - dot(slid, c.normal) * c.normal;
-    const double drag =
-        std::min(1 / c.compliance, c.friction * push / std::max(norm(slid), c.sticking_mm));
-    c.force = push * c.normal - drag * slid;
-    return drag;
+    return c.touch(place, slid);
 }
 
 void TetWire::add_contact(WireContact& c) {
@@ -241,7 +234,7 @@ void TetWire::solve(std::span<WireContact> contacts) {
     m_chain.solve();
     const double most = kMostMove * m_settings.segment_mm;
     for (std::size_t n = held; n < m_nodes.size(); ++n) {
-        const Vec3d by = m_chain.right[(n - held) / kRing].part(3 * (n % kRing));
+        const Vec3d by = m_chain.solution((n - held) / kRing, 3 * (n % kRing));
         const double size = norm(by);
         m_nodes[n] = m_nodes[n] + (size > most ? most / size : 1.0) * by;
     }

@@ -3,11 +3,10 @@
 
 // Where a wire touches the ghost surface of a wall, and what the wall gets of it.
 //
-// Once a step: which triangles are so near to a segment that they may be touched during the step.
-// In each sub-step, after both have moved freely: the nearest points of those pairs; of those of
-// one node, and of the inside of one segment, a few that point differently. They go into the wire's
-// Newton step, in which a wall's point that is pushed gives way like the free particles that it
-// rides on: with a compliance of
+// Every few steps: which triangles are so near to a segment that they may be touched until then.
+// In each sub-step, after both have moved freely, where they touch (near_wall.h). That goes into
+// the wire's Newton step, in which a wall's point that is pushed gives way like the free particles
+// that it rides on: with a compliance of
 //
 //   h² Σ_p b_p w_p S_p,   S_p = Σ b_p of all contacts that bear on particle p
 //
@@ -20,23 +19,15 @@
 
 #include <pliant/pbd.h>
 
-#include <array>
 #include <cstdint>
 #include <span>
 #include <vector>
 
+#include "catheter/near_wall.h"
 #include "catheter/wire.h"
 #include "pbd/ghost_surface.h"
 
 namespace pliant::catheter {
-
-struct WallContactSettings {
-    double radius_mm = 0.9;
-    double skin_mm = 0.05;       ///< the wire is held that far from the wall
-    double friction = 0.1;       ///< Coulomb's
-    double compliance = 1e-7;    ///< of the surfaces themselves [mm/µN]
-    double sticking_mm_s = 0.5;  ///< slower than this, friction is less than Coulomb's
-};
 
 class WallContact {
   public:
@@ -45,66 +36,61 @@ class WallContact {
                 std::span<const Embedded> ghost_places, const WallContactSettings& settings);
 
     /// Which of the ghost's nodes may move from now on: those with a particle that isn't held.
-    void wake(const PbdBody& body);
+    void wake(const PbdBody& body, const TaskArena& arena);
     /// Where all of the ghost's nodes are: after the body was put elsewhere.
     void see_all(const PbdBody& body, const TaskArena& arena) { m_ghost.update(body, arena); }
-    /// Once a step, which lasts this long.
-    void look(const Wire& wire, const PbdBody& body, double duration_s);
+    /// Once a step, which lasts this long. What was found before is kept while little has moved.
+    void look(const Wire& wire, const PbdBody& body, double duration_s, const TaskArena& arena);
     /// In each sub-step of h seconds, after wire and body have been moved.
-    std::span<WireContact> gather(const Wire& wire, const PbdBody& body, double h);
+    std::span<WireContact> gather(const Wire& wire, const PbdBody& body, double h,
+                                  const TaskArena& arena);
     /// Between two Newton steps: where the wall would go with the forces of the last one.
-    void yield(const PbdBody& body, double h);
+    void yield(double h);
     /// After the wire has been solved.
     Status apply(PbdBody& body, double h);
 
     /// How far the surface of the wire that is outside of the guide is beyond the ghost surface at
     /// most, as both are now; below 0: the distance in between, where it is less than what `look`
     /// looked at.
-    double depth(const Wire& wire, const PbdBody& body);
+    double depth(const Wire& wire, const PbdBody& body, const TaskArena& arena);
     std::span<const WireContact> contacts() const { return m_contacts; }
     double push_force() const;  ///< all that the wall is pushed with [µN]
     const pbd::GhostSurface& ghost() const { return m_ghost; }
 
   private:
-    struct Pair {
-        std::int32_t segment, triangle;
-        double distance;  ///< when `look` saw them
-        bool is_deep;     ///< the segment isn't in the lumen: its pairs are all looked at
-    };
     struct Bearing {  ///< of a contact on a particle
         std::int32_t particle;
-        double weight;
+        double weight, inverse_mass;
     };
-    struct Found {
-        WireContact contact;
-        double gap;
-        Vec3d place;
-        std::int32_t triangle;
-    };
-    std::array<Vec3d, 3> corners(const Pair& pair) const;
-    bool is_far(Vec3d a, Vec3d b, const std::array<std::int32_t, 3>& triangle, double reach) const;
-    void rank(Vec3d a, Vec3d b, std::span<Pair> of_segment) const;
-    static Vec3d begin_of(const Wire& wire, std::int32_t segment);
+    bool may_keep(const Wire& wire, double duration_s);
     double moved(const Wire& wire, std::int32_t segment) const;
-    bool is_nearest(Vec3d on_wire, double distance, std::span<const Pair> of_segment) const;
-    void consider(const Wire& wire, const Pair& pair, std::span<const Pair> of_segment,
-                  double along, Vec3d on_wire, Vec3d on_wall, int feature);
-    void keep_some(std::size_t from);
-    void bear(const PbdBody& body, double h);
+    template <class Work>
+    void for_outside(const Wire& wire, const TaskArena& arena, const Work& work);
+    void find_near_nodes();
+    void rest_on(const NearWall::Found& found, const PbdBody& body, double h);
+    void find_compliances(double h);
     void sum_up();
+    std::span<const Bearing> bearings(std::size_t contact) const {
+        const auto begin = std::size_t(m_bearing_starts[contact]),
+                   end = std::size_t(m_bearing_starts[contact + 1]);
+        return std::span<const Bearing>(m_bearings).subspan(begin, end - begin);
+    }
 
     WallContactSettings m_settings;
     pbd::GhostSurface m_ghost;
-    std::vector<std::int32_t> m_awake, m_near_nodes, m_found_triangles;
-    std::vector<std::uint32_t> m_seen;  ///< [node]: when it was last put on a list
+    std::vector<std::int32_t> m_awake, m_near_nodes;
+    /// [node]: when it was last put on that list, and when those around it were
+    std::vector<std::uint32_t> m_seen, m_ringed;
     std::uint32_t m_turn = 0;
-    std::vector<Pair> m_pairs;  ///< by segment, then nearest first
-    std::vector<Vec3d> m_ranked_places;
-    double m_wall_moved = 0;  ///< of any node near the wire, at most, since m_pairs
-    std::vector<Found> m_found;
+    std::vector<NearWall> m_near;  ///< [segment − m_first]
+    std::int32_t m_first = 0;
+    int m_age = 0;                     ///< of that, in steps
+    std::vector<double> m_depths;      ///< likewise
+    std::vector<Vec3d> m_places_seen;  ///< of the wire, by `look`
+    double m_wall_moved = 0;           ///< of any node near the wire, at most, since then
     std::vector<WireContact> m_contacts;
     std::vector<std::int32_t> m_bearing_starts;
-    std::vector<Bearing> m_bearings;
+    std::vector<Bearing> m_bearings;    ///< of the contacts, one after the other
     std::vector<double> m_share;        ///< [particle]: S_p
     std::vector<Vec3d> m_push;          ///< [particle]: Σ b F
     std::vector<std::int32_t> m_borne;  ///< particles of which the two aren't 0

@@ -8,6 +8,18 @@
 
 namespace pliant::catheter {
 
+double WireContact::touch(Vec3d place, Vec3d slid) {
+    force = {0, 0, 0};
+    const double depth = least + dot(normal, yielded) - dot(normal, place);
+    const double push = pushed + depth / compliance;
+    if (!(push > 0)) return 0;
+    slid = slid - dot(slid, normal) * normal;
+    const double drag =
+        std::min(1 / compliance, friction * push / std::max(norm(slid), sticking_mm));
+    force = push * normal - drag * slid;
+    return drag;
+}
+
 Wire::Wire(const WireSettings& settings, double inserted_mm)
     : m_settings(settings), m_count(std::size_t(settings.segments)) {
     m_v.assign(m_count + 1, {0, 0, 0});

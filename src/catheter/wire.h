@@ -41,7 +41,8 @@ struct WireSettings {
     Rotation frame{};
 };
 
-/// Somewhere on a segment the wire must stay on one side of a plane, and slides along it.
+/// Somewhere on a segment the wire must stay on one side of a plane, and slides along it: a spring
+/// that only pushes, and along the wall what Coulomb's friction allows.
 struct WireContact {
     std::int32_t segment = 0;
     double along = 0;        ///< 0…1
@@ -56,6 +57,12 @@ struct WireContact {
     // What the last iteration has found: how hard it pushes, and how far the wall has given way.
     double pushed = 0;
     Vec3d yielded{0, 0, 0};
+
+    /// Finds the force. A way slid of `sticking_mm` or more has all of the friction.
+    /// @param place  on the axis
+    /// @param slid  where the wire touches, from where it would be if nothing slid nor turned
+    /// @returns the stiffness of friction; 0 with a force of 0 where nothing pushes
+    double touch(Vec3d place, Vec3d slid);
 };
 
 class Wire {

@@ -15,7 +15,7 @@
 namespace pliant::pbd {
 namespace {
 
-constexpr std::int64_t kNodeGrain = 1024;  ///< nodes that a thread takes at once
+constexpr std::size_t kNodeGrain = 256;  ///< nodes that a thread takes at once
 
 Vec3d unit_or_zero(Vec3d v) {
     const double length = norm(v);
@@ -91,30 +91,34 @@ GhostSurface::GhostSurface(const TetMesh& mesh, const TriangleMesh& ghost,
         for (const std::int32_t n : m_triangles[t])
             m_rings[std::size_t(--m_ring_starts[std::size_t(n)])] = std::int32_t(t);
 
-    m_in_grid = m_places;
-    m_moved.resize(2 * (m_places.size() / std::size_t(kNodeGrain) + 1));
+    m_in_grid = m_marked = m_places;
+    m_moved.resize(2 * (m_places.size() / kNodeGrain + 1));
     m_grid.fill(m_places, m_triangles, m_margin);
 }
 
-double GhostSurface::update(const PbdBody& body, const TaskArena& arena) {
-    const auto count = std::int64_t(m_places.size()),
-               pieces = (count + kNodeGrain - 1) / kNodeGrain;
+/// Of as many nodes. @param node_of  their numbers, none twice
+/// @param since  where they were
+template <class NodeOf>
+double GhostSurface::update_some(const PbdBody& body, std::size_t count, const TaskArena& arena,
+                                 const std::vector<Vec3d>& since, const NodeOf& node_of) {
+    const auto pieces = std::int64_t((count + kNodeGrain - 1) / kNodeGrain);
     const auto piece = [&](std::int64_t first, std::int64_t last) {
-        for (std::int64_t p = first; p < last; ++p) {
+        for (auto p = std::size_t(first); p < std::size_t(last); ++p) {
             double moved = 0, from_grid = 0;
-            for (std::int64_t n = p * kNodeGrain; n < std::min(count, (p + 1) * kNodeGrain); ++n) {
-                const Ride& ride = m_rides[std::size_t(n)];
+            const std::size_t begin = p * kNodeGrain;
+            for (std::size_t at = begin; at < std::min(count, begin + kNodeGrain); ++at) {
+                const std::size_t n = node_of(at);
+                const Ride& ride = m_rides[n];
                 Vec3d place{0, 0, 0};
                 for (std::size_t k = 0; k < 4; ++k)
                     if (ride.weights[k] != 0)
                         place = place + ride.weights[k] * body.position(ride.particles[k]);
-                Vec3d& now = m_places[std::size_t(n)];
-                moved = std::max(moved, norm(place - now));
-                from_grid = std::max(from_grid, norm(place - m_in_grid[std::size_t(n)]));
-                now = place;
+                moved = std::max(moved, norm(place - since[n]));
+                from_grid = std::max(from_grid, norm(place - m_in_grid[n]));
+                m_places[n] = place;
             }
-            m_moved[std::size_t(2 * p)] = moved;
-            m_moved[std::size_t(2 * p + 1)] = from_grid;
+            m_moved[2 * p] = moved;
+            m_moved[2 * p + 1] = from_grid;
         }
     };
     arena.for_each(pieces, 1, std::cref(piece));
@@ -130,24 +134,14 @@ double GhostSurface::update(const PbdBody& body, const TaskArena& arena) {
     return moved;
 }
 
-double GhostSurface::update(const PbdBody& body, std::span<const std::int32_t> nodes) {
-    bool left = false;
-    double moved = 0;
-    for (const std::int32_t node : nodes) {
-        const auto n = std::size_t(node);
-        const Ride& ride = m_rides[n];
-        Vec3d place{0, 0, 0};
-        for (std::size_t k = 0; k < 4; ++k)
-            if (ride.weights[k] != 0)
-                place = place + ride.weights[k] * body.position(ride.particles[k]);
-        moved = std::max(moved, norm(place - m_places[n]));
-        m_places[n] = place;
-        left |= norm(place - m_in_grid[n]) > m_margin;
-    }
-    if (!left) return moved;
-    m_in_grid = m_places;
-    m_grid.fill(m_places, m_triangles, m_margin);
-    return moved;
+double GhostSurface::update(const PbdBody& body, const TaskArena& arena) {
+    return update_some(body, m_places.size(), arena, m_places, [](std::size_t n) { return n; });
+}
+
+double GhostSurface::update(const PbdBody& body, std::span<const std::int32_t> nodes,
+                            const TaskArena& arena) {
+    return update_some(body, nodes.size(), arena, m_marked,
+                       [&](std::size_t n) { return std::size_t(nodes[n]); });
 }
 
 Vec3d GhostSurface::face_normal(std::int32_t triangle) const {

@@ -36,13 +36,16 @@ class GhostSurface {
     /// Places of the nodes as the body is now. @returns how far a node is from where it was, at
     /// most
     double update(const PbdBody& body, const TaskArena& arena);
-    /// Of these nodes alone; the others stay where they were seen last.
-    double update(const PbdBody& body, std::span<const std::int32_t> nodes);
+    /// Of these nodes alone; the others stay where they were seen last. @returns how far one is
+    /// from where it was at `mark`, at most
+    double update(const PbdBody& body, std::span<const std::int32_t> nodes, const TaskArena& arena);
+
+    void mark() { m_marked = m_places; }
 
     std::span<const Vec3d> places() const { return m_places; }
     std::span<const std::array<std::int32_t, 3>> triangles() const { return m_triangles; }
     const Ride& ride(std::int32_t node) const { return m_rides[std::size_t(node)]; }
-    void near(Vec3d low, Vec3d high, std::vector<std::int32_t>& found) {
+    void near(Vec3d low, Vec3d high, std::vector<std::int32_t>& found) const {
         m_grid.near(low, high, found);
     }
 
@@ -59,13 +62,16 @@ class GhostSurface {
 
   private:
     Vec3d face_normal(std::int32_t triangle) const;
+    template <class NodeOf>
+    double update_some(const PbdBody& body, std::size_t count, const TaskArena& arena,
+                       const std::vector<Vec3d>& since, const NodeOf& node_of);
 
     std::vector<std::array<std::int32_t, 3>> m_triangles;
     std::vector<std::array<std::int32_t, 3>> m_neighbours;  ///< beyond each edge; −1: none
     std::vector<std::int32_t> m_ring_starts, m_rings;       ///< triangles at each node
     std::vector<bool> m_at_rim;                             ///< [node]
     std::vector<Ride> m_rides;
-    std::vector<Vec3d> m_places, m_in_grid;
+    std::vector<Vec3d> m_places, m_in_grid, m_marked;
     std::vector<double> m_moved;  ///< [piece of nodes], then since the grid was filled
     TriangleGrid m_grid;
     double m_margin;

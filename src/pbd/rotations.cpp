@@ -10,17 +10,6 @@ Rotation rotation_by(Vec3d vector) {
     const double s = angle < 1e-6 ? 0.5 - angle * angle / 48 : std::sin(0.5 * angle) / angle;
     return {std::cos(0.5 * angle), s * vector.x, s * vector.y, s * vector.z};
 }
-Rotation operator*(Rotation a, Rotation b) {
-    return {a.w * b.w - a.x * b.x - a.y * b.y - a.z * b.z,
-            a.w * b.x + a.x * b.w + a.y * b.z - a.z * b.y,
-            a.w * b.y - a.x * b.z + a.y * b.w + a.z * b.x,
-            a.w * b.z + a.x * b.y - a.y * b.x + a.z * b.w};
-}
-Vec3d rotated(Rotation q, Vec3d v) {
-    const Vec3d u{q.x, q.y, q.z};
-    const Vec3d t = 2.0 * cross(u, v);
-    return v + q.w * t + cross(u, t);
-}
 Vec3d rotation_vector(Rotation q) {
     Vec3d u{q.x, q.y, q.z};
     double w = q.w;

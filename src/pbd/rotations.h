@@ -42,14 +42,53 @@ inline Mat3d sandwich(const Mat3d& m, Vec3d d) {
     return m * transposed({{d.x * m.columns[0], d.y * m.columns[1], d.z * m.columns[2]}});
 }
 
+/// Squares of sines of half a turn up to which series are as exact as functions: turns of 0.2, as
+/// joints and steps make them [rad²].
+inline constexpr double kSmallTurn2 = 0.01;
+
+/// rotation_by, without functions where the turn is small.
+inline Rotation turn_by(Vec3d vector) {
+    const double h2 = 0.25 * dot(vector, vector);
+    if (h2 > kSmallTurn2) return rotation_by(vector);
+    const double s =
+        0.5 * (1 - h2 / 6 * (1 - h2 / 20 * (1 - h2 / 42 * (1 - h2 / 72 * (1 - h2 / 110)))));
+    const double w = 1 - h2 / 2 * (1 - h2 / 12 * (1 - h2 / 30 * (1 - h2 / 56 * (1 - h2 / 90))));
+    return {w, s * vector.x, s * vector.y, s * vector.z};
+}
+/// rotation_vector, likewise: 2 arcsin(s)/s. @pre of length 1
+inline Vec3d turn_of(Rotation q) {
+    const Vec3d u{q.x, q.y, q.z};
+    const double s2 = dot(u, u);
+    if (s2 > kSmallTurn2) return rotation_vector(q);
+    constexpr double k[] = {1.0,         1.0 / 6,     3.0 / 40,      5.0 / 112,
+                            35.0 / 1152, 63.0 / 2816, 231.0 / 13312, 143.0 / 10240};
+    double half = k[7];
+    for (int n = 6; n >= 0; --n) half = k[n] + s2 * half;
+    return std::copysign(2 * half, q.w) * u;
+}
+
+/// (1 − (a/2) cot(a/2))/a² of an angle's square.
+inline double log_curvature(double a2) {
+    const double x2 = 0.25 * a2;
+    if (x2 > kSmallTurn2) {
+        const double angle = std::sqrt(a2);
+        return 1 / a2 - (1 + std::cos(angle)) / (2 * angle * std::sin(angle));
+    }
+    constexpr double k[] = {1.0 / 12,    1.0 / 180,    1.0 / 1890,
+                            1.0 / 18900, 2.0 / 374220, 1382.0 / 2554051500};
+    double curvature = k[5];
+    for (int n = 4; n >= 0; --n) curvature = k[n] + x2 * curvature;
+    return curvature;
+}
 /// ∂ log(exp(δ) exp(r)) / ∂δ at δ = 0.
 inline Mat3d log_derivative(Vec3d r) {
-    const double angle = norm(r), a2 = angle * angle;
-    const double second = angle < 1e-2
-                              ? 1.0 / 12 + a2 / 720
-                              : 1 / a2 - (1 + std::cos(angle)) / (2 * angle * std::sin(angle));
     const Mat3d c = crossing(r);
-    return sum(sum(kIdentity3, scaled(-0.5, c)), scaled(second, c * c));
+    return sum(sum(kIdentity3, scaled(-0.5, c)), scaled(log_curvature(dot(r, r)), c * c));
+}
+/// The same, transposed, of v: v + ½ r × v + s r × (r × v).
+inline Vec3d log_transposed(Vec3d r, double curvature, Vec3d v) {
+    const Vec3d rv = cross(r, v);
+    return v + 0.5 * rv + curvature * cross(r, rv);
 }
 
 }  // namespace pliant::pbd

@@ -16,7 +16,8 @@
 namespace pliant::pbd {
 namespace {
 
-constexpr std::int64_t kGrain = 4096;  ///< particles that a thread takes at once
+constexpr std::int64_t kGrain = 4096;    ///< particles that a thread takes at once
+constexpr std::int64_t kPinGrain = 512;  ///< and attachments
 /// Vectors of four particles start at a cache line, wherever threads divide them.
 constexpr std::int64_t kLine = 4;
 /// Of a target's shift, in rest volumes: where held particles keep a volume from its target.
@@ -57,6 +58,8 @@ class SolverOf final : public Solver {
                 m_rest_volumes.push_back(rest_volume(parts, v));
         }
         m_forces.assign(parts.attachments.size(), Vec3d{0, 0, 0});
+        m_awake_attachments.reserve(parts.attachments.size());
+        m_pinned.reserve(parts.attachments.size());
         m_packs.emplace(parts, plan, m_numbers, settings.packs_anew);
     }
 
@@ -64,15 +67,13 @@ class SolverOf final : public Solver {
         if (m_has_woken) find_awake();
         for (const std::size_t held : m_set_held) m_v[held] = m_v[held + 1] = m_v[held + 2] = 0;
         m_set_held.clear();
-        copy_awake(arena, m_x, m_good_x);
-        copy_awake(arena, m_v, m_good_v);
         for (int n = 0; n < m_settings.sub_steps; ++n) {
             if (n == 0) move(arena, false);
             for (int i = 0; i < m_settings.iterations; ++i) {
                 const bool backward = m_settings.to_and_fro && i % 2 == 1;
-                if (backward) project_attachments(false);
+                if (backward) project_attachments(arena, false);
                 project(arena, i == 0, backward);
-                if (!backward) project_attachments(i == 0);
+                if (!backward) project_attachments(arena, i == 0);
             }
             if (!m_parts.planes.empty()) project_planes(arena);
             if (n + 1 < m_settings.sub_steps) move(arena, true);
@@ -187,7 +188,8 @@ class SolverOf final : public Solver {
         to[10] = s.e_compliance;
     }
 
-    /// The end of a sub-step, unless it is the first, and the beginning of the next.
+    /// The end of a sub-step and the beginning of the next; before the first one what there was is
+    /// kept.
     void move(const TaskArena& arena, bool ends_one) {
         const Vec3d g = m_h * m_settings.gravity;
         const MoveArrays<Real> arrays{m_x.data(),
@@ -198,6 +200,10 @@ class SolverOf final : public Solver {
                                       Real(1 - m_settings.damping * m_h),
                                       {Real(g.x), Real(g.y), Real(g.z), 0}};
         for_awake(arena, [&](std::int64_t begin, std::int64_t end) {
+            if (!ends_one) {
+                copy(m_x, m_good_x, begin, end);
+                copy(m_v, m_good_v, begin, end);
+            }
             m_kernels.move(arrays, begin, end);
         });
         for (const Load& load : m_loads)
@@ -224,8 +230,10 @@ class SolverOf final : public Solver {
             recover_volumes(arena);
             return Ok{};
         }
-        copy_awake(arena, m_good_x, m_x);
-        copy_awake(arena, m_good_v, m_v);
+        for_awake(arena, [&](std::int64_t begin, std::int64_t end) {
+            copy(m_good_x, m_x, begin, end);
+            copy(m_good_v, m_v, begin, end);
+        });
         return Error{ErrorCode::LimitExceeded,
                      "step: a place or velocity is no number any more; expected more sub-steps, "
                      "damping or compliance"};
@@ -273,6 +281,11 @@ class SolverOf final : public Solver {
     struct Range {
         std::int64_t begin, end;  ///< particles, multiples of kLine
     };
+    struct AwakeAttachment {
+        std::int32_t number;
+        bool is_pin;  ///< of one particle, which is at…
+        std::size_t at;
+    };
     /// body(begin, end) for the particles that may move, and some in between.
     template <class Body>
     void for_awake(const TaskArena& arena, const Body& body) {
@@ -283,11 +296,9 @@ class SolverOf final : public Solver {
                               m_awake_ranges[std::size_t(r)].end);
                  });
     }
-    void copy_awake(const TaskArena& arena, const AlignedVector<Real>& from,
-                    AlignedVector<Real>& to) {
-        for_awake(arena, [&](std::int64_t begin, std::int64_t end) {
-            std::copy(from.data() + 4 * begin, from.data() + 4 * end, to.data() + 4 * begin);
-        });
+    static void copy(const AlignedVector<Real>& from, AlignedVector<Real>& to, std::int64_t begin,
+                     std::int64_t end) {
+        std::copy(from.data() + 4 * begin, from.data() + 4 * end, to.data() + 4 * begin);
     }
     bool is_held(const PbdAttachment& attachment) const {
         for (std::size_t n = 0; n < 4; ++n)
@@ -318,6 +329,12 @@ class SolverOf final : public Solver {
                 const bool is_pin = w[0] == 1 && w[1] == 0 && w[2] == 0 && w[3] == 0;
                 m_awake_attachments.push_back({std::int32_t(a), is_pin, at(attachment.nodes[0])});
             }
+        m_pinned.clear();
+        for (const AwakeAttachment& awake : m_awake_attachments)
+            if (awake.is_pin) m_pinned.push_back(awake.at);
+        std::sort(m_pinned.begin(), m_pinned.end());
+        m_pins_only = m_pinned.size() == m_awake_attachments.size() &&
+                      std::adjacent_find(m_pinned.begin(), m_pinned.end()) == m_pinned.end();
     }
 
     void project(const TaskArena& arena, bool first, bool backward) {
@@ -362,37 +379,48 @@ class SolverOf final : public Solver {
         return c + (sum - 1) * m_origin;
     }
 
+    /// Pins of one particle each are the same in any order.
+    void project_attachments(const TaskArena& arena, bool first) {
+        const auto some = [&](std::int64_t begin, std::int64_t end) {
+            for (std::int64_t n = begin; n < end; ++n) {
+                const AwakeAttachment& awake = m_awake_attachments[std::size_t(n)];
+                if (first) m_forces[std::size_t(awake.number)] = {0, 0, 0};
+                awake.is_pin ? project_pin(awake) : project_attachment(awake);
+            }
+        };
+        const auto count = std::int64_t(m_awake_attachments.size());
+        m_pins_only ? for_each(arena, count, kPinGrain, some) : some(0, count);
+    }
     /// All three components have the same weight, so this is exact for each.
-    void project_attachments(bool first) {
-        for (const AwakeAttachment& awake : m_awake_attachments) {
-            const PbdAttachment& attachment = m_parts.attachments[std::size_t(awake.number)];
-            Vec3d& multiplier = m_forces[std::size_t(awake.number)];
-            if (first) multiplier = {0, 0, 0};
-            const double alpha = compliance_of(attachment);
-            if (awake.is_pin) {
-                Real* x = m_x.data() + awake.at;
-                const Vec3d off =
-                    m_origin - attachment.target + Vec3d{double(x[0]), double(x[1]), double(x[2])};
-                const Vec3d change = (-1 / (alpha + double(x[3]))) * (off + alpha * multiplier);
-                multiplier = multiplier + change;
-                for (int c = 0; c < 3; ++c) x[c] = Real(double(x[c]) + double(x[3]) * change[c]);
-                continue;
-            }
-            double weight = alpha;
-            for (std::size_t n = 0; n < 4; ++n) {
-                const double b = attachment.weights[n];
-                if (b != 0) weight += b * b * double(m_x[at(attachment.nodes[n]) + 3]);
-            }
-            if (!(weight > 0)) continue;
-            const Vec3d change = (-1 / weight) * (off_target(attachment) + alpha * multiplier);
-            multiplier = multiplier + change;
-            for (std::size_t n = 0; n < 4; ++n) {
-                const double b = attachment.weights[n];
-                if (b == 0) continue;
-                Real* x = m_x.data() + at(attachment.nodes[n]);
-                for (int axis = 0; axis < 3; ++axis)
-                    x[axis] = Real(double(x[axis]) + b * double(x[3]) * change[axis]);
-            }
+    void project_pin(const AwakeAttachment& awake) {
+        const PbdAttachment& attachment = m_parts.attachments[std::size_t(awake.number)];
+        Vec3d& multiplier = m_forces[std::size_t(awake.number)];
+        const double alpha = compliance_of(attachment);
+        Real* x = m_x.data() + awake.at;
+        const Vec3d off =
+            m_origin - attachment.target + Vec3d{double(x[0]), double(x[1]), double(x[2])};
+        const Vec3d change = (-1 / (alpha + double(x[3]))) * (off + alpha * multiplier);
+        multiplier = multiplier + change;
+        for (int c = 0; c < 3; ++c) x[c] = Real(double(x[c]) + double(x[3]) * change[c]);
+    }
+    void project_attachment(const AwakeAttachment& awake) {
+        const PbdAttachment& attachment = m_parts.attachments[std::size_t(awake.number)];
+        Vec3d& multiplier = m_forces[std::size_t(awake.number)];
+        const double alpha = compliance_of(attachment);
+        double weight = alpha;
+        for (std::size_t n = 0; n < 4; ++n) {
+            const double b = attachment.weights[n];
+            if (b != 0) weight += b * b * double(m_x[at(attachment.nodes[n]) + 3]);
+        }
+        if (!(weight > 0)) return;
+        const Vec3d change = (-1 / weight) * (off_target(attachment) + alpha * multiplier);
+        multiplier = multiplier + change;
+        for (std::size_t n = 0; n < 4; ++n) {
+            const double b = attachment.weights[n];
+            if (b == 0) continue;
+            Real* x = m_x.data() + at(attachment.nodes[n]);
+            for (int axis = 0; axis < 3; ++axis)
+                x[axis] = Real(double(x[axis]) + b * double(x[3]) * change[axis]);
         }
     }
 
@@ -439,12 +467,9 @@ class SolverOf final : public Solver {
     std::vector<double> m_rest_volumes, m_volume_shifts;  ///< [volume], where they recover
     std::optional<AwakePacks<Real>> m_packs;
     std::vector<Range> m_awake_ranges;
-    struct AwakeAttachment {
-        std::int32_t number;
-        bool is_pin;  ///< of one particle, which is at…
-        std::size_t at;
-    };
     std::vector<AwakeAttachment> m_awake_attachments;
+    bool m_pins_only = false;             ///< of these, each of another particle
+    std::vector<std::size_t> m_pinned;    ///< where those are
     std::vector<std::size_t> m_set_held;  ///< held particles that may have been given velocities
     bool m_has_woken = true;              ///< or has been put to rest: some particle
     std::vector<Load> m_loads;

@@ -82,30 +82,33 @@ void TriangleGrid::fill(std::span<const Vec3d> places,
     // A wall that moves fills a few more cubes later on.
     if (std::size_t(sum) > m_entries.capacity()) m_entries.reserve(std::size_t(sum) * 2);
     m_entries.resize(std::size_t(sum));
-    for (std::size_t t = triangles.size(); t-- > 0;)
-        for_each_cube(range_of(triangles[t]), [&](std::size_t cube) {
+    m_lows.resize(triangles.size());
+    for (std::size_t t = triangles.size(); t-- > 0;) {
+        const Range r = range_of(triangles[t]);
+        m_lows[t] = r.low;
+        for_each_cube(r, [&](std::size_t cube) {
             m_entries[std::size_t(--m_starts[cube])] = std::int32_t(t);
         });
-    if (m_seen.size() != triangles.size()) m_seen.assign(triangles.size(), m_question);
+    }
 }
 
-void TriangleGrid::near(Vec3d low, Vec3d high, std::vector<std::int32_t>& found) {
+void TriangleGrid::near(Vec3d low, Vec3d high, std::vector<std::int32_t>& found) const {
     found.clear();
-    if (++m_question == 0) {
-        std::fill(m_seen.begin(), m_seen.end(), 0u);
-        m_question = 1;
-    }
     const Range r = cubes_of(low, high);
+    // A triangle is taken in the first cube that it and the box have in common.
+    const auto is_first = [](int cube, int of_triangle, int of_box) {
+        return cube == std::max(of_triangle, of_box);
+    };
     for (int k = r.low.z; k <= r.high.z; ++k)
         for (int j = r.low.y; j <= r.high.y; ++j)
             for (int i = r.low.x; i <= r.high.x; ++i) {
                 const std::size_t cube = index_of(i, j, k);
                 for (auto e = std::size_t(m_starts[cube]); e < std::size_t(m_starts[cube + 1]);
                      ++e) {
-                    const std::int32_t t = m_entries[e];
-                    if (m_seen[std::size_t(t)] == m_question) continue;
-                    m_seen[std::size_t(t)] = m_question;
-                    found.push_back(t);
+                    const Vec3i first = m_lows[std::size_t(m_entries[e])];
+                    if (is_first(i, first.x, r.low.x) && is_first(j, first.y, r.low.y) &&
+                        is_first(k, first.z, r.low.z))
+                        found.push_back(m_entries[e]);
                 }
             }
     std::sort(found.begin(), found.end());

@@ -23,7 +23,7 @@ class TriangleGrid {
 
     /// All triangles that meet the box, and some others, in rising order.
     /// @param[out] found  is cleared first
-    void near(Vec3d low, Vec3d high, std::vector<std::int32_t>& found);
+    void near(Vec3d low, Vec3d high, std::vector<std::int32_t>& found) const;
 
   private:
     struct Range {
@@ -40,8 +40,7 @@ class TriangleGrid {
     Vec3i m_size{0, 0, 0};
     std::vector<std::int32_t> m_starts;   ///< [cube], and one more
     std::vector<std::int32_t> m_entries;  ///< triangles, cube by cube
-    std::vector<std::uint32_t> m_seen;    ///< [triangle]: the last question that found it
-    std::uint32_t m_question = 0;
+    std::vector<Vec3i> m_lows;            ///< [triangle]: the first of its cubes
 };
 
 }  // namespace pliant::pbd

@@ -12,27 +12,21 @@
 #include <cstdio>
 #include <numbers>
 
-#include "mesh/triangle_distance.h"
+#include "support/inside.h"
 #include "support/made.h"
-#include "support/random.h"
 
 namespace pliant::test {
 namespace {
 
 using std::numbers::pi;
 
-/// Straight, a third of a circle of radius 25, straight again; inner radius 4.
 std::vector<CentrePoint> bent_way() {
-    std::vector<CentrePoint> way;
-    for (double z = 0; z < 30; z += 2) way.push_back({{0, 0, z}, 4});
-    const double bend = 2 * pi / 3;
-    for (int n = 0; n <= 24; ++n) {
-        const double angle = bend * n / 24;
-        way.push_back({{25 * (1 - std::cos(angle)), 0, 30 + 25 * std::sin(angle)}, 4});
-    }
-    const Vec3d last = way.back().place_mm, ahead{std::sin(bend), 0, std::cos(bend)};
-    for (double s = 2; s < 24; s += 2) way.push_back({last + s * ahead, 4});
-    return way;
+    return test::bent_way({.inner_mm = 4,
+                           .from_mm = 0,
+                           .to_mm = 30,
+                           .radius_mm = 25,
+                           .angle_rad = 2 * pi / 3,
+                           .last_mm = 24});
 }
 std::vector<Vec3d> places_of(const std::vector<CentrePoint>& way) {
     std::vector<Vec3d> places;
@@ -50,24 +44,6 @@ CatheterSettings settings(double stiff = 20) {
     s.catheter.bend_n_mm2 = stiff;
     s.entry = {{0, 0, 4}, {0, 0, 1}, 5};
     return s;
-}
-
-/// How far a place is from the ghost surface, by all of its triangles; below 0: beyond it.
-double inside_by(Vec3d p, const std::vector<Vec3d>& ghost, const TriangleMesh& at_rest) {
-    double least = 1e9, side = 0;
-    for (const auto& t : at_rest.cells) {
-        const Vec3d a = ghost[std::size_t(t[0])], b = ghost[std::size_t(t[1])],
-                    c = ghost[std::size_t(t[2])];
-        const Vec3d d = p - mesh::nearest_on_triangle(p, a, b, c).place;
-        const double height = dot(d, normalized(cross(b - a, c - a)));
-        if (norm(d) < least - 1e-9) {
-            least = norm(d);
-            side = height;
-        } else if (norm(d) < least + 1e-9 && std::abs(height) > std::abs(side)) {
-            side = height;
-        }
-    }
-    return side < 0 ? -least : least;
 }
 
 /// How far the wire's surface is beyond the ghost at most: all triangles for many points of it that
@@ -309,6 +285,27 @@ TEST(CatheterScene, GoesOnFromAState) {
         EXPECT_FALSE(scene.restore(wrong, arena).ok());
         EXPECT_FALSE(scene.restore({}, arena).ok());
         EXPECT_EQ(scene.state(), start);
+    }
+}
+
+// A state put back makes it look for the wall anew: in every step, or only where it has to.
+TEST(CatheterScene, IsTheSameHoweverLongAgoItLookedForTheWall) {
+    const VesselWall wall = bent_tube();
+    const TaskArena arena(1);
+    for (const bool body : {false, true}) {
+        const CatheterSettings s = body ? of_tetrahedra(100) : settings(100);
+        CatheterScene scene = made(CatheterScene::create(wall, s)),
+                      other = made(CatheterScene::create(wall, s));
+        for (int n = 0; n < 500; ++n) {
+            const double speed = n < 300 ? 250 : n < 400 ? 15 : -120;
+            for (CatheterScene* at : {&scene, &other}) {
+                ASSERT_TRUE(at->command({.insert_mm_s = speed}).ok());
+                ASSERT_TRUE(at->step(1, arena).ok());
+            }
+            ASSERT_TRUE(other.restore(other.state(), arena).ok());
+            ASSERT_EQ(scene.hash(), other.hash()) << "step " << n;
+        }
+        EXPECT_GT(scene.measures().wall_moved_mm, 0.01);
     }
 }
 

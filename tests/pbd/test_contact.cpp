@@ -16,6 +16,7 @@
 #include "pbd/segment_triangle.h"
 #include "pbd/triangle_grid.h"
 #include "support/count_allocations.h"
+#include "support/inside.h"
 #include "support/made.h"
 #include "support/random.h"
 
@@ -97,16 +98,14 @@ TEST(TriangleGrid, FindsAllThatBruteForceFinds) {
 
 constexpr double kStep = 2e-4;
 
-/// A tube of radius 3: straight, then a quarter of a circle of radius 30, then straight again.
 VesselWall bent_tube() {
-    std::vector<CentrePoint> branch;
-    for (double z = -4; z < 62; z += 2) branch.push_back({{0, 0, z}, 3});
-    for (int n = 0; n <= 24; ++n) {
-        const double angle = pi / 2 * n / 24;
-        branch.push_back({{30 * (1 - std::cos(angle)), 0, 62 + 30 * std::sin(angle)}, 3});
-    }
-    for (double x = 32; x < 60; x += 2) branch.push_back({{x, 0, 92}, 3});
-    return made(swept_tube(branch, {.thickness_mm = 1, .layers = 2, .sectors = 16}));
+    const auto way = bent_way({.inner_mm = 3,
+                               .from_mm = -4,
+                               .to_mm = 62,
+                               .radius_mm = 30,
+                               .angle_rad = pi / 2,
+                               .last_mm = 30});
+    return made(swept_tube(way, {.thickness_mm = 1, .layers = 2, .sectors = 16}));
 }
 
 PbdBody body_of(const VesselWall& wall, double young_modulus, double step = kStep) {
@@ -153,20 +152,7 @@ double deepest(const Rod& rod, const VesselWall& wall, const PbdBody& body, doub
     for (int s = 0; s < rod.settings().segments; ++s)
         for (int k = 0; k <= 8; ++k) {
             const Vec3d x = (1 - k / 8.0) * rod.position(s) + (k / 8.0) * rod.position(s + 1);
-            double least = 1e9, side = 0;
-            for (const auto& t : wall.ghost.cells) {
-                const Vec3d a = places[std::size_t(t[0])], b = places[std::size_t(t[1])],
-                            c = places[std::size_t(t[2])];
-                const Vec3d d = x - mesh::nearest_on_triangle(x, a, b, c).place;
-                const double height = dot(d, normalized(cross(b - a, c - a)));
-                if (norm(d) < least - 1e-9) {
-                    least = norm(d);
-                    side = height;
-                } else if (norm(d) < least + 1e-9 && std::abs(height) > std::abs(side)) {
-                    side = height;
-                }
-            }
-            most = std::max(most, radius - (side < 0 ? -least : least));
+            most = std::max(most, radius - inside_by(x, places, wall.ghost));
         }
     return most;
 }

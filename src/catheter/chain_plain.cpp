@@ -1,0 +1,32 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// chain_solve.inc with one number at a time.
+
+#include "catheter/chain.h"
+
+namespace pliant::catheter {
+namespace {
+
+#include "catheter/chain_solve.inc"
+
+struct PlainChainOps {
+    static constexpr int kLanes = 1;
+
+    static double load(const double* from) { return *from; }
+    static void store(double v, double* to) { *to = v; }
+    static double set(double v) { return v; }
+    static double sub(double a, double b) { return a - b; }
+    static double mul(double a, double b) { return a * b; }
+};
+
+}  // namespace
+
+template <std::size_t kSize>
+void solve_chain_plain(ChainBlock<kSize>* diagonal, ChainBlock<kSize>* upper, std::size_t count) {
+    solve_chain_of<PlainChainOps>(diagonal, upper, count);
+}
+template void solve_chain_plain(ChainBlock<6>*, ChainBlock<6>*, std::size_t);
+template void solve_chain_plain(ChainBlock<12>*, ChainBlock<12>*, std::size_t);
+
+}  // namespace pliant::catheter
