@@ -187,7 +187,15 @@ struct Work {
     CellRows rows;
     Waiting waiting;
     Solved solved;
+    unsigned found = 0;  ///< bit: lane of those that are solved, and not written yet
 };
+
+/// Writes what the last call of solve found. How many those are, nobody foresees; now that they
+/// have been known for a while, a wrong guess of the processor's is soon put right.
+HWY_INLINE void write_last(Work& work) {
+    write_solved(work.solved, work.found, work.to, work.target);
+    work.found = 0;
+}
 
 /// @param first  of the items that were solved. @param found, edges  bit: lane
 HWY_NOINLINE void claim(Work& work, int first, unsigned found, unsigned edges) {
@@ -215,13 +223,14 @@ HWY_NOINLINE void leave_unsettled(Work& work, int first, unsigned lanes) {
     }
 }
 
-/// Solves and writes the first `count` voxels of those from `first` on, at most a vector of them.
-/// Their cells are in the two groups before the latest.
+/// Solves the first `count` voxels of those from `first` on, at most a vector of them. Their cells
+/// are in the two groups before the latest.
 HWY_INLINE void solve(int first, int count, Work& work) {
     const D d;
     const DI di;
     const CellRows& rows = work.rows;
     const StripTarget& to = work.to;
+    write_last(work);
     M active = hn::FirstN(d, std::size_t(count));
     const unsigned last = (work.group - 1) % kKeptGroups, other = (work.group - 2) % kKeptGroups;
     const auto fill = hn::Set(di, std::int32_t(kCellGroup * last));
@@ -268,7 +277,7 @@ HWY_INLINE void solve(int first, int count, Work& work) {
         claim(work, first, bits_of(later), bits_of(edges));
         found = hn::AndNot(later, found);
     }
-    write_solved(work.solved, bits_of(found), to, work.target);
+    work.found = bits_of(found);
 }
 
 /// Solves voxels of the two groups before the latest: all that fill kCellGroup lanes, whatever the
@@ -282,8 +291,10 @@ HWY_INLINE void solve_waiting(Work& work) {
             solve(waiting.begin + lane, std::min(count - lane, kLanes), work);
         waiting.begin += count;
     }
-    // Another group may need room for all its candidates.
-    if (waiting.end > Waiting::kCapacity - kCellGroup * kMaxCandidates) {
+    // Another group may need room for all its candidates, but mostly the beginning is enough, which
+    // stays in the first cache.
+    if (waiting.begin > Waiting::kFew ||
+        waiting.end > Waiting::kCapacity - kCellGroup * kMaxCandidates) {
         std::copy(waiting.item + waiting.begin, waiting.item + waiting.end, waiting.item);
         waiting.last -= waiting.begin;
         waiting.end -= waiting.begin;
@@ -335,7 +346,7 @@ HWY_INLINE void look_into_group(Vec3i place, unsigned use, Work& work) {
         const auto is_beyond = [&](float bend) HWY_ATTR {
             return !hn::AllFalse(d, hn::And(ready, hn::Ge(cells[part].most, hn::Set(d, bend))));
         };
-        is_bent |= is_beyond(kBends[kFlatSteps]);
+        is_bent |= is_beyond(kCloserLook);
         is_very_bent |= is_beyond(kMostBent);
         const M simple = hn::And(ready, hn::Lt(cells[part].most, hn::Set(d, kMostBent)));
         const M doubtful = hn::AndNot(simple, used);
@@ -365,18 +376,23 @@ HWY_INLINE void look_into_group(Vec3i place, unsigned use, Work& work) {
 }
 
 void write_strip(const StripNodes& strip, const CellTarget& target, CellFaces faces,
-                 Leftovers& left) {
+                 Leftovers& left, Ahead& ahead) {
     Work work(strip, target, target_of(strip, target, faces), left);
-    const std::span<const RowBits> use = strip.use();
-    for (std::size_t r = 0; r < use.size(); ++r)
-        for (int x = 0; x < strip.cells(); x += kCellGroup) {
-            const auto group = unsigned(use[r] >> x & 0xffff);
-            if (!group) continue;
-            look_into_group({x, int(r) % strip.size(), int(r) / strip.size()}, group, work);
-            solve_waiting(work);
-            ++work.group;
-        }
+    const RowBits* use = strip.use().data();
+    const std::size_t groups = strip.use().size() * std::size_t(strip.cells()) / kCellGroup;
+    const std::size_t lines = ahead.left() / groups + 1;
+    for (int z = 0; z < strip.size(); ++z)
+        for (int y = 0; y < strip.size(); ++y, ++use)
+            for (int x = 0; x < strip.cells(); x += kCellGroup) {
+                ahead.fetch(lines);
+                const auto group = unsigned(*use >> x & 0xffff);
+                if (!group) continue;
+                look_into_group({x, y, z}, group, work);
+                solve_waiting(work);
+                ++work.group;
+            }
     for (int rest = 0; rest < 2; ++rest, ++work.group) solve_waiting(work);
+    write_last(work);
 }
 
 /// Least and greatest place of some cells along an axis, from the strip's origin on.
@@ -464,24 +480,28 @@ void convert_bricks(std::span<const Fixed* const> from, std::span<const NodeRow>
     }
 }
 
-void find_moved_rows(const std::array<Fixed*, 3>& u, int size, RowBits* HWY_RESTRICT rows) {
+/// Bit x: the element is not zero. @param size  elements
+HWY_INLINE RowBits moved_in_row(const Fixed* HWY_RESTRICT u, int size) {
     const hn::CappedTag<Fixed, 8> d;
     constexpr auto kLanes = int(hn::MaxLanes(d));
+    RowBits bits = 0;
+    int x = 0;
+    for (; x + kLanes <= size; x += kLanes) {
+        std::uint8_t mask[8] = {};
+        hn::StoreMaskBits(d, hn::Ne(hn::LoadU(d, u + x), hn::Zero(d)), mask);
+        bits |= RowBits(mask[0]) << x;
+    }
+    for (; x < size; ++x) bits |= RowBits(u[x] != 0) << x;
+    return bits;
+}
+
+void find_moved_rows(const std::array<const Fixed*, 3>& u, int size, RowBits* HWY_RESTRICT rows) {
+    const RowBits all = (RowBits(1) << size) - 1;
     const int count = size * size;
     for (int r = 0, at = 0; r < count; ++r, at += size) {
-        RowBits bits = 0;
-        int x = 0;
-        for (; x + kLanes <= size; x += kLanes) {
-            const auto any =
-                hn::Or(hn::Or(hn::LoadU(d, u[0] + at + x), hn::LoadU(d, u[1] + at + x)),
-                       hn::LoadU(d, u[2] + at + x));
-            std::uint8_t mask[8] = {};
-            hn::StoreMaskBits(d, hn::Ne(any, hn::Zero(d)), mask);
-            bits |= RowBits(mask[0]) << x;
-        }
-        for (; x < size; ++x)
-            bits |= RowBits((u[0][at + x] | u[1][at + x] | u[2][at + x]) != 0) << x;
-        rows[r] = bits;
+        rows[r] = moved_in_row(u[0] + at, size);
+        if (rows[r] != all)
+            rows[r] |= moved_in_row(u[1] + at, size) | moved_in_row(u[2] + at, size);
     }
 }
 
@@ -519,8 +539,8 @@ HWY_EXPORT(find_moved_rows);
 }  // namespace
 
 void write_cells(const StripNodes& strip, const CellTarget& target, CellFaces faces,
-                 Leftovers& left) {
-    HWY_DYNAMIC_DISPATCH(write_strip)(strip, target, faces, left);
+                 Leftovers& left, Ahead& ahead) {
+    HWY_DYNAMIC_DISPATCH(write_strip)(strip, target, faces, left, ahead);
 }
 
 void write_claim(const Claim& claim, const CellTarget& target) {
@@ -543,7 +563,7 @@ void convert_displacements(std::span<const Fixed* const> from, std::span<const N
     HWY_DYNAMIC_DISPATCH(convert_bricks)(from, rows, brick_size, base, scale, shift, to);
 }
 
-void find_moved(const std::array<Fixed*, 3>& u, int brick_size, RowBits* rows) {
+void find_moved(const std::array<const Fixed*, 3>& u, int brick_size, RowBits* rows) {
     HWY_DYNAMIC_DISPATCH(find_moved_rows)(u, brick_size, rows);
 }
 
