@@ -66,8 +66,14 @@ HWY_INLINE M is_held(const Vec& s) {
     return hn::Ge(largest_size(s), hn::Set(D(), kNewtonReach));
 }
 
-/// @param s  of the other lanes. @param[in,out] moving  joined by lanes that did not settle
-HWY_NOINLINE Vec settle_by_newton(const Bending& g, const Vec& s1, Vec s, M lanes, M& moving) {
+struct Settled {
+    Vec s;
+    M moving;  ///< lanes that did not settle
+};
+
+/// By value, or all that is rarely needed here would always have to be in memory.
+/// @param s  of the other lanes
+HWY_NOINLINE Settled settle_by_newton(Bending g, Vec s1, Vec s, M lanes) {
     const D d;
     const auto start = [&](V x)
                            HWY_ATTR { return hn::Min(hn::Max(x, hn::Set(d, -1)), hn::Set(d, 1)); };
@@ -80,25 +86,22 @@ HWY_NOINLINE Vec settle_by_newton(const Bending& g, const Vec& s1, Vec s, M lane
         if (step >= kNewtonSteps / 2)
             lanes = hn::AndNot(hn::And(is_held(before), is_held(s)), lanes);
     }
-    moving = hn::Or(moving, lanes);
-    return s;
+    return {s, lanes};
 }
 
 /// Solves s + G(s) = s₁ with as many steps as the cells' bends ask for.
-/// @param[out] moving  lanes that did not settle
-HWY_INLINE Vec settle(const RowsAt& at, const Vec& s1, M active, M& moving) {
+HWY_INLINE Settled settle(const RowsAt& at, const Vec& s1, M active) {
     const D d;
     const V bend = at(kRowBend);
     const M bent = hn::And(active, hn::Gt(bend, hn::Set(d, kBends[0])));
-    moving = bent;
-    if (hn::AllFalse(d, bent)) return s1;
+    if (hn::AllFalse(d, bent)) return {s1, bent};
     const Bending g{at.vec(kRowG), at.vec(kRowG + 3), at.vec(kRowG + 6), at.vec(kRowG + 9)};
     Vec s = s1;
     for (std::size_t step = 0; step < kFlatSteps; ++step) s = next_step(g, s1, s);
     // Settled lanes stay as they are, or they would depend on their neighbours.
     s = if_then_else(bent, s, s1);
     const M very = hn::And(active, hn::Ge(bend, hn::Set(d, kMostBent)));
-    moving = hn::AndNot(very, hn::And(active, hn::Gt(bend, hn::Set(d, kBends[kFlatSteps]))));
+    M moving = hn::AndNot(very, hn::And(active, hn::Gt(bend, hn::Set(d, kBends[kFlatSteps]))));
     for (std::size_t step = kFlatSteps + 1; step < kMaxSteps; ++step) {
         if (hn::AllFalse(d, moving)) break;
         const Vec next = next_step(g, s1, s), before = s;
@@ -109,7 +112,9 @@ HWY_INLINE Vec settle(const RowsAt& at, const Vec& s1, M active, M& moving) {
             moving = hn::And(moving, has_moved(before, s));
         }
     }
-    return HWY_UNLIKELY(!hn::AllFalse(d, very)) ? settle_by_newton(g, s1, s, very, moving) : s;
+    if (HWY_LIKELY(hn::AllFalse(d, very))) return {s, moving};
+    const Settled strongly = settle_by_newton(g, s1, s, very);
+    return {strongly.s, hn::Or(moving, strongly.moving)};
 }
 
 HWY_INLINE V lerp(V a, V b, V t) {
@@ -247,17 +252,17 @@ HWY_INLINE void solve(int first, int count, Work& work) {
         steps.x, at.vec(kRowJ),
         mul_add(steps.y, at.vec(kRowJ + 3), mul_add(steps.z, at.vec(kRowJ + 6), at.vec(kRowS))));
     if (!to.is_inside) active = hn::AndNot(outside(sum(at.vec(kRowPlace), steps), to), active);
-    M unsettled;
-    const Vec s = settle(at, s1, active, unsettled);
+    const Settled settled = settle(at, s1, active);
+    const Vec s = settled.s;
     const V least = hn::Min(hn::Min(s.x, s.y), s.z);
     M found = hn::And(active, hn::And(hn::Ge(least, hn::Set(d, -1 - kLowSlack)),
                                       hn::Le(largest(s), hn::Set(d, 1 - to.high_slack))));
     hn::Store(hn::Add(hn::Add(at.voxel(), i),
                       hn::Add(hn::Mul(j, hn::Set(di, to.row)), hn::Mul(k, hn::Set(di, to.slice)))),
               di, work.solved.voxel);
-    if (HWY_UNLIKELY(!hn::AllFalse(d, unsettled))) {
-        leave_unsettled(work, first, bits_of(unsettled));
-        found = hn::AndNot(unsettled, found);
+    if (HWY_UNLIKELY(!hn::AllFalse(d, settled.moving))) {
+        leave_unsettled(work, first, bits_of(settled.moving));
+        found = hn::AndNot(settled.moving, found);
     }
     const Vec t{unit_interval(s.x), unit_interval(s.y), unit_interval(s.z)};
     const V value = value_at(at, t);
@@ -465,19 +470,32 @@ HWY_INLINE void convert_row(const Fixed* HWY_RESTRICT from, int size, Fixed base
     for (; x < size; ++x) to[x] = float(from[x] - base) * scale + shift;
 }
 
-void convert_bricks(std::span<const Fixed* const> from, std::span<const NodeRow> rows, int size,
-                    Fixed base, float scale, float shift, float* to) {
-    const std::size_t along_x = from.size() / 4, last = along_x - 1;
+/// @param kSize  of bricks, if the compiler may know it; else 0
+template <int kSize>
+HWY_INLINE void convert_rows(std::span<const Fixed* const> from, std::span<const NodeRow> rows,
+                             int any_size, Fixed base, float scale, float shift, float* to) {
+    const int size = kSize ? kSize : any_size;
+    const std::size_t along_x =
+        kSize ? std::size_t(StripLayout(kSize).bricks) + 1 : from.size() / 4;
+    const std::size_t last = along_x - 1;
     const int row_size = int(last) * size + 1;
     for (const NodeRow row : rows) {
         const bool hy = row.y == size, hz = row.z == size;
-        const auto bricks = from.subspan(along_x * (std::size_t(hy) + 2 * std::size_t(hz)));
+        const Fixed* const* bricks = &from[along_x * (std::size_t(hy) + 2 * std::size_t(hz))];
         const int at = size * ((hy ? 0 : row.y) + size * (hz ? 0 : row.z));
         float* HWY_RESTRICT row_to = to + row_size * (row.y + (size + 1) * row.z);
         for (std::size_t b = 0; b < last; ++b, row_to += size)
             convert_row(bricks[b] + at, size, base, scale, shift, row_to);
         *row_to = float(bricks[last][at] - base) * scale + shift;
     }
+}
+
+void convert_bricks(std::span<const Fixed* const> from, std::span<const NodeRow> rows, int size,
+                    Fixed base, float scale, float shift, float* to) {
+    if (size == 8)  // the usual case
+        convert_rows<8>(from, rows, size, base, scale, shift, to);
+    else
+        convert_rows<0>(from, rows, size, base, scale, shift, to);
 }
 
 /// Bit x: the element is not zero. @param size  elements
