@@ -66,8 +66,14 @@ HWY_INLINE M is_held(const Vec& s) {
     return hn::Ge(largest_size(s), hn::Set(D(), kNewtonReach));
 }
 
-/// @param s  of the other lanes. @param[in,out] moving  joined by lanes that did not settle
-HWY_NOINLINE Vec settle_by_newton(const Bending& g, const Vec& s1, Vec s, M lanes, M& moving) {
+struct Settled {
+    Vec s;
+    M moving;  ///< lanes that did not settle
+};
+
+/// By value, or all that is rarely needed here would always have to be in memory.
+/// @param s  of the other lanes
+HWY_NOINLINE Settled settle_by_newton(Bending g, Vec s1, Vec s, M lanes) {
     const D d;
     const auto start = [&](V x)
                            HWY_ATTR { return hn::Min(hn::Max(x, hn::Set(d, -1)), hn::Set(d, 1)); };
@@ -80,25 +86,22 @@ HWY_NOINLINE Vec settle_by_newton(const Bending& g, const Vec& s1, Vec s, M lane
         if (step >= kNewtonSteps / 2)
             lanes = hn::AndNot(hn::And(is_held(before), is_held(s)), lanes);
     }
-    moving = hn::Or(moving, lanes);
-    return s;
+    return {s, lanes};
 }
 
 /// Solves s + G(s) = s₁ with as many steps as the cells' bends ask for.
-/// @param[out] moving  lanes that did not settle
-HWY_INLINE Vec settle(const RowsAt& at, const Vec& s1, M active, M& moving) {
+HWY_INLINE Settled settle(const RowsAt& at, const Vec& s1, M active) {
     const D d;
     const V bend = at(kRowBend);
     const M bent = hn::And(active, hn::Gt(bend, hn::Set(d, kBends[0])));
-    moving = bent;
-    if (hn::AllFalse(d, bent)) return s1;
+    if (hn::AllFalse(d, bent)) return {s1, bent};
     const Bending g{at.vec(kRowG), at.vec(kRowG + 3), at.vec(kRowG + 6), at.vec(kRowG + 9)};
     Vec s = s1;
     for (std::size_t step = 0; step < kFlatSteps; ++step) s = next_step(g, s1, s);
     // Settled lanes stay as they are, or they would depend on their neighbours.
     s = if_then_else(bent, s, s1);
     const M very = hn::And(active, hn::Ge(bend, hn::Set(d, kMostBent)));
-    moving = hn::AndNot(very, hn::And(active, hn::Gt(bend, hn::Set(d, kBends[kFlatSteps]))));
+    M moving = hn::AndNot(very, hn::And(active, hn::Gt(bend, hn::Set(d, kBends[kFlatSteps]))));
     for (std::size_t step = kFlatSteps + 1; step < kMaxSteps; ++step) {
         if (hn::AllFalse(d, moving)) break;
         const Vec next = next_step(g, s1, s), before = s;
@@ -109,7 +112,9 @@ HWY_INLINE Vec settle(const RowsAt& at, const Vec& s1, M active, M& moving) {
             moving = hn::And(moving, has_moved(before, s));
         }
     }
-    return HWY_UNLIKELY(!hn::AllFalse(d, very)) ? settle_by_newton(g, s1, s, very, moving) : s;
+    if (HWY_LIKELY(hn::AllFalse(d, very))) return {s, moving};
+    const Settled strongly = settle_by_newton(g, s1, s, very);
+    return {strongly.s, hn::Or(moving, strongly.moving)};
 }
 
 HWY_INLINE V lerp(V a, V b, V t) {
@@ -187,7 +192,15 @@ struct Work {
     CellRows rows;
     Waiting waiting;
     Solved solved;
+    unsigned found = 0;  ///< bit: lane of those that are solved, and not written yet
 };
+
+/// Writes what the last call of solve found. How many those are, nobody foresees; now that they
+/// have been known for a while, a wrong guess of the processor's is soon put right.
+HWY_INLINE void write_last(Work& work) {
+    write_solved(work.solved, work.found, work.to, work.target);
+    work.found = 0;
+}
 
 /// @param first  of the items that were solved. @param found, edges  bit: lane
 HWY_NOINLINE void claim(Work& work, int first, unsigned found, unsigned edges) {
@@ -215,13 +228,14 @@ HWY_NOINLINE void leave_unsettled(Work& work, int first, unsigned lanes) {
     }
 }
 
-/// Solves and writes the first `count` voxels of those from `first` on, at most a vector of them.
-/// Their cells are in the two groups before the latest.
+/// Solves the first `count` voxels of those from `first` on, at most a vector of them. Their cells
+/// are in the two groups before the latest.
 HWY_INLINE void solve(int first, int count, Work& work) {
     const D d;
     const DI di;
     const CellRows& rows = work.rows;
     const StripTarget& to = work.to;
+    write_last(work);
     M active = hn::FirstN(d, std::size_t(count));
     const unsigned last = (work.group - 1) % kKeptGroups, other = (work.group - 2) % kKeptGroups;
     const auto fill = hn::Set(di, std::int32_t(kCellGroup * last));
@@ -238,17 +252,17 @@ HWY_INLINE void solve(int first, int count, Work& work) {
         steps.x, at.vec(kRowJ),
         mul_add(steps.y, at.vec(kRowJ + 3), mul_add(steps.z, at.vec(kRowJ + 6), at.vec(kRowS))));
     if (!to.is_inside) active = hn::AndNot(outside(sum(at.vec(kRowPlace), steps), to), active);
-    M unsettled;
-    const Vec s = settle(at, s1, active, unsettled);
+    const Settled settled = settle(at, s1, active);
+    const Vec s = settled.s;
     const V least = hn::Min(hn::Min(s.x, s.y), s.z);
     M found = hn::And(active, hn::And(hn::Ge(least, hn::Set(d, -1 - kLowSlack)),
                                       hn::Le(largest(s), hn::Set(d, 1 - to.high_slack))));
     hn::Store(hn::Add(hn::Add(at.voxel(), i),
                       hn::Add(hn::Mul(j, hn::Set(di, to.row)), hn::Mul(k, hn::Set(di, to.slice)))),
               di, work.solved.voxel);
-    if (HWY_UNLIKELY(!hn::AllFalse(d, unsettled))) {
-        leave_unsettled(work, first, bits_of(unsettled));
-        found = hn::AndNot(unsettled, found);
+    if (HWY_UNLIKELY(!hn::AllFalse(d, settled.moving))) {
+        leave_unsettled(work, first, bits_of(settled.moving));
+        found = hn::AndNot(settled.moving, found);
     }
     const Vec t{unit_interval(s.x), unit_interval(s.y), unit_interval(s.z)};
     const V value = value_at(at, t);
@@ -268,7 +282,7 @@ HWY_INLINE void solve(int first, int count, Work& work) {
         claim(work, first, bits_of(later), bits_of(edges));
         found = hn::AndNot(later, found);
     }
-    write_solved(work.solved, bits_of(found), to, work.target);
+    work.found = bits_of(found);
 }
 
 /// Solves voxels of the two groups before the latest: all that fill kCellGroup lanes, whatever the
@@ -282,8 +296,10 @@ HWY_INLINE void solve_waiting(Work& work) {
             solve(waiting.begin + lane, std::min(count - lane, kLanes), work);
         waiting.begin += count;
     }
-    // Another group may need room for all its candidates.
-    if (waiting.end > Waiting::kCapacity - kCellGroup * kMaxCandidates) {
+    // Another group may need room for all its candidates, but mostly the beginning is enough, which
+    // stays in the first cache.
+    if (waiting.begin > Waiting::kFew ||
+        waiting.end > Waiting::kCapacity - kCellGroup * kMaxCandidates) {
         std::copy(waiting.item + waiting.begin, waiting.item + waiting.end, waiting.item);
         waiting.last -= waiting.begin;
         waiting.end -= waiting.begin;
@@ -335,7 +351,7 @@ HWY_INLINE void look_into_group(Vec3i place, unsigned use, Work& work) {
         const auto is_beyond = [&](float bend) HWY_ATTR {
             return !hn::AllFalse(d, hn::And(ready, hn::Ge(cells[part].most, hn::Set(d, bend))));
         };
-        is_bent |= is_beyond(kBends[kFlatSteps]);
+        is_bent |= is_beyond(kCloserLook);
         is_very_bent |= is_beyond(kMostBent);
         const M simple = hn::And(ready, hn::Lt(cells[part].most, hn::Set(d, kMostBent)));
         const M doubtful = hn::AndNot(simple, used);
@@ -365,18 +381,23 @@ HWY_INLINE void look_into_group(Vec3i place, unsigned use, Work& work) {
 }
 
 void write_strip(const StripNodes& strip, const CellTarget& target, CellFaces faces,
-                 Leftovers& left) {
+                 Leftovers& left, Ahead& ahead) {
     Work work(strip, target, target_of(strip, target, faces), left);
-    const std::span<const RowBits> use = strip.use();
-    for (std::size_t r = 0; r < use.size(); ++r)
-        for (int x = 0; x < strip.cells(); x += kCellGroup) {
-            const auto group = unsigned(use[r] >> x & 0xffff);
-            if (!group) continue;
-            look_into_group({x, int(r) % strip.size(), int(r) / strip.size()}, group, work);
-            solve_waiting(work);
-            ++work.group;
-        }
+    const RowBits* use = strip.use().data();
+    const std::size_t groups = strip.use().size() * std::size_t(strip.cells()) / kCellGroup;
+    const std::size_t lines = ahead.left() / groups + 1;
+    for (int z = 0; z < strip.size(); ++z)
+        for (int y = 0; y < strip.size(); ++y, ++use)
+            for (int x = 0; x < strip.cells(); x += kCellGroup) {
+                ahead.fetch(lines);
+                const auto group = unsigned(*use >> x & 0xffff);
+                if (!group) continue;
+                look_into_group({x, y, z}, group, work);
+                solve_waiting(work);
+                ++work.group;
+            }
     for (int rest = 0; rest < 2; ++rest, ++work.group) solve_waiting(work);
+    write_last(work);
 }
 
 /// Least and greatest place of some cells along an axis, from the strip's origin on.
@@ -449,13 +470,18 @@ HWY_INLINE void convert_row(const Fixed* HWY_RESTRICT from, int size, Fixed base
     for (; x < size; ++x) to[x] = float(from[x] - base) * scale + shift;
 }
 
-void convert_bricks(std::span<const Fixed* const> from, std::span<const NodeRow> rows, int size,
-                    Fixed base, float scale, float shift, float* to) {
-    const std::size_t along_x = from.size() / 4, last = along_x - 1;
+/// @param kSize  of bricks, if the compiler may know it; else 0
+template <int kSize>
+HWY_INLINE void convert_rows(std::span<const Fixed* const> from, std::span<const NodeRow> rows,
+                             int any_size, Fixed base, float scale, float shift, float* to) {
+    const int size = kSize ? kSize : any_size;
+    const std::size_t along_x =
+        kSize ? std::size_t(StripLayout(kSize).bricks) + 1 : from.size() / 4;
+    const std::size_t last = along_x - 1;
     const int row_size = int(last) * size + 1;
     for (const NodeRow row : rows) {
         const bool hy = row.y == size, hz = row.z == size;
-        const auto bricks = from.subspan(along_x * (std::size_t(hy) + 2 * std::size_t(hz)));
+        const Fixed* const* bricks = &from[along_x * (std::size_t(hy) + 2 * std::size_t(hz))];
         const int at = size * ((hy ? 0 : row.y) + size * (hz ? 0 : row.z));
         float* HWY_RESTRICT row_to = to + row_size * (row.y + (size + 1) * row.z);
         for (std::size_t b = 0; b < last; ++b, row_to += size)
@@ -464,24 +490,36 @@ void convert_bricks(std::span<const Fixed* const> from, std::span<const NodeRow>
     }
 }
 
-void find_moved_rows(const std::array<Fixed*, 3>& u, int size, RowBits* HWY_RESTRICT rows) {
+void convert_bricks(std::span<const Fixed* const> from, std::span<const NodeRow> rows, int size,
+                    Fixed base, float scale, float shift, float* to) {
+    if (size == 8)  // the usual case
+        convert_rows<8>(from, rows, size, base, scale, shift, to);
+    else
+        convert_rows<0>(from, rows, size, base, scale, shift, to);
+}
+
+/// Bit x: the element is not zero. @param size  elements
+HWY_INLINE RowBits moved_in_row(const Fixed* HWY_RESTRICT u, int size) {
     const hn::CappedTag<Fixed, 8> d;
     constexpr auto kLanes = int(hn::MaxLanes(d));
+    RowBits bits = 0;
+    int x = 0;
+    for (; x + kLanes <= size; x += kLanes) {
+        std::uint8_t mask[8] = {};
+        hn::StoreMaskBits(d, hn::Ne(hn::LoadU(d, u + x), hn::Zero(d)), mask);
+        bits |= RowBits(mask[0]) << x;
+    }
+    for (; x < size; ++x) bits |= RowBits(u[x] != 0) << x;
+    return bits;
+}
+
+void find_moved_rows(const std::array<const Fixed*, 3>& u, int size, RowBits* HWY_RESTRICT rows) {
+    const RowBits all = (RowBits(1) << size) - 1;
     const int count = size * size;
     for (int r = 0, at = 0; r < count; ++r, at += size) {
-        RowBits bits = 0;
-        int x = 0;
-        for (; x + kLanes <= size; x += kLanes) {
-            const auto any =
-                hn::Or(hn::Or(hn::LoadU(d, u[0] + at + x), hn::LoadU(d, u[1] + at + x)),
-                       hn::LoadU(d, u[2] + at + x));
-            std::uint8_t mask[8] = {};
-            hn::StoreMaskBits(d, hn::Ne(any, hn::Zero(d)), mask);
-            bits |= RowBits(mask[0]) << x;
-        }
-        for (; x < size; ++x)
-            bits |= RowBits((u[0][at + x] | u[1][at + x] | u[2][at + x]) != 0) << x;
-        rows[r] = bits;
+        rows[r] = moved_in_row(u[0] + at, size);
+        if (rows[r] != all)
+            rows[r] |= moved_in_row(u[1] + at, size) | moved_in_row(u[2] + at, size);
     }
 }
 
@@ -519,8 +557,8 @@ HWY_EXPORT(find_moved_rows);
 }  // namespace
 
 void write_cells(const StripNodes& strip, const CellTarget& target, CellFaces faces,
-                 Leftovers& left) {
-    HWY_DYNAMIC_DISPATCH(write_strip)(strip, target, faces, left);
+                 Leftovers& left, Ahead& ahead) {
+    HWY_DYNAMIC_DISPATCH(write_strip)(strip, target, faces, left, ahead);
 }
 
 void write_claim(const Claim& claim, const CellTarget& target) {
@@ -543,7 +581,7 @@ void convert_displacements(std::span<const Fixed* const> from, std::span<const N
     HWY_DYNAMIC_DISPATCH(convert_bricks)(from, rows, brick_size, base, scale, shift, to);
 }
 
-void find_moved(const std::array<Fixed*, 3>& u, int brick_size, RowBits* rows) {
+void find_moved(const std::array<const Fixed*, 3>& u, int brick_size, RowBits* rows) {
     HWY_DYNAMIC_DISPATCH(find_moved_rows)(u, brick_size, rows);
 }
 

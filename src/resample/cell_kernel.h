@@ -116,10 +116,10 @@ struct Leftovers {
 };
 
 /// Writes the open voxels that lie in cells of `strip.use()`, and closes them; or claims them.
-/// @param[in,out] left  is appended to
+/// @param[in,out] left  is appended to. @param[in,out] ahead  all of it is asked for in passing
 /// @pre !strip.is_wild()
 void write_cells(const StripNodes& strip, const CellTarget& target, CellFaces faces,
-                 Leftovers& left);
+                 Leftovers& left, Ahead& ahead);
 
 /// Writes a claimed voxel and closes it, if it is open.
 void write_claim(const Claim& claim, const CellTarget& target);
@@ -136,8 +136,9 @@ bool keep_cells_near(const StripNodes& strip, std::span<const Box3i> boxes, std:
 void convert_displacements(std::span<const Fixed* const> from, std::span<const NodeRow> rows,
                            int brick_size, Fixed base, float scale, float shift, float* to);
 
-/// Bit x of row y + brick_size·z: the element moved.
-void find_moved(const std::array<Fixed*, 3>& u, int brick_size, RowBits* rows);
+/// Bit x of row y + brick_size·z: the element moved. The other components are read only where the
+/// first one is zero somewhere in the row.
+void find_moved(const std::array<const Fixed*, 3>& u, int brick_size, RowBits* rows);
 
 /// Original values at a strip's nodes. @param from  at the first one, in a scan of this size
 /// @param row_size, row_count  nodes along x, rows along y

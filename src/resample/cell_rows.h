@@ -27,9 +27,9 @@ inline constexpr int kMaxSteps = 40;
 inline constexpr int kNewtonSteps = 16;  ///< of strongly bent cells, likewise
 
 /// Steps from which on is watched whether they still move s; fewer are simply taken.
-inline constexpr std::size_t kWatched = 4;
+inline constexpr std::size_t kWatched = 8;
 
-/// Cells that need more than these steps are bent: their candidates are looked at more closely.
+/// Steps that are taken by all voxels of a vector if any of them needs one.
 inline constexpr std::size_t kFlatSteps = 2;
 
 /// What is kept of a cell while its voxels are solved: the rows of CellRows.
@@ -59,6 +59,7 @@ struct CellRows {
 /// was written in pieces takes a while until it can be read as a whole.
 struct Waiting {
     static constexpr int kCapacity = 4 * kCellGroup * kMaxCandidates;
+    static constexpr int kFew = 256;
     alignas(64) std::int32_t item[kCapacity + kCellGroup];
     int begin = 0;   ///< of those that are not solved yet
     int oldest = 0;  ///< end of those from groups before the last but one …

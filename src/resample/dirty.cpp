@@ -58,37 +58,35 @@ void Dirty::mark_changes(const Grid& grid, int size, const Snapshot& before, con
     const auto mark_brick = [&](Vec3i coord) {
         mark({size * coord - one, size * (coord + one) + one}, grid, size);
         for (int c = 0; c < 8; ++c)
-            m_block_flags[dense_index(coord - Vec3i{c & 1, c >> 1 & 1, c >> 2} - first, n)] = 1;
+            put(m_block_flags[dense_index(coord - Vec3i{c & 1, c >> 1 & 1, c >> 2} - first, n)],
+                std::uint8_t(1));
     };
-    for (const BrickRecord& record : now.records()) {
-        const BrickRecord* old = before.record_at(record.coord);
-        if (!old || old->stamp != record.stamp) mark_brick(record.coord);
-    }
+    const auto compare = [&](std::int64_t begin, std::int64_t end) {
+        for (auto r = std::size_t(begin); r < std::size_t(end); ++r) {
+            const BrickRecord& record = now.records()[r];
+            const BrickRecord* old = before.record_at(record.coord);
+            if (!old || old->stamp != record.stamp) mark_brick(record.coord);
+        }
+    };
+    // By reference: a copy of the captures would be allocated.
+    arena.for_each(std::int64_t(now.records().size()), kBlocksPerTask, std::ref(compare));
     for (const BrickRecord& record : before.records())
         if (!now.record_at(record.coord)) mark_brick(record.coord);
     widen_to_strips(grid, size, before, now, {first, box.end});
     m_changed_blocks.clear();
     std::size_t i = 0;
     for_each_in({first, box.end}, [&](Vec3i block) {
-        if (m_block_flags[i++]) m_changed_blocks.push_back({block, {}, {}});
+        if (m_block_flags[i++]) m_changed_blocks.push_back(block);
     });
-    const auto task = [&](std::int64_t begin, std::int64_t end) {
-        const auto covered = [&](const Snapshot& snapshot, Vec3i block) {
-            return voxels_within(
-                reach_of_block(records_of_block(snapshot, block), grid, size, block), scan);
-        };
-        for (auto b = std::size_t(begin); b < std::size_t(end); ++b) {
-            ChangedBlock& block = m_changed_blocks[b];
-            block.before = covered(before, block.coord);
-            block.now = covered(now, block.coord);
-        }
+    const auto cover = [&](std::int64_t begin, std::int64_t end) {
+        for (auto b = std::size_t(begin); b < std::size_t(end); ++b)
+            for (const Snapshot* snapshot : {&before, &now}) {
+                const Vec3i block = m_changed_blocks[b];
+                const BlockRecords records = records_of_block(*snapshot, block);
+                mark(voxels_within(reach_of_block(records, grid, size, block), scan), grid, size);
+            }
     };
-    // By reference: a copy of the captures would be allocated.
-    arena.for_each(std::int64_t(m_changed_blocks.size()), kBlocksPerTask, std::ref(task));
-    for (const ChangedBlock& block : m_changed_blocks) {
-        mark(block.before, grid, size);
-        mark(block.now, grid, size);
-    }
+    arena.for_each(std::int64_t(m_changed_blocks.size()), kBlocksPerTask, std::ref(cover));
 }
 
 /// Adds whole strips whose frames changed: that changes the bits of all that they write.
@@ -107,9 +105,10 @@ void Dirty::widen_to_strips(const Grid& grid, int size, const Snapshot& before, 
                 std::span(flags, std::size_t(n.x)).subspan(std::size_t(std::max(x - row.x, 0)));
             const auto strip = part.first(
                 std::min(part.size(), std::size_t(x + layout.bricks - std::max(x, row.x))));
-            const bool any = std::find(strip.begin(), strip.end(), 1) != strip.end();
+            const auto marked = std::count(strip.begin(), strip.end(), 1);
             const Vec3i coord{x, row.y, row.z};
-            if (any && frame(before, coord) != frame(now, coord))
+            if (marked > 0 && marked < std::ptrdiff_t(strip.size()) &&
+                frame(before, coord) != frame(now, coord))
                 std::fill(strip.begin(), strip.end(), 1);
         }
     });
@@ -120,8 +119,8 @@ void Dirty::mark(const Box3i& voxels, const Grid& grid, int brick_size) {
     if (is_empty(inside)) return;
     const Box3i bricks = bricks_of(inside, brick_size);
     for_each_row(bricks, [&](Vec3i row) {
-        std::fill_n(m_dirty.begin() + std::ptrdiff_t(dense_index(row, m_brick_count)),
-                    bricks.end.x - bricks.begin.x, 1);
+        std::uint8_t* flags = m_dirty.data() + dense_index(row, m_brick_count);
+        for (int x = 0; x < bricks.end.x - bricks.begin.x; ++x) put(flags[x], std::uint8_t(1));
     });
 }
 

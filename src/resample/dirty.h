@@ -29,22 +29,17 @@ class Dirty {
     Vec3i brick_count() const { return m_brick_count; }
 
   private:
-    /// A brick's cells, of which some changed, and the voxels that they cover at most.
-    struct ChangedBlock {
-        Vec3i coord;
-        Box3i before, now;
-    };
-
     void mark_changes(const Grid& grid, int brick_size, const Snapshot& before, const Snapshot& now,
                       const TaskArena& arena);
     void widen_to_strips(const Grid& grid, int brick_size, const Snapshot& before,
                          const Snapshot& now, const Box3i& blocks);
+    /// Threads may mark the same bricks.
     void mark(const Box3i& voxels, const Grid& grid, int brick_size);
 
     Vec3i m_brick_count{0, 0, 0};
     std::vector<std::uint8_t> m_dirty, m_changed;  ///< per brick of the scan
     std::vector<std::uint8_t> m_block_flags;       ///< of the blocks in some box
-    std::vector<ChangedBlock> m_changed_blocks;
+    std::vector<Vec3i> m_changed_blocks;           ///< bricks' cells, of which some changed
     std::vector<DirtyBrick> m_bricks;
 };
 

@@ -62,14 +62,22 @@ void copy_row(const T* from, int count, T* to) {
         std::copy_n(from, count, to);
 }
 
-void put_back(const CellTarget& target, const Volume& original, Vec3i p, int count) {
-    const std::size_t at = voxel_index(original.grid, p);
+/// Puts some rows of a brick back. @param rows  of voxels that are written anyway
+void put_back(const CellTarget& target, const Volume& original, const Box3i& box,
+              const RowBits* rows, int brick_size, RowBits all) {
     std::visit(
         [&]<class T>(const VoxelArray<T>& voxels) {
-            if constexpr (std::is_integral_v<T>)
-                copy_row(voxels.data() + at, count, target.voxels16 + at);
-            else
-                copy_row(voxels.data() + at, count, target.voxels32 + at);
+            const T* from = voxels.data();
+            for_each_row(box, [&](Vec3i p) {
+                const Vec3i local = p - box.begin;
+                if ((~rows[local.y + brick_size * local.z] & all) == 0) return;
+                const std::size_t at = voxel_index(original.grid, p);
+                const int count = box.end.x - box.begin.x;
+                if constexpr (std::is_integral_v<T>)
+                    copy_row(from + at, count, target.voxels16 + at);
+                else
+                    copy_row(from + at, count, target.voxels32 + at);
+            });
         },
         original.voxels);
 }
@@ -80,6 +88,13 @@ bool any_in_box(const CellTarget& target, const Box3i& box, Open bits) {
             if (any_in_row(open_at(target, {box.begin.x, y, z}), box.end.x - box.begin.x, bits))
                 return true;
     return false;
+}
+
+/// The box around what has bits along each axis, from a place on.
+Box3i around(Vec3i first, RowBits x, RowBits y, RowBits z) {
+    const Vec3i low{std::countr_zero(x), std::countr_zero(y), std::countr_zero(z)};
+    const Vec3i high{int(std::bit_width(x)), int(std::bit_width(y)), int(std::bit_width(z))};
+    return {first + low, first + high};
 }
 
 /// Adds the voxels x + first … x + last − 1 of a row that begins at p.
@@ -110,16 +125,18 @@ void open_changeable(const ScatterJob& job, const CellTarget& target,
             brick.open = box;
             continue;
         }
-        if (share == Share::None && !brick.was_changed) continue;
+        if (brick.was_changed) put_back(target, job.original, box, rows.data(), size, all);
+        if (share == Share::None) continue;
+        RowBits in_x = 0, in_y = 0, in_z = 0;
         for_each_row(box, [&](Vec3i p) {
-            const Vec3i local = p - size * brick.coord;
+            const Vec3i local = p - box.begin;
             const RowBits bits = rows[std::size_t(local.y + size * local.z)] & all;
-            if (brick.was_changed && bits != all) put_back(target, job.original, p, width);
             if (!bits) return;
             open_row(open_at(target, p), width, bits);
             brick.opened += count_of(bits);
-            include(brick.open, p, std::countr_zero(bits), int(std::bit_width(bits)));
+            in_x |= bits, in_y |= RowBits(1) << local.y, in_z |= RowBits(1) << local.z;
         });
+        if (in_x) brick.open = around(box.begin, in_x, in_y, in_z);
     }
 }
 

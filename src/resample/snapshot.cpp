@@ -30,6 +30,19 @@ bool moved_as_a_whole(const BrickRecord& record) {
     return low.x > 0 || low.y > 0 || low.z > 0 || high.x < 0 || high.y < 0 || high.z < 0;
 }
 
+/// Components of displacement: the one that alone may say of all elements that they moved is first.
+std::array<const Fixed*, 3> farthest_first(const BrickRecord& record) {
+    std::array<const Fixed*, 3> u{record.brick->u[0], record.brick->u[1], record.brick->u[2]};
+    const auto reach = [&](int a) {
+        return std::max(-std::int64_t(record.u_min[a]), std::int64_t(record.u_max[a]));
+    };
+    int farthest = 0;
+    for (int a = 1; a < 3; ++a)
+        if (reach(a) > reach(farthest)) farthest = a;
+    std::swap(u[0], u[std::size_t(farthest)]);
+    return u;
+}
+
 void find_altered_rows(BrickRecord& record, int size, RowBits* rows) {
     const RowBits all = (RowBits(1) << size) - 1;
     const auto count = std::size_t(size) * std::size_t(size);
@@ -39,7 +52,7 @@ void find_altered_rows(BrickRecord& record, int size, RowBits* rows) {
         return;
     }
     if (record.brick)
-        find_moved(record.brick->u, size, rows);
+        find_moved(farthest_first(record), size, rows);
     else
         std::fill_n(rows, count, 0);
     if (record.edits)
@@ -57,13 +70,17 @@ void Snapshot::take(const Lattice& lattice, const Snapshot& before, const TaskAr
     list_records(lattice);
     index_records();
     const int size = lattice.brick_size();
+    const auto middle = std::size_t(StripLayout(size).middle);
     m_rows_per_brick = std::size_t(size) * std::size_t(size);
     m_rows.resize(m_records.size() * m_rows_per_brick);
     const auto task = [&](std::int64_t begin, std::int64_t end) {
         for (auto n = std::size_t(begin); n < std::size_t(end); ++n) {
             RowBits* rows = m_rows.data() + n * m_rows_per_brick;
-            const int old = before.find(m_records[n].coord);
             BrickRecord& record = m_records[n];
+            if (record.brick)
+                for (int a = 0; a < 3; ++a)
+                    record.u_middle[a] = record.brick->u[std::size_t(a)][middle];
+            const int old = before.find(record.coord);
             if (old < 0 || before.m_records[std::size_t(old)].stamp != record.stamp) {
                 find_altered_rows(record, size, rows);
                 continue;
@@ -78,19 +95,13 @@ void Snapshot::take(const Lattice& lattice, const Snapshot& before, const TaskAr
 
 void Snapshot::list_records(const Lattice& lattice) {
     const int count = lattice.elements_per_brick();
-    const auto middle = std::size_t(StripLayout(lattice.brick_size()).middle);
     m_records.clear();
     m_has_edits = !lattice.all_edits().empty();
     lattice.for_each_brick([&](const Brick& brick) {
         // A drag keeps bricks for all that it may reach.
         if (is_at_rest(brick) && !brick.edits) return;
-        m_records.push_back({brick.coord,
-                             &brick,
-                             brick.edits,
-                             stamp_of(&brick, brick.edits, count),
-                             brick.u_min,
-                             brick.u_max,
-                             {brick.u[0][middle], brick.u[1][middle], brick.u[2][middle]}});
+        m_records.push_back({brick.coord, &brick, brick.edits, stamp_of(&brick, brick.edits, count),
+                             brick.u_min, brick.u_max});
     });
     for (const auto& [coord, edits] : lattice.all_edits())
         if (lattice.find_brick(coord) < 0)
@@ -98,7 +109,6 @@ void Snapshot::list_records(const Lattice& lattice) {
                                  nullptr,
                                  edits.data(),
                                  stamp_of(nullptr, edits.data(), count),
-                                 {0, 0, 0},
                                  {0, 0, 0},
                                  {0, 0, 0}});
 }

@@ -45,8 +45,8 @@ struct BrickRecord {
     const std::uint8_t* edits;  ///< null: none; likewise
     std::uint64_t stamp;        ///< differs whenever displacements or edits do
     Vec3<Fixed> u_min, u_max;
-    Vec3<Fixed> u_middle;  ///< at StripLayout::middle
-    bool is_full = false;  ///< every element moved or is void
+    Vec3<Fixed> u_middle{0, 0, 0};  ///< at StripLayout::middle
+    bool is_full = false;           ///< every element moved or is void
 };
 
 class Snapshot {

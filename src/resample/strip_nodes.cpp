@@ -4,19 +4,22 @@
 #include "resample/strip_nodes.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 
 #include "chainmail/cell_block.h"
 #include "resample/cell_kernel.h"
+#include "resample/scatter_job.h"
 
 namespace pliant {
 namespace {
 
 /// Widest vector, in lanes, that reads beyond the last node.
 constexpr int kPadding = 16;
+/// Elements at the beginning of a brick.
+constexpr std::size_t kBegun = 64;
 /// Differences of displacement within a strip above which it is wild [voxels].
 constexpr double kWild = 64;
-constexpr int kFixedPerLine = 64 / int(sizeof(Fixed));  ///< of the cache
 
 }  // namespace
 
@@ -125,7 +128,6 @@ bool StripNodes::load(const Snapshot& snapshot, const TouchedCells& touched, con
         list_rows();
     }
     load_values(original);
-    fetch_ahead(snapshot, coord);
     return true;
 }
 
@@ -147,13 +149,17 @@ bool StripNodes::find_use(const TouchedCells& touched, const Lattice& lattice, V
 
 void StripNodes::list_rows() {
     m_rows.clear();
-    const auto is_used = [&](int y, int z) {
-        return y >= 0 && z >= 0 && y < m_size && z < m_size && m_use[std::size_t(y + m_size * z)];
-    };
-    for (int z = 0; z <= m_size; ++z)
-        for (int y = 0; y <= m_size; ++y)
-            if (is_used(y, z) || is_used(y - 1, z) || is_used(y, z - 1) || is_used(y - 1, z - 1))
-                m_rows.push_back({y, z});
+    // A cell needs the rows on both of its sides.
+    RowBits below = 0;
+    for (int z = 0; z <= m_size; ++z) {
+        RowBits cells = 0;
+        for (int y = 0; z < m_size && y < m_size; ++y)
+            cells |= RowBits(m_use[std::size_t(y + m_size * z)] != 0) << y;
+        const RowBits both = cells | below;
+        for (RowBits left = both | both << 1; left; left &= left - 1)
+            m_rows.push_back({std::countr_zero(left), z});
+        below = cells;
+    }
 }
 
 void StripNodes::drop_broken_cells(const Lattice& lattice) {
@@ -191,26 +197,36 @@ int StripNodes::edits(Vec3i p) const {
     return found && found->edits ? found->edits[n] : 0;
 }
 
-/// Bricks lie anywhere in memory. What the next strip along x will be the first to read is asked
-/// for in advance: its bricks, and faces and edges of their neighbours. Processors may ignore the
-/// wish where they don't know the page yet, so one element of each component is really read.
-void StripNodes::fetch_ahead(const Snapshot& snapshot, Vec3i coord) {
-    const int layer = m_size * m_size, count = m_size * layer;
-    const auto fetch = [&](Vec3i offset, int row_count, int row_step, int row_size) {
+void StripNodes::note(const Snapshot& snapshot, const Volume& original, Vec3i coord,
+                      Ahead& ahead) const {
+    const auto side = std::size_t(m_size), layer = side * side;
+    // Bricks, and of those beside them faces and edges. A face along x is in all lines of its
+    // brick.
+    const auto want = [&](Vec3i offset, std::size_t row_count, std::size_t row_size) {
         const BrickRecord* next = snapshot.record_at(coord + offset);
         if (!next || !next->brick) return;
-        for (const Fixed* u : next->brick->u) m_ignored = *u;
         for (const Fixed* u : next->brick->u)
-            for (int row = 0; row < row_count; ++row)
-                for (int n = 0; n < row_size; n += kFixedPerLine)
-                    __builtin_prefetch(u + row * row_step + n);
+            for (std::size_t row = 0; row < row_count; ++row)
+                ahead.want(u + row * layer, row_size * sizeof(Fixed));
     };
-    for (int x = m_bricks + 1; x <= 2 * m_bricks; ++x) {
-        fetch({x, 0, 0}, 1, 0, count);
-        fetch({x, 1, 0}, m_size, layer, m_size);
-        fetch({x, 0, 1}, 1, 0, layer);
-        fetch({x, 1, 1}, 1, 0, m_size);
+    const bool is_beside = m_size * (coord - Vec3i{m_bricks, 0, 0}) == m_first;
+    for (int x = is_beside ? 1 : 0; x <= m_bricks; ++x) {
+        want({x, 0, 0}, 1, kBegun);
+        want({x, 1, 0}, side, side);
+        want({x, 0, 1}, 1, layer);
+        want({x, 1, 1}, 1, side);
     }
+    const Box3i nodes{m_size * coord, m_size * coord + Vec3i{m_row, m_size + 1, m_size + 1}};
+    const Box3i inside = overlap(nodes, voxel_box(original.grid));
+    if (is_empty(inside)) return;
+    std::visit(
+        [&](const auto& voxels) {
+            const auto row_size = std::size_t(inside.end.x - inside.begin.x) * sizeof(voxels[0]);
+            for_each_row(inside, [&](Vec3i p) {
+                ahead.want(voxels.data() + voxel_index(original.grid, p), row_size);
+            });
+        },
+        original.voxels);
 }
 
 void StripNodes::load_displacements(const Grid& grid, int axis) {

@@ -20,6 +20,7 @@
 #include <span>
 #include <vector>
 
+#include "resample/ahead.h"
 #include "resample/touched.h"
 
 namespace pliant {
@@ -62,6 +63,9 @@ class StripNodes {
               const Volume& original, Vec3i coord, const CellReach& reach,
               std::span<const Box3i> within);
 
+    /// Notes what another strip's load will read, but for what this one's has just read.
+    void note(const Snapshot& snapshot, const Volume& original, Vec3i coord, Ahead& ahead) const;
+
     /// Rows of cells are size() by size(), cells() long.
     int size() const { return m_size; }
     int cells() const { return m_row - 1; }
@@ -92,7 +96,6 @@ class StripNodes {
     void list_rows();
     bool find_use(const TouchedCells& touched, const Lattice& lattice, Vec3i coord);
     void drop_broken_cells(const Lattice& lattice);
-    void fetch_ahead(const Snapshot& snapshot, Vec3i coord);
     void load_displacements(const Grid& grid, int axis);
     void load_values(const Volume& original);
     const BrickRecord* record(int brick, int hy, int hz) const {
@@ -117,7 +120,6 @@ class StripNodes {
     std::vector<NodeRow> m_rows;       ///< that cells in use need
     std::vector<const Fixed*> m_from;  ///< one component in all bricks
     std::vector<Fixed> m_at_rest;      ///< a brick of zeros
-    volatile Fixed m_ignored = 0;      ///< what is read only so that its page is known
 };
 
 /// Whether a cell hangs together: no corner is void, and where a link along one of its twelve edges

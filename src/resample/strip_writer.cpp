@@ -15,9 +15,11 @@
 namespace pliant {
 namespace {
 
-constexpr double kOnFace = 1e-9;    ///< tolerance of barycentric coordinates
-constexpr float kBoxSlack = 1e-3f;  ///< of single precision [voxels]
+constexpr double kOnFace = 1e-9;          ///< tolerance of barycentric coordinates
+constexpr float kBoxSlack = 1e-3f;        ///< of single precision [voxels]
+constexpr std::size_t kManyStrips = 512;  ///< from which on threads take twice as many at once
 constexpr std::size_t kStripsAtOnce = 4;
+constexpr std::size_t kMostFetched = 8192;  ///< voxels around a strip
 
 constexpr std::array<Vec3d, 8> kRestCorners = {
     {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {1, 1, 0}, {0, 0, 1}, {1, 0, 1}, {0, 1, 1}, {1, 1, 1}}};
@@ -94,8 +96,11 @@ bool StripWriter::load(const ScatterJob& job, const ReachingStrip& strip,
 
 void StripWriter::write_each_once(const ScatterJob& job, const CellTarget& target,
                                   NextStrip& next) {
-    for (std::size_t first; (first = next.fetch_add(kStripsAtOnce)) < job.strips.size();)
-        for (std::size_t n = first; n < std::min(first + kStripsAtOnce, job.strips.size()); ++n)
+    // Of those that it takes at once, a thread asks for the next one in advance.
+    const std::size_t count = job.strips.size();
+    const std::size_t at_once = count < kManyStrips ? kStripsAtOnce : 2 * kStripsAtOnce;
+    for (std::size_t first; (first = next.fetch_add(at_once)) < count;)
+        for (std::size_t n = first; n < std::min(first + at_once, count); ++n)
             write_once(job, target, n);
 }
 
@@ -116,8 +121,27 @@ void StripWriter::write_once(const ScatterJob& job, const CellTarget& target, st
     m_left.writes = Writes::AllButEdges;
     m_left.strip = int(n);
     forget_leftovers();
-    write_cells(m_strip, target, CellFaces::HalfOpen, m_left);
+    note_next(job, target, n + 1);
+    write_cells(m_strip, target, CellFaces::HalfOpen, m_left, m_ahead);
     for (const int cell : m_left.folded) contest(overlap(box_of(cell), target.box), size);
+}
+
+/// Notes what a strip will read, and may write to.
+void StripWriter::note_next(const ScatterJob& job, const CellTarget& target, std::size_t n) {
+    m_ahead.clear();
+    if (n >= job.strips.size()) return;
+    m_strip.note(job.snapshot, job.original, job.strips[n].coord, m_ahead);
+    const Box3i box = overlap(job.strips[n].voxels, target.box);
+    if (is_empty(box) || dense_count(box.end - box.begin) > kMostFetched) return;
+    const auto count = std::size_t(box.end.x - box.begin.x);
+    for_each_row(box, [&](Vec3i p) {
+        const std::ptrdiff_t at = voxel_at(target, p);
+        m_ahead.want(target.open + at, count * sizeof(Open));
+        if (target.voxels16)
+            m_ahead.want(target.voxels16 + at, count * sizeof(*target.voxels16));
+        else
+            m_ahead.want(target.voxels32 + at, count * sizeof(*target.voxels32));
+    });
 }
 
 /// Adds a box's parts in each brick.
@@ -158,7 +182,8 @@ void StripWriter::claim(const ScatterJob& job, const CellTarget& target, const O
         }
         const std::size_t count = m_left.claims.size();
         forget_leftovers();
-        write_cells(m_strip, part, pass.faces, m_left);
+        m_ahead.clear();
+        write_cells(m_strip, part, pass.faces, m_left, m_ahead);
         if (pass.mapping == Mapping::Tetrahedra) {
             m_left.claims.resize(count);
             if (any_shared(part, part.box)) write_shared(job, part, pass.mapping);

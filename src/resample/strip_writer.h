@@ -74,9 +74,11 @@ class StripWriter {
     std::array<Vec3d, 8> corners_of(const Lattice& lattice, int cell) const;
     Box3i box_of(int cell) const;
     void contest(const Box3i& voxels, int brick_size);
+    void note_next(const ScatterJob& job, const CellTarget& target, std::size_t strip);
 
     StripNodes m_strip;
     Leftovers m_left;
+    Ahead m_ahead;
     std::vector<Box3i> m_contested, m_open;
 };
 
