@@ -81,9 +81,12 @@ struct Fields {
         if (found.is_array() && found.size() == 3)
             for (std::size_t a = 0; a < 3; ++a)
                 if (found[a].is_number()) v[int(a)] = found[a].get<double>();
+        constexpr double kFarthest_mm = 1e6, kLeast = 1e-6;
         if (!is_finite(v))
             fail(key, "three numbers", found);
-        else if (is_direction && !(norm(v) > 0))
+        else if (!(norm(v) <= kFarthest_mm))
+            fail(key, "a length of up to 1000000", found);
+        else if (is_direction && !(norm(v) >= kLeast))
             fail(key, "a direction", found);
         return v;
     }

@@ -4,6 +4,7 @@
 #include "vessel_outputs.h"
 
 #include <charconv>
+#include <cmath>
 #include <cstdio>
 #include <sstream>
 #include <system_error>
@@ -30,7 +31,7 @@ std::string hex(std::uint64_t value) {
 
 bool parse(const std::string& word, double& out) {
     const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), out);
-    return error == std::errc() && end == word.data() + word.size();
+    return error == std::errc() && end == word.data() + word.size() && std::isfinite(out);
 }
 
 }  // namespace

@@ -69,7 +69,11 @@ class ReplayDevice : public HapticDevice {
     explicit ReplayDevice(std::vector<Place> places) : m_places(std::move(places)) {}
 
     std::string name() const override { return "replay"; }
-    HapticLimits limits() const override { return {1000, 1e5, 1000, {1000, 1000, 1000}}; }
+    static constexpr double kFarthest_mm = 500;  ///< along an axis
+    HapticLimits limits() const override {
+        constexpr double kAcross = 2 * kFarthest_mm;
+        return {1000, 1e5, 1000, {kAcross, kAcross, kAcross}};
+    }
     bool read(HapticReading& reading) noexcept override {
         reading.position_mm = m_places[m_at].position_mm;
         reading.roll_rad = m_places[m_at].roll_rad;
@@ -129,9 +133,12 @@ Result<std::unique_ptr<HapticDevice>> open_replay(const std::string& file) {
             at = next;
         }
         const Vec3d place{values[1], values[2], values[3]};
-        if (count < 4 || at != end || !is_finite(place) || !(std::abs(values[4]) <= 4))
+        const double farthest = std::max({std::abs(place.x), std::abs(place.y), std::abs(place.z)});
+        if (count < 4 || at != end || !is_finite(place) || !(std::abs(values[4]) <= 4) ||
+            farthest > ReplayDevice::kFarthest_mm)
             return wrong(ErrorCode::Unreadable,
-                         "line " + std::to_string(number) + ": expected time_ns x y z [roll]");
+                         "line " + std::to_string(number) +
+                             ": expected time_ns x y z [roll], within 500 mm and 4 rad");
         places.push_back({place, values[4]});
     }
     if (places.empty()) return wrong(ErrorCode::Unreadable, "expected places, found none");
