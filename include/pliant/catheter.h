@@ -149,6 +149,7 @@ class CatheterScene {
   private:
     struct Impl;
     explicit CatheterScene(std::unique_ptr<Impl> impl);
+    Status put(std::span<const double> state, const TaskArena& arena);
     std::unique_ptr<Impl> m_impl;
 };
 

@@ -50,6 +50,13 @@ std::vector<double> CatheterScene::state() const {
 }
 
 Status CatheterScene::restore(std::span<const double> numbers, const TaskArena& arena) {
+    const std::vector<double> before = state();
+    const Status status = put(numbers, arena);
+    if (!status.ok()) (void)put(before, arena);
+    return status;
+}
+
+Status CatheterScene::put(std::span<const double> numbers, const TaskArena& arena) {
     Impl& i = *m_impl;
     const auto count = std::size_t(i.body.particle_count());
     CatheterState state{.command = {},

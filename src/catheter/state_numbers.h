@@ -23,7 +23,7 @@ class StateNumbers {
     void value(double& v) {
         if (!m_reads) {
             m_numbers.push_back(v);
-        } else if (m_left.empty() || !std::isfinite(m_left[0])) {
+        } else if (m_left.empty() || !(std::abs(m_left[0]) <= kLargest)) {
             m_good = false;
         } else {
             v = m_left[0];
@@ -34,14 +34,19 @@ class StateNumbers {
     void whole(Whole& v) {
         auto number = double(v);
         value(number);
-        if (!(std::abs(number) < 0x1p31)) m_good = false;
+        if (!(std::abs(number) < kLargest)) m_good = false;
         if (m_good) v = Whole(number);
     }
     void place(Vec3d& v) {
-        for (int c = 0; c < 3; ++c) value(v[c]);
+        for (int c = 0; c < 3; ++c) {
+            value(v[c]);
+            if (!(std::abs(v[c]) <= kFarthest)) m_good = false;
+        }
     }
     void turn(Rotation& q) {
         for (double* part : {&q.w, &q.x, &q.y, &q.z}) value(*part);
+        const double square = q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z;
+        if (!(std::abs(square - 1) <= kNotUnit)) m_good = false;
     }
     /// As many as there are.
     void places(std::vector<Vec3d>& all) {
@@ -55,11 +60,15 @@ class StateNumbers {
     }
 
     bool reads() const { return m_reads; }
-    /// Nothing was missing, no number, or too much. @pre all has been read
+    /// Nothing was missing, no number, beyond all bounds, or too much. @pre all has been read
     bool is_good() const { return m_good && m_left.empty(); }
     std::vector<double> take() { return std::move(m_numbers); }
 
   private:
+    static constexpr double kLargest = 0x1p31;  ///< what is larger, no simulation comes to
+    static constexpr double kFarthest = 1e6;    ///< [mm], also of a velocity [mm/s]
+    static constexpr double kNotUnit = 1e-6;    ///< squared length of a rotation, less 1
+
     std::vector<double> m_numbers;
     std::span<const double> m_left;
     bool m_reads = false, m_good = true;

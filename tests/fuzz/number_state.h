@@ -45,8 +45,12 @@ inline std::string with_numbers(std::string state, std::string_view edits) {
 /// Loads it; it is refused in one line, or is the same when saved and loaded again, and goes on.
 /// @param good  a state of this tissue
 inline void try_state(Tissue& tissue, const std::string& good, std::string_view edits) {
+    const std::uint64_t before = tissue.hash();
     const Status status = tissue.load_state(write_anew("a.state", with_numbers(good, edits)));
-    if (!status.ok()) return expect_one_line(status.error().message);
+    if (!status.ok()) {
+        expect(tissue.hash() == before, "nothing changed by what is refused");
+        return expect_one_line(status.error().message);
+    }
     const std::uint64_t hash = tissue.hash();
     const auto file = folder() / "b.state";
     expect(tissue.save_state(file).ok(), "a state that can be saved");
