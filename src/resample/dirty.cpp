@@ -18,10 +18,12 @@ constexpr double kReachSlack = 1e-3;  ///< for rounding [voxels]
 Box3i voxels_within(const CellReach& reach, const Box3i& within) {
     Box3i box;
     for (int a = 0; a < 3; ++a) {
-        const double low = std::ceil(reach.low[a] - kReachSlack);
-        const double high = std::floor(reach.high[a] + kReachSlack) + 1;
-        box.begin[a] = int(std::clamp<double>(low, within.begin[a], within.end[a]));
-        box.end[a] = int(std::clamp<double>(high, within.begin[a], within.end[a]));
+        const int first = within.begin[a], last = within.end[a];
+        const double low = std::clamp<double>(reach.low[a] - kReachSlack, first, last);
+        const double high = std::clamp<double>(reach.high[a] + kReachSlack, first - 1, last - 1);
+        // Rounded up and down without calls: what is clamped fits.
+        box.begin[a] = int(low) + (int(low) < low);
+        box.end[a] = int(high) - (int(high) > high) + 1;
     }
     return box;
 }

@@ -48,11 +48,6 @@ bool any_in_row(const Open* open, int count, Open bits) {
     return (any & RowBits(bits) * kEachByte) != 0;
 }
 
-void open_row(Open* open, int count) {
-    for (; count >= 8; count -= 8, open += 8) std::memcpy(open, &kEachByte, 8);
-    for (int x = 0; x < count; ++x) open[x] = Open::Yes;
-}
-
 /// Copies a row. Most are eight voxels long, which the compiler may know.
 template <class T>
 void copy_row(const T* from, int count, T* to) {
@@ -62,15 +57,19 @@ void copy_row(const T* from, int count, T* to) {
         std::copy_n(from, count, to);
 }
 
-/// Puts some rows of a brick back. @param rows  of voxels that are written anyway
+/// Puts rows of a brick back that hold what nobody else will write again.
+/// @param before  at least the voxels that the last update could change
+/// @param now  those that this one can
 void put_back(const CellTarget& target, const Volume& original, const Box3i& box,
-              const RowBits* rows, int brick_size, RowBits all) {
+              const RowBits* before, const RowBits* now, int brick_size) {
+    const RowBits all = low_bits(box.end.x - box.begin.x);
     std::visit(
         [&]<class T>(const VoxelArray<T>& voxels) {
             const T* from = voxels.data();
             for_each_row(box, [&](Vec3i p) {
                 const Vec3i local = p - box.begin;
-                if ((~rows[local.y + brick_size * local.z] & all) == 0) return;
+                const int row = local.y + brick_size * local.z;
+                if ((before[row] & ~now[row] & all) == 0) return;
                 const std::size_t at = voxel_index(original.grid, p);
                 const int count = box.end.x - box.begin.x;
                 if constexpr (std::is_integral_v<T>)
@@ -80,6 +79,18 @@ void put_back(const CellTarget& target, const Volume& original, const Box3i& box
             });
         },
         original.voxels);
+}
+
+/// Whether a box goes on where another one ends, along x.
+bool goes_on(const Box3i& box, const Box3i& before) {
+    return !is_empty(before) && box.begin.x == before.end.x && box.begin.y == before.begin.y &&
+           box.begin.z == before.begin.z;
+}
+
+void open_all(const CellTarget& target, const Box3i& box) {
+    static_assert(int(Open::Yes) == 1 && sizeof(Open) == 1);
+    const auto count = std::size_t(box.end.x - box.begin.x);
+    for_each_row(box, [&](Vec3i p) { std::memset(open_at(target, p), 1, count); });
 }
 
 bool any_in_box(const CellTarget& target, const Box3i& box, Open bits) {
@@ -97,11 +108,11 @@ Box3i around(Vec3i first, RowBits x, RowBits y, RowBits z) {
     return {first + low, first + high};
 }
 
-/// Adds the voxels x + first … x + last − 1 of a row that begins at p.
-void include(Box3i& box, Vec3i p, int first, int last) {
-    box.begin = {std::min(box.begin.x, p.x + first), std::min(box.begin.y, p.y),
+/// Adds voxel x of a row that begins at p.
+void include(Box3i& box, Vec3i p, int x) {
+    box.begin = {std::min(box.begin.x, p.x + x), std::min(box.begin.y, p.y),
                  std::min(box.begin.z, p.z)};
-    box.end = {std::max(box.end.x, p.x + last), std::max(box.end.y, p.y + 1),
+    box.end = {std::max(box.end.x, p.x + x + 1), std::max(box.end.y, p.y + 1),
                std::max(box.end.z, p.z + 1)};
 }
 
@@ -110,7 +121,9 @@ void include(Box3i& box, Vec3i p, int first, int last) {
 void open_changeable(const ScatterJob& job, const CellTarget& target,
                      std::span<DirtyBrick> bricks) {
     const int size = job.lattice.brick_size();
-    std::array<RowBits, 32 * 32> rows;
+    std::array<RowBits, 32 * 32> rows, before;
+    // Neighbours in a row are opened together: their rows lie side by side.
+    Box3i run{};
     for (DirtyBrick& brick : bricks) {
         const Box3i box = box_of_brick(job.original.grid, brick.coord, size);
         const int width = box.end.x - box.begin.x;
@@ -119,13 +132,21 @@ void open_changeable(const ScatterJob& job, const CellTarget& target,
         brick.opened = 0;
         brick.open = kNothing;
         if (share == Share::All) {
-            for_each_row(box, [&](Vec3i p) { open_row(open_at(target, p), width); });
+            if (goes_on(box, run)) {
+                run.end.x = box.end.x;
+            } else {
+                open_all(target, run);
+                run = box;
+            }
             const Vec3i n = box.end - box.begin;
             brick.opened = std::int64_t(dense_count(n));
             brick.open = box;
             continue;
         }
-        if (brick.was_changed) put_back(target, job.original, box, rows.data(), size, all);
+        if (brick.was_changed) {
+            job.touched_before.bound_changeable(brick.coord, before.data());
+            put_back(target, job.original, box, before.data(), rows.data(), size);
+        }
         if (share == Share::None) continue;
         RowBits in_x = 0, in_y = 0, in_z = 0;
         for_each_row(box, [&](Vec3i p) {
@@ -138,6 +159,7 @@ void open_changeable(const ScatterJob& job, const CellTarget& target,
         });
         if (in_x) brick.open = around(box.begin, in_x, in_y, in_z);
     }
+    open_all(target, run);
 }
 
 void open_again(const ScatterJob& job, const CellTarget& target, std::span<const Box3i> boxes) {
@@ -176,16 +198,27 @@ bool any_shared(const CellTarget& target, const Box3i& box) {
 }
 
 void find_open(const ScatterJob& job, const CellTarget& target, std::span<DirtyBrick> bricks) {
-    for (DirtyBrick& brick : bricks) {
-        if (is_empty(brick.open)) continue;
-        brick.open = kNothing;
-        const Box3i box = box_of_brick(job.original.grid, brick.coord, job.lattice.brick_size());
-        const int width = box.end.x - box.begin.x;
-        for_each_row(box, [&](Vec3i p) {
+    const int size = job.lattice.brick_size();
+    const auto whole = [&](const DirtyBrick& brick) {
+        return box_of_brick(job.original.grid, brick.coord, size);
+    };
+    // Neighbours in a row are looked at together: their rows lie side by side.
+    for (std::size_t first = 0, end; first < bricks.size(); first = end) {
+        end = first + 1;
+        if (is_empty(bricks[first].open)) continue;
+        Box3i run = whole(bricks[first]);
+        for (; end < bricks.size() && !is_empty(bricks[end].open); ++end) {
+            const Box3i next = whole(bricks[end]);
+            if (!goes_on(next, run)) break;
+            run.end.x = next.end.x;
+        }
+        for (DirtyBrick& brick : bricks.subspan(first, end - first)) brick.open = kNothing;
+        for_each_row(run, [&](Vec3i p) {
             const Open* open = open_at(target, p);
+            const int width = run.end.x - run.begin.x;
             if (!any_in_row(open, width, Open::Yes)) return;
             for (int x = 0; x < width; ++x)
-                if (is_open(open[x])) include(brick.open, p, x, x + 1);
+                if (is_open(open[x])) include(bricks[first + std::size_t(x / size)].open, p, x);
         });
     }
 }

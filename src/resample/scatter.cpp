@@ -51,6 +51,7 @@ void Scatter::for_writers(const Work& work) {
 OpenVoxels Scatter::look(const Lattice& lattice, Mapping mapping, Volume& deformed) {
     std::swap(m_now, m_before);
     m_now.take(lattice, m_before, m_arena);
+    std::swap(m_touched, m_touched_before);
     m_touched.find(m_now, lattice.brick_size(), m_arena);
     m_dirty.find(m_original.grid, lattice.brick_size(), m_before, m_now, m_arena);
     list_strips(lattice);
@@ -224,8 +225,9 @@ CellTarget Scatter::target_of(Volume& deformed) {
 }
 
 ScatterJob Scatter::job_of(const Lattice& lattice, Mapping mapping) const {
-    return {m_original, lattice,  m_now,           m_touched,
-            mapping,    m_strips, m_dirty.flags(), m_dirty.brick_count()};
+    return {m_original, lattice,          m_now,
+            m_touched,  m_touched_before, mapping,
+            m_strips,   m_dirty.flags(),  m_dirty.brick_count()};
 }
 
 Deformed deform_by_lattice(const Volume& original, const Lattice& lattice, Mapping mapping,

@@ -68,7 +68,7 @@ class Scatter {
     const Volume& m_original;
     const TaskArena& m_arena;
     Snapshot m_now, m_before;
-    TouchedCells m_touched;  ///< now
+    TouchedCells m_touched, m_touched_before;  ///< now, and when the scan was last written
     Dirty m_dirty;
     std::vector<ReachingStrip> m_strips;
     std::vector<StripWriter> m_writers;  ///< one for each thread

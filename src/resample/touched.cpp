@@ -6,18 +6,31 @@
 #include <algorithm>
 #include <array>
 #include <functional>
+#include <type_traits>
 
 namespace pliant {
 namespace {
 
-constexpr int kLargestBrick = 32;
+constexpr int kLargestBrick = 32, kUsualBrick = 8;
 constexpr std::int64_t kBricksPerTask = 64;
 
 /// Rows of a brick and of the layers beside it on one side: side = size + 1 of them along y and z.
-using HaloRows = std::array<RowBits, (kLargestBrick + 1) * (kLargestBrick + 1)>;
+/// A brick of usual size, known to the compiler, needs no more than two bytes a row.
+template <class Size>
+using HaloRow = std::conditional_t<std::is_same_v<Size, int>, RowBits, std::uint16_t>;
+template <class Size>
+using HaloRows =
+    std::array<HaloRow<Size>, std::is_same_v<Size, int> ? (kLargestBrick + 1) * (kLargestBrick + 1)
+                                                        : (kUsualBrick + 1) * (kUsualBrick + 1)>;
 
 RowBits low_bits(int count) {
     return (RowBits(1) << count) - 1;
+}
+
+/// Calls work(size), with the usual size as a constant: loops over rows are unrolled then.
+template <class Work>
+auto with_size(int size, const Work& work) {
+    return size == kUsualBrick ? work(std::integral_constant<int, kUsualBrick>()) : work(size);
 }
 
 }  // namespace
@@ -30,8 +43,10 @@ void TouchedCells::find(const Snapshot& snapshot, int brick_size, const TaskAren
     const auto task = [&](std::int64_t begin, std::int64_t end) {
         for (std::int64_t n = begin; n < end; ++n) {
             const auto place = std::size_t(n);
-            m_is_full[place] = find_rows(snapshot, m_bricks[place],
-                                         m_rows.data() + place * std::size_t(m_size * m_size));
+            RowBits* rows = m_rows.data() + place * std::size_t(m_size * m_size);
+            m_is_full[place] = with_size(m_size, [&](auto size) {
+                return find_rows(snapshot, size, m_bricks[place], rows);
+            });
         }
     };
     // By reference: a copy of the captures would be allocated.
@@ -60,8 +75,10 @@ void TouchedCells::list_bricks(const Snapshot& snapshot) {
 }
 
 /// @returns whether all are touched
-bool TouchedCells::find_rows(const Snapshot& snapshot, Vec3i brick, RowBits* rows) const {
-    const int size = m_size, side = size + 1, all = size * size;
+template <class Size>
+bool TouchedCells::find_rows(const Snapshot& snapshot, Size size, Vec3i brick,
+                             RowBits* rows) const {
+    const int side = size + 1, all = size * size;
     // A moved element touches all eight cells around it.
     const BrickRecord* record = snapshot.record_at(brick);
     if (record && record->is_full) {
@@ -69,7 +86,7 @@ bool TouchedCells::find_rows(const Snapshot& snapshot, Vec3i brick, RowBits* row
         return true;
     }
     // Elements first: bit x of row (y, z), each 0…size.
-    HaloRows halo;
+    HaloRows<Size> halo;
     std::fill_n(halo.begin(), side * side, 0);
     for (int c = 0; c < 8; ++c) {
         const int hx = c & 1, hy = c >> 1 & 1, hz = c >> 2;
@@ -77,9 +94,9 @@ bool TouchedCells::find_rows(const Snapshot& snapshot, Vec3i brick, RowBits* row
         if (found < 0) continue;
         const RowBits* from = snapshot.altered_rows(found);
         for (int z = 0; z < (hz ? 1 : size); ++z) {
-            RowBits* to = halo.data() + hy * size + side * (z + hz * size);
+            HaloRow<Size>* to = halo.data() + hy * size + side * (z + hz * size);
             for (int y = 0; y < (hy ? 1 : size); ++y)
-                to[y] |= hx ? (from[y + size * z] & 1) << size : from[y + size * z];
+                to[y] |= HaloRow<Size>(hx ? (from[y + size * z] & 1) << size : from[y + size * z]);
         }
     }
     // Then cells, along one axis after the other.
@@ -94,7 +111,12 @@ bool TouchedCells::find_rows(const Snapshot& snapshot, Vec3i brick, RowBits* row
 }
 
 Share TouchedCells::changeable_rows(Vec3i brick, RowBits* rows) const {
-    const int size = m_size, side = size + 1, all = size * size;
+    return with_size(m_size, [&](auto size) { return find_changeable(size, brick, rows); });
+}
+
+template <class Size>
+Share TouchedCells::find_changeable(Size size, Vec3i brick, RowBits* rows) const {
+    const int side = size + 1, all = size * size;
     std::array<int, 8> places;
     bool full = true;
     for (int c = 0; c < 8; ++c) {
@@ -107,7 +129,7 @@ Share TouchedCells::changeable_rows(Vec3i brick, RowBits* rows) const {
         return full ? Share::All : Share::None;
     }
     // Bit x + 1 of row (y + 1, z + 1) is the cell (x, y, z), each −1…size − 1.
-    HaloRows halo;
+    HaloRows<Size> halo;
     std::fill_n(halo.begin(), side * side, 0);
     for (int c = 0; c < 8; ++c) {
         if (places[std::size_t(c)] < 0) continue;
@@ -116,7 +138,7 @@ Share TouchedCells::changeable_rows(Vec3i brick, RowBits* rows) const {
         for (int z = lz ? size - 1 : 0; z < size; ++z)
             for (int y = ly ? size - 1 : 0; y < size; ++y)
                 halo[std::size_t((ly ? 0 : y + 1) + side * (lz ? 0 : z + 1))] |=
-                    lx ? from[y + size * z] >> (size - 1) : from[y + size * z] << 1;
+                    HaloRow<Size>(lx ? from[y + size * z] >> (size - 1) : from[y + size * z] << 1);
     }
     for (int r = 0; r < side * side; ++r) halo[std::size_t(r)] &= halo[std::size_t(r)] >> 1;
     for (int r = 0; r + 1 < side * side; ++r) halo[std::size_t(r)] &= halo[std::size_t(r + 1)];
@@ -126,6 +148,21 @@ Share TouchedCells::changeable_rows(Vec3i brick, RowBits* rows) const {
         for (int y = 0; y < size; ++y)
             any |= rows[y + size * z] = halo[std::size_t(y + side * z)] & low_bits(size);
     return any != 0 ? Share::Some : Share::None;
+}
+
+void TouchedCells::bound_changeable(Vec3i brick, RowBits* rows) const {
+    with_size(m_size, [&](auto size) {
+        const RowBits* cells = this->rows(brick);
+        const int all = size * size;
+        if (!cells) {
+            std::fill_n(rows, all, 0);
+            return;
+        }
+        for (int r = 0; r < all; ++r) rows[r] = cells[r] & (cells[r] << 1 | 1);
+        for (int r = all - 1; r > 0; --r)
+            if (r % size != 0) rows[r] &= rows[r - 1];
+        for (int r = all - 1; r >= size; --r) rows[r] &= rows[r - size];
+    });
 }
 
 }  // namespace pliant

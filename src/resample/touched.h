@@ -30,10 +30,15 @@ class TouchedCells {
     }
     /// Voxels of a brick that can change. @param[out] rows  likewise
     Share changeable_rows(Vec3i brick, RowBits* rows) const;
+    /// All of those, and perhaps some more beside the brick's low faces: looks at no other brick.
+    void bound_changeable(Vec3i brick, RowBits* rows) const;
 
   private:
     void list_bricks(const Snapshot& snapshot);
-    bool find_rows(const Snapshot& snapshot, Vec3i brick, RowBits* rows) const;
+    template <class Size>
+    bool find_rows(const Snapshot& snapshot, Size size, Vec3i brick, RowBits* rows) const;
+    template <class Size>
+    Share find_changeable(Size size, Vec3i brick, RowBits* rows) const;
     std::size_t slot_of(Vec3i brick) const {
         const Vec3i p = brick - m_box.begin, n = m_box.end - m_box.begin;
         return std::size_t(p.x) +

@@ -128,6 +128,39 @@ TEST(LiveDeformation, WhatIsAtRestAgainIsTheScanAgain) {
     EXPECT_EQ(deformed.voxels, volume.voxels);
 }
 
+TEST(LiveDeformation, WhatADeformationLeavesIsTheScanAgainVoxelByVoxel) {
+    const TaskArena arena(2);
+    for (std::uint64_t seed = 1; seed <= 4; ++seed) {
+        SCOPED_TRACE("seed " + std::to_string(seed));
+        Random random(seed);
+        const Volume volume = noise(random, {42, 40, 37}, {1, 1, 1});
+        const Box3i box{{8, 8, 8}, {32, 32, 32}};
+        // Faces move by a voxel or two, to the first voxel of a brick and away from it.
+        const auto field = [&] {
+            Box3i inner = box;
+            for (int a = 0; a < 3; ++a) {
+                inner.begin[a] += int(random.whole(0, 9));
+                inner.end[a] -= int(random.whole(0, 9));
+            }
+            const Vec3d u = random.vector(0.4);
+            return [inner, u](Vec3d p) {
+                const Vec3i e{int(p.x), int(p.y), int(p.z)};
+                return contains(inner, e) ? u : Vec3d{0, 0, 0};
+            };
+        };
+        Lattice lattice = displaced_lattice(volume, box, field());
+        Volume deformed = volume;
+        Scatter scatter(volume, arena);
+        for (int turn = 0; turn < 25; ++turn) {
+            scatter.look(lattice, Mapping::Cells, deformed);
+            scatter.write(lattice, Mapping::Cells, deformed, nullptr, {});
+            const Deformed once = deform_by_lattice(volume, lattice, Mapping::Cells, false, arena);
+            ASSERT_EQ(deformed.voxels, once.volume.voxels) << "turn " << turn;
+            displace(lattice, box, field());
+        }
+    }
+}
+
 TEST(LiveDeformation, AnUpdateAllocatesNothingOnceItHasSeenTheLargestDeformation) {
     const TaskArena arena(1);
     Random random(5);
