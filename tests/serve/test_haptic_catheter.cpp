@@ -7,6 +7,7 @@
 #include <gtest/gtest.h>
 #include <pliant/serve.h>
 
+#include <algorithm>
 #include <cmath>
 #include <fstream>
 #include <optional>
@@ -34,10 +35,15 @@ const char* kBend =
 class HapticCatheter : public ::testing::Test {
   protected:
     void SetUp() override {
-        // 12 mm ahead in a second, turned by a quarter; and it stays there.
+        // It waits until it surely holds the wire; then 12 mm ahead in a second, turned by a
+        // quarter; and it stays there.
         std::ofstream replay(m_folder.path() / "hand.txt");
-        for (int k = 0; k <= 1000; ++k)
-            replay << k * 1'000'000 << " 0 0 " << -0.012 * k << ' ' << 1.5708e-3 * k << "\n";
+        constexpr int kWaits = 2000;
+        for (int k = -kWaits; k <= 1000; ++k) {
+            const double way = 1e-3 * std::max(k, 0);
+            replay << (k + kWaits) * 1'000'000LL << " 0 0 " << -12 * way << ' ' << 1.5708 * way
+                   << "\n";
+        }
         replay.close();
         const auto scene = m_folder.write("bend.toml", kBend);
         auto server =
@@ -55,7 +61,7 @@ class HapticCatheter : public ::testing::Test {
     /// A simulation takes its time where others use the machine as well.
     static Json patiently(TestClient& client, const std::function<bool(const Json&)>& holds) {
         Json found;
-        for (int n = 0; n < 8 && found.is_null(); ++n) found = client.until(holds);
+        for (int n = 0; n < 4 && found.is_null(); ++n) found = client.until(holds);
         return found;
     }
     static Json news(TestClient& client, const std::function<bool(const Json&)>& holds) {
@@ -85,12 +91,14 @@ TEST_F(HapticCatheter, IsInsertedTurnedFeltAndPlayedAgain) {
                      }).is_null());
     }
     // It comes to where the coupling holds its force.
-    const Json rest = state(hand, [](const Json& m) {
+    Json last;
+    const Json rest = state(hand, [&](const Json& m) {
         const Json& v = m["vessel"];
+        last = m;
         return v["inserted_mm"] > 27 + 9 && v["rotated_deg"] > 89.8 && v["insert_mm_s"] == 0 &&
                v["rotate_deg_s"] == 0 && m["settled"] == true;
     });
-    ASSERT_FALSE(rest.is_null());
+    ASSERT_FALSE(rest.is_null()) << last.dump();
     const double force_n = rest["vessel"]["force_n"];
     EXPECT_GT(force_n, 0.005);
     EXPECT_LT(rest["vessel"]["inserted_mm"], 27 + 12);
