@@ -27,7 +27,7 @@ inline constexpr int kMaxSteps = 40;
 inline constexpr int kNewtonSteps = 16;  ///< of strongly bent cells, likewise
 
 /// Steps from which on is watched whether they still move s; fewer are simply taken.
-inline constexpr std::size_t kWatched = 8;
+inline constexpr std::size_t kWatched = 5;
 
 /// Steps that are taken by all voxels of a vector if any of them needs one.
 inline constexpr std::size_t kFlatSteps = 2;

@@ -32,7 +32,7 @@ bool moved_as_a_whole(const BrickRecord& record) {
 
 /// Components of displacement: the one that alone may say of all elements that they moved is first.
 std::array<const Fixed*, 3> farthest_first(const BrickRecord& record) {
-    std::array<const Fixed*, 3> u{record.brick->u[0], record.brick->u[1], record.brick->u[2]};
+    std::array<const Fixed*, 3> u = record.u;
     const auto reach = [&](int a) {
         return std::max(-std::int64_t(record.u_min[a]), std::int64_t(record.u_max[a]));
     };
@@ -51,7 +51,7 @@ void find_altered_rows(BrickRecord& record, int size, RowBits* rows) {
         std::fill_n(rows, count, all);
         return;
     }
-    if (record.brick)
+    if (record.u[0])
         find_moved(farthest_first(record), size, rows);
     else
         std::fill_n(rows, count, 0);
@@ -77,9 +77,9 @@ void Snapshot::take(const Lattice& lattice, const Snapshot& before, const TaskAr
         for (auto n = std::size_t(begin); n < std::size_t(end); ++n) {
             RowBits* rows = m_rows.data() + n * m_rows_per_brick;
             BrickRecord& record = m_records[n];
-            if (record.brick)
+            if (record.u[0])
                 for (int a = 0; a < 3; ++a)
-                    record.u_middle[a] = record.brick->u[std::size_t(a)][middle];
+                    record.u_middle[a] = record.u[std::size_t(a)][middle];
             const int old = before.find(record.coord);
             if (old < 0 || before.m_records[std::size_t(old)].stamp != record.stamp) {
                 find_altered_rows(record, size, rows);
@@ -100,13 +100,13 @@ void Snapshot::list_records(const Lattice& lattice) {
     lattice.for_each_brick([&](const Brick& brick) {
         // A drag keeps bricks for all that it may reach.
         if (is_at_rest(brick) && !brick.edits) return;
-        m_records.push_back({brick.coord, &brick, brick.edits, stamp_of(&brick, brick.edits, count),
+        m_records.push_back({brick.coord, {brick.u[0], brick.u[1], brick.u[2]}, brick.edits, stamp_of(&brick, brick.edits, count),
                              brick.u_min, brick.u_max});
     });
     for (const auto& [coord, edits] : lattice.all_edits())
         if (lattice.find_brick(coord) < 0)
             m_records.push_back({coord,
-                                 nullptr,
+                                 {},
                                  edits.data(),
                                  stamp_of(nullptr, edits.data(), count),
                                  {0, 0, 0},

@@ -8,6 +8,7 @@
 
 #include <pliant/tasks.h>
 
+#include <array>
 #include <cstdint>
 #include <vector>
 
@@ -41,7 +42,7 @@ struct StripLayout {
 
 struct BrickRecord {
     Vec3i coord;
-    const Brick* brick;         ///< null: at rest; valid until the lattice changes
+    std::array<const Fixed*, 3> u;  ///< of the brick; null: at rest; valid until it changes
     const std::uint8_t* edits;  ///< null: none; likewise
     std::uint64_t stamp;        ///< differs whenever displacements or edits do
     Vec3<Fixed> u_min, u_max;

@@ -14,9 +14,8 @@ namespace {
 constexpr double kNearFace = 1e-4;
 
 Vec3<Fixed> displacement(const BrickRecord* record, int element) {
-    if (!record || !record->brick) return {0, 0, 0};
-    const auto& u = record->brick->u;
-    return {u[0][element], u[1][element], u[2][element]};
+    if (!record || !record->u[0]) return {0, 0, 0};
+    return {record->u[0][element], record->u[1][element], record->u[2][element]};
 }
 
 int edits(const BrickRecord* record, int element) {

@@ -64,9 +64,9 @@ class Elements {
     bool is_inside(Vec3i e) const { return contains(voxel_box(m_lattice.grid()), e); }
     Vec3d displacement_mm(Vec3i e) const {
         const BrickRecord* found = record(e);
-        if (!found || !found->brick) return {0, 0, 0};
+        if (!found || !found->u[0]) return {0, 0, 0};
         const int n = m_lattice.index_in_brick(e);
-        const auto& u = found->brick->u;
+        const auto& u = found->u;
         return {mm_from_units(u[0][n]), mm_from_units(u[1][n]), mm_from_units(u[2][n])};
     }
 

@@ -187,8 +187,8 @@ const BrickRecord* StripNodes::record_of(Vec3i p, int& element) const {
 Vec3<Fixed> StripNodes::displacement(Vec3i p) const {
     int n;
     const BrickRecord* found = record_of(p, n);
-    if (!found || !found->brick) return {0, 0, 0};
-    return {found->brick->u[0][n], found->brick->u[1][n], found->brick->u[2][n]};
+    if (!found || !found->u[0]) return {0, 0, 0};
+    return {found->u[0][n], found->u[1][n], found->u[2][n]};
 }
 
 int StripNodes::edits(Vec3i p) const {
@@ -204,8 +204,8 @@ void StripNodes::note(const Snapshot& snapshot, const Volume& original, Vec3i co
     // brick.
     const auto want = [&](Vec3i offset, std::size_t row_count, std::size_t row_size) {
         const BrickRecord* next = snapshot.record_at(coord + offset);
-        if (!next || !next->brick) return;
-        for (const Fixed* u : next->brick->u)
+        if (!next || !next->u[0]) return;
+        for (const Fixed* u : next->u)
             for (std::size_t row = 0; row < row_count; ++row)
                 ahead.want(u + row * layer, row_size * sizeof(Fixed));
     };
@@ -235,8 +235,8 @@ void StripNodes::load_displacements(const Grid& grid, int axis) {
     const int whole = int(std::lround(voxels));
     m_origin[axis] = m_first[axis] + whole;
     for (std::size_t b = 0; b < m_records.size(); ++b)
-        m_from[b] = m_records[b] && m_records[b]->brick ? m_records[b]->brick->u[std::size_t(axis)]
-                                                        : m_at_rest.data();
+        m_from[b] = m_records[b] && m_records[b]->u[0] ? m_records[b]->u[std::size_t(axis)]
+                                                       : m_at_rest.data();
     convert_displacements(m_from, m_rows, m_size, base, float(scale / 8),
                           float((voxels - whole) / 8), m_u[std::size_t(axis)].data());
 }
