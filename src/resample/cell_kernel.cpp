@@ -211,8 +211,7 @@ HWY_NOINLINE void claim(Work& work, int first, unsigned found, unsigned edges) {
         if (!is_open(open_of(work.target, voxel))) continue;
         const int lane = work.waiting.item[first + n] & ((1 << kLaneBits) - 1);
         work.left.claims.push_back(
-            {voxel, (edges >> n & 1) != 0, work.left.strip,
-             work.rows.first_cell[lane / kCellGroup] + lane % kCellGroup,
+            {voxel, (edges >> n & 1) != 0, work.left.strip, work.rows.cell_of(lane),
              work.to.is_16_bit ? double(solved.whole[n]) : double(solved.value[n]),
              work.to.with_inverse ? solved.back_of(n, work.to.shift) : Vec3f{0, 0, 0}});
     }
@@ -223,8 +222,8 @@ HWY_NOINLINE void leave_unsettled(Work& work, int first, unsigned lanes) {
     for (; lanes; lanes &= lanes - 1) {
         const int n = __builtin_ctz(lanes);
         const int lane = work.waiting.item[first + n] & ((1 << kLaneBits) - 1);
-        work.left.unsettled.push_back({work.rows.first_cell[lane / kCellGroup] + lane % kCellGroup,
-                                       work.to.origin + work.solved.voxel[n]});
+        work.left.unsettled.push_back(
+            {work.rows.cell_of(lane), work.to.origin + work.solved.voxel[n]});
     }
 }
 
@@ -329,24 +328,52 @@ StripTarget target_of(const StripNodes& strip, const CellTarget& target, CellFac
     return to;
 }
 
-/// Makes the cells (x…x + 15, y, z) ready and lists their candidates. @param use  bit: lane
-HWY_INLINE void look_into_group(Vec3i place, unsigned use, Work& work) {
+/// Cells (x…x + 7, y, z).
+struct HalfGroup {
+    Vec3i place;
+    unsigned use;  ///< bit: lane
+};
+
+/// One coordinate of the cells of lanes lane, lane + 1, …
+template <int Vec3i::*kAxis>
+HWY_INLINE V coordinate(const HalfGroup& low, const HalfGroup& high, unsigned lane) {
+    const D d;
+    const bool is_x = kAxis == &Vec3i::x;
+    const V along = is_x ? hn::Iota(d, float(lane)) : hn::Zero(d);
+    const V below = hn::Add(along, hn::Set(d, float(low.place.*kAxis)));
+    const V above = hn::Add(along, hn::Set(d, float(high.place.*kAxis - (is_x ? kHalfGroup : 0))));
+#if HWY_TARGET <= HWY_AVX3
+    return hn::ConcatUpperLower(d, above, below);
+#else
+    return lane < kHalfGroup ? below : above;
+#endif
+}
+
+/// Makes two halves of a group ready and lists their candidates.
+HWY_INLINE void look_into_group(const HalfGroup& low, const HalfGroup& high, Work& work) {
     constexpr auto kLanes = unsigned(hn::MaxLanes(D()));
     constexpr unsigned kAllLanes = (1u << kLanes) - 1;
     const D d;
-    const int n = work.strip.index(place.x, place.y, place.z);
+    const auto number = [&](const HalfGroup& half) {
+        return work.strip.index(half.place.x, half.place.y, half.place.z);
+    };
+    const int low_cell = number(low), high_cell = number(high);
     const unsigned slot = work.group % kKeptGroups, first_lane = slot * kCellGroup;
-    work.rows.first_cell[slot] = n;
+    work.rows.first_cell[slot][0] = low_cell;
+    work.rows.first_cell[slot][1] = high_cell;
+    const unsigned use = low.use | high.use << kHalfGroup;
     std::array<Prepared, kCellGroup / kLanes> cells;
     unsigned fast = 0, folded = 0;
     bool is_bent = false, is_very_bent = false;
     std::array<int, 3> along{1, 1, 1};
     for (unsigned part = 0, lane = 0; lane < kCellGroup; ++part, lane += kLanes) {
         const M used = mask_of(use >> lane & kAllLanes);
-        const Vec at{hn::Add(hn::Iota(d, 0), hn::Set(d, float(place.x + int(lane)))),
-                     hn::Set(d, float(place.y)), hn::Set(d, float(place.z))};
-        cells[part] =
-            prepare(work.strip, std::size_t(n) + lane, at, work.to, first_lane + lane, work.rows);
+        const Vec at{coordinate<&Vec3i::x>(low, high, lane), coordinate<&Vec3i::y>(low, high, lane),
+                     coordinate<&Vec3i::z>(low, high, lane)};
+        const Cells n{lane < kHalfGroup ? std::size_t(low_cell) + lane
+                                        : std::size_t(high_cell) + lane - kHalfGroup,
+                      std::size_t(high_cell)};
+        cells[part] = prepare(work.strip, n, at, work.to, first_lane + lane, work.rows);
         M ready = hn::And(used, cells[part].fast);
         const auto is_beyond = [&](float bend) HWY_ATTR {
             return !hn::AllFalse(d, hn::And(ready, hn::Ge(cells[part].most, hn::Set(d, bend))));
@@ -356,7 +383,7 @@ HWY_INLINE void look_into_group(Vec3i place, unsigned use, Work& work) {
         const M simple = hn::And(ready, hn::Lt(cells[part].most, hn::Set(d, kMostBent)));
         const M doubtful = hn::AndNot(simple, used);
         if (HWY_UNLIKELY(!hn::AllFalse(d, doubtful))) {
-            const M sound = is_nowhere_folded(work.strip, std::size_t(n) + lane);
+            const M sound = is_nowhere_folded(work.strip, n);
             folded |= bits_of(hn::AndNot(sound, doubtful)) << lane;
             ready = hn::Or(simple, hn::And(ready, sound));
         }
@@ -375,9 +402,17 @@ HWY_INLINE void look_into_group(Vec3i place, unsigned use, Work& work) {
         is_bent ? list.template operator()<true>(kTwo) : list.template operator()<false>(kTwo);
     else
         is_bent ? list.template operator()<true>(along) : list.template operator()<false>(along);
-    for (unsigned left = use & ~fast; left; left &= left - 1)
-        work.left.slow.push_back(n + __builtin_ctz(left));
-    for (; folded; folded &= folded - 1) work.left.folded.push_back(n + __builtin_ctz(folded));
+    const auto cell = [&](unsigned lanes) {
+        return work.rows.cell_of(int(first_lane) + __builtin_ctz(lanes));
+    };
+    for (unsigned left = use & ~fast; left; left &= left - 1) work.left.slow.push_back(cell(left));
+    for (; folded; folded &= folded - 1) work.left.folded.push_back(cell(folded));
+}
+
+HWY_NOINLINE void write_group(const HalfGroup& low, const HalfGroup& high, Work& work) {
+    look_into_group(low, high, work);
+    solve_waiting(work);
+    ++work.group;
 }
 
 void write_strip(const StripNodes& strip, const CellTarget& target, CellFaces faces,
@@ -386,16 +421,28 @@ void write_strip(const StripNodes& strip, const CellTarget& target, CellFaces fa
     const RowBits* use = strip.use().data();
     const std::size_t groups = strip.use().size() * std::size_t(strip.cells()) / kCellGroup;
     const std::size_t lines = ahead.left() / groups + 1;
+    constexpr unsigned kHalf = (1u << kHalfGroup) - 1;
+    HalfGroup alone{{0, 0, 0}, 0};  // without the other half of its row
     for (int z = 0; z < strip.size(); ++z)
         for (int y = 0; y < strip.size(); ++y, ++use)
             for (int x = 0; x < strip.cells(); x += kCellGroup) {
                 ahead.fetch(lines);
                 const auto group = unsigned(*use >> x & 0xffff);
                 if (!group) continue;
-                look_into_group({x, y, z}, group, work);
-                solve_waiting(work);
-                ++work.group;
+                HalfGroup low{{x, y, z}, group & kHalf};
+                HalfGroup high{{x + kHalfGroup, y, z}, group >> kHalfGroup};
+                if (!low.use || !high.use) {
+                    const HalfGroup half = low.use ? low : high;
+                    if (!alone.use) {
+                        alone = half;
+                        continue;
+                    }
+                    low = std::exchange(alone, {{0, 0, 0}, 0});
+                    high = half;
+                }
+                write_group(low, high, work);
             }
+    if (alone.use) write_group(alone, {alone.place, 0}, work);
     for (int rest = 0; rest < 2; ++rest, ++work.group) solve_waiting(work);
     write_last(work);
 }

@@ -48,10 +48,17 @@ enum Row {
 /// together in full vectors, and one more to make it a power of two.
 inline constexpr unsigned kKeptGroups = 4;
 
+/// Cells of a group that lie in a row; the other half may be in another row. A brick's row, mostly.
+inline constexpr int kHalfGroup = kCellGroup / 2;
+
 struct CellRows {
     alignas(64) float row[kRowCount][kKeptGroups * kCellGroup];
     alignas(64) std::int32_t voxel[kKeptGroups * kCellGroup];  ///< index of kRowPlace
-    int first_cell[kKeptGroups];
+    int first_cell[kKeptGroups][2];                            ///< of both halves of a group
+
+    int cell_of(int lane) const {
+        return first_cell[lane / kCellGroup][lane % kCellGroup / kHalfGroup] + lane % kHalfGroup;
+    }
 };
 
 /// Voxels to be solved, first to last, each with the lane in CellRows and the candidate, which is
