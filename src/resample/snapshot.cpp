@@ -78,8 +78,7 @@ void Snapshot::take(const Lattice& lattice, const Snapshot& before, const TaskAr
             RowBits* rows = m_rows.data() + n * m_rows_per_brick;
             BrickRecord& record = m_records[n];
             if (record.u[0])
-                for (int a = 0; a < 3; ++a)
-                    record.u_middle[a] = record.u[std::size_t(a)][middle];
+                for (int a = 0; a < 3; ++a) record.u_middle[a] = record.u[std::size_t(a)][middle];
             const int old = before.find(record.coord);
             if (old < 0 || before.m_records[std::size_t(old)].stamp != record.stamp) {
                 find_altered_rows(record, size, rows);
@@ -100,8 +99,12 @@ void Snapshot::list_records(const Lattice& lattice) {
     lattice.for_each_brick([&](const Brick& brick) {
         // A drag keeps bricks for all that it may reach.
         if (is_at_rest(brick) && !brick.edits) return;
-        m_records.push_back({brick.coord, {brick.u[0], brick.u[1], brick.u[2]}, brick.edits, stamp_of(&brick, brick.edits, count),
-                             brick.u_min, brick.u_max});
+        m_records.push_back({brick.coord,
+                             {brick.u[0], brick.u[1], brick.u[2]},
+                             brick.edits,
+                             stamp_of(&brick, brick.edits, count),
+                             brick.u_min,
+                             brick.u_max});
     });
     for (const auto& [coord, edits] : lattice.all_edits())
         if (lattice.find_brick(coord) < 0)

@@ -43,8 +43,8 @@ struct StripLayout {
 struct BrickRecord {
     Vec3i coord;
     std::array<const Fixed*, 3> u;  ///< of the brick; null: at rest; valid until it changes
-    const std::uint8_t* edits;  ///< null: none; likewise
-    std::uint64_t stamp;        ///< differs whenever displacements or edits do
+    const std::uint8_t* edits;      ///< null: none; likewise
+    std::uint64_t stamp;            ///< differs whenever displacements or edits do
     Vec3<Fixed> u_min, u_max;
     Vec3<Fixed> u_middle{0, 0, 0};  ///< at StripLayout::middle
     bool is_full = false;           ///< every element moved or is void

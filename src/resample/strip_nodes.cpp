@@ -197,8 +197,7 @@ int StripNodes::edits(Vec3i p) const {
     return found && found->edits ? found->edits[n] : 0;
 }
 
-void StripNodes::note(const Snapshot& snapshot, const Volume& original, Vec3i coord,
-                      Ahead& ahead) const {
+void StripNodes::note(const Snapshot& snapshot, Vec3i coord, Ahead& ahead) const {
     const auto side = std::size_t(m_size), layer = side * side;
     // Bricks, and of those beside them faces and edges. A face along x is in all lines of its
     // brick.
@@ -216,17 +215,6 @@ void StripNodes::note(const Snapshot& snapshot, const Volume& original, Vec3i co
         want({x, 0, 1}, 1, layer);
         want({x, 1, 1}, 1, side);
     }
-    const Box3i nodes{m_size * coord, m_size * coord + Vec3i{m_row, m_size + 1, m_size + 1}};
-    const Box3i inside = overlap(nodes, voxel_box(original.grid));
-    if (is_empty(inside)) return;
-    std::visit(
-        [&](const auto& voxels) {
-            const auto row_size = std::size_t(inside.end.x - inside.begin.x) * sizeof(voxels[0]);
-            for_each_row(inside, [&](Vec3i p) {
-                ahead.want(voxels.data() + voxel_index(original.grid, p), row_size);
-            });
-        },
-        original.voxels);
 }
 
 void StripNodes::load_displacements(const Grid& grid, int axis) {

@@ -63,8 +63,9 @@ class StripNodes {
               const Volume& original, Vec3i coord, const CellReach& reach,
               std::span<const Box3i> within);
 
-    /// Notes what another strip's load will read, but for what this one's has just read.
-    void note(const Snapshot& snapshot, const Volume& original, Vec3i coord, Ahead& ahead) const;
+    /// Notes which displacements another strip's load will read, but for what this one's has just
+    /// read.
+    void note(const Snapshot& snapshot, Vec3i coord, Ahead& ahead) const;
 
     /// Rows of cells are size() by size(), cells() long.
     int size() const { return m_size; }

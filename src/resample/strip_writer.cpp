@@ -126,11 +126,12 @@ void StripWriter::write_once(const ScatterJob& job, const CellTarget& target, st
     for (const int cell : m_left.folded) contest(overlap(box_of(cell), target.box), size);
 }
 
-/// Notes what a strip will read, and may write to.
+/// Notes displacements that a strip will read, and what it may write to. The original's rows, which
+/// lie side by side for strips that follow each other, the processor fetches ahead by itself.
 void StripWriter::note_next(const ScatterJob& job, const CellTarget& target, std::size_t n) {
     m_ahead.clear();
     if (n >= job.strips.size()) return;
-    m_strip.note(job.snapshot, job.original, job.strips[n].coord, m_ahead);
+    m_strip.note(job.snapshot, job.strips[n].coord, m_ahead);
     const Box3i box = overlap(job.strips[n].voxels, target.box);
     if (is_empty(box) || dense_count(box.end - box.begin) > kMostFetched) return;
     const auto count = std::size_t(box.end.x - box.begin.x);
