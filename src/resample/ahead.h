@@ -21,9 +21,13 @@ class Ahead {
     void clear() { m_next = m_end = 0; }
     /// Notes some bytes, as far as there is room.
     void want(const void* first, std::size_t bytes) {
-        const auto begin = reinterpret_cast<std::uintptr_t>(first), end = begin + bytes;
-        if (m_end + bytes / kLine + 2 > kMost) return;
-        for (auto line = begin & ~(kLine - 1); line < end; line += kLine) m_lines[m_end++] = line;
+        const auto begin = reinterpret_cast<std::uintptr_t>(first);
+        want_lines(begin & ~(kLine - 1), begin + bytes);
+    }
+    /// Likewise, but for a line that began before: what lies there was wanted earlier.
+    void want_on(const void* first, std::size_t bytes) {
+        const auto begin = reinterpret_cast<std::uintptr_t>(first);
+        want_lines((begin + kLine - 1) & ~(kLine - 1), begin + bytes);
     }
     /// Lines that are noted and not asked for yet.
     std::size_t left() const { return m_end - m_next; }
@@ -36,6 +40,11 @@ class Ahead {
     }
 
   private:
+    void want_lines(std::uintptr_t begin, std::uintptr_t end) {
+        if (m_end + (std::max(begin, end) - begin) / kLine + 2 > kMost) return;
+        for (; begin < end; begin += kLine) m_lines[m_end++] = begin;
+    }
+
     static constexpr std::uintptr_t kLine = 64;  ///< of the cache [bytes]
     static constexpr std::size_t kMost = 2048;
 

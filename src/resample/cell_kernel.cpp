@@ -27,28 +27,27 @@ class RowsAt {
   public:
     /// @param lane  of the rows, per voxel. @param even, odd  where the two groups begin
     HWY_INLINE RowsAt(const CellRows& rows, hn::Vec<DI> lane, unsigned even, unsigned odd)
-        : m_rows(rows), m_lane(lane), m_even(even), m_odd(odd) {}
-    HWY_INLINE V operator()(int row) const { return at(m_rows.row[row]); }
-    HWY_INLINE Vec vec(int row) const { return {(*this)(row), (*this)(row + 1), (*this)(row + 2)}; }
+        : m_lane(lane), m_rows(rows.row[0]), m_even(m_rows + even), m_odd(m_rows + odd) {}
+    HWY_INLINE V operator()(int row) const {
+        const std::size_t at = std::size_t(row * CellRows::kLanes);
+#if HWY_TARGET <= HWY_AVX3
+        const D d;
+        return V{_mm512_permutex2var_ps(hn::Load(d, m_even + at).raw, m_lane.raw,
+                                        hn::Load(d, m_odd + at).raw)};
+#else
+        return hn::GatherIndex(D(), m_rows + at, m_lane);
+#endif
+    }
+    HWY_INLINE Vec vec(int row) const {
+        return {(*this)(row), (*this)(row + 1), (*this)(row + 2)};
+    }
     HWY_INLINE hn::Vec<DI> voxel() const {
-        const DI di;
-        return hn::BitCast(di, at(reinterpret_cast<const float*>(m_rows.voxel)));
+        return hn::BitCast(DI(), (*this)(kRowVoxel));
     }
 
   private:
-    HWY_INLINE V at(const float* HWY_RESTRICT row) const {
-        const D d;
-#if HWY_TARGET <= HWY_AVX3
-        return V{_mm512_permutex2var_ps(hn::Load(d, row + m_even).raw, m_lane.raw,
-                                        hn::Load(d, row + m_odd).raw)};
-#else
-        return hn::GatherIndex(d, row, m_lane);
-#endif
-    }
-
-    const CellRows& m_rows;
     const hn::Vec<DI> m_lane;
-    [[maybe_unused]] const unsigned m_even, m_odd;
+    [[maybe_unused]] const float *m_rows, *m_even, *m_odd;
 };
 
 HWY_INLINE M has_moved(const Vec& from, const Vec& to) {
@@ -66,14 +65,8 @@ HWY_INLINE M is_held(const Vec& s) {
     return hn::Ge(largest_size(s), hn::Set(D(), kNewtonReach));
 }
 
-struct Settled {
-    Vec s;
-    M moving;  ///< lanes that did not settle
-};
-
-/// By value, or all that is rarely needed here would always have to be in memory.
-/// @param s  of the other lanes
-HWY_NOINLINE Settled settle_by_newton(Bending g, Vec s1, Vec s, M lanes) {
+/// @param[in,out] s  of the lanes that it is for. @returns those that did not settle
+HWY_NOINLINE M settle_by_newton(const Bending& g, const Vec& s1, M lanes, Vec& s) {
     const D d;
     const auto start = [&](V x)
                            HWY_ATTR { return hn::Min(hn::Max(x, hn::Set(d, -1)), hn::Set(d, 1)); };
@@ -86,17 +79,18 @@ HWY_NOINLINE Settled settle_by_newton(Bending g, Vec s1, Vec s, M lanes) {
         if (step >= kNewtonSteps / 2)
             lanes = hn::AndNot(hn::And(is_held(before), is_held(s)), lanes);
     }
-    return {s, lanes};
+    return lanes;
 }
 
 /// Solves s + G(s) = s₁ with as many steps as the cells' bends ask for.
-HWY_INLINE Settled settle(const RowsAt& at, const Vec& s1, M active) {
+/// @param[out] s  answer. @returns lanes that did not settle
+HWY_INLINE M settle(const RowsAt& at, const Vec& s1, M active, Vec& s) {
     const D d;
     const V bend = at(kRowBend);
     const M bent = hn::And(active, hn::Gt(bend, hn::Set(d, kBends[0])));
-    if (hn::AllFalse(d, bent)) return {s1, bent};
+    s = s1;
+    if (hn::AllFalse(d, bent)) return bent;
     const Bending g{at.vec(kRowG), at.vec(kRowG + 3), at.vec(kRowG + 6), at.vec(kRowG + 9)};
-    Vec s = s1;
     for (std::size_t step = 0; step < kFlatSteps; ++step) s = next_step(g, s1, s);
     // Settled lanes stay as they are, or they would depend on their neighbours.
     s = if_then_else(bent, s, s1);
@@ -112,9 +106,15 @@ HWY_INLINE Settled settle(const RowsAt& at, const Vec& s1, M active) {
             moving = hn::And(moving, has_moved(before, s));
         }
     }
-    if (HWY_LIKELY(hn::AllFalse(d, very))) return {s, moving};
-    const Settled strongly = settle_by_newton(g, s1, s, very);
-    return {strongly.s, hn::Or(moving, strongly.moving)};
+    if (HWY_UNLIKELY(!hn::AllFalse(d, very))) {
+        // Copies, or all that is rarely needed here would always have to be in memory.
+        const Bending of_g = g;
+        const Vec of_s1 = s1;
+        Vec of_s = s;
+        moving = hn::Or(moving, settle_by_newton(of_g, of_s1, very, of_s));
+        s = of_s;
+    }
+    return moving;
 }
 
 HWY_INLINE V lerp(V a, V b, V t) {
@@ -145,31 +145,37 @@ HWY_INLINE M outside(const Vec& p, const StripTarget& to) {
     return hn::Gt(largest({x, y, z}), hn::Zero(d));
 }
 
-HWY_INLINE Open open_of(const CellTarget& to, std::ptrdiff_t voxel) {
-    return std::atomic_ref(to.open[voxel]).load(std::memory_order_relaxed);
+HWY_INLINE Open open_of(Open* open, std::ptrdiff_t voxel) {
+    return std::atomic_ref(open[voxel]).load(std::memory_order_relaxed);
 }
 
 /// Stores what lies in a cell where the target is open. @param found  bit: lane
 HWY_INLINE void write_solved(const Solved& solved, unsigned found, const StripTarget& strip,
                              const CellTarget& to) {
-    const auto write = [&](const auto& store) HWY_ATTR {
+    // By value: for all that the compiler knows, a store of one byte may change everything else.
+    Open* const open = to.open + strip.origin;
+    const Open written = to.when_written;
+    const auto write = [=, &solved](const auto& store) HWY_ATTR {
         for (unsigned left = found; left; left &= left - 1) {
             const auto lane = unsigned(__builtin_ctz(left));
-            const std::ptrdiff_t voxel = strip.origin + solved.voxel[lane];
-            const Open open = open_of(to, voxel);
-            if (open == Open::Taken) put(to.open[voxel], Open::Shared);
-            if (open != Open::Yes) continue;
-            put(to.open[voxel], to.when_written);
-            store(lane, voxel);
+            const std::ptrdiff_t voxel = solved.voxel[lane];
+            const Open state = open_of(open, voxel);
+            if (HWY_LIKELY(state == Open::Yes)) {
+                put(open[voxel], written);
+                store(lane, voxel);
+            } else if (state == Open::Taken) {
+                put(open[voxel], Open::Shared);
+            }
         }
     };
     if (strip.is_16_bit && !strip.with_inverse) {
-        std::int16_t* voxels = to.voxels16;
-        write([&](unsigned lane, std::ptrdiff_t voxel)
+        std::int16_t* const voxels = to.voxels16 + strip.origin;
+        write([voxels, &solved](unsigned lane, std::ptrdiff_t voxel)
                   HWY_ATTR { put(voxels[voxel], std::int16_t(solved.whole[lane])); });
         return;
     }
-    write([&](unsigned lane, std::ptrdiff_t voxel) HWY_ATTR {
+    write([&](unsigned lane, std::ptrdiff_t from_origin) HWY_ATTR {
+        const std::ptrdiff_t voxel = strip.origin + from_origin;
         if (strip.is_16_bit)
             put(to.voxels16[voxel], std::int16_t(solved.whole[lane]));
         else
@@ -208,7 +214,7 @@ HWY_NOINLINE void claim(Work& work, int first, unsigned found, unsigned edges) {
     for (; found; found &= found - 1) {
         const int n = __builtin_ctz(found);
         const std::ptrdiff_t voxel = work.to.origin + solved.voxel[n];
-        if (!is_open(open_of(work.target, voxel))) continue;
+        if (!is_open(open_of(work.target.open, voxel))) continue;
         const int lane = work.waiting.item[first + n] & ((1 << kLaneBits) - 1);
         work.left.claims.push_back(
             {voxel, (edges >> n & 1) != 0, work.left.strip, work.rows.cell_of(lane),
@@ -251,17 +257,17 @@ HWY_INLINE void solve(int first, int count, Work& work) {
         steps.x, at.vec(kRowJ),
         mul_add(steps.y, at.vec(kRowJ + 3), mul_add(steps.z, at.vec(kRowJ + 6), at.vec(kRowS))));
     if (!to.is_inside) active = hn::AndNot(outside(sum(at.vec(kRowPlace), steps), to), active);
-    const Settled settled = settle(at, s1, active);
-    const Vec s = settled.s;
+    Vec s;
+    const M moving = settle(at, s1, active, s);
     const V least = hn::Min(hn::Min(s.x, s.y), s.z);
     M found = hn::And(active, hn::And(hn::Ge(least, hn::Set(d, -1 - kLowSlack)),
                                       hn::Le(largest(s), hn::Set(d, 1 - to.high_slack))));
     hn::Store(hn::Add(hn::Add(at.voxel(), i),
                       hn::Add(hn::Mul(j, hn::Set(di, to.row)), hn::Mul(k, hn::Set(di, to.slice)))),
               di, work.solved.voxel);
-    if (HWY_UNLIKELY(!hn::AllFalse(d, settled.moving))) {
-        leave_unsettled(work, first, bits_of(settled.moving));
-        found = hn::AndNot(settled.moving, found);
+    if (HWY_UNLIKELY(!hn::AllFalse(d, moving))) {
+        leave_unsettled(work, first, bits_of(moving));
+        found = hn::AndNot(moving, found);
     }
     const Vec t{unit_interval(s.x), unit_interval(s.y), unit_interval(s.z)};
     const V value = value_at(at, t);
@@ -364,8 +370,7 @@ HWY_INLINE void look_into_group(const HalfGroup& low, const HalfGroup& high, Wor
     const unsigned use = low.use | high.use << kHalfGroup;
     std::array<Prepared, kCellGroup / kLanes> cells;
     unsigned fast = 0, folded = 0;
-    bool is_bent = false, is_very_bent = false;
-    std::array<int, 3> along{1, 1, 1};
+    bool is_wide = false;
     for (unsigned part = 0, lane = 0; lane < kCellGroup; ++part, lane += kLanes) {
         const M used = mask_of(use >> lane & kAllLanes);
         const Vec at{coordinate<&Vec3i::x>(low, high, lane), coordinate<&Vec3i::y>(low, high, lane),
@@ -375,11 +380,6 @@ HWY_INLINE void look_into_group(const HalfGroup& low, const HalfGroup& high, Wor
                       std::size_t(high_cell)};
         cells[part] = prepare(work.strip, n, at, work.to, first_lane + lane, work.rows);
         M ready = hn::And(used, cells[part].fast);
-        const auto is_beyond = [&](float bend) HWY_ATTR {
-            return !hn::AllFalse(d, hn::And(ready, hn::Ge(cells[part].most, hn::Set(d, bend))));
-        };
-        is_bent |= is_beyond(kCloserLook);
-        is_very_bent |= is_beyond(kMostBent);
         const M simple = hn::And(ready, hn::Lt(cells[part].most, hn::Set(d, kMostBent)));
         const M doubtful = hn::AndNot(simple, used);
         if (HWY_UNLIKELY(!hn::AllFalse(d, doubtful))) {
@@ -388,20 +388,13 @@ HWY_INLINE void look_into_group(const HalfGroup& low, const HalfGroup& high, Wor
             ready = hn::Or(simple, hn::And(ready, sound));
         }
         fast |= bits_of(ready) << lane;
-        for (std::size_t a = 0; a < 3; ++a)
-            along[a] = most_along(cells[part].count[a], ready, along[a]);
+        is_wide |= !hn::AllFalse(d, hn::And(ready, hn::Ge(cells[part].widest, hn::Set(d, 2))));
     }
-    const auto list = [&]<bool kIsBent>(std::array<int, 3> points) HWY_ATTR {
-        list_candidates<kIsBent>(cells, fast, work.to.high_slack, work.rows, first_lane, points,
-                                 work.waiting);
-    };
-    is_bent &= !is_very_bent;  // where nothing is gained by looking more closely
     // The usual case is known to the compiler.
-    constexpr std::array<int, 3> kTwo{2, 2, 2};
-    if (along == kTwo)
-        is_bent ? list.template operator()<true>(kTwo) : list.template operator()<false>(kTwo);
+    if (HWY_LIKELY(!is_wide))
+        list_candidates<2>(cells, fast, work.to.high_slack, first_lane, work.waiting);
     else
-        is_bent ? list.template operator()<true>(along) : list.template operator()<false>(along);
+        list_candidates<kMaxAlong>(cells, fast, work.to.high_slack, first_lane, work.waiting);
     const auto cell = [&](unsigned lanes) {
         return work.rows.cell_of(int(first_lane) + __builtin_ctz(lanes));
     };

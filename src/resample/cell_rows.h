@@ -41,7 +41,8 @@ enum Row {
     kRowValue = 25,  ///< original values at the corners
     kRowBegin = 33,  ///< that grid point, from the cell's lowest corner on
     kRowPlace = 36,  ///< and from the strip's origin on
-    kRowCount = 39,
+    kRowVoxel = 39,  ///< its index, bits of a whole number
+    kRowCount = 40,
 };
 
 /// Groups of cells that are kept: one that is made ready, the two before, whose voxels are solved
@@ -52,9 +53,9 @@ inline constexpr unsigned kKeptGroups = 4;
 inline constexpr int kHalfGroup = kCellGroup / 2;
 
 struct CellRows {
-    alignas(64) float row[kRowCount][kKeptGroups * kCellGroup];
-    alignas(64) std::int32_t voxel[kKeptGroups * kCellGroup];  ///< index of kRowPlace
-    int first_cell[kKeptGroups][2];                            ///< of both halves of a group
+    static constexpr int kLanes = kKeptGroups * kCellGroup;
+    alignas(64) float row[kRowCount][kLanes];
+    int first_cell[kKeptGroups][2];  ///< of both halves of a group
 
     int cell_of(int lane) const {
         return first_cell[lane / kCellGroup][lane % kCellGroup / kHalfGroup] + lane % kHalfGroup;

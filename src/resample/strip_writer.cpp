@@ -132,16 +132,27 @@ void StripWriter::note_next(const ScatterJob& job, const CellTarget& target, std
     m_ahead.clear();
     if (n >= job.strips.size()) return;
     m_strip.note(job.snapshot, job.strips[n].coord, m_ahead);
-    const Box3i box = overlap(job.strips[n].voxels, target.box);
+    Box3i box = overlap(job.strips[n].voxels, target.box);
     if (is_empty(box) || dense_count(box.end - box.begin) > kMostFetched) return;
+    // Lines are longer than strips: of the one beside it, this strip has most of them.
+    const Vec3i way = job.strips[n].coord - job.strips[n - 1].coord;
+    const bool is_beside = way.y == 0 && way.z == 0;
+    if (is_beside) box.begin.x = std::max(box.begin.x, job.strips[n - 1].voxels.end.x);
+    if (is_empty(box)) return;
     const auto count = std::size_t(box.end.x - box.begin.x);
     for_each_row(box, [&](Vec3i p) {
         const std::ptrdiff_t at = voxel_at(target, p);
-        m_ahead.want(target.open + at, count * sizeof(Open));
+        const auto want = [&](const auto* row) {
+            if (is_beside)
+                m_ahead.want_on(row + at, count * sizeof(*row));
+            else
+                m_ahead.want(row + at, count * sizeof(*row));
+        };
+        want(target.open);
         if (target.voxels16)
-            m_ahead.want(target.voxels16 + at, count * sizeof(*target.voxels16));
+            want(target.voxels16);
         else
-            m_ahead.want(target.voxels32 + at, count * sizeof(*target.voxels32));
+            want(target.voxels32);
     });
 }
 
