@@ -16,8 +16,6 @@ namespace {
 
 /// Widest vector, in lanes, that reads beyond the last node.
 constexpr int kPadding = 16;
-/// Elements at the beginning of a brick.
-constexpr std::size_t kBegun = 64;
 /// Differences of displacement within a strip above which it is wild [voxels].
 constexpr double kWild = 64;
 
@@ -210,7 +208,7 @@ void StripNodes::note(const Snapshot& snapshot, Vec3i coord, Ahead& ahead) const
     };
     const bool is_beside = m_size * (coord - Vec3i{m_bricks, 0, 0}) == m_first;
     for (int x = is_beside ? 1 : 0; x <= m_bricks; ++x) {
-        want({x, 0, 0}, 1, kBegun);
+        want({x, 0, 0}, 1, side * layer);
         want({x, 1, 0}, side, side);
         want({x, 0, 1}, 1, layer);
         want({x, 1, 1}, 1, side);
