@@ -107,8 +107,8 @@ void Scatter::clear_inverse(const Lattice& lattice, Vec3f* inverse_mm) {
 }
 
 void Scatter::write_each_once(const ScatterJob& job, const CellTarget& target) {
-    NextStrip next = 0;
-    for_writers([&](StripWriter& writer) { writer.write_each_once(job, target, next); });
+    StripQueue queue(job.strips.size(), m_writers.size());
+    for_writers([&](StripWriter& writer) { writer.write_each_once(job, target, queue); });
 }
 
 /// After what lies in one cell is written: its edges are, too, and what several cells may hold is

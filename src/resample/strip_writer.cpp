@@ -15,10 +15,8 @@
 namespace pliant {
 namespace {
 
-constexpr double kOnFace = 1e-9;          ///< tolerance of barycentric coordinates
-constexpr float kBoxSlack = 1e-3f;        ///< of single precision [voxels]
-constexpr std::size_t kManyStrips = 512;  ///< from which on threads take twice as many at once
-constexpr std::size_t kStripsAtOnce = 4;
+constexpr double kOnFace = 1e-9;            ///< tolerance of barycentric coordinates
+constexpr float kBoxSlack = 1e-3f;          ///< of single precision [voxels]
 constexpr std::size_t kMostFetched = 8192;  ///< voxels around a strip
 
 constexpr std::array<Vec3d, 8> kRestCorners = {
@@ -95,13 +93,9 @@ bool StripWriter::load(const ScatterJob& job, const ReachingStrip& strip,
 }
 
 void StripWriter::write_each_once(const ScatterJob& job, const CellTarget& target,
-                                  NextStrip& next) {
-    // Of those that it takes at once, a thread asks for the next one in advance.
-    const std::size_t count = job.strips.size();
-    const std::size_t at_once = count < kManyStrips ? kStripsAtOnce : 2 * kStripsAtOnce;
-    for (std::size_t first; (first = next.fetch_add(at_once)) < count;)
-        for (std::size_t n = first; n < std::min(first + at_once, count); ++n)
-            write_once(job, target, n);
+                                  StripQueue& queue) {
+    for (std::size_t n, end; queue.take(n, end);)
+        for (; n < end; ++n) write_once(job, target, n);
 }
 
 void StripWriter::write_each_once(const ScatterJob& job, const CellTarget& target) {

@@ -20,6 +20,7 @@
 
 #pragma once
 
+#include <algorithm>
 #include <atomic>
 #include <vector>
 
@@ -30,6 +31,30 @@ namespace pliant {
 
 /// Strips that nobody has taken yet: those from here on.
 using NextStrip = std::atomic<std::size_t>;
+
+/// Strips that several threads share out. Who comes takes much at first and less and less later:
+/// so all are ready at once, and yet work far from each other most of the time. Strips that lie
+/// side by side write to the same lines of memory, which go to and fro between the processors'
+/// caches when two threads write them at once.
+class StripQueue {
+  public:
+    StripQueue(std::size_t strips, std::size_t threads)
+        : m_end(strips), m_parts(2 * std::max<std::size_t>(threads, 1)) {}
+    /// Takes some: first to end. @returns whether any were left
+    bool take(std::size_t& first, std::size_t& end) {
+        first = m_next;
+        do {
+            const std::size_t left = m_end - first;
+            end = first + std::min(std::max(left / m_parts, kLeast), left);
+        } while (!m_next.compare_exchange_weak(first, end));
+        return first < end;
+    }
+
+  private:
+    static constexpr std::size_t kLeast = 4;
+    std::atomic<std::size_t> m_next = 0;
+    const std::size_t m_end, m_parts;
+};
 
 /// How cells claim what is open. Cells that the kernel can invert lie in their tetrahedra as well
 /// as anybody needs: by those they claim what is shared, and no more.
@@ -42,7 +67,7 @@ class StripWriter {
   public:
     /// Writes strips until none are left. Voxels on edges stay behind as claims, and boxes around
     /// cells that may be folded, cut into bricks, as contested().
-    void write_each_once(const ScatterJob& job, const CellTarget& target, NextStrip& next);
+    void write_each_once(const ScatterJob& job, const CellTarget& target, StripQueue& queue);
 
     /// Likewise, writes target.box from all strips that reach it, which are other threads' too.
     void write_each_once(const ScatterJob& job, const CellTarget& target);
