@@ -390,11 +390,17 @@ HWY_INLINE void look_into_group(const HalfGroup& low, const HalfGroup& high, Wor
         fast |= bits_of(ready) << lane;
         is_wide |= !hn::AllFalse(d, hn::And(ready, hn::Ge(cells[part].widest, hn::Set(d, 2))));
     }
-    // The usual case is known to the compiler.
-    if (HWY_LIKELY(!is_wide))
-        list_candidates<2>(cells, fast, work.to.high_slack, first_lane, work.waiting);
-    else
-        list_candidates<kMaxAlong>(cells, fast, work.to.high_slack, first_lane, work.waiting);
+    std::array<int, 3> along{2, 2, 2};
+    if (HWY_LIKELY(!is_wide)) {
+        list_candidates(cells, fast, work.to.high_slack, first_lane, along, work.waiting);
+    } else {
+        for (std::size_t a = 0; a < 3; ++a)
+            for (unsigned part = 0, lane = 0; lane < kCellGroup; ++part, lane += kLanes)
+                if (!hn::AllFalse(d, hn::And(mask_of(fast >> lane & kAllLanes),
+                                             hn::Ge(cells[part].count[a], hn::Set(d, 2)))))
+                    along[a] = kMaxAlong;
+        list_candidates(cells, fast, work.to.high_slack, first_lane, along, work.waiting);
+    }
     const auto cell = [&](unsigned lanes) {
         return work.rows.cell_of(int(first_lane) + __builtin_ctz(lanes));
     };
