@@ -41,8 +41,7 @@ class Ahead {
 
   private:
     void want_lines(std::uintptr_t begin, std::uintptr_t end) {
-        if (m_end + (std::max(begin, end) - begin) / kLine + 2 > kMost) return;
-        for (; begin < end; begin += kLine) m_lines[m_end++] = begin;
+        for (; begin < end && m_end < kMost; begin += kLine) m_lines[m_end++] = begin;
     }
 
     static constexpr std::uintptr_t kLine = 64;  ///< of the cache [bytes]
