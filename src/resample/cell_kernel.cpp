@@ -154,17 +154,18 @@ HWY_INLINE void write_solved(const Solved& solved, unsigned found, const StripTa
                              const CellTarget& to) {
     // By value: for all that the compiler knows, a store of one byte may change everything else.
     Open* const open = to.open + strip.origin;
-    const Open written = to.when_written;
+    const Open yes = to.turn.yes(), taken = to.turn.taken(), shared = to.turn.shared();
+    const Open written = to.takes ? taken : to.turn.no();
     const auto write = [=, &solved](const auto& store) HWY_ATTR {
         for (unsigned left = found; left; left &= left - 1) {
             const auto lane = unsigned(__builtin_ctz(left));
             const std::ptrdiff_t voxel = solved.voxel[lane];
             const Open state = open_of(open, voxel);
-            if (HWY_LIKELY(state == Open::Yes)) {
+            if (HWY_LIKELY(state == yes)) {
                 put(open[voxel], written);
                 store(lane, voxel);
-            } else if (state == Open::Taken) {
-                put(open[voxel], Open::Shared);
+            } else if (state == taken) {
+                put(open[voxel], shared);
             }
         }
     };
@@ -214,7 +215,7 @@ HWY_NOINLINE void claim(Work& work, int first, unsigned found, unsigned edges) {
     for (; found; found &= found - 1) {
         const int n = __builtin_ctz(found);
         const std::ptrdiff_t voxel = work.to.origin + solved.voxel[n];
-        if (!is_open(open_of(work.target.open, voxel))) continue;
+        if (!work.target.turn.is_open(open_of(work.target.open, voxel))) continue;
         const int lane = work.waiting.item[first + n] & ((1 << kLaneBits) - 1);
         work.left.claims.push_back(
             {voxel, (edges >> n & 1) != 0, work.left.strip, work.rows.cell_of(lane),
@@ -544,28 +545,28 @@ void convert_bricks(std::span<const Fixed* const> from, std::span<const NodeRow>
         convert_rows<0>(from, rows, size, base, scale, shift, to);
 }
 
-/// Bit x: the element is not zero. @param size  elements
-HWY_INLINE RowBits moved_in_row(const Fixed* HWY_RESTRICT u, int size) {
-    const hn::CappedTag<Fixed, 8> d;
+/// Bit i: element i is not zero. @param count  of them, at most 64
+HWY_INLINE BitWord moved_in_word(const Fixed* HWY_RESTRICT u, int count) {
+    const hn::CappedTag<Fixed, 16> d;
     constexpr auto kLanes = int(hn::MaxLanes(d));
-    RowBits bits = 0;
-    int x = 0;
-    for (; x + kLanes <= size; x += kLanes) {
+    BitWord bits = 0;
+    int i = 0;
+    for (; i + kLanes <= count; i += kLanes) {
         std::uint8_t mask[8] = {};
-        hn::StoreMaskBits(d, hn::Ne(hn::LoadU(d, u + x), hn::Zero(d)), mask);
-        bits |= RowBits(mask[0]) << x;
+        hn::StoreMaskBits(d, hn::Ne(hn::LoadU(d, u + i), hn::Zero(d)), mask);
+        bits |= BitWord(mask[0] | unsigned(mask[1]) << 8) << i;
     }
-    for (; x < size; ++x) bits |= RowBits(u[x] != 0) << x;
+    for (; i < count; ++i) bits |= BitWord(u[i] != 0) << i;
     return bits;
 }
 
-void find_moved_rows(const std::array<const Fixed*, 3>& u, int size, RowBits* HWY_RESTRICT rows) {
-    const RowBits all = (RowBits(1) << size) - 1;
-    const int count = size * size;
-    for (int r = 0, at = 0; r < count; ++r, at += size) {
-        rows[r] = moved_in_row(u[0] + at, size);
-        if (rows[r] != all)
-            rows[r] |= moved_in_row(u[1] + at, size) | moved_in_row(u[2] + at, size);
+void find_moved_bits(const std::array<const Fixed*, 3>& u, int words, int count,
+                     BitWord* HWY_RESTRICT bits) {
+    const BitWord all = low_bits(count);
+    for (int w = 0, at = 0; w < words; ++w, at += count) {
+        bits[w] = moved_in_word(u[0] + at, count);
+        if (bits[w] != all)
+            bits[w] |= moved_in_word(u[1] + at, count) | moved_in_word(u[2] + at, count);
     }
 }
 
@@ -599,7 +600,7 @@ HWY_EXPORT(write_strip);
 HWY_EXPORT(keep_near);
 HWY_EXPORT(convert_bricks);
 HWY_EXPORT(convert_16_bits);
-HWY_EXPORT(find_moved_rows);
+HWY_EXPORT(find_moved_bits);
 }  // namespace
 
 void write_cells(const StripNodes& strip, const CellTarget& target, CellFaces faces,
@@ -608,8 +609,8 @@ void write_cells(const StripNodes& strip, const CellTarget& target, CellFaces fa
 }
 
 void write_claim(const Claim& claim, const CellTarget& target) {
-    if (!is_open(target.open[claim.voxel])) return;
-    target.open[claim.voxel] = Open::No;
+    if (!target.turn.is_open(target.open[claim.voxel])) return;
+    target.open[claim.voxel] = target.turn.no();
     if (target.voxels16)
         target.voxels16[claim.voxel] = std::int16_t(std::lrint(claim.value));
     else
@@ -627,8 +628,9 @@ void convert_displacements(std::span<const Fixed* const> from, std::span<const N
     HWY_DYNAMIC_DISPATCH(convert_bricks)(from, rows, brick_size, base, scale, shift, to);
 }
 
-void find_moved(const std::array<const Fixed*, 3>& u, int brick_size, RowBits* rows) {
-    HWY_DYNAMIC_DISPATCH(find_moved_rows)(u, brick_size, rows);
+void find_moved(const std::array<const Fixed*, 3>& u, int words, int elements_per_word,
+                BitWord* bits) {
+    HWY_DYNAMIC_DISPATCH(find_moved_bits)(u, words, elements_per_word, bits);
 }
 
 void convert_values(const std::int16_t* from, Vec3i scan_size, std::span<const NodeRow> rows,

@@ -12,11 +12,12 @@
 // and is solved by s ← s₁ − G(s). That costs a quarter of a Newton step, and contracts at a rate
 // that is known beforehand from the sizes of G's coefficients. They say how many steps a cell
 // needs, and how far s₁ can be from the answer: nearly all voxels that are not in the cell are seen
-// off by s₁ alone. Cells of one material under a push are parallelepipeds: G = 0.
+// off by s₁ and their place in the cell's bounding box. Cells of one material under a push are
+// parallelepipeds: G = 0.
 //
 // A group of cells holds as many voxels as cells, but one cell none and the next one four. So the
 // voxels that may lie in a group's cells are listed, and solved a full vector at a time; what is
-// left over waits for the next group's. They wait apart by the steps that they need.
+// left over waits for the next group's.
 //
 // Every target does the same single-precision operations in the same order on each cell, with the
 // same fused multiply-adds (in software where the processor has none), and cells are taken in
@@ -28,6 +29,7 @@
 #include <atomic>
 #include <vector>
 
+#include "resample/open_map.h"
 #include "resample/strip_nodes.h"
 
 namespace pliant {
@@ -38,23 +40,13 @@ enum class CellFaces {
     Closed,    ///< both, and the first one wins: where the neighbour is missing
 };
 
-/// Per voxel of the scan: whether it is still to be written.
-enum class Open : std::uint8_t {
-    No = 0,
-    Yes = 1,
-    Taken = 2,   ///< no: a cell wrote it, and it matters whether another one holds it too
-    Shared = 3,  ///< yes, and several cells may hold it
-};
-inline bool is_open(Open open) {
-    return std::uint8_t(open) & 1;
-}
-
 /// Where cells are written to.
 struct CellTarget {
     Box3i box;                         ///< voxels that may be written; inside the scan
     Vec3i grid_size;                   ///< of the scan
     Open* open = nullptr;              ///< per voxel of the scan
-    Open when_written = Open::No;      ///< what a voxel becomes that write_cells writes
+    Turn turn;                         ///< that it is
+    bool takes = false;                ///< voxels that write_cells writes become taken
     std::int16_t* voxels16 = nullptr;  ///< one of the two
     float* voxels32 = nullptr;
     Vec3f* inverse_mm = nullptr;  ///< over inverse_box; null: not wanted
@@ -136,9 +128,10 @@ bool keep_cells_near(const StripNodes& strip, std::span<const Box3i> boxes, std:
 void convert_displacements(std::span<const Fixed* const> from, std::span<const NodeRow> rows,
                            int brick_size, Fixed base, float scale, float shift, float* to);
 
-/// Bit x of row y + brick_size·z: the element moved. The other components are read only where the
-/// first one is zero somewhere in the row.
-void find_moved(const std::array<const Fixed*, 3>& u, int brick_size, RowBits* rows);
+/// A bit for each element, in words of so many: it moved. The other components are read only where
+/// the first one is zero somewhere in the word.
+void find_moved(const std::array<const Fixed*, 3>& u, int words, int elements_per_word,
+                BitWord* bits);
 
 /// Original values at a strip's nodes. @param from  at the first one, in a scan of this size
 /// @param row_size, row_count  nodes along x, rows along y

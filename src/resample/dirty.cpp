@@ -32,22 +32,13 @@ void Dirty::find(const Grid& grid, int brick_size, const Snapshot& before, const
                  const TaskArena& arena) {
     for (int a = 0; a < 3; ++a) m_brick_count[a] = (grid.size[a] + brick_size - 1) / brick_size;
     m_dirty.assign(dense_count(m_brick_count), 0);
-    m_changed.resize(dense_count(m_brick_count), 0);
     mark_changes(grid, brick_size, before, now, arena);
     m_bricks.clear();
     for_each_row({{0, 0, 0}, m_brick_count}, [&](Vec3i row) {
         const std::uint8_t* flags = m_dirty.data() + dense_index(row, m_brick_count);
         for (int x = 0; x < m_brick_count.x; ++x)
-            if (flags[x])
-                m_bricks.push_back(
-                    {{x, row.y, row.z},
-                     m_changed[dense_index(row, m_brick_count) + std::size_t(x)] != 0});
+            if (flags[x]) m_bricks.push_back({.coord = {x, row.y, row.z}});
     });
-}
-
-void Dirty::remember() {
-    for (const DirtyBrick& brick : m_bricks)
-        m_changed[dense_index(brick.coord, m_brick_count)] = brick.opened > 0;
 }
 
 /// Marks what the cells at changed elements cover at rest, covered before, and cover now.

@@ -17,9 +17,6 @@ class Dirty {
   public:
     void find(const Grid& grid, int brick_size, const Snapshot& before, const Snapshot& now,
               const TaskArena& arena);
-    /// Keeps in mind which bricks differ from the scan from now on: those of bricks() with opened
-    /// voxels.
-    void remember();
 
     /// Sorted by coordinate.
     std::vector<DirtyBrick>& bricks() { return m_bricks; }
@@ -37,9 +34,9 @@ class Dirty {
     void mark(const Box3i& voxels, const Grid& grid, int brick_size);
 
     Vec3i m_brick_count{0, 0, 0};
-    std::vector<std::uint8_t> m_dirty, m_changed;  ///< per brick of the scan
-    std::vector<std::uint8_t> m_block_flags;       ///< of the blocks in some box
-    std::vector<Vec3i> m_changed_blocks;           ///< bricks' cells, of which some changed
+    std::vector<std::uint8_t> m_dirty;        ///< per brick of the scan
+    std::vector<std::uint8_t> m_block_flags;  ///< of the blocks in some box
+    std::vector<Vec3i> m_changed_blocks;      ///< bricks' cells, of which some changed
     std::vector<DirtyBrick> m_bricks;
 };
 

@@ -15,26 +15,16 @@ constexpr Box3i kNothing{{INT32_MAX, INT32_MAX, INT32_MAX}, {INT32_MIN, INT32_MI
 
 constexpr RowBits kEachByte = 0x0101010101010101u;
 
-RowBits low_bits(int count) {
-    return (RowBits(1) << count) - 1;
-}
-
-/// std::popcount is a call where the processor isn't known to count bits.
-int count_of(RowBits bits) {
-    bits -= bits >> 1 & 0x5555555555555555u;
-    bits = (bits & 0x3333333333333333u) + (bits >> 2 & 0x3333333333333333u);
-    return int(((bits + (bits >> 4)) & 0x0f0f0f0f0f0f0f0fu) * kEachByte >> 56);
-}
-
-void open_row(Open* open, int count, RowBits bits) {
+/// @param yes  what voxels become that have a bit; others can't change
+void open_row(Open* open, int count, RowBits bits, Open yes) {
     // Eight bits become eight bytes: byte i keeps bit i of its copy, and any bit of it becomes 1.
     static_assert(std::endian::native == std::endian::little);
     for (; count >= 8; count -= 8, open += 8, bits >>= 8) {
         const RowBits kept = (bits & 0xff) * kEachByte & 0x8040201008040201u;
-        const RowBits bytes = (kept + 0x7f7f7f7f7f7f7f7fu) >> 7 & kEachByte;
+        const RowBits bytes = ((kept + 0x7f7f7f7f7f7f7f7fu) >> 7 & kEachByte) * RowBits(yes);
         std::memcpy(open, &bytes, 8);
     }
-    for (int x = 0; x < count; ++x) open[x] = bits >> x & 1 ? Open::Yes : Open::No;
+    for (int x = 0; x < count; ++x) open[x] = bits >> x & 1 ? yes : Open::Never;
 }
 
 /// Whether any has one of some bits.
@@ -58,18 +48,17 @@ void copy_row(const T* from, int count, T* to) {
 }
 
 /// Puts rows of a brick back that hold what nobody else will write again.
-/// @param before  at least the voxels that the last update could change
-/// @param now  those that this one can
+/// @param before  voxels that the last update could change. @param now  those that this one can
+template <class Size>
 void put_back(const CellTarget& target, const Volume& original, const Box3i& box,
-              const RowBits* before, const RowBits* now, int brick_size) {
-    const RowBits all = low_bits(box.end.x - box.begin.x);
+              const BitLayout<Size>& layout, const BitWord* before, const BitWord* now) {
     std::visit(
         [&]<class T>(const VoxelArray<T>& voxels) {
             const T* from = voxels.data();
             for_each_row(box, [&](Vec3i p) {
                 const Vec3i local = p - box.begin;
-                const int row = local.y + brick_size * local.z;
-                if ((before[row] & ~now[row] & all) == 0) return;
+                if (!(layout.row(before, local.y, local.z) & ~layout.row(now, local.y, local.z)))
+                    return;
                 const std::size_t at = voxel_index(original.grid, p);
                 const int count = box.end.x - box.begin.x;
                 if constexpr (std::is_integral_v<T>)
@@ -81,16 +70,25 @@ void put_back(const CellTarget& target, const Volume& original, const Box3i& box
         original.voxels);
 }
 
+/// Takes away what lies beyond the scan. @param n  voxels of the brick that don't
+template <class Size>
+void clip(const BitLayout<Size>& layout, Vec3i n, BitWord* bits) {
+    const int size = layout.size;
+    if (n == Vec3i{size, size, size}) return;
+    for (int z = 0; z < size; ++z)
+        for (int y = 0; y < size; ++y) {
+            const RowBits kept = y < n.y && z < n.z ? low_bits(n.x) : 0;
+            if (layout.has_layers())
+                bits[z] &= ~((low_bits(size) & ~kept) << y * size);
+            else
+                bits[y + size * z] &= kept;
+        }
+}
+
 /// Whether a box goes on where another one ends, along x.
 bool goes_on(const Box3i& box, const Box3i& before) {
     return !is_empty(before) && box.begin.x == before.end.x && box.begin.y == before.begin.y &&
            box.begin.z == before.begin.z;
-}
-
-void open_all(const CellTarget& target, const Box3i& box) {
-    static_assert(int(Open::Yes) == 1 && sizeof(Open) == 1);
-    const auto count = std::size_t(box.end.x - box.begin.x);
-    for_each_row(box, [&](Vec3i p) { std::memset(open_at(target, p), 1, count); });
 }
 
 bool any_in_box(const CellTarget& target, const Box3i& box, Open bits) {
@@ -101,8 +99,22 @@ bool any_in_box(const CellTarget& target, const Box3i& box, Open bits) {
     return false;
 }
 
-/// The box around what has bits along each axis, from a place on.
-Box3i around(Vec3i first, RowBits x, RowBits y, RowBits z) {
+/// The box around a brick's bits, of which there are some.
+template <class Size>
+Box3i around(const BitLayout<Size>& layout, const BitWord* bits, Vec3i first) {
+    const int size = layout.size, n = layout.words_per_layer();
+    std::array<BitWord, kLargestBrick> layer{};  // in any of them
+    RowBits x = 0, y = 0, z = 0;
+    for (int i = 0; i < size; ++i) {
+        BitWord any = 0;
+        for (int w = 0; w < n; ++w)
+            any |= bits[w + n * i], layer[std::size_t(w)] |= bits[w + n * i];
+        z |= RowBits(any != 0) << i;
+    }
+    for (int i = 0; i < size; ++i) {
+        const RowBits row = layout.row(layer.data(), i, 0);
+        x |= row, y |= RowBits(row != 0) << i;
+    }
     const Vec3i low{std::countr_zero(x), std::countr_zero(y), std::countr_zero(z)};
     const Vec3i high{int(std::bit_width(x)), int(std::bit_width(y)), int(std::bit_width(z))};
     return {first + low, first + high};
@@ -116,68 +128,58 @@ void include(Box3i& box, Vec3i p, int x) {
                std::max(box.end.z, p.z + 1)};
 }
 
-}  // namespace
-
-void open_changeable(const ScatterJob& job, const CellTarget& target,
-                     std::span<DirtyBrick> bricks) {
-    const int size = job.lattice.brick_size();
-    std::array<RowBits, 32 * 32> rows, before;
-    // Neighbours in a row are opened together: their rows lie side by side.
-    Box3i run{};
-    for (DirtyBrick& brick : bricks) {
-        const Box3i box = box_of_brick(job.original.grid, brick.coord, size);
-        const int width = box.end.x - box.begin.x;
-        const RowBits all = low_bits(width);
-        const Share share = job.touched.changeable_rows(brick.coord, rows.data());
-        brick.opened = 0;
-        brick.open = kNothing;
-        if (share == Share::All) {
-            if (goes_on(box, run)) {
-                run.end.x = box.end.x;
-            } else {
-                open_all(target, run);
-                run = box;
-            }
-            const Vec3i n = box.end - box.begin;
-            brick.opened = std::int64_t(dense_count(n));
-            brick.open = box;
-            continue;
-        }
-        if (brick.was_changed) {
-            job.touched_before.bound_changeable(brick.coord, before.data());
-            put_back(target, job.original, box, before.data(), rows.data(), size);
-        }
-        if (share == Share::None) continue;
-        RowBits in_x = 0, in_y = 0, in_z = 0;
+/// @param map  state and bits of the brick, which are replaced
+template <class Size>
+void open_brick(const ScatterJob& job, const CellTarget& target, const BitLayout<Size>& layout,
+                OpenMap& map, DirtyBrick& brick) {
+    const int size = layout.size, words = layout.words();
+    AnyBrickBits now_bits;
+    BitWord* now = now_bits.data();
+    const Box3i box = box_of_brick(job.original.grid, brick.coord, size);
+    const std::size_t place = dense_index(brick.coord, job.bricks);
+    OpenMap::State& state = map.state(place);
+    const Share share = job.touched.changeable(brick.coord, now);
+    brick.opened = 0;
+    brick.open = kNothing;
+    brick.was_changed = state != OpenMap::State::AsScan;
+    if (share == Share::None && !brick.was_changed) return;
+    clip(layout, box.end - box.begin, now);
+    BitWord* before = map.bits(place);
+    if (brick.was_changed && share != Share::All)
+        put_back(target, job.original, box, layout, before, now);
+    const bool is_open = state == OpenMap::State::Open;
+    if (!is_open || !std::equal(now, now + words, before))
         for_each_row(box, [&](Vec3i p) {
             const Vec3i local = p - box.begin;
-            const RowBits bits = rows[std::size_t(local.y + size * local.z)] & all;
-            if (!bits) return;
-            open_row(open_at(target, p), width, bits);
-            brick.opened += count_of(bits);
-            in_x |= bits, in_y |= RowBits(1) << local.y, in_z |= RowBits(1) << local.z;
+            const RowBits row = layout.row(now, local.y, local.z);
+            if (row != (is_open ? layout.row(before, local.y, local.z) : 0))
+                open_row(open_at(target, p), box.end.x - box.begin.x, row, target.turn.yes());
         });
-        if (in_x) brick.open = around(box.begin, in_x, in_y, in_z);
-    }
-    open_all(target, run);
+    for (int w = 0; w < words; ++w) brick.opened += count_of(before[w] = now[w]);
+    state = brick.opened ? OpenMap::State::Open : OpenMap::State::AsScan;
+    if (brick.opened) brick.open = around(layout, now, box.begin);
 }
 
-void open_again(const ScatterJob& job, const CellTarget& target, std::span<const Box3i> boxes) {
-    const int size = job.lattice.brick_size();
-    std::array<RowBits, 32 * 32> rows;
-    Vec3i last{-1, -1, -1};
-    bool can_change = false;
+}  // namespace
+
+void open_changeable(const ScatterJob& job, const CellTarget& target, OpenMap& map,
+                     std::span<DirtyBrick> bricks) {
+    with_bit_layout(job.lattice.brick_size(), [&](auto layout) {
+        for (DirtyBrick& brick : bricks) open_brick(job, target, layout, map, brick);
+    });
+}
+
+void open_again(const ScatterJob& job, const CellTarget& target, OpenMap& map,
+                std::span<const Box3i> boxes) {
+    const BitLayout<int> layout{job.lattice.brick_size()};
     for (const Box3i& box : boxes) {
         const Vec3i brick = job.lattice.brick_of(box.begin);
-        if (brick != last)
-            can_change = job.dirty[dense_index(brick, job.bricks)] &&
-                         job.touched.changeable_rows(brick, rows.data()) != Share::None;
-        last = brick;
-        if (!can_change) continue;
+        const std::size_t place = dense_index(brick, job.bricks);
+        if (map.state(place) != OpenMap::State::Open) continue;
         for_each_in(box, [&](Vec3i p) {
-            const Vec3i local = p - size * brick;
-            if (rows[std::size_t(local.y + size * local.z)] >> local.x & 1)
-                put(*open_at(target, p), Open::Shared);
+            const Vec3i local = p - layout.size * brick;
+            if (layout.row(map.bits(place), local.y, local.z) >> local.x & 1)
+                put(*open_at(target, p), target.turn.shared());
         });
     }
 }
@@ -186,15 +188,15 @@ void close_taken(const CellTarget& target, std::span<const DirtyBrick> bricks) {
     for (const DirtyBrick& brick : bricks)
         for_each_in(brick.open, [&](Vec3i p) {
             Open& open = *open_at(target, p);
-            if (open == Open::Taken) open = Open::No;
+            if (open == target.turn.taken()) open = target.turn.no();
         });
 }
 
 bool any_open(const CellTarget& target, const Box3i& box) {
-    return any_in_box(target, box, Open::Yes);
+    return any_in_box(target, box, target.turn.yes());
 }
 bool any_shared(const CellTarget& target, const Box3i& box) {
-    return any_in_box(target, box, Open::Taken);  // the bit that makes it shared
+    return any_in_box(target, box, Open::Several);
 }
 
 void find_open(const ScatterJob& job, const CellTarget& target, std::span<DirtyBrick> bricks) {
@@ -216,9 +218,10 @@ void find_open(const ScatterJob& job, const CellTarget& target, std::span<DirtyB
         for_each_row(run, [&](Vec3i p) {
             const Open* open = open_at(target, p);
             const int width = run.end.x - run.begin.x;
-            if (!any_in_row(open, width, Open::Yes)) return;
+            if (!any_in_row(open, width, target.turn.yes())) return;
             for (int x = 0; x < width; ++x)
-                if (is_open(open[x])) include(bricks[first + std::size_t(x / size)].open, p, x);
+                if (target.turn.is_open(open[x]))
+                    include(bricks[first + std::size_t(x / size)].open, p, x);
         });
     }
 }
@@ -229,8 +232,8 @@ std::int64_t fill_gaps(const CellTarget& target, std::span<const DirtyBrick> bri
         if (is_empty(brick.open)) continue;
         for_each_in(brick.open, [&](Vec3i p) {
             const std::ptrdiff_t at = voxel_at(target, p);
-            if (!is_open(target.open[at])) return;
-            target.open[at] = Open::No;
+            if (!target.turn.is_open(target.open[at])) return;
+            target.open[at] = target.turn.no();
             if (target.voxels16)
                 target.voxels16[at] = std::int16_t(std::lrint(kAirHu));
             else

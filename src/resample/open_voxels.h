@@ -17,9 +17,9 @@ namespace pliant {
 /// A brick of the scan that has to be written again.
 struct DirtyBrick {
     Vec3i coord;
-    bool was_changed;         ///< holds voxels that are not as in the scan
-    std::int64_t opened = 0;  ///< voxels that can change
-    Box3i open{};             ///< that holds those that are open
+    bool was_changed = false;  ///< held voxels that are not as in the scan
+    std::int64_t opened = 0;   ///< voxels that can change
+    Box3i open{};              ///< that holds those that are open
 };
 
 inline std::ptrdiff_t voxel_at(const CellTarget& target, Vec3i p) {
@@ -34,13 +34,15 @@ inline Open* open_at(const CellTarget& target, Vec3i p) {
     return target.open + voxel_at(target, p);
 }
 
-/// Opens the voxels that can change, and puts back all others.
-void open_changeable(const ScatterJob& job, const CellTarget& target, std::span<DirtyBrick> bricks);
+/// Opens the voxels that can change, and puts back all others. Threads may open different bricks.
+void open_changeable(const ScatterJob& job, const CellTarget& target, OpenMap& map,
+                     std::span<DirtyBrick> bricks);
 
 /// Opens once more what can change in some boxes of dirty bricks, as shared. Boxes of threads may
 /// overlap.
 /// @param boxes  within a brick each
-void open_again(const ScatterJob& job, const CellTarget& target, std::span<const Box3i> boxes);
+void open_again(const ScatterJob& job, const CellTarget& target, OpenMap& map,
+                std::span<const Box3i> boxes);
 
 /// Closes what is taken.
 void close_taken(const CellTarget& target, std::span<const DirtyBrick> bricks);

@@ -7,7 +7,6 @@
 #include <chrono>
 #include <cmath>
 #include <functional>
-#include <new>
 #include <tuple>
 
 namespace pliant {
@@ -20,11 +19,10 @@ constexpr std::int64_t kBricksPerTask = 64, kStripsPerTask = 32;
 }  // namespace
 
 Scatter::Scatter(const Volume& original, const TaskArena& arena)
-    : m_original(original), m_arena(arena), m_writers(std::size_t(arena.thread_count())) {
-    // Memory that nobody writes to stays unused: only pages with open voxels become resident.
-    m_open.reset(static_cast<Open*>(std::calloc(voxel_count(original.grid), 1)));
-    if (!m_open) throw std::bad_alloc();
-}
+    : m_original(original),
+      m_arena(arena),
+      m_writers(std::size_t(arena.thread_count())),
+      m_open(original.grid) {}
 
 /// Calls work(bricks) for parts of the dirty bricks, on all threads.
 template <class Work>
@@ -51,15 +49,17 @@ void Scatter::for_writers(const Work& work) {
 OpenVoxels Scatter::look(const Lattice& lattice, Mapping mapping, Volume& deformed) {
     std::swap(m_now, m_before);
     m_now.take(lattice, m_before, m_arena);
-    std::swap(m_touched, m_touched_before);
     m_touched.find(m_now, lattice.brick_size(), m_arena);
     m_dirty.find(m_original.grid, lattice.brick_size(), m_before, m_now, m_arena);
     list_strips(lattice);
+    m_open.set_brick_size(lattice.brick_size());
+    m_open.close_all_but(m_dirty.flags());
     const ScatterJob job = job_of(lattice, mapping);
     const CellTarget target = target_of(deformed);
-    for_dirty([&](std::span<DirtyBrick> bricks) { open_changeable(job, target, bricks); });
+    for_dirty([&](std::span<DirtyBrick> bricks) { open_changeable(job, target, m_open, bricks); });
     OpenVoxels all;
     for (const DirtyBrick& brick : m_dirty.bricks()) {
+        if (brick.opened) m_open.note_open(dense_index(brick.coord, job.bricks));
         all.count += brick.opened;
         all.box = hull(all.box, brick.open);
     }
@@ -88,7 +88,7 @@ std::int64_t Scatter::write(const Lattice& lattice, Mapping mapping, Volume& def
     if (mapping != Mapping::Tetrahedra)
         claim(job, target, {Mapping::Tetrahedra, CellFaces::Closed});
     std::int64_t gaps = fill_gaps(target, m_dirty.bricks());
-    m_dirty.remember();
+    m_open.end_turn();
     list_boxes(lattice.brick_size());
     return gaps;
 }
@@ -119,7 +119,7 @@ void Scatter::open_contested(const ScatterJob& job, const CellTarget& target) {
         for_dirty([&](std::span<DirtyBrick> bricks) { close_taken(target, bricks); });
     const auto reopen = [&](std::int64_t begin, std::int64_t end) {
         for (std::int64_t w = begin; w < end; ++w)
-            open_again(job, target, m_writers[std::size_t(w)].contested());
+            open_again(job, target, m_open, m_writers[std::size_t(w)].contested());
     };
     m_arena.for_each(std::int64_t(m_writers.size()), 1, std::ref(reopen));
     for_dirty([&](std::span<DirtyBrick> bricks) { find_open(job, target, bricks); });
@@ -157,7 +157,7 @@ void Scatter::write_slabs(const ScatterJob& job, const CellTarget& target) {
     for_writers([&](StripWriter& writer) {
         for (int slab; (slab = next++) < slabs;) {
             CellTarget part = target;
-            part.when_written = Open::Taken;
+            part.takes = true;
             part.box.begin.z = first + layers * slab / slabs;
             part.box.end.z = first + layers * (slab + 1) / slabs;
             if (job.mapping == Mapping::Cells)
@@ -212,7 +212,8 @@ CellTarget Scatter::target_of(Volume& deformed) {
     CellTarget target;
     target.box = voxel_box(grid);
     target.grid_size = grid.size;
-    target.open = m_open.get();
+    target.open = m_open.voxels();
+    target.turn = m_open.turn();
     if (auto* voxels = std::get_if<VoxelArray<std::int16_t>>(&deformed.voxels))
         target.voxels16 = voxels->data();
     else
@@ -225,9 +226,8 @@ CellTarget Scatter::target_of(Volume& deformed) {
 }
 
 ScatterJob Scatter::job_of(const Lattice& lattice, Mapping mapping) const {
-    return {m_original, lattice,          m_now,
-            m_touched,  m_touched_before, mapping,
-            m_strips,   m_dirty.flags(),  m_dirty.brick_count()};
+    return {m_original, lattice,  m_now,           m_touched,
+            mapping,    m_strips, m_dirty.flags(), m_dirty.brick_count()};
 }
 
 Deformed deform_by_lattice(const Volume& original, const Lattice& lattice, Mapping mapping,

@@ -9,8 +9,6 @@
 
 #include <pliant/resample.h>
 
-#include <cstdlib>
-#include <memory>
 #include <vector>
 
 #include "resample/dirty.h"
@@ -47,10 +45,6 @@ class Scatter {
     const std::vector<Box3i>& written_boxes() const { return m_boxes; }
 
   private:
-    struct Free {
-        void operator()(void* memory) const { std::free(memory); }
-    };
-
     void write_each_once(const ScatterJob& job, const CellTarget& target);
     void write_slabs(const ScatterJob& job, const CellTarget& target);
     void open_contested(const ScatterJob& job, const CellTarget& target);
@@ -68,13 +62,13 @@ class Scatter {
     const Volume& m_original;
     const TaskArena& m_arena;
     Snapshot m_now, m_before;
-    TouchedCells m_touched, m_touched_before;  ///< now, and when the scan was last written
+    TouchedCells m_touched;
     Dirty m_dirty;
     std::vector<ReachingStrip> m_strips;
     std::vector<StripWriter> m_writers;  ///< one for each thread
     std::vector<Claim> m_claims;
     OpenBoxes m_open_boxes;
-    std::unique_ptr<Open[], Free> m_open;  ///< per voxel, all closed between updates
+    OpenMap m_open;
     std::vector<Box3i> m_boxes;
 };
 

@@ -25,7 +25,7 @@ struct ScatterJob {
     const Volume& original;
     const Lattice& lattice;
     const Snapshot& snapshot;
-    const TouchedCells &touched, &touched_before;  ///< now, and when the scan was last written
+    const TouchedCells& touched;
     Mapping mapping;
     std::span<const ReachingStrip> strips;  ///< sorted by coordinate
     std::span<const std::uint8_t> dirty;    ///< per brick of the scan

@@ -43,25 +43,24 @@ std::array<const Fixed*, 3> farthest_first(const BrickRecord& record) {
     return u;
 }
 
-void find_altered_rows(BrickRecord& record, int size, RowBits* rows) {
-    const RowBits all = (RowBits(1) << size) - 1;
-    const auto count = std::size_t(size) * std::size_t(size);
+template <class Size>
+void find_altered(BrickRecord& record, const BitLayout<Size>& layout, BitWord* bits) {
+    const int words = layout.words(), count = layout.elements_per_word();
     record.is_full = moved_as_a_whole(record);
     if (record.is_full) {
-        std::fill_n(rows, count, all);
+        std::fill_n(bits, words, layout.all());
         return;
     }
     if (record.u[0])
-        find_moved(farthest_first(record), size, rows);
+        find_moved(farthest_first(record), words, count, bits);
     else
-        std::fill_n(rows, count, 0);
+        std::fill_n(bits, words, 0);
     if (record.edits)
-        for (std::size_t r = 0; r < count; ++r)
-            for (int x = 0; x < size; ++x)
-                rows[r] |=
-                    RowBits((record.edits[r * std::size_t(size) + std::size_t(x)] & kVoid) != 0)
-                    << x;
-    record.is_full = std::all_of(rows, rows + count, [all](RowBits row) { return row == all; });
+        for (int w = 0; w < words; ++w)
+            for (int i = 0; i < count; ++i)
+                bits[w] |= BitWord((record.edits[i + count * w] & kVoid) != 0) << i;
+    record.is_full =
+        std::all_of(bits, bits + words, [&](BitWord word) { return word == layout.all(); });
 }
 
 }  // namespace
@@ -71,21 +70,21 @@ void Snapshot::take(const Lattice& lattice, const Snapshot& before, const TaskAr
     index_records();
     const int size = lattice.brick_size();
     const auto middle = std::size_t(StripLayout(size).middle);
-    m_rows_per_brick = std::size_t(size) * std::size_t(size);
-    m_rows.resize(m_records.size() * m_rows_per_brick);
+    m_words_per_brick = std::size_t(BitLayout<int>{size}.words());
+    m_altered.resize(m_records.size() * m_words_per_brick);
     const auto task = [&](std::int64_t begin, std::int64_t end) {
         for (auto n = std::size_t(begin); n < std::size_t(end); ++n) {
-            RowBits* rows = m_rows.data() + n * m_rows_per_brick;
+            BitWord* bits = m_altered.data() + n * m_words_per_brick;
             BrickRecord& record = m_records[n];
             if (record.u[0])
                 for (int a = 0; a < 3; ++a) record.u_middle[a] = record.u[std::size_t(a)][middle];
             const int old = before.find(record.coord);
             if (old < 0 || before.m_records[std::size_t(old)].stamp != record.stamp) {
-                find_altered_rows(record, size, rows);
+                with_bit_layout(size, [&](auto layout) { find_altered(record, layout, bits); });
                 continue;
             }
             record.is_full = before.m_records[std::size_t(old)].is_full;
-            std::copy_n(before.altered_rows(old), m_rows_per_brick, rows);
+            std::copy_n(before.altered(old), m_words_per_brick, bits);
         }
     };
     // By reference: a copy of the captures would be allocated.

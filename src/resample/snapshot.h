@@ -13,11 +13,9 @@
 #include <vector>
 
 #include "chainmail/lattice.h"
+#include "resample/brick_bits.h"
 
 namespace pliant {
-
-/// One bit per element of a row along x.
-using RowBits = std::uint64_t;
 
 /// Cells that are inverted together, whatever the vector's width.
 inline constexpr int kCellGroup = 16;
@@ -52,7 +50,7 @@ struct BrickRecord {
 
 class Snapshot {
   public:
-    /// @param before  rows of bricks that didn't change are taken from it
+    /// @param before  bits of bricks that didn't change are taken from it
     void take(const Lattice& lattice, const Snapshot& before, const TaskArena& arena);
 
     const std::vector<BrickRecord>& records() const { return m_records; }
@@ -66,9 +64,9 @@ class Snapshot {
         const int found = find(coord);
         return found < 0 ? nullptr : &m_records[std::size_t(found)];
     }
-    /// Elements that moved or are void: brick_size² rows, y faster than z.
-    const RowBits* altered_rows(int record) const {
-        return m_rows.data() + std::size_t(record) * m_rows_per_brick;
+    /// Elements that moved or are void.
+    const BitWord* altered(int record) const {
+        return m_altered.data() + std::size_t(record) * m_words_per_brick;
     }
     bool has_edits() const { return m_has_edits; }
 
@@ -82,8 +80,8 @@ class Snapshot {
     void index_records();
 
     std::vector<BrickRecord> m_records;
-    std::vector<RowBits> m_rows;
-    std::size_t m_rows_per_brick = 0;
+    std::vector<BitWord> m_altered;
+    std::size_t m_words_per_brick = 0;
     Box3i m_box;
     std::vector<std::int32_t> m_record_at;  ///< dense over m_box
     bool m_has_edits = false;

@@ -133,10 +133,15 @@ bool StripNodes::find_use(const TouchedCells& touched, const Lattice& lattice, V
     std::fill(m_use.begin(), m_use.end(), 0);
     bool any = false;
     for (int x = 0; x < m_bricks; ++x) {
-        const RowBits* rows = touched.rows(coord + Vec3i{x, 0, 0});
-        if (!rows) continue;
+        const BitWord* cells = touched.cells(coord + Vec3i{x, 0, 0});
+        if (!cells) continue;
         any = true;
-        for (std::size_t r = 0; r < m_use.size(); ++r) m_use[r] |= rows[r] << (x * m_size);
+        with_bit_layout(m_size, [&](auto layout) {
+            RowBits* use = m_use.data();
+            for (int z = 0; z < layout.size; ++z)
+                for (int y = 0; y < layout.size; ++y)
+                    *use++ |= layout.row(cells, y, z) << (x * m_size);
+        });
     }
     if (!any) return false;
     const bool edited = std::any_of(m_records.begin(), m_records.end(),

@@ -283,7 +283,8 @@ void StripWriter::write_cell(const ScatterJob& job, const CellTarget& target, Ma
         const Vec3i d = p - first;
         const Vec3d place{double(d.x), double(d.y), double(d.z)};
         const Open open = *open_at(target, p);
-        if (!is_open(open) || (only_shared && open != Open::Shared) || !planes.may_hold(place))
+        if (!target.turn.is_open(open) || (only_shared && open != target.turn.shared()) ||
+            !planes.may_hold(place))
             return;
         const auto source = find_source(points, map, job.original, first, place, mapping);
         if (!source) return;

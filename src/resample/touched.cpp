@@ -6,48 +6,27 @@
 #include <algorithm>
 #include <array>
 #include <functional>
-#include <type_traits>
 
 namespace pliant {
 namespace {
 
-constexpr int kLargestBrick = 32, kUsualBrick = 8;
 constexpr std::int64_t kBricksPerTask = 64;
-
-/// Rows of a brick and of the layers beside it on one side: side = size + 1 of them along y and z.
-/// A brick of usual size, known to the compiler, needs no more than two bytes a row.
-template <class Size>
-using HaloRow = std::conditional_t<std::is_same_v<Size, int>, RowBits, std::uint16_t>;
-template <class Size>
-using HaloRows =
-    std::array<HaloRow<Size>, std::is_same_v<Size, int> ? (kLargestBrick + 1) * (kLargestBrick + 1)
-                                                        : (kUsualBrick + 1) * (kUsualBrick + 1)>;
-
-RowBits low_bits(int count) {
-    return (RowBits(1) << count) - 1;
-}
-
-/// Calls work(size), with the usual size as a constant: loops over rows are unrolled then.
-template <class Work>
-auto with_size(int size, const Work& work) {
-    return size == kUsualBrick ? work(std::integral_constant<int, kUsualBrick>()) : work(size);
-}
+constexpr AnyBrickBits kNone{};
 
 }  // namespace
 
 void TouchedCells::find(const Snapshot& snapshot, int brick_size, const TaskArena& arena) {
     m_size = brick_size;
+    m_words_per_brick = std::size_t(BitLayout<int>{m_size}.words());
     list_bricks(snapshot);
-    m_rows.resize(m_bricks.size() * std::size_t(m_size) * std::size_t(m_size));
+    m_cells.resize(m_bricks.size() * m_words_per_brick);
     m_is_full.resize(m_bricks.size());
     const auto task = [&](std::int64_t begin, std::int64_t end) {
-        for (std::int64_t n = begin; n < end; ++n) {
-            const auto place = std::size_t(n);
-            RowBits* rows = m_rows.data() + place * std::size_t(m_size * m_size);
-            m_is_full[place] = with_size(m_size, [&](auto size) {
-                return find_rows(snapshot, size, m_bricks[place], rows);
-            });
-        }
+        with_bit_layout(m_size, [&](auto layout) {
+            for (auto n = std::size_t(begin); n < std::size_t(end); ++n)
+                m_is_full[n] = find_cells(snapshot, layout, m_bricks[n],
+                                          m_cells.data() + n * m_words_per_brick);
+        });
     };
     // By reference: a copy of the captures would be allocated.
     arena.for_each(std::int64_t(m_bricks.size()), kBricksPerTask, std::ref(task));
@@ -76,92 +55,43 @@ void TouchedCells::list_bricks(const Snapshot& snapshot) {
 
 /// @returns whether all are touched
 template <class Size>
-bool TouchedCells::find_rows(const Snapshot& snapshot, Size size, Vec3i brick,
-                             RowBits* rows) const {
-    const int side = size + 1, all = size * size;
+bool TouchedCells::find_cells(const Snapshot& snapshot, const BitLayout<Size>& layout, Vec3i brick,
+                              BitWord* cells) const {
     // A moved element touches all eight cells around it.
     const BrickRecord* record = snapshot.record_at(brick);
     if (record && record->is_full) {
-        std::fill_n(rows, all, low_bits(size));
+        std::fill_n(cells, layout.words(), layout.all());
         return true;
     }
-    // Elements first: bit x of row (y, z), each 0…size.
-    HaloRows<Size> halo;
-    std::fill_n(halo.begin(), side * side, 0);
+    std::array<const BitWord*, 8> altered;
     for (int c = 0; c < 8; ++c) {
-        const int hx = c & 1, hy = c >> 1 & 1, hz = c >> 2;
-        const int found = snapshot.find(brick + Vec3i{hx, hy, hz});
-        if (found < 0) continue;
-        const RowBits* from = snapshot.altered_rows(found);
-        for (int z = 0; z < (hz ? 1 : size); ++z) {
-            HaloRow<Size>* to = halo.data() + hy * size + side * (z + hz * size);
-            for (int y = 0; y < (hy ? 1 : size); ++y)
-                to[y] |= HaloRow<Size>(hx ? (from[y + size * z] & 1) << size : from[y + size * z]);
-        }
+        const int found = snapshot.find(brick + Vec3i{c & 1, c >> 1 & 1, c >> 2});
+        altered[std::size_t(c)] = found < 0 ? kNone.data() : snapshot.altered(found);
     }
-    // Then cells, along one axis after the other.
-    for (int r = 0; r < side * side; ++r) halo[std::size_t(r)] |= halo[std::size_t(r)] >> 1;
-    for (int r = 0; r + 1 < side * side; ++r) halo[std::size_t(r)] |= halo[std::size_t(r + 1)];
-    for (int r = 0; r < side * size; ++r) halo[std::size_t(r)] |= halo[std::size_t(r + side)];
-    RowBits everywhere = low_bits(size);
-    for (int z = 0; z < size; ++z)
-        for (int y = 0; y < size; ++y)
-            everywhere &= rows[y + size * z] = halo[std::size_t(y + side * z)] & low_bits(size);
-    return everywhere == low_bits(size);
+    combine_around<true>(layout, altered, std::bit_or<BitWord>(), cells);
+    return std::all_of(cells, cells + layout.words(),
+                       [&](BitWord word) { return word == layout.all(); });
 }
 
-Share TouchedCells::changeable_rows(Vec3i brick, RowBits* rows) const {
-    return with_size(m_size, [&](auto size) { return find_changeable(size, brick, rows); });
-}
-
-template <class Size>
-Share TouchedCells::find_changeable(Size size, Vec3i brick, RowBits* rows) const {
-    const int side = size + 1, all = size * size;
-    std::array<int, 8> places;
+Share TouchedCells::changeable(Vec3i brick, BitWord* voxels) const {
+    std::array<const BitWord*, 8> cells;
     bool full = true;
+    int own = -1;
     for (int c = 0; c < 8; ++c) {
         const int place = find(brick - Vec3i{c & 1, c >> 1 & 1, c >> 2});
-        places[std::size_t(c)] = place;
+        if (c == 0) own = place;
+        cells[std::size_t(c)] = place < 0 ? kNone.data() : bits_of(place);
         full &= place >= 0 && m_is_full[std::size_t(place)];
     }
-    if (full || places[0] < 0) {
-        std::fill_n(rows, all, full ? low_bits(size) : 0);
-        return full ? Share::All : Share::None;
-    }
-    // Bit x + 1 of row (y + 1, z + 1) is the cell (x, y, z), each −1…size − 1.
-    HaloRows<Size> halo;
-    std::fill_n(halo.begin(), side * side, 0);
-    for (int c = 0; c < 8; ++c) {
-        if (places[std::size_t(c)] < 0) continue;
-        const bool lx = c & 1, ly = c >> 1 & 1, lz = c >> 2;
-        const RowBits* from = rows_of(places[std::size_t(c)]);
-        for (int z = lz ? size - 1 : 0; z < size; ++z)
-            for (int y = ly ? size - 1 : 0; y < size; ++y)
-                halo[std::size_t((ly ? 0 : y + 1) + side * (lz ? 0 : z + 1))] |=
-                    HaloRow<Size>(lx ? from[y + size * z] >> (size - 1) : from[y + size * z] << 1);
-    }
-    for (int r = 0; r < side * side; ++r) halo[std::size_t(r)] &= halo[std::size_t(r)] >> 1;
-    for (int r = 0; r + 1 < side * side; ++r) halo[std::size_t(r)] &= halo[std::size_t(r + 1)];
-    for (int r = 0; r < side * size; ++r) halo[std::size_t(r)] &= halo[std::size_t(r + side)];
-    RowBits any = 0;
-    for (int z = 0; z < size; ++z)
-        for (int y = 0; y < size; ++y)
-            any |= rows[y + size * z] = halo[std::size_t(y + side * z)] & low_bits(size);
-    return any != 0 ? Share::Some : Share::None;
-}
-
-void TouchedCells::bound_changeable(Vec3i brick, RowBits* rows) const {
-    with_size(m_size, [&](auto size) {
-        const RowBits* cells = this->rows(brick);
-        const int all = size * size;
-        if (!cells) {
-            std::fill_n(rows, all, 0);
-            return;
+    return with_bit_layout(m_size, [&](auto layout) {
+        const int words = layout.words();
+        if (full || own < 0) {
+            std::fill_n(voxels, words, full ? layout.all() : 0);
+            return full ? Share::All : Share::None;
         }
-        for (int r = 0; r < all; ++r) rows[r] = cells[r] & (cells[r] << 1 | 1);
-        for (int r = all - 1; r > 0; --r)
-            if (r % size != 0) rows[r] &= rows[r - 1];
-        for (int r = all - 1; r >= size; --r) rows[r] &= rows[r - size];
+        combine_around<false>(layout, cells, std::bit_and<BitWord>(), voxels);
+        const bool any = std::any_of(voxels, voxels + words, [](BitWord word) { return word; });
+        return any ? Share::Some : Share::None;
     });
 }
 

@@ -23,37 +23,35 @@ class TouchedCells {
     /// Bricks with touched cells, sorted by coordinate. A cell belongs to the brick of its lowest
     /// corner, which need not be among the snapshot's.
     const std::vector<Vec3i>& bricks() const { return m_bricks; }
-    /// brick_size² rows, y faster than z, of the cells named by their lowest corner; null: none
-    const RowBits* rows(Vec3i brick) const {
+    /// The brick's touched cells, which are named by their lowest corner; null: none
+    const BitWord* cells(Vec3i brick) const {
         const int found = find(brick);
-        return found < 0 ? nullptr : rows_of(found);
+        return found < 0 ? nullptr : bits_of(found);
     }
-    /// Voxels of a brick that can change. @param[out] rows  likewise
-    Share changeable_rows(Vec3i brick, RowBits* rows) const;
-    /// All of those, and perhaps some more beside the brick's low faces: looks at no other brick.
-    void bound_changeable(Vec3i brick, RowBits* rows) const;
+    /// The brick's voxels that can change.
+    Share changeable(Vec3i brick, BitWord* voxels) const;
 
   private:
     void list_bricks(const Snapshot& snapshot);
     template <class Size>
-    bool find_rows(const Snapshot& snapshot, Size size, Vec3i brick, RowBits* rows) const;
-    template <class Size>
-    Share find_changeable(Size size, Vec3i brick, RowBits* rows) const;
+    bool find_cells(const Snapshot& snapshot, const BitLayout<Size>& layout, Vec3i brick,
+                    BitWord* cells) const;
     std::size_t slot_of(Vec3i brick) const {
         const Vec3i p = brick - m_box.begin, n = m_box.end - m_box.begin;
         return std::size_t(p.x) +
                std::size_t(n.x) * (std::size_t(p.y) + std::size_t(n.y) * std::size_t(p.z));
     }
     int find(Vec3i brick) const { return contains(m_box, brick) ? m_place_of[slot_of(brick)] : -1; }
-    const RowBits* rows_of(int place) const {
-        return m_rows.data() + std::size_t(place) * std::size_t(m_size) * std::size_t(m_size);
+    const BitWord* bits_of(int place) const {
+        return m_cells.data() + std::size_t(place) * m_words_per_brick;
     }
 
     int m_size = 0;
     Box3i m_box{};
     std::vector<std::int32_t> m_place_of;  ///< dense over m_box; −1: no touched cells
     std::vector<Vec3i> m_bricks;
-    std::vector<RowBits> m_rows;
+    std::vector<BitWord> m_cells;
+    std::size_t m_words_per_brick = 0;
     std::vector<std::uint8_t> m_is_full;
 };
 

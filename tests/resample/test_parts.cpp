@@ -64,7 +64,7 @@ TEST(OpenBoxes, GiveBackExactlyWhatIsOpenWithinABox) {
             std::vector<DirtyBrick> dirty;
             for_each_in({{0, 0, 0}, bricks}, [&](Vec3i coord) {
                 if (random.whole(0, 2) == 0) return;
-                DirtyBrick brick{coord, false};
+                DirtyBrick brick{.coord = coord};
                 for (int a = 0; a < 3; ++a) {
                     brick.open.begin[a] = size * coord[a] + random.whole(0, size - 1);
                     brick.open.end[a] =
