@@ -213,11 +213,16 @@ class Lattice {
     int resident_brick_count() const { return m_resident_count; }
     /// Brick indices are below this.
     int brick_index_bound() const { return int(m_bricks.size()); }
-    /// Calls visit(brick) for each brick that is there, in no particular order.
+    /// Calls visit(brick) for each brick that is there, in no particular order; or for each that
+    /// has one of the indices from `begin` to `end`.
     template <class Visit>
     void for_each_brick(const Visit& visit) const {
-        for (const auto& slot : m_bricks)
-            if (slot) visit(std::as_const(*slot));
+        for_each_brick(0, brick_index_bound(), visit);
+    }
+    template <class Visit>
+    void for_each_brick(int begin, int end, const Visit& visit) const {
+        for (int index = begin; index < end; ++index)
+            if (const Brick* brick = m_bricks[std::size_t(index)].get()) visit(*brick);
     }
     template <class Visit>
     void for_each_brick(const Visit& visit) {

@@ -28,7 +28,7 @@ Box3i voxels_within(const CellReach& reach, const Box3i& within) {
     return box;
 }
 
-void Dirty::find(const Grid& grid, int brick_size, const Snapshot& before, const Snapshot& now,
+void Dirty::find(const Grid& grid, int brick_size, const Motion& before, const Motion& now,
                  const TaskArena& arena) {
     for (int a = 0; a < 3; ++a) m_brick_count[a] = (grid.size[a] + brick_size - 1) / brick_size;
     m_dirty.assign(dense_count(m_brick_count), 0);
@@ -42,29 +42,29 @@ void Dirty::find(const Grid& grid, int brick_size, const Snapshot& before, const
 }
 
 /// Marks what the cells at changed elements cover at rest, covered before, and cover now.
-void Dirty::mark_changes(const Grid& grid, int size, const Snapshot& before, const Snapshot& now,
+void Dirty::mark_changes(const Grid& grid, int size, const Motion& before, const Motion& now,
                          const TaskArena& arena) {
-    const Box3i scan = voxel_box(grid), box = hull(before.box(), now.box());
+    const Box3i scan = voxel_box(grid), box = hull(before.snapshot.box(), now.snapshot.box());
     const Vec3i one{1, 1, 1}, first = box.begin - one, n = box.end - first;
     if (is_empty(box)) return;
     m_block_flags.assign(dense_count(n), 0);
     const auto mark_brick = [&](Vec3i coord) {
-        mark({size * coord - one, size * (coord + one) + one}, grid, size);
+        mark({coord - one, coord + one + one});
         for (int c = 0; c < 8; ++c)
             put(m_block_flags[dense_index(coord - Vec3i{c & 1, c >> 1 & 1, c >> 2} - first, n)],
                 std::uint8_t(1));
     };
     const auto compare = [&](std::int64_t begin, std::int64_t end) {
         for (auto r = std::size_t(begin); r < std::size_t(end); ++r) {
-            const BrickRecord& record = now.records()[r];
-            const BrickRecord* old = before.record_at(record.coord);
+            const BrickRecord& record = now.snapshot.records()[r];
+            const BrickRecord* old = before.snapshot.record_at(record.coord);
             if (!old || old->stamp != record.stamp) mark_brick(record.coord);
         }
     };
     // By reference: a copy of the captures would be allocated.
-    arena.for_each(std::int64_t(now.records().size()), kBlocksPerTask, std::ref(compare));
-    for (const BrickRecord& record : before.records())
-        if (!now.record_at(record.coord)) mark_brick(record.coord);
+    arena.for_each(std::int64_t(now.snapshot.records().size()), kBlocksPerTask, std::ref(compare));
+    for (const BrickRecord& record : before.snapshot.records())
+        if (!now.snapshot.record_at(record.coord)) mark_brick(record.coord);
     widen_to_strips(grid, size, before, now, {first, box.end});
     m_changed_blocks.clear();
     std::size_t i = 0;
@@ -73,23 +73,23 @@ void Dirty::mark_changes(const Grid& grid, int size, const Snapshot& before, con
     });
     const auto cover = [&](std::int64_t begin, std::int64_t end) {
         for (auto b = std::size_t(begin); b < std::size_t(end); ++b)
-            for (const Snapshot* snapshot : {&before, &now}) {
-                const Vec3i block = m_changed_blocks[b];
-                const BlockRecords records = records_of_block(*snapshot, block);
-                mark(voxels_within(reach_of_block(records, grid, size, block), scan), grid, size);
+            for (const Motion* motion : {&before, &now}) {
+                const CellReach reach = motion->touched.reach(grid, m_changed_blocks[b], 1);
+                const Box3i voxels = voxels_within(reach, scan);
+                if (!is_empty(voxels)) mark(bricks_of(voxels, size));
             }
     };
     arena.for_each(std::int64_t(m_changed_blocks.size()), kBlocksPerTask, std::ref(cover));
 }
 
 /// Adds whole strips whose frames changed: that changes the bits of all that they write.
-void Dirty::widen_to_strips(const Grid& grid, int size, const Snapshot& before, const Snapshot& now,
+void Dirty::widen_to_strips(const Grid& grid, int size, const Motion& before, const Motion& now,
                             const Box3i& blocks) {
     const StripLayout layout(size);
     const Vec3i n = blocks.end - blocks.begin;
-    const auto frame = [&](const Snapshot& snapshot, Vec3i coord) {
-        return frame_of_strip(snapshot, grid, size, coord,
-                              reach_of_strip(snapshot, grid, size, coord));
+    const auto frame = [&](const Motion& motion, Vec3i coord) {
+        return frame_of_strip(motion.snapshot, grid, size, coord,
+                              motion.touched.reach(grid, coord, layout.bricks));
     };
     for_each_row(blocks, [&](Vec3i row) {
         std::uint8_t* flags = m_block_flags.data() + dense_index(row - blocks.begin, n);
@@ -107,13 +107,11 @@ void Dirty::widen_to_strips(const Grid& grid, int size, const Snapshot& before, 
     });
 }
 
-void Dirty::mark(const Box3i& voxels, const Grid& grid, int brick_size) {
-    const Box3i inside = overlap(voxels, voxel_box(grid));
-    if (is_empty(inside)) return;
-    const Box3i bricks = bricks_of(inside, brick_size);
-    for_each_row(bricks, [&](Vec3i row) {
+void Dirty::mark(const Box3i& bricks) {
+    const Box3i inside = overlap(bricks, {{0, 0, 0}, m_brick_count});
+    for_each_row(inside, [&](Vec3i row) {
         std::uint8_t* flags = m_dirty.data() + dense_index(row, m_brick_count);
-        for (int x = 0; x < bricks.end.x - bricks.begin.x; ++x) put(flags[x], std::uint8_t(1));
+        for (int x = 0; x < inside.end.x - inside.begin.x; ++x) put(flags[x], std::uint8_t(1));
     });
 }
 

@@ -13,9 +13,15 @@ namespace pliant {
 /// The voxels of some box that lie within reach, and those that do so but for rounding.
 Box3i voxels_within(const CellReach& reach, const Box3i& within);
 
+/// The lattice at one time, and the cells that it moves.
+struct Motion {
+    Snapshot snapshot;
+    TouchedCells touched;
+};
+
 class Dirty {
   public:
-    void find(const Grid& grid, int brick_size, const Snapshot& before, const Snapshot& now,
+    void find(const Grid& grid, int brick_size, const Motion& before, const Motion& now,
               const TaskArena& arena);
 
     /// Sorted by coordinate.
@@ -26,12 +32,12 @@ class Dirty {
     Vec3i brick_count() const { return m_brick_count; }
 
   private:
-    void mark_changes(const Grid& grid, int brick_size, const Snapshot& before, const Snapshot& now,
+    void mark_changes(const Grid& grid, int brick_size, const Motion& before, const Motion& now,
                       const TaskArena& arena);
-    void widen_to_strips(const Grid& grid, int brick_size, const Snapshot& before,
-                         const Snapshot& now, const Box3i& blocks);
-    /// Threads may mark the same bricks.
-    void mark(const Box3i& voxels, const Grid& grid, int brick_size);
+    void widen_to_strips(const Grid& grid, int brick_size, const Motion& before, const Motion& now,
+                         const Box3i& blocks);
+    /// Threads may mark the same ones.
+    void mark(const Box3i& bricks);
 
     Vec3i m_brick_count{0, 0, 0};
     std::vector<std::uint8_t> m_dirty;        ///< per brick of the scan

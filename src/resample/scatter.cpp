@@ -48,8 +48,8 @@ void Scatter::for_writers(const Work& work) {
 
 OpenVoxels Scatter::look(const Lattice& lattice, Mapping mapping, Volume& deformed) {
     std::swap(m_now, m_before);
-    m_now.take(lattice, m_before, m_arena);
-    m_touched.find(m_now, lattice.brick_size(), m_arena);
+    m_now.snapshot.take(lattice, m_before.snapshot, m_arena);
+    m_now.touched.find(m_now.snapshot, lattice.brick_size(), m_arena);
     m_dirty.find(m_original.grid, lattice.brick_size(), m_before, m_now, m_arena);
     list_strips(lattice);
     m_open.set_brick_size(lattice.brick_size());
@@ -176,7 +176,7 @@ void Scatter::list_strips(const Lattice& lattice) {
     m_strips.clear();
     const StripLayout layout(lattice.brick_size());
     Vec3i last{INT32_MIN, 0, 0};
-    for (const Vec3i brick : m_touched.bricks()) {
+    for (const Vec3i brick : m_now.touched.bricks()) {
         const Vec3i coord{layout.first_of(brick.x), brick.y, brick.z};
         if (coord == last) continue;
         last = coord;
@@ -185,7 +185,7 @@ void Scatter::list_strips(const Lattice& lattice) {
     const auto task = [&](std::int64_t begin, std::int64_t end) {
         for (auto s = std::size_t(begin); s < std::size_t(end); ++s) {
             ReachingStrip& strip = m_strips[s];
-            strip.reach = reach_of_strip(m_now, m_original.grid, lattice.brick_size(), strip.coord);
+            strip.reach = m_now.touched.reach(m_original.grid, strip.coord, layout.bricks);
             strip.voxels = voxels_within(strip.reach, voxel_box(m_original.grid));
         }
     };
@@ -226,7 +226,7 @@ CellTarget Scatter::target_of(Volume& deformed) {
 }
 
 ScatterJob Scatter::job_of(const Lattice& lattice, Mapping mapping) const {
-    return {m_original, lattice,  m_now,           m_touched,
+    return {m_original, lattice,  m_now.snapshot,  m_now.touched,
             mapping,    m_strips, m_dirty.flags(), m_dirty.brick_count()};
 }
 

@@ -39,7 +39,7 @@ class Scatter {
     void clear_inverse(const Lattice& lattice, Vec3f* inverse_mm);
     /// The next look() takes everything that is deformed for new.
     void forget() { m_now = {}; }
-    const Snapshot& snapshot() const { return m_now; }
+    const Snapshot& snapshot() const { return m_now.snapshot; }
 
     /// Boxes of voxels that the last update wrote: whole bricks, cut to the scan.
     const std::vector<Box3i>& written_boxes() const { return m_boxes; }
@@ -61,8 +61,7 @@ class Scatter {
 
     const Volume& m_original;
     const TaskArena& m_arena;
-    Snapshot m_now, m_before;
-    TouchedCells m_touched;
+    Motion m_now, m_before;
     Dirty m_dirty;
     std::vector<ReachingStrip> m_strips;
     std::vector<StripWriter> m_writers;  ///< one for each thread

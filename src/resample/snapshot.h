@@ -48,6 +48,9 @@ struct BrickRecord {
     bool is_full = false;           ///< every element moved or is void
 };
 
+/// Places in the same order as cell corners: c & 1, c >> 1 & 1, c >> 2.
+using BlockRecords = std::array<const BrickRecord*, 8>;
+
 class Snapshot {
   public:
     /// @param before  bits of bricks that didn't change are taken from it
@@ -64,9 +67,11 @@ class Snapshot {
         const int found = find(coord);
         return found < 0 ? nullptr : &m_records[std::size_t(found)];
     }
+    /// Those of the bricks that hold the corners of a brick's cells; null: as without a record.
+    BlockRecords records_around(Vec3i coord) const;
     /// Elements that moved or are void.
-    const BitWord* altered(int record) const {
-        return m_altered.data() + std::size_t(record) * m_words_per_brick;
+    const BitWord* altered(const BrickRecord& record) const {
+        return m_altered.data() + std::size_t(&record - m_records.data()) * m_words_per_brick;
     }
     bool has_edits() const { return m_has_edits; }
 
@@ -76,10 +81,12 @@ class Snapshot {
         return std::size_t(p.x) +
                std::size_t(n.x) * (std::size_t(p.y) + std::size_t(n.y) * std::size_t(p.z));
     }
-    void list_records(const Lattice& lattice);
+    void list_records(const Lattice& lattice, const Snapshot& before, const TaskArena& arena);
+    void fill(std::size_t first, std::size_t end, int brick_size, const Snapshot& before);
     void index_records();
 
     std::vector<BrickRecord> m_records;
+    std::vector<std::size_t> m_first_records;  ///< by indices of bricks, of kIndicesPerTask each
     std::vector<BitWord> m_altered;
     std::size_t m_words_per_brick = 0;
     Box3i m_box;

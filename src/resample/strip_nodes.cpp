@@ -21,56 +21,6 @@ constexpr double kWild = 64;
 
 }  // namespace
 
-BlockRecords records_of_block(const Snapshot& snapshot, Vec3i coord) {
-    BlockRecords records;
-    for (int c = 0; c < 8; ++c)
-        records[std::size_t(c)] = snapshot.record_at(coord + Vec3i{c & 1, c >> 1 & 1, c >> 2});
-    return records;
-}
-
-namespace {
-
-/// Adds a brick's bounds. @param record  null: at rest
-void include(const BrickRecord* record, Vec3<Fixed>& low, Vec3<Fixed>& high) {
-    for (int a = 0; a < 3; ++a) {
-        low[a] = std::min(low[a], record ? record->u_min[a] : 0);
-        high[a] = std::max(high[a], record ? record->u_max[a] : 0);
-    }
-}
-
-CellReach reach_of(Vec3i first, Vec3i size, Vec3<Fixed> low, Vec3<Fixed> high, Vec3d scale) {
-    CellReach reach;
-    for (int a = 0; a < 3; ++a) {
-        reach.low[a] = first[a] + scale[a] * low[a];
-        reach.high[a] = first[a] + size[a] + scale[a] * high[a];
-    }
-    return reach;
-}
-
-constexpr Vec3<Fixed> kHighest{INT32_MAX, INT32_MAX, INT32_MAX};
-constexpr Vec3<Fixed> kLowest{INT32_MIN, INT32_MIN, INT32_MIN};
-
-}  // namespace
-
-CellReach reach_of_block(const BlockRecords& records, const Grid& grid, int brick_size,
-                         Vec3i coord) {
-    Vec3<Fixed> low = kHighest, high = kLowest;
-    for (const BrickRecord* record : records) include(record, low, high);
-    return reach_of(brick_size * coord, {brick_size, brick_size, brick_size}, low, high,
-                    voxels_per_unit(grid));
-}
-
-CellReach reach_of_strip(const Snapshot& snapshot, const Grid& grid, int brick_size, Vec3i coord) {
-    const int bricks = StripLayout(brick_size).bricks;
-    Vec3<Fixed> low = kHighest, high = kLowest;
-    for (int z = 0; z <= 1; ++z)
-        for (int y = 0; y <= 1; ++y)
-            for (int x = 0; x <= bricks; ++x)
-                include(snapshot.record_at(coord + Vec3i{x, y, z}), low, high);
-    return reach_of(brick_size * coord, {bricks * brick_size, brick_size, brick_size}, low, high,
-                    voxels_per_unit(grid));
-}
-
 StripFrame frame_of_strip(const Snapshot& snapshot, const Grid& grid, int brick_size, Vec3i coord,
                           const CellReach& reach) {
     const StripLayout layout(brick_size);

@@ -30,21 +30,6 @@ struct NodeRow {
     int y, z;
 };
 
-/// Places in the same order as cell corners: c & 1, c >> 1 & 1, c >> 2.
-using BlockRecords = std::array<const BrickRecord*, 8>;
-
-/// The bricks that hold the corners of a brick's cells; null: at rest.
-BlockRecords records_of_block(const Snapshot& snapshot, Vec3i coord);
-
-/// Where the corners of some bricks' cells are now [voxels], from the bounds of the bricks.
-struct CellReach {
-    Vec3d low, high;
-};
-CellReach reach_of_block(const BlockRecords& records, const Grid& grid, int brick_size,
-                         Vec3i coord);
-/// @param coord  the strip's first brick
-CellReach reach_of_strip(const Snapshot& snapshot, const Grid& grid, int brick_size, Vec3i coord);
-
 /// What the bits of all of a strip's voxels depend on, beside the cells that they lie in.
 struct StripFrame {
     Vec3<Fixed> base;  ///< displacement that those of the nodes are relative to

@@ -13,6 +13,23 @@ namespace {
 constexpr std::int64_t kBricksPerTask = 64;
 constexpr AnyBrickBits kNone{};
 
+/// @returns whether all are touched
+template <class Size>
+bool find_cells(const Snapshot& snapshot, const BitLayout<Size>& layout,
+                const BlockRecords& records, BitWord* cells) {
+    // A moved element touches all eight cells around it.
+    if (records[0] && records[0]->is_full) {
+        std::fill_n(cells, layout.words(), layout.all());
+        return true;
+    }
+    std::array<const BitWord*, 8> altered;
+    for (std::size_t c = 0; c < 8; ++c)
+        altered[c] = records[c] ? snapshot.altered(*records[c]) : kNone.data();
+    combine_around<true>(layout, altered, std::bit_or<BitWord>(), cells);
+    return std::all_of(cells, cells + layout.words(),
+                       [&](BitWord word) { return word == layout.all(); });
+}
+
 }  // namespace
 
 void TouchedCells::find(const Snapshot& snapshot, int brick_size, const TaskArena& arena) {
@@ -21,11 +38,15 @@ void TouchedCells::find(const Snapshot& snapshot, int brick_size, const TaskAren
     list_bricks(snapshot);
     m_cells.resize(m_bricks.size() * m_words_per_brick);
     m_is_full.resize(m_bricks.size());
+    m_bounds.resize(m_bricks.size());
     const auto task = [&](std::int64_t begin, std::int64_t end) {
         with_bit_layout(m_size, [&](auto layout) {
-            for (auto n = std::size_t(begin); n < std::size_t(end); ++n)
-                m_is_full[n] = find_cells(snapshot, layout, m_bricks[n],
-                                          m_cells.data() + n * m_words_per_brick);
+            for (auto n = std::size_t(begin); n < std::size_t(end); ++n) {
+                const BlockRecords records = snapshot.records_around(m_bricks[n]);
+                m_bounds[n] = bounds_of(records);
+                m_is_full[n] =
+                    find_cells(snapshot, layout, records, m_cells.data() + n * m_words_per_brick);
+            }
         });
     };
     // By reference: a copy of the captures would be allocated.
@@ -53,24 +74,37 @@ void TouchedCells::list_bricks(const Snapshot& snapshot) {
             }
 }
 
-/// @returns whether all are touched
-template <class Size>
-bool TouchedCells::find_cells(const Snapshot& snapshot, const BitLayout<Size>& layout, Vec3i brick,
-                              BitWord* cells) const {
-    // A moved element touches all eight cells around it.
-    const BrickRecord* record = snapshot.record_at(brick);
-    if (record && record->is_full) {
-        std::fill_n(cells, layout.words(), layout.all());
-        return true;
+TouchedCells::Bounds TouchedCells::bounds_of(const BlockRecords& records) {
+    Bounds bounds{{INT32_MAX, INT32_MAX, INT32_MAX}, {INT32_MIN, INT32_MIN, INT32_MIN}};
+    for (const BrickRecord* record : records)
+        for (int a = 0; a < 3; ++a) {
+            bounds.low[a] = std::min(bounds.low[a], record ? record->u_min[a] : 0);
+            bounds.high[a] = std::max(bounds.high[a], record ? record->u_max[a] : 0);
+        }
+    return bounds;
+}
+
+CellReach TouchedCells::reach(const Grid& grid, Vec3i first, int bricks) const {
+    const auto bounds_at = [&](int x) {
+        const int place = find(first + Vec3i{x, 0, 0});
+        return place < 0 ? Bounds{} : m_bounds[std::size_t(place)];
+    };
+    Bounds all = bounds_at(0);
+    for (int x = 1; x < bricks; ++x) {
+        const Bounds bounds = bounds_at(x);
+        for (int a = 0; a < 3; ++a) {
+            all.low[a] = std::min(all.low[a], bounds.low[a]);
+            all.high[a] = std::max(all.high[a], bounds.high[a]);
+        }
     }
-    std::array<const BitWord*, 8> altered;
-    for (int c = 0; c < 8; ++c) {
-        const int found = snapshot.find(brick + Vec3i{c & 1, c >> 1 & 1, c >> 2});
-        altered[std::size_t(c)] = found < 0 ? kNone.data() : snapshot.altered(found);
+    const Vec3d scale = voxels_per_unit(grid);
+    const Vec3i begin = m_size * first, end = begin + m_size * Vec3i{bricks, 1, 1};
+    CellReach reach;
+    for (int a = 0; a < 3; ++a) {
+        reach.low[a] = begin[a] + scale[a] * all.low[a];
+        reach.high[a] = end[a] + scale[a] * all.high[a];
     }
-    combine_around<true>(layout, altered, std::bit_or<BitWord>(), cells);
-    return std::all_of(cells, cells + layout.words(),
-                       [&](BitWord word) { return word == layout.all(); });
+    return reach;
 }
 
 Share TouchedCells::changeable(Vec3i brick, BitWord* voxels) const {

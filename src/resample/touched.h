@@ -6,6 +6,9 @@
 // A cell is touched if one of its corners moved or is void. The cells that aren't stay where they
 // are, so the touched ones together cover at most the place that they covered at rest: a voxel can
 // change only if all eight cells around it are touched.
+//
+// A brick's cells, which are named by their lowest corners, are a block: some of their corners are
+// in the bricks beside it.
 
 #pragma once
 
@@ -15,6 +18,11 @@ namespace pliant {
 
 /// Of a brick's voxels.
 enum class Share { None, Some, All };
+
+/// Where the corners of some cells are now [voxels], from the bounds of the bricks.
+struct CellReach {
+    Vec3d low, high;
+};
 
 class TouchedCells {
   public:
@@ -28,14 +36,19 @@ class TouchedCells {
         const int found = find(brick);
         return found < 0 ? nullptr : bits_of(found);
     }
+    /// Of the blocks of some bricks in a row along x.
+    CellReach reach(const Grid& grid, Vec3i first, int bricks) const;
     /// The brick's voxels that can change.
     Share changeable(Vec3i brick, BitWord* voxels) const;
 
   private:
+    /// Of displacements.
+    struct Bounds {
+        Vec3<Fixed> low{0, 0, 0}, high{0, 0, 0};
+    };
+
     void list_bricks(const Snapshot& snapshot);
-    template <class Size>
-    bool find_cells(const Snapshot& snapshot, const BitLayout<Size>& layout, Vec3i brick,
-                    BitWord* cells) const;
+    static Bounds bounds_of(const BlockRecords& records);
     std::size_t slot_of(Vec3i brick) const {
         const Vec3i p = brick - m_box.begin, n = m_box.end - m_box.begin;
         return std::size_t(p.x) +
@@ -53,6 +66,7 @@ class TouchedCells {
     std::vector<BitWord> m_cells;
     std::size_t m_words_per_brick = 0;
     std::vector<std::uint8_t> m_is_full;
+    std::vector<Bounds> m_bounds;  ///< of the blocks' corners
 };
 
 }  // namespace pliant
