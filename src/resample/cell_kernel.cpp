@@ -150,13 +150,15 @@ HWY_INLINE Open open_of(Open* open, std::ptrdiff_t voxel) {
 }
 
 /// Stores what lies in a cell where the target is open. @param found  bit: lane
-HWY_INLINE void write_solved(const Solved& solved, unsigned found, const StripTarget& strip,
-                             const CellTarget& to) {
+/// @returns the number of voxels that were
+HWY_INLINE int write_solved(const Solved& solved, unsigned found, const StripTarget& strip,
+                            const CellTarget& to) {
     // By value: for all that the compiler knows, a store of one byte may change everything else.
     Open* const open = to.open + strip.origin;
     const Open yes = to.turn.yes(), taken = to.turn.taken(), shared = to.turn.shared();
     const Open written = to.takes ? taken : to.turn.no();
     const auto write = [=, &solved](const auto& store) HWY_ATTR {
+        int count = 0;
         for (unsigned left = found; left; left &= left - 1) {
             const auto lane = unsigned(__builtin_ctz(left));
             const std::ptrdiff_t voxel = solved.voxel[lane];
@@ -164,18 +166,19 @@ HWY_INLINE void write_solved(const Solved& solved, unsigned found, const StripTa
             if (HWY_LIKELY(state == yes)) {
                 put(open[voxel], written);
                 store(lane, voxel);
+                ++count;
             } else if (state == taken) {
                 put(open[voxel], shared);
             }
         }
+        return count;
     };
     if (strip.is_16_bit && !strip.with_inverse) {
         std::int16_t* const voxels = to.voxels16 + strip.origin;
-        write([voxels, &solved](unsigned lane, std::ptrdiff_t voxel)
-                  HWY_ATTR { put(voxels[voxel], std::int16_t(solved.whole[lane])); });
-        return;
+        return write([voxels, &solved](unsigned lane, std::ptrdiff_t voxel)
+                         HWY_ATTR { put(voxels[voxel], std::int16_t(solved.whole[lane])); });
     }
-    write([&](unsigned lane, std::ptrdiff_t from_origin) HWY_ATTR {
+    return write([&](unsigned lane, std::ptrdiff_t from_origin) HWY_ATTR {
         const std::ptrdiff_t voxel = strip.origin + from_origin;
         if (strip.is_16_bit)
             put(to.voxels16[voxel], std::int16_t(solved.whole[lane]));
@@ -205,7 +208,7 @@ struct Work {
 /// Writes what the last call of solve found. How many those are, nobody foresees; now that they
 /// have been known for a while, a wrong guess of the processor's is soon put right.
 HWY_INLINE void write_last(Work& work) {
-    write_solved(work.solved, work.found, work.to, work.target);
+    work.left.written += write_solved(work.solved, work.found, work.to, work.target);
     work.found = 0;
 }
 
@@ -608,14 +611,15 @@ void write_cells(const StripNodes& strip, const CellTarget& target, CellFaces fa
     HWY_DYNAMIC_DISPATCH(write_strip)(strip, target, faces, left, ahead);
 }
 
-void write_claim(const Claim& claim, const CellTarget& target) {
-    if (!target.turn.is_open(target.open[claim.voxel])) return;
+bool write_claim(const Claim& claim, const CellTarget& target) {
+    if (!target.turn.is_open(target.open[claim.voxel])) return false;
     target.open[claim.voxel] = target.turn.no();
     if (target.voxels16)
         target.voxels16[claim.voxel] = std::int16_t(std::lrint(claim.value));
     else
         target.voxels32[claim.voxel] = float(claim.value);
     if (target.inverse_mm) store_inverse(target, claim.voxel, claim.back);
+    return true;
 }
 
 bool keep_cells_near(const StripNodes& strip, std::span<const Box3i> boxes,

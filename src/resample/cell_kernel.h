@@ -94,6 +94,7 @@ enum class Writes { AllButEdges, None };
 struct Leftovers {
     Writes writes = Writes::AllButEdges;
     int strip = 0;              ///< its number, for the claims
+    std::int64_t written = 0;   ///< voxels that were open
     std::vector<Claim> claims;  ///< in any order
     /// A voxel whose place in a cell was not found, and may lie in it.
     struct Unsettled {
@@ -113,8 +114,8 @@ struct Leftovers {
 void write_cells(const StripNodes& strip, const CellTarget& target, CellFaces faces,
                  Leftovers& left, Ahead& ahead);
 
-/// Writes a claimed voxel and closes it, if it is open.
-void write_claim(const Claim& claim, const CellTarget& target);
+/// Writes a claimed voxel and closes it, if it is open. @returns whether it was
+bool write_claim(const Claim& claim, const CellTarget& target);
 
 /// Takes away the cells that have no voxel in any of some boxes; perhaps not all of them.
 /// @param[in,out] use  as StripNodes::use. @returns whether any are left

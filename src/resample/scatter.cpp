@@ -63,6 +63,7 @@ OpenVoxels Scatter::look(const Lattice& lattice, Mapping mapping, Volume& deform
         all.count += brick.opened;
         all.box = hull(all.box, brick.open);
     }
+    m_opened = all.count;
     return all;
 }
 
@@ -72,22 +73,25 @@ std::int64_t Scatter::write(const Lattice& lattice, Mapping mapping, Volume& def
     CellTarget target = target_of(deformed);
     target.inverse_mm = inverse_mm;
     target.inverse_box = inverse_box;
+    bool any_open = true;
     if (mapping == Mapping::Cells) {
         if (job.has_gaps())
             write_slabs(job, target);
         else
             write_each_once(job, target);
-        open_contested(job, target);
-        claim(job, target, {mapping, CellFaces::HalfOpen});
-        // Beside a cell that isn't there, the voxels on the face between belong to the other one.
-        claim(job, target, {mapping, CellFaces::Closed});
+        any_open = open_contested(job, target);
+        if (any_open) {
+            claim(job, target, {mapping, CellFaces::HalfOpen});
+            // Beside a cell that isn't there, the voxels on the face between belong to the other.
+            claim(job, target, {mapping, CellFaces::Closed});
+        }
     } else {
         write_slabs(job, target);
     }
     // Inversion can miss in a strongly folded cell; the tetrahedra always settle.
-    if (mapping != Mapping::Tetrahedra)
+    if (mapping != Mapping::Tetrahedra && any_open)
         claim(job, target, {Mapping::Tetrahedra, CellFaces::Closed});
-    std::int64_t gaps = fill_gaps(target, m_dirty.bricks());
+    const std::int64_t gaps = any_open ? fill_gaps(target, m_dirty.bricks()) : 0;
     m_open.end_turn();
     list_boxes(lattice.brick_size());
     return gaps;
@@ -112,9 +116,15 @@ void Scatter::write_each_once(const ScatterJob& job, const CellTarget& target) {
 }
 
 /// After what lies in one cell is written: its edges are, too, and what several cells may hold is
-/// open.
-void Scatter::open_contested(const ScatterJob& job, const CellTarget& target) {
-    write_claims(target);
+/// open. @returns whether anything may be
+bool Scatter::open_contested(const ScatterJob& job, const CellTarget& target) {
+    std::int64_t written = write_claims(target);
+    bool any_contested = job.has_gaps();
+    for (const StripWriter& writer : m_writers) {
+        written += writer.written();
+        any_contested |= !writer.contested().empty();
+    }
+    if (!any_contested && written == m_opened) return false;
     if (job.has_gaps())
         for_dirty([&](std::span<DirtyBrick> bricks) { close_taken(target, bricks); });
     const auto reopen = [&](std::int64_t begin, std::int64_t end) {
@@ -123,6 +133,7 @@ void Scatter::open_contested(const ScatterJob& job, const CellTarget& target) {
     };
     m_arena.for_each(std::int64_t(m_writers.size()), 1, std::ref(reopen));
     for_dirty([&](std::span<DirtyBrick> bricks) { find_open(job, target, bricks); });
+    return true;
 }
 
 void Scatter::claim(const ScatterJob& job, const CellTarget& target, ClaimPass pass) {
@@ -133,8 +144,8 @@ void Scatter::claim(const ScatterJob& job, const CellTarget& target, ClaimPass p
     for_dirty([&](std::span<DirtyBrick> bricks) { find_open(job, target, bricks); });
 }
 
-/// Of all claims on a voxel, the first cell's that surely holds it.
-void Scatter::write_claims(const CellTarget& target) {
+/// Of all claims on a voxel, the first cell's that surely holds it. @returns the voxels written
+std::int64_t Scatter::write_claims(const CellTarget& target) {
     m_claims.clear();
     for (const StripWriter& writer : m_writers)
         m_claims.insert(m_claims.end(), writer.claims().begin(), writer.claims().end());
@@ -142,7 +153,8 @@ void Scatter::write_claims(const CellTarget& target) {
         return std::tie(a.voxel, a.is_edge, a.strip, a.cell) <
                std::tie(b.voxel, b.is_edge, b.strip, b.cell);
     });
-    for (const Claim& claim : m_claims) write_claim(claim, target);
+    return std::count_if(m_claims.begin(), m_claims.end(),
+                         [&](const Claim& claim) { return write_claim(claim, target); });
 }
 
 void Scatter::write_slabs(const ScatterJob& job, const CellTarget& target) {

@@ -47,9 +47,9 @@ class Scatter {
   private:
     void write_each_once(const ScatterJob& job, const CellTarget& target);
     void write_slabs(const ScatterJob& job, const CellTarget& target);
-    void open_contested(const ScatterJob& job, const CellTarget& target);
+    bool open_contested(const ScatterJob& job, const CellTarget& target);
     void claim(const ScatterJob& job, const CellTarget& target, ClaimPass pass);
-    void write_claims(const CellTarget& target);
+    std::int64_t write_claims(const CellTarget& target);
     void list_strips(const Lattice& lattice);
     void list_boxes(int brick_size);
     template <class Work>
@@ -66,6 +66,7 @@ class Scatter {
     std::vector<ReachingStrip> m_strips;
     std::vector<StripWriter> m_writers;  ///< one for each thread
     std::vector<Claim> m_claims;
+    std::int64_t m_opened = 0;  ///< voxels, by the last look()
     OpenBoxes m_open_boxes;
     OpenMap m_open;
     std::vector<Box3i> m_boxes;

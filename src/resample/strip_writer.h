@@ -82,7 +82,10 @@ class StripWriter {
     /// Of all calls since the last forget().
     const std::vector<Claim>& claims() const { return m_left.claims; }
     const std::vector<Box3i>& contested() const { return m_contested; }
+    /// Voxels that were open and are written. What lies in contested boxes may count twice.
+    std::int64_t written() const { return m_left.written; }
     void forget() {
+        m_left.written = 0;
         m_left.claims.clear();
         m_contested.clear();
     }
