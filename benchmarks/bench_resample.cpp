@@ -40,7 +40,7 @@ struct Size {
     int push;  ///< its length in voxels
     int turns;
 };
-constexpr Size kSizes[] = {{64, 2, 101}, {96, 5, 51}, {128, 12, 21}, {192, 26, 7}, {320, 58, 3}};
+constexpr Size kSizes[] = {{64, 2, 101}, {96, 5, 51}, {128, 12, 21}, {192, 26, 21}, {320, 58, 5}};
 
 /// Read and written by all threads of an arena [bytes/ns].
 double copy_bandwidth(const TaskArena& arena) {
