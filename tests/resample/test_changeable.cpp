@@ -7,7 +7,9 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 
+#include "chainmail/check.h"
 #include "resample/lattices.h"
 #include "resample/scatter.h"
 #include "support/random.h"
@@ -119,6 +121,27 @@ TEST(Changeable, WhatRestsAndMovesAgainIsWrittenEachTime) {
             ASSERT_EQ(deformed.voxels, once.volume.voxels) << "update " << update;
         }
     }
+}
+
+TEST(Changeable, WhatTheKernelLeavesOutIsWrittenToo) {
+    // Cells that are five voxels wide and more, and none that is folded: along x the tissue is
+    // stretched for a short way, and pressed together for a long one.
+    const TaskArena arena(2);
+    Random random(7);
+    const Volume volume = noise(random, {80, 24, 24});
+    const Lattice lattice = displaced_lattice(volume, {{8, 6, 6}, {64, 18, 18}}, [](Vec3d p) {
+        return Vec3d{std::min(5.5 * (p.x - 8), 22 - 0.45 * (p.x - 12)), 0, 0};
+    });
+    const auto no_limits = [](Vec3i) { return ElementLimits{}; };
+    ASSERT_EQ(check_lattice(lattice, no_limits, arena).folded_cells, 0);
+    const Deformed deformed = deform_by_lattice(volume, lattice, Mapping::Cells, false, arena);
+    const Deformed twin = deform_by_lattice(volume, lattice, Mapping::CellsScalar, false, arena);
+    EXPECT_GT(deformed.written_voxels, 5000);
+    EXPECT_EQ(deformed.gap_voxels, 0);
+    std::int64_t far = 0;
+    for_each_in(voxel_box(volume.grid),
+                [&](Vec3i p) { far += std::abs(deformed.volume.at(p) - twin.volume.at(p)) > 1; });
+    EXPECT_EQ(far, 0);
 }
 
 }  // namespace
