@@ -74,6 +74,7 @@ void Dirty::mark_changes(const Grid& grid, int size, const Motion& before, const
     const auto cover = [&](std::int64_t begin, std::int64_t end) {
         for (auto b = std::size_t(begin); b < std::size_t(end); ++b)
             for (const Motion* motion : {&before, &now}) {
+                if (motion->snapshot.records().empty()) continue;  // marked as bricks at rest
                 const CellReach reach = motion->touched.reach(grid, m_changed_blocks[b], 1);
                 const Box3i voxels = voxels_within(reach, scan);
                 if (!is_empty(voxels)) mark(bricks_of(voxels, size));
