@@ -122,23 +122,4 @@ bool write_claim(const Claim& claim, const CellTarget& target);
 /// @pre !strip.is_wild()
 bool keep_cells_near(const StripNodes& strip, std::span<const Box3i> boxes, std::span<RowBits> use);
 
-/// Displacements of a strip's nodes relative to a base: (u − base)·scale + shift.
-/// @param from  one component in the bricks along x, and in those beside them along y, along z, and
-///              along both
-/// @param[out] to  in the order of StripNodes::index
-void convert_displacements(std::span<const Fixed* const> from, std::span<const NodeRow> rows,
-                           int brick_size, Fixed base, float scale, float shift, float* to);
-
-/// A bit for each element, in words of so many: it moved. The other components are read only where
-/// the first one is zero somewhere in the word.
-void find_moved(const std::array<const Fixed*, 3>& u, int words, int elements_per_word,
-                BitWord* bits);
-
-/// Original values at a strip's nodes. @param from  at the first one, in a scan of this size
-/// @param row_size, row_count  nodes along x, rows along y
-void convert_values(const std::int16_t* from, Vec3i scan_size, std::span<const NodeRow> rows,
-                    int row_size, int row_count, float* to);
-void convert_values(const float* from, Vec3i scan_size, std::span<const NodeRow> rows, int row_size,
-                    int row_count, float* to);
-
 }  // namespace pliant

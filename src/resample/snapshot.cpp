@@ -4,17 +4,17 @@
 #include "resample/snapshot.h"
 
 #include <algorithm>
+#include <climits>
 #include <functional>
-#include <numeric>
 #include <span>
 
 #include "core/hash.h"
-#include "resample/cell_kernel.h"
+#include "resample/node_kernel.h"
 
 namespace pliant {
 namespace {
 
-constexpr int kIndicesPerTask = 64;
+constexpr int kIndicesPerTask = 64, kRecordsPerTask = 64;
 
 /// A brick's clock, and its edits as they are: those of a brick at rest have no clock.
 std::uint64_t stamp_of(const Brick* brick, const std::uint8_t* edits, int element_count) {
@@ -78,70 +78,86 @@ void find_altered(BrickRecord& record, const BitLayout<Size>& layout, BitWord* b
 void Snapshot::take(const Lattice& lattice, const Snapshot& before, const TaskArena& arena) {
     m_words_per_brick = std::size_t(BitLayout<int>{lattice.brick_size()}.words());
     m_has_edits = !lattice.all_edits().empty();
-    list_records(lattice, before, arena);
-    index_records();
-}
-
-/// First counts the records of some bricks each, so that threads know where theirs go.
-void Snapshot::list_records(const Lattice& lattice, const Snapshot& before,
-                            const TaskArena& arena) {
-    const int count = lattice.elements_per_brick();
-    const std::int64_t tasks =
-        (lattice.brick_index_bound() + kIndicesPerTask - 1) / kIndicesPerTask;
-    const auto for_task = [&](std::int64_t task, const auto& visit) {
-        const int begin = int(task) * kIndicesPerTask;
-        lattice.for_each_brick(begin,
-                               std::min(begin + kIndicesPerTask, lattice.brick_index_bound()),
-                               [&](const Brick& brick) {
-                                   // A drag keeps bricks for all that it may reach.
-                                   if (!is_at_rest(brick) || brick.edits) visit(brick);
-                               });
-    };
-    m_first_records.assign(std::size_t(tasks) + 1, 0);
-    const auto count_some = [&](std::int64_t begin, std::int64_t end) {
-        for (std::int64_t task = begin; task < end; ++task)
-            for_task(task, [&](const Brick&) { ++m_first_records[std::size_t(task) + 1]; });
+    find_sources(lattice, arena);
+    sort_sources();
+    m_records.resize(m_order.size());
+    m_altered.resize(m_order.size() * m_words_per_brick);
+    const auto fill_some = [&](std::int64_t begin, std::int64_t end) {
+        fill(std::size_t(begin), std::size_t(end), lattice, before);
     };
     // By reference: a copy of the captures would be allocated.
-    arena.for_each(tasks, 1, std::ref(count_some));
-    std::partial_sum(m_first_records.begin(), m_first_records.end(), m_first_records.begin());
-    const std::size_t of_bricks = m_first_records.back();
-    m_records.resize(of_bricks);
-    for (const auto& [coord, edits] : lattice.all_edits())
-        if (lattice.find_brick(coord) < 0)
-            m_records.push_back(
-                {coord, {}, edits.data(), stamp_of(nullptr, edits.data(), count), {}, {}});
-    m_altered.resize(m_records.size() * m_words_per_brick);
-    const auto fill_some = [&](std::int64_t begin, std::int64_t end) {
-        for (std::int64_t task = begin; task < end; ++task) {
-            const std::size_t first = m_first_records[std::size_t(task)];
-            std::size_t n = first;
-            for_task(task, [&](const Brick& brick) {
-                m_records[n++] = {brick.coord, {brick.u[0], brick.u[1], brick.u[2]},
-                                  brick.edits, stamp_of(&brick, brick.edits, count),
-                                  brick.u_min, brick.u_max};
-            });
-            fill(first, n, lattice.brick_size(), before);
-        }
-    };
-    arena.for_each(tasks, 1, std::ref(fill_some));
-    fill(of_bricks, m_records.size(), lattice.brick_size(), before);
+    arena.for_each(std::int64_t(m_records.size()), kRecordsPerTask, std::ref(fill_some));
 }
 
-/// Adds what has to be read from the bricks' elements.
-void Snapshot::fill(std::size_t first, std::size_t end, int brick_size, const Snapshot& before) {
-    const StripLayout strips(brick_size);
+/// Finds what has a record, in no particular order and with places left free.
+void Snapshot::find_sources(const Lattice& lattice, const TaskArena& arena) {
+    const int bricks = lattice.brick_index_bound();
+    m_sources.resize(std::size_t(bricks));
+    const auto find_some = [&](std::int64_t begin, std::int64_t end) {
+        Source* to = m_sources.data() + begin;
+        lattice.for_each_brick(int(begin), int(end), [&](const Brick& brick) {
+            // A drag keeps bricks for all that it may reach.
+            if (!is_at_rest(brick) || brick.edits) *to++ = {brick.coord, &brick, brick.edits};
+        });
+        std::fill(to, m_sources.data() + end, Source{});
+    };
+    arena.for_each(bricks, kIndicesPerTask, std::ref(find_some));
+    for (const auto& [coord, edits] : lattice.all_edits())
+        if (lattice.find_brick(coord) < 0) m_sources.push_back({coord, nullptr, edits.data()});
+}
+
+/// Sorts them by coordinate: so who goes from brick to brick finds their records side by side.
+void Snapshot::sort_sources() {
+    m_box = {{INT_MAX, INT_MAX, INT_MAX}, {INT_MIN, INT_MIN, INT_MIN}};
+    for (const Source& source : m_sources) {
+        if (!source.is_there()) continue;
+        for (int a = 0; a < 3; ++a) {
+            m_box.begin[a] = std::min(m_box.begin[a], source.coord[a]);
+            m_box.end[a] = std::max(m_box.end[a], source.coord[a] + 1);
+        }
+    }
+    m_order.clear();
+    m_record_at.clear();
+    if (is_empty(m_box)) {
+        m_box = {};
+        return;
+    }
+    const Vec3i n = m_box.end - m_box.begin;
+    m_record_at.assign(std::size_t(n.x) * std::size_t(n.y) * std::size_t(n.z), -1);
+    for (std::size_t s = 0; s < m_sources.size(); ++s)
+        if (m_sources[s].is_there()) m_record_at[slot_of(m_sources[s].coord)] = std::int32_t(s);
+    for (std::int32_t& at : m_record_at) {
+        if (at < 0) continue;
+        m_order.push_back(at);
+        at = std::int32_t(m_order.size()) - 1;
+    }
+}
+
+void Snapshot::fill(std::size_t first, std::size_t end, const Lattice& lattice,
+                    const Snapshot& before) {
+    const int size = lattice.brick_size();
+    for (std::size_t n = first; n < end; ++n) {
+        const Source& source = m_sources[std::size_t(m_order[n])];
+        BrickRecord& record = m_records[n];
+        record = {.coord = source.coord, .edits = source.edits};
+        record.stamp = stamp_of(source.brick, source.edits, lattice.elements_per_brick());
+        if (!source.brick) continue;
+        std::copy_n(source.brick->u.begin(), 3, record.u.begin());
+        record.u_min = source.brick->u_min;
+        record.u_max = source.brick->u_max;
+    }
+    const StripLayout strips(size);
     for (std::size_t n = first; n < end; ++n) {
         BitWord* bits = m_altered.data() + n * m_words_per_brick;
         BrickRecord& record = m_records[n];
-        if (n + 1 < end) fetch(m_records[n + 1], brick_size);
+        if (n + 1 < end) fetch(m_records[n + 1], size);
         const int in_strip = record.coord.x - strips.first_of(record.coord.x);
         if (record.u[0] && in_strip == strips.middle_brick)
             for (int a = 0; a < 3; ++a)
                 record.u_middle[a] = record.u[std::size_t(a)][strips.middle];
         const int old = before.find(record.coord);
         if (old < 0 || before.m_records[std::size_t(old)].stamp != record.stamp) {
-            with_bit_layout(brick_size, [&](auto layout) { find_altered(record, layout, bits); });
+            with_bit_layout(size, [&](auto layout) { find_altered(record, layout, bits); });
             continue;
         }
         const BrickRecord& same = before.m_records[std::size_t(old)];
@@ -164,22 +180,6 @@ BlockRecords Snapshot::records_around(Vec3i coord) const {
         records[std::size_t(c)] = found < 0 ? nullptr : &m_records[std::size_t(found)];
     }
     return records;
-}
-
-void Snapshot::index_records() {
-    m_box = {};
-    m_record_at.clear();
-    if (m_records.empty()) return;
-    m_box = {m_records[0].coord, m_records[0].coord};
-    for (const BrickRecord& record : m_records)
-        for (int a = 0; a < 3; ++a) {
-            m_box.begin[a] = std::min(m_box.begin[a], record.coord[a]);
-            m_box.end[a] = std::max(m_box.end[a], record.coord[a] + 1);
-        }
-    const Vec3i n = m_box.end - m_box.begin;
-    m_record_at.assign(std::size_t(n.x) * std::size_t(n.y) * std::size_t(n.z), -1);
-    for (std::size_t r = 0; r < m_records.size(); ++r)
-        m_record_at[slot_of(m_records[r].coord)] = std::int32_t(r);
 }
 
 }  // namespace pliant

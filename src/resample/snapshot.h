@@ -40,10 +40,10 @@ struct StripLayout {
 
 struct BrickRecord {
     Vec3i coord;
-    std::array<const Fixed*, 3> u;  ///< of the brick; null: at rest; valid until it changes
-    const std::uint8_t* edits;      ///< null: none; likewise
-    std::uint64_t stamp;            ///< differs whenever displacements or edits do
-    Vec3<Fixed> u_min, u_max;
+    std::array<const Fixed*, 3> u{};      ///< of the brick; null: at rest; valid until it changes
+    const std::uint8_t* edits = nullptr;  ///< null: none; likewise
+    std::uint64_t stamp = 0;              ///< differs whenever displacements or edits do
+    Vec3<Fixed> u_min{0, 0, 0}, u_max{0, 0, 0};
     Vec3<Fixed> u_middle{0, 0, 0};  ///< at StripLayout::middle
     bool is_full = false;           ///< every element moved or is void
 };
@@ -56,6 +56,7 @@ class Snapshot {
     /// @param before  bits of bricks that didn't change are taken from it
     void take(const Lattice& lattice, const Snapshot& before, const TaskArena& arena);
 
+    /// Sorted by coordinate.
     const std::vector<BrickRecord>& records() const { return m_records; }
     /// Coordinates of all bricks with a record lie in this box.
     const Box3i& box() const { return m_box; }
@@ -81,12 +82,21 @@ class Snapshot {
         return std::size_t(p.x) +
                std::size_t(n.x) * (std::size_t(p.y) + std::size_t(n.y) * std::size_t(p.z));
     }
-    void list_records(const Lattice& lattice, const Snapshot& before, const TaskArena& arena);
-    void fill(std::size_t first, std::size_t end, int brick_size, const Snapshot& before);
-    void index_records();
+    /// What a record is made of.
+    struct Source {
+        Vec3i coord;
+        const Brick* brick = nullptr;  ///< null: there are edits alone
+        const std::uint8_t* edits = nullptr;
+        bool is_there() const { return brick || edits; }
+    };
 
+    void find_sources(const Lattice& lattice, const TaskArena& arena);
+    void sort_sources();
+    void fill(std::size_t first, std::size_t end, const Lattice& lattice, const Snapshot& before);
+
+    std::vector<Source> m_sources;
+    std::vector<std::int32_t> m_order;  ///< of the sources: by coordinate
     std::vector<BrickRecord> m_records;
-    std::vector<std::size_t> m_first_records;  ///< by indices of bricks, of kIndicesPerTask each
     std::vector<BitWord> m_altered;
     std::size_t m_words_per_brick = 0;
     Box3i m_box;
