@@ -21,11 +21,31 @@ Fixed sign_of(Fixed step) {
 
 }  // namespace
 
+void DragTurns::remove(std::size_t at) {
+    std::copy(m_turns.begin() + std::ptrdiff_t(at) + 1, m_turns.begin() + std::ptrdiff_t(m_count),
+              m_turns.begin() + std::ptrdiff_t(at));
+    --m_count;
+}
+
+void DragTurns::add(DragTurn turn) {
+    if (m_is_lost) return;
+    if (m_count > 0 && m_turns[m_count - 1].sign == turn.sign) --m_count;
+    // Farther than the last turn in this direction: then that one doesn't matter any more, nor the
+    // one after it if the other direction has one that went farther, before.
+    while (m_count >= 2 && m_turns[m_count - 2].left >= turn.left) {
+        remove(m_count - 2);
+        if (m_count >= 2) --m_count;
+    }
+    m_turns[m_count++] = turn;
+    m_is_lost = m_count > kMost;
+}
+
 bool Drag::pick(Lattice& lattice, std::span<const ElementRef> grabbed, Fixed reach,
                 const SweepKernels& kernels, LookAtBrick look, const TaskArena& arena,
                 int max_bricks, SweepWork& work) {
     m_reach = reach;
     m_offset = m_lowest = m_highest = {0, 0, 0};
+    for (DragTurns& turns : m_turns) turns.clear();
     m_bricks.clear();
     m_arrays.clear();
     m_indices.clear();
@@ -59,6 +79,10 @@ void Drag::look_at_bricks(Lattice& lattice, LookAtBrick look, const TaskArena& a
             field.u_max = brick.u_max;
             field.highest.fill(kNotReached);
             if (!m_arrays[k][0]) continue;
+            const FieldArrays& arrays = m_arrays[k];
+            field.was_at_rest = is_at_rest(brick) &&
+                                std::all_of(arrays.begin(), arrays.end(),
+                                            [&](const Fixed* array) { return array == arrays[0]; });
             FieldsOfBrick fields{{}, {}, m_fields.ahead(), is_at_rest(brick)};
             std::copy_n(m_arrays[k].begin(), kDirections, fields.of.begin());
             std::copy_n(brick.u.begin(), 3, fields.u.begin());
@@ -183,6 +207,7 @@ int Drag::move_brick(Lattice& lattice, std::size_t place, const Frame& frame, un
     std::array<DraggedComponent, 3> components;
     std::array<int, 3> axes;
     std::size_t count = 0;
+    bool known = field.was_at_rest;
     for (int a = 0; a < 3; ++a) {
         if (!(moving_axes >> a & 1)) continue;
         const auto c = std::size_t(a);
@@ -192,12 +217,14 @@ int Drag::move_brick(Lattice& lattice, std::size_t place, const Frame& frame, un
                              .sign = frame.sign[c],
                              .lowest = lowest_of(field, frame, a),
                              .next_u = m_bricks[next].brick->u[c],
-                             .next_raised = m_arrays[next][frame.direction[c]]};
+                             .next_raised = m_arrays[next][frame.direction[c]],
+                             .turns = m_turns[c].turns()};
+        known &= !m_turns[c].is_lost();
         axes[count++] = a;
     }
     lattice.before_move(brick);
     const DraggedBrick dragged =
-        move_dragged(std::span(components).first(count), lattice.elements_per_brick());
+        move_dragged(std::span(components).first(count), lattice.elements_per_brick(), known);
     for (std::size_t k = 0; k < count; ++k) {
         const int a = axes[k];
         const Fixed highest = field.highest[frame.direction[std::size_t(a)]] - components[k].left;
@@ -230,10 +257,13 @@ std::int64_t Drag::move(Lattice& lattice, Vec3<Fixed> step, MoveDragged move_dra
             if (axes) own += move_brick(lattice, k, frame, axes, next ? k + 1 : k, move_dragged);
             axes = next;
         }
+        finish_moves();
         moved += own;
     };
     arena.for_each(std::int64_t(m_bricks.size()), kBricksPerTask, std::ref(move_some));
     for (int a = 0; a < 3; ++a) {
+        const auto c = std::size_t(a);
+        if (frame.moves[c]) m_turns[c].add({frame.left[c], frame.sign[c]});
         m_offset[a] += step[a];
         m_lowest[a] = std::min(m_lowest[a], m_offset[a]);
         m_highest[a] = std::max(m_highest[a], m_offset[a]);

@@ -67,6 +67,7 @@ class Drag {
         Brick* brick;
         Fixed least_movement = 0;
         bool has_wide_bounds = false;                ///< of its displacements
+        bool was_at_rest = false;                    ///< at the pick, and all fields are one
         std::array<Fixed, 6> highest{};              ///< largest value of each field
         Vec3<Fixed> u_min{0, 0, 0}, u_max{0, 0, 0};  ///< as in the brick: none else moves it now
     };
@@ -96,6 +97,7 @@ class Drag {
     Fixed m_reach = 0;
     Vec3<Fixed> m_offset{0, 0, 0};                      ///< of the grabbed elements since the pick
     Vec3<Fixed> m_lowest{0, 0, 0}, m_highest{0, 0, 0};  ///< that it has been
+    std::array<DragTurns, 3> m_turns;                   ///< of each component since the pick
     std::vector<FieldBrick> m_bricks;
     DragFields m_fields;
     std::vector<FieldArrays> m_arrays;  ///< of each of them

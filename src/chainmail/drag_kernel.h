@@ -20,6 +20,34 @@
 
 namespace pliant {
 
+/// So far one component went in one direction: w = sign·u rose to max(w, raised − left).
+struct DragTurn {
+    Fixed left, sign;
+};
+
+/// The turns of one component since the pick that still tell where elements are, in their order.
+/// Directions alternate, and of two turns in the same direction the later one went less far: else
+/// the earlier one would no longer matter, nor what was between them.
+class DragTurns {
+  public:
+    static constexpr std::size_t kMost = 4;
+
+    void clear() { m_count = 0, m_is_lost = false; }
+    /// Adds a move. @pre turn.left is no larger than that of the move before, if that went the same
+    /// way
+    void add(DragTurn turn);
+    std::span<const DragTurn> turns() const { return {m_turns.data(), m_count}; }
+    /// There were too many.
+    bool is_lost() const { return m_is_lost; }
+
+  private:
+    void remove(std::size_t at);
+
+    std::array<DragTurn, kMost + 1> m_turns{};
+    std::size_t m_count = 0;
+    bool m_is_lost = false;
+};
+
 /// One component of a brick that moves: w = sign·u rises to max(w, raised − left).
 struct DraggedComponent {
     Fixed* u;
@@ -30,6 +58,7 @@ struct DraggedComponent {
     /// meanwhile.
     const Fixed* next_u;
     const Fixed* next_raised;
+    std::span<const DragTurn> turns{};  ///< where u is, from 0 on; if it is known
 };
 struct DraggedBrick {
     int moved = 0;  ///< elements
@@ -38,8 +67,9 @@ struct DraggedBrick {
 };
 
 /// Moves the elements of a brick. @param components  1…3  @param count  elements in each array;
-/// arrays are aligned to 64 bytes
-using MoveDragged = DraggedBrick (*)(std::span<DraggedComponent> components, int count);
+/// arrays are aligned to 64 bytes. @param known  what u is follows from the turns, and `raised` is
+/// the same for all
+using MoveDragged = DraggedBrick (*)(std::span<DraggedComponent> components, int count, bool known);
 
 /// What a pick wants to know of the fields of a brick (drag_fields.h).
 struct FieldsOfBrick {
@@ -53,6 +83,10 @@ struct LookAtFields {
     int reached;  ///< elements that any field would raise
 };
 using LookAtBrick = LookAtFields (*)(const FieldsOfBrick& fields, int count);
+
+/// To be called by each thread after its moves, or other threads might see what it does next before
+/// what was written past the caches.
+void finish_moves();
 
 /// Plain loops, any size.
 LookAtBrick plain_look_at_fields();

@@ -14,6 +14,7 @@
 #define HWY_DISABLED_TARGETS (HWY_SVE | HWY_SVE2 | HWY_SVE_256 | HWY_SVE2_128 | HWY_RVV)
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "chainmail/drag_vector.cpp"
+#include <hwy/cache_control.h>
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
@@ -108,12 +109,50 @@ HWY_INLINE int move_line(std::array<Rise, kCount>& rises, int n) {
     return moved;
 }
 
-template <bool kOneField, std::size_t kCount>
+/// Likewise, where what u is follows from the turns.
+template <std::size_t kCount>
+HWY_INLINE int move_known_line(std::array<Rise, kCount>& rises,
+                               std::span<const DraggedComponent> components, int n) {
+    const D d;
+    __builtin_prefetch(rises[0].next_raised + n);
+    const Line raised = load_line(rises[0].raised + n);
+    M may = hn::FirstN(d, 0);
+    for (const V part : raised.part)
+        for (const Rise& rise : rises)
+            may = hn::Or(may, hn::Gt(hn::Sub(part, rise.left), rise.lowest));
+    if (hn::AllFalse(d, may)) return -1;
+    int moved = 0;
+    for (int p = 0; p < kParts; ++p) {
+        M any = hn::FirstN(d, 0);
+        for (std::size_t c = 0; c < kCount; ++c) {
+            Rise& rise = rises[c];
+            V u = hn::Zero(d);
+            for (const DragTurn turn : components[c].turns)
+                u = turn.sign > 0 ? hn::Max(u, hn::Sub(raised.part[p], hn::Set(d, turn.left)))
+                                  : hn::Min(u, hn::Sub(hn::Set(d, turn.left), raised.part[p]));
+            const V old = hn::Xor(u, rise.flip);
+            const V now = hn::Max(old, hn::Sub(raised.part[p], rise.left));
+            const M rose = hn::Gt(now, old);
+            rise.low = hn::Min(rise.low, now);
+            if (hn::AllFalse(d, rose)) continue;
+            any = hn::Or(any, rose);
+            hn::Stream(hn::Xor(now, rise.flip), d, rise.u + n + p * kLanes);
+        }
+        moved += int(hn::CountTrue(d, any));
+    }
+    return moved;
+}
+
+template <bool kOneField, bool kKnown, std::size_t kCount>
 DraggedBrick move_all(std::array<Rise, kCount> rises, std::span<DraggedComponent> components,
                       int count) {
     DraggedBrick result;
     for (int n = 0; n < count; n += kLine) {
-        const int moved = move_line<kOneField>(rises, n);
+        int moved;
+        if constexpr (kKnown)
+            moved = move_known_line(rises, components, n);
+        else
+            moved = move_line<kOneField>(rises, n);
         result.has_wide_bounds |= moved < 0;
         result.moved += moved < 0 ? 0 : moved;
     }
@@ -125,12 +164,18 @@ DraggedBrick move_all(std::array<Rise, kCount> rises, std::span<DraggedComponent
     return result;
 }
 
-DraggedBrick move(std::span<DraggedComponent> c, int count) {
-    if (c.size() == 1) return move_all<false, 1>({Rise(c[0])}, c, count);
-    if (c.size() == 2) return move_all<false, 2>({Rise(c[0]), Rise(c[1])}, c, count);
+template <bool kKnown>
+DraggedBrick move_some(std::span<DraggedComponent> c, int count) {
+    if (c.size() == 1) return move_all<false, kKnown, 1>({Rise(c[0])}, c, count);
+    if (c.size() == 2) return move_all<false, kKnown, 2>({Rise(c[0]), Rise(c[1])}, c, count);
     const std::array<Rise, 3> rises = {Rise(c[0]), Rise(c[1]), Rise(c[2])};
     const bool one_field = c[0].raised == c[1].raised && c[1].raised == c[2].raised;
-    return one_field ? move_all<true, 3>(rises, c, count) : move_all<false, 3>(rises, c, count);
+    return one_field && !kKnown ? move_all<true, false, 3>(rises, c, count)
+                                : move_all<false, kKnown, 3>(rises, c, count);
+}
+
+DraggedBrick move(std::span<DraggedComponent> c, int count, bool known) {
+    return known ? move_some<true>(c, count) : move_some<false>(c, count);
 }
 
 /// All fields are one, and the brick is at rest.
@@ -196,6 +241,9 @@ HWY_EXPORT(move_of_target);
 HWY_EXPORT(look_of_target);
 LookAtBrick vector_look_at_fields() {
     return HWY_DYNAMIC_DISPATCH(look_of_target)();
+}
+void finish_moves() {
+    hwy::FlushStream();
 }
 MoveDragged vector_move_dragged() {
     return HWY_DYNAMIC_DISPATCH(move_of_target)();

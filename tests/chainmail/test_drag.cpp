@@ -157,6 +157,42 @@ TEST(Drag, IsBitForBitAPushThroughAirToo) {
     EXPECT_GT(outcomes.from_deformed, int(kDrags) / 8);
 }
 
+/// Where an element is whose field is `raised`, after some turns from rest.
+Fixed after(std::span<const DragTurn> turns, Fixed raised) {
+    Fixed u = 0;
+    for (const DragTurn turn : turns)
+        u = turn.sign > 0 ? std::max(u, raised - turn.left) : std::min(u, turn.left - raised);
+    return u;
+}
+
+TEST(DragTurns, TellWhatAllMovesTogetherDid) {
+    int lost = 0, several = 0;
+    for (std::uint64_t n = 0; n < 400; ++n) {
+        SCOPED_TRACE("seed " + std::to_string(kDragSeed + n));
+        Random random(kDragSeed + n);
+        const int reach = 100;
+        DragTurns turns;
+        std::vector<DragTurn> all;
+        Fixed offset = 0;
+        for (int move = random.whole(1, 25); move > 0 && !turns.is_lost(); --move) {
+            const Fixed to = random.whole(-40, 40);
+            if (to == offset) continue;
+            const Fixed sign = to > offset ? 1 : -1;
+            offset = to;
+            all.push_back({reach - sign * to, sign});
+            turns.add(all.back());
+            if (turns.is_lost()) break;
+            ASSERT_LE(turns.turns().size(), DragTurns::kMost);
+            for (Fixed raised = 0; raised <= reach; ++raised)
+                ASSERT_EQ(after(turns.turns(), raised), after(all, raised)) << raised;
+        }
+        lost += turns.is_lost();
+        several += turns.turns().size() > 1;
+    }
+    EXPECT_GT(lost, 5);
+    EXPECT_GT(several, 100);
+}
+
 constexpr int kElements = 512;
 
 /// Fields and displacements of a brick, as a drag finds them: some lines can't move.
@@ -164,10 +200,12 @@ struct DraggedArrays {
     alignas(64) std::array<std::array<Fixed, kElements>, 3> u{}, raised{};
     std::array<Fixed, 3> left{}, sign{};
     std::size_t components = 0;
-    bool one_field = false;
+    bool one_field = false, known = false;
+    std::array<std::vector<DragTurn>, 3> turns;  ///< if it is known
 
     explicit DraggedArrays(Random& random) : components(std::size_t(random.whole(1, 3))) {
         one_field = random.whole(0, 1) != 0;
+        known = one_field && random.whole(0, 1);
         for (std::size_t c = 0; c < 3; ++c) {
             const int from = random.whole(-50, 50), first = random.whole(-100, 150);
             const int slope = random.whole(0, 400);
@@ -179,6 +217,11 @@ struct DraggedArrays {
                 u[c][std::size_t(n)] = sign[c] * place;
                 raised[c][std::size_t(n)] = left[c] + rise;
             }
+        }
+        for (std::size_t c = 0; known && c < 3; ++c) {
+            for (int turn = random.whole(0, 4); turn > 0; --turn)
+                turns[c].push_back({left[0] + random.whole(-50, 100), turn % 2 ? 1 : -1});
+            for (std::size_t n = 0; n < kElements; ++n) u[c][n] = after(turns[c], raised[0][n]);
         }
     }
 };
@@ -196,9 +239,11 @@ std::vector<Fixed> results_of(MoveDragged move, DraggedArrays arrays) {
                          .sign = arrays.sign[c],
                          .lowest = arrays.sign[c] > 0 ? *low : -*high,
                          .next_u = u.data(),
-                         .next_raised = raised};
+                         .next_raised = raised,
+                         .turns = arrays.turns[c]};
     }
-    const DraggedBrick result = move(std::span(components).first(arrays.components), kElements);
+    const DraggedBrick result =
+        move(std::span(components).first(arrays.components), kElements, arrays.known);
     std::vector<Fixed> all{result.moved, result.has_wide_bounds};
     for (std::size_t c = 0; c < arrays.components; ++c) {
         all.push_back(components[c].lowest);
