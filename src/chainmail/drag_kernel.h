@@ -10,6 +10,10 @@
 //
 //     field   . . . . . . . . | o O O O O O O o | o O O O O O O o      O: above the lowest place
 //     u       not read          read, written     read, written
+//
+// Where all was at rest at the pick, and one field holds for all directions, displacements follow
+// from the field and the turns of the drag since. Then nothing of them is read, and they are
+// written past the caches: what is written through them is read first.
 
 #pragma once
 
