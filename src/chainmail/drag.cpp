@@ -12,8 +12,6 @@ namespace pliant {
 namespace {
 
 constexpr std::int64_t kBricksPerTask = 32;
-/// Elements whose displacements the caches hold until they are read again: 6 MiB of them.
-constexpr std::size_t kCachedElements = 1 << 19;
 /// In FieldBrick::highest: below all that a field may hold.
 constexpr Fixed kNotReached = INT32_MIN;
 
@@ -202,10 +200,6 @@ StepLimit Drag::limit(const Lattice& lattice, Vec3<Fixed> step, const TaskArena&
     return limit;
 }
 
-bool Drag::is_large(const Lattice& lattice) const {
-    return m_bricks.size() * std::size_t(lattice.elements_per_brick()) > kCachedElements;
-}
-
 int Drag::move_brick(Lattice& lattice, std::size_t place, const Frame& frame, unsigned moving_axes,
                      std::size_t next, MoveDragged move_dragged) {
     FieldBrick& field = m_bricks[place];
@@ -230,10 +224,7 @@ int Drag::move_brick(Lattice& lattice, std::size_t place, const Frame& frame, un
     }
     lattice.before_move(brick);
     const DraggedBrick dragged =
-        move_dragged(std::span(components).first(count), lattice.elements_per_brick(),
-                     !known              ? Places::Read
-                     : is_large(lattice) ? Places::KnownPastCaches
-                                         : Places::Known);
+        move_dragged(std::span(components).first(count), lattice.elements_per_brick(), known);
     for (std::size_t k = 0; k < count; ++k) {
         const int a = axes[k];
         const Fixed highest = field.highest[frame.direction[std::size_t(a)]] - components[k].left;

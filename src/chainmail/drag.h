@@ -90,8 +90,6 @@ class Drag {
     /// How far from rest the brick's elements may come along each axis.
     static Vec3d farthest(const FieldBrick& field, const Frame& frame, unsigned axes);
     BrickMotion motion_of(std::size_t place, const Frame& frame, unsigned axes) const;
-    /// Whether the caches can't hold all displacements.
-    bool is_large(const Lattice& lattice) const;
     /// @param next  place of the brick whose arrays are asked for meanwhile
     int move_brick(Lattice& lattice, std::size_t place, const Frame& frame, unsigned axes,
                    std::size_t next, MoveDragged move_dragged);

@@ -12,8 +12,8 @@
 //     u       not read          read, written     read, written
 //
 // Where all was at rest at the pick, and one field holds for all directions, displacements follow
-// from the field and the turns of the drag since, and are not read. If there are more than the
-// caches hold they are written past those: what is written through them is read first.
+// from the field and the turns of the drag since. Then nothing of them is read, and they are
+// written past the caches: what is written through them is read first.
 
 #pragma once
 
@@ -70,14 +70,10 @@ struct DraggedBrick {
     bool has_wide_bounds = false;
 };
 
-/// Where elements are before a move: to be read, or known from the turns if `raised` is the same
-/// for all components; then they may be written past the caches, which is for more than those hold.
-enum class Places { Read, Known, KnownPastCaches };
-
 /// Moves the elements of a brick. @param components  1…3  @param count  elements in each array;
-/// arrays are aligned to 64 bytes
-using MoveDragged = DraggedBrick (*)(std::span<DraggedComponent> components, int count,
-                                     Places places);
+/// arrays are aligned to 64 bytes. @param known  what u is follows from the turns, and `raised` is
+/// the same for all
+using MoveDragged = DraggedBrick (*)(std::span<DraggedComponent> components, int count, bool known);
 
 /// What a pick wants to know of the fields of a brick (drag_fields.h).
 struct FieldsOfBrick {

@@ -14,7 +14,7 @@ namespace {
 
 constexpr int kLine = 16;
 
-DraggedBrick move(std::span<DraggedComponent> components, int count, Places /*places*/) {
+DraggedBrick move(std::span<DraggedComponent> components, int count, bool /*known*/) {
     DraggedBrick result;
     std::array<Fixed, 3> lowest{INT32_MAX, INT32_MAX, INT32_MAX};
     for (int begin = 0; begin < count; begin += kLine) {

@@ -112,12 +112,9 @@ HWY_INLINE int move_line(std::array<Rise, kCount>& rises, int n) {
 /// Likewise, where what u is follows from the turns.
 template <std::size_t kCount>
 HWY_INLINE int move_known_line(std::array<Rise, kCount>& rises,
-                               std::span<const DraggedComponent> components, int n,
-                               bool past_caches) {
+                               std::span<const DraggedComponent> components, int n) {
     const D d;
     __builtin_prefetch(rises[0].next_raised + n);
-    if (!past_caches)
-        for (const Rise& rise : rises) __builtin_prefetch(rise.next_u + n, 1);
     const Line raised = load_line(rises[0].raised + n);
     M may = hn::FirstN(d, 0);
     for (const V part : raised.part)
@@ -139,11 +136,7 @@ HWY_INLINE int move_known_line(std::array<Rise, kCount>& rises,
             rise.low = hn::Min(rise.low, now);
             if (hn::AllFalse(d, rose)) continue;
             any = hn::Or(any, rose);
-            Fixed* const to = rise.u + n + p * kLanes;
-            if (past_caches)
-                hn::Stream(hn::Xor(now, rise.flip), d, to);
-            else
-                hn::Store(hn::Xor(now, rise.flip), d, to);
+            hn::Stream(hn::Xor(now, rise.flip), d, rise.u + n + p * kLanes);
         }
         moved += int(hn::CountTrue(d, any));
     }
@@ -152,12 +145,12 @@ HWY_INLINE int move_known_line(std::array<Rise, kCount>& rises,
 
 template <bool kOneField, bool kKnown, std::size_t kCount>
 DraggedBrick move_all(std::array<Rise, kCount> rises, std::span<DraggedComponent> components,
-                      int count, [[maybe_unused]] bool past_caches) {
+                      int count) {
     DraggedBrick result;
     for (int n = 0; n < count; n += kLine) {
         int moved;
         if constexpr (kKnown)
-            moved = move_known_line(rises, components, n, past_caches);
+            moved = move_known_line(rises, components, n);
         else
             moved = move_line<kOneField>(rises, n);
         result.has_wide_bounds |= moved < 0;
@@ -172,18 +165,17 @@ DraggedBrick move_all(std::array<Rise, kCount> rises, std::span<DraggedComponent
 }
 
 template <bool kKnown>
-DraggedBrick move_some(std::span<DraggedComponent> c, int count, bool past) {
-    if (c.size() == 1) return move_all<false, kKnown, 1>({Rise(c[0])}, c, count, past);
-    if (c.size() == 2) return move_all<false, kKnown, 2>({Rise(c[0]), Rise(c[1])}, c, count, past);
+DraggedBrick move_some(std::span<DraggedComponent> c, int count) {
+    if (c.size() == 1) return move_all<false, kKnown, 1>({Rise(c[0])}, c, count);
+    if (c.size() == 2) return move_all<false, kKnown, 2>({Rise(c[0]), Rise(c[1])}, c, count);
     const std::array<Rise, 3> rises = {Rise(c[0]), Rise(c[1]), Rise(c[2])};
     const bool one_field = c[0].raised == c[1].raised && c[1].raised == c[2].raised;
-    return one_field && !kKnown ? move_all<true, false, 3>(rises, c, count, past)
-                                : move_all<false, kKnown, 3>(rises, c, count, past);
+    return one_field && !kKnown ? move_all<true, false, 3>(rises, c, count)
+                                : move_all<false, kKnown, 3>(rises, c, count);
 }
 
-DraggedBrick move(std::span<DraggedComponent> c, int count, Places places) {
-    return places == Places::Read ? move_some<false>(c, count, false)
-                                  : move_some<true>(c, count, places == Places::KnownPastCaches);
+DraggedBrick move(std::span<DraggedComponent> c, int count, bool known) {
+    return known ? move_some<true>(c, count) : move_some<false>(c, count);
 }
 
 /// All fields are one, and the brick is at rest.

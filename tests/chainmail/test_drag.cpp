@@ -201,13 +201,11 @@ struct DraggedArrays {
     std::array<Fixed, 3> left{}, sign{};
     std::size_t components = 0;
     bool one_field = false, known = false;
-    Places places = Places::Read;
     std::array<std::vector<DragTurn>, 3> turns;  ///< if it is known
 
     explicit DraggedArrays(Random& random) : components(std::size_t(random.whole(1, 3))) {
         one_field = random.whole(0, 1) != 0;
         known = one_field && random.whole(0, 1);
-        if (known) places = random.whole(0, 1) ? Places::Known : Places::KnownPastCaches;
         for (std::size_t c = 0; c < 3; ++c) {
             const int from = random.whole(-50, 50), first = random.whole(-100, 150);
             const int slope = random.whole(0, 400);
@@ -245,7 +243,7 @@ std::vector<Fixed> results_of(MoveDragged move, DraggedArrays arrays) {
                          .turns = arrays.turns[c]};
     }
     const DraggedBrick result =
-        move(std::span(components).first(arrays.components), kElements, arrays.places);
+        move(std::span(components).first(arrays.components), kElements, arrays.known);
     std::vector<Fixed> all{result.moved, result.has_wide_bounds};
     for (std::size_t c = 0; c < arrays.components; ++c) {
         all.push_back(components[c].lowest);
