@@ -12,6 +12,8 @@ namespace pliant {
 namespace {
 
 constexpr std::int64_t kBricksPerTask = 32;
+/// Elements whose displacements, 6 MiB, the caches may still hold when they are read again.
+constexpr std::size_t kCachedElements = 1 << 19;
 /// In FieldBrick::highest: below all that a field may hold.
 constexpr Fixed kNotReached = INT32_MIN;
 
@@ -207,7 +209,9 @@ int Drag::move_brick(Lattice& lattice, std::size_t place, const Frame& frame, un
     std::array<DraggedComponent, 3> components;
     std::array<int, 3> axes;
     std::size_t count = 0;
-    bool known = field.was_at_rest;
+    // What the caches hold is read sooner than found from the turns.
+    const auto elements = std::size_t(lattice.elements_per_brick());
+    bool known = field.was_at_rest && m_bricks.size() * elements > kCachedElements;
     for (int a = 0; a < 3; ++a) {
         if (!(moving_axes >> a & 1)) continue;
         const auto c = std::size_t(a);

@@ -12,8 +12,8 @@
 //     u       not read          read, written     read, written
 //
 // Where all was at rest at the pick, and one field holds for all directions, displacements follow
-// from the field and the turns of the drag since. Then nothing of them is read, and they are
-// written past the caches: what is written through them is read first.
+// from the field and the turns of the drag since. If the caches can't hold them anyway, they are
+// not read then, and written past the caches: what is written through those is read first.
 
 #pragma once
 

@@ -193,6 +193,37 @@ TEST(DragTurns, TellWhatAllMovesTogetherDid) {
     EXPECT_GT(several, 100);
 }
 
+TEST(Drag, OfMoreThanTheCachesHoldIsBitForBitPushesToo) {
+    // From rest on, to and fro: where elements are is known from the turns then.
+    Random random(kDragSeed);
+    const TaskArena arena(2);
+    Volume volume;
+    volume.grid.size = {112, 112, 112};
+    volume.voxels = std::vector<std::int16_t>(voxel_count(volume.grid), 40);
+    ChainMailSettings settings;
+    settings.max_movement_mm = 500;
+    ChainMail dragged = std::move(ChainMail::create(volume, settings, arena)).value();
+    ChainMail pushed = std::move(ChainMail::create(volume, settings, arena)).value();
+    const Push place{.point_mm = {56.5, 56.5, 56.5}};
+    const auto held = pushed.elements_at(place);
+    ASSERT_TRUE(held.ok());
+    ASSERT_GT(dragged.grab(place, 40).value().reach_elements, 600000);
+    Vec3d at{0, 0, 0};
+    for (int frame = 0; frame < 14; ++frame) {
+        SCOPED_TRACE("frame " + std::to_string(frame));
+        Vec3d to = at;
+        for (int a = 0; a < 3; ++a)
+            if (random.whole(0, 3)) to[a] = random.whole(-576, 576) / 32.0;  // whole units
+        const auto drag = dragged.drag_to(to);
+        const auto push = pushed.push_elements(*held, to - at);
+        ASSERT_TRUE(drag.ok() && push.ok());
+        ASSERT_EQ(dragged.hash(), pushed.hash());
+        ASSERT_EQ(drag->moved_elements, push->moved_elements);
+        ASSERT_EQ(push->step_fraction, 1);
+        at = to;
+    }
+}
+
 constexpr int kElements = 512;
 
 /// Fields and displacements of a brick, as a drag finds them: some lines can't move.
