@@ -47,8 +47,9 @@ std::int64_t moved_by(const Result<PushReport>& report);
 /// Bytes per moved element that a push from rest can't do without: the value read, the material
 /// and the place written.
 inline constexpr double kPushBytes = 2 + 2 + 12;
-/// And a frame of a drag along all axes: the field read, places read and written.
-inline constexpr double kFrameBytes = 4 + 12 + 12;
+/// And a frame of a drag from rest, along all axes: the field read, and places written, which can
+/// be done without reading them.
+inline constexpr double kFrameBytes = 4 + 12;
 
 /// Adds the floor of a case whose ns/item are counted: the bytes that must be moved, at the
 /// bandwidth of a plain copy by the same threads that no cache holds.

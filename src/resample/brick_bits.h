@@ -67,7 +67,7 @@ void combine_around(const BitLayout<Size>& layout, const std::array<const BitWor
     const BitWord all = layout.all(), first = all / low_bits(size), last = first << (size - 1);
     const auto along_x = [&](BitWord own, BitWord beside) {
         return combine(own, kHighSide ? (own >> 1 & ~last) | (beside & first) << (size - 1)
-                                      : (own << 1 & ~first) | (beside >> (size - 1) & first));
+                                      : (own << 1 & ~first & all) | (beside >> (size - 1) & first));
     };
     const auto layer_of = [&](int z, std::size_t brick, BitWord* layer) {
         const auto word = [&](std::size_t c, int w) { return from[brick + c][w + n * z]; };
