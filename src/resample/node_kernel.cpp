@@ -79,9 +79,9 @@ void find_moved_bits(const std::array<const Fixed*, 3>& u, int words, int count,
                      BitWord* HWY_RESTRICT bits) {
     const BitWord all = low_bits(count);
     for (int w = 0, at = 0; w < words; ++w, at += count) {
-        bits[w] = moved_in_word(u[0] + at, count);
-        if (bits[w] != all)
-            bits[w] |= moved_in_word(u[1] + at, count) | moved_in_word(u[2] + at, count);
+        bits[w] = 0;
+        for (const Fixed* axis : u)
+            if (axis && bits[w] != all) bits[w] |= moved_in_word(axis + at, count);
     }
 }
 

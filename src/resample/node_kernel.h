@@ -18,7 +18,7 @@ void convert_displacements(std::span<const Fixed* const> from, std::span<const N
                            int brick_size, Fixed base, float scale, float shift, float* to);
 
 /// A bit for each element, in words of so many: it moved. The other components are read only where
-/// the first one is zero somewhere in the word.
+/// the first one is zero somewhere in the word. @param u  null: zero
 void find_moved(const std::array<const Fixed*, 3>& u, int words, int elements_per_word,
                 BitWord* bits);
 

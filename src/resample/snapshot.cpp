@@ -47,10 +47,10 @@ std::array<const Fixed*, 3> farthest_first(const BrickRecord& record) {
 /// Asks for what find_altered() will read: bricks lie anywhere in memory. Always inline, or the
 /// compiler takes it for a function that does nothing.
 [[gnu::always_inline]] inline void fetch(const BrickRecord& record, int size) {
-    if (!record.u[0] || moved_as_a_whole(record)) return;
+    if (moved_as_a_whole(record)) return;
     constexpr int kLine = 64 / sizeof(Fixed);
     for (const Fixed* u : record.u)
-        for (int i = 0; i < size * size * size; i += kLine) __builtin_prefetch(u + i, 0, 2);
+        for (int i = 0; u && i < size * size * size; i += kLine) __builtin_prefetch(u + i, 0, 2);
 }
 
 template <class Size>
@@ -61,10 +61,7 @@ void find_altered(BrickRecord& record, const BitLayout<Size>& layout, BitWord* b
         std::fill_n(bits, words, layout.all());
         return;
     }
-    if (record.u[0])
-        find_moved(farthest_first(record), words, count, bits);
-    else
-        std::fill_n(bits, words, 0);
+    find_moved(farthest_first(record), words, count, bits);
     if (record.edits)
         for (int w = 0; w < words; ++w)
             for (int i = 0; i < count; ++i)
@@ -142,9 +139,11 @@ void Snapshot::fill(std::size_t first, std::size_t end, const Lattice& lattice,
         record = {.coord = source.coord, .edits = source.edits};
         record.stamp = stamp_of(source.brick, source.edits, lattice.elements_per_brick());
         if (!source.brick) continue;
-        std::copy_n(source.brick->u.begin(), 3, record.u.begin());
         record.u_min = source.brick->u_min;
         record.u_max = source.brick->u_max;
+        for (int a = 0; a < 3; ++a)
+            if (record.u_min[a] != 0 || record.u_max[a] != 0)
+                record.u[std::size_t(a)] = source.brick->u[std::size_t(a)];
     }
     const StripLayout strips(size);
     for (std::size_t n = first; n < end; ++n) {
@@ -152,9 +151,7 @@ void Snapshot::fill(std::size_t first, std::size_t end, const Lattice& lattice,
         BrickRecord& record = m_records[n];
         if (n + 1 < end) fetch(m_records[n + 1], size);
         const int in_strip = record.coord.x - strips.first_of(record.coord.x);
-        if (record.u[0] && in_strip == strips.middle_brick)
-            for (int a = 0; a < 3; ++a)
-                record.u_middle[a] = record.u[std::size_t(a)][strips.middle];
+        if (in_strip == strips.middle_brick) record.u_middle = record.displacement(strips.middle);
         const int old = before.find(record.coord);
         if (old < 0 || before.m_records[std::size_t(old)].stamp != record.stamp) {
             with_bit_layout(size, [&](auto layout) { find_altered(record, layout, bits); });

@@ -40,12 +40,19 @@ struct StripLayout {
 
 struct BrickRecord {
     Vec3i coord;
-    std::array<const Fixed*, 3> u{};      ///< of the brick; null: at rest; valid until it changes
+    /// Of the brick, along each axis; null: at rest, as often beside what moves; valid until it
+    /// changes
+    std::array<const Fixed*, 3> u{};
     const std::uint8_t* edits = nullptr;  ///< null: none; likewise
     std::uint64_t stamp = 0;              ///< differs whenever displacements or edits do
     Vec3<Fixed> u_min{0, 0, 0}, u_max{0, 0, 0};
     Vec3<Fixed> u_middle{0, 0, 0};  ///< at StripLayout::middle
     bool is_full = false;           ///< every element moved or is void
+
+    Vec3<Fixed> displacement(int element) const {
+        const auto along = [&](const Fixed* axis) { return axis ? axis[element] : 0; };
+        return {along(u[0]), along(u[1]), along(u[2])};
+    }
 };
 
 /// Places in the same order as cell corners: c & 1, c >> 1 & 1, c >> 2.

@@ -14,8 +14,7 @@ namespace {
 constexpr double kNearFace = 1e-4;
 
 Vec3<Fixed> displacement(const BrickRecord* record, int element) {
-    if (!record || !record->u[0]) return {0, 0, 0};
-    return {record->u[0][element], record->u[1][element], record->u[2][element]};
+    return record ? record->displacement(element) : Vec3<Fixed>{0, 0, 0};
 }
 
 int edits(const BrickRecord* record, int element) {

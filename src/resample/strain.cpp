@@ -64,10 +64,9 @@ class Elements {
     bool is_inside(Vec3i e) const { return contains(voxel_box(m_lattice.grid()), e); }
     Vec3d displacement_mm(Vec3i e) const {
         const BrickRecord* found = record(e);
-        if (!found || !found->u[0]) return {0, 0, 0};
-        const int n = m_lattice.index_in_brick(e);
-        const auto& u = found->u;
-        return {mm_from_units(u[0][n]), mm_from_units(u[1][n]), mm_from_units(u[2][n])};
+        if (!found) return {0, 0, 0};
+        const Vec3<Fixed> u = found->displacement(m_lattice.index_in_brick(e));
+        return {mm_from_units(u.x), mm_from_units(u.y), mm_from_units(u.z)};
     }
 
     const Lattice& m_lattice;

@@ -140,8 +140,7 @@ const BrickRecord* StripNodes::record_of(Vec3i p, int& element) const {
 Vec3<Fixed> StripNodes::displacement(Vec3i p) const {
     int n;
     const BrickRecord* found = record_of(p, n);
-    if (!found || !found->u[0]) return {0, 0, 0};
-    return {found->u[0][n], found->u[1][n], found->u[2][n]};
+    return found ? found->displacement(n) : Vec3<Fixed>{0, 0, 0};
 }
 
 int StripNodes::edits(Vec3i p) const {
@@ -156,9 +155,9 @@ void StripNodes::note(const Snapshot& snapshot, Vec3i coord, Ahead& ahead) const
     // brick.
     const auto want = [&](Vec3i offset, std::size_t row_count, std::size_t row_size) {
         const BrickRecord* next = snapshot.record_at(coord + offset);
-        if (!next || !next->u[0]) return;
+        if (!next) return;
         for (const Fixed* u : next->u)
-            for (std::size_t row = 0; row < row_count; ++row)
+            for (std::size_t row = 0; u && row < row_count; ++row)
                 ahead.want(u + row * layer, row_size * sizeof(Fixed));
     };
     const bool is_beside = m_size * (coord - Vec3i{m_bricks, 0, 0}) == m_first;
@@ -175,9 +174,10 @@ void StripNodes::load_displacements(const Grid& grid, int axis) {
     const double scale = voxels_per_unit(grid)[axis], voxels = scale * base;
     const int whole = int(std::lround(voxels));
     m_origin[axis] = m_first[axis] + whole;
-    for (std::size_t b = 0; b < m_records.size(); ++b)
-        m_from[b] = m_records[b] && m_records[b]->u[0] ? m_records[b]->u[std::size_t(axis)]
-                                                       : m_at_rest.data();
+    for (std::size_t b = 0; b < m_records.size(); ++b) {
+        const Fixed* u = m_records[b] ? m_records[b]->u[std::size_t(axis)] : nullptr;
+        m_from[b] = u ? u : m_at_rest.data();
+    }
     convert_displacements(m_from, m_rows, m_size, base, float(scale / 8),
                           float((voxels - whole) / 8), m_u[std::size_t(axis)].data());
 }
