@@ -100,7 +100,7 @@ void moving_contact_against_heap(benchmark::State& state) {
     const auto push = [&] { return moved_by(tissue.push(contact.diagonal_push())); };
     const std::int64_t items = push();
     std::int64_t heap_items = 0;
-    Turns turns(state, "heap");
+    Turns turns(state, "heap", arena.thread_count());
     for (auto _ : state) {
         if (turns.wants_reference()) {
             heap.reset();
@@ -137,7 +137,7 @@ void run_against(benchmark::State& state, const std::string& name, ChainMailSett
     }
     const Turns turns = run_interleaved(
         state, name, [&] { tissue.reset(), reference.reset(); }, [&] { push(tissue); },
-        [&] { push(reference); });
+        [&] { push(reference); }, arena.thread_count());
     turns.count(double(items));
     add_floor(state, arena, kPushBytes);
 }
@@ -179,7 +179,7 @@ void bounded_lattice(benchmark::State& state) {
     const std::int64_t items = push(subject);
     const Turns turns = run_interleaved(
         state, "Gibson's lists", [&] { subject.reset(), lists->reset(); }, [&] { push(subject); },
-        [&] { lists->push(pulled_by_index, pull_mm); });
+        [&] { lists->push(pulled_by_index, pull_mm); }, arena.thread_count());
     turns.count(double(items));
     add_floor(state, arena, kPushBytes);
 }

@@ -56,7 +56,7 @@ void drag_frame(benchmark::State& state) {
     const Turns turns = run_interleaved(
         state, "a push of the same elements", [&] { drag.rest(), drag.grab(); },
         [&] { moved_by(drag.dragged.drag_to(drag.push.push_mm)); },
-        [&] { moved_by(drag.pushed.push(drag.push)); });
+        [&] { moved_by(drag.pushed.push(drag.push)); }, drag.arena.thread_count());
     turns.count(double(items));
     add_floor(state, drag.arena, kFrameBytes);
 }
@@ -67,7 +67,7 @@ void drag_pick(benchmark::State& state) {
     const std::int64_t items = drag.grab();
     const Turns turns = run_interleaved(
         state, "a push as far as the pick reaches", [&] { drag.rest(); }, [&] { drag.grab(); },
-        [&] { moved_by(drag.pushed.push(drag.push)); });
+        [&] { moved_by(drag.pushed.push(drag.push)); }, drag.arena.thread_count());
     turns.count(double(items));
     add_floor(state, drag.arena, kPushBytes);
 }
@@ -123,7 +123,7 @@ void pick_through_air(benchmark::State& state) {
     };
     const Turns turns = run_interleaved(
         state, "pushes by the whole reach, forth and back", prepare, [&] { grab = pick(); },
-        push_both_ways);
+        push_both_ways, arena.thread_count());
     turns.count(double(grab.reach_elements));
     add_floor(state, arena, kPushBytes);
 }

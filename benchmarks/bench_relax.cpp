@@ -69,7 +69,8 @@ void chainmail_relax(benchmark::State& state) {
         [&] { (void)tissue->relax(several).ok(); },
         [&] {
             for (int n = 0; n < sweeps; ++n) floor.run();
-        });
+        },
+        arena.thread_count());
     turns.count(sweeps * items);
     state.counters["workspace_bytes/element"] = double(workspace) / items;
 }

@@ -55,6 +55,14 @@ double copy_bandwidth(const TaskArena& arena) {
     return 2 * kBytes / seconds * 1e-9;
 }
 
+/// Of five copies, to be made before what is measured: in between they would push everything out
+/// of the caches.
+double median_bandwidth(const TaskArena& arena) {
+    std::vector<double> copies;
+    for (int n = 0; n < 5; ++n) copies.push_back(copy_bandwidth(arena));
+    return median(copies);
+}
+
 std::optional<ChainMail> pushed_tissue(const Volume& volume, double length,
                                        const TaskArena& arena) {
     ChainMailSettings settings;
@@ -78,11 +86,11 @@ void resample(benchmark::State& state) {
         state.SkipWithError("the push failed");
         return;
     }
-    Turns turns(state, "twelve tetrahedra");
-    std::vector<double> scalar_ms, bandwidth;
+    const double bandwidth = median_bandwidth(arena);
+    Turns turns(state, "twelve tetrahedra", arena.thread_count());
+    std::vector<double> scalar_ms;
     double items = 0;
     for (auto _ : state) {
-        bandwidth.push_back(copy_bandwidth(arena));
         if (turns.wants_reference()) {
             turns.add_reference(deform_volume(*tissue, Mapping::Tetrahedra).resample_ms * 1e-3);
             scalar_ms.push_back(deform_volume(*tissue, Mapping::CellsScalar).resample_ms);
@@ -93,7 +101,7 @@ void resample(benchmark::State& state) {
     }
     turns.count(items);
     state.counters["scalar_ns/item"] = median(scalar_ms) / items * 1e6;
-    state.counters["floor_ns/item"] = kBytesPerVoxel / median(bandwidth);
+    state.counters["floor_ns/item"] = kBytesPerVoxel / bandwidth;
 }
 
 /// A drag that swings from one side to the other, since on a way back by less most elements stay
@@ -117,10 +125,9 @@ void whole_frame(benchmark::State& state) {
         return;
     }
     LiveDeformation live(*tissue);
-    std::vector<double> drag_ms, resample_ms, items, moved, bandwidth;
-    // Beforehand: between frames it would push everything out of the caches.
-    for (int n = 0; n < 5; ++n) bandwidth.push_back(copy_bandwidth(arena));
-    Turns turns(state, "plain loops: a push, and one voxel at a time");
+    const double bandwidth = median_bandwidth(arena);
+    std::vector<double> drag_ms, resample_ms, items, moved;
+    Turns turns(state, "plain loops: a push, and one voxel at a time", arena.thread_count());
     double side = 1, plain_side = 0;
     for (auto _ : state) {
         if (turns.wants_reference()) {
@@ -145,7 +152,7 @@ void whole_frame(benchmark::State& state) {
         side = -side;
     }
     turns.count(median(items));
-    state.counters["floor_ns/item"] = kBytesPerVoxel / median(bandwidth);
+    state.counters["floor_ns/item"] = kBytesPerVoxel / bandwidth;
     state.counters["moved"] = median(moved);
     state.counters["drag_ms"] = median(drag_ms);
     state.counters["resample_ms"] = median(resample_ms);

@@ -12,8 +12,11 @@
 #include <algorithm>
 #include <chrono>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
+
+#include "cores.h"
 
 namespace pliant::bench {
 
@@ -35,13 +38,16 @@ double seconds_of(Work&& work) {
 class Turns {
   public:
     /// @param reference  what it is, for the heading of the table
-    Turns(benchmark::State& state, const std::string& reference) : m_state(state) {
+    /// @param threads  of the subject: how many cores they have is counted beside each turn
+    Turns(benchmark::State& state, const std::string& reference, int threads = 1) : m_state(state) {
         state.SetLabel("reference: " + reference);
+        if (threads > 1) m_cores.emplace(threads);
     }
 
     void add_subject(double seconds) {
         m_subject_s.push_back(seconds);
         m_state.SetIterationTime(seconds);
+        if (m_cores) m_cores_at_hand.push_back(m_cores->look());
     }
     void add_reference(double seconds) {
         m_reference_s.push_back(seconds);
@@ -61,21 +67,23 @@ class Turns {
         m_state.counters["times_faster"] = b / a;
         m_state.counters["reference_turns"] = double(m_reference_s.size());
         if (reference_items > 0) m_state.counters["reference_items"] = reference_items;
+        if (m_cores) m_state.counters["cores"] = median(m_cores_at_hand);
     }
 
   private:
     static constexpr double kReferenceShare_s = 1.5;
 
     benchmark::State& m_state;
-    std::vector<double> m_subject_s, m_reference_s;
+    std::optional<Cores> m_cores;
+    std::vector<double> m_subject_s, m_reference_s, m_cores_at_hand;
     double m_spent_s = 0;
 };
 
-/// @param prepare  untimed, before each timed piece of work
+/// @param prepare  untimed, before each timed piece of work. @param threads  of the subject
 template <class Prepare, class Subject, class Reference>
 Turns run_interleaved(benchmark::State& state, const std::string& name, Prepare&& prepare,
-                      Subject&& subject, Reference&& reference) {
-    Turns turns(state, name);
+                      Subject&& subject, Reference&& reference, int threads = 1) {
+    Turns turns(state, name, threads);
     for (auto _ : state) {
         if (turns.wants_reference()) {
             prepare();

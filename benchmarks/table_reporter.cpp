@@ -59,6 +59,9 @@ bool TableReporter::ReportContext(const Context&) {
     std::printf(
         "The floor is the bytes that must be moved over the bandwidth measured in this run; of "
         "rays, the vector instructions of the last cells alone.\n");
+    std::printf(
+        "cores: how many the threads had in truth, beside the turns; a virtual machine's "
+        "processors may share one.\n");
     return true;
 }
 
