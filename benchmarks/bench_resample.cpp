@@ -7,7 +7,9 @@
 // bandwidth that the same threads reach in the same run, copying.
 
 #include <pliant/resample.h>
+#include <sys/resource.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <optional>
@@ -63,6 +65,26 @@ double median_bandwidth(const TaskArena& arena) {
     return median(copies);
 }
 
+/// Pages that this process has been given so far.
+std::int64_t pages_made() {
+    rusage usage{};
+    getrusage(RUSAGE_SELF, &usage);
+    return usage.ru_minflt;
+}
+
+/// So many pages of a fresh copy written to by all threads: what the system takes for them alone.
+double seconds_of_pages(const Volume& volume, std::int64_t pages, const TaskArena& arena) {
+    constexpr std::int64_t kPage = 4096 / sizeof(std::int16_t), kPiece = 64;
+    Volume copy = volume;
+    auto& voxels = std::get<VoxelArray<std::int16_t>>(copy.voxels);
+    const std::int64_t count = std::min(pages, std::int64_t(voxels.size()) / kPage);
+    return seconds_of([&] {
+        arena.for_each(count, kPiece, [&](std::int64_t begin, std::int64_t end) {
+            for (std::int64_t n = begin; n < end; ++n) ++voxels[std::size_t(n * kPage)];
+        });
+    });
+}
+
 std::optional<ChainMail> pushed_tissue(const Volume& volume, double length,
                                        const TaskArena& arena) {
     ChainMailSettings settings;
@@ -88,18 +110,21 @@ void resample(benchmark::State& state) {
     }
     const double bandwidth = median_bandwidth(arena);
     Turns turns(state, "twelve tetrahedra", arena.thread_count());
-    std::vector<double> scalar_ms;
+    std::vector<double> scalar_ms, pages_s;
     double items = 0;
     for (auto _ : state) {
         if (turns.wants_reference()) {
             turns.add_reference(deform_volume(*tissue, Mapping::Tetrahedra).resample_ms * 1e-3);
             scalar_ms.push_back(deform_volume(*tissue, Mapping::CellsScalar).resample_ms);
         }
+        const std::int64_t pages_before = pages_made();
         const Deformed subject = deform_volume(*tissue, Mapping::Cells);
+        pages_s.push_back(seconds_of_pages(volume, pages_made() - pages_before, arena));
         items = double(subject.written_voxels);
         turns.add_subject(subject.resample_ms * 1e-3);
     }
     turns.count(items);
+    state.counters["pages_ns/item"] = median(pages_s) / items * 1e9;
     state.counters["scalar_ns/item"] = median(scalar_ms) / items * 1e6;
     state.counters["floor_ns/item"] = kBytesPerVoxel / bandwidth;
 }
