@@ -59,7 +59,8 @@ OpenVoxels Scatter::look(const Lattice& lattice, Mapping mapping, Volume& deform
     for_dirty([&](std::span<DirtyBrick> bricks) { open_changeable(job, target, m_open, bricks); });
     OpenVoxels all;
     for (const DirtyBrick& brick : m_dirty.bricks()) {
-        if (brick.opened) m_open.note_open(dense_index(brick.coord, job.bricks));
+        if (!brick.opened) continue;
+        m_open.note_open(dense_index(brick.coord, job.bricks));
         all.count += brick.opened;
         all.box = hull(all.box, brick.open);
     }

@@ -39,6 +39,7 @@ TEST_P(CutTest, ACutAtRestChangesNothing) {
     const Deformed deformed = deform(lattice);
     EXPECT_EQ(deformed.volume.voxels, m_volume.voxels);
     EXPECT_EQ(deformed.written_voxels, 0);
+    EXPECT_EQ(deformed.dirty_box, Box3i{});
 }
 
 TEST_P(CutTest, ACarvedElementAtRestIsAirAndNothingElseChanges) {
