@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // How many cores the threads of a benchmark have in truth. What a virtual machine calls two
-// processors may be one core by turns: the same program then takes half as long again, or twice as
-// long, and nothing else tells.
+// processors may be one core by turns, or the system puts two threads on one: the same program then
+// takes half as long again, or twice as long, and nothing else tells.
 
 #pragma once
 

@@ -38,7 +38,8 @@ double seconds_of(Work&& work) {
 class Turns {
   public:
     /// @param reference  what it is, for the heading of the table
-    /// @param threads  of the subject: how many cores they have is counted beside each turn
+    /// @param threads  of the subject: how many cores they have is counted beside each turn, but
+    /// for turns so short that looking would disturb them
     Turns(benchmark::State& state, const std::string& reference, int threads = 1) : m_state(state) {
         state.SetLabel("reference: " + reference);
         if (threads > 1) m_cores.emplace(threads);
@@ -47,7 +48,7 @@ class Turns {
     void add_subject(double seconds) {
         m_subject_s.push_back(seconds);
         m_state.SetIterationTime(seconds);
-        if (m_cores) m_cores_at_hand.push_back(m_cores->look());
+        if (m_cores && seconds > kShortTurn_s) m_cores_at_hand.push_back(m_cores->look());
     }
     void add_reference(double seconds) {
         m_reference_s.push_back(seconds);
@@ -67,11 +68,13 @@ class Turns {
         m_state.counters["times_faster"] = b / a;
         m_state.counters["reference_turns"] = double(m_reference_s.size());
         if (reference_items > 0) m_state.counters["reference_items"] = reference_items;
-        if (m_cores) m_state.counters["cores"] = median(m_cores_at_hand);
+        if (2 * m_cores_at_hand.size() > m_subject_s.size())
+            m_state.counters["cores"] = median(m_cores_at_hand);
     }
 
   private:
     static constexpr double kReferenceShare_s = 1.5;
+    static constexpr double kShortTurn_s = 0.5e-3;
 
     benchmark::State& m_state;
     std::optional<Cores> m_cores;

@@ -60,8 +60,8 @@ bool TableReporter::ReportContext(const Context&) {
         "The floor is the bytes that must be moved over the bandwidth measured in this run; of "
         "rays, the vector instructions of the last cells alone.\n");
     std::printf(
-        "cores: how many the threads had in truth, beside the turns; a virtual machine's "
-        "processors may share one.\n");
+        "cores: how many the threads had in truth, beside turns that last; a virtual "
+        "machine's processors may share one.\n");
     return true;
 }
 
