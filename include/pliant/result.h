@@ -20,7 +20,7 @@ enum class ErrorCode {
     Unreadable,       ///< the file is there but damaged, truncated or not what its name says
     Unsupported,      ///< well-formed, but of a kind that Pliant doesn't handle
     Unwritable,       ///< the output can't be written
-    LimitExceeded,    ///< would need more memory or time than allowed
+    LimitExceeded,    ///< would need more memory or time than allowed, or than there is
 };
 
 struct Error {

@@ -23,6 +23,11 @@ inline Error unsupported(const std::filesystem::path& path, const std::string& m
     return {ErrorCode::Unsupported, path.string() + ": " + message};
 }
 
+/// Error of an operation that ran out of memory and was rolled back. Makes no allocation.
+inline Error out_of_memory() noexcept {
+    return {ErrorCode::LimitExceeded, "out of memory"};  // short enough to lie in the string itself
+}
+
 /// Of an error that quotes what was found: control characters, line ends above all, become spaces.
 inline Error in_one_line(Error error) {
     for (char& c : error.message)

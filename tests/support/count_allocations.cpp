@@ -12,21 +12,32 @@
 
 namespace {
 std::atomic<std::int64_t> g_allocations = 0;
+std::atomic<std::int64_t> g_until_failure = -1;  // below 0: none fails
+std::atomic<bool> g_has_failed = false;
+
+/// Counts a call. @returns whether it has to fail
+bool fails() {
+    ++g_allocations;
+    if (g_has_failed) return true;
+    if (g_until_failure < 0 || g_until_failure-- > 0) return false;
+    g_has_failed = true;
+    return true;
 }
+}  // namespace
 
 void* operator new(std::size_t bytes) {
-    ++g_allocations;
+    if (fails()) throw std::bad_alloc();
     if (void* memory = std::malloc(bytes ? bytes : 1)) return memory;
     throw std::bad_alloc();
 }
 void* operator new(std::size_t bytes, std::align_val_t alignment) {
-    ++g_allocations;
+    if (fails()) throw std::bad_alloc();
     const auto line = std::size_t(alignment);
     if (void* memory = std::aligned_alloc(line, (bytes + line - 1) / line * line)) return memory;
     throw std::bad_alloc();
 }
 void* operator new(std::size_t bytes, const std::nothrow_t&) noexcept {  // of std::stable_sort
-    ++g_allocations;
+    if (fails()) return nullptr;
     return std::malloc(bytes ? bytes : 1);
 }
 void operator delete(void* memory) noexcept {
@@ -45,3 +56,20 @@ void operator delete(void* memory, std::size_t, std::align_val_t) noexcept {
 std::int64_t pliant::test::allocation_count() {
     return g_allocations;
 }
+
+namespace pliant::test {
+
+FailingAllocation::FailingAllocation(std::int64_t n) {
+    g_until_failure = n;
+}
+
+FailingAllocation::~FailingAllocation() {
+    g_until_failure = -1;
+    g_has_failed = false;
+}
+
+bool FailingAllocation::has_failed() const {
+    return g_has_failed;
+}
+
+}  // namespace pliant::test

@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Counts allocations: a program that names count_allocations.cpp gets an operator new that does.
+// Counts allocations, and lets one fail: a program that names count_allocations.cpp gets an
+// operator new that does.
 
 #pragma once
 
@@ -11,5 +12,18 @@ namespace pliant::test {
 
 /// Calls of operator new so far, on all threads.
 std::int64_t allocation_count();
+
+/// While it exists, the n-th call of operator new, on any thread, and every later one throw
+/// std::bad_alloc (the nothrow form returns null).
+class FailingAllocation {
+  public:
+    /// @param n  0: the next one
+    explicit FailingAllocation(std::int64_t n);
+    ~FailingAllocation();
+    FailingAllocation(const FailingAllocation&) = delete;
+    FailingAllocation& operator=(const FailingAllocation&) = delete;
+    /// Whether the n-th call has come.
+    bool has_failed() const;
+};
 
 }  // namespace pliant::test
