@@ -54,6 +54,7 @@ Json slide_json(const SlideOption& option, const SlideReport& report) {
     json["limited_by"] = name_of(report.limited_by);
     json["way_fraction"] = report.way_fraction;
     json["contacts"] = report.contacts;
+    json["end_mm"] = json_of(report.end_mm);
     json["inside_elements"] = report.inside_elements;
     json["slide_ms"] = report.slide_ms;
     return json;

@@ -67,9 +67,7 @@ Status apply(const SlideOption& option, const DeformOptions& o, ChainMail& tissu
                                               .push_mm = option.way_mm,
                                               .sphere_radius_mm = o.sphere_radius_mm});
     if (!report.ok()) return Error{report.error().code, "--" + report.error().message};
-    const Vec3d end_mm =
-        option.point_mm + report->way_fraction * tissue.settings().scale * option.way_mm;
-    left = {{}, {{end_mm, end_mm, o.sphere_radius_mm}}};
+    left = {{}, {{report->end_mm, report->end_mm, o.sphere_radius_mm}}};
     result.slides.push_back(*report);
     return Ok{};
 }

@@ -29,7 +29,9 @@
 
 namespace pliant {
 
-/// What tissue may not enter: all points within a radius of a segment. Both ends equal: a sphere.
+/// A region that tissue may not enter: all points within a radius of a segment. Both ends equal: a
+/// sphere. The cells around the segment stay as they are, so the resampled scan shows no tissue on
+/// it that it didn't show before, however thin the tool or thick the slices.
 struct RelaxTool {
     Vec3d from_mm{0, 0, 0};  ///< LPS
     Vec3d to_mm{0, 0, 0};    ///< LPS

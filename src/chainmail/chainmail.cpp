@@ -11,8 +11,10 @@
 #include "chainmail/chainmail_impl.h"
 #include "chainmail/check.h"
 #include "chainmail/grab.h"
+#include "chainmail/near_cells.h"
 #include "chainmail/propagation.h"
 #include "chainmail/step.h"
+#include "chainmail/tool_touch.h"
 
 namespace pliant {
 
@@ -223,9 +225,18 @@ Result<std::vector<Vec3i>> ChainMail::Impl::elements_at(const Push& push) const 
                              std::to_string(ijk.z) + "), expected 0 to size - 1 along each axis"};
     if (!(push.sphere_radius_mm >= 0 && push.sphere_radius_mm <= kMaxMovementMm))
         return Error{ErrorCode::InvalidArgument, "push: expected a sphere radius of 0 to 500 mm"};
-    if (push.sphere_radius_mm > 0)
-        return grab_sphere(lattice, ijk, push.sphere_radius_mm, settings.air_threshold_hu);
-    return grab_cell(lattice, ijk).value_or(std::vector<Vec3i>{});
+    const double radius_mm = push.sphere_radius_mm;
+    if (radius_mm == 0) return grab_cell(lattice, ijk).value_or(std::vector<Vec3i>{});
+    const TissueValues tissue{settings.air_threshold_hu};
+    std::vector<Vec3i> grabbed = grab_sphere(lattice, ijk, radius_mm, tissue);
+    // A sphere that fits between the elements takes hold of the cells that it touches.
+    const Vec3d h = volume.grid.spacing_mm;
+    if (radius_mm >= std::max({h.x, h.y, h.z})) return grabbed;
+    const Touch touch = touch_sphere(lattice, volume, ijk, radius_mm, tissue);
+    grabbed.insert(grabbed.end(), touch.elements.begin(), touch.elements.end());
+    std::sort(grabbed.begin(), grabbed.end(), comes_before);
+    grabbed.erase(std::unique(grabbed.begin(), grabbed.end()), grabbed.end());
+    return grabbed;
 }
 
 ChainMail::ChainMail(std::unique_ptr<Impl> impl) : m_impl(std::move(impl)) {}

@@ -6,9 +6,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <tuple>
 
 #include "chainmail/cell_block.h"
+#include "chainmail/near_cells.h"
 #include "chainmail/tetrahedra.h"
 
 namespace pliant {
@@ -20,28 +20,10 @@ Vec3i floored(Vec3d v) {
     return {int(std::floor(v.x)), int(std::floor(v.y)), int(std::floor(v.z))};
 }
 
-bool comes_before(Vec3i p, Vec3i q) {
-    return std::tie(p.z, p.y, p.x) < std::tie(q.z, q.y, q.x);
-}
-
 std::vector<Vec3i> corners_of(Vec3i lowest) {
     std::vector<Vec3i> corners;
     for (int c = 0; c < 8; ++c) corners.push_back(lowest + Vec3i{c & 1, c >> 1 & 1, c >> 2});
     return corners;
-}
-
-/// Largest displacement of anything, in whole voxels rounded up, along each axis.
-Vec3i largest_movement(const Lattice& lattice) {
-    const Vec3d scale = voxels_per_unit(lattice.grid());
-    Vec3i largest{0, 0, 0};
-    for (const int index : lattice.resident_bricks()) {
-        const Brick& brick = lattice.brick(index);
-        for (int a = 0; a < 3; ++a) {
-            const double units = std::max(-double(brick.u_min[a]), double(brick.u_max[a]));
-            largest[a] = std::max(largest[a], int(std::ceil(scale[a] * units)));
-        }
-    }
-    return largest;
 }
 
 std::optional<Vec3i> find_in_block(const CellBlock& block, Vec3d point, Vec3d scale) {
@@ -144,7 +126,7 @@ std::optional<std::vector<Vec3i>> grab_cell(const Lattice& lattice, Vec3d point)
 }
 
 std::vector<Vec3i> grab_sphere(const Lattice& lattice, Vec3d centre, double radius_mm,
-                               double air_threshold_hu) {
+                               const TissueValues& tissue) {
     const Vec3i reach = largest_movement(lattice);
     const Ball ball{centre, radius_mm, lattice.grid().spacing_mm};
     Box3i box;
@@ -159,7 +141,7 @@ std::vector<Vec3i> grab_sphere(const Lattice& lattice, Vec3d centre, double radi
     const Vec3i low = lattice.brick_of(box.begin);
     const Vec3i high = lattice.brick_of(box.end - Vec3i{1, 1, 1});
     const auto take = [&](Vec3i e) {
-        if (lattice.value_at(e) >= air_threshold_hu && !lattice.is_void(e)) grabbed.push_back(e);
+        if (tissue.hold(lattice.value_at(e)) && !lattice.is_void(e)) grabbed.push_back(e);
     };
     for (int z = low.z; z <= high.z; ++z)
         for (int y = low.y; y <= high.y; ++y)

@@ -5,6 +5,7 @@
 
 #pragma once
 
+#include <pliant/chainmail_slide.h>
 #include <pliant/vec.h>
 
 #include <optional>
@@ -19,9 +20,8 @@ namespace pliant {
 /// @returns nothing if no cell holds it (only in a folded lattice)
 std::optional<std::vector<Vec3i>> grab_cell(const Lattice& lattice, Vec3d point);
 
-/// All elements of the scan within the radius of the centre now, whose value is not below the air
-/// threshold.
+/// All tissue elements of the scan within the radius of the centre now.
 std::vector<Vec3i> grab_sphere(const Lattice& lattice, Vec3d centre, double radius_mm,
-                               double air_threshold_hu);
+                               const TissueValues& tissue);
 
 }  // namespace pliant

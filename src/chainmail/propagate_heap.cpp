@@ -11,10 +11,12 @@
 namespace pliant {
 namespace {
 
-struct Candidate {
+struct RaisedElement {
     Fixed raise;
     ElementRef element;
-    friend bool operator<(const Candidate& a, const Candidate& b) { return a.raise < b.raise; }
+    friend bool operator<(const RaisedElement& a, const RaisedElement& b) {
+        return a.raise < b.raise;
+    }
 };
 
 bool is_cut(const Lattice& lattice, Vec3i low, int b) {
@@ -53,7 +55,7 @@ void begin_raise(const Lattice& lattice, Brick& brick, const ComponentPush& push
 bool propagate_by_heap(Lattice& lattice, std::span<const ElementRef> grabbed,
                        const ComponentPush& push, int max_bricks) {
     const auto axis = std::size_t(push.axis);
-    std::priority_queue<Candidate> open;
+    std::priority_queue<RaisedElement> open;
     // Raises element to w if that is higher than where it is.
     const auto offer = [&](ElementRef element, Fixed w) {
         Brick& brick = lattice.brick(element.brick);
@@ -68,7 +70,7 @@ bool propagate_by_heap(Lattice& lattice, std::span<const ElementRef> grabbed,
         offer(element, push.sign * brick.u[axis][std::size_t(element.index)] + push.amount);
     }
     while (!open.empty()) {
-        const Candidate candidate = open.top();
+        const RaisedElement candidate = open.top();
         open.pop();
         const auto from_index = std::size_t(candidate.element.index);
         const Brick& from = lattice.brick(candidate.element.brick);

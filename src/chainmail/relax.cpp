@@ -4,10 +4,12 @@
 #include "chainmail/relax.h"
 
 #include <algorithm>
+#include <cmath>
 #include <tuple>
 #include <utility>
 
 #include "chainmail/relax_kernel.h"
+#include "chainmail/tool_touch.h"
 
 namespace pliant {
 namespace {
@@ -19,6 +21,9 @@ constexpr int kElementsPerLook = 8 * 512;
 /// Where everything is nearer to rest than this when nothing moves any more, it goes there: about
 /// a micrometre [units].
 constexpr Fixed kSnap = 1 << 10;
+
+/// Places along a tool's axis that are looked at; a longer one is taken for a row of thick beads.
+constexpr double kMaxAxisPieces = 4096;
 
 bool same_tools(const std::vector<RelaxTool>& p, const std::vector<RelaxTool>& q) {
     return std::equal(p.begin(), p.end(), q.begin(), q.end(), [](const auto& a, const auto& b) {
@@ -67,6 +72,7 @@ void Relaxation::begin_anew() {
         m_maker = std::make_unique<BrickLinksMaker>(m_lattice);
     m_links_version = m_lattice.links_version();
     list_bricks();
+    hold_around_tools();
     mark_held();
     m_cursor = cut_short ? place_of(stopped_at) : 0;
     if (!cut_short) m_colour = 0;
@@ -104,15 +110,35 @@ void Relaxation::make_all_links() {
     });
 }
 
+/// The guard sees elements, and tissue could pass between them through a tool's axis. So the cells
+/// around the axis stay as they are: what the scan shows there cannot change.
+void Relaxation::hold_around_tools() {
+    m_around_tools.clear();
+    const Grid& grid = m_lattice.grid();
+    const Vec3d h = grid.spacing_mm;
+    const double least = std::min({h.x, h.y, h.z}), most = std::max({h.x, h.y, h.z});
+    for (const RelaxTool& tool : m_tools) {
+        const Vec3d axis_mm = tool.to_mm - tool.from_mm;
+        const int pieces = int(std::min(std::ceil(norm(axis_mm) / least), kMaxAxisPieces));
+        for (int n = 0; n <= pieces; ++n) {
+            const Vec3d place_mm = tool.from_mm + (pieces ? double(n) / pieces : 0.0) * axis_mm;
+            const auto around = elements_around(m_lattice, voxel_from_world(grid, place_mm),
+                                                std::min(tool.radius_mm, most));
+            m_around_tools.insert(m_around_tools.end(), around.begin(), around.end());
+        }
+    }
+}
+
 void Relaxation::mark_held() {
     for (const int index : m_bricks) workspace(index).held.clear();
-    for (const Vec3i& element : m_held) {
-        const int index = m_lattice.find_brick(m_lattice.brick_of(element));
-        if (index < 0) continue;
-        auto& held = workspace(index).held;
-        held.resize(std::size_t(m_lattice.elements_per_brick()), 0);
-        held[std::size_t(m_lattice.index_in_brick(element))] = 1;
-    }
+    for (const std::vector<Vec3i>* elements : {&m_held, &m_around_tools})
+        for (const Vec3i& element : *elements) {
+            const int index = m_lattice.find_brick(m_lattice.brick_of(element));
+            if (index < 0) continue;
+            auto& held = workspace(index).held;
+            held.resize(std::size_t(m_lattice.elements_per_brick()), 0);
+            held[std::size_t(m_lattice.index_in_brick(element))] = 1;
+        }
 }
 
 void Relaxation::begin(const RelaxOptions& options) {
@@ -129,6 +155,7 @@ void Relaxation::begin(const RelaxOptions& options) {
         begin_anew();
     } else if (!same) {
         wake_all();
+        hold_around_tools();
         mark_held();
     }
     m_has_begun = true;

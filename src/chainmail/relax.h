@@ -53,6 +53,7 @@ class Relaxation {
     void list_bricks();
     std::size_t place_of(Vec3i coord) const;
     void make_all_links();
+    void hold_around_tools();
     void mark_held();
     bool run_pass(const RelaxOptions& options, Clock::time_point end);
     void finish_pass();
@@ -76,6 +77,7 @@ class Relaxation {
     double m_over_relaxation = 0;
     std::vector<RelaxTool> m_tools;
     std::vector<Vec3i> m_held;
+    std::vector<Vec3i> m_around_tools;  ///< elements that keep tissue out between them, held too
     ToolContact m_contact;
     std::vector<std::unique_ptr<Workspace>> m_workspaces;  ///< by brick index
     std::vector<int> m_bricks;    ///< the even ones of the chessboard, then the odd ones

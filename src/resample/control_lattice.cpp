@@ -14,7 +14,7 @@
 #include <vector>
 
 #include "resample/scatter_job.h"
-#include "resample/trilinear_cell.h"
+#include "chainmail/trilinear_cell.h"
 
 namespace pliant {
 namespace {

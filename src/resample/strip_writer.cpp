@@ -10,7 +10,7 @@
 
 #include "chainmail/cell_block.h"
 #include "chainmail/tetrahedra.h"
-#include "resample/trilinear_cell.h"
+#include "chainmail/trilinear_cell.h"
 
 namespace pliant {
 namespace {

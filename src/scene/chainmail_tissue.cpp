@@ -25,12 +25,20 @@ void ChainMailTissue::lay(std::uint32_t tool, Vec3d place_mm, double radius_mm) 
     m_contacts[tool] = {{place_mm, place_mm, radius_mm}, {}};
 }
 
+void ChainMailTissue::place_eye(std::uint32_t tool, Vec3d place_mm, double radius_mm) {
+    if (radius_mm > 0)
+        m_eyes[tool] = {place_mm, place_mm, radius_mm};
+    else
+        m_eyes.erase(tool);
+}
+
 Sweep ChainMailTissue::sweep() {
     RelaxOptions options{.max_sweeps = 1};
     for (const auto& [tool, contact] : m_contacts) {
         if (contact.tool.radius_mm > 0) options.tools.push_back(contact.tool);
         options.held.insert(options.held.end(), contact.held.begin(), contact.held.end());
     }
+    for (const auto& [tool, eye] : m_eyes) options.tools.push_back(eye);
     const auto report = m_model.relax(options);
     // An error would come again with each sweep.
     if (!report.ok()) return {};

@@ -24,6 +24,8 @@ class ChainMailTissue : public Tissue {
     Result<PushReport> drag_to(Vec3d offset_mm) override { return m_model.drag_to(offset_mm); }
     void let_go() override { m_model.let_go(); }
     void release(std::uint32_t tool) override { m_contacts.erase(tool); }
+    void place_eye(std::uint32_t tool, Vec3d place_mm, double radius_mm) override;
+    bool has_eye(std::uint32_t tool) const override { return m_eyes.contains(tool); }
     bool is_touched_by(std::uint32_t tool) const override { return m_contacts.contains(tool); }
     bool is_touched() const override { return !m_contacts.empty(); }
     std::optional<Vec3d> force_n(std::uint32_t) override { return {}; }
@@ -35,7 +37,7 @@ class ChainMailTissue : public Tissue {
     int undo_steps() const override { return m_model.undo_steps(); }
     Status undo() override { return m_model.undo(); }
     Status redo() override { return m_model.redo(); }
-    void rest() override {}
+    void rest() override { m_eyes.clear(); }
     Status save_state(const std::filesystem::path& path) const override {
         return m_model.save_state(path);
     }
@@ -61,6 +63,7 @@ class ChainMailTissue : public Tissue {
 
     ChainMail m_model;
     std::map<std::uint32_t, Contact> m_contacts;
+    std::map<std::uint32_t, RelaxTool> m_eyes;
 };
 
 }  // namespace pliant

@@ -33,6 +33,10 @@ class Tissue : public MovingScan {
     virtual Result<PushReport> drag_to(Vec3d offset_mm) = 0;
     virtual void let_go() = 0;  ///< ends the drag, if there is one
     virtual void release(std::uint32_t tool) = 0;
+    /// Puts an eye that only looks into the tissue's way: relaxation keeps out of it.
+    /// @param radius_mm  0: it is gone
+    virtual void place_eye(std::uint32_t /*tool*/, Vec3d /*place_mm*/, double /*radius_mm*/) {}
+    virtual bool has_eye(std::uint32_t /*tool*/) const { return false; }
     virtual bool is_touched_by(std::uint32_t tool) const = 0;
     virtual bool is_touched() const = 0;
     /// On the tool [N], where the model knows newtons.

@@ -94,6 +94,7 @@ struct Client {
     explicit Client(Vec3i volume_size) : delivery(volume_size), overlay_delivery(volume_size) {}
 
     ClientInfo info;
+    EyeCommand eye;  ///< as the scene was told last
     std::string resume;
     bool packs = false;           ///< can read LZ4
     ConnectionId connection = 0;  ///< 0: away

@@ -56,6 +56,14 @@ struct RelaxCommand {
     bool on = false;
 };
 struct ReleaseCommand {};
+/// Where the client's endoscope stands: relaxation keeps out of it. The server makes these from the
+/// poses of tools, so that a recorded session has them.
+struct EyeCommand {
+    Vec3d place_mm{0, 0, 0};
+    double radius_mm = 0;  ///< 0: it is gone
+
+    friend bool operator==(const EyeCommand&, const EyeCommand&) = default;
+};
 struct ResetCommand {};
 /// What is empty stays as it is.
 struct MaterialsCommand {
@@ -112,10 +120,10 @@ struct PathMessage {
 /// Commands to the scene come first; then what the server answers by itself.
 using Action =
     std::variant<PushCommand, GrabCommand, DragCommand, LetGoCommand, CutCommand, CarveCommand,
-                 RelaxCommand, ReleaseCommand, ResetCommand, MaterialsCommand, IsoCommand,
-                 UndoCommand, RedoCommand, TissueCommand, DepthCommand, DriveCommand, HelloMessage,
-                 ToolMessage, ChecksumMessage, SeenMessage, PingMessage, OverlayMessage,
-                 PathMessage, HapticsMessage, HapticPoseMessage, VesselMessage>;
+                 RelaxCommand, ReleaseCommand, EyeCommand, ResetCommand, MaterialsCommand,
+                 IsoCommand, UndoCommand, RedoCommand, TissueCommand, DepthCommand, DriveCommand,
+                 HelloMessage, ToolMessage, ChecksumMessage, SeenMessage, PingMessage,
+                 OverlayMessage, PathMessage, HapticsMessage, HapticPoseMessage, VesselMessage>;
 
 struct Message {
     std::uint32_t id = 0;

@@ -159,10 +159,11 @@ class Fields {
     std::optional<ParseFailure> m_failure;
 };
 
-Action read_push(Fields& f, bool slide) {
+/// @param least_mm  0 where the cell around the point can be meant
+Action read_push(Fields& f, bool slide, double least_mm) {
     return PushCommand{.push = {.point_mm = f.vector("point", kMaxPlaceMm),
                                 .push_mm = f.vector("push", 500),
-                                .sphere_radius_mm = f.number("radius", 0.1, 100)},
+                                .sphere_radius_mm = f.number("radius", least_mm, 100)},
                        .slide = slide,
                        .stroke = f.whole("stroke", 1, 0)};
 }
@@ -294,8 +295,8 @@ Action nothing(Fields&) {
 }
 
 /// In the order of Action's alternatives, but for slide, which is a push.
-const std::array<std::pair<const char*, Reader>, 27> kReaders = {{
-    {"push", [](Fields& f) { return read_push(f, false); }},
+const std::array<std::pair<const char*, Reader>, 28> kReaders = {{
+    {"push", [](Fields& f) { return read_push(f, false, 0); }},
     {"grab", read_grab},
     {"drag", [](Fields& f) -> Action { return DragCommand{f.vector("offset", kMaxPlaceMm)}; }},
     {"let_go", nothing<LetGoCommand>},
@@ -306,6 +307,10 @@ const std::array<std::pair<const char*, Reader>, 27> kReaders = {{
     {"carve", read_carve},
     {"relax", [](Fields& f) -> Action { return RelaxCommand{f.flag("on", {})}; }},
     {"release", nothing<ReleaseCommand>},
+    {"eye",
+     [](Fields& f) -> Action {
+         return EyeCommand{f.vector("position", kMaxPlaceMm), f.number("radius", 0, 100)};
+     }},
     {"reset", nothing<ResetCommand>},
     {"materials", read_materials},
     {"iso", read_iso},
@@ -327,7 +332,7 @@ const std::array<std::pair<const char*, Reader>, 27> kReaders = {{
          return HapticPoseMessage{f.vector("position", 10'000), f.number("roll_deg", -1e6, 1e6, 0)};
      }},
     {"vessel", [](Fields& f) -> Action { return VesselMessage{f.flag("on", {})}; }},
-    {"slide", [](Fields& f) { return read_push(f, true); }},
+    {"slide", [](Fields& f) { return read_push(f, true, 0.01); }},
 }};
 
 Json json_of(Vec3d v) {
@@ -368,6 +373,10 @@ void write(Json& o, const CarveCommand& c) {
     o["radius"] = c.tool.radius_mm;
     o["spare_fixed"] = c.tool.spare_fixed;
     if (c.stroke) o["stroke"] = c.stroke;
+}
+void write(Json& o, const EyeCommand& c) {
+    o["position"] = json_of(c.place_mm);
+    o["radius"] = c.radius_mm;
 }
 void write(Json& o, const RelaxCommand& c) {
     o["on"] = c.on;

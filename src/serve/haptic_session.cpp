@@ -203,7 +203,10 @@ std::optional<Action> HapticSession::next_push_of(Scene& scene, bool is_free) {
 }
 
 void HapticSession::pushed(const Outcome& outcome) {
-    if (outcome.status) m_pushed_mm = m_pushed_mm + outcome.step_fraction * m_way_mm;
+    if (outcome.end_mm)
+        m_pushed_mm = *outcome.end_mm;
+    else if (outcome.status)
+        m_pushed_mm = m_pushed_mm + outcome.step_fraction * m_way_mm;
     m_is_refused = m_is_refused || !outcome.ok();
 }
 

@@ -29,8 +29,10 @@ Hub::Hub(std::unique_ptr<Scene> scene, std::unique_ptr<SessionLog> log, int rate
       m_open_bytes(open_bytes),
       m_last_client(m_scene->last_client()) {
     // Those who had hold of tissue when a recorded session ended are gone.
-    for (std::uint32_t client = 1; client <= m_last_client; ++client)
+    for (std::uint32_t client = 1; client <= m_last_client; ++client) {
         if (m_scene->has_contact(client)) act(client, ReleaseCommand{});
+        if (m_scene->has_eye(client)) act(client, EyeCommand{});
+    }
     forget_overlays();
     mark_overlays(m_scene->update().boxes);
     m_tools_frame = tools_frame({}, {.volume = m_scene->info().id});
@@ -105,6 +107,7 @@ void Hub::step() {
     take_events();
     carry_out_commands();
     push_by_device();
+    tell_eyes();
     relax();
     resample();
     feel_device();
@@ -156,7 +159,12 @@ Outcome Hub::act(std::uint32_t client, const Action& action) {
     Outcome outcome = m_scene->carry_out(client, action);
     if (m_log) m_log->add(SessionCommand{client, action, !outcome.ok()});
     m_worked = true;
-    m_moved = m_moved || !std::holds_alternative<IsoCommand>(action);
+    const bool moves_nothing =
+        std::holds_alternative<IsoCommand>(action) || std::holds_alternative<EyeCommand>(action);
+    m_moved = m_moved || !moves_nothing;
+    // Another tissue has seen no eyes.
+    if (std::holds_alternative<TissueCommand>(action))
+        for (Client& other : m_clients) other.eye = {};
     m_solve_ms += outcome.solve_ms;
     m_moved_elements += outcome.moved_elements.value_or(0);
     return outcome;
@@ -192,6 +200,22 @@ void Hub::measure_force() {
     for (Client& client : m_clients)
         if (client.info.number == felt->client)
             client.tool.force = {float(f.x), float(f.y), float(f.z)};
+}
+
+/// Relaxing tissue keeps out of the endoscopes of those who may change it. The scene is told where
+/// they stand by commands, so that a replay has them, and only while it relaxes.
+void Hub::tell_eyes() {
+    if (!m_scene->is_relaxing() || m_scene->choice().vessel || m_scene->choice().springs) return;
+    for (Client& client : m_clients) {
+        const ToolPose& tool = client.tool;
+        EyeCommand eye;
+        if (client.connection && !client.info.view && tool.kind == ToolKind::Endoscope)
+            eye = {{tool.position_mm.x, tool.position_mm.y, tool.position_mm.z}, tool.radius_mm};
+        if (eye.radius_mm == 0) eye = {};
+        if (eye == client.eye) continue;
+        client.eye = eye;
+        act(client.info.number, eye);
+    }
 }
 
 void Hub::relax() {
@@ -261,6 +285,7 @@ void Hub::checkpoint() {
     m_is_unsaved = false;
     m_unsaved_ms = 0;
     Status saved = Ok{};
+    for (Client& client : m_clients) client.eye = {};  // at rest the scene has none
     m_log->add(save_checkpoint(*m_scene, m_log->path(), ++m_checkpoints, saved));
     if (!saved.ok())
         std::fprintf(stderr, "pliant: %s; the session goes on without this checkpoint\n",

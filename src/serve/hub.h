@@ -139,6 +139,7 @@ class Hub {
     Outcome act(std::uint32_t client, const Action& action);
     void feel(Client& client, const Action& action, const Outcome& outcome);
     void measure_force();
+    void tell_eyes();
     void relax();
     void measure_updates(int sweeps, double each_ms, double passed_ms);
     void resample();

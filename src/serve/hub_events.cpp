@@ -229,6 +229,8 @@ void Hub::park(Client& client) {
         end_haptics("the browser that held the device is gone");
     give_up_device(client.info.number, {});
     if (m_scene->has_contact(client.info.number)) act(client.info.number, ReleaseCommand{});
+    if (m_scene->has_eye(client.info.number)) act(client.info.number, EyeCommand{});
+    client.eye = {};
 }
 
 void Hub::drop_who_is_late() {

@@ -66,6 +66,7 @@ void Hub::begin_anew(Client& client) {
     client.delivery = Delivery(m_scene->info().grid.size);
     client.delivery.mark_all();
     client.tool = {};
+    client.eye = {};
     client.tools_version = 0;
     if (!client.connection) return;
     say(client, volume_text(m_scene->info()));

@@ -80,6 +80,7 @@ struct Outcome {
         carved_elements{};
     double solve_ms = 0;
     std::optional<Vec3d> force{};
+    std::optional<Vec3d> end_mm{};  ///< of a slide: where the sphere's centre is, out of tissue
 
     bool ok() const { return error_code.empty(); }
 };

@@ -185,6 +185,7 @@ std::string outcome_text(std::uint32_t id, std::string_view name, std::uint32_t 
     put("carved_elements", outcome.carved_elements);
     json["solve_ms"] = outcome.solve_ms;
     if (outcome.force) json["force"] = json_of(*outcome.force);
+    if (outcome.end_mm) json["end"] = json_of(*outcome.end_mm);
     return text_of_json(json);
 }
 

@@ -56,6 +56,9 @@ class Scene {
     double sweep();
     /// Whether the client has hold of tissue, or left a tool that stays in relaxation's way.
     bool has_contact(std::uint32_t client) const;
+    bool has_eye(std::uint32_t client) const { return m_tissue->has_eye(client); }
+    /// Whether the tissue relaxes by itself, also while it has settled.
+    bool is_relaxing() const { return m_relaxing; }
     /// The highest number of a client so far.
     std::uint32_t last_client() const { return m_last_client; }
 
@@ -134,6 +137,7 @@ class Scene {
     Outcome act(std::uint32_t client, const CarveCommand& command);
     Outcome act(std::uint32_t client, const RelaxCommand& command);
     Outcome act(std::uint32_t client, const ReleaseCommand& command);
+    Outcome act(std::uint32_t client, const EyeCommand& command);
     Outcome act(std::uint32_t client, const ResetCommand& command);
     Outcome act(std::uint32_t client, const MaterialsCommand& command);
     Outcome act(std::uint32_t client, const IsoCommand& command);
@@ -152,7 +156,7 @@ class Scene {
     void keep(Step step);
     void forget(int tissue_steps);
     void swap_iso(Step& step);
-    Result<PushReport> slide(std::uint32_t client, const Push& push);
+    Outcome slide(std::uint32_t client, const Push& push);
 
     /// The elastic energy, if it was measured and nothing changed since, or can be had quickly.
     std::optional<double> energy();

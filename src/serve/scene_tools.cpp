@@ -45,10 +45,11 @@ Outcome Scene::act(std::uint32_t client, const DriveCommand& command) {
 
 // Tools.
 
-Result<PushReport> Scene::slide(std::uint32_t client, const Push& push) {
+Outcome Scene::slide(std::uint32_t client, const Push& push) {
     auto& tissue = static_cast<ChainMailTissue&>(*m_tissue);
-    const auto slid = slide_sphere(*tissue.chainmail(), push);
-    if (!slid.ok()) return slid.error();
+    const TissueValues shown{m_iso_hu, m_polarity == Polarity::Rising};
+    const auto slid = slide_sphere(*tissue.chainmail(), push, shown);
+    if (!slid.ok()) return refused(slid.error());
     PushReport report;
     report.step_fraction = slid->way_fraction;
     report.limited_by = slid->limited_by;
@@ -57,9 +58,12 @@ Result<PushReport> Scene::slide(std::uint32_t client, const Push& push) {
                                              : PushStatus::Rejected;
     report.moved_elements = slid->contacts;
     report.solve_ms = slid->slide_ms;
-    const Vec3d end = push.point_mm + slid->way_fraction * push.push_mm;
-    tissue.lay(client, end, push.sphere_radius_mm);
-    return report;
+    tissue.lay(client, slid->end_mm, push.sphere_radius_mm);
+    Outcome outcome = outcome_of(report);
+    outcome.end_mm = slid->end_mm;
+    // Moves are not elements: their number is told in the message only.
+    outcome.grabbed_elements.reset();
+    return outcome;
 }
 
 Outcome Scene::act(std::uint32_t client, const PushCommand& command) {
@@ -67,15 +71,17 @@ Outcome Scene::act(std::uint32_t client, const PushCommand& command) {
     if (m_choice.vessel) return not_with(m_choice, "push", "chainmail or springs");
     begin_step(command.slide ? "slide" : "push", client, command.stroke);
     const auto before = energy();
-    const auto report =
-        command.slide ? slide(client, command.push) : m_tissue->push(client, command.push);
+    Outcome outcome;
+    if (command.slide) {
+        outcome = slide(client, command.push);
+    } else {
+        const auto report = m_tissue->push(client, command.push);
+        outcome = report.ok() ? outcome_of(*report) : refused(report.error());
+    }
     tissue_changed();
     m_settled = false;
-    Outcome outcome = report.ok() ? outcome_of(*report) : refused(report.error());
-    if (report.ok())
-        add_force(client, before, report->step_fraction * command.push.push_mm, outcome);
-    // Moves are not elements: a slide's number is told in its message only.
-    if (command.slide) outcome.grabbed_elements.reset();
+    if (outcome.ok())
+        add_force(client, before, outcome.step_fraction * command.push.push_mm, outcome);
     if (command.stroke == 0) end_step();
     return outcome;
 }
@@ -157,6 +163,13 @@ Outcome Scene::act(std::uint32_t client, const ReleaseCommand&) {
     m_unmeasured.reset();
     m_tissue->release(client);
     m_settled = false;
+    return {};
+}
+
+Outcome Scene::act(std::uint32_t client, const EyeCommand& command) {
+    m_tissue->place_eye(client, command.place_mm, command.radius_mm);
+    // Relaxation would take the place of what could be done again.
+    if (m_undone.empty()) m_settled = false;
     return {};
 }
 

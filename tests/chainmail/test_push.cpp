@@ -74,7 +74,7 @@ TEST_F(PushTest, SecondPushTakesHoldOfWhatIsAtThePointNow) {
     const auto cell = grab_cell(tissue.lattice(), {13.5, 10.5, 10.5});
     ASSERT_TRUE(cell);
     EXPECT_EQ(cell->front(), (Vec3i{10, 10, 10}));
-    const auto around = grab_sphere(tissue.lattice(), {13.5, 10.5, 10.5}, 0.9, -500);
+    const auto around = grab_sphere(tissue.lattice(), {13.5, 10.5, 10.5}, 0.9, TissueValues{-500});
     EXPECT_EQ(around.size(), 8u);
     EXPECT_EQ(around.front(), (Vec3i{10, 10, 10}));
 }
@@ -103,7 +103,7 @@ TEST_F(PushTest, ASphereTakesHoldOfWhatIsWithinItNowAndOfNoAir) {
                         tissue.lattice().value_at({x, y, z}) >= air_hu)
                         expected.push_back({x, y, z});
                 }
-        auto found = grab_sphere(tissue.lattice(), centre, radius_mm, air_hu);
+        auto found = grab_sphere(tissue.lattice(), centre, radius_mm, TissueValues{air_hu});
         std::sort(found.begin(), found.end(), [](Vec3i p, Vec3i q) {
             return std::tie(p.z, p.y, p.x) < std::tie(q.z, q.y, q.x);
         });
@@ -279,6 +279,22 @@ TEST_F(PushTest, DefaultLimitsOfTissueNeverFold) {
         EXPECT_EQ(tissue.state().folded_cells, 0);
     }
     EXPECT_GT(tissue.state().moved_elements, 1000);
+}
+
+TEST(Push, ASphereBetweenTheElementsTakesTheCellsThatItTouches) {
+    const Volume volume = block({12, 12, 12}, 40, {1, 1, 4});
+    const TaskArena arena(1);
+    ChainMail tissue = tissue_of(volume, arena);
+    const Push inside{.point_mm = {5.5, 5.5, 22}, .push_mm = {1, 0, 0}, .sphere_radius_mm = 0.1};
+    const auto grabbed = tissue.elements_at(inside);
+    ASSERT_TRUE(grabbed.ok());
+    Push cell = inside;
+    cell.sphere_radius_mm = 0;
+    EXPECT_EQ(*grabbed, *tissue.elements_at(cell)) << "the eight elements of its cell";
+    const auto report = tissue.push(inside);
+    ASSERT_TRUE(report.ok());
+    EXPECT_EQ(report->status, PushStatus::Applied);
+    EXPECT_NEAR(tissue.displacement_mm({5, 5, 5}).x, 1, 1e-5);
 }
 
 }  // namespace

@@ -7,7 +7,7 @@
 #include <gtest/gtest.h>
 
 #include "resample/open_voxels.h"
-#include "resample/trilinear_cell.h"
+#include "chainmail/trilinear_cell.h"
 #include "support/random.h"
 
 namespace pliant::test {

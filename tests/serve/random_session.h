@@ -46,7 +46,7 @@ inline Vec3d random_place(const Scene& scene, Random& random) {
 
 inline Action random_action(const Scene& scene, Random& random) {
     const Vec3d at = random_place(scene, random);
-    switch (random.whole(0, 14)) {
+    switch (random.whole(0, 15)) {
         case 0:
         case 1:
         case 2:
@@ -78,6 +78,8 @@ inline Action random_action(const Scene& scene, Random& random) {
             materials.air_enabled = random.whole(0, 1) == 1;
             return materials;
         }
+        case 14:
+            return EyeCommand{at, random.whole(0, 3) ? random.real(0.1, 3) : 0};
         default:
             return IsoCommand{.iso_hu = random.real(-900, 900),
                               .stroke = std::uint32_t(random.whole(1, 2))};

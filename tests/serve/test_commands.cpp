@@ -160,7 +160,9 @@ TEST(Messages, ThatAreRubbishCloseTheConnection) {
 TEST(Messages, OutOfRangeAreAnsweredByTheirNumber) {
     for (const char* text :
          {R"({"do":"push","id":5,"point":[1,2,3],"push":[0,0,501],"radius":1})",
-          R"({"do":"push","id":5,"point":[1,2,3],"push":[0,0,1],"radius":0})",
+          R"({"do":"push","id":5,"point":[1,2,3],"push":[0,0,1],"radius":-1})",
+          R"({"do":"slide","id":5,"point":[1,2,3],"push":[0,0,1],"radius":0})",
+          R"({"do":"eye","id":5,"position":[1,2,3],"radius":101})",
           R"({"do":"push","id":5,"point":[1e6,2,3],"push":[0,0,1],"radius":1})",
           R"({"do":"push","id":5,"point":[1,2,3],"push":[0,0,1],"radius":1,"stroke":0})",
           R"({"do":"grab","id":5,"point":[1,2,3],"radius":101})",

@@ -495,5 +495,40 @@ TEST(Delivery, EverythingHasItsTurnWhereMoreChangesThanCanBeSent) {
     EXPECT_GE(*std::min_element(sent.begin(), sent.end()), kSteps / 12);
 }
 
+/// The value that the scene shows at a place.
+float shown_at(Scene& scene, Vec3d place_mm) {
+    scene.update();
+    return sample_linear(scene.deformed(), voxel_from_world(scene.deformed().grid, place_mm));
+}
+
+TEST(Scene, RelaxationKeepsOutOfAnEndoscopeThatOnlyLooks) {
+    const TaskArena arena(2);
+    for (const double radius_mm : {2.5, 0.3, 0.0}) {
+        SCOPED_TRACE(radius_mm);
+        auto opened = Scene::open({.phantom = "airway", .phantom_size = {64, 64, 64}}, arena);
+        ASSERT_TRUE(opened.ok());
+        Scene& scene = **opened;
+        ASSERT_TRUE(scene.info().start.has_value());
+        Vec3d wall = scene.info().start->eye_mm;
+        ASSERT_LT(shown_at(scene, wall), -500);
+        while (shown_at(scene, wall) < -500) wall.x += 0.1;
+        const Push push{.point_mm = wall, .push_mm = {6, 0, 0}, .sphere_radius_mm = 4};
+        ASSERT_TRUE(scene.carry_out(1, PushCommand{.push = push}).ok());
+        ASSERT_TRUE(scene.carry_out(1, ReleaseCommand{}).ok());
+        Vec3d eye = wall;
+        while (shown_at(scene, eye) < -500) eye.x += 0.1;
+        eye.x -= 0.2;
+        ASSERT_GT(eye.x, wall.x + 0.5) << "in the dent";
+        ASSERT_TRUE(scene.carry_out(1, EyeCommand{eye, radius_mm}).ok());
+        ASSERT_TRUE(scene.carry_out(1, RelaxCommand{true}).ok());
+        for (int n = 0; n < 20'000 && scene.wants_sweep(); ++n) scene.sweep();
+        ASSERT_FALSE(scene.wants_sweep());
+        if (radius_mm > 0)
+            EXPECT_LT(shown_at(scene, eye), -500);
+        else
+            EXPECT_GT(shown_at(scene, eye), -500) << "without an eye the dent closes";
+    }
+}
+
 }  // namespace
 }  // namespace pliant::serve

@@ -14,7 +14,7 @@ import {
     type State,
     type ViewName,
 } from './store.ts';
-import { newStroke } from './strokes.ts';
+import { kLeastCarving, newStroke } from './strokes.ts';
 import { Movie } from './movie.ts';
 import { readPath } from './path.ts';
 import { PathTool } from './path_tool.ts';
@@ -187,11 +187,16 @@ export class Actions {
             await this.session.ask({
                 do: pushOrSlide(this.state, slide),
                 point: cursor,
-                push: mul(strength * radius, active === 'endoscope' ? ahead : right),
+                push: mul(strength * (radius || 1), active === 'endoscope' ? ahead : right),
                 radius,
             });
         else if (tool === 'carve')
-            await this.session.ask({ do: 'carve', from: cursor, to: cursor, radius });
+            await this.session.ask({
+                do: 'carve',
+                from: cursor,
+                to: cursor,
+                radius: Math.max(radius, kLeastCarving),
+            });
         else if (tool === 'cut')
             await this.session.ask({
                 do: 'cut',

@@ -76,6 +76,37 @@ export function flown(
     return place;
 }
 
+/// The nearest place where the volume shows no tissue, with as much room for the tip as there is
+/// nearby. @returns nothing within reach [mm]
+export function freePlace(
+    volume: VolumeData,
+    place: Vec3,
+    radius: number,
+    surface: Surface,
+    reach: number,
+): Vec3 | undefined {
+    const isFree = (at: Vec3): boolean => !inTissue(valueAt(volume, at), surface);
+    if (isFree(place)) return place;
+    const step = 0.5 * Math.min(...volume.grid.spacing);
+    for (let away = step; away <= reach; away += step)
+        for (const direction of kDirections) {
+            const edge = along(place, away, direction);
+            if (!isFree(edge)) continue;
+            // On by the tip's radius at most, while less and less of the tip is in tissue.
+            let best = edge;
+            let share = contact(volume, best, radius, surface).share;
+            for (let on = step; on <= radius && share > 0; on += step) {
+                const next = along(edge, on, direction);
+                const there = contact(volume, next, radius, surface).share;
+                if (there > share) break;
+                best = next;
+                share = there;
+            }
+            return best;
+        }
+    return undefined;
+}
+
 /// Whether the sphere would touch tissue that it doesn't touch now.
 export const wouldTouch = (
     volume: VolumeData,

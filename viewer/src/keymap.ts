@@ -150,7 +150,7 @@ export class Keymap {
         const nudge = (x: number, y: number) => (): void => void actions.nudge([x, y]);
         const tool = (name: ToolName) => (): void => store.set({ tool: name });
         const radius = (factor: number): void =>
-            store.set({ radius: Math.min(Math.max(store.state.radius * factor, 0.5), 30) });
+            store.set({ radius: Math.min(Math.max(store.state.radius * factor, 0.1), 30) });
         const iso = (by: number) => (): void => actions.iso({ iso_hu: actions.wantedIso + by });
         this.bindings = [
             { code: 'KeyZ', ctrl: true, shift: false, run: () => void history.undo() },

@@ -42,10 +42,11 @@ export function toolPanel(parts: Parts): HTMLElement {
             parts.number('radius', {
                 label: 'Size',
                 unit: 'mm',
-                low: 0.5,
+                low: 0,
                 high: 30,
                 step: 0.5,
                 curved: true,
+                hint: 'radius of the tool; 0: the eight elements of one cell, for Push and Grab',
             }),
             parts.number('strength', {
                 label: 'Strength',

@@ -124,7 +124,7 @@ export interface Done {
     do: string;
     step: number;
     status?: 'applied' | 'limited' | 'rejected';
-    limited_by?: 'none' | 'bone' | 'movement' | 'fold';
+    limited_by?: 'none' | 'bone' | 'movement' | 'wall' | 'fold';
     step_fraction?: number;
     grabbed_elements?: number;
     moved_elements?: number;
@@ -132,6 +132,7 @@ export interface Done {
     carved_elements?: number;
     solve_ms?: number;
     force?: Vec3;
+    end?: Vec3; ///< of a slide: where the sphere's centre is, out of tissue [mm, LPS]
     message?: string;
 }
 

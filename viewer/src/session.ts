@@ -7,8 +7,8 @@
 import { surfaceOf } from './aim.ts';
 import { Connection, type Listener, type Memory } from './connection.ts';
 import type { ToolBall } from './endoscope_view.ts';
-import { clearance, flown, speedFor, wouldTouch } from './flight.ts';
-import { voxelCount, worldFromVoxel } from './grid.ts';
+import { clearance, flown, freePlace, speedFor, wouldTouch } from './flight.ts';
+import { voxelCount, voxelFromWorld, worldFromVoxel } from './grid.ts';
 import { Haptics } from './haptics.ts';
 import { History } from './history.ts';
 import { checksumOf } from './murmur.ts';
@@ -32,7 +32,7 @@ import { Vessel, type SurfaceFrame, type VesselFrame } from './vessel.ts';
 import { OverlayField } from './overlay_field.ts';
 import { kKinds, type OverlayKind } from './overlay_kinds.ts';
 import type { Path } from './path.ts';
-import { frameOf, naturalUp } from './rays.ts';
+import { frameOf, inTissue, naturalUp } from './rays.ts';
 import { Stage } from './stage.ts';
 import { initialState, pushOrSlide, type Store } from './store.ts';
 import { newStroke, note, type Stroke } from './strokes.ts';
@@ -44,6 +44,7 @@ const kRoomReach = 60; // walls farther away don't matter for the speed [mm]
 const kLongestFrame = 0.1; // a page that was asleep doesn't leap [s]
 const kPathSpeed = 20; // [mm/s]
 const kNewsMs = 2000; // longest wait for the state after an undo
+const kEscape = 40; // an eye that tissue has closed over looks so far for a free place [mm]
 const kTurnRate = 70; // of the keyboard [degrees/s]
 
 /// What the keyboard asks for: along right, up and ahead, −1…1, and turns.
@@ -79,6 +80,8 @@ export class Session implements Listener {
     private lastPose = 0;
     private poseText = '';
     private boxesSinceDraw = 0;
+    private eyeIsFree = false; // was out of tissue where it was put, so that it has to stay so
+    private displaced: { from: Vec3; to: Vec3 } | undefined; // by tissue that came to lie there
     private askedOverlay: OverlayKind = 'none';
     private onState: () => void = () => {};
 
@@ -92,6 +95,7 @@ export class Session implements Listener {
         this.history = new History(store, (what) => this.step(what));
         store.listen((_, changed) => {
             if (changed.has('overlay')) this.askOverlay();
+            if (changed.has('camera') || changed.has('wall')) this.eyeIsFree = !this.isInTissue();
         });
     }
 
@@ -157,6 +161,7 @@ export class Session implements Listener {
 
     state(shared: SharedState): void {
         this.store.set({ shared });
+        this.eyeIsFree = !this.isInTissue();
         this.onState();
     }
 
@@ -174,6 +179,7 @@ export class Session implements Listener {
         if (frame.last) {
             this.latencies.arrived(frame.step);
             this.store.set({ voxels: this.store.state.voxels + 1 });
+            this.keepEyeFree();
         }
     }
 
@@ -387,8 +393,38 @@ export class Session implements Listener {
             note(this.store, answer);
             if (answer?.t !== 'done') return;
             // The eye may have been turned meanwhile, but not moved.
-            this.moveEye(along(from, answer.step_fraction ?? 1, motion));
+            this.moveEye(answer.end ?? along(from, answer.step_fraction ?? 1, motion));
+            this.eyeIsFree = true; // once the voxels are here
         });
+    }
+
+    private isInTissue(eye: Vec3 = this.store.state.camera.eye): boolean {
+        const { volume } = this;
+        if (!volume) return false;
+        return inTissue(volume.sample(voxelFromWorld(volume.grid, eye)), this.surface());
+    }
+
+    /// The eye is never in tissue: where tissue has come to lie over it, it gives way, and goes back
+    /// when the tissue has gone.
+    private keepEyeFree(): void {
+        const { camera, wall, tip, loaded } = this.store.state;
+        if (!this.volume || wall === 'pass' || loaded < 1) return;
+        const back = this.displaced;
+        if (back && norm(sub(back.to, camera.eye)) > 0) this.displaced = undefined; // it was moved
+        else if (back && !this.isInTissue(back.from)) {
+            this.displaced = undefined;
+            this.moveEye(back.from);
+            return;
+        }
+        if (!this.eyeIsFree || !this.isInTissue()) return;
+        const to = freePlace(this.volume, camera.eye, tip, this.surface(), kEscape);
+        if (!to) {
+            this.say('tissue has closed around the endoscope');
+            return;
+        }
+        const from = this.displaced?.from ?? camera.eye;
+        this.moveEye(to);
+        this.displaced = { from, to };
     }
 
     /// The endoscope is put somewhere else, walls or not.

@@ -80,6 +80,8 @@ abstract class Follower implements Stroke {
     }
 }
 
+const kCellStep = 1; // [mm]
+export const kLeastCarving = 0.5; // radius; a cell can't be carved [mm]
 const kLeast = 0.02; // shorter motions are left to the next one [mm]
 
 /// Part of the way from a to b, at most so long.
@@ -99,11 +101,13 @@ export class PushStroke extends Follower {
     constructor(connection: Connection, store: Store, start: Vec3) {
         super(connection, store, start, store.state.radius);
         this.place = start;
-        this.what = pushOrSlide(store.state, store.state.slide);
+        const slides = store.state.slide && this.radius > 0;
+        this.what = pushOrSlide(store.state, slides);
     }
 
     protected async advance(): Promise<boolean> {
-        const push = stepTo(this.place, this.target, this.radius);
+        // The tool of radius 0 takes the eight elements of its cell, and steps of a millimetre.
+        const push = stepTo(this.place, this.target, this.radius || kCellStep);
         if (!push) return false;
         const done = await this.ask({
             do: this.what,
@@ -114,7 +118,7 @@ export class PushStroke extends Follower {
         });
         if (!done) return false;
         const fraction = done.grabbed_elements === 0 ? 1 : (done.step_fraction ?? 1);
-        this.place = along(this.place, fraction, push);
+        this.place = done.end ?? along(this.place, fraction, push);
         this.path = [this.place];
         if (fraction < 1) this.target = this.place; // what stops the tool stops the stroke
         return fraction === 1;
@@ -163,7 +167,7 @@ export class CarveStroke extends Follower {
     private readonly stroke = newStroke();
 
     constructor(connection: Connection, store: Store, start: Vec3) {
-        super(connection, store, start, store.state.radius);
+        super(connection, store, start, Math.max(store.state.radius, kLeastCarving));
         this.place = start;
     }
 

@@ -191,6 +191,47 @@ test('a tip that pushes moves the wall, and the eye goes on', async () => {
     );
 });
 
+test('tissue that is pushed over the eye moves the eye aside, and lets it back', async () => {
+    const start = await stateOf(page);
+    const value = (): Promise<number> =>
+        page.evaluate(() => {
+            const session = (window as never as { pliant: Session }).pliant;
+            const { grid } = session.volume!;
+            const { eye } = session.store.state.camera;
+            return session.volume!.sample(
+                eye.map((v, a) => (v - grid.origin[a]!) / grid.spacing[a]!) as never,
+            );
+        });
+    // The eye close to a wall, and the wall pushed over it.
+    const eye = await page.evaluate(async () => {
+        const session = (window as never as { pliant: Session }).pliant;
+        const { camera } = session.store.state;
+        const wall = [...camera.eye] as [number, number, number];
+        const { grid } = session.volume!;
+        const at = (): number =>
+            session.volume!.sample(
+                wall.map((v, a) => (v - grid.origin[a]!) / grid.spacing[a]!) as never,
+            );
+        while (at() < -500) wall[0] += 0.1;
+        const near: [number, number, number] = [wall[0] - 0.5, wall[1], wall[2]];
+        session.goTo(near, camera.look, camera.up);
+        const point = [wall[0] + 2, wall[1], wall[2]] as const;
+        await session.ask({ do: 'push', point, push: [-3, 0, 0], radius: 4 });
+        return near;
+    });
+    await idle(page);
+    assert.ok((await value()) < -500, 'the eye is in tissue');
+    const aside = (await stateOf(page)).camera.eye;
+    assert.notDeepEqual(aside, eye, 'nothing was pushed over the eye');
+    await undo(start.shared!.undo.steps);
+    await idle(page);
+    assert.deepEqual((await stateOf(page)).camera.eye, eye);
+    await page.evaluate(
+        (camera) => (window as never as { pliant: Session }).pliant.store.set({ camera }),
+        start.camera,
+    );
+});
+
 test('a second browser joins late, and both agree after both have pushed', async () => {
     const push = (at: Page, x: number): Promise<unknown> =>
         at.evaluate(async (dx) => {
