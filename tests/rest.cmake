@@ -11,7 +11,7 @@ pliant_test(volume
             test_vector_field.cpp test_voxel_array.cpp test_voxel_builder.cpp test_write_volume.cpp
             test_write_vti.cpp
     LIBRARIES ZLIB::ZLIB)
-pliant_test(fit SOURCES test_methods.cpp test_published.cpp)
+pliant_test(fit SOURCES test_large.cpp test_methods.cpp test_published.cpp)
 pliant_test(mesh
     SOURCES test_builders.cpp test_check_mesh.cpp test_distance.cpp test_files.cpp
             test_overlap.cpp test_stuffing.cpp test_write_vtu.cpp

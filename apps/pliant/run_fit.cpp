@@ -136,10 +136,27 @@ FitMethod method_of(const std::string& name, const FitOptions& o, const FitBoxPr
     return DirectSearch{.method = method, .evaluations = o.evaluations};
 }
 
+const char* name_of(FitBound bound) {
+    return bound == FitBound::Low ? "lower" : "upper";
+}
+
+/// Empty, or a limit of the method that this box is beyond.
+std::string note_on(const std::string& method, const FitBoxProblem& box) {
+    if (method != "closed-form" || box.cubic_cells) return {};
+    return "the closed form is derived for cubic cells; these are not, and it may be far off";
+}
+
 Json method_json(const std::string& method, const FitBoxProblem& box, const FitResult& r) {
-    Json values, cases = Json::array(), directions = Json::array(), trace = Json::array();
+    Json values, at_bound = Json::object(), cases = Json::array(), directions = Json::array(),
+                 trace = Json::array();
     const auto groups = box.problem.groups();
-    for (std::size_t g = 0; g < groups.size(); ++g) values[groups[g].name] = r.values[g];
+    for (std::size_t g = 0; g < groups.size(); ++g) {
+        values[groups[g].name] = r.values[g];
+        if (r.at_bound[g] != FitBound::None)
+            at_bound[groups[g].name] = {{"bound", name_of(r.at_bound[g])},
+                                        {"low", groups[g].low},
+                                        {"high", groups[g].high}};
+    }
     for (const FitCaseErrors& c : r.at.cases)
         cases.push_back({{"load", c.name},
                          {"held_out", c.held_out},
@@ -156,11 +173,17 @@ Json method_json(const std::string& method, const FitBoxProblem& box, const FitR
     }
     for (const FitTrace& t : r.trace)
         trace.push_back({{"evaluation", t.evaluation}, {"cost", t.cost}, {"seconds", t.seconds}});
-    Json json{{"method", method},     {"values", values},
-              {"cost", r.at.cost},    {"evaluations", r.evaluations},
-              {"refused", r.refused}, {"seconds", r.seconds},
-              {"cases", cases},       {"directions", directions},
+    Json json{{"method", method},
+              {"values", values},
+              {"at_bound", at_bound},
+              {"cost", r.at.cost},
+              {"evaluations", r.evaluations},
+              {"refused", r.refused},
+              {"seconds", r.seconds},
+              {"cases", cases},
+              {"directions", directions},
               {"trace", trace}};
+    if (const std::string note = note_on(method, box); !note.empty()) json["note"] = note;
     if (method == "annealing")
         json["annealing"] = {{"start_temperature", r.start_temperature},
                              {"end_temperature", r.end_temperature},
@@ -172,8 +195,15 @@ void print(const std::string& method, const FitBoxProblem& box, const FitResult&
     std::printf("\n%s: cost %g, %lld evaluations, %.2f s\n", method.c_str(), r.at.cost,
                 static_cast<long long>(r.evaluations), r.seconds);
     const auto groups = box.problem.groups();
-    for (std::size_t g = 0; g < groups.size(); ++g)
-        std::printf("  %-16s %.6g\n", groups[g].name.c_str(), r.values[g]);
+    for (std::size_t g = 0; g < groups.size(); ++g) {
+        std::printf("  %-16s %.6g", groups[g].name.c_str(), r.values[g]);
+        if (r.at_bound[g] != FitBound::None)
+            std::printf("  at its %s bound; a larger --range may fit better",
+                        name_of(r.at_bound[g]));
+        std::printf("\n");
+    }
+    if (const std::string note = note_on(method, box); !note.empty())
+        std::printf("  note: %s\n", note.c_str());
     std::printf("  %-32s %9s %9s   %s\n", "error [% of the spacing]", "average", "largest",
                 "nothing moves");
     for (const FitCaseErrors& c : r.at.cases)

@@ -167,8 +167,13 @@ struct FitTrace {
     double seconds;
 };
 
+/// Whether a value ended on a bound of its group. The cost may then be lower beyond it, and the
+/// value says more about the bound than about the network.
+enum class FitBound { None, Low, High };
+
 struct FitResult {
-    std::vector<double> values;  ///< [group]
+    std::vector<double> values;        ///< [group]
+    std::vector<FitBound> at_bound{};  ///< [group]; within 10⁻⁴ of the value
     FitPoint at;
     std::int64_t evaluations = 0;  ///< of all cases at one point; a derivative counts for one too
     std::int64_t refused = 0;      ///< evaluations of networks without an equilibrium

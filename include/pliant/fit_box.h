@@ -57,15 +57,16 @@ struct FitBox {
     bool shared_by_cells = false;  ///< see SpringLattice
     bool damping = false;          ///< group "damping", of the nodes
     double damping_start_kg_s = 1;
-    double range = 10;  ///< values are sought between start/range and start·range
+    double range = 10;  ///< bounds of the values: start/range and start·range
     FitSettings settings{};
 };
 
 struct FitBoxProblem {
     FitProblem problem;
     /// k = 0.4·E·a without volume energy, µa and λ − µ with it; a of a cube of a cell's volume.
-    /// Where methods start.
+    /// Methods start there. It is derived for cubic cells, and far off for others.
     std::vector<double> closed_form;
+    bool cubic_cells = true;  ///< spacings that differ by less than 1 %
 };
 
 /// @returns InvalidArgument that names the field; Poisson's ratio must be above 1/4 for a volume

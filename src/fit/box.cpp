@@ -11,6 +11,9 @@ namespace pliant {
 namespace {
 
 constexpr double kMetres = 1e-3;  // in a millimetre
+/// Larger references are solved by conjugate gradients, to a residual relative to the load.
+constexpr std::int64_t kMostCholeskyNodes = 2000;
+constexpr double kReferenceTolerance = 1e-11;
 
 Error bad_box(const std::string& text) {
     return {ErrorCode::InvalidArgument, "box: " + text};
@@ -121,6 +124,26 @@ Status check(const FitBox& box) {
     return Ok{};
 }
 
+/// Up to some thousand nodes by Cholesky, beyond by conjugate gradients.
+Result<ElasticSolver> reference_solver(const FitBox& box, const HexLattice& lattice,
+                                       std::span<const std::int32_t> held, const TaskArena& arena) {
+    const ElasticMaterial material{box.young_modulus_pa, box.poisson_ratio};
+    std::vector<Support> supports;
+    for (const std::int32_t n : held) supports.push_back({.node = n});
+    ElasticSettings settings{.element = box.element};
+    const auto nodes = std::int64_t(box.size.x) * box.size.y * box.size.z;
+    if (nodes <= kMostCholeskyNodes)
+        return ElasticSolver::create(ElasticSolid{hex_mesh(lattice), {material}}, supports,
+                                     settings, arena);
+    settings.method = ElasticMethod::ConjugateGradients;
+    settings.tolerance = kReferenceTolerance;
+    if (box.element == HexElement::Trilinear)
+        return ElasticSolver::create(ElasticLattice{lattice, {material}}, supports, settings,
+                                     arena);
+    return ElasticSolver::create(ElasticSolid{hex_mesh(lattice), {material}}, supports, settings,
+                                 arena);
+}
+
 }  // namespace
 
 Result<FitBoxProblem> fit_box(const FitBox& box, const TaskArena& arena) {
@@ -128,11 +151,7 @@ Result<FitBoxProblem> fit_box(const FitBox& box, const TaskArena& arena) {
     const HexLattice lattice{box.size, box.spacing_mm};
     if (const Status status = check_lattice(lattice); !status.ok()) return status.error();
     const std::vector<std::int32_t> held = nodes_of_face(box, lattice);
-    std::vector<Support> supports;
-    for (const std::int32_t n : held) supports.push_back({.node = n});
-    const auto solver = ElasticSolver::create(
-        ElasticSolid{hex_mesh(lattice), {{box.young_modulus_pa, box.poisson_ratio}}}, supports,
-        {.element = box.element}, arena);
+    const auto solver = reference_solver(box, lattice, held, arena);
     if (!solver.ok()) return solver.error();
     auto parts = springs_of_lattice({.size = box.size,
                                      .spacing = kMetres * box.spacing_mm,
@@ -170,7 +189,8 @@ Result<FitBoxProblem> fit_box(const FitBox& box, const TaskArena& arena) {
     auto problem =
         FitProblem::create(std::move(*parts), std::move(groups), std::move(cases), box.settings);
     if (!problem.ok()) return problem.error();
-    return FitBoxProblem{std::move(*problem), std::move(start)};
+    const bool cubic = std::max({h.x, h.y, h.z}) < 1.01 * std::min({h.x, h.y, h.z});
+    return FitBoxProblem{std::move(*problem), std::move(start), cubic};
 }
 
 }  // namespace pliant

@@ -1,17 +1,16 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The only place of this room that knows Eigen.
-
 #include "fit/linear_network.h"
 
-#define EIGEN_MPL2_ONLY
-#define EIGEN_DONT_PARALLELIZE
+#include "fit/dissected_cholesky.h"
+
 #include <Eigen/SparseCholesky>
-#include <Eigen/SparseCore>
 
 #include <algorithm>
 #include <array>
+#include <mutex>
+#include <optional>
 
 #include "springs/cell_volume.h"
 
@@ -58,8 +57,20 @@ void add_cell(const SpringParts& parts, std::span<const int> unknowns, std::size
 
 }  // namespace
 
+struct LinearNetwork::Factor {
+    Eigen::SimplicialLDLT<Matrix, Eigen::Lower, Eigen::NaturalOrdering<int>> factor;
+    std::shared_ptr<const DissectedCholesky::Factor> dissected;  ///< of large networks, instead
+    double scale = 1;  ///< of the matrix, over the factor's
+};
+
 struct LinearNetwork::Impl {
-    std::vector<int> unknowns;     ///< [3·node + axis] number in the matrices; −1: held
+    std::vector<int> unknowns;           ///< [3·node + axis] number in the matrices; −1: held
+    std::vector<std::uint8_t> is_empty;  ///< [group]: its matrix
+    std::optional<DissectedCholesky> dissection;  ///< of large networks
+    // The last factor: a step's derivatives ask for the one that its cost was found with.
+    std::mutex last_mutex;
+    std::vector<double> last_values;
+    std::shared_ptr<const Factor> last;
     std::vector<Matrix> matrices;  ///< of each group, and of what is in none; lower triangles
     int count = 0;
 
@@ -77,35 +88,57 @@ struct LinearNetwork::Impl {
     }
 };
 
-struct LinearNetwork::Factor {
-    Eigen::SimplicialLDLT<Matrix, Eigen::Lower, Eigen::NaturalOrdering<int>> factor;
-};
-
 LinearNetwork::~LinearNetwork() = default;
 LinearNetwork::LinearNetwork(LinearNetwork&&) noexcept = default;
 LinearNetwork& LinearNetwork::operator=(LinearNetwork&&) noexcept = default;
 
+/// In which order to eliminate, for all values at once. @returns the place of each unknown
+std::vector<int> LinearNetwork::minimum_degree(const SpringParts& parts) const {
+    const Impl& m = *m_impl;
+    Entries all;
+    for (std::size_t l = 0; l < parts.links.size(); ++l) add_link(parts, m.unknowns, l, all);
+    for (std::size_t c = 0; c < parts.cells.size(); ++c) add_cell(parts, m.unknowns, c, all);
+    Matrix lower(m.count, m.count);
+    lower.setFromTriplets(all.begin(), all.end());
+    Eigen::PermutationMatrix<Eigen::Dynamic, Eigen::Dynamic, int> order;
+    Eigen::AMDOrdering<int>()(lower.selfadjointView<Eigen::Lower>(), order);
+    std::vector<int> place(std::size_t(m.count), 0);
+    for (int n = 0; n < m.count; ++n) place[std::size_t(order.indices()[n])] = n;
+    return place;
+}
+
+/// The same by nested dissection.
+std::vector<int> LinearNetwork::dissect(const SpringParts& parts,
+                                        std::span<const std::uint8_t> held) {
+    Impl& m = *m_impl;
+    std::vector<Vec3d> places;
+    std::vector<std::uint8_t> free;
+    for (std::size_t n = 0; n < parts.nodes.size(); ++n) {
+        places.push_back(parts.nodes[n].rest);
+        free.push_back(!held[n]);
+    }
+    DissectedCholesky::Joined joined;
+    for (const SpringLink& link : parts.links) joined.push_back({link.a, link.b});
+    for (const SpringCell& cell : parts.cells)
+        joined.emplace_back(cell.nodes.begin(), cell.nodes.begin() + cell.node_count);
+    m.dissection.emplace(places, joined, free);
+    std::vector<int> place;
+    for (std::size_t u = 0; u < m.unknowns.size(); ++u)
+        if (m.unknowns[u] >= 0) place.push_back(3 * m.dissection->order()[u / 3] + int(u % 3));
+    return place;
+}
+
 LinearNetwork::LinearNetwork(const SpringParts& parts, std::span<const FitGroup> groups,
-                             std::span<const std::uint8_t> held)
+                             std::span<const std::uint8_t> held, std::size_t most_simple_nodes)
     : m_impl(std::make_unique<Impl>()) {
     Impl& m = *m_impl;
     m.unknowns.resize(3 * parts.nodes.size());
     for (std::size_t n = 0; n < m.unknowns.size(); ++n)
         m.unknowns[n] = held[n / 3] ? -1 : m.count++;
-    // In which order to eliminate: as the minimum degree has it, for all values at once.
-    {
-        Entries all;
-        for (std::size_t l = 0; l < parts.links.size(); ++l) add_link(parts, m.unknowns, l, all);
-        for (std::size_t c = 0; c < parts.cells.size(); ++c) add_cell(parts, m.unknowns, c, all);
-        Matrix lower(m.count, m.count);
-        lower.setFromTriplets(all.begin(), all.end());
-        Eigen::PermutationMatrix<Eigen::Dynamic, Eigen::Dynamic, int> order;
-        Eigen::AMDOrdering<int>()(lower.selfadjointView<Eigen::Lower>(), order);
-        std::vector<int> place(std::size_t(m.count), 0);
-        for (int n = 0; n < m.count; ++n) place[std::size_t(order.indices()[n])] = n;
-        for (int& unknown : m.unknowns)
-            if (unknown >= 0) unknown = place[std::size_t(unknown)];
-    }
+    const std::vector<int> place =
+        std::size_t(m.count) / 3 > most_simple_nodes ? dissect(parts, held) : minimum_degree(parts);
+    for (int& unknown : m.unknowns)
+        if (unknown >= 0) unknown = place[std::size_t(unknown)];
     std::vector<std::size_t> link_group(parts.links.size(), groups.size());
     std::vector<std::size_t> cell_group(parts.cells.size(), groups.size());
     for (std::size_t g = 0; g < groups.size(); ++g) {
@@ -129,13 +162,47 @@ LinearNetwork::LinearNetwork(const SpringParts& parts, std::span<const FitGroup>
         for (Matrix::InnerIterator at(zeros, column); at; ++at)
             pattern.emplace_back(at.row(), column, 0.0);
     for (Entries& of_group : entries) {
+        m.is_empty.push_back(of_group.empty());
         of_group.insert(of_group.end(), pattern.begin(), pattern.end());
         Matrix& matrix = m.matrices.emplace_back(m.count, m.count);
         matrix.setFromTriplets(of_group.begin(), of_group.end());
     }
+    if (m.dissection) m.dissection->analyse(zeros);
 }
 
 std::shared_ptr<const LinearNetwork::Factor> LinearNetwork::factor(
+    std::span<const double> given) const {
+    Impl& m = *m_impl;
+    std::vector<double> values(given.begin(), given.end());
+    for (std::size_t g = 0; g < values.size(); ++g)
+        if (m.is_empty[g]) values[g] = 0;
+    // K(c·p) = c·K(p): a large network that is only stiffer or softer all over keeps its factor.
+    double scale = 1;
+    if (m.dissection && m.is_empty.back()) {
+        for (std::size_t g = values.size(); g-- > 0;)
+            if (values[g] != 0) scale = values[g];
+        for (double& value : values) value /= scale;
+    }
+    std::shared_ptr<const Factor> found;
+    {
+        const std::lock_guard lock(m.last_mutex);
+        if (m.last && m.last_values == values) found = m.last;
+    }
+    if (!found) found = make_factor(values);
+    if (!found) return nullptr;
+    {
+        const std::lock_guard lock(m.last_mutex);
+        m.last_values = values;
+        m.last = found;
+    }
+    if (scale == 1) return found;
+    auto scaled = std::make_shared<Factor>();
+    scaled->dissected = found->dissected;
+    scaled->scale = scale;
+    return scaled;
+}
+
+std::shared_ptr<const LinearNetwork::Factor> LinearNetwork::make_factor(
     std::span<const double> values) const {
     const Impl& m = *m_impl;
     Matrix sum = m.matrices.back();
@@ -145,6 +212,11 @@ std::shared_ptr<const LinearNetwork::Factor> LinearNetwork::factor(
             sum.valuePtr()[n] += values[g] * m.matrices[g].valuePtr()[n];
     auto made = std::make_shared<Factor>();
     if (m.count == 0) return made;
+    if (m.dissection) {
+        made->dissected = m.dissection->factor(sum, kLeastPivot);
+        if (!made->dissected) return nullptr;
+        return made;
+    }
     made->factor.compute(sum);
     if (made->factor.info() != Eigen::Success) return nullptr;
     const Vector pivots = made->factor.vectorD();
@@ -154,8 +226,11 @@ std::shared_ptr<const LinearNetwork::Factor> LinearNetwork::factor(
 }
 
 std::vector<Vec3d> LinearNetwork::solve(const Factor& factor, std::span<const Vec3d> force) const {
-    if (m_impl->count == 0) return std::vector<Vec3d>(force.size(), Vec3d{0, 0, 0});
-    return m_impl->scatter(factor.factor.solve(m_impl->gather(force)));
+    const Impl& m = *m_impl;
+    if (m.count == 0) return std::vector<Vec3d>(force.size(), Vec3d{0, 0, 0});
+    if (factor.dissected)
+        return m.scatter(m.dissection->solve(*factor.dissected, m.gather(force)) / factor.scale);
+    return m.scatter(factor.factor.solve(m.gather(force)));
 }
 
 std::vector<Vec3d> LinearNetwork::multiply(std::size_t group, std::span<const Vec3d> u) const {

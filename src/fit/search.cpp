@@ -9,6 +9,11 @@
 #include <utility>
 
 namespace pliant {
+namespace {
+
+constexpr double kOnBound = 1e-4;  ///< of a logarithm
+
+}  // namespace
 
 Search::Search(const FitProblem& problem, const TaskArena& arena)
     : m_face(problem),
@@ -73,6 +78,10 @@ Result<FitResult> Search::finish(const Point& point) {
     const std::chrono::duration<double> passed = std::chrono::steady_clock::now() - m_begin;
     m_result.seconds = passed.count();
     m_result.values = values(point);
+    for (std::size_t g = 0; g < point.size(); ++g)
+        m_result.at_bound.push_back(point[g] <= m_low[g] + kOnBound    ? FitBound::Low
+                                    : point[g] >= m_high[g] - kOnBound ? FitBound::High
+                                                                       : FitBound::None);
     auto judged = m_face.evaluate(m_result.values);
     if (!judged.ok()) return judged.error();
     m_result.at = std::move(*judged);

@@ -574,6 +574,19 @@ TEST_F(ProgramTest, FitFindsTheStiffnessThatItsReportNames) {
     EXPECT_TRUE(newton["cases"][1]["held_out"].get<bool>());
     EXPECT_GT(newton["cases"][1]["still_average_percent"].get<double>(),
               newton["cases"][1]["average_percent"].get<double>());
+    EXPECT_TRUE(newton["at_bound"].empty());
+    EXPECT_FALSE(closed.contains("note"));
+    // Flat cells: values end on their bounds, and the closed form doesn't hold.
+    const Finished flat =
+        run("fit --size 5,5,5 --spacing 10,10,5 --young 12000 --poisson 0.4 --volume --by-cells "
+            "--groups directions --load +z:0,0,-0.05:0.3,0.4 --load +z:0.05,0,0:0.6,0.6 "
+            "--load +z:0,0.05,0:0.6,0.6 --report flat.json");
+    ASSERT_EQ(flat.status, 0) << flat.err;
+    EXPECT_NE(flat.out.find("at its lower bound"), std::string::npos) << flat.out;
+    EXPECT_NE(flat.out.find("derived for cubic cells"), std::string::npos) << flat.out;
+    const Json flat_report = Json::parse(bytes_of(file("flat.json")));
+    EXPECT_TRUE(flat_report["methods"][0].contains("note"));
+    EXPECT_EQ(flat_report["methods"][1]["at_bound"]["edges x"]["bound"], "lower");
     // The same from a file, what is given on the command line first.
     std::ofstream(file("fit.toml")) << "size = \"9,9,9\"\nspacing = 20\nload = [\"+z:0,0,-10\"]\n"
                                        "method = \"gauss-newton\"\nvolume = false\n";

@@ -198,6 +198,23 @@ TEST(Methods, EachFindsThePlantedValues) {
     }
 }
 
+TEST(Methods, AValueThatEndsOnItsBoundIsReported) {
+    Random random(3);
+    const Planted planted(random, 0);
+    for (const FitBound bound : {FitBound::None, FitBound::Low, FitBound::High})
+        for (const FitMethod& method : {FitMethod(GaussNewton{}), FitMethod(DirectSearch{})}) {
+            Planted bounded = planted;
+            FitGroup& group = bounded.groups[0];
+            if (bound == FitBound::Low) group.start = group.low = 1.2 * planted.truth[0];
+            if (bound == FitBound::High) group.start = group.high = 0.8 * planted.truth[0];
+            const auto found = value_of(fit(bounded.problem({}), method, arena()));
+            EXPECT_EQ(found.at_bound, (std::vector{bound, FitBound::None, FitBound::None}));
+            if (bound == FitBound::None) continue;
+            const double at = bound == FitBound::Low ? group.low : group.high;
+            EXPECT_NEAR(found.values[0], at, 1e-4 * at);
+        }
+}
+
 TEST(Methods, GaussNewtonFindsTheValuesOfAnEquilibriumFarFromRest) {
     Random random(21);
     Planted planted(random, 0, 1.0);
