@@ -4,7 +4,7 @@
 pliant_test(core
     SOURCES test_geometry.cpp test_hash.cpp test_result.cpp test_staged_files.cpp test_tasks.cpp)
 pliant_test(volume
-    SOURCES ../support/scan_files.cpp test_broken_files.cpp
+    SOURCES ../support/scan_files.cpp test_broken_files.cpp test_check_volume.cpp
             test_damaged_at_random.cpp test_dicom_series.cpp test_mapped_scans.cpp test_phantom.cpp
             test_phantom_scene.cpp test_read_formats.cpp test_read_orientation.cpp
             test_sample_linear.cpp test_shared_scans.cpp test_text.cpp

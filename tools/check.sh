@@ -84,7 +84,8 @@ consumer() {
     trap "rm -rf '$prefix'" EXIT
     cmake --install "$root/build/gcc" --prefix "$prefix/pliant" >/dev/null
     cmake -S "$root/examples/consumer" -B "$prefix/build" -G Ninja \
-        -DCMAKE_CXX_COMPILER=g++ -DCMAKE_PREFIX_PATH="$prefix/pliant" >"$prefix/log" 2>&1 || {
+        -DCMAKE_CXX_COMPILER=g++ -DCMAKE_CXX_FLAGS="-Wall -Wextra -Werror" \
+        -DCMAKE_PREFIX_PATH="$prefix/pliant" >"$prefix/log" 2>&1 || {
         cat "$prefix/log" >&2
         return 1
     }

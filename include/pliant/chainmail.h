@@ -47,8 +47,8 @@ enum class ChainMailSolver {
 
 struct ChainMailSettings {
     // [material]
-    std::string law = "draeger";     ///< draeger_law below, the only named one
-    double offset = 0.2;             ///< size of the chain regions, fraction of a link, 0…1
+    std::string law = "draeger";  ///< draeger_law below, the only named one
+    double offset = 0.2;          ///< size of the chain regions, fraction of a link, 0 (rigid)…1
     double bone_threshold_hu = 300;  ///< values above it don't move
     double max_movement_mm = 20;     ///< of the softest element, 0…500
     LinkLimits limits = LinkLimits::Box;
@@ -67,9 +67,9 @@ struct ChainMailSettings {
     double air_stretch = 50;         ///< likewise, 0…500
     double air_shear = 50;           ///< likewise
     // [[label]]
-    std::vector<LabelMaterial> label_materials;
-    std::shared_ptr<const Volume> labels;           ///< on the scan's grid; needed by the above
-    std::shared_ptr<const VectorField> directions;  ///< likewise, for along_direction
+    std::vector<LabelMaterial> label_materials{};
+    std::shared_ptr<const Volume> labels{};           ///< on the scan's grid; needed by the above
+    std::shared_ptr<const VectorField> directions{};  ///< likewise, for along_direction
     // [history]
     int history_max_steps = 200;  ///< that can be undone, 0…100000; 0: none, at no cost
     int history_max_mb = 256;     ///< memory for them, 10⁶ bytes; the oldest steps go first
@@ -77,7 +77,7 @@ struct ChainMailSettings {
     std::size_t history_max_bytes() const { return std::size_t(history_max_mb) * 1'000'000; }
 
     ChainMailSolver solver = ChainMailSolver::Sweep;
-    MaterialLaw custom_law;  ///< if set, used instead of the named law and of air
+    MaterialLaw custom_law{};  ///< if set, used instead of the named law and of air
 };
 
 /// Reads TOML with the tables above, or the key=value lines of Divod's configuration [Draeger2005,
@@ -150,7 +150,8 @@ class ObjectSpace;
 class ChainMail {
   public:
     /// Keeps references: volume and arena must outlive it.
-    /// @returns InvalidArgument that names the setting
+    /// @returns InvalidArgument that names the setting, the law and the value where it is wrong, or
+    ///          the field of a volume that check_volume refuses
     static Result<ChainMail> create(const Volume& volume, const ChainMailSettings& settings,
                                     const TaskArena& arena);
     ~ChainMail();

@@ -22,16 +22,17 @@ namespace pliant {
 
 /// What one element allows to the links around it. A link takes the mean of its two ends.
 struct ElementLimits {
-    Vec3d compress{0, 0, 0};     ///< of a link along i, j, k, as a fraction of its length, ≥ 0
-    Vec3d stretch{0, 0, 0};      ///< likewise
-    Vec3d shear{0, 0, 0};        ///< likewise
-    double max_movement_mm = 0;  ///< largest distance from the rest place (Euclidean)
+    Vec3d compress{0, 0, 0};     ///< of a link along i, j, k, as a fraction of its length, 0…1
+    Vec3d stretch{0, 0, 0};      ///< likewise, ≥ 0
+    Vec3d shear{0, 0, 0};        ///< likewise, ≥ 0
+    double max_movement_mm = 0;  ///< largest distance from the rest place (Euclidean), ≥ 0
     bool fixed = false;          ///< bone: never moves
     /// Strain beyond this fraction of the link's limits stays as an imprint, 0…1; 0: none stays.
     double yield = 0;
 };
 
-/// Limits by voxel value [HU, rounded to a whole number].
+/// Limits by voxel value [HU, rounded to a whole number]. It is evaluated for −32767…32767 when a
+/// ChainMail is created, and refused if a number is outside of its range.
 using MaterialLaw = std::function<ElementLimits(int value_hu)>;
 
 /// How the limits of the links around an element combine.
@@ -57,10 +58,10 @@ struct LabelMaterial {
     std::optional<double> max_movement_mm{};  ///< 0…500
     std::optional<double> yield{};            ///< fraction of the limits, 0…1
     Vec3d factor{1, 1, 1};                    ///< of all limits along i, j, k, 0…100
-    // Constant: of a link along i, j, k, as a fraction of its length, 0…100
-    Vec3d compress{0, 0, 0};
-    Vec3d stretch{0, 0, 0};
-    Vec3d shear{0, 0, 0};
+    // Constant: of a link along i, j, k, as a fraction of its length
+    Vec3d compress{0, 0, 0};  ///< 0…1, also after multiplication by the factor
+    Vec3d stretch{0, 0, 0};   ///< 0…100
+    Vec3d shear{0, 0, 0};     ///< 0…100
     /// The three numbers of factor and limits are not for i, j, k, but for the lattice axis that is
     /// nearest to the direction field at the element, and the two axes that follow it.
     bool along_direction = false;

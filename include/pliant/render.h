@@ -101,9 +101,9 @@ struct RayHit {
     Vec3d normal;        ///< unit, towards the side of the camera
 };
 
-/// Casts rays at one volume. Building it makes the min/max bricks that skip empty space; changing
-/// the threshold costs nothing. Keeps references: volume and arena must outlive it, and stay where
-/// they are.
+/// Casts rays at one volume; one that check_volume refuses is air throughout. Building it makes the
+/// min/max bricks that skip empty space; changing the threshold costs nothing. Keeps references:
+/// volume and arena must outlive it, and stay where they are.
 ///
 ///   RayCaster caster(live.volume(), arena);          // a LiveDeformation
 ///   tissue.push(…);

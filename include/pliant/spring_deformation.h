@@ -53,10 +53,9 @@ class SpringDeformation : public MovingScan {
 
     /// A tool takes hold of the free nodes of the cell that now holds the point, or within the
     /// sphere, and takes them along; what it held before it lets go. Time goes on meanwhile. It
-    /// stops where a control cell would fold. grabbed_elements counts nodes.
+    /// stops where a control cell would fold. grabbed_elements and moved_elements count nodes.
     /// @returns InvalidArgument, with nothing changed, for a point outside of the control lattice
-    /// or
-    ///          a push that is no number or too long
+    ///          or a push that is no number or too long
     Result<PushReport> push(std::uint32_t tool, const Push& push);
     void let_go(std::uint32_t tool);
     bool is_held() const;

@@ -42,6 +42,20 @@ struct Volume {
     }
 };
 
+/// Checks a volume that a program filled in itself, in constant time: the size of each axis
+/// (1…65536), spacing (10⁻⁶…10⁴ mm), origin (within 10⁸ mm), direction (perpendicular unit columns,
+/// to within 0.001), and that there are as many voxels as the grid says. Every function of the
+/// library that takes a volume and can fail calls it; those that return a picture treat a volume
+/// that fails it as air.
+///
+/// Voxel values are not looked at. A value that is no number counts as air where a material is
+/// looked up, makes the values interpolated from it no numbers, and is never a wall to a ray.
+/// @param name  of the volume, for the message
+/// @returns InvalidArgument with the field, the expected and the found value
+Status check_volume(const Volume& volume, const std::string& name = "volume");
+/// The same of a grid alone.
+Status check_grid(const Grid& grid, const std::string& name = "volume");
+
 /// Trilinear interpolation at a continuous voxel index; voxels outside of the grid are air.
 float sample_linear(const Volume& volume, Vec3d ijk);
 
@@ -87,6 +101,9 @@ struct VectorField {
     FieldKind kind = FieldKind::Modeling;
     std::vector<Vec3f> vectors_mm;
 };
+
+/// As check_volume: the grid, and that there are as many vectors as voxels.
+Status check_field(const VectorField& field, const std::string& name = "field");
 
 /// Writes a NRRD vector image (float32, `kinds: vector domain domain domain`) with the key
 /// `displacement field type`, which 3D Slicer opens as a transform.

@@ -12,7 +12,7 @@ namespace pliant {
 /// Voxels as they are (int16 or float32), raw, appended to the header; the grid's direction as its
 /// Direction, which VTK reads since version 9. Appears whole or not at all.
 /// @param name  of the values, without characters that mean something in XML
-/// @returns InvalidArgument for such a name or an empty grid, Unwritable
+/// @returns InvalidArgument for such a name or a volume that check_volume refuses, Unwritable
 Status write_vti(const std::filesystem::path& path, const Volume& volume,
                  const std::string& name = "hu");
 

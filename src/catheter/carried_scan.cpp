@@ -99,6 +99,7 @@ CarriedScan& CarriedScan::operator=(CarriedScan&&) noexcept = default;
 Result<CarriedScan> CarriedScan::create(const Volume& volume, const TetMesh& wall,
                                         const CarriedScanSettings& settings,
                                         const TaskArena& arena) {
+    if (const Status s = check_volume(volume); !s.ok()) return s.error();
     if (!(settings.reach_mm > 0 && settings.reach_mm <= 1000))
         return invalid("reach_mm: expected above 0, up to 1000, found " +
                        std::to_string(settings.reach_mm));

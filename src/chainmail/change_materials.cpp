@@ -33,9 +33,14 @@ Status check_unchanged(const ChainMailSettings& present, const ChainMailSettings
 }  // namespace
 
 Result<MaterialMap> make_materials(const Volume& volume, const ChainMailSettings& settings) {
+    if (const Status s = check_volume(volume); !s.ok()) return s.error();
     if (const Status s = check_settings(settings); !s.ok()) return s.error();
     if (const Status s = check_labels(settings, volume.grid); !s.ok()) return s.error();
     MaterialMap materials(volume, settings);
+    if (const auto& fault = materials.table().fault())
+        return Error{ErrorCode::InvalidArgument, law_name(settings, fault->law) + " at value " +
+                                                     std::to_string(fault->value_hu) + ": " +
+                                                     fault->text};
     if (!materials.table().fits())
         return Error{ErrorCode::InvalidArgument,
                      "materials: expected up to 65535 different limits over all values and "

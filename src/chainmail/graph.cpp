@@ -77,7 +77,10 @@ Status check_materials(std::span<const ElementLimits> materials) {
                                                          field + ": expected numbers of 0 or more"};
         };
         for (int a = 0; a < 3; ++a) {
-            if (!(m.compress[a] >= 0)) return complain("compress");
+            if (!(m.compress[a] >= 0 && m.compress[a] <= 1))
+                return Error{
+                    ErrorCode::InvalidArgument,
+                    "materials[" + std::to_string(n) + "].compress: expected fractions 0 to 1"};
             if (!(m.stretch[a] >= 0)) return complain("stretch");
             if (!(m.shear[a] >= 0)) return complain("shear");
         }

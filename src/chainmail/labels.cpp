@@ -89,6 +89,7 @@ Status check_labels(const ChainMailSettings& settings, const Grid& grid) {
     if (!settings.labels)
         return Error{ErrorCode::InvalidArgument,
                      "labels: expected a label volume for [[label]], found none"};
+    if (Status s = check_volume(*settings.labels, "labels"); !s.ok()) return s;
     if (Status s = check_grid("labels", settings.labels->grid, grid); !s.ok()) return s;
     const auto& materials = settings.label_materials;
     const bool directed = std::any_of(materials.begin(), materials.end(),
@@ -98,7 +99,8 @@ Status check_labels(const ChainMailSettings& settings, const Grid& grid) {
         return Error{ErrorCode::InvalidArgument,
                      "directions: expected a vector field for [[label]] frame = \"direction\", "
                      "found none"};
-    return check_grid("directions", settings.directions->grid, grid);
+    if (Status s = check_grid("directions", settings.directions->grid, grid); !s.ok()) return s;
+    return check_field(*settings.directions, "directions");
 }
 
 std::vector<MaterialLaw> label_laws(const ChainMailSettings& settings) {
@@ -109,6 +111,16 @@ std::vector<MaterialLaw> label_laws(const ChainMailSettings& settings) {
             laws.push_back([law, axis](int value_hu) { return permuted(law(value_hu), axis); });
     }
     return laws;
+}
+
+std::string law_name(const ChainMailSettings& settings, int law) {
+    if (law == 0) return settings.custom_law ? "custom_law" : "[material]";
+    std::size_t n = 0;
+    for (int first = 1; n + 1 < settings.label_materials.size(); ++n) {
+        first += settings.label_materials[n].along_direction ? 3 : 1;
+        if (law < first) break;
+    }
+    return "[[label]] " + std::to_string(n + 1);
 }
 
 LabelMap::LabelMap(const ChainMailSettings& settings) {

@@ -12,6 +12,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <string>
 #include <vector>
 
 namespace pliant {
@@ -21,6 +22,9 @@ Status check_labels(const ChainMailSettings& settings, const Grid& grid);
 
 /// The laws of all label materials, one or three for each.
 std::vector<MaterialLaw> label_laws(const ChainMailSettings& settings);
+
+/// For messages. @param law  0: the main law; then those of label_laws
+std::string law_name(const ChainMailSettings& settings, int law);
 
 class LabelMap {
   public:

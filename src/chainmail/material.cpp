@@ -8,6 +8,7 @@
 #include <unordered_map>
 
 #include "core/hash.h"
+#include "volume/text.h"
 
 namespace pliant {
 
@@ -80,15 +81,40 @@ bool operator==(const ElementLimits& a, const ElementLimits& b) {
 
 }  // namespace
 
+/// Empty if all numbers are within the ranges of ElementLimits.
+std::string fault_of(const ElementLimits& limits) {
+    const auto wrong = [](const std::string& field, const char* expected, double found) {
+        return field + ": expected " + expected + ", found " + text_of(found);
+    };
+    for (int b = 0; b < 3; ++b) {
+        const std::string axis = std::string(".") + "xyz"[b];
+        // Beyond 1 a link could be turned inside out.
+        if (!(limits.compress[b] >= 0 && limits.compress[b] <= 1))
+            return wrong("compress" + axis, "a fraction 0 to 1", limits.compress[b]);
+        if (!(limits.stretch[b] >= 0))
+            return wrong("stretch" + axis, "a fraction of 0 or more", limits.stretch[b]);
+        if (!(limits.shear[b] >= 0))
+            return wrong("shear" + axis, "a fraction of 0 or more", limits.shear[b]);
+    }
+    if (!(limits.max_movement_mm >= 0))
+        return wrong("max_movement_mm", "0 or more", limits.max_movement_mm);
+    if (!(limits.yield >= 0 && limits.yield <= 1))
+        return wrong("yield", "a fraction 0 to 1", limits.yield);
+    return {};
+}
+
 /// Finds entries by their limits.
 class MaterialTable::Builder {
   public:
     Builder(std::vector<HalfLimits>& entries, Vec3d spacing_mm)
         : m_entries(entries), m_spacing_mm(spacing_mm) {}
 
+    /// @returns void, with a fault(), for limits outside of their ranges
     MaterialId add(const ElementLimits& limits) {
         // Neighbouring values often have the same limits: then nothing is looked up.
         if (m_any && limits == m_last) return m_last_id;
+        m_fault = fault_of(limits);
+        if (!m_fault.empty()) return kVoidMaterial;
         const HalfLimits half = quantised(limits, m_spacing_mm);
         const auto [entry, is_new] = m_known.try_emplace(half, MaterialId(m_entries.size()));
         if (is_new) m_entries.push_back(half);
@@ -96,6 +122,7 @@ class MaterialTable::Builder {
         m_last = limits;
         return m_last_id = entry->second;
     }
+    const std::string& fault() const { return m_fault; }
 
   private:
     std::vector<HalfLimits>& m_entries;
@@ -104,6 +131,7 @@ class MaterialTable::Builder {
     bool m_any = false;
     ElementLimits m_last;
     MaterialId m_last_id = 0;
+    std::string m_fault;
 };
 
 MaterialTable::MaterialTable(const std::vector<MaterialLaw>& laws,
@@ -113,8 +141,14 @@ MaterialTable::MaterialTable(const std::vector<MaterialLaw>& laws,
     Builder builder(m_entries, spacing_mm);
     for (const MaterialLaw& law : laws) {
         std::vector<MaterialId>& ids = m_ids.emplace_back(32768 - kLowestValue);
-        for (std::size_t n = 0; n < ids.size() && m_entries.size() <= kMostEntries; ++n)
-            ids[n] = builder.add(law(int(n) + kLowestValue));
+        for (std::size_t n = 0; n < ids.size() && m_entries.size() <= kMostEntries; ++n) {
+            const int value_hu = int(n) + kLowestValue;
+            ids[n] = builder.add(law(value_hu));
+            if (!builder.fault().empty()) {
+                m_fault = {int(m_ids.size()) - 1, value_hu, builder.fault()};
+                return;
+            }
+        }
     }
     m_law_size = int(m_entries.size());
     for (const ElementLimits& limits : others) m_other_ids.push_back(builder.add(limits));

@@ -16,6 +16,8 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
+#include <string>
 #include <vector>
 
 #include "chainmail/fixed_point.h"
@@ -49,6 +51,13 @@ enum MaterialTrait : std::uint8_t {
     kFixedTrait = 4,   ///< never moves
 };
 
+/// The first number of a law that is outside of its range.
+struct LawFault {
+    int law = 0;       ///< index into the laws
+    int value_hu = 0;  ///< where it is
+    std::string text;  ///< field, expected, found
+};
+
 class MaterialTable {
   public:
     /// The same numbers as the entries', one array for each kind and link axis, by material.
@@ -74,6 +83,8 @@ class MaterialTable {
     int size() const { return int(m_entries.size()); }
     /// False if the laws give more than 65535 different limits: then the table is of no use.
     bool fits() const { return m_fits; }
+    /// The table is of no use if there is one.
+    const std::optional<LawFault>& fault() const { return m_fault; }
     /// Entries from here on belong to no law.
     int law_size() const { return m_law_size; }
     const Columns& columns() const { return m_columns; }
@@ -94,6 +105,7 @@ class MaterialTable {
     std::vector<Fixed> m_movements;
     std::vector<MaterialId> m_other_ids;
     int m_law_size = 0;
+    std::optional<LawFault> m_fault;
     bool m_symmetric = true;
     bool m_fits = true;
 };

@@ -97,6 +97,7 @@ ObjectSpace& ObjectSpace::operator=(ObjectSpace&&) noexcept = default;
 
 Result<int> ObjectSpace::add_object(Volume volume, const ChainMailSettings& settings, bool free) {
     const std::string name = "object " + std::to_string(object_count());
+    if (Status s = check_volume(volume, name); !s.ok()) return s.error();
     if (object_count() > 0 && volume.grid.direction != object(0).volume().grid.direction)
         return invalid(name + ": expected the same directions as object 0, found others");
     const Vec3d origin_mm = lattice_from_world_vector(volume.grid, volume.grid.origin_mm);

@@ -6,7 +6,7 @@
 #include <charconv>
 #include <cmath>
 #include <set>
-#include <utility>
+#include <tuple>
 
 #include "chainmail/fixed_point.h"
 #include "volume/text.h"
@@ -31,10 +31,10 @@ Status check_air(const ChainMailSettings& s) {
     return Ok{};
 }
 
-Status check_vector(const std::string& key, Vec3d found) {
+Status check_vector(const std::string& key, Vec3d found, int max) {
     for (int b = 0; b < 3; ++b)
-        if (!(found[b] >= 0 && found[b] <= 100))
-            return out_of_range(key, found[b], "numbers 0 to 100");
+        if (!(found[b] >= 0 && found[b] <= max))
+            return out_of_range(key, found[b], "numbers 0 to " + std::to_string(max));
     return Ok{};
 }
 
@@ -45,19 +45,19 @@ Status check_label_material(const LabelMaterial& m, const std::string& table) {
     for (const int value : m.values)
         if (value < -32768 || value > 65535)
             return out_of_range(table + " values", value, "labels -32768 to 65535");
-    if (m.offset && !(*m.offset > 0 && *m.offset < 1))
-        return out_of_range(table + " offset", *m.offset, "a fraction between 0 and 1, exclusive");
+    if (m.offset && !(*m.offset >= 0 && *m.offset <= 1))
+        return out_of_range(table + " offset", *m.offset, "a fraction 0 to 1");
     if (m.bone_threshold_hu && !std::isfinite(*m.bone_threshold_hu))
         return out_of_range(table + " bone_threshold_hu", *m.bone_threshold_hu, "a number");
     if (m.max_movement_mm && !(*m.max_movement_mm >= 0 && *m.max_movement_mm <= kMaxMovementMm))
         return out_of_range(table + " max_movement_mm", *m.max_movement_mm, "0 to 500 mm");
     if (m.yield && !(*m.yield >= 0 && *m.yield <= 1))
         return out_of_range(table + " yield", *m.yield, "0 to 1");
-    for (const auto& [key, numbers] : {std::pair{"factor", m.factor},
-                                       {"compress", m.compress},
-                                       {"stretch", m.stretch},
-                                       {"shear", m.shear}})
-        if (const Status s = check_vector(table + " " + key, numbers); !s.ok()) return s;
+    for (const auto& [key, numbers, max] : {std::tuple{"factor", m.factor, 100},
+                                            {"compress", m.compress, 1},
+                                            {"stretch", m.stretch, 100},
+                                            {"shear", m.shear, 100}})
+        if (const Status s = check_vector(table + " " + key, numbers, max); !s.ok()) return s;
     return Ok{};
 }
 
@@ -81,8 +81,8 @@ Status check_settings(const ChainMailSettings& s) {
     if (s.law != "draeger")
         return Error{ErrorCode::InvalidArgument,
                      "[material] law: expected \"draeger\", found \"" + s.law + "\""};
-    if (!(s.offset > 0 && s.offset < 1))
-        return out_of_range("[material] offset", s.offset, "a fraction between 0 and 1, exclusive");
+    if (!(s.offset >= 0 && s.offset <= 1))
+        return out_of_range("[material] offset", s.offset, "a fraction 0 to 1");
     if (!std::isfinite(s.bone_threshold_hu))
         return out_of_range("[material] bone_threshold_hu", s.bone_threshold_hu, "a number");
     if (!(s.max_movement_mm >= 0 && s.max_movement_mm <= kMaxMovementMm))

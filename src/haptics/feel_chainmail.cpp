@@ -129,6 +129,7 @@ Result<std::unique_ptr<ChainMailFeel>> ChainMailFeel::create(const Volume& scan,
                                                              const ChainMailFeelSettings& settings,
                                                              const TaskArena& arena) {
     if (const Status status = check(settings); !status.ok()) return status.error();
+    if (const Status status = check_volume(shown, "shown"); !status.ok()) return status.error();
     ChainMailSettings own = materials;
     own.history_max_steps = 0;
     auto trial = ChainMail::create(scan, own, arena);

@@ -192,7 +192,7 @@ std::optional<Vec3d> find_look(const Volume& volume, Vec3d eye_mm, double iso_hu
 
 std::optional<Endoscope> find_endoscope(const Volume& volume, double iso_hu, Polarity polarity,
                                         const TaskArena& arena) {
-    if (voxel_count(volume.grid) == 0) return std::nullopt;
+    if (!check_volume(volume).ok()) return std::nullopt;
     const render::VolumeRays rays(volume, arena);
     const render::CoarseVolume coarse = render::make_coarse(volume, arena);
     for (const Stage& stage : stages(iso_hu, polarity)) {

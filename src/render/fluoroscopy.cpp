@@ -12,6 +12,7 @@
 #include "render/camera.h"
 #include "render/canvas.h"
 #include "render/field.h"
+#include "render/volume_or_air.h"
 
 namespace pliant {
 namespace {
@@ -75,8 +76,9 @@ double usual_water_mm(std::vector<float> lengths) {
 
 }  // namespace
 
-std::vector<float> water_lengths_mm(const Volume& volume, const Fluoroscopy& settings, int width,
+std::vector<float> water_lengths_mm(const Volume& scan, const Fluoroscopy& settings, int width,
                                     int height, const TaskArena& arena) {
+    const Volume& volume = render::volume_or_air(scan);
     const Endoscope source = source_of(settings, width, height);
     const render::Camera camera(source, width, height);
     const Grid& grid = volume.grid;

@@ -11,6 +11,7 @@
 #include <charconv>
 
 #include "render/section.h"
+#include "render/volume_or_air.h"
 
 namespace pliant {
 namespace {
@@ -61,8 +62,9 @@ Image section_panel(const Volume& volume, Section section, Orientation orientati
 
 }  // namespace
 
-Image four_up_view(const Volume& volume, const FourUp& settings, int width, int height,
+Image four_up_view(const Volume& scan, const FourUp& settings, int width, int height,
                    const TaskArena& arena) {
+    const Volume& volume = render::volume_or_air(scan);
     Image all = render::make_image(width, height, kSeparator);
     const int line = std::max(1, std::min(all.width, all.height) / 512);
     const int left = std::max(1, (all.width - line) / 2);

@@ -285,6 +285,7 @@ void centre(render::LumenTiles& tiles, const LumenPathSettings& settings,
 
 Result<LumenPath> find_lumen_path(const Volume& volume, Vec3d from_mm, Vec3d to_mm,
                                   const LumenPathSettings& settings, const TaskArena& arena) {
+    if (const Status s = check_volume(volume); !s.ok()) return s.error();
     if (!std::isfinite(settings.iso_hu)) return invalid("iso: expected a finite number");
     if (!(settings.spacing_mm > 0)) return invalid("spacing: expected a length > 0");
     const render::LumenSide lumen{settings.iso_hu, settings.polarity};

@@ -5,14 +5,17 @@
 
 #include "render/camera.h"
 #include "render/caster.h"
+#include "render/volume_or_air.h"
 #include "render/volume_rays.h"
 
 namespace pliant::render {
 
 VolumeRays::VolumeRays(const Volume& scan, const TaskArena& threads)
-    : volume(scan), arena(threads), voxel_from_world(inverse(scan.grid.direction)) {
+    : volume(volume_or_air(scan)),
+      arena(threads),
+      voxel_from_world(inverse(volume.grid.direction)) {
     for (Vec3d& column : voxel_from_world.columns)
-        for (int a = 0; a < 3; ++a) column[a] /= scan.grid.spacing_mm[a];
+        for (int a = 0; a < 3; ++a) column[a] /= volume.grid.spacing_mm[a];
     with_field(volume, [&]<class T>(const Field<T>& field) { bricks = make_bricks(field, arena); });
 }
 
@@ -80,6 +83,7 @@ std::optional<RayHit> RayCaster::pick(const Endoscope& endoscope, int width, int
 
 void RayCaster::update(std::span<const Box3i> boxes) {
     render::VolumeRays& rays = m_impl->rays;
+    if (&rays.volume == &render::small_air_volume()) return;
     render::with_field(rays.volume, [&]<class T>(const render::Field<T>& field) {
         render::update_bricks(*std::get_if<render::Bricks<T>>(&rays.bricks), field, boxes,
                               m_impl->scratch, rays.arena);

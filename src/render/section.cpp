@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "render/field.h"
+#include "render/volume_or_air.h"
 
 namespace pliant {
 namespace render {
@@ -43,7 +44,8 @@ bool holds(const Grid& grid, Vec3d ijk) {
 Rgb8 grey(double value_hu, const Section& section) {
     const double bottom = section.level_hu - 0.5 * section.window_hu;
     const double share = (value_hu - bottom) / std::max(section.window_hu, 1e-6);
-    const auto g = std::uint8_t(std::clamp(share, 0.0, 1.0) * 255 + 0.5);
+    // No number is black.
+    const auto g = std::uint8_t((share > 0 ? std::min(share, 1.0) : 0.0) * 255 + 0.5);
     return {g, g, g};
 }
 
@@ -123,8 +125,9 @@ int text_scale(int height) {
 
 }  // namespace render
 
-Image section_view(const Volume& volume, const Section& section, int width, int height,
+Image section_view(const Volume& scan, const Section& section, int width, int height,
                    const TaskArena& arena) {
+    const Volume& volume = render::volume_or_air(scan);
     Image image = render::make_image(width, height, {0, 0, 0});
     const render::SectionPlane plane(volume.grid, section, image.width, image.height);
     const auto pixel_voxel = [&](double x, double y) {

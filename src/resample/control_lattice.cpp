@@ -82,6 +82,7 @@ ControlLattice::~ControlLattice() = default;
 Result<std::unique_ptr<ControlLattice>> ControlLattice::create(const Volume& volume,
                                                                const ControlGrid& grid,
                                                                const TaskArena& arena) {
+    if (const Status s = check_volume(volume); !s.ok()) return s.error();
     for (int a = 0; a < 3; ++a) {
         const auto expected = [&](const char* what, int low, int found) {
             return Error{ErrorCode::InvalidArgument,

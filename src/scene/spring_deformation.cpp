@@ -21,6 +21,7 @@ SpringDeformation::~SpringDeformation() = default;
 
 Result<std::unique_ptr<SpringDeformation>> SpringDeformation::create(
     const Volume& volume, const SpringDeformationSettings& settings, const TaskArena& arena) {
+    if (const Status s = check_volume(volume); !s.ok()) return s.error();
     if (const Status s = check_settings(settings); !s.ok()) return s.error();
     const auto grid = control_grid(volume, settings);
     if (!grid.ok()) return grid.error();

@@ -147,6 +147,7 @@ Result<PushReport> SpringDeformation::push(std::uint32_t tool, const Push& push)
     const std::vector<std::int32_t> nodes = found->second;
     report.grabbed_elements = std::int64_t(nodes.size());
     m.settled = false;
+    const std::vector<Vec3d> at_first = places_mm();
     const Vec3d cell = m.control->node_mm(0) - m.control->node_mm(1);
     const int strides = std::max(1, int(std::ceil(length / (kStrideShare * norm(cell)))));
     int done = 0;
@@ -163,6 +164,8 @@ Result<PushReport> SpringDeformation::push(std::uint32_t tool, const Push& push)
         break;
     }
     m.is_shown = false;
+    for (std::size_t n = 0; n < at_first.size(); ++n)
+        report.moved_elements += m.tissue.position(std::int32_t(n)) != at_first[n];
     report.step_fraction = double(done) / strides;
     report.status = done == strides ? PushStatus::Applied
                     : done > 0      ? PushStatus::Limited

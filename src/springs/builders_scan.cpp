@@ -65,6 +65,7 @@ std::vector<double> hard_shares(const Volume& volume, const SpringScan& scan, co
 }  // namespace
 
 Result<SpringParts> springs_of_scan(const Volume& volume, const SpringScan& scan) {
+    if (const Status s = check_volume(volume); !s.ok()) return s.error();
     const Box3i whole = voxel_box(volume.grid);
     const Box3i region = scan.region == Box3i{} ? whole : scan.region;
     if (is_empty(region) || !contains(whole, region.begin) ||

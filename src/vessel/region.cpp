@@ -259,6 +259,7 @@ Status check_smoothing(double voxels) {
 
 Result<Lumen> lumen_of_region(const Volume& volume, const RegionSettings& settings,
                               const TaskArena& arena) {
+    if (const Status s = check_volume(volume); !s.ok()) return s.error();
     if (const Status s = check_smoothing(settings.smoothing_voxels); !s) return s.error();
     if (!(settings.low < settings.high))
         return vessel::wrong("the window is " + std::to_string(settings.low) + " to " +
@@ -308,14 +309,18 @@ Result<Lumen> lumen_of_region(const Volume& volume, const RegionSettings& settin
 
 Result<Lumen> lumen_of_labels(const Volume& labels, std::span<const int> wanted,
                               double smoothing_voxels, const TaskArena& arena) {
+    if (const Status s = check_volume(labels, "labels"); !s) return s.error();
     if (const Status s = check_smoothing(smoothing_voxels); !s) return s.error();
     const Grid& grid = labels.grid;
     Mask mask(voxel_count(grid));
     std::visit(
         [&](const auto& voxels) {
-            for (std::size_t n = 0; n < mask.size(); ++n)
+            for (std::size_t n = 0; n < mask.size(); ++n) {
+                const double value = double(voxels.data()[n]);  // float: anything, NaN too
+                const bool whole = value > INT32_MIN && value < INT32_MAX;
                 mask[n] =
-                    std::find(wanted.begin(), wanted.end(), int(voxels.data()[n])) != wanted.end();
+                    whole && std::find(wanted.begin(), wanted.end(), int(value)) != wanted.end();
+            }
         },
         labels.voxels);
     // The largest part that hangs together.

@@ -12,8 +12,6 @@ namespace pliant {
 namespace fs = std::filesystem;
 namespace {
 
-constexpr double kMinSpacingMm = 1e-6;
-constexpr double kMaxSpacingMm = 1e4;
 /// Cosine between axes that pass as perpendicular: 0.06 degrees.
 constexpr double kMaxSkew = 1e-3;
 

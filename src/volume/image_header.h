@@ -78,6 +78,9 @@ Result<ImageHeader> read_nifti_header(const std::filesystem::path& path);
 /// Longest axis, and most voxels, that are read [voxels].
 inline constexpr std::int64_t kMaxAxisSize = 1 << 16;
 inline constexpr std::int64_t kMaxVoxelCount = std::int64_t(1) << 32;
+/// Distances between voxel centres that are accepted [mm].
+inline constexpr double kMinSpacingMm = 1e-6;
+inline constexpr double kMaxSpacingMm = 1e4;
 /// Farthest place that is taken for one [mm].
 inline constexpr double kMaxOriginMm = 1e8;
 

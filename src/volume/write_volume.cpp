@@ -50,6 +50,7 @@ Status write_staged(const fs::path& path, const NrrdLayout& layout, Encoding enc
 
 Status write_volume(const fs::path& path, const Volume& volume, Encoding encoding) {
     if (lower_case(path.extension().string()) == ".vti") return write_vti(path, volume);
+    if (Status s = check_volume(volume, path.string()); !s) return s;
     const Component component = volume.is_16_bit() ? Component::Int16 : Component::Float32;
     return write_staged(
         path, {volume.grid, component, 1, volume.key_values}, encoding, [&](NrrdWriter& writer) {
@@ -61,6 +62,7 @@ Status write_volume(const fs::path& path, const Volume& volume, Encoding encodin
 
 Status write_vector_field(const fs::path& path, const Grid& grid, FieldKind kind,
                           const FieldSlices& fill_slice, Encoding encoding) {
+    if (Status s = check_grid(grid, path.string()); !s) return s;
     const KeyValues key_values = {
         {"displacement field type", kind == FieldKind::Modeling ? "modeling" : "resampling"}};
     return write_staged(
@@ -76,6 +78,7 @@ Status write_vector_field(const fs::path& path, const Grid& grid, FieldKind kind
 }
 
 Status write_vector_field(const fs::path& path, const VectorField& field, Encoding encoding) {
+    if (Status s = check_field(field, path.string()); !s) return s;
     const std::size_t count = std::size_t(field.grid.size.x) * std::size_t(field.grid.size.y);
     const auto copy_slice = [&](int k, std::span<Vec3f> vectors_mm) {
         std::copy_n(field.vectors_mm.data() + std::size_t(k) * count, count, vectors_mm.data());

@@ -50,8 +50,7 @@ Status write_vti(const std::filesystem::path& path, const Volume& volume, const 
     if (name.empty() || name.find_first_of("<>&\"'") != name.npos)
         return Error{ErrorCode::InvalidArgument,
                      path.string() + ": the name '" + name + "' of its values can't stand in XML"};
-    if (voxel_count(volume.grid) == 0)
-        return Error{ErrorCode::InvalidArgument, path.string() + ": the volume has no voxels"};
+    if (Status s = check_volume(volume, path.string()); !s) return s;
     StagedFiles staged;
     const auto target = staged.stage(path);
     if (!target) return target.error();

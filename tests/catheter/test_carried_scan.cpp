@@ -8,6 +8,8 @@
 
 #include <cmath>
 
+#include "support/broken_volumes.h"
+
 namespace pliant::test {
 namespace {
 
@@ -91,6 +93,19 @@ TEST(CarriedScan, SaysWhatIsWrong) {
     const auto beside = CarriedScan::create(scan, wall, {}, arena);
     ASSERT_FALSE(beside.ok());
     EXPECT_EQ(beside.error().message, "wall: expected inside of the scan, found beside it");
+}
+
+TEST(CarriedScan, AVolumeWithABrokenFieldIsRefused) {
+    const TaskArena arena(1);
+    TetMesh wall;
+    wall.nodes_mm = {{0, 0, 0}};
+    for (std::uint64_t seed = 1; seed <= 50; ++seed) {
+        SCOPED_TRACE("seed " + std::to_string(seed));
+        Random random(seed);
+        const BrokenVolume broken = broken_volume(random);
+        expect_refused(CarriedScan::create(broken.volume, wall, {}, arena),
+                       "volume." + broken.field);
+    }
 }
 
 }  // namespace

@@ -114,7 +114,7 @@ TEST(Settings, BadFilesAreNamedWithKeyAndExpectation) {
         const char* expected;
     } cases[] = {
         {"[material]\noffset = 1.5", "[material] offset: expected a fraction"},
-        {"[material]\noffset = 0", "[material] offset"},
+        {"[material]\noffset = -0.1", "[material] offset: expected a fraction 0 to 1, found -0.1"},
         {"[material]\noffset = nan", "[material] offset"},
         {"[material]\noffset = \"soft\"", "[material] offset: expected a number, found \"soft\""},
         {"[material]\nofset = 0.1", "[material] ofset: expected one of"},

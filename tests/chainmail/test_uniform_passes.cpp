@@ -6,6 +6,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <span>
@@ -30,7 +31,8 @@ constexpr std::uint64_t kScenes = 120;
 /// Value 0 nearly everywhere; others are islands, or have the same limits without being the same.
 ElementLimits limits_of(int value, Vec3d limit) {
     if (value == 1) limit = 0.3 * limit;
-    if (value == 2) limit = 2.5 * limit;
+    if (value == 2)
+        for (int a = 0; a < 3; ++a) limit[a] = std::min(2.5 * limit[a], 1.0);
     ElementLimits limits{{limit.x, limit.y, limit.z},
                          {limit.x, limit.y, limit.z},
                          {limit.x, limit.y, limit.z},

@@ -14,6 +14,7 @@
 #include <cmath>
 #include <vector>
 
+#include "support/broken_volumes.h"
 #include "support/random.h"
 
 namespace pliant {
@@ -285,6 +286,19 @@ TEST(Pbd, ABlockIsFeltThroughItsConstraintForces) {
     }
     const Vec3d at_last = -body->attachment_force(0);
     EXPECT_NEAR(felt.back().force_n, norm(at_last), 0.1 * norm(at_last));
+}
+
+TEST(ChainMail, AVolumeWithABrokenFieldIsRefused) {
+    const TaskArena arena(1);
+    for (std::uint64_t seed = 1; seed <= 50; ++seed) {
+        SCOPED_TRACE("seed " + std::to_string(seed));
+        test::Random random(seed);
+        const test::BrokenVolume broken = test::broken_volume(random);
+        const Volume good = test::good_volume(random);
+        test::expect_refused(ChainMailFeel::create(broken.volume, {}, {}, arena), broken.field);
+        test::expect_refused(ChainMailFeel::create(good, broken.volume, {}, {}, arena),
+                             "shown." + broken.field);
+    }
 }
 
 }  // namespace

@@ -14,6 +14,7 @@
 
 #include "resample/lattices.h"
 #include "resample/scatter.h"
+#include "support/broken_volumes.h"
 #include "support/random.h"
 
 namespace pliant::test {
@@ -267,6 +268,40 @@ TEST(ControlLattice, BadInputIsRefusedWithOneLineAndNothingChanges) {
     shifts[12] = {1, 0, 0};
     EXPECT_FALSE(lattice->place(shifts).ok());
     EXPECT_EQ(state_of(*lattice).moved_elements, 0);
+}
+
+TEST(ControlLattice, AVolumeWithABrokenFieldIsRefused) {
+    const TaskArena arena(1);
+    for (std::uint64_t seed = 1; seed <= 100; ++seed) {
+        SCOPED_TRACE("seed " + std::to_string(seed));
+        Random random(seed);
+        const BrokenVolume broken = broken_volume(random);
+        expect_refused(ControlLattice::create(broken.volume, {.cell = {1, 1, 1}}, arena),
+                       "volume." + broken.field);
+    }
+}
+
+/// Values that are no numbers stay such where they are carried to, and nowhere else.
+TEST(ControlLattice, StrangeValuesAreCarriedLikeOthers) {
+    const TaskArena arena(1);
+    for (std::uint64_t seed = 1; seed <= 30; ++seed) {
+        SCOPED_TRACE("seed " + std::to_string(seed));
+        Random random(seed);
+        const Volume volume = volume_with_strange_values(random);
+        auto lattice =
+            ControlLattice::create(volume, {.cell = {1, 1, 1}, .size = {4, 4, 4}}, arena);
+        ASSERT_TRUE(lattice.ok());
+        std::vector<Vec3d> shifts(64);
+        const double h = std::min(
+            {volume.grid.spacing_mm.x, volume.grid.spacing_mm.y, volume.grid.spacing_mm.z});
+        for (Vec3d& u : shifts) u = random.vector(0.2 * h);
+        ASSERT_TRUE((*lattice)->place(shifts).ok());
+        for (const Mapping mapping : {Mapping::Cells, Mapping::CellsScalar, Mapping::Tetrahedra}) {
+            const Deformed deformed = deform_volume(**lattice, mapping);
+            EXPECT_GT(deformed.written_voxels, 0);
+            EXPECT_EQ(check_volume(deformed.volume).ok(), true);
+        }
+    }
 }
 
 }  // namespace

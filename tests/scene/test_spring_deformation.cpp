@@ -12,7 +12,7 @@
 #include <cmath>
 #include <limits>
 
-#include "support/random.h"
+#include "support/broken_volumes.h"
 
 namespace pliant::test {
 namespace {
@@ -61,6 +61,11 @@ TEST(SpringDeformation, TheToolCarriesTheMaterialUnderItAndNothingFarAwayMoves) 
         ASSERT_TRUE(report.ok());
         EXPECT_EQ(report->status, PushStatus::Applied);
         EXPECT_EQ(report->grabbed_elements, 8);
+        std::int64_t moved_nodes = 0;
+        const std::vector<Vec3d>& moves = tissue->displacements_mm();
+        for (const Vec3d& u : moves) moved_nodes += u != Vec3d{0, 0, 0};
+        EXPECT_EQ(report->moved_elements, moved_nodes);
+        EXPECT_GT(moved_nodes, 8);
         EXPECT_GT(settle(*tissue), 0);
         const auto now = tissue->control().find(point + way);
         ASSERT_TRUE(before && now);
@@ -283,6 +288,26 @@ TEST(SpringDeformation, BadInputIsRefusedWithOneLine) {
     EXPECT_FALSE(tissue->set_depth(-1).ok());
     EXPECT_FALSE(tissue->is_held());
     EXPECT_EQ(tissue->step(10).steps, 0);
+}
+
+TEST(SpringDeformation, AVolumeWithABrokenFieldIsRefusedAndStrangeValuesArePushed) {
+    const TaskArena arena(1);
+    for (std::uint64_t seed = 1; seed <= 100; ++seed) {
+        SCOPED_TRACE("seed " + std::to_string(seed));
+        Random random(seed);
+        const BrokenVolume broken = broken_volume(random);
+        expect_refused(SpringDeformation::create(broken.volume, {.cell_mm = 0.1}, arena),
+                       "volume." + broken.field);
+        expect_refused(springs_of_scan(broken.volume, {.size = {3, 3, 3}}),
+                       "volume." + broken.field);
+        if (seed > 20) continue;
+        const Volume strange = volume_with_strange_values(random);
+        auto tissue = SpringDeformation::create(strange, {.cell_mm = 0.1}, arena);
+        ASSERT_TRUE(tissue.ok()) << tissue.error().message;
+        const Vec3d middle = (*tissue)->control().node_mm((*tissue)->control().node_count() / 2);
+        (void)(*tissue)->push(1, {.point_mm = middle, .push_mm = {0.02, 0, 0}});
+        for (const Vec3d& u : (*tissue)->displacements_mm()) ASSERT_TRUE(is_finite(u));
+    }
 }
 
 }  // namespace

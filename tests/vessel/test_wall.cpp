@@ -4,9 +4,11 @@
 #include <gtest/gtest.h>
 #include <pliant/vessel_wall.h>
 
+#include <array>
 #include <cmath>
 #include <numbers>
 
+#include "support/broken_volumes.h"
 #include "support/random.h"
 
 namespace pliant {
@@ -358,6 +360,22 @@ TEST(VesselWall, WhatCantBeIsRefusedInOneLine) {
               0u);
     EXPECT_EQ(complaint(swept_tube(kStraight.branches[0], {.sectors = 2})),
               "vessel wall: sectors is 2, expected 3 to 4096");
+}
+
+TEST(Lumen, AVolumeWithABrokenFieldIsRefusedAndLabelsMayBeAnyNumbers) {
+    for (std::uint64_t seed = 1; seed <= 50; ++seed) {
+        SCOPED_TRACE("seed " + std::to_string(seed));
+        test::Random random(seed);
+        const test::BrokenVolume broken = test::broken_volume(random);
+        const int one = 1;
+        test::expect_refused(lumen_of_region(broken.volume, {.low = 0, .high = 1}, arena()),
+                             "volume." + broken.field);
+        test::expect_refused(lumen_of_labels(broken.volume, {&one, 1}, 0.8, arena()),
+                             "labels." + broken.field);
+        const Volume strange = test::volume_with_strange_values(random);
+        const std::array wanted{-1, 0, INT32_MAX, INT32_MIN};
+        (void)lumen_of_labels(strange, wanted, 0.8, arena());
+    }
 }
 
 }  // namespace
