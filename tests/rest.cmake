@@ -65,6 +65,7 @@ endif()
 # The pages of results: what draws and measures is tested, not the program that times.
 pliant_test(results
     SOURCES ../../benchmarks/results_page/chart.cpp
+            ../../benchmarks/results_page/glyphs.cpp
             ../../benchmarks/results_page/page.cpp
             ../../benchmarks/results_page/plot.cpp
             ../../benchmarks/results_chainmail/setups.cpp

@@ -133,7 +133,8 @@ Image histogram_of(const Frames& f) {
     const double most = std::max(quantile(f.both_ms, 0.99), 1.2 * kFrame_ms);
     const double step = most > 200 ? 50 : most > 80 ? 20 : most > 40 ? 10 : 5;
     const double end = step * std::ceil(most / step);
-    return histogram(f.both_ms, {0, end, step}, end / 50, kFrame_ms, 620, 260);
+    return histogram(f.both_ms, {"time of a frame [ms]", 0, end, step}, end / 50, kFrame_ms,
+                     "budget at 60 Hz", 620, 300);
 }
 
 }  // namespace
@@ -169,9 +170,8 @@ void add_drags(Page& page, const std::filesystem::path& scans, const TaskArena& 
                             text_of(drag.offset, 2)});
     }
     page.paragraph(
-        "Share of frames [%] over frame time [ms]; the dashed line is the budget of 16.7 ms, red "
-        "is "
-        "beyond it; what lies beyond the picture is counted in the last bar.");
+        "Frames are counted in classes of their time; the dashed line is the budget of 16.7 ms, "
+        "red is beyond it; what lies beyond the picture is counted in the last bar.");
     page.table({"drag", "moved, least", "median", "most", "pick [ms]", "drag p50 [ms]",
                 "resample p50 [ms]", "both p50 [ms]", "p95", "p99", "max", "processor p50 [ms]",
                 "over 16.7 ms"},

@@ -145,10 +145,12 @@ void add_opposite_walls(Page& page, const TaskArena& arena) {
     };
     add(false, "draeger-5-11-walls", "air as a tissue: pushed across the gap, and away from it");
     add(true, "draeger-5-11-walls-air", "air as a material of its own: the same two pushes");
-    Chart chart(720, 320, {0, 10, 1}, {-10, 10, 2});
+    Chart chart(720, 360, {"push of the near wall [mm]", 0, 10, 1},
+                {"motion of the far wall [mm]", -10, 10, 2});
+    const char* names[] = {"air as a tissue", "", "air of its own", ""};
     for (std::size_t n = 0; n < curves.size(); ++n)
-        chart.curve(curves[n], {n < 2 ? kRed : kBlue, 2, 1});
-    chart.mark(kGap_mm, {kDark, 1.2, 1});
+        chart.curve(curves[n], {n < 2 ? kRed : kBlue, 2, 1}, names[n]);
+    chart.mark(kGap_mm, {kDark, 1.2, 1}, "the faces touch");
     page.picture("draeger-5-11-motion", "motion of the far wall over the push", chart.image());
     page.paragraph(
         "Motion of the far wall [mm] over the push [mm]; red: air follows the law of its value, as "

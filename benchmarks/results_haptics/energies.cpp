@@ -23,11 +23,11 @@ const char* name_of(Hand hand) {
 void add_energies(Page& page, const TaskArena& arena) {
     page.heading(2, "Energy");
     page.paragraph(
-        "What the device and what it shows have taken from the hand, in a minute with a hand that "
-        "shakes with 2 N at 10 Hz [mJ over s]; what falls below 0 was made from nothing. A tissue "
-        "that hardens, F = 80 d + 30 000 d², whose laws come 33 ms late: as it is (blue), without "
-        "`bounded_energy` (orange); forces of a wall of 300 N/m held for 33 ms (red), extrapolated "
-        "for one update (dark).");
+        "Energy that the device and the tissue that it shows have taken from a hand that applies a "
+        "sinusoidal force of 2 N at 10 Hz, in a minute; a value below 0 was made from nothing. A "
+        "tissue that hardens, F = 80 d + 30 000 d², whose laws come 33 ms late: as it is, and "
+        "without `bounded_energy`; forces of a wall of 300 N/m held for 33 ms, and extrapolated "
+        "for one update.");
     const auto forces = [](Vec3d x) { return force_of_wall(300, x); };
     struct Row {
         const char* name;
@@ -48,7 +48,8 @@ void add_energies(Page& page, const TaskArena& arena) {
         {"forces held", HapticScheme::Hold, forces, 0, false, {kRed, 1.5}},
         {"forces extrapolated", HapticScheme::Extrapolate, forces, 0, false, {kDark, 1.5}},
     };
-    Chart chart(640, 360, {0, 60, 10}, {-1000, 1000, 250});
+    Chart chart(640, 400, {"time [s]", 0, 60, 10},
+                {"energy taken from the hand [mJ]", -1000, 1000, 250});
     std::vector<std::vector<std::string>> table;
     for (const Row& row : rows) {
         std::vector<std::string> cells{row.name};
@@ -56,12 +57,11 @@ void add_energies(Page& page, const TaskArena& arena) {
             const TimeInHand m = in_hand(hand, row.tissue, {row.scheme, row.delay, row.bounded});
             if (hand == Hand::Active) {
                 std::vector<Point2> shown;
-                for (const auto& [time_s, mj] : m.passivity)
-                    if (std::abs(mj) <= 1000)
-                        shown.push_back({time_s, mj});
-                    else
-                        break;
-                chart.curve(shown, row.ink);
+                for (const auto& [time_s, mj] : m.passivity) {
+                    shown.push_back({time_s, mj});
+                    if (std::abs(mj) > 1000) break;
+                }
+                chart.curve(shown, row.ink, row.name);
             }
             cells.push_back(text_of(m.lowest_mj, 3));
         }

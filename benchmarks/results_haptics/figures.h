@@ -12,8 +12,6 @@
 
 namespace pliant::results {
 
-inline constexpr Rgb8 kGreen{64, 150, 84}, kOrange{222, 140, 40};
-
 void add_stability(Page& page);
 void add_taps(Page& page);
 void add_energies(Page& page, const TaskArena& arena);

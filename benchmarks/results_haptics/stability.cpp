@@ -119,11 +119,12 @@ void add_stability(Page& page) {
     page.heading(2, "Where a wall begins to swing");
     page.paragraph(
         "A mass of 0.1 kg with a damping of b = 0.5 Ns/m is pressed 2 mm into a wall and pushed "
-        "off a little. Growth of its swing, in units of b/2m, over K in units of 2b/T: local "
-        "models that come at 30 Hz (blue), forces held for 1 ms (orange) and for 33 ms (red). "
-        "Theory for small bT/m (dashed at its boundary): K T/2b − 1. Without `bounded_energy`.");
-    Chart chart(640, 360, {0.4, 1.6, 0.2, 1}, {-0.8, 0.8, 0.2, 1});
-    chart.mark(1, {kDark, 1, 0.6});
+        "off a little. Growth of its swing for local models that come at 30 Hz, and for forces "
+        "held for 1 ms and for 33 ms. Theory for small bT/m: K T/2b − 1. Without "
+        "`bounded_energy`.");
+    Chart chart(640, 400, {"stiffness K [units of 2b/T]", 0.4, 1.6, 0.2, 1},
+                {"growth of the swing [units of b/2m]", -0.8, 0.8, 0.2, 1});
+    chart.mark(1, {kDark, 1, 0.6}, "boundary in theory");
     const Ink inks[] = {{kBlue, 2.5}, {kOrange, 1.5}, {kRed, 1.5}};
     std::vector<std::vector<std::string>> rows;
     for (std::size_t n = 0; n < kCases.size(); ++n) {
@@ -132,7 +133,7 @@ void add_stability(Page& page) {
         std::vector<Point2> curve;
         for (double share = 0.45; share <= 1.55; share += 0.1)
             curve.push_back({share, growth(c, share * unit) * 2 * kMass_kg / kDamping});
-        chart.curve(curve, inks[n]);
+        chart.curve(curve, inks[n], c.name);
         const double found = boundary(c);
         rows.push_back({c.name, text_of(unit, 1), text_of(exact_boundary(c.period_s), 1),
                         text_of(found, 1), text_of(100 * (found / unit - 1), 1)});
@@ -146,10 +147,11 @@ void add_stability(Page& page) {
 void add_taps(Page& page) {
     page.heading(2, "Tapping a wall");
     page.paragraph(
-        "A free device hits a wall with 0.3 m/s. Its place [mm] over time [ms]: local model of "
-        "600 N/m (blue), and a wall of 300 N/m whose force is held for 33 ms (orange) or "
-        "extrapolated from the last two forces [Choi2004], for one update (red) or without end "
-        "(dark). The paper doesn't say how far it extrapolates.");
+        "A free device hits a wall with 0.3 m/s: a local model of 600 N/m, and a wall of 300 N/m "
+        "whose force is held for 33 ms or extrapolated from the last two forces [Choi2004], for "
+        "one update or without end. The paper doesn't say how far it extrapolates. Here every "
+        "update comes in time, so both extrapolations are the same, and the thin dark curve lies "
+        "on the wide red one.");
     struct Row {
         const char* name;
         HapticScheme scheme;
@@ -161,14 +163,16 @@ void add_taps(Page& page) {
         {"local model", HapticScheme::LinearLaw, 600, 1, {kBlue, 2.5}},
         {"local model", HapticScheme::LinearLaw, 900, 1, {kGreen, 1.5}},
         {"force held", HapticScheme::Hold, 300, 1, {kOrange, 1.5}},
-        {"extrapolated, one update", HapticScheme::Extrapolate, 300, 1, {kRed, 1.5}},
+        {"extrapolated, one update", HapticScheme::Extrapolate, 300, 1, {kRed, 5}},
         {"extrapolated without end", HapticScheme::Extrapolate, 300, 1e6, {kDark, 1.5}},
     };
-    Chart chart(640, 360, {0, 200, 20}, {-15, 40, 5});
+    Chart chart(640, 400, {"time since the contact [ms]", 0, 200, 20},
+                {"position; the wall is below 0 [mm]", -15, 40, 5});
     std::vector<std::vector<std::string>> table;
     for (const Row& row : rows) {
         const Tap t = tap(row.scheme, row.stiffness_n_m, row.updates);
-        if (row.ink.colour != kGreen) chart.curve(t.way, row.ink);
+        if (row.ink.colour != kGreen)
+            chart.curve(t.way, row.ink, row.name + (", " + text_of(row.stiffness_n_m, 0) + " N/m"));
         table.push_back({row.name, text_of(row.stiffness_n_m, 0), text_of(t.ratio, 2)});
     }
     page.picture("tap", "place of a device that hits a wall", chart.image());

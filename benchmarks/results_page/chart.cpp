@@ -12,14 +12,36 @@
 namespace pliant::results {
 namespace {
 
-constexpr double kLeft_px = 52, kBottom_px = 34, kRim_px = 14, kDigit_px = 10;
+constexpr double kLeft_px = 52, kBottom_px = 52, kRight_px = 20, kTop_px = 32;
+constexpr double kFarApart_px = 8;  ///< mean distance of points that get dots
+constexpr Rgb8 kGreyText{90, 96, 106};
 
 /// The sheet's own corners, so that the axes leave room for their numbers.
 Plot sheet(int width, int height, const Axis& x, const Axis& y) {
-    const double x_scale = (x.high - x.low) / (width - kLeft_px - kRim_px);
-    const double y_scale = (y.high - y.low) / (height - kBottom_px - kRim_px);
-    return Plot(width, height, {x.low - kLeft_px * x_scale, y.high + kRim_px * y_scale},
-                {x.high + kRim_px * x_scale, y.low - kBottom_px * y_scale});
+    const double x_scale = (x.high - x.low) / (width - kLeft_px - kRight_px);
+    const double y_scale = (y.high - y.low) / (height - kBottom_px - kTop_px);
+    return Plot(width, height, {x.low - kLeft_px * x_scale, y.high + kTop_px * y_scale},
+                {x.high + kRight_px * x_scale, y.low - kBottom_px * y_scale});
+}
+
+/// The part of a segment that lies within the axes. @returns false if there is none
+bool clip(Point2& a, Point2& b, const Axis& x, const Axis& y) {
+    double begin = 0, end = 1;
+    const auto within = [&](double from, double to, double low, double high) {
+        const double way = to - from;
+        if (way == 0) return from >= low && from <= high;
+        const double s = (low - from) / way, t = (high - from) / way;
+        begin = std::max(begin, std::min(s, t));
+        end = std::min(end, std::max(s, t));
+        return begin <= end;
+    };
+    if (!within(a.x, b.x, x.low, x.high) || !within(a.y, b.y, y.low, y.high)) return false;
+    const auto at = [from = a, to = b](double t) {
+        return Point2{from.x + t * (to.x - from.x), from.y + t * (to.y - from.y)};
+    };
+    a = at(begin);
+    b = at(end);
+    return true;
 }
 
 }  // namespace
@@ -27,30 +49,58 @@ Plot sheet(int width, int height, const Axis& x, const Axis& y) {
 Chart::Chart(int width, int height, const Axis& x, const Axis& y)
     : m_x(x), m_y(y), m_plot(sheet(width, height, x, y)) {
     const Ink grid{kFaint, 1, 1}, zero{{140, 146, 156}, 1.2, 1};
-    const auto number = [&](Point2 at, double dx_px, double dy_px, double value, int decimals) {
+    const auto words = [&](Point2 at, double dx_px, double dy_px, std::string_view text,
+                           Align align) {
         const Point2 p = m_plot.pixel_of(at);
-        m_plot.number(m_plot.point_of({p.x + dx_px, p.y + dy_px}), text_of(value, decimals),
-                      kDigit_px, {90, 96, 106});
+        m_plot.text(m_plot.point_of({p.x + dx_px, p.y + dy_px}), text, kText_px, kGreyText, align);
     };
     for (int n = 0; x.low + n * x.step <= x.high + 1e-9 * x.step; ++n) {
         const double at = x.low + n * x.step;
         m_plot.line({at, y.low}, {at, y.high}, std::abs(at) < 1e-9 ? zero : grid);
-        number({at, y.low}, 0, 18, at, x.decimals);
+        words({at, y.low}, 0, 16, text_of(at, x.decimals), Align::Middle);
     }
     for (int n = 0; y.low + n * y.step <= y.high + 1e-9 * y.step; ++n) {
         const double at = y.low + n * y.step;
         m_plot.line({x.low, at}, {x.high, at}, std::abs(at) < 1e-9 ? zero : grid);
-        number({x.low, at}, -26, 0, at, y.decimals);
+        words({x.low, at}, -8, 0, text_of(at, y.decimals), Align::Right);
     }
+    words({x.high, y.low}, 0, 38, x.name, Align::Right);
+    words({x.low, y.high}, 8 - kLeft_px, -19, y.name, Align::Left);
 }
 
-void Chart::curve(std::span<const Point2> points, const Ink& ink) {
-    m_plot.polyline(points, ink);
-    for (const Point2 p : points) m_plot.dot(p, 1.6 * ink.width_px, ink.colour);
+void Chart::enter(std::string_view name, const Ink& ink, LegendEntry::Mark mark) {
+    if (!name.empty()) m_legend.push_back({std::string(name), ink, mark});
 }
 
-void Chart::mark(double x, const Ink& ink) {
+void Chart::curve(std::span<const Point2> points, const Ink& ink, std::string_view name) {
+    double length_px = 0;
+    for (std::size_t n = 1; n < points.size(); ++n) {
+        Point2 a = points[n - 1], b = points[n];
+        if (!clip(a, b, m_x, m_y)) continue;
+        m_plot.line(a, b, ink);
+        const Point2 p = m_plot.pixel_of(a), q = m_plot.pixel_of(b);
+        length_px += std::hypot(q.x - p.x, q.y - p.y);
+    }
+    if (length_px > kFarApart_px * double(points.size()))
+        dots(points, {ink.colour, 1.6 * ink.width_px});
+    enter(name, ink, LegendEntry::Mark::Line);
+}
+
+void Chart::dots(std::span<const Point2> points, const Ink& ink, std::string_view name) {
+    for (Point2 p : points)
+        if (Point2 q = p; clip(p, q, m_x, m_y)) m_plot.dot(p, ink.width_px, ink.colour);
+    enter(name, ink, LegendEntry::Mark::Dot);
+}
+
+void Chart::mark(double x, const Ink& ink, std::string_view name) {
     m_plot.dashed_line({x, m_y.low}, {x, m_y.high}, ink, 6);
+    enter(name, ink, LegendEntry::Mark::Dashes);
+}
+
+Image Chart::image() const {
+    if (m_legend.empty()) return m_plot.image();
+    const Image parts[] = {m_plot.image(), legend_of(m_legend, m_plot.image().width)};
+    return column_of(parts, 0);
 }
 
 void Chart::bar(double x_begin, double x_end, double y, Rgb8 colour) {
@@ -60,7 +110,7 @@ void Chart::bar(double x_begin, double x_end, double y, Rgb8 colour) {
 }
 
 Image histogram(std::span<const double> values, const Axis& x, double class_width, double marked,
-                int width, int height) {
+                std::string_view mark_name, int width, int height) {
     const int classes = std::max(1, int(std::ceil((x.high - x.low) / class_width - 1e-9)));
     std::vector<double> shares(std::size_t(classes), 0.0);
     for (const double v : values) {
@@ -69,13 +119,13 @@ Image histogram(std::span<const double> values, const Axis& x, double class_widt
     }
     const double most = *std::max_element(shares.begin(), shares.end());
     const double step = most > 50 ? 20 : most > 20 ? 10 : most > 10 ? 5 : 2;
-    Chart chart(width, height, x, {0, step * std::ceil(most / step), step});
+    Chart chart(width, height, x, {"share [%]", 0, step * std::ceil(most / step), step});
     for (int n = 0; n < classes; ++n) {
         const double begin = x.low + n * class_width;
         chart.bar(begin + 0.06 * class_width, begin + 0.94 * class_width, shares[std::size_t(n)],
                   begin >= marked ? kRed : kBlue);
     }
-    chart.mark(marked, {kRed, 1.6, 1});
+    chart.mark(marked, {kRed, 1.6, 1}, mark_name);
     return chart.image();
 }
 

@@ -1,11 +1,13 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Curves and histograms with numbered axes.
+// Curves and histograms with named and numbered axes and a legend.
 
 #pragma once
 
 #include <span>
+#include <string>
+#include <string_view>
 #include <vector>
 
 #include "plot.h"
@@ -13,6 +15,7 @@
 namespace pliant::results {
 
 struct Axis {
+    std::string name;        ///< with its unit, such as "depth [mm]"
     double low, high, step;  ///< step: between grid lines, each with its number
     int decimals = 0;
 };
@@ -21,21 +24,28 @@ class Chart {
   public:
     Chart(int width, int height, const Axis& x, const Axis& y);
 
-    void curve(std::span<const Point2> points, const Ink& ink);
+    /// A line, with dots where points lie far apart; parts beyond the axes are cut off.
+    /// @param name  in the legend; empty: not in it
+    void curve(std::span<const Point2> points, const Ink& ink, std::string_view name = "");
+    void dots(std::span<const Point2> points, const Ink& ink, std::string_view name = "");
     /// A dashed upright line over the whole height.
-    void mark(double x, const Ink& ink);
+    void mark(double x, const Ink& ink, std::string_view name = "");
     /// A bar from the lower end of the y axis.
     void bar(double x_begin, double x_end, double y, Rgb8 colour);
-    const Image& image() const { return m_plot.image(); }
+    /// The chart with its legend below it.
+    Image image() const;
 
   private:
+    void enter(std::string_view name, const Ink& ink, LegendEntry::Mark mark);
+
     Axis m_x, m_y;
     Plot m_plot;
+    std::vector<LegendEntry> m_legend;
 };
 
 /// Shares [%] of values in equally wide classes; those beyond the last are counted in it.
-/// @param marked  a value that is marked in red
+/// @param marked  a value that is marked in red. @param mark_name  in the legend
 Image histogram(std::span<const double> values, const Axis& x, double class_width, double marked,
-                int width, int height);
+                std::string_view mark_name, int width, int height);
 
 }  // namespace pliant::results

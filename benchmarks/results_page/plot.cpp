@@ -6,7 +6,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <iterator>
+#include <utility>
+
+#include "glyphs.h"
+#include "page.h"
 
 namespace pliant::results {
 namespace {
@@ -23,23 +26,17 @@ std::uint8_t mixed(std::uint8_t under, std::uint8_t over, double opacity) {
     return std::uint8_t(std::lround(under + (over - under) * opacity));
 }
 
-/// The strokes of a digit, as in the displays of pocket calculators: pairs of corners of
-///
-///     0──1
-///     2──3
-///     4──5
-std::string_view strokes_of(char digit) {
-    constexpr std::string_view kStrokes[] = {
-        "011335452402", "1335",         "0113232445", "0113233545",     "02231335",
-        "0102233545",   "010223243545", "011335",     "01133545240223", "010213233545"};
-    if (digit == '-') return "23";
-    return digit >= '0' && digit <= '9' ? kStrokes[digit - '0'] : "";
+constexpr double kGlyphGap = 2;  ///< [units of the font]
+
+/// Copies a picture into another one, with its top left corner at a pixel.
+void paste(Image& into, const Image& part, int left, int top) {
+    for (int y = 0; y < part.height; ++y)
+        std::copy_n(part.pixels.begin() + std::ptrdiff_t(y) * part.width, part.width,
+                    into.pixels.begin() + std::ptrdiff_t(y + top) * into.width + left);
 }
 
-constexpr double kDigitWidth = 0.5, kDigitAdvance = 0.8, kPointAdvance = 0.35;
-
-double advance_of(char c) {
-    return c == '.' ? kPointAdvance : kDigitAdvance;
+Image blank(int width, int height) {
+    return {width, height, std::vector<Rgb8>(std::size_t(width) * std::size_t(height), kPaper)};
 }
 
 }  // namespace
@@ -58,11 +55,19 @@ Rgb8 shade_of(double t) {
     return {byte(c.x), byte(c.y), byte(c.z)};
 }
 
+double text_width_px(std::string_view text, double height_px) {
+    double units = text.empty() ? 0 : -kGlyphGap;
+    while (!text.empty()) units += take_glyph(text).width + kGlyphGap;
+    return units * height_px / kCapHeight;
+}
+
 Plot::Plot(int width, int height, Point2 low, Point2 high, Rgb8 background)
     : m_image{width, height,
               std::vector<Rgb8>(std::size_t(width) * std::size_t(height), background)},
       m_low(low),
       m_scale{width / (high.x - low.x), height / (high.y - low.y)} {}
+
+Plot::Plot(Image picture) : m_image(std::move(picture)), m_low{0, 0}, m_scale{1, 1} {}
 
 Point2 Plot::pixel_of(Point2 p) const {
     return {(p.x - m_low.x) * m_scale.x, (p.y - m_low.y) * m_scale.y};
@@ -136,25 +141,50 @@ void Plot::polygon(std::span<const Point2> corners, Rgb8 colour) {
     }
 }
 
-void Plot::number(Point2 centre, std::string_view digits, double height_px, Rgb8 colour) {
-    double width = kDigitWidth - kDigitAdvance;
-    for (const char c : digits) width += advance_of(c);
-    const Point2 middle = pixel_of(centre);
-    double left = middle.x - 0.5 * width * height_px;
-    const double top = middle.y - 0.5 * height_px;
-    const Ink ink{colour, std::max(1.2, 0.14 * height_px), 1};
-    const auto corner = [&](char frame) {
-        const int n = frame - '0';
+void Plot::arrow(Point2 from, Point2 to, const Ink& ink) {
+    const Point2 a = pixel_of(from), b = pixel_of(to);
+    const double length = std::hypot(b.x - a.x, b.y - a.y);
+    if (length == 0) return;
+    const double head = std::min(length, 6 + 3 * ink.width_px);
+    const Point2 along{(b.x - a.x) / length, (b.y - a.y) / length};
+    const auto behind = [&](double back, double aside) {
         return point_of(
-            {left + (n & 1) * kDigitWidth * height_px, top + (n >> 1) * 0.5 * height_px});
+            {b.x - back * along.x - aside * along.y, b.y - back * along.y + aside * along.x});
     };
-    for (const char c : digits) {
-        const std::string_view strokes = strokes_of(c);
-        for (std::size_t n = 0; n + 1 < strokes.size(); n += 2)
-            line(corner(strokes[n]), corner(strokes[n + 1]), ink);
-        if (c == '.') dot(corner('4'), 0.6 * ink.width_px, colour);
-        left += advance_of(c) * height_px;
+    line(from, behind(0.8 * head, 0), ink);
+    const std::array<Point2, 3> tip = {to, behind(head, 0.4 * head), behind(head, -0.4 * head)};
+    polygon(tip, ink.colour);
+}
+
+void Plot::text(Point2 at, std::string_view text, double height_px, Rgb8 colour, Align align) {
+    const double unit = height_px / kCapHeight, width = text_width_px(text, height_px);
+    const Point2 p = pixel_of(at);
+    double left = p.x - (align == Align::Left ? 0 : align == Align::Right ? width : 0.5 * width);
+    const double top = p.y - 0.5 * height_px;
+    const Ink ink{colour, std::max(1.2, 0.13 * height_px), 1};
+    while (!text.empty()) {
+        const Glyph glyph = take_glyph(text);
+        const auto place = [&](GlyphStroke::Vertex v) {
+            return point_of({left + v.x * unit, top + v.y * unit});
+        };
+        for (const GlyphStroke& stroke : glyph.strokes) {
+            if (stroke.vertices.size() == 1)
+                dot(place(stroke.vertices[0]), 0.7 * ink.width_px, colour);
+            for (std::size_t n = 1; n < stroke.vertices.size(); ++n)
+                line(place(stroke.vertices[n - 1]), place(stroke.vertices[n]), ink);
+        }
+        left += (glyph.width + kGlyphGap) * unit;
     }
+}
+
+void Plot::scale_bar(double length, std::string_view words, Rgb8 colour) {
+    constexpr double kEdge_px = 12;
+    const double left = kEdge_px, right = left + length * m_scale.x;
+    const double y = m_image.height - kEdge_px;
+    const auto stroke = [&](Point2 a, Point2 b) { line(point_of(a), point_of(b), {colour, 2, 1}); };
+    stroke({left, y}, {right, y});
+    for (const double end : {left, right}) stroke({end, y - 4}, {end, y + 4});
+    text(point_of({left, y - 12}), words, kText_px, colour, Align::Left);
 }
 
 Image row_of(std::span<const Image> pictures, int gap_px) {
@@ -163,15 +193,82 @@ Image row_of(std::span<const Image> pictures, int gap_px) {
         width += p.width + gap_px;
         height = std::max(height, p.height);
     }
-    Image row{width, height, std::vector<Rgb8>(std::size_t(width) * std::size_t(height), kPaper)};
-    std::ptrdiff_t left = 0;
+    Image row = blank(width, height);
+    int left = 0;
     for (const Image& p : pictures) {
-        for (int y = 0; y < p.height; ++y)
-            std::copy_n(p.pixels.begin() + std::ptrdiff_t(y) * p.width, p.width,
-                        row.pixels.begin() + std::ptrdiff_t(y) * width + left);
+        paste(row, p, left, 0);
         left += p.width + gap_px;
     }
     return row;
+}
+
+Image column_of(std::span<const Image> pictures, int gap_px) {
+    int width = 0, height = -gap_px;
+    for (const Image& p : pictures) {
+        width = std::max(width, p.width);
+        height += p.height + gap_px;
+    }
+    Image column = blank(width, height);
+    int top = 0;
+    for (const Image& p : pictures) {
+        paste(column, p, 0, top);
+        top += p.height + gap_px;
+    }
+    return column;
+}
+
+Image captioned(const Image& picture, std::string_view text) {
+    constexpr int kLine_px = 22;
+    Plot line(blank(picture.width, kLine_px));
+    line.text({2, 0.5 * kLine_px - 1}, text, kText_px, kDark, Align::Left);
+    const Image parts[] = {line.image(), picture};
+    return column_of(parts, 0);
+}
+
+Image legend_of(std::span<const LegendEntry> entries, int width) {
+    constexpr double kLine_px = 20, kSwatch_px = 26, kGap_px = 22, kEdge_px = 8;
+    struct Placed {
+        Point2 at;
+        const LegendEntry* entry;
+    };
+    std::vector<Placed> placed;
+    Point2 at{kEdge_px, 0.5 * kLine_px};
+    for (const LegendEntry& entry : entries) {
+        const double needed = kSwatch_px + 6 + text_width_px(entry.text);
+        if (at.x > kEdge_px && at.x + needed > width - kEdge_px) at = {kEdge_px, at.y + kLine_px};
+        placed.push_back({at, &entry});
+        at.x += needed + kGap_px;
+    }
+    Plot plot(blank(width, int(at.y + 0.5 * kLine_px + 4)));
+    for (const auto& [p, entry] : placed) {
+        const Point2 end{p.x + kSwatch_px, p.y}, middle{p.x + 0.5 * kSwatch_px, p.y};
+        using enum LegendEntry::Mark;
+        if (entry->mark == Line) plot.line(p, end, entry->ink);
+        if (entry->mark == Dashes) plot.dashed_line(p, end, entry->ink, 6);
+        if (entry->mark == Dot) plot.dot(middle, entry->ink.width_px, entry->ink.colour);
+        if (entry->mark == Box)
+            plot.line({p.x + 7, p.y}, {end.x - 7, p.y}, {entry->ink.colour, 12});
+        plot.text({end.x + 6, p.y}, entry->text, kText_px, kDark, Align::Left);
+    }
+    return plot.image();
+}
+
+Image shade_bar(double largest, int decimals, std::string_view name) {
+    constexpr int kHeight_px = 26, kBar_px = 140;
+    const std::string end = text_of(largest, decimals);
+    const double texts_px = text_width_px(name) + text_width_px("0") + text_width_px(end);
+    Plot plot(blank(int(texts_px) + kBar_px + 46, kHeight_px));
+    const double y = 0.5 * kHeight_px;
+    double x = 8;
+    plot.text({x, y}, name, kText_px, kDark, Align::Left);
+    x += text_width_px(name) + 14;
+    plot.text({x, y}, "0", kText_px, kDark, Align::Left);
+    x += text_width_px("0") + 7;
+    for (int n = 0; n < kBar_px; ++n)
+        for (int row = 6; row < kHeight_px - 6; ++row)
+            plot.dab(int(x) + n, row, shade_of((n + 0.5) / kBar_px), 1);
+    plot.text({x + kBar_px + 7, y}, end, kText_px, kDark, Align::Left);
+    return plot.image();
 }
 
 }  // namespace pliant::results

@@ -1,14 +1,15 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// A small sheet to draw on: anti-aliased lines, dots, polygons and numbers in a plane of the
-// caller's own units. Titles and labels belong in the page that shows the picture.
+// A small sheet to draw on: anti-aliased lines, dots, polygons and text in a plane of the caller's
+// own units.
 
 #pragma once
 
 #include <pliant/render.h>
 
 #include <span>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -29,6 +30,15 @@ inline constexpr Rgb8 kFaint{214, 218, 224};
 inline constexpr Rgb8 kDark{40, 44, 52};
 inline constexpr Rgb8 kBlue{38, 110, 190};
 inline constexpr Rgb8 kRed{200, 66, 48};
+inline constexpr Rgb8 kGreen{64, 150, 84};
+inline constexpr Rgb8 kOrange{222, 140, 40};
+
+inline constexpr double kText_px = 10;  ///< height of capitals in names, numbers and legends
+/// Width of a text. @param height_px  of its capitals
+double text_width_px(std::string_view text, double height_px = kText_px);
+
+/// Position of a text relative to its point, which is at half the height of its capitals.
+enum class Align { Left, Middle, Right };
 
 /// From pale to dark with growing t in 0…1; for amounts of displacement.
 Rgb8 shade_of(double t);
@@ -37,6 +47,8 @@ class Plot {
   public:
     /// @param low, high  what is drawn at the picture's top left and bottom right corners
     Plot(int width, int height, Point2 low, Point2 high, Rgb8 background = kPaper);
+    /// Draws over a picture in its own pixels.
+    explicit Plot(Image picture);
 
     const Image& image() const { return m_image; }
     Point2 pixel_of(Point2 p) const;
@@ -51,8 +63,12 @@ class Plot {
     void dot(Point2 centre, double radius_px, Rgb8 colour, double opacity = 1);
     /// Pixels whose centre lies inside; neighbours with a common edge leave no seam.
     void polygon(std::span<const Point2> corners, Rgb8 colour);
-    /// Digits, point and minus; the text's middle is at a place.
-    void number(Point2 centre, std::string_view digits, double height_px, Rgb8 colour = kDark);
+    void arrow(Point2 from, Point2 to, const Ink& ink);
+    /// UTF-8; characters that the font does not have become '?'.
+    void text(Point2 at, std::string_view text, double height_px = kText_px, Rgb8 colour = kDark,
+              Align align = Align::Middle);
+    /// A bar with its length, in the lower left corner. @param length  in the plot's units
+    void scale_bar(double length, std::string_view text, Rgb8 colour = kDark);
 
   private:
     Image m_image;
@@ -61,5 +77,20 @@ class Plot {
 
 /// Pictures of equal height in a row, with white between them.
 Image row_of(std::span<const Image> pictures, int gap_px = 12);
+/// Pictures of equal width below each other, with white between them.
+Image column_of(std::span<const Image> pictures, int gap_px = 12);
+/// The picture with a line of text above it.
+Image captioned(const Image& picture, std::string_view text);
+
+/// An entry of a legend: a piece of line, or a dot.
+struct LegendEntry {
+    std::string text;
+    Ink ink;
+    enum class Mark { Line, Dashes, Dot, Box } mark = Mark::Line;
+};
+/// The entries in as many lines as they need.
+Image legend_of(std::span<const LegendEntry> entries, int width);
+/// The colours of shade_of with the ends of their scale. @param name  with its unit
+Image shade_bar(double largest, int decimals, std::string_view name);
 
 }  // namespace pliant::results

@@ -20,7 +20,6 @@ namespace {
 constexpr int kSide = 25, kDeep = 13, kMiddle = kSide / 2;
 constexpr std::int32_t kTop = kSide * kSide * (kDeep - 1);
 constexpr std::int32_t kPressed = kMiddle + kSide * kMiddle + kTop;
-const Rgb8 kGreen{64, 150, 84}, kOrange{222, 140, 40};
 
 /// Its bottom is held; edges and face diagonals, spacing and masses 1.
 SpringNetwork lattice(double stiffness, double damping) {
@@ -69,7 +68,8 @@ void add_figure_9(Page& page) {
         "profile through the pressed node for 2 layers (orange), 4 (green), 8 (blue) and 12 "
         "(dark), in spacings.");
     const SpringNetwork network = lattice(2, 0);
-    Chart chart(760, 420, {-12, 12, 3}, {-0.5, 0.1, 0.1, 1});
+    Chart chart(760, 440, {"along the top, from the pressed node [spacings]", -12, 12, 3},
+                {"profile [spacings]", -0.5, 0.1, 0.1, 1});
     std::vector<std::vector<std::string>> rows;
     double last = 0;
     for (int depth = 1; depth <= 12; ++depth) {
@@ -78,10 +78,10 @@ void add_figure_9(Page& page) {
         rows.push_back({std::to_string(depth), text_of(dip, 4),
                         depth == 1 ? "" : text_of(100 * (dip - last) / dip, 2)});
         last = dip;
-        if (depth == 2) chart.curve(points, {kOrange, 2, 1});
-        if (depth == 4) chart.curve(points, {kGreen, 2, 1});
-        if (depth == 8) chart.curve(points, {kBlue, 2, 1});
-        if (depth == 12) chart.curve(points, {kDark, 1.2, 1});
+        if (depth == 2) chart.curve(points, {kOrange, 2, 1}, "2 layers");
+        if (depth == 4) chart.curve(points, {kGreen, 2, 1}, "4");
+        if (depth == 8) chart.curve(points, {kBlue, 2, 1}, "8");
+        if (depth == 12) chart.curve(points, {kDark, 1.2, 1}, "12");
     }
     page.picture("choi-9-depth", "profiles of a pressed lattice for 2, 4, 8 and 12 layers",
                  chart.image());
@@ -118,10 +118,12 @@ void add_figure_10(Page& page, const TaskArena& arena) {
         "deformed in a very localised region only, so that a *small* depth would do: **the "
         "explanation contradicts the figure.** The same lattice as above, a force of 0.5; profiles "
         "at equilibrium with 10 layers for k = 0.5 (orange), 2 (green) and 5 (blue).");
-    Chart chart(760, 360, {-12, 12, 3}, {-0.6, 0.1, 0.1, 1});
+    Chart chart(760, 400, {"along the top, from the pressed node [spacings]", -12, 12, 3},
+                {"profile [spacings]", -0.6, 0.1, 0.1, 1});
     const Rgb8 colours[] = {kOrange, kGreen, kBlue};
     for (int n = 0; n < 3; ++n)
-        chart.curve(profile(lattice(stiffnesses[n], 0), kForce, 10), {colours[n], 2, 1});
+        chart.curve(profile(lattice(stiffnesses[n], 0), kForce, 10), {colours[n], 2, 1},
+                    "k = " + text_of(stiffnesses[n], 1));
     page.picture("choi-10-stiffness", "profiles for three stiffnesses", chart.image());
     page.paragraph(
         "**At equilibrium** the explanation is right and the figure can't be had. In the linear "

@@ -16,7 +16,6 @@
 namespace pliant::results {
 namespace {
 
-const Rgb8 kGreen{64, 150, 84}, kOrange{222, 140, 40};
 constexpr std::array kNewtons{10.0, 20.0, 40.0};
 
 /// The paper's forces on the four nodes. @param share  of the named force that each node gets
@@ -152,21 +151,23 @@ void add_table_1(Page& page, const TaskArena& arena) {
     double least = 1e300;
     for (const FitResult& r : results)
         least = std::min({least, r.at.cost, r.trace.empty() ? 1e300 : r.trace.back().cost});
-    Chart chart(760, 400, {0, 250, 50}, {0, 100, 20});
-    const auto curve = [&](const FitResult& r, Rgb8 colour, double width) {
+    Chart chart(760, 420, {"evaluations of the model", 0, 250, 50},
+                {"best cost so far, above the least of all [%]", 0, 100, 20});
+    const auto curve = [&](const FitResult& r, Rgb8 colour, double width, const char* name) {
         std::vector<Point2> points;
         for (const FitTrace& t : r.trace) {
-            const double above = std::min(100.0, 100 * (t.cost / least - 1));
+            const double above = 100 * (t.cost / least - 1);
             if (!points.empty()) points.push_back({double(t.evaluation), points.back().y});
             points.push_back({double(t.evaluation), above});
         }
         points.push_back({std::max(250.0, points.back().x), points.back().y});
-        chart.curve(points, {colour, width, 1});
+        chart.curve(points, {colour, width, 1}, name);
     };
-    for (std::size_t n = 4; n < results.size(); ++n) curve(results[n], kOrange, 1);
-    curve(results[3], kBlue, 1.5);
-    curve(results[2], kGreen, 1.5);
-    curve(results[1], kDark, 2);
+    for (std::size_t n = 4; n < results.size(); ++n)
+        curve(results[n], kOrange, 1, n == 4 ? "annealing (four runs)" : "");
+    curve(results[3], kBlue, 1.5, "Nelder\u2013Mead");
+    curve(results[2], kGreen, 1.5, "BOBYQA");
+    curve(results[1], kDark, 2, "Gauss\u2013Newton");
     page.picture("choi-table-1-search", "cost against evaluations for each method", chart.image());
 }
 

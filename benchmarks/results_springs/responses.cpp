@@ -17,9 +17,12 @@
 namespace pliant::results {
 namespace {
 
-const Rgb8 kGreen{64, 150, 84}, kOrange{222, 140, 40};
 constexpr std::array kDampings{2.0, 4.0, 8.0};
 const std::array<Rgb8, 3> kColours{kOrange, kGreen, kBlue};
+
+std::string damping_text(std::size_t n) {
+    return "damping " + text_of(kDampings[n], 0);
+}
 
 /// 5 × 5 × 9 nodes, k = 1, spacing and masses 1; its foot is held, its top drawn.
 class Bar {
@@ -65,7 +68,8 @@ void add_creep(Page& page, const TaskArena& arena) {
         "63 % of it is reached is, but for inertia, proportional to the damping, as that of a "
         "Voigt link is (ε = F/k · (1 − e^(−kt/d)), which the tests of the room hold to 1 %).");
     const double last = equilibrium_strain(kForce);
-    Chart chart(760, 380, {0, kEnd, 25}, {0, 0.25, 0.05, 2});
+    Chart chart(760, 400, {"time [units of sqrt(m/k)]", 0, kEnd, 25},
+                {"strain [fraction of the bar's length]", 0, 0.25, 0.05, 2});
     std::vector<std::vector<std::string>> rows;
     for (std::size_t n = 0; n < 3; ++n) {
         Bar bar(kDampings[n]);
@@ -77,7 +81,7 @@ void add_creep(Page& page, const TaskArena& arena) {
             points.push_back({double(t), bar.strain()});
             if (reached == 0 && bar.strain() >= (1 - std::exp(-1)) * last) reached = t;
         }
-        chart.curve(points, {kColours[n], 1.2, 1});
+        chart.curve(points, {kColours[n], 2, 1}, damping_text(n));
         rows.push_back({text_of(kDampings[n], 1), text_of(reached, 0),
                         text_of(reached / kDampings[n], 0), text_of(bar.strain(), 4),
                         text_of(last, 4)});
@@ -95,7 +99,8 @@ void add_hysteresis(Page& page, const TaskArena& arena) {
         "The force grows at a constant rate to 12 in a time of 400, and falls back to 0 in the "
         "same. Force to the right, strain upwards. As in the paper, the way back is another one, "
         "and the loop is wider for greater damping.");
-    Chart chart(760, 380, {0, kMost, 2}, {0, 0.25, 0.05, 2});
+    Chart chart(760, 400, {"force [units of k times spacing]", 0, kMost, 2},
+                {"strain [fraction of the bar's length]", 0, 0.25, 0.05, 2});
     std::vector<std::vector<std::string>> rows;
     for (std::size_t n = 0; n < 3; ++n) {
         Bar bar(kDampings[n]);
@@ -111,7 +116,7 @@ void add_hysteresis(Page& page, const TaskArena& arena) {
             area += 0.5 * (points[p].x + points[p - 1].x) * (points[p].y - points[p - 1].y);
             most = std::max(most, points[p].y);
         }
-        chart.curve(points, {kColours[n], 1.2, 1});
+        chart.curve(points, {kColours[n], 2, 1}, damping_text(n));
         // The loop's area; what is left of the strain at the end closes it at no force.
         rows.push_back({text_of(kDampings[n], 1), text_of(area, 3), text_of(most, 3),
                         text_of(points.back().y, 3)});
@@ -129,7 +134,8 @@ void add_load_curve(Page& page, const TaskArena& arena) {
         "for one. At equilibrium (dark) each spring is linear, but diagonals turn into the "
         "direction of the force and begin to bear it: the bar stiffens. And in a given time "
         "(colours) the strain stays behind the force, the more the greater the damping.");
-    Chart chart(760, 420, {0, 2.5, 0.5, 1}, {0, 300, 50});
+    Chart chart(760, 440, {"strain [fraction of the bar's length]", 0, 2.5, 0.5, 1},
+                {"force [units of k times spacing]", 0, 300, 50});
     std::vector<Point2> rest{{0, 0}};
     Bar slow(1);
     for (double force = 2; force <= 300; force += 2) {
@@ -138,7 +144,7 @@ void add_load_curve(Page& page, const TaskArena& arena) {
         if (slow.strain() > 2.5) break;
         rest.push_back({slow.strain(), force});
     }
-    chart.curve(rest, {kDark, 1.2, 1});
+    chart.curve(rest, {kDark, 2, 1}, "at equilibrium");
     std::vector<std::vector<std::string>> rows;
     for (const double strain : {0.25, 0.5, 1.0, 1.5, 2.0}) {
         const auto above =
@@ -158,7 +164,7 @@ void add_load_curve(Page& page, const TaskArena& arena) {
             value_of(bar.tissue().step(1, arena));
             if (s % 10 == 0) points.push_back({std::min(2.5, bar.strain()), force});
         }
-        chart.curve(points, {kColours[n], 1.2, 1});
+        chart.curve(points, {kColours[n], 2, 1}, "running, " + damping_text(n));
     }
     page.picture("choi-11c-load", "force against strain", chart.image());
     page.table({"strain", "force at equilibrium", "slope there"}, rows);
@@ -203,11 +209,14 @@ void add_anisotropy(Page& page) {
     std::vector<std::vector<std::string>> rows(3);
     std::array<std::vector<Point2>, 2> isotropic;
     for (const bool down : {true, false}) {
-        Chart chart(480, 380, {-5, 5, 1}, {-0.7, 0.1, 0.1, 1});
+        Chart chart(480, 400, {"along the face [spacings]", -5, 5, 1},
+                    {down ? "pushed down: profile [spacings]" : "from the side: profile [spacings]",
+                     -0.7, 0.1, 0.1, 1});
         for (std::size_t m = 0; m < 3; ++m) {
             const auto points = profile(models[m].second, down);
             if (m == 0) isotropic[down] = points;
-            chart.curve(points, {colours[m], 2, 1});
+            chart.curve(points, {colours[m], 2, 1},
+                        m == 0 ? "isotropic" : std::string("model ") + models[m].first);
             if (down) rows[m].push_back(models[m].first);
             rows[m].push_back(text_of(-points[5].y, 4));
         }

@@ -10,6 +10,7 @@
 #include <numbers>
 
 #include "chart.h"
+#include "glyphs.h"
 #include "page.h"
 #include "plot.h"
 #include "slices.h"
@@ -68,14 +69,79 @@ TEST(Plot, WhatLiesOutsideIsLeftOut) {
     EXPECT_EQ(ink_of(plot.image()), 0);
 }
 
-TEST(Plot, EachDigitLooksDifferent) {
-    std::vector<Image> digits;
-    for (const char* digit : {"0", "1", "2", "3", "4", "5", "6", "7", "8", "9", "-", "."}) {
-        Plot plot(20, 20, {0, 0}, {20, 20});
-        plot.number({10, 10}, digit, 12, kBlack);
-        for (const Image& other : digits) EXPECT_NE(plot.image().pixels, other.pixels) << digit;
-        digits.push_back(plot.image());
+TEST(Plot, EachCharacterOfTheFontLooksDifferentAndTheUnknownOnesAreQuestionMarks) {
+    const auto drawn = [](std::string_view text) {
+        Plot plot(40, 40, {0, 0}, {40, 40});
+        plot.text({20, 20}, text, 18, kBlack);
+        return plot.image();
+    };
+    std::vector<Image> seen;
+    for (std::string_view all =
+             "0123456789abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNPQRSTUVWXYZ"  // no O: it is a 0
+             ".,:;?!'+-=/%()[]<>…°×±·µ→≤";
+         !all.empty();) {
+        std::string_view rest = all;
+        take_glyph(rest);
+        const std::string_view character = all.substr(0, all.size() - rest.size());
+        all = rest;
+        const Image image = drawn(character);
+        EXPECT_GT(ink_of(image), 3) << character;
+        for (const Image& other : seen) EXPECT_NE(image.pixels, other.pixels) << character;
+        seen.push_back(image);
     }
+    EXPECT_EQ(drawn("\u1234").pixels, drawn("?").pixels);
+}
+
+TEST(Plot, ATextIsAsWideAsItSaysAndStandsWhereItIsAligned) {
+    for (const Align align : {Align::Left, Align::Middle, Align::Right}) {
+        Plot plot(300, 40, {0, 0}, {300, 40});
+        plot.text({150, 20}, "HEIGHT [mm]", 12, kBlack, align);
+        int first = 300, last = -1;
+        for (int x = 0; x < 300; ++x)
+            for (int y = 0; y < 40; ++y)
+                if (at(plot.image(), x, y) != kPaper) first = std::min(first, x), last = x;
+        const double width = text_width_px("HEIGHT [mm]", 12);
+        const double left = align == Align::Left    ? 150
+                            : align == Align::Right ? 150 - width
+                                                    : 150 - 0.5 * width;
+        EXPECT_NEAR(first, left, 2);
+        EXPECT_NEAR(last, left + width, 2);
+    }
+}
+
+TEST(Plot, AnArrowEndsAtItsTipAndAScaleBarHasItsLength) {
+    Plot arrow(100, 40, {0, 0}, {100, 40});
+    arrow.arrow({10, 20}, {90, 20}, {kBlack, 2, 1});
+    EXPECT_EQ(at(arrow.image(), 86, 20), kBlack);
+    EXPECT_EQ(at(arrow.image(), 92, 20), kPaper);
+    EXPECT_NE(at(arrow.image(), 82, 17), kPaper);  // the head is wider than the shaft
+    EXPECT_EQ(at(arrow.image(), 50, 17), kPaper);
+    Plot bar(200, 60, {0, 0}, {100, 30});  // two pixels a unit
+    bar.scale_bar(40, "40 mm", kBlack);
+    int length = 0;
+    for (int x = 0; x < 200; ++x) length += at(bar.image(), x, 47) == kBlack;
+    EXPECT_NEAR(length, 80, 3);
+}
+
+TEST(Chart, CurvesEndAtTheAxesAndEachNameIsInTheLegend) {
+    const Axis x{"x [mm]", 0, 10, 5}, y{"y [N]", 0, 1, 0.5, 1};
+    const std::array<Point2, 2> steep = {{{0, 0}, {10, 10}}};  // leaves through the top at x = 1
+    const auto coloured = [&](std::string_view name) {
+        Chart chart(240, 160, x, y);
+        chart.curve(steep, {kRed, 2, 1}, name);
+        return chart.image();
+    };
+    const Image plain = coloured(""), named = coloured("a name");
+    int last = 0;
+    for (int row = 0; row < plain.height; ++row)
+        for (int column = 0; column < plain.width; ++column)
+            if (at(plain, column, row) == kRed) last = std::max(last, column);
+    EXPECT_NEAR(last, 52 + 0.1 * (240 - 52 - 20), 5);
+    EXPECT_GT(named.height, plain.height);
+    int red = 0;
+    for (int row = plain.height; row < named.height; ++row)
+        for (int column = 0; column < named.width; ++column) red += at(named, column, row) == kRed;
+    EXPECT_GT(red, 20);
 }
 
 TEST(Plot, ARowHasItsPicturesSideBySide) {
@@ -91,14 +157,14 @@ TEST(Plot, ARowHasItsPicturesSideBySide) {
 
 TEST(Chart, AHistogramShowsEachClassAndTheOnesBeyondTheMarkInRed) {
     const double values[] = {1, 1, 1, 7, 50};
-    const Image image = histogram(values, {0, 10, 5}, 5, 5, 200, 120);
+    const Image image = histogram(values, {"time [ms]", 0, 10, 5}, 5, 5, "limit", 200, 120);
     int blue = 0, red = 0;
     for (const Rgb8 p : image.pixels) {
         blue += p == kBlue;
         red += p == kRed;
     }
     EXPECT_GT(blue, 100);
-    EXPECT_NEAR(double(red) / blue, 2.0 / 3, 0.1);
+    EXPECT_NEAR(double(red) / blue, 2.0 / 3, 0.15);
 }
 
 TEST(Contour, OfACircleAndOfASquareHaveTheDeviationsThatThePageNames) {
