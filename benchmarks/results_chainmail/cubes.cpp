@@ -16,6 +16,7 @@ namespace pliant::results {
 namespace {
 
 constexpr int kView = 420;  ///< pixels of a picture's side
+constexpr double kIso_hu = -500;
 
 struct View {
     Vec3d eye_mm, target_mm;
@@ -51,6 +52,26 @@ Image cut_picture(const Scenario& s, Vec3d place_mm, int across, int down, doubl
               {middle.x + half_mm, middle.y + half_mm});
     draw_values(plot, deform_volume(*s.tissue).volume, slice, 9000, -2500);
     draw_lattice(plot, *s.tissue, slice, window, {largest_mm, 1, 1.6});
+    return plot.image();
+}
+
+/// A cutting plane of the deformed scan, as the thesis shows it: its grey values, its surface (red)
+/// and the surface at rest (blue).
+Image section_picture(const Scenario& s, Vec3d place_mm, int across, int down, double half_mm) {
+    const Grid& grid = s.scan->grid;
+    const Vec3d ijk = voxel_from_world(grid, place_mm);
+    Slice slice{across, down, 0};
+    slice.index = int(std::floor(ijk[slice.third()]));
+    const Point2 middle{ijk[across] * grid.spacing_mm[across], ijk[down] * grid.spacing_mm[down]};
+    constexpr double kFlat = 0.45;  // height of the picture over its width
+    Plot plot(kView, int(kFlat * kView), {middle.x - half_mm, middle.y - kFlat * half_mm},
+              {middle.x + half_mm, middle.y + kFlat * half_mm});
+    const Volume deformed = deform_volume(*s.tissue).volume;
+    draw_values(plot, deformed, slice, 2600, 300);
+    const Window window = window_around(slice, grid, ijk, half_mm + 2);
+    draw_contour(plot, values_in(*s.scan, slice, window), kIso_hu, {{120, 170, 220}, 1.2, 1});
+    draw_contour(plot, values_in(deformed, slice, window), kIso_hu, {{255, 120, 90}, 1.8, 1});
+    plot.scale_bar(10, "10 mm", {255, 255, 255});
     return plot.image();
 }
 
@@ -101,19 +122,27 @@ void add_z_scale(Page& page, const TaskArena& arena) {
         "deformation is stretched along z. Middle and right: limits in proportion to the distance "
         "of the "
         "slices, which is what the adjustment restores and what Pliant always does; and the same "
-        "with "
-        "rounded limits, which the thesis does not have. Upper row: the "
-        "surface from outside (5.2). Lower row: contours of the displacement in the plane "
-        "perpendicular to the push (5.3), x to the right and z down, at 10 % to 90 % of the push; "
-        "thick: half of it; red: the circle of the same mean radius; dots: elements at rest.");
-    std::vector<Image> views, contours;
+        "with rounded limits, which the thesis does not have. First row: the surface from outside "
+        "(5.2). Second and third row: the cutting planes through the tool (5.3), z and x to the "
+        "right, the push downwards; red: the surface at −500 HU; blue: the same at rest. Fourth "
+        "row: contours of the displacement in the plane perpendicular to the push, x to the right "
+        "and z down, at 10 % to 90 % of the push; thick: half of it; red: the circle of the same "
+        "mean radius; dots: elements at rest.");
+    std::vector<Image> views, sections_z, sections_x, contours;
     std::vector<std::vector<std::string>> rows;
     CubeSettings cube{.offset = 0.25, .z_scale = 2.2, .z_adjusted = false};
     const auto add = [&](const char* name) {
         Scenario s = cube_scenario(cube, arena);
         s.push({kFace_mm, kThesisPush_mm});
-        views.push_back(virtual_view(deform_volume(*s.tissue).volume, close_view(kFace_mm), arena));
-        contours.push_back(contour_picture(s, kFace_mm, 0, 2, 20, 1.2));
+        const std::string caption(name);
+        views.push_back(captioned(
+            virtual_view(deform_volume(*s.tissue).volume, close_view(kFace_mm), arena), caption));
+        sections_z.push_back(
+            captioned(section_picture(s, kFace_mm, 2, 1, 18), caption + ": z to the right"));
+        sections_x.push_back(
+            captioned(section_picture(s, kFace_mm, 0, 1, 18), caption + ": x to the right"));
+        contours.push_back(
+            captioned(contour_picture(s, kFace_mm, 0, 2, 20, 1.2), caption + ": x, z"));
         const Contour c = roundness_of(s, kFace_mm, 1.2).across_push;
         rows.push_back({name, text_of(s.reports[0].moved_elements), text_of(extent(c, 0), 2),
                         text_of(extent(c, 1), 2), text_of(extent(c, 1) / extent(c, 0), 2)});
@@ -125,6 +154,10 @@ void add_z_scale(Page& page, const TaskArena& arena) {
     add("in proportion, rounded");
     page.picture("draeger-5-2-z-scale", "surface: not adjusted, in proportion, rounded",
                  row_of(views));
+    const Image cuts[] = {row_of(sections_z), row_of(sections_x)};
+    page.picture("draeger-5-3-sections",
+                 "cutting planes along z and along x: not adjusted, in proportion, rounded",
+                 column_of(cuts));
     page.picture("draeger-5-3-z-scale", "contours: not adjusted, in proportion, rounded",
                  row_of(contours));
     page.table({"limits along z", "moved elements", "extent along x [mm]", "along z [mm]", "z : x"},
@@ -221,43 +254,91 @@ void add_edge(Page& page, const TaskArena& arena) {
         "to it and over it.");
 }
 
-Scenario layers_scenario(const TaskArena& arena) {
-    PhantomSettings phantom;
-    phantom.name = "layers";
-    phantom.size = {100, 100, 100};
-    return make_scenario(must(make_phantom(phantom, arena)).volume, settings_of({}), arena);
+std::vector<std::string> dent_row(const std::string& name, const std::string& threshold,
+                                  const Scenario& s, const Dent& dent) {
+    return {name,
+            threshold,
+            text_of(s.reports[0].moved_elements),
+            text_of(dent.depth_mm, 2),
+            text_of(dent.volume_mm3, 1),
+            text_of(dent.half_below_mm, 2) + ", " + text_of(dent.half_above_mm, 2),
+            text_of(dent.slope, 2),
+            text_of(dent.area_mm2, 0)};
+}
+
+/// Pushes in the halves and on the border: pictures, and one row for each threshold.
+void add_dents(Page& page, const TaskArena& arena) {
+    const struct {
+        const char* name;
+        Vec3d place_mm;
+        StiffHalf stiff;
+    } pushes[] = {{"border", kBorder_mm, StiffHalf::Graded},
+                  {"soft half", kSoft_mm, StiffHalf::Even},
+                  {"stiff half", kStiff_mm, StiffHalf::Even}};
+    std::vector<Image> views, contours;
+    std::vector<std::vector<std::string>> rows;
+    for (const auto& push : pushes) {
+        Scenario s = layers_scenario(push.stiff, arena);
+        s.push({push.place_mm, kThesisPush_mm});
+        views.push_back(captioned(
+            virtual_view(deform_volume(*s.tissue).volume, close_view(push.place_mm), arena),
+            push.name));
+        contours.push_back(
+            captioned(contour_picture(s, push.place_mm, 0, 2, 14, 1.2),
+                      std::string(push.name) + ": displacement of elements, x and z"));
+        for (const double threshold : {kIso_hu, -100.0})
+            rows.push_back(dent_row(push.name, text_of(threshold, 0), s,
+                                    dent_of(s, push.place_mm, threshold, arena)));
+    }
+    page.picture("draeger-5-7-materials", "border, soft half, stiff half", row_of(views));
+    Scenario border = layers_scenario(StiffHalf::Graded, arena);
+    border.push({kBorder_mm, kThesisPush_mm});
+    Scenario both = layers_scenario(StiffHalf::Even, arena);
+    both.push({kSoft_mm, kThesisPush_mm});
+    both.push({kStiff_mm, kThesisPush_mm});
+    const Image sections[] = {
+        captioned(section_picture(border, kBorder_mm, 2, 1, 10), "5.7: the border, z to the right"),
+        captioned(section_picture(both, kBorder_mm, 2, 1, 27),
+                  "5.8: stiff half (left), soft half (right)")};
+    const Image closer[] = {
+        captioned(section_picture(both, kStiff_mm, 2, 1, 10), "5.8: the stiff half, closer"),
+        captioned(section_picture(both, kSoft_mm, 2, 1, 10), "5.8: the soft half, closer")};
+    const Image all[] = {row_of(sections), row_of(closer)};
+    page.picture("draeger-5-8-sections", "cutting planes through the dents", column_of(all));
+    page.picture("draeger-5-8-materials", "contours in the same places", row_of(contours));
+    page.table({"push in", "surface at [HU]", "moved elements", "depth [mm]", "volume [mm³]",
+                "half depth reached towards −z, +z [mm]", "steepest slope", "area dented [mm²]"},
+               rows);
 }
 
 void add_materials(Page& page, const TaskArena& arena) {
     page.heading(3, "Figures 5.7 and 5.8: two materials");
     page.paragraph(
-        "The cuboid with the value 1000 in its upper half and 2000 to 2500 in its lower half "
-        "(thesis scale), offset 0.2, scale factor 1.2. Left: a push on the border between the two "
-        "(5.7). Middle and right: the same push in the soft half and in the stiff one (5.8), from "
-        "outside; below each the plane through the push, z up.");
-    std::vector<Image> views, cuts;
-    std::vector<std::vector<std::string>> rows;
-    const std::pair<const char*, double> places[] = {{"border", 0}, {"soft", 15}, {"stiff", -15}};
-    for (const auto& [name, z] : places) {
-        Scenario s = layers_scenario(arena);
-        const Vec3d place{0, -24.5, z};
-        s.push({place, kThesisPush_mm});
-        views.push_back(virtual_view(deform_volume(*s.tissue).volume, close_view(place), arena));
-        cuts.push_back(contour_picture(s, place, 0, 2, 14, 1.2));
-        const Contour c = roundness_of(s, place, 1.2).across_push;
-        const std::size_t quarter = c.radii_mm.size() / 4;
-        rows.push_back({name, text_of(s.reports[0].moved_elements),
-                        text_of(c.radii_mm[3 * quarter], 2), text_of(c.radii_mm[quarter], 2)});
-    }
-    page.picture("draeger-5-7-materials", "border, soft half, stiff half", row_of(views));
-    page.picture("draeger-5-8-materials", "contours in the same places", row_of(cuts));
-    page.table({"push in", "moved elements", "half of it reached at −z [mm]", "at +z [mm]"}, rows);
+        "A cuboid with the value 1000 in its upper half (thesis scale; 0 HU) and a higher one in "
+        "its lower half, offset 0.2, scale factor 1.2. First a push on the border to values of "
+        "2000 to 2500 (5.7); then one push in the soft half and one in a stiff half of 2000 (5.8). "
+        "Upper row: the surface from outside. Below: the cutting planes through the tool, z to the "
+        "right and the push downwards; red: the surface at −500 HU; blue: the same at rest. Last "
+        "row: contours of the elements' displacement, z down.");
+    add_dents(page, arena);
     page.paragraph(
-        "**Differs from the thesis.** It says that the deformation is smaller where values are "
-        "higher (5.7), and that the softer material's is steeper and slightly bigger (5.8). "
-        "Steeper it is here too. But stiffer material has the smaller play, so it carries the "
-        "motion farther, and its dent is the wider one; the depth is the tool's in both. That is "
-        "also what the thesis's own table 6.2 shows: a smaller offset moves more elements.");
+        "The thesis looks at the surface that the ray caster shows, so this table measures that "
+        "surface: the first crossing of a threshold along the push, in the scan at rest and in the "
+        "deformed one. At the border the dent reaches farther into the soft half (+z) than into "
+        "the stiff one, as the thesis says (5.7). The softer half's dent is the deeper one, and "
+        "wider at half of its depth, at "
+        "either threshold (5.8); its volume is clearly larger at −100 HU, and the same within a "
+        "few percent at −500 HU. It "
+        "is also the "
+        "steeper one at a threshold near the soft material's own value (−100 HU), which is what "
+        "the thesis describes; at −500 HU the stiff half has the steeper flank. The *elements* "
+        "tell another story: the stiff material moves more of them, because its smaller play "
+        "carries the motion farther, as in the thesis's table 6.2; so the foot of its dent (the "
+        "area deeper than " +
+        text_of(kDented_mm, 1) +
+        " mm) is the wider one. The surface differs from the elements because the ray caster sees "
+        "the resampled scan: its crossing lies between the outermost tissue and air, whose "
+        "elements are soft and follow less, at a place that depends on the threshold.");
 }
 
 void add_stages(Page& page, const TaskArena& arena) {

@@ -5,9 +5,9 @@
 //
 //   results_chainmail FOLDER SCANS [PART…]
 //
-// FOLDER gets README.md and its pictures; SCANS has the real scans of the drag; parts are gibson,
-// cubes, passages, timings and drags, by default all. Pictures and counts are the same on each run;
-// times are not.
+// FOLDER gets README.md and its pictures; SCANS has the head of figure 5.9, which may be missing,
+// and the real scans of the drag; parts are gibson, cubes, passages, timings and drags, by default
+// all. Pictures and counts are the same on each run; times are not.
 
 #include <pliant/tasks.h>
 
@@ -27,7 +27,8 @@ void add_introduction(pliant::results::Page& page) {
     using namespace pliant::results;
     page.heading(1, "ChainMail beside its papers");
     page.paragraph(
-        "Each figure and table of [Gibson1996] (5 to 8) and of chapters 5 and 6 of [Draeger2005], "
+        "Each figure and table of [Gibson1996] (1 to 3, 5 to 8) and of chapters 5 and 6 of "
+        "[Draeger2005], "
         "and what Pliant does on the same set-up. The algorithm is described in "
         "[chainmail.md](../../chainmail.md). The papers' own pictures are not repeated here: the "
         "text says what they show.");
@@ -37,15 +38,16 @@ void add_introduction(pliant::results::Page& page) {
 void add_differences(pliant::results::Page& page) {
     page.heading(2, "What differs from the papers, and why");
     page.paragraph(
-        "* **Data.** The thesis's CT of a head and the papers' pictures are not at hand: the nose "
-        "is a phantom, and the comparison is with what the texts say.\n"
+        "* **Data.** The thesis's CT of a head and the papers' pictures are not at hand: the noses "
+        "are those of another head and of a phantom, and the comparison is with the texts.\n"
         "* **Unnamed parameters.** Gibson's limits and motions, the thesis's angular vector (5.4), "
         "its movement limit (5.5), the sizes of its cubes and whether its tool pushes in or pulls "
         "out are not in the texts. Those chosen here are named with each figure.\n"
-        "* **Relaxation.** Gibson's pictures are relaxed after each move, these are not.\n"
-        "* **Two materials (5.7, 5.8).** Here the stiffer material has the wider dent, there the "
-        "softer one is said to be slightly bigger. The minimal move is unique, so this is no "
-        "matter of order: smaller play carries farther.\n"
+        "* **Relaxation.** Gibson's pictures are relaxed after each move; here that is shown for "
+        "figure 5, and the other figures show the propagation alone.\n"
+        "* **Two materials (5.7, 5.8).** The surface that is seen agrees with the thesis: the "
+        "softer half has the bigger dent. Which half has the steeper flank depends on the "
+        "threshold, which the thesis does not name.\n"
         "* **The law.** The thesis's text divides values by 4096; Pliant by 4095, so that the "
         "hardest value has no play at all. The numbers of its table 6.2 fit links of the plain "
         "offset, without any factor for the value, and a z-scale of 2.22 to 2.25.\n"
@@ -72,7 +74,7 @@ int main(int argc, char** argv) {
     const std::pair<std::string_view, std::function<void(Page&)>> parts[] = {
         {"gibson", [&](Page& page) { add_gibson(page, arena); }},
         {"cubes", [&](Page& page) { add_cubes(page, arena); }},
-        {"passages", [&](Page& page) { add_passages(page, arena); }},
+        {"passages", [&](Page& page) { add_passages(page, argv[2], arena); }},
         {"timings", [&](Page& page) { add_timings(page, arena); }},
         {"drags", [&](Page& page) { add_drags(page, argv[2], arena); }}};
     const std::vector<std::string_view> wanted(argv + 3, argv + argc);

@@ -1,10 +1,9 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// [Draeger2005], figures 5.9, 5.11 and 5.12: the way through the nose, walls that face each other,
-// and a bump that stands out into the air.
+// [Draeger2005], figures 5.11 and 5.12: walls that face each other, and a bump that stands out into
+// the air.
 
-#include <pliant/phantom.h>
 #include <pliant/resample.h>
 
 #include <algorithm>
@@ -18,75 +17,6 @@ namespace pliant::results {
 namespace {
 
 constexpr double kIso_hu = -500;
-
-// --- Figure 5.9 ---
-
-/// Three pushes into the nose, and the view after each.
-struct NosePushes {
-    std::vector<Image> views;
-    std::vector<PushReport> reports;
-};
-
-NosePushes push_nose(bool air, const TaskArena& arena) {
-    PhantomSettings phantom;
-    phantom.name = "sinus";
-    phantom.size = {160, 160, 160};
-    ChainMailSettings settings;
-    settings.scale = 1.2;
-    settings.air_enabled = air;
-    Scenario s = make_scenario(must(make_phantom(phantom, arena)).volume, settings, arena);
-    Endoscope camera;
-    camera.eye_mm = {4.6, -42, -9};
-    camera.look = {0, 1, -0.04};
-    camera.field_of_view_deg = 75;
-    const auto view = [&](const Volume& volume) {
-        return RayCaster(volume, arena).endoscope_view(camera, 310, 310);
-    };
-    /// Where a ray from the endoscope meets the wall, a little inside.
-    const auto wall = [&](const Volume& volume, Vec3d direction) {
-        const auto hit =
-            RayCaster(volume, arena).first_hit(camera.eye_mm, direction, kIso_hu, Polarity::Rising);
-        const double distance_mm = hit ? hit->distance_mm + 0.6 : 10;
-        return camera.eye_mm + distance_mm * normalized(direction);
-    };
-    const std::pair<Vec3d, Vec3d> pushes[] = {{{-0.3, 1, 0.1}, {-2.5, 0.8, 0}},
-                                              {{-0.17, 1, -0.1}, {-2.5, 1, 0}},
-                                              {{0.3, 1, -0.32}, {0.6, 2.5, -1}}};
-    NosePushes result{{view(*s.scan)}, {}};
-    for (const auto& [direction, push_mm] : pushes) {
-        const Vec3d place = wall(deform_volume(*s.tissue).volume, direction);
-        s.push({place, push_mm, 2.5});
-        result.views.push_back(view(deform_volume(*s.tissue).volume));
-    }
-    result.reports = s.reports;
-    return result;
-}
-
-void add_nose(Page& page, const TaskArena& arena) {
-    page.heading(3, "Figure 5.9: through the nose");
-    page.paragraph(
-        "The thesis's CT of a head is not at hand; this is `pliant phantom sinus`, 160³ voxels of "
-        "0.8 mm. The endoscope is in the left nostril, between septum and turbinate, and looks "
-        "towards the sphenoid sinus. Offset 0.2, scale factor 1.2, tool: a sphere of 2.5 mm. From "
-        "left to right: at rest; the septum pushed aside; once more, farther in; then the "
-        "turbinate, on the opposite side. Upper row: air follows the law of its value, as in the "
-        "thesis; lower row: air as a material of its own.");
-    std::vector<std::vector<std::string>> rows;
-    for (const bool air : {false, true}) {
-        const NosePushes nose = push_nose(air, arena);
-        page.picture(air ? "draeger-5-9-nose-air" : "draeger-5-9-nose",
-                     "the passage at rest and after each of three pushes", row_of(nose.views, 8));
-        for (const PushReport& report : nose.reports)
-            rows.push_back({std::to_string(rows.size() % 3 + 1), air ? "on" : "off",
-                            text_of(report.step_fraction, 3),
-                            report.limited_by == LimitedBy::Bone ? "bone" : "–",
-                            text_of(report.moved_elements)});
-    }
-    page.table({"push", "air of its own", "done", "limited by", "moved elements"}, rows);
-    page.paragraph(
-        "The thesis pushes by about a voxel at a time; these pushes are 3 mm, to show, and end "
-        "where the bone behind the mucosa would have to move.");
-}
 
 // --- Figure 5.11 ---
 
@@ -299,9 +229,9 @@ void add_bump(Page& page, const TaskArena& arena) {
 
 }  // namespace
 
-void add_passages(Page& page, const TaskArena& arena) {
+void add_passages(Page& page, const std::filesystem::path& scans, const TaskArena& arena) {
     page.heading(2, "Dräger 2005, chapter 5: passages");
-    add_nose(page, arena);
+    add_nose(page, scans, arena);
     add_opposite_walls(page, arena);
     add_bump(page, arena);
 }

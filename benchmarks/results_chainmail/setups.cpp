@@ -4,6 +4,8 @@
 #include "setups.h"
 
 #include <pliant/phantom.h>
+#include <pliant/render.h>
+#include <pliant/resample.h>
 
 #include <algorithm>
 #include <cmath>
@@ -60,15 +62,17 @@ Scenario make_scenario(Volume scan, const ChainMailSettings& settings, const Tas
     return scenario;
 }
 
-Scenario gibson_object(const ObjectShape& shape, double range, double shear,
-                       const TaskArena& arena) {
+Scenario gibson_object(const ObjectShape& shape, double range, double shear, const TaskArena& arena,
+                       double yield) {
     ChainMailSettings settings;
     settings.max_movement_mm = 500;
     settings.bounded = true;
     settings.custom_law = [=](int value) {
         constexpr double kNoLink = 1000;
-        return value < kTissue ? even_limits(kNoLink, kNoLink, false)
-                               : even_limits(range, shear, value == kFixed);
+        if (value < kTissue) return even_limits(kNoLink, kNoLink, false);
+        ElementLimits limits = even_limits(range, shear, value == kFixed);
+        limits.yield = yield;
+        return limits;
     };
     return make_scenario(filled(shape.size, {1, 1, 1},
                                 [&](Vec3i e) {
@@ -76,6 +80,29 @@ Scenario gibson_object(const ObjectShape& shape, double range, double shear,
                                     return shape.fixed && shape.fixed(e) ? kFixed : kTissue;
                                 }),
                          settings, arena);
+}
+
+Scenario chain_scenario(const TaskArena& arena) {
+    return gibson_object({{kChainElements, 1, 1}, [](Vec3i) { return true; }, nullptr}, kChainRange,
+                         kChainRange, arena);
+}
+
+Recovery recovery_of(double yield, const TaskArena& arena,
+                     const std::function<void(const Scenario&)>& seen) {
+    const auto is_fixed = [](Vec3i e) { return e.x == 0 || e.x == kRecoverySide - 1; };
+    Recovery result{.sheet = gibson_object(
+                        {{kRecoverySide, kRecoverySide, 1}, [](Vec3i) { return true; }, is_fixed},
+                        0.5, 0.5, arena, yield)};
+    ChainMail& tissue = *result.sheet.tissue;
+    const std::vector<Vec3i> held{{kRecoverySide / 2, kRecoverySide / 2, 0}};
+    result.sheet.push(held, {6, -9, 0});
+    must(tissue.relax({.held = held}));
+    result.pulled_mm = tissue.state().max_movement_mm;
+    if (seen) seen(result.sheet);
+    must(tissue.relax({}));
+    result.left_mm = tissue.state().max_movement_mm;
+    if (seen) seen(result.sheet);
+    return result;
 }
 
 ChainMailSettings settings_of(const CubeSettings& cube) {
@@ -114,6 +141,54 @@ Scenario solid_scenario(const CubeSettings& cube, const TaskArena& arena) {
     volume.grid.origin_mm = {-0.5 * (kSide - 1), -0.5 * (kSide - 1),
                              -0.5 * (slices - 1) * cube.z_scale};
     return make_scenario(std::move(volume), settings_of(cube), arena);
+}
+
+Scenario layers_scenario(StiffHalf stiff, const TaskArena& arena) {
+    PhantomSettings phantom;
+    phantom.name = "layers";
+    phantom.size = {100, 100, 100};
+    Volume volume = must(make_phantom(phantom, arena)).volume;
+    if (stiff == StiffHalf::Graded) return make_scenario(std::move(volume), settings_of({}), arena);
+    const Volume graded = volume;
+    Volume even = filled(graded.grid.size, graded.grid.spacing_mm,
+                         [&](Vec3i e) { return std::min(int(graded.at(e)), int(kCubeHu)); });
+    even.grid = graded.grid;
+    return make_scenario(std::move(even), settings_of({}), arena);
+}
+
+Dent dent_of(const Scenario& scenario, Vec3d place_mm, double threshold_hu,
+             const TaskArena& arena) {
+    constexpr double kStep_mm = 0.25, kFar_mm = 12;
+    constexpr int kSteps = int(kFar_mm / kStep_mm);
+    const Volume deformed = deform_volume(*scenario.tissue).volume;
+    const RayCaster before(*scenario.scan, arena), after(deformed, arena);
+    const auto depth = [&](int x, int z) {
+        const Vec3d from = place_mm + Vec3d{x * kStep_mm, -10, z * kStep_mm};
+        const auto rest = before.first_hit(from, {0, 1, 0}, threshold_hu, Polarity::Rising);
+        const auto now = after.first_hit(from, {0, 1, 0}, threshold_hu, Polarity::Rising);
+        return rest && now ? now->distance_mm - rest->distance_mm : 0.0;
+    };
+    Dent dent;
+    std::vector<double> profile;  // through the tool, along z
+    for (int z = -kSteps; z <= kSteps; ++z)
+        for (int x = -kSteps; x <= kSteps; ++x) {
+            const double here = depth(x, z);
+            dent.depth_mm = std::max(dent.depth_mm, here);
+            dent.volume_mm3 += here * kStep_mm * kStep_mm;
+            dent.area_mm2 += here > kDented_mm ? kStep_mm * kStep_mm : 0;
+            if (x == 0) profile.push_back(here);
+        }
+    const auto half = [&](int direction) {
+        int n = 0;
+        while (n < kSteps && profile[std::size_t(kSteps + direction * n)] > 0.5 * dent.depth_mm)
+            ++n;
+        return n * kStep_mm;
+    };
+    dent.half_below_mm = half(-1);
+    dent.half_above_mm = half(1);
+    for (std::size_t n = 4; n < profile.size(); ++n)  // over 1 mm, a voxel
+        dent.slope = std::max(dent.slope, std::abs(profile[n] - profile[n - 4]));
+    return dent;
 }
 
 Roundness roundness_of(const Scenario& scenario, Vec3d grabbed_mm, double push_mm) {

@@ -50,8 +50,25 @@ struct ObjectShape {
     std::function<bool(Vec3i)> fixed;
 };
 /// @param range, shear  how far a link may be compressed or stretched, and sheared; fraction
-Scenario gibson_object(const ObjectShape& shape, double range, double shear,
-                       const TaskArena& arena);
+/// @param yield  strain beyond this fraction of the limits stays; 0: none does
+Scenario gibson_object(const ObjectShape& shape, double range, double shear, const TaskArena& arena,
+                       double yield = 0);
+/// A chain of links of 1 mm in one dimension, each between (1 ± kChainRange) mm long; the element
+/// kChainHeld is moved.
+inline constexpr int kChainElements = 9, kChainHeld = 4;
+inline constexpr double kChainRange = 0.4;
+Scenario chain_scenario(const TaskArena& arena);
+/// A sheet that is held at its left and right edges, pulled in its middle, relaxed while the tool
+/// holds on, then let go and relaxed until nothing moves.
+struct Recovery {
+    Scenario sheet;
+    double pulled_mm = 0;  ///< largest displacement while the tool holds on
+    double left_mm = 0;    ///< after the tool has let go
+};
+inline constexpr int kRecoverySide = 60;
+/// @param seen  is called twice: while the tool holds on, and at the end; may be empty
+Recovery recovery_of(double yield, const TaskArena& arena,
+                     const std::function<void(const Scenario&)>& seen = {});
 
 // --- [Draeger2005] ---
 
@@ -71,6 +88,22 @@ inline constexpr Vec3d kFace_mm{0, -29.5, 0};
 inline constexpr Vec3d kThesisPush_mm{0, 1, 0};
 /// The same material without a surface, pushed in its middle.
 Scenario solid_scenario(const CubeSettings& cube, const TaskArena& arena);
+
+/// The dent that a push left in the surface at a threshold, along +y: the difference of the first
+/// crossings on rays through the scan at rest and the deformed scan.
+struct Dent {
+    double depth_mm = 0, volume_mm3 = 0, area_mm2 = 0;  ///< area: deeper than kDented_mm
+    /// From the tool to where the dent has half of its depth, towards −z and towards +z.
+    double half_below_mm = 0, half_above_mm = 0;
+    double slope = 0;  ///< steepest, along z
+};
+inline constexpr double kDented_mm = 0.1;
+Dent dent_of(const Scenario& scenario, Vec3d place_mm, double threshold_hu, const TaskArena& arena);
+
+/// Figures 5.7 and 5.8: a soft cuboid (0 HU) on a stiff one, 1000 to 1500 HU or all of 1000 HU.
+enum class StiffHalf { Graded, Even };
+Scenario layers_scenario(StiffHalf stiff, const TaskArena& arena);
+inline constexpr Vec3d kBorder_mm{0, -24.5, 0}, kSoft_mm{0, -24.5, 15}, kStiff_mm{0, -24.5, -15};
 
 /// Contours of half the push around the grabbed cell, in the three planes through it.
 struct Roundness {

@@ -120,6 +120,14 @@ PlaneField displacement_along(const ChainMail& tissue, const Slice& slice, const
     return field;
 }
 
+PlaneField values_in(const Volume& volume, const Slice& slice, const Window& window) {
+    PlaneField field{slice, window, volume.grid.spacing_mm, {}};
+    for (int d = window.down_begin; d < window.down_end; ++d)
+        for (int a = window.across_begin; a < window.across_end; ++a)
+            field.values.push_back(volume.at(slice.element(a, d)));
+    return field;
+}
+
 void draw_contour(Plot& plot, const PlaneField& field, double level, const Ink& ink) {
     const Window& w = field.window;
     const double sa = field.spacing_mm[field.slice.across], sd = field.spacing_mm[field.slice.down];

@@ -59,6 +59,8 @@ struct PlaneField {
 /// Component of the displacement along a unit vector [LPS].
 PlaneField displacement_along(const ChainMail& tissue, const Slice& slice, const Window& window,
                               Vec3d direction);
+/// Values of a scan at the elements of a window.
+PlaneField values_in(const Volume& volume, const Slice& slice, const Window& window);
 void draw_contour(Plot& plot, const PlaneField& field, double level, const Ink& ink);
 
 /// A closed contour around a point, by its radius at equally spaced angles.

@@ -125,7 +125,7 @@ void add_stability(Page& page) {
     Chart chart(640, 400, {"stiffness K [units of 2b/T]", 0.4, 1.6, 0.2, 1},
                 {"growth of the swing [units of b/2m]", -0.8, 0.8, 0.2, 1});
     chart.mark(1, {kDark, 1, 0.6}, "boundary in theory");
-    const Ink inks[] = {{kBlue, 2.5}, {kOrange, 1.5}, {kRed, 1.5}};
+    const Ink inks[] = {{kBlue, 5}, {kOrange, 1.5}, {kRed, 1.5}};
     std::vector<std::vector<std::string>> rows;
     for (std::size_t n = 0; n < kCases.size(); ++n) {
         const Case& c = kCases[n];

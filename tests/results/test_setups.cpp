@@ -4,7 +4,9 @@
 // The numbers that docs/results/chainmail/README.md claims.
 
 #include <gtest/gtest.h>
+#include <pliant/resample.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "setups.h"
@@ -105,6 +107,91 @@ TEST(ChainMailResults, AFingerSinksUnderAToolThatSticksAndIsBentAsideByOneThatIt
         EXPECT_NEAR(slides.tissue->displacement_mm(kBumpTip).x, -1.93, 0.02);
         EXPECT_NEAR(slides.tissue->displacement_mm(kBumpTip).y, 1.88, 0.02);
         EXPECT_NEAR(slides.tissue->displacement_mm(wall).y, 0.03, 0.01);
+    }
+}
+
+/// Depth and volume of a dent without rays, by another mapping: voxel columns along y of the scan
+/// that the tetrahedra resample, each with the first crossing between two voxels.
+struct ColumnDent {
+    double depth_mm = 0, volume_mm3 = 0;
+};
+ColumnDent column_dent(const Scenario& s, Vec3d place_mm, double threshold_hu) {
+    const Volume deformed = deform_volume(*s.tissue, Mapping::Tetrahedra).volume;
+    const Vec3d ijk = voxel_from_world(s.scan->grid, place_mm);
+    const auto crossing = [&](const Volume& volume, int x, int z) {
+        int y = int(ijk.y) - 6;
+        while (volume.at({x, y + 1, z}) < threshold_hu) ++y;
+        const double low = volume.at({x, y, z}), high = volume.at({x, y + 1, z});
+        return y + (threshold_hu - low) / (high - low);
+    };
+    ColumnDent dent;
+    for (int z = int(ijk.z) - 12; z <= int(ijk.z) + 13; ++z)
+        for (int x = int(ijk.x) - 12; x <= int(ijk.x) + 13; ++x) {
+            const double depth = crossing(deformed, x, z) - crossing(*s.scan, x, z);
+            dent.depth_mm = std::max(dent.depth_mm, depth);
+            dent.volume_mm3 += depth;
+        }
+    return dent;
+}
+
+TEST(ChainMailResults, OnTheSurfaceTheSofterHalfHasTheBiggerDent) {
+    const TaskArena arena(2);
+    for (const double threshold : {-500.0, -100.0}) {
+        SCOPED_TRACE(threshold);
+        Dent dents[2];
+        ColumnDent columns[2];
+        std::int64_t moved[2];
+        for (int n = 0; n < 2; ++n) {
+            Scenario s = layers_scenario(StiffHalf::Even, arena);
+            const Vec3d place = n == 0 ? kSoft_mm : kStiff_mm;
+            moved[n] = s.push({place, kThesisPush_mm}).moved_elements;
+            dents[n] = dent_of(s, place, threshold, arena);
+            columns[n] = column_dent(s, place, threshold);
+            EXPECT_NEAR(dents[n].depth_mm, columns[n].depth_mm, 0.05);
+            EXPECT_NEAR(dents[n].volume_mm3, columns[n].volume_mm3, 0.1 * dents[n].volume_mm3);
+        }
+        EXPECT_GT(dents[0].depth_mm, 1.03 * dents[1].depth_mm);
+        EXPECT_GT(columns[0].depth_mm, 1.03 * columns[1].depth_mm);
+        EXPECT_GT(dents[0].volume_mm3, 1.02 * dents[1].volume_mm3);
+        EXPECT_GE(columns[0].volume_mm3, 0.999 * columns[1].volume_mm3);  // at -500 HU: equal
+        EXPECT_GT(dents[0].half_above_mm, dents[1].half_above_mm);
+        EXPECT_LT(dents[0].area_mm2, dents[1].area_mm2);  // the foot, though, is wider
+        EXPECT_LT(moved[0], moved[1]);
+        if (threshold == -100)
+            EXPECT_GT(dents[0].slope, 2 * dents[1].slope);
+        else
+            EXPECT_LT(dents[0].slope, dents[1].slope);
+    }
+}
+
+TEST(ChainMailResults, AtTheBorderTheDentReachesFartherIntoTheSoftHalf) {
+    const TaskArena arena(2);
+    Scenario s = layers_scenario(StiffHalf::Graded, arena);
+    s.push({kBorder_mm, kThesisPush_mm});
+    for (const double threshold : {-500.0, -100.0}) {
+        const Dent dent = dent_of(s, kBorder_mm, threshold, arena);
+        EXPECT_GE(dent.half_above_mm, dent.half_below_mm + 0.5) << threshold;
+    }
+}
+
+TEST(ChainMailResults, AChainFollowsByAsMuchAsItsLinksGiveWay) {
+    const TaskArena arena(2);
+    Scenario s = chain_scenario(arena);
+    for (int step = 1; step <= 4; ++step) {
+        s.push({{kChainHeld, 0, 0}}, {0.6, 0, 0});
+        for (int n = 0; n < kChainElements; ++n)
+            EXPECT_NEAR(s.tissue->displacement_mm({n, 0, 0}).x,
+                        std::max(0.0, 0.6 * step - kChainRange * std::abs(n - kChainHeld)), 1e-5)
+                << step << ", " << n;
+    }
+}
+
+TEST(ChainMailResults, AnElasticSheetGoesBackAndAPlasticOneKeepsItsImprint) {
+    const TaskArena arena(2);
+    for (const double yield : {0.0, 0.4}) {
+        const Recovery r = recovery_of(yield, arena);
+        EXPECT_NEAR(r.pulled_mm, std::hypot(6, 9), 1e-5);
+        EXPECT_NEAR(r.left_mm, yield == 0 ? 0 : (1 - yield) * r.pulled_mm, 1e-3);
     }
 }
 
