@@ -193,16 +193,16 @@ void add_deform(CLI::App& app, DeformOptions& o) {
     c->footer(
         "Pushes, slides, cuts and carvings are done in the order in which they are given.\n"
         "Examples:\n"
-        "  pliant deform scan.nrrd --push \"-13.5,116,-421:6,0,0\" --tool sphere:4 "
+        "  pliant deform scan.nrrd --push \"-6.5,130,-437:3,-3,-2\" --tool sphere:4 "
         "--out pushed.nrrd --png pushed.png\n"
-        "  pliant deform scan.nrrd --cut \"-30,100,-421;-5,105,-421:0,0,40\" "
-        "--push \"-13.5,116,-421:6,0,0\" --out cut.nrrd --save-state cut.plst\n"
-        "  pliant deform scan.nrrd --slide \"-20,116,-421:9,0,0\" --tool sphere:4 "
+        "  pliant deform scan.nrrd --cut \"-3,133,-428;8,124,-435:-12,-8,-7\" "
+        "--push \"-6.5,130,-437:3,-3,-2\" --tool sphere:4 --out cut.nrrd --save-state cut.plst\n"
+        "  pliant deform scan.nrrd --slide \"-14,138,-437:7,-6,-4\" --tool sphere:4 "
         "--out slid.nrrd\n"
-        "  pliant deform scan.nrrd --load-state cut.plst --carve \"-13.5,116,-421:5\" "
+        "  pliant deform scan.nrrd --load-state cut.plst --carve \"-3,127,-438:4\" "
         "--out carved.nrrd\n"
         "  pliant deform scan.nrrd --model springs --cell-mm 9 --depth 8 "
-        "--push \"-13.5,116,-421:6,0,0\" --out springs.nrrd");
+        "--push \"-6.5,130,-437:3,-3,-2\" --out springs.nrrd");
 }
 
 }  // namespace pliant::app
