@@ -92,11 +92,11 @@ Result<ChainMailSettings> read_chainmail_settings(const std::filesystem::path& p
 MaterialLaw draeger_law(const ChainMailSettings& settings);
 
 struct Push {
-    Vec3d point_mm{0, 0, 0};      ///< where the tool touches, LPS
-    Vec3d push_mm{0, 0, 0};       ///< how far it goes, LPS
-    /// 0: grabs the eight elements of the cell that holds the point. Else all tissue elements in the
-    /// sphere; where it is smaller than a voxel along some axis, also the elements of every cell
-    /// whose trilinear value is tissue somewhere in it.
+    Vec3d point_mm{0, 0, 0};  ///< where the tool touches, LPS
+    Vec3d push_mm{0, 0, 0};   ///< how far it goes, LPS
+    /// 0: grabs the eight elements of the cell that holds the point. Else all tissue elements in
+    /// the sphere; where it is smaller than a voxel along some axis, also the elements of every
+    /// cell whose trilinear value is tissue somewhere in it.
     double sphere_radius_mm = 0;
 };
 

@@ -13,8 +13,8 @@
 #include <string>
 #include <vector>
 
-#include "resample/scatter_job.h"
 #include "chainmail/trilinear_cell.h"
+#include "resample/scatter_job.h"
 
 namespace pliant {
 namespace {

@@ -6,8 +6,8 @@
 
 #include <gtest/gtest.h>
 
-#include "resample/open_voxels.h"
 #include "chainmail/trilinear_cell.h"
+#include "resample/open_voxels.h"
 #include "support/random.h"
 
 namespace pliant::test {

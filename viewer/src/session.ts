@@ -404,8 +404,8 @@ export class Session implements Listener {
         return inTissue(volume.sample(voxelFromWorld(volume.grid, eye)), this.surface());
     }
 
-    /// The eye is never in tissue: where tissue has come to lie over it, it gives way, and goes back
-    /// when the tissue has gone.
+    /// The eye is never in tissue: it gives way to tissue that has come to lie over it, and goes
+    /// back when the tissue has gone.
     private keepEyeFree(): void {
         const { camera, wall, tip, loaded } = this.store.state;
         if (!this.volume || wall === 'pass' || loaded < 1) return;
