@@ -68,8 +68,13 @@ Scenario gibson_object(const ObjectShape& shape, double range, double shear, con
     settings.max_movement_mm = 500;
     settings.bounded = true;
     settings.custom_law = [=](int value) {
-        constexpr double kNoLink = 1000;
-        if (value < kTissue) return even_limits(kNoLink, kNoLink, false);
+        // Around the object is almost nothing: it gives way until it is flat.
+        constexpr double kFlat = 1, kFree = 1000;
+        if (value < kTissue)
+            return ElementLimits{.compress = {kFlat, kFlat, kFlat},
+                                 .stretch = {kFree, kFree, kFree},
+                                 .shear = {kFree, kFree, kFree},
+                                 .max_movement_mm = 500};
         ElementLimits limits = even_limits(range, shear, value == kFixed);
         limits.yield = yield;
         return limits;
