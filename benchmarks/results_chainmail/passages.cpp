@@ -221,8 +221,9 @@ void add_bump(Page& page, const TaskArena& arena) {
     page.paragraph(
         "Sticking, it goes down with the wall as the column does. Sliding, it is bent to a side, "
         "and the "
-        "tool goes past it; the wall below hardly moves. Air of its own makes no difference to "
-        "the finger here, only to how much around it moves along: on an even wall the way through "
+        "tool goes past it; the wall below hardly moves. Air of its own makes little difference "
+        "to the finger here, and much to how much around it moves along: on an even wall the way "
+        "through "
         "the tissue is as short as that through the air. A tool that comes down straight on the "
         "axis still pushes a finger into the wall: ChainMail knows no buckling.");
 }
