@@ -203,7 +203,8 @@ void Hub::measure_force() {
 }
 
 /// Relaxing tissue keeps out of the endoscopes of those who may change it. The scene is told where
-/// they stand by commands, so that a replay has them, and only while it relaxes.
+/// they stand by commands, so that a replay has them, only while it relaxes, and only where tissue
+/// at rest would close over them.
 void Hub::tell_eyes() {
     if (!m_scene->is_relaxing() || m_scene->choice().vessel || m_scene->choice().springs) return;
     for (Client& client : m_clients) {
@@ -211,7 +212,7 @@ void Hub::tell_eyes() {
         EyeCommand eye;
         if (client.connection && !client.info.view && tool.kind == ToolKind::Endoscope)
             eye = {{tool.position_mm.x, tool.position_mm.y, tool.position_mm.z}, tool.radius_mm};
-        if (eye.radius_mm == 0) eye = {};
+        if (eye.radius_mm == 0 || !m_scene->may_close_over(eye.place_mm, eye.radius_mm)) eye = {};
         if (eye == client.eye) continue;
         client.eye = eye;
         act(client.info.number, eye);

@@ -5,6 +5,7 @@
 
 #include <pliant/chainmail_slide.h>
 
+#include <algorithm>
 #include <utility>
 
 #include "scene/chainmail_tissue.h"
@@ -171,6 +172,25 @@ Outcome Scene::act(std::uint32_t client, const EyeCommand& command) {
     // Relaxation would take the place of what could be done again.
     if (m_undone.empty()) m_settled = false;
     return {};
+}
+
+bool Scene::may_close_over(Vec3d place_mm, double radius_mm) const {
+    const ChainMail* model = m_tissue->chainmail();
+    if (!model) return false;
+    if (model->settings().yield > 0) return true;
+    const Volume& scan = m_loaded->volume;
+    const TissueValues shown{m_iso_hu, m_polarity == Polarity::Rising};
+    const auto is_tissue = [&](Vec3d place) {
+        return shown.hold(sample_linear(scan, voxel_from_world(scan.grid, place)));
+    };
+    // On three spheres, towards the faces, edges and corners of a cube; the centre is among them.
+    for (int n = 0; n < 27; ++n) {
+        const Vec3d towards{n % 3 - 1.0, n / 3 % 3 - 1.0, n / 9 - 1.0};
+        const double length = std::max(norm(towards), 1.0);
+        for (const double share : {1 / 3.0, 2 / 3.0, 1.0})
+            if (is_tissue(place_mm + (share * radius_mm / length) * towards)) return true;
+    }
+    return false;
 }
 
 // The whole tissue.

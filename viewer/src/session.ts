@@ -160,8 +160,11 @@ export class Session implements Listener {
     }
 
     state(shared: SharedState): void {
+        const { iso, rising } = this.surface();
         this.store.set({ shared });
-        this.eyeIsFree = !this.isInTissue();
+        const now = this.surface();
+        // Another threshold doesn't move the eye, whatever it makes of its place.
+        if (now.iso !== iso || now.rising !== rising) this.eyeIsFree = !this.isInTissue();
         this.onState();
     }
 
