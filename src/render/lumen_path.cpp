@@ -85,8 +85,14 @@ Result<Vec3d> place_end(const render::LumenTiles& tiles, const std::string& name
     if (!render::clear_corners(tiles, place).empty()) return place;
     const auto near =
         nearest_lumen(volume, tiles.lumen(), place, std::max(kTellWithinMm, reach_mm));
-    if (near && near->distance_mm <= reach_mm)
-        return Vec3d{double(near->voxel.x), double(near->voxel.y), double(near->voxel.z)};
+    if (near && near->distance_mm <= reach_mm) {
+        const Vec3d at{double(near->voxel.x), double(near->voxel.y), double(near->voxel.z)};
+        // Beside a voxel that is no finite number, a lumen voxel has no clear corner.
+        if (render::clear_corners(tiles, at).empty())
+            return invalid(name + ": expected a place among finite voxel values, found " +
+                           text_of(point_mm));
+        return at;
+    }
     const std::string how_far = near ? text_of(near->distance_mm) + " mm from the nearest lumen"
                                      : "with no lumen within " + text_of(kTellWithinMm) + " mm";
     return invalid(name + ": expected a place in the lumen, found " + text_of(point_mm) +

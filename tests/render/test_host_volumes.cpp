@@ -10,6 +10,8 @@
 #include <pliant/render.h>
 
 #include <cmath>
+#include <limits>
+#include <vector>
 
 #include "support/broken_volumes.h"
 #include "support/one_thread.h"
@@ -93,6 +95,31 @@ TEST(HostVolumes, AVoxelThatIsNoNumberIsBlackInSectionsAndNothingInFluoroscopy) 
     for (const float w :
          water_lengths_mm(volume, {.centre_mm = {1, 1, 1}, .width_mm = 2}, 8, 8, one_thread()))
         EXPECT_EQ(w, 0);
+}
+
+TEST(HostVolumes, APathAmongVoxelsThatAreNoNumbersIsFoundOrRefused) {
+    constexpr int kSize = 24;
+    constexpr float kInfinity = std::numeric_limits<float>::infinity();
+    int refused = 0;
+    for (const float strange : {-kInfinity, kInfinity, std::nanf(""), -3e38F})
+        for (int first = 0; first < 7; ++first) {
+            SCOPED_TRACE(testing::Message() << strange << ", from voxel " << first);
+            // A tube along k, with every seventh voxel replaced.
+            Volume tube;
+            tube.grid.size = {kSize, kSize, kSize};
+            std::vector<float> voxels;
+            for (int n = 0; n < kSize * kSize * kSize; ++n) {
+                const double beside = std::hypot(n % kSize - 12, n / kSize % kSize - 12);
+                voxels.push_back(n % 7 == first ? strange : beside < 6 ? -1000.0F : 40.0F);
+            }
+            tube.voxels = voxels;
+            const auto path = find_lumen_path(tube, {12, 12, 3}, {12, 12, 20}, {}, one_thread());
+            refused += !path.ok();
+            if (path.ok()) {
+                EXPECT_TRUE(std::isfinite(path->length_mm));
+            }
+        }
+    EXPECT_GT(refused, 0);
 }
 
 }  // namespace
