@@ -22,7 +22,7 @@ const Ink& ink_of_link(double length_mm) {
     return kSlack;
 }
 
-/// One row: elements, links with their lengths, and what was done.
+/// One row: elements, links with their lengths, and the action.
 void draw_chain(Plot& plot, const ChainMail& chain, double y, const std::string& name) {
     const auto place = [&](int n) { return n + chain.displacement_mm({n, 0, 0}).x; };
     plot.text({-3.3, y}, name, kText_px, kDark, Align::Left);

@@ -9,9 +9,10 @@
 //  ───'  '─────       the bump is bent aside, and the tool goes on past it.
 //
 // The way is cut into steps of at most half a voxel. After each, the cells whose trilinear value is
-// tissue somewhere in the sphere move as one along the mean direction from its centre to that
-// tissue, just as far as takes all of it out; everything else makes its least move, as after any
-// push. A sphere between voxels, or between thick slices, so touches the wall like any other.
+// tissue somewhere in the sphere move together along the mean direction from its centre to that
+// tissue, by the least distance that takes all of it out. All other elements make their least move,
+// as after any push. A sphere between voxels, or between thick slices, touches the wall like a
+// larger one.
 
 #pragma once
 
@@ -31,7 +32,7 @@ struct TissueValues {
 
 struct SlideReport {
     double way_fraction = 0;  ///< of the scaled way, done in whole steps, 0…1
-    /// What ended it: Bone; Movement; Wall where tissue closes around the sphere's centre.
+    /// Cause of the end: Bone; Movement; Wall where tissue closes around the sphere's centre.
     LimitedBy limited_by = LimitedBy::None;
     /// The sphere's centre at the end [mm, LPS]: way_fraction of the way, or the nearest free place
     /// where tissue came to lie there. An endoscope's eye can stay here.

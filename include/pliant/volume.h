@@ -45,8 +45,8 @@ struct Volume {
 /// Checks a volume that a program filled in itself, in constant time: the size of each axis
 /// (1…65536), spacing (10⁻⁶…10⁴ mm), origin (within 10⁸ mm), direction (perpendicular unit columns,
 /// to within 0.001), and that there are as many voxels as the grid says. Every function of the
-/// library that takes a volume and can fail calls it; those that return a picture treat a volume
-/// that fails it as air.
+/// library that takes a volume and can fail calls it; functions that return a picture treat a
+/// volume that fails it as air.
 ///
 /// Voxel values are not looked at. A value that is no number counts as air where a material is
 /// looked up, makes the values interpolated from it no numbers, and is never a wall to a ray.

@@ -105,8 +105,8 @@ class Visitor {
     CellBlock m_block;
 };
 
-/// Blocks that hold the rest places of what may lie in the region. @returns an empty box where none
-/// is in the scan
+/// Blocks that hold the rest position of every element that may lie in the region now.
+/// @param reach  largest movement along each axis [voxels]
 Box3i blocks_around(const Lattice& lattice, const Region& region, Vec3i reach) {
     Vec3i low, high;
     for (int a = 0; a < 3; ++a) {
@@ -151,7 +151,7 @@ void visit_near_cells(const Lattice& lattice, Vec3d low, Vec3d high,
         for_each_in(all, [&](Vec3i coord) { visitor.visit_block(coord); });
         return;
     }
-    // Fine voxels: what moves far is in few of the blocks within reach.
+    // Fine voxels: few of the blocks within reach hold elements that move far.
     std::vector<Vec3i> blocks = cell_blocks(lattice);
     for_each_in(blocks_around(lattice, region, {0, 0, 0}),
                 [&](Vec3i coord) { blocks.push_back(coord); });

@@ -22,7 +22,8 @@ constexpr int kElementsPerLook = 8 * 512;
 /// a micrometre [units].
 constexpr Fixed kSnap = 1 << 10;
 
-/// Places along a tool's axis that are looked at; a longer one is taken for a row of thick beads.
+/// Most positions along a tool's axis around which cells are held; on a longer axis they are
+/// farther apart than a voxel.
 constexpr double kMaxAxisPieces = 4096;
 
 bool same_tools(const std::vector<RelaxTool>& p, const std::vector<RelaxTool>& q) {
@@ -110,8 +111,8 @@ void Relaxation::make_all_links() {
     });
 }
 
-/// The guard sees elements, and tissue could pass between them through a tool's axis. So the cells
-/// around the axis stay as they are: what the scan shows there cannot change.
+/// Holds the cells around each tool's axis, so that the values on the axis stay the same. The guard
+/// sees elements only, and tissue between them could pass through the axis.
 void Relaxation::hold_around_tools() {
     m_around_tools.clear();
     const Grid& grid = m_lattice.grid();

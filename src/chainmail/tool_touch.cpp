@@ -107,7 +107,7 @@ class TouchSearch {
         if (m_points.size() > first) m_cells.push_back({cell.lowest, first, m_points.size()});
     }
 
-    /// Cells in the order of their places, whatever bricks they came from.
+    /// Returns the cells sorted by position, so that the result doesn't depend on the bricks.
     Touch take() {
         std::sort(m_cells.begin(), m_cells.end(), [](const Touched& p, const Touched& q) {
             return comes_before(p.lowest, q.lowest);

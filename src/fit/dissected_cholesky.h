@@ -4,12 +4,11 @@
 // Cholesky factors of large networks: nested dissection [George1973] and the multifrontal method
 // [Duff1983].
 //
-//        left     │ s │    right          The nodes beside a plane are a separator: without them
-//     ┌───────────┼───┼───────────┐       left and right don't touch, and are eliminated first,
-//     each │   ──s──   │   │           │       in the same way. A part that is small enough, and
-//     each │           │   │   ──s──   │       separator, is a block of the factor. Its front is a
-//     dense └───────────┴───┴───────────┘       matrix over its own unknowns and those of later
-//     blocks
+//        left     │ s │    right          The nodes beside a plane are a separator s: without them
+//     ┌───────────┼───┼───────────┐       left and right don't touch. Both sides are eliminated
+//     │   ──s──   │   │           │       first, each in the same way, and s last. Each small part
+//     │           │   │   ──s──   │       and each separator is a block of the factor. Its front is
+//     └───────────┴───┴───────────┘       a dense matrix over its own unknowns and the later ones
 //                                         that it touches.
 //
 // All arithmetic is in dense matrices, whose products use vector registers. For n nodes in three
@@ -37,7 +36,7 @@ class DissectedCholesky {
 
     /// @param places  of all nodes
     /// @param joined  nodes of each link and cell
-    /// @param free    [node]: those that have unknowns, three each
+    /// @param free    [node]: whether the node has unknowns, three each
     DissectedCholesky(std::span<const Vec3d> places, const Joined& joined,
                       std::span<const std::uint8_t> free);
 

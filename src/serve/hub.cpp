@@ -202,9 +202,9 @@ void Hub::measure_force() {
             client.tool.force = {float(f.x), float(f.y), float(f.z)};
 }
 
-/// Relaxing tissue keeps out of the endoscopes of those who may change it. The scene is told where
-/// they stand by commands, so that a replay has them, only while it relaxes, and only where tissue
-/// at rest would close over them.
+/// Makes endoscopes of clients in role control obstacles of the relaxation. The scene gets their
+/// positions by commands, which a session records, only while it relaxes, and only where tissue at
+/// rest would close over an endoscope.
 void Hub::tell_eyes() {
     if (!m_scene->is_relaxing() || m_scene->choice().vessel || m_scene->choice().springs) return;
     for (Client& client : m_clients) {

@@ -57,8 +57,8 @@ class Scene {
     /// Whether the client has hold of tissue, or left a tool that stays in relaxation's way.
     bool has_contact(std::uint32_t client) const;
     bool has_eye(std::uint32_t client) const { return m_tissue->has_eye(client); }
-    /// Whether tissue that returns to rest may come to lie in a sphere: where the scan at rest
-    /// shows tissue in it, or imprints stay.
+    /// Whether tissue that returns to rest may close over a sphere: the scan at rest shows tissue
+    /// in it, or imprints stay.
     bool may_close_over(Vec3d place_mm, double radius_mm) const;
     /// Whether the tissue relaxes by itself, also while it has settled.
     bool is_relaxing() const { return m_relaxing; }

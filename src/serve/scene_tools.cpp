@@ -169,7 +169,7 @@ Outcome Scene::act(std::uint32_t client, const ReleaseCommand&) {
 
 Outcome Scene::act(std::uint32_t client, const EyeCommand& command) {
     m_tissue->place_eye(client, command.place_mm, command.radius_mm);
-    // Relaxation would take the place of what could be done again.
+    // Relaxation would discard the steps that can be redone.
     if (m_undone.empty()) m_settled = false;
     return {};
 }

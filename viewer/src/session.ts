@@ -80,8 +80,8 @@ export class Session implements Listener {
     private lastPose = 0;
     private poseText = '';
     private boxesSinceDraw = 0;
-    private eyeIsFree = false; // was out of tissue where it was put, so that it has to stay so
-    private displaced: { from: Vec3; to: Vec3 } | undefined; // by tissue that came to lie there
+    private eyeIsFree = false; // out of tissue when it was put there: it has to stay out
+    private displaced: { from: Vec3; to: Vec3 } | undefined; // of an eye that tissue moved aside
     private askedOverlay: OverlayKind = 'none';
     private onState: () => void = () => {};
 
@@ -163,7 +163,7 @@ export class Session implements Listener {
         const { iso, rising } = this.surface();
         this.store.set({ shared });
         const now = this.surface();
-        // Another threshold doesn't move the eye, whatever it makes of its place.
+        // Another threshold doesn't move the eye, even if the eye is in tissue then.
         if (now.iso !== iso || now.rising !== rising) this.eyeIsFree = !this.isInTissue();
         this.onState();
     }
