@@ -67,7 +67,7 @@ struct LinearNetwork::Impl {
     std::vector<int> unknowns;           ///< [3·node + axis] number in the matrices; −1: held
     std::vector<std::uint8_t> is_empty;  ///< [group]: its matrix
     std::optional<DissectedCholesky> dissection;  ///< of large networks
-    // The last factor: a step's derivatives ask for the one that its cost was found with.
+    // The last factor of a large network: a step's derivatives need the factor of its cost.
     std::mutex last_mutex;
     std::vector<double> last_values;
     std::shared_ptr<const Factor> last;
@@ -173,12 +173,14 @@ LinearNetwork::LinearNetwork(const SpringParts& parts, std::span<const FitGroup>
 std::shared_ptr<const LinearNetwork::Factor> LinearNetwork::factor(
     std::span<const double> given) const {
     Impl& m = *m_impl;
+    // A small factor is made faster in the memory of the one before than it is kept beside it.
+    if (!m.dissection) return make_factor(given);
     std::vector<double> values(given.begin(), given.end());
     for (std::size_t g = 0; g < values.size(); ++g)
         if (m.is_empty[g]) values[g] = 0;
     // K(c·p) = c·K(p): a large network that is only stiffer or softer all over keeps its factor.
     double scale = 1;
-    if (m.dissection && m.is_empty.back()) {
+    if (m.is_empty.back()) {
         for (std::size_t g = values.size(); g-- > 0;)
             if (values[g] != 0) scale = values[g];
         for (double& value : values) value /= scale;

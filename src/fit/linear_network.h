@@ -9,7 +9,7 @@
 // K ∂u/∂p_g = −K_g u, with the factor that u came from.
 //
 // Up to some 2000 nodes the factor is Eigen's, ordered by minimum degree; beyond, that of
-// dissected_cholesky.h. The last factor is kept.
+// dissected_cholesky.h, and the last one is kept.
 
 #pragma once
 
