@@ -9,6 +9,8 @@
 
 #include <cctype>
 #include <filesystem>
+#include <new>
+#include <stdexcept>
 #include <string>
 
 namespace pliant {
@@ -26,6 +28,19 @@ inline Error unsupported(const std::filesystem::path& path, const std::string& m
 /// Error of an operation that ran out of memory and was rolled back. Makes no allocation.
 inline Error out_of_memory() noexcept {
     return {ErrorCode::LimitExceeded, "out of memory"};  // short enough to lie in the string itself
+}
+
+/// Runs work, which returns a Result, for a public entry point: lack of memory becomes its error.
+/// Restoring the object is left to work.
+template <class Work>
+auto attempt(Work&& work) noexcept -> decltype(work()) {
+    try {
+        return work();
+    } catch (const std::bad_alloc&) {
+        return out_of_memory();
+    } catch (const std::length_error&) {  // of a container that can't get so large
+        return out_of_memory();
+    }
 }
 
 /// Of an error that quotes what was found: control characters, line ends above all, become spaces.
