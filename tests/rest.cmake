@@ -18,6 +18,8 @@ pliant_test(mesh
     LIBRARIES ZLIB::ZLIB)
 target_include_directories(test_mesh PRIVATE ${PROJECT_SOURCE_DIR}/benchmarks/results_pbd)
 pliant_test(vessel SOURCES test_wall.cpp)
+pliant_test(scenes SOURCES test_unsteered_tips.cpp)
+target_compile_definitions(test_scenes PRIVATE PLIANT_SCENES="${PROJECT_SOURCE_DIR}/scenes")
 pliant_test(haptics
     SOURCES ../../benchmarks/results_haptics/hands.cpp ../../benchmarks/results_haptics/tissues.cpp
             test_feel_catheter.cpp test_live_feel.cpp test_models.cpp test_passivity.cpp

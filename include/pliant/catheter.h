@@ -76,7 +76,7 @@ struct CatheterSettings {
     /// A box this near to the catheter's surface moves; -1: as far as wide_reach_mm says.
     double reach_mm = 2;
     double time_step_s = 1e-3;
-    int sub_steps = 5;
+    int sub_steps = 5;   ///< at least: as many as contact wants are made (docs/vessel.md)
     int iterations = 4;  ///< of the wire's Newton method, in each sub-step
 };
 
@@ -105,17 +105,20 @@ struct CatheterMeasures {
     VolumeChange volume{};
     std::int64_t inverted = 0;  ///< tetrahedra, of wall and catheter
     std::int32_t active_tetrahedra = 0;
+    /// Number of the open end that the tip has left the vessel through, from 1 on; 0: none. What is
+    /// beyond an end counts in no depth.
+    std::int32_t left_end = 0;
 };
 
 class CatheterScene {
   public:
-    /// @returns InvalidArgument that names the setting
+    /// @returns InvalidArgument that names the setting, also where the entry isn't in the vessel
     static Result<CatheterScene> create(VesselWall wall, const CatheterSettings& settings);
     ~CatheterScene();
     CatheterScene(CatheterScene&&) noexcept;
     CatheterScene& operator=(CatheterScene&&) noexcept;
 
-    const CatheterSettings& settings() const;
+    const CatheterSettings& settings() const;  ///< with the sub-steps and the reach that are used
     const VesselWall& wall() const;  ///< at rest
 
     /// @returns InvalidArgument for what is no number

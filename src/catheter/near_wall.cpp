@@ -13,8 +13,6 @@ namespace {
 
 using pbd::GhostSurface;
 
-/// A contact that is this much open may close in the wire's solve [mm].
-constexpr double kOpen = 0.2;
 /// Of one node or segment, contacts with normals that differ by more than this cosine.
 constexpr double kAlike = 0.95;
 constexpr std::size_t kMostOfOne = 4;

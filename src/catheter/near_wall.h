@@ -33,6 +33,9 @@ struct WallContactSettings {
 /// Further than what moves in a step: triangles within this count for the depth [mm].
 inline constexpr double kLook = 1;
 
+/// A contact that is this much open may close in the wire's solve [mm].
+inline constexpr double kOpen = 0.2;
+
 /// The part of a segment that is outside of the guide: the wall doesn't feel what is in it.
 struct SegmentOutside {
     std::int32_t number;

@@ -14,7 +14,17 @@
 #include <algorithm>
 #include <cmath>
 
+#include "vessel/wall.h"
+
 namespace pliant {
+namespace {
+
+/// Somebody's own wall may come without it.
+double lumen_mm3_of(const VesselWall& wall) {
+    return wall.lumen_mm3 > 0 ? wall.lumen_mm3 : vessel::enclosed_with_lids_mm3(wall.ghost);
+}
+
+}  // namespace
 
 double wide_reach_mm(const VesselWall& wall, const WallTissue& tissue) {
     constexpr double kMost = 1000;
@@ -27,8 +37,8 @@ double wide_reach_mm(const VesselWall& wall, const WallTissue& tissue) {
         const auto p = [&](std::size_t n) { return wall.mesh.nodes_mm[std::size_t(t[n])]; };
         tissue_mm3 += std::abs(dot(cross(p(1) - p(0), p(2) - p(0)), p(3) - p(0))) / 6;
     }
-    if (!(area > 0 && wall.lumen_mm3 > 0 && tissue.support_pa_per_mm > 0)) return kMost;
-    const double inner = 2 * wall.lumen_mm3 / area;
+    const double inner = 2 * lumen_mm3_of(wall) / area;
+    if (!(inner > 0 && tissue.support_pa_per_mm > 0)) return kMost;
     const double thickness = inner * (std::sqrt(1 + 2 * tissue_mm3 / (area * inner)) - 1);
     const double radius = inner + 0.5 * thickness;
     const double fourth =

@@ -26,11 +26,18 @@ CatheterScene::~CatheterScene() = default;
 CatheterScene::CatheterScene(CatheterScene&&) noexcept = default;
 CatheterScene& CatheterScene::operator=(CatheterScene&&) noexcept = default;
 
-Result<CatheterScene> CatheterScene::create(VesselWall wall, const CatheterSettings& settings) {
-    if (const Status s = catheter::check(settings); !s.ok()) return s.error();
+Result<CatheterScene> CatheterScene::create(VesselWall wall, const CatheterSettings& wanted) {
+    if (const Status s = catheter::check(wanted); !s.ok()) return s.error();
     if (const Status s = pbd::GhostSurface::check(wall.mesh, wall.ghost, wall.ghost_places);
         !s.ok())
         return invalid("wall: " + s.error().message);
+    auto ends = catheter::OpenEnds::create(wall);
+    if (!ends) return invalid("wall: " + ends.error().message);
+    if (const Status s = catheter::check_entry(wall, wanted.entry, wanted.catheter.segment_mm);
+        !s.ok())
+        return s.error();
+    CatheterSettings settings = wanted;
+    settings.sub_steps = catheter::sub_steps_of(wall, wanted);
     auto parts = catheter::parts_of(wall, settings.wall);
     if (!parts) return invalid("wall: " + parts.error().message);
     auto body =
@@ -45,7 +52,8 @@ Result<CatheterScene> CatheterScene::create(VesselWall wall, const CatheterSetti
         if (!made) return made.error();
         boxes = std::make_unique<PbdBoxes>(std::move(*made));
     }
-    auto impl = std::make_unique<Impl>(std::move(wall), settings, std::move(*body));
+    auto impl =
+        std::make_unique<Impl>(std::move(wall), settings, std::move(*body), std::move(*ends));
     impl->boxes = std::move(boxes);
     return CatheterScene(std::move(impl));
 }
@@ -89,6 +97,7 @@ CatheterMeasures CatheterScene::quick_measures() const {
     m.torque_n_mm = -dot(i.wire.base_moment(), axis) / kMicronewtons;
     m.contact_n = i.contact.push_force() / kMicronewtons;
     m.depth_mm = i.depth;
+    m.left_end = i.ends.left();
     m.wire_energy_mj = i.wire.elastic_energy() / kNanojoules;
     m.active_tetrahedra = std::max(0, i.awake);
     return m;

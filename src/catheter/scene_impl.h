@@ -17,6 +17,7 @@
 #include <utility>
 #include <vector>
 
+#include "catheter/open_ends.h"
 #include "catheter/scene_parts.h"
 #include "catheter/wall_contact.h"
 #include "core/errors.h"
@@ -26,12 +27,13 @@ namespace pliant {
 struct CatheterScene::Impl {
     static constexpr double kRadians = std::numbers::pi / 180;
 
-    Impl(VesselWall w, const CatheterSettings& s, PbdBody b)
+    Impl(VesselWall w, const CatheterSettings& s, PbdBody b, catheter::OpenEnds e)
         : settings(s),
           wall(std::move(w)),
           made_wire(catheter::make_wire(s)),
           wire(*made_wire),
           body(std::move(b)),
+          ends(std::move(e)),
           contact(wall.mesh, wall.ghost, wall.ghost_places,
                   {.radius_mm = s.catheter.radius_mm, .friction = s.catheter.friction}) {
         inserted = s.entry.inserted_mm;
@@ -43,6 +45,7 @@ struct CatheterScene::Impl {
     std::unique_ptr<catheter::Wire> made_wire;
     catheter::Wire& wire;
     PbdBody body;
+    catheter::OpenEnds ends;
     std::unique_ptr<PbdBoxes> boxes;
     catheter::WallContact contact;
     CatheterCommand command;
@@ -99,7 +102,8 @@ struct CatheterScene::Impl {
                              "sub_steps or iterations"};
             if (const Status s = contact.apply(body, h); !s.ok()) return s;
         }
-        depth = contact.depth(wire, body, arena);
+        ends.follow(wire);
+        depth = contact.depth(wire, body, ends.is_beyond(), arena);
         ++steps;
         return Ok{};
     }

@@ -3,14 +3,18 @@
 
 #include "catheter/scene_parts.h"
 
+#include <pliant/mesh_distance.h>
+
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "catheter/frame_along.h"
 #include "catheter/rod_wire.h"
 #include "catheter/tet_segment.h"
 #include "catheter/tet_wire.h"
 #include "core/errors.h"
+#include "vessel/wall.h"
 
 namespace pliant::catheter {
 namespace {
@@ -59,6 +63,14 @@ WireSettings wire_settings(const CatheterSettings& s) {
     return w;
 }
 
+double mean_edge_mm(const TetMesh& mesh) {
+    double edge = 0;
+    for (const auto& cell : mesh.cells)
+        edge += norm(mesh.nodes_mm[std::size_t(cell[0])] - mesh.nodes_mm[std::size_t(cell[1])]) /
+                double(mesh.cells.size());
+    return edge;
+}
+
 }  // namespace
 
 std::string text_of(double value) {
@@ -100,6 +112,41 @@ Status check(const CatheterSettings& s) {
     return s.catheter.model == CatheterModel::Tetrahedra ? check_twist(s.catheter) : Ok{};
 }
 
+Status check_entry(const VesselWall& wall, const CatheterEntry& entry, double segment_mm) {
+    const auto lumen = vessel::with_lids(wall.ghost);
+    if (!lumen) return lumen.error();
+    const auto text = [](Vec3d p) {
+        return text_of(p.x) + ", " + text_of(p.y) + ", " + text_of(p.z);
+    };
+    if (!vessel::is_inside(*lumen, entry.place_mm))
+        return invalid("entry.place_mm: expected a place in the vessel's lumen, found " +
+                       text(entry.place_mm) + " outside of it");
+    const Vec3d ahead = normalized(entry.direction);
+    const int pieces = int(std::ceil(entry.inserted_mm / segment_mm));
+    for (int n = 1; n <= pieces; ++n) {
+        const Vec3d p = entry.place_mm + (entry.inserted_mm * n / pieces) * ahead;
+        if (!vessel::is_inside(*lumen, p))
+            return invalid(
+                "entry.inserted_mm: expected what is inserted at first in the vessel's "
+                "lumen, found " +
+                text(p) + " outside of it");
+    }
+    return Ok{};
+}
+
+/// A sub-step h moves a free node of the tip by h² EI/(l³ m) times what it lacks, which may be 3;
+/// and a wave in the wall by h √(E/ρ), which may be 1.3 edges.
+int sub_steps_of(const VesselWall& wall, const CatheterSettings& s) {
+    constexpr double kTip = 3, kEdges = 1.3, kMost = 1000;
+    const CatheterShape& c = s.catheter;
+    const double l = c.length_mm / segments_of(c);
+    const double tip = s.time_step_s * std::sqrt(c.tip_bend_n_mm2 * kMicronewtons /
+                                                 (kTip * l * l * l * l * c.mass_g_mm));
+    const double wave = s.time_step_s * std::sqrt(s.wall.young_modulus_pa / s.wall.density_g_mm3) /
+                        (kEdges * mean_edge_mm(wall.mesh));
+    return std::max(s.sub_steps, int(std::min(kMost, std::ceil(std::max(tip, wave)))));
+}
+
 Result<PbdParts> parts_of(const VesselWall& wall, const WallTissue& tissue) {
     auto parts = pbd_of_mesh(wall.mesh, {.density = tissue.density_g_mm3,
                                          .edges = false,
@@ -109,10 +156,7 @@ Result<PbdParts> parts_of(const VesselWall& wall, const WallTissue& tissue) {
                                          .poisson_ratio = tissue.poisson_ratio});
     if (!parts) return parts.error();
     const auto& places = wall.mesh.nodes_mm;
-    double edge = 0;
-    for (const auto& cell : wall.mesh.cells)
-        edge += norm(places[std::size_t(cell[0])] - places[std::size_t(cell[1])]) /
-                double(wall.mesh.cells.size());
+    const double edge = mean_edge_mm(wall.mesh);
     for (const VesselEnd& end : wall.ends)
         for (std::size_t n = 0; n < places.size(); ++n) {
             const Vec3d from = places[n] - end.centre_mm;
@@ -120,14 +164,20 @@ Result<PbdParts> parts_of(const VesselWall& wall, const WallTissue& tissue) {
                 parts->inverse_masses[n] = 0;
         }
     if (tissue.support_pa_per_mm == 0) return parts;
-    // The outer surface, which is the boundary without the ghost's side.
+    // The outer surface, which is the boundary without the lumen's side.
+    const auto closed = vessel::with_lids(wall.ghost);
+    if (!closed) return closed.error();
+    const auto lumen = SurfaceDistance::create(*closed);
+    if (!lumen) return lumen.error();
+    const auto faces = boundary_faces(wall.mesh);
     std::vector<double> area(places.size(), 0);
-    std::vector<std::uint8_t> inner(places.size(), 0);
-    for (const Embedded& e : wall.ghost_places)
-        for (std::size_t k = 0; k < 4; ++k)
-            if (e.weights[k] > 0.999)
-                inner[std::size_t(wall.mesh.cells[std::size_t(e.tetrahedron)][k])] = 1;
-    for (const auto& f : boundary_faces(wall.mesh)) {
+    std::vector<std::uint8_t> inner(places.size(), 0), seen(places.size(), 0);
+    for (const auto& f : faces)
+        for (const std::int32_t n : f)
+            if (!std::exchange(seen[std::size_t(n)], std::uint8_t(1)))
+                inner[std::size_t(n)] =
+                    lumen->nearest(places[std::size_t(n)], 0.5 * edge).triangle >= 0;
+    for (const auto& f : faces) {
         const Vec3d a = places[std::size_t(f[0])], b = places[std::size_t(f[1])],
                     c = places[std::size_t(f[2])];
         if (inner[std::size_t(f[0])] && inner[std::size_t(f[1])] && inner[std::size_t(f[2])])

@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Each voxel's value follows from its distance to the wall's boundary, and from which side of the
-// wall is the nearest: that of the ghost surface is the lumen. Where a block of voxels is far from
-// the boundary, its middle tells for all of them.
+// Each voxel's value follows from its distance to the wall's boundary, and outside of the wall from
+// the side of the ghost surface, closed with lids, that it is on. Where a block of voxels is far
+// from both, its middle tells for all of them.
 
 #include <pliant/mesh_distance.h>
 #include <pliant/mesh_quality.h>
@@ -11,6 +11,8 @@
 
 #include <algorithm>
 #include <cmath>
+
+#include "vessel/wall.h"
 
 namespace pliant {
 namespace {
@@ -30,46 +32,28 @@ double wave(double x) {
 class Around {
   public:
     static Result<Around> create(const VesselWall& wall) {
-        Around around;
-        std::vector<std::uint8_t> is_inner(wall.mesh.nodes_mm.size(), 0);
-        for (const Embedded& e : wall.ghost_places)
-            for (std::size_t c = 0; c < 4; ++c)
-                if (e.weights[c] > 0.999)
-                    is_inner[std::size_t(wall.mesh.cells[std::size_t(e.tetrahedron)][c])] = 1;
-        std::vector<std::int32_t> nodes;
-        TriangleMesh boundary = boundary_triangles(wall.mesh, &nodes);
-        for (const auto& cell : boundary.cells) {
-            int inner = 0;
-            for (const std::int32_t n : cell) inner += is_inner[std::size_t(nodes[std::size_t(n)])];
-            around.m_is_ghost.push_back(inner == 3);
-        }
-        auto distance = SurfaceDistance::create(std::move(boundary));
-        if (!distance) return distance.error();
-        around.m_distance = std::make_shared<const SurfaceDistance>(std::move(*distance));
-        around.m_ends = wall.ends;
-        return around;
+        auto boundary = SurfaceDistance::create(boundary_triangles(wall.mesh));
+        if (!boundary) return boundary.error();
+        auto closed = vessel::with_lids(wall.ghost);
+        if (!closed) return closed.error();
+        for (auto& t : closed->cells) std::swap(t[1], t[2]);  // the ghost surface faces the lumen
+        auto lumen = SurfaceDistance::create(std::move(*closed));
+        if (!lumen) return lumen.error();
+        return Around(std::move(*boundary), std::move(*lumen));
     }
 
     struct Place {
-        double wall_mm;  ///< below 0: in the wall
-        bool is_lumen;   ///< else tissue, where it isn't the wall
-    };
-    Place at(Vec3d p) const {
-        const auto nearest = m_distance->nearest(p);
-        bool lumen = m_is_ghost[std::size_t(nearest.triangle)] != 0;
-        for (const VesselEnd& end : m_ends) {
-            const Vec3d from = p - end.centre_mm;
-            if (dot(from, end.outward) > 0 && norm(from) < 3 * end.radius_mm + kMargin_mm &&
-                norm(nearest.place_mm - end.centre_mm) < 3 * end.radius_mm)
-                lumen = false;
+        double wall_mm, lumen_mm;  ///< below 0: in it
+        bool is_far(double reach_mm) const {
+            return std::abs(wall_mm) > reach_mm && std::abs(lumen_mm) > reach_mm;
         }
-        return {nearest.distance_mm, lumen};
-    }
+    };
+    Place at(Vec3d p) const { return {m_boundary.signed_mm(p), m_lumen.signed_mm(p)}; }
 
   private:
-    std::shared_ptr<const SurfaceDistance> m_distance;
-    std::vector<std::uint8_t> m_is_ghost;  ///< [triangle]
-    std::vector<VesselEnd> m_ends;
+    Around(SurfaceDistance boundary, SurfaceDistance lumen)
+        : m_boundary(std::move(boundary)), m_lumen(std::move(lumen)) {}
+    SurfaceDistance m_boundary, m_lumen;
 };
 
 Grid grid_around(const std::vector<Vec3d>& nodes_mm) {
@@ -93,7 +77,7 @@ Grid grid_around(const std::vector<Vec3d>& nodes_mm) {
 
 double value_at(Vec3d p, const Around::Place& place, double voxel) {
     const double around =
-        place.is_lumen ? kLumenHu : kTissueHu + kPatternHu * wave(p.x) * wave(p.y) * wave(p.z);
+        place.lumen_mm < 0 ? kLumenHu : kTissueHu + kPatternHu * wave(p.x) * wave(p.y) * wave(p.z);
     const double share = std::clamp(0.5 - place.wall_mm / voxel, 0.0, 1.0);
     return std::round(share * kWallHu + (1 - share) * around);
 }
@@ -120,7 +104,7 @@ Result<Volume> scan_of_vessel(const VesselWall& wall, const TaskArena& arena) {
             Vec3d middle;
             for (int a = 0; a < 3; ++a) middle[a] = first[a] + 0.5 * (kBlock - 1);
             const Around::Place at_middle = around->at(world_from_voxel(grid, middle));
-            const bool is_far = std::abs(at_middle.wall_mm) > half_diagonal + voxel;
+            const bool is_far = at_middle.is_far(half_diagonal + voxel);
             for (int k = first.z; k < std::min(first.z + kBlock, grid.size.z); ++k)
                 for (int j = first.y; j < std::min(first.y + kBlock, grid.size.y); ++j)
                     for (int i = first.x; i < std::min(first.x + kBlock, grid.size.x); ++i) {

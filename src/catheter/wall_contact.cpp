@@ -60,21 +60,26 @@ bool WallContact::may_keep(const Wire& wire, double duration_s) {
 
 void WallContact::look(const Wire& wire, const PbdBody& body, double duration_s,
                        const TaskArena& arena) {
-    if (may_keep(wire, duration_s)) return;
+    if (!may_keep(wire, duration_s)) look_anew(wire, body, duration_s, arena);
+}
+
+void WallContact::look_anew(const Wire& wire, const PbdBody& body, double duration_s,
+                            const TaskArena& arena) {
     m_age = 0;
     m_ghost.update(body, m_awake, arena);
     // With the one that may come out of the guide in this step.
     m_first = std::max(0, wire.first() - 1);
     const std::int64_t count = wire.segments() - m_first;
     m_near.resize(std::size_t(count));
+    m_moves.resize(std::size_t(count));
     const auto& x = wire.places();
     const auto look_at = [&](std::int64_t from, std::int64_t to) {
         for (auto n = std::size_t(from); n < std::size_t(to); ++n) {
             const std::size_t s = n + std::size_t(m_first);
             const Vec3d begin =
                 std::int32_t(s) < wire.first() ? x[s + 1] : outside_of(wire, std::int32_t(s)).begin;
-            const double moves = kKept + way_of(wire, std::int32_t(s), duration_s);
-            m_near[n].look(begin, x[s + 1], moves, m_settings, m_ghost);
+            m_moves[n] = kKept + way_of(wire, std::int32_t(s), duration_s);
+            m_near[n].look(begin, x[s + 1], m_moves[n], m_settings, m_ghost);
         }
     };
     arena.for_each(count, kSegmentGrain, std::cref(look_at));
@@ -109,6 +114,15 @@ double WallContact::moved(const Wire& wire, std::int32_t segment) const {
     return m_wall_moved + std::max(of(s), of(s + 1));
 }
 
+/// Whether something has gone farther than `look` allowed for: a blow, or a wall that gives way at
+/// once.
+bool WallContact::is_outrun(const Wire& wire) const {
+    if (wire.first() < m_first) return true;
+    for (std::int32_t s = wire.first(); s < wire.segments(); ++s)
+        if (moved(wire, s) > m_moves[std::size_t(s - m_first)] + kLook - kOpen) return true;
+    return false;
+}
+
 /// work(segment, number in m_near) for all of which a part is out of the guide.
 template <class Work>
 void WallContact::for_outside(const Wire& wire, const TaskArena& arena, const Work& work) {
@@ -123,6 +137,7 @@ void WallContact::for_outside(const Wire& wire, const TaskArena& arena, const Wo
 std::span<WireContact> WallContact::gather(const Wire& wire, const PbdBody& body, double h,
                                            const TaskArena& arena) {
     m_wall_moved = m_ghost.update(body, m_near_nodes, arena);
+    if (is_outrun(wire)) look_anew(wire, body, h, arena);
     for_outside(wire, arena, [&](const SegmentOutside& segment, std::size_t n) {
         m_near[n].find(segment, moved(wire, segment.number), m_settings, m_ghost);
     });
@@ -238,10 +253,12 @@ double WallContact::push_force() const {
     return sum;
 }
 
-double WallContact::depth(const Wire& wire, const PbdBody& body, const TaskArena& arena) {
+double WallContact::depth(const Wire& wire, const PbdBody& body,
+                          std::span<const std::uint8_t> skipped, const TaskArena& arena) {
     m_wall_moved = m_ghost.update(body, m_near_nodes, arena);
     m_depths.assign(m_near.size(), -kLook);
     for_outside(wire, arena, [&](const SegmentOutside& segment, std::size_t n) {
+        if (skipped[std::size_t(segment.number)]) return;
         m_depths[n] =
             m_near[n].depth(segment, moved(wire, segment.number), m_settings.radius_mm, m_ghost);
     });

@@ -51,8 +51,9 @@ class WallContact {
 
     /// How far the surface of the wire that is outside of the guide is beyond the ghost surface at
     /// most, as both are now; below 0: the distance in between, where it is less than what `look`
-    /// looked at.
-    double depth(const Wire& wire, const PbdBody& body, const TaskArena& arena);
+    /// looked at. @param skipped  [segment]: doesn't count
+    double depth(const Wire& wire, const PbdBody& body, std::span<const std::uint8_t> skipped,
+                 const TaskArena& arena);
     std::span<const WireContact> contacts() const { return m_contacts; }
     double push_force() const;  ///< all that the wall is pushed with [µN]
     const pbd::GhostSurface& ghost() const { return m_ghost; }
@@ -63,6 +64,9 @@ class WallContact {
         double weight, inverse_mass;
     };
     bool may_keep(const Wire& wire, double duration_s);
+    void look_anew(const Wire& wire, const PbdBody& body, double duration_s,
+                   const TaskArena& arena);
+    bool is_outrun(const Wire& wire) const;
     double moved(const Wire& wire, std::int32_t segment) const;
     template <class Work>
     void for_outside(const Wire& wire, const TaskArena& arena, const Work& work);
@@ -85,6 +89,7 @@ class WallContact {
     std::vector<NearWall> m_near;  ///< [segment − m_first]
     std::int32_t m_first = 0;
     int m_age = 0;                     ///< of that, in steps
+    std::vector<double> m_moves;       ///< [segment − m_first]: that `look` allowed for [mm]
     std::vector<double> m_depths;      ///< likewise
     std::vector<Vec3d> m_places_seen;  ///< of the wire, by `look`
     double m_wall_moved = 0;           ///< of any node near the wire, at most, since then

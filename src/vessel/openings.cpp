@@ -4,7 +4,9 @@
 // Openings of a surface: sides of triangles that no other triangle runs along the other way, joined
 // end to end.
 
+#include <cmath>
 #include <map>
+#include <numbers>
 #include <utility>
 
 #include "vessel/wall.h"
@@ -34,22 +36,40 @@ Result<std::vector<std::vector<std::int32_t>>> openings_of(const TriangleMesh& s
     return openings;
 }
 
-double enclosed_with_lids_mm3(const TriangleMesh& surface) {
-    double volume = enclosed_volume_mm3(surface);
+Result<TriangleMesh> with_lids(const TriangleMesh& surface) {
     const auto openings = openings_of(surface);
-    if (!openings || surface.nodes_mm.empty()) return 0;
-    const Vec3d origin = surface.nodes_mm[0];
+    if (!openings) return openings.error();
+    TriangleMesh closed = surface;
     for (const auto& loop : *openings) {
-        const auto place = [&](std::size_t n) {
-            return surface.nodes_mm[std::size_t(loop[n % loop.size()])] - origin;
-        };
+        const auto hub = std::int32_t(closed.nodes_mm.size());
+        const Vec3d origin = surface.nodes_mm[std::size_t(loop[0])];
         Vec3d middle{0, 0, 0};
+        for (const std::int32_t n : loop)
+            middle =
+                middle + (1.0 / double(loop.size())) * (surface.nodes_mm[std::size_t(n)] - origin);
+        closed.nodes_mm.push_back(origin + middle);
         for (std::size_t n = 0; n < loop.size(); ++n)
-            middle = middle + (1.0 / double(loop.size())) * place(n);
-        for (std::size_t n = 0; n < loop.size(); ++n)
-            volume += dot(middle, cross(place(n), place(n + 1))) / 6;
+            closed.cells.push_back({hub, loop[n], loop[(n + 1) % loop.size()]});
     }
-    return -volume;
+    return closed;
+}
+
+double enclosed_with_lids_mm3(const TriangleMesh& surface) {
+    const auto closed = with_lids(surface);
+    return closed && !surface.cells.empty() ? -enclosed_volume_mm3(*closed) : 0;
+}
+
+bool is_inside(const TriangleMesh& closed, Vec3d x) {
+    double solid_angle = 0;
+    for (const auto& t : closed.cells) {
+        const Vec3d a = closed.nodes_mm[std::size_t(t[0])] - x,
+                    b = closed.nodes_mm[std::size_t(t[1])] - x,
+                    c = closed.nodes_mm[std::size_t(t[2])] - x;
+        const double la = norm(a), lb = norm(b), lc = norm(c);
+        solid_angle += 2 * std::atan2(dot(a, cross(b, c)), la * lb * lc + dot(a, b) * lc +
+                                                               dot(b, c) * la + dot(c, a) * lb);
+    }
+    return std::abs(solid_angle) > 2 * std::numbers::pi;
 }
 
 }  // namespace pliant::vessel

@@ -5,6 +5,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <numbers>
 
 namespace pliant::vessel {
 namespace {
@@ -25,12 +27,6 @@ bool behind_end(const VesselEnd& end, double thickness_mm, Vec3d x) {
     return dot(from, end.outward) > 0 && std::abs(norm(from) - reach) < 1e-6 * thickness_mm;
 }
 
-double outside_of_ends(const std::vector<VesselEnd>& ends, double thickness_mm, Vec3d x) {
-    double least = std::numeric_limits<double>::infinity();
-    for (const VesselEnd& end : ends) least = std::min(least, outside_of_end(end, thickness_mm, x));
-    return least;
-}
-
 Status check_settings(const WallSettings& s) {
     const auto length = [](const char* name, double value, bool zero) -> Status {
         if (std::isfinite(value) && (value > 0 || (zero && value == 0))) return Ok{};
@@ -47,11 +43,18 @@ Status check_settings(const WallSettings& s) {
 
 /// No edge of the mesh is longer than 1.59 cells (a short one with both ends warped away), so
 /// layers − 1 of them don't reach across; and two layers are what the surfaces need to keep apart.
-double cell_of(const WallSettings& s) {
-    return s.cell_mm > 0 ? s.cell_mm : s.thickness_mm / (1.6 * std::max(1, s.layers - 1));
+double cell_of_layers(const WallSettings& s) {
+    return s.thickness_mm / (1.6 * std::max(1, s.layers - 1));
 }
 
-/// What an end cuts off may go on behind the cut: such pieces go, but never the largest one.
+}  // namespace
+
+double outside_of_ends(const std::vector<VesselEnd>& ends, double thickness_mm, Vec3d x) {
+    double least = std::numeric_limits<double>::infinity();
+    for (const VesselEnd& end : ends) least = std::min(least, outside_of_end(end, thickness_mm, x));
+    return least;
+}
+
 void remove_cut_off(TetMesh& mesh, const std::vector<VesselEnd>& ends, double thickness_mm) {
     const auto piece = pieces(mesh);
     std::vector<std::int64_t> size(mesh.nodes_mm.size(), 0);
@@ -68,47 +71,21 @@ void remove_cut_off(TetMesh& mesh, const std::vector<VesselEnd>& ends, double th
     if (removed > 0) mesh = with_used_nodes(mesh);
 }
 
-/// Pieces of a ghost surface that the wall has none of: their nodes are far outside of it.
-void remove_far_pieces(TriangleMesh& ghost, std::vector<Embedded>& places) {
-    const auto piece = pieces(ghost);
-    std::vector<std::int64_t> near(piece.size(), 0);
-    for (std::size_t n = 0; n < piece.size(); ++n) {
-        const auto& w = places[n].weights;
-        near[std::size_t(piece[n])] += *std::min_element(w.begin(), w.end()) > -1 ? 1 : -1;
-    }
-    const auto removed = std::erase_if(ghost.cells, [&](const auto& cell) {
-        return near[std::size_t(piece[std::size_t(cell[0])])] < 0;
+int drop_crumbs(TetMesh& mesh) {
+    if (mesh.cells.empty()) return 0;
+    const auto piece = pieces(mesh);
+    std::vector<std::int64_t> size(mesh.nodes_mm.size(), 0);
+    for (const auto& cell : mesh.cells) ++size[std::size_t(piece[std::size_t(cell[0])])];
+    const std::int64_t most = *std::max_element(size.begin(), size.end());
+    const auto is_crumb = [&](std::int64_t cells) { return cells > 0 && 100 * cells < most; };
+    const auto crumbs = std::count_if(size.begin(), size.end(), is_crumb);
+    if (crumbs == 0) return 0;
+    std::erase_if(mesh.cells, [&](const auto& cell) {
+        return is_crumb(size[std::size_t(piece[std::size_t(cell[0])])]);
     });
-    if (removed == 0) return;
-    std::vector<std::int32_t> nodes;
-    ghost = part_of(ghost.nodes_mm, std::vector(ghost.cells), &nodes);
-    std::vector<Embedded> kept;
-    for (const std::int32_t n : nodes) kept.push_back(places[std::size_t(n)]);
-    places = std::move(kept);
+    mesh = with_used_nodes(mesh);
+    return int(crumbs);
 }
-
-Result<TriangleMesh> coarse_ghost(const LumenShape& lumen, const WallSettings& settings,
-                                  const TaskArena& arena) {
-    StuffingSettings s;
-    s.cell_mm = settings.ghost_mm;
-    s.begin_mm = lumen.begin_mm - Vec3d{1, 1, 1};
-    s.end_mm = lumen.end_mm + Vec3d{1, 1, 1};
-    s.changes_as_distance = true;
-    s.most_cells = settings.most_cells;
-    const auto inside = stuff_isosurface([&](Vec3d x) { return -lumen.distance_mm(x); }, s, arena);
-    if (!inside) return inside.error();
-    auto faces = boundary_faces(*inside);
-    std::erase_if(faces, [&](const auto& t) {
-        return std::any_of(t.begin(), t.end(), [&](std::int32_t n) {
-            return outside_of_ends(lumen.ends, settings.thickness_mm,
-                                   inside->nodes_mm[std::size_t(n)]) < 0;
-        });
-    });
-    for (auto& t : faces) std::swap(t[1], t[2]);  // the lumen's outside is the wall's inside
-    return part_of(inside->nodes_mm, faces);
-}
-
-}  // namespace
 
 Error wrong(const std::string& what) {
     return {ErrorCode::InvalidArgument, "vessel wall: " + what};
@@ -137,16 +114,38 @@ int edges_between(const TetMesh& mesh, const std::vector<bool>& from, const std:
     }
 }
 
-Result<VesselWall> make_wall(const LumenShape& lumen, const WallSettings& settings,
-                             const TaskArena& arena) {
-    if (const Status s = check_settings(settings); !s) return s.error();
+namespace {
+
+/// Whether the wall's own inner faces are the ghost surface again: a hole through the wall, or a
+/// place where it has been lost, changes their Euler characteristic. (The outer surface says
+/// nothing: walls of branches that are near to each other grow together there.)
+Status check_inner_faces(const TetMesh& mesh, const std::vector<bool>& inner,
+                         const TriangleMesh& ghost) {
+    auto faces = boundary_faces(mesh);
+    std::erase_if(faces, [&](const auto& face) {
+        return !std::all_of(face.begin(), face.end(),
+                            [&](std::int32_t n) { return inner[std::size_t(n)]; });
+    });
+    TriangleMesh surface = part_of(mesh.nodes_mm, faces);
+    tidy_rims(surface);
+    const SurfaceTopology found = surface_topology(surface), expected = surface_topology(ghost);
+    if (found.pieces == expected.pieces && found.euler == expected.euler) return Ok{};
+    return wrong("it has holes: its inner faces have " + std::to_string(found.pieces) +
+                 " pieces and Euler characteristic " + std::to_string(found.euler) +
+                 ", expected " + std::to_string(expected.pieces) + " and " +
+                 std::to_string(expected.euler));
+}
+
+/// One try, with cells of this size.
+Result<VesselWall> wall_of_cells(const LumenShape& lumen, const WallSettings& settings,
+                                 double cell_mm, const TaskArena& arena) {
     const double t = settings.thickness_mm;
     const auto level = [&](Vec3d x) {
         const double d = lumen.distance_mm(x);
         return std::min({d, t - d, outside_of_ends(lumen.ends, t, x)});
     };
     StuffingSettings s;
-    s.cell_mm = cell_of(settings);
+    s.cell_mm = cell_mm;
     const double margin = t + 0.01 * s.cell_mm;
     s.begin_mm = lumen.begin_mm - Vec3d{margin, margin, margin};
     s.end_mm = lumen.end_mm + Vec3d{margin, margin, margin};
@@ -156,36 +155,62 @@ Result<VesselWall> make_wall(const LumenShape& lumen, const WallSettings& settin
     if (!mesh) return mesh.error();
 
     VesselWall wall;
+    wall.cell_mm = cell_mm;
     wall.mesh = std::move(*mesh);
     make_manifold(wall.mesh);  // at sharp rims it may touch itself
     if (wall.mesh.cells.empty()) return wrong("nothing is left of the wall between its ends");
     remove_cut_off(wall.mesh, lumen.ends, t);
+    wall.dropped_pieces = drop_crumbs(wall.mesh);
     wall.ends = lumen.ends;
-    const auto faces = boundary_faces(wall.mesh);
     std::vector<bool> inner(wall.mesh.nodes_mm.size(), false), outer = inner;
-    for (const auto& face : faces)
+    for (const auto& face : boundary_faces(wall.mesh))
         for (const std::int32_t n : face) {
             const double d = lumen.distance_mm(wall.mesh.nodes_mm[std::size_t(n)]);
             inner[std::size_t(n)] = std::abs(d) < 1e-6 * t;
             outer[std::size_t(n)] = std::abs(d - t) < 1e-6 * t;
         }
     wall.least_layers = edges_between(wall.mesh, inner, outer);
-    if (settings.ghost_mm > 0) {
-        auto ghost = coarse_ghost(lumen, settings, arena);
-        if (!ghost) return ghost.error();
-        wall.ghost = std::move(*ghost);
-    } else {
-        auto ghost = faces;
-        std::erase_if(ghost, [&](const auto& face) {
-            return !inner[std::size_t(face[0])] || !inner[std::size_t(face[1])] ||
-                   !inner[std::size_t(face[2])];
-        });
-        wall.ghost = part_of(wall.mesh.nodes_mm, ghost);
-    }
-    wall.ghost_places = embed(wall.ghost.nodes_mm, wall.mesh, arena);
-    remove_far_pieces(wall.ghost, wall.ghost_places);
+    auto ghost = ghost_of(lumen, settings, s, arena);
+    if (!ghost) return ghost.error();
+    wall.ghost = std::move(*ghost);
+    ride_on(wall.mesh, wall.ends, t, std::max(cell_mm, settings.ghost_mm), arena, wall.ghost,
+            wall.ghost_places);
+    if (const Status holds = check_inner_faces(wall.mesh, inner, wall.ghost); !holds)
+        return holds.error();
     wall.lumen_mm3 = enclosed_with_lids_mm3(wall.ghost);
     return wall;
+}
+
+}  // namespace
+
+Result<VesselWall> make_wall(const LumenShape& lumen, const WallSettings& settings,
+                             const TaskArena& arena) {
+    if (const Status s = check_settings(settings); !s) return s.error();
+    const double by_layers = cell_of_layers(settings);
+    const double wanted = settings.cell_mm > 0 ? settings.cell_mm : by_layers;
+    const double allowed = std::min(wanted, by_layers);
+    std::vector<double> cells_mm{wanted};
+    if (allowed < wanted) cells_mm.push_back(allowed);
+    cells_mm.push_back(allowed / std::numbers::sqrt2);
+    cells_mm.push_back(allowed / 2);
+    std::string first, last;
+    for (const double cell_mm : cells_mm) {
+        auto wall = wall_of_cells(lumen, settings, cell_mm, arena);
+        if (!wall && wall.error().code == ErrorCode::LimitExceeded) {
+            if (first.empty()) return wall.error();
+            break;
+        }
+        const Status sound = wall ? check_wall(*wall, settings.layers) : Status(wall.error());
+        if (sound.ok()) {
+            wall->refined_because = first;
+            return wall;
+        }
+        const bool is_the_same = sound.error().message == last;
+        last = sound.error().message;
+        if (first.empty()) first = last;
+        if (is_the_same) break;  // smaller cells don't help
+    }
+    return Error{ErrorCode::InvalidArgument, last + ", with smaller cells as well"};
 }
 
 }  // namespace pliant::vessel
