@@ -52,6 +52,9 @@ void tell(const MeshOptions& o, const VesselWall& wall, const TetQuality& qualit
         report["ghost_triangles"] = wall.ghost.cells.size();
         report["ghost_nodes"] = wall.ghost.nodes_mm.size();
         report["lumen_mm3"] = wall.lumen_mm3;
+        report["cell_mm"] = wall.cell_mm;
+        report["refined_because"] = wall.refined_because;
+        report["dropped_pieces"] = wall.dropped_pieces;
         std::printf("%s\n", report.dump().c_str());
         return;
     }
@@ -59,6 +62,12 @@ void tell(const MeshOptions& o, const VesselWall& wall, const TetQuality& qualit
     std::printf("layers              %d at least\n", wall.least_layers);
     std::printf("ghost surface       %zu triangles, %zu nodes, around %.1f mm3\n",
                 wall.ghost.cells.size(), wall.ghost.nodes_mm.size(), wall.lumen_mm3);
+    if (!wall.refined_because.empty())
+        std::printf("cells               refined to %.3g mm; with larger ones, %s\n", wall.cell_mm,
+                    wall.refined_because.c_str());
+    if (wall.dropped_pieces > 0)
+        std::printf("dropped             %d small pieces that nothing holds\n",
+                    wall.dropped_pieces);
     for (const VesselEnd& end : wall.ends)
         std::printf("open end            at %.1f,%.1f,%.1f mm, radius %.1f mm\n", end.centre_mm.x,
                     end.centre_mm.y, end.centre_mm.z, end.radius_mm);

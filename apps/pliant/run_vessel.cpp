@@ -28,7 +28,15 @@ struct Extremes {
     double depth_mm = -1e9, force_n = 0, wall_moved_mm = 0, energy_mj = 0, volume_mean = 0,
            volume_largest = 0, way_mm = 0, step_ms = 0;
     std::int64_t inverted = 0;
-    std::int32_t active = 0;
+    std::int32_t active = 0, left_end = 0;
+
+    std::vector<std::string> warnings() const {
+        CatheterMeasures m;
+        m.depth_mm = depth_mm;
+        m.inverted = inverted;
+        m.left_end = left_end;
+        return warnings_of(m);
+    }
 };
 
 nlohmann::ordered_json report_of(const CatheterScene& scene, const Extremes& most,
@@ -49,7 +57,13 @@ nlohmann::ordered_json report_of(const CatheterScene& scene, const Extremes& mos
             {"volume_error_mean", most.volume_mean},
             {"volume_error_largest", most.volume_largest},
             {"inverted_ever", most.inverted},
+            {"left_end", most.left_end},
+            {"warnings", most.warnings()},
             {"most_active_tetrahedra", most.active},
+            {"cell_mm", scene.wall().cell_mm},
+            {"refined_because", scene.wall().refined_because},
+            {"dropped_pieces", scene.wall().dropped_pieces},
+            {"sub_steps", scene.settings().sub_steps},
             {"reach_mm", scene.settings().reach_mm},
             {"wide_reach_mm", wide_reach_mm(scene.wall(), scene.settings().wall)},
             {"end_wall_moved_mm", end.wall_moved_mm},
@@ -199,6 +213,7 @@ int run_vessel(const VesselOptions& o) {
             most.depth_mm = std::max(most.depth_mm, quick.depth_mm);
             most.force_n = std::max(most.force_n, std::abs(quick.force_n));
             most.active = std::max(most.active, quick.active_tetrahedra);
+            if (quick.left_end > 0) most.left_end = quick.left_end;
             if (n % o.every != 0) continue;
             bar.show(replayed ? double(n) / double(replayed->steps) : hand.progress());
             const CatheterMeasures m = scene->measures();
@@ -236,8 +251,12 @@ int run_vessel(const VesselOptions& o) {
     } else {
         std::printf("vessel              %zu tetrahedra, %zu ghost triangles\n",
                     scene->wall().mesh.cells.size(), scene->wall().ghost.cells.size());
-        std::printf("steps               %lld, %.2f s, %.2f ms each\n",
-                    static_cast<long long>(end.steps), end.time_s, most.step_ms);
+        if (!scene->wall().refined_because.empty())
+            std::printf("cells               refined to %.3g mm; with larger ones, %s\n",
+                        scene->wall().cell_mm, scene->wall().refined_because.c_str());
+        std::printf("steps               %lld, %.2f s, %.2f ms each, %d sub-steps\n",
+                    static_cast<long long>(end.steps), end.time_s, most.step_ms,
+                    scene->settings().sub_steps);
         std::printf("along the way       %.1f mm at most, %.1f mm inserted at the end\n",
                     most.way_mm, end.inserted_mm);
         std::printf("beyond the wall     %.4f mm at most\n", most.depth_mm);
@@ -256,6 +275,8 @@ int run_vessel(const VesselOptions& o) {
                 scene->settings().reach_mm, wide);
         std::printf("energy              %.3f mJ at most\n", most.energy_mj);
         std::printf("checksum            %s\n", report["hash"].get<std::string>().c_str());
+        for (const std::string& warning : most.warnings())
+            std::printf("warning             %s\n", warning.c_str());
     }
     if (replayed && replayed->hash != log.hash)
         return bad_input(o.replay + ": plays differently: the checksum is not the log's");

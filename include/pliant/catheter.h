@@ -24,6 +24,7 @@
 #include <cstdint>
 #include <memory>
 #include <span>
+#include <string>
 #include <vector>
 
 namespace pliant {
@@ -110,6 +111,10 @@ struct CatheterMeasures {
     std::int32_t left_end = 0;
 };
 
+/// One line for each fault of a state: a point more than 0.1 mm beyond the wall, inverted
+/// tetrahedra, a tip that has left the vessel through an open end. Empty where there is none.
+std::vector<std::string> warnings_of(const CatheterMeasures& measures);
+
 class CatheterScene {
   public:
     /// @returns InvalidArgument that names the setting, also where the entry isn't in the vessel
@@ -131,6 +136,7 @@ class CatheterScene {
     /// Inserted, force, torque, contact, depth and time; the others cost a pass over the wall.
     CatheterMeasures quick_measures() const;
     CatheterMeasures measures() const;
+    std::int64_t inverted_tetrahedra() const;    ///< of wall and catheter; a pass over the wall
     std::span<const Vec3d> wire_places() const;  ///< [mm], of all nodes; the last is the tip
     std::int32_t first_inserted() const;         ///< the last node in the guide
     Vec3d tip_mm() const;

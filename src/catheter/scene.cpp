@@ -21,6 +21,24 @@ CatheterEntry entry_at(const VesselEnd& end, double inwards) {
     return {end.centre_mm - inwards * end.radius_mm * end.outward, -end.outward, 5};
 }
 
+std::vector<std::string> warnings_of(const CatheterMeasures& m) {
+    constexpr double kBeyond_mm = 0.1;
+    std::vector<std::string> warnings;
+    if (m.depth_mm > kBeyond_mm)
+        warnings.push_back("the catheter is " +
+                           catheter::text_of(std::round(1e3 * m.depth_mm) / 1e3) +
+                           " mm beyond the wall, expected at most " +
+                           catheter::text_of(kBeyond_mm) + ": raise sub_steps");
+    if (m.inverted > 0)
+        warnings.push_back(std::to_string(m.inverted) +
+                           (m.inverted == 1 ? " tetrahedron is" : " tetrahedra are") +
+                           " inverted, expected none: raise sub_steps");
+    if (m.left_end > 0)
+        warnings.push_back("the tip has left the vessel through open end " +
+                           std::to_string(m.left_end));
+    return warnings;
+}
+
 CatheterScene::CatheterScene(std::unique_ptr<Impl> impl) : m_impl(std::move(impl)) {}
 CatheterScene::~CatheterScene() = default;
 CatheterScene::CatheterScene(CatheterScene&&) noexcept = default;
@@ -128,14 +146,11 @@ CatheterMeasures CatheterScene::measures() const {
         if (!moved) continue;
         const Mat3d at_rest = edges(rest), f = edges(now) * inverse(at_rest);
         const double j = determinant(f), volume = determinant(at_rest) / 6;
-        m.inverted += j <= 0;
         double squares = 0;
         for (const Vec3d& c : f.columns) squares += dot(c, c);
         elastic += volume * 0.5 * (mu * (squares - 4 * j + j * j) + lambda * (j - 1) * (j - 1));
     }
-    const TetMesh catheter = catheter_mesh();
-    for (const auto& cell : catheter.cells)
-        m.inverted += !(pbd::tetrahedron_volume(cell, catheter.nodes_mm) > 0);
+    m.inverted = inverted_tetrahedra();
     for (std::size_t a = 0; a < i.body.parts().attachments.size(); ++a) {
         const PbdAttachment& at = i.body.parts().attachments[a];
         const Vec3d off = now[std::size_t(at.nodes[0])] - at.target;
@@ -145,6 +160,23 @@ CatheterMeasures CatheterScene::measures() const {
     m.kinetic_energy_mj = kinetic / kNanojoules;
     m.volume = volume_change(i.body.parts(), now);
     return m;
+}
+
+std::int64_t CatheterScene::inverted_tetrahedra() const {
+    const std::vector<Vec3d> now = wall_places();
+    const auto& rest = m_impl->wall.mesh.nodes_mm;
+    std::vector<std::uint8_t> moved(now.size());
+    for (std::size_t n = 0; n < now.size(); ++n) moved[n] = now[n] != rest[n];
+    std::int64_t inverted = 0;
+    for (const auto& cell : m_impl->wall.mesh.cells) {
+        const auto has_moved = [&](std::int32_t n) { return moved[std::size_t(n)] != 0; };
+        if (std::any_of(cell.begin(), cell.end(), has_moved))
+            inverted += !(pbd::tetrahedron_volume(cell, now) > 0);
+    }
+    const TetMesh catheter = catheter_mesh();
+    for (const auto& cell : catheter.cells)
+        inverted += !(pbd::tetrahedron_volume(cell, catheter.nodes_mm) > 0);
+    return inverted;
 }
 
 std::span<const Vec3d> CatheterScene::wire_places() const {

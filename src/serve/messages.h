@@ -40,7 +40,7 @@ struct ClientInfo {
 /// Of a catheter in its vessel.
 struct VesselState {
     CatheterCommand hand{};
-    CatheterMeasures measures{};  ///< quick ones
+    CatheterMeasures measures{};  ///< quick ones, and inverted tetrahedra
     double wall_moved_mm = 0;     ///< of the wall's nodes, the farthest
     double radius_mm = 0, length_mm = 0;
     std::string failure{};  ///< why it has stopped until it is reset; else empty

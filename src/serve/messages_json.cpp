@@ -79,6 +79,7 @@ Json json_of(const VesselState& v, double pace) {
             {"pace", rounded(pace, 1e3)},
             {"radius_mm", v.radius_mm},
             {"length_mm", v.length_mm},
+            {"warnings", warnings_of(m)},
             {"failure", v.failure}};
 }
 

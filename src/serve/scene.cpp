@@ -148,6 +148,7 @@ void Scene::describe(SharedState& state) const {
                                    .radius_mm = v->vessel().settings.catheter.radius_mm,
                                    .length_mm = v->vessel().settings.catheter.length_mm,
                                    .failure = v->failure()};
+    if (state.vessel) state.vessel->measures.inverted = vessel()->view().inverted;
     state.has_vessel = m_loaded->vessel != nullptr;
     state.relaxing = m_relaxing;
     state.settled = !wants_sweep();

@@ -199,6 +199,7 @@ void VesselTissue::show() const {
         const Vec3d by = place_of(rest.ghost_places[n], m_now) - rest.ghost.nodes_mm[n];
         m_view.moved_mm[n] = {float(by.x), float(by.y), float(by.z)};
     }
+    m_view.inverted = m_scene->inverted_tetrahedra();
     const auto wire = m_scene->wire_places();
     m_view.catheter_mm.assign(wire.begin() + m_scene->first_inserted(), wire.end());
     (void)m_carried.update(m_now.nodes_mm);

@@ -28,6 +28,7 @@ struct VesselView {
     std::vector<Vec3d> catheter_mm;  ///< what of it is in the vessel, from the guide to the tip
     std::vector<Vec3f> moved_mm;     ///< of the ghost surface's nodes
     double wall_moved_mm = 0;        ///< of the wall's nodes, the farthest
+    std::int64_t inverted = 0;       ///< tetrahedra of wall and catheter
 };
 
 class VesselTissue : public Tissue {

@@ -6,7 +6,6 @@
 // the distance to the ghost surface as it is now, closed with lids, by the search of the mesh room.
 
 #include <gtest/gtest.h>
-#include <pliant/mesh_distance.h>
 #include <pliant/vessel_scene.h>
 
 #include <algorithm>
@@ -17,8 +16,7 @@
 #include <numbers>
 #include <thread>
 
-#include "support/made.h"
-#include "vessel/wall.h"
+#include "support/catheter_depth.h"
 
 namespace pliant::test {
 namespace {
@@ -34,27 +32,6 @@ struct Fate {
     int left_end = 0;
     std::string error;
 };
-
-/// How far the wire's surface is beyond the wall. Points nearest to a lid don't count.
-double depth_of(const CatheterScene& scene) {
-    const TriangleMesh now{scene.ghost_places(), scene.wall().ghost.cells};
-    TriangleMesh closed = made(vessel::with_lids(now));
-    for (auto& t : closed.cells) std::swap(t[1], t[2]);  // the ghost surface faces the lumen
-    const SurfaceDistance lumen = made(SurfaceDistance::create(std::move(closed)));
-    const CatheterEntry& entry = scene.settings().entry;
-    const auto x = scene.wire_places();
-    double most = -1e9;
-    for (auto s = std::size_t(scene.first_inserted()); s + 1 < x.size(); ++s)
-        for (int k = 1; k <= 4; ++k) {
-            const Vec3d p = (1 - k / 4.0) * x[s] + (k / 4.0) * x[s + 1];
-            if (dot(p - entry.place_mm, entry.direction) < 0 && norm(p - entry.place_mm) < 6)
-                continue;  // in the guide
-            const auto nearest = lumen.nearest(p);
-            if (nearest.triangle >= std::int32_t(now.cells.size())) continue;
-            most = std::max(most, scene.settings().catheter.radius_mm + nearest.distance_mm);
-        }
-    return most;
-}
 
 Fate fate_of(const MadeVessel& vessel, int direction) {
     const TaskArena arena(1);
@@ -81,7 +58,7 @@ Fate fate_of(const MadeVessel& vessel, int direction) {
         fate.inserted_mm = m.inserted_mm;
         fate.left_end = m.left_end;
         if (n % 25 != 24) continue;
-        fate.depth_mm = std::max(fate.depth_mm, depth_of(*scene));
+        fate.depth_mm = std::max(fate.depth_mm, depth_beyond_wall(*scene));
         fate.inverted = std::max(fate.inverted, scene->measures().inverted);
     }
     return fate;

@@ -24,11 +24,24 @@ export function numbersOf(vessel: VesselState): Record<string, string> {
     };
 }
 
+/// A warning without its numbers: told once, however they change.
+function kindOf(warning: string): string {
+    return warning.replace(/[\d.]+/g, '');
+}
+
 export function vesselPanel(parts: Parts, hand: CatheterHand): HTMLElement {
     const { session } = parts;
     const spots = new Map<string, HTMLElement>();
     const list = h('dl', { class: 'numbers' });
     const failure = h('small', { class: 'quiet', role: 'alert' });
+    const warnings = h('ul', { class: 'warnings', role: 'alert' });
+    let told = '';
+    const warn = (lines: readonly string[]): void => {
+        const kinds = lines.map(kindOf).join('\n');
+        if (kinds !== told && lines.length > 0) session.say(lines.join('; '));
+        told = kinds;
+        warnings.replaceChildren(...lines.map((line) => h('li', {}, line)));
+    };
     const show = (vessel: VesselState | undefined): void => {
         for (const [name, value] of Object.entries(vessel ? numbersOf(vessel) : {})) {
             let spot = spots.get(name);
@@ -40,12 +53,13 @@ export function vesselPanel(parts: Parts, hand: CatheterHand): HTMLElement {
             spot.textContent = value;
         }
         failure.textContent = vessel?.failure ?? '';
+        warn(vessel?.warnings ?? []);
     };
     const back = button('Back to the vessel', () => {
         void session.ask({ do: 'tissue', model: 'vessel' });
     });
     const driving = tissue(...handControls(parts, hand));
-    const element = section('Catheter', true, list, failure, driving, back);
+    const element = section('Catheter', true, list, warnings, failure, driving, back);
     session.store.watch(['shared'], ({ shared }) => {
         element.hidden = !shared?.tissue?.has_vessel;
         const there = shared?.tissue?.model === 'vessel';

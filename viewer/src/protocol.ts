@@ -63,6 +63,7 @@ export interface VesselState {
     pace: number; ///< simulated over real time; 0: not known yet
     radius_mm: number;
     length_mm: number;
+    warnings: string[]; ///< faults of this state, a line each
     failure: string; ///< why it has stopped until it is reset
 }
 
