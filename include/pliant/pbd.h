@@ -131,6 +131,9 @@ class PbdBody {
     const PbdParts& parts() const;
     const PbdSettings& settings() const;
 
+    /// Other steps from now on. @returns InvalidArgument for what create refuses
+    Status set_time_step(double time_step);
+
     /// @returns LimitExceeded, and everything as it was before this call's last step, where a place
     ///          is no number any more
     Status step(std::int32_t count, const TaskArena& arena);

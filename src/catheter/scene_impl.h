@@ -17,6 +17,7 @@
 #include <utility>
 #include <vector>
 
+#include "catheter/contact_pace.h"
 #include "catheter/open_ends.h"
 #include "catheter/scene_parts.h"
 #include "catheter/wall_contact.h"
@@ -35,7 +36,8 @@ struct CatheterScene::Impl {
           body(std::move(b)),
           ends(std::move(e)),
           contact(wall.mesh, wall.ghost, wall.ghost_places,
-                  {.radius_mm = s.catheter.radius_mm, .friction = s.catheter.friction}) {
+                  {.radius_mm = s.catheter.radius_mm, .friction = s.catheter.friction}),
+          pace(s.time_step_s / s.sub_steps) {
         inserted = s.entry.inserted_mm;
         if (settings.reach_mm < 0) settings.reach_mm = wide_reach_mm(wall, settings.wall);
     }
@@ -48,6 +50,7 @@ struct CatheterScene::Impl {
     catheter::OpenEnds ends;
     std::unique_ptr<PbdBoxes> boxes;
     catheter::WallContact contact;
+    catheter::ContactPace pace;
     CatheterCommand command;
     double inserted = 0, rotated = 0, depth = 0;
     std::int64_t steps = 0;
@@ -79,28 +82,40 @@ struct CatheterScene::Impl {
         return Ok{};
     }
 
+    Status sub_step(double h, const TaskArena& arena) {
+        inserted = std::clamp(inserted + h * command.insert_mm_s, 0.0, wire.length());
+        rotated += h * command.rotate_deg_s;
+        wire.feed(inserted, rotated * kRadians);
+        wire.bend_tip(command.bend_first_deg * kRadians, command.bend_second_deg * kRadians);
+        wire.predict(h);
+        if (const Status s = body.set_time_step(h); !s.ok()) return s;
+        if (const Status s = body.step(1, arena); !s.ok()) return s;
+        const auto contacts = contact.gather(wire, body, h, arena);
+        for (int i = 0; i < settings.iterations; ++i) {
+            if (i > 0) contact.yield(h);
+            wire.solve(contacts);
+        }
+        wire.finish();
+        if (!wire.is_good())
+            return Error{ErrorCode::LimitExceeded,
+                         "step: a place of the wire is no number any more; expected more "
+                         "sub_steps or iterations"};
+        return contact.apply(body, h);
+    }
+
     Status step(const TaskArena& arena) {
-        const double h = settings.time_step_s / settings.sub_steps;
         if (const Status s = wake_boxes(arena); !s.ok()) return s;
         contact.look(wire, body, settings.time_step_s, arena);
-        for (int n = 0; n < settings.sub_steps; ++n) {
-            inserted = std::clamp(inserted + h * command.insert_mm_s, 0.0, wire.length());
-            rotated += h * command.rotate_deg_s;
-            wire.feed(inserted, rotated * kRadians);
-            wire.bend_tip(command.bend_first_deg * kRadians, command.bend_second_deg * kRadians);
-            wire.predict(h);
-            if (const Status s = body.step(1, arena); !s.ok()) return s;
-            const auto contacts = contact.gather(wire, body, h, arena);
-            for (int i = 0; i < settings.iterations; ++i) {
-                if (i > 0) contact.yield(h);
-                wire.solve(contacts);
+        int left = pace.sub_steps(settings.time_step_s);
+        double h = settings.time_step_s / left;
+        while (left > 0) {
+            if (const Status s = sub_step(h, arena); !s.ok()) return s;
+            --left;
+            if (pace.is_too_long_after(h, contact.pushed_mm()) && left > 0) {
+                const double rest = left * h;
+                left = pace.sub_steps(rest);
+                h = rest / left;
             }
-            wire.finish();
-            if (!wire.is_good())
-                return Error{ErrorCode::LimitExceeded,
-                             "step: a place of the wire is no number any more; expected more "
-                             "sub_steps or iterations"};
-            if (const Status s = contact.apply(body, h); !s.ok()) return s;
         }
         ends.follow(wire);
         depth = contact.depth(wire, body, ends.is_beyond(), arena);

@@ -10,12 +10,12 @@ namespace pliant {
 namespace {
 
 /// Numbers before the wire's.
-constexpr std::size_t kBeforeWire = 9;
+constexpr std::size_t kBeforeWire = 10;
 
 /// Of everything that a step changes.
 struct CatheterState {
     CatheterCommand command;
-    double inserted = 0, rotated = 0, depth = 0;
+    double inserted = 0, rotated = 0, depth = 0, sub_step_s = 0;
     std::int64_t steps = 0;
     std::int32_t awake = 0;
     std::unique_ptr<catheter::Wire> wire;
@@ -24,7 +24,7 @@ struct CatheterState {
 
     void exchange(catheter::StateNumbers& state) {
         for (double* v : {&command.insert_mm_s, &command.rotate_deg_s, &command.bend_first_deg,
-                          &command.bend_second_deg, &inserted, &rotated, &depth})
+                          &command.bend_second_deg, &inserted, &rotated, &depth, &sub_step_s})
             state.value(*v);
         state.whole(steps);
         state.whole(awake);
@@ -39,8 +39,17 @@ struct CatheterState {
 
 std::vector<double> CatheterScene::state() const {
     const Impl& i = *m_impl;
-    CatheterState state{i.command, i.inserted,    i.rotated,     i.depth, i.steps,
-                        i.awake,   i.wire.copy(), wall_places(), {},      {}};
+    CatheterState state{.command = i.command,
+                        .inserted = i.inserted,
+                        .rotated = i.rotated,
+                        .depth = i.depth,
+                        .sub_step_s = i.pace.wanted_s(),
+                        .steps = i.steps,
+                        .awake = i.awake,
+                        .wire = i.wire.copy(),
+                        .places = wall_places(),
+                        .velocities = {},
+                        .boxes = {}};
     for (std::int32_t n = 0; n < i.body.particle_count(); ++n)
         state.velocities.push_back(i.body.velocity(n));
     if (i.boxes) state.boxes = i.boxes->state();
@@ -82,6 +91,7 @@ Status CatheterScene::put(std::span<const double> numbers, const TaskArena& aren
     i.inserted = state.inserted;
     i.rotated = state.rotated;
     i.depth = state.depth;
+    i.pace.set_wanted_s(state.sub_step_s);
     i.steps = state.steps;
     i.awake = state.awake;
     i.renew_contact(arena);

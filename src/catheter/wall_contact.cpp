@@ -235,10 +235,12 @@ void WallContact::yield(double h) {
 
 Status WallContact::apply(PbdBody& body, double h) {
     sum_up();
+    m_pushed_mm = 0;
     for (const std::int32_t p : m_borne) {
         const double w = body.inverse_mass(p);
         if (w == 0) continue;
         const Vec3d by = (-h * h * w) * m_push[std::size_t(p)];
+        m_pushed_mm = std::max(m_pushed_mm, norm(by));
         if (const Status s =
                 body.set_state(p, body.position(p) + by, body.velocity(p) + (1 / h) * by);
             !s.ok())

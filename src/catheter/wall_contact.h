@@ -56,6 +56,8 @@ class WallContact {
                  const TaskArena& arena);
     std::span<const WireContact> contacts() const { return m_contacts; }
     double push_force() const;  ///< all that the wall is pushed with [µN]
+    /// How far the last sub-step's contacts have pushed any particle [mm].
+    double pushed_mm() const { return m_pushed_mm; }
     const pbd::GhostSurface& ghost() const { return m_ghost; }
 
   private:
@@ -92,7 +94,8 @@ class WallContact {
     std::vector<double> m_moves;       ///< [segment − m_first]: that `look` allowed for [mm]
     std::vector<double> m_depths;      ///< likewise
     std::vector<Vec3d> m_places_seen;  ///< of the wire, by `look`
-    double m_wall_moved = 0;           ///< of any node near the wire, at most, since then
+    double m_pushed_mm = 0;
+    double m_wall_moved = 0;  ///< of any node near the wire, at most, since then
     std::vector<WireContact> m_contacts;
     std::vector<std::int32_t> m_bearing_starts;
     std::vector<Bearing> m_bearings;    ///< of the contacts, one after the other

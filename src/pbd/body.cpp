@@ -51,6 +51,14 @@ const PbdSettings& PbdBody::settings() const {
     return m_impl->settings;
 }
 
+Status PbdBody::set_time_step(double time_step) {
+    PbdSettings changed = m_impl->settings;
+    changed.time_step = time_step;
+    if (const Status s = pbd::check_settings(changed); !s.ok()) return s;
+    m_impl->settings.time_step = time_step;
+    return Ok{};
+}
+
 Status PbdBody::step(std::int32_t count, const TaskArena& arena) {
     if (count < 0)
         return Error{ErrorCode::InvalidArgument,

@@ -35,7 +35,6 @@ class SolverOf final : public Solver {
     SolverOf(const PbdParts& parts, const PbdSettings& settings, const Plan& plan,
              Kernels<Real> kernels)
         : m_parts(parts), m_settings(settings), m_plan(plan), m_kernels(kernels) {
-        m_h = settings.time_step / settings.sub_steps;
         choose_origin();
         const auto numbers = std::size_t(plan.particle_count) * 4;
         m_x.assign(numbers, 0);
@@ -108,11 +107,11 @@ class SolverOf final : public Solver {
         const std::size_t pack = std::size_t(found) / kPack, lane = std::size_t(found) % kPack;
         const auto per_pack = std::size_t(kMultipliers[kind]);
         return double(m_multipliers[kind][(pack * per_pack + std::size_t(part)) * kPack + lane]) /
-               (m_h * m_h);
+               (h() * h());
     }
     Vec3d attachment_force(std::int32_t attachment) const override {
         const auto a = std::size_t(attachment);
-        return (1 / (m_h * m_h)) * (is_held(m_parts.attachments[a]) ? held_pull(a) : m_forces[a]);
+        return (1 / (h() * h())) * (is_held(m_parts.attachments[a]) ? held_pull(a) : m_forces[a]);
     }
     std::uint64_t hash() const override {
         Hash64 hash;
@@ -191,13 +190,13 @@ class SolverOf final : public Solver {
     /// The end of a sub-step and the beginning of the next; before the first one what there was is
     /// kept.
     void move(const TaskArena& arena, bool ends_one) {
-        const Vec3d g = m_h * m_settings.gravity;
+        const Vec3d g = h() * m_settings.gravity;
         const MoveArrays<Real> arrays{m_x.data(),
                                       m_before.data(),
                                       m_v.data(),
-                                      Real(m_h),
-                                      Real(ends_one ? 1 / m_h : 0),
-                                      Real(1 - m_settings.damping * m_h),
+                                      Real(h()),
+                                      Real(ends_one ? 1 / h() : 0),
+                                      Real(1 - m_settings.damping * h()),
                                       {Real(g.x), Real(g.y), Real(g.z), 0}};
         for_awake(arena, [&](std::int64_t begin, std::int64_t end) {
             if (!ends_one) {
@@ -208,14 +207,14 @@ class SolverOf final : public Solver {
         });
         for (const Load& load : m_loads)
             for (std::size_t c = 0; c < 3; ++c) {
-                const Real push = Real(m_h * load.force[int(c)]) * m_x[load.at + 3];
+                const Real push = Real(h() * load.force[int(c)]) * m_x[load.at + 3];
                 m_v[load.at + c] += push;
                 m_x[load.at + c] += arrays.h * push;
                 m_before[load.at + c] = m_x[load.at + c];
             }
     }
     Status finish(const TaskArena& arena) {
-        const Real per_h = Real(1 / m_h);
+        const Real per_h = Real(1 / h());
         m_is_bad.store(false);
         for_awake(arena, [&](std::int64_t begin, std::int64_t end) {
             // All four components alike, though the fourth is 0 in v and a mass less itself in x.
@@ -339,7 +338,7 @@ class SolverOf final : public Solver {
 
     void project(const TaskArena& arena, bool first, bool backward) {
         ProjectArrays<Real> arrays{
-            m_x.data(), {},      Real(1 / (m_h * m_h)), m_settings.method == PbdMethod::Compliance,
+            m_x.data(), {},      Real(1 / (h() * h())), m_settings.method == PbdMethod::Compliance,
             first,      backward};
         for (int kind = 0; kind < kKinds; ++kind)
             arrays.kinds[kind] = {m_packs->corners(kind), m_packs->numbers(kind),
@@ -358,7 +357,7 @@ class SolverOf final : public Solver {
     }
 
     double compliance_of(const PbdAttachment& attachment) const {
-        return m_settings.method == PbdMethod::Compliance ? attachment.compliance / (m_h * m_h) : 0;
+        return m_settings.method == PbdMethod::Compliance ? attachment.compliance / (h() * h()) : 0;
     }
     /// What an attachment to held particles would pull with: it has no part in the steps.
     Vec3d held_pull(std::size_t a) const {
@@ -442,13 +441,15 @@ class SolverOf final : public Solver {
         if (!(depth > 0)) return;
         x = x + depth * normal;
         const Vec3d v{m_v[n], m_v[n + 1], m_v[n + 2]};
-        const Vec3d old = Vec3d{m_before[n], m_before[n + 1], m_before[n + 2]} - m_h * v;
+        const Vec3d old = Vec3d{m_before[n], m_before[n + 1], m_before[n + 2]} - h() * v;
         Vec3d slide = x - old;
         slide = slide - pliant::dot(slide, normal) * normal;
         const double way = norm(slide);
         if (way > 0) x = x - std::min(1.0, friction * depth / way) * slide;
         for (std::size_t c = 0; c < 3; ++c) m_x[n + c] = Real(x[int(c)]);
     }
+
+    double h() const { return m_settings.time_step / m_settings.sub_steps; }  ///< of a sub-step
 
     struct Load {
         std::size_t at;
@@ -459,7 +460,6 @@ class SolverOf final : public Solver {
     const PbdSettings& m_settings;
     const Plan& m_plan;
     Kernels<Real> m_kernels;
-    double m_h = 0;
     Vec3d m_origin{0, 0, 0};
     /// [particle][4]: x, y, z and, of m_x, the inverse mass. m_before is before the constraints.
     AlignedVector<Real> m_x, m_before, m_v, m_good_x, m_good_v;

@@ -18,7 +18,7 @@ constexpr double kCalm_mm = 0.02;
 constexpr int kCalmSweeps = 50;
 // Of undo; a state of 12,000 nodes has 0.6 MB.
 constexpr std::size_t kMostSteps = 200, kMostBytes = 256'000'000;
-constexpr std::uint64_t kMagic = 0x31'76'73'6c'70'00'00'0a;  ///< of a file with a state
+constexpr std::uint64_t kMagic = 0x32'76'73'6c'70'00'00'0a;  ///< of a file with a state
 constexpr int kMostUntoldSweeps = 1000;  ///< what nobody drives comes to a halt in any case
 
 Error no_tools(const char* what) {

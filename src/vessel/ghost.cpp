@@ -127,13 +127,19 @@ Result<TriangleMesh> ghost_of(const LumenShape& lumen, const WallSettings& setti
     make_manifold(*solid);
     if (solid->cells.empty()) return wrong("nothing is left of the lumen between its ends");
     remove_cut_off(*solid, lumen.ends, t);
-    std::vector<bool> is_on_surface(solid->nodes_mm.size());
-    for (std::size_t n = 0; n < is_on_surface.size(); ++n)
-        is_on_surface[n] = std::abs(lumen.distance_mm(solid->nodes_mm[n])) < 1e-6 * t;
+    // What an end has cut has nodes that are not on the lumen's surface. (So have places where
+    // cells were lost at a sharp edge of it; these are near to no end, and belong to the ghost
+    // surface.)
+    std::vector<bool> is_cut(solid->nodes_mm.size());
+    for (std::size_t n = 0; n < is_cut.size(); ++n) {
+        const Vec3d x = solid->nodes_mm[n];
+        is_cut[n] = std::abs(lumen.distance_mm(x)) > 1e-6 * t &&
+                    outside_of_ends(lumen.ends, t, x) < lattice.cell_mm;
+    }
     auto faces = boundary_faces(*solid);
     std::erase_if(faces, [&](const auto& face) {
-        return !std::all_of(face.begin(), face.end(),
-                            [&](std::int32_t n) { return is_on_surface[std::size_t(n)]; });
+        return std::any_of(face.begin(), face.end(),
+                           [&](std::int32_t n) { return is_cut[std::size_t(n)]; });
     });
     for (auto& face : faces)
         std::swap(face[1], face[2]);  // outside of the lumen is inside the wall

@@ -50,8 +50,6 @@ Status check_ghost(const VesselWall& wall) {
 Status check_wall(const VesselWall& wall, int layers) {
     if (const Status s = check_cells(wall.ghost); !s) return s;
     if (const Status s = check_mesh(wall.mesh); !s) return s;
-    if (wall.mesh.cells.empty() || wall.ghost.cells.empty())
-        return vessel::wrong("it has no cells or no inner surface, expected both");
     const TetQuality quality = tet_quality(wall.mesh);
     if (const Status s = check_quality(quality); !s) return vessel::wrong(s.error().message);
     if (quality.pieces != 1)

@@ -119,21 +119,21 @@ namespace {
 /// Whether the wall's own inner faces are the ghost surface again: a hole through the wall, or a
 /// place where it has been lost, changes their Euler characteristic. (The outer surface says
 /// nothing: walls of branches that are near to each other grow together there.)
-Status check_inner_faces(const TetMesh& mesh, const std::vector<bool>& inner,
+/// @param is_beside  [node]: on the outer surface, or on an end's cut
+Status check_inner_faces(const TetMesh& mesh, const std::vector<bool>& is_beside,
                          const TriangleMesh& ghost) {
     auto faces = boundary_faces(mesh);
     std::erase_if(faces, [&](const auto& face) {
-        return !std::all_of(face.begin(), face.end(),
-                            [&](std::int32_t n) { return inner[std::size_t(n)]; });
+        return std::any_of(face.begin(), face.end(),
+                           [&](std::int32_t n) { return is_beside[std::size_t(n)]; });
     });
     TriangleMesh surface = part_of(mesh.nodes_mm, faces);
     tidy_rims(surface);
     const SurfaceTopology found = surface_topology(surface), expected = surface_topology(ghost);
     if (found.pieces == expected.pieces && found.euler == expected.euler) return Ok{};
     return wrong("it has holes: its inner faces have " + std::to_string(found.pieces) +
-                 " pieces and Euler characteristic " + std::to_string(found.euler) +
-                 ", expected " + std::to_string(expected.pieces) + " and " +
-                 std::to_string(expected.euler));
+                 " pieces and Euler characteristic " + std::to_string(found.euler) + ", expected " +
+                 std::to_string(expected.pieces) + " and " + std::to_string(expected.euler));
 }
 
 /// One try, with cells of this size.
@@ -162,12 +162,15 @@ Result<VesselWall> wall_of_cells(const LumenShape& lumen, const WallSettings& se
     remove_cut_off(wall.mesh, lumen.ends, t);
     wall.dropped_pieces = drop_crumbs(wall.mesh);
     wall.ends = lumen.ends;
-    std::vector<bool> inner(wall.mesh.nodes_mm.size(), false), outer = inner;
+    std::vector<bool> inner(wall.mesh.nodes_mm.size(), false), outer = inner, beside = inner;
     for (const auto& face : boundary_faces(wall.mesh))
-        for (const std::int32_t n : face) {
-            const double d = lumen.distance_mm(wall.mesh.nodes_mm[std::size_t(n)]);
-            inner[std::size_t(n)] = std::abs(d) < 1e-6 * t;
-            outer[std::size_t(n)] = std::abs(d - t) < 1e-6 * t;
+        for (const std::int32_t node : face) {
+            const auto n = std::size_t(node);
+            const Vec3d x = wall.mesh.nodes_mm[n];
+            const double d = lumen.distance_mm(x);
+            inner[n] = std::abs(d) < 1e-6 * t;
+            outer[n] = std::abs(d - t) < 1e-6 * t;
+            beside[n] = outer[n] || (!inner[n] && outside_of_ends(lumen.ends, t, x) < cell_mm);
         }
     wall.least_layers = edges_between(wall.mesh, inner, outer);
     auto ghost = ghost_of(lumen, settings, s, arena);
@@ -175,7 +178,7 @@ Result<VesselWall> wall_of_cells(const LumenShape& lumen, const WallSettings& se
     wall.ghost = std::move(*ghost);
     ride_on(wall.mesh, wall.ends, t, std::max(cell_mm, settings.ghost_mm), arena, wall.ghost,
             wall.ghost_places);
-    if (const Status holds = check_inner_faces(wall.mesh, inner, wall.ghost); !holds)
+    if (const Status holds = check_inner_faces(wall.mesh, beside, wall.ghost); !holds)
         return holds.error();
     wall.lumen_mm3 = enclosed_with_lids_mm3(wall.ghost);
     return wall;

@@ -32,14 +32,14 @@ Instance random_instance(std::uint64_t seed) {
     Random random(seed);
     const double inner = random.real(2.5, 6), thickness = random.real(0.8, 2);
     Instance made_one;
-    made_one.wall = made(swept_tube(
-        bent_way({.inner_mm = inner,
-                  .from_mm = 0,
-                  .to_mm = 20,
-                  .radius_mm = inner + thickness + random.real(8, 20),
-                  .angle_rad = random.real(0.5, 2),
-                  .last_mm = 20}),
-        {.thickness_mm = thickness, .layers = 2, .sectors = random.whole(10, 20)}));
+    made_one.wall =
+        made(swept_tube(bent_way({.inner_mm = inner,
+                                  .from_mm = 0,
+                                  .to_mm = 20,
+                                  .radius_mm = inner + thickness + random.real(8, 20),
+                                  .angle_rad = random.real(0.5, 2),
+                                  .last_mm = 20}),
+                        {.thickness_mm = thickness, .layers = 2, .sectors = random.whole(10, 20)}));
     CatheterSettings& s = made_one.settings;
     s.catheter.length_mm = 80;
     s.catheter.segment_mm = random.real(2, 4);
@@ -86,13 +86,12 @@ TEST(CatheterScene, NoTipGetsBeyondTheWall) {
             inverted = std::max(inverted, scene.measures().inverted);
         }
         const CatheterMeasures end = scene.measures();
-        const std::string text =
-            "seed " + std::to_string(seed) + ": " + std::to_string(depth) +
-            " mm beyond the wall, reported " + std::to_string(reported) + ", wall moved " +
-            std::to_string(end.wall_moved_mm) + " mm, volume " +
-            std::to_string(100 * end.volume.largest) + " % off, inverted " +
-            std::to_string(inverted) + ", " + std::to_string(scene.settings().sub_steps) +
-            " sub-steps";
+        const std::string text = "seed " + std::to_string(seed) + ": " + std::to_string(depth) +
+                                 " mm beyond the wall, reported " + std::to_string(reported) +
+                                 ", wall moved " + std::to_string(end.wall_moved_mm) +
+                                 " mm, volume " + std::to_string(100 * end.volume.largest) +
+                                 " % off, inverted " + std::to_string(inverted) + ", " +
+                                 std::to_string(scene.settings().sub_steps) + " sub-steps";
         if (many) std::printf("%s\n", text.c_str());
         EXPECT_LE(std::max(depth, reported), 0.1) << text;
         EXPECT_EQ(inverted, 0) << text;

@@ -86,10 +86,10 @@ void expect_that_none_gets_out(const std::string& file) {
     beside.join();
     for (int n = 0; n < kDirections; ++n) {
         const Fate& fate = fates[std::size_t(n)];
-        std::printf("%s, %3d degrees: %.4f mm beyond the wall (reported %.4f), %.0f mm inserted%s\n",
-                    std::filesystem::path(file).stem().c_str(), n * 360 / kDirections,
-                    fate.depth_mm, fate.reported_mm, fate.inserted_mm,
-                    fate.left_end ? ", out of an open end" : "");
+        std::printf(
+            "%s, %3d degrees: %.4f mm beyond the wall (reported %.4f), %.0f mm inserted%s\n",
+            std::filesystem::path(file).stem().c_str(), n * 360 / kDirections, fate.depth_mm,
+            fate.reported_mm, fate.inserted_mm, fate.left_end ? ", out of an open end" : "");
         EXPECT_EQ(fate.error, "");
         EXPECT_LE(fate.depth_mm, 0.1);
         EXPECT_LE(fate.reported_mm, 0.1);

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Depth of a catheter beyond its vessel's wall by the search of the mesh room, which knows nothing of
-// contact.
+// Depth of a catheter beyond its vessel's wall by the search of the mesh room, which knows nothing
+// of contact.
 
 #pragma once
 
