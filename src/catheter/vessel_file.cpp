@@ -48,6 +48,8 @@ void read_vessel(VesselTable&& t, VesselFile& v) {
                        std::to_string(sources));
     if (!v.phantom.empty() && v.phantom != "bend" && v.phantom != "arch")
         t.fail("phantom", "expected \"bend\" or \"arch\", found \"" + v.phantom + "\"");
+    if (!v.phantom.empty() && t.has("cell_mm"))
+        t.fail("cell_mm", "expected none beside phantom, which is swept in layers, found one");
     if (!v.scan.empty() && window.empty())
         t.fail("window_hu", "expected the lumen's values in the scan, found none");
 }
