@@ -76,7 +76,7 @@ void add_stiffness(Page& page, const TaskArena& arena) {
     for (const auto& [range, shear, name] : limits) {
         Scenario sheet = gibson_object(sheet_of(kSheet, everywhere, nullptr), range, shear, arena);
         const auto& report = sheet.push(held, {30, -18, 0});
-        const auto picture = [&](const char* state) {
+        const auto picture = [&, name = name](const char* state) {
             return captioned(lattice_picture(sheet, 24, 420, {30, 1, 0, -500, 4}),
                              std::string(name) + ", " + state);
         };

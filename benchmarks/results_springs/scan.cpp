@@ -236,6 +236,39 @@ Found deform(const Volume& volume, const Case& c, const TaskArena& arena) {
              text_of(state_of(*tissue).folded_cells), text_of(hard_movement_mm(*tissue), 2)}};
 }
 
+Case knee_case(const Phantom& knee) {
+    const PhantomLandmark& thigh = *std::find_if(knee.landmarks.begin(), knee.landmarks.end(),
+                                                 [](const auto& l) { return l.name == "thigh"; });
+    return {
+        .name = "knee",
+        .push = {.point_mm = thigh.push_point_mm, .push_mm = thigh.push_mm, .sphere_radius_mm = 16},
+        .settings = {.cell_mm = 16},
+        .width_mm = 110,
+        .look = normalized({0.8, 0.6, -0.15}),
+        .away_mm = 150,
+        .darkest_mm = 12};
+}
+
+Case head_case() {
+    return {.name = "head",
+            .push = {.point_mm = {99, 178, 74}, .push_mm = {0, -10, 6}, .sphere_radius_mm = 10},
+            .settings = {.cell_mm = 12},
+            .width_mm = 120,
+            .look = normalized({0.8, -1, -0.1}),
+            .away_mm = 150,
+            .darkest_mm = 8};
+}
+
+Case abdomen_case() {
+    return {.name = "abdomen",
+            .push = {.point_mm = {0, -262, 260}, .push_mm = {0, 25, 0}, .sphere_radius_mm = 30},
+            .settings = {.cell_mm = 15},
+            .width_mm = 220,
+            .look = normalized({0.8, 0.6, -0.15}),
+            .away_mm = 300,
+            .darkest_mm = 24};
+}
+
 }  // namespace
 
 void add_scans(Page& page, const std::filesystem::path& scans, const TaskArena& arena) {
@@ -252,23 +285,14 @@ void add_scans(Page& page, const std::filesystem::path& scans, const TaskArena& 
         "dark where they differ. In the file of the head the face looks towards +y, which the "
         "section calls posterior.");
     const Phantom knee = value_of(make_phantom({.name = "knee", .size = {160, 160, 200}}, arena));
-    const PhantomLandmark& thigh = *std::find_if(knee.landmarks.begin(), knee.landmarks.end(),
-                                                 [](const auto& l) { return l.name == "thigh"; });
-    const Case knee_case{
-        .name = "knee",
-        .push = {.point_mm = thigh.push_point_mm, .push_mm = thigh.push_mm, .sphere_radius_mm = 16},
-        .settings = {.cell_mm = 16},
-        .width_mm = 110,
-        .look = normalized({0.8, 0.6, -0.15}),
-        .away_mm = 150,
-        .darkest_mm = 12};
     std::vector<std::vector<std::string>> rows;
     const auto add = [&](const Volume& volume, const Case& c, const char* file, const char* text) {
         Found found = deform(volume, c, arena);
         page.picture(file, text, found.picture);
         rows.push_back(std::move(found.row));
     };
-    add(knee.volume, knee_case, "choi-13-knee", "a knee, at rest and pushed above the patella");
+    add(knee.volume, knee_case(knee), "choi-13-knee",
+        "a knee, at rest and pushed above the patella");
     const auto add_scan = [&](const char* name, const Case& c, const char* file, const char* text) {
         const auto scan = read_volume(scans / name);
         if (scan.ok())
@@ -276,24 +300,10 @@ void add_scans(Page& page, const std::filesystem::path& scans, const TaskArena& 
         else
             page.paragraph("The " + c.name + " is missing from this run: " + scan.error().message);
     };
-    add_scan("head_ct_tiny_64.nrrd",
-             {.name = "head",
-              .push = {.point_mm = {99, 178, 74}, .push_mm = {0, -10, 6}, .sphere_radius_mm = 10},
-              .settings = {.cell_mm = 12},
-              .width_mm = 120,
-              .look = normalized({0.8, -1, -0.1}),
-              .away_mm = 150,
-              .darkest_mm = 8},
-             "choi-13-head", "a head, at rest and with its nose pushed");
-    add_scan("abdomen_ct_3mm.nii.gz",
-             {.name = "abdomen",
-              .push = {.point_mm = {0, -262, 260}, .push_mm = {0, 25, 0}, .sphere_radius_mm = 30},
-              .settings = {.cell_mm = 15},
-              .width_mm = 220,
-              .look = normalized({0.8, 0.6, -0.15}),
-              .away_mm = 300,
-              .darkest_mm = 24},
-             "choi-13-abdomen", "an abdomen, at rest and pushed in");
+    add_scan("head_ct_tiny_64.nrrd", head_case(), "choi-13-head",
+             "a head, at rest and with its nose pushed");
+    add_scan("abdomen_ct_3mm.nii.gz", abdomen_case(), "choi-13-abdomen",
+             "an abdomen, at rest and pushed in");
     page.table({"scan", "control nodes", "push [mm]", "steps", "moving nodes", "solve [ms]",
                 "resample [ms]", "voxels written", "folded cells", "hard voxels moved [mm]"},
                rows);
