@@ -247,6 +247,77 @@ TEST(Contact, TheEyeIsNeverInTissueOfAWholeScan) {
         EXPECT_GT(follow_eye(*scan, {}, kTrachea_mm, radius_mm, random, arena), 15);
 }
 
+/// Another tool pushes tissue, which then returns beside an eye that only looks, sweep by sweep. An
+/// eye that was pushed over goes to a free place nearby first. @returns how many times it was
+/// looked at
+int look_on(std::uint64_t seed, const TaskArena& arena) {
+    constexpr float kMargin = 1;  // of the place that an eye goes to [HU]
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    Random random(seed);
+    const Volume volume = phantom(random);
+    const auto start = free_place(random, volume);
+    if (!start) return 0;
+    const Vec3d h = volume.grid.spacing_mm;
+    const double reach = 4 * std::max({h.x, h.y, h.z});
+    const double most_mm = std::clamp(reach, 0.2, 10.0);
+    ChainMailSettings settings;
+    settings.air_enabled = random.whole(0, 3) > 0;
+    if (random.whole(0, 3) == 0) settings.yield = 0.3;
+    auto tissue = ChainMail::create(volume, settings, arena);
+    EXPECT_TRUE(tissue.ok());
+    if (!tissue.ok()) return 0;
+    LiveDeformation live(*tissue);
+    Vec3d eye = *start;
+    const double radius_mm = random.ratio(0.1, most_mm);
+    int looks = 0;
+    for (int n = 0; n < 3; ++n) {
+        const auto from = free_place(random, volume);
+        if (!from) break;
+        const Vec3d way = std::min(random.ratio(0.2, 4) * reach, 60.0) * direction_of(random);
+        const Push push{*from + 0.3 * way, way, random.ratio(0.1, most_mm)};
+        auto held = tissue->elements_at(push);
+        if (!held.ok() || held->empty()) continue;
+        const auto pushed = tissue->push_elements(*held, way);
+        if (!pushed.ok() || pushed->moved_elements == 0) continue;
+        const Vec3d end = push.point_mm + pushed->step_fraction * way;
+        std::vector<RelaxTool> tools;
+        if (random.whole(0, 1))
+            tools.push_back({end, end, push.sphere_radius_mm});
+        else
+            held->clear();  // it lets go
+        live.update();
+        for (int tries = 0; shown_at(live.volume(), eye) >= kIso - kMargin; ++tries) {
+            if (tries == 4000) return looks;  // the lumen is closed
+            const Vec3d place = eye + random.ratio(0.02, 2) * reach * direction_of(random);
+            if (is_in_scan(volume.grid, place)) eye = place;
+        }
+        tools.push_back({eye, eye, radius_mm});
+        for (int sweep = 0; sweep < 150; ++sweep) {
+            const auto relaxed = tissue->relax({.max_sweeps = 1, .tools = tools, .held = *held});
+            EXPECT_TRUE(relaxed.ok());
+            live.update();
+            ++looks;
+            const float value = shown_at(live.volume(), eye);
+            EXPECT_LT(value, kIso) << "push " << n << ", sweep " << sweep;
+            if (!relaxed.ok() || value >= kIso) return looks;
+            if (relaxed->settled) break;
+        }
+    }
+    return looks;
+}
+
+TEST(Contact, TissueThatReturnsDoesNotFoldOverAnEye) {
+    const TaskArena arena(2);
+    const char* const given = std::getenv("PLIANT_SEED");
+    const std::uint64_t first = given ? std::strtoull(given, nullptr, 10) : 1'047;
+    const char* const many = std::getenv("PLIANT_INSTANCES");
+    const int instances = many ? std::atoi(many) : 6;
+    int looks = 0;
+    for (int n = 0; n < instances; ++n) looks += look_on(first + std::uint64_t(n), arena);
+    EXPECT_GT(looks, 10 * instances);
+    std::printf("seeds from %llu: %d looks\n", static_cast<unsigned long long>(first), looks);
+}
+
 TEST(Contact, RelaxationDoesNotCloseOverAnEye) {
     // A dent that a sphere has made, in slices of several millimetres; a thin endoscope in it.
     const TaskArena arena(1);
