@@ -76,5 +76,16 @@ pliant_test(results
 target_include_directories(test_results PRIVATE
     ${PROJECT_SOURCE_DIR}/benchmarks/results_chainmail
     ${PROJECT_SOURCE_DIR}/benchmarks/results_page)
+# The example of objects that collide, compiled as the tests are.
+set(colliding_objects ${PROJECT_SOURCE_DIR}/examples/colliding_objects)
+add_executable(example_colliding_objects
+    ${colliding_objects}/collision.cpp ${colliding_objects}/main.cpp
+    ${colliding_objects}/picture.cpp ../benchmarks/results_page/glyphs.cpp
+    ../benchmarks/results_page/page.cpp ../benchmarks/results_page/plot.cpp)
+target_include_directories(example_colliding_objects PRIVATE
+    ${PROJECT_SOURCE_DIR}/benchmarks/results_page)
+target_link_libraries(example_colliding_objects PRIVATE pliant pliant_flags)
+add_test(NAME example_colliding_objects
+         COMMAND example_colliding_objects ${CMAKE_CURRENT_BINARY_DIR}/collision.png --check)
 # What reads other people's bytes, with bytes that nobody meant.
 add_subdirectory(fuzz)

@@ -276,6 +276,10 @@ RelaxReport Relaxation::run(const RelaxOptions& options) {
     m_lattice.tick();
     m_sweep_step = 0;
     while (m_quiet_passes < 2 && m_finished_sweeps < options.max_sweeps) {
+        if (m_cursor == 0 && !m_tools.empty()) {  // cells may have come to the tools
+            hold_around_tools();
+            mark_held();
+        }
         if (!run_pass(options, end)) break;
         finish_pass();
     }

@@ -164,6 +164,23 @@ TEST(ChainMailResults, OnTheSurfaceTheSofterHalfHasTheBiggerDent) {
     }
 }
 
+TEST(ChainMailResults, WithoutResamplingTheStiffHalfHasTheWiderDent) {
+    const TaskArena arena(2);
+    for (const double threshold : {-500.0, -100.0}) {
+        SCOPED_TRACE(threshold);
+        Dent dents[2];
+        for (int n = 0; n < 2; ++n) {
+            Scenario s = layers_scenario(StiffHalf::Even, arena);
+            const Vec3d place = n == 0 ? kSoft_mm : kStiff_mm;
+            s.push({place, kThesisPush_mm});
+            dents[n] = moved_dent_of(s, place, threshold, arena);
+        }
+        EXPECT_LT(dents[0].half_above_mm, dents[1].half_above_mm - 0.4);
+        EXPECT_LT(dents[0].volume_mm3, 0.9 * dents[1].volume_mm3);
+        EXPECT_GT(dents[0].depth_mm, dents[1].depth_mm);
+    }
+}
+
 TEST(ChainMailResults, AtTheBorderTheDentReachesFartherIntoTheSoftHalf) {
     const TaskArena arena(2);
     Scenario s = layers_scenario(StiffHalf::Graded, arena);
