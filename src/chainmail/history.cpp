@@ -10,6 +10,12 @@
 #include <utility>
 
 namespace pliant {
+namespace {
+
+/// Names up to this length are not cut where memory is short.
+constexpr std::size_t kUsualName = 47;
+
+}  // namespace
 
 History::History(Lattice& lattice, PlasticRest& rest, const TaskArena& arena, int max_steps,
                  std::size_t max_bytes)
@@ -18,7 +24,7 @@ History::History(Lattice& lattice, PlasticRest& rest, const TaskArena& arena, in
       m_arena(arena),
       m_max_steps(max_steps),
       m_max_bytes(max_bytes) {
-    if (keeps_steps()) m_node.emplace_back();
+    if (keeps_steps()) make_node();
     observe(false);
 }
 
@@ -32,10 +38,10 @@ void History::start_copies() noexcept {
     observe(true);
 }
 
-/// @pre there is none  Throws where there is no memory for it.
-void History::open_node(const std::string& name) {
+/// Memory for the next step and its name.
+void History::make_node() {
     if (m_node.empty()) m_node.emplace_back();
-    m_node.front().name = name;
+    m_node.front().name.reserve(kUsualName);
 }
 
 void History::begin_in_node() noexcept {
@@ -53,7 +59,8 @@ void History::begin(const std::string& name) {
             } catch (const std::bad_alloc&) {  // then it waits for the next time
             }
         }
-        open_node(name);
+        make_node();
+        m_node.front().name = name;
         begin_in_node();
     }
     ++m_depth;
@@ -69,7 +76,7 @@ void History::begin_anyway(const std::string& name) noexcept {
         Steps& farthest = m_redo.empty() ? m_undo : m_redo;
         m_bytes -= farthest.front().bytes;
         m_node.splice(m_node.end(), farthest, farthest.begin());
-        m_node.front() = {};
+        clear_node();
     }
     std::string& cut = m_node.front().name;
     cut.assign(name, 0, std::min(name.size(), cut.capacity()));
@@ -215,6 +222,10 @@ int History::keep(Steps& step, Copies& copies) noexcept {
         m_undo.pop_front();
         ++forgotten;
     }
+    try {
+        make_node();  // so that the next step begins even where memory is short
+    } catch (const std::bad_alloc&) {
+    }
     return forgotten;
 }
 
@@ -222,9 +233,16 @@ int History::keep(Steps& step, Copies& copies) noexcept {
 void History::retire(Steps& steps) noexcept {
     if (m_node.empty() && !steps.empty()) {
         m_node.splice(m_node.end(), steps, steps.begin());
-        m_node.front() = {};
+        clear_node();
     }
     steps.clear();
+}
+
+void History::clear_node() noexcept {
+    std::string name = std::move(m_node.front().name);  // with its memory
+    m_node.front() = {};
+    name.clear();
+    m_node.front().name = std::move(name);
 }
 
 void History::clear() noexcept {

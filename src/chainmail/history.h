@@ -161,7 +161,8 @@ class History final : public LatticeObserver {
     enum class Direction { Back, Forth };
     class Applier;
 
-    void open_node(const std::string& name);
+    void make_node();
+    void clear_node() noexcept;
     void begin_in_node() noexcept;
     void start_copies() noexcept;
     std::vector<Piece> pack_moves(const CoordMoves& moves) const;

@@ -20,8 +20,9 @@ Status ChainMail::Impl::undo() {
     SuspendedDrag suspended(*this);
     if (history.is_open()) return open_group();
     if (!history.has_aside() && history.undo_steps() == 0) {
+        Error none{ErrorCode::NotFound, "undo: expected a step to take back, found none"};
         suspended.end();
-        return Error{ErrorCode::NotFound, "undo: expected a step to take back, found none"};
+        return none;
     }
     history.undo([&] { restore_allowance(); });
     suspended.end();
@@ -32,8 +33,9 @@ Status ChainMail::Impl::redo() {
     SuspendedDrag suspended(*this);
     if (history.is_open()) return open_group();
     if (history.has_aside() || history.redo_steps() == 0) {
+        Error none{ErrorCode::NotFound, "redo: expected a step that was undone, found none"};
         suspended.end();
-        return Error{ErrorCode::NotFound, "redo: expected a step that was undone, found none"};
+        return none;
     }
     history.redo([&] { restore_allowance(); });
     suspended.end();
