@@ -46,13 +46,14 @@ ChainMailSettings plain_settings() {
     return settings;
 }
 
-/// What an operation must not change when it fails.
+/// What an operation must not change when it fails. The second half takes time to find.
 struct Snapshot {
     std::uint64_t hash = 0;
     int undo_steps = 0, redo_steps = 0;
     std::size_t history_bytes = 0;
     std::string undo_name, redo_name;
     bool is_grabbing = false;
+
     double max_violation_mm = 0, offset = 0, energy_mm2 = 0;
     std::int64_t excused_links = 0, cut_links = 0, carved_elements = 0;
     std::vector<Vec3d> imprints_mm;
@@ -67,7 +68,7 @@ struct Snapshot {
     }
 };
 
-Snapshot snapshot_of(const ChainMail& tissue) {
+Snapshot first_half_of(const ChainMail& tissue) {
     Snapshot s;
     s.hash = tissue.hash();
     s.undo_steps = tissue.undo_steps();
@@ -76,6 +77,11 @@ Snapshot snapshot_of(const ChainMail& tissue) {
     s.undo_name = tissue.next_undo_name();
     s.redo_name = tissue.next_redo_name();
     s.is_grabbing = tissue.is_grabbing();
+    return s;
+}
+
+Snapshot snapshot_of(const ChainMail& tissue) {
+    Snapshot s = first_half_of(tissue);
     s.offset = tissue.settings().offset;
     s.energy_mm2 = tissue.elastic_energy_mm2();
     const LatticeState state = tissue.state();
@@ -265,39 +271,83 @@ class OutOfMemory : public ::testing::TestWithParam<int> {
         return hashes;
     }
 
-    /// Runs an operation with its allocations failing. @returns how many times it failed
-    int fail_each(const Preparation& preparation, const Operation& operation) {
-        ChainMail twin = prepared(preparation);
-        const Outcome expected = operation.run(twin);
-        const Snapshot after = snapshot_of(twin);
-        const auto future = future_of(twin);
+    struct Run {
+        Outcome outcome;
+        bool has_failed = false;  ///< the n-th allocation and all after it
+        bool is_undone = false;   ///< it says so, and not for another reason
+    };
+    Run run_with_failure(ChainMail& tissue, const Operation& operation, std::int64_t n,
+                         const Outcome& expected) {
+        Run run;
+        const FailingAllocation failing(n);
+        run.outcome = operation.run(tissue);
+        run.has_failed = failing.has_failed();
+        run.is_undone =
+            run.has_failed && run.outcome == ErrorCode::LimitExceeded && run.outcome != expected;
+        return run;
+    }
+
+    /// The operation on a tissue on which nothing ever fails.
+    struct Twin {
+        Outcome outcome;
+        Snapshot after;
+        std::vector<std::uint64_t> future;
+        std::int64_t allocations = 0;
+    };
+    Twin twin_of(const Preparation& preparation, const Operation& operation) {
+        ChainMail tissue = prepared(preparation);
+        Twin twin;
+        const std::int64_t before = allocation_count();
+        twin.outcome = operation.run(tissue);
+        twin.allocations = allocation_count() - before;
+        twin.after = snapshot_of(tissue);
+        twin.future = future_of(tissue);
+        return twin;
+    }
+    static void expect_done(ChainMail& tissue, const Run& run, const Twin& twin) {
+        EXPECT_EQ(run.outcome, twin.outcome);
+        Snapshot now = snapshot_of(tissue);
+        // Steps that there was no memory for to pack wait for it.
+        if (run.has_failed) now.history_bytes = twin.after.history_bytes;
+        EXPECT_EQ(now, twin.after);
+        EXPECT_EQ(future_of(tissue), twin.future);
+    }
+
+    /// Fails the allocations of an operation one after the other, on one tissue.
+    /// @returns how many times the operation failed
+    int fail_each(const Preparation& preparation, const Operation& operation, const Twin& twin) {
         ChainMail tissue = prepared(preparation);
         const Snapshot before = snapshot_of(tissue);
+        const Snapshot first_half = first_half_of(tissue);
         int failures = 0;
         for (std::int64_t n = 0;; n += n < kAllOf ? 1 : m_random.whole(1, 1 + int(n / 5))) {
-            Outcome outcome;
-            bool has_failed = false;
-            {
-                const FailingAllocation failing(n);
-                outcome = operation.run(tissue);
-                has_failed = failing.has_failed();
+            SCOPED_TRACE("allocation " + std::to_string(n));
+            const Run run = run_with_failure(tissue, operation, n, twin.outcome);
+            if (run.is_undone) {
+                EXPECT_EQ(first_half_of(tissue), first_half);
+                if (failures++ % 8 == 0) {
+                    EXPECT_EQ(snapshot_of(tissue), before);
+                }
+            } else {
+                expect_done(tissue, run, twin);
+                if (run.has_failed) tissue = prepared(preparation);
             }
-            if (has_failed && outcome == ErrorCode::LimitExceeded && outcome != expected) {
-                ++failures;
-                const Snapshot now = snapshot_of(tissue);
-                EXPECT_EQ(now, before) << "allocation " << n;
-                if (now != before) return failures;
-                continue;
-            }
-            // Done, with or without all the memory that it asked for.
-            EXPECT_EQ(outcome, expected) << "allocation " << n;
-            Snapshot now = snapshot_of(tissue);
-            if (has_failed) now.history_bytes = after.history_bytes;  // steps may wait for packing
-            EXPECT_EQ(now, after) << "allocation " << n;
-            EXPECT_EQ(future_of(tissue), future) << "allocation " << n;
-            if (!has_failed || ::testing::Test::HasFailure()) return failures;
-            tissue = prepared(preparation);
+            if (!run.has_failed || ::testing::Test::HasFailure()) return failures;
         }
+    }
+    /// Fails one allocation on a tissue that has no memory from earlier attempts.
+    void fail_first(const Preparation& preparation, const Operation& operation, const Twin& twin) {
+        if (twin.allocations == 0) return;
+        ChainMail tissue = prepared(preparation);
+        const Snapshot before = snapshot_of(tissue);
+        const auto n = std::int64_t(m_random.next() % std::uint64_t(twin.allocations));
+        SCOPED_TRACE("allocation " + std::to_string(n) + ", at once");
+        Run run = run_with_failure(tissue, operation, n, twin.outcome);
+        if (run.is_undone) {
+            EXPECT_EQ(snapshot_of(tissue), before);
+            run = {operation.run(tissue)};
+        }
+        expect_done(tissue, run, twin);
     }
 
     TaskArena m_arena;
@@ -315,18 +365,93 @@ TEST_P(OutOfMemory, FailsEachOperationAsAWholeAndLeavesTheTissueAsItWas) {
         const std::vector<Operation> all = operations(m_folder.path(), preparation.name);
         for (std::size_t n = 0; n < all.size(); ++n) {
             SCOPED_TRACE(all[n].name + ", " + preparation.name + ", seed " + std::to_string(kSeed));
-            failures[n] += fail_each(preparation, all[n]);
+            const Twin twin = twin_of(preparation, all[n]);
+            failures[n] += fail_each(preparation, all[n], twin);
+            for (int k = 0; k < 2; ++k) fail_first(preparation, all[n], twin);
             if (HasFailure()) return;
         }
     }
     const std::vector<Operation> all = operations(m_folder.path(), "");
     for (std::size_t n = 0; n < all.size(); ++n) {
-        if (all[n].can_fail)
-            EXPECT_GT(failures[n], 0) << all[n].name;
-        else
-            EXPECT_EQ(failures[n], 0) << all[n].name;
+        EXPECT_EQ(failures[n] > 0, all[n].can_fail) << all[n].name;
         RecordProperty(all[n].name, failures[n]);
     }
+}
+
+TEST_P(OutOfMemory, ResetsTheTissueAndForgetsTheWayBackIfItMust) {
+    for (const Preparation& preparation : preparations()) {
+        SCOPED_TRACE(preparation.name);
+        for (std::int64_t n = 0;; ++n) {
+            ChainMail tissue = prepared(preparation), twin = prepared(preparation);
+            const std::uint64_t before = tissue.hash();
+            twin.reset();
+            bool has_failed = false;
+            {
+                const FailingAllocation failing(n);
+                tissue.reset();
+                has_failed = failing.has_failed();
+            }
+            EXPECT_EQ(tissue.hash(), twin.hash());
+            EXPECT_FALSE(tissue.is_grabbing());
+            EXPECT_EQ(tissue.moved_box(), Box3i{});
+            if (preparation.name.starts_with("in a group")) tissue.end_group(), twin.end_group();
+            if (tissue.undo_steps() > 0) {
+                EXPECT_EQ(tissue.undo_steps(), twin.undo_steps());
+                const bool is_step = tissue.next_undo_name() == "reset";
+                ASSERT_TRUE(tissue.undo().ok());
+                EXPECT_EQ(tissue.hash() == before, is_step || before == twin.hash());
+            }
+            EXPECT_TRUE(tissue.push(push_of({7, 3, 4}, {0.8, -0.9, 1.1})).ok());
+            if (!has_failed || HasFailure()) break;
+        }
+    }
+}
+
+TEST_P(OutOfMemory, EndsAGroupAndKeepsItsStepUncompressed) {
+    Preparation preparation{"", with([](auto& s) { s.yield = 0.3; }), push_some};
+    for (std::int64_t n = 0;; ++n) {
+        SCOPED_TRACE("allocation " + std::to_string(n));
+        ChainMail tissue = prepared(preparation);
+        const std::uint64_t before = tissue.hash();
+        tissue.begin_group("group");
+        push_some(tissue);
+        ASSERT_TRUE(tissue.carve({{10, 3, 4}, {11, 5, 5}, 1.4, false}).ok());
+        const std::uint64_t after = tissue.hash();
+        bool has_failed = false;
+        {
+            const FailingAllocation failing(n);
+            EXPECT_EQ(tissue.end_group(), 0);
+            has_failed = failing.has_failed();
+        }
+        EXPECT_EQ(tissue.next_undo_name(), "group");
+        // A following step lies on top of it.
+        ASSERT_TRUE(tissue.push(push_of({7, 3, 4}, {0.8, -0.9, 1.1})).ok());
+        ASSERT_TRUE(tissue.undo().ok());
+        EXPECT_EQ(tissue.hash(), after);
+        ASSERT_TRUE(tissue.undo().ok());
+        EXPECT_EQ(tissue.hash(), before);
+        ASSERT_TRUE(tissue.redo().ok());
+        EXPECT_EQ(tissue.hash(), after);
+        if (!has_failed || HasFailure()) break;
+    }
+}
+
+TEST_P(OutOfMemory, MakesATissueOrNone) {
+    int failures = 0;
+    for (std::int64_t n = 0;; ++n) {
+        const ChainMailSettings settings = plain_settings();
+        std::optional<Result<ChainMail>> made;
+        bool has_failed = false;
+        {
+            const FailingAllocation failing(n);
+            made = ChainMail::create(m_volume, settings, m_arena);
+            has_failed = failing.has_failed();
+        }
+        if (!has_failed) break;
+        failures += !made->ok() && made->error().code == ErrorCode::LimitExceeded;
+        EXPECT_EQ(failures, n + 1);
+    }
+    EXPECT_GT(failures, 10);
 }
 
 INSTANTIATE_TEST_SUITE_P(Threads, OutOfMemory, ::testing::Values(1, 2));
