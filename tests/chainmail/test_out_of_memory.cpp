@@ -321,7 +321,7 @@ class OutOfMemory : public ::testing::TestWithParam<int> {
         const Snapshot before = snapshot_of(tissue);
         const Snapshot first_half = first_half_of(tissue);
         int failures = 0;
-        for (std::int64_t n = 0;; n += n < kAllOf ? 1 : m_random.whole(1, 1 + int(n / 5))) {
+        for (std::int64_t n = 0;; n += n < kAllOf ? 1 : m_random.whole(1, 1 + int(n / 3))) {
             SCOPED_TRACE("allocation " + std::to_string(n));
             const Run run = run_with_failure(tissue, operation, n, twin.outcome);
             if (run.is_undone) {
