@@ -52,8 +52,8 @@ void History::begin_in_node() noexcept {
 
 void History::begin(const std::string& name) {
     if (m_depth == 0 && keeps_steps()) {
-        // What could not be packed when it ended.
-        if (!m_undo.empty() && !m_undo.back().is_packed) {
+        // What could not be packed when it ended, and is the last that happened.
+        if (!has_aside() && !m_undo.empty() && !m_undo.back().is_packed) {
             try {
                 pack_copies(m_undo.back());
             } catch (const std::bad_alloc&) {  // then it waits for the next time

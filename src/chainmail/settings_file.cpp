@@ -352,8 +352,10 @@ Result<ChainMailSettings> parse_settings(const std::string& name, const std::str
     return settings;
 }
 
-Result<ChainMailSettings> read_chainmail_settings(const std::filesystem::path& path,
-                                                  std::vector<std::string>* notes) {
+namespace {
+
+Result<ChainMailSettings> read_file(const std::filesystem::path& path,
+                                    std::vector<std::string>* notes) {
     std::error_code ignored;
     std::ifstream stream(path, std::ios::binary);
     if (!stream || std::filesystem::is_directory(path, ignored))
@@ -372,6 +374,13 @@ Result<ChainMailSettings> read_chainmail_settings(const std::filesystem::path& p
         return Error{valid.error().code, reader.file + ": " + valid.error().message};
     if (notes) notes->insert(notes->end(), own_notes.begin(), own_notes.end());
     return settings;
+}
+
+}  // namespace
+
+Result<ChainMailSettings> read_chainmail_settings(const std::filesystem::path& path,
+                                                  std::vector<std::string>* notes) {
+    return attempt([&] { return read_file(path, notes); });
 }
 
 }  // namespace pliant
