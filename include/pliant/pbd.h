@@ -165,6 +165,7 @@ class PbdBody {
     std::uint64_t hash() const;
 
   private:
+    friend class PbdRollback;
     struct Impl;
     explicit PbdBody(std::unique_ptr<Impl> impl);
     std::unique_ptr<Impl> m_impl;

@@ -8,6 +8,7 @@
 #include <string>
 
 #include "pbd/arithmetic.h"
+#include "pbd/rollback.h"
 #include "pbd/solver.h"
 
 namespace pliant {
@@ -17,6 +18,7 @@ struct PbdBody::Impl {
     PbdSettings settings;
     pbd::Plan plan;
     std::unique_ptr<pbd::Solver> solver;
+    double kept_time_step = 0;
 
     Status check_particle(const char* what, std::int32_t particle) const {
         if (particle >= 0 && std::size_t(particle) < parts.places.size()) return Ok{};
@@ -185,6 +187,22 @@ std::vector<Vec3d> PbdBody::constraint_forces() const {
 
 std::uint64_t PbdBody::hash() const {
     return m_impl->solver->hash();
+}
+
+void PbdRollback::reserve(PbdBody& body) {
+    body.m_impl->solver->reserve_kept();
+}
+void PbdRollback::keep(PbdBody& body) noexcept {
+    body.m_impl->kept_time_step = body.m_impl->settings.time_step;
+    body.m_impl->solver->keep();
+}
+void PbdRollback::take_back(PbdBody& body) noexcept {
+    body.m_impl->settings.time_step = body.m_impl->kept_time_step;
+    body.m_impl->solver->take_back();
+}
+void PbdRollback::put_all(PbdBody& body, std::span<const Vec3d> positions,
+                          std::span<const Vec3d> velocities) noexcept {
+    body.m_impl->solver->put_all(positions, velocities);
 }
 
 VolumeChange volume_change(const PbdParts& parts, std::span<const Vec3d> positions) {
