@@ -108,6 +108,23 @@ Status stage_outputs(const DeformOptions& o, Outputs& outputs) {
     return Ok{};
 }
 
+namespace {
+
+Error about(const fs::path& path, const Error& error) {
+    return {error.code, path.string() + ": " + error.message};
+}
+
+/// Writes a volume that is made for this. @param path  empty: it isn't wanted
+template <class Make>
+Status write_made(const fs::path& path, Encoding encoding, const Make& make) {
+    if (path.empty()) return Ok{};
+    const Result<Volume> volume = make();
+    if (!volume) return about(path, volume.error());
+    return write_volume(path, *volume, encoding);
+}
+
+}  // namespace
+
 Status write_outputs(const DeformOptions& o, const MovingScan& scan, const DeformResult& result,
                      const PushOption& place,
                      const std::function<Status(const fs::path&)>& save_state, Outputs& outputs,
@@ -117,8 +134,10 @@ Status write_outputs(const DeformOptions& o, const MovingScan& scan, const Defor
     if (Status s = write_volume(outputs.out, deformed.volume, encoding); !s.ok()) return s;
     bar.show(0.6);
     if (!outputs.displacement.empty()) {
+        const Result<FieldSlices> slices = displacement_slices(scan);
+        if (!slices) return about(outputs.displacement, slices.error());
         Status s = write_vector_field(outputs.displacement, scan.volume().grid, FieldKind::Modeling,
-                                      displacement_slices(scan), encoding);
+                                      *slices, encoding);
         if (!s.ok()) return s;
     }
     bar.show(0.7);
@@ -128,12 +147,10 @@ Status write_outputs(const DeformOptions& o, const MovingScan& scan, const Defor
         if (!s.ok()) return s;
     }
     bar.show(0.8);
-    if (!outputs.jacobian.empty())
-        if (Status s = write_volume(outputs.jacobian, jacobian_field(scan), encoding); !s.ok())
-            return s;
-    if (!outputs.strain.empty())
-        if (Status s = write_volume(outputs.strain, strain_field(scan), encoding); !s.ok())
-            return s;
+    if (Status s = write_made(outputs.jacobian, encoding, [&] { return jacobian_field(scan); }); !s)
+        return s;
+    if (Status s = write_made(outputs.strain, encoding, [&] { return strain_field(scan); }); !s)
+        return s;
     if (!outputs.png.empty()) {
         const Image image = before_and_after(o, scan, deformed.volume, place);
         if (Status s = write_png(outputs.png, image); !s.ok()) return s;

@@ -164,10 +164,14 @@ int run_deform_springs(const DeformOptions& options) {
     if (const Status s = apply_pushes(options, tissue, result, *bar); !s.ok())
         return fail(s.error());
     result.springs = let_time_pass(options, tissue, result.notes);
-    result.state = state_of(tissue);
-    result.deformed = deform_volume(
+    const Result<LatticeState> state = state_of(tissue);
+    if (!state) return fail(state.error());
+    result.state = *state;
+    auto deformed = deform_volume(
         tissue, options.mapping == "tetrahedra" ? Mapping::Tetrahedra : Mapping::Cells,
         !options.transform.empty());
+    if (!deformed) return fail(deformed.error());
+    result.deformed = std::move(*deformed);
     result.hash = hash_volume(result.deformed.volume) ^ tissue.hash();
     bar->show(0.5);
     const auto no_state = [](const std::filesystem::path&) -> Status { return Ok{}; };

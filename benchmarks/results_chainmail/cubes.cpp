@@ -50,7 +50,7 @@ Image cut_picture(const Scenario& s, Vec3d place_mm, int across, int down, doubl
                         ijk[down] * s.scan->grid.spacing_mm[down]};
     Plot plot(kView, kView, {middle.x - half_mm, middle.y - half_mm},
               {middle.x + half_mm, middle.y + half_mm});
-    draw_values(plot, deform_volume(*s.tissue).volume, slice, 9000, -2500);
+    draw_values(plot, deform_volume(*s.tissue).value().volume, slice, 9000, -2500);
     draw_lattice(plot, *s.tissue, slice, window, {largest_mm, 1, 1.6});
     return plot.image();
 }
@@ -66,7 +66,7 @@ Image section_picture(const Scenario& s, Vec3d place_mm, int across, int down, d
     constexpr double kFlat = 0.45;  // height of the picture over its width
     Plot plot(kView, int(kFlat * kView), {middle.x - half_mm, middle.y - kFlat * half_mm},
               {middle.x + half_mm, middle.y + kFlat * half_mm});
-    const Volume deformed = deform_volume(*s.tissue).volume;
+    const Volume deformed = deform_volume(*s.tissue).value().volume;
     draw_values(plot, deformed, slice, 2600, 300);
     const Window window = window_around(slice, grid, ijk, half_mm + 2);
     draw_contour(plot, values_in(*s.scan, slice, window), kIso_hu, {{120, 170, 220}, 1.2, 1});
@@ -136,7 +136,8 @@ void add_z_scale(Page& page, const TaskArena& arena) {
         s.push({kFace_mm, kThesisPush_mm});
         const std::string caption(name);
         views.push_back(captioned(
-            virtual_view(deform_volume(*s.tissue).volume, close_view(kFace_mm), arena), caption));
+            virtual_view(deform_volume(*s.tissue).value().volume, close_view(kFace_mm), arena),
+            caption));
         sections_z.push_back(
             captioned(section_picture(s, kFace_mm, 2, 1, 18), caption + ": z to the right"));
         sections_x.push_back(
@@ -182,7 +183,7 @@ void add_angular(Page& page, const TaskArena& arena) {
     angular.push({kFace_mm, {0.8, 1, 0}});
     straight.push({kFace_mm, kThesisPush_mm});
     const Image pictures[] = {
-        virtual_view(deform_volume(*angular.tissue).volume, close_view(kFace_mm), arena),
+        virtual_view(deform_volume(*angular.tissue).value().volume, close_view(kFace_mm), arena),
         cut_picture(angular, kFace_mm + Vec3d{0, 6, 0}, 0, 1, 13, 1.5),
         cut_picture(straight, kFace_mm + Vec3d{0, 6, 0}, 0, 1, 13, 1.5)};
     page.picture("draeger-5-4-angular", "an angular push and a straight one", row_of(pictures));
@@ -215,7 +216,7 @@ void add_subsequent(Page& page, const TaskArena& arena) {
     Scenario s = cube_scenario(settings, arena);
     const View view{{-26, -50, 17}, {-4, -30, 1}, 62};
     s.push({kFace_mm, kThesisPush_mm});
-    std::vector<Image> pictures{virtual_view(deform_volume(*s.tissue).volume, view, arena)};
+    std::vector<Image> pictures{virtual_view(deform_volume(*s.tissue).value().volume, view, arena)};
     const std::pair<const char*, Vec3d> places[] = {{"the middle again", {0, 0, 0}},
                                                     {"upper left", {-7, 0, 7}},
                                                     {"farther to the upper left", {-14, 0, 9}}};
@@ -226,7 +227,7 @@ void add_subsequent(Page& page, const TaskArena& arena) {
         const PushReport& report = s.push({kFace_mm + away + Vec3d{0, 1, 0}, kThesisPush_mm});
         rows.push_back({name, text_of(report.step_fraction, 3), text_of(report.moved_elements)});
     }
-    pictures.push_back(virtual_view(deform_volume(*s.tissue).volume, view, arena));
+    pictures.push_back(virtual_view(deform_volume(*s.tissue).value().volume, view, arena));
     page.picture("draeger-5-5-subsequent", "one push, and four", row_of(pictures));
     page.table({"push", "done", "moved elements"}, rows);
     page.paragraph(
@@ -243,7 +244,7 @@ void add_edge(Page& page, const TaskArena& arena) {
     Scenario s = cube_scenario({}, arena);
     const Vec3d place{0, -29.5, 28.5};
     s.push({place, kThesisPush_mm});
-    const Volume deformed = deform_volume(*s.tissue).volume;
+    const Volume deformed = deform_volume(*s.tissue).value().volume;
     const Image pictures[] = {
         virtual_view(deformed, {place + Vec3d{0, -30, 0}, place, 44}, arena),
         virtual_view(deformed, {place + Vec3d{-17, -13, 13}, place, 46}, arena)};
@@ -281,7 +282,7 @@ void add_dents(Page& page, const TaskArena& arena) {
         Scenario s = layers_scenario(push.stiff, arena);
         s.push({push.place_mm, kThesisPush_mm});
         views.push_back(captioned(
-            virtual_view(deform_volume(*s.tissue).volume, close_view(push.place_mm), arena),
+            virtual_view(deform_volume(*s.tissue).value().volume, close_view(push.place_mm), arena),
             push.name));
         contours.push_back(
             captioned(contour_picture(s, push.place_mm, 0, 2, 14, 1.2),
@@ -354,7 +355,7 @@ void add_stages(Page& page, const TaskArena& arena) {
         Scenario s = cube_scenario(cube, arena);
         s.push({kFace_mm, kThesisPush_mm});
         const Image pictures[] = {
-            virtual_view(deform_volume(*s.tissue).volume, close_view(kFace_mm), arena),
+            virtual_view(deform_volume(*s.tissue).value().volume, close_view(kFace_mm), arena),
             cut_picture(s, kFace_mm + Vec3d{0, 8, 0}, 0, 1, 17, 2.5),
             contour_picture(s, kFace_mm, 0, 2, 17, 2.5)};
         page.picture(rounded ? "draeger-5-10-stages-rounded" : "draeger-5-10-stages",

@@ -165,7 +165,7 @@ Dent dent_of(const Scenario& scenario, Vec3d place_mm, double threshold_hu,
              const TaskArena& arena) {
     constexpr double kStep_mm = 0.25, kFar_mm = 12;
     constexpr int kSteps = int(kFar_mm / kStep_mm);
-    const Volume deformed = deform_volume(*scenario.tissue).volume;
+    const Volume deformed = deform_volume(*scenario.tissue).value().volume;
     const RayCaster before(*scenario.scan, arena), after(deformed, arena);
     const auto depth = [&](int x, int z) {
         const Vec3d from = place_mm + Vec3d{x * kStep_mm, -10, z * kStep_mm};

@@ -55,7 +55,7 @@ Image pictures_of(const Volume& volume, const Case& c, const TaskArena& arena) {
 /// Largest movement of voxels above the value that holds nodes [mm].
 double hard_movement_mm(const SpringDeformation& tissue) {
     const Grid& grid = tissue.volume().grid;
-    const FieldSlices slices = displacement_slices(tissue);
+    const FieldSlices slices = displacement_slices(tissue).value();
     std::vector<Vec3f> slice(std::size_t(grid.size.x) * std::size_t(grid.size.y));
     double largest = 0;
     for (int z = 0; z < grid.size.z; ++z) {
@@ -82,16 +82,17 @@ Found deform(const Volume& volume, const Case& c, const TaskArena& arena) {
         solve_ms += motion.solve_ms;
         if (motion.steps == 0) break;
     }
-    const Deformed deformed = deform_volume(*tissue);
+    const Deformed deformed = deform_volume(*tissue).value();
     const Vec3i nodes = tissue->control().grid().size;
-    return {side_by_side(pictures_of(volume, c, arena), pictures_of(deformed.volume, c, arena)),
-            {c.name,
-             std::to_string(nodes.x) + " × " + std::to_string(nodes.y) + " × " +
-                 std::to_string(nodes.z),
-             text_of(norm(pushed.step_fraction * c.push.push_mm), 1), text_of(steps),
-             text_of(std::int64_t(motion.active_nodes)), text_of(solve_ms, 0),
-             text_of(deformed.resample_ms, 1), text_of(deformed.written_voxels),
-             text_of(state_of(*tissue).folded_cells), text_of(hard_movement_mm(*tissue), 2)}};
+    return {
+        side_by_side(pictures_of(volume, c, arena), pictures_of(deformed.volume, c, arena)),
+        {c.name,
+         std::to_string(nodes.x) + " × " + std::to_string(nodes.y) + " × " +
+             std::to_string(nodes.z),
+         text_of(norm(pushed.step_fraction * c.push.push_mm), 1), text_of(steps),
+         text_of(std::int64_t(motion.active_nodes)), text_of(solve_ms, 0),
+         text_of(deformed.resample_ms, 1), text_of(deformed.written_voxels),
+         text_of(state_of(*tissue).value().folded_cells), text_of(hard_movement_mm(*tissue), 2)}};
 }
 
 }  // namespace

@@ -7,7 +7,7 @@
 //   auto tissue = SpringDeformation::create(volume, {.cell_mm = 8}, arena);
 //   (*tissue)->push(1, {.point_mm = place, .push_mm = {5, 0, 0}});   // tool 1 takes hold
 //   while (!(*tissue)->step(20)->settled) continue;
-//   Deformed deformed = deform_volume(**tissue);
+//   Result<Deformed> deformed = deform_volume(**tissue);
 //
 // A tool holds the nodes that it pushed until it lets go. Time goes on only in steps, so what comes
 // out depends on the calls alone: the same bits for any number of threads.

@@ -34,7 +34,9 @@ Hub::Hub(std::unique_ptr<Scene> scene, std::unique_ptr<SessionLog> log, int rate
         if (m_scene->has_eye(client)) act(client, EyeCommand{});
     }
     forget_overlays();
-    mark_overlays(m_scene->update().boxes);
+    const auto update = m_scene->update();
+    m_is_behind = !update;
+    if (update) mark_overlays(update->boxes);
     m_tools_frame = tools_frame({}, {.volume = m_scene->info().id});
 }
 
@@ -261,17 +263,18 @@ void Hub::measure_updates(int sweeps, double each_ms, double passed_ms) {
 }
 
 void Hub::resample() {
-    if (!m_moved) return;
+    if (!m_moved && !m_is_behind) return;
     m_checksums.reset();  // a cut that nothing opens changes the tissue, and no voxel
-    const LiveUpdate update = m_scene->update();
-    if (update.boxes.empty()) return;
+    const Result<LiveUpdate> update = m_scene->update();
+    m_is_behind = !update;
+    if (!update || update->boxes.empty()) return;
     ++m_step;
     for (Client& client : m_clients)
-        for (const Box3i& box : update.boxes) client.delivery.mark(box);
-    mark_overlays(update.boxes);
-    if (m_haptics) m_haptics->changed(update.boxes);
+        for (const Box3i& box : update->boxes) client.delivery.mark(box);
+    mark_overlays(update->boxes);
+    if (m_haptics) m_haptics->changed(update->boxes);
     m_timing.solve_ms = m_solve_ms;
-    m_timing.resample_ms = update.resample_ms;
+    m_timing.resample_ms = update->resample_ms;
     m_timing.tick_ms = ms_between(m_now, Clock::now());
     m_timing.moved_elements = m_moved_elements;
 }

@@ -209,7 +209,8 @@ class Hub {
     std::uint32_t m_last_client;
     std::uint32_t m_step = 0;
     Clock::time_point m_now{};
-    bool m_moved = false;  ///< in this step, so that the volume may have changed
+    bool m_moved = false;      ///< in this step, so that the volume may have changed
+    bool m_is_behind = false;  ///< the volume: there was no memory to update it
     bool m_worked = false;
     int m_busy_ticks = 0;       ///< since a force was measured last
     bool m_was_moving = false;  ///< by itself, of a model that knows time

@@ -55,7 +55,9 @@ void Hub::take(ConnectionId, Opening opening) {
     m_overlay_wishes.clear();
     forget_overlays();
     forget_vessel();
-    mark_overlays(m_scene->update().boxes);
+    const auto update = m_scene->update();
+    m_is_behind = !update;
+    if (update) mark_overlays(update->boxes);
     m_tools.clear();
     m_tools_version = 0;  // so that it is made again, for the new scan
     opening.done(std::move(opening.scene.scene));

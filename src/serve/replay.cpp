@@ -15,7 +15,7 @@ Status compare_with(Scene& scene, const SessionMark& mark, Compare compare, std:
     if (compare == Compare::Nothing) return Ok{};
     std::uint64_t volume = mark.volume;
     if (compare == Compare::All) {
-        scene.update();
+        if (const auto update = scene.update(); !update) return update.error();
         volume = hash_volume(scene.deformed());
     }
     const std::uint64_t tissue = scene.tissue().hash();
@@ -113,7 +113,7 @@ Result<ReplayReport> replay_session(const std::filesystem::path& path, const Tas
         if (!replayed.ok()) return named(replayed.error());
         scene = std::move(*replayed);
     }
-    scene->update();
+    if (const auto update = scene->update(); !update) return named(update.error());
     report.cut_off_bytes = file->cut_off_bytes;
     for (const auto& record : file->records) {
         report.commands += std::holds_alternative<serve::SessionCommand>(record);

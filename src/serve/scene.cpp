@@ -66,7 +66,11 @@ Result<std::unique_ptr<Scene>> Scene::open(const SceneSource& source, const Task
     const TissueChoice choice{.vessel = place->vessel != nullptr};
     auto tissue = make_tissue(choice, *place, arena);
     if (!tissue.ok()) return tissue.error();
-    return std::unique_ptr<Scene>(new Scene(std::move(place), choice, std::move(*tissue)));
+    std::unique_ptr<Scene> scene(new Scene(std::move(place), choice, std::move(*tissue)));
+    auto live = LiveDeformation::create(scene->m_shown);
+    if (!live.ok()) return live.error();
+    scene->m_live.emplace(std::move(*live));
+    return scene;
 }
 
 Scene::Scene(std::shared_ptr<LoadedScan> loaded, const TissueChoice& choice,
@@ -75,7 +79,6 @@ Scene::Scene(std::shared_ptr<LoadedScan> loaded, const TissueChoice& choice,
       m_tissue(std::move(tissue)),
       m_choice(choice),
       m_shown(m_tissue),
-      m_live(m_shown),
       m_iso_hu(m_loaded->iso_hu),
       m_polarity(m_loaded->polarity),
       m_relaxing(choice.vessel) {}
@@ -93,23 +96,13 @@ bool Scene::has_contact(std::uint32_t client) const {
     return m_holder == client || m_tissue->is_touched_by(client);
 }
 
-LiveUpdate Scene::update() {
-    LiveUpdate update = m_live.update();
-    if (m_pending.empty()) return update;
-    m_boxes = std::exchange(m_pending, {});
-    m_boxes.insert(m_boxes.end(), update.boxes.begin(), update.boxes.end());
-    update.boxes = m_boxes;
-    return update;
-}
-
 Status Scene::choose(const TissueChoice& choice) {
     auto made = make_tissue(choice, *m_loaded, m_tissue->arena());
     if (!made.ok()) return made.error();
     end_step();
-    // What was done can't be done to this one. The old one stays until the voxels are back.
-    const std::unique_ptr<Tissue> old = std::exchange(m_tissue, std::move(*made));
-    const LiveUpdate update = m_live.update();
-    m_pending.insert(m_pending.end(), update.boxes.begin(), update.boxes.end());
+    // What was done can't be done to this one.
+    m_live->start_over();
+    m_tissue = std::move(*made);
     m_choice = choice;
     m_done.clear();
     m_undone.clear();

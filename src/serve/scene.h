@@ -81,12 +81,12 @@ class Scene {
     /// where much is deformed: for a moment when nobody waits for a picture.
     std::optional<FeltForce> measure_force();
 
-    /// The deformed volume is brought up to date.
-    LiveUpdate update();
-    const Volume& deformed() const { return m_live.volume(); }
+    /// The deformed volume is brought up to date; see LiveDeformation.
+    Result<LiveUpdate> update() { return m_live->update(); }
+    const Volume& deformed() const { return m_live->volume(); }
     /// For overlays; see LiveDeformation.
-    bool keep_sources(bool keep) { return m_live.keep_sources(keep); }
-    const LiveDeformation& live() const { return m_live; }
+    bool keep_sources(bool keep) { return m_live->keep_sources(keep); }
+    const LiveDeformation& live() const { return *m_live; }
     const Tissue& tissue() const { return *m_tissue; }
     Tissue& tissue() { return *m_tissue; }
     /// Null: the tissue is another one.
@@ -173,8 +173,7 @@ class Scene {
     std::unique_ptr<Tissue> m_tissue;
     TissueChoice m_choice;
     Shown m_shown;
-    LiveDeformation m_live;
-    std::vector<Box3i> m_pending, m_boxes;  ///< written when the tissue was replaced; all of them
+    std::optional<LiveDeformation> m_live;  ///< always there once the scene is
     double m_iso_hu;
     Polarity m_polarity;
     bool m_relaxing = false, m_settled = true;

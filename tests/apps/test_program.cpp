@@ -357,8 +357,8 @@ TEST_F(ProgramTest, TissueSlidesOffTheSphereAsInTheLibrary) {
         }
         char text[17];
         std::snprintf(text, sizeof text, "%016llx",
-                      static_cast<unsigned long long>(hash_volume(deform_volume(*tissue).volume) ^
-                                                      tissue->hash()));
+                      static_cast<unsigned long long>(
+                          hash_volume(deform_volume(*tissue).value().volume) ^ tissue->hash()));
         return std::string(text);
     };
     const Json slid = deform_report(slide);
