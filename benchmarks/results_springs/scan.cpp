@@ -78,7 +78,7 @@ Found deform(const Volume& volume, const Case& c, const TaskArena& arena) {
     double solve_ms = pushed.solve_ms;
     std::int64_t steps = 0;
     for (; steps < kMostSteps && !motion.settled; steps += motion.steps) {
-        motion = tissue->step(20);
+        motion = value_of(tissue->step(20));
         solve_ms += motion.solve_ms;
         if (motion.steps == 0) break;
     }

@@ -27,6 +27,8 @@ class MovingScan {
     virtual const Volume& volume() const = 0;  ///< at rest
     virtual const Lattice& lattice() const = 0;
     virtual const TaskArena& arena() const = 0;
+    /// Moves the elements to where the tissue is now, if they don't follow it all the time.
+    virtual Status update_lattice() const { return Ok{}; }
 };
 
 /// ChainMail's elements. Keeps a reference.

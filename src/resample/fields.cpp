@@ -67,7 +67,10 @@ Result<FieldSlices> displacement_slices(const ChainMail& tissue) noexcept {
     return attempt([&]() -> Result<FieldSlices> { return slices_of(tissue.lattice()); });
 }
 Result<FieldSlices> displacement_slices(const MovingScan& scan) noexcept {
-    return attempt([&]() -> Result<FieldSlices> { return slices_of(scan.lattice()); });
+    return attempt([&]() -> Result<FieldSlices> {
+        if (const Status s = scan.update_lattice(); !s.ok()) return s.error();
+        return slices_of(scan.lattice());
+    });
 }
 
 FieldSlices inverse_slices(const Deformed& deformed) noexcept {

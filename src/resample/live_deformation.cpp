@@ -83,7 +83,10 @@ LiveDeformation& LiveDeformation::operator=(LiveDeformation&&) noexcept = defaul
 
 Result<LiveUpdate> LiveDeformation::update() noexcept {
     const auto start = std::chrono::steady_clock::now();
-    Result<LiveUpdate> update = attempt([&]() -> Result<LiveUpdate> { return m_impl->write(); });
+    Result<LiveUpdate> update = attempt([&]() -> Result<LiveUpdate> {
+        if (const Status s = m_impl->tissue.update_lattice(); !s.ok()) return s.error();
+        return m_impl->write();
+    });
     if (!update) return update;
     update->resample_ms =
         std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();

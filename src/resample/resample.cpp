@@ -18,6 +18,7 @@ Result<Deformed> deform_volume(const ChainMail& tissue, Mapping mapping,
 Result<Deformed> deform_volume(const MovingScan& scan, Mapping mapping,
                                bool with_inverse) noexcept {
     return attempt([&]() -> Result<Deformed> {
+        if (const Status s = scan.update_lattice(); !s.ok()) return s.error();
         return deform_by_lattice(scan.volume(), scan.lattice(), mapping, with_inverse,
                                  scan.arena());
     });
@@ -28,6 +29,7 @@ Result<LatticeState> state_of(const MovingScan& scan) noexcept {
     static constexpr ElementLimits kNone{kFar, kFar, kFar, 1e6};
     const auto no_limits = [](Vec3i) { return kNone; };
     return attempt([&]() -> Result<LatticeState> {
+        if (const Status s = scan.update_lattice(); !s.ok()) return s.error();
         return check_lattice(scan.lattice(), no_limits, scan.arena());
     });
 }

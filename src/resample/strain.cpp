@@ -139,15 +139,19 @@ Result<Volume> jacobian_field(const ChainMail& tissue) noexcept {
     return jacobian_field(ChainMailScan(tissue));
 }
 Result<Volume> jacobian_field(const MovingScan& scan) noexcept {
-    return attempt(
-        [&]() -> Result<Volume> { return jacobian_by_lattice(scan.lattice(), scan.arena()); });
+    return attempt([&]() -> Result<Volume> {
+        if (const Status s = scan.update_lattice(); !s.ok()) return s.error();
+        return jacobian_by_lattice(scan.lattice(), scan.arena());
+    });
 }
 Result<Volume> strain_field(const ChainMail& tissue) noexcept {
     return strain_field(ChainMailScan(tissue));
 }
 Result<Volume> strain_field(const MovingScan& scan) noexcept {
-    return attempt(
-        [&]() -> Result<Volume> { return strain_by_lattice(scan.lattice(), scan.arena()); });
+    return attempt([&]() -> Result<Volume> {
+        if (const Status s = scan.update_lattice(); !s.ok()) return s.error();
+        return strain_by_lattice(scan.lattice(), scan.arena());
+    });
 }
 
 }  // namespace pliant

@@ -52,9 +52,11 @@ std::filesystem::path checkpoint_path(const std::filesystem::path& session, int 
     return path;
 }
 
-SessionCheckpoint save_checkpoint(Scene& scene, const std::filesystem::path& session, int number,
-                                  Status& saved) {
-    SessionCheckpoint point{.number = number, .file = 0, .mark = {}, .memo = scene.rest()};
+Result<SessionCheckpoint> save_checkpoint(Scene& scene, const std::filesystem::path& session,
+                                          int number, Status& saved) {
+    const Result<SceneMemo> memo = scene.rest();
+    if (!memo.ok()) return memo.error();
+    SessionCheckpoint point{.number = number, .file = 0, .mark = {}, .memo = *memo};
     point.mark = {hash_volume(scene.deformed()), scene.tissue().hash()};
     const auto state = checkpoint_path(session, number);
     saved = scene.tissue().save_state(state);

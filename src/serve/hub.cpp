@@ -15,6 +15,8 @@
 namespace pliant::serve {
 namespace {
 
+constexpr std::size_t kMaxUnlogged = 16;  ///< records of one step
+
 double ms_between(Clock::time_point from, Clock::time_point to) {
     return std::chrono::duration<double, std::milli>(to - from).count();
 }
@@ -28,6 +30,7 @@ Hub::Hub(std::unique_ptr<Scene> scene, std::unique_ptr<SessionLog> log, int rate
       m_period(std::chrono::nanoseconds(1'000'000'000 / rate_hz)),
       m_open_bytes(open_bytes),
       m_last_client(m_scene->last_client()) {
+    m_unlogged.reserve(kMaxUnlogged);
     // Those who had hold of tissue when a recorded session ended are gone.
     for (std::uint32_t client = 1; client <= m_last_client; ++client) {
         if (m_scene->has_contact(client)) act(client, ReleaseCommand{});
@@ -157,9 +160,24 @@ void Hub::carry_out(Client& client) {
                           std::string(name_of(action)), std::move(outcome)});
 }
 
+/// Carries out a command, and records it. Where memory runs out, the scene is as it was, and the
+/// session says at most that a step has ended.
 Outcome Hub::act(std::uint32_t client, const Action& action) {
+    const Outcome ran_out{.error_code = "limit", .message = "out of memory", .ran_out = true};
+    if (!log_is_ready()) return ran_out;
+    SessionCommand record{.client = client, .action = {}, .refused = false};
+    try {
+        record.action = action;
+    } catch (const std::bad_alloc&) {
+        return ran_out;
+    }
     Outcome outcome = m_scene->carry_out(client, action);
-    if (m_log) m_log->add(SessionCommand{client, action, !outcome.ok()});
+    record.refused = !outcome.ok();
+    if (!outcome.ran_out)
+        note(std::move(record));
+    else if (outcome.ended_step)
+        note(SessionBreak{client});
+    if (m_scene->take_lost()) note(SessionLost{m_scene->steps()});
     m_worked = true;
     const bool moves_nothing =
         std::holds_alternative<IsoCommand>(action) || std::holds_alternative<EyeCommand>(action);
@@ -216,8 +234,7 @@ void Hub::tell_eyes() {
             eye = {{tool.position_mm.x, tool.position_mm.y, tool.position_mm.z}, tool.radius_mm};
         if (eye.radius_mm == 0 || !m_scene->may_close_over(eye.place_mm, eye.radius_mm)) eye = {};
         if (eye == client.eye) continue;
-        client.eye = eye;
-        act(client.info.number, eye);
+        if (act(client.info.number, eye).ok()) client.eye = eye;
     }
 }
 
@@ -232,16 +249,20 @@ void Hub::relax() {
     const Clock::time_point begin = each_ms > 0 ? Clock::now() : m_now;
     const std::chrono::milliseconds most = each_ms > 0 ? kMotionTime : kRelaxTime;
     int sweeps = 0;
-    while (m_scene->wants_sweep() && (sweeps == 0 || Clock::now() - begin < most)) {
+    while (m_scene->wants_sweep() && log_is_ready() &&
+           (sweeps == 0 || Clock::now() - begin < most)) {
         if (m_owed_ms < each_ms) break;
         m_owed_ms -= each_ms;
-        m_solve_ms += m_scene->sweep();
+        const Result<double> took_ms = m_scene->sweep();
+        if (!took_ms.ok()) break;
+        m_solve_ms += *took_ms;
         ++sweeps;
     }
     measure_updates(sweeps, each_ms, passed_ms);
     if (sweeps == 0) return;
     m_worked = m_moved = true;
-    if (m_log) m_log->add(SessionSweeps{sweeps});
+    note(SessionSweeps{sweeps});
+    if (m_scene->take_lost()) note(SessionLost{m_scene->steps()});
 }
 
 /// The rate of node updates, over half a second of motion at a time.
@@ -285,19 +306,52 @@ void Hub::checkpoint() {
     // At a moment when nobody waits for anything.
     const bool is_due = m_is_unsaved && m_unsaved_ms >= m_checkpoint_ms;
     if (!m_log || m_log_failed || m_log->is_nameless()) return;
-    if (!is_due || m_worked || !m_scene->is_quiet()) return;
+    if (!is_due || m_worked || !m_scene->is_quiet() || !log_is_ready()) return;
     m_is_unsaved = false;
     m_unsaved_ms = 0;
     Status saved = Ok{};
     for (Client& client : m_clients) client.eye = {};  // at rest the scene has none
-    m_log->add(save_checkpoint(*m_scene, m_log->path(), ++m_checkpoints, saved));
+    auto point = save_checkpoint(*m_scene, m_log->path(), m_checkpoints + 1, saved);
+    if (!point.ok()) {
+        m_scene->interrupt(0);
+        note(SessionBreak{});
+        return;
+    }
+    ++m_checkpoints;
+    note(std::move(*point));
     if (!saved.ok())
         std::fprintf(stderr, "pliant: %s; the session goes on without this checkpoint\n",
                      saved.error().message.c_str());
 }
 
+/// Records what was done. Without memory, that is done later: see log_is_ready().
+void Hub::note(SessionRecord record) noexcept {
+    if (!m_log) return;
+    if (log_is_ready()) {
+        try {
+            return m_log->add(record);
+        } catch (const std::bad_alloc&) {
+        }
+    }
+    m_unlogged.push_back(std::move(record));  // has a place: nothing is done while others wait
+}
+
+/// Whether all that was done to the scene is recorded. If not, nothing else may be done.
+bool Hub::log_is_ready() noexcept {
+    while (!m_unlogged.empty()) {
+        try {
+            m_log->add(m_unlogged.front());
+        } catch (const std::bad_alloc&) {
+            return false;
+        }
+        m_unlogged.erase(m_unlogged.begin());
+    }
+    return true;
+}
+
 void Hub::write_log() {
     if (!m_log || m_log_failed) return;
+    (void)log_is_ready();
     if (const Status s = m_log->flush(); !s.ok()) {
         m_log_failed = true;
         std::fprintf(stderr, "pliant: %s; the session is not recorded any more\n",

@@ -143,6 +143,8 @@ class Hub {
     void relax();
     void measure_updates(int sweeps, double each_ms, double passed_ms);
     void resample();
+    void note(SessionRecord record) noexcept;
+    bool log_is_ready() noexcept;
     void write_log();
     void checkpoint();
 
@@ -197,10 +199,11 @@ class Hub {
     std::unique_ptr<Scene> m_scene;
     std::unique_ptr<SessionLog> m_log;
     bool m_log_failed = false;
-    double m_checkpoint_ms = 0;  ///< of work from one to the next
-    double m_unsaved_ms = 0;     ///< of work since the last one
-    bool m_is_unsaved = false;   ///< whether there was any
-    int m_checkpoints = 0;       ///< of the session
+    std::vector<SessionRecord> m_unlogged;  ///< records for which there was no memory yet
+    double m_checkpoint_ms = 0;             ///< of work from one to the next
+    double m_unsaved_ms = 0;                ///< of work since the last one
+    bool m_is_unsaved = false;              ///< whether there was any
+    int m_checkpoints = 0;                  ///< of the session
     Clock::duration m_period;
     std::uint64_t m_open_bytes;
     Outlet* m_outlet = nullptr;

@@ -4,8 +4,11 @@
 #include "serve/scene.h"
 
 #include <algorithm>
+#include <exception>
+#include <new>
 #include <utility>
 
+#include "core/errors.h"
 #include "scene/chainmail_tissue.h"
 #include "scene/spring_tissue.h"
 #include "serve/outcomes.h"
@@ -58,6 +61,11 @@ Result<std::unique_ptr<Tissue>> make_tissue(const TissueChoice& choice, const Lo
 }  // namespace
 
 Result<std::unique_ptr<Scene>> Scene::open(const SceneSource& source, const TaskArena& arena,
+                                           const TaskArena& loading) noexcept {
+    return attempt([&] { return load(source, arena, loading); });
+}
+
+Result<std::unique_ptr<Scene>> Scene::load(const SceneSource& source, const TaskArena& arena,
                                            const TaskArena& loading) {
     auto loaded = load_scan(source, loading);
     if (!loaded.ok()) return loaded.error();
@@ -87,9 +95,31 @@ const VesselTissue* Scene::vessel() const {
     return m_choice.vessel ? static_cast<const VesselTissue*>(m_tissue.get()) : nullptr;
 }
 
-Outcome Scene::carry_out(std::uint32_t client, const Action& action) {
+Outcome Scene::carry_out(std::uint32_t client, const Action& action) noexcept {
+    const std::int64_t changes = m_changes;
+    const std::uint32_t last_client = m_last_client;
+    const bool settled = m_settled;
     m_last_client = std::max(m_last_client, client);
-    return std::visit([&](const auto& command) { return act(client, command); }, action);
+    Outcome outcome;
+    try {
+        outcome = std::visit([&](const auto& command) { return act(client, command); }, action);
+    } catch (const std::exception&) {  // std::bad_alloc, or a container that can't get so large
+        outcome = {.error_code = "limit", .message = "out of memory", .ran_out = true};
+    }
+    if (!outcome.ran_out) return outcome;
+    // The tissue is as it was. Only steps may have ended, or begun with nothing in them.
+    m_settled = settled;
+    m_last_client = last_client;
+    if (m_changes == changes) return outcome;
+    interrupt(client);
+    outcome.ended_step = true;
+    return outcome;
+}
+
+void Scene::interrupt(std::uint32_t client) noexcept {
+    m_last_client = std::max(m_last_client, client);
+    end_step();
+    m_settled = false;
 }
 
 bool Scene::has_contact(std::uint32_t client) const {
@@ -173,7 +203,7 @@ void Scene::add_force(std::uint32_t client, std::optional<double> before, Vec3d 
         m_unmeasured = {client, before, way_mm};
 }
 
-void Scene::measure_energy() {
+void Scene::measure_energy() noexcept try {
     // About a twentieth of the time at most: where much is deformed, forces are told less often.
     constexpr std::int64_t kElementsPerRest = 15'000;
     if (!m_unmeasured) return;
@@ -187,6 +217,7 @@ void Scene::measure_energy() {
     m_energy_rests = m_energy_elements / kElementsPerRest;
     const double way = norm(way_mm);
     m_felt = {client, (-(*m_energy - *before) / (way * way)) * way_mm};
+} catch (const std::bad_alloc&) {  // nobody feels anything
 }
 
 std::optional<FeltForce> Scene::measure_force() {

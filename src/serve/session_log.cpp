@@ -188,15 +188,19 @@ Status SessionLog::begin(const SessionHeader& header) {
 }
 
 void SessionLog::add(const SessionRecord& record) {
-    add_line(text_of(record));
     const auto* open = std::get_if<SessionOpen>(&record);
+    SessionHeader scene;
+    if (open) scene = without_folder(open->scan);
+    add_line(text_of(record));
     if (!open) return;
-    m_scene = without_folder(open->scan);
+    m_scene = std::move(scene);
     m_scene_begin = m_written + m_buffer.size();
 }
 
 void SessionLog::add_line(const std::string& text) {
-    m_buffer += session_line(m_chain, text);
+    std::uint64_t chain = m_chain;
+    m_buffer += session_line(chain, text);
+    m_chain = chain;
 }
 
 Result<SessionPart> SessionLog::part() {

@@ -116,7 +116,7 @@ TEST_F(LiveFeelTest, WhatTheTissueIsNowCountsForTheNextContact) {
     const double undented_n = norm(still->model(at(dent), at(0)).force_n);
     EXPECT_LT(norm(step(dent).force_n), 0.5 * undented_n);
     // Tissue that came back, or was put back, is met again where it was.
-    m_tissue->reset();
+    (void)m_tissue->reset();
     m_feel->changed(m_live->update().value().boxes);
     step(-1);
     step(-1);
@@ -149,7 +149,7 @@ TEST_F(LiveFeelTest, SpringsAreFeltAsTheyPushBack) {
     for (double depth = 0.2; depth < 3; depth += 0.2) {
         const HapticModel model = step(depth);
         ASSERT_TRUE(m_feel->touches()) << depth;
-        for (int k = 0; k < 5; ++k) m_tissue->sweep();
+        for (int k = 0; k < 5; ++k) (void)m_tissue->sweep();
         const HapticModel felt = m_feel->model(*m_tissue, m_pushed);
         EXPECT_EQ(felt.force_n, *m_tissue->force_n(kTool)) << depth;
         EXPECT_GT(model.plane_count, 0);

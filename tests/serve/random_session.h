@@ -98,7 +98,7 @@ inline std::vector<SessionRecord> play(Scene& scene, Random& random, int count) 
         records.push_back(SessionCommand{client, action, !outcome.ok()});
         int sweeps = 0;
         while (scene.wants_sweep() && sweeps < 3) {
-            scene.sweep();
+            (void)scene.sweep();
             ++sweeps;
         }
         if (sweeps) records.push_back(SessionSweeps{sweeps});

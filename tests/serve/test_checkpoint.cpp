@@ -51,7 +51,7 @@ class CheckpointTest : public ::testing::Test {
             make_quiet(**scene, m_records);
             (void)(*scene)->update();
             Status saved = Ok{};
-            m_records.push_back(save_checkpoint(**scene, m_session, n, saved));
+            m_records.push_back(save_checkpoint(**scene, m_session, n, saved).value());
             EXPECT_TRUE(saved.ok()) << saved.error().message;
         }
         write_session();
