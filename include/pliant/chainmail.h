@@ -146,6 +146,8 @@ struct LatticeState {
 
 class Lattice;
 class ObjectSpace;
+struct SlideReport;
+struct TissueValues;
 
 class ChainMail {
   public:
@@ -261,6 +263,8 @@ class ChainMail {
 
   private:
     friend class ObjectSpace;
+    friend Result<SlideReport> slide_sphere(ChainMail& tissue, const Push& path,
+                                            const TissueValues& tissue_values);
     struct Impl;
     explicit ChainMail(std::unique_ptr<Impl> impl);
     std::unique_ptr<Impl> m_impl;
