@@ -16,6 +16,7 @@ namespace pliant::serve {
 namespace {
 
 constexpr std::size_t kMaxUnlogged = 16;  ///< records of one step
+constexpr std::size_t kMaxUntold = 1024;  ///< refused messages
 
 double ms_between(Clock::time_point from, Clock::time_point to) {
     return std::chrono::duration<double, std::milli>(to - from).count();
@@ -31,6 +32,7 @@ Hub::Hub(std::unique_ptr<Scene> scene, std::unique_ptr<SessionLog> log, int rate
       m_open_bytes(open_bytes),
       m_last_client(m_scene->last_client()) {
     m_unlogged.reserve(kMaxUnlogged);
+    m_untold.reserve(kMaxUntold);
     // Those who had hold of tissue when a recorded session ended are gone.
     for (std::uint32_t client = 1; client <= m_last_client; ++client) {
         if (m_scene->has_contact(client)) act(client, ReleaseCommand{});
@@ -84,10 +86,13 @@ void Hub::run(const std::stop_token& stop, Outlet& outlet) {
         if (m_worked) last = m_now;
     }
     for (Client& client : m_clients)
-        if (client.connection) outlet.close(client.connection, kCloseGoingAway, "the server ends");
-    if (m_log && !m_log->is_nameless())
-        m_log->add(SessionMark{hash_volume(m_scene->deformed()), m_scene->tissue().hash()});
-    write_log();
+        if (client.connection)
+            guarded([&] { outlet.close(client.connection, kCloseGoingAway, "the server ends"); });
+    guarded([&] {
+        if (m_log && !m_log->is_nameless() && !m_is_behind && log_is_ready())
+            m_log->add(SessionMark{hash_volume(m_scene->deformed()), m_scene->tissue().hash()});
+    });
+    guarded([&] { write_log(); });
 }
 
 void Hub::wait_for_work(const std::stop_token& stop, Clock::time_point last) {
@@ -109,28 +114,22 @@ void Hub::step() {
     m_solve_ms = 0;
     m_moved_elements = 0;
     m_boxes.clear();
-    take_events();
-    carry_out_commands();
-    push_by_device();
-    tell_eyes();
-    relax();
-    resample();
-    feel_device();
-    begin_overlays();
-    checkpoint();
-    write_log();
-    tell_outcomes();
-    tell_paths();
-    refresh_state();
-    refresh_tools();
-    refresh_haptics();
-    refresh_vessel();
-    drop_who_is_late();
+    for (const auto part :
+         {&Hub::take_events, &Hub::carry_out_commands, &Hub::push_by_device, &Hub::tell_eyes,
+          &Hub::relax, &Hub::resample, &Hub::feel_device, &Hub::begin_overlays, &Hub::checkpoint,
+          &Hub::write_log, &Hub::tell_outcomes, &Hub::tell_paths, &Hub::refresh_state,
+          &Hub::refresh_tools, &Hub::refresh_haptics, &Hub::refresh_vessel, &Hub::drop_who_is_late})
+        guarded([&] { (this->*part)(); });
     m_overlay_left = kMaxOverlayVoxels;
     m_overlay_ms = 0;
-    for (Client& client : m_clients) publish(client);
-    rest_overlays();
-    measure_force();
+    for (Client& client : m_clients)
+        if (!guarded([&] { publish(client); })) {
+            // Frames that were taken from it may not have been sent.
+            client.delivery.come_back({});
+            client.overlay_delivery.come_back({});
+        }
+    guarded([&] { rest_overlays(); });
+    guarded([&] { measure_force(); });
 }
 
 // Work.
@@ -150,14 +149,19 @@ void Hub::carry_out_commands() {
 }
 
 void Hub::carry_out(Client& client) {
-    Waiting waiting = std::move(client.commands.front());
+    // There has to be memory to tell what became of it. Else it waits for the next step.
+    Waiting& front = client.commands.front();
+    front.merged.reserve(front.merged.size() + 1);
+    Done done{client.info.number, {}, std::string(name_of(front.message.action)), {}};
+    m_outcomes.reserve(m_outcomes.size() + 1);
+    Waiting waiting = std::move(front);
     client.commands.pop_front();
     const Action& action = waiting.message.action;
-    Outcome outcome = act(client.info.number, action);
-    feel(client, action, outcome);
+    done.outcome = act(client.info.number, action);
+    feel(client, action, done.outcome);
     waiting.merged.push_back(waiting.message.id);
-    m_outcomes.push_back({client.info.number, std::move(waiting.merged),
-                          std::string(name_of(action)), std::move(outcome)});
+    done.ids = std::move(waiting.merged);
+    m_outcomes.push_back(std::move(done));
 }
 
 /// Carries out a command, and records it. Where memory runs out, the scene is as it was, and the
@@ -293,7 +297,8 @@ void Hub::resample() {
     for (Client& client : m_clients)
         for (const Box3i& box : update->boxes) client.delivery.mark(box);
     mark_overlays(update->boxes);
-    if (m_haptics) m_haptics->changed(update->boxes);
+    if (m_haptics && !guarded([&] { m_haptics->changed(update->boxes); }))
+        end_haptics("out of memory");
     m_timing.solve_ms = m_solve_ms;
     m_timing.resample_ms = update->resample_ms;
     m_timing.tick_ms = ms_between(m_now, Clock::now());

@@ -116,18 +116,29 @@ class Hub {
         std::shared_ptr<const std::string> bytes;
     };
 
+    /// A message that was refused because memory ran out, and whose sender doesn't know yet.
+    struct Untold {
+        ConnectionId connection;
+        std::uint32_t id;
+        std::string_view name;
+    };
+
     void post(Event event);
     void wait_for_work(const std::stop_token& stop, Clock::time_point last);
     void step();
+    template <class Part>
+    bool guarded(const Part& part) noexcept;
+    void tell_later(const Untold& untold) noexcept;
+    void release(Client& client);
 
     void take_events();
-    void take(ConnectionId connection, Opened opened);
-    void take(ConnectionId connection, Message message);
-    void take(ConnectionId connection, ParseFailure failure);
-    void take(ConnectionId connection, Written);
-    void take(ConnectionId connection, Closed);
-    void take(ConnectionId connection, Saving saving);
-    void take(ConnectionId connection, Opening opening);
+    void take(ConnectionId connection, Opened& opened);
+    void take(ConnectionId connection, Message& message);
+    void take(ConnectionId connection, ParseFailure& failure);
+    void take(ConnectionId connection, Written&);
+    void take(ConnectionId connection, Closed&);
+    void take(ConnectionId connection, Saving& saving);
+    void take(ConnectionId connection, Opening& opening);
     void begin_anew(Client& client);
     void say_hello(ConnectionId connection, const HelloMessage& hello);
     void answer(Client& client, Message message);
@@ -196,6 +207,9 @@ class Hub {
     std::vector<Event> m_inbox;
 
     // The rest belongs to the owner's thread.
+    std::vector<Event> m_events;  ///< that were taken from the inbox
+    std::size_t m_taken = 0;      ///< how many of them are dealt with
+    std::vector<Untold> m_untold;
     std::unique_ptr<Scene> m_scene;
     std::unique_ptr<SessionLog> m_log;
     bool m_log_failed = false;
@@ -247,5 +261,19 @@ class Hub {
     std::optional<Checksums> m_checksums;
     Clock::time_point m_checksums_at{};
 };
+
+/// Does a part of a step. Where memory runs out, or no thread can be started, the rest of it has to
+/// wait for the next step. @returns whether all was done
+template <class Part>
+bool Hub::guarded(const Part& part) noexcept {
+    try {
+        part();
+        return true;
+    } catch (const std::bad_alloc&) {
+    } catch (const std::length_error&) {
+    } catch (const std::system_error&) {
+    }
+    return false;
+}
 
 }  // namespace pliant::serve

@@ -115,7 +115,7 @@ Status write_session(const std::filesystem::path& path, const SessionPart& part,
 
 /// @returns NotFound; Unreadable that names the line where the file is damaged before its end, so
 ///          that nothing is left out silently
-Result<SessionFile> read_session(const std::filesystem::path& path);
+Result<SessionFile> read_session(const std::filesystem::path& path) noexcept;
 
 /// A file that grows. What is added is in the file after flush(), and on the disk at most a second
 /// later. Nobody else may write to it meanwhile: it is locked.
