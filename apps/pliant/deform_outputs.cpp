@@ -72,6 +72,17 @@ Status write_text(const fs::path& path, const std::string& text) {
 
 }  // namespace
 
+namespace {
+
+/// Without links; as it is where that can't be told, which staging reports.
+fs::path whole_path(const fs::path& path) {
+    std::error_code error;
+    fs::path whole = fs::weakly_canonical(path, error);
+    return error ? path : whole;
+}
+
+}  // namespace
+
 Status stage_outputs(const DeformOptions& o, Outputs& outputs) {
     struct Item {
         const char* option;
@@ -89,12 +100,12 @@ Status stage_outputs(const DeformOptions& o, Outputs& outputs) {
         {"--png", o.png, outputs.png, {".png"}},
         {"--save-state", o.save_state, outputs.state, {".plst"}},
     };
-    std::vector<std::pair<std::string, fs::path>> taken = {{"FILE", fs::weakly_canonical(o.file)}};
+    std::vector<std::pair<std::string, fs::path>> taken = {{"FILE", whole_path(o.file)}};
     for (const Item& item : items) {
         if (item.name.empty()) continue;
         if (const Status status = check_name(item.option, item.name, item.endings); !status.ok())
             return status;
-        const fs::path place = fs::weakly_canonical(item.name);
+        const fs::path place = whole_path(item.name);
         for (const auto& [option, other] : taken)
             if (place == other)
                 return Error{ErrorCode::InvalidArgument,

@@ -210,5 +210,30 @@ TEST(OutOfMemory, AControlLatticeIsMadeOrRefused) {
                          [](const Volume&) { return 0; });
 }
 
+TEST(OutOfMemory, AControlLatticeKeepsItsPlace) {
+    const TaskArena arena(1);
+    Random random(3);
+    const Volume volume = make_volume({40, 40, 34}, {1, 1, 1},
+                                      [&](Vec3d) { return std::int16_t(random.whole(-900, 900)); });
+    const ControlGrid grid{{2, 2, 1}, {8, 8, 8}, {5, 5, 4}};
+    std::vector<Vec3d> first(100), second(100);
+    for (std::size_t n = 0; n < 100; ++n) {
+        if (n % 3 == 0) first[n] = random.vector(2);
+        if (n % 5 == 1) second[n] = random.vector(3);
+    }
+    const auto make = [&] {
+        auto lattice = std::move(ControlLattice::create(volume, grid, arena)).value();
+        EXPECT_TRUE(lattice->place(first).ok());
+        return lattice;
+    };
+    const auto state = [](const ControlLattice& lattice) {
+        return hash_volume(deform_volume(lattice).value().volume);
+    };
+    const Failures failures =
+        fail_each_allocation(make, [&](ControlLattice& lattice) { return lattice.place(second); },
+                             state, {.fresh = true});
+    EXPECT_GT(failures.failed, 3);
+}
+
 }  // namespace
 }  // namespace pliant::test

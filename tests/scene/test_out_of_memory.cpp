@@ -66,7 +66,7 @@ class SpringMemory : public testing::Test {
     void check(const Operation& operation, const char* name, int least) {
         SCOPED_TRACE(name);
         const auto make = [&] { return this->make(); };
-        const Failures failures = fail_each_allocation(make, operation, state);
+        const Failures failures = fail_each_allocation(make, operation, state, {.fresh = true});
         EXPECT_GE(failures.failed, least);
         const auto calm = make();
         const std::vector<std::uint64_t> expected = later(*calm);
