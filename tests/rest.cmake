@@ -47,9 +47,11 @@ target_compile_definitions(test_haptics PRIVATE
     PLIANT_FAKE_SPNAV_LIBRARY="$<TARGET_FILE:fake_spnav>")
 add_dependencies(test_haptics fake_spnav)
 pliant_test(serve
-    SOURCES ../support/scan_files.cpp test_checkpoint.cpp test_client.cpp test_commands.cpp
+    SOURCES ../support/count_allocations.cpp ../support/scan_files.cpp test_checkpoint.cpp
+            test_client.cpp test_commands.cpp
             test_files.cpp test_frames.cpp test_haptic_catheter.cpp test_haptics.cpp
-            test_hostile.cpp test_overlay.cpp test_path.cpp test_scene.cpp test_server.cpp
+            test_hostile.cpp test_out_of_memory.cpp test_overlay.cpp test_path.cpp
+            test_scene.cpp test_server.cpp
             test_vessel.cpp
     LIBRARIES nlohmann_json::nlohmann_json)
 target_compile_definitions(test_serve PRIVATE
@@ -57,6 +59,7 @@ target_compile_definitions(test_serve PRIVATE
 add_dependencies(test_serve slow_haptic_device)
 if(PLIANT_BUILD_APP)
     pliant_test(apps SOURCES ../../apps/pliant/camera_path.cpp ../../apps/pliant/keyframes.cpp
+                             ../../apps/pliant/small_file.cpp
                              ../serve/test_client.cpp test_keyframes.cpp test_mesh.cpp test_path.cpp
                              test_program.cpp test_serve.cpp test_value_range.cpp
                              test_vessel.cpp

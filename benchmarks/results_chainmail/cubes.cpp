@@ -52,7 +52,7 @@ Image cut_picture(const Scenario& s, Vec3d place_mm, int across, int down, doubl
                         ijk[down] * s.scan->grid.spacing_mm[down]};
     Plot plot(kView, kView, {middle.x - half_mm, middle.y - half_mm},
               {middle.x + half_mm, middle.y + half_mm});
-    draw_values(plot, deform_volume(*s.tissue).volume, slice, 9000, -2500);
+    draw_values(plot, deform_volume(*s.tissue).value().volume, slice, 9000, -2500);
     draw_lattice(plot, *s.tissue, slice, window, {largest_mm, 1, 1.6});
     return plot.image();
 }
@@ -68,7 +68,7 @@ Image section_picture(const Scenario& s, Vec3d place_mm, int across, int down, d
     constexpr double kFlat = 0.45;  // height of the picture over its width
     Plot plot(kView, int(kFlat * kView), {middle.x - half_mm, middle.y - kFlat * half_mm},
               {middle.x + half_mm, middle.y + kFlat * half_mm});
-    const Volume deformed = deform_volume(*s.tissue).volume;
+    const Volume deformed = deform_volume(*s.tissue).value().volume;
     draw_values(plot, deformed, slice, 2600, 300);
     const Window window = window_around(slice, grid, ijk, half_mm + 2);
     draw_contour(plot, values_in(*s.scan, slice, window), kIso_hu, {{120, 170, 220}, 1.2, 1});
@@ -138,7 +138,8 @@ void add_z_scale(Page& page, const TaskArena& arena) {
         s.push({kFace_mm, kThesisPush_mm});
         const std::string caption(name);
         views.push_back(captioned(
-            virtual_view(deform_volume(*s.tissue).volume, close_view(kFace_mm), arena), caption));
+            virtual_view(deform_volume(*s.tissue).value().volume, close_view(kFace_mm), arena),
+            caption));
         sections_z.push_back(
             captioned(section_picture(s, kFace_mm, 2, 1, 18), caption + ": z to the right"));
         sections_x.push_back(
@@ -184,7 +185,7 @@ void add_angular(Page& page, const TaskArena& arena) {
     angular.push({kFace_mm, {0.8, 1, 0}});
     straight.push({kFace_mm, kThesisPush_mm});
     const Image pictures[] = {
-        virtual_view(deform_volume(*angular.tissue).volume, close_view(kFace_mm), arena),
+        virtual_view(deform_volume(*angular.tissue).value().volume, close_view(kFace_mm), arena),
         cut_picture(angular, kFace_mm + Vec3d{0, 6, 0}, 0, 1, 13, 1.5),
         cut_picture(straight, kFace_mm + Vec3d{0, 6, 0}, 0, 1, 13, 1.5)};
     page.picture("draeger-5-4-angular", "an angular push and a straight one", row_of(pictures));
@@ -212,7 +213,7 @@ constexpr double kDeepest_mm = 1.5;  ///< depth of the darkest colour in figure 
 /// The face from the front, by a lamp at its upper left: relief, and depth in colours.
 Image relief(const Scenario& s, const std::string& caption, const TaskArena& arena) {
     constexpr double kAway_mm = 60, kAngle_deg = 46;
-    const Volume deformed = deform_volume(*s.tissue).volume;
+    const Volume deformed = deform_volume(*s.tissue).value().volume;
     const RayCaster before(*s.scan, arena), after(deformed, arena);
     Endoscope camera;
     camera.eye_mm = {-7, kFace_mm.y - kAway_mm, 4};
@@ -277,7 +278,7 @@ void add_edge(Page& page, const TaskArena& arena) {
     Scenario s = cube_scenario({}, arena);
     const Vec3d place{0, -29.5, 28.5};
     s.push({place, kThesisPush_mm});
-    const Volume deformed = deform_volume(*s.tissue).volume;
+    const Volume deformed = deform_volume(*s.tissue).value().volume;
     const Image pictures[] = {
         virtual_view(deformed, {place + Vec3d{0, -30, 0}, place, 44}, arena),
         virtual_view(deformed, {place + Vec3d{-17, -13, 13}, place, 46}, arena)};
@@ -315,7 +316,7 @@ void add_dents(Page& page, const TaskArena& arena) {
         Scenario s = layers_scenario(push.stiff, arena);
         s.push({push.place_mm, kThesisPush_mm});
         views.push_back(captioned(
-            virtual_view(deform_volume(*s.tissue).volume, close_view(push.place_mm), arena),
+            virtual_view(deform_volume(*s.tissue).value().volume, close_view(push.place_mm), arena),
             push.name));
         contours.push_back(
             captioned(contour_picture(s, push.place_mm, 0, 2, 14, 1.2),
@@ -408,7 +409,7 @@ void add_stages(Page& page, const TaskArena& arena) {
         Scenario s = cube_scenario(cube, arena);
         s.push({kFace_mm, kThesisPush_mm});
         const Image pictures[] = {
-            virtual_view(deform_volume(*s.tissue).volume, close_view(kFace_mm), arena),
+            virtual_view(deform_volume(*s.tissue).value().volume, close_view(kFace_mm), arena),
             cut_picture(s, kFace_mm + Vec3d{0, 8, 0}, 0, 1, 17, 2.5),
             contour_picture(s, kFace_mm, 0, 2, 17, 2.5)};
         page.picture(rounded ? "draeger-5-10-stages-rounded" : "draeger-5-10-stages",

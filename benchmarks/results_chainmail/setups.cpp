@@ -210,7 +210,7 @@ constexpr double kRayStart_mm = 10;  ///< before the surface
 
 Dent dent_of(const Scenario& scenario, Vec3d place_mm, double threshold_hu,
              const TaskArena& arena) {
-    const Volume deformed = deform_volume(*scenario.tissue).volume;
+    const Volume deformed = deform_volume(*scenario.tissue).value().volume;
     const RayCaster before(*scenario.scan, arena), after(deformed, arena);
     return measured_dent([&](double x, double z) {
         const Vec3d from = place_mm + Vec3d{x, -kRayStart_mm, z};

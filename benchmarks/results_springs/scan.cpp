@@ -46,8 +46,8 @@ struct State {
 
 /// How far the tissue that each voxel shows has moved [mm].
 Volume displacement_of(const MovingScan& tissue) {
-    LiveDeformation live(tissue);
-    live.update();
+    LiveDeformation live = LiveDeformation::create(tissue).value();
+    live.update().value();
     live.keep_sources(true);
     const Grid& grid = live.volume().grid;
     VoxelArray<float> moved_mm(voxel_count(grid));
@@ -194,7 +194,7 @@ Image pictures_of(const Case& c, const State& rest, const State& now, const Task
 /// Largest movement of voxels above the value that holds nodes [mm].
 double hard_movement_mm(const SpringDeformation& tissue) {
     const Grid& grid = tissue.volume().grid;
-    const FieldSlices slices = displacement_slices(tissue);
+    const FieldSlices slices = displacement_slices(tissue).value();
     std::vector<Vec3f> slice(std::size_t(grid.size.x) * std::size_t(grid.size.y));
     double largest = 0;
     for (int z = 0; z < grid.size.z; ++z) {
@@ -217,23 +217,24 @@ Found deform(const Volume& volume, const Case& c, const TaskArena& arena) {
     double solve_ms = pushed.solve_ms;
     std::int64_t steps = 0;
     for (; steps < kMostSteps && !motion.settled; steps += motion.steps) {
-        motion = tissue->step(20);
+        motion = value_of(tissue->step(20));
         solve_ms += motion.solve_ms;
         if (motion.steps == 0) break;
     }
-    const Deformed deformed = deform_volume(*tissue);
+    const Deformed deformed = deform_volume(*tissue).value();
     const Vec3i nodes = tissue->control().grid().size;
     Volume still{volume.grid, VoxelArray<float>(voxel_count(volume.grid)), {}};
     const Volume moved_mm = displacement_of(*tissue);
-    return {pictures_of(c, {volume, still, 0}, {deformed.volume, moved_mm, pushed.step_fraction},
-                        arena),
-            {c.name,
-             std::to_string(nodes.x) + " × " + std::to_string(nodes.y) + " × " +
-                 std::to_string(nodes.z),
-             text_of(norm(pushed.step_fraction * c.push.push_mm), 1), text_of(steps),
-             text_of(std::int64_t(motion.active_nodes)), text_of(solve_ms, 0),
-             text_of(deformed.resample_ms, 1), text_of(deformed.written_voxels),
-             text_of(state_of(*tissue).folded_cells), text_of(hard_movement_mm(*tissue), 2)}};
+    return {
+        pictures_of(c, {volume, still, 0}, {deformed.volume, moved_mm, pushed.step_fraction},
+                    arena),
+        {c.name,
+         std::to_string(nodes.x) + " × " + std::to_string(nodes.y) + " × " +
+             std::to_string(nodes.z),
+         text_of(norm(pushed.step_fraction * c.push.push_mm), 1), text_of(steps),
+         text_of(std::int64_t(motion.active_nodes)), text_of(solve_ms, 0),
+         text_of(deformed.resample_ms, 1), text_of(deformed.written_voxels),
+         text_of(state_of(*tissue).value().folded_cells), text_of(hard_movement_mm(*tissue), 2)}};
 }
 
 Case knee_case(const Phantom& knee) {

@@ -8,7 +8,7 @@
 //
 //   auto carried = CarriedScan::create(volume, wall.mesh, {}, arena);
 //   carried->update(scene.wall_places());
-//   Deformed deformed = deform_volume(carried->scan());
+//   Result<Deformed> deformed = deform_volume(carried->scan());
 
 #pragma once
 

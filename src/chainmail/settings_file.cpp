@@ -16,6 +16,7 @@
 
 #include "chainmail/settings.h"
 #include "core/errors.h"
+#include "core/read_file.h"
 
 namespace pliant {
 namespace {
@@ -356,19 +357,14 @@ namespace {
 
 Result<ChainMailSettings> read_file(const std::filesystem::path& path,
                                     std::vector<std::string>* notes) {
-    std::error_code ignored;
-    std::ifstream stream(path, std::ios::binary);
-    if (!stream || std::filesystem::is_directory(path, ignored))
-        return Error{ErrorCode::NotFound,
-                     path.string() + ": expected a settings file that can be read"};
-    std::ostringstream text;
-    text << stream.rdbuf();
+    constexpr std::size_t kMaxBytes = std::size_t(16) << 20;
+    const Result<std::string> text = read_small_file(path, kMaxBytes, "a settings file");
+    if (!text.ok()) return text.error();
     const Reader reader{path.string()};
     ChainMailSettings settings;
     std::vector<std::string> own_notes;
-    const Status read = looks_like_toml(text.str())
-                            ? read_toml(reader, text.str(), settings)
-                            : read_divod(reader, text.str(), settings, own_notes);
+    const Status read = looks_like_toml(*text) ? read_toml(reader, *text, settings)
+                                               : read_divod(reader, *text, settings, own_notes);
     if (!read.ok()) return in_one_line(read.error());
     if (const Status valid = check_settings(settings); !valid.ok())
         return Error{valid.error().code, reader.file + ": " + valid.error().message};

@@ -97,6 +97,10 @@ Result<fs::path> StagedFiles::stage(const fs::path& target) {
     if (!fs::is_directory(parent, error))
         return Error{ErrorCode::Unwritable,
                      target.string() + ": the folder " + parent.string() + " does not exist"};
+    // A name that is too long, or a link to itself.
+    if (fs::status(target, error).type() == fs::file_type::none)
+        return Error{ErrorCode::Unwritable,
+                     target.string() + ": can't be written (" + error.message() + ")"};
     if (fs::is_directory(target, error))
         return Error{ErrorCode::Unwritable, target.string() + ": is a folder, expected a file"};
     if (fs::exists(target, error) && !fs::is_regular_file(target, error))

@@ -172,7 +172,9 @@ TEST(HapticSession, ItsToolIsNeverInTissueOfThickSlices) {
         if (const auto action = session.next_push(**scene)) {
             const Outcome outcome = (*scene)->carry_out(kTool, *action);
             session.pushed(outcome);
-            session.changed((*scene)->update().boxes);
+            const auto update = (*scene)->update();
+            ASSERT_TRUE(update.ok());
+            session.changed(update->boxes);
             if (outcome.end_mm) {
                 ++pushes;
                 const Vec3d end = *outcome.end_mm;

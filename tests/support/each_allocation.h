@@ -22,6 +22,7 @@ struct EachAllocation {
     int all_up_to = 300;     ///< each of the first ones fails
     int of_the_rest = 60;    ///< so many of the others, drawn at random
     std::uint64_t seed = 1;  ///< of that
+    bool fresh = false;      ///< a new object each time: earlier attempts leave no memory
 };
 
 /// Which of some allocations fail, in order.
@@ -77,12 +78,14 @@ Failures fail_each_allocation(const Make& make, const Operation& operation, cons
         EXPECT_TRUE(has_failed || succeeds);
         EXPECT_EQ(state(*object), succeeds ? after : before);
         if (::testing::Test::HasFailure()) return failures;
-        if (!succeeds)
+        if (!succeeds) {
             ++failures.failed;
-        else if (has_failed)
+            if (options.fresh) object = make();
+        } else if (has_failed) {
             object = make();  // it could do without that allocation
-        else
+        } else {
             break;  // an earlier attempt has left it the memory
+        }
     }
     if (state(*object) == before) {
         EXPECT_TRUE(operation(*object).ok());
