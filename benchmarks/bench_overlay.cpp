@@ -63,7 +63,7 @@ void overlay_frame(benchmark::State& state) {
         double without = 0, with = 0;
         LiveUpdate update;
         const auto run_plain = [&] { without = plain.update().value().resample_ms; };
-        const auto run_kept = [&] { with = (update = kept.update()).resample_ms; };
+        const auto run_kept = [&] { with = (update = kept.update().value()).resample_ms; };
         if (turn % 4 < 2)
             run_plain(), run_kept();
         else

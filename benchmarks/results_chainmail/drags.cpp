@@ -70,7 +70,7 @@ Frames run_drag(Scenario& s, const Drag& drag) {
         std::int64_t moved = 0;
         frames.processor_ms.push_back(processor_ms_of([&] {
             solve = milliseconds_of([&] { moved = move_to(double(n) / kFrames); });
-            resample = milliseconds_of([&] { live.update(); });
+            resample = milliseconds_of([&] { (void)live.update(); });
         }));
         frames.solve_ms.push_back(solve);
         frames.resample_ms.push_back(resample);

@@ -218,7 +218,8 @@ TEST(OutOfMemory, AControlLatticeKeepsItsPlace) {
     const ControlGrid grid{{2, 2, 1}, {8, 8, 8}, {5, 5, 4}};
     std::vector<Vec3d> first(100), second(100);
     for (std::size_t n = 0; n < 100; ++n) {
-        if (n % 3 == 0) first[n] = random.vector(2);
+        // The second one needs bricks that the first one didn't.
+        if (n < 25) first[n] = random.vector(2);
         if (n % 5 == 1) second[n] = random.vector(3);
     }
     const auto make = [&] {
@@ -232,7 +233,7 @@ TEST(OutOfMemory, AControlLatticeKeepsItsPlace) {
     const Failures failures =
         fail_each_allocation(make, [&](ControlLattice& lattice) { return lattice.place(second); },
                              state, {.fresh = true});
-    EXPECT_GT(failures.failed, 3);
+    EXPECT_GT(failures.failed, 2);
 }
 
 }  // namespace
