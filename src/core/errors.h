@@ -30,6 +30,11 @@ inline Error out_of_memory() noexcept {
     return {ErrorCode::LimitExceeded, "out of memory"};  // short enough to lie in the string itself
 }
 
+/// Whether an error says that memory ran out, and that nothing else stood in the way.
+inline bool is_out_of_memory(const Error& error) noexcept {
+    return error.code == ErrorCode::LimitExceeded && error.message.ends_with("out of memory");
+}
+
 /// Runs work, which returns a Result, for a public entry point: lack of memory becomes its error.
 /// Restoring the object is left to work.
 template <class Work>
