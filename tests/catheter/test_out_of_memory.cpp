@@ -16,9 +16,10 @@
 #include <string>
 #include <vector>
 
-#include "support/each_allocation.h"
+#include "support/each_allocation_of.h"
 #include "support/inside.h"
 #include "support/made.h"
+#include "support/temporary_folder.h"
 
 namespace pliant::test {
 namespace {
@@ -277,6 +278,53 @@ INSTANTIATE_TEST_SUITE_P(
         return std::string(test.param.first == CatheterModel::Rod ? "Rod" : "Tetrahedra") +
                (test.param.second ? "Local" : "Whole");
     });
+
+TEST(VesselOutOfMemory, FilesScenesAndScansAreErrors) {
+    const TaskArena arena(1);
+    const TemporaryFolder folder;
+    const std::string name =
+        folder.write("scene.toml", "[vessel]\nphantom = \"bend\"\nthickness_mm = 2\nlayers = 1\n")
+            .string();
+    // The file's text and the memory that is seen before it is understood; toml::parse itself ends
+    // the process.
+    for (std::int64_t n = 0; n < 3; ++n) {
+        const FailingAllocation failing(n);
+        const auto read = read_vessel_file(name);
+        ASSERT_FALSE(read.ok()) << n;
+        EXPECT_EQ(read.error().code, ErrorCode::LimitExceeded);
+    }
+    const VesselFile vessel = made(read_vessel_file(name));
+    constexpr EachAllocation kSome{.all_up_to = 30, .of_the_rest = 30};
+    const auto of_scene =
+        fail_each_allocation_of([&] { return make_vessel(vessel, arena); }, kSome);
+    const VesselWall wall = tube();
+    const auto of_scan = fail_each_allocation_of([&] { return scan_of_vessel(wall, arena); },
+                                                 {.all_up_to = 20, .of_the_rest = 10});
+    std::printf("vessel: %lld allocations, %d failed; its scan: %lld, %d failed\n",
+                static_cast<long long>(of_scene.allocations), of_scene.failed,
+                static_cast<long long>(of_scan.allocations), of_scan.failed);
+}
+
+TEST(VesselOutOfMemory, ACarriedScanIsAnError) {
+    const TaskArena arena(1);
+    const VesselWall wall = tube();
+    const Volume scan = made(scan_of_vessel(wall, arena));
+    const auto create = [&] { return CarriedScan::create(scan, wall.mesh, {}, arena); };
+    const auto of_create = fail_each_allocation_of(create, {.all_up_to = 15, .of_the_rest = 15});
+    auto carried = made(create());
+    std::vector<Vec3d> moved = wall.mesh.nodes_mm;
+    for (Vec3d& p : moved) p.x += 0.5;
+    int failed = 0;
+    for (std::int64_t n = 0; n < 5; ++n) {
+        const FailingAllocation failing(n);
+        const Status updated = carried.update(moved);
+        failed += !updated.ok();
+        EXPECT_TRUE(updated.ok() || updated.error().code == ErrorCode::LimitExceeded);
+    }
+    EXPECT_GT(failed, 0);
+    std::printf("carried scan: %lld allocations, %d failed; updates: %d failed\n",
+                static_cast<long long>(of_create.allocations), of_create.failed, failed);
+}
 
 }  // namespace
 }  // namespace pliant::test
