@@ -1,0 +1,38 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// A pre-shaped catheter in a straight vessel of the paper's constraints: stretch, bend and volume
+// [VesselPbd2016]. Its tip bends and presses into the wall.
+
+#pragma once
+
+#include <pliant/pbd_contact.h>
+#include <pliant/vessel_wall.h>
+
+#include <vector>
+
+namespace pliant::results {
+
+struct PressedVessel {
+    VesselWall wall;
+    PbdParts parts;  ///< with volumes, whatever the run has
+};
+/// 40 mm long, radii 4 and 7 mm; its ends are held, its outer surface is on springs.
+PressedVessel pressed_vessel();
+
+struct PressedRun {
+    std::vector<Vec3d> wall_mm, wire_mm;
+    VolumeChange change{};
+    std::int64_t inverted = 0;
+    double moved_mm = 0;    ///< farthest node of the wall
+    double thinnest_mm = 0;  ///< least distance of an inner node from the outer surface
+    double depth_mm = 0;    ///< of the wire beyond the inner surface, at the end
+};
+/// @param volumes  whether tetrahedra keep their volume
+/// @param tip_deg  by how much the tip is bent, little by little
+PressedRun run_pressed(const PressedVessel& vessel, bool volumes, double tip_deg,
+                       const TaskArena& arena);
+
+constexpr double kPressingRadius_mm = 1;
+
+}  // namespace pliant::results
