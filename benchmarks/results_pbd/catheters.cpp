@@ -26,8 +26,8 @@ struct Bend {
     const TetMesh& mesh() const { return vessel.wall.mesh; }
 };
 
-Image picture_of(const Bend& bend, const BendRun& run, const CornerValues& values,
-                 double largest, std::string_view title) {
+Image picture_of(const Bend& bend, const BendRun& run, const CornerValues& values, double largest,
+                 std::string_view title) {
     Cutaway cutaway(kBend);
     cutaway.wall(bend.mesh(), run.wall_mm, values, shaded_to(largest));
     if (run.catheter.cells.empty())
@@ -83,16 +83,16 @@ void add_before_and_after(Page& page, const Bend& bend, const BendRun& run,
     file.acts.resize(1);
     file.acts[0].until_way_mm = 40;
     const BendRun before = run_bend(file, bend.vessel, arena);
-    const Image pair[] = {
-        picture_of(bend, before, displacements_of(bend.mesh(), before.wall_mm), kLargest_mm,
-                   "tip 40 mm along the way"),
-        picture_of(bend, run, displacements_of(bend.mesh(), run.wall_mm), kLargest_mm,
-                   "tip 120 mm along the way")};
+    const Image pair[] = {picture_of(bend, before, displacements_of(bend.mesh(), before.wall_mm),
+                                     kLargest_mm, "tip 40 mm along the way"),
+                          picture_of(bend, run, displacements_of(bend.mesh(), run.wall_mm),
+                                     kLargest_mm, "tip 120 mm along the way")};
     const Image parts[] = {row_of(pair), moved_bar(kLargest_mm, 420)};
     page.picture("bend", "the bend cut open, before and after the wire has gone round it",
                  column_of(parts));
-    page.paragraph("The vessel is cut open in the plane of the bend; both pictures have the same "
-                   "camera and the same colours.");
+    page.paragraph(
+        "The vessel is cut open in the plane of the bend; both pictures have the same "
+        "camera and the same colours.");
 }
 
 void add_boxes(Page& page, const Bend& bend, const BendRun& all, const BendRun& boxes) {
@@ -102,11 +102,10 @@ void add_boxes(Page& page, const Bend& bend, const BendRun& all, const BendRun& 
     const double apart_um = 1000 * farthest_mm(all.wall_mm, boxes.wall_mm);
     const double full_um = apart_um > 500 ? 1000 : apart_um > 200 ? 500 : apart_um > 50 ? 200 : 50;
     const LegendEntry held[] = {{"held", {kHeld, 1}, LegendEntry::Mark::Box}};
-    const Image all_parts[] = {
-        picture_of(bend, all, displacements_of(bend.mesh(), all.wall_mm), kLargest_mm,
-                   "all of the wall moves"),
-        picture_of(bend, boxes, with_held(bend.mesh(), boxes, moved), kLargest_mm,
-                   "boxes near the wire move")};
+    const Image all_parts[] = {picture_of(bend, all, displacements_of(bend.mesh(), all.wall_mm),
+                                          kLargest_mm, "all of the wall moves"),
+                               picture_of(bend, boxes, with_held(bend.mesh(), boxes, moved),
+                                          kLargest_mm, "boxes near the wire move")};
     const Image legend[] = {moved_bar(kLargest_mm, 420), legend_of(held, 100)};
     const Image difference[] = {
         picture_of(bend, boxes, apart, full_um / 1000, "difference of the two"),
@@ -116,26 +115,26 @@ void add_boxes(Page& page, const Bend& bend, const BendRun& all, const BendRun& 
     page.paragraph("Boxes of 6 mm, those within 2 mm of the wire: at most " +
                    text_of(100.0 * boxes.active / double(bend.mesh().cells.size()), 0) +
                    " % of the tetrahedra move. The largest distance between the two states is " +
-                   text_of(apart_um, 0) + " µm, " +
-                   text_of(0.1 * apart_um / all.moved_mm, 1) + " % of the largest displacement.");
+                   text_of(apart_um, 0) + " µm, " + text_of(0.1 * apart_um / all.moved_mm, 1) +
+                   " % of the largest displacement.");
 }
 
 void add_models(Page& page, const Bend& bend, const BendRun& rod, const BendRun& body) {
     page.heading(2, "The same with a catheter of tetrahedra");
-    const Image pair[] = {picture_of(bend, rod, displacements_of(bend.mesh(), rod.wall_mm),
-                                     kLargest_mm, "rod"),
-                          picture_of(bend, body, displacements_of(bend.mesh(), body.wall_mm),
-                                     kLargest_mm, "tetrahedra")};
+    const Image pair[] = {
+        picture_of(bend, rod, displacements_of(bend.mesh(), rod.wall_mm), kLargest_mm, "rod"),
+        picture_of(bend, body, displacements_of(bend.mesh(), body.wall_mm), kLargest_mm,
+                   "tetrahedra")};
     const Image parts[] = {row_of(pair), moved_bar(kLargest_mm, 420)};
     page.picture("bend-models", "a rod and a body of tetrahedra in the same bend",
                  column_of(parts));
-    page.paragraph("`model = \"tetrahedra\"` and `segment_mm = 2` in `[catheter]` of the scene, "
-                   "the same EI and GJ, " +
-                   text_of(std::int64_t(body.catheter.cells.size())) +
-                   " tetrahedra, whose surface is drawn with its edges. The tips are " +
-                   text_of(norm(rod.wire_mm.back() - body.wire_mm.back()), 2) +
-                   " mm apart, the walls " + text_of(farthest_mm(rod.wall_mm, body.wall_mm), 2) +
-                   " mm at most.");
+    page.paragraph(
+        "`model = \"tetrahedra\"` and `segment_mm = 2` in `[catheter]` of the scene, "
+        "the same EI and GJ, " +
+        text_of(std::int64_t(body.catheter.cells.size())) +
+        " tetrahedra, whose surface is drawn with its edges. The tips are " +
+        text_of(norm(rod.wire_mm.back() - body.wire_mm.back()), 2) + " mm apart, the walls " +
+        text_of(farthest_mm(rod.wall_mm, body.wall_mm), 2) + " mm at most.");
 }
 
 }  // namespace
@@ -191,8 +190,7 @@ void add_catheters(Page& page, const std::string& scenes, const TaskArena& arena
     page.table({"run", "wall moved [mm]", "contact [N]", "force on the hand [N]",
                 "largest depth beyond the wall [mm]", "volumes: mean error [%]", "largest [%]",
                 "inverted tetrahedra", "processor time [s]"},
-               {row_of_run("rod, all of the wall", all),
-                row_of_run("rod, boxes", boxes),
+               {row_of_run("rod, all of the wall", all), row_of_run("rod, boxes", boxes),
                 row_of_run("tetrahedra, all of the wall", body)});
 }
 

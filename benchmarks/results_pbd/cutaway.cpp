@@ -91,8 +91,7 @@ CornerValues displacements_of(const TetMesh& mesh, std::span<const Vec3d> places
 CornerValues volume_changes_of(const TetMesh& mesh, std::span<const Vec3d> places) {
     CornerValues values;
     for (std::size_t c = 0; c < mesh.cells.size(); ++c) {
-        const double change =
-            volume_of(mesh, places, c) / volume_of(mesh, mesh.nodes_mm, c) - 1;
+        const double change = volume_of(mesh, places, c) / volume_of(mesh, mesh.nodes_mm, c) - 1;
         values.push_back({change, change, change, change});
     }
     return values;
@@ -115,7 +114,8 @@ Colouring signed_to(double largest) {
 
 Image signed_bar(double largest, int decimals, std::string_view name) {
     constexpr int kHeight_px = 26, kBar_px = 140;
-    const std::string low = "-" + text_of(largest, decimals), high = "+" + text_of(largest, decimals);
+    const std::string low = "-" + text_of(largest, decimals),
+                      high = "+" + text_of(largest, decimals);
     const double texts_px = text_width_px(name) + text_width_px(low) + text_width_px(high);
     Plot plot(int(texts_px) + kBar_px + 46, kHeight_px, {0, 0},
               {texts_px + kBar_px + 46, double(kHeight_px)});
@@ -172,8 +172,8 @@ void Cutaway::put(int x, int y, double depth, Rgb8 colour) {
 }
 
 void Cutaway::triangle(const std::array<Corner, 3>& t, const Shade& shade) {
-    const double area = (t[1].x - t[0].x) * (t[2].y - t[0].y) -
-                        (t[2].x - t[0].x) * (t[1].y - t[0].y);
+    const double area =
+        (t[1].x - t[0].x) * (t[2].y - t[0].y) - (t[2].x - t[0].x) * (t[1].y - t[0].y);
     if (std::abs(area) < 1e-9) return;
     std::array<double, 3> heights{};
     for (std::size_t n = 0; n < 3; ++n) {
@@ -299,10 +299,9 @@ void Cutaway::body(const TetMesh& mesh, Rgb8 colour) {
         for (std::size_t n = 0; n < 3; ++n)
             p[n] = mesh.nodes_mm[std::size_t(mesh.cells[face.cell][face.corners[n]])];
         const double light = light_on(cross(p[1] - p[0], p[2] - p[0]));
-        triangle({corner_of(p[0], 0), corner_of(p[1], 0), corner_of(p[2], 0)},
-                 [&](double, double edge_px) {
-                     return scaled(colour, edge_px < 0.45 ? 0.35 : light);
-                 });
+        triangle(
+            {corner_of(p[0], 0), corner_of(p[1], 0), corner_of(p[2], 0)},
+            [&](double, double edge_px) { return scaled(colour, edge_px < 0.45 ? 0.35 : light); });
     }
 }
 
@@ -335,11 +334,13 @@ Image Cutaway::image(std::string_view title) const {
     const Point2 frame[] = {{left, bottom}, {right, bottom}, {right, top}, {left, top}};
     plot.polyline(frame, {kFaint, 1, 1}, true);
     const double tick = m_camera.tick_mm;
-    for (double x = std::ceil(left / tick) * tick; x <= right; x += tick) {
+    for (int n = int(std::ceil(left / tick)); n * tick <= right; ++n) {
+        const double x = n * tick;
         plot.line({x, bottom}, {x, bottom - 4 / scale}, {kGreyText});
         words({x, bottom}, 0, 15, text_of(x, 0), Align::Middle);
     }
-    for (double y = std::ceil(bottom / tick) * tick; y <= top; y += tick) {
+    for (int n = int(std::ceil(bottom / tick)); n * tick <= top; ++n) {
+        const double y = n * tick;
         plot.line({left, y}, {left - 4 / scale, y}, {kGreyText});
         words({left, y}, -8, 0, text_of(y, 0), Align::Right);
     }
@@ -347,11 +348,12 @@ Image Cutaway::image(std::string_view title) const {
     words({right, bottom}, 0, 35, kNames[m_camera.right], Align::Right);
     words({left, top}, 6 - kLeft, -16, kNames[m_camera.up], Align::Left);
     plot.text(plot.point_of({kLeft + 0.5 * width, kTop - 16.0}), title);
-    const double y = bottom + 12 / scale, x = right - 12 / scale - m_camera.bar_mm;
-    plot.line({x, y}, {x + m_camera.bar_mm, y}, {kDark, 2, 1});
-    for (const double end : {x, x + m_camera.bar_mm})
-        plot.line({end, y - 4 / scale}, {end, y + 4 / scale}, {kDark, 2, 1});
-    plot.text({x + 0.5 * m_camera.bar_mm, y + 13 / scale}, text_of(m_camera.bar_mm, 0) + " mm");
+    const double bar_y = bottom + 12 / scale, bar_x = right - 12 / scale - m_camera.bar_mm;
+    plot.line({bar_x, bar_y}, {bar_x + m_camera.bar_mm, bar_y}, {kDark, 2, 1});
+    for (const double end : {bar_x, bar_x + m_camera.bar_mm})
+        plot.line({end, bar_y - 4 / scale}, {end, bar_y + 4 / scale}, {kDark, 2, 1});
+    plot.text({bar_x + 0.5 * m_camera.bar_mm, bar_y + 13 / scale},
+              text_of(m_camera.bar_mm, 0) + " mm");
     return plot.image();
 }
 

@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// A vessel that is cut open along a plane, with a catheter in it, seen at right angles to the plane:
+// A vessel that is cut open along a plane, with a catheter in it, seen at right angles to the
+// plane:
 //
 //     ▒▒▒▒▒▒▒▒▒▒▒▒▒▒  cut through the tetrahedra, in its own colours
 //     ░░░░░░░░░░░░░░  inner surface behind the plane, lit
@@ -28,9 +29,9 @@ struct Camera {
     int right = 0, up = 2;  ///< axes of space that are horizontal and vertical in the picture
     Point2 low, high;       ///< what is seen [mm], lower left and upper right
     double px_per_mm = 5;
-    double cut_mm = 0;      ///< position of the plane on the third axis; what is nearer is cut off
+    double cut_mm = 0;  ///< position of the plane on the third axis; what is nearer is cut off
     double tick_mm = 10;
-    double bar_mm = 10;     ///< length of the scale bar
+    double bar_mm = 10;  ///< length of the scale bar
 };
 
 /// A value at each corner of each tetrahedron.

@@ -39,10 +39,10 @@ int main(int argc, char** argv) {
     if (is('p')) add_pressure(page, arena);
     if (is('u')) add_push(page, arena);
     if (is('r')) {
-    add_pressure(page, arena);
-    add_push(page, arena);
-    add_published(page);
-    add_cantilever(page, arena);
+        add_pressure(page, arena);
+        add_push(page, arena);
+        add_published(page);
+        add_cantilever(page, arena);
     }
     if (const pliant::Status status = page.finish(); !status.ok()) {
         std::fprintf(stderr, "results: %s\n", status.error().message.c_str());

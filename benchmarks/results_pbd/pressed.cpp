@@ -13,7 +13,8 @@ namespace pliant::results {
 namespace {
 
 constexpr double kInner_mm = 4, kThickness_mm = 3, kLength_mm = 40;
-constexpr double kStep_s = 2e-4;
+constexpr double kStep_s = 2e-4, kDensity_g_mm3 = 5e-3;
+constexpr double kSupport_pa_mm = 2000;
 constexpr int kSegments = 15;
 constexpr double kWire_mm = 30, kTip_mm = 14;
 
@@ -28,8 +29,8 @@ Rod pressing_rod() {
     return value_of(Rod::create({.segments = kSegments,
                                  .length = kWire_mm,
                                  .mass = 0.2,
-                                 .bend_stiffness = 5e6,
-                                 .twist_stiffness = 5e6,
+                                 .bend_stiffness = 7e6,
+                                 .twist_stiffness = 7e6,
                                  .stretch_stiffness = 1e8,
                                  .shear_stiffness = 1e8,
                                  .tip_segments = int(kSegments * kTip_mm / kWire_mm),
@@ -50,6 +51,26 @@ double thinnest_of(const VesselWall& wall, std::span<const Vec3d> places) {
     return thinnest;
 }
 
+void count_cells(const TetMesh& mesh, PressedRun& run) {
+    const auto volume = [](const std::array<Vec3d, 4>& p) {
+        return dot(cross(p[1] - p[0], p[2] - p[0]), p[3] - p[0]);
+    };
+    int near = 0;
+    for (const auto& cell : mesh.cells) {
+        std::array<Vec3d, 4> p, rest;
+        for (std::size_t n = 0; n < 4; ++n) {
+            p[n] = run.wall_mm[std::size_t(cell[n])];
+            rest[n] = mesh.nodes_mm[std::size_t(cell[n])];
+        }
+        const double ratio = volume(p) / volume(rest);
+        if (ratio <= 0) ++run.inverted;
+        if (norm(p[0] - run.wire_mm.back()) > 4) continue;
+        run.mean_near_tip += std::abs(ratio - 1);
+        ++near;
+    }
+    if (near > 0) run.mean_near_tip /= near;
+}
+
 }  // namespace
 
 PressedVessel pressed_vessel() {
@@ -57,10 +78,11 @@ PressedVessel pressed_vessel() {
     const CentrePoint way[] = {{{0, 0, 0}, kInner_mm}, {{0, 0, kLength_mm}, kInner_mm}};
     vessel.wall = value_of(swept_tube(
         way, {.thickness_mm = kThickness_mm, .layers = 4, .sectors = 40, .ring_mm = 0.75}));
-    vessel.parts = value_of(pbd_of_mesh(vessel.wall.mesh, {.density = 5e-3,
-                                                           .edge_compliance = 5e-4,
-                                                           .bend_compliance = 1,
-                                                           .bends = true}));
+    vessel.parts =
+        value_of(pbd_of_mesh(vessel.wall.mesh, {.density = kDensity_g_mm3, .bends = true}));
+    for (PbdDistance& d : vessel.parts.distances) d.stiffness = kStretch;
+    for (PbdBend& b : vessel.parts.bends) b.stiffness = kBend;
+    for (PbdVolume& v : vessel.parts.volumes) v.stiffness = kVolume;
     const double area = 2 * std::numbers::pi * (kInner_mm + kThickness_mm) * 0.75 / 40;
     for (std::size_t n = 0; n < vessel.parts.places.size(); ++n) {
         const Vec3d p = vessel.parts.places[n];
@@ -68,7 +90,7 @@ PressedVessel pressed_vessel() {
         if (is_outer(p))
             vessel.parts.attachments.push_back({.nodes = {std::int32_t(n), 0, 0, 0},
                                                 .target = p,
-                                                .compliance = 1 / (2000 * area)});
+                                                .compliance = 1 / (kSupport_pa_mm * area)});
     }
     return vessel;
 }
@@ -77,12 +99,13 @@ PressedRun run_pressed(const PressedVessel& vessel, bool volumes, double tip_deg
                        const TaskArena& arena) {
     PbdParts parts = vessel.parts;
     if (!volumes) parts.volumes.clear();
-    auto body = value_of(
-        PbdBody::create(std::move(parts), {.time_step = kStep_s, .sub_steps = 1, .damping = 50}));
+    auto body = value_of(PbdBody::create(
+        std::move(parts),
+        {.time_step = kStep_s, .sub_steps = 1, .damping = 50, .method = PbdMethod::Stiffness}));
     Rod rod = pressing_rod();
-    auto contact = value_of(RodContact::create(vessel.wall.mesh, vessel.wall.ghost,
-                                               vessel.wall.ghost_places,
-                                               {.radius = kPressingRadius_mm}));
+    auto contact =
+        value_of(RodContact::create(vessel.wall.mesh, vessel.wall.ghost, vessel.wall.ghost_places,
+                                    {.radius = kPressingRadius_mm}));
     constexpr int kBending = 2500, kAll = 4000;
     for (int n = 1; n <= kAll; ++n) {
         if (n <= kBending && n % 10 == 0)
@@ -94,14 +117,10 @@ PressedRun run_pressed(const PressedVessel& vessel, bool volumes, double tip_deg
     body.get_positions(run.wall_mm);
     for (int n = 0; n <= kSegments; ++n) run.wire_mm.push_back(rod.position(n));
     run.change = volume_change(vessel.parts, run.wall_mm);
-    for (const auto& cell : vessel.wall.mesh.cells) {
-        const auto p = [&](std::size_t n) { return run.wall_mm[std::size_t(cell[n])]; };
-        if (dot(cross(p(1) - p(0), p(2) - p(0)), p(3) - p(0)) <= 0) ++run.inverted;
-    }
+    count_cells(vessel.wall.mesh, run);
     for (std::size_t n = 0; n < run.wall_mm.size(); ++n)
         run.moved_mm = std::max(run.moved_mm, norm(run.wall_mm[n] - vessel.parts.places[n]));
     run.thinnest_mm = thinnest_of(vessel.wall, run.wall_mm);
-    run.depth_mm = contact.depth_left();
     return run;
 }
 

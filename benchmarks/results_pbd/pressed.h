@@ -13,6 +13,10 @@
 
 namespace pliant::results {
 
+/// Shares of each constraint that a projection takes away [VesselPbd2016, Eq. 1].
+inline constexpr double kStretch = 0.1, kBend = 0.05, kVolume = 1;
+inline constexpr double kPressingRadius_mm = 1;
+
 struct PressedVessel {
     VesselWall wall;
     PbdParts parts;  ///< with volumes, whatever the run has
@@ -24,15 +28,12 @@ struct PressedRun {
     std::vector<Vec3d> wall_mm, wire_mm;
     VolumeChange change{};
     std::int64_t inverted = 0;
-    double moved_mm = 0;    ///< farthest node of the wall
-    double thinnest_mm = 0;  ///< least distance of an inner node from the outer surface
-    double depth_mm = 0;    ///< of the wire beyond the inner surface, at the end
+    double moved_mm = 0;       ///< farthest node of the wall
+    double thinnest_mm = 0;    ///< least distance of an inner node from the outer ones
+    double mean_near_tip = 0;  ///< mean error of the tetrahedra within 4 mm of the tip
 };
 /// @param volumes  whether tetrahedra keep their volume
 /// @param tip_deg  by how much the tip is bent, little by little
 PressedRun run_pressed(const PressedVessel& vessel, bool volumes, double tip_deg,
                        const TaskArena& arena);
-
-constexpr double kPressingRadius_mm = 1;
-
 }  // namespace pliant::results

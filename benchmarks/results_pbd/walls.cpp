@@ -57,9 +57,11 @@ void add_walls(Page& page, const std::string& scenes, const TaskArena& arena) {
         const MadeVessel vessel = value_of(make_vessel(file, arena));
         must(check_wall(vessel.wall, file.wall.layers));
         const RealRun run = play(file, vessel, arena);
-        std::printf("%s %zu steps %d ms %.2f depth %.4f moved %.3f way %.1f inverted %d vol %.5f %.3f\n", name.c_str(),
-                    vessel.wall.mesh.cells.size(), int(run.end.steps), run.ms / double(run.end.steps),
-                    run.depth_mm, run.moved_mm, run.way_mm, int(run.inverted), 100 * run.mean, 100 * run.largest);
+        std::printf(
+            "%s %zu steps %d ms %.2f depth %.4f moved %.3f way %.1f inverted %d vol %.5f %.3f\n",
+            name.c_str(), vessel.wall.mesh.cells.size(), int(run.end.steps),
+            run.ms / double(run.end.steps), run.depth_mm, run.moved_mm, run.way_mm,
+            int(run.inverted), 100 * run.mean, 100 * run.largest);
     }
 }
 
