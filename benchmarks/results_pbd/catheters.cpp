@@ -16,7 +16,7 @@ namespace pliant::results {
 namespace {
 
 constexpr Rgb8 kCatheter{226, 160, 60};
-constexpr double kLargest_mm = 4;
+constexpr double kLargest_mm = 3;
 /// The bend's plane; the cut is beside the nodes that lie in it.
 constexpr Camera kBend{.low = {-9, 52}, .high = {71, 104}, .px_per_mm = 6.4, .cut_mm = 0.3};
 
@@ -27,8 +27,10 @@ struct Bend {
 };
 
 Image picture_of(const Bend& bend, const BendRun& run, const CornerValues& values, double largest,
-                 std::string_view title) {
-    Cutaway cutaway(kBend);
+                 std::string_view title, double px_per_mm = kBend.px_per_mm) {
+    Camera camera = kBend;
+    camera.px_per_mm = px_per_mm;
+    Cutaway cutaway(camera);
     cutaway.wall(bend.mesh(), run.wall_mm, values, shaded_to(largest));
     if (run.catheter.cells.empty())
         cutaway.wire(run.wire_mm, run.radius_mm, kCatheter);
@@ -81,10 +83,10 @@ void add_before_and_after(Page& page, const Bend& bend, const BendRun& run,
         "`pliant vessel scenes/vessel_soft.toml --frames soft` runs the same scene.");
     VesselFile file = bend.file;
     file.acts.resize(1);
-    file.acts[0].until_way_mm = 40;
+    file.acts[0].until_way_mm = 58;
     const BendRun before = run_bend(file, bend.vessel, arena);
     const Image pair[] = {picture_of(bend, before, displacements_of(bend.mesh(), before.wall_mm),
-                                     kLargest_mm, "tip 40 mm along the way"),
+                                     kLargest_mm, "tip 58 mm along the way"),
                           picture_of(bend, run, displacements_of(bend.mesh(), run.wall_mm),
                                      kLargest_mm, "tip 120 mm along the way")};
     const Image parts[] = {row_of(pair), moved_bar(kLargest_mm, 420)};
@@ -95,32 +97,60 @@ void add_before_and_after(Page& page, const Bend& bend, const BendRun& run,
         "camera and the same colours.");
 }
 
-void add_boxes(Page& page, const Bend& bend, const BendRun& all, const BendRun& boxes) {
-    page.heading(2, "The same with boxes of which only some move");
+/// Three pictures, each with its legend below.
+Image boxes_picture(const Bend& bend, const BendRun& all, const BendRun& boxes, double full_um) {
+    constexpr double kSmall_px_mm = 4.8;
     const CornerValues moved = displacements_of(bend.mesh(), boxes.wall_mm);
-    const CornerValues apart = distances_of(bend.mesh(), all.wall_mm, boxes.wall_mm);
-    const double apart_um = 1000 * farthest_mm(all.wall_mm, boxes.wall_mm);
-    const double full_um = apart_um > 500 ? 1000 : apart_um > 200 ? 500 : apart_um > 50 ? 200 : 50;
+    const LegendEntry lines[] = {{"edge of the cut at rest", {kRed, 1.4}},
+                                 {"catheter", {kCatheter, 4}}};
     const LegendEntry held[] = {{"held", {kHeld, 1}, LegendEntry::Mark::Box}};
-    const Image all_parts[] = {picture_of(bend, all, displacements_of(bend.mesh(), all.wall_mm),
-                                          kLargest_mm, "all of the wall moves"),
-                               picture_of(bend, boxes, with_held(bend.mesh(), boxes, moved),
-                                          kLargest_mm, "boxes near the wire move")};
-    const Image legend[] = {moved_bar(kLargest_mm, 420), legend_of(held, 100)};
-    const Image difference[] = {
-        picture_of(bend, boxes, apart, full_um / 1000, "difference of the two"),
-        shade_bar(full_um, 0, "distance between the two states [µm]")};
-    const Image parts[] = {row_of(all_parts), row_of(legend), column_of(difference)};
-    page.picture("bend-boxes", "all of the wall, boxes, and their difference", column_of(parts));
-    page.paragraph("Boxes of 6 mm, those within 2 mm of the wire: at most " +
-                   text_of(100.0 * boxes.active / double(bend.mesh().cells.size()), 0) +
-                   " % of the tetrahedra move. The largest distance between the two states is " +
-                   text_of(apart_um, 0) + " µm, " + text_of(0.1 * apart_um / all.moved_mm, 1) +
-                   " % of the largest displacement.");
+    const Image first[] = {picture_of(bend, all, displacements_of(bend.mesh(), all.wall_mm),
+                                      kLargest_mm, "all of the wall moves", kSmall_px_mm),
+                           shade_bar(kLargest_mm, 0, "displacement [mm]"), legend_of(lines, 420)};
+    const Image second[] = {picture_of(bend, boxes, with_held(bend.mesh(), boxes, moved),
+                                       kLargest_mm, "boxes near the wire move", kSmall_px_mm),
+                            shade_bar(kLargest_mm, 0, "displacement [mm]"), legend_of(held, 420)};
+    const Image third[] = {
+        picture_of(bend, boxes, distances_of(bend.mesh(), all.wall_mm, boxes.wall_mm),
+                   full_um / 1000, "difference of the two", kSmall_px_mm),
+        shade_bar(full_um, 0, "distance [µm]")};
+    const Image columns[] = {column_of(first, 4), column_of(second, 4), column_of(third, 4)};
+    return row_of(columns);
+}
+
+double apart_um(const BendRun& a, const BendRun& b) {
+    return 1000 * farthest_mm(a.wall_mm, b.wall_mm);
+}
+
+void add_boxes(Page& page, const Bend& bend, const BendRun& all, std::span<const BendRun> runs) {
+    page.heading(3, "All of the wall, and boxes of which only some move");
+    const BendRun& shown = runs[1];
+    const double um = apart_um(all, shown);
+    page.picture("bend-boxes", "all of the wall, boxes, and their difference",
+                 boxes_picture(bend, all, shown,
+                               um > 500   ? 1000
+                               : um > 200 ? 500
+                                          : 200));
+    page.paragraph("Boxes of 6 mm (`box_mm`); the picture is with those within " +
+                   text_of(shown.reach_mm, 0) +
+                   " mm of the wire (`reach_mm`). What the tip pushes bends the vessel as a whole, "
+                   "and the edge of the boxes holds it. `reach_mm = -1` is as wide as that "
+                   "spreads, here " +
+                   text_of(runs.back().reach_mm, 1) + " mm.");
+    std::vector<std::vector<std::string>> rows;
+    for (const BendRun& run : runs)
+        rows.push_back({text_of(run.reach_mm, 1),
+                        text_of(100.0 * run.active / double(bend.mesh().cells.size()), 0),
+                        text_of(apart_um(all, run), 0),
+                        text_of(0.1 * apart_um(all, run) / all.moved_mm, 1),
+                        text_of(all.ms / run.ms, 1)});
+    page.table({"reach [mm]", "active tetrahedra at most [%]", "largest difference from all [µm]",
+                "of the largest displacement [%]", "times faster than all"},
+               rows);
 }
 
 void add_models(Page& page, const Bend& bend, const BendRun& rod, const BendRun& body) {
-    page.heading(2, "The same with a catheter of tetrahedra");
+    page.heading(3, "A rod, and a catheter of tetrahedra");
     const Image pair[] = {
         picture_of(bend, rod, displacements_of(bend.mesh(), rod.wall_mm), kLargest_mm, "rod"),
         picture_of(bend, body, displacements_of(bend.mesh(), body.wall_mm), kLargest_mm,
@@ -158,6 +188,7 @@ BendRun run_bend(const VesselFile& file, const MadeVessel& vessel, const TaskAre
     run.catheter = scene.catheter_mesh();
     run.radius_mm = vessel.settings.catheter.radius_mm;
     run.measures = scene.measures();
+    run.reach_mm = scene.settings().reach_mm;
     run.moved_mm = run.measures.wall_moved_mm;
     for (std::int32_t n = 0; n < scene.body().particle_count(); ++n)
         run.is_held.push_back(scene.body().inverse_mass(n) == 0);
@@ -175,23 +206,29 @@ void add_catheters(Page& page, const std::string& scenes, const TaskArena& arena
     bend.vessel = value_of(make_vessel(bend.file, arena));
     bend.vessel.settings.local = false;
     const BendRun all = run_bend(bend.file, bend.vessel, arena);
+    std::vector<BendRun> boxes;
+    for (const double reach : {2.0, 6.0, -1.0}) {
+        MadeVessel vessel = bend.vessel;
+        vessel.settings.local = true;
+        vessel.settings.box_mm = 6;
+        vessel.settings.reach_mm = reach;
+        boxes.push_back(run_bend(bend.file, vessel, arena));
+    }
     MadeVessel other = bend.vessel;
-    other.settings.local = true;
-    other.settings.box_mm = 6;
-    other.settings.reach_mm = 2;
-    const BendRun boxes = run_bend(bend.file, other, arena);
-    other = bend.vessel;
     other.settings.catheter.model = CatheterModel::Tetrahedra;
     other.settings.catheter.segment_mm = 2;
     const BendRun body = run_bend(bend.file, other, arena);
     add_before_and_after(page, bend, all, arena);
-    add_boxes(page, bend, all, boxes);
-    add_models(page, bend, all, body);
     page.table({"run", "wall moved [mm]", "contact [N]", "force on the hand [N]",
                 "largest depth beyond the wall [mm]", "volumes: mean error [%]", "largest [%]",
                 "inverted tetrahedra", "processor time [s]"},
-               {row_of_run("rod, all of the wall", all), row_of_run("rod, boxes", boxes),
+               {row_of_run("rod, all of the wall", all), row_of_run("rod, boxes", boxes[1]),
                 row_of_run("tetrahedra, all of the wall", body)});
+    page.paragraph(
+        "Displacement, contact, force and volumes are those at the end, depth and inverted "
+        "tetrahedra the largest of the whole run; a depth below 0 is a distance from the wall.");
+    add_boxes(page, bend, all, boxes);
+    add_models(page, bend, all, body);
 }
 
 }  // namespace pliant::results

@@ -17,6 +17,7 @@ struct BendRun {
     std::vector<bool> is_held;            ///< nodes of the wall
     TetMesh catheter;                     ///< empty where it is a rod
     double radius_mm = 0;
+    double reach_mm = 0;          ///< of the boxes
     CatheterMeasures measures{};  ///< at the end
     double moved_mm = 0;          ///< farthest node of the wall from rest, at the end
     double depth_mm = -1e9;       ///< largest beyond the wall in any step

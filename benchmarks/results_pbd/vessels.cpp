@@ -62,8 +62,8 @@ Image along(const TetMesh& mesh, const std::vector<Vec3d>& places, const CornerV
             double largest_mm, std::string_view title) {
     Cutaway cutaway({.right = 2,
                      .up = 0,
-                     .low = {25, -9},
-                     .high = {55, 13},
+                     .low = {15, -12},
+                     .high = {65, 12},
                      .px_per_mm = 9,
                      .cut_mm = 0.3,
                      .tick_mm = 5,
@@ -226,7 +226,7 @@ void draw_push(Page& page, const Push& push, const PushRun& all, const PushRun& 
     std::vector<Image> frames;
     for (std::size_t n = 0; n < all.places.size(); ++n)
         frames.push_back(along(push.mesh, all.places[n], displacements_of(push.mesh, all.places[n]),
-                               kPush_mm, text_of(std::int64_t(n + 1)) + " mm"));
+                               kPush_mm, "pushed by " + text_of(std::int64_t(n + 1)) + " mm"));
     page.picture("push-all", "the pushed vessel cut open, all of it active",
                  with_legend(frames, shade_bar(kPush_mm, 0, "displacement [mm]")));
     CornerValues moved = displacements_of(push.mesh, local.places.back());
@@ -235,11 +235,11 @@ void draw_push(Page& page, const Push& push, const PushRun& all, const PushRun& 
     constexpr double kFull_um = 100;
     const LegendEntry entries[] = {kAtRest, {"held", {kHeld, 1}, LegendEntry::Mark::Box}};
     const Image left[] = {
-        along(push.mesh, local.places.back(), moved, kPush_mm, "boxes within 12 mm, 4 mm"),
+        along(push.mesh, local.places.back(), moved, kPush_mm, "boxes within 12 mm"),
         shade_bar(kPush_mm, 0, "displacement [mm]")};
     const Image right[] = {along(push.mesh, local.places.back(),
                                  distances_of(push.mesh, all.places.back(), local.places.back()),
-                                 kFull_um / 1000, "difference from all active, 4 mm"),
+                                 kFull_um / 1000, "difference from all active"),
                            shade_bar(kFull_um, 0, "distance [µm]")};
     const Image both[] = {column_of(left), column_of(right)};
     const Image parts[] = {row_of(both), legend_of(entries, 600)};
@@ -259,7 +259,9 @@ void add_pressure(Page& page, const TaskArena& arena) {
         " tetrahedra, radii 6 and 8 mm, 30 mm long, its ends held; distances of 10⁻³, folds of 1, "
         "volumes of compliance 0 or none. Half a second for each pressure, at 256 steps a second "
         "with twenty sub-steps. The pictures are cut across the middle; a tetrahedron's colour is "
-        "its change of volume, the red line is the edge of the cut at rest.");
+        "its change of volume, the red line is the edge of the cut at rest, and the narrow ring "
+        "inside the cut "
+        "is the inner surface behind it, down to the end that is held.");
     std::vector<std::vector<std::string>> rows;
     for (const bool volumes : {true, false}) {
         const PbdParts parts = vessel(tube, mesh, volumes);
@@ -280,7 +282,7 @@ void add_pressure(Page& page, const TaskArena& arena) {
                             text_of(100 * change.largest, 2)});
         }
         page.picture(volumes ? "pressure-with-volumes" : "pressure-without-volumes",
-                     volumes ? "sections with volume conservation, pressure rising to the right"
+                     volumes ? "cuts across the tube with volume conservation, 0 to 120 Pa"
                              : "the same without",
                      with_legend(pictures, signed_bar(kFull_percent, 0, "change of volume [%]")));
     }
