@@ -72,9 +72,13 @@ pliant_test(results
             ../../benchmarks/results_page/plot.cpp
             ../../benchmarks/results_chainmail/setups.cpp
             ../../benchmarks/results_chainmail/slices.cpp
-            test_plot.cpp test_setups.cpp)
+            ../../benchmarks/results_pbd/cutaway.cpp
+            ../../benchmarks/results_pbd/pressed.cpp
+            test_cutaway.cpp test_plot.cpp test_setups.cpp)
 target_include_directories(test_results PRIVATE
+    ${PROJECT_SOURCE_DIR}/benchmarks
     ${PROJECT_SOURCE_DIR}/benchmarks/results_chainmail
-    ${PROJECT_SOURCE_DIR}/benchmarks/results_page)
+    ${PROJECT_SOURCE_DIR}/benchmarks/results_page
+    ${PROJECT_SOURCE_DIR}/benchmarks/results_pbd)
 # What reads other people's bytes, with bytes that nobody meant.
 add_subdirectory(fuzz)

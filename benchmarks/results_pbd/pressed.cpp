@@ -96,7 +96,7 @@ PressedVessel pressed_vessel() {
 }
 
 PressedRun run_pressed(const PressedVessel& vessel, bool volumes, double tip_deg,
-                       const TaskArena& arena) {
+                       const TaskArena& arena, int steps) {
     PbdParts parts = vessel.parts;
     if (!volumes) parts.volumes.clear();
     auto body = value_of(PbdBody::create(
@@ -106,10 +106,10 @@ PressedRun run_pressed(const PressedVessel& vessel, bool volumes, double tip_deg
     auto contact =
         value_of(RodContact::create(vessel.wall.mesh, vessel.wall.ghost, vessel.wall.ghost_places,
                                     {.radius = kPressingRadius_mm}));
-    constexpr int kBending = 2500, kAll = 4000;
-    for (int n = 1; n <= kAll; ++n) {
-        if (n <= kBending && n % 10 == 0)
-            must(rod.steer(tip_deg * std::numbers::pi / 180 * n / kBending, 0));
+    const int bending = steps * 5 / 8;
+    for (int n = 1; n <= steps; ++n) {
+        if (n <= bending && n % 10 == 0)
+            must(rod.steer(tip_deg * std::numbers::pi / 180 * n / bending, 0));
         must(contact.step(1, rod, body, arena));
     }
     PressedRun run;
