@@ -76,10 +76,14 @@ pliant_test(results
             ../../benchmarks/results_page/plot.cpp
             ../../benchmarks/results_chainmail/setups.cpp
             ../../benchmarks/results_chainmail/slices.cpp
-            test_plot.cpp test_setups.cpp)
+            ../../benchmarks/results_pbd/cutaway.cpp
+            ../../benchmarks/results_pbd/pressed.cpp
+            test_cutaway.cpp test_plot.cpp test_setups.cpp)
 target_include_directories(test_results PRIVATE
+    ${PROJECT_SOURCE_DIR}/benchmarks
     ${PROJECT_SOURCE_DIR}/benchmarks/results_chainmail
-    ${PROJECT_SOURCE_DIR}/benchmarks/results_page)
+    ${PROJECT_SOURCE_DIR}/benchmarks/results_page
+    ${PROJECT_SOURCE_DIR}/benchmarks/results_pbd)
 # The example of objects that collide, compiled as the tests are.
 set(colliding_objects ${PROJECT_SOURCE_DIR}/examples/colliding_objects)
 add_executable(example_colliding_objects

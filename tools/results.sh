@@ -26,7 +26,9 @@ results_haptics() {
 }
 
 results_pbd() {
-    write_results pbd
+    local scans=$root/../shared/data
+    [[ -d $scans ]] || fail "results: the scans of the vessels are not there: expected $scans"
+    write_results pbd "$root/scenes"
 }
 
 results_springs() {

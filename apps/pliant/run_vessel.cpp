@@ -73,66 +73,29 @@ nlohmann::ordered_json report_of(const CatheterScene& scene, const Extremes& mos
             {"hash", hash}};
 }
 
-/// The script, act by act; or a log.
+/// The script, or a log instead of it.
 class Hand {
   public:
     Hand(const VesselFile& file, const std::vector<Vec3d>& way, const HandLog* log)
-        : m_file(file),
-          m_pilot(way, file.ahead_mm, file.gain, file.most_deg),
-          m_log(log),
-          m_has_way(way.size() > 1) {}
+        : m_script(file, way), m_log(log) {}
 
-    double way_mm(const CatheterScene& scene) const {
-        return m_has_way ? m_pilot.progress_mm(scene.tip_mm()) : 0;
-    }
-    double progress() const { return double(m_act) / double(m_file.acts.size()); }
+    double way_mm(const CatheterScene& scene) const { return m_script.way_mm(scene); }
+    double progress() const { return m_script.progress(); }
 
     /// @returns false at the end
     bool next(const CatheterScene& scene, CatheterCommand& command) {
-        const CatheterMeasures now = scene.quick_measures();
-        if (m_log) {
-            if (now.steps >= m_log->steps) return false;
-            while (m_line < m_log->lines.size() && m_log->lines[m_line].step <= now.steps)
-                command = m_log->lines[m_line++].command;
-            return true;
-        }
-        while (m_act < m_file.acts.size() && is_over(scene, now)) {
-            ++m_act;
-            m_began = now;
-            m_began_way = way_mm(scene);
-        }
-        if (m_act == m_file.acts.size()) return false;
-        const VesselAct& act = m_file.acts[m_act];
-        if (act.follow) {
-            command.insert_mm_s = act.command.insert_mm_s;
-            command.rotate_deg_s = act.command.rotate_deg_s;
-            m_pilot.steer(scene, command);
-        } else {
-            command = act.command;
-        }
+        if (!m_log) return m_script.next(scene, command);
+        const std::int64_t steps = scene.quick_measures().steps;
+        if (steps >= m_log->steps) return false;
+        while (m_line < m_log->lines.size() && m_log->lines[m_line].step <= steps)
+            command = m_log->lines[m_line++].command;
         return true;
     }
 
   private:
-    bool is_over(const CatheterScene& scene, const CatheterMeasures& now) const {
-        const VesselAct& act = m_file.acts[m_act];
-        if (act.for_s && now.time_s - m_began.time_s >= *act.for_s - 1e-9) return true;
-        const auto passed = [](double from, double at, double to) {
-            return from <= to ? at >= to : at <= to;
-        };
-        if (act.until_inserted_mm &&
-            passed(m_began.inserted_mm, now.inserted_mm, *act.until_inserted_mm))
-            return true;
-        return act.until_way_mm && passed(m_began_way, way_mm(scene), *act.until_way_mm);
-    }
-
-    const VesselFile& m_file;
-    WayPilot m_pilot;
+    VesselScript m_script;
     const HandLog* m_log;
-    bool m_has_way;
-    std::size_t m_act = 0, m_line = 0;
-    CatheterMeasures m_began{};
-    double m_began_way = 0;
+    std::size_t m_line = 0;
 };
 
 Status write_volume_of(const VesselOptions& o, const Volume& scan, const CatheterScene& scene,

@@ -7,11 +7,19 @@
 
 #include <pliant/tasks.h>
 
+#include <string>
+
 #include "page.h"
 #include "value_of.h"
 
 namespace pliant::results {
 
+/// A catheter that deforms a vessel. @param scenes  folder of the scene files
+void add_catheters(Page& page, const std::string& scenes, const TaskArena& arena);
+/// A catheter's tip in a vessel of the paper's constraints, with and without volumes.
+void add_volumes(Page& page, const TaskArena& arena);
+/// The scenes of real vessels. @param scenes  folder of the scene files
+void add_walls(Page& page, const std::string& scenes, const TaskArena& arena);
 /// A vessel under pressure, with and without volume conservation.
 void add_pressure(Page& page, const TaskArena& arena);
 /// A vessel whose wall is pushed, with and without locality.

@@ -3,10 +3,10 @@
 
 // Writes the page that sets position-based vessels beside their paper:
 //
-//   results_pbd FOLDER
+//   results_pbd FOLDER SCENES
 //
-// FOLDER gets README.md and its pictures. Pictures and errors are the same on each run; ratios of
-// times are not.
+// FOLDER gets README.md and its pictures, SCENES has the scene files of vessels. Pictures and
+// errors are the same on each run; ratios of times are not.
 
 #include <pliant/tasks.h>
 
@@ -16,8 +16,8 @@
 
 int main(int argc, char** argv) {
     using namespace pliant::results;
-    if (argc != 2) {
-        std::fprintf(stderr, "results: expected a folder to write to\n");
+    if (argc != 3) {
+        std::fprintf(stderr, "results: expected a folder to write to and that of the scenes\n");
         return 2;
     }
     const pliant::TaskArena arena(1);
@@ -25,13 +25,20 @@ int main(int argc, char** argv) {
     page.heading(1, "Position-based vessels beside their paper");
     page.paragraph(
         "The vessel of [VesselPbd2016]: distance, bending and volume constraints, and boxes of "
-        "which "
-        "only those near the catheter move. What could be read of the paper has no figures of its "
-        "results, so nothing is repeated here, and the set-ups are ours. The model is described in "
-        "[pbd.md](../../pbd.md), which also says more about the published cases 1 to 15.");
+        "which only those near the catheter move; and vessels of `pliant vessel`, whose walls are "
+        "neo-Hookean tetrahedra ([vessel.md](../../vessel.md)). What could be read of the paper "
+        "has no figures of its results, so nothing is repeated here, and the set-ups are ours. The "
+        "model is described in [pbd.md](../../pbd.md), which also says more about the published "
+        "cases 1 to 15. Vessels are drawn cut open, in parallel projection: the cut and the inner "
+        "surface behind it have the colours of the legend. Times were taken beside other work and "
+        "vary; the other numbers are the same on each run.");
     page.origin("./dev results pbd");
+    const std::string scenes = argv[2];
+    add_catheters(page, scenes, arena);
+    add_volumes(page, arena);
     add_pressure(page, arena);
     add_push(page, arena);
+    add_walls(page, scenes, arena);
     add_published(page);
     add_cantilever(page, arena);
     if (const pliant::Status status = page.finish(); !status.ok()) {

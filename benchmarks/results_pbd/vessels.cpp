@@ -9,9 +9,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 
+#include "cutaway.h"
 #include "figures.h"
-#include "plot.h"
 #include "timing.h"
 #include "tube_mesh.h"
 
@@ -35,61 +36,41 @@ PbdParts vessel(const Tube& tube, const TetMesh& mesh, bool volumes) {
     return parts;
 }
 
-double volume_of(const std::array<Vec3d, 4>& p) {
-    return dot(cross(p[1] - p[0], p[2] - p[0]), p[3] - p[0]) / 6;
+constexpr double kFull_percent = 10;  ///< change of volume with the darkest colour
+constexpr double kPush_mm = 4;
+
+const LegendEntry kAtRest{"edge of the cut at rest", {kRed, 1.4}};
+
+/// A cut across the vessel's middle, coloured by changes of volume.
+Image across(const Tube& tube, const TetMesh& mesh, const std::vector<Vec3d>& places,
+             std::string_view title) {
+    Cutaway cutaway({.right = 0,
+                     .up = 1,
+                     .low = {-10, -10},
+                     .high = {10, 10},
+                     .px_per_mm = 12,
+                     .cut_mm = 0.51 * tube.length,
+                     .tick_mm = 5,
+                     .bar_mm = 2});
+    cutaway.wall(mesh, places, volume_changes_of(mesh, places), signed_to(kFull_percent / 100));
+    cutaway.outline(mesh, mesh.nodes_mm);
+    return cutaway.image(title);
 }
 
-/// Red: less than its rest volume; blue: more. All colour at 10 %.
-Rgb8 colour_of(double change) {
-    const double t = std::clamp(change / 0.1, -1.0, 1.0);
-    const Rgb8 full = t < 0 ? kRed : kBlue;
-    const auto mix = [&](int from, int to) {
-        return std::uint8_t(std::lround(from + (to - from) * std::abs(t)));
-    };
-    return {mix(232, full.r), mix(232, full.g), mix(228, full.b)};
-}
-
-struct Window {
-    int width, height;
-    Point2 low, high;
-    int axis;      ///< the plane's normal: 1 or 2
-    double place;  ///< along it
-};
-
-/// The plane's cut through each tetrahedron, coloured by what its volume has changed by.
-Image section(const TetMesh& mesh, const std::vector<Vec3d>& places, const Window& window) {
-    Plot plot(window.width, window.height, window.low, window.high);
-    const int across = window.axis == 2 ? 0 : 2, up = window.axis == 2 ? 1 : 0;
-    for (const auto& cell : mesh.cells) {
-        std::array<Vec3d, 4> p, rest;
-        for (std::size_t n = 0; n < 4; ++n) {
-            p[n] = places[std::size_t(cell[n])];
-            rest[n] = mesh.nodes_mm[std::size_t(cell[n])];
-        }
-        std::vector<Point2> cut;
-        for (std::size_t a = 0; a < 4; ++a)
-            for (std::size_t b = a + 1; b < 4; ++b) {
-                const double u = p[a][window.axis] - window.place;
-                const double v = p[b][window.axis] - window.place;
-                if ((u < 0) == (v < 0)) continue;
-                const Vec3d x = p[a] + (u / (u - v)) * (p[b] - p[a]);
-                cut.push_back({x[across], x[up]});
-            }
-        if (cut.size() < 3) continue;
-        // Around their middle, so that four corners don't cross.
-        Point2 middle{0, 0};
-        for (const Point2& c : cut) {
-            middle.x += c.x / double(cut.size());
-            middle.y += c.y / double(cut.size());
-        }
-        std::sort(cut.begin(), cut.end(), [&](const Point2& a, const Point2& b) {
-            return std::atan2(a.y - middle.y, a.x - middle.x) <
-                   std::atan2(b.y - middle.y, b.x - middle.x);
-        });
-        plot.polygon(cut, colour_of(volume_of(p) / volume_of(rest) - 1));
-        plot.polyline(cut, {.colour = kDark, .width_px = 0.6, .opacity = 0.35}, true);
-    }
-    return plot.image();
+/// A cut along the vessel, beside the nodes that lie in the plane of its axis.
+Image along(const TetMesh& mesh, const std::vector<Vec3d>& places, const CornerValues& values,
+            double largest_mm, std::string_view title) {
+    Cutaway cutaway({.right = 2,
+                     .up = 0,
+                     .low = {15, -12},
+                     .high = {65, 12},
+                     .px_per_mm = 9,
+                     .cut_mm = 0.3,
+                     .tick_mm = 5,
+                     .bar_mm = 5});
+    cutaway.wall(mesh, places, values, shaded_to(largest_mm));
+    cutaway.outline(mesh, mesh.nodes_mm);
+    return cutaway.image(title);
 }
 
 std::vector<Vec3d> places_of(const PbdBody& body) {
@@ -112,6 +93,14 @@ void press(const Tube& tube, const PbdParts& parts, double pressure, PbdBody& bo
             forces.push_back((pressure * area / tube.inner) * Vec3d{p.x, p.y, 0});
         }
     must(body.load(nodes, forces));
+}
+
+/// Four pictures in two rows, and a bar of colours below.
+Image with_legend(std::span<const Image> pictures, const Image& bar) {
+    const LegendEntry entries[] = {kAtRest};
+    const Image legend[] = {bar, legend_of(entries, 300)};
+    const Image parts[] = {row_of(pictures.first(2)), row_of(pictures.last(2)), row_of(legend)};
+    return column_of(parts);
 }
 
 struct Radii {
@@ -177,6 +166,87 @@ void add_sub_steps(Page& page, const Tube& tube, const TetMesh& mesh, const Task
         "kept.");
 }
 
+/// A wall that a patch of nodes is taken outwards in.
+struct Push {
+    Tube tube{};
+    TetMesh mesh = bench::tube_mesh(tube);
+    PbdParts parts = vessel(tube, mesh, true);
+    Vec3d tip{tube.inner, 0, 0.5 * tube.length};
+    std::vector<std::int32_t> pushed;  ///< inner nodes within 2.5 mm of the tip
+
+    Push() {
+        for (int k = 0; k <= tube.along; ++k)
+            for (int a = 0; a < tube.around; ++a) {
+                // The tissue around: outer nodes are tied to their positions at rest.
+                const std::int32_t outer = tube.node(a, tube.across, k);
+                parts.attachments.push_back({.nodes = {outer, 0, 0, 0},
+                                             .target = parts.places[std::size_t(outer)],
+                                             .compliance = 5e-3});
+                const std::int32_t inner = tube.node(a, 0, k);
+                if (norm(mesh.nodes_mm[std::size_t(inner)] - tip) < 2.5) pushed.push_back(inner);
+            }
+    }
+};
+
+struct PushRun {
+    std::vector<std::vector<Vec3d>> places;  ///< after each millimetre
+    std::vector<bool> is_held;               ///< [tetrahedron]
+    double share = 1, ms = 0;                ///< active tetrahedra; processor time
+};
+/// @param reach  of the boxes; 0: all of the wall moves
+PushRun run_push(const Push& push, double reach, const TaskArena& arena) {
+    PushRun run;
+    auto body = value_of(PbdBody::create(push.parts, {.time_step = kStep, .damping = 20}));
+    auto boxes = value_of(PbdBoxes::create(push.mesh, {.side = 6, .blend_steps = 1}));
+    if (reach > 0) must(boxes.update({&push.tip, 1}, reach, body));
+    if (reach > 0) run.share = double(boxes.active_tetrahedra()) / double(push.mesh.cells.size());
+    for (const auto& cell : push.mesh.cells)
+        run.is_held.push_back(std::any_of(cell.begin(), cell.end(), [&](std::int32_t n) {
+            return reach > 0 && body.inverse_mass(n) == 0;
+        }));
+    for (const std::int32_t n : push.pushed) must(body.set_inverse_mass(n, 0));
+    for (int step = 1; step <= 256; ++step) {
+        for (const std::int32_t n : push.pushed) {
+            const Vec3d p = push.mesh.nodes_mm[std::size_t(n)];
+            must(body.set_state(n, p + Vec3d{kPush_mm * step / 256, 0, 0}, {0, 0, 0}));
+        }
+        run.ms += processor_ms_of([&] { must(body.step(1, arena)); });
+        if (step % 64 == 0) run.places.push_back(places_of(body));
+    }
+    return run;
+}
+
+double farthest_of(const std::vector<Vec3d>& a, const std::vector<Vec3d>& b) {
+    double farthest = 0;
+    for (std::size_t n = 0; n < a.size(); ++n) farthest = std::max(farthest, norm(a[n] - b[n]));
+    return farthest;
+}
+
+void draw_push(Page& page, const Push& push, const PushRun& all, const PushRun& local) {
+    std::vector<Image> frames;
+    for (std::size_t n = 0; n < all.places.size(); ++n)
+        frames.push_back(along(push.mesh, all.places[n], displacements_of(push.mesh, all.places[n]),
+                               kPush_mm, "pushed by " + text_of(std::int64_t(n + 1)) + " mm"));
+    page.picture("push-all", "the pushed vessel cut open, all of it active",
+                 with_legend(frames, shade_bar(kPush_mm, 0, "displacement [mm]")));
+    CornerValues moved = displacements_of(push.mesh, local.places.back());
+    for (std::size_t c = 0; c < moved.size(); ++c)
+        if (local.is_held[c]) moved[c].fill(std::numeric_limits<double>::quiet_NaN());
+    constexpr double kFull_um = 100;
+    const LegendEntry entries[] = {kAtRest, {"held", {kHeld, 1}, LegendEntry::Mark::Box}};
+    const Image left[] = {
+        along(push.mesh, local.places.back(), moved, kPush_mm, "boxes within 12 mm"),
+        shade_bar(kPush_mm, 0, "displacement [mm]")};
+    const Image right[] = {along(push.mesh, local.places.back(),
+                                 distances_of(push.mesh, all.places.back(), local.places.back()),
+                                 kFull_um / 1000, "difference from all active"),
+                           shade_bar(kFull_um, 0, "distance [µm]")};
+    const Image both[] = {column_of(left), column_of(right)};
+    const Image parts[] = {row_of(both), legend_of(entries, 600)};
+    page.picture("push-local", "boxes within 12 mm active, and the difference from all",
+                 column_of(parts));
+}
+
 }  // namespace
 
 void add_pressure(Page& page, const TaskArena& arena) {
@@ -188,8 +258,10 @@ void add_pressure(Page& page, const TaskArena& arena) {
         "A tube of " + text_of(std::int64_t(mesh.cells.size())) +
         " tetrahedra, radii 6 and 8 mm, 30 mm long, its ends held; distances of 10⁻³, folds of 1, "
         "volumes of compliance 0 or none. Half a second for each pressure, at 256 steps a second "
-        "with twenty sub-steps. Sections through the middle; colour is what a tetrahedron's "
-        "volume has changed by: red less, blue more, full at 10 %.");
+        "with twenty sub-steps. The pictures are cut across the middle; a tetrahedron's colour is "
+        "its change of volume, the red line is the edge of the cut at rest, and the narrow ring "
+        "inside the cut "
+        "is the inner surface behind it, down to the end that is held.");
     std::vector<std::vector<std::string>> rows;
     for (const bool volumes : {true, false}) {
         const PbdParts parts = vessel(tube, mesh, volumes);
@@ -201,8 +273,7 @@ void add_pressure(Page& page, const TaskArena& arena) {
             press(tube, parts, pressure, body);
             must(body.step(128, arena));
             const std::vector<Vec3d> places = places_of(body);
-            pictures.push_back(
-                section(mesh, places, {230, 230, {-13, -13}, {13, 13}, 2, 0.51 * tube.length}));
+            pictures.push_back(across(tube, mesh, places, text_of(pressure, 0) + " Pa"));
             const VolumeChange change = volume_change(all, places);
             const Radii radii = radii_of(tube, places);
             rows.push_back({volumes ? "with" : "without", text_of(pressure, 0),
@@ -211,9 +282,9 @@ void add_pressure(Page& page, const TaskArena& arena) {
                             text_of(100 * change.largest, 2)});
         }
         page.picture(volumes ? "pressure-with-volumes" : "pressure-without-volumes",
-                     volumes ? "sections with volume conservation, pressure rising to the right"
+                     volumes ? "cuts across the tube with volume conservation, 0 to 120 Pa"
                              : "the same without",
-                     row_of(pictures));
+                     with_legend(pictures, signed_bar(kFull_percent, 0, "change of volume [%]")));
     }
     page.table({"volumes", "pressure [Pa]", "inner radius [mm]", "wall [mm]", "volume: total [%]",
                 "mean of tetrahedra [%]", "largest [%]"},
@@ -222,72 +293,28 @@ void add_pressure(Page& page, const TaskArena& arena) {
 }
 
 void add_push(Page& page, const TaskArena& arena) {
-    const Tube tube{};
-    const TetMesh mesh = bench::tube_mesh(tube);
-    PbdParts parts = vessel(tube, mesh, true);
-    // What surrounds it: the outer nodes are tied to where they are at rest.
-    for (int k = 0; k <= tube.along; ++k)
-        for (int a = 0; a < tube.around; ++a) {
-            const std::int32_t n = tube.node(a, tube.across, k);
-            parts.attachments.push_back({.nodes = {n, 0, 0, 0},
-                                         .target = parts.places[std::size_t(n)],
-                                         .compliance = 5e-3});
-        }
-    const Vec3d tip{tube.inner, 0, 0.5 * tube.length};
-    // The inner nodes within 2.5 mm of the tip are taken outwards.
-    std::vector<std::int32_t> pushed;
-    for (int k = 0; k <= tube.along; ++k)
-        for (int a = 0; a < tube.around; ++a) {
-            const std::int32_t n = tube.node(a, 0, k);
-            if (norm(mesh.nodes_mm[std::size_t(n)] - tip) < 2.5) pushed.push_back(n);
-        }
+    const Push push;
     page.heading(2, "A push, with and without locality");
     page.paragraph(
-        "A vessel of " + text_of(std::int64_t(mesh.cells.size())) +
+        "A vessel of " + text_of(std::int64_t(push.mesh.cells.size())) +
         " tetrahedra, radii 6 and 7.5 mm, 80 mm long, material as above with volume "
         "conservation. " +
-        text_of(std::int64_t(pushed.size())) +
+        text_of(std::int64_t(push.pushed.size())) +
         " nodes of the inner wall are taken outwards, a millimetre in a quarter of a second, four "
-        "times. Boxes of 6 mm; those within a reach of the tip are active. Pictures are sections "
-        "along the axis, all of it active; then the same with a reach of 12 mm. Times include the "
-        "ties, which are projected one by one.");
-    const auto run = [&](double reach, std::vector<Image>& pictures, double& share, double& ms) {
-        auto body = value_of(PbdBody::create(parts, {.time_step = kStep, .damping = 20}));
-        auto boxes = value_of(PbdBoxes::create(mesh, {.side = 6, .blend_steps = 1}));
-        if (reach > 0) must(boxes.update({&tip, 1}, reach, body));
-        share = reach > 0 ? double(boxes.active_tetrahedra()) / double(mesh.cells.size()) : 1;
-        for (const std::int32_t n : pushed) must(body.set_inverse_mass(n, 0));
-        ms = 0;
-        for (int step = 1; step <= 256; ++step) {
-            for (const std::int32_t n : pushed) {
-                const Vec3d p = mesh.nodes_mm[std::size_t(n)];
-                must(body.set_state(n, p + Vec3d{4.0 * step / 256, 0, 0}, {0, 0, 0}));
-            }
-            ms += processor_ms_of([&] { must(body.step(1, arena)); });
-            if (step % 64 == 0)
-                pictures.push_back(
-                    section(mesh, places_of(body), {230, 300, {25, 13}, {55, -9}, 1, 0.01}));
-        }
-        return places_of(body);
-    };
-    std::vector<Image> pictures;
-    double share = 1, all_ms = 0;
-    const std::vector<Vec3d> all = run(0, pictures, share, all_ms);
-    page.picture("push-all", "sections of the pushed vessel, all of it active", row_of(pictures));
+        "times. Boxes of 6 mm; those within a reach of the tip are active. The vessel is cut open "
+        "along its axis: first with all of it active, then after the last millimetre with a reach "
+        "of 12 mm, beside the distance of each point from where it is with all active. Times "
+        "include the ties, which are projected one by one.");
+    const PushRun all = run_push(push, 0, arena);
     std::vector<std::vector<std::string>> rows{
-        {"all", "100", "", "", text_of(all_ms / 256, 2), "1"}};
+        {"all", "100", "", "", text_of(all.ms / 256, 2), "1"}};
     for (const double reach : {2.0, 6.0, 12.0, 18.0}) {
-        pictures.clear();
-        double ms = 0;
-        const std::vector<Vec3d> local = run(reach, pictures, share, ms);
-        double largest = 0;
-        for (std::size_t n = 0; n < all.size(); ++n)
-            largest = std::max(largest, norm(local[n] - all[n]));
-        if (reach == 12)
-            page.picture("push-local", "the same with boxes within 12 mm active", row_of(pictures));
-        rows.push_back({text_of(reach, 0), text_of(100 * share, 1), text_of(largest, 3),
-                        text_of(100 * largest / 4, 1), text_of(ms / 256, 2),
-                        text_of(all_ms / ms, 1)});
+        const PushRun local = run_push(push, reach, arena);
+        const double largest = farthest_of(local.places.back(), all.places.back());
+        if (reach == 12) draw_push(page, push, all, local);
+        rows.push_back({text_of(reach, 0), text_of(100 * local.share, 1), text_of(largest, 3),
+                        text_of(100 * largest / kPush_mm, 1), text_of(local.ms / 256, 2),
+                        text_of(all.ms / local.ms, 1)});
     }
     page.table({"reach [mm]", "active tetrahedra [%]", "largest difference from all [mm]",
                 "of the push [%]", "processor time of a step [ms]", "times faster"},

@@ -66,6 +66,29 @@ struct MadeVessel {
 /// @returns one line that names the file that is at fault
 Result<MadeVessel> make_vessel(const VesselFile& file, const TaskArena& arena) noexcept;
 
+/// Plays the acts of a scene file, one after the other:
+///
+///   while (script.next(scene, command)) { scene.command(command); scene.step(1, arena); }
+class VesselScript {
+  public:
+    VesselScript(const VesselFile& file, const std::vector<Vec3d>& way);
+    /// Sets the command of the next step. @returns false after the last act
+    bool next(const CatheterScene& scene, CatheterCommand& command);
+    /// Distance of the tip along the way [mm]; 0 without one.
+    double way_mm(const CatheterScene& scene) const;
+    double progress() const;  ///< share of the acts that are over, 0…1
+
+  private:
+    bool is_over(const CatheterScene& scene, const CatheterMeasures& now) const;
+
+    std::vector<VesselAct> m_acts;
+    WayPilot m_pilot;
+    bool m_has_way;
+    std::size_t m_act = 0;
+    CatheterMeasures m_began{};  ///< when the act began
+    double m_began_way = 0;
+};
+
 /// A scan as a vessel full of contrast agent would give, for those that come without one: the lumen
 /// at 300 HU, its wall at 90, tissue around it at 20 to 60 in a pattern that shows how it moves.
 /// Voxels of a millimetre, or larger where more than 256 were needed along an axis; its key values

@@ -1,0 +1,234 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// A catheter that deforms a vessel: before and after, all and boxes, rod and tetrahedra.
+
+#include "catheters.h"
+
+#include <algorithm>
+#include <limits>
+
+#include "cutaway.h"
+#include "figures.h"
+#include "timing.h"
+
+namespace pliant::results {
+namespace {
+
+constexpr Rgb8 kCatheter{226, 160, 60};
+constexpr double kLargest_mm = 3;
+/// The bend's plane; the cut is beside the nodes that lie in it.
+constexpr Camera kBend{.low = {-9, 52}, .high = {71, 104}, .px_per_mm = 6.4, .cut_mm = 0.3};
+
+struct Bend {
+    VesselFile file;
+    MadeVessel vessel;
+    const TetMesh& mesh() const { return vessel.wall.mesh; }
+};
+
+Image picture_of(const Bend& bend, const BendRun& run, const CornerValues& values, double largest,
+                 std::string_view title, double px_per_mm = kBend.px_per_mm) {
+    Camera camera = kBend;
+    camera.px_per_mm = px_per_mm;
+    Cutaway cutaway(camera);
+    cutaway.wall(bend.mesh(), run.wall_mm, values, shaded_to(largest));
+    if (run.catheter.cells.empty())
+        cutaway.wire(run.wire_mm, run.radius_mm, kCatheter);
+    else
+        cutaway.body(run.catheter, kCatheter);
+    cutaway.outline(bend.mesh(), bend.mesh().nodes_mm);
+    return cutaway.image(title);
+}
+
+Image moved_bar(double largest, int width) {
+    const LegendEntry entries[] = {{"edge of the cut at rest", {kRed, 1.4}},
+                                   {"catheter", {kCatheter, 4}}};
+    const Image parts[] = {shade_bar(largest, 0, "displacement of the wall [mm]"),
+                           legend_of(entries, width)};
+    return row_of(parts);
+}
+
+/// NaN where a corner is held.
+CornerValues with_held(const TetMesh& mesh, const BendRun& run, CornerValues values) {
+    for (std::size_t c = 0; c < values.size(); ++c)
+        for (std::size_t n = 0; n < 4; ++n)
+            if (run.is_held[std::size_t(mesh.cells[c][n])])
+                values[c].fill(std::numeric_limits<double>::quiet_NaN());
+    return values;
+}
+
+std::vector<std::string> row_of_run(std::string name, const BendRun& run) {
+    const CatheterMeasures& m = run.measures;
+    return {std::move(name),
+            text_of(run.moved_mm, 2),
+            text_of(m.contact_n, 2),
+            text_of(m.force_n, 2),
+            text_of(run.depth_mm, 3),
+            text_of(100 * m.volume.mean, 3),
+            text_of(100 * m.volume.largest, 1),
+            std::to_string(run.inverted),
+            text_of(run.ms / 1000, 1)};
+}
+
+void add_before_and_after(Page& page, const Bend& bend, const BendRun& run,
+                          const TaskArena& arena) {
+    page.heading(2, "A catheter that deforms a vessel");
+    page.paragraph(
+        "A bend of a vessel, inner radius 4 mm, 1.2 mm thick, of " +
+        text_of(std::int64_t(bend.mesh().cells.size())) +
+        " neo-Hookean tetrahedra (E 100 kPa, ν 0.45) in soft tissue (250 Pa for each mm), and a "
+        "stiff wire of radius 0.8 mm (EI 400 N mm², at the tip 200) that is fed in at 100 mm/s, "
+        "steered along the middle, and left there for 0.3 s. The wire is too stiff for the bend: "
+        "it presses on the wall inside the bend and, with its tip, on the wall behind it. "
+        "`pliant vessel scenes/vessel_soft.toml --frames soft` runs the same scene.");
+    VesselFile file = bend.file;
+    file.acts.resize(1);
+    file.acts[0].until_way_mm = 58;
+    const BendRun before = run_bend(file, bend.vessel, arena);
+    const Image pair[] = {picture_of(bend, before, displacements_of(bend.mesh(), before.wall_mm),
+                                     kLargest_mm, "tip 58 mm along the way"),
+                          picture_of(bend, run, displacements_of(bend.mesh(), run.wall_mm),
+                                     kLargest_mm, "tip 120 mm along the way")};
+    const Image parts[] = {row_of(pair), moved_bar(kLargest_mm, 420)};
+    page.picture("bend", "the bend cut open, before and after the wire has gone round it",
+                 column_of(parts));
+    page.paragraph(
+        "The vessel is cut open in the plane of the bend; both pictures have the same "
+        "camera and the same colours.");
+}
+
+/// Three pictures, each with its legend below.
+Image boxes_picture(const Bend& bend, const BendRun& all, const BendRun& boxes, double full_um) {
+    constexpr double kSmall_px_mm = 4.8;
+    const CornerValues moved = displacements_of(bend.mesh(), boxes.wall_mm);
+    const LegendEntry lines[] = {{"edge of the cut at rest", {kRed, 1.4}},
+                                 {"catheter", {kCatheter, 4}}};
+    const LegendEntry held[] = {{"held", {kHeld, 1}, LegendEntry::Mark::Box}};
+    const Image first[] = {picture_of(bend, all, displacements_of(bend.mesh(), all.wall_mm),
+                                      kLargest_mm, "all of the wall moves", kSmall_px_mm),
+                           shade_bar(kLargest_mm, 0, "displacement [mm]"), legend_of(lines, 420)};
+    const Image second[] = {picture_of(bend, boxes, with_held(bend.mesh(), boxes, moved),
+                                       kLargest_mm, "boxes near the wire move", kSmall_px_mm),
+                            shade_bar(kLargest_mm, 0, "displacement [mm]"), legend_of(held, 420)};
+    const Image third[] = {
+        picture_of(bend, boxes, distances_of(bend.mesh(), all.wall_mm, boxes.wall_mm),
+                   full_um / 1000, "difference of the two", kSmall_px_mm),
+        shade_bar(full_um, 0, "distance [µm]")};
+    const Image columns[] = {column_of(first, 4), column_of(second, 4), column_of(third, 4)};
+    return row_of(columns);
+}
+
+double apart_um(const BendRun& a, const BendRun& b) {
+    return 1000 * farthest_mm(a.wall_mm, b.wall_mm);
+}
+
+void add_boxes(Page& page, const Bend& bend, const BendRun& all, std::span<const BendRun> runs) {
+    page.heading(3, "All of the wall, and boxes of which only some move");
+    const BendRun& shown = runs[1];
+    const double um = apart_um(all, shown);
+    page.picture("bend-boxes", "all of the wall, boxes, and their difference",
+                 boxes_picture(bend, all, shown,
+                               um > 500   ? 1000
+                               : um > 200 ? 500
+                                          : 200));
+    page.paragraph("Boxes of 6 mm (`box_mm`); the picture is with those within " +
+                   text_of(shown.reach_mm, 0) +
+                   " mm of the wire (`reach_mm`). What the tip pushes bends the vessel as a whole, "
+                   "and the edge of the boxes holds it. `reach_mm = -1` is as wide as that "
+                   "spreads, here " +
+                   text_of(runs.back().reach_mm, 1) + " mm.");
+    std::vector<std::vector<std::string>> rows;
+    for (const BendRun& run : runs)
+        rows.push_back({text_of(run.reach_mm, 1),
+                        text_of(100.0 * run.active / double(bend.mesh().cells.size()), 0),
+                        text_of(apart_um(all, run), 0),
+                        text_of(0.1 * apart_um(all, run) / all.moved_mm, 1),
+                        text_of(all.ms / run.ms, 1)});
+    page.table({"reach [mm]", "active tetrahedra at most [%]", "largest difference from all [µm]",
+                "of the largest displacement [%]", "times faster than all"},
+               rows);
+}
+
+void add_models(Page& page, const Bend& bend, const BendRun& rod, const BendRun& body) {
+    page.heading(3, "A rod, and a catheter of tetrahedra");
+    const Image pair[] = {
+        picture_of(bend, rod, displacements_of(bend.mesh(), rod.wall_mm), kLargest_mm, "rod"),
+        picture_of(bend, body, displacements_of(bend.mesh(), body.wall_mm), kLargest_mm,
+                   "tetrahedra")};
+    const Image parts[] = {row_of(pair), moved_bar(kLargest_mm, 420)};
+    page.picture("bend-models", "a rod and a body of tetrahedra in the same bend",
+                 column_of(parts));
+    page.paragraph(
+        "`model = \"tetrahedra\"` and `segment_mm = 2` in `[catheter]` of the scene, "
+        "the same EI and GJ, " +
+        text_of(std::int64_t(body.catheter.cells.size())) +
+        " tetrahedra, whose surface is drawn with its edges. The tips are " +
+        text_of(norm(rod.wire_mm.back() - body.wire_mm.back()), 2) + " mm apart, the walls " +
+        text_of(farthest_mm(rod.wall_mm, body.wall_mm), 2) + " mm at most.");
+}
+
+}  // namespace
+
+BendRun run_bend(const VesselFile& file, const MadeVessel& vessel, const TaskArena& arena) {
+    auto scene = value_of(CatheterScene::create(vessel.wall, vessel.settings));
+    VesselScript script(file, vessel.way);
+    CatheterCommand command;
+    BendRun run;
+    while (script.next(scene, command)) {
+        must(scene.command(command));
+        run.ms += processor_ms_of([&] { must(scene.step(1, arena)); });
+        const CatheterMeasures m = scene.quick_measures();
+        run.depth_mm = std::max(run.depth_mm, m.depth_mm);
+        run.active = std::max(run.active, m.active_tetrahedra);
+        if (m.steps % 20 == 0) run.inverted = std::max(run.inverted, scene.inverted_tetrahedra());
+    }
+    run.wall_mm = scene.wall_places();
+    const auto wire = scene.wire_places();
+    run.wire_mm.assign(wire.begin() + scene.first_inserted(), wire.end());
+    run.catheter = scene.catheter_mesh();
+    run.radius_mm = vessel.settings.catheter.radius_mm;
+    run.measures = scene.measures();
+    run.reach_mm = scene.settings().reach_mm;
+    run.moved_mm = run.measures.wall_moved_mm;
+    for (std::int32_t n = 0; n < scene.body().particle_count(); ++n)
+        run.is_held.push_back(scene.body().inverse_mass(n) == 0);
+    return run;
+}
+
+double farthest_mm(std::span<const Vec3d> a, std::span<const Vec3d> b) {
+    double farthest = 0;
+    for (std::size_t n = 0; n < a.size(); ++n) farthest = std::max(farthest, norm(a[n] - b[n]));
+    return farthest;
+}
+
+void add_catheters(Page& page, const std::string& scenes, const TaskArena& arena) {
+    Bend bend{value_of(read_vessel_file(scenes + "/vessel_soft.toml")), {}};
+    bend.vessel = value_of(make_vessel(bend.file, arena));
+    bend.vessel.settings.local = false;
+    const BendRun all = run_bend(bend.file, bend.vessel, arena);
+    std::vector<BendRun> boxes;
+    for (const double reach : {2.0, 6.0, -1.0}) {
+        MadeVessel vessel = bend.vessel;
+        vessel.settings.local = true;
+        vessel.settings.box_mm = 6;
+        vessel.settings.reach_mm = reach;
+        boxes.push_back(run_bend(bend.file, vessel, arena));
+    }
+    MadeVessel other = bend.vessel;
+    other.settings.catheter.model = CatheterModel::Tetrahedra;
+    other.settings.catheter.segment_mm = 2;
+    const BendRun body = run_bend(bend.file, other, arena);
+    add_before_and_after(page, bend, all, arena);
+    page.table({"run", "wall moved [mm]", "contact [N]", "force on the hand [N]",
+                "largest depth beyond the wall [mm]", "volumes: mean error [%]", "largest [%]",
+                "inverted tetrahedra", "processor time [s]"},
+               {row_of_run("rod, all of the wall", all), row_of_run("rod, boxes", boxes[1]),
+                row_of_run("tetrahedra, all of the wall", body)});
+    page.paragraph(
+        "Displacement, contact, force and volumes are those at the end, depth and inverted "
+        "tetrahedra the largest of the whole run; a depth below 0 is a distance from the wall.");
+    add_boxes(page, bend, all, boxes);
+    add_models(page, bend, all, body);
+}
+
+}  // namespace pliant::results
