@@ -35,8 +35,8 @@ class Relaxation {
 
     /// Gets ready for a slice; nothing moves.
     void begin(const RelaxOptions& options);
-    /// Whether run may allocate: for links that bricks don't have yet, for cells that come to tools,
-    /// or for the lattice's observer. Else it can't fail.
+    /// Whether run may allocate: for links that bricks don't have yet, for cells around tools, or
+    /// for the lattice's observer. Else it can't fail.
     bool needs_memory() const;
     /// The slice. @pre begin with the same options
     RelaxReport run(const RelaxOptions& options);

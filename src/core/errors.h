@@ -45,6 +45,8 @@ auto attempt(Work&& work) noexcept -> decltype(work()) {
         return out_of_memory();
     } catch (const std::length_error&) {  // of a container that can't get so large
         return out_of_memory();
+    } catch (const std::runtime_error&) {  // of oneTBB, where a thread can't be started
+        return out_of_memory();
     }
 }
 

@@ -181,15 +181,19 @@ Status PbdBoxes::update(std::span<const Vec3d> places, double reach, PbdBody& bo
     if (!(std::isfinite(reach) && reach >= 0)) return invalid("reach: expected 0 or more");
     for (const Vec3d& p : places)
         if (!is_finite(p)) return invalid("update: expected places of three numbers");
-    m_blends.reserve(m_rest.size());
-    mark_around(places, reach);
-    m_changed_count = 0;
-    m_changed.clear();
-    for (std::size_t box = 0; box < m_is_active.size(); ++box) {
-        const bool wanted = m_is_wanted[box] != 0, active = m_is_active[box] != 0;
-        if (wanted == active || (active && !is_settled(box, body))) continue;
-        m_changed.push_back(std::int32_t(box));
-    }
+    const Status listed = attempt([&]() -> Status {
+        m_blends.reserve(m_rest.size());
+        mark_around(places, reach);
+        m_changed_count = 0;
+        m_changed.clear();
+        for (std::size_t box = 0; box < m_is_active.size(); ++box) {
+            const bool wanted = m_is_wanted[box] != 0, active = m_is_active[box] != 0;
+            if (wanted == active || (active && !is_settled(box, body))) continue;
+            m_changed.push_back(std::int32_t(box));
+        }
+        return Ok{};
+    });
+    if (!listed.ok()) return listed;
     // No more memory is asked for from here on.
     if (!m_has_begun)
         for (std::int32_t n = 0; n < body.particle_count(); ++n)

@@ -87,9 +87,9 @@ class SolverOf final : public Solver {
         return double(m_x[at(particle) + 3]);
     }
     void set_state(std::int32_t particle, Vec3d position, Vec3d velocity) override {
+        if (!(m_x[at(particle) + 3] > 0)) m_set_held.push_back(at(particle));
         put(m_x, particle, position - m_origin);
         put(m_v, particle, velocity);
-        if (!(m_x[at(particle) + 3] > 0)) m_set_held.push_back(at(particle));
     }
     void set_inverse_mass(std::int32_t particle, double inverse_mass) override {
         Real& w = m_x[at(particle) + 3];
@@ -99,6 +99,7 @@ class SolverOf final : public Solver {
         if (inverse_mass == 0) put(m_v, particle, {0, 0, 0});
     }
     void load(std::span<const std::int32_t> particles, std::span<const Vec3d> forces) override {
+        m_loads.reserve(particles.size());
         m_loads.clear();
         for (std::size_t n = 0; n < particles.size(); ++n)
             m_loads.push_back({at(particles[n]), forces[n]});
