@@ -120,12 +120,12 @@ class Fields {
         if (!m_failure) wrong_type(key, expected, Json(found));
         return 0;
     }
-    /// Any other field but these, "do" and "id" is out of range.
+    /// Any other field but these, "do", "id" and those of a session's lines is out of range.
     void only(std::initializer_list<const char*> names) {
         for (const auto& field : m_object.items()) {
-            if (field.key() == "do" || field.key() == "id") continue;
             std::string expected;
-            bool is_known = false;
+            bool is_known = field.key() == "do" || field.key() == "id" ||
+                            field.key() == "client" || field.key() == "refused";
             for (const char* name : names) {
                 is_known |= field.key() == name;
                 expected += std::string(expected.empty() ? "" : ", ") + name;
