@@ -115,6 +115,8 @@ struct CatheterMeasures {
 /// tetrahedra, a tip that has left the vessel through an open end. Empty where there is none.
 std::vector<std::string> warnings_of(const CatheterMeasures& measures);
 
+/// Where memory runs out, functions that return a Result return LimitExceeded and change nothing;
+/// those that return a vector or a mesh throw std::bad_alloc.
 class CatheterScene {
   public:
     /// @returns InvalidArgument that names the setting, also where the entry isn't in the vessel
@@ -136,8 +138,9 @@ class CatheterScene {
 
     /// Inserted, force, torque, contact, depth and time; the others cost a pass over the wall.
     CatheterMeasures quick_measures() const noexcept;
-    CatheterMeasures measures() const;
-    std::int64_t inverted_tetrahedra() const;    ///< of wall and catheter; a pass over the wall
+    CatheterMeasures measures() const noexcept;
+    std::int64_t inverted_tetrahedra()
+        const noexcept;                          ///< of wall and catheter; a pass over the wall
     std::span<const Vec3d> wire_places() const;  ///< [mm], of all nodes; the last is the tip
     std::int32_t first_inserted() const;         ///< the last node in the guide
     Vec3d tip_mm() const;
@@ -155,7 +158,7 @@ class CatheterScene {
     ///          LimitExceeded where memory runs out
     Status restore(std::span<const double> state, const TaskArena& arena) noexcept;
     /// Of all places and velocities: equal for any number of threads.
-    std::uint64_t hash() const;
+    std::uint64_t hash() const noexcept;
 
   private:
     struct Impl;

@@ -4,9 +4,10 @@
 #include "catheter/scene_impl.h"
 
 #include <cmath>
+#include <new>
 
 #include "core/hash.h"
-#include "pbd/solver.h"
+#include "pbd/volume_change.h"
 
 namespace pliant {
 namespace {
@@ -37,6 +38,56 @@ std::vector<std::string> warnings_of(const CatheterMeasures& m) {
         warnings.push_back("the tip has left the vessel through open end " +
                            std::to_string(m.left_end));
     return warnings;
+}
+
+/// Calls work with a function from a particle to its place: from a copy of them all, or where there
+/// is no memory for that, one by one.
+template <class Work>
+void CatheterScene::Impl::with_places(const Work& work) const {
+    const auto count = std::size_t(body.particle_count());
+    const std::unique_ptr<Vec3d[]> copied(new (std::nothrow) Vec3d[count]);
+    if (!copied) return work([&](std::int32_t n) { return body.position(n); });
+    body.get_positions({copied.get(), count});
+    work([&](std::int32_t n) { return copied[std::size_t(n)]; });
+}
+
+template <class Place>
+bool CatheterScene::Impl::has_moved(const Cell& cell, const Place& place) const {
+    return std::any_of(cell.begin(), cell.end(),
+                       [&](std::int32_t n) { return place(n) != rest_place(n); });
+}
+
+template <class Place>
+std::int64_t CatheterScene::Impl::inverted_in_wall(const Place& place) const {
+    std::int64_t inverted = 0;
+    for (const Cell& cell : wall.mesh.cells)
+        inverted += has_moved(cell, place) && !(pbd::volume_at(cell, place) > 0);
+    return inverted;
+}
+
+template <class Place>
+double CatheterScene::Impl::wall_energy(const Place& place) const {
+    double elastic = 0;
+    const double e = settings.wall.young_modulus_pa, nu = settings.wall.poisson_ratio;
+    const double mu = e / (2 * (1 + nu)), lambda = e * nu / ((1 + nu) * (1 - 2 * nu));
+    for (const Cell& cell : wall.mesh.cells) {
+        if (!has_moved(cell, place)) continue;
+        const auto edges = [&](const auto& x) {
+            const Vec3d from = x(cell[0]);
+            return Mat3d{{x(cell[1]) - from, x(cell[2]) - from, x(cell[3]) - from}};
+        };
+        const Mat3d at_rest = edges([&](std::int32_t n) { return rest_place(n); }),
+                    f = edges(place) * inverse(at_rest);
+        const double j = determinant(f), volume = determinant(at_rest) / 6;
+        double squares = 0;
+        for (const Vec3d& c : f.columns) squares += dot(c, c);
+        elastic += volume * 0.5 * (mu * (squares - 4 * j + j * j) + lambda * (j - 1) * (j - 1));
+    }
+    for (const PbdAttachment& at : body.parts().attachments) {
+        const Vec3d off = place(at.nodes[0]) - at.target;
+        elastic += 0.5 * dot(off, off) / at.compliance;
+    }
+    return elastic;
 }
 
 CatheterScene::CatheterScene(std::unique_ptr<Impl> impl) : m_impl(std::move(impl)) {}
@@ -131,61 +182,31 @@ CatheterMeasures CatheterScene::quick_measures() const noexcept {
     return m;
 }
 
-CatheterMeasures CatheterScene::measures() const {
+CatheterMeasures CatheterScene::measures() const noexcept {
     CatheterMeasures m = quick_measures();
     const Impl& i = *m_impl;
-    const std::vector<Vec3d> now = wall_places();
     const auto& rest = i.wall.mesh.nodes_mm;
-    double kinetic = i.wire.kinetic_energy(), elastic = 0;
-    for (std::size_t n = 0; n < now.size(); ++n) {
-        m.wall_moved_mm = std::max(m.wall_moved_mm, norm(now[n] - rest[n]));
+    double kinetic = i.wire.kinetic_energy();
+    for (std::size_t n = 0; n < rest.size(); ++n) {
         const double w = i.body.inverse_mass(std::int32_t(n));
         const Vec3d v = i.body.velocity(std::int32_t(n));
         if (w > 0) kinetic += 0.5 * dot(v, v) / w;
     }
-    const double e = i.settings.wall.young_modulus_pa, nu = i.settings.wall.poisson_ratio;
-    const double mu = e / (2 * (1 + nu)), lambda = e * nu / ((1 + nu) * (1 - 2 * nu));
-    for (const auto& cell : i.wall.mesh.cells) {
-        const auto edges = [&](const std::vector<Vec3d>& x) {
-            const Vec3d from = x[std::size_t(cell[0])];
-            return Mat3d{{x[std::size_t(cell[1])] - from, x[std::size_t(cell[2])] - from,
-                          x[std::size_t(cell[3])] - from}};
-        };
-        bool moved = false;
-        for (const std::int32_t n : cell) moved |= now[std::size_t(n)] != rest[std::size_t(n)];
-        if (!moved) continue;
-        const Mat3d at_rest = edges(rest), f = edges(now) * inverse(at_rest);
-        const double j = determinant(f), volume = determinant(at_rest) / 6;
-        double squares = 0;
-        for (const Vec3d& c : f.columns) squares += dot(c, c);
-        elastic += volume * 0.5 * (mu * (squares - 4 * j + j * j) + lambda * (j - 1) * (j - 1));
-    }
-    m.inverted = inverted_tetrahedra();
-    for (std::size_t a = 0; a < i.body.parts().attachments.size(); ++a) {
-        const PbdAttachment& at = i.body.parts().attachments[a];
-        const Vec3d off = now[std::size_t(at.nodes[0])] - at.target;
-        elastic += 0.5 * dot(off, off) / at.compliance;
-    }
-    m.wall_energy_mj = elastic / kNanojoules;
     m.kinetic_energy_mj = kinetic / kNanojoules;
-    m.volume = volume_change(i.body.parts(), now);
+    i.with_places([&](const auto& place) {
+        for (std::size_t n = 0; n < rest.size(); ++n)
+            m.wall_moved_mm = std::max(m.wall_moved_mm, norm(place(std::int32_t(n)) - rest[n]));
+        m.wall_energy_mj = i.wall_energy(place) / kNanojoules;
+        m.inverted = i.wire.inverted() + i.inverted_in_wall(place);
+        m.volume = pbd::volume_change_of(i.body.parts(), place);
+    });
     return m;
 }
 
-std::int64_t CatheterScene::inverted_tetrahedra() const {
-    const std::vector<Vec3d> now = wall_places();
-    const auto& rest = m_impl->wall.mesh.nodes_mm;
-    std::vector<std::uint8_t> moved(now.size());
-    for (std::size_t n = 0; n < now.size(); ++n) moved[n] = now[n] != rest[n];
-    std::int64_t inverted = 0;
-    for (const auto& cell : m_impl->wall.mesh.cells) {
-        const auto has_moved = [&](std::int32_t n) { return moved[std::size_t(n)] != 0; };
-        if (std::any_of(cell.begin(), cell.end(), has_moved))
-            inverted += !(pbd::tetrahedron_volume(cell, now) > 0);
-    }
-    const TetMesh catheter = catheter_mesh();
-    for (const auto& cell : catheter.cells)
-        inverted += !(pbd::tetrahedron_volume(cell, catheter.nodes_mm) > 0);
+std::int64_t CatheterScene::inverted_tetrahedra() const noexcept {
+    const Impl& i = *m_impl;
+    std::int64_t inverted = i.wire.inverted();
+    i.with_places([&](const auto& place) { inverted += i.inverted_in_wall(place); });
     return inverted;
 }
 
@@ -218,7 +239,7 @@ std::vector<Vec3d> CatheterScene::ghost_places() const {
 const PbdBody& CatheterScene::body() const {
     return m_impl->body;
 }
-std::uint64_t CatheterScene::hash() const {
+std::uint64_t CatheterScene::hash() const noexcept {
     Hash64 hash;
     m_impl->wire.add_to(hash);
     const std::uint64_t wall = m_impl->body.hash();

@@ -15,6 +15,7 @@
 #include <pliant/pbd_boxes.h>
 
 #include <algorithm>
+#include <array>
 #include <memory>
 #include <numbers>
 #include <utility>
@@ -72,6 +73,18 @@ struct CatheterScene::Impl {
     CatheterCommand command;
     Progress now, kept;
     std::vector<Vec3d> places;
+
+    using Cell = std::array<std::int32_t, 4>;
+    Vec3d rest_place(std::int32_t node) const { return wall.mesh.nodes_mm[std::size_t(node)]; }
+    // Of measures (scene.cpp).
+    template <class Work>
+    void with_places(const Work& work) const;
+    template <class Place>
+    bool has_moved(const Cell& cell, const Place& place) const;
+    template <class Place>
+    std::int64_t inverted_in_wall(const Place& place) const;
+    template <class Place>
+    double wall_energy(const Place& place) const;
 
     /// With nothing of the former one: the body is elsewhere.
     void renew_contact(const TaskArena& arena) {

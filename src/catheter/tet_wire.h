@@ -41,6 +41,7 @@ class TetWire : public Wire {
     bool is_good() const override;
     void add_to(Hash64& hash) const override;
     TetMesh mesh() const override;
+    std::int64_t inverted() const override;
     void exchange(StateNumbers& state) override;
 
     /// Four for each node of the axis.

@@ -8,6 +8,7 @@
 
 #include "catheter/frame_along.h"
 #include "catheter/tet_wire.h"
+#include "pbd/solver.h"
 
 namespace pliant::catheter {
 
@@ -110,6 +111,16 @@ TetMesh TetWire::mesh() const {
             for (std::size_t k = 0; k < 4; ++k) cell[k] = std::int32_t(kRing * i + tet[k]);
         }
     return mesh;
+}
+
+std::int64_t TetWire::inverted() const {
+    std::int64_t count = 0;
+    for (std::size_t i = 0; i < m_count; ++i) {
+        const Corners x = corners(m_nodes, i);
+        for (const auto& tet : tetrahedra(i % 2))
+            count += !(pbd::tetrahedron_volume({tet[0], tet[1], tet[2], tet[3]}, x) > 0);
+    }
+    return count;
 }
 
 /// The rest shape of the tip follows from the next command.

@@ -105,6 +105,7 @@ class Wire {
     virtual void exchange(StateNumbers& state);
     /// What it is made of, as it is now; empty where that is no tetrahedra.
     virtual TetMesh mesh() const { return {}; }
+    virtual std::int64_t inverted() const { return 0; }  ///< of these tetrahedra
 
   protected:
     Wire(const WireSettings& settings, double inserted_mm);

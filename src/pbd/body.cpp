@@ -11,6 +11,7 @@
 #include "pbd/arithmetic.h"
 #include "pbd/rollback.h"
 #include "pbd/solver.h"
+#include "pbd/volume_change.h"
 
 namespace pliant {
 
@@ -217,24 +218,7 @@ void PbdRollback::put_all(PbdBody& body, std::span<const Vec3d> positions,
 
 VolumeChange volume_change(const PbdParts& parts, std::span<const Vec3d> positions) {
     PLIANT_ASSERT(positions.size() == parts.places.size());
-    VolumeChange change;
-    double rest_sum = 0, sum = 0, count = 0;
-    const auto add = [&](const std::array<std::int32_t, 4>& nodes, double rest) {
-        const double now = pbd::tetrahedron_volume(nodes, positions);
-        const double relative = std::abs(now - rest) / rest;
-        rest_sum += rest;
-        sum += now;
-        count += 1;
-        change.mean += relative;
-        change.largest = std::max(change.largest, relative);
-    };
-    for (const PbdVolume& v : parts.volumes) add(v.nodes, pbd::rest_volume(parts, v));
-    for (const PbdSolid& s : parts.solids)
-        add(s.nodes, pbd::tetrahedron_volume(s.nodes, parts.places));
-    if (count == 0) return change;
-    change.total = sum / rest_sum - 1;
-    change.mean /= count;
-    return change;
+    return pbd::volume_change_of(parts, [&](std::int32_t n) { return positions[std::size_t(n)]; });
 }
 
 }  // namespace pliant

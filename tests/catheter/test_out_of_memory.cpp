@@ -244,6 +244,31 @@ TEST_P(CatheterOutOfMemory, ARestoredSceneIsTheOneOrTheOther) {
     }
 }
 
+TEST_P(CatheterOutOfMemory, MeasuresAndHashesNeedNoMemory) {
+    const TaskArena arena(1);
+    const VesselWall wall = tube();
+    const auto all = prepared(wall, GetParam().first, GetParam().second, arena);
+    const auto scene = all[1].make(wall, arena);
+    const CatheterMeasures expected = scene->measures();
+    const std::uint64_t hash = scene->hash();
+    {
+        const FailingAllocation failing(0);
+        const CatheterMeasures found = scene->measures();
+        EXPECT_EQ(found.wall_energy_mj, expected.wall_energy_mj);
+        EXPECT_EQ(found.wall_moved_mm, expected.wall_moved_mm);
+        EXPECT_EQ(found.volume.mean, expected.volume.mean);
+        EXPECT_EQ(scene->inverted_tetrahedra(), expected.inverted);
+        EXPECT_EQ(scene->hash(), hash);
+    }
+    // A vector is returned whole or not at all.
+    const Seen unchanged = seen(*scene);
+    for (std::int64_t n = 0; n < 4; ++n) {
+        const FailingAllocation failing(n);
+        EXPECT_THROW((void)scene->state(), std::bad_alloc);
+    }
+    EXPECT_EQ(seen(*scene), unchanged);
+}
+
 TEST_P(CatheterOutOfMemory, CreateReturnsAnErrorForEachAllocation) {
     const TaskArena arena(1);
     const VesselWall wall = tube();
