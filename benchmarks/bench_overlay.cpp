@@ -39,7 +39,8 @@ void overlay_frame(benchmark::State& state) {
     const Vec3i n = scan->grid.size;
     const Vec3d middle = world_from_voxel(scan->grid, {0.5 * n.x, 0.62 * n.y, 0.5 * n.z});
     constexpr double kPush = 9;
-    LiveDeformation plain(*tissue), kept(*tissue);
+    LiveDeformation plain = LiveDeformation::create(*tissue).value();
+    LiveDeformation kept = LiveDeformation::create(*tissue).value();
     if (!kept.keep_sources(true)) {
         state.SkipWithError("no memory");
         return;
@@ -61,8 +62,8 @@ void overlay_frame(benchmark::State& state) {
         // Who comes second finds the lattice in the caches.
         double without = 0, with = 0;
         LiveUpdate update;
-        const auto run_plain = [&] { without = plain.update().resample_ms; };
-        const auto run_kept = [&] { with = (update = kept.update()).resample_ms; };
+        const auto run_plain = [&] { without = plain.update().value().resample_ms; };
+        const auto run_kept = [&] { with = (update = kept.update().value()).resample_ms; };
         if (turn % 4 < 2)
             run_plain(), run_kept();
         else

@@ -114,11 +114,12 @@ void resample(benchmark::State& state) {
     double items = 0;
     for (auto _ : state) {
         if (turns.wants_reference()) {
-            turns.add_reference(deform_volume(*tissue, Mapping::Tetrahedra).resample_ms * 1e-3);
-            scalar_ms.push_back(deform_volume(*tissue, Mapping::CellsScalar).resample_ms);
+            turns.add_reference(deform_volume(*tissue, Mapping::Tetrahedra).value().resample_ms *
+                                1e-3);
+            scalar_ms.push_back(deform_volume(*tissue, Mapping::CellsScalar).value().resample_ms);
         }
         const std::int64_t pages_before = pages_made();
-        const Deformed subject = deform_volume(*tissue, Mapping::Cells);
+        const Deformed subject = deform_volume(*tissue, Mapping::Cells).value();
         pages_s.push_back(seconds_of_pages(volume, pages_made() - pages_before, arena));
         items = double(subject.written_voxels);
         turns.add_subject(subject.resample_ms * 1e-3);
@@ -149,7 +150,7 @@ void whole_frame(benchmark::State& state) {
         state.SkipWithError("the grab failed");
         return;
     }
-    LiveDeformation live(*tissue);
+    LiveDeformation live = LiveDeformation::create(*tissue).value();
     const double bandwidth = median_bandwidth(arena);
     std::vector<double> drag_ms, resample_ms, items, moved;
     Turns turns(state, "plain loops: a push, and one voxel at a time", arena.thread_count());
@@ -159,7 +160,8 @@ void whole_frame(benchmark::State& state) {
             const auto report = plain->push_elements(*held, (side - plain_side) * out);
             if (report.ok())
                 turns.add_reference(
-                    (report->solve_ms + deform_volume(*plain, Mapping::CellsScalar).resample_ms) *
+                    (report->solve_ms +
+                     deform_volume(*plain, Mapping::CellsScalar).value().resample_ms) *
                     1e-3);
             plain_side = side;
         }
@@ -168,7 +170,7 @@ void whole_frame(benchmark::State& state) {
             state.SkipWithError("the drag failed");
             return;
         }
-        const LiveUpdate update = live.update();
+        const LiveUpdate update = live.update().value();
         drag_ms.push_back(report->solve_ms);
         resample_ms.push_back(update.resample_ms);
         items.push_back(double(update.written_voxels));

@@ -17,7 +17,9 @@ pliant_test(mesh
             test_overlap.cpp test_stuffing.cpp test_write_vtu.cpp
     LIBRARIES ZLIB::ZLIB)
 target_include_directories(test_mesh PRIVATE ${PROJECT_SOURCE_DIR}/benchmarks/results_pbd)
-pliant_test(vessel SOURCES test_soundness.cpp test_wall.cpp)
+pliant_test(vessel
+    SOURCES ../support/count_allocations.cpp test_out_of_memory.cpp test_soundness.cpp
+            test_wall.cpp)
 pliant_test(scenes SOURCES test_unsteered_tips.cpp)
 target_compile_definitions(test_scenes PRIVATE PLIANT_SCENES="${PROJECT_SOURCE_DIR}/scenes")
 pliant_test(haptics
@@ -47,9 +49,11 @@ target_compile_definitions(test_haptics PRIVATE
     PLIANT_FAKE_SPNAV_LIBRARY="$<TARGET_FILE:fake_spnav>")
 add_dependencies(test_haptics fake_spnav)
 pliant_test(serve
-    SOURCES ../support/scan_files.cpp test_checkpoint.cpp test_client.cpp test_commands.cpp
+    SOURCES ../support/count_allocations.cpp ../support/scan_files.cpp test_checkpoint.cpp
+            test_client.cpp test_commands.cpp
             test_files.cpp test_frames.cpp test_haptic_catheter.cpp test_haptics.cpp
-            test_hostile.cpp test_overlay.cpp test_path.cpp test_scene.cpp test_server.cpp
+            test_hostile.cpp test_out_of_memory.cpp test_overlay.cpp test_path.cpp
+            test_scene.cpp test_server.cpp
             test_vessel.cpp
     LIBRARIES nlohmann_json::nlohmann_json)
 target_compile_definitions(test_serve PRIVATE
@@ -57,6 +61,7 @@ target_compile_definitions(test_serve PRIVATE
 add_dependencies(test_serve slow_haptic_device)
 if(PLIANT_BUILD_APP)
     pliant_test(apps SOURCES ../../apps/pliant/camera_path.cpp ../../apps/pliant/keyframes.cpp
+                             ../../apps/pliant/small_file.cpp
                              ../serve/test_client.cpp test_keyframes.cpp test_mesh.cpp test_path.cpp
                              test_program.cpp test_serve.cpp test_value_range.cpp
                              test_vessel.cpp
@@ -80,5 +85,16 @@ target_include_directories(test_results PRIVATE
     ${PROJECT_SOURCE_DIR}/benchmarks/results_chainmail
     ${PROJECT_SOURCE_DIR}/benchmarks/results_page
     ${PROJECT_SOURCE_DIR}/benchmarks/results_pbd)
+# The example of objects that collide, compiled as the tests are.
+set(colliding_objects ${PROJECT_SOURCE_DIR}/examples/colliding_objects)
+add_executable(example_colliding_objects
+    ${colliding_objects}/collision.cpp ${colliding_objects}/main.cpp
+    ${colliding_objects}/picture.cpp ../benchmarks/results_page/glyphs.cpp
+    ../benchmarks/results_page/page.cpp ../benchmarks/results_page/plot.cpp)
+target_include_directories(example_colliding_objects PRIVATE
+    ${PROJECT_SOURCE_DIR}/benchmarks/results_page)
+target_link_libraries(example_colliding_objects PRIVATE pliant pliant_flags)
+add_test(NAME example_colliding_objects
+         COMMAND example_colliding_objects ${CMAKE_CURRENT_BINARY_DIR}/collision.png --check)
 # What reads other people's bytes, with bytes that nobody meant.
 add_subdirectory(fuzz)

@@ -76,21 +76,25 @@ run_ctest() { # PRESET [a command that runs the given one]
         -j "$(nproc)" | tee "$root/build/$preset-ctest.log"
 }
 
-# Installs to a temporary prefix and builds examples/consumer against it, as a user would.
+# Installs to a temporary prefix and builds the examples against it, as a user would.
 consumer() {
     local prefix
     prefix=$(mktemp -d)
     # shellcheck disable=SC2064
     trap "rm -rf '$prefix'" EXIT
     cmake --install "$root/build/gcc" --prefix "$prefix/pliant" >/dev/null
-    cmake -S "$root/examples/consumer" -B "$prefix/build" -G Ninja \
-        -DCMAKE_CXX_COMPILER=g++ -DCMAKE_CXX_FLAGS="-Wall -Wextra -Werror" \
-        -DCMAKE_PREFIX_PATH="$prefix/pliant" >"$prefix/log" 2>&1 || {
-        cat "$prefix/log" >&2
-        return 1
-    }
-    cmake --build "$prefix/build"
-    "$prefix/build/consumer" "$prefix" --check
+    local example
+    for example in consumer colliding_objects; do
+        cmake -S "$root/examples/$example" -B "$prefix/$example" -G Ninja \
+            -DCMAKE_CXX_COMPILER=g++ -DCMAKE_CXX_FLAGS="-Wall -Wextra -Werror" \
+            -DCMAKE_PREFIX_PATH="$prefix/pliant" >"$prefix/log" 2>&1 || {
+            cat "$prefix/log" >&2
+            return 1
+        }
+        cmake --build "$prefix/$example"
+    done
+    "$prefix/consumer/consumer" "$prefix" --check
+    "$prefix/colliding_objects/colliding_objects" "$prefix/collision.png" --check
     "$prefix/pliant/bin/pliant" --version
 }
 
@@ -129,7 +133,7 @@ run_tests() { # [--sanitize]
     fi
     step "gcc: build without warnings, tests" compile_and_test gcc
     step "clang: build without warnings, tests" compile_and_test_with_clang
-    step "consumer: install, find_package, build, run" consumer
+    step "examples: install, find_package, build, run" consumer
     if [[ ${PLIANT_BUILD_VIEWER:-ON} != OFF ]]; then
         step "page: driven in a browser" test_viewer "$root/build/gcc/pliant"
     fi

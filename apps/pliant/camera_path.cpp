@@ -11,6 +11,8 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
+#include "small_file.h"
+
 namespace pliant::app {
 namespace {
 
@@ -80,9 +82,9 @@ std::vector<Vec3d> smoothed(const Polyline& line) {
 }  // namespace
 
 Result<std::vector<Vec3d>> read_camera_path(const std::string& file) {
-    std::ifstream stream(file);
-    if (!stream) return Error{ErrorCode::NotFound, file + ": can't be opened"};
-    const json document = json::parse(stream, nullptr, false);
+    const Result<std::string> text = read_small_file(file, "a .mrk.json of 3D Slicer");
+    if (!text) return text.error();
+    const json document = json::parse(*text, nullptr, false);
     if (document.is_discarded())
         return wrong(file, "is no JSON; expected a .mrk.json of 3D Slicer");
     if (!document.is_object() || !document.contains("markups") || !document["markups"].is_array() ||

@@ -72,6 +72,17 @@ Status write_text(const fs::path& path, const std::string& text) {
 
 }  // namespace
 
+namespace {
+
+/// Without links; as it is where that can't be told, which staging reports.
+fs::path whole_path(const fs::path& path) {
+    std::error_code error;
+    fs::path whole = fs::weakly_canonical(path, error);
+    return error ? path : whole;
+}
+
+}  // namespace
+
 Status stage_outputs(const DeformOptions& o, Outputs& outputs) {
     struct Item {
         const char* option;
@@ -89,12 +100,12 @@ Status stage_outputs(const DeformOptions& o, Outputs& outputs) {
         {"--png", o.png, outputs.png, {".png"}},
         {"--save-state", o.save_state, outputs.state, {".plst"}},
     };
-    std::vector<std::pair<std::string, fs::path>> taken = {{"FILE", fs::weakly_canonical(o.file)}};
+    std::vector<std::pair<std::string, fs::path>> taken = {{"FILE", whole_path(o.file)}};
     for (const Item& item : items) {
         if (item.name.empty()) continue;
         if (const Status status = check_name(item.option, item.name, item.endings); !status.ok())
             return status;
-        const fs::path place = fs::weakly_canonical(item.name);
+        const fs::path place = whole_path(item.name);
         for (const auto& [option, other] : taken)
             if (place == other)
                 return Error{ErrorCode::InvalidArgument,
@@ -108,6 +119,23 @@ Status stage_outputs(const DeformOptions& o, Outputs& outputs) {
     return Ok{};
 }
 
+namespace {
+
+Error about(const fs::path& path, const Error& error) {
+    return {error.code, path.string() + ": " + error.message};
+}
+
+/// Writes a volume that is made for this. @param path  empty: it isn't wanted
+template <class Make>
+Status write_made(const fs::path& path, Encoding encoding, const Make& make) {
+    if (path.empty()) return Ok{};
+    const Result<Volume> volume = make();
+    if (!volume) return about(path, volume.error());
+    return write_volume(path, *volume, encoding);
+}
+
+}  // namespace
+
 Status write_outputs(const DeformOptions& o, const MovingScan& scan, const DeformResult& result,
                      const PushOption& place,
                      const std::function<Status(const fs::path&)>& save_state, Outputs& outputs,
@@ -117,8 +145,10 @@ Status write_outputs(const DeformOptions& o, const MovingScan& scan, const Defor
     if (Status s = write_volume(outputs.out, deformed.volume, encoding); !s.ok()) return s;
     bar.show(0.6);
     if (!outputs.displacement.empty()) {
+        const Result<FieldSlices> slices = displacement_slices(scan);
+        if (!slices) return about(outputs.displacement, slices.error());
         Status s = write_vector_field(outputs.displacement, scan.volume().grid, FieldKind::Modeling,
-                                      displacement_slices(scan), encoding);
+                                      *slices, encoding);
         if (!s.ok()) return s;
     }
     bar.show(0.7);
@@ -128,12 +158,10 @@ Status write_outputs(const DeformOptions& o, const MovingScan& scan, const Defor
         if (!s.ok()) return s;
     }
     bar.show(0.8);
-    if (!outputs.jacobian.empty())
-        if (Status s = write_volume(outputs.jacobian, jacobian_field(scan), encoding); !s.ok())
-            return s;
-    if (!outputs.strain.empty())
-        if (Status s = write_volume(outputs.strain, strain_field(scan), encoding); !s.ok())
-            return s;
+    if (Status s = write_made(outputs.jacobian, encoding, [&] { return jacobian_field(scan); }); !s)
+        return s;
+    if (Status s = write_made(outputs.strain, encoding, [&] { return strain_field(scan); }); !s)
+        return s;
     if (!outputs.png.empty()) {
         const Image image = before_and_after(o, scan, deformed.volume, place);
         if (Status s = write_png(outputs.png, image); !s.ok()) return s;

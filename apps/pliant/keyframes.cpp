@@ -5,9 +5,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
 #include <nlohmann/json.hpp>
 #include <optional>
+
+#include "small_file.h"
 
 namespace pliant::app {
 namespace {
@@ -102,9 +103,9 @@ Result<std::vector<Keyframe>> read_keyframes(const std::string& file) {
     const auto wrong = [&](const std::string& what) {
         return Error{ErrorCode::Unreadable, file + ": " + what};
     };
-    std::ifstream stream(file);
-    if (!stream) return Error{ErrorCode::NotFound, file + ": can't be opened"};
-    const json document = json::parse(stream, nullptr, false);
+    const Result<std::string> text = read_small_file(file, "keyframes of the page");
+    if (!text) return text.error();
+    const json document = json::parse(*text, nullptr, false);
     if (!document.is_object()) return wrong("is no JSON object; expected keyframes of the page");
     if (document.value("what", json()) != kName)
         return wrong("what: expected \"" + std::string(kName) + "\"");

@@ -5,6 +5,10 @@
 
 #include <CLI/CLI.hpp>
 #include <cstdio>
+#include <new>
+#include <stdexcept>
+#include <string>
+#include <system_error>
 
 #include "commands.h"
 #include "fit_options.h"
@@ -21,8 +25,10 @@ int bad_input(const std::string& message) {
 
 }  // namespace pliant::app
 
-int main(int argc, char** argv) {
-    using namespace pliant::app;
+namespace pliant::app {
+namespace {
+
+int run(int argc, char** argv) {
     CLI::App app{"Pliant: soft tissue of medical scans, pushed and seen"};
     app.set_version_flag("--version", PLIANT_VERSION);
     app.require_subcommand(1);
@@ -75,4 +81,28 @@ int main(int argc, char** argv) {
     if (app.got_subcommand("haptics")) return run_haptics(haptics);
     if (app.got_subcommand("vessel")) return run_vessel(vessel);
     return run_render(render);
+}
+
+/// Where other errors are reported, a file or an option is named. Allocates nothing.
+int failed(const char* why) noexcept {
+    std::fprintf(stderr, "pliant: %s\n", why);
+    return kExitBadInput;
+}
+
+}  // namespace
+}  // namespace pliant::app
+
+int main(int argc, char** argv) {
+    using pliant::app::failed;
+    try {
+        return pliant::app::run(argc, argv);
+    } catch (const std::bad_alloc&) {
+        return failed("out of memory");
+    } catch (const std::length_error&) {
+        return failed("out of memory");
+    } catch (const std::system_error& error) {  // of threads and of files
+        return failed(error.what());
+    } catch (const std::exception& error) {
+        return failed(error.what());
+    }
 }

@@ -224,9 +224,11 @@ int run_deform(const DeformOptions& options) {
         return fail(s.error());
     result.state = tissue->state();
     result.certificate = tissue->fold_certificate();
-    result.deformed = deform_volume(
+    auto deformed = deform_volume(
         *tissue, options.mapping == "tetrahedra" ? Mapping::Tetrahedra : Mapping::Cells,
         !options.transform.empty());
+    if (!deformed) return fail(deformed.error());
+    result.deformed = std::move(*deformed);
     result.hash = hash_volume(result.deformed.volume) ^ tissue->hash();
     bar->show(0.5);
     const auto save_state = [&](const std::filesystem::path& path) {

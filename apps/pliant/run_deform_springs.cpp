@@ -110,8 +110,8 @@ Status apply_pushes(const DeformOptions& o, SpringDeformation& tissue, DeformRes
     return Ok{};
 }
 
-SpringResult let_time_pass(const DeformOptions& o, SpringDeformation& tissue,
-                           std::vector<std::string>& notes) {
+Result<SpringResult> let_time_pass(const DeformOptions& o, SpringDeformation& tissue,
+                                   std::vector<std::string>& notes) {
     const auto tools = std::uint32_t(o.actions.size());
     if (o.release)
         for (std::uint32_t tool = 1; tool <= tools; ++tool) tissue.let_go(tool);
@@ -125,11 +125,12 @@ SpringResult let_time_pass(const DeformOptions& o, SpringDeformation& tissue,
     const std::int64_t most = o.springs.steps ? *o.springs.steps : kMostSteps;
     while (springs.steps < most && !tissue.is_settled()) {
         const int count = int(std::min<std::int64_t>(kStepsAtATime, most - springs.steps));
-        const SpringMotion motion = tissue.step(count);
-        springs.steps += motion.steps;
-        springs.solve_ms += motion.solve_ms;
-        springs.active_nodes = std::max(springs.active_nodes, motion.active_nodes);
-        if (!motion.message.empty()) notes.push_back("motion stopped: " + motion.message);
+        const Result<SpringMotion> motion = tissue.step(count);
+        if (!motion) return motion.error();
+        springs.steps += motion->steps;
+        springs.solve_ms += motion->solve_ms;
+        springs.active_nodes = std::max(springs.active_nodes, motion->active_nodes);
+        if (!motion->message.empty()) notes.push_back("motion stopped: " + motion->message);
     }
     springs.settled = tissue.is_settled();
     springs.force_n = tissue.force_n(tools);
@@ -163,11 +164,17 @@ int run_deform_springs(const DeformOptions& options) {
     SpringDeformation& tissue = **created;
     if (const Status s = apply_pushes(options, tissue, result, *bar); !s.ok())
         return fail(s.error());
-    result.springs = let_time_pass(options, tissue, result.notes);
-    result.state = state_of(tissue);
-    result.deformed = deform_volume(
+    auto springs = let_time_pass(options, tissue, result.notes);
+    if (!springs.ok()) return fail(springs.error());
+    result.springs = *springs;
+    const Result<LatticeState> state = state_of(tissue);
+    if (!state) return fail(state.error());
+    result.state = *state;
+    auto deformed = deform_volume(
         tissue, options.mapping == "tetrahedra" ? Mapping::Tetrahedra : Mapping::Cells,
         !options.transform.empty());
+    if (!deformed) return fail(deformed.error());
+    result.deformed = std::move(*deformed);
     result.hash = hash_volume(result.deformed.volume) ^ tissue.hash();
     bar->show(0.5);
     const auto no_state = [](const std::filesystem::path&) -> Status { return Ok{}; };

@@ -59,13 +59,14 @@ class Load {
         if (!phantom.ok() || phantom->landmarks.empty()) return;
         auto tissue = ChainMail::create(phantom->volume, {}, arena);
         if (!tissue.ok()) return;
-        LiveDeformation live(*tissue);
-        RayCaster caster(live.volume(), arena);
+        auto live = LiveDeformation::create(*tissue);
+        if (!live) return;
+        RayCaster caster(live->volume(), arena);
         const PhantomLandmark& place = phantom->landmarks.front();
         while (!m_quit) {
             (void)tissue->push(
                 {.point_mm = place.push_point_mm, .push_mm = place.push_mm, .sphere_radius_mm = 3});
-            caster.update(live.update().boxes);
+            if (const auto update = live->update()) caster.update(update->boxes);
             (void)caster.endoscope_view({.eye_mm = place.eye_mm, .look = place.look}, 512, 512);
             tissue->reset();
             ++m_frames;

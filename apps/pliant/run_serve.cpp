@@ -5,13 +5,17 @@
 
 #include <fcntl.h>
 #include <pliant/serve.h>
+#include <poll.h>
 #include <signal.h>
 #include <spawn.h>
 #include <unistd.h>
 
+#include <atomic>
 #include <cerrno>
 #include <cstdio>
 #include <cstdlib>
+#include <cstring>
+#include <new>
 #include <optional>
 
 #include "options.h"
@@ -24,6 +28,25 @@ namespace {
 
 int g_ends[2];
 volatile sig_atomic_t g_is_serving = 0;
+
+/// Memory that is given back when there is none left. A large allocation fails all the same, but
+/// the small ones succeed that follow it: nlohmann::json ends the process where its destructors
+/// can't get any.
+std::atomic<void*> g_reserve = nullptr;
+constexpr std::size_t kReserveBytes = std::size_t(4) << 20;
+
+void refill_reserve() {
+    if (g_reserve) return;
+    void* memory = std::malloc(kReserveBytes);
+    if (memory) std::memset(memory, 1, kReserveBytes);  // resident from now on
+    g_reserve = memory;
+}
+
+void give_reserve_back() {
+    void* const memory = g_reserve.exchange(nullptr);
+    if (!memory) throw std::bad_alloc();
+    std::free(memory);
+}
 
 /// Ends the server in good order; before there is one, the program.
 void on_signal(int number) {
@@ -86,9 +109,12 @@ int run_serve(const ServeOptions& options) {
     std::printf("Ctrl+C ends the server.\n");
     std::fflush(stdout);
     if (!options.no_open) open_browser(server->link());
-    char byte = 0;
-    while (::read(g_ends[0], &byte, 1) < 0 && errno == EINTR) {
-    }
+    refill_reserve();
+    std::set_new_handler(give_reserve_back);
+    constexpr int kRefill_ms = 500;
+    pollfd end{g_ends[0], POLLIN, 0};
+    while (::poll(&end, 1, kRefill_ms) <= 0) refill_reserve();
+    std::set_new_handler(nullptr);
     return kExitOk;
 }
 

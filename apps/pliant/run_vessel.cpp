@@ -103,7 +103,9 @@ Status write_volume_of(const VesselOptions& o, const Volume& scan, const Cathete
     auto carried = CarriedScan::create(scan, scene.wall().mesh, {}, arena);
     if (!carried) return named("--volume", carried.error());
     if (const Status s = carried->update(scene.wall_places()); !s) return s;
-    return write_volume(o.volume, deform_volume(carried->scan()).volume);
+    const auto deformed = deform_volume(carried->scan());
+    if (!deformed) return named("--volume", deformed.error());
+    return write_volume(o.volume, deformed->volume);
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 #include "vessel_outputs.h"
+#include "small_file.h"
 
 #include <charconv>
 #include <cmath>
@@ -134,8 +135,9 @@ Status write_log(const std::string& file, const HandLog& log) {
 }
 
 Result<HandLog> read_log(const std::string& file) {
-    std::ifstream in(file, std::ios::binary);
-    if (!in) return Error{ErrorCode::NotFound, file + ": can't be read"};
+    const Result<std::string> all = read_small_file(file, "a log of the hand");
+    if (!all) return all.error();
+    std::istringstream in(*all);
     const auto wrong = [&](int line, const std::string& what) {
         return Error{ErrorCode::InvalidArgument,
                      file + ": line " + std::to_string(line) + ": " + what};

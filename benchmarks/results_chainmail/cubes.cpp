@@ -8,8 +8,10 @@
 #include <pliant/resample.h>
 
 #include <cmath>
+#include <numbers>
 
 #include "figures.h"
+#include "lit_view.h"
 #include "setups.h"
 
 namespace pliant::results {
@@ -50,7 +52,7 @@ Image cut_picture(const Scenario& s, Vec3d place_mm, int across, int down, doubl
                         ijk[down] * s.scan->grid.spacing_mm[down]};
     Plot plot(kView, kView, {middle.x - half_mm, middle.y - half_mm},
               {middle.x + half_mm, middle.y + half_mm});
-    draw_values(plot, deform_volume(*s.tissue).volume, slice, 9000, -2500);
+    draw_values(plot, deform_volume(*s.tissue).value().volume, slice, 9000, -2500);
     draw_lattice(plot, *s.tissue, slice, window, {largest_mm, 1, 1.6});
     return plot.image();
 }
@@ -66,7 +68,7 @@ Image section_picture(const Scenario& s, Vec3d place_mm, int across, int down, d
     constexpr double kFlat = 0.45;  // height of the picture over its width
     Plot plot(kView, int(kFlat * kView), {middle.x - half_mm, middle.y - kFlat * half_mm},
               {middle.x + half_mm, middle.y + kFlat * half_mm});
-    const Volume deformed = deform_volume(*s.tissue).volume;
+    const Volume deformed = deform_volume(*s.tissue).value().volume;
     draw_values(plot, deformed, slice, 2600, 300);
     const Window window = window_around(slice, grid, ijk, half_mm + 2);
     draw_contour(plot, values_in(*s.scan, slice, window), kIso_hu, {{120, 170, 220}, 1.2, 1});
@@ -136,7 +138,8 @@ void add_z_scale(Page& page, const TaskArena& arena) {
         s.push({kFace_mm, kThesisPush_mm});
         const std::string caption(name);
         views.push_back(captioned(
-            virtual_view(deform_volume(*s.tissue).volume, close_view(kFace_mm), arena), caption));
+            virtual_view(deform_volume(*s.tissue).value().volume, close_view(kFace_mm), arena),
+            caption));
         sections_z.push_back(
             captioned(section_picture(s, kFace_mm, 2, 1, 18), caption + ": z to the right"));
         sections_x.push_back(
@@ -182,7 +185,7 @@ void add_angular(Page& page, const TaskArena& arena) {
     angular.push({kFace_mm, {0.8, 1, 0}});
     straight.push({kFace_mm, kThesisPush_mm});
     const Image pictures[] = {
-        virtual_view(deform_volume(*angular.tissue).volume, close_view(kFace_mm), arena),
+        virtual_view(deform_volume(*angular.tissue).value().volume, close_view(kFace_mm), arena),
         cut_picture(angular, kFace_mm + Vec3d{0, 6, 0}, 0, 1, 13, 1.5),
         cut_picture(straight, kFace_mm + Vec3d{0, 6, 0}, 0, 1, 13, 1.5)};
     page.picture("draeger-5-4-angular", "an angular push and a straight one", row_of(pictures));
@@ -205,17 +208,48 @@ void add_angular(Page& page, const TaskArena& arena) {
                    "so the flank before it is the steeper one, as in the thesis.");
 }
 
+constexpr double kDeepest_mm = 1.5;  ///< depth of the darkest colour in figure 5.5
+
+/// The face from the front, by a lamp at its upper left: relief, and depth in colours.
+Image relief(const Scenario& s, const std::string& caption, const TaskArena& arena) {
+    constexpr double kAway_mm = 60, kAngle_deg = 46;
+    const Volume deformed = deform_volume(*s.tissue).value().volume;
+    const RayCaster before(*s.scan, arena), after(deformed, arena);
+    Endoscope camera;
+    camera.eye_mm = {-7, kFace_mm.y - kAway_mm, 4};
+    camera.look = {0, 1, 0};
+    camera.field_of_view_deg = kAngle_deg;
+    camera.barrel_distortion = 0;
+    constexpr Vec3d kLamp{-1, -0.45, 1};
+    constexpr double kGain = 1.8;
+    const auto depth_colour = [&](const RayHit& hit, int x, int y) {
+        const auto rest = before.pick(camera, kView, kView, x + 0.5, y + 0.5);
+        const double depth = rest ? hit.point_mm.y - rest->point_mm.y : 0;
+        return depth > 0.02 ? shade_of(depth / kDeepest_mm) : kSkin;
+    };
+    Plot seen(lit_view(after, camera, kView, kView, kLamp, kGain));
+    const double pixels =
+        kView / (2 * kAway_mm * std::tan(0.5 * kAngle_deg * std::numbers::pi / 180));
+    seen.scale_bar(10 * pixels, "10 mm");
+    const Image parts[] = {
+        captioned(seen.image(), caption),
+        captioned(lit_view(after, camera, kView, kView, -camera.look, 1, depth_colour),
+                  "depth of the surface")};
+    return column_of(parts, 6);
+}
+
 void add_subsequent(Page& page, const TaskArena& arena) {
     page.heading(3, "Figure 5.5: pushes one after the other");
     page.paragraph(
         "Offset 0.1, scale factor 1.2. Left: one push. Right: a second one in the same place and "
-        "two more to the upper left. The thesis does not name its movement limit; here it is 2 mm, "
+        "two more to the upper left. Upper row: the face from the front, by a lamp at its upper "
+        "left; lower row: how deep the surface lies below its position at rest. The thesis does "
+        "not name its movement limit; here it is 2 mm, "
         "of which this material gets 1.52.");
     CubeSettings settings{.offset = 0.1, .max_movement_mm = 2};
     Scenario s = cube_scenario(settings, arena);
-    const View view{{-26, -50, 17}, {-4, -30, 1}, 62};
     s.push({kFace_mm, kThesisPush_mm});
-    std::vector<Image> pictures{virtual_view(deform_volume(*s.tissue).volume, view, arena)};
+    std::vector<Image> pictures{relief(s, "one push", arena)};
     const std::pair<const char*, Vec3d> places[] = {{"the middle again", {0, 0, 0}},
                                                     {"upper left", {-7, 0, 7}},
                                                     {"farther to the upper left", {-14, 0, 9}}};
@@ -226,8 +260,9 @@ void add_subsequent(Page& page, const TaskArena& arena) {
         const PushReport& report = s.push({kFace_mm + away + Vec3d{0, 1, 0}, kThesisPush_mm});
         rows.push_back({name, text_of(report.step_fraction, 3), text_of(report.moved_elements)});
     }
-    pictures.push_back(virtual_view(deform_volume(*s.tissue).volume, view, arena));
-    page.picture("draeger-5-5-subsequent", "one push, and four", row_of(pictures));
+    pictures.push_back(relief(s, "four pushes", arena));
+    const Image parts[] = {row_of(pictures), shade_bar(kDeepest_mm, 1, "depth [mm]")};
+    page.picture("draeger-5-5-subsequent", "one push, and four", column_of(parts, 6));
     page.table({"push", "done", "moved elements"}, rows);
     page.paragraph(
         "As in the thesis: the second push in the middle is cut short by the movement limit, and "
@@ -243,7 +278,7 @@ void add_edge(Page& page, const TaskArena& arena) {
     Scenario s = cube_scenario({}, arena);
     const Vec3d place{0, -29.5, 28.5};
     s.push({place, kThesisPush_mm});
-    const Volume deformed = deform_volume(*s.tissue).volume;
+    const Volume deformed = deform_volume(*s.tissue).value().volume;
     const Image pictures[] = {
         virtual_view(deformed, {place + Vec3d{0, -30, 0}, place, 44}, arena),
         virtual_view(deformed, {place + Vec3d{-17, -13, 13}, place, 46}, arena)};
@@ -281,7 +316,7 @@ void add_dents(Page& page, const TaskArena& arena) {
         Scenario s = layers_scenario(push.stiff, arena);
         s.push({push.place_mm, kThesisPush_mm});
         views.push_back(captioned(
-            virtual_view(deform_volume(*s.tissue).volume, close_view(push.place_mm), arena),
+            virtual_view(deform_volume(*s.tissue).value().volume, close_view(push.place_mm), arena),
             push.name));
         contours.push_back(
             captioned(contour_picture(s, push.place_mm, 0, 2, 14, 1.2),
@@ -311,6 +346,25 @@ void add_dents(Page& page, const TaskArena& arena) {
                rows);
 }
 
+/// The dents of points that move with the elements, in a sentence.
+std::string unresampled_dents(const TaskArena& arena) {
+    const auto dent = [&](StiffHalf stiff, Vec3d place_mm) {
+        Scenario s = layers_scenario(stiff, arena);
+        s.push({place_mm, kThesisPush_mm});
+        return moved_dent_of(s, place_mm, kIso_hu, arena);
+    };
+    const Dent border = dent(StiffHalf::Graded, kBorder_mm);
+    const Dent soft = dent(StiffHalf::Even, kSoft_mm), stiff = dent(StiffHalf::Even, kStiff_mm);
+    return "Without resampling, where the points of the surface at rest (−500 HU) move with the "
+           "elements around them, the half widths turn round, " +
+           text_of(soft.half_above_mm, 2) + " mm in the soft half and " +
+           text_of(stiff.half_above_mm, 2) + " mm in the stiff one, at the border " +
+           text_of(border.half_above_mm, 2) + " mm towards the soft half and " +
+           text_of(border.half_below_mm, 2) + " mm towards the stiff one, and the volumes are " +
+           text_of(soft.volume_mm3, 1) + " and " + text_of(stiff.volume_mm3, 1) +
+           " mm³: the volume agrees with the thesis in the resampled scan at −100 HU only.";
+}
+
 void add_materials(Page& page, const TaskArena& arena) {
     page.heading(3, "Figures 5.7 and 5.8: two materials");
     page.paragraph(
@@ -338,7 +392,8 @@ void add_materials(Page& page, const TaskArena& arena) {
         text_of(kDented_mm, 1) +
         " mm) is the wider one. The surface differs from the elements because the ray caster sees "
         "the resampled scan: its crossing lies between the outermost tissue and air, whose "
-        "elements are soft and follow less, at a place that depends on the threshold.");
+        "elements are soft and follow less, at a place that depends on the threshold. " +
+        unresampled_dents(arena));
 }
 
 void add_stages(Page& page, const TaskArena& arena) {
@@ -354,7 +409,7 @@ void add_stages(Page& page, const TaskArena& arena) {
         Scenario s = cube_scenario(cube, arena);
         s.push({kFace_mm, kThesisPush_mm});
         const Image pictures[] = {
-            virtual_view(deform_volume(*s.tissue).volume, close_view(kFace_mm), arena),
+            virtual_view(deform_volume(*s.tissue).value().volume, close_view(kFace_mm), arena),
             cut_picture(s, kFace_mm + Vec3d{0, 8, 0}, 0, 1, 17, 2.5),
             contour_picture(s, kFace_mm, 0, 2, 17, 2.5)};
         page.picture(rounded ? "draeger-5-10-stages-rounded" : "draeger-5-10-stages",

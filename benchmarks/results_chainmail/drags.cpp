@@ -56,7 +56,7 @@ std::vector<Vec3i> elements_in_tool(const Grid& grid, const Drag& drag) {
 Frames run_drag(Scenario& s, const Drag& drag) {
     constexpr int kFirstRound = 24;  // steps of the round that is not timed
     const std::vector<Vec3i> held = elements_in_tool(s.scan->grid, drag);
-    LiveDeformation live(*s.tissue);
+    LiveDeformation live = LiveDeformation::create(*s.tissue).value();
     Frames frames;
     // From one side to the other is twice the way to each.
     frames.pick_ms = must(s.tissue->grab_elements(held, 2 * drag.reach_mm)).pick_ms;
@@ -64,13 +64,13 @@ Frames run_drag(Scenario& s, const Drag& drag) {
         return must(s.tissue->drag_to(tool_at(share, drag.reach_mm))).moved_elements;
     };
     for (int n = 0; n <= kFirstRound; ++n) move_to(double(n) / kFirstRound);
-    live.update();
+    (void)live.update();
     for (int n = 1; n <= kFrames; ++n) {
         double solve = 0, resample = 0;
         std::int64_t moved = 0;
         frames.processor_ms.push_back(processor_ms_of([&] {
             solve = milliseconds_of([&] { moved = move_to(double(n) / kFrames); });
-            resample = milliseconds_of([&] { live.update(); });
+            resample = milliseconds_of([&] { (void)live.update(); });
         }));
         frames.solve_ms.push_back(solve);
         frames.resample_ms.push_back(resample);
@@ -122,9 +122,9 @@ Image sections_of(const Scenario& s, const Drag& drag, const TaskArena& arena) {
     section.width_mm = 200;
     section.crosshair = false;
     constexpr int kWidth_px = 400;
-    const Image pictures[] = {
-        section_view(*s.scan, section, kWidth_px, kWidth_px, arena),
-        section_view(deform_volume(*s.tissue).volume, section, kWidth_px, kWidth_px, arena)};
+    const Image pictures[] = {section_view(*s.scan, section, kWidth_px, kWidth_px, arena),
+                              section_view(deform_volume(*s.tissue).value().volume, section,
+                                           kWidth_px, kWidth_px, arena)};
     return row_of(pictures);
 }
 

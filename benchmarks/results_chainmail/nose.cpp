@@ -85,8 +85,8 @@ Passage advance(Volume scan, const Way& way, bool air, const TaskArena& arena) {
     settings.air_enabled = air;
     settings.air_threshold_hu = way.iso_hu;
     Scenario s = make_scenario(std::move(scan), settings, arena);
-    LiveDeformation live(*s.tissue);
-    live.update();
+    LiveDeformation live = LiveDeformation::create(*s.tissue).value();
+    (void)live.update();
     live.keep_sources(true);
     const RayCaster rest(*s.scan, arena);
     RayCaster now(live.volume(), arena);
@@ -98,7 +98,7 @@ Passage advance(Volume scan, const Way& way, bool air, const TaskArena& arena) {
             if (!hit) continue;
             constexpr double kInside_mm = 0.6;
             s.push({hit->point_mm + kInside_mm * ray, step.push_mm, way.tool_mm});
-            now.update(live.update().boxes);
+            now.update(live.update().value().boxes);
         }
         Endoscope camera;
         camera.eye_mm = step.eye_mm;

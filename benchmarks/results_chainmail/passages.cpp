@@ -39,7 +39,7 @@ Image passage_picture(const Scenario& s, int pixels) {
     const Slice slice{0, 1, kNearWall.z};
     const Window window{22, 68, 9, 56};
     Plot plot(pixels, pixels, {22, 9}, {68, 55});
-    draw_values(plot, deform_volume(*s.tissue).volume, slice, 3600, -900);
+    draw_values(plot, deform_volume(*s.tissue).value().volume, slice, 3600, -900);
     draw_lattice(plot, *s.tissue, slice, window, {10, 1, 0});
     return plot.image();
 }
@@ -114,7 +114,7 @@ double bump_height_mm(const Volume& volume, const TaskArena& arena) {
 Image bump_picture(const Scenario& s, int pixels) {
     const Slice slice{0, 1, kBumpTip.z};
     Plot plot(pixels, pixels, {20, 14}, {60, 54});
-    draw_values(plot, deform_volume(*s.tissue).volume, slice, 3600, -900);
+    draw_values(plot, deform_volume(*s.tissue).value().volume, slice, 3600, -900);
     draw_lattice(plot, *s.tissue, slice, {20, 61, 14, 55}, {8, 1, 0});
     return plot.image();
 }
@@ -141,7 +141,7 @@ void add_bump_pushes(Page& page, Bump bump, const TaskArena& arena) {
         Scenario s = bump_scenario(bump, state == std::string_view("pushed, on"), arena);
         const bool pushed = state != std::string_view("at rest");
         if (pushed) s.push(bump_push(bump));
-        const Volume deformed = deform_volume(*s.tissue).volume;
+        const Volume deformed = deform_volume(*s.tissue).value().volume;
         views.push_back(bump_view(deformed, arena, kBumpSide_px));
         cuts.push_back(bump_picture(s, kBumpSide_px));
         const Vec3i floor{tip.x, kWallFront + 1, tip.z};
@@ -167,7 +167,7 @@ void add_finger(Page& page, const TaskArena& arena) {
         Scenario s = bump_scenario(Bump::Finger, air, arena);
         if (tool == std::string_view("sticks")) push_finger(s);
         if (tool == std::string_view("slides")) slide_off_finger(s);
-        const Volume deformed = deform_volume(*s.tissue).volume;
+        const Volume deformed = deform_volume(*s.tissue).value().volume;
         if (air) {
             views.push_back(bump_view(deformed, arena, kBumpSide_px));
             cuts.push_back(bump_picture(s, kBumpSide_px));

@@ -161,23 +161,17 @@ Scenario layers_scenario(StiffHalf stiff, const TaskArena& arena) {
     return make_scenario(std::move(even), settings_of({}), arena);
 }
 
-Dent dent_of(const Scenario& scenario, Vec3d place_mm, double threshold_hu,
-             const TaskArena& arena) {
+namespace {
+
+/// @param depth  [mm] at a distance from the tool along x and z [mm]
+Dent measured_dent(const std::function<double(double x_mm, double z_mm)>& depth) {
     constexpr double kStep_mm = 0.25, kFar_mm = 12;
     constexpr int kSteps = int(kFar_mm / kStep_mm);
-    const Volume deformed = deform_volume(*scenario.tissue).volume;
-    const RayCaster before(*scenario.scan, arena), after(deformed, arena);
-    const auto depth = [&](int x, int z) {
-        const Vec3d from = place_mm + Vec3d{x * kStep_mm, -10, z * kStep_mm};
-        const auto rest = before.first_hit(from, {0, 1, 0}, threshold_hu, Polarity::Rising);
-        const auto now = after.first_hit(from, {0, 1, 0}, threshold_hu, Polarity::Rising);
-        return rest && now ? now->distance_mm - rest->distance_mm : 0.0;
-    };
     Dent dent;
     std::vector<double> profile;  // through the tool, along z
     for (int z = -kSteps; z <= kSteps; ++z)
         for (int x = -kSteps; x <= kSteps; ++x) {
-            const double here = depth(x, z);
+            const double here = depth(x * kStep_mm, z * kStep_mm);
             dent.depth_mm = std::max(dent.depth_mm, here);
             dent.volume_mm3 += here * kStep_mm * kStep_mm;
             dent.area_mm2 += here > kDented_mm ? kStep_mm * kStep_mm : 0;
@@ -194,6 +188,46 @@ Dent dent_of(const Scenario& scenario, Vec3d place_mm, double threshold_hu,
     for (std::size_t n = 4; n < profile.size(); ++n)  // over 1 mm, a voxel
         dent.slope = std::max(dent.slope, std::abs(profile[n] - profile[n - 4]));
     return dent;
+}
+
+/// Component of the displacement along +y, trilinear between elements.
+double moved_along_y(const ChainMail& tissue, Vec3d place_mm) {
+    const Vec3d ijk = voxel_from_world(tissue.volume().grid, place_mm);
+    const Vec3i low{int(std::floor(ijk.x)), int(std::floor(ijk.y)), int(std::floor(ijk.z))};
+    double moved = 0;
+    for (int corner = 0; corner < 8; ++corner) {
+        const Vec3i step{corner & 1, corner >> 1 & 1, corner >> 2};
+        double weight = 1;
+        for (int a = 0; a < 3; ++a) weight *= step[a] ? ijk[a] - low[a] : 1 - (ijk[a] - low[a]);
+        moved += weight * tissue.displacement_mm(low + step).y;
+    }
+    return moved;
+}
+
+constexpr double kRayStart_mm = 10;  ///< before the surface
+
+}  // namespace
+
+Dent dent_of(const Scenario& scenario, Vec3d place_mm, double threshold_hu,
+             const TaskArena& arena) {
+    const Volume deformed = deform_volume(*scenario.tissue).value().volume;
+    const RayCaster before(*scenario.scan, arena), after(deformed, arena);
+    return measured_dent([&](double x, double z) {
+        const Vec3d from = place_mm + Vec3d{x, -kRayStart_mm, z};
+        const auto rest = before.first_hit(from, {0, 1, 0}, threshold_hu, Polarity::Rising);
+        const auto now = after.first_hit(from, {0, 1, 0}, threshold_hu, Polarity::Rising);
+        return rest && now ? now->distance_mm - rest->distance_mm : 0.0;
+    });
+}
+
+Dent moved_dent_of(const Scenario& scenario, Vec3d place_mm, double threshold_hu,
+                   const TaskArena& arena) {
+    const RayCaster before(*scenario.scan, arena);
+    return measured_dent([&](double x, double z) {
+        const Vec3d from = place_mm + Vec3d{x, -kRayStart_mm, z};
+        const auto rest = before.first_hit(from, {0, 1, 0}, threshold_hu, Polarity::Rising);
+        return rest ? moved_along_y(*scenario.tissue, rest->point_mm) : 0.0;
+    });
 }
 
 Roundness roundness_of(const Scenario& scenario, Vec3d grabbed_mm, double push_mm) {

@@ -99,6 +99,9 @@ struct Dent {
 };
 inline constexpr double kDented_mm = 0.1;
 Dent dent_of(const Scenario& scenario, Vec3d place_mm, double threshold_hu, const TaskArena& arena);
+/// The same without resampling: displacement along +y of the points of the surface at rest.
+Dent moved_dent_of(const Scenario& scenario, Vec3d place_mm, double threshold_hu,
+                   const TaskArena& arena);
 
 /// Figures 5.7 and 5.8: a soft cuboid (0 HU) on a stiff one, 1000 to 1500 HU or all of 1000 HU.
 enum class StiffHalf { Graded, Even };

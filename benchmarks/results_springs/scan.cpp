@@ -8,24 +8,28 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "figures.h"
+#include "lit_view.h"
+#include "plot.h"
 
 namespace pliant::results {
 namespace {
 
 constexpr int kSide = 360;
 constexpr std::int64_t kMostSteps = 4000;
+constexpr double kSkin_hu = -300;
 
 /// One scan, one push, and how it is looked at.
 struct Case {
     std::string name;
     Push push;
     SpringDeformationSettings settings;
-    Vec3d middle_mm;  ///< of what the camera sees
-    Vec3d look;
+    double width_mm;  ///< of the section around the push
+    Vec3d look;       ///< of the camera in front of the push
     double away_mm;
-    double width_mm;  ///< of the section
+    double darkest_mm;  ///< displacement of the darkest colour
 };
 
 struct Found {
@@ -33,29 +37,164 @@ struct Found {
     std::vector<std::string> row;
 };
 
-Image pictures_of(const Volume& volume, const Case& c, const TaskArena& arena) {
+/// A scan in one state, and how far each of its voxels has moved.
+struct State {
+    const Volume& shown;
+    const Volume& moved_mm;
+    double done;  ///< share of the push
+};
+
+/// How far the tissue that each voxel shows has moved [mm].
+Volume displacement_of(const MovingScan& tissue) {
+    LiveDeformation live = LiveDeformation::create(tissue).value();
+    live.update().value();
+    live.keep_sources(true);
+    const Grid& grid = live.volume().grid;
+    VoxelArray<float> moved_mm(voxel_count(grid));
+    live.displacement_mm({{0, 0, 0}, grid.size}, moved_mm);
+    return {grid, std::move(moved_mm), {}};
+}
+
+double value_at(const Volume& volume, Vec3d place_mm) {
+    return sample_linear(volume, voxel_from_world(volume.grid, place_mm));
+}
+
+/// A sagittal plane around the push, in pixels: y to the right, z upwards.
+struct SagittalPlane {
+    Vec3d centre_mm;
+    double width_mm;
+    Vec3d world_from(double x, double y) const {
+        const double mm = width_mm / kSide;
+        return centre_mm + Vec3d{0, (x - 0.5 * kSide) * mm, (0.5 * kSide - y) * mm};
+    }
+    Point2 pixel_of(Vec3d place_mm) const {
+        const double pixels = kSide / width_mm;
+        const Vec3d v = place_mm - centre_mm;
+        return {0.5 * kSide + v.y * pixels, 0.5 * kSide - v.z * pixels};
+    }
+};
+
+enum class Extra { Sphere, Outline, Displacement };
+
+const Ink kArrow{{250, 170, 40}, 3}, kOutline{{250, 170, 40}, 1.5};
+
+void draw_extra(Plot& plot, const SagittalPlane& plane, const Case& c, const State& state,
+                const Volume& rest, Extra extra) {
+    for (int y = 0; y < kSide; ++y)
+        for (int x = 0; x < kSide; ++x) {
+            const Vec3d here = plane.world_from(x + 0.5, y + 0.5);
+            if (extra == Extra::Sphere) {
+                const double r = norm(here - c.push.point_mm) - c.push.sphere_radius_mm;
+                if (std::abs(r) < 0.7 * c.width_mm / kSide) plot.dab(x, y, kOutline.colour, 0.8);
+            } else if (extra == Extra::Outline) {
+                const bool in = value_at(rest, here) >= kSkin_hu;
+                const bool right = value_at(rest, plane.world_from(x + 1.5, y + 0.5)) >= kSkin_hu;
+                const bool below = value_at(rest, plane.world_from(x + 0.5, y + 1.5)) >= kSkin_hu;
+                if ((in != right || in != below) && (x + y) / 5 % 2 == 0)
+                    plot.dab(x, y, kOutline.colour, 1);
+            } else if (value_at(state.shown, here) >= kSkin_hu) {
+                const double t = value_at(state.moved_mm, here) / c.darkest_mm;
+                if (t > 0.02) plot.dab(x, y, shade_of(t), 0.4 + 0.4 * std::min(t, 1.0));
+            }
+        }
+}
+
+/// The sagittal section through the push, with the push as an arrow.
+Image section_of(const Case& c, const State& state, const Volume& rest, Extra extra,
+                 const TaskArena& arena) {
+    const Vec3d point = c.push.point_mm;
+    const SagittalPlane plane{point + 0.2 * c.width_mm * normalized(c.push.push_mm), c.width_mm};
     const Section section{.orientation = Orientation::Sagittal,
-                          .point_mm = {c.push.point_mm.x, c.middle_mm.y, c.middle_mm.z},
+                          .point_mm = plane.centre_mm,
                           .window_hu = 1200,
                           .level_hu = 100,
                           .width_mm = c.width_mm,
                           .crosshair = false};
-    const Endoscope camera{.eye_mm = c.middle_mm - c.away_mm * c.look,
-                           .look = c.look,
-                           .up = {0, 0, 1},
-                           .field_of_view_deg = 50,
-                           .barrel_distortion = 0,
-                           .fog_distance_mm = 0};
+    Plot plot(section_view(state.shown, section, kSide, kSide, arena));
+    draw_extra(plot, plane, c, state, rest, extra);
+    if (extra != Extra::Displacement)
+        plot.arrow(plane.pixel_of(point), plane.pixel_of(point + c.push.push_mm), kArrow);
+    const double pixels = kSide / c.width_mm;
+    plot.scale_bar(20 * pixels, "20 mm", {230, 232, 236});
+    return plot.image();
+}
+
+Endoscope camera_of(const Case& c) {
+    return {.eye_mm = c.push.point_mm - c.away_mm * c.look,
+            .look = c.look,
+            .up = {0, 0, 1},
+            .field_of_view_deg = 50,
+            .barrel_distortion = 0,
+            .iso_hu = kSkin_hu,
+            .fog_distance_mm = 0};
+}
+
+Point2 pixel_of(const Endoscope& camera, Vec3d place_mm) {
+    const Vec3d look = normalized(camera.look), right = normalized(cross(look, camera.up)),
+                up = cross(right, look), v = place_mm - camera.eye_mm;
+    const double f =
+        0.5 * kSide / std::tan(0.5 * camera.field_of_view_deg * std::numbers::pi / 180);
+    return {0.5 * kSide + f * dot(v, right) / dot(v, look),
+            0.5 * kSide - f * dot(v, up) / dot(v, look)};
+}
+
+/// The skin in front of the camera, by a lamp from above, with the push as an arrow.
+Image skin_of(const Case& c, const State& state, bool colours, const TaskArena& arena) {
+    const RayCaster caster(state.shown, arena);
+    const Endoscope camera = camera_of(c);
+    const SurfaceColour colour = [&](const RayHit& hit, int, int) {
+        const double t = value_at(state.moved_mm, hit.point_mm) / c.darkest_mm;
+        return t > 0.02 ? shade_of(t) : kSkin;
+    };
+    const Vec3d lamp = Vec3d{0, 0, 1} - 0.6 * c.look;
+    Plot plot(lit_view(caster, camera, kSide, kSide, lamp, 1.3, colours ? colour : nullptr));
+    const Vec3d tip = c.push.point_mm + state.done * c.push.push_mm;
+    if (!colours)
+        plot.arrow(pixel_of(camera, tip - 2.0 * c.push.push_mm), pixel_of(camera, tip), {kRed, 3});
+    return plot.image();
+}
+
+Image blended_of(const Case& c, const State& state, const TaskArena& arena) {
     const TransferFunction transfer{.window_hu = 700, .level_hu = 250, .opacity_per_mm = 0.3};
-    const RayCaster caster(volume, arena);
-    return side_by_side(section_view(volume, section, kSide, kSide, arena),
-                        caster.blended_view(camera, transfer, kSide, kSide));
+    return RayCaster(state.shown, arena).blended_view(camera_of(c), transfer, kSide, kSide);
+}
+
+/// Absolute difference of two pictures: white where there is none.
+Image difference_of(const Image& a, const Image& b) {
+    Image image = a;
+    for (std::size_t n = 0; n < image.pixels.size(); ++n) {
+        const auto channel = [](int p, int q) {
+            constexpr int kGain = 3;
+            return std::uint8_t(std::max(0, 255 - kGain * std::abs(p - q)));
+        };
+        image.pixels[n] = {channel(a.pixels[n].r, b.pixels[n].r),
+                           channel(a.pixels[n].g, b.pixels[n].g),
+                           channel(a.pixels[n].b, b.pixels[n].b)};
+    }
+    return image;
+}
+
+Image pictures_of(const Case& c, const State& rest, const State& now, const TaskArena& arena) {
+    const Image sections[] = {
+        captioned(section_of(c, rest, rest.shown, Extra::Sphere, arena), "section at rest, push"),
+        captioned(section_of(c, now, rest.shown, Extra::Outline, arena),
+                  "deformed; dashed: at rest"),
+        captioned(section_of(c, now, rest.shown, Extra::Displacement, arena), "displacement")};
+    const Image skins[] = {captioned(skin_of(c, rest, false, arena), "skin at rest, push"),
+                           captioned(skin_of(c, now, false, arena), "deformed"),
+                           captioned(skin_of(c, now, true, arena), "displacement")};
+    const Image before = blended_of(c, rest, arena), after = blended_of(c, now, arena);
+    const Image blended[] = {captioned(before, "blended, at rest"), captioned(after, "deformed"),
+                             captioned(difference_of(before, after), "difference, threefold")};
+    const Image rows[] = {row_of(sections), row_of(skins), row_of(blended),
+                          shade_bar(c.darkest_mm, 0, "displacement [mm]")};
+    return column_of(rows, 6);
 }
 
 /// Largest movement of voxels above the value that holds nodes [mm].
 double hard_movement_mm(const SpringDeformation& tissue) {
     const Grid& grid = tissue.volume().grid;
-    const FieldSlices slices = displacement_slices(tissue);
+    const FieldSlices slices = displacement_slices(tissue).value();
     std::vector<Vec3f> slice(std::size_t(grid.size.x) * std::size_t(grid.size.y));
     double largest = 0;
     for (int z = 0; z < grid.size.z; ++z) {
@@ -78,20 +217,57 @@ Found deform(const Volume& volume, const Case& c, const TaskArena& arena) {
     double solve_ms = pushed.solve_ms;
     std::int64_t steps = 0;
     for (; steps < kMostSteps && !motion.settled; steps += motion.steps) {
-        motion = tissue->step(20);
+        motion = value_of(tissue->step(20));
         solve_ms += motion.solve_ms;
         if (motion.steps == 0) break;
     }
-    const Deformed deformed = deform_volume(*tissue);
+    const Deformed deformed = deform_volume(*tissue).value();
     const Vec3i nodes = tissue->control().grid().size;
-    return {side_by_side(pictures_of(volume, c, arena), pictures_of(deformed.volume, c, arena)),
-            {c.name,
-             std::to_string(nodes.x) + " × " + std::to_string(nodes.y) + " × " +
-                 std::to_string(nodes.z),
-             text_of(norm(pushed.step_fraction * c.push.push_mm), 1), text_of(steps),
-             text_of(std::int64_t(motion.active_nodes)), text_of(solve_ms, 0),
-             text_of(deformed.resample_ms, 1), text_of(deformed.written_voxels),
-             text_of(state_of(*tissue).folded_cells), text_of(hard_movement_mm(*tissue), 2)}};
+    Volume still{volume.grid, VoxelArray<float>(voxel_count(volume.grid)), {}};
+    const Volume moved_mm = displacement_of(*tissue);
+    return {
+        pictures_of(c, {volume, still, 0}, {deformed.volume, moved_mm, pushed.step_fraction},
+                    arena),
+        {c.name,
+         std::to_string(nodes.x) + " × " + std::to_string(nodes.y) + " × " +
+             std::to_string(nodes.z),
+         text_of(norm(pushed.step_fraction * c.push.push_mm), 1), text_of(steps),
+         text_of(std::int64_t(motion.active_nodes)), text_of(solve_ms, 0),
+         text_of(deformed.resample_ms, 1), text_of(deformed.written_voxels),
+         text_of(state_of(*tissue).value().folded_cells), text_of(hard_movement_mm(*tissue), 2)}};
+}
+
+Case knee_case(const Phantom& knee) {
+    const PhantomLandmark& thigh = *std::find_if(knee.landmarks.begin(), knee.landmarks.end(),
+                                                 [](const auto& l) { return l.name == "thigh"; });
+    return {
+        .name = "knee",
+        .push = {.point_mm = thigh.push_point_mm, .push_mm = thigh.push_mm, .sphere_radius_mm = 16},
+        .settings = {.cell_mm = 16},
+        .width_mm = 110,
+        .look = normalized({0.8, 0.6, -0.15}),
+        .away_mm = 150,
+        .darkest_mm = 12};
+}
+
+Case head_case() {
+    return {.name = "head",
+            .push = {.point_mm = {99, 178, 74}, .push_mm = {0, -10, 6}, .sphere_radius_mm = 10},
+            .settings = {.cell_mm = 12},
+            .width_mm = 120,
+            .look = normalized({0.8, -1, -0.1}),
+            .away_mm = 150,
+            .darkest_mm = 8};
+}
+
+Case abdomen_case() {
+    return {.name = "abdomen",
+            .push = {.point_mm = {0, -262, 260}, .push_mm = {0, 25, 0}, .sphere_radius_mm = 30},
+            .settings = {.cell_mm = 15},
+            .width_mm = 220,
+            .look = normalized({0.8, 0.6, -0.15}),
+            .away_mm = 300,
+            .darkest_mm = 24};
 }
 
 }  // namespace
@@ -101,40 +277,34 @@ void add_scans(Page& page, const std::filesystem::path& scans, const TaskArena& 
     page.paragraph(
         "The paper shows a knee and a head, deformed through a control lattice of 10 × 10 × 10 "
         "nodes: voxels hang in its cells by trilinear weights, and nodes in hard tissue don't "
-        "move. Here a phantom of a knee (`pliant phantom knee`) and a real abdomen, pushed from "
-        "in front by a sphere, until all is at rest. From left to right: sagittal section and "
-        "blended view at rest, the same deformed.");
+        "move. Here a phantom of a knee (`pliant phantom knee`), a real head "
+        "(`head_ct_tiny_64.nrrd`) and a real abdomen, pushed by a sphere until all is at rest. "
+        "Upper row: sagittal section through the push, with the sphere's outline and the requested "
+        "push as an arrow; the same deformed, dashed the surface at rest (−300 HU); how far the "
+        "tissue has moved. Middle row: the skin by a lamp from above. Lower row: the blended view "
+        "that the paper shows, at rest and deformed, and the difference of the two, threefold, "
+        "dark where they differ. In the file of the head the face looks towards +y, which the "
+        "section calls posterior.");
     const Phantom knee = value_of(make_phantom({.name = "knee", .size = {160, 160, 200}}, arena));
-    const PhantomLandmark& thigh = *std::find_if(knee.landmarks.begin(), knee.landmarks.end(),
-                                                 [](const auto& l) { return l.name == "thigh"; });
-    const Case knee_case{
-        .name = "knee",
-        .push = {.point_mm = thigh.push_point_mm, .push_mm = thigh.push_mm, .sphere_radius_mm = 16},
-        .settings = {.cell_mm = 16},
-        .middle_mm = {0, 0, 20},
-        .look = normalized({0.8, 0.6, 0}),
-        .away_mm = 210,
-        .width_mm = 170};
     std::vector<std::vector<std::string>> rows;
     const auto add = [&](const Volume& volume, const Case& c, const char* file, const char* text) {
         Found found = deform(volume, c, arena);
         page.picture(file, text, found.picture);
         rows.push_back(std::move(found.row));
     };
-    add(knee.volume, knee_case, "choi-13-knee", "a knee, at rest and pushed above the patella");
-    if (const auto abdomen = read_volume(scans / "abdomen_ct_3mm.nii.gz"); abdomen.ok()) {
-        const Case abdomen_case{
-            .name = "abdomen",
-            .push = {.point_mm = {0, -262, 260}, .push_mm = {0, 25, 0}, .sphere_radius_mm = 30},
-            .settings = {.cell_mm = 15},
-            .middle_mm = {0, -170, 260},
-            .look = {1, 0, 0},
-            .away_mm = 420,
-            .width_mm = 300};
-        add(*abdomen, abdomen_case, "choi-13-abdomen", "an abdomen, at rest and pushed in");
-    } else {
-        page.paragraph("The abdomen is missing from this run: " + abdomen.error().message);
-    }
+    add(knee.volume, knee_case(knee), "choi-13-knee",
+        "a knee, at rest and pushed above the patella");
+    const auto add_scan = [&](const char* name, const Case& c, const char* file, const char* text) {
+        const auto scan = read_volume(scans / name);
+        if (scan.ok())
+            add(*scan, c, file, text);
+        else
+            page.paragraph("The " + c.name + " is missing from this run: " + scan.error().message);
+    };
+    add_scan("head_ct_tiny_64.nrrd", head_case(), "choi-13-head",
+             "a head, at rest and with its nose pushed");
+    add_scan("abdomen_ct_3mm.nii.gz", abdomen_case(), "choi-13-abdomen",
+             "an abdomen, at rest and pushed in");
     page.table({"scan", "control nodes", "push [mm]", "steps", "moving nodes", "solve [ms]",
                 "resample [ms]", "voxels written", "folded cells", "hard voxels moved [mm]"},
                rows);

@@ -24,5 +24,7 @@ pliant::Status push_wall(const char* scan_file, const char* deformed_file, plian
     std::printf("%.0f %% of the push was possible; %lld voxels moved\n",
                 100 * report->step_fraction, static_cast<long long>(report->moved_elements));
 
-    return pliant::write_volume(deformed_file, pliant::deform_volume(*tissue).volume);
+    const auto deformed = pliant::deform_volume(*tissue);
+    if (!deformed) return deformed.error();
+    return pliant::write_volume(deformed_file, deformed->volume);
 }

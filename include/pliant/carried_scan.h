@@ -8,7 +8,7 @@
 //
 //   auto carried = CarriedScan::create(volume, wall.mesh, {}, arena);
 //   carried->update(scene.wall_places());
-//   Deformed deformed = deform_volume(carried->scan());
+//   Result<Deformed> deformed = deform_volume(carried->scan());
 
 #pragma once
 
@@ -30,13 +30,17 @@ class CarriedScan {
     /// Keeps references: volume and arena must outlive it.
     /// @returns InvalidArgument where the wall isn't in the scan or a setting is wrong
     static Result<CarriedScan> create(const Volume& volume, const TetMesh& wall,
-                                      const CarriedScanSettings& settings, const TaskArena& arena);
+                                      const CarriedScanSettings& settings,
+                                      const TaskArena& arena) noexcept;
     ~CarriedScan();
     CarriedScan(CarriedScan&&) noexcept;
     CarriedScan& operator=(CarriedScan&&) noexcept;
 
-    /// Where the wall's nodes are now. @returns InvalidArgument for another number of them
-    Status update(std::span<const Vec3d> wall_places);
+    /// Where the wall's nodes are now.
+    /// @returns with nothing changed, InvalidArgument for another number of them, LimitExceeded
+    /// where
+    ///          memory runs out
+    Status update(std::span<const Vec3d> wall_places) noexcept;
     const ControlLattice& scan() const;
 
   private:

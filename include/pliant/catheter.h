@@ -118,23 +118,24 @@ std::vector<std::string> warnings_of(const CatheterMeasures& measures);
 class CatheterScene {
   public:
     /// @returns InvalidArgument that names the setting, also where the entry isn't in the vessel
-    static Result<CatheterScene> create(VesselWall wall, const CatheterSettings& settings);
+    static Result<CatheterScene> create(VesselWall wall, const CatheterSettings& settings) noexcept;
     ~CatheterScene();
     CatheterScene(CatheterScene&&) noexcept;
     CatheterScene& operator=(CatheterScene&&) noexcept;
 
     const CatheterSettings& settings() const;  ///< with the sub-steps and the reach that are used
-    const VesselWall& wall() const;  ///< at rest
+    const VesselWall& wall() const;            ///< at rest
 
     /// @returns InvalidArgument for what is no number
-    Status command(const CatheterCommand& command);
+    Status command(const CatheterCommand& command) noexcept;
     const CatheterCommand& hand() const;  ///< the last one
     /// The wire stops where nothing is left to insert or to withdraw.
-    /// @returns LimitExceeded where a place is no number any more
-    Status step(std::int32_t count, const TaskArena& arena);
+    /// @returns LimitExceeded where a place is no number any more, or memory runs out: the steps of
+    ///          this call that came before stay made, and the one that failed changes nothing
+    Status step(std::int32_t count, const TaskArena& arena) noexcept;
 
     /// Inserted, force, torque, contact, depth and time; the others cost a pass over the wall.
-    CatheterMeasures quick_measures() const;
+    CatheterMeasures quick_measures() const noexcept;
     CatheterMeasures measures() const;
     std::int64_t inverted_tetrahedra() const;    ///< of wall and catheter; a pass over the wall
     std::span<const Vec3d> wire_places() const;  ///< [mm], of all nodes; the last is the tip
@@ -150,15 +151,18 @@ class CatheterScene {
     /// All that goes on from here, as numbers: of a scene with the same wall and settings.
     std::vector<double> state() const;
     /// Goes on from there, to the same bits. Forces are those of the next step.
-    /// @returns InvalidArgument where it is no state of such a scene, which then stays as it is
-    Status restore(std::span<const double> state, const TaskArena& arena);
+    /// @returns with nothing changed, InvalidArgument where it is no state of such a scene,
+    ///          LimitExceeded where memory runs out
+    Status restore(std::span<const double> state, const TaskArena& arena) noexcept;
     /// Of all places and velocities: equal for any number of threads.
     std::uint64_t hash() const;
 
   private:
     struct Impl;
     explicit CatheterScene(std::unique_ptr<Impl> impl);
-    Status put(std::span<const double> state, const TaskArena& arena);
+    static Result<CatheterScene> make(VesselWall wall, const CatheterSettings& settings);
+    static Status check_command(const CatheterCommand& command);
+    Status put(std::span<const double> state);
     std::unique_ptr<Impl> m_impl;
 };
 

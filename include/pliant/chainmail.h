@@ -13,6 +13,9 @@
 // A push moves some elements together; all others make the least move that satisfies every link
 // again. That move is unique, and found without any iteration to a tolerance (docs/chainmail.md).
 //
+// Calls that return a Result or Status throw nothing. An error, lack of memory included
+// (LimitExceeded), leaves the tissue as it was: displacements, history, settings and a drag.
+//
 //   const TaskArena arena;
 //   auto tissue = ChainMail::create(volume, {}, arena);
 //   auto report = tissue->push({.point_mm = {-13.5, 116, -421}, .push_mm = {6, 0, 0}});
@@ -146,6 +149,8 @@ struct LatticeState {
 
 class Lattice;
 class ObjectSpace;
+struct SlideReport;
+struct TissueValues;
 
 class ChainMail {
   public:
@@ -181,11 +186,12 @@ class ChainMail {
     /// @returns InvalidArgument if nothing is grabbed, or the step is no number or above 500 mm
     Result<PushReport> drag_to(Vec3d offset_mm);
     /// Ends the drag; everything stays where it is. Whatever else changes the tissue, but relax,
-    /// does so first.
+    /// does so too if it succeeds. Can't fail.
     void let_go();
     bool is_grabbing() const;
 
-    /// Puts every element back to its rest place, and takes all imprints away.
+    /// Puts every element back to its rest place, and takes all imprints away. Can't fail: where
+    /// there is no memory for the way back, all steps of the history are forgotten.
     void reset();
 
     /// Other materials, labels, air or limits from now on. Nothing moves: links that are outside of
@@ -216,8 +222,11 @@ class ChainMail {
     std::size_t history_bytes() const;          ///< of all steps
     const std::string& next_undo_name() const;  ///< "push", "cut", …; empty if there is none
     const std::string& next_redo_name() const;
-    /// Everything until the group's end is one step. Groups inside of a group belong to it.
+    /// Everything until the group's end is one step. Groups inside of a group belong to it. Can't
+    /// fail: where memory is short the name may be cut, and the step that is farthest from the
+    /// present be forgotten.
     void begin_group(const std::string& name);
+    /// Can't fail: a step that there is no memory to compress is kept as it is until there is.
     /// @returns forgotten steps. @pre a group has begun
     int end_group();
 
@@ -237,7 +246,7 @@ class ChainMail {
     /// A drag goes on afterwards; the elements that it holds stay where they are. What changed is a
     /// step of the history, "relax", or belongs to the drag's.
     Result<RelaxReport> relax(const RelaxOptions& options);
-    /// E of chainmail_relax.h now [mm² · weight].
+    /// E of chainmail_relax.h now [mm² · weight]. May throw std::bad_alloc, and changes nothing.
     double elastic_energy_mm2() const;
     /// Where element ijk returns to: the imprint of pushes beyond the yield limit [mm, LPS].
     Vec3d imprint_mm(Vec3i ijk) const;
@@ -247,6 +256,7 @@ class ChainMail {
 
     /// Displacement of element ijk [mm, LPS]; zero where nothing moved; also beyond the scan.
     Vec3d displacement_mm(Vec3i ijk) const;
+    /// May throw std::bad_alloc, and changes nothing.
     LatticeState state() const;
     /// Of all displacements, cut links and void elements: equal for every solver, brick size and
     /// number of threads.
@@ -261,6 +271,8 @@ class ChainMail {
 
   private:
     friend class ObjectSpace;
+    friend Result<SlideReport> slide_sphere(ChainMail& tissue, const Push& path,
+                                            const TissueValues& tissue_values);
     struct Impl;
     explicit ChainMail(std::unique_ptr<Impl> impl);
     std::unique_ptr<Impl> m_impl;

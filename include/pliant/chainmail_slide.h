@@ -47,12 +47,12 @@ struct SlideReport {
 /// Leads a sphere from path.point_mm along path.push_mm, times the scale setting. It should start
 /// in air: tissue inside of it leaves it with the first step. One step of the history, "slide".
 /// The resampled scan shows no tissue at end_mm, unless ends_in_tissue. A slide that would close
-/// the lumen around the eye for good is undone, and its way_fraction is 0; inside of a group it
-/// can't be.
+/// the lumen around the eye for good is taken back, and its way_fraction is 0; inside of a group,
+/// or without a history, it isn't.
 /// @param tissue_values  without them: those from settings.air_threshold_hu upwards
 /// @returns InvalidArgument where the sphere has no radius, or its way is no number, zero, longer
-///          than 500 mm or not inside of the scan; LimitExceeded as ChainMail::push, after part of
-///          the way
+///          than 500 mm or not inside of the scan; LimitExceeded as ChainMail::push. Nothing has
+///          changed then
 Result<SlideReport> slide_sphere(ChainMail& tissue, const Push& path,
                                  const TissueValues& tissue_values);
 Result<SlideReport> slide_sphere(ChainMail& tissue, const Push& path);

@@ -43,15 +43,15 @@ class ControlLattice : public MovingScan {
     /// @returns InvalidArgument where the nodes aren't all voxels of the scan
     static Result<std::unique_ptr<ControlLattice>> create(const Volume& volume,
                                                           const ControlGrid& grid,
-                                                          const TaskArena& arena);
+                                                          const TaskArena& arena) noexcept;
     ~ControlLattice() override;
 
     /// Moves the elements to where the nodes now are; only cells with a node that moved since are
     /// looked at. Voxels outside of the control lattice never move.
     /// @param displacements_mm  of all nodes [mm, LPS]
-    /// @returns InvalidArgument, with nothing changed, for displacements that are no number or
-    ///          above 500 mm along an axis
-    Status place(std::span<const Vec3d> displacements_mm);
+    /// @returns with nothing changed, InvalidArgument for displacements that are no number or above
+    ///          500 mm along an axis, LimitExceeded where memory runs out
+    Status place(std::span<const Vec3d> displacements_mm) noexcept;
 
     /// The material that is at a place now [mm, LPS]; where cells overlap, that of the first.
     std::optional<ControlPlace> find(Vec3d point_mm) const;

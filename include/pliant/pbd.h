@@ -135,7 +135,7 @@ class PbdBody {
     Status set_time_step(double time_step);
 
     /// @returns LimitExceeded, and everything as it was before this call's last step, where a place
-    ///          is no number any more
+    ///          is no number any more, or where memory is short
     Status step(std::int32_t count, const TaskArena& arena);
 
     std::int32_t particle_count() const;
@@ -165,6 +165,7 @@ class PbdBody {
     std::uint64_t hash() const;
 
   private:
+    friend class PbdRollback;
     struct Impl;
     explicit PbdBody(std::unique_ptr<Impl> impl);
     std::unique_ptr<Impl> m_impl;

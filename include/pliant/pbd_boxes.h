@@ -58,12 +58,19 @@ class PbdBoxes {
     std::int32_t active_tetrahedra() const { return m_active_tetrahedra; }
 
   private:
+    friend class PbdRollback;
     struct Blend {
         std::int32_t particle, age;
     };
     PbdBoxes() = default;
     void mark(Vec3i box);
+    void mark_around(std::span<const Vec3d> places, double reach);
     Status wake(std::size_t box, bool active, PbdBody& body);
+    Status blend_in(PbdBody& body);
+    void keep() noexcept;
+    void take_back() noexcept;
+    Status check_state(std::span<const std::int32_t> boxes,
+                       std::span<const std::int32_t> blends) const;
     bool is_settled(std::size_t box, const PbdBody& body) const;
 
     PbdBoxSettings m_settings;
@@ -79,6 +86,12 @@ class PbdBoxes {
     std::vector<Blend> m_blends;
     std::int32_t m_active_boxes = 0, m_active_tetrahedra = 0;
     bool m_has_begun = false;
+
+    // To take an update back: boxes that changed, of which the first ones have been dealt with.
+    std::vector<std::int32_t> m_changed;
+    std::size_t m_changed_count = 0;
+    std::vector<Blend> m_kept_blends;
+    bool m_kept_begun = false;
 };
 
 }  // namespace pliant

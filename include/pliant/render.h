@@ -107,7 +107,7 @@ struct RayHit {
 ///
 ///   RayCaster caster(live.volume(), arena);          // a LiveDeformation
 ///   tissue.push(…);
-///   caster.update(live.update().boxes);
+///   if (const auto update = live->update()) caster.update(update->boxes);
 ///   show(caster.endoscope_view(endoscope, 512, 512));
 class RayCaster {
   public:

@@ -5,6 +5,8 @@
 //
 // The new value at grid point p is the original scan's value at φ⁻¹(p), where φ(X) = X + u(X). It
 // is always the original that is read, so repeated pushes don't blur.
+//
+// Where memory runs out, functions return LimitExceeded.
 
 #pragma once
 
@@ -25,6 +27,8 @@ class MovingScan {
     virtual const Volume& volume() const = 0;  ///< at rest
     virtual const Lattice& lattice() const = 0;
     virtual const TaskArena& arena() const = 0;
+    /// Moves the elements to where the tissue is now, if they don't follow it all the time.
+    virtual Status update_lattice() const { return Ok{}; }
 };
 
 /// ChainMail's elements. Keeps a reference.
@@ -60,10 +64,10 @@ struct Deformed {
 };
 
 /// Writes the deformed scan. The same bits for any number of threads.
-Deformed deform_volume(const ChainMail& tissue, Mapping mapping = Mapping::Cells,
-                       bool with_inverse = false);
-Deformed deform_volume(const MovingScan& scan, Mapping mapping = Mapping::Cells,
-                       bool with_inverse = false);
+Result<Deformed> deform_volume(const ChainMail& tissue, Mapping mapping = Mapping::Cells,
+                               bool with_inverse = false) noexcept;
+Result<Deformed> deform_volume(const MovingScan& scan, Mapping mapping = Mapping::Cells,
+                               bool with_inverse = false) noexcept;
 
 /// What one update of a LiveDeformation did.
 struct LiveUpdate {
@@ -79,23 +83,30 @@ struct LiveUpdate {
 
 /// A deformed scan that is kept up to date while the tissue is pushed.
 ///
-///   LiveDeformation live(tissue);
+///   Result<LiveDeformation> live = LiveDeformation::create(tissue);
 ///   tissue.push(…);
-///   for (const Box3i& box : live.update().boxes) show(live.volume(), box);
+///   if (const Result<LiveUpdate> update = live->update())
+///       for (const Box3i& box : update->boxes) show(live->volume(), box);
 ///
 /// The first update writes all that is deformed, each later one only what cells that changed since
 /// then have left or entered. After any number of updates the volume is, bit for bit, that of
 /// deform_volume(tissue). Once the largest deformation has been seen, an update allocates nothing.
+///
+/// After an update that failed, the volume shows neither the state before nor the one after; the
+/// next one that succeeds writes all that is deformed, and its boxes hold all that was or is.
 class LiveDeformation {
   public:
     /// Copies the scan, and keeps a reference: the tissue must outlive it, and stay where it is.
-    explicit LiveDeformation(const ChainMail& tissue);
-    explicit LiveDeformation(const MovingScan& scan);
+    static Result<LiveDeformation> create(const ChainMail& tissue) noexcept;
+    static Result<LiveDeformation> create(const MovingScan& scan) noexcept;
     ~LiveDeformation();
     LiveDeformation(LiveDeformation&&) noexcept;
     LiveDeformation& operator=(LiveDeformation&&) noexcept;
 
-    LiveUpdate update();
+    Result<LiveUpdate> update() noexcept;
+    /// Puts the scan's voxels back, and forgets the state of the tissue: another may take its place
+    /// before the next update, whose boxes hold the voxels that were put back as well.
+    void start_over() noexcept;
     const Volume& volume() const;
 
     /// Whether updates also keep, from now on, where each voxel's value came from: twelve bytes for
@@ -103,7 +114,7 @@ class LiveDeformation {
     /// begins with writing all that is deformed once more, with the same values.
     /// @pre nothing has changed since the last update
     /// @returns whether they are kept; false also where there isn't enough memory
-    bool keep_sources(bool keep);
+    bool keep_sources(bool keep) noexcept;
     bool keeps_sources() const;
 
     // Of the tissue that is shown at each voxel p of a box, i fastest. @pre keeps_sources(), and
@@ -117,36 +128,37 @@ class LiveDeformation {
 
   private:
     struct Impl;
+    explicit LiveDeformation(std::unique_ptr<Impl> impl);
     std::unique_ptr<Impl> m_impl;
 };
 
 /// Forward displacement at every rest voxel centre of the scan.
-VectorField displacement_field(const ChainMail& tissue);
+Result<VectorField> displacement_field(const ChainMail& tissue) noexcept;
 
 /// Inverse displacement on the whole grid, in the direction that resampling filters expect.
 /// @pre deformed was made with_inverse
-VectorField inverse_field(const Deformed& deformed);
+Result<VectorField> inverse_field(const Deformed& deformed) noexcept;
 
 /// The same fields slice by slice, for write_vector_field. They keep references: tissue and
 /// deformed must outlive them unchanged.
-FieldSlices displacement_slices(const ChainMail& tissue);
-FieldSlices displacement_slices(const MovingScan& scan);
-FieldSlices inverse_slices(const Deformed& deformed);
+Result<FieldSlices> displacement_slices(const ChainMail& tissue) noexcept;
+Result<FieldSlices> displacement_slices(const MovingScan& scan) noexcept;
+FieldSlices inverse_slices(const Deformed& deformed) noexcept;
 
 /// By how much the tissue around each rest voxel centre grew: det F with F = I + ∂u/∂X, from
 /// central differences along the lattice's axes, one-sided beside a cut link or a void element.
 /// @returns float, dimensionless: 1 at rest and at void elements, below 0 where space is inside out
-Volume jacobian_field(const ChainMail& tissue);
-Volume jacobian_field(const MovingScan& scan);
+Result<Volume> jacobian_field(const ChainMail& tissue) noexcept;
+Result<Volume> jacobian_field(const MovingScan& scan) noexcept;
 
 /// By how much the tissue is stretched where it is stretched most: the largest eigenvalue of the
 /// Green–Lagrange strain E = ½(FᵀF − I), F as above.
 /// @returns float, dimensionless: 0 at rest and at void elements
-Volume strain_field(const ChainMail& tissue);
-Volume strain_field(const MovingScan& scan);
+Result<Volume> strain_field(const ChainMail& tissue) noexcept;
+Result<Volume> strain_field(const MovingScan& scan) noexcept;
 
 /// What there is to say of the elements where no limits hold: all but violations and cuts.
-LatticeState state_of(const MovingScan& scan);
+Result<LatticeState> state_of(const MovingScan& scan) noexcept;
 
 /// Of all voxels and their grid's size: to compare results.
 std::uint64_t hash_volume(const Volume& volume);

@@ -47,7 +47,7 @@ class Server {
     /// Loads the scan, replays the session if there is one, and starts to listen on 127.0.0.1.
     /// Keeps a reference: the arena must outlive it.
     /// @returns what is wrong with the scan, the session or the port
-    static Result<Server> start(const ServerSettings& settings, const TaskArena& arena);
+    static Result<Server> start(const ServerSettings& settings, const TaskArena& arena) noexcept;
     /// Stops.
     ~Server();
     Server(Server&&) noexcept;
@@ -69,6 +69,7 @@ class Server {
   private:
     struct Impl;
     explicit Server(std::unique_ptr<Impl> impl);
+    static Result<Server> begin(const ServerSettings& settings, const TaskArena& arena);
     std::unique_ptr<Impl> m_impl;
 };
 

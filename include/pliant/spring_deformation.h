@@ -7,7 +7,7 @@
 //   auto tissue = SpringDeformation::create(volume, {.cell_mm = 8}, arena);
 //   (*tissue)->push(1, {.point_mm = place, .push_mm = {5, 0, 0}});   // tool 1 takes hold
 //   while (!(*tissue)->step(20)->settled) continue;
-//   Deformed deformed = deform_volume(**tissue);
+//   Result<Deformed> deformed = deform_volume(**tissue);
 //
 // A tool holds the nodes that it pushed until it lets go. Time goes on only in steps, so what comes
 // out depends on the calls alone: the same bits for any number of threads.
@@ -43,12 +43,14 @@ struct SpringMotion {
     std::string message;  ///< why the motion was stopped, where the step was not stable any more
 };
 
+/// Where memory runs out, calls return LimitExceeded, and nothing has changed.
 class SpringDeformation : public MovingScan {
   public:
     /// Keeps references: volume and arena must outlive it.
     /// @returns InvalidArgument that names the setting; LimitExceeded above a million nodes
     static Result<std::unique_ptr<SpringDeformation>> create(
-        const Volume& volume, const SpringDeformationSettings& settings, const TaskArena& arena);
+        const Volume& volume, const SpringDeformationSettings& settings,
+        const TaskArena& arena) noexcept;
     ~SpringDeformation() override;
 
     /// A tool takes hold of the free nodes of the cell that now holds the point, or within the
@@ -56,22 +58,22 @@ class SpringDeformation : public MovingScan {
     /// stops where a control cell would fold. grabbed_elements and moved_elements count nodes.
     /// @returns InvalidArgument, with nothing changed, for a point outside of the control lattice
     ///          or a push that is no number or too long
-    Result<PushReport> push(std::uint32_t tool, const Push& push);
-    void let_go(std::uint32_t tool);
+    Result<PushReport> push(std::uint32_t tool, const Push& push) noexcept;
+    void let_go(std::uint32_t tool) noexcept;
     bool is_held() const;
     bool holds(std::uint32_t tool) const;
 
     /// Steps of time_step_s(), fewer where it comes to rest. Without a tool tissue that was pushed
-    /// goes back, and at the end is where it was, bit for bit. The elements follow when lattice()
-    /// or control() is asked for.
-    SpringMotion step(int count);
+    /// goes back, and at the end is where it was, bit for bit. The elements follow when
+    /// update_lattice(), lattice() or control() is called.
+    Result<SpringMotion> step(int count) noexcept;
     double time_step_s() const;
     bool is_settled() const;
 
     const SpringDeformationSettings& settings() const;
     /// @returns InvalidArgument below 0
-    Status set_depth(std::int32_t depth);
-    void reset();
+    Status set_depth(std::int32_t depth) noexcept;
+    void reset() noexcept;
 
     /// On the tool, with the other nodes where they are [N]; 0 where it holds nothing.
     Vec3d force_n(std::uint32_t tool);
@@ -80,10 +82,12 @@ class SpringDeformation : public MovingScan {
     const std::vector<Vec3d>& displacements_mm() const;
     /// Of all nodes [mm, LPS].
     std::vector<Vec3d> places_mm() const;
+    /// The same. @param[out] places_mm  one for each node
+    void places_mm(std::span<Vec3d> places_mm) const noexcept;
     /// Puts all nodes somewhere, with no speed; tools let go, and what is away from its rest place
     /// can move.
     /// @returns InvalidArgument, with nothing changed, where ControlLattice::place does
-    Status set_places(std::span<const Vec3d> places_mm);
+    Status set_places(std::span<const Vec3d> places_mm) noexcept;
     const ControlLattice& control() const;
     std::int32_t fixed_nodes() const;
     /// Of all nodes' places.
@@ -92,6 +96,7 @@ class SpringDeformation : public MovingScan {
     const Volume& volume() const override;
     const Lattice& lattice() const override;
     const TaskArena& arena() const override;
+    Status update_lattice() const noexcept override;
 
   private:
     struct Impl;

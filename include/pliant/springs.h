@@ -79,18 +79,21 @@ struct TransmittalOrder {
 /// @returns InvalidArgument for a source that isn't there or is fixed, or a negative depth
 Result<TransmittalOrder> transmittal_order(const SpringNetwork& network,
                                            std::span<const std::int32_t> sources,
-                                           std::int32_t depth);
+                                           std::int32_t depth) noexcept;
 
 /// For SpringSettings::seen: SpringNetwork::stable_time_step() where old positions are seen. New
 /// ones act like negative damping, h·k of each link whose other end is seen too early, so that a
 /// step is stable only up to about a node's damping over its stiffness. 0: none is.
 double stable_time_step(const SpringNetwork& network, SeenPositions seen);
 
+/// Where memory runs out, calls return LimitExceeded, and the tissue is as if they had not been
+/// made.
 class SpringTissue {
   public:
     /// @returns InvalidArgument that names the setting; for a time step beyond the stability bound
     ///          the longest stable one
-    static Result<SpringTissue> create(SpringNetwork network, const SpringSettings& settings);
+    static Result<SpringTissue> create(SpringNetwork network,
+                                       const SpringSettings& settings) noexcept;
     ~SpringTissue();
     SpringTissue(SpringTissue&&) noexcept;
     SpringTissue& operator=(SpringTissue&&) noexcept;
@@ -103,21 +106,21 @@ class SpringTissue {
     /// @returns InvalidArgument for a node that isn't there, is fixed or comes twice, or a force
     /// that
     ///          is no number
-    Status load(std::span<const std::int32_t> nodes, std::span<const Vec3d> forces);
+    Status load(std::span<const std::int32_t> nodes, std::span<const Vec3d> forces) noexcept;
     /// Nodes that a tool holds, instead of those before: they go only where move_held puts them.
-    Status hold(std::span<const std::int32_t> nodes);
+    Status hold(std::span<const std::int32_t> nodes) noexcept;
     /// @param positions  of the held nodes, in the order in which they were given
-    Status move_held(std::span<const Vec3d> positions);
+    Status move_held(std::span<const Vec3d> positions) noexcept;
     /// A common shift of the held nodes.
-    Status shift_held(Vec3d shift);
+    Status shift_held(Vec3d shift) noexcept;
     /// How many layers forces reach from now on.
-    Status set_depth(std::int32_t depth);
+    Status set_depth(std::int32_t depth) noexcept;
 
     /// Nodes that are no longer reached stay where they are, at rest.
     /// @returns InvalidArgument where the shape has become so distorted that the time step isn't
     ///          stable any more: one line with the longest step that is. The last step is taken
     ///          back
-    Result<SpringStep> step(std::int32_t count, const TaskArena& arena);
+    Result<SpringStep> step(std::int32_t count, const TaskArena& arena) noexcept;
 
     /// Goes to a static equilibrium of the nodes that steps move, downhill in energy by Newton's
     /// method within a trusted radius; velocities become 0. Large loads may push nodes through the
@@ -125,18 +128,18 @@ class SpringTissue {
     /// @param tolerance  largest force left on a node, relative to the largest load or reaction;
     ///                   less than rounding leaves isn't asked for
     /// @returns LimitExceeded where it isn't reached
-    Status find_equilibrium(double tolerance = 1e-9);
+    Status find_equilibrium(double tolerance = 1e-9) noexcept;
 
     Vec3d position(std::int32_t node) const;
     Vec3d velocity(std::int32_t node) const;
     Vec3d displacement(std::int32_t node) const;
     std::vector<Vec3d> displacements() const;
     /// Puts a node somewhere, for initial conditions.
-    Status set_state(std::int32_t node, Vec3d position, Vec3d velocity);
+    Status set_state(std::int32_t node, Vec3d position, Vec3d velocity) noexcept;
 
     /// −Σ over the nodes of Σ f over their links, and of the volume energy's force
     /// [Choi2004, Eq. 19].
-    Result<SpringReaction> reaction(std::span<const std::int32_t> nodes, ReactionLaw law);
+    Result<SpringReaction> reaction(std::span<const std::int32_t> nodes, ReactionLaw law) noexcept;
 
     /// Cells that have a corner turned inside out. Springs alone resist that so little that they
     /// may snap through, and stay.
@@ -146,15 +149,16 @@ class SpringTissue {
     double kinetic_energy() const;
     Vec3d momentum() const;
 
-    Result<SpringCut> cut_links(std::span<const std::int32_t> links);
-    Result<SpringCut> cut_cells(std::span<const std::int32_t> cells);
+    Result<SpringCut> cut_links(std::span<const std::int32_t> links) noexcept;
+    Result<SpringCut> cut_cells(std::span<const std::int32_t> cells) noexcept;
 
     /// Of all places: equal for every number of threads.
-    std::uint64_t hash() const;
+    std::uint64_t hash() const noexcept;
     /// Everything back to its rest place; loads and held nodes stay what they are.
-    void reset();
+    void reset() noexcept;
 
   private:
+    friend class SpringRollback;
     struct Impl;
     explicit SpringTissue(std::unique_ptr<Impl> impl);
     std::unique_ptr<Impl> m_impl;
@@ -175,6 +179,6 @@ struct DepthFound {
 };
 Result<DepthFound> find_depth(const SpringNetwork& network, const SpringSettings& settings,
                               std::span<const std::int32_t> nodes, std::span<const Vec3d> forces,
-                              const DepthSearch& search, const TaskArena& arena);
+                              const DepthSearch& search, const TaskArena& arena) noexcept;
 
 }  // namespace pliant

@@ -46,7 +46,7 @@ struct SpringLattice {
     /// that share of its stiffness. Then a free surface is as soft as the inside.
     bool shared_by_cells = false;
 };
-Result<SpringParts> springs_of_lattice(const SpringLattice& lattice);
+Result<SpringParts> springs_of_lattice(const SpringLattice& lattice) noexcept;
 
 /// Equilateral triangles, six neighbours inside [Choi2004, Fig. 3]: every second row is moved by
 /// half a spacing. In the plane z = 0.
@@ -54,7 +54,7 @@ struct SpringSheet {
     std::int32_t columns = 2, rows = 2;
     double spacing = 1, stiffness = 1, link_damping = 0, node_damping = 0, node_mass = 1;
 };
-Result<SpringParts> springs_of_sheet(const SpringSheet& sheet);
+Result<SpringParts> springs_of_sheet(const SpringSheet& sheet) noexcept;
 
 /// What all nodes and links of a mesh have.
 struct SpringMesh {
@@ -64,21 +64,21 @@ struct SpringMesh {
 /// A link for each edge, once. A surface has no density: it takes node_mass.
 Result<SpringParts> springs_of_triangles(std::span<const Vec3d> nodes,
                                          std::span<const std::array<std::int32_t, 3>> triangles,
-                                         const SpringMesh& mesh);
+                                         const SpringMesh& mesh) noexcept;
 /// A link for each edge, once.
 Result<SpringParts> springs_of_tetrahedra(std::span<const Vec3d> nodes,
                                           std::span<const std::array<std::int32_t, 4>> tetrahedra,
-                                          const SpringMesh& mesh);
+                                          const SpringMesh& mesh) noexcept;
 /// The same; stiffness is multiplied by (√2/5)·length and summed over an edge's tetrahedra, so that
 /// mesh.stiffness is a shear modulus. Exact for regular tetrahedra at Poisson's ratio 1/4
 /// [Lloyd2007], where it is (2√2/25)·E·length.
 Result<SpringParts> springs_of_elastic_tetrahedra(
     std::span<const Vec3d> nodes, std::span<const std::array<std::int32_t, 4>> tetrahedra,
-    const SpringMesh& mesh);
+    const SpringMesh& mesh) noexcept;
 /// Edges and face diagonals of each hexahedron, once.
 Result<SpringParts> springs_of_hexahedra(std::span<const Vec3d> nodes,
                                          std::span<const std::array<std::int32_t, 8>> hexahedra,
-                                         const SpringMesh& mesh);
+                                         const SpringMesh& mesh) noexcept;
 
 /// A control lattice over a part of a scan [Choi2004, 4.2.2]: nodes in world places [mm, LPS],
 /// their properties from the mean voxel value around them. Units: mm, g, s.
@@ -97,6 +97,6 @@ struct SpringScan {
     double node_damping = 0;       ///< g/s
     double density_g_mm3 = 0.001;  ///< of all nodes, air too: it sets the time step
 };
-Result<SpringParts> springs_of_scan(const Volume& volume, const SpringScan& scan);
+Result<SpringParts> springs_of_scan(const Volume& volume, const SpringScan& scan) noexcept;
 
 }  // namespace pliant

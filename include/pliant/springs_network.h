@@ -76,7 +76,7 @@ class SpringNetwork {
     /// @returns InvalidArgument that names the node, link or cell: a mass that isn't above 0, a
     ///          negative stiffness, damping or bulk, a node that isn't there, a cell without
     ///          volume, or nodes that no chain of links joins to node 0
-    static Result<SpringNetwork> create(SpringParts parts);
+    static Result<SpringNetwork> create(SpringParts parts) noexcept;
 
     std::int32_t node_count() const { return std::int32_t(m_parts.nodes.size()); }
     std::span<const SpringNode> nodes() const { return m_parts.nodes; }
@@ -110,17 +110,20 @@ class SpringNetwork {
 
     /// Cuts links, and with each the volume energy of the cells that it is an edge or diagonal of.
     /// Links that are cut already stay so.
-    /// @returns InvalidArgument, with nothing cut, for a link that isn't there
-    Result<SpringCut> cut_links(std::span<const std::int32_t> links);
+    /// @returns with nothing cut, InvalidArgument for a link that isn't there, LimitExceeded where
+    ///          memory runs out
+    Result<SpringCut> cut_links(std::span<const std::int32_t> links) noexcept;
     /// Cuts cells out: their volume energy, and all links that are in no other cell.
-    Result<SpringCut> cut_cells(std::span<const std::int32_t> cells);
+    Result<SpringCut> cut_cells(std::span<const std::int32_t> cells) noexcept;
 
   private:
+    struct PieceMemory;
     void index();
     void drop_cut_neighbours(std::int32_t node);
     void cut_link(std::size_t link, SpringCut& cut);
     void cut_cell(std::size_t cell, SpringCut& cut);
-    void count_pieces(SpringCut& cut) const;
+    SpringCut cut_out(std::span<const std::int32_t> cells);
+    void count_pieces(SpringCut& cut, PieceMemory& memory) const;
 
     SpringParts m_parts;
     std::vector<std::int64_t> m_first, m_end, m_first_cell;  ///< of each node

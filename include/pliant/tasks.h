@@ -24,7 +24,8 @@ class TaskArena {
     int thread_count() const;
 
     /// Calls body(begin, end) for pieces of 0…count, each at most grain long, on all threads, and
-    /// returns when all are done. The body must not throw.
+    /// returns when all are done. An exception of the body is passed on when no piece runs
+    /// any more; pieces may be left out then.
     void for_each(std::int64_t count, std::int64_t grain,
                   const std::function<void(std::int64_t begin, std::int64_t end)>& body) const;
 

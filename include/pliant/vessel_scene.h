@@ -7,6 +7,8 @@
 //   auto file = read_vessel_file("aorta.toml");
 //   auto made = make_vessel(*file, arena);
 //   auto scene = CatheterScene::create(std::move(made->wall), made->settings);
+//
+// Where memory runs out, functions return LimitExceeded.
 
 #pragma once
 
@@ -53,7 +55,7 @@ struct VesselFile {
 
 /// Files that it names are found from its own folder.
 /// @returns one line that names the file and the key
-Result<VesselFile> read_vessel_file(const std::string& file);
+Result<VesselFile> read_vessel_file(const std::string& file) noexcept;
 
 struct MadeVessel {
     VesselWall wall;
@@ -62,7 +64,7 @@ struct MadeVessel {
     CatheterSettings settings;   ///< with the entry
 };
 /// @returns one line that names the file that is at fault
-Result<MadeVessel> make_vessel(const VesselFile& file, const TaskArena& arena);
+Result<MadeVessel> make_vessel(const VesselFile& file, const TaskArena& arena) noexcept;
 
 /// Plays the acts of a scene file, one after the other:
 ///
@@ -92,6 +94,6 @@ class VesselScript {
 /// Voxels of a millimetre, or larger where more than 256 were needed along an axis; its key values
 /// say how it wants to be looked at.
 /// @returns InvalidArgument where the wall's boundary isn't closed
-Result<Volume> scan_of_vessel(const VesselWall& wall, const TaskArena& arena);
+Result<Volume> scan_of_vessel(const VesselWall& wall, const TaskArena& arena) noexcept;
 
 }  // namespace pliant

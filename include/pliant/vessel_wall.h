@@ -15,6 +15,8 @@
 //   auto wall = wall_around_surface(surface, {.thickness_mm = 1.5}, arena);
 //   if (!wall) …wall.error().message
 //   wall->mesh, wall->ghost, wall->ghost_places
+//
+// Where memory runs out, functions that return a Result return LimitExceeded.
 
 #pragma once
 
@@ -48,7 +50,7 @@ struct VesselEnd {
 
 struct WallSettings {
     double thickness_mm = 1.5;
-    int layers = 2;       ///< tetrahedra across the wall, at least
+    int layers = 2;  ///< tetrahedra across the wall, at least
     /// Of the lattice; 0: as large as the layers allow. A lattice whose wall doesn't hold
     /// (check_wall) is refined, down to half of what the layers allow.
     double cell_mm = 0;
@@ -61,10 +63,10 @@ struct VesselWall {
     TriangleMesh ghost;                  ///< faces the lumen
     std::vector<Embedded> ghost_places;  ///< of its nodes, on the mesh
     std::vector<VesselEnd> ends;
-    int least_layers = 0;  ///< no path from the inner to the outer surface has fewer edges
-    double lumen_mm3 = 0;  ///< what the ghost surface and its open ends enclose
-    double cell_mm = 0;    ///< of the lattice that it was made with; 0: without one
-    int dropped_pieces = 0;  ///< smaller than a hundredth of the wall, and not connected to it
+    int least_layers = 0;         ///< no path from the inner to the outer surface has fewer edges
+    double lumen_mm3 = 0;         ///< what the ghost surface and its open ends enclose
+    double cell_mm = 0;           ///< of the lattice that it was made with; 0: without one
+    int dropped_pieces = 0;       ///< smaller than a hundredth of the wall, and not connected to it
     std::string refined_because;  ///< fault of a larger lattice; empty: the first one held
 };
 
@@ -72,25 +74,27 @@ struct VesselWall {
 /// the inner surface at the ends and nowhere else, as many layers of tetrahedra, each ghost node on
 /// the wall.
 /// @returns InvalidArgument that says what was found and what was expected
-Status check_wall(const VesselWall& wall, int layers = 1);
+Status check_wall(const VesselWall& wall, int layers = 1) noexcept;
 
 /// Around a tree of spheres that move along the centreline, their radii changing evenly in between.
 /// Open at each end of a branch that lies in no other branch.
 /// @returns InvalidArgument that names the field or point, or says why the wall doesn't hold;
 ///          LimitExceeded
 Result<VesselWall> wall_around_centreline(const Centreline& centreline,
-                                          const WallSettings& settings, const TaskArena& arena);
+                                          const WallSettings& settings,
+                                          const TaskArena& arena) noexcept;
 
 /// Around a surface. Where it is open the wall is open too; where it is closed, at the ends given,
 /// which cut off what lies beyond them.
 /// @returns InvalidArgument where the surface is no manifold, for settings outside of what they may
 ///          be, or where the wall doesn't hold; LimitExceeded
 Result<VesselWall> wall_around_surface(TriangleMesh lumen, std::span<const VesselEnd> ends,
-                                       const WallSettings& settings, const TaskArena& arena);
+                                       const WallSettings& settings,
+                                       const TaskArena& arena) noexcept;
 
 /// A file's lines as branches, its field "MaximumInscribedSphereRadius" (VMTK's), "Radius" or
 /// "radius" as their radii [mm]. @returns InvalidArgument where there are no such
-Result<Centreline> centreline_of(const MeshData& mesh);
+Result<Centreline> centreline_of(const MeshData& mesh) noexcept;
 
 /// The ends of a centreline, each moved inwards by this part of its radius.
 std::vector<VesselEnd> ends_of(const Centreline& centreline, double inwards = 0);
@@ -105,7 +109,8 @@ struct TubeSettings {
 /// little as possible from ring to ring [Wang2008]. Straight layers, and as few elements as
 /// possible.
 /// @returns InvalidArgument, also where the centreline bends more sharply than the wall is wide
-Result<VesselWall> swept_tube(std::span<const CentrePoint> branch, const TubeSettings& settings);
+Result<VesselWall> swept_tube(std::span<const CentrePoint> branch,
+                              const TubeSettings& settings) noexcept;
 
 struct RegionSettings {
     Vec3d seed_mm{0, 0, 0};
@@ -129,9 +134,9 @@ struct Lumen {
 /// @returns InvalidArgument where the seed isn't in the window or the scan, LimitExceeded where the
 ///          region is larger than it may be
 Result<Lumen> lumen_of_region(const Volume& volume, const RegionSettings& settings,
-                              const TaskArena& arena);
+                              const TaskArena& arena) noexcept;
 /// The same of voxels with one of these labels: the largest part that hangs together.
 Result<Lumen> lumen_of_labels(const Volume& labels, std::span<const int> wanted,
-                              double smoothing_voxels, const TaskArena& arena);
+                              double smoothing_voxels, const TaskArena& arena) noexcept;
 
 }  // namespace pliant

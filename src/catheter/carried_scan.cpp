@@ -38,9 +38,10 @@ struct CarriedScan::Impl {
     std::vector<Vec3d> rest;
     std::vector<std::int32_t> starts;  ///< [control node], and one more
     std::vector<Weight> weights;
-    std::vector<Vec3d> moved;
+    std::vector<Vec3d> moved;  ///< of the last update
 
     void weigh(double reach);
+    Status update(std::span<const Vec3d> wall_places);
 };
 
 void CarriedScan::Impl::weigh(double reach) {
@@ -91,14 +92,10 @@ void CarriedScan::Impl::weigh(double reach) {
     moved.assign(count, {0, 0, 0});
 }
 
-CarriedScan::CarriedScan(std::unique_ptr<Impl> impl) : m_impl(std::move(impl)) {}
-CarriedScan::~CarriedScan() = default;
-CarriedScan::CarriedScan(CarriedScan&&) noexcept = default;
-CarriedScan& CarriedScan::operator=(CarriedScan&&) noexcept = default;
+namespace {
 
-Result<CarriedScan> CarriedScan::create(const Volume& volume, const TetMesh& wall,
-                                        const CarriedScanSettings& settings,
-                                        const TaskArena& arena) {
+Result<ControlGrid> grid_around_wall(const Volume& volume, const TetMesh& wall,
+                                     const CarriedScanSettings& settings) {
     if (const Status s = check_volume(volume); !s.ok()) return s.error();
     if (!(settings.reach_mm > 0 && settings.reach_mm <= 1000))
         return invalid("reach_mm: expected above 0, up to 1000, found " +
@@ -126,29 +123,49 @@ Result<CarriedScan> CarriedScan::create(const Volume& volume, const TetMesh& wal
         const int last = std::clamp(int(std::ceil(high[c])), grid.first[c], g.size[c] - 1);
         grid.size[c] = std::max(1, (last - grid.first[c]) / grid.cell[c]) + 1;
     }
-    auto lattice = ControlLattice::create(volume, grid, arena);
-    if (!lattice) return lattice.error();
-    auto impl = std::make_unique<Impl>();
-    impl->lattice = std::move(*lattice);
-    impl->rest = wall.nodes_mm;
-    impl->weigh(settings.reach_mm);
-    return CarriedScan(std::move(impl));
+    return grid;
 }
 
-Status CarriedScan::update(std::span<const Vec3d> wall_places) {
-    Impl& i = *m_impl;
-    if (wall_places.size() != i.rest.size())
-        return invalid("update: expected " + std::to_string(i.rest.size()) + " places, found " +
+}  // namespace
+
+CarriedScan::CarriedScan(std::unique_ptr<Impl> impl) : m_impl(std::move(impl)) {}
+CarriedScan::~CarriedScan() = default;
+CarriedScan::CarriedScan(CarriedScan&&) noexcept = default;
+CarriedScan& CarriedScan::operator=(CarriedScan&&) noexcept = default;
+
+Result<CarriedScan> CarriedScan::create(const Volume& volume, const TetMesh& wall,
+                                        const CarriedScanSettings& settings,
+                                        const TaskArena& arena) noexcept {
+    return attempt([&]() -> Result<CarriedScan> {
+        const auto grid = grid_around_wall(volume, wall, settings);
+        if (!grid) return grid.error();
+        auto lattice = ControlLattice::create(volume, *grid, arena);
+        if (!lattice) return lattice.error();
+        auto impl = std::make_unique<Impl>();
+        impl->lattice = std::move(*lattice);
+        impl->rest = wall.nodes_mm;
+        impl->weigh(settings.reach_mm);
+        return CarriedScan(std::move(impl));
+    });
+}
+
+Status CarriedScan::update(std::span<const Vec3d> wall_places) noexcept {
+    return attempt([&] { return m_impl->update(wall_places); });
+}
+
+Status CarriedScan::Impl::update(std::span<const Vec3d> wall_places) {
+    if (wall_places.size() != rest.size())
+        return invalid("update: expected " + std::to_string(rest.size()) + " places, found " +
                        std::to_string(wall_places.size()));
-    for (std::size_t c = 0; c < i.moved.size(); ++c) {
+    for (std::size_t c = 0; c < moved.size(); ++c) {
         Vec3d sum{0, 0, 0};
-        for (auto n = std::size_t(i.starts[c]); n < std::size_t(i.starts[c + 1]); ++n) {
-            const auto node = std::size_t(i.weights[n].node);
-            sum = sum + i.weights[n].weight * (wall_places[node] - i.rest[node]);
+        for (auto n = std::size_t(starts[c]); n < std::size_t(starts[c + 1]); ++n) {
+            const auto node = std::size_t(weights[n].node);
+            sum = sum + weights[n].weight * (wall_places[node] - rest[node]);
         }
-        i.moved[c] = sum;
+        moved[c] = sum;
     }
-    return i.lattice->place(i.moved);
+    return lattice->place(moved);
 }
 
 const ControlLattice& CarriedScan::scan() const {

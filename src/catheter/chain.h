@@ -99,4 +99,14 @@ class Chain {
     }
 };
 
+/// A chain that is built anew before each solution: copies begin empty, and an assignment changes
+/// nothing and makes no allocation.
+template <std::size_t kSize>
+class ScratchChain : public Chain<kSize> {
+  public:
+    ScratchChain() = default;
+    ScratchChain(const ScratchChain&) : Chain<kSize>() {}
+    ScratchChain& operator=(const ScratchChain&) noexcept { return *this; }
+};
+
 }  // namespace pliant::catheter

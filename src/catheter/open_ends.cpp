@@ -63,7 +63,7 @@ int OpenEnds::crossings(const Lid& lid, Vec3d from, Vec3d to) {
     return out;
 }
 
-void OpenEnds::follow(const Wire& wire) {
+void OpenEnds::follow(const Wire& wire) noexcept {
     m_is_beyond.assign(std::size_t(wire.segments()), 0);
     m_left = 0;
     int out = 0;

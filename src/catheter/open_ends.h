@@ -25,8 +25,10 @@ class OpenEnds {
     /// @returns InvalidArgument where openings of the ghost surface touch
     static Result<OpenEnds> create(const VesselWall& wall);
 
-    /// Walks along what is out of the guide, from inside.
-    void follow(const Wire& wire);
+    /// Gets the memory for wires of so many segments.
+    void reserve(std::int32_t segments) { m_is_beyond.reserve(std::size_t(segments)); }
+    /// Walks along what is out of the guide, from inside. @pre reserve() was called
+    void follow(const Wire& wire) noexcept;
     /// [segment]: both of its ends are beyond an open end.
     std::span<const std::uint8_t> is_beyond() const { return m_is_beyond; }
     /// Number of the open end that the tip is beyond, from 1 on; 0: none.

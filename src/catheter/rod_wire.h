@@ -24,6 +24,7 @@ class RodWire : public Wire {
     /// All of it in the guide but `inserted_mm`, straight.
     RodWire(const WireSettings& settings, double inserted_mm);
     std::unique_ptr<Wire> copy() const override { return std::make_unique<RodWire>(*this); }
+    void assign(const Wire& other) noexcept override { *this = static_cast<const RodWire&>(other); }
 
     void bend_tip(double first_rad, double second_rad) override;
     void predict(double h) override;
@@ -54,7 +55,7 @@ class RodWire : public Wire {
     std::vector<Vec3d> m_predicted_x, m_spin, m_rest;
     std::vector<double> m_mass;
     std::vector<Rotation> m_q, m_old_q, m_predicted_q;
-    Chain<6> m_chain;
+    ScratchChain<6> m_chain;
 };
 
 }  // namespace pliant::catheter

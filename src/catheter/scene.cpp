@@ -44,7 +44,12 @@ CatheterScene::~CatheterScene() = default;
 CatheterScene::CatheterScene(CatheterScene&&) noexcept = default;
 CatheterScene& CatheterScene::operator=(CatheterScene&&) noexcept = default;
 
-Result<CatheterScene> CatheterScene::create(VesselWall wall, const CatheterSettings& wanted) {
+Result<CatheterScene> CatheterScene::create(VesselWall wall,
+                                            const CatheterSettings& wanted) noexcept {
+    return attempt([&] { return make(std::move(wall), wanted); });
+}
+
+Result<CatheterScene> CatheterScene::make(VesselWall wall, const CatheterSettings& wanted) {
     if (const Status s = catheter::check(wanted); !s.ok()) return s.error();
     if (const Status s = pbd::GhostSurface::check(wall.mesh, wall.ghost, wall.ghost_places);
         !s.ok())
@@ -83,41 +88,46 @@ const VesselWall& CatheterScene::wall() const {
     return m_impl->wall;
 }
 
-Status CatheterScene::command(const CatheterCommand& c) {
+Status CatheterScene::check_command(const CatheterCommand& c) {
     for (const double value : {c.insert_mm_s, c.rotate_deg_s, c.bend_first_deg, c.bend_second_deg})
         if (!std::isfinite(value)) return invalid("command: expected numbers");
     if (std::abs(c.insert_mm_s) > 1000)
         return invalid("command: insert_mm_s: expected -1000 to 1000, found " +
                        catheter::text_of(c.insert_mm_s));
-    m_impl->command = c;
     return Ok{};
+}
+
+Status CatheterScene::command(const CatheterCommand& c) noexcept {
+    const Status status = attempt([&] { return check_command(c); });
+    if (status.ok()) m_impl->command = c;
+    return status;
 }
 
 const CatheterCommand& CatheterScene::hand() const {
     return m_impl->command;
 }
 
-Status CatheterScene::step(std::int32_t count, const TaskArena& arena) {
+Status CatheterScene::step(std::int32_t count, const TaskArena& arena) noexcept {
     for (std::int32_t n = 0; n < count; ++n)
         if (const Status s = m_impl->step(arena); !s.ok()) return s;
     return Ok{};
 }
 
-CatheterMeasures CatheterScene::quick_measures() const {
+CatheterMeasures CatheterScene::quick_measures() const noexcept {
     const Impl& i = *m_impl;
     CatheterMeasures m;
-    m.steps = i.steps;
-    m.time_s = double(i.steps) * i.settings.time_step_s;
-    m.inserted_mm = i.inserted;
-    m.rotated_deg = i.rotated;
+    m.steps = i.now.steps;
+    m.time_s = double(i.now.steps) * i.settings.time_step_s;
+    m.inserted_mm = i.now.inserted;
+    m.rotated_deg = i.now.rotated;
     const Vec3d axis = normalized(i.settings.entry.direction);
     m.force_n = -dot(i.wire.base_force(), axis) / kMicronewtons;
     m.torque_n_mm = -dot(i.wire.base_moment(), axis) / kMicronewtons;
-    m.contact_n = i.contact.push_force() / kMicronewtons;
-    m.depth_mm = i.depth;
-    m.left_end = i.ends.left();
+    m.contact_n = i.now.contact / kMicronewtons;
+    m.depth_mm = i.now.depth;
+    m.left_end = i.now.left_end;
     m.wire_energy_mj = i.wire.elastic_energy() / kNanojoules;
-    m.active_tetrahedra = std::max(0, i.awake);
+    m.active_tetrahedra = std::max(0, i.now.awake);
     return m;
 }
 

@@ -2,7 +2,10 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // A step: boxes near the wire wake up; which triangles are near; then sub-steps, in each of which
-// wall and wire are moved freely and meet in the wire's Newton step.
+// wall and wire are moved freely and meet in the wire's Newton step. Where one of these fails, all
+// that a step changes is put back from copies made at its beginning, for which there is memory.
+// What contact has found isn't copied: where it has changed, the next step begins by finding it
+// anew.
 //
 // Units inside are g, mm, s: forces in µN, moduli in Pa, energies in nJ.
 
@@ -22,6 +25,7 @@
 #include "catheter/scene_parts.h"
 #include "catheter/wall_contact.h"
 #include "core/errors.h"
+#include "pbd/rollback.h"
 
 namespace pliant {
 
@@ -32,29 +36,41 @@ struct CatheterScene::Impl {
         : settings(s),
           wall(std::move(w)),
           made_wire(catheter::make_wire(s)),
+          kept_wire(made_wire->copy()),
           wire(*made_wire),
           body(std::move(b)),
           ends(std::move(e)),
           contact(wall.mesh, wall.ghost, wall.ghost_places,
                   {.radius_mm = s.catheter.radius_mm, .friction = s.catheter.friction}),
-          pace(s.time_step_s / s.sub_steps) {
-        inserted = s.entry.inserted_mm;
+          now{.pace = catheter::ContactPace(s.time_step_s / s.sub_steps),
+              .inserted = s.entry.inserted_mm},
+          kept(now) {
         if (settings.reach_mm < 0) settings.reach_mm = wide_reach_mm(wall, settings.wall);
+        ends.reserve(wire.segments());
+        PbdRollback::reserve(body);
     }
+
+    /// What a step changes beside wire, body, boxes and contact.
+    struct Progress {
+        catheter::ContactPace pace;
+        double inserted = 0, rotated = 0, depth = 0;
+        double contact = 0;  ///< all that the wall is pushed with [µN]
+        std::int64_t steps = 0;
+        std::int32_t awake = -1;
+        std::int32_t left_end = 0;
+    };
 
     CatheterSettings settings;
     VesselWall wall;
-    std::unique_ptr<catheter::Wire> made_wire;
+    std::unique_ptr<catheter::Wire> made_wire, kept_wire;
     catheter::Wire& wire;
     PbdBody body;
     catheter::OpenEnds ends;
     std::unique_ptr<PbdBoxes> boxes;
     catheter::WallContact contact;
-    catheter::ContactPace pace;
+    bool is_contact_old = false;  ///< it is that of another state: a step begins by finding it anew
     CatheterCommand command;
-    double inserted = 0, rotated = 0, depth = 0;
-    std::int64_t steps = 0;
-    std::int32_t awake = -1;
+    Progress now, kept;
     std::vector<Vec3d> places;
 
     /// With nothing of the former one: the body is elsewhere.
@@ -64,12 +80,13 @@ struct CatheterScene::Impl {
             {.radius_mm = settings.catheter.radius_mm, .friction = settings.catheter.friction});
         contact.see_all(body, arena);
         contact.wake(body, arena);
+        is_contact_old = false;
     }
 
     Status wake_boxes(const TaskArena& arena) {
         if (!boxes) {
-            if (awake < 0) contact.wake(body, arena);
-            awake = std::int32_t(wall.mesh.cells.size());
+            if (now.awake < 0) contact.wake(body, arena);
+            now.awake = std::int32_t(wall.mesh.cells.size());
             return Ok{};
         }
         const auto& x = wire.places();
@@ -77,15 +94,15 @@ struct CatheterScene::Impl {
         const double reach = settings.reach_mm + settings.catheter.radius_mm;
         if (const Status s = boxes->update(places, reach, body); !s.ok()) return s;
         // Particles that have just begun to be blended in are held for this step still.
-        if (awake != boxes->active_tetrahedra()) contact.wake(body, arena);
-        awake = boxes->active_tetrahedra();
+        if (now.awake != boxes->active_tetrahedra()) contact.wake(body, arena);
+        now.awake = boxes->active_tetrahedra();
         return Ok{};
     }
 
     Status sub_step(double h, const TaskArena& arena) {
-        inserted = std::clamp(inserted + h * command.insert_mm_s, 0.0, wire.length());
-        rotated += h * command.rotate_deg_s;
-        wire.feed(inserted, rotated * kRadians);
+        now.inserted = std::clamp(now.inserted + h * command.insert_mm_s, 0.0, wire.length());
+        now.rotated += h * command.rotate_deg_s;
+        wire.feed(now.inserted, now.rotated * kRadians);
         wire.bend_tip(command.bend_first_deg * kRadians, command.bend_second_deg * kRadians);
         wire.predict(h);
         if (const Status s = body.set_time_step(h); !s.ok()) return s;
@@ -103,24 +120,52 @@ struct CatheterScene::Impl {
         return contact.apply(body, h);
     }
 
-    Status step(const TaskArena& arena) {
-        if (const Status s = wake_boxes(arena); !s.ok()) return s;
-        contact.look(wire, body, settings.time_step_s, arena);
-        int left = pace.sub_steps(settings.time_step_s);
+    Status sub_steps(const TaskArena& arena) {
+        int left = now.pace.sub_steps(settings.time_step_s);
         double h = settings.time_step_s / left;
         while (left > 0) {
             if (const Status s = sub_step(h, arena); !s.ok()) return s;
             --left;
-            if (pace.is_too_long_after(h, contact.pushed_mm()) && left > 0) {
+            if (now.pace.is_too_long_after(h, contact.pushed_mm()) && left > 0) {
                 const double rest = left * h;
-                left = pace.sub_steps(rest);
+                left = now.pace.sub_steps(rest);
                 h = rest / left;
             }
         }
-        ends.follow(wire);
-        depth = contact.depth(wire, body, ends.is_beyond(), arena);
-        ++steps;
         return Ok{};
+    }
+
+    /// A step, of which half may be made where it fails.
+    Status go_on(const TaskArena& arena) {
+        if (is_contact_old) renew_contact(arena);
+        if (const Status s = wake_boxes(arena); !s.ok()) return s;
+        contact.look(wire, body, settings.time_step_s, arena);
+        if (const Status s = sub_steps(arena); !s.ok()) return s;
+        ends.follow(wire);
+        now.depth = contact.depth(wire, body, ends.is_beyond(), arena);
+        now.contact = contact.push_force();
+        now.left_end = ends.left();
+        ++now.steps;
+        return Ok{};
+    }
+
+    /// All of a step, or nothing.
+    Status step(const TaskArena& arena) noexcept {
+        kept = now;
+        kept_wire->assign(wire);
+        PbdRollback::keep(body);
+        if (boxes) PbdRollback::keep(*boxes);
+        contact.keep();
+        const Status status = attempt([&] { return go_on(arena); });
+        if (!status.ok()) take_back();
+        return status;
+    }
+    void take_back() noexcept {
+        now = kept;
+        wire.assign(*kept_wire);
+        PbdRollback::take_back(body);
+        if (boxes) PbdRollback::take_back(*boxes);
+        if (!contact.take_back()) is_contact_old = true;
     }
 };
 

@@ -5,12 +5,10 @@
 
 #include "catheter/scene_impl.h"
 #include "catheter/state_numbers.h"
+#include "pbd/solver.h"
 
 namespace pliant {
 namespace {
-
-/// Numbers before the wire's.
-constexpr std::size_t kBeforeWire = 10;
 
 /// Of everything that a step changes.
 struct CatheterState {
@@ -40,12 +38,12 @@ struct CatheterState {
 std::vector<double> CatheterScene::state() const {
     const Impl& i = *m_impl;
     CatheterState state{.command = i.command,
-                        .inserted = i.inserted,
-                        .rotated = i.rotated,
-                        .depth = i.depth,
-                        .sub_step_s = i.pace.wanted_s(),
-                        .steps = i.steps,
-                        .awake = i.awake,
+                        .inserted = i.now.inserted,
+                        .rotated = i.now.rotated,
+                        .depth = i.now.depth,
+                        .sub_step_s = i.now.pace.wanted_s(),
+                        .steps = i.now.steps,
+                        .awake = i.now.awake,
                         .wire = i.wire.copy(),
                         .places = wall_places(),
                         .velocities = {},
@@ -58,14 +56,18 @@ std::vector<double> CatheterScene::state() const {
     return numbers.take();
 }
 
-Status CatheterScene::restore(std::span<const double> numbers, const TaskArena& arena) {
-    const std::vector<double> before = state();
-    const Status status = put(numbers, arena);
-    if (!status.ok()) (void)put(before, arena);
+Status CatheterScene::restore(std::span<const double> numbers, const TaskArena& arena) noexcept {
+    const Status status = attempt([&] { return put(numbers); });
+    // Without memory for it the next step finds contact.
+    if (status.ok())
+        (void)attempt([&]() -> Status {
+            m_impl->renew_contact(arena);
+            return Ok{};
+        });
     return status;
 }
 
-Status CatheterScene::put(std::span<const double> numbers, const TaskArena& arena) {
+Status CatheterScene::put(std::span<const double> numbers) {
     Impl& i = *m_impl;
     const auto count = std::size_t(i.body.particle_count());
     CatheterState state{.command = {},
@@ -78,23 +80,26 @@ Status CatheterScene::put(std::span<const double> numbers, const TaskArena& aren
     if (!reading.is_good() || !(state.inserted >= 0 && state.inserted <= i.wire.length()) ||
         state.boxes.empty() == (i.boxes != nullptr))
         return invalid("state: expected one of a scene with the same wall and catheter");
+    if (const Status s = check_command(state.command); !s.ok()) return s;
+    for (std::size_t n = 0; n < count; ++n)
+        if (const Status s = pbd::check_state(state.places[n], state.velocities[n]); !s.ok())
+            return s;
     if (i.boxes)
         if (const Status s = i.boxes->restore(state.boxes, i.body); !s.ok()) return s;
-    for (std::size_t n = 0; n < count; ++n)
-        if (const Status s =
-                i.body.set_state(std::int32_t(n), state.places[n], state.velocities[n]);
-            !s.ok())
-            return s;
-    if (const Status s = command(state.command); !s.ok()) return s;
-    catheter::StateNumbers again(numbers.subspan(kBeforeWire));
-    i.wire.exchange(again);
-    i.inserted = state.inserted;
-    i.rotated = state.rotated;
-    i.depth = state.depth;
-    i.pace.set_wanted_s(state.sub_step_s);
-    i.steps = state.steps;
-    i.awake = state.awake;
-    i.renew_contact(arena);
+    // Nothing fails from here on.
+    PbdRollback::put_all(i.body, state.places, state.velocities);
+    i.wire.assign(*state.wire);
+    i.command = state.command;
+    i.now.pace.set_wanted_s(state.sub_step_s);
+    i.now.inserted = state.inserted;
+    i.now.rotated = state.rotated;
+    i.now.depth = state.depth;
+    i.now.contact = 0;
+    i.now.steps = state.steps;
+    i.now.awake = state.awake;
+    i.ends.follow(i.wire);
+    i.now.left_end = i.ends.left();
+    i.is_contact_old = true;
     return Ok{};
 }
 

@@ -26,6 +26,7 @@ class TetWire : public Wire {
     /// All of it in the guide but `inserted_mm`, straight. @pre settings within twist_bounds()
     TetWire(const WireSettings& settings, double inserted_mm);
     std::unique_ptr<Wire> copy() const override { return std::make_unique<TetWire>(*this); }
+    void assign(const Wire& other) noexcept override { *this = static_cast<const TetWire&>(other); }
 
     void bend_tip(double first_rad, double second_rad) override;
     void predict(double h) override;
@@ -74,7 +75,7 @@ class TetWire : public Wire {
     std::array<double, kInRing> m_ring;      ///< rest lengths
     double m_held_mm, m_held_rad;            ///< where the guide held it before
     std::vector<Vec3d> m_nodes, m_old_nodes, m_predicted, m_node_v;
-    Chain<kBlock> m_chain;
+    ScratchChain<kBlock> m_chain;
 };
 
 }  // namespace pliant::catheter

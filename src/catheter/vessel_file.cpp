@@ -7,11 +7,12 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <fstream>
+#include <new>
 #include <sstream>
 
 #include "catheter/vessel_table.h"
 #include "core/errors.h"
+#include "core/read_file.h"
 
 namespace pliant {
 namespace {
@@ -48,8 +49,11 @@ void read_vessel(VesselTable&& t, VesselFile& v) {
                        std::to_string(sources));
     if (!v.phantom.empty() && v.phantom != "bend" && v.phantom != "arch")
         t.fail("phantom", "expected \"bend\" or \"arch\", found \"" + v.phantom + "\"");
+    if (!v.phantom.empty() && t.has("cell_mm"))
+        t.fail("cell_mm", "expected none beside phantom, which is swept in layers, found one");
     if (!v.scan.empty() && window.empty())
         t.fail("window_hu", "expected the lumen's values in the scan, found none");
+    t.finish();
 }
 
 void read_way(VesselTable&& t, VesselFile& v) {
@@ -66,6 +70,7 @@ void read_way(VesselTable&& t, VesselFile& v) {
         t.fail("points_mm", "expected two places or more, found 1");
     if (!v.scan.empty() && v.way_mm.size() < 2)
         t.fail("points_mm", "expected where the way through the scan begins and ends");
+    t.finish();
 }
 
 void read_entry(VesselTable&& t, VesselFile& v) {
@@ -77,6 +82,7 @@ void read_entry(VesselTable&& t, VesselFile& v) {
     t.place("direction", v.settings.entry.direction);
     if (v.entry_given && !t.has("direction"))
         t.fail("direction", "expected three numbers beside place_mm");
+    t.finish();
 }
 
 void read_act(VesselTable&& t, VesselFile& v) {
@@ -99,6 +105,7 @@ void read_act(VesselTable&& t, VesselFile& v) {
         v.phantom.empty())
         t.fail("follow", "expected a [way] to follow, found none");
     v.acts.push_back(act);
+    t.finish();
 }
 
 template <class Tables>
@@ -121,6 +128,7 @@ void read_rest(const Tables& table, VesselFile& v) {
         if (model != "rod" && model != "tetrahedra")
             t.fail("model", "expected \"rod\" or \"tetrahedra\", found \"" + model + "\"");
         if (model == "tetrahedra") s.catheter.model = CatheterModel::Tetrahedra;
+        t.finish();
     }
     {
         VesselTable t = table("wall");
@@ -129,6 +137,7 @@ void read_rest(const Tables& table, VesselFile& v) {
         t.number("density_g_mm3", s.wall.density_g_mm3, 1e-4, 10);
         t.number("support_pa_per_mm", s.wall.support_pa_per_mm, 0, 1e6);
         t.number("damping_per_s", s.wall.damping_per_s, 0, 1000);
+        t.finish();
     }
     VesselTable t = table("simulation");
     t.flag("local", s.local);
@@ -138,16 +147,24 @@ void read_rest(const Tables& table, VesselFile& v) {
     t.whole("sub_steps", s.sub_steps, 1, 1000);
     t.whole("iterations", s.iterations, 1, 100);
     t.number("most_steps", v.most_steps, 1, kAny);
+    t.finish();
+}
+
+/// toml::parse ends the process where memory runs out: seeing that there is enough of it before
+/// leaves that to other threads, and to very unusual files.
+void get_memory_for_tables(std::size_t bytes) {
+    constexpr std::size_t kPerByte = 64, kAtLeast = std::size_t(1) << 20;
+    ::operator delete(::operator new(kAtLeast + kPerByte * bytes));
 }
 
 Result<VesselFile> read_tables(const std::string& file) {
-    std::ifstream in(file, std::ios::binary);
-    if (!in) return Error{ErrorCode::NotFound, file + ": can't be read"};
-    std::ostringstream content;
-    content << in.rdbuf();
+    constexpr std::size_t kMaxBytes = std::size_t(16) << 20;
+    const auto content = read_small_file(file, kMaxBytes, "a scene file");
+    if (!content) return content.error();
     toml::table root;
     try {
-        root = toml::parse(content.str());
+        get_memory_for_tables(content->size());
+        root = toml::parse(*content);
     } catch (const toml::parse_error& error) {
         std::ostringstream text;
         text << file << ": line " << error.source().begin.line << ": " << error.description();
@@ -190,9 +207,11 @@ Result<VesselFile> read_tables(const std::string& file) {
 
 }  // namespace
 
-Result<VesselFile> read_vessel_file(const std::string& file) {
-    Result<VesselFile> read = read_tables(file);
-    return read.ok() ? std::move(read) : in_one_line(read.error());
+Result<VesselFile> read_vessel_file(const std::string& file) noexcept {
+    return attempt([&] {
+        Result<VesselFile> read = read_tables(file);
+        return read.ok() ? std::move(read) : in_one_line(read.error());
+    });
 }
 
 }  // namespace pliant

@@ -12,6 +12,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/errors.h"
 #include "vessel/wall.h"
 
 namespace pliant {
@@ -82,9 +83,7 @@ double value_at(Vec3d p, const Around::Place& place, double voxel) {
     return std::round(share * kWallHu + (1 - share) * around);
 }
 
-}  // namespace
-
-Result<Volume> scan_of_vessel(const VesselWall& wall, const TaskArena& arena) {
+Result<Volume> fill_scan(const VesselWall& wall, const TaskArena& arena) {
     const auto around = Around::create(wall);
     if (!around) return around.error();
     Volume volume;
@@ -118,6 +117,12 @@ Result<Volume> scan_of_vessel(const VesselWall& wall, const TaskArena& arena) {
     arena.for_each(std::int64_t(blocks.x) * blocks.y * blocks.z, 1, fill);
     volume.voxels = std::move(values);
     return volume;
+}
+
+}  // namespace
+
+Result<Volume> scan_of_vessel(const VesselWall& wall, const TaskArena& arena) noexcept {
+    return attempt([&] { return fill_scan(wall, arena); });
 }
 
 }  // namespace pliant

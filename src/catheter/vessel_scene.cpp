@@ -10,6 +10,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "core/errors.h"
+
 namespace pliant {
 namespace {
 
@@ -94,9 +96,7 @@ Result<CatheterSettings> settings_with_entry(const VesselFile& v, const VesselWa
     return settings;
 }
 
-}  // namespace
-
-Result<MadeVessel> make_vessel(const VesselFile& v, const TaskArena& arena) {
+Result<MadeVessel> make_all_of(const VesselFile& v, const TaskArena& arena) {
     MadeVessel made;
     if (!v.way_file.empty()) {
         auto way = way_from_file(v);
@@ -143,6 +143,12 @@ Result<MadeVessel> make_vessel(const VesselFile& v, const TaskArena& arena) {
     if (!settings) return settings.error();
     made.settings = *settings;
     return made;
+}
+
+}  // namespace
+
+Result<MadeVessel> make_vessel(const VesselFile& file, const TaskArena& arena) noexcept {
+    return attempt([&] { return make_all_of(file, arena); });
 }
 
 }  // namespace pliant

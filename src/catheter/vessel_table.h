@@ -32,14 +32,16 @@ class VesselTable {
     VesselTable(const std::string& file, const std::string& name, const toml::table* table,
                 Status& status)
         : m_file(file), m_name(name), m_table(table), m_status(status) {}
-    ~VesselTable() {
+    VesselTable(const VesselTable&) = delete;
+    VesselTable& operator=(const VesselTable&) = delete;
+
+    /// Once all keys have been taken out. (A destructor may not run out of memory.)
+    void finish() {
         if (!m_table || !m_status.ok()) return;
         for (const auto& [key, node] : *m_table)
             if (std::find(m_known.begin(), m_known.end(), key.str()) == m_known.end())
                 fail(std::string(key.str()), "unknown, expected one of " + names());
     }
-    VesselTable(const VesselTable&) = delete;
-    VesselTable& operator=(const VesselTable&) = delete;
 
     bool has(const char* key) const { return m_table && m_table->contains(key); }
     void number(const char* key, double& out, double least, double most) {

@@ -38,6 +38,7 @@ WallContact::WallContact(const TetMesh& mesh, const TriangleMesh& ghost,
       m_push(mesh.nodes_mm.size(), Vec3d{0, 0, 0}) {}
 
 void WallContact::wake(const PbdBody& body, const TaskArena& arena) {
+    m_is_new = true;
     m_ghost.update(body, m_awake, arena);
     m_awake.clear();
     for (std::size_t n = 0; n < m_seen.size(); ++n) {
@@ -66,6 +67,7 @@ void WallContact::look(const Wire& wire, const PbdBody& body, double duration_s,
 void WallContact::look_anew(const Wire& wire, const PbdBody& body, double duration_s,
                             const TaskArena& arena) {
     m_age = 0;
+    m_is_new = true;
     m_ghost.update(body, m_awake, arena);
     // With the one that may come out of the guide in this step.
     m_first = std::max(0, wire.first() - 1);
@@ -114,6 +116,15 @@ double WallContact::moved(const Wire& wire, std::int32_t segment) const {
     return m_wall_moved + std::max(of(s), of(s + 1));
 }
 
+/// The grid of triangles may be filled anew: half of it is none.
+double WallContact::update_near(const PbdBody& body, const TaskArena& arena) {
+    const bool was_new = m_is_new;
+    m_is_new = true;
+    const double moved = m_ghost.update(body, m_near_nodes, arena);
+    m_is_new = was_new;
+    return moved;
+}
+
 /// Whether something has gone farther than `look` allowed for: a blow, or a wall that gives way at
 /// once.
 bool WallContact::is_outrun(const Wire& wire) const {
@@ -136,7 +147,7 @@ void WallContact::for_outside(const Wire& wire, const TaskArena& arena, const Wo
 
 std::span<WireContact> WallContact::gather(const Wire& wire, const PbdBody& body, double h,
                                            const TaskArena& arena) {
-    m_wall_moved = m_ghost.update(body, m_near_nodes, arena);
+    m_wall_moved = update_near(body, arena);
     if (is_outrun(wire)) look_anew(wire, body, h, arena);
     for_outside(wire, arena, [&](const SegmentOutside& segment, std::size_t n) {
         m_near[n].find(segment, moved(wire, segment.number), m_settings, m_ghost);
@@ -257,7 +268,7 @@ double WallContact::push_force() const {
 
 double WallContact::depth(const Wire& wire, const PbdBody& body,
                           std::span<const std::uint8_t> skipped, const TaskArena& arena) {
-    m_wall_moved = m_ghost.update(body, m_near_nodes, arena);
+    m_wall_moved = update_near(body, arena);
     m_depths.assign(m_near.size(), -kLook);
     for_outside(wire, arena, [&](const SegmentOutside& segment, std::size_t n) {
         if (skipped[std::size_t(segment.number)]) return;

@@ -35,6 +35,18 @@ class WallContact {
     WallContact(const TetMesh& mesh, const TriangleMesh& ghost,
                 std::span<const Embedded> ghost_places, const WallContactSettings& settings);
 
+    /// Before a step that may have to be taken back.
+    void keep() {
+        m_kept_age = m_age;
+        m_is_new = false;
+    }
+    /// After a step that failed, with wire and body as they were before it.
+    /// @returns false where contact has to be found anew
+    bool take_back() {
+        m_age = m_kept_age;
+        return !m_is_new;
+    }
+
     /// Which of the ghost's nodes may move from now on: those with a particle that isn't held.
     void wake(const PbdBody& body, const TaskArena& arena);
     /// Where all of the ghost's nodes are: after the body was put elsewhere.
@@ -68,6 +80,7 @@ class WallContact {
     bool may_keep(const Wire& wire, double duration_s);
     void look_anew(const Wire& wire, const PbdBody& body, double duration_s,
                    const TaskArena& arena);
+    double update_near(const PbdBody& body, const TaskArena& arena);
     bool is_outrun(const Wire& wire) const;
     double moved(const Wire& wire, std::int32_t segment) const;
     template <class Work>
@@ -90,7 +103,8 @@ class WallContact {
     std::uint32_t m_turn = 0;
     std::vector<NearWall> m_near;  ///< [segment − m_first]
     std::int32_t m_first = 0;
-    int m_age = 0;                     ///< of that, in steps
+    int m_age = 0, m_kept_age = 0;     ///< of that, in steps
+    bool m_is_new = false;             ///< any of what is kept between steps, since keep()
     std::vector<double> m_moves;       ///< [segment − m_first]: that `look` allowed for [mm]
     std::vector<double> m_depths;      ///< likewise
     std::vector<Vec3d> m_places_seen;  ///< of the wire, by `look`

@@ -69,6 +69,8 @@ class Wire {
   public:
     virtual ~Wire() = default;
     virtual std::unique_ptr<Wire> copy() const = 0;
+    /// Becomes like another one of the same kind and settings, without asking for memory.
+    virtual void assign(const Wire& other) noexcept = 0;
 
     std::int32_t segments() const { return m_settings.segments; }
     std::int32_t first() const { return m_first; }  ///< the last node in the guide

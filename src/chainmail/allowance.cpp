@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cstdlib>
+#include <functional>
 #include <tuple>
 
 #include "chainmail/cell_block.h"
@@ -82,29 +83,35 @@ void Allowance::shrink_block(const Lattice& lattice, Block& block) {
 }
 
 void Allowance::excuse_present(Lattice& lattice, const TaskArena& arena) {
-    m_blocks.clear();
-    for (const Vec3i& coord : cell_blocks(lattice)) m_blocks.push_back({coord, {}});
-    arena.for_each(std::int64_t(m_blocks.size()), 4, [&](std::int64_t begin, std::int64_t end) {
-        for (std::int64_t n = begin; n < end; ++n)
-            find_exceeding(lattice, m_blocks[std::size_t(n)]);
+    std::vector<Block> blocks;
+    for (const Vec3i& coord : cell_blocks(lattice)) blocks.push_back({coord, {}});
+    arena.for_each(std::int64_t(blocks.size()), 4, [&](std::int64_t begin, std::int64_t end) {
+        for (std::int64_t n = begin; n < end; ++n) find_exceeding(lattice, blocks[std::size_t(n)]);
     });
-    std::erase_if(m_blocks, [](const Block& block) { return block.entries.empty(); });
-    std::sort(m_blocks.begin(), m_blocks.end(),
+    std::erase_if(blocks, [](const Block& block) { return block.entries.empty(); });
+    std::sort(blocks.begin(), blocks.end(),
               [](const Block& p, const Block& q) { return order_of(p.coord) < order_of(q.coord); });
+    m_blocks = std::move(blocks);
     m_seen = lattice.clock();
     lattice.set_may_exceed_limits(!m_blocks.empty());
 }
 
 void Allowance::shrink(Lattice& lattice, const TaskArena& arena) {
     if (m_blocks.empty()) return;
-    arena.for_each(std::int64_t(m_blocks.size()), 4, [&](std::int64_t begin, std::int64_t end) {
+    const auto shrink_some = [&](std::int64_t begin, std::int64_t end) {
         for (std::int64_t n = begin; n < end; ++n) {
             Block& block = m_blocks[std::size_t(n)];
             if (has_changed(lattice, block.coord, m_seen)) shrink_block(lattice, block);
         }
-    });
+    };
+    arena.for_each(std::int64_t(m_blocks.size()), 4, std::ref(shrink_some));
     std::erase_if(m_blocks, [](const Block& block) { return block.entries.empty(); });
     m_seen = lattice.clock();
+    lattice.set_may_exceed_limits(!m_blocks.empty());
+}
+
+void Allowance::restore(Lattice& lattice, Allowance former) noexcept {
+    *this = std::move(former);
     lattice.set_may_exceed_limits(!m_blocks.empty());
 }
 

@@ -21,9 +21,14 @@ namespace pliant {
 class Allowance {
   public:
     /// Takes the record of the present state anew, and tells the lattice whether there is any.
+    /// Where it throws nothing has changed.
     void excuse_present(Lattice& lattice, const TaskArena& arena);
-    /// Follows links that came back. @pre the lattice's materials are those of excuse_present
+    /// Follows links that came back. Allocates nothing.
+    /// @pre the lattice's materials are those of excuse_present
     void shrink(Lattice& lattice, const TaskArena& arena);
+
+    /// Puts back a record that was taken before the lattice's last changes, which were taken back.
+    void restore(Lattice& lattice, Allowance former) noexcept;
 
     /// Components of links outside of their limits.
     std::int64_t size() const;

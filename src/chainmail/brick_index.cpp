@@ -54,7 +54,7 @@ void BrickIndex::insert(Vec3i coord, int brick) {
         m_inside.get()[place_of(coord)] = brick + 1;
         return;
     }
-    if (2 * (m_outside_count + 1) > m_slots.size()) grow();
+    reserve_outside(m_outside_count + 1);
     std::size_t n = home_of(coord);
     while (m_slots[n].brick_plus_one != 0) n = (n + 1) & (m_slots.size() - 1);
     m_slots[n] = {coord, brick + 1};

@@ -29,10 +29,20 @@ class BrickIndex {
     }
     /// What is beside a coordinate: −x, +x, −y, +y, −z, +z; −1 where nothing is.
     std::array<int, 6> find_neighbours(Vec3i coord) const;
-    /// @pre nothing is there
+    /// @pre nothing is there. Allocates only where reserve_outside has not made room.
     void insert(Vec3i coord, int brick);
     /// @pre something is there
     void erase(Vec3i coord);
+    bool is_inside(Vec3i c) const {
+        return unsigned(c.x) < unsigned(m_size.x) && unsigned(c.y) < unsigned(m_size.y) &&
+               unsigned(c.z) < unsigned(m_size.z);
+    }
+    /// Number of bricks beyond the border.
+    std::size_t outside_count() const { return m_outside_count; }
+    /// Makes room for a number of bricks beyond the border.
+    void reserve_outside(std::size_t count) {
+        while (2 * count > m_slots.size()) grow();
+    }
 
   private:
     struct Slot {
@@ -43,10 +53,6 @@ class BrickIndex {
         void operator()(int* memory) const { std::free(memory); }
     };
 
-    bool is_inside(Vec3i c) const {
-        return unsigned(c.x) < unsigned(m_size.x) && unsigned(c.y) < unsigned(m_size.y) &&
-               unsigned(c.z) < unsigned(m_size.z);
-    }
     std::size_t place_of(Vec3i c) const {
         return std::size_t(c.x) + std::size_t(m_size.x) *
                                       (std::size_t(c.y) + std::size_t(m_size.y) * std::size_t(c.z));

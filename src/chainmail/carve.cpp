@@ -14,6 +14,8 @@
 
 #include "chainmail/chainmail_impl.h"
 #include "chainmail/cut_search.h"
+#include "chainmail/operation.h"
+#include "core/errors.h"
 
 namespace pliant {
 namespace {
@@ -55,11 +57,18 @@ Result<Capsule> capsule_of(const Grid& grid, const CarveTool& tool) {
     return Capsule{kUnitsPerMm * from, kUnitsPerMm * along, kUnitsPerMm * tool.radius_mm};
 }
 
-/// @returns how many elements of the brick became void
-std::int64_t carve_brick(Lattice& lattice, Vec3i coord, const Capsule& tool, bool spare_fixed) {
+/// What carving changes: all of it is known before anything does.
+struct Carving {
+    EditMap edits;
+    ImprintMap imprints;
+    std::int64_t element_count = 0;
+};
+
+void carve_brick(const Lattice& lattice, Vec3i coord, const Capsule& tool, bool spare_fixed,
+                 Carving& carving) {
     const BrickEdits* before = lattice.edits_of(coord);
     BrickEdits edits = before ? *before : BrickEdits(std::size_t(lattice.elements_per_brick()), 0);
-    std::vector<std::size_t> carved;
+    std::int64_t carved = 0;
     for (std::size_t n = 0; n < edits.size(); ++n) {
         const Vec3i e = lattice.element_of(coord, int(n));
         if (!tool.holds(moved_place(rest_place(lattice.grid(), e), lattice.displacement_at(e))))
@@ -68,48 +77,83 @@ std::int64_t carve_brick(Lattice& lattice, Vec3i coord, const Capsule& tool, boo
         if (material == kVoidMaterial) continue;
         if (spare_fixed && lattice.materials()[material].fixed) continue;
         edits[n] |= kVoid;
-        carved.push_back(n);
+        ++carved;
     }
-    if (carved.empty()) return 0;
-    lattice.set_edits(coord, std::move(edits));
-    if (const int index = lattice.find_brick(coord); index >= 0) {
-        lattice.before_move(lattice.brick(index));
-        for (const std::size_t n : carved)
-            for (Fixed* u : lattice.brick(index).u) u[n] = 0;
-        lattice.update_bounds(index);
+    carving.element_count += carved;
+    if (carved > 0) carving.edits.emplace(coord, std::move(edits));
+}
+
+/// Void elements have no imprint.
+void forget_void(const PlasticRest& rest, Carving& carving) {
+    for (const auto& [coord, edits] : carving.edits) {
+        const PlasticBrick* brick = rest.find(coord);
+        if (!brick) continue;
+        Imprint left = brick->imprint;
+        for (auto& component : left)
+            for (std::size_t n = 0; n < component.size(); ++n)
+                if (edits[n] & kVoid) component[n] = 0;
+        if (left != brick->imprint) carving.imprints[coord].imprint = std::move(left);
     }
-    return std::int64_t(carved.size());
+}
+
+/// Puts the void elements of a brick to their rest place. @pre the observer was told
+void put_void_to_rest(Lattice& lattice, int index, const BrickEdits& edits) noexcept {
+    Brick& brick = lattice.brick(index);
+    for (std::size_t n = 0; n < edits.size(); ++n)
+        if (edits[n] & kVoid)
+            for (Fixed* u : brick.u) u[n] = 0;
+    lattice.update_bounds(index);
 }
 
 }  // namespace
 
-Result<CarveReport> ChainMail::carve(const CarveTool& tool) {
+Result<CarveReport> ChainMail::Impl::carve(const CarveTool& tool) {
     const auto start = std::chrono::steady_clock::now();
-    Lattice& lattice = m_impl->lattice;
     const auto capsule = capsule_of(lattice.grid(), tool);
     if (!capsule.ok()) return capsule.error();
     const BrickSearch search(lattice);
-    const std::int64_t max_elements = m_impl->settings.max_elements;
+    const std::int64_t max_elements = settings.max_elements;
     if (search.brick_count(capsule->box()) > max_elements / lattice.elements_per_brick() + 8)
         return Error{ErrorCode::LimitExceeded,
                      "carve: the tool holds more than " + std::to_string(max_elements) +
                          " elements, expected a smaller one or a larger [lattice] max_elements"};
-    m_impl->let_go();
-    m_impl->begin_step("carve");
-    std::vector<Vec3i> coords;
-    search.for_each_brick(capsule->box(),
-                          [&](Vec3i coord, const PlaceBox&) { coords.push_back(coord); });
-    CarveReport report;
+    Operation step(*this, {.step = "carve", .ends_drag = true});
+    Carving carving;
+    search.for_each_brick(capsule->box(), [&](Vec3i coord, const PlaceBox&) {
+        carve_brick(lattice, coord, *capsule, tool.spare_fixed, carving);
+    });
+    forget_void(plastic_rest, carving);
+    for (const auto& [coord, edits] : carving.edits)
+        if (const int index = lattice.find_brick(coord); index >= 0)
+            lattice.before_move(lattice.brick(index));
+    plastic_rest.prepare(lattice, carving.imprints);
+    try {
+        lattice.prepare_edits(carving.edits);
+    } catch (...) {
+        plastic_rest.finish(carving.imprints);
+        throw;
+    }
+    // From here on nothing allocates.
     lattice.tick();
-    for (const Vec3i& coord : coords)
-        report.carved_elements += carve_brick(lattice, coord, *capsule, tool.spare_fixed);
-    m_impl->plastic_rest.forget_void(lattice, coords);
+    for (const auto& [coord, edits] : carving.edits)
+        if (const int index = lattice.find_brick(coord); index >= 0)
+            put_void_to_rest(lattice, index, edits);
+    lattice.exchange_edits(carving.edits);
+    lattice.finish_edits(carving.edits);
+    plastic_rest.exchange(lattice, carving.imprints);
+    plastic_rest.finish(carving.imprints);
     lattice.drop_still_bricks();
     const std::chrono::duration<double, std::milli> elapsed =
         std::chrono::steady_clock::now() - start;
+    CarveReport report;
+    report.carved_elements = carving.element_count;
     report.carve_ms = elapsed.count();
-    report.forgotten_steps = m_impl->end_step();
+    report.forgotten_steps = step.commit();
     return report;
+}
+
+Result<CarveReport> ChainMail::carve(const CarveTool& tool) {
+    return attempt([&] { return m_impl->carve(tool); });
 }
 
 }  // namespace pliant

@@ -6,15 +6,18 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <new>
 #include <string>
 
 #include "chainmail/chainmail_impl.h"
 #include "chainmail/check.h"
 #include "chainmail/grab.h"
 #include "chainmail/near_cells.h"
+#include "chainmail/operation.h"
 #include "chainmail/propagation.h"
 #include "chainmail/step.h"
 #include "chainmail/tool_touch.h"
+#include "core/errors.h"
 
 namespace pliant {
 
@@ -57,24 +60,29 @@ Error too_large(const ChainMailSettings& settings) {
 
 namespace {
 
-std::string reason(const PushReport& report) {
-    const bool none = report.status == PushStatus::Rejected;
-    switch (report.limited_by) {
+/// Why a push stopped, or why nothing moved.
+std::string_view reason(LimitedBy limit, bool nothing_moved) {
+    switch (limit) {
         case LimitedBy::None:
             return {};
         case LimitedBy::Bone:
-            return std::string(none ? "nothing moved" : "stopped") +
-                   ": bone (values above [material] bone_threshold_hu) is in the way";
+            return nothing_moved ? "nothing moved: bone (values above [material] "
+                                   "bone_threshold_hu) is in the way"
+                                 : "stopped: bone (values above [material] bone_threshold_hu) is "
+                                   "in the way";
         case LimitedBy::Movement:
-            return std::string(none ? "nothing moved" : "stopped") +
-                   ": an element reached its largest movement ([material] max_movement_mm)";
+            return nothing_moved ? "nothing moved: an element reached its largest movement "
+                                   "([material] max_movement_mm)"
+                                 : "stopped: an element reached its largest movement ([material] "
+                                   "max_movement_mm)";
         case LimitedBy::Object:
-            return std::string(none ? "nothing moved" : "stopped") +
-                   ": another object is in the way";
+            return nothing_moved ? "nothing moved: another object is in the way"
+                                 : "stopped: another object is in the way";
         case LimitedBy::Wall:
-            return std::string(none ? "nothing moved" : "stopped") + ": a wall is in the way";
+            return nothing_moved ? "nothing moved: a wall is in the way"
+                                 : "stopped: a wall is in the way";
         case LimitedBy::Fold:
-            return std::string(none ? "nothing moved" : "stopped") + ": space would fold";
+            return nothing_moved ? "nothing moved: space would fold" : "stopped: space would fold";
     }
     return {};
 }
@@ -108,19 +116,24 @@ bool ChainMail::Impl::propagate(std::span<const ElementRef> elements, Vec3<Fixed
     return done;
 }
 
-PushReport report_of_step(std::int64_t grabbed, StepLimit limit, std::int64_t moved) {
+PushReport report_of_step(std::int64_t grabbed, StepLimit limit) {
     PushReport report;
     report.grabbed_elements = grabbed;
     report.step_fraction = limit.fraction;
     report.limited_by = limit.limited_by;
+    report.message.reserve(
+        std::max(reason(limit.limited_by, true).size(), reason(limit.limited_by, false).size()));
+    return report;
+}
+
+void complete(PushReport& report, std::int64_t moved) noexcept {
     report.moved_elements = moved;
     const bool nothing = report.step_fraction <= 0 || (report.step_fraction < 1 && moved == 0);
     report.status = nothing                    ? PushStatus::Rejected
                     : report.step_fraction < 1 ? PushStatus::Limited
                                                : PushStatus::Applied;
     if (nothing) report.step_fraction = 0;
-    report.message = reason(report);
-    return report;
+    report.message = reason(report.limited_by, nothing);
 }
 
 Result<PushReport> ChainMail::Impl::push_grabbed(std::span<const ElementRef> elements,
@@ -130,18 +143,19 @@ Result<PushReport> ChainMail::Impl::push_grabbed(std::span<const ElementRef> ele
     const StepLimit own = limit_of_grabbed(lattice, elements, shift);
     const Vec3<Fixed> tried = fraction_of(shift, own.fraction);
     work.may_share = guard == nullptr;
-    if (!propagate(elements, tried)) {
-        discard_raises(lattice, work);
-        return too_large(settings);
-    }
+    if (!propagate(elements, tried)) return too_large(settings);
     const StepLimit reached = limit_of_reached(lattice, work, kernels(), tried, arena);
     StepGuard::Verdict verdict{reached.fraction, fraction_of(tried, reached.fraction),
                                reached.fraction < 1 ? reached.limited_by : own.limited_by};
     if (guard) verdict = guard->limit(work.touched, tried, verdict);
+    PushReport report = report_of_step(std::int64_t(elements.size()),
+                                       {own.fraction * verdict.fraction, verdict.limited_by});
+    tell_of_moves(lattice, work);
+    // From here on nothing allocates.
+    lattice.tick();
     *done = verdict.done;
-    const std::int64_t moved = apply_shift(lattice, work, kernels(), tried, verdict.done, arena);
-    return report_of_step(std::int64_t(elements.size()),
-                          {own.fraction * verdict.fraction, verdict.limited_by}, moved);
+    complete(report, apply_shift(lattice, work, kernels(), tried, verdict.done, arena));
+    return report;
 }
 
 void ChainMail::Impl::drop_unmoved() {
@@ -155,6 +169,7 @@ void ChainMail::Impl::drop_unmoved() {
 }
 
 void ChainMail::Impl::yield_to_push() {
+    if (!yields) return;
     // Imprints may be where no element is away from its rest place.
     std::vector<int> made;
     for (const auto& [coord, brick] : plastic_rest.bricks())
@@ -190,28 +205,25 @@ Result<PushReport> ChainMail::Impl::push(std::span<const Vec3i> elements, Vec3d 
                      "found a length of " +
                          std::to_string(norm(lattice_mm)) + " mm"};
     const auto start = std::chrono::steady_clock::now();
-    let_go();
+    Operation step(*this, {.step = "push", .ends_drag = true, .has_copies = yields});
     if (!take_hold(elements)) {
         PushReport report;
         report.message = "nothing moved: the tool touches no tissue there";
+        step.commit();
         return report;
     }
-    lattice.tick();
     const Vec3<Fixed> shift{units_from_mm(lattice_mm.x), units_from_mm(lattice_mm.y),
                             units_from_mm(lattice_mm.z)};
-    begin_step("push");
     Vec3<Fixed> done{0, 0, 0};
     Result<PushReport> report = push_grabbed(grabbed_elements, shift, &done);
-    allowance.shrink(lattice, arena);
+    if (!report.ok()) return report;
     drop_unmoved();
-    if (report.ok() && report->moved_elements > 0) yield_to_push();
+    if (report->moved_elements > 0) yield_to_push();
+    allowance.shrink(lattice, arena);
     const std::chrono::duration<double, std::milli> elapsed =
         std::chrono::steady_clock::now() - start;
-    const int forgotten = end_step();
-    if (report.ok()) {
-        report->solve_ms = elapsed.count();
-        report->forgotten_steps = forgotten;
-    }
+    report->forgotten_steps = step.commit();
+    report->solve_ms = elapsed.count();
     return report;
 }
 
@@ -246,34 +258,48 @@ ChainMail& ChainMail::operator=(ChainMail&&) noexcept = default;
 
 Result<ChainMail> ChainMail::create(const Volume& volume, const ChainMailSettings& settings,
                                     const TaskArena& arena) {
-    Result<MaterialMap> materials = make_materials(volume, settings);
-    if (!materials.ok()) return materials.error();
-    return ChainMail(std::make_unique<Impl>(volume, settings, std::move(*materials), arena));
+    return attempt([&]() -> Result<ChainMail> {
+        Result<MaterialMap> materials = make_materials(volume, settings);
+        if (!materials.ok()) return materials.error();
+        return ChainMail(std::make_unique<Impl>(volume, settings, std::move(*materials), arena));
+    });
 }
 
 Result<std::vector<Vec3i>> ChainMail::elements_at(const Push& push) const {
-    return m_impl->elements_at(push);
+    return attempt([&] { return m_impl->elements_at(push); });
 }
 
 Result<PushReport> ChainMail::push(const Push& push) {
-    const Result<std::vector<Vec3i>> elements = m_impl->elements_at(push);
-    if (!elements.ok()) return elements.error();
-    return m_impl->push(*elements, push.push_mm);
+    return attempt([&]() -> Result<PushReport> {
+        const Result<std::vector<Vec3i>> elements = m_impl->elements_at(push);
+        if (!elements.ok()) return elements.error();
+        return m_impl->push(*elements, push.push_mm);
+    });
 }
 
 Result<PushReport> ChainMail::push_elements(std::span<const Vec3i> elements, Vec3d push_mm) {
-    return m_impl->push(elements, push_mm);
+    return attempt([&] { return m_impl->push(elements, push_mm); });
+}
+
+void ChainMail::Impl::reset() {
+    let_go();
+    history.begin_anyway("reset");
+    lattice.tick();
+    try {
+        lattice.for_each_brick([&](Brick& brick) { lattice.before_move(brick); });
+        for (const auto& [coord, brick] : plastic_rest.bricks())
+            lattice.before_imprint(coord, &brick);
+    } catch (const std::bad_alloc&) {
+        history.give_up();  // a reset that fails would leave no way to free memory
+    }
+    lattice.drop_all_bricks();
+    plastic_rest.clear();
+    allowance.shrink(lattice, arena);
+    history.end();
 }
 
 void ChainMail::reset() {
-    m_impl->let_go();
-    m_impl->begin_step("reset");
-    m_impl->lattice.tick();
-    m_impl->lattice.for_each_brick([&](Brick& brick) { m_impl->lattice.before_move(brick); });
-    m_impl->lattice.drop_all_bricks();
-    m_impl->plastic_rest.clear();
-    m_impl->allowance.shrink(m_impl->lattice, m_impl->arena);
-    m_impl->end_step();
+    m_impl->reset();
 }
 
 Vec3d ChainMail::displacement_mm(Vec3i ijk) const {

@@ -9,6 +9,8 @@
 #include <string>
 
 #include "chainmail/chainmail_impl.h"
+#include "chainmail/operation.h"
+#include "core/errors.h"
 
 namespace pliant {
 namespace {
@@ -29,7 +31,7 @@ bool ChainMail::Impl::can_use_fields() const {
            !lattice.may_exceed_limits();
 }
 
-void ChainMail::Impl::drop_fields() {
+void ChainMail::Impl::drop_fields() noexcept {
     if (!has_fields) return;
     has_fields = false;
     drag.let_go(lattice);
@@ -41,13 +43,14 @@ Status ChainMail::Impl::pick() {
     drop_fields();
     steps_without_fields.reset();
     if (!can_use_fields()) return Ok{};
+    steps_without_fields = 0;  // where it fails
     take_hold(held);
     has_fields = drag.pick(lattice, grabbed_elements, drag_reach, kernels(),
                            uses_vectors() ? vector_look_at_fields() : plain_look_at_fields(), arena,
                            max_bricks(), work);
-    if (has_fields) return Ok{};
-    let_go();
-    return too_large(settings);
+    if (!has_fields) return too_large(settings);
+    steps_without_fields.reset();
+    return Ok{};
 }
 
 Result<GrabReport> ChainMail::Impl::grab(std::span<const Vec3i> elements, double reach_mm) {
@@ -57,24 +60,27 @@ Result<GrabReport> ChainMail::Impl::grab(std::span<const Vec3i> elements, double
                      "grab: expected a reach_mm above 0 and up to 500 mm after scaling, found " +
                          std::to_string(reach) + " mm"};
     const auto start = std::chrono::steady_clock::now();
-    let_go();
+    Operation step(*this, {.step = "drag", .ends_drag = true});
     GrabReport report;
-    std::copy_if(elements.begin(), elements.end(), std::back_inserter(held),
+    std::vector<Vec3i> taken;
+    std::copy_if(elements.begin(), elements.end(), std::back_inserter(taken),
                  [&](Vec3i element) { return !lattice.is_void(element); });
-    if (held.empty()) {
+    if (taken.empty()) {
         report.message = "nothing grabbed: the tool touches no tissue there";
+        step.commit();
         return report;
     }
-    lattice.tick();
+    held = std::move(taken);
     drag_reach = std::max<Fixed>(1, units_from_mm(reach));
     drag_offset = {0, 0, 0};
-    begin_step("drag");
     if (const Status status = pick(); !status.ok()) return status.error();
+    lattice.tick();
     report.grabbed_elements = std::int64_t(held.size());
     if (has_fields) {
         report.reach_elements = drag.reach_elements();
         report.field_bytes = std::int64_t(drag.bytes());
     }
+    step.commit_open();
     report.pick_ms = ms_since(start);
     return report;
 }
@@ -99,13 +105,17 @@ Result<PushReport> ChainMail::Impl::drag_by(Vec3<Fixed> step, Vec3<Fixed>& done)
     const StepLimit own = limit_of_grabbed(lattice, grabbed_elements, step);
     const Vec3<Fixed> tried = fraction_of(step, own.fraction);
     const StepLimit reached = drag.limit(lattice, tried, arena);
-    done = fraction_of(tried, reached.fraction);
-    const std::int64_t moved = drag.move(
-        lattice, done, uses_vectors() ? vector_move_dragged() : plain_move_dragged(), arena);
     const bool by_reached = reached.fraction < 1;
-    return report_of_step(
+    PushReport report = report_of_step(
         std::int64_t(held.size()),
-        {own.fraction * reached.fraction, by_reached ? reached.limited_by : own.limited_by}, moved);
+        {own.fraction * reached.fraction, by_reached ? reached.limited_by : own.limited_by});
+    // From here on nothing allocates.
+    lattice.tick();
+    done = fraction_of(tried, reached.fraction);
+    complete(report,
+             drag.move(lattice, done, uses_vectors() ? vector_move_dragged() : plain_move_dragged(),
+                       arena));
+    return report;
 }
 
 Result<PushReport> ChainMail::Impl::drag_to(Vec3d offset_mm) {
@@ -121,37 +131,40 @@ Result<PushReport> ChainMail::Impl::drag_to(Vec3d offset_mm) {
                      "a step of " +
                          std::to_string(length) + " mm"};
     const auto start = std::chrono::steady_clock::now();
-    lattice.tick();
+    Operation frame(*this, {.has_copies = yields});
     Vec3<Fixed> done{0, 0, 0};
     Result<PushReport> report = drag_by(whole_units(to_mm) - drag_offset, done);
     if (!report.ok()) return report;
-    drag_offset = drag_offset + done;
-    allowance.shrink(lattice, arena);
     if (report->moved_elements > 0) yield_to_push();
+    allowance.shrink(lattice, arena);
+    frame.commit();
+    drag_offset = drag_offset + done;
     report->solve_ms = ms_since(start);
     return report;
 }
 
-void ChainMail::Impl::let_go() {
+void ChainMail::Impl::let_go() noexcept {
     if (held.empty()) return;
     drop_fields();
     steps_without_fields.reset();
     held.clear();
-    end_step();
+    history.end();
 }
 
 Result<GrabReport> ChainMail::grab(const Push& place, double reach_mm) {
-    const Result<std::vector<Vec3i>> elements = m_impl->elements_at(place);
-    if (!elements.ok()) return elements.error();
-    return m_impl->grab(*elements, reach_mm);
+    return attempt([&]() -> Result<GrabReport> {
+        const Result<std::vector<Vec3i>> elements = m_impl->elements_at(place);
+        if (!elements.ok()) return elements.error();
+        return m_impl->grab(*elements, reach_mm);
+    });
 }
 
 Result<GrabReport> ChainMail::grab_elements(std::span<const Vec3i> elements, double reach_mm) {
-    return m_impl->grab(elements, reach_mm);
+    return attempt([&] { return m_impl->grab(elements, reach_mm); });
 }
 
 Result<PushReport> ChainMail::drag_to(Vec3d offset_mm) {
-    return m_impl->drag_to(offset_mm);
+    return attempt([&] { return m_impl->drag_to(offset_mm); });
 }
 
 void ChainMail::let_go() {

@@ -24,7 +24,10 @@
 
 namespace pliant {
 
-PushReport report_of_step(std::int64_t grabbed, StepLimit limit, std::int64_t moved);
+/// Everything of a report but the number of elements that moved. Makes all its allocations.
+PushReport report_of_step(std::int64_t grabbed, StepLimit limit);
+/// Adds the number of elements that moved. Can't fail.
+void complete(PushReport& report, std::int64_t moved) noexcept;
 Error too_large(const ChainMailSettings& settings);
 
 /// @returns InvalidArgument that names the setting
@@ -49,8 +52,9 @@ struct ChainMail::Impl {
         : volume(v),
           settings(s),
           lattice(v, std::move(materials), s.brick_size, s.bounded),
+          yields(any_yields(lattice.materials())),
           arena(a),
-          history(lattice, a, s.history_max_steps, s.history_max_bytes()),
+          history(lattice, plastic_rest, a, s.history_max_steps, s.history_max_bytes()),
           relaxation(lattice, plastic_rest, a) {}
 
     Result<PushReport> push(std::span<const Vec3i> elements, Vec3d push_mm);
@@ -60,6 +64,7 @@ struct ChainMail::Impl {
     class MaterialChange;
     Status set_materials(const ChainMailSettings& changed);
     /// After displacements came back from elsewhere: links may be outside of their limits again.
+    /// Where it throws nothing has changed.
     void restore_allowance();
     bool propagate(std::span<const ElementRef> grabbed, Vec3<Fixed> shift);
     /// The elements that a push at this place moves.
@@ -75,14 +80,23 @@ struct ChainMail::Impl {
     void drop_unmoved();
     /// Lets links beyond their yield limits flow, after a push or a step of a drag.
     void yield_to_push();
-    RelaxReport relax(const RelaxOptions& options);
+    Result<RelaxReport> relax(const RelaxOptions& given);
+    double elastic_energy_mm2();
+    Result<CutReport> cut(const CutSurface& surface);
+    Result<CarveReport> carve(const CarveTool& tool);
+    Status undo();
+    Status redo();
+    void reset();
+    Status save_state(const std::filesystem::path& path) const;
+    /// @returns the state that takes the place of this one
+    Result<std::unique_ptr<Impl>> load_state(const std::filesystem::path& path) const;
 
-    /// Between these two everything that changes the lattice is one step of the history. A drag
-    /// begins when it grabs and ends when it lets go; steps inside of a step belong to it.
-    void begin_step(std::string name) { history.begin(std::move(name)); }
-    /// @returns see History::end
-    int end_step();
-    class ImprintChange;
+    class Operation;
+    class SuspendedDrag;
+    /// The outermost one that is under way.
+    Operation* operation = nullptr;
+    /// Forgets what a solve left in lattice and memory when it was broken off.
+    void abandon_solve() noexcept;
 
     const Volume& volume;
     ChainMailSettings settings;
@@ -90,6 +104,7 @@ struct ChainMail::Impl {
     PlasticRest plastic_rest;
     Allowance allowance;  ///< of links that were outside of their limits when these changed
     bool materials_changed = false;  ///< at some time
+    bool yields;                     ///< some material does
     const TaskArena& arena;
     // Memory of a push, kept for the next.
     SweepWork work;
@@ -102,8 +117,8 @@ struct ChainMail::Impl {
     /// outside of their limits, which depend on the present state then.
     bool can_use_fields() const;
     Status pick();
-    void drop_fields();
-    void let_go();
+    void drop_fields() noexcept;
+    void let_go() noexcept;
 
     std::vector<Vec3i> held;           ///< elements of the drag; empty: none
     Vec3<Fixed> drag_offset{0, 0, 0};  ///< of them since they were grabbed

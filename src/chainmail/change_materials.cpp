@@ -12,7 +12,9 @@
 
 #include "chainmail/certificate.h"
 #include "chainmail/chainmail_impl.h"
+#include "chainmail/operation.h"
 #include "chainmail/settings.h"
+#include "core/errors.h"
 
 namespace pliant {
 namespace {
@@ -52,32 +54,47 @@ Result<MaterialMap> make_materials(const Volume& volume, const ChainMailSettings
 class ChainMail::Impl::MaterialChange final : public Exchange {
   public:
     MaterialChange(Impl& impl, ChainMailSettings other) : m_impl(impl), m_other(std::move(other)) {}
-    void exchange() override {
+    /// Once they are known, exchange needs no prepare.
+    void set_materials(MaterialMap materials) { m_materials = std::move(materials); }
+    void prepare() override {
         // The same settings were good before.
         if (auto materials = make_materials(m_impl.volume, m_other); materials.ok())
-            m_impl.lattice.set_materials(std::move(*materials));
-        std::swap(m_impl.settings, m_other);
+            m_materials = std::move(*materials);
     }
+    void exchange() noexcept override {
+        if (m_materials) m_impl.lattice.exchange_materials(*m_materials);
+        std::swap(m_impl.settings, m_other);
+        m_impl.yields = any_yields(m_impl.lattice.materials());
+    }
+    void finish() noexcept override { m_materials.reset(); }
     std::size_t bytes() const override { return sizeof *this; }
 
   private:
     Impl& m_impl;
     ChainMailSettings m_other;
+    std::optional<MaterialMap> m_materials;  ///< the other ones, from prepare to finish
 };
 
 Status ChainMail::Impl::set_materials(const ChainMailSettings& changed) {
     if (const Status s = check_unchanged(settings, changed); !s.ok()) return s;
     Result<MaterialMap> materials = make_materials(volume, changed);
     if (!materials.ok()) return materials.error();
-    let_go();
-    begin_step("materials");
-    history.add(std::make_unique<MaterialChange>(*this, settings));
+    Operation step(*this, {.step = "materials", .ends_drag = true});
+    auto change = std::make_unique<MaterialChange>(*this, changed);
+    change->set_materials(std::move(*materials));
+    history.make_room_for_exchange();
     lattice.tick();
-    lattice.set_materials(std::move(*materials));
-    settings = changed;
+    change->exchange();
+    try {
+        allowance.excuse_present(lattice, arena);
+    } catch (...) {
+        change->exchange();
+        throw;
+    }
     materials_changed = true;
-    allowance.excuse_present(lattice, arena);
-    end_step();
+    change->finish();
+    history.add(std::move(change));
+    step.commit();
     return Ok{};
 }
 
@@ -86,7 +103,7 @@ void ChainMail::Impl::restore_allowance() {
 }
 
 Status ChainMail::set_materials(const ChainMailSettings& settings) {
-    return m_impl->set_materials(settings);
+    return attempt([&] { return m_impl->set_materials(settings); });
 }
 
 FoldCertificate ChainMail::fold_certificate() const {

@@ -228,8 +228,7 @@ std::uint64_t hash_edits(const Lattice& lattice) {
 
 std::uint64_t hash_state(const Lattice& lattice) {
     std::uint64_t sum = 0;
-    for (const int index : lattice.resident_bricks()) {
-        const Brick& brick = lattice.brick(index);
+    lattice.for_each_brick([&](const Brick& brick) {  // a sum: the same in any order
         for (int n = 0; n < lattice.elements_per_brick(); ++n) {
             const auto i = std::size_t(n);
             const Vec3<Fixed> u{brick.u[0][i], brick.u[1][i], brick.u[2][i]};
@@ -240,7 +239,7 @@ std::uint64_t hash_state(const Lattice& lattice) {
                 hash.add_word(std::uint32_t(word));
             sum += hash.value();
         }
-    }
+    });
     return sum + hash_edits(lattice);
 }
 

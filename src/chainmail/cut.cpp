@@ -13,6 +13,8 @@
 #include "chainmail/cell_block.h"
 #include "chainmail/chainmail_impl.h"
 #include "chainmail/cut_search.h"
+#include "chainmail/operation.h"
+#include "core/errors.h"
 
 namespace pliant {
 namespace {
@@ -256,26 +258,32 @@ Result<std::int64_t> cut_links(Lattice& lattice, std::span<const Triangle> ribbo
         }
     });
     std::int64_t total = 0;
+    EditMap changes;
     for (std::size_t k = 0; k < edits.size(); ++k) {
-        if (counts[k] > 0) lattice.set_edits(candidates[starts[k]].coord, std::move(edits[k]));
+        if (counts[k] > 0) changes.emplace(candidates[starts[k]].coord, std::move(edits[k]));
         total += counts[k];
     }
+    lattice.prepare_edits(changes);
+    lattice.exchange_edits(changes);
+    lattice.finish_edits(changes);
     return total;
 }
 
-Result<CutReport> ChainMail::cut(const CutSurface& surface) {
+Result<CutReport> ChainMail::Impl::cut(const CutSurface& surface) {
     const auto start = std::chrono::steady_clock::now();
-    const auto ribbon = ribbon_of(m_impl->volume.grid, surface);
+    const auto ribbon = ribbon_of(volume.grid, surface);
     if (!ribbon.ok()) return ribbon.error();
-    m_impl->let_go();
-    m_impl->begin_step("cut");
-    const auto count =
-        cut_links(m_impl->lattice, *ribbon, m_impl->settings.max_elements, m_impl->arena);
+    Operation step(*this, {.step = "cut", .ends_drag = true});
+    const auto count = cut_links(lattice, *ribbon, settings.max_elements, arena);
+    if (!count.ok()) return count.error();
     const std::chrono::duration<double, std::milli> elapsed =
         std::chrono::steady_clock::now() - start;
-    const int forgotten = m_impl->end_step();
-    if (!count.ok()) return count.error();
+    const int forgotten = step.commit();
     return CutReport{*count, elapsed.count(), forgotten};
+}
+
+Result<CutReport> ChainMail::cut(const CutSurface& surface) {
+    return attempt([&] { return m_impl->cut(surface); });
 }
 
 }  // namespace pliant

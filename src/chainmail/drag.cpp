@@ -51,6 +51,7 @@ bool Drag::pick(Lattice& lattice, std::span<const ElementRef> grabbed, Fixed rea
     m_bricks.clear();
     m_arrays.clear();
     m_indices.clear();
+    m_told_step = 0;
     if (!m_fields.solve(lattice, grabbed, reach, kernels, arena, max_bricks, work)) {
         lattice.drop_still_bricks(work.touched);
         return false;
@@ -175,7 +176,11 @@ BrickMotion Drag::motion_of(std::size_t place, const Frame& frame, unsigned axes
     return motion;
 }
 
-StepLimit Drag::limit(const Lattice& lattice, Vec3<Fixed> step, const TaskArena& arena) const {
+StepLimit Drag::limit(const Lattice& lattice, Vec3<Fixed> step, const TaskArena& arena) {
+    const std::uint64_t observed = lattice.observed_step();
+    if (m_told_step != observed)
+        for (FieldBrick& field : m_bricks) field.is_told = false;
+    m_told_step = observed;
     StepLimit limit;
     for (int a = 0; a < 3; ++a) {
         const Fixed sign = sign_of(step[a]);
@@ -189,8 +194,12 @@ StepLimit Drag::limit(const Lattice& lattice, Vec3<Fixed> step, const TaskArena&
     const auto look = [&](std::int64_t begin, std::int64_t end) {
         StepLimit own;
         for (auto k = std::size_t(begin); k < std::size_t(end); ++k) {
-            const FieldBrick& field = m_bricks[k];
+            FieldBrick& field = m_bricks[k];
             const unsigned axes = moving(field, frame);
+            if (axes && observed && !field.is_told) {
+                lattice.before_move(*field.brick);
+                field.is_told = true;
+            }
             if (axes && !stays_inside(field.least_movement, farthest(field, frame, axes)))
                 tighten(own, limit_of_brick(lattice, *field.brick, motion_of(k, frame, axes), step,
                                             false));
@@ -275,7 +284,7 @@ std::int64_t Drag::move(Lattice& lattice, Vec3<Fixed> step, MoveDragged move_dra
     return moved;
 }
 
-void Drag::let_go(Lattice& lattice) {
+void Drag::let_go(Lattice& lattice) noexcept {
     for (std::size_t k = 0; k < m_bricks.size(); ++k)
         if (m_bricks[k].has_wide_bounds) lattice.update_bounds(m_indices[k]);
     lattice.drop_still_bricks(m_indices);

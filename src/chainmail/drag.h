@@ -47,14 +47,15 @@ class Drag {
     /// Whether the fields hold for a further step.
     bool covers(Vec3<Fixed> step) const;
     /// Largest fraction of a step that bone and movement limits allow.
-    StepLimit limit(const Lattice& lattice, Vec3<Fixed> step, const TaskArena& arena) const;
+    /// Tells the lattice's observer of all bricks that move may then move.
+    StepLimit limit(const Lattice& lattice, Vec3<Fixed> step, const TaskArena& arena);
     /// Moves everything, as the grabbed elements move by the step. Until the fields are let go,
     /// the bounds of bricks may be wider than what is in them.
     /// @pre the limits allow it  @returns the number of elements that moved
     std::int64_t move(Lattice& lattice, Vec3<Fixed> step, MoveDragged move_dragged,
                       const TaskArena& arena);
     /// Forgets the fields, and drops bricks that they alone kept.
-    void let_go(Lattice& lattice);
+    void let_go(Lattice& lattice) noexcept;
 
     Fixed reach() const { return m_reach; }
     std::int64_t reach_elements() const { return m_reach_elements; }
@@ -68,6 +69,7 @@ class Drag {
         Fixed least_movement = 0;
         bool has_wide_bounds = false;                ///< of its displacements
         bool was_at_rest = false;                    ///< at the pick, and all fields are one
+        bool is_told = false;                        ///< the observer knows that it moves
         std::array<Fixed, 6> highest{};              ///< largest value of each field
         Vec3<Fixed> u_min{0, 0, 0}, u_max{0, 0, 0};  ///< as in the brick: none else moves it now
     };
@@ -105,6 +107,7 @@ class Drag {
     /// By direction: how much a fixed element would be raised by the whole reach; 0: none.
     std::array<Fixed, 6> m_bone{};
     std::int64_t m_reach_elements = 0;
+    std::uint64_t m_told_step = 0;  ///< the observer's, for is_told
 };
 
 }  // namespace pliant

@@ -5,8 +5,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
-#include <new>
 #include <utility>
 
 #include "chainmail/sweep_lags.h"
@@ -336,8 +334,7 @@ Fixed* DragFields::take_arrays(std::size_t count) {
     const std::lock_guard lock(m_mutex);
     const std::size_t per_slab = kBricksPerSlab * count;
     if (m_used == m_slabs.size() * per_slab) {
-        m_slabs.emplace_back(static_cast<Fixed*>(std::aligned_alloc(64, per_slab * m_array_bytes)));
-        if (!m_slabs.back()) throw std::bad_alloc();
+        m_slabs.push_back(allocate_aligned<Fixed>(per_slab * m_array_bytes, 64));
     }
     const std::size_t slab = m_used / per_slab, place = m_used % per_slab;
     m_used += count;

@@ -34,6 +34,7 @@
 #include "chainmail/lattice.h"
 #include "chainmail/propagation.h"
 #include "chainmail/sweep_kernels.h"
+#include "core/memory.h"
 
 namespace pliant {
 
@@ -75,7 +76,7 @@ class DragFields {
     std::vector<BrickFields> m_bricks;  ///< by brick index
     std::array<Fixed, kDirections> m_ahead{};
     std::mutex m_mutex;  ///< of the memory
-    std::vector<std::unique_ptr<Fixed, FreeMemory>> m_slabs;
+    std::vector<AlignedMemory<Fixed>> m_slabs;
     std::size_t m_used = 0, m_array_bytes = 0;
 };
 

@@ -1,255 +1,254 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
+// Steps: how they begin and end, are set aside, kept and forgotten.
+
 #include "chainmail/history.h"
 
 #include <algorithm>
-#include <cstring>
-#include <tuple>
+#include <new>
 #include <utility>
 
 namespace pliant {
 namespace {
 
-/// Bricks that are packed together: about 100 kB before packing.
-constexpr std::size_t kBricksPerPiece = 16;
-/// Copies that are kept for the next step's use, 6 MB for bricks of 8³; the rest is given back.
-constexpr std::size_t kMaxSpare = 1024;
-
-template <class Map>
-std::vector<Vec3i> sorted_coords(const Map& map) {
-    std::vector<Vec3i> coords;
-    coords.reserve(map.size());
-    for (const auto& entry : map) coords.push_back(entry.first);
-    std::sort(coords.begin(), coords.end(),
-              [](Vec3i p, Vec3i q) { return std::tie(p.z, p.y, p.x) < std::tie(q.z, q.y, q.x); });
-    return coords;
-}
+/// Names up to this length are not cut where memory is short.
+constexpr std::size_t kUsualName = 47;
 
 }  // namespace
 
-History::History(Lattice& lattice, const TaskArena& arena, int max_steps, std::size_t max_bytes)
-    : m_lattice(lattice), m_arena(arena), m_max_steps(max_steps), m_max_bytes(max_bytes) {
-    m_lattice.set_observer(nullptr);
+History::History(Lattice& lattice, PlasticRest& rest, const TaskArena& arena, int max_steps,
+                 std::size_t max_bytes)
+    : m_lattice(lattice),
+      m_rest(rest),
+      m_arena(arena),
+      m_max_steps(max_steps),
+      m_max_bytes(max_bytes) {
+    if (keeps_steps()) make_node();
+    observe(false);
 }
 
 History::~History() {
-    m_lattice.set_observer(nullptr);
+    observe(false);
 }
 
-void History::begin(std::string name) {
-    if (m_depth++ > 0 || m_max_steps == 0) return;
-    m_open = {};
-    m_open.name = std::move(name);
-    ++m_step;
-    m_lattice.set_observer(this);
+void History::start_copies() noexcept {
+    recycle(m_copies);
+    m_copies.step = ++m_last_step;
+    observe(true);
 }
 
-int History::end() {
+/// Memory for the next step and its name.
+void History::make_node() {
+    if (m_node.empty()) m_node.emplace_back();
+    m_node.front().name.reserve(kUsualName);
+}
+
+void History::begin_in_node() noexcept {
+    m_open.splice(m_open.end(), m_node, m_node.begin());
+    m_is_given_up = false;
+    start_copies();
+}
+
+void History::begin(const std::string& name) {
+    if (m_depth == 0 && keeps_steps()) {
+        // What could not be packed when it ended, and is the last that happened.
+        if (!has_aside() && !m_undo.empty() && !m_undo.back().is_packed) {
+            try {
+                pack_copies(m_undo.back());
+            } catch (const std::bad_alloc&) {  // then it waits for the next time
+            }
+        }
+        make_node();
+        m_node.front().name = name;
+        begin_in_node();
+    }
+    ++m_depth;
+}
+
+void History::begin_anyway(const std::string& name) noexcept {
+    try {
+        begin(name);
+        return;
+    } catch (const std::bad_alloc&) {
+    }
+    if (m_node.empty()) {
+        Steps& farthest = m_redo.empty() ? m_undo : m_redo;
+        m_bytes -= farthest.front().bytes;
+        m_node.splice(m_node.end(), farthest, farthest.begin());
+        clear_node();
+    }
+    std::string& cut = m_node.front().name;
+    cut.assign(name, 0, std::min(name.size(), cut.capacity()));
+    begin_in_node();
+    ++m_depth;
+}
+
+int History::end() noexcept {
     PLIANT_ASSERT(m_depth > 0);
-    if (--m_depth > 0 || m_max_steps == 0) return 0;
-    m_lattice.set_observer(nullptr);
-    m_open.moves = pack_moves();
-    m_open.edits = pack_edits();
-    forget_saved();
-    if (m_open.moves.empty() && m_open.edits.empty() && m_open.exchanges.empty()) return 0;
-    return keep(std::exchange(m_open, {}));
+    if (--m_depth > 0 || !keeps_steps()) return 0;
+    observe(false);
+    if (m_is_given_up) {
+        retire(m_open);
+        clear();
+        return -1;
+    }
+    close(m_open.front(), m_copies);
+    return keep(m_open, m_copies);
+}
+
+void History::cancel(std::uint64_t made) noexcept {
+    PLIANT_ASSERT(m_depth > 0);
+    if (--m_depth > 0 || !keeps_steps()) return;
+    observe(false);
+    put_back(m_copies, made);
+    retire(m_open);
+}
+
+void History::give_up() noexcept {
+    if (m_depth == 0 || !keeps_steps()) return;
+    m_is_given_up = true;
+    observe(false);
+    recycle(m_copies);
+    m_spare.clear();
+}
+
+void History::make_room_for_exchange() {
+    if (!m_open.empty()) m_open.front().exchanges.reserve(m_open.front().exchanges.size() + 1);
 }
 
 void History::add(std::unique_ptr<Exchange> exchange) {
     PLIANT_ASSERT(m_depth > 0);
-    if (m_max_steps > 0) m_open.exchanges.push_back(std::move(exchange));
+    if (!m_open.empty()) m_open.front().exchanges.push_back(std::move(exchange));
 }
 
-void History::before_move(Brick& brick) {
-    if (brick.saved_for == m_step) return;
-    brick.saved_for = m_step;
-    const std::lock_guard lock(m_mutex);
-    const auto [entry, is_new] = m_saved_moves.try_emplace(brick.coord);
-    if (!is_new) return;
-    if (brick.u_min == Vec3<Fixed>{0, 0, 0} && brick.u_max == Vec3<Fixed>{0, 0, 0}) return;
-    const auto n = std::size_t(m_lattice.elements_per_brick());
-    if (m_spare.empty()) {
-        entry->second.u = std::make_unique_for_overwrite<Fixed[]>(3 * n);
-    } else {
-        entry->second.u = std::move(m_spare.back());
-        m_spare.pop_back();
-    }
-    for (std::size_t a = 0; a < 3; ++a)
-        std::memcpy(entry->second.u.get() + a * n, brick.u[a], n * sizeof(Fixed));
+void History::open_safeguard() noexcept {
+    PLIANT_ASSERT(!m_has_safeguard);
+    m_has_safeguard = true;
+    m_outer = std::exchange(m_copies, {});
+    start_copies();
 }
 
-void History::before_edit(Vec3i coord, const BrickEdits* edits) {
-    if (m_saved_edits.contains(coord)) return;
-    m_saved_edits.emplace(
-        coord, edits ? *edits : BrickEdits(std::size_t(m_lattice.elements_per_brick()), 0));
-}
-
-void History::forget_saved() {
-    for (auto& [coord, saved] : m_saved_moves)
-        if (saved.u && m_spare.size() < kMaxSpare) m_spare.push_back(std::move(saved.u));
-    m_saved_moves.clear();
-    m_saved_edits.clear();
-}
-
-void History::pack_piece(std::span<const Vec3i> coords, Piece& piece) const {
-    const auto n = std::size_t(m_lattice.elements_per_brick());
-    static thread_local std::vector<Fixed> rest;
-    static thread_local Bytes raw;
-    rest.resize(n, 0);
-    raw.clear();
-    for (const Vec3i& coord : coords) {
-        const Fixed* saved = m_saved_moves.at(coord).u.get();
-        const int index = m_lattice.find_brick(coord);
-        if (!saved && index < 0) continue;
-        Components before, after;
-        for (std::size_t a = 0; a < 3; ++a) {
-            before[a] = saved ? saved + a * n : rest.data();
-            after[a] = index < 0 ? rest.data() : m_lattice.brick(index).u[a];
+void History::close_safeguard() noexcept {
+    PLIANT_ASSERT(m_has_safeguard);
+    m_has_safeguard = false;
+    Copies inner = std::exchange(m_copies, std::exchange(m_outer, {}));
+    const bool goes_on = !m_open.empty() && !m_is_given_up;
+    observe(goes_on);
+    if (goes_on) {
+        // What has no copy in the step yet, had not changed before. There is room (before_move).
+        while (!inner.moves.empty()) {
+            auto node = inner.moves.extract(inner.moves.begin());
+            const int index = m_lattice.find_brick(node.key());
+            if (index >= 0) m_lattice.brick(index).saved_for = m_copies.step;
+            m_copies.moves.insert(std::move(node));
         }
-        if (encode_change(before, after, m_lattice.brick_size(), raw))
-            piece.coords.push_back(coord);
+        while (!inner.edits.empty())
+            m_copies.edits.insert(inner.edits.extract(inner.edits.begin()));
+        while (!inner.imprints.empty())
+            m_copies.imprints.insert(inner.imprints.extract(inner.imprints.begin()));
     }
-    piece.coords.shrink_to_fit();
-    piece.raw_size = raw.size();
-    if (!raw.empty()) piece.packed = pack(raw);
+    recycle(inner);
 }
 
-std::vector<History::Piece> History::pack_moves() {
-    const std::vector<Vec3i> coords = sorted_coords(m_saved_moves);
-    std::vector<Piece> pieces((coords.size() + kBricksPerPiece - 1) / kBricksPerPiece);
-    m_arena.for_each(std::int64_t(pieces.size()), 1, [&](std::int64_t begin, std::int64_t end) {
-        for (auto k = std::size_t(begin); k < std::size_t(end); ++k) {
-            const std::size_t first = k * kBricksPerPiece;
-            const std::size_t count = std::min(kBricksPerPiece, coords.size() - first);
-            pack_piece(std::span(coords).subspan(first, count), pieces[k]);
-        }
-    });
-    std::erase_if(pieces, [](const Piece& piece) { return piece.coords.empty(); });
-    return pieces;
+void History::cancel_safeguard(std::uint64_t made) noexcept {
+    PLIANT_ASSERT(m_has_safeguard);
+    m_has_safeguard = false;
+    observe(false);
+    put_back(m_copies, made);
+    m_copies = std::exchange(m_outer, {});
+    observe(!m_open.empty() && !m_is_given_up);
 }
 
-std::vector<History::Piece> History::pack_edits() {
-    std::vector<Piece> pieces;
-    std::vector<std::byte> raw;
-    Piece piece;
-    const auto finish = [&] {
-        if (piece.coords.empty()) return;
-        piece.raw_size = raw.size();
-        piece.packed = pack(raw);
-        pieces.push_back(std::exchange(piece, {}));
-        raw.clear();
-    };
-    for (const Vec3i& coord : sorted_coords(m_saved_edits)) {
-        BrickEdits change = m_saved_edits.at(coord);
-        if (const BrickEdits* now = m_lattice.edits_of(coord))
-            for (std::size_t n = 0; n < change.size(); ++n) change[n] ^= (*now)[n];
-        if (std::all_of(change.begin(), change.end(), [](auto flags) { return flags == 0; }))
-            continue;
-        piece.coords.push_back(coord);
-        for (const std::uint8_t flags : change) raw.push_back(std::byte(flags));
-        if (piece.coords.size() == kBricksPerPiece) finish();
-    }
-    finish();
-    return pieces;
+void History::set_aside() noexcept {
+    PLIANT_ASSERT(m_depth > 0 && m_aside.empty());
+    if (--m_depth > 0 || !keeps_steps()) return;
+    observe(false);
+    close(m_open.front(), m_copies);
+    m_aside.splice(m_aside.end(), m_open);
+    m_aside_copies = std::exchange(m_copies, {});
 }
 
-int History::keep(Step step) {
-    step.bytes = sizeof(Step) + step.name.size();
+void History::reopen() noexcept {
+    if (m_depth++ > 0 || !keeps_steps()) return;
+    Step& step = m_aside.front();
+    step.moves.clear();
+    step.edits.clear();
+    m_open.splice(m_open.end(), m_aside);
+    m_copies = std::exchange(m_aside_copies, {});
+    // Copies of what had not changed may be gone: they are taken again.
+    m_copies.step = ++m_last_step;
+    observe(true);
+}
+
+int History::settle() noexcept {
+    return m_aside.empty() ? 0 : keep(m_aside, m_aside_copies);
+}
+
+std::size_t History::bytes_of(const Step& step) const {
+    const auto n = std::size_t(m_lattice.elements_per_brick());
+    std::size_t bytes = sizeof(Step) + step.name.size();
     for (const auto* pieces : {&step.moves, &step.edits})
         for (const Piece& piece : *pieces)
-            step.bytes += sizeof(Piece) + piece.packed.size() + piece.coords.size() * sizeof(Vec3i);
-    for (const auto& exchange : step.exchanges) step.bytes += exchange->bytes();
+            bytes += sizeof(Piece) + piece.packed.size() + piece.coords.size() * sizeof(Vec3i);
+    for (const auto& exchange : step.exchanges) bytes += exchange->bytes();
+    bytes += (step.imprints.size() + step.copies.moves.size()) * (sizeof(Vec3i) + 12 * n);
+    return bytes + step.copies.edits.size() * (sizeof(Vec3i) + n);
+}
+
+/// @param step  closed, in a list of one; the list is empty then
+int History::keep(Steps& step, Copies& copies) noexcept {
+    Step& kept = step.front();
+    kept.imprints = std::exchange(copies.imprints, {});
+    if (!kept.is_packed) std::swap(kept.copies, copies);
+    recycle(copies);
+    if (!kept.is_any) {
+        retire(step);
+        return 0;
+    }
+    kept.bytes = bytes_of(kept);
     for (const Step& undone : m_redo) m_bytes -= undone.bytes;
-    m_redo.clear();
-    if (step.bytes > m_max_bytes) {
+    retire(m_redo);
+    if (kept.bytes > m_max_bytes) {
+        retire(step);
         clear();
         return -1;
     }
-    m_bytes += step.bytes;
-    m_undo.push_back(std::move(step));
+    m_bytes += kept.bytes;
+    m_undo.splice(m_undo.end(), step);
     int forgotten = 0;
     while (int(m_undo.size()) > m_max_steps || m_bytes > m_max_bytes) {
         m_bytes -= m_undo.front().bytes;
         m_undo.pop_front();
         ++forgotten;
     }
+    try {
+        make_node();  // so that the next step begins even where memory is short
+    } catch (const std::bad_alloc&) {
+    }
     return forgotten;
 }
 
-void History::clear() {
-    m_undo.clear();
-    m_redo.clear();
+/// Forgets steps, but not the memory of one of them.
+void History::retire(Steps& steps) noexcept {
+    if (m_node.empty() && !steps.empty()) {
+        m_node.splice(m_node.end(), steps, steps.begin());
+        clear_node();
+    }
+    steps.clear();
+}
+
+void History::clear_node() noexcept {
+    std::string name = std::move(m_node.front().name);  // with its memory
+    m_node.front() = {};
+    name.clear();
+    m_node.front().name = std::move(name);
+}
+
+void History::clear() noexcept {
+    retire(m_undo);
+    retire(m_redo);
     m_bytes = 0;
-}
-
-void History::undo() {
-    PLIANT_ASSERT(m_depth == 0 && !m_undo.empty());
-    m_redo.push_back(std::move(m_undo.back()));
-    m_undo.pop_back();
-    apply(m_redo.back(), Direction::Back);
-}
-
-void History::redo() {
-    PLIANT_ASSERT(m_depth == 0 && !m_redo.empty());
-    m_undo.push_back(std::move(m_redo.back()));
-    m_redo.pop_back();
-    apply(m_undo.back(), Direction::Forth);
-}
-
-void History::apply(Step& step, Direction direction) {
-    m_lattice.tick();
-    // Bricks first, one after the other; then their displacements, each piece by itself.
-    for (const Piece& piece : step.moves)
-        for (const Vec3i& coord : piece.coords) m_lattice.ensure_brick(coord);
-    m_arena.for_each(std::int64_t(step.moves.size()), 1, [&](std::int64_t begin, std::int64_t end) {
-        for (auto k = std::size_t(begin); k < std::size_t(end); ++k)
-            apply_moves(step.moves[k], direction);
-    });
-    for (const Piece& piece : step.edits) apply_edits(piece);
-    // What was changed last is taken back first.
-    if (direction == Direction::Back) std::reverse(step.exchanges.begin(), step.exchanges.end());
-    for (const auto& exchange : step.exchanges) exchange->exchange();
-    if (direction == Direction::Back) std::reverse(step.exchanges.begin(), step.exchanges.end());
-    m_lattice.drop_still_bricks();
-}
-
-void History::apply_moves(const Piece& piece, Direction direction) {
-    const auto n = std::size_t(m_lattice.elements_per_brick());
-    Bytes raw(piece.raw_size);
-    std::vector<std::uint32_t> change(3 * n);
-    bool whole = unpack(piece.packed, raw);
-    std::span<const std::byte> left = raw;
-    for (const Vec3i& coord : piece.coords) {
-        whole = whole && decode_change(left, m_lattice.brick_size(),
-                                       {change.data(), change.data() + n, change.data() + 2 * n});
-        PLIANT_ASSERT(whole);
-        if (!whole) return;
-        const int index = m_lattice.find_brick(coord);
-        Brick& brick = m_lattice.brick(index);
-        for (std::size_t a = 0; a < 3; ++a)
-            for (std::size_t i = 0; i < n; ++i) {
-                const std::uint32_t step = change[a * n + i];
-                brick.u[a][i] = Fixed(std::uint32_t(brick.u[a][i]) +
-                                      (direction == Direction::Forth ? step : 0u - step));
-            }
-        brick.changed_at = m_lattice.clock();
-        m_lattice.update_bounds(index);
-    }
-}
-
-void History::apply_edits(const Piece& piece) {
-    const auto n = std::size_t(m_lattice.elements_per_brick());
-    Bytes raw(piece.raw_size);
-    const bool whole = unpack(piece.packed, raw);
-    PLIANT_ASSERT(whole);
-    if (!whole) return;
-    for (std::size_t k = 0; k < piece.coords.size(); ++k) {
-        const BrickEdits* now = m_lattice.edits_of(piece.coords[k]);
-        BrickEdits edits = now ? *now : BrickEdits(n, 0);
-        for (std::size_t i = 0; i < n; ++i) edits[i] ^= std::uint8_t(raw[k * n + i]);
-        m_lattice.set_edits(piece.coords[k], std::move(edits));
-    }
 }
 
 }  // namespace pliant

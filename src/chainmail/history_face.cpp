@@ -4,6 +4,8 @@
 // Undo and redo as a user of ChainMail sees them.
 
 #include "chainmail/chainmail_impl.h"
+#include "chainmail/operation.h"
+#include "core/errors.h"
 
 namespace pliant {
 namespace {
@@ -14,49 +16,37 @@ Error open_group() {
 
 }  // namespace
 
-/// The other imprints: those of before while the change is done, those of after while it's undone.
-class ChainMail::Impl::ImprintChange final : public Exchange {
-  public:
-    ImprintChange(Impl& impl, std::vector<PlasticRest::Former> others)
-        : m_impl(impl), m_others(std::move(others)) {}
-    void exchange() override { m_impl.plastic_rest.exchange(m_impl.lattice, m_others); }
-    std::size_t bytes() const override {
-        // Either way it may be the fuller one; a step's size is asked for once.
-        const auto n = std::size_t(m_impl.lattice.elements_per_brick());
-        return sizeof *this + m_others.size() * (sizeof m_others[0] + 3 * n * sizeof(Fixed));
+Status ChainMail::Impl::undo() {
+    SuspendedDrag suspended(*this);
+    if (history.is_open()) return open_group();
+    if (!history.has_aside() && history.undo_steps() == 0) {
+        Error none{ErrorCode::NotFound, "undo: expected a step to take back, found none"};
+        suspended.end();
+        return none;
     }
+    history.undo([&] { restore_allowance(); });
+    suspended.end();
+    return Ok{};
+}
 
-  private:
-    Impl& m_impl;
-    std::vector<PlasticRest::Former> m_others;
-};
-
-int ChainMail::Impl::end_step() {
-    // Of the outermost step, and also where it is told from another: exchanges are taken back in
-    // turn.
-    if (auto changes = plastic_rest.take_changes(); !changes.empty())
-        history.add(std::make_unique<ImprintChange>(*this, std::move(changes)));
-    return history.end();
+Status ChainMail::Impl::redo() {
+    SuspendedDrag suspended(*this);
+    if (history.is_open()) return open_group();
+    if (history.has_aside() || history.redo_steps() == 0) {
+        Error none{ErrorCode::NotFound, "redo: expected a step that was undone, found none"};
+        suspended.end();
+        return none;
+    }
+    history.redo([&] { restore_allowance(); });
+    suspended.end();
+    return Ok{};
 }
 
 Status ChainMail::undo() {
-    m_impl->let_go();
-    if (m_impl->history.is_open()) return open_group();
-    if (m_impl->history.undo_steps() == 0)
-        return Error{ErrorCode::NotFound, "undo: expected a step to take back, found none"};
-    m_impl->history.undo();
-    m_impl->restore_allowance();
-    return Ok{};
+    return attempt([&] { return m_impl->undo(); });
 }
-
 Status ChainMail::redo() {
-    m_impl->let_go();
-    if (m_impl->history.is_open()) return open_group();
-    if (m_impl->history.redo_steps() == 0)
-        return Error{ErrorCode::NotFound, "redo: expected a step that was undone, found none"};
-    m_impl->history.redo();
-    m_impl->restore_allowance();
-    return Ok{};
+    return attempt([&] { return m_impl->redo(); });
 }
 
 int ChainMail::undo_steps() const {
@@ -75,10 +65,10 @@ const std::string& ChainMail::next_redo_name() const {
     return m_impl->history.next_redo_name();
 }
 void ChainMail::begin_group(const std::string& name) {
-    m_impl->begin_step(name);
+    m_impl->history.begin_anyway(name);
 }
 int ChainMail::end_group() {
-    return m_impl->end_step();
+    return m_impl->history.end();
 }
 
 }  // namespace pliant

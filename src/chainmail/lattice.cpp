@@ -8,7 +8,6 @@
 #include <cmath>
 #include <cstddef>
 #include <cstring>
-#include <new>
 #include <tuple>
 #include <utility>
 
@@ -36,6 +35,12 @@ constexpr std::size_t kLine = 64;  ///< of the caches, and alignment of arrays [
 
 std::size_t round_up(std::size_t bytes, std::size_t to) {
     return (bytes + to - 1) / to * to;
+}
+
+/// Room for so many values, at least doubled where it has to grow.
+template <class T>
+void make_room(std::vector<T>& values, std::size_t count) {
+    if (values.capacity() < count) values.reserve(std::max(count, 2 * values.capacity()));
 }
 
 }  // namespace
@@ -106,17 +111,15 @@ int Lattice::ensure_blank_brick(Vec3i coord) {
 }
 
 int Lattice::add_brick(Vec3i coord) {
-    int index = int(m_bricks.size());
-    if (m_free_indices.empty()) {
-        m_bricks.push_back(take_brick(coord));
-    } else {
-        index = m_free_indices.back();
-        m_free_indices.pop_back();
-        m_bricks[std::size_t(index)] = take_brick(coord);
-    }
+    make_room_for(coord);
+    std::unique_ptr<Brick> taken = take_brick(coord);
+    const int index = m_free_indices.back();
+    m_free_indices.pop_back();
+    m_bricks[std::size_t(index)] = std::move(taken);
     m_index_of.insert(coord, index);
     ++m_resident_count;
     Brick& made = brick(index);
+    made.serial = ++m_made_count;
     made.neighbours = m_index_of.find_neighbours(coord);
     for (int side = 0; side < 6; ++side) {
         const int neighbour = made.neighbours[std::size_t(side)];
@@ -125,6 +128,21 @@ int Lattice::add_brick(Vec3i coord) {
     const BrickEdits* edits = edits_of(coord);
     made.edits = edits ? edits->data() : nullptr;
     return index;
+}
+
+/// All memory that a brick needs beside its own, so that neither making nor dropping it can fail
+/// half way.
+void Lattice::make_room_for(Vec3i coord) {
+    if (m_free_indices.empty()) {
+        make_room(m_free_indices, m_bricks.size() + 1);
+        m_bricks.emplace_back();
+        m_free_indices.push_back(int(m_bricks.size()) - 1);
+    }
+    make_room(m_spare, m_spare.size() + std::size_t(m_resident_count) + 1);
+    if (m_index_of.is_inside(coord)) return;
+    const std::size_t outside = m_index_of.outside_count() + 1;
+    m_index_of.reserve_outside(outside);
+    m_spare_at.reserve_outside(outside + m_spare_at.outside_count());
 }
 
 void Lattice::place_at_rest(Brick& brick) const {
@@ -203,8 +221,7 @@ void Lattice::take_slab() {
     const bool huge = count == full;
     const std::size_t alignment = huge ? kHugePage : kLine;
     const std::size_t bytes = round_up(count * brick_bytes(), alignment);
-    m_slabs.emplace_back(std::aligned_alloc(alignment, bytes));
-    if (!m_slabs.back()) throw std::bad_alloc();
+    m_slabs.push_back(allocate_aligned<void>(bytes, alignment));
 #ifdef MADV_HUGEPAGE
     if (huge) madvise(m_slabs.back().get(), bytes, MADV_HUGEPAGE);
 #endif
@@ -277,8 +294,8 @@ bool Lattice::fill_materials(Brick& brick) const {
     return is_one && !edits && (m_bounded || is_whole(part));
 }
 
-void Lattice::set_materials(MaterialMap materials) {
-    m_materials = std::move(materials);
+void Lattice::exchange_materials(MaterialMap& materials) noexcept {
+    std::swap(m_materials, materials);
     ++m_links_version;
     for (auto& brick : m_bricks)
         if (brick && !brick->is_blank) fill_in(*brick);
@@ -329,7 +346,7 @@ void Lattice::update_bounds(int index) {
 const BrickEdits* Lattice::edits_of(Vec3i brick_coord) const {
     if (m_edits.empty()) return nullptr;
     const auto found = m_edits.find(brick_coord);
-    return found == m_edits.end() ? nullptr : &found->second;
+    return found == m_edits.end() || found->second.empty() ? nullptr : &found->second;
 }
 
 bool Lattice::is_linked(Vec3i low, int axis) const {
@@ -346,6 +363,49 @@ void Lattice::set_edits(Vec3i brick_coord, BrickEdits edits) {
         m_edits[brick_coord] = std::move(edits);
     else
         m_edits.erase(brick_coord);
+    follow_edits(brick_coord);
+}
+
+void Lattice::prepare_edits(const EditMap& edits) {
+    try {
+        for (const auto& [coord, flags] : edits) {
+            if (m_observer) m_observer->before_edit(coord, edits_of(coord));
+            m_edits.try_emplace(coord);
+        }
+    } catch (...) {
+        finish_edits(edits);
+        throw;
+    }
+}
+
+void Lattice::exchange_edits(EditMap& edits) noexcept {
+    for (auto& [coord, flags] : edits) {
+        if (std::all_of(flags.begin(), flags.end(), [](auto f) { return f == 0; })) flags.clear();
+        m_edits.find(coord)->second.swap(flags);
+        follow_edits(coord);
+    }
+}
+
+void Lattice::finish_edits(const EditMap& edits) noexcept {
+    for (const auto& [coord, flags] : edits)
+        if (const auto own = m_edits.find(coord); own != m_edits.end() && own->second.empty())
+            m_edits.erase(own);
+}
+
+void Lattice::restore_edits(EditMap& saved) noexcept {
+    while (!saved.empty()) {
+        // Nodes move from map to map, which has had room for as many.
+        auto node = saved.extract(saved.begin());
+        const Vec3i coord = node.key();
+        const BrickEdits* now = edits_of(coord);
+        if (now ? *now == node.mapped() : node.mapped().empty()) continue;
+        m_edits.erase(coord);
+        if (!node.mapped().empty()) m_edits.insert(std::move(node));
+        follow_edits(coord);
+    }
+}
+
+void Lattice::follow_edits(Vec3i brick_coord) noexcept {
     ++m_links_version;
     if (const int place = m_spare_at.find(brick_coord); place >= 0)
         m_spare[std::size_t(place)]->is_blank = true;
@@ -358,22 +418,29 @@ void Lattice::set_edits(Vec3i brick_coord, BrickEdits edits) {
     fill_in(edited);
 }
 
-void Lattice::drop_still_bricks() {
+void Lattice::drop_still_bricks() noexcept {
     for (int index = 0; index < int(m_bricks.size()); ++index)
         if (m_bricks[std::size_t(index)] && is_at_rest(brick(index))) drop_brick(index);
 }
 
-void Lattice::drop_still_bricks(std::span<const int> bricks) {
+void Lattice::drop_still_bricks(std::span<const int> bricks) noexcept {
     for (const int index : bricks)
         if (m_bricks[std::size_t(index)] && is_at_rest(brick(index))) drop_brick(index);
 }
 
-void Lattice::drop_all_bricks() {
+void Lattice::drop_made_since(std::uint64_t made_count) noexcept {
+    for (int index = 0; index < int(m_bricks.size()); ++index)
+        if (m_bricks[std::size_t(index)] && brick(index).serial > made_count &&
+            is_at_rest(brick(index)))
+            drop_brick(index);
+}
+
+void Lattice::drop_all_bricks() noexcept {
     for (int index = 0; index < int(m_bricks.size()); ++index)
         if (m_bricks[std::size_t(index)]) drop_brick(index);
 }
 
-void Lattice::drop_brick(int index) {
+void Lattice::drop_brick(int index) noexcept {
     auto& slot = m_bricks[std::size_t(index)];
     for (int side = 0; side < 6; ++side) {
         const int neighbour = slot->neighbours[std::size_t(side)];

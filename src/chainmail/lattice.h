@@ -28,6 +28,7 @@
 #include "chainmail/brick_index.h"
 #include "chainmail/fixed_point.h"
 #include "chainmail/material_map.h"
+#include "core/memory.h"
 
 namespace pliant {
 
@@ -38,7 +39,7 @@ enum ElementEdit : std::uint8_t {
     kCutZ = 4,
     kVoid = 8,  ///< carved away
 };
-using BrickEdits = std::vector<std::uint8_t>;  ///< elements_per_brick flags
+using BrickEdits = std::vector<std::uint8_t>;  ///< elements_per_brick flags; empty: none
 
 struct FreeMemory {
     void operator()(void* memory) const { std::free(memory); }
@@ -67,6 +68,7 @@ struct Brick {
     Vec3<Fixed> u_min{0, 0, 0}, u_max{0, 0, 0};
     std::uint64_t changed_at = 0;  ///< Lattice::clock() when u last changed
     std::uint64_t saved_for = 0;   ///< step of the history that has it as it was
+    std::uint64_t serial = 0;      ///< Lattice::made_count() when it was made
 };
 
 /// One of two colours of bricks, as on a chess board: neighbours differ.
@@ -86,13 +88,19 @@ inline Vec3i coord_behind(const Brick& brick, int side) {
     return coord;
 }
 
-/// Told before something changes, where it may have to be taken back.
+struct PlasticBrick;
+
+/// Told before something changes, where it may have to be taken back. Nothing may change where a
+/// call throws.
 class LatticeObserver {
   public:
     virtual ~LatticeObserver() = default;
     /// Of a brick whose displacements change; may be called from several threads.
     virtual void before_move(Brick& brick) = 0;
     virtual void before_edit(Vec3i coord, const BrickEdits* edits) = 0;
+    virtual void before_imprint(Vec3i coord, const PlasticBrick* imprint) = 0;
+    /// Changes where bricks that it was told of may have to be told of again.
+    virtual std::uint64_t step() const = 0;
 };
 
 struct CoordHash {
@@ -101,6 +109,9 @@ struct CoordHash {
                std::size_t(c.z) * 83492791u;
     }
 };
+
+/// By brick coordinate.
+using EditMap = std::unordered_map<Vec3i, BrickEdits, CoordHash>;
 
 struct ElementRef {
     int brick;
@@ -119,8 +130,8 @@ class Lattice {
     const Grid& grid() const { return m_volume.grid; }
     const MaterialTable& materials() const { return m_materials.table(); }
     const MaterialMap& material_map() const { return m_materials; }
-    /// Other materials from now on; nothing moves.
-    void set_materials(MaterialMap materials);
+    /// Exchanges the materials with others; nothing moves. Can't fail.
+    void exchange_materials(MaterialMap& materials) noexcept;
     int brick_size() const { return m_size; }
     bool is_bounded() const { return m_bounded; }
     int elements_per_brick() const { return m_size * m_size * m_size; }
@@ -169,16 +180,28 @@ class Lattice {
     bool is_beyond_border(Vec3i brick_coord) const;
     /// Bounds of a brick's displacements, after they changed.
     void update_bounds(int index);
-    /// Removes bricks where every displacement is zero: of all, or of the given ones.
-    void drop_still_bricks();
-    void drop_still_bricks(std::span<const int> bricks);
+    /// Removes bricks where every displacement is zero: of all, or of the given ones. Dropping
+    /// can't fail, and a brick that was dropped comes back without an allocation.
+    void drop_still_bricks() noexcept;
+    void drop_still_bricks(std::span<const int> bricks) noexcept;
     /// Puts everything back to rest; element edits stay.
-    void drop_all_bricks();
+    void drop_all_bricks() noexcept;
+    /// Counts bricks that were made.
+    std::uint64_t made_count() const { return m_made_count; }
+    /// Removes bricks at rest that were made after the count had this value.
+    void drop_made_since(std::uint64_t made_count) noexcept;
 
     /// Flags of a brick's elements, whether it is there or not; null: none.
     const BrickEdits* edits_of(Vec3i brick_coord) const;
     /// Replaces them; all zero takes them away. A resident brick's materials follow.
     void set_edits(Vec3i brick_coord, BrickEdits edits);
+    /// Exchanges the edits of several bricks in three calls, of which only the first can fail; then
+    /// nothing has changed. The second one may be repeated to take the exchange back.
+    void prepare_edits(const EditMap& edits);
+    void exchange_edits(EditMap& edits) noexcept;
+    void finish_edits(const EditMap& edits) noexcept;
+    /// Puts back edits that were replaced since they were saved. Leaves `saved` unspecified.
+    void restore_edits(EditMap& saved) noexcept;
     const auto& all_edits() const { return m_edits; }
     /// Counts changes of links: of edits and materials.
     std::uint64_t links_version() const { return m_links_version; }
@@ -195,6 +218,11 @@ class Lattice {
     void before_move(Brick& brick) const {
         if (m_observer) m_observer->before_move(brick);
     }
+    void before_imprint(Vec3i brick_coord, const PlasticBrick* imprint) const {
+        if (m_observer) m_observer->before_imprint(brick_coord, imprint);
+    }
+    /// See LatticeObserver::step; 0: nobody listens.
+    std::uint64_t observed_step() const { return m_observer ? m_observer->step() : 0; }
 
     /// Links may be outside of their limits after a change of materials. They may then not get
     /// worse: solvers take the larger of a link's limit and what it has now.
@@ -211,6 +239,7 @@ class Lattice {
     /// into being.
     std::vector<int> resident_bricks() const;
     int resident_brick_count() const { return m_resident_count; }
+    bool is_resident(int index) const { return m_bricks[std::size_t(index)] != nullptr; }
     /// Brick indices are below this.
     int brick_index_bound() const { return int(m_bricks.size()); }
     /// Calls visit(brick) for each brick that is there, in no particular order; or for each that
@@ -236,7 +265,9 @@ class Lattice {
 
   private:
     int add_brick(Vec3i coord);
-    void drop_brick(int index);
+    void make_room_for(Vec3i coord);
+    void drop_brick(int index) noexcept;
+    void follow_edits(Vec3i brick_coord) noexcept;
     std::unique_ptr<Brick> take_brick(Vec3i coord);
     std::unique_ptr<Brick> take_spare(int place);
     void keep_spare(std::unique_ptr<Brick> dropped);
@@ -258,6 +289,7 @@ class Lattice {
     LatticeObserver* m_observer = nullptr;
     std::uint64_t m_clock = 0;
     std::uint64_t m_links_version = 0;
+    std::uint64_t m_made_count = 0;
     std::array<std::vector<int>, 6> m_faces;
     std::vector<std::unique_ptr<Brick>> m_bricks;  ///< null where dropped
     std::vector<int> m_free_indices;
@@ -267,10 +299,10 @@ class Lattice {
     BrickIndex m_index_of;
     BrickIndex m_spare_at;  ///< places in m_spare
     /// Bricks' memory, many in one piece: huge pages where the system has them.
-    std::vector<std::unique_ptr<void, FreeMemory>> m_slabs;
+    std::vector<AlignedMemory<void>> m_slabs;
     std::byte* m_slab_rest = nullptr;
     std::size_t m_slab_bricks_left = 0;
-    std::unordered_map<Vec3i, BrickEdits, CoordHash> m_edits;
+    EditMap m_edits;  ///< none is empty but for the time of an exchange
 };
 
 }  // namespace pliant

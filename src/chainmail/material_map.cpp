@@ -10,6 +10,7 @@
 #include <cstring>
 
 #include "chainmail/air.h"
+#include "chainmail/sweep_kernels.h"
 
 namespace pliant {
 namespace {
@@ -233,8 +234,9 @@ bool MaterialMap::fill(Vec3i first, int size, const Box3i& part, MaterialId* out
 /// Values, labels and what is air are looked up once for the cube and its surroundings.
 void MaterialMap::fill_one_by_one(Vec3i first, int size, MaterialId* out) const {
     const int reach = m_has_air ? kSkinReach : 0, row = size + 2 * reach;
-    static thread_local std::vector<unsigned char> air;
-    air.assign(std::size_t(row) * std::size_t(row) * std::size_t(row), 0);
+    constexpr auto kMaxRow = std::size_t(kMaxBrickSize + 2 * kSkinReach);
+    std::array<unsigned char, kMaxRow * kMaxRow * kMaxRow> air;  // filling in must not fail
+    std::fill_n(air.begin(), row * row * row, 0);
     const int strides[3] = {1, row, row * row};
     const auto index = [&](int x, int y, int z) {
         return std::size_t(x + reach + row * (y + reach + row * (z + reach)));

@@ -5,7 +5,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <string>
+#include <utility>
 
 #include "chainmail/chainmail_impl.h"
 #include "chainmail/objects_guard.h"
@@ -81,8 +83,11 @@ struct ObjectSpace::Impl {
     }
     bool exists(int object) const { return object >= 0 && object < int(objects.size()); }
 
+    Result<int> add_object(Volume volume, const ChainMailSettings& settings, bool free);
+    Result<int> add_wall(const Wall& wall);
+    /// Runs a push of an object, which is checked before.
     template <class Work>
-    Result<ObjectPushReport> guarded(int number, const Work& work);
+    Result<ObjectPushReport> guarded(int number, double length_mm, const Work& work);
     void follow(Object& object) const;
 
     const TaskArena& arena;
@@ -96,9 +101,14 @@ ObjectSpace::ObjectSpace(ObjectSpace&&) noexcept = default;
 ObjectSpace& ObjectSpace::operator=(ObjectSpace&&) noexcept = default;
 
 Result<int> ObjectSpace::add_object(Volume volume, const ChainMailSettings& settings, bool free) {
-    const std::string name = "object " + std::to_string(object_count());
+    return attempt([&] { return m_impl->add_object(std::move(volume), settings, free); });
+}
+
+Result<int> ObjectSpace::Impl::add_object(Volume volume, const ChainMailSettings& settings,
+                                          bool free) {
+    const std::string name = "object " + std::to_string(int(objects.size()));
     if (Status s = check_volume(volume, name); !s.ok()) return s.error();
-    if (object_count() > 0 && volume.grid.direction != object(0).volume().grid.direction)
+    if (!objects.empty() && volume.grid.direction != objects[0].tissue.volume().grid.direction)
         return invalid(name + ": expected the same directions as object 0, found others");
     const Vec3d origin_mm = lattice_from_world_vector(volume.grid, volume.grid.origin_mm);
     if (!(norm(origin_mm) < 1e5))
@@ -108,57 +118,67 @@ Result<int> ObjectSpace::add_object(Volume volume, const ChainMailSettings& sett
     used.bounded = true;
     used.history_max_steps = 0;  // what is undone could meet what has moved since
     if (free) used.custom_law = unbound(used.custom_law ? used.custom_law : draeger_law(used));
-    auto tissue = ChainMail::create(*own, used, m_impl->arena);
+    auto tissue = ChainMail::create(*own, used, arena);
     if (!tissue.ok()) return Error{tissue.error().code, name + ": " + tissue.error().message};
     make_air_void(tissue->m_impl->lattice, used.air_threshold_hu);
     Impl::Object added{std::move(own), std::move(*tissue), free, units_of(origin_mm), {0, 0, 0}};
-    const PlacedLattice placed = m_impl->placed(added);
-    for (std::size_t n = 0; n < m_impl->objects.size(); ++n)
-        if (const auto e = find_overlap(placed, m_impl->placed(m_impl->objects[n]), m_impl->arena))
+    const PlacedLattice own_place = placed(added);
+    for (std::size_t n = 0; n < objects.size(); ++n)
+        if (const auto e = find_overlap(own_place, placed(objects[n]), arena))
             return invalid(name + ": expected a place of its own, but element " + text_of(*e) +
                            " overlaps object " + std::to_string(n));
-    for (std::size_t n = 0; n < m_impl->walls.size(); ++n)
-        if (const auto e = find_behind(placed, m_impl->walls[n]))
+    for (std::size_t n = 0; n < walls.size(); ++n)
+        if (const auto e = find_behind(own_place, walls[n]))
             return invalid(name + ": expected a place before the walls, but element " +
                            text_of(*e) + " is behind wall " + std::to_string(n));
-    m_impl->objects.push_back(std::move(added));
-    return object_count() - 1;
+    objects.push_back(std::move(added));
+    return int(objects.size()) - 1;
 }
 
 Result<int> ObjectSpace::add_wall(const Wall& wall) {
-    const std::string name = "wall " + std::to_string(wall_count());
+    return attempt([&] { return m_impl->add_wall(wall); });
+}
+
+Result<int> ObjectSpace::Impl::add_wall(const Wall& wall) {
+    const std::string name = "wall " + std::to_string(int(walls.size()));
     if (wall.axis < 0 || wall.axis > 2 || (wall.side != 1 && wall.side != -1))
         return invalid(name + ": expected an axis 0, 1 or 2 and a side +1 or -1, found " +
                        std::to_string(wall.axis) + " and " + std::to_string(wall.side));
-    if (object_count() == 0)
+    if (objects.empty())
         return invalid(name + ": expected an object before it, whose axes are those of the space");
-    const Grid& grid = object(0).volume().grid;
+    const Grid& grid = objects[0].tissue.volume().grid;
     const Vec3d point_mm = lattice_from_world_vector(grid, wall.point_mm);
     if (!(norm(point_mm) < 1e5))
         return invalid(name + ": expected a point within 100000 mm, found one farther away");
-    const PlacedWall placed{wall.axis, wall.side, units_of(point_mm)[wall.axis]};
-    for (std::size_t n = 0; n < m_impl->objects.size(); ++n)
-        if (const auto e = find_behind(m_impl->placed(m_impl->objects[n]), placed))
+    const PlacedWall added{wall.axis, wall.side, units_of(point_mm)[wall.axis]};
+    for (std::size_t n = 0; n < objects.size(); ++n)
+        if (const auto e = find_behind(placed(objects[n]), added))
             return invalid(name + ": expected nothing behind it, found element " + text_of(*e) +
                            " of object " + std::to_string(n));
-    m_impl->walls.push_back(placed);
-    return wall_count() - 1;
+    walls.push_back(added);
+    return int(walls.size()) - 1;
 }
 
 template <class Work>
-Result<ObjectPushReport> ObjectSpace::Impl::guarded(int number, const Work& work) {
+Result<ObjectPushReport> ObjectSpace::Impl::guarded(int number, double length_mm,
+                                                    const Work& work) {
+    if (!exists(number))
+        return invalid("push: expected an object 0 to " + std::to_string(int(objects.size()) - 1) +
+                       ", found " + std::to_string(number));
+    if (!(length_mm * objects[std::size_t(number)].tissue.settings().scale <= kLongestPushMm))
+        return invalid("push: expected a length up to 300 mm after scaling, found more");
     Object& pushed = objects[std::size_t(number)];
     std::vector<ContactGuard::Other> others;
     for (std::size_t n = 0; n < objects.size(); ++n)
         if (int(n) != number) others.push_back({int(n), placed(objects[n])});
     ContactGuard guard(placed(pushed), others, walls, arena);
     pushed.tissue.m_impl->guard = &guard;
-    const Result<PushReport> done = work(pushed);
+    Result<PushReport> done = work(pushed);
     pushed.tissue.m_impl->guard = nullptr;
     if (!done.ok()) return done.error();
     if (pushed.free) follow(pushed);
     ObjectPushReport report;
-    report.push = *done;
+    report.push = std::move(*done);
     if (const auto& contact = guard.contact()) {
         report.object = contact->object;
         report.wall = contact->wall;
@@ -169,17 +189,17 @@ Result<ObjectPushReport> ObjectSpace::Impl::guarded(int number, const Work& work
 }
 
 /// Moves the rest place of an object that has left it, by what all of its elements have in common.
+/// Allocates nothing: the push is done already.
 void ObjectSpace::Impl::follow(Object& object) const {
     Lattice& moved = lattice(object);
-    const std::vector<int> bricks = moved.resident_bricks();
     Vec3<Fixed> low{INT32_MAX, INT32_MAX, INT32_MAX}, high{INT32_MIN, INT32_MIN, INT32_MIN};
     Fixed farthest = 0;
-    for (const int index : bricks)
+    moved.for_each_brick([&](const Brick& brick) {
         for (int a = 0; a < 3; ++a)
-            farthest =
-                std::max({farthest, moved.brick(index).u_max[a], -moved.brick(index).u_min[a]});
+            farthest = std::max({farthest, brick.u_max[a], -brick.u_min[a]});
+    });
     if (mm_from_units(farthest) < kFarFromRestMm) return;
-    for_each_solid(placed(object), [&](Vec3i, ElementRef element) {
+    const auto include = [&](Vec3i, ElementRef element) {
         for (int a = 0; a < 3; ++a) {
             const Fixed u =
                 element.brick < 0
@@ -188,17 +208,20 @@ void ObjectSpace::Impl::follow(Object& object) const {
             low[a] = std::min(low[a], u);
             high[a] = std::max(high[a], u);
         }
-    });
+    };
+    for_each_solid(placed(object), std::ref(include));
     Vec3<Fixed> common{};
     for (int a = 0; a < 3; ++a) common[a] = low[a] > 0 ? low[a] : high[a] < 0 ? high[a] : 0;
     if (common == Vec3<Fixed>{0, 0, 0}) return;
     moved.tick();
-    for_each_solid(placed(object), [&](Vec3i, ElementRef element) {
+    const auto take_away = [&](Vec3i, ElementRef element) {
         if (element.brick < 0) return;
         for (int a = 0; a < 3; ++a)
             moved.brick(element.brick).u[std::size_t(a)][std::size_t(element.index)] -= common[a];
-    });
-    for (const int index : bricks) {
+    };
+    for_each_solid(placed(object), std::ref(take_away));
+    for (int index = 0; index < moved.brick_index_bound(); ++index) {
+        if (!moved.is_resident(index)) continue;
         moved.brick(index).changed_at = moved.clock();
         moved.update_bounds(index);
     }
@@ -207,27 +230,21 @@ void ObjectSpace::Impl::follow(Object& object) const {
 }
 
 Result<ObjectPushReport> ObjectSpace::push(int object, const Push& push) {
-    if (!m_impl->exists(object))
-        return invalid("push: expected an object 0 to " + std::to_string(object_count() - 1) +
-                       ", found " + std::to_string(object));
-    if (!(norm(push.push_mm) * this->object(object).settings().scale <= kLongestPushMm))
-        return invalid("push: expected a length up to 300 mm after scaling, found more");
-    return m_impl->guarded(object, [&](Impl::Object& pushed) {
-        Push own = push;
-        own.point_mm = push.point_mm - m_impl->travel_mm(pushed);
-        return pushed.tissue.push(own);
+    return attempt([&] {
+        return m_impl->guarded(object, norm(push.push_mm), [&](Impl::Object& pushed) {
+            Push own = push;
+            own.point_mm = push.point_mm - m_impl->travel_mm(pushed);
+            return pushed.tissue.push(own);
+        });
     });
 }
 
 Result<ObjectPushReport> ObjectSpace::push_elements(int object, std::span<const Vec3i> elements,
                                                     Vec3d push_mm) {
-    if (!m_impl->exists(object))
-        return invalid("push: expected an object 0 to " + std::to_string(object_count() - 1) +
-                       ", found " + std::to_string(object));
-    if (!(norm(push_mm) * this->object(object).settings().scale <= kLongestPushMm))
-        return invalid("push: expected a length up to 300 mm after scaling, found more");
-    return m_impl->guarded(object, [&](Impl::Object& pushed) {
-        return pushed.tissue.push_elements(elements, push_mm);
+    return attempt([&] {
+        return m_impl->guarded(object, norm(push_mm), [&](Impl::Object& pushed) {
+            return pushed.tissue.push_elements(elements, push_mm);
+        });
     });
 }
 

@@ -7,11 +7,21 @@
 #include <utility>
 
 namespace pliant {
+namespace {
+
+bool is_zero(const Imprint& imprint) {
+    return std::all_of(imprint.begin(), imprint.end(), [](const auto& component) {
+        return std::all_of(component.begin(), component.end(), [](Fixed p) { return p == 0; });
+    });
+}
+
+}  // namespace
 
 const PlasticBrick* PlasticRest::find(Vec3i brick_coord) const {
     if (m_bricks.empty()) return nullptr;
     const auto found = m_bricks.find(brick_coord);
-    return found == m_bricks.end() ? nullptr : &found->second;
+    const bool none = found == m_bricks.end() || found->second.imprint[0].empty();
+    return none ? nullptr : &found->second;
 }
 
 Vec3<Fixed> PlasticRest::imprint_at(const Lattice& lattice, Vec3i ijk) const {
@@ -21,60 +31,59 @@ Vec3<Fixed> PlasticRest::imprint_at(const Lattice& lattice, Vec3i ijk) const {
     return {brick->imprint[0][n], brick->imprint[1][n], brick->imprint[2][n]};
 }
 
-void PlasticRest::set(const Lattice& lattice, Vec3i brick_coord,
-                      std::array<std::vector<Fixed>, 3> imprint) {
-    const bool any = std::any_of(imprint.begin(), imprint.end(), [](const auto& component) {
-        return std::any_of(component.begin(), component.end(), [](Fixed p) { return p != 0; });
-    });
-    m_formers.try_emplace(brick_coord,
-                          replace(lattice, brick_coord, any ? std::move(imprint) : Imprint{}));
-}
-
-PlasticRest::Imprint PlasticRest::replace(const Lattice& lattice, Vec3i brick_coord,
-                                          Imprint imprint) {
+void PlasticRest::set(const Lattice& lattice, Vec3i brick_coord, Imprint imprint) {
     ++m_version;
-    Imprint former;
-    if (const auto found = m_bricks.find(brick_coord); found != m_bricks.end()) {
-        former = std::move(found->second.imprint);
-        m_bricks.erase(found);
-    }
-    if (!imprint[0].empty()) m_bricks[brick_coord] = {std::move(imprint), lattice.clock()};
-    return former;
+    if (is_zero(imprint))
+        m_bricks.erase(brick_coord);
+    else
+        m_bricks[brick_coord] = {std::move(imprint), lattice.clock()};
 }
 
-void PlasticRest::clear() {
-    for (auto& [coord, brick] : m_bricks) m_formers.try_emplace(coord, std::move(brick.imprint));
+void PlasticRest::prepare(const Lattice& lattice, const ImprintMap& imprints) {
+    try {
+        for (const auto& [coord, brick] : imprints) {
+            lattice.before_imprint(coord, find(coord));
+            m_bricks.try_emplace(coord);
+        }
+    } catch (...) {
+        finish(imprints);
+        throw;
+    }
+}
+
+void PlasticRest::exchange(const Lattice& lattice, ImprintMap& imprints) noexcept {
+    for (auto& [coord, brick] : imprints) {
+        if (is_zero(brick.imprint)) brick.imprint = {};
+        brick.changed_at = lattice.clock();
+        std::swap(m_bricks.find(coord)->second, brick);
+        ++m_version;
+    }
+}
+
+void PlasticRest::finish(const ImprintMap& imprints) noexcept {
+    for (const auto& [coord, brick] : imprints)
+        if (const auto own = m_bricks.find(coord);
+            own != m_bricks.end() && own->second.imprint[0].empty())
+            m_bricks.erase(own);
+}
+
+void PlasticRest::restore(const Lattice& lattice, ImprintMap& saved) noexcept {
+    while (!saved.empty()) {
+        // Nodes move from map to map, which has had room for as many.
+        auto node = saved.extract(saved.begin());
+        const PlasticBrick* now = find(node.key());
+        const Imprint& former = node.mapped().imprint;
+        if (now ? now->imprint == former : former[0].empty()) continue;
+        m_bricks.erase(node.key());
+        node.mapped().changed_at = lattice.clock();
+        if (!former[0].empty()) m_bricks.insert(std::move(node));
+        ++m_version;
+    }
+}
+
+void PlasticRest::clear() noexcept {
     m_bricks.clear();
     ++m_version;
-}
-
-void PlasticRest::forget_void(const Lattice& lattice, std::span<const Vec3i> coords) {
-    for (const Vec3i& coord : coords) {
-        const PlasticBrick* brick = find(coord);
-        const BrickEdits* edits = lattice.edits_of(coord);
-        if (!brick || !edits) continue;
-        Imprint left = brick->imprint;
-        for (auto& component : left)
-            for (std::size_t n = 0; n < component.size(); ++n)
-                if ((*edits)[n] & kVoid) component[n] = 0;
-        if (left != brick->imprint) set(lattice, coord, std::move(left));
-    }
-}
-
-std::vector<PlasticRest::Former> PlasticRest::take_changes() {
-    std::vector<Former> changes;
-    for (auto& [coord, former] : m_formers) {
-        const PlasticBrick* now = find(coord);
-        if (now ? now->imprint != former : !former[0].empty())
-            changes.push_back({coord, std::move(former)});
-    }
-    m_formers.clear();
-    return changes;
-}
-
-void PlasticRest::exchange(const Lattice& lattice, std::vector<Former>& formers) {
-    for (Former& former : formers)
-        former.imprint = replace(lattice, former.coord, std::move(former.imprint));
 }
 
 std::size_t PlasticRest::bytes() const {

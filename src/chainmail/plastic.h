@@ -35,11 +35,17 @@
 
 namespace pliant {
 
-/// The imprint of one brick's elements, by component.
+/// By component; empty arrays: none.
+using Imprint = std::array<std::vector<Fixed>, 3>;
+
+/// The imprint of one brick's elements.
 struct PlasticBrick {
-    std::array<std::vector<Fixed>, 3> imprint;
+    Imprint imprint;
     std::uint64_t changed_at = 0;  ///< Lattice::clock() then
 };
+
+/// By brick coordinate.
+using ImprintMap = std::unordered_map<Vec3i, PlasticBrick, CoordHash>;
 
 /// All imprints; only bricks that yielded are there.
 class PlasticRest {
@@ -48,36 +54,30 @@ class PlasticRest {
     const PlasticBrick* find(Vec3i brick_coord) const;
     Vec3<Fixed> imprint_at(const Lattice& lattice, Vec3i ijk) const;
     const auto& bricks() const { return m_bricks; }
-    /// Replaces a brick's imprint; all zero takes it away.
-    void set(const Lattice& lattice, Vec3i brick_coord, std::array<std::vector<Fixed>, 3> imprint);
+    /// Replaces a brick's imprint; all zero takes it away. For a state that nobody takes back.
+    void set(const Lattice& lattice, Vec3i brick_coord, Imprint imprint);
+    /// Exchanges the imprints of several bricks in three calls, of which only the first can fail;
+    /// then nothing has changed. The second one may be repeated to take the exchange back.
+    void prepare(const Lattice& lattice, const ImprintMap& imprints);
+    void exchange(const Lattice& lattice, ImprintMap& imprints) noexcept;
+    void finish(const ImprintMap& imprints) noexcept;
+    /// Puts back imprints that were replaced since they were saved. Leaves `saved` unspecified.
+    void restore(const Lattice& lattice, ImprintMap& saved) noexcept;
     /// Counts changes.
     std::uint64_t version() const { return m_version; }
     std::size_t bytes() const;
-    void clear();
-    /// Takes the imprints of void elements away. @param coords  of bricks to look at
-    void forget_void(const Lattice& lattice, std::span<const Vec3i> coords);
-
-    /// A brick's imprint at some time; empty arrays: none.
-    struct Former {
-        Vec3i coord;
-        std::array<std::vector<Fixed>, 3> imprint;
-    };
-    /// Bricks that have changed since the last call, as they were then, in no particular order.
-    std::vector<Former> take_changes();
-    /// Exchanges imprints with those of bricks that differ. Counts as no change of the above.
-    void exchange(const Lattice& lattice, std::vector<Former>& formers);
+    /// Takes all imprints away. The lattice's observer is not told.
+    void clear() noexcept;
 
   private:
-    using Imprint = std::array<std::vector<Fixed>, 3>;
-    /// @returns what was there
-    Imprint replace(const Lattice& lattice, Vec3i brick_coord, Imprint imprint);
-
-    std::unordered_map<Vec3i, PlasticBrick, CoordHash> m_bricks;
-    std::unordered_map<Vec3i, Imprint, CoordHash> m_formers;  ///< since the last take_changes
+    ImprintMap m_bricks;  ///< none is empty but for the time of an exchange
     std::uint64_t m_version = 0;
 };
 
-/// Lets links that are beyond their yield limits flow, after a push. Nothing moves.
+/// Whether links of any material yield.
+bool any_yields(const MaterialTable& materials);
+/// Lets links that are beyond their yield limits flow, after a push. Nothing moves. Where it throws
+/// nothing has changed.
 void flow(const Lattice& lattice, PlasticRest& rest, const TaskArena& arena);
 
 /// What the imprints of a brick and of those beside it add to the forces on its elements:

@@ -255,10 +255,11 @@ class Flow {
     }
 
     void store(PlasticRest& rest) {
+        ImprintMap changes;
         for (const int index : m_bricks) {
             const Brick& brick = m_lattice.brick(index);
             FlowBrick& flow = m_flows[std::size_t(index)];
-            std::array<std::vector<Fixed>, 3> imprint;
+            Imprint imprint;
             bool changed = false;
             for (std::size_t a = 0; a < 3; ++a) {
                 imprint[a].resize(std::size_t(m_lattice.elements_per_brick()));
@@ -268,8 +269,11 @@ class Flow {
                     changed |= imprint[a][n] != old;
                 }
             }
-            if (changed) rest.set(m_lattice, brick.coord, std::move(imprint));
+            if (changed) changes[brick.coord].imprint = std::move(imprint);
         }
+        rest.prepare(m_lattice, changes);
+        rest.exchange(m_lattice, changes);
+        rest.finish(changes);
     }
 
     const Lattice& m_lattice;
@@ -279,13 +283,13 @@ class Flow {
     std::vector<FlowBrick> m_flows;  ///< by brick index
 };
 
+}  // namespace
+
 bool any_yields(const MaterialTable& materials) {
     for (int id = 0; id < materials.size(); ++id)
         if (materials[MaterialId(id)].yield != 0) return true;
     return false;
 }
-
-}  // namespace
 
 void flow(const Lattice& lattice, PlasticRest& rest, const TaskArena& arena) {
     if (any_yields(lattice.materials())) Flow(lattice, rest, arena).run(rest);

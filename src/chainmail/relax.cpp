@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <tuple>
 #include <utility>
 
@@ -59,14 +60,25 @@ void Relaxation::list_bricks() {
         if (!is_there[n]) m_workspaces[n].reset();
 }
 
-void Relaxation::begin_anew() {
+/// After bricks were dropped, which are part of the list.
+void Relaxation::forget_dropped() noexcept {
+    const auto is_gone = [&](int index) {
+        if (m_lattice.is_resident(index)) return false;
+        m_workspaces[std::size_t(index)].reset();
+        return true;
+    };
+    std::erase_if(m_bricks, is_gone);
+    const auto odd = std::find_if(m_bricks.begin(), m_bricks.end(),
+                                  [&](int index) { return is_odd(m_lattice.brick(index).coord); });
+    m_first_odd = std::size_t(odd - m_bricks.begin());
+}
+
+void Relaxation::make_lists() {
+    m_has_lists = false;  // until all are
     // Imprints away from which everything was pushed back to its first rest place.
     std::vector<Vec3i> imprinted;
     for (const auto& [coord, brick] : m_rest.bricks()) imprinted.push_back(coord);
     for (const Vec3i& coord : imprinted) m_lattice.ensure_brick(coord);
-    // Where the last slice stopped, by place: indices may have changed.
-    const bool cut_short = m_cursor > 0 && m_cursor < m_bricks.size();
-    const Vec3i stopped_at = cut_short ? m_stopped_at : Vec3i{0, 0, 0};
     // An index may stand for another brick now.
     m_workspaces.clear();
     if (!m_maker || m_links_version != m_lattice.links_version())
@@ -75,9 +87,16 @@ void Relaxation::begin_anew() {
     list_bricks();
     hold_around_tools();
     mark_held();
-    m_cursor = cut_short ? place_of(stopped_at) : 0;
-    if (!cut_short) m_colour = 0;
-    m_pass_step = m_last_pass_step = 0;
+    m_wanted.reserve(bricks_per_look());
+    // Where the last slice stopped, by place: indices may have changed.
+    m_at.cursor = m_at.is_cut_short ? place_of(m_at.stopped_at) : 0;
+    m_has_lists = true;
+}
+
+void Relaxation::begin_anew() {
+    make_lists();
+    if (!m_at.is_cut_short) m_at.colour = 0;
+    m_at.step = m_at.last_step = 0;
     wake_all();
 }
 
@@ -97,7 +116,7 @@ void Relaxation::wake_all() {
         own.changed[0] = own.changed[1] = true;
     }
     // The rest of a pass that has begun is not the whole of it.
-    m_quiet_passes = m_cursor > 0 ? -1 : 0;
+    m_at.quiet_passes = m_at.cursor > 0 ? -1 : 0;
 }
 
 /// Links that are outside of their limits are allowed what they have now, before anything moves.
@@ -118,7 +137,7 @@ void Relaxation::hold_around_tools() {
     const Grid& grid = m_lattice.grid();
     const Vec3d h = grid.spacing_mm;
     const double least = std::min({h.x, h.y, h.z}), most = std::max({h.x, h.y, h.z});
-    for (const RelaxTool& tool : m_tools) {
+    for (const RelaxTool& tool : m_under.tools) {
         const Vec3d axis_mm = tool.to_mm - tool.from_mm;
         const int pieces = int(std::min(std::ceil(norm(axis_mm) / least), kMaxAxisPieces));
         for (int n = 0; n <= pieces; ++n) {
@@ -132,7 +151,7 @@ void Relaxation::hold_around_tools() {
 
 void Relaxation::mark_held() {
     for (const int index : m_bricks) workspace(index).held.clear();
-    for (const std::vector<Vec3i>* elements : {&m_held, &m_around_tools})
+    for (const std::vector<Vec3i>* elements : {&m_under.held, &m_around_tools})
         for (const Vec3i& element : *elements) {
             const int index = m_lattice.find_brick(m_lattice.brick_of(element));
             if (index < 0) continue;
@@ -142,25 +161,57 @@ void Relaxation::mark_held() {
         }
 }
 
+bool Relaxation::goes_on() const {
+    return m_has_begun && m_clock == m_lattice.clock() &&
+           m_links_version == m_lattice.links_version();
+}
+
 void Relaxation::begin(const RelaxOptions& options) {
-    const bool same = m_held == options.held && same_tools(m_tools, options.tools) &&
-                      m_over_relaxation == options.over_relaxation;
-    if (!same) {
-        m_over_relaxation = options.over_relaxation;
-        m_held = options.held;
-        m_tools = options.tools;
-        m_contact = ToolContact(m_lattice.grid(), m_tools);
+    m_was_at = m_at;
+    m_went_on = goes_on();
+    m_is_under_others = false;
+    if (!(m_under.held == options.held && same_tools(m_under.tools, options.tools) &&
+          m_under.over_relaxation == options.over_relaxation)) {
+        Conditions others{options.over_relaxation, options.tools, options.held, {}};
+        others.contact = ToolContact(m_lattice.grid(), others.tools);
+        m_was_under = std::exchange(m_under, std::move(others));
+        m_is_under_others = true;
     }
-    if (!m_has_begun || m_clock != m_lattice.clock() ||
-        m_links_version != m_lattice.links_version()) {
+    if (!m_went_on) {
         begin_anew();
-    } else if (!same) {
-        wake_all();
-        hold_around_tools();
-        mark_held();
+    } else {
+        if (!m_has_lists) make_lists();
+        if (m_is_under_others) {
+            wake_all();
+            hold_around_tools();
+            mark_held();
+        }
     }
+    if (m_lattice.may_exceed_limits()) make_all_links();
     m_has_begun = true;
     m_finished_sweeps = 0;
+}
+
+bool Relaxation::needs_memory() const {
+    if (!m_under.tools.empty()) return true;
+    const std::uint64_t observed = m_lattice.observed_step();
+    return std::any_of(m_bricks.begin(), m_bricks.end(), [&](int index) {
+        const Workspace& own = workspace(index);
+        return !own.links || (own.pull.version != m_rest.version() && !m_rest.empty()) ||
+               (observed && m_lattice.brick(index).saved_for != observed);
+    });
+}
+
+void Relaxation::roll_back() noexcept {
+    m_at = m_was_at;
+    if (std::exchange(m_is_under_others, false)) m_under = std::move(m_was_under);
+    m_bricks.clear();
+    m_workspaces.clear();
+    m_maker.reset();
+    m_has_lists = false;
+    m_has_begun = m_went_on;
+    m_clock = m_lattice.clock();
+    m_links_version = m_lattice.links_version();
 }
 
 bool Relaxation::is_wanted(int index, int colour) const {
@@ -179,22 +230,22 @@ void Relaxation::relax_brick(int index, int colour, double over_relaxation) {
     if (own.pull.version != m_rest.version())
         own.pull = pull_of(m_lattice, brick, *own.links, m_rest);
     const bool has_pull = !own.pull.force[0].empty();
-    const BrickGuard guard(m_lattice, brick, m_contact);
+    const BrickGuard guard(m_lattice, brick, m_under.contact);
     const Vec3i first = m_lattice.brick_size() * brick.coord;
     const double radius = own.links->least_movement;
-    RelaxedBrick relaxed{
-        .size = m_lattice.brick_size(),
-        .parity = (first.x ^ first.y ^ first.z) & 1,
-        .u = brick.u,
-        .side = {},
-        .links = own.links.get(),
-        .imprint = {},
-        .pull = {},
-        .held = own.held.empty() ? nullptr : own.held.data(),
-        .guard = &guard,
-        .guard_all = may_meet_tool(m_lattice, brick, m_contact) || (has_pull && !m_contact.empty()),
-        // A little less: squares of doubles are rounded.
-        .free_radius_squared = radius * radius * (1 - 1e-9)};
+    RelaxedBrick relaxed{.size = m_lattice.brick_size(),
+                         .parity = (first.x ^ first.y ^ first.z) & 1,
+                         .u = brick.u,
+                         .side = {},
+                         .links = own.links.get(),
+                         .imprint = {},
+                         .pull = {},
+                         .held = own.held.empty() ? nullptr : own.held.data(),
+                         .guard = &guard,
+                         .guard_all = may_meet_tool(m_lattice, brick, m_under.contact) ||
+                                      (has_pull && !m_under.contact.empty()),
+                         // A little less: squares of doubles are rounded.
+                         .free_radius_squared = radius * radius * (1 - 1e-9)};
     const PlasticBrick* imprint = m_rest.find(brick.coord);
     for (std::size_t a = 0; a < 3; ++a) {
         for (std::size_t side = 0; side < 6; ++side)
@@ -209,7 +260,7 @@ void Relaxation::relax_brick(int index, int colour, double over_relaxation) {
     if (own.step == 0) return;
     brick.changed_at = m_lattice.clock();
     own.has_old_bounds = true;
-    if (!m_contact.empty()) update_bounds(index);
+    if (!m_under.contact.empty()) update_bounds(index);
 }
 
 void Relaxation::update_bounds(int index) {
@@ -217,39 +268,44 @@ void Relaxation::update_bounds(int index) {
     m_lattice.update_bounds(index);
 }
 
+std::size_t Relaxation::bricks_per_look() const {
+    return std::max<std::size_t>(1,
+                                 std::size_t(kElementsPerLook / m_lattice.elements_per_brick())) *
+           std::size_t(m_arena.thread_count());
+}
+
 bool Relaxation::run_pass(const RelaxOptions& options, Clock::time_point end) {
-    const std::size_t look =
-        std::max<std::size_t>(1, std::size_t(kElementsPerLook / m_lattice.elements_per_brick())) *
-        std::size_t(m_arena.thread_count());
-    while (m_cursor < m_bricks.size()) {
+    const std::size_t look = bricks_per_look();
+    const auto relax_some = [&](std::int64_t first, std::int64_t last) {
+        for (std::int64_t n = first; n < last; ++n)
+            relax_brick(m_wanted[std::size_t(n)], m_at.colour, options.over_relaxation);
+    };
+    while (m_at.cursor < m_bricks.size()) {
         if (options.stop.stop_requested() || Clock::now() >= end) return false;
-        const std::size_t limit = m_cursor < m_first_odd ? m_first_odd : m_bricks.size();
+        const std::size_t limit = m_at.cursor < m_first_odd ? m_first_odd : m_bricks.size();
         m_wanted.clear();
-        for (; m_cursor < limit && m_wanted.size() < look; ++m_cursor)
-            if (is_wanted(m_bricks[m_cursor], m_colour)) m_wanted.push_back(m_bricks[m_cursor]);
-        m_arena.for_each(
-            std::int64_t(m_wanted.size()), 2, [&](std::int64_t first, std::int64_t last) {
-                for (std::int64_t n = first; n < last; ++n)
-                    relax_brick(m_wanted[std::size_t(n)], m_colour, options.over_relaxation);
-            });
-        for (const int index : m_wanted) m_pass_step = std::max(m_pass_step, workspace(index).step);
+        for (; m_at.cursor < limit && m_wanted.size() < look; ++m_at.cursor)
+            if (is_wanted(m_bricks[m_at.cursor], m_at.colour))
+                m_wanted.push_back(m_bricks[m_at.cursor]);
+        m_arena.for_each(std::int64_t(m_wanted.size()), 2, std::ref(relax_some));
+        for (const int index : m_wanted) m_at.step = std::max(m_at.step, workspace(index).step);
     }
     return true;
 }
 
 void Relaxation::finish_pass() {
-    m_quiet_passes = m_pass_step > 0 ? 0 : m_quiet_passes + 1;
-    if (m_colour == 1) {
+    m_at.quiet_passes = m_at.step > 0 ? 0 : m_at.quiet_passes + 1;
+    if (m_at.colour == 1) {
         ++m_finished_sweeps;
-        m_sweep_step = std::max(m_last_pass_step, m_pass_step);
+        m_at.sweep_step = std::max(m_at.last_step, m_at.step);
     }
-    m_last_pass_step = std::exchange(m_pass_step, 0);
-    m_colour = 1 - m_colour;
-    m_cursor = 0;
+    m_at.last_step = std::exchange(m_at.step, 0);
+    m_at.colour = 1 - m_at.colour;
+    m_at.cursor = 0;
 }
 
 void Relaxation::snap_to_rest() {
-    if (!m_held.empty() || !m_contact.empty() || !m_rest.empty()) return;
+    if (!m_under.held.empty() || !m_under.contact.empty() || !m_rest.empty()) return;
     const auto is_near = [&](int index) {
         const Brick& brick = m_lattice.brick(index);
         for (int a = 0; a < 3; ++a)
@@ -271,30 +327,35 @@ RelaxReport Relaxation::run(const RelaxOptions& options) {
     const double budget_ms = std::min(options.budget_ms, 1e9);
     const Clock::time_point end = start + std::chrono::duration_cast<Clock::duration>(
                                               std::chrono::duration<double, std::milli>(budget_ms));
-    begin(options);
-    if (m_lattice.may_exceed_limits()) make_all_links();
     m_lattice.tick();
-    m_sweep_step = 0;
-    while (m_quiet_passes < 2 && m_finished_sweeps < options.max_sweeps) {
+    m_at.sweep_step = 0;
+    while (m_at.quiet_passes < 2 && m_finished_sweeps < options.max_sweeps) {
+        if (m_at.cursor == 0 && !m_under.tools.empty()) {  // cells may have come to the tools
+            hold_around_tools();
+            mark_held();
+        }
         if (!run_pass(options, end)) break;
         finish_pass();
     }
-    m_arena.for_each(std::int64_t(m_bricks.size()), 16, [&](std::int64_t first, std::int64_t last) {
+    const auto update_some = [this](std::int64_t first, std::int64_t last) {
         for (std::int64_t n = first; n < last; ++n) update_bounds(m_bricks[std::size_t(n)]);
-    });
+    };
+    m_arena.for_each(std::int64_t(m_bricks.size()), 16, std::ref(update_some));
     RelaxReport report;
     report.sweeps = m_finished_sweeps;
-    report.settled = m_quiet_passes >= 2;
-    report.largest_step_mm = mm_from_units(m_sweep_step);
+    report.settled = m_at.quiet_passes >= 2;
+    report.largest_step_mm = mm_from_units(m_at.sweep_step);
     report.workspace_bytes = workspace_bytes();
     if (report.settled) snap_to_rest();
     // In the middle of a pass the list must stay as it is.
-    if (m_cursor == 0 && (report.settled || m_rest.empty())) {
+    if (m_at.cursor == 0 && (report.settled || m_rest.empty())) {
         m_lattice.drop_still_bricks();
-        list_bricks();
+        forget_dropped();
     }
     if (report.settled) release_workspace();
-    if (m_cursor < m_bricks.size()) m_stopped_at = m_lattice.brick(m_bricks[m_cursor]).coord;
+    m_at.is_cut_short = m_at.cursor > 0 && m_at.cursor < m_bricks.size();
+    if (m_at.cursor < m_bricks.size())
+        m_at.stopped_at = m_lattice.brick(m_bricks[m_at.cursor]).coord;
     m_clock = m_lattice.clock();
     report.relax_ms = std::chrono::duration<double, std::milli>(Clock::now() - start).count();
     return report;

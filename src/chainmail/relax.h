@@ -33,10 +33,36 @@ class Relaxation {
   public:
     Relaxation(Lattice& lattice, const PlasticRest& rest, const TaskArena& arena);
 
+    /// Gets ready for a slice; nothing moves.
+    void begin(const RelaxOptions& options);
+    /// Whether run may allocate: for links that bricks don't have yet, for cells around tools, or
+    /// for the lattice's observer. Else it can't fail.
+    bool needs_memory() const;
+    /// The slice. @pre begin with the same options
     RelaxReport run(const RelaxOptions& options);
+    /// After a failure, with the lattice put back to what it was before begin: the next slice goes
+    /// on where that one was to begin.
+    void roll_back() noexcept;
 
   private:
     using Clock = std::chrono::steady_clock;
+    /// Where the next slice goes on.
+    struct Place {
+        std::size_t cursor = 0;         ///< place in m_bricks where the pass goes on
+        bool is_cut_short = false;      ///< in the middle of a pass
+        Vec3i stopped_at{0, 0, 0};      ///< brick at the cursor, at the end of the last slice
+        int colour = 0;                 ///< of the pass
+        int quiet_passes = 0;           ///< that changed nothing, one after the other
+        Fixed step = 0, last_step = 0;  ///< largest of this pass and of the one before
+        Fixed sweep_step = 0;
+    };
+    /// What the bricks stood still under.
+    struct Conditions {
+        double over_relaxation = 0;
+        std::vector<RelaxTool> tools;
+        std::vector<Vec3i> held;
+        ToolContact contact;
+    };
     /// What a brick needs beside its displacements, made when it is first swept.
     struct Workspace {
         std::shared_ptr<const BrickLinks> links;
@@ -47,10 +73,13 @@ class Relaxation {
         Fixed step = 0;                  ///< largest of its last pass
     };
 
-    void begin(const RelaxOptions& options);
+    bool goes_on() const;
     void begin_anew();
+    void make_lists();
     void wake_all();
     void list_bricks();
+    void forget_dropped() noexcept;
+    std::size_t bricks_per_look() const;
     std::size_t place_of(Vec3i coord) const;
     void make_all_links();
     void hold_around_tools();
@@ -73,22 +102,19 @@ class Relaxation {
     std::uint64_t m_links_version = 0;
     std::uint64_t m_clock = 0;  ///< the lattice's at the end of the last slice
     bool m_has_begun = false;
-    // What the bricks stood still under.
-    double m_over_relaxation = 0;
-    std::vector<RelaxTool> m_tools;
-    std::vector<Vec3i> m_held;
+    bool m_has_lists = false;
+    Place m_at;
+    Conditions m_under;
+    // As they were before begin.
+    Place m_was_at;
+    Conditions m_was_under;
+    bool m_went_on = false, m_is_under_others = false;
     std::vector<Vec3i> m_around_tools;  ///< elements that keep tissue out between them, held too
-    ToolContact m_contact;
     std::vector<std::unique_ptr<Workspace>> m_workspaces;  ///< by brick index
     std::vector<int> m_bricks;    ///< the even ones of the chessboard, then the odd ones
     std::size_t m_first_odd = 0;  ///< place in m_bricks
-    std::size_t m_cursor = 0;     ///< place in m_bricks where the pass goes on
-    int m_colour = 0;             ///< of the pass
-    int m_quiet_passes = 0;       ///< that changed nothing, one after the other
-    Vec3i m_stopped_at{0, 0, 0};  ///< brick at m_cursor, at the end of the last slice
-    Fixed m_pass_step = 0, m_last_pass_step = 0, m_sweep_step = 0;
-    int m_finished_sweeps = 0;  ///< of this slice
-    std::vector<int> m_wanted;  ///< of the piece of a pass between two looks at the time
+    int m_finished_sweeps = 0;    ///< of this slice
+    std::vector<int> m_wanted;    ///< of the piece of a pass between two looks at the time
 };
 
 }  // namespace pliant

@@ -8,6 +8,8 @@
 
 #include "chainmail/chainmail_impl.h"
 #include "chainmail/energy.h"
+#include "chainmail/operation.h"
+#include "core/errors.h"
 #include "volume/text.h"
 
 namespace pliant {
@@ -36,39 +38,55 @@ Status check_options(const RelaxOptions& o) {
     return Ok{};
 }
 
+struct RelaxingGuard {
+    Relaxation& relaxation;
+    bool has_begun = false;
+    ~RelaxingGuard() {
+        if (has_begun) relaxation.roll_back();
+    }
+};
+
 }  // namespace
 
-RelaxReport ChainMail::Impl::relax(const RelaxOptions& options) {
-    begin_step("relax");
-    RelaxReport report;
-    if (held.empty()) {
-        report = relaxation.run(options);
-    } else {
+Result<RelaxReport> ChainMail::Impl::relax(const RelaxOptions& given) {
+    if (const Status status = check_options(given); !status.ok()) return status.error();
+    RelaxOptions with_held;
+    if (!held.empty()) {
+        with_held = given;
+        with_held.held.insert(with_held.held.end(), held.begin(), held.end());
         // The fields start from where elements were at the pick, which is not where they will be.
         if (has_fields || steps_without_fields) steps_without_fields = 0;
         drop_fields();
-        RelaxOptions all = options;
-        all.held.insert(all.held.end(), held.begin(), held.end());
-        report = relaxation.run(all);
     }
-    allowance.shrink(lattice, arena);
-    report.forgotten_steps = end_step();
-    return report;
-}
-
-Result<RelaxReport> ChainMail::relax(const RelaxOptions& options) {
-    if (const Status status = check_options(options); !status.ok()) return status.error();
+    const RelaxOptions& options = held.empty() ? given : with_held;
+    RelaxingGuard relaxing{relaxation};  // acts after the operation has put the lattice back
+    Operation step(*this, {.step = "relax"});
     const double before = options.measure_energy ? elastic_energy_mm2() : 0;
-    RelaxReport report = m_impl->relax(options);
+    relaxing.has_begun = true;
+    relaxation.begin(options);
+    // Slices that go on find all they need, and are spared the copies.
+    if (options.measure_energy || relaxation.needs_memory()) step.keep_copies();
+    RelaxReport report = relaxation.run(options);
     if (options.measure_energy) {
         report.energy_before_mm2 = before;
         report.energy_after_mm2 = elastic_energy_mm2();
     }
+    allowance.shrink(lattice, arena);
+    report.forgotten_steps = step.commit();
+    relaxing.has_begun = false;
     return report;
 }
 
+double ChainMail::Impl::elastic_energy_mm2() {
+    return mm2_from_energy(energy.of(lattice, plastic_rest, arena));
+}
+
+Result<RelaxReport> ChainMail::relax(const RelaxOptions& options) {
+    return attempt([&] { return m_impl->relax(options); });
+}
+
 double ChainMail::elastic_energy_mm2() const {
-    return mm2_from_energy(m_impl->energy.of(m_impl->lattice, m_impl->plastic_rest, m_impl->arena));
+    return m_impl->elastic_energy_mm2();
 }
 
 Vec3d ChainMail::imprint_mm(Vec3i ijk) const {

@@ -16,6 +16,7 @@
 
 #include "chainmail/settings.h"
 #include "core/errors.h"
+#include "core/read_file.h"
 
 namespace pliant {
 namespace {
@@ -212,6 +213,46 @@ Status read_toml(const Reader& reader, const std::string& text, ChainMailSetting
     return Ok{};
 }
 
+/// A number, true, false, or a text in quotes. @returns NotFound where it is none of these
+Status read_plain_value(const Reader& reader, const std::string& key, std::string_view text,
+                        ChainMailSettings& settings) {
+    const char *begin = text.data(), *end = begin + text.size();
+    if (text.size() >= 2 && text.front() == '"' && text.back() == '"' &&
+        text.find_first_of("\"\\", 1) == text.size() - 1)
+        return read_key(reader, key, toml::value<std::string>(text.substr(1, text.size() - 2)),
+                        settings);
+    if (text == "true" || text == "false")
+        return read_key(reader, key, toml::value<bool>(text == "true"), settings);
+    std::int64_t whole = 0;
+    if (const auto read = std::from_chars(begin, end, whole); read.ptr == end)
+        return read_key(reader, key, toml::value<std::int64_t>(whole), settings);
+    double number = 0;
+    if (const auto read = std::from_chars(begin, end, number); read.ptr == end)
+        return read_key(reader, key, toml::value<double>(number), settings);
+    return Error{ErrorCode::NotFound, {}};
+}
+
+/// Reads what settings_text writes. Where memory is short it throws std::bad_alloc, for which
+/// toml::parse ends the process.
+/// @returns whether the text was understood
+bool read_plain(const Reader& reader, std::string_view text, ChainMailSettings& settings) {
+    std::string table;
+    while (!text.empty()) {
+        const std::string_view line = text.substr(0, text.find('\n'));
+        text.remove_prefix(std::min(text.size(), line.size() + 1));
+        if (line.empty()) continue;
+        if (line.front() == '[' && line.back() == ']') {
+            table = line;
+            continue;
+        }
+        const std::size_t equals = line.find(" = ");
+        if (equals == std::string_view::npos) return false;
+        const std::string key = table + " " + std::string(line.substr(0, equals));
+        if (!read_plain_value(reader, key, line.substr(equals + 3), settings).ok()) return false;
+    }
+    return true;
+}
+
 std::string_view trimmed(std::string_view text) {
     while (!text.empty() && std::isspace(static_cast<unsigned char>(text.front())))
         text.remove_prefix(1);
@@ -302,33 +343,40 @@ bool looks_like_toml(const std::string& text) {
 
 Result<ChainMailSettings> parse_settings(const std::string& name, const std::string& toml) {
     ChainMailSettings settings;
-    if (const Status read = read_toml({name}, toml, settings); !read.ok())
-        return in_one_line(read.error());
+    if (!read_plain({name}, toml, settings)) {
+        settings = {};
+        if (const Status read = read_toml({name}, toml, settings); !read.ok())
+            return in_one_line(read.error());
+    }
     if (const Status valid = check_settings(settings); !valid.ok())
         return Error{valid.error().code, name + ": " + valid.error().message};
     return settings;
 }
 
-Result<ChainMailSettings> read_chainmail_settings(const std::filesystem::path& path,
-                                                  std::vector<std::string>* notes) {
-    std::error_code ignored;
-    std::ifstream stream(path, std::ios::binary);
-    if (!stream || std::filesystem::is_directory(path, ignored))
-        return Error{ErrorCode::NotFound,
-                     path.string() + ": expected a settings file that can be read"};
-    std::ostringstream text;
-    text << stream.rdbuf();
+namespace {
+
+Result<ChainMailSettings> read_file(const std::filesystem::path& path,
+                                    std::vector<std::string>* notes) {
+    constexpr std::size_t kMaxBytes = std::size_t(16) << 20;
+    const Result<std::string> text = read_small_file(path, kMaxBytes, "a settings file");
+    if (!text.ok()) return text.error();
     const Reader reader{path.string()};
     ChainMailSettings settings;
     std::vector<std::string> own_notes;
-    const Status read = looks_like_toml(text.str())
-                            ? read_toml(reader, text.str(), settings)
-                            : read_divod(reader, text.str(), settings, own_notes);
+    const Status read = looks_like_toml(*text) ? read_toml(reader, *text, settings)
+                                               : read_divod(reader, *text, settings, own_notes);
     if (!read.ok()) return in_one_line(read.error());
     if (const Status valid = check_settings(settings); !valid.ok())
         return Error{valid.error().code, reader.file + ": " + valid.error().message};
     if (notes) notes->insert(notes->end(), own_notes.begin(), own_notes.end());
     return settings;
+}
+
+}  // namespace
+
+Result<ChainMailSettings> read_chainmail_settings(const std::filesystem::path& path,
+                                                  std::vector<std::string>* notes) {
+    return attempt([&] { return read_file(path, notes); });
 }
 
 }  // namespace pliant

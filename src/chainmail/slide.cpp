@@ -9,11 +9,14 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "chainmail/fixed_point.h"
 #include "chainmail/grab.h"
+#include "chainmail/operation.h"
 #include "chainmail/tool_touch.h"
+#include "core/errors.h"
 
 namespace pliant {
 namespace {
@@ -204,24 +207,44 @@ class Slide {
     SlideReport m_report;
 };
 
+/// The record of excused links, put back after a slide that is taken back: each push shrinks it.
+struct KeptAllowance {
+    Lattice& lattice;
+    Allowance& present;
+    Allowance former;
+    bool is_over = false;
+
+    ~KeptAllowance() {
+        if (!is_over) present.restore(lattice, std::move(former));
+    }
+};
+
 }  // namespace
 
 Result<SlideReport> slide_sphere(ChainMail& tissue, const Push& path,
                                  const TissueValues& tissue_values) {
-    const auto start = std::chrono::steady_clock::now();
-    Slide slide(tissue, path, tissue_values);
-    if (const Status status = slide.check(); !status.ok()) return status.error();
-    tissue.let_go();
-    tissue.begin_group("slide");
-    Result<SlideReport> report = slide.run();
-    const int forgotten = tissue.end_group();
-    if (!report.ok()) return report;
-    report->forgotten_steps = forgotten;
-    if (report->ends_in_tissue && slide.began_free() && tissue.undo().ok())
-        slide.take_back(*report);
-    report->slide_ms =
-        std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
-    return report;
+    return attempt([&]() -> Result<SlideReport> {
+        const auto start = std::chrono::steady_clock::now();
+        Slide slide(tissue, path, tissue_values);
+        if (const Status status = slide.check(); !status.ok()) return status.error();
+        ChainMail::Impl& impl = *tissue.m_impl;
+        KeptAllowance kept{impl.lattice, impl.allowance, impl.allowance};
+        ChainMail::Impl::Operation step(impl,
+                                        {.step = "slide", .ends_drag = true, .has_copies = true});
+        Result<SlideReport> report = slide.run();
+        if (!report.ok()) return report;
+        const bool is_alone = impl.history.keeps_steps() && impl.history.depth() == 1;
+        if (report->ends_in_tissue && slide.began_free() && is_alone) {
+            step.roll_back();
+            slide.take_back(*report);
+        } else {
+            report->forgotten_steps = step.commit();
+            kept.is_over = true;
+        }
+        const auto elapsed = std::chrono::steady_clock::now() - start;
+        report->slide_ms = std::chrono::duration<double, std::milli>(elapsed).count();
+        return report;
+    });
 }
 
 Result<SlideReport> slide_sphere(ChainMail& tissue, const Push& path) {

@@ -325,7 +325,7 @@ Status StateReader::read_imprints(const Lattice& lattice, PlasticRest& imprints,
     const auto n = std::size_t(lattice.elements_per_brick());
     constexpr auto kFarthest = std::int64_t(kMaxMovementMm * kUnitsPerMm);
     return read_changes(lattice, max_bricks, [&](Vec3i coord, const auto& change) {
-        std::array<std::vector<Fixed>, 3> imprint;
+        Imprint imprint;
         for (std::size_t a = 0; a < 3; ++a)
             for (std::size_t k = a * n; k < (a + 1) * n; ++k) {
                 const auto p = Fixed(change[k]);
@@ -363,7 +363,6 @@ Status StateReader::read_lattice(Lattice& lattice, PlasticRest& imprints,
     if (const Status moves = read_moves(lattice, max_bricks); !moves.ok()) return moves;
     if (const Status edits = read_edits(lattice, max_bricks); !edits.ok()) return edits;
     if (const Status read = read_imprints(lattice, imprints, max_bricks); !read.ok()) return read;
-    imprints.take_changes();  // there is no step that they could be part of
     if (!m_bytes.empty()) return damaged();
     return Ok{};
 }

@@ -12,6 +12,7 @@
 #include "chainmail/chainmail_impl.h"
 #include "chainmail/settings.h"
 #include "chainmail/state_file.h"
+#include "core/errors.h"
 #include "core/hash.h"
 
 namespace pliant {
@@ -90,12 +91,25 @@ std::uint64_t hash_label_materials(const ChainMailSettings& settings) {
 }  // namespace
 
 Status ChainMail::save_state(const std::filesystem::path& path) const {
-    const StateHeader header{.scan = fingerprint_of(m_impl->volume),
-                             .custom_law = bool(m_impl->settings.custom_law),
-                             .materials_changed = m_impl->materials_changed,
-                             .label_hash = hash_label_materials(m_impl->settings),
-                             .settings = settings_text(m_impl->settings)};
-    const Bytes bytes = encode_state(header, m_impl->lattice, m_impl->plastic_rest);
+    return attempt([&] { return m_impl->save_state(path); });
+}
+
+Status ChainMail::load_state(const std::filesystem::path& path) {
+    return attempt([&]() -> Status {
+        auto loaded = m_impl->load_state(path);
+        if (!loaded.ok()) return loaded.error();
+        m_impl = std::move(*loaded);
+        return Ok{};
+    });
+}
+
+Status ChainMail::Impl::save_state(const std::filesystem::path& path) const {
+    const StateHeader header{.scan = fingerprint_of(volume),
+                             .custom_law = bool(settings.custom_law),
+                             .materials_changed = materials_changed,
+                             .label_hash = hash_label_materials(settings),
+                             .settings = settings_text(settings)};
+    const Bytes bytes = encode_state(header, lattice, plastic_rest);
     StagedFiles files;
     const auto staged = files.stage(path);
     if (!staged.ok()) return staged.error();
@@ -106,10 +120,10 @@ Status ChainMail::save_state(const std::filesystem::path& path) const {
     return files.commit();
 }
 
-Status ChainMail::load_state(const std::filesystem::path& path) {
+Result<std::unique_ptr<ChainMail::Impl>> ChainMail::Impl::load_state(
+    const std::filesystem::path& path) const {
     const std::string name = path.string();
-    m_impl->let_go();
-    if (m_impl->history.is_open())
+    if (history.depth() > (held.empty() ? 0 : 1))
         return Error{ErrorCode::InvalidArgument,
                      name + ": expected no open group of steps, found one; end it first"};
     const auto bytes = read_bytes(path);
@@ -117,45 +131,43 @@ Status ChainMail::load_state(const std::filesystem::path& path) {
     StateReader reader(name, *bytes);
     const auto header = reader.read_header();
     if (!header.ok()) return header.error();
-    const Status scan = check_scan(name, fingerprint_of(m_impl->volume), header->scan);
-    if (!scan.ok()) return scan;
-    auto settings = parse_settings(name, header->settings);
-    if (!settings.ok()) return settings.error();
-    if (header->custom_law && !m_impl->settings.custom_law)
+    const Status scan = check_scan(name, fingerprint_of(volume), header->scan);
+    if (!scan.ok()) return scan.error();
+    auto loaded = parse_settings(name, header->settings);
+    if (!loaded.ok()) return loaded.error();
+    if (header->custom_law && !settings.custom_law)
         return Error{
             ErrorCode::InvalidArgument,
             name + ": was saved with a material law of its own; expected the same law here"};
-    if (header->custom_law) settings->custom_law = m_impl->settings.custom_law;
-    settings->solver = m_impl->settings.solver;
-    if (header->label_hash != hash_label_materials(m_impl->settings))
+    if (header->custom_law) loaded->custom_law = settings.custom_law;
+    loaded->solver = settings.solver;
+    if (header->label_hash != hash_label_materials(settings))
         return Error{ErrorCode::InvalidArgument,
                      name +
                          ": was saved with other label materials; expected the same [[label]] "
                          "tables, labels and directions here"};
-    settings->label_materials = m_impl->settings.label_materials;
-    settings->labels = m_impl->settings.labels;
-    settings->directions = m_impl->settings.directions;
-    auto materials = make_materials(m_impl->volume, *settings);
+    loaded->label_materials = settings.label_materials;
+    loaded->labels = settings.labels;
+    loaded->directions = settings.directions;
+    auto materials = make_materials(volume, *loaded);
     if (!materials.ok())
         return Error{materials.error().code, name + ": " + materials.error().message};
-    auto impl =
-        std::make_unique<Impl>(m_impl->volume, *settings, std::move(*materials), m_impl->arena);
-    impl->lattice.continue_clock(m_impl->lattice.clock());
+    auto impl = std::make_unique<Impl>(volume, *loaded, std::move(*materials), arena);
+    impl->lattice.continue_clock(lattice.clock());
     impl->lattice.tick();
     const Status read =
-        reader.read_lattice(impl->lattice, impl->plastic_rest, m_impl->settings.max_elements);
-    if (!read.ok()) return read;
+        reader.read_lattice(impl->lattice, impl->plastic_rest, settings.max_elements);
+    if (!read.ok()) return read.error();
     impl->materials_changed = header->materials_changed;
     impl->restore_allowance();
     if (!header->materials_changed) {
-        std::string fault = find_fault(impl->lattice, m_impl->arena);
+        std::string fault = find_fault(impl->lattice, arena);
         if (fault.empty()) fault = find_imprint_fault(impl->lattice, impl->plastic_rest);
         if (!fault.empty())
             return Error{ErrorCode::Unreadable,
                          name + ": expected displacements within all limits, but " + fault};
     }
-    m_impl = std::move(impl);
-    return Ok{};
+    return impl;
 }
 
 }  // namespace pliant

@@ -4,8 +4,6 @@
 #include "chainmail/sweep_lags.h"
 
 #include <algorithm>
-#include <cstdlib>
-#include <new>
 
 namespace pliant {
 namespace {
@@ -13,13 +11,11 @@ namespace {
 constexpr int kElementArrays = 24, kFirstLinks = 9, kFirstExcess = 18;
 constexpr int kFaceArrays = 38, kFirstBound = 18, kFaceExcess = 36, kFaceWork = 37;
 
-Fixed* allocate(std::size_t count) {
-    const std::size_t bytes = (count * sizeof(Fixed) + 63) / 64 * 64;
-    void* memory = std::aligned_alloc(64, bytes);
-    if (!memory) throw std::bad_alloc();
+AlignedMemory<Fixed> allocate(std::size_t count) {
+    auto memory = allocate_aligned<Fixed>(count * sizeof(Fixed), 64);
     // Kernels may read lags of links that there aren't; they must at least be numbers.
-    std::fill_n(static_cast<Fixed*>(memory), count, 0);
-    return static_cast<Fixed*>(memory);
+    std::fill_n(memory.get(), count, 0);
+    return memory;
 }
 
 /// Calls visit(place in the face, element on the side).
@@ -47,12 +43,13 @@ void VisitLags::begin(const Lattice& lattice, const Brick& brick, const SweepKer
 }
 
 void VisitLags::resize(int size) {
-    m_size = size;
+    m_size = 0;  // until both are there
     m_face = (size * size + 15) / 16 * 16;
     m_count = (size * size * size + 15) / 16 * 16;
-    m_elements.reset(allocate(std::size_t(kElementArrays) * std::size_t(m_count)));
-    m_faces.reset(allocate(std::size_t(kFaceArrays) * std::size_t(m_face)));
+    m_elements = allocate(std::size_t(kElementArrays) * std::size_t(m_count));
+    m_faces = allocate(std::size_t(kFaceArrays) * std::size_t(m_face));
     m_equal_lags.fill(0);
+    m_size = size;
 }
 
 VisitLags::Kind VisitLags::kind_of(bool up, int axis, const ComponentPush& push,

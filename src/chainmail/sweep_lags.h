@@ -20,6 +20,7 @@
 #include "chainmail/lattice.h"
 #include "chainmail/propagation.h"
 #include "chainmail/sweep_kernels.h"
+#include "core/memory.h"
 
 namespace pliant {
 
@@ -75,9 +76,9 @@ class VisitLags {
     /// What is there already, as bits: 3·kind + axis, 6·kind + side.
     std::uint32_t m_has_halves = 0, m_has_links = 0, m_has_face = 0, m_has_bound = 0;
     /// Arrays of the brick: nine of halves, nine of links, six of links with excess.
-    std::unique_ptr<Fixed, FreeMemory> m_elements;
+    AlignedMemory<Fixed> m_elements;
     /// Arrays of faces: 18 of lags, 18 of bounds, one with excess, one for work.
-    std::unique_ptr<Fixed, FreeMemory> m_faces;
+    AlignedMemory<Fixed> m_faces;
     std::array<Fixed, 36> m_equal_lags{};  ///< what all of an array's lags are; −1: they differ
 };
 

@@ -30,6 +30,11 @@ inline Error out_of_memory() noexcept {
     return {ErrorCode::LimitExceeded, "out of memory"};  // short enough to lie in the string itself
 }
 
+/// Whether an error says that memory ran out, and that nothing else stood in the way.
+inline bool is_out_of_memory(const Error& error) noexcept {
+    return error.code == ErrorCode::LimitExceeded && error.message.ends_with("out of memory");
+}
+
 /// Runs work, which returns a Result, for a public entry point: lack of memory becomes its error.
 /// Restoring the object is left to work.
 template <class Work>
@@ -39,6 +44,8 @@ auto attempt(Work&& work) noexcept -> decltype(work()) {
     } catch (const std::bad_alloc&) {
         return out_of_memory();
     } catch (const std::length_error&) {  // of a container that can't get so large
+        return out_of_memory();
+    } catch (const std::runtime_error&) {  // of oneTBB, where a thread can't be started
         return out_of_memory();
     }
 }

@@ -3,11 +3,17 @@
 
 #include <pliant/staged_files.h>
 
+#include <dirent.h>
 #include <unistd.h>
 
 #include <atomic>
+#include <cerrno>
+#include <cstring>
+#include <memory>
+#include <span>
 #include <string>
 #include <system_error>
+#include <utility>
 
 namespace pliant {
 namespace fs = std::filesystem;
@@ -15,49 +21,71 @@ namespace {
 
 constexpr const char* kBackupSuffix = ".before";
 
-/// A file that was put in its place.
+/// A file to be put in its place, with the paths that this and its undoing need.
 struct Move {
     fs::path from, to;
-    bool replaced;  ///< what was there before is kept beside `from`
+    fs::path backup;        ///< of what was there before, beside `from`
+    bool replaced = false;  ///< something was
 };
 
-fs::path backup_of(const fs::path& staged) {
-    return staged.string() + kBackupSuffix;
+Move move_of(const fs::path& from, fs::path to) {
+    return {from, std::move(to), from.string() + kBackupSuffix};
 }
 
-bool move(const fs::path& from, const fs::path& to, std::vector<Move>& done,
-          std::error_code& error) {
-    const bool replaces = fs::exists(to, error);
-    if (replaces) {
+// Everything from here on goes without an allocation, so that a commit is undone as a whole.
+
+bool carry_out(Move& move, std::error_code& error) noexcept {
+    move.replaced = fs::exists(move.to, error);
+    if (move.replaced) {
         // A second name, so that the place is never empty; where that can't be, the first one.
-        fs::create_hard_link(to, backup_of(from), error);
-        if (error) fs::rename(to, backup_of(from), error);
+        fs::create_hard_link(move.to, move.backup, error);
+        if (error) fs::rename(move.to, move.backup, error);
         if (error) return false;
     }
-    done.push_back({from, to, replaces});
-    fs::rename(from, to, error);
+    fs::rename(move.from, move.to, error);
     if (!error) return true;
-    done.pop_back();
     std::error_code ignored;
-    if (replaces) fs::rename(backup_of(from), to, ignored);
+    if (move.replaced) fs::rename(move.backup, move.to, ignored);
     return false;
 }
 
-void undo(const std::vector<Move>& done) {
+void undo(std::span<const Move> done) noexcept {
     std::error_code ignored;
     for (auto at = done.rbegin(); at != done.rend(); ++at) {
         if (at->replaced)
-            fs::rename(backup_of(at->from), at->to, ignored);
+            fs::rename(at->backup, at->to, ignored);
         else
             fs::remove(at->to, ignored);
     }
 }
 
+struct CloseListing {
+    void operator()(DIR* listing) const { ::closedir(listing); }
+};
+
+/// Calls visit(listing, name) for each file of a folder. Unlike a directory_iterator it doesn't end
+/// the process where memory is short.
+template <class Visit>
+std::error_code for_each_file(const fs::path& folder, const Visit& visit) {
+    const std::unique_ptr<DIR, CloseListing> listing(::opendir(folder.c_str()));
+    if (!listing) return {errno, std::generic_category()};
+    while (const dirent* file = ::readdir(listing.get()))
+        if (std::strcmp(file->d_name, ".") != 0 && std::strcmp(file->d_name, "..") != 0)
+            visit(listing.get(), file->d_name);
+    return {};
+}
+
+/// Removes a folder that has no folders in it.
+void remove_folder(const fs::path& folder) noexcept {
+    static_cast<void>(for_each_file(
+        folder, [](DIR* listing, const char* name) { ::unlinkat(::dirfd(listing), name, 0); }));
+    ::rmdir(folder.c_str());
+}
+
 }  // namespace
 
 StagedFiles::~StagedFiles() {
-    std::error_code ignored;
-    for (const Entry& entry : m_entries) fs::remove_all(entry.folder, ignored);
+    for (const Entry& entry : m_entries) remove_folder(entry.folder);
 }
 
 Result<fs::path> StagedFiles::stage(const fs::path& target) {
@@ -69,6 +97,10 @@ Result<fs::path> StagedFiles::stage(const fs::path& target) {
     if (!fs::is_directory(parent, error))
         return Error{ErrorCode::Unwritable,
                      target.string() + ": the folder " + parent.string() + " does not exist"};
+    // A name that is too long, or a link to itself.
+    if (fs::status(target, error).type() == fs::file_type::none)
+        return Error{ErrorCode::Unwritable,
+                     target.string() + ": can't be written (" + error.message() + ")"};
     if (fs::is_directory(target, error))
         return Error{ErrorCode::Unwritable, target.string() + ": is a folder, expected a file"};
     if (fs::exists(target, error) && !fs::is_regular_file(target, error))
@@ -76,35 +108,36 @@ Result<fs::path> StagedFiles::stage(const fs::path& target) {
                      target.string() + ": is no regular file, expected one to replace"};
     const fs::path folder = parent / (".pliant-" + std::to_string(::getpid()) + "-" +
                                       std::to_string(counter.fetch_add(1)));
-    if (!fs::create_directory(folder, error))
+    fs::path staged = folder / target.filename();
+    m_entries.push_back({folder, target});
+    if (!fs::create_directory(folder, error)) {
+        m_entries.pop_back();
         return Error{ErrorCode::Unwritable, target.string() + ": the folder " + parent.string() +
                                                 " can't be written (" + error.message() + ")"};
-    m_entries.push_back({folder, target});
-    return folder / target.filename();
+    }
+    return staged;
 }
 
 Status StagedFiles::commit() {
-    std::vector<Move> done;
+    std::vector<Move> moves;
     std::error_code error;
-    const auto fail = [&](const fs::path& target) -> Status {
-        const std::string why = error.message();
-        undo(done);
-        return Error{ErrorCode::Unwritable, target.string() + ": " + why};
-    };
-    for (const Entry& entry : m_entries) {  // data files first, then the headers that name them
-        std::vector<fs::path> beside;
-        for (fs::directory_iterator at(entry.folder, error), end; !error && at != end;
-             at.increment(error))
-            if (at->path().filename() != entry.target.filename()) beside.push_back(at->path());
-        if (error) return fail(entry.target);
-        for (const fs::path& file : beside)
-            if (!move(file, entry.target.parent_path() / file.filename(), done, error))
-                return fail(entry.target);
+    // Data files first, then the headers that name them.
+    for (const Entry& entry : m_entries) {
+        error = for_each_file(entry.folder, [&](DIR*, const char* name) {
+            if (name != entry.target.filename())
+                moves.push_back(move_of(entry.folder / name, entry.target.parent_path() / name));
+        });
+        if (error)
+            return Error{ErrorCode::Unwritable, entry.target.string() + ": " + error.message()};
     }
     for (const Entry& entry : m_entries)
-        if (!move(entry.folder / entry.target.filename(), entry.target, done, error))
-            return fail(entry.target);
-    for (const Entry& entry : m_entries) fs::remove_all(entry.folder, error);
+        moves.push_back(move_of(entry.folder / entry.target.filename(), entry.target));
+    for (std::size_t n = 0; n < moves.size(); ++n) {
+        if (carry_out(moves[n], error)) continue;
+        undo(std::span(moves).first(n));
+        return Error{ErrorCode::Unwritable, moves[n].to.string() + ": " + error.message()};
+    }
+    for (const Entry& entry : m_entries) remove_folder(entry.folder);
     m_entries.clear();
     return Ok{};
 }

@@ -120,8 +120,9 @@ class AwakePacks {
             return false;
         }
         if (!state.is_as_planned && m_members == state.members) return true;
-        state.members = m_members;
+        state.members.reserve(m_members.size());  // where memory runs out, the state stays
         state.is_as_planned = !repack(kind, all, m_plan.spares[d], state.packs);
+        state.members = m_members;
         return !state.is_as_planned;
     }
 
@@ -143,8 +144,8 @@ class AwakePacks {
     }
     void make_copies(int kind) {
         if (m_copies[kind]) return;
-        m_copies[kind] = m_plan.kinds[kind];
         m_numbers[kind] = m_all_numbers[kind];
+        m_copies[kind] = m_plan.kinds[kind];
     }
     void restore(int kind, PackRange range) {
         const KindPlan& from = m_plan.kinds[kind];

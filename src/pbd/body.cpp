@@ -7,7 +7,9 @@
 #include <cmath>
 #include <string>
 
+#include "core/errors.h"
 #include "pbd/arithmetic.h"
+#include "pbd/rollback.h"
 #include "pbd/solver.h"
 
 namespace pliant {
@@ -17,6 +19,7 @@ struct PbdBody::Impl {
     PbdSettings settings;
     pbd::Plan plan;
     std::unique_ptr<pbd::Solver> solver;
+    double kept_time_step = 0;
 
     Status check_particle(const char* what, std::int32_t particle) const {
         if (particle >= 0 && std::size_t(particle) < parts.places.size()) return Ok{};
@@ -33,14 +36,16 @@ PbdBody::PbdBody(PbdBody&&) noexcept = default;
 PbdBody& PbdBody::operator=(PbdBody&&) noexcept = default;
 
 Result<PbdBody> PbdBody::create(PbdParts parts, const PbdSettings& settings) {
-    if (const Status s = pbd::check_settings(settings); !s.ok()) return s.error();
-    if (const Status s = pbd::check_parts(parts, settings.method); !s.ok()) return s.error();
-    auto impl = std::make_unique<Impl>();
-    impl->parts = std::move(parts);
-    impl->settings = settings;
-    impl->plan = pbd::make_plan(impl->parts, settings.domain_particles);
-    impl->solver = pbd::make_solver(impl->parts, impl->settings, impl->plan);
-    return PbdBody(std::move(impl));
+    return attempt([&]() -> Result<PbdBody> {
+        if (const Status s = pbd::check_settings(settings); !s.ok()) return s.error();
+        if (const Status s = pbd::check_parts(parts, settings.method); !s.ok()) return s.error();
+        auto impl = std::make_unique<Impl>();
+        impl->parts = std::move(parts);
+        impl->settings = settings;
+        impl->plan = pbd::make_plan(impl->parts, settings.domain_particles);
+        impl->solver = pbd::make_solver(impl->parts, impl->settings, impl->plan);
+        return PbdBody(std::move(impl));
+    });
 }
 
 const PbdParts& PbdBody::parts() const {
@@ -63,9 +68,12 @@ Status PbdBody::step(std::int32_t count, const TaskArena& arena) {
     if (count < 0)
         return Error{ErrorCode::InvalidArgument,
                      "step: expected 0 steps or more, found " + std::to_string(count)};
-    for (std::int32_t n = 0; n < count; ++n)
-        if (const Status s = m_impl->solver->step(arena); !s.ok()) return s;
-    return Ok{};
+    // The solver allocates before anything has moved, if at all.
+    return attempt([&]() -> Status {
+        for (std::int32_t n = 0; n < count; ++n)
+            if (const Status s = m_impl->solver->step(arena); !s.ok()) return s;
+        return Ok{};
+    });
 }
 
 std::int32_t PbdBody::particle_count() const {
@@ -91,8 +99,10 @@ void PbdBody::get_positions(std::span<Vec3d> positions) const {
 Status PbdBody::set_state(std::int32_t particle, Vec3d position, Vec3d velocity) {
     if (const Status s = m_impl->check_particle("set_state", particle); !s.ok()) return s;
     if (const Status s = pbd::check_state(position, velocity); !s.ok()) return s;
-    m_impl->solver->set_state(particle, position, velocity);
-    return Ok{};
+    return attempt([&]() -> Status {
+        m_impl->solver->set_state(particle, position, velocity);
+        return Ok{};
+    });
 }
 Status PbdBody::set_inverse_mass(std::int32_t particle, double inverse_mass) {
     if (const Status s = m_impl->check_particle("set_inverse_mass", particle); !s.ok()) return s;
@@ -115,8 +125,10 @@ Status PbdBody::load(std::span<const std::int32_t> particles, std::span<const Ve
                          "load: expected three numbers as the force on particle " +
                              std::to_string(particles[n])};
     }
-    m_impl->solver->load(particles, forces);
-    return Ok{};
+    return attempt([&]() -> Status {
+        m_impl->solver->load(particles, forces);
+        return Ok{};
+    });
 }
 Status PbdBody::move_attachment(std::int32_t attachment, Vec3d target) {
     auto& all = m_impl->parts.attachments;
@@ -185,6 +197,22 @@ std::vector<Vec3d> PbdBody::constraint_forces() const {
 
 std::uint64_t PbdBody::hash() const {
     return m_impl->solver->hash();
+}
+
+void PbdRollback::reserve(PbdBody& body) {
+    body.m_impl->solver->reserve_kept();
+}
+void PbdRollback::keep(PbdBody& body) noexcept {
+    body.m_impl->kept_time_step = body.m_impl->settings.time_step;
+    body.m_impl->solver->keep();
+}
+void PbdRollback::take_back(PbdBody& body) noexcept {
+    body.m_impl->settings.time_step = body.m_impl->kept_time_step;
+    body.m_impl->solver->take_back();
+}
+void PbdRollback::put_all(PbdBody& body, std::span<const Vec3d> positions,
+                          std::span<const Vec3d> velocities) noexcept {
+    body.m_impl->solver->put_all(positions, velocities);
 }
 
 VolumeChange volume_change(const PbdParts& parts, std::span<const Vec3d> positions) {

@@ -125,6 +125,7 @@ Result<PbdBoxes> PbdBoxes::create(const TetMesh& mesh, const PbdBoxSettings& set
     for (const auto& cell : mesh.cells)
         for (const std::int32_t n : cell) ++made.m_asleep[std::size_t(n)];
     made.m_blends.reserve(mesh.nodes_mm.size());
+    made.m_kept_blends.reserve(mesh.nodes_mm.size());
     return made;
 }
 
@@ -136,6 +137,13 @@ void PbdBoxes::mark(Vec3i box) {
     const auto h = std::size_t(hash(box));
     for (auto n = std::size_t(m_hash_starts[h]); n < std::size_t(m_hash_starts[h + 1]); ++n)
         m_is_wanted[std::size_t(m_of_hash[n])] = 1;
+}
+
+void PbdBoxes::mark_around(std::span<const Vec3d> places, double reach) {
+    std::fill(m_is_wanted.begin(), m_is_wanted.end(), std::uint8_t(0));
+    const Vec3d around{reach, reach, reach};
+    for (const Vec3d& p : places)
+        for_each_box(box_at(p - around), box_at(p + around), [&](Vec3i box) { mark(box); });
 }
 
 Status PbdBoxes::wake(std::size_t box, bool active, PbdBody& body) {
@@ -173,19 +181,32 @@ Status PbdBoxes::update(std::span<const Vec3d> places, double reach, PbdBody& bo
     if (!(std::isfinite(reach) && reach >= 0)) return invalid("reach: expected 0 or more");
     for (const Vec3d& p : places)
         if (!is_finite(p)) return invalid("update: expected places of three numbers");
+    const Status listed = attempt([&]() -> Status {
+        m_blends.reserve(m_rest.size());
+        mark_around(places, reach);
+        m_changed_count = 0;
+        m_changed.clear();
+        for (std::size_t box = 0; box < m_is_active.size(); ++box) {
+            const bool wanted = m_is_wanted[box] != 0, active = m_is_active[box] != 0;
+            if (wanted == active || (active && !is_settled(box, body))) continue;
+            m_changed.push_back(std::int32_t(box));
+        }
+        return Ok{};
+    });
+    if (!listed.ok()) return listed;
+    // No more memory is asked for from here on.
     if (!m_has_begun)
         for (std::int32_t n = 0; n < body.particle_count(); ++n)
             if (const Status s = body.set_inverse_mass(n, 0); !s.ok()) return s;
     m_has_begun = true;
-    std::fill(m_is_wanted.begin(), m_is_wanted.end(), std::uint8_t(0));
-    const Vec3d around{reach, reach, reach};
-    for (const Vec3d& p : places)
-        for_each_box(box_at(p - around), box_at(p + around), [&](Vec3i box) { mark(box); });
-    for (std::size_t box = 0; box < m_is_active.size(); ++box) {
-        const bool wanted = m_is_wanted[box] != 0, active = m_is_active[box] != 0;
-        if (wanted == active || (active && !is_settled(box, body))) continue;
-        if (const Status s = wake(box, wanted, body); !s.ok()) return s;
+    for (const std::int32_t box : m_changed) {
+        ++m_changed_count;
+        if (const Status s = wake(std::size_t(box), !is_active(box), body); !s.ok()) return s;
     }
+    return blend_in(body);
+}
+
+Status PbdBoxes::blend_in(PbdBody& body) {
     for (Blend& blend : m_blends) {
         ++blend.age;
         const double share = double(blend.age) / m_settings.blend_steps;
@@ -195,6 +216,30 @@ Status PbdBoxes::update(std::span<const Vec3d> places, double reach, PbdBody& bo
     }
     std::erase_if(m_blends, [&](const Blend& b) { return b.age >= m_settings.blend_steps; });
     return Ok{};
+}
+
+void PbdBoxes::keep() noexcept {
+    m_kept_begun = m_has_begun;
+    m_kept_blends = m_blends;
+    m_changed_count = 0;
+}
+
+void PbdBoxes::take_back() noexcept {
+    while (m_changed_count > 0) {
+        const std::int32_t box = m_changed[--m_changed_count];
+        const bool active = !is_active(box);
+        m_is_active[std::size_t(box)] = active;
+        m_active_boxes += active ? 1 : -1;
+        for (const std::int32_t t : tetrahedra(box)) {
+            std::int32_t& count = m_active_of[std::size_t(t)];
+            if (active ? count++ != 0 : --count != 0) continue;
+            m_active_tetrahedra += active ? 1 : -1;
+            for (const std::int32_t n : m_cells[std::size_t(t)])
+                m_asleep[std::size_t(n)] += active ? -1 : 1;
+        }
+    }
+    m_blends = m_kept_blends;
+    m_has_begun = m_kept_begun;
 }
 
 }  // namespace pliant

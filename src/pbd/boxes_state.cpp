@@ -7,10 +7,19 @@
 #include <pliant/pbd_boxes.h>
 
 #include <algorithm>
+#include <utility>
+#include <vector>
 
 #include "core/errors.h"
 
 namespace pliant {
+namespace {
+
+Error wrong() {
+    return invalid("state: expected one of these boxes");
+}
+
+}  // namespace
 
 std::vector<std::int32_t> PbdBoxes::state() const {
     std::vector<std::int32_t> state{m_active_boxes};
@@ -23,21 +32,38 @@ std::vector<std::int32_t> PbdBoxes::state() const {
     return state;
 }
 
+/// Boxes, and particles whose tetrahedra are all in these boxes, none twice.
+Status PbdBoxes::check_state(std::span<const std::int32_t> boxes,
+                             std::span<const std::int32_t> blends) const {
+    for (std::size_t n = 0; n < boxes.size(); ++n)
+        if (boxes[n] < 0 || std::size_t(boxes[n]) >= m_is_active.size() ||
+            (n > 0 && boxes[n] <= boxes[n - 1]))
+            return wrong();
+    std::vector<std::uint8_t> is_active(m_cells.size(), 0), is_taken(m_rest.size(), 0);
+    for (const std::int32_t box : boxes)
+        for (const std::int32_t t : tetrahedra(box)) is_active[std::size_t(t)] = 1;
+    for (std::size_t t = 0; t < m_cells.size(); ++t)
+        for (const std::int32_t n : m_cells[t])
+            if (!is_active[t]) is_taken[std::size_t(n)] = 1;
+    for (std::size_t n = 0; n < blends.size(); n += 2) {
+        if (blends[n] < 0 || std::size_t(blends[n]) >= m_rest.size() || blends[n + 1] < 0 ||
+            blends[n + 1] >= m_settings.blend_steps)
+            return wrong();
+        if (std::exchange(is_taken[std::size_t(blends[n])], std::uint8_t(1))) return wrong();
+    }
+    return Ok{};
+}
+
 Status PbdBoxes::restore(std::span<const std::int32_t> state, PbdBody& body) {
-    const auto wrong = [] { return invalid("state: expected one of these boxes"); };
     if (body.particle_count() != std::int32_t(m_rest.size())) return wrong();
     if (state.empty() || state[0] < 0 || std::size_t(state[0]) > state.size() - 1) return wrong();
     const auto boxes = state.subspan(1, std::size_t(state[0])),
                blends = state.subspan(1 + boxes.size());
     if (blends.size() % 2) return wrong();
-    for (std::size_t n = 0; n < boxes.size(); ++n)
-        if (boxes[n] < 0 || std::size_t(boxes[n]) >= m_is_active.size() ||
-            (n > 0 && boxes[n] <= boxes[n - 1]))
-            return wrong();
-    for (std::size_t n = 0; n < blends.size(); n += 2)
-        if (blends[n] < 0 || std::size_t(blends[n]) >= m_rest.size() || blends[n + 1] < 0 ||
-            blends[n + 1] >= m_settings.blend_steps)
-            return wrong();
+    if (const Status s = check_state(boxes, blends); !s.ok()) return s;
+    m_blends.reserve(m_rest.size());
+    // Nothing fails from here on.
+    m_changed_count = 0;
     for (std::int32_t n = 0; n < body.particle_count(); ++n)
         if (const Status s = body.set_inverse_mass(n, 0); !s.ok()) return s;
     m_has_begun = true;
@@ -55,7 +81,6 @@ Status PbdBoxes::restore(std::span<const std::int32_t> state, PbdBody& body) {
     m_blends.clear();
     for (std::size_t n = 0; n < blends.size(); n += 2) {
         const auto particle = std::size_t(blends[n]);
-        if (m_asleep[particle] > 0) return wrong();
         m_blends.push_back({blends[n], blends[n + 1]});
         const double share = double(blends[n + 1]) / m_settings.blend_steps;
         if (const Status s =

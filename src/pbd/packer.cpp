@@ -17,13 +17,23 @@ Packer::Packer(const std::vector<std::int32_t>& particle_of, const PbdParts& par
 PackRange Packer::pack(std::span<const std::int32_t> members, int kind, std::int32_t spare,
                        KindPlan& to) {
     const auto first = std::int32_t(to.constraints.size() / kPack);
-    m_first = m_next = first;
-    m_open = 0;
-    for (const std::int32_t constraint : members) add(to, kind, constraint);
-    while (m_first < m_next) forget_first(to, kind);
+    pack_all(members, kind, to);
     const std::int32_t pairs = pair_up(to, kind, first);
     write_corners(to, kind, first, spare);
     return {first, first + 2 * pairs, m_next};
+}
+
+/// One after the other; where memory runs out, no particle is in a pack.
+void Packer::pack_all(std::span<const std::int32_t> members, int kind, KindPlan& to) {
+    m_first = m_next = std::int32_t(to.constraints.size() / kPack);
+    m_open = 0;
+    try {
+        for (const std::int32_t constraint : members) add(to, kind, constraint);
+    } catch (...) {
+        std::fill(m_packs_of.begin(), m_packs_of.end(), 0);
+        throw;
+    }
+    while (m_first < m_next) forget_first(to, kind);
 }
 
 void Packer::add(KindPlan& to, int kind, std::int32_t constraint) {

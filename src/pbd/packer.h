@@ -29,6 +29,7 @@ class Packer {
   private:
     static constexpr int kWindow = 64;  ///< packs that are looked at
 
+    void pack_all(std::span<const std::int32_t> members, int kind, KindPlan& to);
     void add(KindPlan& to, int kind, std::int32_t constraint);
     void forget_first(const KindPlan& to, int kind);
     std::int32_t pair_up(KindPlan& to, int kind, std::int32_t first);

@@ -74,7 +74,7 @@ Result<Rod> Rod::create(const RodSettings& settings) {
     const auto frame = checked("frame", settings.frame);
     if (!frame.ok()) return frame.error();
     good.frame = *frame;
-    return Rod(std::make_unique<Impl>(good));
+    return attempt([&]() -> Result<Rod> { return Rod(std::make_unique<Impl>(good)); });
 }
 
 const RodSettings& Rod::settings() const {

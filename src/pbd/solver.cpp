@@ -66,6 +66,7 @@ class SolverOf final : public Solver {
         if (m_has_woken) find_awake();
         for (const std::size_t held : m_set_held) m_v[held] = m_v[held + 1] = m_v[held + 2] = 0;
         m_set_held.clear();
+        if (m_all_set) stop_held();
         for (int n = 0; n < m_settings.sub_steps; ++n) {
             if (n == 0) move(arena, false);
             for (int i = 0; i < m_settings.iterations; ++i) {
@@ -86,17 +87,19 @@ class SolverOf final : public Solver {
         return double(m_x[at(particle) + 3]);
     }
     void set_state(std::int32_t particle, Vec3d position, Vec3d velocity) override {
+        if (!(m_x[at(particle) + 3] > 0)) m_set_held.push_back(at(particle));
         put(m_x, particle, position - m_origin);
         put(m_v, particle, velocity);
-        if (!(m_x[at(particle) + 3] > 0)) m_set_held.push_back(at(particle));
     }
     void set_inverse_mass(std::int32_t particle, double inverse_mass) override {
         Real& w = m_x[at(particle) + 3];
+        if (m_keeps && (w > 0) != (Real(inverse_mass) > 0)) keep_others();
         m_has_woken |= (w > 0) != (Real(inverse_mass) > 0);
         w = Real(inverse_mass);
         if (inverse_mass == 0) put(m_v, particle, {0, 0, 0});
     }
     void load(std::span<const std::int32_t> particles, std::span<const Vec3d> forces) override {
+        m_loads.reserve(particles.size());
         m_loads.clear();
         for (std::size_t n = 0; n < particles.size(); ++n)
             m_loads.push_back({at(particles[n]), forces[n]});
@@ -118,6 +121,41 @@ class SolverOf final : public Solver {
         for (std::size_t n = 0; n < m_parts.places.size(); ++n)
             hash.add(std::span<const Real>(m_x.data() + at(std::int32_t(n)), 3));
         return hash.value();
+    }
+
+    void reserve_kept() override {
+        m_kept_x.resize(m_x.size());
+        m_kept_v.resize(m_v.size());
+    }
+    /// What is asleep is copied when the first particle falls asleep or wakes up.
+    void keep() noexcept override {
+        m_keeps = true;
+        m_kept_all = false;
+        m_kept_set = m_all_set || !m_set_held.empty();
+        for (const Range& range : m_awake_ranges) keep_range(range.begin, range.end);
+        if (m_has_woken || m_kept_set) keep_others();
+    }
+    void take_back() noexcept override {
+        m_keeps = false;
+        if (!m_kept_all) {
+            for (const Range& range : m_awake_ranges) {
+                copy(m_kept_x, m_x, range.begin, range.end);
+                copy(m_kept_v, m_v, range.begin, range.end);
+            }
+            return;
+        }
+        copy(m_kept_x, m_x, 0, m_plan.particle_count);
+        copy(m_kept_v, m_v, 0, m_plan.particle_count);
+        m_has_woken = true;
+        m_all_set |= m_kept_set;
+    }
+    void put_all(std::span<const Vec3d> positions,
+                 std::span<const Vec3d> velocities) noexcept override {
+        for (std::size_t n = 0; n < positions.size(); ++n) {
+            put(m_x, std::int32_t(n), positions[n] - m_origin);
+            put(m_v, std::int32_t(n), velocities[n]);
+        }
+        m_all_set = true;
     }
 
   private:
@@ -307,7 +345,6 @@ class SolverOf final : public Solver {
 
     /// Only what may move is worked on.
     void find_awake() {
-        m_has_woken = false;
         m_packs->update(m_x.data());
         m_awake_ranges.clear();
         for (std::int64_t line = 0; line < m_plan.particle_count; line += kLine) {
@@ -334,6 +371,28 @@ class SolverOf final : public Solver {
         std::sort(m_pinned.begin(), m_pinned.end());
         m_pins_only = m_pinned.size() == m_awake_attachments.size() &&
                       std::adjacent_find(m_pinned.begin(), m_pinned.end()) == m_pinned.end();
+        m_has_woken = false;  // not before: where memory runs out, the next step begins anew
+    }
+    void stop_held() noexcept {
+        for (std::size_t n = 0; n < m_x.size(); n += 4)
+            if (!(m_x[n + 3] > 0)) m_v[n] = m_v[n + 1] = m_v[n + 2] = 0;
+        m_all_set = false;
+    }
+
+    void keep_range(std::int64_t begin, std::int64_t end) noexcept {
+        copy(m_x, m_kept_x, begin, end);
+        copy(m_v, m_kept_v, begin, end);
+    }
+    /// Of all particles outside of the awake ranges, which are still those of keep().
+    void keep_others() noexcept {
+        if (m_kept_all) return;
+        std::int64_t from = 0;
+        for (const Range& range : m_awake_ranges) {
+            keep_range(from, range.begin);
+            from = range.end;
+        }
+        keep_range(from, m_plan.particle_count);
+        m_kept_all = true;
     }
 
     void project(const TaskArena& arena, bool first, bool backward) {
@@ -471,9 +530,14 @@ class SolverOf final : public Solver {
     bool m_pins_only = false;             ///< of these, each of another particle
     std::vector<std::size_t> m_pinned;    ///< where those are
     std::vector<std::size_t> m_set_held;  ///< held particles that may have been given velocities
+    bool m_all_set = false;               ///< any of them may have been
     bool m_has_woken = true;              ///< or has been put to rest: some particle
     std::vector<Load> m_loads;
     std::vector<Vec3d> m_forces;  ///< multipliers of attachments
+    AlignedVector<Real> m_kept_x, m_kept_v;
+    bool m_keeps = false;     ///< there has been a keep(), and no take_back() since
+    bool m_kept_all = false;  ///< not the awake ranges alone
+    bool m_kept_set = false;  ///< whether held particles may have had velocities
     std::atomic<bool> m_is_bad = false;
 };
 

@@ -32,6 +32,17 @@ class Solver {
     virtual double multiplier(int kind, std::int32_t constraint, int part) const = 0;
     virtual Vec3d attachment_force(std::int32_t attachment) const = 0;
     virtual std::uint64_t hash() const = 0;
+
+    /// Gets the memory for keep().
+    virtual void reserve_kept() = 0;
+    /// Remembers places, velocities and inverse masses. @pre reserve_kept() was called
+    virtual void keep() noexcept = 0;
+    /// Restores what keep() remembered; multipliers stay those of the last sub-step.
+    /// @pre keep() was called, and take_back() not since then
+    virtual void take_back() noexcept = 0;
+    /// Sets the places and velocities of all particles.
+    virtual void put_all(std::span<const Vec3d> positions,
+                         std::span<const Vec3d> velocities) noexcept = 0;
 };
 
 /// Parts, settings and plan outlive it.

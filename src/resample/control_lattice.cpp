@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "chainmail/trilinear_cell.h"
+#include "core/errors.h"
 #include "resample/scatter_job.h"
 
 namespace pliant {
@@ -58,6 +59,9 @@ struct ControlLattice::Impl {
         return (1 / kUnitsPerMm) * Vec3d{units[0][n], units[1][n], units[2][n]};
     }
 
+    Status place(std::span<const Vec3d> displacements_mm);
+    Result<std::vector<Vec3d>> along_axes(std::span<const Vec3d> displacements_mm) const;
+    void list_bricks(std::span<const Vec3d> along);
     void list_bricks_at(Vec3i node);
     void write(Brick& brick) const;
     void write_row(Brick& brick, int row, Vec3i from, int width) const;
@@ -79,9 +83,9 @@ struct ControlLattice::Impl {
 ControlLattice::ControlLattice(std::unique_ptr<Impl> impl) : m_impl(std::move(impl)) {}
 ControlLattice::~ControlLattice() = default;
 
-Result<std::unique_ptr<ControlLattice>> ControlLattice::create(const Volume& volume,
-                                                               const ControlGrid& grid,
-                                                               const TaskArena& arena) {
+namespace {
+
+Status check_grid(const Volume& volume, const ControlGrid& grid) {
     if (const Status s = check_volume(volume); !s.ok()) return s.error();
     for (int a = 0; a < 3; ++a) {
         const auto expected = [&](const char* what, int low, int found) {
@@ -100,8 +104,19 @@ Result<std::unique_ptr<ControlLattice>> ControlLattice::create(const Volume& vol
                              std::to_string(volume.grid.size[a] - 1) + " or before along axis " +
                              std::to_string(a) + ", found " + std::to_string(last)};
     }
-    return std::unique_ptr<ControlLattice>(
-        new ControlLattice(std::make_unique<Impl>(volume, grid, arena)));
+    return Ok{};
+}
+
+}  // namespace
+
+Result<std::unique_ptr<ControlLattice>> ControlLattice::create(const Volume& volume,
+                                                               const ControlGrid& grid,
+                                                               const TaskArena& arena) noexcept {
+    return attempt([&]() -> Result<std::unique_ptr<ControlLattice>> {
+        if (const Status s = check_grid(volume, grid); !s.ok()) return s.error();
+        auto impl = std::make_unique<Impl>(volume, grid, arena);
+        return std::unique_ptr<ControlLattice>(new ControlLattice(std::move(impl)));
+    });
 }
 
 void ControlLattice::Impl::list_bricks_at(Vec3i node) {
@@ -116,7 +131,8 @@ void ControlLattice::Impl::list_bricks_at(Vec3i node) {
             is_listed[dense_index(brick - bricks.begin, bricks.end - bricks.begin)];
         if (flag) return;
         flag = 1;
-        listed.push_back(lattice.ensure_blank_brick(brick));
+        listed.push_back(-1);  // gets memory before the brick does
+        listed.back() = lattice.ensure_blank_brick(brick);
     });
 }
 
@@ -166,14 +182,15 @@ void ControlLattice::Impl::write(Brick& brick) const {
     }
 }
 
-Status ControlLattice::place(std::span<const Vec3d> displacements_mm) {
-    Impl& m = *m_impl;
-    if (displacements_mm.size() != m.units[0].size())
+/// Displacements along the lattice's axes [mm], once they are checked.
+Result<std::vector<Vec3d>> ControlLattice::Impl::along_axes(
+    std::span<const Vec3d> displacements_mm) const {
+    if (displacements_mm.size() != units[0].size())
         return Error{ErrorCode::InvalidArgument, "control lattice: expected displacements of " +
-                                                     std::to_string(m.units[0].size()) +
+                                                     std::to_string(units[0].size()) +
                                                      " nodes, found " +
                                                      std::to_string(displacements_mm.size())};
-    const Mat3d axes = inverse(m.scan.grid.direction);
+    const Mat3d axes = inverse(scan.grid.direction);
     std::vector<Vec3d> along(displacements_mm.size());
     for (std::size_t n = 0; n < along.size(); ++n) {
         along[n] = axes * displacements_mm[n];
@@ -184,30 +201,52 @@ Status ControlLattice::place(std::span<const Vec3d> displacements_mm) {
                                  std::to_string(int(kMaxMovementMm)) + " mm, found " +
                                  std::to_string(along[n][a]) + " at node " + std::to_string(n)};
     }
-    m.listed.clear();
-    for_each_in({{0, 0, 0}, m.grid.size}, [&](Vec3i ijk) {
-        const std::size_t n = m.node_at(ijk);
-        bool moved = false;
-        for (int a = 0; a < 3; ++a) {
-            double& unit = m.units[std::size_t(a)][n];
-            moved |= unit != kUnitsPerMm * along[n][a];
-            unit = kUnitsPerMm * along[n][a];
-        }
-        if (moved) m.list_bricks_at(ijk);
-    });
-    const std::uint64_t now = m.lattice.tick();
+    return along;
+}
+
+/// Lists the bricks at nodes that move, and gets memory for them.
+void ControlLattice::Impl::list_bricks(std::span<const Vec3d> along) {
+    const auto unlist = [&] { std::fill(is_listed.begin(), is_listed.end(), std::uint8_t(0)); };
+    listed.clear();
+    try {
+        for_each_in({{0, 0, 0}, grid.size}, [&](Vec3i ijk) {
+            const std::size_t n = node_at(ijk);
+            bool moved = false;
+            for (int a = 0; a < 3; ++a)
+                moved |= units[std::size_t(a)][n] != kUnitsPerMm * along[n][a];
+            if (moved) list_bricks_at(ijk);
+        });
+    } catch (...) {
+        unlist();
+        if (!listed.empty() && listed.back() < 0) listed.pop_back();
+        lattice.drop_still_bricks(listed);
+        throw;
+    }
+    unlist();
+}
+
+Status ControlLattice::Impl::place(std::span<const Vec3d> displacements_mm) {
+    const Result<std::vector<Vec3d>> along = along_axes(displacements_mm);
+    if (!along) return along.error();
+    list_bricks(*along);
+    for (std::size_t n = 0; n < along->size(); ++n)
+        for (int a = 0; a < 3; ++a) units[std::size_t(a)][n] = kUnitsPerMm * (*along)[n][a];
+    const std::uint64_t now = lattice.tick();
     const auto task = [&](std::int64_t begin, std::int64_t end) {
         for (std::int64_t b = begin; b < end; ++b) {
-            Brick& brick = m.lattice.brick(m.listed[std::size_t(b)]);
-            m.write(brick);
+            Brick& brick = lattice.brick(listed[std::size_t(b)]);
+            write(brick);
             brick.is_unplaced = false;
             brick.changed_at = now;
         }
     };
-    m.arena.for_each(std::int64_t(m.listed.size()), kBricksPerTask, std::ref(task));
-    m.lattice.drop_still_bricks(m.listed);
-    std::fill(m.is_listed.begin(), m.is_listed.end(), std::uint8_t(0));
+    arena.for_each(std::int64_t(listed.size()), kBricksPerTask, std::ref(task));
+    lattice.drop_still_bricks(listed);
     return Ok{};
+}
+
+Status ControlLattice::place(std::span<const Vec3d> displacements_mm) noexcept {
+    return attempt([&] { return m_impl->place(displacements_mm); });
 }
 
 template <class Shift>

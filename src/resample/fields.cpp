@@ -11,6 +11,7 @@
 #include <span>
 #include <vector>
 
+#include "core/errors.h"
 #include "resample/fields.h"
 
 namespace pliant {
@@ -62,14 +63,17 @@ FieldSlices slices_of(const Lattice& lattice) {
     };
 }
 
-FieldSlices displacement_slices(const ChainMail& tissue) {
-    return slices_of(tissue.lattice());
+Result<FieldSlices> displacement_slices(const ChainMail& tissue) noexcept {
+    return attempt([&]() -> Result<FieldSlices> { return slices_of(tissue.lattice()); });
 }
-FieldSlices displacement_slices(const MovingScan& scan) {
-    return slices_of(scan.lattice());
+Result<FieldSlices> displacement_slices(const MovingScan& scan) noexcept {
+    return attempt([&]() -> Result<FieldSlices> {
+        if (const Status s = scan.update_lattice(); !s.ok()) return s.error();
+        return slices_of(scan.lattice());
+    });
 }
 
-FieldSlices inverse_slices(const Deformed& deformed) {
+FieldSlices inverse_slices(const Deformed& deformed) noexcept {
     return [&deformed](int k, std::span<Vec3f> vectors_mm) {
         const Grid& grid = deformed.volume.grid;
         const Box3i& box = deformed.dirty_box;
@@ -84,12 +88,16 @@ FieldSlices inverse_slices(const Deformed& deformed) {
     };
 }
 
-VectorField displacement_field(const ChainMail& tissue) {
-    return whole_field(tissue.volume().grid, FieldKind::Modeling, displacement_slices(tissue));
+Result<VectorField> displacement_field(const ChainMail& tissue) noexcept {
+    return attempt([&]() -> Result<VectorField> {
+        return whole_field(tissue.volume().grid, FieldKind::Modeling, slices_of(tissue.lattice()));
+    });
 }
 
-VectorField inverse_field(const Deformed& deformed) {
-    return whole_field(deformed.volume.grid, FieldKind::Resampling, inverse_slices(deformed));
+Result<VectorField> inverse_field(const Deformed& deformed) noexcept {
+    return attempt([&]() -> Result<VectorField> {
+        return whole_field(deformed.volume.grid, FieldKind::Resampling, inverse_slices(deformed));
+    });
 }
 
 }  // namespace pliant

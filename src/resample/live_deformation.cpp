@@ -8,6 +8,7 @@
 #include <cstdlib>
 #include <functional>
 
+#include "core/errors.h"
 #include "resample/scatter.h"
 #include "resample/source_jacobian.h"
 
@@ -24,6 +25,8 @@ struct LiveDeformation::Impl {
     explicit Impl(std::unique_ptr<const MovingScan> t) : Impl(*t) { own = std::move(t); }
 
     LiveUpdate write() {
+        if (is_behind) scatter.start_over(volume, inverse_mm.get());
+        is_behind = true;
         const Lattice& lattice = tissue.lattice();
         const OpenVoxels open = scatter.look(lattice, Mapping::Cells, volume);
         if (inverse_mm) scatter.clear_inverse(lattice, inverse_mm.get());
@@ -33,6 +36,7 @@ struct LiveDeformation::Impl {
         update.written_voxels = open.count;
         update.dirty_box = open.box;
         update.boxes = scatter.written_boxes();
+        is_behind = false;
         return update;
     }
 
@@ -57,30 +61,47 @@ struct LiveDeformation::Impl {
     const MovingScan& tissue;
     Volume volume;
     Scatter scatter;
+    bool is_behind = false;  ///< the last update failed
     /// Memory that nobody writes to stays unused: only pages with deformed voxels become resident.
     std::unique_ptr<Vec3f[], FreeMemory> inverse_mm;
 };
 
-LiveDeformation::LiveDeformation(const ChainMail& tissue)
-    : m_impl(std::make_unique<Impl>(std::make_unique<const ChainMailScan>(tissue))) {}
-LiveDeformation::LiveDeformation(const MovingScan& scan) : m_impl(std::make_unique<Impl>(scan)) {}
+Result<LiveDeformation> LiveDeformation::create(const ChainMail& tissue) noexcept {
+    return attempt([&]() -> Result<LiveDeformation> {
+        return LiveDeformation(
+            std::make_unique<Impl>(std::make_unique<const ChainMailScan>(tissue)));
+    });
+}
+Result<LiveDeformation> LiveDeformation::create(const MovingScan& scan) noexcept {
+    return attempt(
+        [&]() -> Result<LiveDeformation> { return LiveDeformation(std::make_unique<Impl>(scan)); });
+}
+LiveDeformation::LiveDeformation(std::unique_ptr<Impl> impl) : m_impl(std::move(impl)) {}
 LiveDeformation::~LiveDeformation() = default;
 LiveDeformation::LiveDeformation(LiveDeformation&&) noexcept = default;
 LiveDeformation& LiveDeformation::operator=(LiveDeformation&&) noexcept = default;
 
-LiveUpdate LiveDeformation::update() {
+Result<LiveUpdate> LiveDeformation::update() noexcept {
     const auto start = std::chrono::steady_clock::now();
-    LiveUpdate update = m_impl->write();
-    update.resample_ms =
+    Result<LiveUpdate> update = attempt([&]() -> Result<LiveUpdate> {
+        if (const Status s = m_impl->tissue.update_lattice(); !s.ok()) return s.error();
+        return m_impl->write();
+    });
+    if (!update) return update;
+    update->resample_ms =
         std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
     return update;
+}
+
+void LiveDeformation::start_over() noexcept {
+    m_impl->scatter.start_over(m_impl->volume, m_impl->inverse_mm.get());
 }
 
 const Volume& LiveDeformation::volume() const {
     return m_impl->volume;
 }
 
-bool LiveDeformation::keep_sources(bool keep) {
+bool LiveDeformation::keep_sources(bool keep) noexcept {
     if (keep == keeps_sources()) return keep;
     m_impl->inverse_mm.reset();
     if (!keep) return false;
@@ -88,8 +109,10 @@ bool LiveDeformation::keep_sources(bool keep) {
     if (!memory) return false;
     m_impl->inverse_mm.reset(static_cast<Vec3f*>(memory));
     m_impl->scatter.forget();
-    m_impl->write();
-    return true;
+    if (update()) return true;
+    m_impl->inverse_mm.reset();
+    (void)update();  // where it fails, the volume is behind until the next one
+    return false;
 }
 
 bool LiveDeformation::keeps_sources() const {

@@ -68,6 +68,15 @@ class OpenMap {
 
     /// Closes the bricks that are open and not dirty. @param dirty  per brick of the scan
     void close_all_but(std::span<const std::uint8_t> dirty);
+    /// Closes all voxels of some bricks; nothing differs from the scan any more.
+    /// @param bricks  per brick of the scan; all with a voxel that was ever opened
+    void close_all(std::span<const std::uint8_t> bricks);
+    /// Calls work(box of voxels) for some bricks. @param bricks  per brick of the scan
+    template <class Work>
+    void for_boxes(std::span<const std::uint8_t> bricks, const Work& work) const {
+        for (std::size_t brick = 0; m_size && brick < bricks.size(); ++brick)
+            if (bricks[brick]) work(box_of(brick));
+    }
     /// Has to be told of each brick that is opened, until it is closed again.
     void note_open(std::size_t brick) { m_open_bricks.push_back(brick); }
 
@@ -75,6 +84,9 @@ class OpenMap {
     struct Free {
         void operator()(void* memory) const { std::free(memory); }
     };
+
+    Box3i box_of(std::size_t brick) const;
+    void close(const Box3i& box);
 
     Vec3i m_voxel_count, m_brick_count{};
     int m_size = 0;

@@ -4,25 +4,34 @@
 #include <pliant/resample.h>
 
 #include "chainmail/check.h"
+#include "core/errors.h"
 #include "core/hash.h"
 #include "resample/scatter.h"
 
 namespace pliant {
 
-Deformed deform_volume(const ChainMail& tissue, Mapping mapping, bool with_inverse) {
-    return deform_by_lattice(tissue.volume(), tissue.lattice(), mapping, with_inverse,
-                             tissue.arena());
+Result<Deformed> deform_volume(const ChainMail& tissue, Mapping mapping,
+                               bool with_inverse) noexcept {
+    return deform_volume(ChainMailScan(tissue), mapping, with_inverse);
 }
 
-Deformed deform_volume(const MovingScan& scan, Mapping mapping, bool with_inverse) {
-    return deform_by_lattice(scan.volume(), scan.lattice(), mapping, with_inverse, scan.arena());
+Result<Deformed> deform_volume(const MovingScan& scan, Mapping mapping,
+                               bool with_inverse) noexcept {
+    return attempt([&]() -> Result<Deformed> {
+        if (const Status s = scan.update_lattice(); !s.ok()) return s.error();
+        return deform_by_lattice(scan.volume(), scan.lattice(), mapping, with_inverse,
+                                 scan.arena());
+    });
 }
 
-LatticeState state_of(const MovingScan& scan) {
+Result<LatticeState> state_of(const MovingScan& scan) noexcept {
     static constexpr Vec3d kFar{1e6, 1e6, 1e6};
     static constexpr ElementLimits kNone{kFar, kFar, kFar, 1e6};
     const auto no_limits = [](Vec3i) { return kNone; };
-    return check_lattice(scan.lattice(), no_limits, scan.arena());
+    return attempt([&]() -> Result<LatticeState> {
+        if (const Status s = scan.update_lattice(); !s.ok()) return s.error();
+        return check_lattice(scan.lattice(), no_limits, scan.arena());
+    });
 }
 
 std::uint64_t hash_volume(const Volume& volume) {

@@ -51,6 +51,7 @@ OpenVoxels Scatter::look(const Lattice& lattice, Mapping mapping, Volume& deform
     m_now.snapshot.take(lattice, m_before.snapshot, m_arena);
     m_now.touched.find(m_now.snapshot, lattice.brick_size(), m_arena);
     m_dirty.find(m_original.grid, lattice.brick_size(), m_before, m_now, m_arena);
+    note_dirty();
     list_strips(lattice);
     m_open.set_brick_size(lattice.brick_size());
     m_open.close_all_but(m_dirty.flags());
@@ -206,18 +207,68 @@ void Scatter::list_strips(const Lattice& lattice) {
     std::erase_if(m_strips, [](const ReachingStrip& strip) { return is_empty(strip.voxels); });
 }
 
-void Scatter::list_boxes(int brick_size) {
-    m_boxes.clear();
-    for (const DirtyBrick& brick : m_dirty.bricks()) {
-        if (!brick.opened && !brick.was_changed) continue;
-        const Box3i box = box_of_brick(m_original.grid, brick.coord, brick_size);
-        // Neighbours in a row are one box.
-        if (!m_boxes.empty() && m_boxes.back().end.x == box.begin.x &&
-            m_boxes.back().begin.y == box.begin.y && m_boxes.back().begin.z == box.begin.z)
-            m_boxes.back().end.x = box.end.x;
-        else
-            m_boxes.push_back(box);
+void Scatter::note_dirty() {
+    const Vec3i count = m_dirty.brick_count();
+    if (m_put_back.empty()) {
+        m_differs.assign(dense_count(count), 0);
+        m_put_back.assign(dense_count(count), 0);
     }
+    for (const DirtyBrick& brick : m_dirty.bricks()) m_differs[dense_index(brick.coord, count)] = 1;
+}
+
+void Scatter::list_boxes(int brick_size) {
+    const Vec3i count = m_dirty.brick_count();
+    m_boxes.clear();
+    if (m_has_put_back)
+        for_each_in({{0, 0, 0}, count}, [&](Vec3i brick) {
+            const std::size_t place = dense_index(brick, count);
+            if (m_differs[place] || m_put_back[place]) add_box(brick, brick_size);
+        });
+    else
+        for (const DirtyBrick& brick : m_dirty.bricks())
+            if (brick.opened || brick.was_changed) add_box(brick.coord, brick_size);
+    // There is memory for all of it: from here on nothing fails.
+    for (const DirtyBrick& brick : m_dirty.bricks())
+        m_differs[dense_index(brick.coord, count)] = brick.opened > 0;
+    if (m_has_put_back) std::fill(m_put_back.begin(), m_put_back.end(), std::uint8_t(0));
+    m_has_put_back = false;
+}
+
+/// Neighbours in a row become one box.
+void Scatter::add_box(Vec3i brick, int brick_size) {
+    const Box3i box = box_of_brick(m_original.grid, brick, brick_size);
+    if (!m_boxes.empty() && m_boxes.back().end.x == box.begin.x &&
+        m_boxes.back().begin.y == box.begin.y && m_boxes.back().begin.z == box.begin.z)
+        m_boxes.back().end.x = box.end.x;
+    else
+        m_boxes.push_back(box);
+}
+
+void Scatter::start_over(Volume& deformed, Vec3f* inverse_mm) noexcept {
+    const CellTarget target = target_of(deformed);
+    const auto put_back = [&](const auto& original, auto* voxels) {
+        m_open.for_boxes(m_differs, [&](const Box3i& box) {
+            for_each_row(box, [&](Vec3i p) {
+                const std::size_t at = voxel_index(m_original.grid, p);
+                const int width = box.end.x - box.begin.x;
+                std::copy_n(original.data() + at, width, voxels + at);
+                if (inverse_mm) std::fill_n(inverse_mm + at, width, Vec3f{0, 0, 0});
+            });
+        });
+    };
+    if (const auto* original = std::get_if<VoxelArray<std::int16_t>>(&m_original.voxels))
+        put_back(*original, target.voxels16);
+    else if (const auto* floats = std::get_if<VoxelArray<float>>(&m_original.voxels))
+        put_back(*floats, target.voxels32);
+    m_open.close_all(m_differs);
+    for (std::size_t n = 0; n < m_differs.size(); ++n) m_put_back[n] |= m_differs[n];
+    std::fill(m_differs.begin(), m_differs.end(), std::uint8_t(0));
+    m_now = {};
+    m_before = {};
+    m_dirty = {};
+    m_open_boxes = {};
+    for (StripWriter& writer : m_writers) writer = {};
+    m_has_put_back = true;
 }
 
 CellTarget Scatter::target_of(Volume& deformed) {

@@ -39,6 +39,11 @@ class Scatter {
     void clear_inverse(const Lattice& lattice, Vec3f* inverse_mm);
     /// The next look() takes everything that is deformed for new.
     void forget() { m_now = {}; }
+    /// Puts back the scan's voxels, also after look() or write() has thrown, and sets inverse_mm to
+    /// zero there. The next pair of calls writes all that is deformed, and its boxes hold the
+    /// bricks that were put back as well. Allocates nothing.
+    /// @param inverse_mm  over the whole scan; may be null
+    void start_over(Volume& deformed, Vec3f* inverse_mm) noexcept;
     const Snapshot& snapshot() const { return m_now.snapshot; }
 
     /// Boxes of voxels that the last update wrote: whole bricks, cut to the scan.
@@ -51,7 +56,9 @@ class Scatter {
     void claim(const ScatterJob& job, const CellTarget& target, ClaimPass pass);
     std::int64_t write_claims(const CellTarget& target);
     void list_strips(const Lattice& lattice);
+    void note_dirty();
     void list_boxes(int brick_size);
+    void add_box(Vec3i brick, int brick_size);
     template <class Work>
     void for_dirty(const Work& work);
     template <class Work>
@@ -69,6 +76,11 @@ class Scatter {
     std::int64_t m_opened = 0;  ///< voxels, by the last look()
     OpenBoxes m_open_boxes;
     OpenMap m_open;
+    /// Per brick of the scan: it differs from the scan, or an update that failed began to write it.
+    std::vector<std::uint8_t> m_differs;
+    /// Likewise, of bricks that were put back since the last update.
+    std::vector<std::uint8_t> m_put_back;
+    bool m_has_put_back = false;
     std::vector<Box3i> m_boxes;
 };
 

@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/errors.h"
 #include "resample/snapshot.h"
 
 namespace pliant {
@@ -134,17 +135,23 @@ Volume strain_by_lattice(const Lattice& lattice, const TaskArena& arena) {
     return field_of(lattice, arena, 0, "largest principal Green-Lagrange strain", largest_strain);
 }
 
-Volume jacobian_field(const ChainMail& tissue) {
-    return jacobian_by_lattice(tissue.lattice(), tissue.arena());
+Result<Volume> jacobian_field(const ChainMail& tissue) noexcept {
+    return jacobian_field(ChainMailScan(tissue));
 }
-Volume jacobian_field(const MovingScan& scan) {
-    return jacobian_by_lattice(scan.lattice(), scan.arena());
+Result<Volume> jacobian_field(const MovingScan& scan) noexcept {
+    return attempt([&]() -> Result<Volume> {
+        if (const Status s = scan.update_lattice(); !s.ok()) return s.error();
+        return jacobian_by_lattice(scan.lattice(), scan.arena());
+    });
 }
-Volume strain_field(const ChainMail& tissue) {
-    return strain_by_lattice(tissue.lattice(), tissue.arena());
+Result<Volume> strain_field(const ChainMail& tissue) noexcept {
+    return strain_field(ChainMailScan(tissue));
 }
-Volume strain_field(const MovingScan& scan) {
-    return strain_by_lattice(scan.lattice(), scan.arena());
+Result<Volume> strain_field(const MovingScan& scan) noexcept {
+    return attempt([&]() -> Result<Volume> {
+        if (const Status s = scan.update_lattice(); !s.ok()) return s.error();
+        return strain_by_lattice(scan.lattice(), scan.arena());
+    });
 }
 
 }  // namespace pliant

@@ -3,15 +3,21 @@
 
 #include "scene/chainmail_tissue.h"
 
+#include "core/errors.h"
+
 namespace pliant {
 
 Result<PushReport> ChainMailTissue::push(std::uint32_t tool, const Push& push) {
     auto held = m_model.elements_at(push);
     if (!held.ok()) return held.error();
+    std::map<std::uint32_t, Contact> made;  // a node that is inserted without further memory
+    made[tool];
     auto report = m_model.push_elements(*held, push.push_mm);
     if (!report.ok()) return report;
     const Vec3d end = push.point_mm + report->step_fraction * push.push_mm;
-    m_contacts[tool] = {{end, end, push.sphere_radius_mm}, std::move(*held)};
+    made[tool] = {{end, end, push.sphere_radius_mm}, std::move(*held)};
+    m_contacts.erase(tool);
+    m_contacts.merge(made);
     return report;
 }
 
@@ -21,8 +27,16 @@ Result<GrabReport> ChainMailTissue::grab(std::uint32_t tool, const Push& place, 
     return report;
 }
 
-void ChainMailTissue::lay(std::uint32_t tool, Vec3d place_mm, double radius_mm) {
-    m_contacts[tool] = {{place_mm, place_mm, radius_mm}, {}};
+Result<SlideReport> ChainMailTissue::slide(std::uint32_t tool, const Push& push,
+                                           const TissueValues& shown) {
+    std::map<std::uint32_t, Contact> made;
+    made[tool];
+    auto slid = slide_sphere(m_model, push, shown);
+    if (!slid.ok()) return slid;
+    made[tool] = {{slid->end_mm, slid->end_mm, push.sphere_radius_mm}, {}};
+    m_contacts.erase(tool);
+    m_contacts.merge(made);
+    return slid;
 }
 
 void ChainMailTissue::place_eye(std::uint32_t tool, Vec3d place_mm, double radius_mm) {
@@ -32,7 +46,7 @@ void ChainMailTissue::place_eye(std::uint32_t tool, Vec3d place_mm, double radiu
         m_eyes.erase(tool);
 }
 
-Sweep ChainMailTissue::sweep() {
+Result<Sweep> ChainMailTissue::sweep() {
     RelaxOptions options{.max_sweeps = 1};
     for (const auto& [tool, contact] : m_contacts) {
         if (contact.tool.radius_mm > 0) options.tools.push_back(contact.tool);
@@ -40,14 +54,16 @@ Sweep ChainMailTissue::sweep() {
     }
     for (const auto& [tool, eye] : m_eyes) options.tools.push_back(eye);
     const auto report = m_model.relax(options);
-    // An error would come again with each sweep.
-    if (!report.ok()) return {};
-    return {report->settled, report->relax_ms};
+    if (!report.ok() && is_out_of_memory(report.error())) return report.error();
+    // Any other error would come again with each sweep.
+    if (!report.ok()) return Sweep{};
+    return Sweep{report->settled, report->relax_ms};
 }
 
-void ChainMailTissue::reset() {
-    m_contacts.clear();
+Status ChainMailTissue::reset() {
     m_model.reset();
+    m_contacts.clear();
+    return Ok{};
 }
 
 }  // namespace pliant

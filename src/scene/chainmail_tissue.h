@@ -6,7 +6,7 @@
 
 #pragma once
 
-#include <pliant/chainmail.h>
+#include <pliant/chainmail_slide.h>
 
 #include <map>
 #include <vector>
@@ -22,22 +22,25 @@ class ChainMailTissue : public Tissue {
     Result<PushReport> push(std::uint32_t tool, const Push& push) override;
     Result<GrabReport> grab(std::uint32_t tool, const Push& place, double reach_mm) override;
     Result<PushReport> drag_to(Vec3d offset_mm) override { return m_model.drag_to(offset_mm); }
-    void let_go() override { m_model.let_go(); }
-    void release(std::uint32_t tool) override { m_contacts.erase(tool); }
+    void let_go() noexcept override { m_model.let_go(); }
+    void release(std::uint32_t tool) noexcept override { m_contacts.erase(tool); }
     void place_eye(std::uint32_t tool, Vec3d place_mm, double radius_mm) override;
     bool has_eye(std::uint32_t tool) const override { return m_eyes.contains(tool); }
     bool is_touched_by(std::uint32_t tool) const override { return m_contacts.contains(tool); }
     bool is_touched() const override { return !m_contacts.empty(); }
     std::optional<Vec3d> force_n(std::uint32_t) override { return {}; }
-    Sweep sweep() override;
+    Result<Sweep> sweep() override;
     double sweep_time_ms() const override { return 0; }
-    void reset() override;
+    Status reset() override;
     void begin_group(const std::string& name) override { m_model.begin_group(name); }
-    int end_group() override { return m_model.end_group(); }
+    int end_group() noexcept override { return m_model.end_group(); }
     int undo_steps() const override { return m_model.undo_steps(); }
     Status undo() override { return m_model.undo(); }
     Status redo() override { return m_model.redo(); }
-    void rest() override { m_eyes.clear(); }
+    Status rest() override {
+        m_eyes.clear();
+        return Ok{};
+    }
     Status save_state(const std::filesystem::path& path) const override {
         return m_model.save_state(path);
     }
@@ -47,8 +50,8 @@ class ChainMailTissue : public Tissue {
     std::uint64_t hash() const override { return m_model.hash(); }
     ChainMail* chainmail() override { return &m_model; }
 
-    /// A sphere that tissue slid off: it stays in the way.
-    void lay(std::uint32_t tool, Vec3d place_mm, double radius_mm);
+    /// Tissue slides off a sphere, which stays in the way.
+    Result<SlideReport> slide(std::uint32_t tool, const Push& push, const TissueValues& shown);
 
     const Volume& volume() const override { return m_model.volume(); }
     const Lattice& lattice() const override { return m_model.lattice(); }

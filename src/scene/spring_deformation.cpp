@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <chrono>
 
+#include "core/errors.h"
 #include "scene/scan_network.h"
 #include "scene/spring_deformation_impl.h"
 
@@ -20,40 +21,44 @@ SpringDeformation::SpringDeformation(std::unique_ptr<Impl> impl) : m_impl(std::m
 SpringDeformation::~SpringDeformation() = default;
 
 Result<std::unique_ptr<SpringDeformation>> SpringDeformation::create(
-    const Volume& volume, const SpringDeformationSettings& settings, const TaskArena& arena) {
-    if (const Status s = check_volume(volume); !s.ok()) return s.error();
-    if (const Status s = check_settings(settings); !s.ok()) return s.error();
-    const auto grid = control_grid(volume, settings);
-    if (!grid.ok()) return grid.error();
-    auto control = ControlLattice::create(volume, *grid, arena);
-    if (!control.ok()) return control.error();
-    auto tissue = tissue_of(volume, *grid, settings);
-    if (!tissue.ok()) return tissue.error();
-    return std::unique_ptr<SpringDeformation>(new SpringDeformation(
-        std::make_unique<Impl>(settings, std::move(*control), std::move(*tissue))));
+    const Volume& volume, const SpringDeformationSettings& settings,
+    const TaskArena& arena) noexcept {
+    return attempt([&]() -> Result<std::unique_ptr<SpringDeformation>> {
+        if (const Status s = check_volume(volume); !s.ok()) return s.error();
+        if (const Status s = check_settings(settings); !s.ok()) return s.error();
+        const auto grid = control_grid(volume, settings);
+        if (!grid.ok()) return grid.error();
+        auto control = ControlLattice::create(volume, *grid, arena);
+        if (!control.ok()) return control.error();
+        auto tissue = tissue_of(volume, *grid, settings);
+        if (!tissue.ok()) return tissue.error();
+        auto impl = std::make_unique<Impl>(settings, std::move(*control), std::move(*tissue));
+        return std::unique_ptr<SpringDeformation>(new SpringDeformation(std::move(impl)));
+    });
 }
 
 // Time.
 
-void SpringDeformation::Impl::put(std::span<const Vec3d> places) {
+void SpringDeformation::Impl::put(std::span<const Vec3d> places) noexcept {
     for (std::size_t n = 0; n < places.size(); ++n)
-        (void)tissue.set_state(std::int32_t(n), places[n], {0, 0, 0});
+        if (!is_fixed(std::int32_t(n)))
+            (void)tissue.set_state(std::int32_t(n), places[n], {0, 0, 0});
 }
 
 /// No speed any more.
-void SpringDeformation::Impl::stop() {
-    std::vector<Vec3d> places;
-    for (std::int32_t n = 0; n < control->node_count(); ++n) places.push_back(tissue.position(n));
-    put(places);
+void SpringDeformation::Impl::stop() noexcept {
+    for (std::int32_t n = 0; n < control->node_count(); ++n)
+        if (!is_fixed(n)) (void)tissue.set_state(n, tissue.position(n), {0, 0, 0});
 }
 
 /// What came back is back. What no force reaches any more, because the depth is less than it was,
 /// begins to move by itself.
-void SpringDeformation::Impl::come_to_rest() {
+void SpringDeformation::Impl::come_to_rest() noexcept {
     stop();
     if (!held.empty()) return;
     double farthest = 0;
-    std::vector<std::int32_t> away;
+    std::vector<std::int32_t>& away = loose;
+    away.clear();
     for (std::int32_t n = 0; n < control->node_count(); ++n) {
         const double distance = norm(tissue.displacement(n));
         farthest = std::max(farthest, distance);
@@ -63,32 +68,41 @@ void SpringDeformation::Impl::come_to_rest() {
         tissue.reset();
         former.clear();
     } else if (away != former) {
-        former = std::move(away);
+        former.assign(away.begin(), away.end());
         settled = false;
     }
     renew_sources();
 }
 
-SpringMotion SpringDeformation::step(int count) {
-    Impl& m = *m_impl;
+Result<SpringMotion> SpringDeformation::step(int count) noexcept {
+    return attempt([&] { return m_impl->step(count); });
+}
+
+Result<SpringMotion> SpringDeformation::Impl::step(int count) {
     SpringMotion motion;
     const auto start = std::chrono::steady_clock::now();
-    if (!m.settled) {
-        const auto stepped = m.tissue.step(count, m.control->arena());
+    if (!settled) {
+        const auto stepped = tissue.step(count, control->arena());
         if (stepped.ok()) {
             motion.steps = stepped->steps;
             motion.active_nodes = stepped->active_nodes;
-            for (std::int32_t n = 0; n < m.control->node_count(); ++n)
-                motion.fastest_mm_s = std::max(motion.fastest_mm_s, norm(m.tissue.velocity(n)));
-            m.settled = motion.fastest_mm_s < kSettled_mm_s;
+            for (std::int32_t n = 0; n < control->node_count(); ++n)
+                motion.fastest_mm_s = std::max(motion.fastest_mm_s, norm(tissue.velocity(n)));
+            settled = motion.fastest_mm_s < kSettled_mm_s;
+        } else if (is_out_of_memory(stepped.error())) {
+            return stepped.error();
         } else {
-            motion.message = stepped.error().message;
-            m.settled = true;
+            try {
+                motion.message = stepped.error().message;
+            } catch (const std::bad_alloc&) {  // earlier steps are done
+                motion.message = "unstable";
+            }
+            settled = true;
         }
-        if (m.settled) m.come_to_rest();
-        m.is_shown = false;
+        if (settled) come_to_rest();
+        is_shown = false;
     }
-    motion.settled = m.settled;
+    motion.settled = settled;
     motion.solve_ms =
         std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
     return motion;
@@ -103,25 +117,32 @@ bool SpringDeformation::is_settled() const {
 
 // The whole tissue.
 
-void SpringDeformation::Impl::show() {
-    if (is_shown) return;
-    displacements = tissue.displacements();
-    (void)control->place(displacements);
+Status SpringDeformation::Impl::show() noexcept {
+    if (is_shown) return Ok{};
+    for (std::int32_t n = 0; n < control->node_count(); ++n)
+        displacements[std::size_t(n)] = tissue.displacement(n);
+    Status placed = control->place(displacements);
+    if (!placed.ok() && is_out_of_memory(placed.error())) return placed;
     is_shown = true;
+    return Ok{};
+}
+
+Status SpringDeformation::update_lattice() const noexcept {
+    return m_impl->show();
 }
 
 const SpringDeformationSettings& SpringDeformation::settings() const {
     return m_impl->settings;
 }
 
-Status SpringDeformation::set_depth(std::int32_t depth) {
+Status SpringDeformation::set_depth(std::int32_t depth) noexcept {
     if (const Status s = m_impl->tissue.set_depth(depth); !s.ok()) return s;
     m_impl->settings.depth = depth;
     m_impl->settled = false;
     return Ok{};
 }
 
-void SpringDeformation::reset() {
+void SpringDeformation::reset() noexcept {
     Impl& m = *m_impl;
     m.tools.clear();
     m.former.clear();
@@ -139,39 +160,46 @@ Vec3d SpringDeformation::force_n(std::uint32_t tool) {
 }
 
 const std::vector<Vec3d>& SpringDeformation::displacements_mm() const {
-    m_impl->show();
+    (void)m_impl->show();
     return m_impl->displacements;
 }
 
 std::vector<Vec3d> SpringDeformation::places_mm() const {
-    std::vector<Vec3d> places;
-    for (std::int32_t n = 0; n < m_impl->control->node_count(); ++n)
-        places.push_back(m_impl->tissue.position(n));
+    std::vector<Vec3d> places(std::size_t(m_impl->control->node_count()));
+    places_mm(places);
     return places;
 }
 
-Status SpringDeformation::set_places(std::span<const Vec3d> places_mm) {
-    Impl& m = *m_impl;
+void SpringDeformation::places_mm(std::span<Vec3d> places_mm) const noexcept {
+    for (std::size_t n = 0; n < places_mm.size(); ++n)
+        places_mm[n] = m_impl->tissue.position(std::int32_t(n));
+}
+
+Status SpringDeformation::set_places(std::span<const Vec3d> places_mm) noexcept {
+    return attempt([&] { return m_impl->set_places(places_mm); });
+}
+
+Status SpringDeformation::Impl::set_places(std::span<const Vec3d> places_mm) {
     std::vector<Vec3d> moved(places_mm.begin(), places_mm.end());
     std::vector<std::int32_t> away;
-    const auto count = std::min(moved.size(), std::size_t(m.control->node_count()));
+    const auto count = std::min(moved.size(), std::size_t(control->node_count()));
     for (std::size_t n = 0; n < count; ++n) {
-        moved[n] = places_mm[n] - m.tissue.network().nodes()[n].rest;
-        if (moved[n] != Vec3d{0, 0, 0} && !m.is_fixed(std::int32_t(n)))
+        moved[n] = places_mm[n] - tissue.network().nodes()[n].rest;
+        if (moved[n] != Vec3d{0, 0, 0} && !is_fixed(std::int32_t(n)))
             away.push_back(std::int32_t(n));
     }
-    if (const Status s = m.control->place(moved); !s.ok()) return s;
-    m.tools.clear();
-    m.former = std::move(away);
-    m.put(places_mm);
-    m.renew_sources();
-    m.settled = m.former.empty();
-    m.is_shown = false;
+    if (const Status s = control->place(moved); !s.ok()) return s;
+    tools.clear();
+    former.assign(away.begin(), away.end());
+    put(places_mm);
+    renew_sources();
+    settled = former.empty();
+    is_shown = false;
     return Ok{};
 }
 
 const ControlLattice& SpringDeformation::control() const {
-    m_impl->show();
+    (void)m_impl->show();
     return *m_impl->control;
 }
 std::int32_t SpringDeformation::fixed_nodes() const {
@@ -185,7 +213,7 @@ const Volume& SpringDeformation::volume() const {
     return m_impl->control->volume();
 }
 const Lattice& SpringDeformation::lattice() const {
-    m_impl->show();
+    (void)m_impl->show();
     return m_impl->control->lattice();
 }
 const TaskArena& SpringDeformation::arena() const {

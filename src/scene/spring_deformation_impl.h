@@ -17,31 +17,48 @@ struct SpringDeformation::Impl {
         : settings(s), control(std::move(c)), tissue(std::move(t)) {
         displacements.assign(std::size_t(control->node_count()), Vec3d{0, 0, 0});
         for (const SpringNode& node : tissue.network().nodes()) fixed += node.fixed;
+        // So that nothing fails once a tool has let go or time has passed.
+        const std::size_t count = displacements.size();
+        held.reserve(count);
+        former.reserve(2 * count);
+        loose.reserve(count);
+        held_places.reserve(count);
+        no_forces.assign(count, Vec3d{0, 0, 0});
+        node_places.resize(count);
+        node_moves.resize(count);
+        stretched.resize(count);
     }
 
     bool is_fixed(std::int32_t n) const { return tissue.network().nodes()[std::size_t(n)].fixed; }
     std::vector<std::int32_t> nodes_at(const Push& push, const ControlPlace& place) const;
-    void grab(std::uint32_t tool, std::vector<std::int32_t> nodes);
-    void renew_sources();
-    /// Nodes that tools hold go by a shift, time by a few steps. @returns whether they could
-    bool stride(std::span<const std::int32_t> nodes, Vec3d shift);
+    using Tools = std::map<std::uint32_t, std::vector<std::int32_t>>;
+    Result<PushReport> push(std::uint32_t tool, const Push& push);
+    Result<SpringMotion> step(int count);
+    Status set_places(std::span<const Vec3d> places_mm);
+    Tools with(std::uint32_t tool, std::vector<std::int32_t> nodes) const;
+    void let_go_of(std::uint32_t tool) noexcept;
+    void renew_sources() noexcept;
+    /// Nodes that tools hold go by a shift, time by a few steps. @returns why they can't
+    Status stride(std::span<const std::int32_t> nodes, Vec3d shift) noexcept;
     /// Whether a cell is folded, or nearly.
-    bool folds();
-    void stop();
-    void come_to_rest();
-    void put(std::span<const Vec3d> places);  ///< with no speed
-    /// Where the nodes are now, to the elements: when somebody looks, not in each step.
-    void show();
+    bool folds() noexcept;
+    void stop() noexcept;
+    void come_to_rest() noexcept;
+    void put(std::span<const Vec3d> places) noexcept;  ///< with no speed
+    /// Where the nodes are now, to the elements: when they are looked at, not in each step.
+    Status show() noexcept;
 
     SpringDeformationSettings settings;
     std::unique_ptr<ControlLattice> control;
     SpringTissue tissue;
     std::vector<Vec3d> displacements;  ///< as shown
-    std::map<std::uint32_t, std::vector<std::int32_t>> tools;
+    Tools tools;
     std::vector<std::int32_t> held;              ///< by all tools, in the tissue's order
     std::vector<std::int32_t> former;            ///< let go, and perhaps not at rest yet: sorted
     std::vector<Vec3d> node_places, node_moves;  ///< of all nodes, as folds() saw them
     std::vector<std::uint8_t> stretched;
+    std::vector<std::int32_t> loose;            ///< scratch
+    std::vector<Vec3d> held_places, no_forces;  ///< likewise; the latter of all nodes
     bool settled = true;
     bool is_shown = true;  ///< whether the control lattice is where the tissue is
     std::int32_t fixed = 0;

@@ -12,6 +12,7 @@
 #include "scene/scan_network.h"
 #include "scene/spring_deformation_impl.h"
 #include "springs/cell_volume.h"
+#include "springs/rollback.h"
 
 namespace pliant {
 namespace {
@@ -25,6 +26,15 @@ constexpr double kMaxPush_mm = 500;
 
 std::string text_of(Vec3d v) {
     return hundredths(v.x) + "," + hundredths(v.y) + "," + hundredths(v.z);
+}
+
+Status check(const Push& push) {
+    if (!(norm(push.push_mm) <= kMaxPush_mm))
+        return invalid("push: expected three numbers and a length up to 500 mm, found " +
+                       text_of(push.push_mm));
+    if (!(push.sphere_radius_mm >= 0 && push.sphere_radius_mm <= kMaxPush_mm))
+        return invalid("push: expected a sphere radius of 0 to 500 mm");
+    return Ok{};
 }
 
 }  // namespace
@@ -42,50 +52,57 @@ std::vector<std::int32_t> SpringDeformation::Impl::nodes_at(const Push& push,
     return nodes;
 }
 
-void SpringDeformation::Impl::grab(std::uint32_t tool, std::vector<std::int32_t> nodes) {
-    std::sort(nodes.begin(), nodes.end());
+/// The tools once one of them holds these nodes. @param nodes  sorted
+SpringDeformation::Impl::Tools SpringDeformation::Impl::with(
+    std::uint32_t tool, std::vector<std::int32_t> nodes) const {
     const auto is_taken = [&](std::int32_t n) {
         return std::binary_search(nodes.begin(), nodes.end(), n);
     };
-    if (const auto found = tools.find(tool); found != tools.end()) {
-        former.insert(former.end(), found->second.begin(), found->second.end());
-        tools.erase(found);
-    }
-    for (auto& [other, theirs] : tools) std::erase_if(theirs, is_taken);
-    std::erase_if(tools, [](const auto& entry) { return entry.second.empty(); });
-    if (!nodes.empty()) tools[tool] = std::move(nodes);
-    renew_sources();
+    Tools changed = tools;
+    changed.erase(tool);
+    for (auto& [other, theirs] : changed) std::erase_if(theirs, is_taken);
+    std::erase_if(changed, [](const auto& entry) { return entry.second.empty(); });
+    if (!nodes.empty()) changed[tool] = std::move(nodes);
+    return changed;
+}
+
+void SpringDeformation::Impl::let_go_of(std::uint32_t tool) noexcept {
+    const auto found = tools.find(tool);
+    if (found == tools.end()) return;
+    former.insert(former.end(), found->second.begin(), found->second.end());
+    tools.erase(found);
 }
 
 /// Tells the tissue what is held, and that what was let go can still move.
-void SpringDeformation::Impl::renew_sources() {
+void SpringDeformation::Impl::renew_sources() noexcept {
     held.clear();
     for (const auto& [tool, nodes] : tools) held.insert(held.end(), nodes.begin(), nodes.end());
     std::sort(held.begin(), held.end());
     std::sort(former.begin(), former.end());
     former.erase(std::unique(former.begin(), former.end()), former.end());
-    std::vector<std::int32_t> loose;
+    loose.clear();
     std::set_difference(former.begin(), former.end(), held.begin(), held.end(),
                         std::back_inserter(loose));
-    const std::vector<Vec3d> no_forces(loose.size(), Vec3d{0, 0, 0});
-    (void)tissue.load(loose, no_forces);
+    (void)tissue.load(loose, std::span(no_forces).first(loose.size()));
     (void)tissue.hold(held);
 }
 
-bool SpringDeformation::Impl::stride(std::span<const std::int32_t> nodes, Vec3d shift) {
-    std::vector<Vec3d> places;
+Status SpringDeformation::Impl::stride(std::span<const std::int32_t> nodes, Vec3d shift) noexcept {
+    held_places.clear();
     for (const std::int32_t n : held) {
         const bool moves = std::binary_search(nodes.begin(), nodes.end(), n);
-        places.push_back(moves ? tissue.position(n) + shift : tissue.position(n));
+        held_places.push_back(moves ? tissue.position(n) + shift : tissue.position(n));
     }
-    (void)tissue.move_held(places);
-    return tissue.step(kStepsPerStride, control->arena()).ok();
+    (void)tissue.move_held(held_places);
+    auto stepped = tissue.step(kStepsPerStride, control->arena());
+    if (stepped.ok()) return Ok{};
+    return is_out_of_memory(stepped.error()) ? out_of_memory() : Error{};
 }
 
 /// ControlLattice::folds of the tissue as it is now, but looking only at cells one of whose edges
 /// has changed by much: edges that all changed by less than a fifth leave a corner
 /// (1 − √3/5)³ = 0.28 of its volume at least.
-bool SpringDeformation::Impl::folds() {
+bool SpringDeformation::Impl::folds() noexcept {
     constexpr double kMuch = 0.2;
     static_assert(kFoldShare < 0.28);
     const Vec3i size = control->grid().size;
@@ -96,8 +113,6 @@ bool SpringDeformation::Impl::folds() {
     double shortest = norm(rest(steps[0]) - rest(0));
     for (const std::int32_t step : steps) shortest = std::min(shortest, norm(rest(step) - rest(0)));
     const double much2 = (kMuch * shortest) * (kMuch * shortest);
-    node_places.resize(nodes.size());
-    node_moves.resize(nodes.size());
     stretched.assign(nodes.size(), 0);
     for (std::size_t n = 0; n < nodes.size(); ++n) {
         node_places[n] = tissue.position(std::int32_t(n));
@@ -122,66 +137,84 @@ bool SpringDeformation::Impl::folds() {
     return false;
 }
 
-Result<PushReport> SpringDeformation::push(std::uint32_t tool, const Push& push) {
-    Impl& m = *m_impl;
+Result<PushReport> SpringDeformation::push(std::uint32_t tool, const Push& push) noexcept {
+    return attempt([&] { return m_impl->push(tool, push); });
+}
+
+/// Gets memory, then changes who holds what, then moves: of all that comes after the memory, only
+/// the first step may fail.
+Result<PushReport> SpringDeformation::Impl::push(std::uint32_t tool, const Push& push) {
     const auto start = std::chrono::steady_clock::now();
-    const double length = norm(push.push_mm);
-    if (!(length <= kMaxPush_mm))
-        return invalid("push: expected three numbers and a length up to 500 mm, found " +
-                       text_of(push.push_mm));
-    if (!(push.sphere_radius_mm >= 0 && push.sphere_radius_mm <= kMaxPush_mm))
-        return invalid("push: expected a sphere radius of 0 to 500 mm");
-    m.show();
-    const auto place = is_finite(push.point_mm) ? m.control->find(push.point_mm) : std::nullopt;
+    if (const Status s = check(push); !s.ok()) return s.error();
+    if (const Status s = show(); !s.ok()) return s.error();
+    const auto place = is_finite(push.point_mm) ? control->find(push.point_mm) : std::nullopt;
     if (!place)
         return invalid("push: expected a point inside of the control lattice, found " +
                        text_of(push.point_mm));
     PushReport report;
-    m.grab(tool, m.nodes_at(push, *place));
-    const auto found = m.tools.find(tool);
-    if (found == m.tools.end()) {
+    std::vector<std::int32_t> nodes = nodes_at(push, *place);
+    std::sort(nodes.begin(), nodes.end());
+    report.message = nodes.empty() ? "every control node there is fixed"
+                                   : "a control cell would fold; larger cells go farther";
+    std::vector<Vec3d> at_first(displacements.size()), before(displacements.size());
+    for (std::size_t n = 0; n < at_first.size(); ++n)
+        at_first[n] = tissue.position(std::int32_t(n));
+    const std::vector<std::int32_t> former_before = former;
+    SpringRollback rollback(tissue, nodes);
+    Tools changed = with(tool, nodes);
+
+    if (const auto found = tools.find(tool); found != tools.end())
+        former.insert(former.end(), found->second.begin(), found->second.end());
+    tools.swap(changed);
+    renew_sources();
+    if (nodes.empty()) {
         report.limited_by = LimitedBy::Bone;
-        report.message = "every control node there is fixed";
         return report;
     }
-    const std::vector<std::int32_t> nodes = found->second;
     report.grabbed_elements = std::int64_t(nodes.size());
-    m.settled = false;
-    const std::vector<Vec3d> at_first = places_mm();
-    const Vec3d cell = m.control->node_mm(0) - m.control->node_mm(1);
+    const double length = norm(push.push_mm);
+    const Vec3d cell = control->node_mm(0) - control->node_mm(1);
     const int strides = std::max(1, int(std::ceil(length / (kStrideShare * norm(cell)))));
     int done = 0;
-    bool folded = m.folds();
+    bool folded = folds();
     for (; done < strides; ++done) {
-        const std::vector<Vec3d> before = m.node_places;
-        const bool went = m.stride(nodes, (1.0 / strides) * push.push_mm);
-        const bool folds = went && m.folds();
-        if (went && (folded || !folds)) {
-            folded = folds;
+        before.swap(node_places);
+        const Status went = stride(nodes, (1.0 / strides) * push.push_mm);
+        if (!went.ok() && done == 0 && is_out_of_memory(went.error())) {
+            tools.swap(changed);
+            former.assign(former_before.begin(), former_before.end());
+            renew_sources();
+            rollback.restore();
+            return went.error();
+        }
+        const bool is_folded = went.ok() && folds();
+        if (went.ok() && (folded || !is_folded)) {
+            folded = is_folded;
             continue;
         }
-        m.put(before);
+        put(before);
         break;
     }
-    m.is_shown = false;
+    settled = is_shown = false;
     for (std::size_t n = 0; n < at_first.size(); ++n)
-        report.moved_elements += m.tissue.position(std::int32_t(n)) != at_first[n];
+        report.moved_elements += tissue.position(std::int32_t(n)) != at_first[n];
     report.step_fraction = double(done) / strides;
     report.status = done == strides ? PushStatus::Applied
                     : done > 0      ? PushStatus::Limited
                                     : PushStatus::Rejected;
-    if (done < strides) {
+    if (done < strides)
         report.limited_by = LimitedBy::Fold;
-        report.message = "a control cell would fold; larger cells go farther";
-    }
+    else
+        report.message.clear();
     report.solve_ms =
         std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
     return report;
 }
 
-void SpringDeformation::let_go(std::uint32_t tool) {
+void SpringDeformation::let_go(std::uint32_t tool) noexcept {
     if (!m_impl->tools.contains(tool)) return;
-    m_impl->grab(tool, {});
+    m_impl->let_go_of(tool);
+    m_impl->renew_sources();
     m_impl->settled = false;
 }
 bool SpringDeformation::is_held() const {

@@ -3,6 +3,8 @@
 
 #include "scene/spring_tissue.h"
 
+#include <iterator>
+#include <utility>
 #include <vector>
 
 #include "core/errors.h"
@@ -21,15 +23,15 @@ Result<PushReport> SpringScanTissue::push(std::uint32_t tool, const Push& push) 
 }
 
 Result<GrabReport> SpringScanTissue::grab(std::uint32_t tool, const Push& place, double) {
-    m_drag.reset();
     Push still = place;
     still.push_mm = {0, 0, 0};
-    const auto report = m_model->push(tool, still);
+    auto report = m_model->push(tool, still);
     if (!report.ok()) return report.error();
+    m_drag.reset();
     if (report->grabbed_elements > 0) m_drag = Drag{tool, still, {0, 0, 0}};
     return GrabReport{.grabbed_elements = report->grabbed_elements,
                       .pick_ms = report->solve_ms,
-                      .message = report->message};
+                      .message = std::move(report->message)};
 }
 
 Result<PushReport> SpringScanTissue::drag_to(Vec3d offset_mm) {
@@ -42,26 +44,34 @@ Result<PushReport> SpringScanTissue::drag_to(Vec3d offset_mm) {
     return report;
 }
 
-void SpringScanTissue::let_go() {
+void SpringScanTissue::let_go() noexcept {
     if (m_drag) m_model->let_go(m_drag->tool);
     m_drag.reset();
 }
 
-Sweep SpringScanTissue::sweep() {
-    const SpringMotion motion = m_model->step(kStepsPerSweep);
-    if (motion.active_nodes > 0) m_active_nodes = motion.active_nodes;
-    return {motion.settled, motion.solve_ms};
+Result<Sweep> SpringScanTissue::sweep() {
+    const Result<SpringMotion> motion = m_model->step(kStepsPerSweep);
+    if (!motion.ok()) return motion.error();
+    if (motion->active_nodes > 0) m_active_nodes = motion->active_nodes;
+    return Sweep{motion->settled, motion->solve_ms};
 }
 
 void SpringScanTissue::begin_group(const std::string&) {
-    m_before = m_model->places_mm();
+    Places now = m_model->places_mm();
+    m_now.resize(now.size());  // of the group's end
+    if (m_before.empty()) m_before.emplace_back();
+    m_before.front().swap(now);
 }
 
-int SpringScanTissue::end_group() {
-    if (!m_before || *m_before == m_model->places_mm()) return 0;
+int SpringScanTissue::end_group() noexcept {
+    if (m_before.empty()) return 0;
+    m_model->places_mm(m_now);
+    if (m_before.front() == m_now) {
+        m_before.clear();
+        return 0;
+    }
     m_undone.clear();
-    m_done.push_back(std::move(*m_before));
-    m_before.reset();
+    m_done.splice(m_done.end(), m_before);
     int forgotten = 0;
     const std::size_t bytes = m_done.back().size() * sizeof(Vec3d);
     while (m_done.size() > kMaxSteps || m_done.size() * bytes > kMaxBytes) {
@@ -71,20 +81,23 @@ int SpringScanTissue::end_group() {
     return m_done.empty() ? -1 : forgotten;
 }
 
+/// Takes the last of some steps. @param to  those in the other direction
+Status SpringScanTissue::go_back(std::list<Places>& from, std::list<Places>& to) {
+    Places now = m_model->places_mm();
+    if (const Status s = m_model->set_places(from.back()); !s.ok()) return s;
+    from.back().swap(now);
+    to.splice(to.end(), from, std::prev(from.end()));
+    return Ok{};
+}
+
 Status SpringScanTissue::undo() {
     if (m_done.empty()) return Error{ErrorCode::NotFound, "undo: expected a step, found none"};
-    m_undone.push_back(m_model->places_mm());
-    const Places places = std::move(m_done.back());
-    m_done.pop_back();
-    return m_model->set_places(places);
+    return go_back(m_done, m_undone);
 }
 
 Status SpringScanTissue::redo() {
     if (m_undone.empty()) return Error{ErrorCode::NotFound, "redo: expected a step, found none"};
-    m_done.push_back(m_model->places_mm());
-    const Places places = std::move(m_undone.back());
-    m_undone.pop_back();
-    return m_model->set_places(places);
+    return go_back(m_undone, m_done);
 }
 
 Status SpringScanTissue::save_state(const std::filesystem::path& path) const {
@@ -102,9 +115,10 @@ Status SpringScanTissue::load_state(const std::filesystem::path& path) {
     Places places;
     for (std::size_t n = 0; n < numbers->size(); n += 3)
         places.push_back({(*numbers)[n], (*numbers)[n + 1], (*numbers)[n + 2]});
+    if (const Status s = m_model->set_places(places); !s.ok()) return s;
     m_done.clear();
     m_undone.clear();
-    return m_model->set_places(places);
+    return Ok{};
 }
 
 }  // namespace pliant

@@ -4,6 +4,8 @@
 // What every model of a tissue can do, for whoever owns a scene: tools push it and hold it, it goes
 // on by itself, and what was done to it can be taken back. What only one model can do is asked of
 // that model. Nothing here knows a clock: what comes out depends on the calls alone.
+//
+// A call that returns an error, or throws std::bad_alloc, has changed nothing.
 
 #pragma once
 
@@ -31,8 +33,8 @@ class Tissue : public MovingScan {
     virtual Result<GrabReport> grab(std::uint32_t tool, const Push& place, double reach_mm) = 0;
     /// To an offset from where the drag began. @pre a drag goes on
     virtual Result<PushReport> drag_to(Vec3d offset_mm) = 0;
-    virtual void let_go() = 0;  ///< ends the drag, if there is one
-    virtual void release(std::uint32_t tool) = 0;
+    virtual void let_go() noexcept = 0;  ///< ends the drag, if there is one
+    virtual void release(std::uint32_t tool) noexcept = 0;
     /// Puts an eye that only looks into the tissue's way: relaxation keeps out of it.
     /// @param radius_mm  0: it is gone
     virtual void place_eye(std::uint32_t /*tool*/, Vec3d /*place_mm*/, double /*radius_mm*/) {}
@@ -43,21 +45,22 @@ class Tissue : public MovingScan {
     virtual std::optional<Vec3d> force_n(std::uint32_t tool) = 0;
 
     /// Goes on by itself for a while: the smallest part of its motion that is recorded.
-    virtual Sweep sweep() = 0;
+    /// @returns LimitExceeded where memory runs out
+    virtual Result<Sweep> sweep() = 0;
     /// What time that stands for [ms]; 0: none, it may be as fast as it can.
     virtual double sweep_time_ms() const = 0;
-    virtual void reset() = 0;
+    virtual Status reset() = 0;
 
     // What was done, in steps: from begin_group() to end_group(), which says how many old ones are
-    // forgotten for it; −1: all, and this one too.
+    // forgotten for it; −1: all, and this one too, since it is too large or memory runs out.
     virtual void begin_group(const std::string& name) = 0;
-    virtual int end_group() = 0;
+    virtual int end_group() noexcept = 0;
     virtual int undo_steps() const = 0;
     virtual Status undo() = 0;
     virtual Status redo() = 0;
 
     /// Makes of what is there what load_state() would make of its file. @pre !is_touched()
-    virtual void rest() = 0;
+    virtual Status rest() = 0;
     virtual Status save_state(const std::filesystem::path& path) const = 0;
     virtual Status load_state(const std::filesystem::path& path) = 0;
     virtual std::uint64_t hash() const = 0;

@@ -7,6 +7,7 @@
 #include <optional>
 #include <span>
 
+#include "core/errors.h"
 #include "serve/messages.h"
 #include "serve/replay.h"
 
@@ -52,14 +53,23 @@ std::filesystem::path checkpoint_path(const std::filesystem::path& session, int 
     return path;
 }
 
-SessionCheckpoint save_checkpoint(Scene& scene, const std::filesystem::path& session, int number,
-                                  Status& saved) {
-    SessionCheckpoint point{.number = number, .file = 0, .mark = {}, .memo = scene.rest()};
-    point.mark = {hash_volume(scene.deformed()), scene.tissue().hash()};
-    const auto state = checkpoint_path(session, number);
-    saved = scene.tissue().save_state(state);
-    if (saved.ok()) point.file = checksum_of(state).value_or(0);
-    return point;
+Result<SessionCheckpoint> save_checkpoint(Scene& scene, const std::filesystem::path& session,
+                                          int number, Status& saved) {
+    // Once the scene rests, that has to be recorded, whatever else fails.
+    return attempt([&]() -> Result<SessionCheckpoint> {
+        const auto state = checkpoint_path(session, number);
+        const std::uint64_t volume = hash_volume(scene.deformed());
+        const Result<SceneMemo> memo = scene.rest();
+        if (!memo.ok()) return memo.error();
+        SessionCheckpoint point{.number = number, .file = 0, .mark = {}, .memo = *memo};
+        point.mark = {volume, scene.tissue().hash()};
+        saved = attempt([&]() -> Status {
+            if (const Status s = scene.tissue().save_state(state); !s.ok()) return s;
+            point.file = checksum_of(state).value_or(0);
+            return Ok{};
+        });
+        return point;
+    });
 }
 
 Result<std::unique_ptr<Scene>> open_recorded(const SessionHeader& header, const TaskArena& arena) {

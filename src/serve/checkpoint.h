@@ -25,8 +25,9 @@ std::filesystem::path checkpoint_path(const std::filesystem::path& session, int 
 /// Lets the scene rest, and saves it. What is returned belongs into the session in any case: it
 /// says that the scene rested. Its file is 0 where it could not be saved.
 /// @pre scene.is_quiet(), and its deformed volume is up to date
-SessionCheckpoint save_checkpoint(Scene& scene, const std::filesystem::path& session, int number,
-                                  Status& saved);
+/// @returns LimitExceeded where memory runs out: the scene then rests only in that no step goes on
+Result<SessionCheckpoint> save_checkpoint(Scene& scene, const std::filesystem::path& session,
+                                          int number, Status& saved);
 
 struct Reopened {
     std::unique_ptr<Scene> scene;

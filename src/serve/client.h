@@ -105,8 +105,8 @@ struct Client {
     /// they may still mean the scan before; 0: none
     std::uint32_t scene_step = 0;
     OverlayKind overlay = OverlayKind::None;
-    Delivery overlay_delivery;      ///< while there is an overlay
-    std::deque<std::string> texts;  ///< answers that wait
+    Delivery overlay_delivery;   ///< while there is an overlay
+    std::deque<Outgoing> texts;  ///< answers that wait
     std::deque<Waiting> commands;
     std::vector<std::uint32_t> checksums;                ///< ids of those that were asked for
     std::uint64_t state_version = 0, tools_version = 0;  ///< that it was sent

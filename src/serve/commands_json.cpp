@@ -120,6 +120,21 @@ class Fields {
         if (!m_failure) wrong_type(key, expected, Json(found));
         return 0;
     }
+    /// Any other field but these, "do" and "id" is out of range.
+    void only(std::initializer_list<const char*> names) {
+        for (const auto& field : m_object.items()) {
+            if (field.key() == "do" || field.key() == "id") continue;
+            std::string expected;
+            bool is_known = false;
+            for (const char* name : names) {
+                is_known |= field.key() == name;
+                expected += std::string(expected.empty() ? "" : ", ") + name;
+            }
+            if (!is_known)
+                fail(false, short_text(Json(field.key())) +
+                                ": found an unknown field, expected one of " + expected);
+        }
+    }
 
   private:
     const Json* find(const char* key, bool optional) {
@@ -224,6 +239,7 @@ Action read_tissue(Fields& f) {
     return tissue;
 }
 Action read_drive(Fields& f) {
+    f.only({"insert_mm_s", "rotate_deg_s", "bend_first_deg", "bend_second_deg"});
     const auto number = [&](const char* key, double most) -> std::optional<double> {
         if (!f.has(key)) return {};
         return f.number(key, -most, most);

@@ -3,6 +3,8 @@
 
 #include "serve/device_opening.h"
 
+#include "core/errors.h"
+
 #include <string>
 #include <utility>
 
@@ -14,7 +16,8 @@ DeviceOpening::DeviceOpening(DeviceQuestion question, std::unique_ptr<HapticSess
     m_thread =
         std::jthread([this, devices, device = m_question.wish.device](const std::stop_token& stop) {
             m_before.reset();
-            if (devices && !stop.stop_requested()) m_opened.emplace(devices->open(device));
+            if (devices && !stop.stop_requested())
+                m_opened.emplace(attempt([&] { return devices->open(device); }));
             if (stop.stop_requested()) m_opened.reset();
             m_done.store(true, std::memory_order_release);
         });

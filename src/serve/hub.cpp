@@ -15,6 +15,9 @@
 namespace pliant::serve {
 namespace {
 
+constexpr std::size_t kMaxUnlogged = 16;  ///< records of one step
+constexpr std::size_t kMaxUntold = 1024;  ///< refused messages
+
 double ms_between(Clock::time_point from, Clock::time_point to) {
     return std::chrono::duration<double, std::milli>(to - from).count();
 }
@@ -28,13 +31,17 @@ Hub::Hub(std::unique_ptr<Scene> scene, std::unique_ptr<SessionLog> log, int rate
       m_period(std::chrono::nanoseconds(1'000'000'000 / rate_hz)),
       m_open_bytes(open_bytes),
       m_last_client(m_scene->last_client()) {
+    m_unlogged.reserve(kMaxUnlogged);
+    m_untold.reserve(kMaxUntold);
     // Those who had hold of tissue when a recorded session ended are gone.
     for (std::uint32_t client = 1; client <= m_last_client; ++client) {
         if (m_scene->has_contact(client)) act(client, ReleaseCommand{});
         if (m_scene->has_eye(client)) act(client, EyeCommand{});
     }
     forget_overlays();
-    mark_overlays(m_scene->update().boxes);
+    const auto update = m_scene->update();
+    m_is_behind = !update;
+    if (update) mark_overlays(update->boxes);
     m_tools_frame = tools_frame({}, {.volume = m_scene->info().id});
 }
 
@@ -79,10 +86,13 @@ void Hub::run(const std::stop_token& stop, Outlet& outlet) {
         if (m_worked) last = m_now;
     }
     for (Client& client : m_clients)
-        if (client.connection) outlet.close(client.connection, kCloseGoingAway, "the server ends");
-    if (m_log && !m_log->is_nameless())
-        m_log->add(SessionMark{hash_volume(m_scene->deformed()), m_scene->tissue().hash()});
-    write_log();
+        if (client.connection)
+            guarded([&] { outlet.close(client.connection, kCloseGoingAway, "the server ends"); });
+    guarded([&] {
+        if (m_log && !m_log->is_nameless() && !m_is_behind && log_is_ready())
+            m_log->add(SessionMark{hash_volume(m_scene->deformed()), m_scene->tissue().hash()});
+    });
+    guarded([&] { write_log(); });
 }
 
 void Hub::wait_for_work(const std::stop_token& stop, Clock::time_point last) {
@@ -104,28 +114,22 @@ void Hub::step() {
     m_solve_ms = 0;
     m_moved_elements = 0;
     m_boxes.clear();
-    take_events();
-    carry_out_commands();
-    push_by_device();
-    tell_eyes();
-    relax();
-    resample();
-    feel_device();
-    begin_overlays();
-    checkpoint();
-    write_log();
-    tell_outcomes();
-    tell_paths();
-    refresh_state();
-    refresh_tools();
-    refresh_haptics();
-    refresh_vessel();
-    drop_who_is_late();
+    for (const auto part :
+         {&Hub::take_events, &Hub::carry_out_commands, &Hub::push_by_device, &Hub::tell_eyes,
+          &Hub::relax, &Hub::resample, &Hub::feel_device, &Hub::begin_overlays, &Hub::checkpoint,
+          &Hub::write_log, &Hub::tell_outcomes, &Hub::tell_paths, &Hub::refresh_state,
+          &Hub::refresh_tools, &Hub::refresh_haptics, &Hub::refresh_vessel, &Hub::drop_who_is_late})
+        guarded([&] { (this->*part)(); });
     m_overlay_left = kMaxOverlayVoxels;
     m_overlay_ms = 0;
-    for (Client& client : m_clients) publish(client);
-    rest_overlays();
-    measure_force();
+    for (Client& client : m_clients)
+        if (!guarded([&] { publish(client); })) {
+            // Frames that were taken from it may not have been sent.
+            client.delivery.come_back({});
+            client.overlay_delivery.come_back({});
+        }
+    guarded([&] { rest_overlays(); });
+    guarded([&] { measure_force(); });
 }
 
 // Work.
@@ -145,19 +149,39 @@ void Hub::carry_out_commands() {
 }
 
 void Hub::carry_out(Client& client) {
-    Waiting waiting = std::move(client.commands.front());
+    // There has to be memory to tell what became of it. Else it waits for the next step.
+    Waiting& front = client.commands.front();
+    front.merged.reserve(front.merged.size() + 1);
+    Done done{client.info.number, {}, std::string(name_of(front.message.action)), {}};
+    m_outcomes.reserve(m_outcomes.size() + 1);
+    Waiting waiting = std::move(front);
     client.commands.pop_front();
     const Action& action = waiting.message.action;
-    Outcome outcome = act(client.info.number, action);
-    feel(client, action, outcome);
+    done.outcome = act(client.info.number, action);
+    feel(client, action, done.outcome);
     waiting.merged.push_back(waiting.message.id);
-    m_outcomes.push_back({client.info.number, std::move(waiting.merged),
-                          std::string(name_of(action)), std::move(outcome)});
+    done.ids = std::move(waiting.merged);
+    m_outcomes.push_back(std::move(done));
 }
 
+/// Carries out a command, and records it. Where memory runs out, the scene is as it was, and the
+/// session says at most that a step has ended.
 Outcome Hub::act(std::uint32_t client, const Action& action) {
+    const Outcome ran_out{.error_code = "limit", .message = "out of memory", .ran_out = true};
+    if (!log_is_ready()) return ran_out;
+    SessionCommand record{.client = client, .action = {}, .refused = false};
+    try {
+        record.action = action;
+    } catch (const std::bad_alloc&) {
+        return ran_out;
+    }
     Outcome outcome = m_scene->carry_out(client, action);
-    if (m_log) m_log->add(SessionCommand{client, action, !outcome.ok()});
+    record.refused = !outcome.ok();
+    if (!outcome.ran_out)
+        note(std::move(record));
+    else if (outcome.ended_step)
+        note(SessionBreak{client});
+    if (m_scene->take_lost()) note(SessionLost{m_scene->steps()});
     m_worked = true;
     const bool moves_nothing =
         std::holds_alternative<IsoCommand>(action) || std::holds_alternative<EyeCommand>(action);
@@ -214,8 +238,7 @@ void Hub::tell_eyes() {
             eye = {{tool.position_mm.x, tool.position_mm.y, tool.position_mm.z}, tool.radius_mm};
         if (eye.radius_mm == 0 || !m_scene->may_close_over(eye.place_mm, eye.radius_mm)) eye = {};
         if (eye == client.eye) continue;
-        client.eye = eye;
-        act(client.info.number, eye);
+        if (act(client.info.number, eye).ok()) client.eye = eye;
     }
 }
 
@@ -230,16 +253,20 @@ void Hub::relax() {
     const Clock::time_point begin = each_ms > 0 ? Clock::now() : m_now;
     const std::chrono::milliseconds most = each_ms > 0 ? kMotionTime : kRelaxTime;
     int sweeps = 0;
-    while (m_scene->wants_sweep() && (sweeps == 0 || Clock::now() - begin < most)) {
+    while (m_scene->wants_sweep() && log_is_ready() &&
+           (sweeps == 0 || Clock::now() - begin < most)) {
         if (m_owed_ms < each_ms) break;
         m_owed_ms -= each_ms;
-        m_solve_ms += m_scene->sweep();
+        const Result<double> took_ms = m_scene->sweep();
+        if (!took_ms.ok()) break;
+        m_solve_ms += *took_ms;
         ++sweeps;
     }
     measure_updates(sweeps, each_ms, passed_ms);
     if (sweeps == 0) return;
     m_worked = m_moved = true;
-    if (m_log) m_log->add(SessionSweeps{sweeps});
+    note(SessionSweeps{sweeps});
+    if (m_scene->take_lost()) note(SessionLost{m_scene->steps()});
 }
 
 /// The rate of node updates, over half a second of motion at a time.
@@ -261,17 +288,19 @@ void Hub::measure_updates(int sweeps, double each_ms, double passed_ms) {
 }
 
 void Hub::resample() {
-    if (!m_moved) return;
+    if (!m_moved && !m_is_behind) return;
     m_checksums.reset();  // a cut that nothing opens changes the tissue, and no voxel
-    const LiveUpdate update = m_scene->update();
-    if (update.boxes.empty()) return;
+    const Result<LiveUpdate> update = m_scene->update();
+    m_is_behind = !update;
+    if (!update || update->boxes.empty()) return;
     ++m_step;
     for (Client& client : m_clients)
-        for (const Box3i& box : update.boxes) client.delivery.mark(box);
-    mark_overlays(update.boxes);
-    if (m_haptics) m_haptics->changed(update.boxes);
+        for (const Box3i& box : update->boxes) client.delivery.mark(box);
+    mark_overlays(update->boxes);
+    if (m_haptics && !guarded([&] { m_haptics->changed(update->boxes); }))
+        end_haptics("out of memory");
     m_timing.solve_ms = m_solve_ms;
-    m_timing.resample_ms = update.resample_ms;
+    m_timing.resample_ms = update->resample_ms;
     m_timing.tick_ms = ms_between(m_now, Clock::now());
     m_timing.moved_elements = m_moved_elements;
 }
@@ -282,19 +311,52 @@ void Hub::checkpoint() {
     // At a moment when nobody waits for anything.
     const bool is_due = m_is_unsaved && m_unsaved_ms >= m_checkpoint_ms;
     if (!m_log || m_log_failed || m_log->is_nameless()) return;
-    if (!is_due || m_worked || !m_scene->is_quiet()) return;
+    if (!is_due || m_worked || !m_scene->is_quiet() || !log_is_ready()) return;
     m_is_unsaved = false;
     m_unsaved_ms = 0;
     Status saved = Ok{};
     for (Client& client : m_clients) client.eye = {};  // at rest the scene has none
-    m_log->add(save_checkpoint(*m_scene, m_log->path(), ++m_checkpoints, saved));
+    auto point = save_checkpoint(*m_scene, m_log->path(), m_checkpoints + 1, saved);
+    if (!point.ok()) {
+        m_scene->interrupt(0);
+        note(SessionBreak{});
+        return;
+    }
+    ++m_checkpoints;
+    note(std::move(*point));
     if (!saved.ok())
         std::fprintf(stderr, "pliant: %s; the session goes on without this checkpoint\n",
                      saved.error().message.c_str());
 }
 
+/// Records what was done. Without memory, that is done later: see log_is_ready().
+void Hub::note(SessionRecord record) noexcept {
+    if (!m_log) return;
+    if (log_is_ready()) {
+        try {
+            return m_log->add(record);
+        } catch (const std::bad_alloc&) {
+        }
+    }
+    m_unlogged.push_back(std::move(record));  // has a place: nothing is done while others wait
+}
+
+/// Whether all that was done to the scene is recorded. If not, nothing else may be done.
+bool Hub::log_is_ready() noexcept {
+    while (!m_unlogged.empty()) {
+        try {
+            m_log->add(m_unlogged.front());
+        } catch (const std::bad_alloc&) {
+            return false;
+        }
+        m_unlogged.erase(m_unlogged.begin());
+    }
+    return true;
+}
+
 void Hub::write_log() {
     if (!m_log || m_log_failed) return;
+    (void)log_is_ready();
     if (const Status s = m_log->flush(); !s.ok()) {
         m_log_failed = true;
         std::fprintf(stderr, "pliant: %s; the session is not recorded any more\n",

@@ -116,18 +116,29 @@ class Hub {
         std::shared_ptr<const std::string> bytes;
     };
 
+    /// A message that was refused because memory ran out, and whose sender doesn't know yet.
+    struct Untold {
+        ConnectionId connection;
+        std::uint32_t id;
+        std::string_view name;
+    };
+
     void post(Event event);
     void wait_for_work(const std::stop_token& stop, Clock::time_point last);
     void step();
+    template <class Part>
+    bool guarded(const Part& part) noexcept;
+    void tell_later(const Untold& untold) noexcept;
+    void release(Client& client);
 
     void take_events();
-    void take(ConnectionId connection, Opened opened);
-    void take(ConnectionId connection, Message message);
-    void take(ConnectionId connection, ParseFailure failure);
-    void take(ConnectionId connection, Written);
-    void take(ConnectionId connection, Closed);
-    void take(ConnectionId connection, Saving saving);
-    void take(ConnectionId connection, Opening opening);
+    void take(ConnectionId connection, Opened& opened);
+    void take(ConnectionId connection, Message& message);
+    void take(ConnectionId connection, ParseFailure& failure);
+    void take(ConnectionId connection, Written&);
+    void take(ConnectionId connection, Closed&);
+    void take(ConnectionId connection, Saving& saving);
+    void take(ConnectionId connection, Opening& opening);
     void begin_anew(Client& client);
     void say_hello(ConnectionId connection, const HelloMessage& hello);
     void answer(Client& client, Message message);
@@ -143,6 +154,8 @@ class Hub {
     void relax();
     void measure_updates(int sweeps, double each_ms, double passed_ms);
     void resample();
+    void note(SessionRecord record) noexcept;
+    bool log_is_ready() noexcept;
     void write_log();
     void checkpoint();
 
@@ -194,13 +207,17 @@ class Hub {
     std::vector<Event> m_inbox;
 
     // The rest belongs to the owner's thread.
+    std::vector<Event> m_events;  ///< that were taken from the inbox
+    std::size_t m_taken = 0;      ///< how many of them are dealt with
+    std::vector<Untold> m_untold;
     std::unique_ptr<Scene> m_scene;
     std::unique_ptr<SessionLog> m_log;
     bool m_log_failed = false;
-    double m_checkpoint_ms = 0;  ///< of work from one to the next
-    double m_unsaved_ms = 0;     ///< of work since the last one
-    bool m_is_unsaved = false;   ///< whether there was any
-    int m_checkpoints = 0;       ///< of the session
+    std::vector<SessionRecord> m_unlogged;  ///< records for which there was no memory yet
+    double m_checkpoint_ms = 0;             ///< of work from one to the next
+    double m_unsaved_ms = 0;                ///< of work since the last one
+    bool m_is_unsaved = false;              ///< whether there was any
+    int m_checkpoints = 0;                  ///< of the session
     Clock::duration m_period;
     std::uint64_t m_open_bytes;
     Outlet* m_outlet = nullptr;
@@ -209,7 +226,8 @@ class Hub {
     std::uint32_t m_last_client;
     std::uint32_t m_step = 0;
     Clock::time_point m_now{};
-    bool m_moved = false;  ///< in this step, so that the volume may have changed
+    bool m_moved = false;      ///< in this step, so that the volume may have changed
+    bool m_is_behind = false;  ///< the volume: there was no memory to update it
     bool m_worked = false;
     int m_busy_ticks = 0;       ///< since a force was measured last
     bool m_was_moving = false;  ///< by itself, of a model that knows time
@@ -243,5 +261,19 @@ class Hub {
     std::optional<Checksums> m_checksums;
     Clock::time_point m_checksums_at{};
 };
+
+/// Does a part of a step. Where memory runs out, or no thread can be started, the rest of it has to
+/// wait for the next step. @returns whether all was done
+template <class Part>
+bool Hub::guarded(const Part& part) noexcept {
+    try {
+        part();
+        return true;
+    } catch (const std::bad_alloc&) {
+    } catch (const std::length_error&) {
+    } catch (const std::system_error&) {
+    }
+    return false;
+}
 
 }  // namespace pliant::serve

@@ -31,14 +31,30 @@ std::string shortened(std::string name) {
 
 }  // namespace
 
+/// Those for which there is no memory now wait for the next step; messages are refused instead.
 void Hub::take_events() {
-    std::vector<Event> events;
-    {
+    if (m_taken == m_events.size()) {
+        m_events.clear();
+        m_taken = 0;
         const std::lock_guard lock(m_mutex);
-        events.swap(m_inbox);
+        m_events.swap(m_inbox);
     }
-    for (Event& event : events)
-        std::visit([&](auto& what) { take(event.connection, std::move(what)); }, event.what);
+    for (; m_taken < m_events.size(); ++m_taken) {
+        Event& event = m_events[m_taken];
+        const auto* message = std::get_if<Message>(&event.what);
+        if (!message) {
+            std::visit([&](auto& what) { take(event.connection, what); }, event.what);
+            continue;
+        }
+        const Untold untold{event.connection, message->id, name_of(message->action)};
+        if (!guarded([&] { take(event.connection, std::get<Message>(event.what)); }))
+            tell_later(untold);
+    }
+}
+
+/// That a message was refused because memory ran out.
+void Hub::tell_later(const Untold& untold) noexcept {
+    if (m_untold.size() < m_untold.capacity()) m_untold.push_back(untold);
 }
 
 Client* Hub::client_of(ConnectionId connection) {
@@ -47,11 +63,11 @@ Client* Hub::client_of(ConnectionId connection) {
     return nullptr;
 }
 
-void Hub::take(ConnectionId connection, Opened opened) {
+void Hub::take(ConnectionId connection, Opened& opened) {
     m_newcomers[connection] = {opened.may_control, m_now};
 }
 
-void Hub::take(ConnectionId connection, Message message) {
+void Hub::take(ConnectionId connection, Message& message) {
     m_outlet->taken(connection);
     Client* client = client_of(connection);
     const auto* hello = std::get_if<HelloMessage>(&message.action);
@@ -65,7 +81,7 @@ void Hub::take(ConnectionId connection, Message message) {
         m_outlet->close(connection, kCloseProtocol, "expected hello first, found something else");
 }
 
-void Hub::take(ConnectionId connection, ParseFailure failure) {
+void Hub::take(ConnectionId connection, ParseFailure& failure) {
     m_outlet->taken(connection);
     Client* client = client_of(connection);
     if (client) {
@@ -76,11 +92,11 @@ void Hub::take(ConnectionId connection, ParseFailure failure) {
     }
 }
 
-void Hub::take(ConnectionId connection, Written) {
+void Hub::take(ConnectionId connection, Written&) {
     if (Client* client = client_of(connection)) client->writing = false;
 }
 
-void Hub::take(ConnectionId connection, Closed) {
+void Hub::take(ConnectionId connection, Closed&) {
     m_newcomers.erase(connection);
     if (Client* client = client_of(connection)) park(*client);
 }
@@ -134,7 +150,7 @@ void Hub::say_hello(ConnectionId connection, const HelloMessage& hello) {
 
 void Hub::say(Client& client, std::string text) {
     if (!client.connection) return;
-    client.texts.push_back(std::move(text));
+    client.texts.push_back({true, std::make_shared<const std::string>(std::move(text))});
     if (client.texts.size() > kMaxTexts)
         drop(client, kCloseStalled, "expected a client that reads its answers, found 1000 waiting");
 }
@@ -228,6 +244,11 @@ void Hub::park(Client& client) {
     if (m_haptics && m_haptics->client() == client.info.number)
         end_haptics("the browser that held the device is gone");
     give_up_device(client.info.number, {});
+    release(client);
+}
+
+/// Whoever is away holds nothing.
+void Hub::release(Client& client) {
     if (m_scene->has_contact(client.info.number)) act(client.info.number, ReleaseCommand{});
     if (m_scene->has_eye(client.info.number)) act(client.info.number, EyeCommand{});
     client.eye = {};
@@ -240,7 +261,10 @@ void Hub::drop_who_is_late() {
         return true;
     });
     for (Client& client : m_clients) {
-        if (!client.connection) continue;
+        if (!client.connection) {
+            release(client);  // there may have been no memory before
+            continue;
+        }
         auto unseen = client.delivery.unseen_since();
         if (!unseen && client.overlay != OverlayKind::None)
             unseen = client.overlay_delivery.unseen_since();

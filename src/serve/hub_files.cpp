@@ -18,7 +18,7 @@ void Hub::open(NewScene scene, std::function<void(std::unique_ptr<Scene> old)> d
     post({0, Opening{std::move(scene), std::move(done)}});
 }
 
-void Hub::take(ConnectionId, Saving saving) {
+void Hub::take(ConnectionId, Saving& saving) {
     const auto writer = [&]() -> Result<FileWriter> {
         try {
             if (saving.kind != SaveKind::Session) return save_later(saving.kind, *m_scene);
@@ -35,30 +35,38 @@ void Hub::take(ConnectionId, Saving saving) {
     saving.ready(writer());
 }
 
-void Hub::take(ConnectionId, Opening opening) {
+/// Begins once all is there that it needs: what was done before it has to be recorded, too.
+void Hub::take(ConnectionId, Opening& opening) {
+    if (!log_is_ready()) throw std::bad_alloc();
     opening.scene.scene->set_volume_id(m_scene->info().id + 1);
     end_haptics("another scan was opened");
     give_up_device(
         0, {.error_code = "other_scan", .message = "haptics: another scan was opened meanwhile"});
     std::swap(m_scene, opening.scene.scene);
-    if (m_log) m_log->add(SessionOpen{std::move(opening.scene.recorded)});
+    note(SessionOpen{std::move(opening.scene.recorded)});
     ++m_step;
     m_timing = {};
     m_unsaved_ms = 0;
     m_is_unsaved = false;
     m_checksums.reset();
     m_worked = true;
-    for (Client& client : m_clients) {
-        give_up_paths(client.info.number);
-        begin_anew(client);
-    }
     m_overlay_wishes.clear();
-    forget_overlays();
-    forget_vessel();
-    mark_overlays(m_scene->update().boxes);
     m_tools.clear();
     m_tools_version = 0;  // so that it is made again, for the new scan
-    opening.done(std::move(opening.scene.scene));
+    for (Client& client : m_clients) {
+        give_up_paths(client.info.number);
+        // A client that can't be told has to come in again.
+        if (!guarded([&] { begin_anew(client); }) && client.connection)
+            guarded([&] { drop(client, kCloseStalled, "out of memory"); });
+    }
+    m_is_behind = !guarded([&] {
+        forget_overlays();
+        forget_vessel();
+        const auto update = m_scene->update();
+        if (!update) throw std::bad_alloc();
+        mark_overlays(update->boxes);
+    });
+    guarded([&] { opening.done(std::move(opening.scene.scene)); });
 }
 
 /// Nothing that a client had, asked for or was shown is of the new scan.

@@ -8,6 +8,7 @@
 #include <string>
 #include <utility>
 
+#include "core/errors.h"
 #include "serve/hub.h"
 
 namespace pliant::serve {
@@ -74,10 +75,12 @@ void Hub::take_device() {
     const DeviceQuestion& asked = opening->question();
     for (Client& client : m_clients) {
         if (asked.client == 0 || client.info.number != asked.client) continue;
-        auto opened = opening->take();
-        auto session = opened.ok() ? HapticSession::start(asked.wish, std::move(*opened), *m_scene,
-                                                          asked.client, m_last_client + 1)
-                                   : Result<std::unique_ptr<HapticSession>>(opened.error());
+        auto session = attempt([&]() -> Result<std::unique_ptr<HapticSession>> {
+            auto opened = opening->take();
+            if (!opened.ok()) return opened.error();
+            return HapticSession::start(asked.wish, std::move(*opened), *m_scene, asked.client,
+                                        m_last_client + 1);
+        });
         if (!session.ok()) {
             say(client, outcome_text(asked.id, "haptics", 0,
                                      {.error_code = "out_of_range",

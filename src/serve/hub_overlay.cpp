@@ -23,10 +23,13 @@ void Hub::forget_overlays() {
 
 /// To be called while the volume is up to date.
 void Hub::begin_overlays() {
-    for (const OverlayWish& wish : std::exchange(m_overlay_wishes, {}))
+    for (; !m_overlay_wishes.empty(); m_overlay_wishes.erase(m_overlay_wishes.begin())) {
+        const OverlayWish wish = m_overlay_wishes.front();
         for (Client& client : m_clients)
-            if (client.info.number == wish.client && client.connection)
-                set_overlay(client, wish.id, wish.kind);
+            if (client.info.number == wish.client && client.connection &&
+                !guarded([&] { set_overlay(client, wish.id, wish.kind); }))
+                tell_later({client.connection, wish.id, "overlay"});
+    }
 }
 
 void Hub::set_overlay(Client& client, std::uint32_t id, OverlayKind kind) {
@@ -36,11 +39,13 @@ void Hub::set_overlay(Client& client, std::uint32_t id, OverlayKind kind) {
                                 {.error_code = "limit",
                                  .message = "overlay: expected memory for 12 bytes per voxel, "
                                             "found less"}));
+    Delivery delivery(m_scene->info().grid.size);
+    std::string text = outcome_text(id, "overlay", m_step, {});
     m_overlay_at = m_now;
     client.overlay = kind;
-    client.overlay_delivery = Delivery(m_scene->info().grid.size);
+    client.overlay_delivery = std::move(delivery);
     if (kind != OverlayKind::None) client.overlay_delivery.mark(m_deformed);
-    say(client, outcome_text(id, "overlay", m_step, {}));
+    say(client, std::move(text));
 }
 
 void Hub::mark_overlays(std::span<const Box3i> boxes) {

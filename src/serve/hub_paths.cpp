@@ -35,31 +35,43 @@ void Hub::look_for(Client& client, std::uint32_t id, const PathMessage& path) {
                                                   "those of others still going on"}));
     SharedState state;
     m_scene->describe(state);
-    m_paths.push_back(std::make_unique<PathSearch>(
-        PathQuestion{.id = id,
-                     .client = number,
-                     .step = m_step,
-                     .volume = m_scene->info().id,
-                     .from_mm = path.from_mm,
-                     .to_mm = path.to_mm,
-                     .settings = {.iso_hu = path.iso_hu.value_or(state.iso_hu),
-                                  .polarity = path.polarity.value_or(state.polarity),
-                                  .reach_mm = path.reach_mm}},
-        m_scene->deformed()));
+    m_paths.reserve(m_paths.size() + 1);
+    try {
+        m_paths.push_back(std::make_unique<PathSearch>(
+            PathQuestion{.id = id,
+                         .client = number,
+                         .step = m_step,
+                         .volume = m_scene->info().id,
+                         .from_mm = path.from_mm,
+                         .to_mm = path.to_mm,
+                         .settings = {.iso_hu = path.iso_hu.value_or(state.iso_hu),
+                                      .polarity = path.polarity.value_or(state.polarity),
+                                      .reach_mm = path.reach_mm}},
+            m_scene->deformed()));
+    } catch (const std::system_error& error) {
+        say(client, outcome_text(id, "path", 0,
+                                 {.error_code = "limit",
+                                  .message = std::string("path: a thread can't be started: ") +
+                                             error.code().message()}));
+    }
 }
 
 void Hub::tell_paths() {
-    std::erase_if(m_paths, [&](const std::unique_ptr<PathSearch>& search) {
-        if (!search->is_done()) return false;
-        const PathQuestion& asked = search->question();
+    for (auto at = m_paths.begin(); at != m_paths.end();) {
+        const PathSearch& search = **at;
+        if (!search.is_done()) {
+            ++at;
+            continue;
+        }
+        const PathQuestion& asked = search.question();
         for (Client& client : m_clients) {
             if (client.info.number != asked.client) continue;
-            const auto& found = search->found();
+            const auto& found = search.found();
             say(client, found ? path_text(asked.id, asked.step, asked.volume, *found)
                               : outcome_text(asked.id, "path", 0, refusal(found.error())));
         }
-        return true;
-    });
+        at = m_paths.erase(at);
+    }
 }
 
 void Hub::give_up_paths(std::uint32_t client) {

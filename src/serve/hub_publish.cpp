@@ -19,11 +19,21 @@ Outgoing text_message(std::string text) {
 }  // namespace
 
 void Hub::tell_outcomes() {
-    for (const Done& done : std::exchange(m_outcomes, {}))
-        for (Client& client : m_clients)
-            if (client.info.number == done.client && client.connection)
-                for (const std::uint32_t id : done.ids)
-                    say(client, outcome_text(id, done.name, m_step, done.outcome));
+    for (; !m_untold.empty(); m_untold.erase(m_untold.begin())) {
+        const Untold& untold = m_untold.front();
+        if (Client* client = client_of(untold.connection))
+            say(*client, outcome_text(untold.id, std::string(untold.name), 0,
+                                      {.error_code = "limit",
+                                       .message = std::string(untold.name) + ": out of memory"}));
+    }
+    for (; !m_outcomes.empty(); m_outcomes.erase(m_outcomes.begin())) {
+        Done& done = m_outcomes.front();
+        if (done.outcome.ran_out) done.outcome.message = done.name + ": out of memory";
+        for (; !done.ids.empty(); done.ids.erase(done.ids.begin()))
+            for (Client& client : m_clients)
+                if (client.info.number == done.client && client.connection)
+                    say(client, outcome_text(done.ids.front(), done.name, m_step, done.outcome));
+    }
 }
 
 SharedState Hub::shared_state() const {
@@ -53,44 +63,45 @@ void Hub::refresh_tools() {
     std::sort(tools.begin(), tools.end(),
               [](const ToolPose& a, const ToolPose& b) { return a.client < b.client; });
     if (tools == m_tools && m_tools_version > 0) return;
+    m_tools_frame = tools_frame(tools, {.step = m_step, .volume = m_scene->info().id});
     m_tools = std::move(tools);
-    m_tools_frame = tools_frame(m_tools, {.step = m_step, .volume = m_scene->info().id});
     ++m_tools_version;
 }
 
 void Hub::publish(Client& client) {
     if (!client.connection || client.writing) return;
-    std::vector<Outgoing> batch;
-    for (std::string& text : client.texts) batch.push_back(text_message(std::move(text)));
-    client.texts.clear();
-    if (client.state_version != m_state_version) {
-        batch.push_back(text_message(m_state_text));
-        client.state_version = m_state_version;
-    }
-    if (client.tools_version != m_tools_version) {
+    std::vector<Outgoing> batch(client.texts.begin(), client.texts.end());
+    if (client.state_version != m_state_version) batch.push_back(text_message(m_state_text));
+    if (client.tools_version != m_tools_version)
         batch.push_back({false, std::make_shared<const std::string>(m_tools_frame)});
-        client.tools_version = m_tools_version;
-    }
-    if (client.haptics_version != m_haptics_version) {
-        batch.push_back(text_message(m_haptics_text));
-        client.haptics_version = m_haptics_version;
-    }
+    if (client.haptics_version != m_haptics_version) batch.push_back(text_message(m_haptics_text));
     add_boxes(client, batch);
     add_vessel(client, batch);
     add_overlay_boxes(client, batch);
+    bool sends_checksums = false;
     const bool overlay_is_due =
         client.overlay != OverlayKind::None && client.overlay_delivery.is_due();
     if (!client.checksums.empty() && !client.delivery.is_due() && !overlay_is_due) {
         if (const Checksums* sums = current_checksums()) {
             for (const std::uint32_t id : client.checksums)
                 batch.push_back(text_message(checksum_text(id, *sums)));
-            client.checksums.clear();
+            sends_checksums = true;
         }
     }
     if (batch.empty()) return;
+    m_outlet->send(client.connection, std::move(batch));
+    // Nothing that could fail from here on.
     client.writing = true;
     client.since = m_now;
-    m_outlet->send(client.connection, std::move(batch));
+    client.texts.clear();
+    client.state_version = m_state_version;
+    client.tools_version = m_tools_version;
+    client.haptics_version = m_haptics_version;
+    if (sends_checksums) client.checksums.clear();
+    if (client.wants_vessel && m_scene->vessel()) {
+        client.has_surface = true;
+        client.vessel_version = m_vessel.version();
+    }
 }
 
 void Hub::add_boxes(Client& client, std::vector<Outgoing>& batch) {
@@ -126,10 +137,11 @@ const Checksums* Hub::current_checksums() {
     // All voxels are looked at: no client can make that happen more often.
     if (m_checksums) return &*m_checksums;
     if (m_now - m_checksums_at < kChecksumPause) return nullptr;
+    if (m_is_behind || !log_is_ready()) return nullptr;
     m_checksums = Checksums{m_step, checksum_of_halves(m_scene->deformed()),
                             hash_volume(m_scene->deformed()), m_scene->tissue().hash()};
     m_checksums_at = m_now;
-    if (m_log) m_log->add(SessionMark{m_checksums->volume, m_checksums->tissue});
+    note(SessionMark{m_checksums->volume, m_checksums->tissue});
     return &*m_checksums;
 }
 

@@ -30,10 +30,8 @@ void Hub::add_vessel(Client& client, std::vector<Outgoing>& batch) {
     if (!client.wants_vessel || !m_scene->vessel()) return;
     const std::uint32_t volume = m_scene->info().id;
     if (!client.has_surface) batch.push_back({false, m_vessel.surface(m_step, volume)});
-    client.has_surface = true;
     if (client.vessel_version == m_vessel.version()) return;
     batch.push_back({false, m_vessel.since(client.vessel_version, m_step, volume)});
-    client.vessel_version = m_vessel.version();
 }
 
 }  // namespace pliant::serve

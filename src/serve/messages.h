@@ -81,6 +81,8 @@ struct Outcome {
     double solve_ms = 0;
     std::optional<Vec3d> force{};
     std::optional<Vec3d> end_mm{};  ///< of a slide: where the sphere's centre is, out of tissue
+    bool ran_out = false;           ///< refused because memory ran out
+    bool ended_step = false;        ///< likewise; all that it did is what Scene::interrupt() does
 
     bool ok() const { return error_code.empty(); }
 };

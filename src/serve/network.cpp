@@ -77,6 +77,7 @@ class WebSocketConnection : public std::enable_shared_from_this<WebSocketConnect
           m_may_control(may_control),
           m_socket(std::move(stream)),
           m_force(network.context),
+          m_again(network.context),
           m_allowance(std::chrono::steady_clock::now()) {}
 
     void accept(const Request& request) {
@@ -126,6 +127,7 @@ class WebSocketConnection : public std::enable_shared_from_this<WebSocketConnect
         if (m_finished) return;
         m_finished = m_closing = true;
         m_force.cancel();
+        m_again.cancel();
         error_code ignored;
         beast::get_lowest_layer(m_socket).socket().close(ignored);
         if (m_open) m_network.hub.closed(m_id);
@@ -144,9 +146,21 @@ class WebSocketConnection : public std::enable_shared_from_this<WebSocketConnect
                 // While we say goodbye, what ends the reading is part of that.
                 if (!self->m_closing) self->finish();
             } else if (!self->m_closing) {
-                self->hear();
+                self->hear_or_wait();
             }
         });
+    }
+
+    /// Where there is no memory to take a message, it stays in the buffer for a while.
+    void hear_or_wait() {
+        try {
+            hear();
+        } catch (const std::bad_alloc&) {
+            m_again.expires_after(std::chrono::milliseconds(50));
+            m_again.async_wait([self = shared_from_this()](error_code error) {
+                if (!error && !self->m_closing) self->hear_or_wait();
+            });
+        }
     }
 
     void hear() {
@@ -158,16 +172,15 @@ class WebSocketConnection : public std::enable_shared_from_this<WebSocketConnect
             return close(kCloseFlood,
                          "expected up to 240 messages and 1 MiB per second, found more");
         auto parsed = parse_message(text);
-        m_buffer.consume(m_buffer.size());
         if (auto* message = std::get_if<Message>(&parsed)) {
-            ++m_untaken;
             m_network.hub.received(m_id, std::move(*message));
         } else {
             auto& failure = *std::get_if<ParseFailure>(&parsed);
             if (failure.rubbish) return close(kCloseProtocol, failure.message);
-            ++m_untaken;
             m_network.hub.refused(m_id, std::move(failure));
         }
+        ++m_untaken;
+        m_buffer.consume(m_buffer.size());
         read();
     }
 
@@ -201,7 +214,7 @@ class WebSocketConnection : public std::enable_shared_from_this<WebSocketConnect
     const bool m_may_control;
     websocket::stream<beast::tcp_stream> m_socket;
     beast::flat_buffer m_buffer;
-    asio::steady_timer m_force;
+    asio::steady_timer m_force, m_again;
     std::deque<Outgoing> m_queue;  ///< the first one is being written
     Allowance m_allowance;
     int m_untaken = 0;
@@ -314,7 +327,10 @@ void Network::Impl::accept() {
     acceptor.async_accept([this](error_code error, tcp::socket socket) {
         if (stopping) return;
         if (!error) {
-            welcome(std::move(socket));
+            try {
+                welcome(std::move(socket));
+            } catch (const std::bad_alloc&) {  // this one is turned away, others may come
+            }
             return accept();
         }
         // No descriptors left, perhaps: a moment later there may be some.
@@ -374,7 +390,13 @@ int Network::port() const {
 }
 
 void Network::run() {
-    m_impl->context.run();
+    // A handler for which there was no memory is lost, and with it at most its connection.
+    for (;;) try {
+            m_impl->context.run();
+            return;
+        } catch (const std::bad_alloc&) {
+        } catch (const std::system_error&) {
+        }
     // Connections refer to the context, so they go before it.
     m_impl->clients.clear();
 }

@@ -8,7 +8,9 @@
 #include <pliant/chainmail.h>
 
 #include <string>
+#include <utility>
 
+#include "core/errors.h"
 #include "serve/scene.h"
 
 namespace pliant::serve {
@@ -18,11 +20,12 @@ inline Outcome refused(const Error& error) {
     const char* code = error.code == ErrorCode::LimitExceeded ? "limit"
                        : error.code == ErrorCode::NotFound    ? "nothing"
                                                               : "out_of_range";
-    return {.error_code = code, .message = error.message};
+    return {.error_code = code, .message = error.message, .ran_out = is_out_of_memory(error)};
 }
 
-inline Outcome outcome_of(const PushReport& report) {
-    return {.message = report.message,
+/// Allocates nothing.
+inline Outcome outcome_of(PushReport&& report) {
+    return {.message = std::move(report.message),
             .status = report.status,
             .limited_by = report.limited_by,
             .step_fraction = report.step_fraction,

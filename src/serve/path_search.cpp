@@ -3,6 +3,8 @@
 
 #include "serve/path_search.h"
 
+#include "core/errors.h"
+
 #include <utility>
 
 #include "serve/limits.h"
@@ -12,15 +14,17 @@ namespace pliant::serve {
 PathSearch::PathSearch(PathQuestion question, Volume volume)
     : m_question(std::move(question)), m_volume(std::move(volume)) {
     m_question.settings.max_voxels = kMaxPathVoxels;
+    m_found.emplace(out_of_memory());  // so that the thread has a place for what it finds
     m_thread = std::jthread([this](const std::stop_token& stop) {
         const auto end = std::chrono::steady_clock::now() + kPathTime;
         LumenPathSettings settings = m_question.settings;
         settings.give_up = [&] {
             return stop.stop_requested() || std::chrono::steady_clock::now() > end;
         };
-        const TaskArena arena(1);  // the others are the scene's
-        m_found.emplace(
-            find_lumen_path(m_volume, m_question.from_mm, m_question.to_mm, settings, arena));
+        m_found.emplace(attempt([&] {
+            const TaskArena arena(1);  // the others are the scene's
+            return find_lumen_path(m_volume, m_question.from_mm, m_question.to_mm, settings, arena);
+        }));
         m_done.store(true, std::memory_order_release);
     });
 }

@@ -5,6 +5,7 @@
 
 #include <pliant/serve.h>
 
+#include "core/errors.h"
 #include "serve/checkpoint.h"
 #include "serve/messages.h"
 
@@ -15,7 +16,7 @@ Status compare_with(Scene& scene, const SessionMark& mark, Compare compare, std:
     if (compare == Compare::Nothing) return Ok{};
     std::uint64_t volume = mark.volume;
     if (compare == Compare::All) {
-        scene.update();
+        if (const auto update = scene.update(); !update) return update.error();
         volume = hash_volume(scene.deformed());
     }
     const std::uint64_t tissue = scene.tissue().hash();
@@ -27,11 +28,14 @@ Status compare_with(Scene& scene, const SessionMark& mark, Compare compare, std:
 }
 
 Status pass(Scene& scene, const SessionCheckpoint& point, Compare compare, std::size_t number) {
-    if (!scene.is_quiet() || scene.rest() != point.memo)
-        return Error{ErrorCode::Unreadable,
-                     "record " + std::to_string(number) + ": expected the scene of checkpoint " +
-                         std::to_string(point.number) + ", found another one"};
-    return compare_with(scene, point.mark, compare, number);
+    if (scene.is_quiet()) {
+        const Result<SceneMemo> memo = scene.rest();
+        if (!memo.ok()) return memo.error();
+        if (*memo == point.memo) return compare_with(scene, point.mark, compare, number);
+    }
+    return Error{ErrorCode::Unreadable, "record " + std::to_string(number) +
+                                            ": expected the scene of checkpoint " +
+                                            std::to_string(point.number) + ", found another one"};
 }
 
 }  // namespace
@@ -42,6 +46,7 @@ Status replay_into(Scene& scene, std::span<const SessionRecord> records, Compare
         if (progress) progress(double(n) / double(records.size()));
         if (const auto* command = std::get_if<SessionCommand>(&records[n])) {
             const Outcome outcome = scene.carry_out(command->client, command->action);
+            if (outcome.ran_out) return out_of_memory();
             if (outcome.ok() == command->refused)
                 return Error{ErrorCode::Unreadable,
                              "record " + std::to_string(before + n + 1) +
@@ -49,7 +54,8 @@ Status replay_into(Scene& scene, std::span<const SessionRecord> records, Compare
                                  (command->refused ? "refused" : "carried out") +
                                  ", found the opposite: " + outcome.message};
         } else if (const auto* sweeps = std::get_if<SessionSweeps>(&records[n])) {
-            for (int k = 0; k < sweeps->count; ++k) scene.sweep();
+            for (int k = 0; k < sweeps->count; ++k)
+                if (const auto swept = scene.sweep(); !swept.ok()) return swept.error();
         } else if (const auto* mark = std::get_if<SessionMark>(&records[n])) {
             const Status s = compare_with(scene, *mark, compare, before + n + 1);
             if (!s.ok()) return s;
@@ -58,6 +64,10 @@ Status replay_into(Scene& scene, std::span<const SessionRecord> records, Compare
             if (!s.ok()) return s;
         } else if (const auto* forget = std::get_if<SessionForget>(&records[n])) {
             scene.forget_steps(forget->steps);
+        } else if (const auto* broken = std::get_if<SessionBreak>(&records[n])) {
+            scene.interrupt(broken->client);
+        } else if (const auto* lost = std::get_if<SessionLost>(&records[n])) {
+            scene.lose_steps(lost->steps);
         }
     }
     return Ok{};
@@ -113,7 +123,7 @@ Result<ReplayReport> replay_session(const std::filesystem::path& path, const Tas
         if (!replayed.ok()) return named(replayed.error());
         scene = std::move(*replayed);
     }
-    scene->update();
+    if (const auto update = scene->update(); !update) return named(update.error());
     report.cut_off_bytes = file->cut_off_bytes;
     for (const auto& record : file->records) {
         report.commands += std::holds_alternative<serve::SessionCommand>(record);

@@ -4,8 +4,11 @@
 #include "serve/scene.h"
 
 #include <algorithm>
+#include <exception>
+#include <new>
 #include <utility>
 
+#include "core/errors.h"
 #include "scene/chainmail_tissue.h"
 #include "scene/spring_tissue.h"
 #include "serve/outcomes.h"
@@ -58,6 +61,11 @@ Result<std::unique_ptr<Tissue>> make_tissue(const TissueChoice& choice, const Lo
 }  // namespace
 
 Result<std::unique_ptr<Scene>> Scene::open(const SceneSource& source, const TaskArena& arena,
+                                           const TaskArena& loading) noexcept {
+    return attempt([&] { return load(source, arena, loading); });
+}
+
+Result<std::unique_ptr<Scene>> Scene::load(const SceneSource& source, const TaskArena& arena,
                                            const TaskArena& loading) {
     auto loaded = load_scan(source, loading);
     if (!loaded.ok()) return loaded.error();
@@ -66,7 +74,11 @@ Result<std::unique_ptr<Scene>> Scene::open(const SceneSource& source, const Task
     const TissueChoice choice{.vessel = place->vessel != nullptr};
     auto tissue = make_tissue(choice, *place, arena);
     if (!tissue.ok()) return tissue.error();
-    return std::unique_ptr<Scene>(new Scene(std::move(place), choice, std::move(*tissue)));
+    std::unique_ptr<Scene> scene(new Scene(std::move(place), choice, std::move(*tissue)));
+    auto live = LiveDeformation::create(scene->m_shown);
+    if (!live.ok()) return live.error();
+    scene->m_live.emplace(std::move(*live));
+    return scene;
 }
 
 Scene::Scene(std::shared_ptr<LoadedScan> loaded, const TissueChoice& choice,
@@ -75,7 +87,6 @@ Scene::Scene(std::shared_ptr<LoadedScan> loaded, const TissueChoice& choice,
       m_tissue(std::move(tissue)),
       m_choice(choice),
       m_shown(m_tissue),
-      m_live(m_shown),
       m_iso_hu(m_loaded->iso_hu),
       m_polarity(m_loaded->polarity),
       m_relaxing(choice.vessel) {}
@@ -84,32 +95,44 @@ const VesselTissue* Scene::vessel() const {
     return m_choice.vessel ? static_cast<const VesselTissue*>(m_tissue.get()) : nullptr;
 }
 
-Outcome Scene::carry_out(std::uint32_t client, const Action& action) {
+Outcome Scene::carry_out(std::uint32_t client, const Action& action) noexcept {
+    const std::int64_t changes = m_changes;
+    const std::uint32_t last_client = m_last_client;
+    const bool settled = m_settled;
     m_last_client = std::max(m_last_client, client);
-    return std::visit([&](const auto& command) { return act(client, command); }, action);
+    Outcome outcome;
+    try {
+        outcome = std::visit([&](const auto& command) { return act(client, command); }, action);
+    } catch (const std::exception&) {  // std::bad_alloc, or a container that can't get so large
+        outcome = {.error_code = "limit", .message = "out of memory", .ran_out = true};
+    }
+    if (!outcome.ran_out) return outcome;
+    // The tissue is as it was. Only steps may have ended, or begun with nothing in them.
+    m_settled = settled;
+    m_last_client = last_client;
+    if (m_changes == changes) return outcome;
+    interrupt(client);
+    outcome.ended_step = true;
+    return outcome;
+}
+
+void Scene::interrupt(std::uint32_t client) noexcept {
+    m_last_client = std::max(m_last_client, client);
+    end_step();
+    m_settled = false;
 }
 
 bool Scene::has_contact(std::uint32_t client) const {
     return m_holder == client || m_tissue->is_touched_by(client);
 }
 
-LiveUpdate Scene::update() {
-    LiveUpdate update = m_live.update();
-    if (m_pending.empty()) return update;
-    m_boxes = std::exchange(m_pending, {});
-    m_boxes.insert(m_boxes.end(), update.boxes.begin(), update.boxes.end());
-    update.boxes = m_boxes;
-    return update;
-}
-
 Status Scene::choose(const TissueChoice& choice) {
     auto made = make_tissue(choice, *m_loaded, m_tissue->arena());
     if (!made.ok()) return made.error();
     end_step();
-    // What was done can't be done to this one. The old one stays until the voxels are back.
-    const std::unique_ptr<Tissue> old = std::exchange(m_tissue, std::move(*made));
-    const LiveUpdate update = m_live.update();
-    m_pending.insert(m_pending.end(), update.boxes.begin(), update.boxes.end());
+    // What was done can't be done to this one.
+    m_live->start_over();
+    m_tissue = std::move(*made);
     m_choice = choice;
     m_done.clear();
     m_undone.clear();
@@ -181,7 +204,7 @@ void Scene::add_force(std::uint32_t client, std::optional<double> before, Vec3d 
         m_unmeasured = {client, before, way_mm};
 }
 
-void Scene::measure_energy() {
+void Scene::measure_energy() noexcept try {
     // About a twentieth of the time at most: where much is deformed, forces are told less often.
     constexpr std::int64_t kElementsPerRest = 15'000;
     if (!m_unmeasured) return;
@@ -195,6 +218,7 @@ void Scene::measure_energy() {
     m_energy_rests = m_energy_elements / kElementsPerRest;
     const double way = norm(way_mm);
     m_felt = {client, (-(*m_energy - *before) / (way * way)) * way_mm};
+} catch (const std::bad_alloc&) {  // nobody feels anything
 }
 
 std::optional<FeltForce> Scene::measure_force() {

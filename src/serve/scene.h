@@ -16,11 +16,12 @@
 #include <pliant/resample.h>
 
 #include <cstdint>
-#include <deque>
 #include <filesystem>
+#include <list>
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "scene/tissue.h"
@@ -40,20 +41,26 @@ class Scene {
     }
     /// @param loading  for what is done here, while the other may be at work for somebody else
     static Result<std::unique_ptr<Scene>> open(const SceneSource& source, const TaskArena& arena,
-                                               const TaskArena& loading);
+                                               const TaskArena& loading) noexcept;
     Scene(const Scene&) = delete;
     Scene& operator=(const Scene&) = delete;
 
     /// @param client  whose command it is; strokes, grabs and tools belong to clients
     /// @pre is_command(action)
-    Outcome carry_out(std::uint32_t client, const Action& action);
+    /// @returns an outcome that ran_out where memory runs out: nothing was done then, but that the
+    ///          step that went on may have ended
+    Outcome carry_out(std::uint32_t client, const Action& action) noexcept;
+    /// Ends the step that goes on, and lets go of what is held.
+    /// @param client  whose command ran out of memory
+    void interrupt(std::uint32_t client) noexcept;
     /// Whether sweep() has something to do.
     bool wants_sweep() const { return m_relaxing && !m_settled; }
     /// What time a sweep stands for [ms]; 0: none, it may be as fast as it can.
     double sweep_time_ms() const { return m_tissue->sweep_time_ms(); }
 
-    /// One sweep of relaxation. @returns how long it took [ms]
-    double sweep();
+    /// One sweep of relaxation. @returns how long it took [ms]; LimitExceeded, with nothing done,
+    ///          where memory runs out
+    Result<double> sweep() noexcept;
     /// Whether the client has hold of tissue, or left a tool that stays in relaxation's way.
     bool has_contact(std::uint32_t client) const;
     bool has_eye(std::uint32_t client) const { return m_tissue->has_eye(client); }
@@ -69,24 +76,31 @@ class Scene {
     bool is_quiet() const { return m_holder == 0 && !m_tissue->is_touched() && !wants_sweep(); }
     /// Ends what could go on: the next stroke is a step of its own. @pre is_quiet()
     /// @returns what the scene is beside tissue()
-    SceneMemo rest();
+    Result<SceneMemo> rest() noexcept;
     /// Back to where rest() was called, in a scene to which nothing was done yet. What can be
     /// undone begins anew.
     /// @param state  saved by tissue().save_state() then
     Status restore(const std::filesystem::path& state, const SceneMemo& memo);
     /// The oldest steps can't be undone or redone any more. @param count  see SceneMemo::steps
     void forget_steps(std::int64_t count);
+    /// No step can be undone any more. @param made  see SceneMemo::steps
+    void lose_steps(std::int64_t made) noexcept;
+    /// Whether that has happened since the last call: a step was too large to be kept, or there
+    /// was no memory for it.
+    bool take_lost() noexcept { return std::exchange(m_lost, false); }
+    /// That were made so far.
+    std::int64_t steps() const { return m_steps; }
 
     /// What the last command of a tool felt, if it is known now and was not told yet. Takes a while
     /// where much is deformed: for a moment when nobody waits for a picture.
     std::optional<FeltForce> measure_force();
 
-    /// The deformed volume is brought up to date.
-    LiveUpdate update();
-    const Volume& deformed() const { return m_live.volume(); }
+    /// The deformed volume is brought up to date; see LiveDeformation.
+    Result<LiveUpdate> update() { return m_live->update(); }
+    const Volume& deformed() const { return m_live->volume(); }
     /// For overlays; see LiveDeformation.
-    bool keep_sources(bool keep) { return m_live.keep_sources(keep); }
-    const LiveDeformation& live() const { return m_live; }
+    bool keep_sources(bool keep) { return m_live->keep_sources(keep); }
+    const LiveDeformation& live() const { return *m_live; }
     const Tissue& tissue() const { return *m_tissue; }
     Tissue& tissue() { return *m_tissue; }
     /// Null: the tissue is another one.
@@ -107,6 +121,7 @@ class Scene {
         const Volume& volume() const override { return tissue->volume(); }
         const Lattice& lattice() const override { return tissue->lattice(); }
         const TaskArena& arena() const override { return tissue->arena(); }
+        Status update_lattice() const override { return tissue->update_lattice(); }
         const std::unique_ptr<Tissue>& tissue;
     };
     enum class StepKind { Tissue, Iso };
@@ -129,6 +144,8 @@ class Scene {
     Scene(std::shared_ptr<LoadedScan> loaded, const TissueChoice& choice,
           std::unique_ptr<Tissue> tissue);
 
+    static Result<std::unique_ptr<Scene>> load(const SceneSource& source, const TaskArena& arena,
+                                               const TaskArena& loading);
     /// Makes another tissue of the scan. Nothing changes where it can't be made.
     Status choose(const TissueChoice& choice);
 
@@ -154,9 +171,10 @@ class Scene {
         return {.error_code = "out_of_range", .message = "expected a command"};
     }
 
+    void reserve_step();
     void begin_step(const std::string& name, std::uint32_t client, std::uint32_t stroke);
-    void end_step();
-    void keep(Step step);
+    void end_step() noexcept;
+    void keep(Step&& step) noexcept;
     void forget(int tissue_steps);
     void swap_iso(Step& step);
     Outcome slide(std::uint32_t client, const Push& push);
@@ -166,15 +184,14 @@ class Scene {
     /// Tells what is known without measuring, and notes what there is to measure.
     void add_force(std::uint32_t client, std::optional<double> before, Vec3d way_mm,
                    Outcome& outcome);
-    void measure_energy();
+    void measure_energy() noexcept;
     void tissue_changed();
 
     std::shared_ptr<LoadedScan> m_loaded;  ///< the lattice refers to its volume
     std::unique_ptr<Tissue> m_tissue;
     TissueChoice m_choice;
     Shown m_shown;
-    LiveDeformation m_live;
-    std::vector<Box3i> m_pending, m_boxes;  ///< written when the tissue was replaced; all of them
+    std::optional<LiveDeformation> m_live;  ///< always there once the scene is
     double m_iso_hu;
     Polarity m_polarity;
     bool m_relaxing = false, m_settled = true;
@@ -182,9 +199,12 @@ class Scene {
     std::uint32_t m_holder = 0;
     Vec3d m_drag_mm{0, 0, 0};  ///< how far the holder has come
     std::optional<OpenStep> m_open;
-    std::deque<Step> m_done, m_undone;  ///< the next one last
-    std::int64_t m_steps = 0;           ///< made so far
-    int m_unreachable = 0;              ///< the lattice's oldest steps, which forget_steps hides
+    std::list<Step> m_done, m_undone;  ///< the next one last
+    std::list<Step> m_spare;           ///< one, for the step that goes on
+    std::int64_t m_changes = 0;        ///< of the steps and what is open
+    bool m_lost = false;
+    std::int64_t m_steps = 0;  ///< made so far
+    int m_unreachable = 0;     ///< the lattice's oldest steps, which forget_steps hides
     /// A command whose energy is not measured yet.
     struct Unmeasured {
         std::uint32_t client = 0;

@@ -4,8 +4,10 @@
 // Undo: commands become steps, and steps are taken back and done again.
 
 #include <algorithm>
+#include <iterator>
 #include <utility>
 
+#include "core/errors.h"
 #include "serve/outcomes.h"
 #include "serve/scene.h"
 
@@ -16,32 +18,46 @@ void Scene::begin_step(const std::string& name, std::uint32_t client, std::uint3
                          m_open->client == client && m_open->stroke == stroke;
     if (goes_on) return;
     end_step();
-    m_open = OpenStep{name, client, stroke, m_tissue->undo_steps()};
+    reserve_step();
+    OpenStep open{name, client, stroke, m_tissue->undo_steps()};
     m_tissue->begin_group(name);
+    m_open = std::move(open);
+    ++m_changes;
 }
 
-void Scene::end_step() {
+/// Gets the memory that keep() needs.
+void Scene::reserve_step() {
+    if (m_spare.empty()) m_spare.emplace_back();
+}
+
+void Scene::end_step() noexcept {
     if (!m_open) return;
+    ++m_changes;
     m_tissue->let_go();
     m_holder = 0;
-    const OpenStep open = *std::exchange(m_open, {});
+    OpenStep open = std::move(*m_open);
+    m_open.reset();
     const int forgotten = m_tissue->end_group();
     if (forgotten < 0) {
-        // Too large to be kept, and nothing before it can be reached any more.
+        // Nothing before it can be reached any more.
         m_done.clear();
         m_undone.clear();
         m_unreachable = 0;
+        m_lost = true;
         return;
     }
     if (m_tissue->undo_steps() + forgotten > open.undo_steps_before)
-        keep({.kind = StepKind::Tissue, .name = open.name});
+        keep({.kind = StepKind::Tissue, .name = std::move(open.name)});
     forget(forgotten);
 }
 
-void Scene::keep(Step step) {
+/// @pre reserve_step() was called
+void Scene::keep(Step&& step) noexcept {
+    ++m_changes;
     m_undone.clear();
     step.number = ++m_steps;
-    m_done.push_back(std::move(step));
+    m_spare.front() = std::move(step);
+    m_done.splice(m_done.end(), m_spare);
 }
 
 void Scene::forget(int tissue_steps) {
@@ -54,12 +70,15 @@ void Scene::forget(int tissue_steps) {
     }
 }
 
-SceneMemo Scene::rest() {
-    end_step();
-    for (auto* steps : {&m_done, &m_undone})
-        for (Step& step : *steps) step.stroke = 0;
-    m_tissue->rest();
-    return {m_iso_hu, m_polarity, m_relaxing, m_settled, m_last_client, m_steps, m_choice};
+Result<SceneMemo> Scene::rest() noexcept {
+    return attempt([&]() -> Result<SceneMemo> {
+        end_step();
+        if (const Status s = m_tissue->rest(); !s.ok()) return s.error();
+        for (auto* steps : {&m_done, &m_undone})
+            for (Step& step : *steps) step.stroke = 0;
+        return SceneMemo{m_iso_hu,      m_polarity, m_relaxing, m_settled,
+                         m_last_client, m_steps,    m_choice};
+    });
 }
 
 Status Scene::restore(const std::filesystem::path& state, const SceneMemo& memo) {
@@ -83,6 +102,14 @@ void Scene::forget_steps(std::int64_t count) {
     std::erase_if(m_undone, is_old);
 }
 
+void Scene::lose_steps(std::int64_t made) noexcept {
+    for (const Step& step : m_done)
+        if (step.kind == StepKind::Tissue) ++m_unreachable;
+    m_done.clear();
+    m_undone.clear();
+    m_steps = made;
+}
+
 void Scene::swap_iso(Step& step) {
     std::swap(m_iso_hu, step.iso_hu);
     std::swap(m_polarity, step.polarity);
@@ -96,8 +123,8 @@ Outcome Scene::act(std::uint32_t, const UndoCommand&) {
         swap_iso(m_done.back());
     else if (const Status s = m_tissue->undo(); !s.ok())
         return refused(s.error());
-    m_undone.push_back(std::move(m_done.back()));
-    m_done.pop_back();
+    m_undone.splice(m_undone.end(), m_done, std::prev(m_done.end()));
+    ++m_changes;
     // Relaxation would take the place of what could be done again.
     m_settled = true;
     tissue_changed();
@@ -112,8 +139,8 @@ Outcome Scene::act(std::uint32_t, const RedoCommand&) {
         swap_iso(m_undone.back());
     else if (const Status s = m_tissue->redo(); !s.ok())
         return refused(s.error());
-    m_done.push_back(std::move(m_undone.back()));
-    m_undone.pop_back();
+    m_done.splice(m_done.end(), m_undone, std::prev(m_undone.end()));
+    ++m_changes;
     m_settled = true;
     tissue_changed();
     return {.message = m_done.back().name};

@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "core/errors.h"
 #include "scene/chainmail_tissue.h"
 #include "scene/spring_tissue.h"
 #include "serve/outcomes.h"
@@ -49,7 +50,7 @@ Outcome Scene::act(std::uint32_t client, const DriveCommand& command) {
 Outcome Scene::slide(std::uint32_t client, const Push& push) {
     auto& tissue = static_cast<ChainMailTissue&>(*m_tissue);
     const TissueValues shown{m_iso_hu, m_polarity == Polarity::Rising};
-    const auto slid = slide_sphere(*tissue.chainmail(), push, shown);
+    const auto slid = tissue.slide(client, push, shown);
     if (!slid.ok()) return refused(slid.error());
     PushReport report;
     report.step_fraction = slid->way_fraction;
@@ -59,8 +60,7 @@ Outcome Scene::slide(std::uint32_t client, const Push& push) {
                                              : PushStatus::Rejected;
     report.moved_elements = slid->contacts;
     report.solve_ms = slid->slide_ms;
-    tissue.lay(client, slid->end_mm, push.sphere_radius_mm);
-    Outcome outcome = outcome_of(report);
+    Outcome outcome = outcome_of(std::move(report));
     outcome.end_mm = slid->end_mm;
     // Moves are not elements: their number is told in the message only.
     outcome.grabbed_elements.reset();
@@ -76,9 +76,10 @@ Outcome Scene::act(std::uint32_t client, const PushCommand& command) {
     if (command.slide) {
         outcome = slide(client, command.push);
     } else {
-        const auto report = m_tissue->push(client, command.push);
-        outcome = report.ok() ? outcome_of(*report) : refused(report.error());
+        auto report = m_tissue->push(client, command.push);
+        outcome = report.ok() ? outcome_of(std::move(*report)) : refused(report.error());
     }
+    if (outcome.ran_out) return outcome;
     tissue_changed();
     m_settled = false;
     if (outcome.ok())
@@ -94,7 +95,7 @@ Outcome Scene::act(std::uint32_t client, const GrabCommand& command) {
                            std::to_string(m_holder)};
     if (m_choice.vessel) return not_with(m_choice, "grab", "chainmail or springs");
     begin_step("drag", client, 0);
-    const auto report = m_tissue->grab(client, command.place, command.reach_mm);
+    auto report = m_tissue->grab(client, command.place, command.reach_mm);
     if (!report.ok()) {
         end_step();
         return refused(report.error());
@@ -104,7 +105,7 @@ Outcome Scene::act(std::uint32_t client, const GrabCommand& command) {
         m_holder = client;
     else
         end_step();
-    return {.message = report->message,
+    return {.message = std::move(report->message),
             .grabbed_elements = report->grabbed_elements,
             .solve_ms = report->pick_ms};
 }
@@ -113,13 +114,13 @@ Outcome Scene::act(std::uint32_t client, const DragCommand& command) {
     if (m_holder != client)
         return {.error_code = "not_holding", .message = "drag: expected a grab before it"};
     const auto before = energy();
-    const auto report = m_tissue->drag_to(command.offset_mm);
+    auto report = m_tissue->drag_to(command.offset_mm);
     tissue_changed();
     m_settled = false;
     if (!report.ok()) return refused(report.error());
     const Vec3d way = report->step_fraction * (command.offset_mm - m_drag_mm);
     m_drag_mm = m_drag_mm + way;
-    Outcome outcome = outcome_of(*report);
+    Outcome outcome = outcome_of(std::move(*report));
     add_force(client, before, way, outcome);
     return outcome;
 }
@@ -151,6 +152,7 @@ Outcome Scene::act(std::uint32_t client, const CarveCommand& command) {
     if (!model) return not_with(m_choice, "carve", "chainmail");
     begin_step("carve", client, command.stroke);
     const auto report = model->carve(command.tool);
+    if (!report.ok() && is_out_of_memory(report.error())) return refused(report.error());
     tissue_changed();
     m_settled = false;
     if (command.stroke == 0) end_step();
@@ -202,20 +204,28 @@ Outcome Scene::act(std::uint32_t, const RelaxCommand& command) {
     return {};
 }
 
-double Scene::sweep() {
-    if (!m_open) begin_step("relax", 0, 0);
-    measure_energy();
-    const Sweep sweep = m_tissue->sweep();
+Result<double> Scene::sweep() noexcept {
+    const bool opens = !m_open;
+    const Result<Sweep> sweep = attempt([&]() -> Result<Sweep> {
+        if (opens) begin_step("relax", 0, 0);
+        measure_energy();
+        return m_tissue->sweep();
+    });
+    if (!sweep.ok()) {
+        if (opens) end_step();  // there is nothing in it
+        return sweep.error();
+    }
     tissue_changed();
-    m_settled = sweep.settled;
+    m_settled = sweep->settled;
     if (m_settled && m_open && m_open->name == "relax") end_step();
-    return sweep.ms;
+    return sweep->ms;
 }
 
 Outcome Scene::act(std::uint32_t, const ResetCommand&) {
     end_step();
     begin_step("reset", 0, 0);
-    m_tissue->reset();
+    const Status reset = m_tissue->reset();
+    if (!reset.ok()) return refused(reset.error());
     end_step();
     tissue_changed();
     return {};
@@ -245,7 +255,9 @@ Outcome Scene::act(std::uint32_t, const MaterialsCommand& command) {
 }
 
 Outcome Scene::act(std::uint32_t client, const IsoCommand& command) {
+    reserve_step();
     end_step();
+    reserve_step();
     Step step{StepKind::Iso, "threshold", m_iso_hu, m_polarity, client, command.stroke};
     m_iso_hu = command.iso_hu.value_or(m_iso_hu);
     m_polarity = command.polarity.value_or(m_polarity);

@@ -12,6 +12,7 @@
 #include <system_error>
 #include <thread>
 
+#include "core/errors.h"
 #include "serve/checkpoint.h"
 #include "serve/hub.h"
 #include "serve/network.h"
@@ -131,7 +132,19 @@ serve::UploadSettings upload_settings(const ServerSettings& settings) {
 
 }  // namespace
 
-Result<Server> Server::start(const ServerSettings& settings, const TaskArena& arena) {
+Result<Server> Server::start(const ServerSettings& settings, const TaskArena& arena) noexcept {
+    return attempt([&]() -> Result<Server> {
+        try {
+            return begin(settings, arena);
+        } catch (const std::system_error& error) {
+            return Error{
+                ErrorCode::LimitExceeded,
+                std::string("serve: a thread can't be started: ") + error.code().message()};
+        }
+    });
+}
+
+Result<Server> Server::begin(const ServerSettings& settings, const TaskArena& arena) {
     if (settings.port < 0 || settings.port > 65535)
         return Error{ErrorCode::InvalidArgument,
                      "port: expected 0…65535, found " + std::to_string(settings.port)};

@@ -190,6 +190,10 @@ std::string text_of(const SessionRecord& record) {
     }
     if (const auto* forget = std::get_if<SessionForget>(&record))
         return Json{{"do", "forget"}, {"steps", forget->steps}}.dump();
+    if (const auto* broken = std::get_if<SessionBreak>(&record))
+        return Json{{"client", broken->client}, {"do", "break"}}.dump();
+    if (const auto* lost = std::get_if<SessionLost>(&record))
+        return Json{{"do", "lost"}, {"steps", lost->steps}}.dump();
     if (const auto* open = std::get_if<SessionOpen>(&record)) {
         Json json = json_of(open->scan);
         json["do"] = "open";
@@ -220,6 +224,16 @@ Result<SessionRecord> parse_session_record(std::string_view text) {
         const int steps = whole_at(json, "steps", -1);
         if (steps < 0) return bad_session("forget: steps: expected 0 or more");
         return SessionRecord(SessionForget{steps});
+    }
+    if (name == "lost") {
+        const int steps = whole_at(json, "steps", -1);
+        if (steps < 0) return bad_session("lost: steps: expected 0 or more");
+        return SessionRecord(SessionLost{steps});
+    }
+    if (name == "break") {
+        const int client = whole_at(json, "client", -1);
+        if (client < 0) return bad_session("break: client: expected 0 or more");
+        return SessionRecord(SessionBreak{std::uint32_t(client)});
     }
     if (name == "open") {
         auto scan = header_of(json);

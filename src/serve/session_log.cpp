@@ -12,6 +12,7 @@
 #include <fstream>
 #include <iterator>
 
+#include "core/errors.h"
 #include "serve/messages.h"
 #include "serve/session_line.h"
 
@@ -47,12 +48,16 @@ SessionHeader portable(const SessionFile& file) {
     return was_opened ? without_folder(file.scene) : file.scene;
 }
 
-}  // namespace
-
-Result<SessionFile> read_session(const std::filesystem::path& path) {
+Result<SessionFile> read_lines(const std::filesystem::path& path) {
+    std::error_code error;
+    const auto type = std::filesystem::status(path, error).type();
+    if (type == std::filesystem::file_type::directory)
+        return unreadable(path, "is a folder, expected a session");
     std::ifstream stream(path, std::ios::binary);
     if (!stream)
         return Error{ErrorCode::NotFound, path.string() + ": expected a session, found no file"};
+    if (type != std::filesystem::file_type::regular)
+        return unreadable(path, "is no regular file, expected a session");
     const std::string bytes{std::istreambuf_iterator<char>(stream),
                             std::istreambuf_iterator<char>()};
     SessionFile file;
@@ -104,6 +109,17 @@ Result<SessionFile> read_session(const std::filesystem::path& path) {
                      path.string() + ": expected a session of pliant serve, found an empty file"};
     file.cut_off_bytes = bytes.size() - file.good_bytes;
     return file;
+}
+
+}  // namespace
+
+Result<SessionFile> read_session(const std::filesystem::path& path) noexcept {
+    auto read = attempt([&] { return read_lines(path); });
+    if (!read.ok() && is_out_of_memory(read.error()))
+        return attempt([&]() -> Result<SessionFile> {
+            return Error{ErrorCode::LimitExceeded, path.string() + ": out of memory"};
+        });
+    return read;
 }
 
 Result<std::unique_ptr<SessionLog>> SessionLog::create(const std::filesystem::path& path,
@@ -188,15 +204,19 @@ Status SessionLog::begin(const SessionHeader& header) {
 }
 
 void SessionLog::add(const SessionRecord& record) {
-    add_line(text_of(record));
     const auto* open = std::get_if<SessionOpen>(&record);
+    SessionHeader scene;
+    if (open) scene = without_folder(open->scan);
+    add_line(text_of(record));
     if (!open) return;
-    m_scene = without_folder(open->scan);
+    m_scene = std::move(scene);
     m_scene_begin = m_written + m_buffer.size();
 }
 
 void SessionLog::add_line(const std::string& text) {
-    m_buffer += session_line(m_chain, text);
+    std::uint64_t chain = m_chain;
+    m_buffer += session_line(chain, text);
+    m_chain = chain;
 }
 
 Result<SessionPart> SessionLog::part() {

@@ -9,6 +9,8 @@
 //   c4e9… {"do":"mark","volume":"…","tissue":"…"}
 //   5d02… {"do":"checkpoint","number":1,"file":"…","tissue":"…",…}
 //   55d8… {"do":"open","source":{…},"scan":"…"}
+//   a2f7… {"client":1,"do":"break"}
+//   66b0… {"do":"lost","steps":12}
 //
 // The number before each line is a checksum of the line and of the checksum before it. So a line
 // that the machine had no time to finish is found, and so is one that somebody changed. Marks say
@@ -61,6 +63,15 @@ struct SessionCheckpoint {
 struct SessionForget {
     std::int64_t steps = 0;  ///< of undo that were made so far
 };
+/// A command ran out of memory: the step that went on has ended, and nothing else was done. One
+/// that hasn't even done that isn't recorded.
+struct SessionBreak {
+    std::uint32_t client = 0;
+};
+/// No step can be undone any more.
+struct SessionLost {
+    std::int64_t steps = 0;  ///< that were made so far
+};
 /// Also the first line of a file, in other words.
 struct SessionHeader {
     SceneSource source;
@@ -71,7 +82,7 @@ struct SessionOpen {
     SessionHeader scan;
 };
 using SessionRecord = std::variant<SessionCommand, SessionSweeps, SessionMark, SessionCheckpoint,
-                                   SessionForget, SessionOpen>;
+                                   SessionForget, SessionBreak, SessionLost, SessionOpen>;
 
 std::string text_of(const SessionHeader& header);
 std::string text_of(const SessionRecord& record);
@@ -104,7 +115,7 @@ Status write_session(const std::filesystem::path& path, const SessionPart& part,
 
 /// @returns NotFound; Unreadable that names the line where the file is damaged before its end, so
 ///          that nothing is left out silently
-Result<SessionFile> read_session(const std::filesystem::path& path);
+Result<SessionFile> read_session(const std::filesystem::path& path) noexcept;
 
 /// A file that grows. What is added is in the file after flush(), and on the disk at most a second
 /// later. Nobody else may write to it meanwhile: it is locked.
@@ -122,6 +133,7 @@ class SessionLog {
     SessionLog(const SessionLog&) = delete;
     SessionLog& operator=(const SessionLog&) = delete;
 
+    /// Where it throws std::bad_alloc, nothing was added.
     void add(const SessionRecord& record);
     /// @returns Unwritable, each time from the first time on
     Status flush();

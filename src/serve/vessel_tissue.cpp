@@ -5,6 +5,8 @@
 
 #include <algorithm>
 #include <chrono>
+#include <iterator>
+#include <utility>
 
 #include "core/errors.h"
 #include "scene/number_file.h"
@@ -65,7 +67,7 @@ Status VesselTissue::drive(std::uint32_t client, const DriveCommand& command) {
     return Ok{};
 }
 
-void VesselTissue::release(std::uint32_t tool) {
+void VesselTissue::release(std::uint32_t tool) noexcept {
     if (is_touched_by(tool)) (void)drive(tool, {.insert_mm_s = 0, .rotate_deg_s = 0});
 }
 
@@ -79,99 +81,134 @@ Result<PushReport> VesselTissue::drag_to(Vec3d) {
     return no_tools("drag");
 }
 
-/// Whether nothing has moved since the last time that this was asked.
-bool VesselTissue::is_calm() {
+/// Whether nothing has moved since the last time that this was asked. Without memory to compare, it
+/// may have.
+bool VesselTissue::is_calm() noexcept try {
     const auto wire = m_scene->wire_places();
     std::vector<Vec3d> wall = m_scene->wall_places();
+    m_wire.reserve(wire.size());
     const bool has_before = m_wire.size() == wire.size() && m_wall.size() == wall.size();
     const bool calm =
         has_before && farthest(wire, m_wire) < kCalm_mm && farthest(wall, m_wall) < kCalm_mm;
     m_wire.assign(wire.begin(), wire.end());
     m_wall = std::move(wall);
     return calm;
+} catch (const std::bad_alloc&) {
+    return false;
 }
 
-Sweep VesselTissue::sweep() {
+Result<Sweep> VesselTissue::sweep() {
     const auto start = std::chrono::steady_clock::now();
     const auto ms = [&] {
         return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start)
             .count();
     };
-    if (!m_failure.empty()) return {};
+    if (!m_failure.empty()) return Sweep{};
     const Status stepped = m_scene->step(kStepsPerSweep, m_arena);
+    if (!stepped.ok() && is_out_of_memory(stepped.error())) return stepped.error();
     m_is_shown = false;
     if (!stepped.ok()) {
         m_failure = stepped.error().message;
-        return {true, ms()};
+        return Sweep{true, ms()};
     }
     ++m_untold;
-    if (is_touched()) return {false, ms()};
+    if (is_touched()) return Sweep{false, ms()};
     const bool calm = m_untold % kCalmSweeps == 0 && is_calm();
-    return {calm || m_untold >= kMostUntoldSweeps, ms()};
+    return Sweep{calm || m_untold >= kMostUntoldSweeps, ms()};
 }
 
 /// As it is when a state is put back: the hand rests, and whether it is calm is asked anew.
-void VesselTissue::halt() {
-    m_hand.insert_mm_s = m_hand.rotate_deg_s = 0;
-    (void)m_scene->command(m_hand);
+Status VesselTissue::halt() {
+    CatheterCommand still = m_hand;
+    still.insert_mm_s = still.rotate_deg_s = 0;
+    if (const Status s = m_scene->command(still); !s.ok()) return s;
+    // Contacts are found anew after a state was put back, so they are here.
+    const Status restored = attempt([&] { return m_scene->restore(m_scene->state(), m_arena); });
+    if (!restored.ok() && is_out_of_memory(restored.error())) {
+        (void)m_scene->command(m_hand);
+        return restored;
+    }
+    m_hand = still;
     m_driver = 0;
     m_untold = 0;
     m_wire.clear();
     m_wall.clear();
     m_is_shown = false;
-    // Contacts are found anew after a state was put back, so they are here.
-    (void)m_scene->restore(m_scene->state(), m_arena);
+    return Ok{};
 }
 
-void VesselTissue::reset() {
-    auto scene = CatheterScene::create(m_vessel.wall, m_vessel.settings);
-    if (!scene.ok()) return;  // it could be made before
-    m_scene = std::make_unique<CatheterScene>(std::move(*scene));
-    m_hand = {};
+/// Another scene takes the place of this one: it can be thrown away where memory runs out.
+Status VesselTissue::reset() {
+    auto made = CatheterScene::create(m_vessel.wall, m_vessel.settings);
+    if (!made.ok()) return made.error();
+    auto scene = std::make_unique<CatheterScene>(std::move(*made));
+    const CatheterCommand hand = std::exchange(m_hand, {});
+    m_scene.swap(scene);
+    if (const Status s = halt(); !s.ok()) {
+        m_scene.swap(scene);
+        m_hand = hand;
+        return s;
+    }
     m_failure.clear();
-    halt();
+    return Ok{};
 }
 
 void VesselTissue::begin_group(const std::string&) {
-    m_before = m_scene->state();
+    State now = m_scene->state();
+    if (m_before.empty()) m_before.emplace_back();
+    m_before.front().swap(now);
 }
 
-int VesselTissue::end_group() {
-    if (!m_before || *m_before == m_scene->state()) return 0;
+int VesselTissue::end_group() noexcept {
+    if (m_before.empty()) return 0;
+    const Status changed = attempt([&]() -> Status {
+        if (m_before.front() == m_scene->state()) m_before.clear();
+        return Ok{};
+    });
+    if (m_before.empty()) return 0;
     m_undone.clear();
-    m_done.push_back(std::move(*m_before));
-    m_before.reset();
+    m_done.splice(m_done.end(), m_before);
     int forgotten = 0;
     const std::size_t bytes = m_done.back().size() * sizeof(double);
     while (m_done.size() > kMostSteps || m_done.size() * bytes > kMostBytes) {
         m_done.pop_front();
         ++forgotten;
     }
+    // Without memory to compare, a step that may be none can't be kept.
+    if (!changed.ok()) m_done.clear();
     return m_done.empty() ? -1 : forgotten;
 }
 
 Status VesselTissue::put_back(std::span<const double> state) {
+    const State now = m_scene->state();
     if (const Status s = m_scene->restore(state, m_arena); !s.ok()) return s;
-    m_hand = m_scene->hand();
+    const CatheterCommand hand = std::exchange(m_hand, m_scene->hand());
+    if (const Status s = halt(); !s.ok()) {
+        (void)m_scene->restore(now, m_arena);
+        m_hand = hand;
+        return s;
+    }
     m_failure.clear();
-    halt();
+    return Ok{};
+}
+
+/// Takes the last of some steps. @param to  those in the other direction
+Status VesselTissue::go_back(std::list<State>& from, std::list<State>& to) {
+    State now = m_scene->state();
+    if (const Status s = put_back(from.back()); !s.ok()) return s;
+    from.back().swap(now);
+    to.splice(to.end(), from, std::prev(from.end()));
     return Ok{};
 }
 
 Status VesselTissue::undo() {
     if (m_done.empty()) return Error{ErrorCode::NotFound, "undo: expected a step, found none"};
-    m_undone.push_back(m_scene->state());
-    const State state = std::move(m_done.back());
-    m_done.pop_back();
-    return put_back(state);
+    return go_back(m_done, m_undone);
 }
 
 Status VesselTissue::redo() {
     if (m_undone.empty()) return Error{ErrorCode::NotFound, "redo: expected a step, found none"};
-    m_done.push_back(m_scene->state());
-    const State state = std::move(m_undone.back());
-    m_undone.pop_back();
-    return put_back(state);
+    return go_back(m_undone, m_done);
 }
 
 Status VesselTissue::save_state(const std::filesystem::path& path) const {
@@ -182,15 +219,15 @@ Status VesselTissue::load_state(const std::filesystem::path& path) {
     const auto state = load_numbers(path, kMagic);
     if (!state.ok()) return state.error();
     if (const Status s = put_back(*state); !s.ok())
-        return unreadable(path.filename(), s.error().message);
+        return is_out_of_memory(s.error()) ? s.error()
+                                           : unreadable(path.filename(), s.error().message);
     m_done.clear();
     m_undone.clear();
     return Ok{};
 }
 
-void VesselTissue::show() const {
-    if (m_is_shown) return;
-    m_is_shown = true;
+Status VesselTissue::show() const {
+    if (m_is_shown) return Ok{};
     m_now.nodes_mm = m_scene->wall_places();
     const VesselWall& rest = m_vessel.wall;
     m_view.wall_moved_mm = farthest(m_now.nodes_mm, rest.mesh.nodes_mm);
@@ -202,16 +239,23 @@ void VesselTissue::show() const {
     m_view.inverted = m_scene->inverted_tetrahedra();
     const auto wire = m_scene->wire_places();
     m_view.catheter_mm.assign(wire.begin() + m_scene->first_inserted(), wire.end());
-    (void)m_carried.update(m_now.nodes_mm);
+    const Status updated = m_carried.update(m_now.nodes_mm);
+    if (!updated.ok() && is_out_of_memory(updated.error())) return updated;
+    m_is_shown = true;
+    return Ok{};
+}
+
+Status VesselTissue::update_lattice() const {
+    return attempt([&] { return show(); });
 }
 
 const VesselView& VesselTissue::view() const {
-    show();
+    (void)update_lattice();
     return m_view;
 }
 
 const Lattice& VesselTissue::lattice() const {
-    show();
+    (void)update_lattice();
     return m_carried.scan().lattice();
 }
 

@@ -11,7 +11,7 @@
 #include <pliant/carried_scan.h>
 #include <pliant/vessel_scene.h>
 
-#include <deque>
+#include <list>
 #include <memory>
 #include <optional>
 #include <span>
@@ -45,22 +45,22 @@ class VesselTissue : public Tissue {
     Result<PushReport> push(std::uint32_t tool, const Push& push) override;
     Result<GrabReport> grab(std::uint32_t tool, const Push& place, double reach_mm) override;
     Result<PushReport> drag_to(Vec3d offset_mm) override;
-    void let_go() override {}
-    void release(std::uint32_t tool) override;
+    void let_go() noexcept override {}
+    void release(std::uint32_t tool) noexcept override;
     bool is_touched_by(std::uint32_t tool) const override { return m_driver == tool && tool != 0; }
     bool is_touched() const override { return m_driver != 0; }
     std::optional<Vec3d> force_n(std::uint32_t) override { return {}; }
-    Sweep sweep() override;
+    Result<Sweep> sweep() override;
     double sweep_time_ms() const override {
         return 1000 * kStepsPerSweep * m_vessel.settings.time_step_s;
     }
-    void reset() override;
+    Status reset() override;
     void begin_group(const std::string& name) override;
-    int end_group() override;
+    int end_group() noexcept override;
     int undo_steps() const override { return int(m_done.size()); }
     Status undo() override;
     Status redo() override;
-    void rest() override { halt(); }
+    Status rest() override { return halt(); }
     Status save_state(const std::filesystem::path& path) const override;
     Status load_state(const std::filesystem::path& path) override;
     std::uint64_t hash() const override { return m_scene->hash(); }
@@ -68,6 +68,7 @@ class VesselTissue : public Tissue {
     const Volume& volume() const override { return m_carried.scan().volume(); }
     const Lattice& lattice() const override;
     const TaskArena& arena() const override { return m_arena; }
+    Status update_lattice() const override;
 
     const MadeVessel& vessel() const { return m_vessel; }
     const CatheterCommand& hand() const { return m_hand; }
@@ -79,9 +80,9 @@ class VesselTissue : public Tissue {
   private:
     VesselTissue(const MadeVessel& vessel, CatheterScene scene, CarriedScan carried,
                  const TaskArena& arena);
-    void show() const;
-    bool is_calm();
-    void halt();
+    Status show() const;
+    bool is_calm() noexcept;
+    Status halt();
     Status put_back(std::span<const double> state);
 
     const MadeVessel& m_vessel;
@@ -94,8 +95,9 @@ class VesselTissue : public Tissue {
     std::string m_failure;
 
     using State = std::vector<double>;
-    std::optional<State> m_before;       ///< of the group that goes on
-    std::deque<State> m_done, m_undone;  ///< as it was before, or after; the next one last
+    Status go_back(std::list<State>& from, std::list<State>& to);
+    std::list<State> m_before;          ///< one, while a group goes on
+    std::list<State> m_done, m_undone;  ///< as it was before, or after; the next one last
 
     // What is shown is made when somebody looks, not in each step.
     mutable CarriedScan m_carried;

@@ -66,85 +66,92 @@ SpringMaterial closed_form(double young_modulus, double poisson_ratio, double sp
     return {mu * spacing, lambda - mu};
 }
 
-Result<SpringParts> springs_of_lattice(const SpringLattice& lattice) {
-    if (const Status status = check(lattice); !status.ok()) return status.error();
-    const Grid grid{.size = lattice.size};
-    const Vec3d h = lattice.spacing;
-    SpringParts parts;
-    parts.nodes.reserve(voxel_count(grid));
-    for (int k = 0; k < lattice.size.z; ++k)
-        for (int j = 0; j < lattice.size.y; ++j)
-            for (int i = 0; i < lattice.size.x; ++i)
-                parts.nodes.push_back({.rest = {h.x * i, h.y * j, h.z * k},
-                                       .mass = lattice.node_mass,
-                                       .damping = lattice.node_damping});
-    const auto each_node = [&](const auto& visit) {
+Result<SpringParts> springs_of_lattice(const SpringLattice& lattice) noexcept {
+    return attempt([&]() -> Result<SpringParts> {
+        if (const Status status = check(lattice); !status.ok()) return status.error();
+        const Grid grid{.size = lattice.size};
+        const Vec3d h = lattice.spacing;
+        SpringParts parts;
+        parts.nodes.reserve(voxel_count(grid));
         for (int k = 0; k < lattice.size.z; ++k)
             for (int j = 0; j < lattice.size.y; ++j)
-                for (int i = 0; i < lattice.size.x; ++i) visit(Vec3i{i, j, k});
-    };
-    const std::vector<Vec3i> steps = forward_steps(lattice.links);
-    parts.links.reserve(parts.nodes.size() * steps.size());
-    each_node([&](Vec3i from) {
-        for (const Vec3i step : steps) {
-            if (!contains(voxel_box(grid), from + step)) continue;
-            const Vec3d r{h.x * step.x, h.y * step.y, h.z * step.z};
-            double stiffness = 0;
-            for (int a = 0; a < 3; ++a) stiffness += r[a] * r[a] / dot(r, r) * lattice.stiffness[a];
-            const double share =
-                lattice.shared_by_cells ? share_of_cells(lattice.size, from, step) : 1;
-            parts.links.push_back({.a = std::int32_t(voxel_index(grid, from)),
-                                   .b = std::int32_t(voxel_index(grid, from + step)),
-                                   .stiffness = share * stiffness,
-                                   .damping = share * lattice.link_damping,
-                                   .rest_length = norm(r)});
-        }
-    });
-    if (std::min({lattice.size.x, lattice.size.y, lattice.size.z}) > 1)
-        each_node([&](Vec3i p) {
-            if (p.x + 1 == lattice.size.x || p.y + 1 == lattice.size.y || p.z + 1 == lattice.size.z)
-                return;
-            const auto at = [&](int x, int y, int z) {
-                return std::int32_t(voxel_index(grid, {p.x + x, p.y + y, p.z + z}));
-            };
-            parts.cells.push_back({.nodes = {at(0, 0, 0), at(1, 0, 0), at(1, 1, 0), at(0, 1, 0),
-                                             at(0, 0, 1), at(1, 0, 1), at(1, 1, 1), at(0, 1, 1)},
-                                   .bulk = lattice.bulk});
+                for (int i = 0; i < lattice.size.x; ++i)
+                    parts.nodes.push_back({.rest = {h.x * i, h.y * j, h.z * k},
+                                           .mass = lattice.node_mass,
+                                           .damping = lattice.node_damping});
+        const auto each_node = [&](const auto& visit) {
+            for (int k = 0; k < lattice.size.z; ++k)
+                for (int j = 0; j < lattice.size.y; ++j)
+                    for (int i = 0; i < lattice.size.x; ++i) visit(Vec3i{i, j, k});
+        };
+        const std::vector<Vec3i> steps = forward_steps(lattice.links);
+        parts.links.reserve(parts.nodes.size() * steps.size());
+        each_node([&](Vec3i from) {
+            for (const Vec3i step : steps) {
+                if (!contains(voxel_box(grid), from + step)) continue;
+                const Vec3d r{h.x * step.x, h.y * step.y, h.z * step.z};
+                double stiffness = 0;
+                for (int a = 0; a < 3; ++a)
+                    stiffness += r[a] * r[a] / dot(r, r) * lattice.stiffness[a];
+                const double share =
+                    lattice.shared_by_cells ? share_of_cells(lattice.size, from, step) : 1;
+                parts.links.push_back({.a = std::int32_t(voxel_index(grid, from)),
+                                       .b = std::int32_t(voxel_index(grid, from + step)),
+                                       .stiffness = share * stiffness,
+                                       .damping = share * lattice.link_damping,
+                                       .rest_length = norm(r)});
+            }
         });
-    if (lattice.density > 0) spread_masses(parts, lattice.density);
-    return parts;
+        if (std::min({lattice.size.x, lattice.size.y, lattice.size.z}) > 1)
+            each_node([&](Vec3i p) {
+                if (p.x + 1 == lattice.size.x || p.y + 1 == lattice.size.y ||
+                    p.z + 1 == lattice.size.z)
+                    return;
+                const auto at = [&](int x, int y, int z) {
+                    return std::int32_t(voxel_index(grid, {p.x + x, p.y + y, p.z + z}));
+                };
+                parts.cells.push_back(
+                    {.nodes = {at(0, 0, 0), at(1, 0, 0), at(1, 1, 0), at(0, 1, 0), at(0, 0, 1),
+                               at(1, 0, 1), at(1, 1, 1), at(0, 1, 1)},
+                     .bulk = lattice.bulk});
+            });
+        if (lattice.density > 0) spread_masses(parts, lattice.density);
+        return parts;
+    });
 }
 
-Result<SpringParts> springs_of_sheet(const SpringSheet& sheet) {
-    if (sheet.columns < 1 || sheet.rows < 1 ||
-        std::int64_t(sheet.columns) * sheet.rows > std::int64_t(100'000'000))
-        return invalid("sheet: expected 1 to 100000000 nodes, found " +
-                       std::to_string(sheet.columns) + " x " + std::to_string(sheet.rows));
-    if (!(std::isfinite(sheet.spacing) && sheet.spacing > 0))
-        return invalid("sheet spacing: expected a length above 0");
-    SpringParts parts;
-    const double height = std::sqrt(0.75) * sheet.spacing;
-    for (int row = 0; row < sheet.rows; ++row)
-        for (int column = 0; column < sheet.columns; ++column)
-            parts.nodes.push_back(
-                {.rest = {sheet.spacing * (column + 0.5 * (row % 2)), height * row, 0},
-                 .mass = sheet.node_mass,
-                 .damping = sheet.node_damping});
-    for (int row = 0; row < sheet.rows; ++row)
-        for (int column = 0; column < sheet.columns; ++column) {
-            const auto add = [&](int to_column, int to_row) {
-                if (to_column < 0 || to_column >= sheet.columns || to_row >= sheet.rows) return;
-                parts.links.push_back({.a = column + sheet.columns * row,
-                                       .b = to_column + sheet.columns * to_row,
-                                       .stiffness = sheet.stiffness,
-                                       .damping = sheet.link_damping,
-                                       .rest_length = sheet.spacing});
-            };
-            add(column + 1, row);
-            add(column - 1 + row % 2, row + 1);
-            add(column + row % 2, row + 1);
-        }
-    return parts;
+Result<SpringParts> springs_of_sheet(const SpringSheet& sheet) noexcept {
+    return attempt([&]() -> Result<SpringParts> {
+        if (sheet.columns < 1 || sheet.rows < 1 ||
+            std::int64_t(sheet.columns) * sheet.rows > std::int64_t(100'000'000))
+            return invalid("sheet: expected 1 to 100000000 nodes, found " +
+                           std::to_string(sheet.columns) + " x " + std::to_string(sheet.rows));
+        if (!(std::isfinite(sheet.spacing) && sheet.spacing > 0))
+            return invalid("sheet spacing: expected a length above 0");
+        SpringParts parts;
+        const double height = std::sqrt(0.75) * sheet.spacing;
+        for (int row = 0; row < sheet.rows; ++row)
+            for (int column = 0; column < sheet.columns; ++column)
+                parts.nodes.push_back(
+                    {.rest = {sheet.spacing * (column + 0.5 * (row % 2)), height * row, 0},
+                     .mass = sheet.node_mass,
+                     .damping = sheet.node_damping});
+        for (int row = 0; row < sheet.rows; ++row)
+            for (int column = 0; column < sheet.columns; ++column) {
+                const auto add = [&](int to_column, int to_row) {
+                    if (to_column < 0 || to_column >= sheet.columns || to_row >= sheet.rows) return;
+                    parts.links.push_back({.a = column + sheet.columns * row,
+                                           .b = to_column + sheet.columns * to_row,
+                                           .stiffness = sheet.stiffness,
+                                           .damping = sheet.link_damping,
+                                           .rest_length = sheet.spacing});
+                };
+                add(column + 1, row);
+                add(column - 1 + row % 2, row + 1);
+                add(column + row % 2, row + 1);
+            }
+        return parts;
+    });
 }
 
 }  // namespace pliant

@@ -11,6 +11,8 @@
 
 #include "springs/node_masses.h"
 
+#include "core/errors.h"
+
 namespace pliant {
 namespace {
 
@@ -85,53 +87,66 @@ std::vector<Share> all_pairs(std::span<const std::array<std::int32_t, Corners>> 
 
 Result<SpringParts> springs_of_triangles(std::span<const Vec3d> nodes,
                                          std::span<const std::array<std::int32_t, 3>> triangles,
-                                         const SpringMesh& mesh) {
-    if (const Status status = check_cells(nodes, triangles); !status.ok()) return status.error();
-    SpringParts parts = parts_of(nodes, mesh);
-    add_links(all_pairs(triangles, mesh.stiffness), false, mesh, parts);
-    return parts;
+                                         const SpringMesh& mesh) noexcept {
+    return attempt([&]() -> Result<SpringParts> {
+        if (const Status status = check_cells(nodes, triangles); !status.ok())
+            return status.error();
+        SpringParts parts = parts_of(nodes, mesh);
+        add_links(all_pairs(triangles, mesh.stiffness), false, mesh, parts);
+        return parts;
+    });
 }
 
 Result<SpringParts> springs_of_tetrahedra(std::span<const Vec3d> nodes,
                                           std::span<const std::array<std::int32_t, 4>> tetrahedra,
-                                          const SpringMesh& mesh) {
-    if (const Status status = check_cells(nodes, tetrahedra); !status.ok()) return status.error();
-    SpringParts parts = parts_of(nodes, mesh);
-    add_links(all_pairs(tetrahedra, mesh.stiffness), false, mesh, parts);
-    add_cells(tetrahedra, mesh, parts);
-    return parts;
+                                          const SpringMesh& mesh) noexcept {
+    return attempt([&]() -> Result<SpringParts> {
+        if (const Status status = check_cells(nodes, tetrahedra); !status.ok())
+            return status.error();
+        SpringParts parts = parts_of(nodes, mesh);
+        add_links(all_pairs(tetrahedra, mesh.stiffness), false, mesh, parts);
+        add_cells(tetrahedra, mesh, parts);
+        return parts;
+    });
 }
 
 Result<SpringParts> springs_of_elastic_tetrahedra(
     std::span<const Vec3d> nodes, std::span<const std::array<std::int32_t, 4>> tetrahedra,
-    const SpringMesh& mesh) {
-    if (const Status status = check_cells(nodes, tetrahedra); !status.ok()) return status.error();
-    SpringParts parts = parts_of(nodes, mesh);
-    std::vector<Share> shares = all_pairs(tetrahedra, mesh.stiffness);
-    for (Share& share : shares)
-        share.stiffness *=
-            std::sqrt(2.0) / 5 * norm(nodes[std::size_t(share.a)] - nodes[std::size_t(share.b)]);
-    add_links(std::move(shares), true, mesh, parts);
-    add_cells(tetrahedra, mesh, parts);
-    return parts;
+    const SpringMesh& mesh) noexcept {
+    return attempt([&]() -> Result<SpringParts> {
+        if (const Status status = check_cells(nodes, tetrahedra); !status.ok())
+            return status.error();
+        SpringParts parts = parts_of(nodes, mesh);
+        std::vector<Share> shares = all_pairs(tetrahedra, mesh.stiffness);
+        for (Share& share : shares)
+            share.stiffness *= std::sqrt(2.0) / 5 *
+                               norm(nodes[std::size_t(share.a)] - nodes[std::size_t(share.b)]);
+        add_links(std::move(shares), true, mesh, parts);
+        add_cells(tetrahedra, mesh, parts);
+        return parts;
+    });
 }
 
 Result<SpringParts> springs_of_hexahedra(std::span<const Vec3d> nodes,
                                          std::span<const std::array<std::int32_t, 8>> hexahedra,
-                                         const SpringMesh& mesh) {
-    if (const Status status = check_cells(nodes, hexahedra); !status.ok()) return status.error();
-    constexpr int kPairs[24][2] = {{0, 1}, {1, 2}, {2, 3}, {3, 0}, {4, 5}, {5, 6}, {6, 7}, {7, 4},
-                                   {0, 4}, {1, 5}, {2, 6}, {3, 7}, {0, 2}, {1, 3}, {4, 6}, {5, 7},
-                                   {0, 5}, {1, 4}, {1, 6}, {2, 5}, {2, 7}, {3, 6}, {3, 4}, {0, 7}};
-    SpringParts parts = parts_of(nodes, mesh);
-    std::vector<Share> shares;
-    for (const auto& cell : hexahedra)
-        for (const auto& pair : kPairs)
-            shares.push_back(
-                {cell[std::size_t(pair[0])], cell[std::size_t(pair[1])], mesh.stiffness});
-    add_links(std::move(shares), false, mesh, parts);
-    add_cells(hexahedra, mesh, parts);
-    return parts;
+                                         const SpringMesh& mesh) noexcept {
+    return attempt([&]() -> Result<SpringParts> {
+        if (const Status status = check_cells(nodes, hexahedra); !status.ok())
+            return status.error();
+        constexpr int kPairs[24][2] = {{0, 1}, {1, 2}, {2, 3}, {3, 0}, {4, 5}, {5, 6},
+                                       {6, 7}, {7, 4}, {0, 4}, {1, 5}, {2, 6}, {3, 7},
+                                       {0, 2}, {1, 3}, {4, 6}, {5, 7}, {0, 5}, {1, 4},
+                                       {1, 6}, {2, 5}, {2, 7}, {3, 6}, {3, 4}, {0, 7}};
+        SpringParts parts = parts_of(nodes, mesh);
+        std::vector<Share> shares;
+        for (const auto& cell : hexahedra)
+            for (const auto& pair : kPairs)
+                shares.push_back(
+                    {cell[std::size_t(pair[0])], cell[std::size_t(pair[1])], mesh.stiffness});
+        add_links(std::move(shares), false, mesh, parts);
+        add_cells(hexahedra, mesh, parts);
+        return parts;
+    });
 }
 
 }  // namespace pliant

@@ -9,6 +9,8 @@
 #include <cmath>
 #include <string>
 
+#include "core/errors.h"
+
 namespace pliant {
 namespace {
 
@@ -64,70 +66,73 @@ std::vector<double> hard_shares(const Volume& volume, const SpringScan& scan, co
 
 }  // namespace
 
-Result<SpringParts> springs_of_scan(const Volume& volume, const SpringScan& scan) {
-    if (const Status s = check_volume(volume); !s.ok()) return s.error();
-    const Box3i whole = voxel_box(volume.grid);
-    const Box3i region = scan.region == Box3i{} ? whole : scan.region;
-    if (is_empty(region) || !contains(whole, region.begin) ||
-        !contains(whole, region.end - Vec3i{1, 1, 1}))
-        return bad_lattice("region: expected a box of voxels inside of the scan");
-    const Vec3i voxels = region.end - region.begin;
-    if (!(scan.fixed_share >= 0 && scan.fixed_share <= 1))
-        return bad_lattice("fixed_share: expected 0 to 1, found " +
-                           std::to_string(scan.fixed_share));
-    Vec3d step;  // voxels between nodes
-    for (int a = 0; a < 3; ++a) {
-        if (scan.size[a] < 2 || scan.size[a] > voxels[a])
-            return bad_lattice("size: expected 2 to " + std::to_string(voxels[a]) +
-                               " nodes along axis " + std::to_string(a) + ", found " +
-                               std::to_string(scan.size[a]));
-        step[a] = double(voxels[a] - 1) / (scan.size[a] - 1);
-    }
-    const Vec3d h = volume.grid.spacing_mm;
-    const Vec3d spacing{h.x * step.x, h.y * step.y, h.z * step.z};
-    auto parts = springs_of_lattice({.size = scan.size,
-                                     .spacing = spacing,
-                                     .links = scan.links,
-                                     .node_damping = scan.node_damping,
-                                     .density = scan.density_g_mm3});
-    if (!parts.ok()) return parts.error();
-    const double edge = std::cbrt(spacing.x * spacing.y * spacing.z);
-    const Grid nodes{.size = scan.size};
-    std::vector<double> stiffness(parts->nodes.size());
-    for (int k = 0; k < scan.size.z; ++k)
-        for (int j = 0; j < scan.size.y; ++j)
-            for (int i = 0; i < scan.size.x; ++i) {
-                const Vec3d ijk{region.begin.x + step.x * i, region.begin.y + step.y * j,
-                                region.begin.z + step.z * k};
-                const std::size_t n = voxel_index(nodes, {i, j, k});
-                const double hu = mean_value(volume, ijk, step, region);
-                const bool at_border = i == 0 || j == 0 || k == 0 || i == scan.size.x - 1 ||
-                                       j == scan.size.y - 1 || k == scan.size.z - 1;
-                SpringNode& node = parts->nodes[n];
-                node.rest = world_from_voxel(volume.grid, ijk);
-                node.fixed = hu > scan.fixed_above_hu || (scan.fixed_border && at_border);
-                const double young = scan.young_modulus_pa ? scan.young_modulus_pa(hu)
-                                     : hu < kAirBelow_hu   ? kAirYoung_pa
-                                                           : kTissueYoung_pa;
-                if (!(std::isfinite(young) && young > 0))
-                    return bad_lattice("young_modulus_pa: expected numbers above 0, found " +
-                                       std::to_string(young) + " at " + std::to_string(hu) + " HU");
-                stiffness[n] = 0.4 * young * edge;
-            }
-    if (scan.fixed_share < 1) {
-        const std::vector<double> hard = hard_shares(volume, scan, region, step);
-        for (std::size_t c = 0; c < hard.size(); ++c)
-            if (hard[c] > scan.fixed_share)
-                for (const std::int32_t n : parts->cells[c].nodes)
-                    parts->nodes[std::size_t(n)].fixed = true;
-    }
-    for (SpringLink& link : parts->links)
-        link.stiffness = (stiffness[std::size_t(link.a)] + stiffness[std::size_t(link.b)]) / 2;
-    // A left-handed grid turns cells inside out: their bottoms and tops change places.
-    if (determinant(volume.grid.direction) < 0)
-        for (SpringCell& cell : parts->cells)
-            std::rotate(cell.nodes.begin(), cell.nodes.begin() + 4, cell.nodes.end());
-    return parts;
+Result<SpringParts> springs_of_scan(const Volume& volume, const SpringScan& scan) noexcept {
+    return attempt([&]() -> Result<SpringParts> {
+        if (const Status s = check_volume(volume); !s.ok()) return s.error();
+        const Box3i whole = voxel_box(volume.grid);
+        const Box3i region = scan.region == Box3i{} ? whole : scan.region;
+        if (is_empty(region) || !contains(whole, region.begin) ||
+            !contains(whole, region.end - Vec3i{1, 1, 1}))
+            return bad_lattice("region: expected a box of voxels inside of the scan");
+        const Vec3i voxels = region.end - region.begin;
+        if (!(scan.fixed_share >= 0 && scan.fixed_share <= 1))
+            return bad_lattice("fixed_share: expected 0 to 1, found " +
+                               std::to_string(scan.fixed_share));
+        Vec3d step;  // voxels between nodes
+        for (int a = 0; a < 3; ++a) {
+            if (scan.size[a] < 2 || scan.size[a] > voxels[a])
+                return bad_lattice("size: expected 2 to " + std::to_string(voxels[a]) +
+                                   " nodes along axis " + std::to_string(a) + ", found " +
+                                   std::to_string(scan.size[a]));
+            step[a] = double(voxels[a] - 1) / (scan.size[a] - 1);
+        }
+        const Vec3d h = volume.grid.spacing_mm;
+        const Vec3d spacing{h.x * step.x, h.y * step.y, h.z * step.z};
+        auto parts = springs_of_lattice({.size = scan.size,
+                                         .spacing = spacing,
+                                         .links = scan.links,
+                                         .node_damping = scan.node_damping,
+                                         .density = scan.density_g_mm3});
+        if (!parts.ok()) return parts.error();
+        const double edge = std::cbrt(spacing.x * spacing.y * spacing.z);
+        const Grid nodes{.size = scan.size};
+        std::vector<double> stiffness(parts->nodes.size());
+        for (int k = 0; k < scan.size.z; ++k)
+            for (int j = 0; j < scan.size.y; ++j)
+                for (int i = 0; i < scan.size.x; ++i) {
+                    const Vec3d ijk{region.begin.x + step.x * i, region.begin.y + step.y * j,
+                                    region.begin.z + step.z * k};
+                    const std::size_t n = voxel_index(nodes, {i, j, k});
+                    const double hu = mean_value(volume, ijk, step, region);
+                    const bool at_border = i == 0 || j == 0 || k == 0 || i == scan.size.x - 1 ||
+                                           j == scan.size.y - 1 || k == scan.size.z - 1;
+                    SpringNode& node = parts->nodes[n];
+                    node.rest = world_from_voxel(volume.grid, ijk);
+                    node.fixed = hu > scan.fixed_above_hu || (scan.fixed_border && at_border);
+                    const double young = scan.young_modulus_pa ? scan.young_modulus_pa(hu)
+                                         : hu < kAirBelow_hu   ? kAirYoung_pa
+                                                               : kTissueYoung_pa;
+                    if (!(std::isfinite(young) && young > 0))
+                        return bad_lattice("young_modulus_pa: expected numbers above 0, found " +
+                                           std::to_string(young) + " at " + std::to_string(hu) +
+                                           " HU");
+                    stiffness[n] = 0.4 * young * edge;
+                }
+        if (scan.fixed_share < 1) {
+            const std::vector<double> hard = hard_shares(volume, scan, region, step);
+            for (std::size_t c = 0; c < hard.size(); ++c)
+                if (hard[c] > scan.fixed_share)
+                    for (const std::int32_t n : parts->cells[c].nodes)
+                        parts->nodes[std::size_t(n)].fixed = true;
+        }
+        for (SpringLink& link : parts->links)
+            link.stiffness = (stiffness[std::size_t(link.a)] + stiffness[std::size_t(link.b)]) / 2;
+        // A left-handed grid turns cells inside out: their bottoms and tops change places.
+        if (determinant(volume.grid.direction) < 0)
+            for (SpringCell& cell : parts->cells)
+                std::rotate(cell.nodes.begin(), cell.nodes.begin() + 4, cell.nodes.end());
+        return parts;
+    });
 }
 
 }  // namespace pliant

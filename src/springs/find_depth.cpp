@@ -7,11 +7,14 @@
 #include <cmath>
 #include <string>
 
-namespace pliant {
+#include "core/errors.h"
 
-Result<DepthFound> find_depth(const SpringNetwork& network, const SpringSettings& settings,
-                              std::span<const std::int32_t> nodes, std::span<const Vec3d> forces,
-                              const DepthSearch& search, const TaskArena& arena) {
+namespace pliant {
+namespace {
+
+Result<DepthFound> search_depth(const SpringNetwork& network, const SpringSettings& settings,
+                                std::span<const std::int32_t> nodes, std::span<const Vec3d> forces,
+                                const DepthSearch& search, const TaskArena& arena) {
     const auto bad = [](const std::string& text) {
         return Error{ErrorCode::InvalidArgument, "find_depth: " + text};
     };
@@ -51,6 +54,14 @@ Result<DepthFound> find_depth(const SpringNetwork& network, const SpringSettings
         last = std::move(shape);
     }
     return found;
+}
+
+}  // namespace
+
+Result<DepthFound> find_depth(const SpringNetwork& network, const SpringSettings& settings,
+                              std::span<const std::int32_t> nodes, std::span<const Vec3d> forces,
+                              const DepthSearch& search, const TaskArena& arena) noexcept {
+    return attempt([&] { return search_depth(network, settings, nodes, forces, search, arena); });
 }
 
 }  // namespace pliant

@@ -18,6 +18,8 @@ struct LocalGlobal::Impl {
     std::vector<std::uint8_t> moves;  ///< that it was factored for
     std::vector<std::int32_t> row_of, node_of;
     Eigen::MatrixX3d right, constant, solution;
+
+    Status factor(const SpringNetwork& network, const SpringState& state, double time_step);
 };
 
 LocalGlobal::LocalGlobal() : m_impl(std::make_unique<Impl>()) {}
@@ -37,11 +39,23 @@ Status LocalGlobal::prepare(const SpringNetwork& network, const SpringState& sta
     bool is_same = m.moves.size() == count;
     for (std::size_t n = 0; is_same && n < count; ++n) is_same = m.moves[n] == moves(n);
     if (is_same) return Ok{};
+    try {
+        return m.factor(network, state, time_step);
+    } catch (...) {
+        m.moves.clear();
+        throw;
+    }
+}
+
+Status LocalGlobal::Impl::factor(const SpringNetwork& network, const SpringState& state,
+                                 double time_step) {
+    Impl& m = *this;
+    const auto count = std::size_t(network.node_count());
     m.moves.resize(count);
     m.row_of.assign(count, -1);
     m.node_of.clear();
     for (std::size_t n = 0; n < count; ++n) {
-        m.moves[n] = moves(n);
+        m.moves[n] = state.moves(network, std::int32_t(n));
         if (!m.moves[n]) continue;
         m.row_of[n] = std::int32_t(m.node_of.size());
         m.node_of.push_back(std::int32_t(n));
@@ -68,6 +82,8 @@ Status LocalGlobal::prepare(const SpringNetwork& network, const SpringState& sta
         matrix.setFromTriplets(entries.begin(), entries.end());
         m.factors.compute(matrix);
         is_factored = m.factors.info() == Eigen::Success;
+    } catch (const std::bad_alloc&) {
+        throw;
     } catch (const std::exception& error) {
         why = error.what();
     }

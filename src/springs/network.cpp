@@ -10,6 +10,8 @@
 #include "springs/cell_volume.h"
 #include "springs/pieces.h"
 
+#include "core/errors.h"
+
 namespace pliant {
 namespace {
 
@@ -93,26 +95,28 @@ Status check_cells(const SpringParts& parts) {
 
 }  // namespace
 
-Result<SpringNetwork> SpringNetwork::create(SpringParts parts) {
-    if (const Status status = check_nodes(parts.nodes); !status.ok()) return status.error();
-    if (const Status status = check_links(parts.links, parts.nodes.size()); !status.ok())
-        return status.error();
-    if (const Status status = check_cells(parts); !status.ok()) return status.error();
-    for (SpringLink& link : parts.links)
-        if (link.rest_length < 0)
-            link.rest_length =
-                norm(parts.nodes[std::size_t(link.a)].rest - parts.nodes[std::size_t(link.b)].rest);
-    SpringNetwork network;
-    network.m_parts = std::move(parts);
-    network.index();
-    const Pieces pieces = pieces_of(network);
-    if (pieces.count > 1)
-        for (std::size_t n = 0; n < pieces.piece_of.size(); ++n)
-            if (pieces.piece_of[n] != 0)
-                return bad_network("node", n,
-                                   "expected a chain of links to node 0; the network is in " +
-                                       std::to_string(pieces.count) + " pieces");
-    return network;
+Result<SpringNetwork> SpringNetwork::create(SpringParts parts) noexcept {
+    return attempt([&]() -> Result<SpringNetwork> {
+        if (const Status status = check_nodes(parts.nodes); !status.ok()) return status.error();
+        if (const Status status = check_links(parts.links, parts.nodes.size()); !status.ok())
+            return status.error();
+        if (const Status status = check_cells(parts); !status.ok()) return status.error();
+        for (SpringLink& link : parts.links)
+            if (link.rest_length < 0)
+                link.rest_length = norm(parts.nodes[std::size_t(link.a)].rest -
+                                        parts.nodes[std::size_t(link.b)].rest);
+        SpringNetwork network;
+        network.m_parts = std::move(parts);
+        network.index();
+        const Pieces pieces = pieces_of(network);
+        if (pieces.count > 1)
+            for (std::size_t n = 0; n < pieces.piece_of.size(); ++n)
+                if (pieces.piece_of[n] != 0)
+                    return bad_network("node", n,
+                                       "expected a chain of links to node 0; the network is in " +
+                                           std::to_string(pieces.count) + " pieces");
+        return network;
+    });
 }
 
 void SpringNetwork::index() {

@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <string>
 
+#include "core/errors.h"
 #include "springs/pieces.h"
 
 namespace pliant {
@@ -29,12 +30,10 @@ bool has_corner(const SpringCell& cell, std::int32_t node) {
     return std::find(cell.nodes.begin(), end, node) != end;
 }
 
-}  // namespace
-
-Pieces pieces_of(const SpringNetwork& network) {
-    Pieces pieces;
+/// @param waiting  scratch. Allocates nothing where both vectors have capacity for all nodes
+void find_pieces(const SpringNetwork& network, Pieces& pieces, std::vector<std::int32_t>& waiting) {
+    pieces.count = 0;
     pieces.piece_of.assign(std::size_t(network.node_count()), -1);
-    std::vector<std::int32_t> waiting;
     for (std::int32_t start = 0; start < network.node_count(); ++start) {
         if (pieces.piece_of[std::size_t(start)] >= 0) continue;
         pieces.piece_of[std::size_t(start)] = pieces.count;
@@ -50,8 +49,28 @@ Pieces pieces_of(const SpringNetwork& network) {
         }
         ++pieces.count;
     }
+}
+
+}  // namespace
+
+Pieces pieces_of(const SpringNetwork& network) {
+    Pieces pieces;
+    std::vector<std::int32_t> waiting;
+    find_pieces(network, pieces, waiting);
     return pieces;
 }
+
+/// Memory to count pieces in.
+struct SpringNetwork::PieceMemory {
+    explicit PieceMemory(std::int32_t nodes) {
+        pieces.piece_of.reserve(std::size_t(nodes));
+        waiting.reserve(std::size_t(nodes));
+        held.reserve(std::size_t(nodes));
+    }
+    Pieces pieces;
+    std::vector<std::int32_t> waiting;
+    std::vector<std::uint8_t> held;
+};
 
 void SpringNetwork::drop_cut_neighbours(std::int32_t node) {
     const auto n = std::size_t(node);
@@ -78,10 +97,12 @@ void SpringNetwork::cut_link(std::size_t l, SpringCut& cut) {
         if (has_corner(m_parts.cells[std::size_t(c)], link.b)) cut_cell(std::size_t(c), cut);
 }
 
-void SpringNetwork::count_pieces(SpringCut& cut) const {
-    const Pieces pieces = pieces_of(*this);
+void SpringNetwork::count_pieces(SpringCut& cut, PieceMemory& memory) const {
+    Pieces& pieces = memory.pieces;
+    find_pieces(*this, pieces, memory.waiting);
     cut.pieces = pieces.count;
-    std::vector<std::uint8_t> held(std::size_t(pieces.count), 0);
+    std::vector<std::uint8_t>& held = memory.held;
+    held.assign(std::size_t(pieces.count), 0);
     for (std::size_t n = 0; n < pieces.piece_of.size(); ++n)
         if (m_parts.nodes[n].fixed) held[std::size_t(pieces.piece_of[n])] = 1;
     cut.loose_nodes =
@@ -89,20 +110,32 @@ void SpringNetwork::count_pieces(SpringCut& cut) const {
                                    [&](std::int32_t piece) { return !held[std::size_t(piece)]; }));
 }
 
-Result<SpringCut> SpringNetwork::cut_links(std::span<const std::int32_t> links) {
-    const Status status =
-        check_indices("a link", links, std::span<const SpringLink>(m_parts.links));
-    if (!status.ok()) return status.error();
-    SpringCut cut;
-    for (const std::int32_t l : links) cut_link(std::size_t(l), cut);
-    count_pieces(cut);
-    return cut;
+Result<SpringCut> SpringNetwork::cut_links(std::span<const std::int32_t> links) noexcept {
+    return attempt([&]() -> Result<SpringCut> {
+        const Status status =
+            check_indices("a link", links, std::span<const SpringLink>(m_parts.links));
+        if (!status.ok()) return status.error();
+        PieceMemory memory(node_count());
+        SpringCut cut;
+        for (const std::int32_t l : links) cut_link(std::size_t(l), cut);
+        count_pieces(cut, memory);
+        return cut;
+    });
 }
 
-Result<SpringCut> SpringNetwork::cut_cells(std::span<const std::int32_t> cells) {
-    const Status status =
-        check_indices("a cell", cells, std::span<const SpringCell>(m_parts.cells));
-    if (!status.ok()) return status.error();
+Result<SpringCut> SpringNetwork::cut_cells(std::span<const std::int32_t> cells) noexcept {
+    return attempt([&]() -> Result<SpringCut> {
+        const Status status =
+            check_indices("a cell", cells, std::span<const SpringCell>(m_parts.cells));
+        if (!status.ok()) return status.error();
+        PieceMemory memory(node_count());
+        SpringCut cut = cut_out(cells);
+        count_pieces(cut, memory);
+        return cut;
+    });
+}
+
+SpringCut SpringNetwork::cut_out(std::span<const std::int32_t> cells) {
     SpringCut cut;
     for (const std::int32_t c : cells) cut_cell(std::size_t(c), cut);
     const auto is_in_a_cell = [&](const SpringLink& link) {
@@ -124,7 +157,6 @@ Result<SpringCut> SpringNetwork::cut_cells(std::span<const std::int32_t> cells) 
             }
         }
     }
-    count_pieces(cut);
     return cut;
 }
 

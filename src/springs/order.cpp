@@ -5,6 +5,8 @@
 
 #include <string>
 
+#include "core/errors.h"
+
 namespace pliant {
 
 Status check_sources(const SpringNetwork& network, std::span<const std::int32_t> sources,
@@ -59,13 +61,15 @@ void OrderSearch::run(const SpringNetwork& network, std::span<const std::int32_t
 
 Result<TransmittalOrder> transmittal_order(const SpringNetwork& network,
                                            std::span<const std::int32_t> sources,
-                                           std::int32_t depth) {
-    if (const Status status = check_sources(network, sources, "sources"); !status.ok())
-        return status.error();
-    if (const Status status = check_depth(depth); !status.ok()) return status.error();
-    TransmittalOrder order;
-    OrderSearch().run(network, sources, depth, order);
-    return order;
+                                           std::int32_t depth) noexcept {
+    return attempt([&]() -> Result<TransmittalOrder> {
+        if (const Status status = check_sources(network, sources, "sources"); !status.ok())
+            return status.error();
+        if (const Status status = check_depth(depth); !status.ok()) return status.error();
+        TransmittalOrder order;
+        OrderSearch().run(network, sources, depth, order);
+        return order;
+    });
 }
 
 }  // namespace pliant

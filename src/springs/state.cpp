@@ -21,6 +21,12 @@ void set_to_rest(const SpringNetwork& network, SpringState& state) {
     state.is_touched.resize(count);
 }
 
+void renew_touched(SpringState& state) noexcept {
+    std::fill(state.is_touched.begin(), state.is_touched.end(), std::uint8_t(0));
+    for (const std::int32_t n : state.loaded) state.is_touched[std::size_t(n)] = 1;
+    for (const std::int32_t n : state.held) state.is_touched[std::size_t(n)] = 1;
+}
+
 Vec3d inner_force(const SpringNetwork& network, const SpringState& state, std::int32_t node,
                   double time_step, bool with_damping) {
     const Vec3d here = state.place(node);

@@ -42,6 +42,9 @@ struct SpringState {
 /// All nodes at their rest places.
 void set_to_rest(const SpringNetwork& network, SpringState& state);
 
+/// After the loaded or the held nodes have changed.
+void renew_touched(SpringState& state) noexcept;
+
 /// −f of the links and the volume energy of one node. @param with_damping  of links
 Vec3d inner_force(const SpringNetwork& network, const SpringState& state, std::int32_t node,
                   double time_step, bool with_damping);

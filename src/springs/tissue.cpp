@@ -7,6 +7,7 @@
 #include <charconv>
 #include <cmath>
 #include <string>
+#include <utility>
 
 #include "core/errors.h"
 #include "core/hash.h"
@@ -58,23 +59,20 @@ Result<double> choose_time_step(const SpringNetwork& network, const SpringSettin
     return s.time_step;
 }
 
+/// Allocates nothing where they can be taken. @param marks  [node]; all 0 between calls
 Status check_nodes(const SpringNetwork& network, std::span<const std::int32_t> nodes,
-                   const char* what) {
+                   const char* what, std::vector<std::uint8_t>& marks) {
     if (const Status status = check_sources(network, nodes, what); !status.ok())
         return status.error();
-    std::vector<std::int32_t> sorted(nodes.begin(), nodes.end());
-    std::sort(sorted.begin(), sorted.end());
-    const auto twice = std::adjacent_find(sorted.begin(), sorted.end());
-    if (twice != sorted.end())
+    std::int32_t twice = -1;  // the lowest
+    for (const std::int32_t n : nodes)
+        if (std::exchange(marks[std::size_t(n)], std::uint8_t(1)) && (twice < 0 || n < twice))
+            twice = n;
+    for (const std::int32_t n : nodes) marks[std::size_t(n)] = 0;
+    if (twice >= 0)
         return invalid(std::string(what) + ": expected each node once, found node " +
-                       std::to_string(*twice) + " again");
+                       std::to_string(twice) + " again");
     return Ok{};
-}
-
-void renew_touched(SpringState& state) {
-    std::fill(state.is_touched.begin(), state.is_touched.end(), std::uint8_t(0));
-    for (const std::int32_t n : state.loaded) state.is_touched[std::size_t(n)] = 1;
-    for (const std::int32_t n : state.held) state.is_touched[std::size_t(n)] = 1;
 }
 
 }  // namespace
@@ -84,13 +82,21 @@ SpringTissue::~SpringTissue() = default;
 SpringTissue::SpringTissue(SpringTissue&&) noexcept = default;
 SpringTissue& SpringTissue::operator=(SpringTissue&&) noexcept = default;
 
-Result<SpringTissue> SpringTissue::create(SpringNetwork network, const SpringSettings& settings) {
-    if (const Status status = check(network, settings); !status.ok()) return status.error();
-    const auto time_step = choose_time_step(network, settings);
-    if (!time_step.ok()) return time_step.error();
-    auto impl = std::make_unique<Impl>(std::move(network), settings, *time_step);
-    set_to_rest(impl->network, impl->state);
-    return SpringTissue(std::move(impl));
+Result<SpringTissue> SpringTissue::create(SpringNetwork network,
+                                          const SpringSettings& settings) noexcept {
+    return attempt([&]() -> Result<SpringTissue> {
+        if (const Status status = check(network, settings); !status.ok()) return status.error();
+        const auto time_step = choose_time_step(network, settings);
+        if (!time_step.ok()) return time_step.error();
+        auto impl = std::make_unique<Impl>(std::move(network), settings, *time_step);
+        set_to_rest(impl->network, impl->state);
+        // So that loads and held nodes can always be replaced.
+        const auto count = std::size_t(impl->network.node_count());
+        impl->state.loaded.reserve(count);
+        impl->state.held.reserve(count);
+        impl->marks.assign(count, 0);
+        return SpringTissue(std::move(impl));
+    });
 }
 
 const SpringNetwork& SpringTissue::network() const {
@@ -100,17 +106,22 @@ double SpringTissue::time_step() const {
     return m_impl->time_step;
 }
 
-Status SpringTissue::load(std::span<const std::int32_t> nodes, std::span<const Vec3d> forces) {
+Status SpringTissue::load(std::span<const std::int32_t> nodes,
+                          std::span<const Vec3d> forces) noexcept {
+    return attempt([&] { return m_impl->load(nodes, forces); });
+}
+
+Status SpringTissue::Impl::load(std::span<const std::int32_t> nodes,
+                                std::span<const Vec3d> forces) {
     if (nodes.size() != forces.size())
         return invalid("load: expected a force for each of " + std::to_string(nodes.size()) +
                        " nodes, found " + std::to_string(forces.size()));
-    if (const Status status = check_nodes(m_impl->network, nodes, "load"); !status.ok())
+    if (const Status status = check_nodes(network, nodes, "load", marks); !status.ok())
         return status.error();
     for (std::size_t n = 0; n < forces.size(); ++n)
         if (!is_finite(forces[n]))
             return invalid("load: expected three numbers as the force on node " +
                            std::to_string(nodes[n]));
-    SpringState& state = m_impl->state;
     for (const std::int32_t n : state.loaded)
         for (int c = 0; c < 3; ++c) state.load[c][std::size_t(n)] = 0;
     state.loaded.assign(nodes.begin(), nodes.end());
@@ -120,10 +131,14 @@ Status SpringTissue::load(std::span<const std::int32_t> nodes, std::span<const V
     return Ok{};
 }
 
-Status SpringTissue::hold(std::span<const std::int32_t> nodes) {
-    if (const Status status = check_nodes(m_impl->network, nodes, "hold"); !status.ok())
+Status SpringTissue::hold(std::span<const std::int32_t> nodes) noexcept {
+    return attempt([&] { return m_impl->hold(nodes); });
+}
+
+Status SpringTissue::Impl::hold(std::span<const std::int32_t> nodes) {
+    if (const Status status = check_nodes(network, nodes, "hold", marks); !status.ok())
         return status.error();
-    SpringState& state = m_impl->current();
+    current();
     for (const std::int32_t n : state.held) state.is_held[std::size_t(n)] = 0;
     state.held.assign(nodes.begin(), nodes.end());
     for (const std::int32_t n : state.held) {
@@ -134,14 +149,18 @@ Status SpringTissue::hold(std::span<const std::int32_t> nodes) {
     return Ok{};
 }
 
-Status SpringTissue::move_held(std::span<const Vec3d> positions) {
+Status SpringTissue::move_held(std::span<const Vec3d> positions) noexcept {
     SpringState& state = m_impl->current();
-    if (positions.size() != state.held.size())
-        return invalid("move_held: expected a place for each of " +
-                       std::to_string(state.held.size()) + " held nodes, found " +
-                       std::to_string(positions.size()));
-    for (const Vec3d place : positions)
-        if (!is_finite(place)) return invalid("move_held: expected places of three numbers");
+    Status status = attempt([&]() -> Status {
+        if (positions.size() != state.held.size())
+            return invalid("move_held: expected a place for each of " +
+                           std::to_string(state.held.size()) + " held nodes, found " +
+                           std::to_string(positions.size()));
+        for (const Vec3d place : positions)
+            if (!is_finite(place)) return invalid("move_held: expected places of three numbers");
+        return Ok{};
+    });
+    if (!status.ok()) return status;
     for (std::size_t n = 0; n < positions.size(); ++n) {
         state.put(state.held[n], positions[n]);
         state.put_before(state.held[n], positions[n]);
@@ -149,8 +168,9 @@ Status SpringTissue::move_held(std::span<const Vec3d> positions) {
     return Ok{};
 }
 
-Status SpringTissue::shift_held(Vec3d shift) {
-    if (!is_finite(shift)) return invalid("shift_held: expected three numbers");
+Status SpringTissue::shift_held(Vec3d shift) noexcept {
+    if (!is_finite(shift))
+        return attempt([]() -> Status { return invalid("shift_held: expected three numbers"); });
     SpringState& state = m_impl->current();
     for (const std::int32_t n : state.held) {
         state.put(n, state.place(n) + shift);
@@ -159,8 +179,8 @@ Status SpringTissue::shift_held(Vec3d shift) {
     return Ok{};
 }
 
-Status SpringTissue::set_depth(std::int32_t depth) {
-    if (const Status status = check_depth(depth); !status.ok()) return status.error();
+Status SpringTissue::set_depth(std::int32_t depth) noexcept {
+    if (Status status = attempt([&] { return check_depth(depth); }); !status.ok()) return status;
     m_impl->settings.depth = depth;
     return Ok{};
 }
@@ -183,37 +203,40 @@ std::vector<Vec3d> SpringTissue::displacements() const {
     return all;
 }
 
-Status SpringTissue::set_state(std::int32_t node, Vec3d position, Vec3d velocity) {
-    const std::int32_t nodes[] = {node};
-    if (const Status status = check_sources(m_impl->network, nodes, "set_state"); !status.ok())
-        return status.error();
-    if (!is_finite(position) || !is_finite(velocity))
-        return invalid("set_state: expected three numbers each");
+Status SpringTissue::set_state(std::int32_t node, Vec3d position, Vec3d velocity) noexcept {
+    Status status = attempt([&]() -> Status {
+        const std::int32_t nodes[] = {node};
+        if (Status s = check_sources(m_impl->network, nodes, "set_state"); !s.ok()) return s;
+        if (!is_finite(position) || !is_finite(velocity))
+            return invalid("set_state: expected three numbers each");
+        return Ok{};
+    });
+    if (!status.ok()) return status;
     SpringState& state = m_impl->edited();
     state.put(node, position);
     state.put_before(node, position - m_impl->time_step * velocity);
     return Ok{};
 }
 
-Result<SpringCut> SpringTissue::cut_links(std::span<const std::int32_t> links) {
+Result<SpringCut> SpringTissue::cut_links(std::span<const std::int32_t> links) noexcept {
     auto cut = m_impl->network.cut_links(links);
     if (cut.ok()) m_impl->forget_network();
     return cut;
 }
-Result<SpringCut> SpringTissue::cut_cells(std::span<const std::int32_t> cells) {
+Result<SpringCut> SpringTissue::cut_cells(std::span<const std::int32_t> cells) noexcept {
     auto cut = m_impl->network.cut_cells(cells);
     if (cut.ok()) m_impl->forget_network();
     return cut;
 }
 
-std::uint64_t SpringTissue::hash() const {
+std::uint64_t SpringTissue::hash() const noexcept {
     const SpringState& state = m_impl->current();
     Hash64 hash;
     for (const auto& axis : state.x) hash.add(std::span<const double>(axis));
     return hash.value();
 }
 
-void SpringTissue::reset() {
+void SpringTissue::reset() noexcept {
     SpringState& state = m_impl->edited();
     set_to_rest(m_impl->network, state);
 }

@@ -26,17 +26,23 @@ struct SpringTissue::Impl {
                settings.solver == SpringSolver::Explicit;
     }
     /// The state, up to date.
-    SpringState& current() {
+    SpringState& current() noexcept {
         if (state_is_behind) transmittal.give_back(state);
         state_is_behind = false;
         return state;
     }
     /// The same, where nodes may be put elsewhere.
-    SpringState& edited() {
+    SpringState& edited() noexcept {
         transmittal.leave(state);
         state_is_behind = false;
         return state;
     }
+    Status load(std::span<const std::int32_t> nodes, std::span<const Vec3d> forces);
+    Status hold(std::span<const std::int32_t> nodes);
+    Status find_equilibrium(double tolerance);
+    Result<SpringReaction> reaction(std::span<const std::int32_t> nodes, ReactionLaw law);
+    double elastic_energy();
+    Error unstable();
     Result<SpringStep> step_explicit(std::int32_t count, const TaskArena& arena);
     Result<SpringStep> step_implicit(std::int32_t count);
     Result<SpringStep> step_local_global(std::int32_t count);
@@ -45,7 +51,7 @@ struct SpringTissue::Impl {
                                 Mat3d& stiffness);
     /// The nodes that steps move.
     void find_movable();
-    void forget_network();
+    void forget_network() noexcept;
 
     SpringNetwork network;
     SpringSettings settings;
@@ -57,7 +63,9 @@ struct SpringTissue::Impl {
     Tangent tangent;
     LocalGlobal local_global;
     std::vector<std::uint8_t> movable;
+    std::vector<std::uint8_t> marks;     ///< [node]; all 0 between calls
     std::vector<Vec3d> right, velocity;  ///< of the implicit solver
+    std::vector<double> saved[6];        ///< of LocalGlobal: the state before a call
 };
 
 }  // namespace pliant

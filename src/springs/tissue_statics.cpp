@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/errors.h"
 #include "springs/cell_volume.h"
 #include "springs/stability.h"
 #include "springs/tissue_impl.h"
@@ -57,8 +58,11 @@ Mat3d held_stiffness(const SpringNetwork& network, const SpringState& state,
 }  // namespace
 
 double SpringTissue::elastic_energy() const {
-    const SpringNetwork& network = m_impl->network;
-    const SpringState& state = m_impl->current();
+    return m_impl->elastic_energy();
+}
+
+double SpringTissue::Impl::elastic_energy() {
+    current();
     const auto place = [&](std::int32_t n) { return state.place(n); };
     const auto rest = [&](std::int32_t n) { return network.nodes()[std::size_t(n)].rest; };
     double energy = 0;
@@ -111,14 +115,17 @@ std::int64_t SpringTissue::folded_cells() const {
     return folded;
 }
 
-Status SpringTissue::find_equilibrium(double tolerance) {
+Status SpringTissue::find_equilibrium(double tolerance) noexcept {
+    return attempt([&] { return m_impl->find_equilibrium(tolerance); });
+}
+
+/// All memory is there before the first node moves: later turns need no more than the first.
+Status SpringTissue::Impl::find_equilibrium(double tolerance) {
     if (!(tolerance > 0 && tolerance < 1))
         return Error{ErrorCode::InvalidArgument,
                      "find_equilibrium: expected a tolerance between 0 and 1"};
-    m_impl->edited();
-    m_impl->find_movable();
-    SpringState& state = m_impl->state;
-    const SpringNetwork& network = m_impl->network;
+    current();
+    find_movable();
     const auto count = std::size_t(network.node_count());
     std::vector<Vec3d> force(count), move(count), start(count);
     // What rounding leaves of forces that cancel.
@@ -136,7 +143,7 @@ Status SpringTissue::find_equilibrium(double tolerance) {
         for (const std::int32_t n : state.loaded) work += dot(state.load_of(n), state.place(n));
         return elastic_energy() - work;
     };
-    double radius = m_impl->farthest;  // that a node is believed to go in a step
+    double radius = farthest;  // that a node is believed to go in a step
     for (int turn = 0; turn < kNewtonSteps; ++turn) {
         double left = 0, scale = 0;
         for (std::size_t n = 0; n < count; ++n) {
@@ -144,27 +151,29 @@ Status SpringTissue::find_equilibrium(double tolerance) {
             const Vec3d load = state.load_of(node);
             const Vec3d inner = inner_force(network, state, node, 1, false);
             scale = std::max({scale, norm(load), state.is_held[n] ? norm(inner) : 0.0});
-            force[n] = m_impl->movable[n] ? load + inner : Vec3d{0, 0, 0};
+            force[n] = movable[n] ? load + inner : Vec3d{0, 0, 0};
             left = std::max(left, norm(force[n]));
         }
         if (left <= std::max(tolerance * scale, rounding)) {
+            edited();
             for (int c = 0; c < 3; ++c) state.before[c] = state.x[c];
             return Ok{};
         }
-        m_impl->tangent.renew(network, state, m_impl->movable, TangentKind::Exact, 0, 0, 0);
+        tangent.renew(network, state, movable, TangentKind::Exact, 0, 0, 0);
         // Far away a rough direction does; near by the error falls with its square.
         const double accuracy = std::clamp(left / scale, 1e-12, 1e-2);
         for (std::size_t n = 0; n < count; ++n) start[n] = state.place(std::int32_t(n));
         const double before = potential();
         for (int halving = 0; halving < kHalvings; ++halving, radius /= 4) {
-            const double expected = m_impl->tangent.descend(
-                network, force, {accuracy * 1e-2, kSolveIterations}, radius, move);
+            const double expected =
+                tangent.descend(network, force, {accuracy * 1e-2, kSolveIterations}, radius, move);
+            edited();
             for (std::size_t n = 0; n < count; ++n)
-                if (m_impl->movable[n]) state.put(std::int32_t(n), start[n] + move[n]);
+                if (movable[n]) state.put(std::int32_t(n), start[n] + move[n]);
             // Rounding hides the last steps' gain.
             const double gained = before - potential();
             if (gained < 1e-4 * expected - 1e-13 * std::abs(before)) continue;
-            if (gained > 0.7 * expected) radius = std::min(2 * radius, m_impl->farthest);
+            if (gained > 0.7 * expected) radius = std::min(2 * radius, farthest);
             break;
         }
     }
@@ -196,30 +205,33 @@ bool SpringTissue::Impl::find_relaxed_stiffness(std::span<const std::int32_t> no
 }
 
 Result<SpringReaction> SpringTissue::reaction(std::span<const std::int32_t> nodes,
-                                              ReactionLaw law) {
+                                              ReactionLaw law) noexcept {
+    return attempt([&] { return m_impl->reaction(nodes, law); });
+}
+
+Result<SpringReaction> SpringTissue::Impl::reaction(std::span<const std::int32_t> nodes,
+                                                    ReactionLaw law) {
     for (const std::int32_t n : nodes)
-        if (n < 0 || n >= m_impl->network.node_count())
-            return Error{ErrorCode::InvalidArgument,
-                         "reaction: expected nodes below " +
-                             std::to_string(m_impl->network.node_count()) + ", found " +
-                             std::to_string(n)};
-    const SpringNetwork& network = m_impl->network;
-    const SpringState& state = m_impl->current();
+        if (n < 0 || n >= network.node_count())
+            return Error{ErrorCode::InvalidArgument, "reaction: expected nodes below " +
+                                                         std::to_string(network.node_count()) +
+                                                         ", found " + std::to_string(n)};
+    current();
     SpringReaction reaction;
     for (const std::int32_t n : nodes)
-        reaction.force = reaction.force + inner_force(network, state, n, m_impl->time_step, false);
+        reaction.force = reaction.force + inner_force(network, state, n, time_step, false);
     if (law == ReactionLaw::Held) {
-        m_impl->movable.assign(std::size_t(network.node_count()), 0);
-        for (const std::int32_t n : nodes) m_impl->movable[std::size_t(n)] = 1;
-        reaction.stiffness = held_stiffness(network, state, nodes, m_impl->movable);
+        movable.assign(std::size_t(network.node_count()), 0);
+        for (const std::int32_t n : nodes) movable[std::size_t(n)] = 1;
+        reaction.stiffness = held_stiffness(network, state, nodes, movable);
         return reaction;
     }
-    m_impl->find_movable();
-    for (const std::int32_t n : nodes) m_impl->movable[std::size_t(n)] = 0;
+    find_movable();
+    for (const std::int32_t n : nodes) movable[std::size_t(n)] = 0;
     // Where the shape is about to give way, as it may be far from an equilibrium, no shape is near
     // that the others could follow to: then to that of a stiffer one, which always is.
-    if (!m_impl->find_relaxed_stiffness(nodes, TangentKind::Exact, reaction.stiffness))
-        m_impl->find_relaxed_stiffness(nodes, TangentKind::Positive, reaction.stiffness);
+    if (!find_relaxed_stiffness(nodes, TangentKind::Exact, reaction.stiffness))
+        find_relaxed_stiffness(nodes, TangentKind::Positive, reaction.stiffness);
     return reaction;
 }
 

@@ -7,14 +7,14 @@
 #include <charconv>
 #include <string>
 
+#include "core/errors.h"
 #include "core/short_text.h"
 #include "springs/stability.h"
 #include "springs/tissue_impl.h"
 
 namespace pliant {
-namespace {}  // namespace
 
-void SpringTissue::Impl::forget_network() {
+void SpringTissue::Impl::forget_network() noexcept {
     transmittal.forget(state);
     state_is_behind = false;
     local_global.forget();
@@ -29,20 +29,28 @@ Result<SpringStep> SpringTissue::Impl::step_explicit(std::int32_t count, const T
         if (transmittal.step(arena, farthest)) continue;
         transmittal.take_back();
         current();
-        std::vector<Vec3d> places(std::size_t(network.node_count()));
-        for (std::size_t n = 0; n < places.size(); ++n) places[n] = state.place(std::int32_t(n));
-        const double longest = pliant::stable_time_step(network, places);
-        if (longest < time_step)
-            return Error{ErrorCode::InvalidArgument,
-                         "time_step: expected at most " + short_text(longest) +
-                             ", the longest that is stable for the present shape, found " +
-                             short_text(time_step)};
-        return Error{ErrorCode::InvalidArgument,
-                     "step: a node moved by more than the longest link, " + short_text(farthest) +
-                         "; expected smaller loads, shifts or time steps than " +
-                         short_text(time_step)};
+        try {
+            return unstable();
+        } catch (const std::bad_alloc&) {  // the steps before are done
+            return Error{ErrorCode::InvalidArgument, "step: unstable"};
+        }
     }
     return report;
+}
+
+/// Why a step was taken back.
+Error SpringTissue::Impl::unstable() {
+    std::vector<Vec3d> places(std::size_t(network.node_count()));
+    for (std::size_t n = 0; n < places.size(); ++n) places[n] = state.place(std::int32_t(n));
+    const double longest = pliant::stable_time_step(network, places);
+    if (longest < time_step)
+        return {ErrorCode::InvalidArgument,
+                "time_step: expected at most " + short_text(longest) +
+                    ", the longest that is stable for the present shape, found " +
+                    short_text(time_step)};
+    return {ErrorCode::InvalidArgument,
+            "step: a node moved by more than the longest link, " + short_text(farthest) +
+                "; expected smaller loads, shifts or time steps than " + short_text(time_step)};
 }
 
 void SpringTissue::Impl::find_movable() {
@@ -97,21 +105,36 @@ Result<SpringStep> SpringTissue::Impl::step_local_global(std::int32_t count) {
         return status.error();
     find_movable();
     SpringStep report{.active_nodes = std::int32_t(std::count(movable.begin(), movable.end(), 1))};
-    for (; report.steps < count; ++report.steps) {
-        local_global.step(network, state, time_step, settings.local_global_iterations);
-        report.iterations += settings.local_global_iterations;
+    // Eigen gets memory in each step.
+    for (int c = 0; c < 3; ++c) {
+        saved[c] = state.x[c];
+        saved[c + 3] = state.before[c];
+    }
+    try {
+        for (; report.steps < count; ++report.steps) {
+            local_global.step(network, state, time_step, settings.local_global_iterations);
+            report.iterations += settings.local_global_iterations;
+        }
+    } catch (...) {
+        for (int c = 0; c < 3; ++c) {
+            state.x[c].swap(saved[c]);
+            state.before[c].swap(saved[c + 3]);
+        }
+        throw;
     }
     return report;
 }
 
-Result<SpringStep> SpringTissue::step(std::int32_t count, const TaskArena& arena) {
-    if (count < 0)
-        return Error{ErrorCode::InvalidArgument,
-                     "step: expected 0 steps or more, found " + std::to_string(count)};
-    if (m_impl->is_explicit()) return m_impl->step_explicit(count, arena);
-    return m_impl->settings.solver == SpringSolver::ImplicitEuler
-               ? m_impl->step_implicit(count)
-               : m_impl->step_local_global(count);
+Result<SpringStep> SpringTissue::step(std::int32_t count, const TaskArena& arena) noexcept {
+    return attempt([&]() -> Result<SpringStep> {
+        if (count < 0)
+            return Error{ErrorCode::InvalidArgument,
+                         "step: expected 0 steps or more, found " + std::to_string(count)};
+        if (m_impl->is_explicit()) return m_impl->step_explicit(count, arena);
+        return m_impl->settings.solver == SpringSolver::ImplicitEuler
+                   ? m_impl->step_implicit(count)
+                   : m_impl->step_local_global(count);
+    });
 }
 
 }  // namespace pliant

@@ -23,9 +23,10 @@ Transmittal::Kept& Transmittal::find_plan(const SpringNetwork& network, std::int
                                           bool everything) {
     for (const auto& kept : m_kept)
         if (kept->depth == depth && kept->sources == m_sources) return *kept;
-    if (m_kept.size() < kKeptPlans) m_kept.push_back(std::make_unique<Kept>());
-    Kept& kept = *m_kept[m_kept.size() < kKeptPlans ? m_kept.size() - 1 : m_oldest];
-    if (m_kept.size() == kKeptPlans) m_oldest = (m_oldest + 1) % kKeptPlans;
+    // The plan that goes on is among those kept, and must stay what it is until this one is made.
+    m_kept.reserve(kKeptPlans);
+    if (!m_spare) m_spare = std::make_unique<Kept>();
+    Kept& kept = *m_spare;
     kept.sources = m_sources;
     kept.depth = depth;
     if (everything) {
@@ -38,7 +39,28 @@ Transmittal::Kept& Transmittal::find_plan(const SpringNetwork& network, std::int
     }
     m_planner.plan(network, m_order, everything ? SeenPositions::Old : m_settings.seen, m_time_step,
                    kept.plan);
+    if (m_kept.size() < kKeptPlans) {
+        m_kept.push_back(std::move(m_spare));
+        return kept;
+    }
+    m_spare.swap(m_kept[m_oldest]);
+    m_oldest = (m_oldest + 1) % kKeptPlans;
     return kept;
+}
+
+/// Gets memory for all that a touch will write.
+void Transmittal::reserve(const SpringState& state, const SweepPlan& plan) {
+    const std::size_t count = plan.local_count();
+    for (Three* three : {&m_x, &m_before, &m_two_before, &m_load, &m_force})
+        for (AlignedArray& array : *three) array.reserve(count);
+    m_keep.reserve(count);
+    m_push.reserve(count);
+    m_corner_force.reserve(8 * plan.cells.size());
+    m_loaded.reserve(state.loaded.size());
+    m_held.reserve(state.held.size());
+    m_contact.reserve(state.loaded.size() + state.held.size());
+    m_left.reserve(std::size_t(plan.active_end));
+    m_reached.resize(state.x[0].size(), 0);
 }
 
 void Transmittal::touch(const SpringNetwork& network, SpringState& state, std::int32_t depth,
@@ -47,15 +69,24 @@ void Transmittal::touch(const SpringNetwork& network, SpringState& state, std::i
         renew_contact(network, state);
         return;
     }
+    m_sources.clear();
+    if (!everything) {
+        m_sources.assign(state.loaded.begin(), state.loaded.end());
+        m_sources.insert(m_sources.end(), state.held.begin(), state.held.end());
+    }
+    Kept* next = nullptr;
+    try {
+        next = &find_plan(network, depth, everything);
+        reserve(state, next->plan);
+    } catch (...) {
+        m_search = {};  // what holds between calls doesn't hold any more
+        m_planner = {};
+        throw;
+    }
     leave(state);
     m_loaded = state.loaded;
     m_held = state.held;
-    m_sources.clear();
-    if (!everything) {
-        m_sources.assign(m_loaded.begin(), m_loaded.end());
-        m_sources.insert(m_sources.end(), m_held.begin(), m_held.end());
-    }
-    m_plan = &find_plan(network, depth, everything);
+    m_plan = next;
     enter(network, state);
     const SweepPlan& plan = m_plan->plan;
     for (std::size_t l = 0; l < plan.local_count(); ++l)
@@ -68,9 +99,8 @@ void Transmittal::touch(const SpringNetwork& network, SpringState& state, std::i
         if (plan.is_active[l]) m_reached[std::size_t(plan.nodes[l])] = 0;
 }
 
-void Transmittal::leave(SpringState& state) {
+void Transmittal::leave(SpringState& state) noexcept {
     m_left.clear();
-    m_reached.resize(state.x[0].size(), 0);
     if (!m_plan) return;
     give_back(state);
     for (std::int32_t l = kPack; l < m_plan->plan.active_end; ++l)
@@ -141,7 +171,7 @@ void Transmittal::give_back(SpringState& state) const {
     }
 }
 
-void Transmittal::forget(SpringState& state) {
+void Transmittal::forget(SpringState& state) noexcept {
     leave(state);
     m_kept.clear();
     m_oldest = 0;

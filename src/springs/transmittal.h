@@ -20,7 +20,8 @@ class Transmittal {
   public:
     Transmittal(const SpringSettings& settings, double time_step);
 
-    /// Makes ready for the state's loads and held nodes. @param everything  all nodes, no search
+    /// Makes ready for the state's loads and held nodes. Where it throws, steps go on as if it had
+    /// not been called. @param everything  all nodes, no search
     void touch(const SpringNetwork& network, SpringState& state, std::int32_t depth,
                bool everything);
     /// @returns false where a node moved farther than is believed
@@ -29,9 +30,9 @@ class Transmittal {
     void take_back();
     void give_back(SpringState& state) const;
     /// The same, and the state may be changed before the next touch().
-    void leave(SpringState& state);
+    void leave(SpringState& state) noexcept;
     /// After a cut or changes of the state: plans are made anew.
-    void forget(SpringState& state);
+    void forget(SpringState& state) noexcept;
     std::int32_t active_nodes() const { return m_plan ? m_plan->plan.active_nodes : 0; }
 
   private:
@@ -40,6 +41,7 @@ class Transmittal {
         std::int32_t depth = 0;
         SweepPlan plan;
     };
+    void reserve(const SpringState& state, const SweepPlan& plan);
     void enter(const SpringNetwork& network, const SpringState& state);
     void renew_contact(const SpringNetwork& network, const SpringState& state);
     void set_node(const SpringNetwork& network, const SpringState& state, std::size_t local);
@@ -59,6 +61,7 @@ class Transmittal {
     std::vector<std::int32_t> m_left;     ///< nodes of the last contact
     std::vector<std::uint8_t> m_reached;  ///< [node]; all 0 between calls
     std::vector<std::unique_ptr<Kept>> m_kept;
+    std::unique_ptr<Kept> m_spare;  ///< the plan that was replaced last: memory for the next one
     std::size_t m_oldest = 0;
     Kept* m_plan = nullptr;
     std::vector<std::size_t> m_contact;  ///< local numbers of the loaded and held nodes

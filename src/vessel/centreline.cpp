@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/errors.h"
 #include "mesh/box_tree.h"
 #include "vessel/wall.h"
 
@@ -66,9 +67,7 @@ std::vector<Segment> segments_of(const Centreline& centreline) {
     return segments;
 }
 
-}  // namespace
-
-Result<Centreline> centreline_of(const MeshData& mesh) {
+Result<Centreline> branches_of(const MeshData& mesh) {
     const MeshData::Field* radius = nullptr;
     for (const char* name : {"MaximumInscribedSphereRadius", "Radius", "radius"})
         if (!radius) radius = mesh.field(name);
@@ -85,6 +84,12 @@ Result<Centreline> centreline_of(const MeshData& mesh) {
     }
     if (const Status s = check(centreline); !s) return s.error();
     return centreline;
+}
+
+}  // namespace
+
+Result<Centreline> centreline_of(const MeshData& mesh) noexcept {
+    return attempt([&] { return branches_of(mesh); });
 }
 
 std::vector<VesselEnd> ends_of(const Centreline& centreline, double inwards) {
@@ -135,8 +140,10 @@ std::vector<VesselEnd> ends_of(const Centreline& centreline, double inwards) {
     return ends;
 }
 
-Result<VesselWall> wall_around_centreline(const Centreline& centreline,
-                                          const WallSettings& settings, const TaskArena& arena) {
+namespace {
+
+Result<VesselWall> wall_around_branches(const Centreline& centreline, const WallSettings& settings,
+                                        const TaskArena& arena) {
     if (const Status s = check(centreline); !s) return s.error();
     const auto segments = segments_of(centreline);
     std::vector<mesh::Bounds> boxes(segments.size());
@@ -163,6 +170,14 @@ Result<VesselWall> wall_around_centreline(const Centreline& centreline,
     lumen.end_mm = all.high;
     lumen.ends = ends_of(centreline);
     return vessel::make_wall(lumen, settings, arena);
+}
+
+}  // namespace
+
+Result<VesselWall> wall_around_centreline(const Centreline& centreline,
+                                          const WallSettings& settings,
+                                          const TaskArena& arena) noexcept {
+    return attempt([&] { return wall_around_branches(centreline, settings, arena); });
 }
 
 }  // namespace pliant

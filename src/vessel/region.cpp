@@ -12,6 +12,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "core/errors.h"
 #include "vessel/wall.h"
 
 namespace pliant {
@@ -255,10 +256,8 @@ Status check_smoothing(double voxels) {
     return vessel::wrong("smoothing_voxels is " + std::to_string(voxels) + ", expected 0 to 20");
 }
 
-}  // namespace
-
-Result<Lumen> lumen_of_region(const Volume& volume, const RegionSettings& settings,
-                              const TaskArena& arena) {
+Result<Lumen> find_region(const Volume& volume, const RegionSettings& settings,
+                          const TaskArena& arena) {
     if (const Status s = check_volume(volume); !s.ok()) return s.error();
     if (const Status s = check_smoothing(settings.smoothing_voxels); !s) return s.error();
     if (!(settings.low < settings.high))
@@ -307,8 +306,8 @@ Result<Lumen> lumen_of_region(const Volume& volume, const RegionSettings& settin
     return lumen_of(volume, mask, count, settings.smoothing_voxels, arena);
 }
 
-Result<Lumen> lumen_of_labels(const Volume& labels, std::span<const int> wanted,
-                              double smoothing_voxels, const TaskArena& arena) {
+Result<Lumen> find_labels(const Volume& labels, std::span<const int> wanted,
+                          double smoothing_voxels, const TaskArena& arena) {
     if (const Status s = check_volume(labels, "labels"); !s) return s.error();
     if (const Status s = check_smoothing(smoothing_voxels); !s) return s.error();
     const Grid& grid = labels.grid;
@@ -341,6 +340,18 @@ Result<Lumen> lumen_of_labels(const Volume& labels, std::span<const int> wanted,
     mask = all;
     fill(grid, mask, seed);
     return lumen_of(labels, mask, most, smoothing_voxels, arena);
+}
+
+}  // namespace
+
+Result<Lumen> lumen_of_region(const Volume& volume, const RegionSettings& settings,
+                              const TaskArena& arena) noexcept {
+    return attempt([&] { return find_region(volume, settings, arena); });
+}
+
+Result<Lumen> lumen_of_labels(const Volume& labels, std::span<const int> wanted,
+                              double smoothing_voxels, const TaskArena& arena) noexcept {
+    return attempt([&] { return find_labels(labels, wanted, smoothing_voxels, arena); });
 }
 
 }  // namespace pliant

@@ -5,6 +5,7 @@
 
 #include <string>
 
+#include "core/errors.h"
 #include "vessel/wall.h"
 
 namespace pliant {
@@ -45,9 +46,7 @@ Status check_ghost(const VesselWall& wall) {
     return Ok{};
 }
 
-}  // namespace
-
-Status check_wall(const VesselWall& wall, int layers) {
+Status check_parts_of(const VesselWall& wall, int layers) {
     if (const Status s = check_cells(wall.ghost); !s) return s;
     if (const Status s = check_mesh(wall.mesh); !s) return s;
     const TetQuality quality = tet_quality(wall.mesh);
@@ -61,6 +60,12 @@ Status check_wall(const VesselWall& wall, int layers) {
                              " of tetrahedra across it, expected " + std::to_string(layers) +
                              " or more");
     return Ok{};
+}
+
+}  // namespace
+
+Status check_wall(const VesselWall& wall, int layers) noexcept {
+    return attempt([&] { return check_parts_of(wall, layers); });
 }
 
 }  // namespace pliant

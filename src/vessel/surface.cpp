@@ -8,6 +8,7 @@
 #include <cmath>
 #include <utility>
 
+#include "core/errors.h"
 #include "mesh/box_tree.h"
 #include "vessel/wall.h"
 
@@ -51,10 +52,8 @@ Status close_openings(TriangleMesh& surface, std::vector<VesselEnd>& ends) {
     return Ok{};
 }
 
-}  // namespace
-
-Result<VesselWall> wall_around_surface(TriangleMesh surface, std::span<const VesselEnd> ends,
-                                       const WallSettings& settings, const TaskArena& arena) {
+Result<VesselWall> wall_around_lumen(TriangleMesh surface, std::span<const VesselEnd> ends,
+                                     const WallSettings& settings, const TaskArena& arena) {
     if (const Status cells = check_cells(surface); !cells) return cells.error();
     const SurfaceTopology topology = surface_topology(surface);
     if (topology.crowded_edges || topology.disagreeing_edges || topology.pinched_nodes)
@@ -83,6 +82,14 @@ Result<VesselWall> wall_around_surface(TriangleMesh surface, std::span<const Ves
     if (!distance) return distance.error();
     lumen.distance_mm = [&](Vec3d x) { return distance->signed_mm(x); };
     return vessel::make_wall(lumen, settings, arena);
+}
+
+}  // namespace
+
+Result<VesselWall> wall_around_surface(TriangleMesh lumen, std::span<const VesselEnd> ends,
+                                       const WallSettings& settings,
+                                       const TaskArena& arena) noexcept {
+    return attempt([&] { return wall_around_lumen(std::move(lumen), ends, settings, arena); });
 }
 
 }  // namespace pliant

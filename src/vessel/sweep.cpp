@@ -10,6 +10,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "core/errors.h"
 #include "vessel/wall.h"
 
 namespace pliant {
@@ -95,9 +96,7 @@ Status check(std::span<const CentrePoint> branch, const TubeSettings& s) {
     return Ok{};
 }
 
-}  // namespace
-
-Result<VesselWall> swept_tube(std::span<const CentrePoint> branch, const TubeSettings& settings) {
+Result<VesselWall> sweep_tube(std::span<const CentrePoint> branch, const TubeSettings& settings) {
     if (const Status s = check(branch, settings); !s) return s.error();
     double length = 0, mean_radius = 0;
     for (const CentrePoint& p : branch) mean_radius += p.radius_mm / double(branch.size());
@@ -174,6 +173,13 @@ Result<VesselWall> swept_tube(std::span<const CentrePoint> branch, const TubeSet
     wall.least_layers = layers;
     wall.lumen_mm3 = vessel::enclosed_with_lids_mm3(wall.ghost);
     return wall;
+}
+
+}  // namespace
+
+Result<VesselWall> swept_tube(std::span<const CentrePoint> branch,
+                              const TubeSettings& settings) noexcept {
+    return attempt([&] { return sweep_tube(branch, settings); });
 }
 
 }  // namespace pliant

@@ -8,6 +8,8 @@
 #include <limits>
 #include <numbers>
 
+#include "core/errors.h"
+
 namespace pliant::vessel {
 namespace {
 
@@ -200,7 +202,7 @@ Result<VesselWall> make_wall(const LumenShape& lumen, const WallSettings& settin
     for (const double cell_mm : cells_mm) {
         auto wall = wall_of_cells(lumen, settings, cell_mm, arena);
         if (!wall && wall.error().code == ErrorCode::LimitExceeded) {
-            if (first.empty()) return wall.error();
+            if (first.empty() || is_out_of_memory(wall.error())) return wall.error();
             break;
         }
         const Status sound = wall ? check_wall(*wall, settings.layers) : Status(wall.error());

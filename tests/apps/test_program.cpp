@@ -357,8 +357,8 @@ TEST_F(ProgramTest, TissueSlidesOffTheSphereAsInTheLibrary) {
         }
         char text[17];
         std::snprintf(text, sizeof text, "%016llx",
-                      static_cast<unsigned long long>(hash_volume(deform_volume(*tissue).volume) ^
-                                                      tissue->hash()));
+                      static_cast<unsigned long long>(
+                          hash_volume(deform_volume(*tissue).value().volume) ^ tissue->hash()));
         return std::string(text);
     };
     const Json slid = deform_report(slide);
@@ -636,6 +636,32 @@ TEST_F(ProgramTest, HapticsCheckReportsThePeriodsAndIsPlayedAgain) {
               std::string::npos)
         << wrong.err;
     EXPECT_EQ(std::count(wrong.err.begin(), wrong.err.end(), '\n'), 1) << wrong.err;
+}
+
+TEST_F(ProgramTest, FoldersEndlessFilesAndBadNamesAreRefusedByName) {
+    fs::create_directory(file("folder"));
+    fs::create_symlink("loop.nrrd", file("loop.nrrd"));
+    const std::string push = "deform cube.nrrd --push 0,0,0:0,6,0 --out ";
+    const std::string long_name(296, 'x');
+    const std::pair<std::string, std::string> cases[] = {
+        {"replay folder", "folder: is a folder, expected a session"},
+        {"replay /dev/zero", "/dev/zero: is no regular file, expected a session"},
+        {"serve cube.nrrd --no-open --session folder", "folder: is a folder, expected a session"},
+        {"render cube.nrrd --path folder --movie m/", "folder: is a folder, expected"},
+        {"render cube.nrrd --keyframes folder --movie m/", "folder: is a folder, expected"},
+        {"render cube.nrrd --keyframes /dev/zero --movie m/", "/dev/zero: expected keyframes"},
+        {push + "r.nrrd --config folder", "folder: is a folder, expected a settings file"},
+        {push + "r.nrrd --config /dev/zero", "/dev/zero: expected a settings file of up to 16 MiB"},
+        {push + "loop.nrrd", "loop.nrrd: can't be written"},
+        {push + long_name + ".nrrd", "x.nrrd: can't be written"},
+    };
+    for (const auto& [arguments, expected] : cases) {
+        const Finished done = run(arguments);
+        EXPECT_EQ(done.status, 2) << arguments;
+        EXPECT_NE(done.err.find(expected), std::string::npos) << arguments << ": " << done.err;
+    }
+    for (const auto& entry : fs::directory_iterator(s_folder->path()))
+        EXPECT_FALSE(entry.path().filename().string().starts_with(".pliant-")) << entry.path();
 }
 
 }  // namespace

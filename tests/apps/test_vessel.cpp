@@ -77,6 +77,21 @@ TEST_F(VesselTest, FeedsABodyOfTetrahedraLikewise) {
     EXPECT_EQ(Json::parse(out())["hash"], report["hash"]);
 }
 
+TEST_F(VesselTest, WarnsOfATipThatHasLeftThroughAnOpenEnd) {
+    std::string scene = kScene;
+    scene.replace(scene.find("length_mm = 100"), 15, "length_mm = 180");
+    scene.replace(scene.find("until_inserted_mm = 75"), 22, "until_inserted_mm = 165");
+    write("s.toml", scene);
+    ASSERT_EQ(run("vessel s.toml --json"), 0) << said();
+    const Json report = Json::parse(out());
+    EXPECT_EQ(report["left_end"], 2);
+    ASSERT_EQ(report["warnings"].size(), 1u) << report["warnings"];
+    EXPECT_EQ(report["warnings"][0], "the tip has left the vessel through open end 2");
+    EXPECT_LE(report["largest_depth_mm"].get<double>(), 0.1);  // what is beyond it doesn't count
+    ASSERT_EQ(run("vessel s.toml"), 0) << said();
+    EXPECT_NE(out().find("warning             the tip has left"), std::string::npos) << out();
+}
+
 TEST_F(VesselTest, SaysInOneLineWhatIsWrong) {
     const auto refused = [&](const std::string& from, const std::string& to,
                              const std::string& message, const std::string& more = "") {
@@ -94,6 +109,11 @@ TEST_F(VesselTest, SaysInOneLineWhatIsWrong) {
     };
     refused("\"bend\"", "\"knot\"",
             "s.toml: [vessel] phantom: expected \"bend\" or \"arch\", found \"knot\"");
+    refused("layers = 1", "cell_mm = 2",
+            "[vessel] cell_mm: expected none beside phantom, which is swept in layers, found one");
+    refused(
+        "[0, 0, 5]", "[0, 9, 5]",
+        "s.toml: entry.place_mm: expected a place in the vessel's lumen, found 0, 9, 5 outside");
     refused("length_mm = 100", "length_mm = \"long\"",
             "[catheter] length_mm: expected a number from 10 to 3000, found \"long\"");
     refused("length_mm", "lenght_mm", "[catheter] lenght_mm: unknown, expected one of length_mm");
@@ -116,7 +136,8 @@ TEST_F(VesselTest, SaysInOneLineWhatIsWrong) {
     write("hand.log", "pliant vessel log 1\n0 1 2\n");
     refused("", "", "hand.log: line 2: expected a step and four numbers", "--replay hand.log");
     EXPECT_EQ(run("vessel nowhere.toml"), 2);
-    EXPECT_NE(said().find("nowhere.toml: can't be read"), std::string::npos);
+    EXPECT_NE(said().find("nowhere.toml: expected a scene file that can be read"),
+              std::string::npos);
 }
 
 }  // namespace

@@ -41,12 +41,12 @@ TEST(CarriedScan, GoesWithTheWallNearItAndStaysFarFromIt) {
     auto carried = CarriedScan::create(scan, wall, {.reach_mm = 12, .cell_mm = 2}, arena);
     ASSERT_TRUE(carried.ok()) << carried.error().message;
     ASSERT_TRUE(carried->update(wall.nodes_mm).ok());
-    EXPECT_TRUE(deform_volume(carried->scan()).written_voxels == 0);
+    EXPECT_TRUE(deform_volume(carried->scan()).value().written_voxels == 0);
     const Vec3d by{1.5, -0.5, 0};
     std::vector<Vec3d> moved = wall.nodes_mm;
     for (Vec3d& p : moved) p = p + by;
     ASSERT_TRUE(carried->update(moved).ok());
-    const Deformed deformed = deform_volume(carried->scan());
+    const Deformed deformed = deform_volume(carried->scan()).value();
     EXPECT_GT(deformed.written_voxels, 1000);
     double near = 0, far = 0;
     int near_count = 0, far_count = 0;
@@ -76,7 +76,7 @@ TEST(CarriedScan, GoesWithTheWallNearItAndStaysFarFromIt) {
     EXPECT_EQ(far, 0);
     // And back.
     ASSERT_TRUE(carried->update(wall.nodes_mm).ok());
-    EXPECT_EQ(deform_volume(carried->scan()).written_voxels, 0);
+    EXPECT_EQ(deform_volume(carried->scan()).value().written_voxels, 0);
 }
 
 TEST(CarriedScan, SaysWhatIsWrong) {

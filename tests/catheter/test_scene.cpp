@@ -382,6 +382,84 @@ TEST(CatheterScene, AWideReachFollowsFromTheWallAndItsSupport) {
     EXPECT_FALSE(CatheterScene::create(wall, s).ok());
 }
 
+// A wall that somebody else has made may come without the volume of its lumen.
+TEST(CatheterScene, AWideReachNeedsNoVolumeOfTheLumen) {
+    VesselWall wall = bent_tube();
+    const WallTissue tissue{.support_pa_per_mm = 2000};
+    const double expected = wide_reach_mm(wall, tissue);
+    wall.lumen_mm3 = 0;
+    EXPECT_NEAR(wide_reach_mm(wall, tissue), expected, 1e-6 * expected);
+}
+
+TEST(CatheterScene, BeginsInTheLumenOrIsRefused) {
+    const VesselWall wall = bent_tube();
+    CatheterSettings s = settings();
+    const auto message = [&] {
+        const auto scene = CatheterScene::create(wall, s);
+        return scene.ok() ? std::string() : scene.error().message;
+    };
+    EXPECT_EQ(message(), "");
+    s.entry.place_mm = {0, 4.5, 10};
+    EXPECT_EQ(message(),
+              "entry.place_mm: expected a place in the vessel's lumen, found 0, 4.5, 10 outside of "
+              "it");
+    s.entry.place_mm = {0, 0, -300};
+    EXPECT_EQ(message().find("entry.place_mm: "), 0u);
+    s.entry = {{0, 0, 10}, {0, 1, 0}, 9};
+    EXPECT_EQ(
+        message().find("entry.inserted_mm: expected what is inserted at first in the vessel's"), 0u)
+        << message();
+}
+
+TEST(CatheterScene, MakesAsManySubStepsAsContactWants) {
+    const VesselWall wall = bent_tube();
+    const auto sub_steps = [&](double tip, double step_s, double young) {
+        CatheterSettings s = settings();
+        s.catheter.tip_bend_n_mm2 = tip;
+        s.time_step_s = step_s;
+        s.wall.young_modulus_pa = young;
+        return made(CatheterScene::create(wall, s)).settings().sub_steps;
+    };
+    EXPECT_EQ(sub_steps(2, 0.001, 5e5), 5);  // as asked for
+    // h² EI/(l³ m) = 3 with segments of 130/43 mm.
+    const double l = 130.0 / 43, h = std::sqrt(3 * l * l * l * l * 0.004 / (200 * 1e6));
+    EXPECT_EQ(sub_steps(200, 0.001, 5e5), int(std::ceil(0.001 / h)));
+    EXPECT_GT(sub_steps(2, 0.001, 5e7), 15);
+    EXPECT_EQ(sub_steps(200, 0.002, 5e5), int(std::ceil(0.002 / h)));
+}
+
+TEST(CatheterScene, WarnsOfWhatIsWrongWithAState) {
+    EXPECT_TRUE(warnings_of({.depth_mm = 0.09}).empty());
+    EXPECT_EQ(warnings_of({.depth_mm = 0.25}),
+              std::vector<std::string>{"the catheter is 0.25 mm beyond the wall, expected at most "
+                                       "0.1: raise sub_steps"});
+    EXPECT_EQ(warnings_of({.inverted = 3, .left_end = 2}),
+              (std::vector<std::string>{"3 tetrahedra are inverted, expected none: raise sub_steps",
+                                        "the tip has left the vessel through open end 2"}));
+}
+
+// Out of an open end, and back again.
+TEST(CatheterScene, SaysThroughWhichEndTheTipHasLeft) {
+    const VesselWall wall = bent_tube();
+    const TaskArena arena(1);
+    CatheterSettings s = settings();
+    s.entry = {{0, 0, 6}, {0, 0, -1}, 3};  // towards the near end
+    CatheterScene scene = made(CatheterScene::create(wall, s));
+    ASSERT_TRUE(scene.command({.insert_mm_s = 100}).ok());
+    double left_at = 0;
+    for (int n = 0; n < 200; ++n) {
+        ASSERT_TRUE(scene.step(1, arena).ok());
+        const CatheterMeasures m = scene.quick_measures();
+        if (m.left_end > 0 && left_at == 0) left_at = m.inserted_mm;
+        EXPECT_LE(m.depth_mm, 0.1);
+    }
+    EXPECT_EQ(scene.quick_measures().left_end, 1);
+    EXPECT_NEAR(left_at, 6, 0.2);
+    ASSERT_TRUE(scene.command({.insert_mm_s = -100}).ok());
+    ASSERT_TRUE(scene.step(200, arena).ok());
+    EXPECT_EQ(scene.quick_measures().left_end, 0);
+}
+
 TEST(CatheterScene, SaysWhatIsWrong) {
     const VesselWall wall = bent_tube();
     const auto message = [&](auto change) {

@@ -153,7 +153,7 @@ TEST(Air, AWallThatIsPushedAwayLeavesNoSmearInTheLumen) {
     ChainMail tissue = tissue_with(volume, true, arena);
     const auto patch = box_of({14, 6, 6}, {16, 14, 14});
     ASSERT_TRUE(tissue.push_elements(patch, {-5, 0, 0}).ok());
-    const Deformed deformed = deform_volume(tissue);
+    const Deformed deformed = deform_volume(tissue).value();
     const double before = surface_of(volume, 10, 10, 4),
                  after = surface_of(deformed.volume, 10, 10, 4);
     EXPECT_NEAR(after - before, -5, 0.2);
@@ -166,7 +166,7 @@ TEST(Air, AThinWallKeepsItsThickness) {
     const TaskArena arena(2);
     ChainMail tissue = tissue_with(volume, true, arena);
     ASSERT_TRUE(tissue.push_elements(box_of({20, 8, 8}, {24, 12, 12}), {6, 0, 0}).ok());
-    const Deformed deformed = deform_volume(tissue);
+    const Deformed deformed = deform_volume(tissue).value();
     double thickness = 0;
     for (int x = 0; x < 48; ++x)
         thickness += (deformed.volume.at({x, 10, 10}) - kAirHu) / double(kTissueHu - kAirHu);

@@ -309,7 +309,7 @@ TEST_F(HistoryTest, StepThatEndsWhereItBeganIsNoStep) {
 
 struct Number final : Exchange {
     Number(int& p, int v) : place(p), value(v) { std::swap(place, value); }
-    void exchange() override { std::swap(place, value); }
+    void exchange() noexcept override { std::swap(place, value); }
     std::size_t bytes() const override { return sizeof *this; }
     int& place;
     int value;
@@ -317,7 +317,8 @@ struct Number final : Exchange {
 
 TEST_F(HistoryTest, OtherThingsAreExchangedInTheOrderTheyWereDone) {
     Lattice lattice(volume, {[](int) { return ElementLimits{}; }}, 8, false);
-    History history(lattice, arena, 10, 1'000'000);
+    PlasticRest rest;
+    History history(lattice, rest, arena, 10, 1'000'000);
     int setting = 1;
     history.begin("threshold");
     history.add(std::make_unique<Number>(setting, 2));

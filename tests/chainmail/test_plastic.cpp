@@ -129,7 +129,7 @@ TEST(Plastic, AYieldOfOneLeavesNothingAndAPushBackTakesAnImprintAway) {
     EXPECT_LT(soft.imprint_mm(tip[0]).x, 0);
 }
 
-struct Before {
+struct ByCoord {
     bool operator()(Vec3i p, Vec3i q) const {
         return std::tie(p.z, p.y, p.x) < std::tie(q.z, q.y, q.x);
     }
@@ -137,8 +137,8 @@ struct Before {
 
 /// One component of the flow by its definition, over all links again and again [Bellman1958].
 /// @param moved  by element; the others stay at zero
-std::map<Vec3i, std::int64_t, Before> flowed(const std::map<Vec3i, std::int64_t, Before>& e,
-                                             const auto& room) {
+std::map<Vec3i, std::int64_t, ByCoord> flowed(const std::map<Vec3i, std::int64_t, ByCoord>& e,
+                                              const auto& room) {
     auto low = e, high = e;
     for (bool changed = true; changed;) {
         changed = false;
@@ -202,7 +202,7 @@ TEST(Plastic, TheFlowIsWhatItsDefinitionSaysForAnyThreadsAndBricks) {
         ASSERT_TRUE(tissue.push_elements(grabbed, {0.9, -0.3, 0}).ok());
         const Lattice& lattice = tissue.lattice();
         for (int a = 0; a < 3; ++a) {
-            std::map<Vec3i, std::int64_t, Before> e;
+            std::map<Vec3i, std::int64_t, ByCoord> e;
             for (const int index : lattice.resident_bricks())
                 for (int n = 0; n < lattice.elements_per_brick(); ++n) {
                     const Vec3i p = lattice.element_of(lattice.brick(index).coord, n);

@@ -57,7 +57,7 @@ inline void try_state(Tissue& tissue, const std::string& good, std::string_view 
     const Status again = tissue.load_state(file);
     expect(again.ok(), "its own state can be loaded", again.ok() ? "" : again.error().message);
     expect(tissue.hash() == hash, "the same state again");
-    for (int n = 0; n < 3; ++n) tissue.sweep();
+    for (int n = 0; n < 3; ++n) (void)tissue.sweep();
     expect(tissue.save_state(file).ok(), "a state that can be saved after some steps");
     const Status later = tissue.load_state(file);
     expect(later.ok(), "where it came to can be loaded", later.ok() ? "" : later.error().message);

@@ -59,7 +59,7 @@ Volume scan() {
 /// it.
 /// @returns slices
 int own_and_relax(ChainMail& tissue, RelaxOptions slice, Snapshots& snapshots) {
-    LiveDeformation live(tissue);
+    LiveDeformation live = LiveDeformation::create(tissue).value();
     int slices = 0;
     for (bool at_rest = true; !slice.stop.stop_requested(); ++slices) {
         if (at_rest) {
@@ -68,8 +68,8 @@ int own_and_relax(ChainMail& tissue, RelaxOptions slice, Snapshots& snapshots) {
         const auto report = tissue.relax(slice);
         EXPECT_TRUE(report.ok());
         at_rest = report->settled;
-        live.update();
-        snapshots.publish({live.volume(), hash_volume(deform_volume(tissue).volume)});
+        (void)live.update();
+        snapshots.publish({live.volume(), hash_volume(deform_volume(tissue).value().volume)});
     }
     return slices;
 }

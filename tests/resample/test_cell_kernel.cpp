@@ -266,7 +266,7 @@ TEST(CellKernel, PushedRandomMaterialsLeaveNoHolesAndAnExactInverse) {
             ASSERT_TRUE(
                 tissue.push_elements(random_grab(random, instance.volume.grid), random.vector(2.0))
                     .ok());
-        const Deformed deformed = deform_volume(tissue, Mapping::Cells, true);
+        const Deformed deformed = deform_volume(tissue, Mapping::Cells, true).value();
         EXPECT_EQ(deformed.gap_voxels, 0);
         if (tissue.state().folded_cells == 0) {
             EXPECT_LE(worst_inverse(tissue.lattice(), deformed), 1e-4);

@@ -62,10 +62,11 @@ Agreement compare_with_itk(const Volume& volume, std::span<const Push> pushes) {
     const TaskArena arena(2);
     ChainMail tissue = std::move(ChainMail::create(volume, {}, arena)).value();
     for (const Push& push : pushes) EXPECT_TRUE(tissue.push(push).ok());
-    const Deformed deformed = deform_volume(tissue, Mapping::Cells, true);
+    const Deformed deformed = deform_volume(tissue, Mapping::Cells, true).value();
     const TemporaryFolder folder;
     EXPECT_TRUE(write_volume(folder / "original.nrrd", volume).ok());
-    EXPECT_TRUE(write_vector_field(folder / "transform.nrrd", inverse_field(deformed)).ok());
+    EXPECT_TRUE(
+        write_vector_field(folder / "transform.nrrd", inverse_field(deformed).value()).ok());
     const auto expected = resample_with_itk(folder / "original.nrrd", folder / "transform.nrrd");
     Agreement agreement;
     const float* itk_value = expected->GetBufferPointer();

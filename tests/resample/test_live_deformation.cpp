@@ -48,7 +48,7 @@ TEST(LiveDeformation, RandomPushesGiveTheBitsOfTheOneShotForm) {
         settings.brick_size = seed % 3 == 0 ? 5 : 8;
         settings.bone_threshold_hu = 2000;
         ChainMail tissue = std::move(ChainMail::create(volume, settings, arena)).value();
-        LiveDeformation live(tissue);
+        LiveDeformation live = LiveDeformation::create(tissue).value();
         Volume before = live.volume();
         for (int push = 0; push < 12; ++push) {
             const Vec3d ijk{random.real(0, volume.grid.size.x - 1),
@@ -59,8 +59,8 @@ TEST(LiveDeformation, RandomPushesGiveTheBitsOfTheOneShotForm) {
                                    .push_mm = random.vector(random.ratio(0.2, 12)),
                                    .sphere_radius_mm = push % 2 ? 3.0 : 0.0})
                             .ok());
-            const LiveUpdate update = live.update();
-            const Deformed once = deform_volume(tissue);
+            const LiveUpdate update = live.update().value();
+            const Deformed once = deform_volume(tissue).value();
             ASSERT_EQ(live.volume().voxels, once.volume.voxels) << "push " << push;
             ASSERT_EQ(count_changes(before, live.volume(), update.boxes), 0);
             EXPECT_LE(update.written_voxels, once.written_voxels);
@@ -76,11 +76,11 @@ TEST(LiveDeformation, AnUpdateWithoutAChangeWritesNothing) {
     ChainMailSettings settings;
     settings.bone_threshold_hu = 2000;
     ChainMail tissue = std::move(ChainMail::create(volume, settings, arena)).value();
-    LiveDeformation live(tissue);
-    EXPECT_TRUE(live.update().boxes.empty());
+    LiveDeformation live = LiveDeformation::create(tissue).value();
+    EXPECT_TRUE(live.update().value().boxes.empty());
     ASSERT_TRUE(tissue.push({.point_mm = {15, 15, 15}, .push_mm = {2, 0, 1}}).ok());
-    EXPECT_GT(live.update().written_voxels, 0);
-    const LiveUpdate second = live.update();
+    EXPECT_GT(live.update().value().written_voxels, 0);
+    const LiveUpdate second = live.update().value();
     EXPECT_TRUE(second.boxes.empty());
     EXPECT_TRUE(is_empty(second.dirty_box));
     EXPECT_EQ(second.written_voxels, 0);
@@ -168,7 +168,7 @@ TEST(LiveDeformation, AnUpdateAllocatesNothingOnceItHasSeenTheLargestDeformation
     ChainMailSettings settings;
     settings.bone_threshold_hu = 2000;
     ChainMail tissue = std::move(ChainMail::create(volume, settings, arena)).value();
-    LiveDeformation live(tissue);
+    LiveDeformation live = LiveDeformation::create(tissue).value();
     const auto drag = [&](Vec3d push_mm) {
         ASSERT_TRUE(tissue.push({.point_mm = {24, 24, 24}, .push_mm = push_mm}).ok());
     };
@@ -178,7 +178,7 @@ TEST(LiveDeformation, AnUpdateAllocatesNothingOnceItHasSeenTheLargestDeformation
         const double x = step % 2 ? 3 : -3;
         drag({x, 0.5 * x, 0});
         const std::int64_t before = allocation_count();
-        const LiveUpdate update = live.update();
+        const LiveUpdate update = live.update().value();
         if (step < 5) continue;
         counted += allocation_count() - before;
         written += update.written_voxels;

@@ -129,7 +129,7 @@ TEST_P(ResampleTest, EveryVoxelIsWrittenByRandomPushes) {
                 .push({.point_mm = {random.real(0, 39), random.real(0, 24), random.real(0, 46)},
                        .push_mm = random.vector(8)})
                 .ok());
-        const Deformed deformed = deform_volume(tissue, GetParam());
+        const Deformed deformed = deform_volume(tissue, GetParam()).value();
         EXPECT_EQ(deformed.gap_voxels, 0);
         EXPECT_GT(deformed.written_voxels, 0);
     }
@@ -168,10 +168,10 @@ TEST(Resample, CellsAgreeWithTetrahedraOnSmoothData) {
                        .push_mm = random.vector(4),
                        .sphere_radius_mm = 3})
                 .ok());
-        const Deformed cells = deform_volume(tissue, Mapping::Cells, true);
-        const Deformed tetrahedra = deform_volume(tissue, Mapping::Tetrahedra);
+        const Deformed cells = deform_volume(tissue, Mapping::Cells, true).value();
+        const Deformed tetrahedra = deform_volume(tissue, Mapping::Tetrahedra).value();
         ASSERT_GT(cells.written_voxels, 1000);
-        const VectorField back = inverse_field(cells);
+        const VectorField back = inverse_field(cells).value();
         float largest = 0;
         for (int z = 0; z < 40; ++z)
             for (int y = 0; y < 48; ++y)
@@ -232,8 +232,8 @@ TEST(Resample, OnRoughDataEachMappingReadsItsOwnInterpolantAtItsOwnInverse) {
                                       [&](Vec3d) { return std::int16_t(random.whole(-100, 250)); });
     ChainMail tissue = std::move(ChainMail::create(volume, {}, arena)).value();
     ASSERT_TRUE(tissue.push({.point_mm = {20, 20, 20}, .push_mm = {3, 1, -2}}).ok());
-    const Deformed cells = deform_volume(tissue, Mapping::Cells, true);
-    const Deformed tetrahedra = deform_volume(tissue, Mapping::Tetrahedra, true);
+    const Deformed cells = deform_volume(tissue, Mapping::Cells, true).value();
+    const Deformed tetrahedra = deform_volume(tissue, Mapping::Tetrahedra, true).value();
     ASSERT_EQ(cells.dirty_box, tetrahedra.dirty_box);
     constexpr double kRounding = 0.51, kExact = 1e-4;
     double most_different = 0, most_bent = 0;
@@ -271,14 +271,15 @@ TEST(Resample, DisplacementFieldIsInWorldCoordinates) {
     ChainMail tissue = std::move(ChainMail::create(volume, {}, arena)).value();
     const Vec3d point = world_from_voxel(volume.grid, {10.5, 10.5, 10.5});
     ASSERT_TRUE(tissue.push({.point_mm = point, .push_mm = {1, 0.5, -0.25}}).ok());
-    const VectorField field = displacement_field(tissue);
+    const VectorField field = displacement_field(tissue).value();
     EXPECT_EQ(field.kind, FieldKind::Modeling);
     const Vec3f u = field.vectors_mm[voxel_index(volume.grid, {10, 11, 10})];
     EXPECT_NEAR(u.x, 1, 1e-5);
     EXPECT_NEAR(u.y, 0.5, 1e-5);
     EXPECT_NEAR(u.z, -0.25, 1e-5);
     EXPECT_EQ(field.vectors_mm[0], (Vec3f{0, 0, 0}));
-    const VectorField back = inverse_field(deform_volume(tissue, Mapping::Cells, true));
+    const VectorField back =
+        inverse_field(deform_volume(tissue, Mapping::Cells, true).value()).value();
     EXPECT_EQ(back.kind, FieldKind::Resampling);
     const Vec3f v = back.vectors_mm[voxel_index(volume.grid, {11, 10, 10})];
     EXPECT_LT(v.x, -0.2);

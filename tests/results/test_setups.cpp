@@ -116,7 +116,7 @@ struct ColumnDent {
     double depth_mm = 0, volume_mm3 = 0;
 };
 ColumnDent column_dent(const Scenario& s, Vec3d place_mm, double threshold_hu) {
-    const Volume deformed = deform_volume(*s.tissue, Mapping::Tetrahedra).volume;
+    const Volume deformed = deform_volume(*s.tissue, Mapping::Tetrahedra).value().volume;
     const Vec3d ijk = voxel_from_world(s.scan->grid, place_mm);
     const auto crossing = [&](const Volume& volume, int x, int z) {
         int y = int(ijk.y) - 6;
@@ -161,6 +161,23 @@ TEST(ChainMailResults, OnTheSurfaceTheSofterHalfHasTheBiggerDent) {
             EXPECT_GT(dents[0].slope, 2 * dents[1].slope);
         else
             EXPECT_LT(dents[0].slope, dents[1].slope);
+    }
+}
+
+TEST(ChainMailResults, WithoutResamplingTheStiffHalfHasTheWiderDent) {
+    const TaskArena arena(2);
+    for (const double threshold : {-500.0, -100.0}) {
+        SCOPED_TRACE(threshold);
+        Dent dents[2];
+        for (int n = 0; n < 2; ++n) {
+            Scenario s = layers_scenario(StiffHalf::Even, arena);
+            const Vec3d place = n == 0 ? kSoft_mm : kStiff_mm;
+            s.push({place, kThesisPush_mm});
+            dents[n] = moved_dent_of(s, place, threshold, arena);
+        }
+        EXPECT_LT(dents[0].half_above_mm, dents[1].half_above_mm - 0.4);
+        EXPECT_LT(dents[0].volume_mm3, 0.9 * dents[1].volume_mm3);
+        EXPECT_GT(dents[0].depth_mm, dents[1].depth_mm);
     }
 }
 

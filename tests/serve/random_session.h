@@ -33,7 +33,7 @@ inline std::unique_ptr<Scene> open_scene(const TaskArena& arena,
 }
 
 inline std::uint64_t hash_of(Scene& scene) {
-    scene.update();
+    (void)scene.update();
     return hash_volume(scene.deformed()) ^ scene.tissue().hash();
 }
 
@@ -98,12 +98,12 @@ inline std::vector<SessionRecord> play(Scene& scene, Random& random, int count) 
         records.push_back(SessionCommand{client, action, !outcome.ok()});
         int sweeps = 0;
         while (scene.wants_sweep() && sweeps < 3) {
-            scene.sweep();
+            (void)scene.sweep();
             ++sweeps;
         }
         if (sweeps) records.push_back(SessionSweeps{sweeps});
         if (n % 10 == 0) {
-            scene.update();
+            (void)scene.update();
             records.push_back(SessionMark{hash_volume(scene.deformed()), scene.tissue().hash()});
         }
     }

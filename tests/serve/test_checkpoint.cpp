@@ -49,9 +49,9 @@ class CheckpointTest : public ::testing::Test {
             for (int k = 0; k < 4 && steps_between == 0; ++k) push_on(**scene, random);
             if (n > checkpoints) break;
             make_quiet(**scene, m_records);
-            (*scene)->update();
+            (void)(*scene)->update();
             Status saved = Ok{};
-            m_records.push_back(save_checkpoint(**scene, m_session, n, saved));
+            m_records.push_back(save_checkpoint(**scene, m_session, n, saved).value());
             EXPECT_TRUE(saved.ok()) << saved.error().message;
         }
         write_session();

@@ -167,6 +167,7 @@ TEST(Messages, OutOfRangeAreAnsweredByTheirNumber) {
           R"({"do":"push","id":5,"point":[1,2,3],"push":[0,0,1],"radius":1,"stroke":0})",
           R"({"do":"grab","id":5,"point":[1,2,3],"radius":101})",
           R"({"do":"cut","id":5,"line":[[1,2,3]],"depth":[0,0,1]})",
+          R"({"do":"catheter","id":5,"bend_deg":[90,0]})",
           R"({"do":"materials","id":5,"offset":1.5})", R"({"do":"iso","id":5,"iso_hu":1e6})"}) {
         const auto read = parse_message(text);
         const auto* failure = std::get_if<ParseFailure>(&read);

@@ -175,7 +175,7 @@ TEST(CatheterGrip, LetsGoWhileTheButtonIsHeldAndHoldsAnewAfterAReset) {
             now.buttons = buttons;
             const auto action = grip->next(now, stopped, scene);
             EXPECT_TRUE(!action || scene.carry_out(kTool, *action).ok());
-            for (int k = 0; k < 2 && scene.wants_sweep(); ++k) scene.sweep();
+            for (int k = 0; k < 2 && scene.wants_sweep(); ++k) (void)scene.sweep();
         }
         return scene.vessel()->measures().inserted_mm;
     };

@@ -7,6 +7,7 @@
 #include <gtest/gtest.h>
 #include <pliant/phantom.h>
 #include <pliant/render.h>
+#include <pliant/resample.h>
 #include <pliant/serve.h>
 
 #include <chrono>
@@ -15,6 +16,7 @@
 #include <optional>
 #include <thread>
 
+#include "serve/haptic_session.h"
 #include "serve/test_client.h"
 #include "support/temporary_folder.h"
 
@@ -119,6 +121,81 @@ TEST_F(HapticsServerTest, PushesTheTissueForAllToSeeAndStops) {
     ASSERT_TRUE(again.ok()) << again.error().message;
     EXPECT_GT(again->commands, 20);
     EXPECT_GT(again->marks, 2);
+}
+
+/// A hand that goes straight ahead: still at first, then by steps of 0.25 mm. @returns its device
+std::string write_hand(const std::filesystem::path& file, int steps) {
+    constexpr int kStill_ms = 100, kStep_ms = 25;
+    constexpr double kStep_mm = 0.25;
+    std::ofstream replay(file);
+    for (int k = 0; k < kStill_ms + steps * kStep_ms; ++k)
+        replay << k * 1'000'000 << " 0 0 " << -kStep_mm * std::max(0, (k - kStill_ms) / kStep_ms)
+               << "\n";
+    return "replay:" + file.string();
+}
+
+TEST(HapticSession, ItsToolIsNeverInTissueOfThickSlices) {
+    using namespace serve;
+    constexpr std::uint32_t kClient = 1, kTool = 2;
+    constexpr double kRadius_mm = 2.5, kAhead_mm = 3;
+    const TaskArena arena(2);
+    TemporaryFolder folder;
+    const auto phantom = make_phantom(
+        {.name = "airway", .size = {112, 112, 22}, .spacing_mm = {0.8, 0.8, 5}}, arena);
+    ASSERT_TRUE(phantom.ok());
+    ASSERT_TRUE(write_volume(folder / "thick.nrrd", phantom->volume).ok());
+    auto scene = Scene::open({.file = (folder / "thick.nrrd").string()}, arena);
+    ASSERT_TRUE(scene.ok()) << scene.error().message;
+    // 40 steps at a wall, from 3 mm before it.
+    const Vec3d look{1, 0, 0};
+    const auto wall =
+        RayCaster(phantom->volume, arena).first_hit({0, -1.6, 35}, look, -500, Polarity::Rising);
+    ASSERT_TRUE(wall);
+    const HapticDevices devices({write_hand(folder / "hand.txt", 40)});
+    auto opened = devices.open("replay:hand.txt");
+    ASSERT_TRUE(opened.ok()) << opened.error().message;
+    auto started =
+        HapticSession::start({.wish = HapticWish::Start,
+                              .device = "replay:hand.txt",
+                              .position_mm = wall->point_mm - (kRadius_mm + kAhead_mm) * look,
+                              .look = look,
+                              .up = {0, 0, 1},
+                              .radius_mm = kRadius_mm},
+                             std::move(*opened), **scene, kClient, kTool);
+    ASSERT_TRUE(started.ok()) << started.error().message;
+    HapticSession& session = **started;
+    const Volume& shown = (*scene)->deformed();
+    int pushes = 0, free_looks = 0;
+    double farthest_mm = 0;  // of the tissue's tool beyond the wall at rest
+    const auto begin = std::chrono::steady_clock::now();
+    while (std::chrono::steady_clock::now() - begin < std::chrono::milliseconds(1300)) {
+        if (const auto action = session.next_push(**scene)) {
+            const Outcome outcome = (*scene)->carry_out(kTool, *action);
+            session.pushed(outcome);
+            const auto update = (*scene)->update();
+            ASSERT_TRUE(update.ok());
+            session.changed(update->boxes);
+            if (outcome.end_mm) {
+                ++pushes;
+                const Vec3d end = *outcome.end_mm;
+                ASSERT_LT(sample_linear(shown, voxel_from_world(shown.grid, end)), -500)
+                    << "push " << pushes;
+                farthest_mm = std::max(farthest_mm, dot(end - wall->point_mm, look));
+            }
+        }
+        const ToolPose pose = session.pose_of_tool();
+        if (pose.kind == ToolKind::Sphere && !(*scene)->has_contact(kTool)) {
+            const auto [x, y, z] = pose.position_mm;  // free: where the hand is
+            ASSERT_LT(sample_linear(shown, voxel_from_world(shown.grid, {x, y, z})), -500);
+            ++free_looks;
+        }
+        session.feel(**scene);
+        std::this_thread::sleep_for(std::chrono::milliseconds(2));
+    }
+    EXPECT_GT(free_looks, 0);
+    EXPECT_GT(pushes, 3);
+    EXPECT_NE(hash_volume(shown), hash_volume(phantom->volume));
+    EXPECT_GT(farthest_mm, 0);
 }
 
 TEST_F(HapticsServerTest, IsForThoseWhoControlAndEndsWithTheirConnection) {

@@ -69,7 +69,7 @@ TEST_F(VesselScene, IsWhatTheCatheterAloneDoes) {
     constexpr int kSweeps = 60;
     for (int n = 0; n < kSweeps; ++n) {
         ASSERT_TRUE(scene->wants_sweep());
-        scene->sweep();
+        (void)scene->sweep();
     }
     ASSERT_TRUE(twin->step(kSweeps * VesselTissue::kStepsPerSweep, m_arena).ok());
     EXPECT_EQ(scene->tissue().hash(), twin->hash());
@@ -85,13 +85,14 @@ TEST_F(VesselScene, IsWhatTheCatheterAloneDoes) {
     auto carried = CarriedScan::create(scene->loaded()->volume, made.wall.mesh, {}, m_arena);
     ASSERT_TRUE(carried.ok());
     ASSERT_TRUE(carried->update(twin->wall_places()).ok());
-    const LiveUpdate update = scene->update();
+    const LiveUpdate update = scene->update().value();
     EXPECT_FALSE(update.boxes.empty());
-    EXPECT_EQ(hash_volume(scene->deformed()), hash_volume(deform_volume(carried->scan()).volume));
+    EXPECT_EQ(hash_volume(scene->deformed()),
+              hash_volume(deform_volume(carried->scan()).value().volume));
     EXPECT_NE(hash_volume(scene->deformed()), rest);
     // And back.
     EXPECT_TRUE(scene->carry_out(1, ResetCommand{}).ok());
-    scene->update();
+    (void)scene->update();
     EXPECT_EQ(hash_volume(scene->deformed()), rest);
     EXPECT_EQ(scene->tissue().hash(), open(m_arena)->tissue().hash());
 }
@@ -99,7 +100,7 @@ TEST_F(VesselScene, IsWhatTheCatheterAloneDoes) {
 TEST_F(VesselScene, ComesToRestOnceNobodyDrives) {
     const auto scene = open(m_arena);
     drive(*scene, 80);
-    for (int n = 0; n < 20; ++n) scene->sweep();
+    for (int n = 0; n < 20; ++n) (void)scene->sweep();
     EXPECT_TRUE(scene->has_contact(1));
     EXPECT_FALSE(scene->has_contact(2));
     EXPECT_FALSE(scene->is_quiet());
@@ -108,7 +109,7 @@ TEST_F(VesselScene, ComesToRestOnceNobodyDrives) {
     EXPECT_FALSE(scene->has_contact(1));
     int sweeps = 0;
     while (scene->wants_sweep() && sweeps < 2000) {
-        scene->sweep();
+        (void)scene->sweep();
         ++sweeps;
     }
     EXPECT_LT(sweeps, 2000);
@@ -122,17 +123,17 @@ TEST_F(VesselScene, TakesBackOneDriveAfterTheOther) {
     const auto scene = open(m_arena);
     const auto rest = [&] {
         drive(*scene, 0);
-        for (int n = 0; n < 2000 && scene->wants_sweep(); ++n) scene->sweep();
+        for (int n = 0; n < 2000 && scene->wants_sweep(); ++n) (void)scene->sweep();
     };
     const auto inserted = [&] { return scene->vessel()->measures().inserted_mm; };
     std::vector<std::uint64_t> hashes{scene->tissue().hash()};
     std::vector<double> ways{inserted()};
     for (const double speed : {60.0, 90.0}) {
         drive(*scene, speed);
-        for (int n = 0; n < 15; ++n) scene->sweep();
+        for (int n = 0; n < 15; ++n) (void)scene->sweep();
         // More of the same drive: no step of its own.
         scene->carry_out(1, DriveCommand{.rotate_deg_s = 40, .bend_first_deg = speed});
-        for (int n = 0; n < 5; ++n) scene->sweep();
+        for (int n = 0; n < 5; ++n) (void)scene->sweep();
         scene->carry_out(1, DriveCommand{.insert_mm_s = 0, .rotate_deg_s = 0});
         rest();
         hashes.push_back(scene->tissue().hash());
@@ -149,7 +150,7 @@ TEST_F(VesselScene, TakesBackOneDriveAfterTheOther) {
     EXPECT_FALSE(scene->wants_sweep());
     EXPECT_TRUE(scene->carry_out(1, UndoCommand{}).ok());
     EXPECT_EQ(scene->tissue().hash(), hashes[0]);
-    scene->update();
+    (void)scene->update();
     EXPECT_EQ(hash_volume(scene->deformed()), hash_volume(scene->loaded()->volume));
     EXPECT_FALSE(scene->carry_out(1, UndoCommand{}).ok());
     EXPECT_TRUE(scene->carry_out(1, RedoCommand{}).ok());
@@ -157,7 +158,7 @@ TEST_F(VesselScene, TakesBackOneDriveAfterTheOther) {
     EXPECT_EQ(scene->tissue().hash(), hashes[2]);
     // Taken back while it moves, it stands still.
     drive(*scene, 50);
-    for (int n = 0; n < 3; ++n) scene->sweep();
+    for (int n = 0; n < 3; ++n) (void)scene->sweep();
     EXPECT_TRUE(scene->carry_out(1, UndoCommand{}).ok());
     EXPECT_EQ(scene->tissue().hash(), hashes[2]);
     EXPECT_FALSE(scene->has_contact(1));
@@ -169,19 +170,19 @@ TEST_F(VesselScene, GoesOnFromACheckpoint) {
     const TaskArena one(1);
     const auto scene = open(m_arena), other = open(one);
     drive(*scene, 90);
-    for (int n = 0; n < 20; ++n) scene->sweep();
+    for (int n = 0; n < 20; ++n) (void)scene->sweep();
     drive(*scene, 0);
-    for (int n = 0; n < 2000 && scene->wants_sweep(); ++n) scene->sweep();
+    for (int n = 0; n < 2000 && scene->wants_sweep(); ++n) (void)scene->sweep();
     ASSERT_TRUE(scene->is_quiet());
-    const SceneMemo memo = scene->rest();
+    const SceneMemo memo = scene->rest().value();
     const auto file = m_folder / "state";
     ASSERT_TRUE(scene->tissue().save_state(file).ok());
     ASSERT_TRUE(other->restore(file, memo).ok());
     EXPECT_EQ(other->tissue().hash(), scene->tissue().hash());
     for (Scene* at : {scene.get(), other.get()}) {
         drive(*at, -70);
-        for (int n = 0; n < 15; ++n) at->sweep();
-        at->update();
+        for (int n = 0; n < 15; ++n) (void)at->sweep();
+        (void)at->update();
     }
     EXPECT_EQ(other->tissue().hash(), scene->tissue().hash());
     EXPECT_EQ(hash_volume(other->deformed()), hash_volume(scene->deformed()));
@@ -203,7 +204,7 @@ TEST_F(VesselScene, ASessionIsGoneOnWithFromItsCheckpoint) {
     };
     const auto sweep = [&](int most) {
         SessionSweeps sweeps;
-        for (; sweeps.count < most && scene->wants_sweep(); ++sweeps.count) scene->sweep();
+        for (; sweeps.count < most && scene->wants_sweep(); ++sweeps.count) (void)scene->sweep();
         file.records.push_back(sweeps);
     };
     for (const int number : {1, 2}) {
@@ -211,10 +212,10 @@ TEST_F(VesselScene, ASessionIsGoneOnWithFromItsCheckpoint) {
         sweep(12);
         carry_out(DriveCommand{.insert_mm_s = 0, .rotate_deg_s = 0});
         sweep(2000);
-        scene->update();
+        (void)scene->update();
         ASSERT_TRUE(scene->is_quiet());
         Status saved = Ok{};
-        file.records.push_back(save_checkpoint(*scene, session, number, saved));
+        file.records.push_back(save_checkpoint(*scene, session, number, saved).value());
         EXPECT_TRUE(saved.ok()) << saved.error().message;
     }
     carry_out(UndoCommand{});
@@ -256,12 +257,12 @@ TEST_F(VesselScene, DoesTheSameAgainWithAnyNumberOfThreads) {
         records.push_back(SessionCommand{1, action, !outcome.ok()});
         int sweeps = 0;
         while (scene->wants_sweep() && sweeps < 4) {
-            scene->sweep();
+            (void)scene->sweep();
             ++sweeps;
         }
         if (sweeps) records.push_back(SessionSweeps{sweeps});
         if (n % 4 != 3) continue;
-        scene->update();
+        (void)scene->update();
         records.push_back(SessionMark{hash_volume(scene->deformed()), scene->tissue().hash()});
     }
     EXPECT_GT(scene->vessel()->measures().steps, 0);
@@ -282,12 +283,12 @@ TEST_F(VesselScene, RefusesWhatAVesselCannotDo) {
     EXPECT_EQ(scene->carry_out(1, UndoCommand{}).error_code, "nothing");
     // The scan may be pushed as any other, and the vessel taken up again.
     drive(*scene, 100);
-    for (int n = 0; n < 5; ++n) scene->sweep();
-    scene->update();
+    for (int n = 0; n < 5; ++n) (void)scene->sweep();
+    (void)scene->update();
     EXPECT_TRUE(scene->carry_out(1, TissueCommand{}).ok());
     EXPECT_EQ(scene->vessel(), nullptr);
     EXPECT_EQ(drive(*scene, 10).error_code, "other_tissue");
-    scene->update();
+    (void)scene->update();
     EXPECT_EQ(hash_volume(scene->deformed()), hash_volume(scene->loaded()->volume));
     EXPECT_TRUE(scene->carry_out(1, TissueCommand{.choice = {.vessel = true}}).ok());
     ASSERT_NE(scene->vessel(), nullptr);
@@ -383,7 +384,7 @@ TEST_F(VesselScene, SendsWhatHasMovedAndNothingElse) {
     early.take_vessel(*frames.since(0, 1, 1));
     EXPECT_EQ(early.nodes_sent, 0U);
     drive(*scene, 100);
-    for (int n = 0; n < 60; ++n) scene->sweep();
+    for (int n = 0; n < 60; ++n) (void)scene->sweep();
     frames.update(*scene->vessel());
     EXPECT_GT(frames.version(), first);
     early.take_vessel(*frames.since(first, 1, 1));
@@ -394,7 +395,7 @@ TEST_F(VesselScene, SendsWhatHasMovedAndNothingElse) {
     const std::uint64_t second = frames.version();
     frames.update(*scene->vessel());
     EXPECT_EQ(frames.version(), second);
-    for (int n = 0; n < 10; ++n) scene->sweep();
+    for (int n = 0; n < 10; ++n) (void)scene->sweep();
     frames.update(*scene->vessel());
     early.take_vessel(*frames.since(second, 1, 1));
     late.take_surface(*frames.surface(1, 1));

@@ -6,6 +6,7 @@
 
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 
 namespace pliant::test {
@@ -17,8 +18,9 @@ std::int64_t allocation_count();
 /// std::bad_alloc (the nothrow form returns null).
 class FailingAllocation {
   public:
-    /// @param n  0: the next one
-    explicit FailingAllocation(std::int64_t n);
+    /// @param n             0: the next one
+    /// @param fewest_bytes  smaller ones succeed, and don't count
+    explicit FailingAllocation(std::int64_t n, std::size_t fewest_bytes = 0);
     ~FailingAllocation();
     FailingAllocation(const FailingAllocation&) = delete;
     FailingAllocation& operator=(const FailingAllocation&) = delete;

@@ -7,7 +7,7 @@
 
 import { voxelFromWorld } from './grid.ts';
 import { firstHit, inTissue, type Surface, wallNormal } from './rays.ts';
-import { along, dot, mul, norm, normalized, type Vec3 } from './vec.ts';
+import { along, dot, mul, norm, normalized, sub, type Vec3 } from './vec.ts';
 import type { VolumeData } from './volume.ts';
 
 /// Directions to the corners, edges and faces of a cube.
@@ -42,6 +42,22 @@ export function contact(
     return { share: centre + touching / kDirections.length, out };
 }
 
+const kWayStep = 0.25; // voxels: between two places where a way is looked at
+
+/// Whether the tip's centre would come into tissue on its way. A thick tip that lies on both sides
+/// of a thin wall touches it no more on one side than on the other.
+function meetsWall(volume: VolumeData, from: Vec3, to: Vec3, surface: Surface): boolean {
+    const way = sub(to, from);
+    const count = Math.ceil(norm(way) / (kWayStep * Math.min(...volume.grid.spacing)));
+    let inside = inTissue(valueAt(volume, from), surface); // as after a change of the threshold
+    for (let n = 1; n <= count; ++n) {
+        const now = inTissue(valueAt(volume, along(from, n / count, way)), surface);
+        if (now && !inside) return true;
+        inside = now;
+    }
+    return false;
+}
+
 /// Where a tip gets to from a place in free flight: it stops at walls, and slides along them. Where
 /// it is in tissue already (after a change of the threshold, say) it gets out, but not further in.
 export function flown(
@@ -59,7 +75,7 @@ export function flown(
     for (let i = 0; i < steps; ++i) {
         const next = along(place, 1, step);
         const there = contact(volume, next, radius, surface);
-        if (there.share <= here) {
+        if (there.share <= here && !meetsWall(volume, place, next, surface)) {
             place = next;
             here = there.share;
             continue;
@@ -69,7 +85,7 @@ export function flown(
         const into = Math.min(dot(step, normal), 0);
         const aside = along(place, 1, along(step, -into, normal));
         const share = contact(volume, aside, radius, surface).share;
-        if (share > here) break;
+        if (share > here || meetsWall(volume, place, aside, surface)) break;
         place = aside;
         here = share;
     }
@@ -107,7 +123,7 @@ export function freePlace(
     return undefined;
 }
 
-/// Whether the sphere would touch tissue that it doesn't touch now.
+/// Whether the sphere would touch tissue that it doesn't touch now, or its centre meets a wall.
 export const wouldTouch = (
     volume: VolumeData,
     from: Vec3,
@@ -115,7 +131,8 @@ export const wouldTouch = (
     radius: number,
     surface: Surface,
 ): boolean =>
-    contact(volume, to, radius, surface).share > contact(volume, from, radius, surface).share;
+    contact(volume, to, radius, surface).share > contact(volume, from, radius, surface).share ||
+    meetsWall(volume, from, to, surface);
 
 /// Distance to the nearest wall around a place, at most reach [mm].
 export function clearance(

@@ -53,6 +53,33 @@ async function wallAhead(page: Page): Promise<Vec3> {
     return place;
 }
 
+/// A place in the wall on the right of the endoscope's picture, pushed into the lumen. Cartilage
+/// above 300 HU would stop the push after 3 mm.
+const kWall = { point: [-1.5, 142, -438], push: [-9, 0, 0], radius: 6 } as const;
+const kBeforeWall: Vec3 = [-7, 142, -438]; // in the lumen at rest, in the wall once it is pushed
+const kSoft = { bone_threshold_hu: 2000, offset: 0.4 };
+const kHard = { bone_threshold_hu: 300, offset: 0.2 };
+
+const kWhole = { shift: [0, 0], zoom: 1 } as const;
+const wholeSections = { axial: kWhole, coronal: kWhole, sagittal: kWhole };
+
+/// Sections through a place, which lies in their middle.
+async function lookCloser(page: Page, place: Vec3, zoom: number): Promise<void> {
+    const from = await page.evaluate((p) => {
+        const { grid } = (window as never as { pliant: Session }).pliant.volume!;
+        return p.map((x, a) => x - grid.origin[a]! - 0.5 * (grid.size[a]! - 1) * grid.spacing[a]!);
+    }, place);
+    const [x, y, z] = from as unknown as Vec3;
+    await set(page, {
+        cursor: place,
+        sections: {
+            axial: { shift: [x, -y], zoom },
+            coronal: { shift: [x, z], zoom },
+            sagittal: { shift: [y, z], zoom },
+        },
+    });
+}
+
 const panel = async (page: Page, title: RegExp): Promise<void> => {
     const summary = page.locator('summary', { hasText: title });
     const details = page.locator('details', { has: summary });
@@ -63,17 +90,17 @@ const panel = async (page: Page, title: RegExp): Promise<void> => {
 export const kFeatures: readonly Feature[] = [
     {
         name: 'views',
-        caption: 'Four views of one scan: endoscope, axial, coronal, sagittal',
-        show: async () => {},
+        caption: 'Four views of one scan: endoscope, and sections through its right wall',
+        show: (page) => lookCloser(page, kBeforeWall, 4),
     },
     {
         name: 'pushed',
-        caption: 'The wall ahead is pushed: all four views show the deformed scan',
+        caption:
+            'The right wall is pushed 9 mm into the lumen, cartilage included: all four views ' +
+            'show the deformed scan',
         show: async (page) => {
-            const point = await wallAhead(page);
-            const { camera } = await stateOf(page);
-            const push = camera.look.map((x) => 8 * x) as unknown as Vec3;
-            await ask(page, { do: 'push', point, push, radius: 9 });
+            await ask(page, { do: 'materials', ...kSoft });
+            await ask(page, { do: 'push', ...kWall });
         },
     },
     {
@@ -104,6 +131,8 @@ export const kFeatures: readonly Feature[] = [
         show: async (page) => {
             await set(page, { overlay: 'none' });
             await ask(page, { do: 'reset' });
+            await ask(page, { do: 'materials', ...kHard });
+            await set(page, { sections: wholeSections });
             const from = await wallAhead(page);
             const { camera } = await stateOf(page);
             const to = from.map((x, a) => x + 10 * camera.look[a]!) as unknown as Vec3;

@@ -6,12 +6,14 @@
 export interface HistogramSettings {
     readonly bin: number;
     readonly end: number; ///< what is beyond goes into a last bar of its own
-    readonly mark: number; ///< a line, for a bound
-    readonly label: string;
+    readonly mark: number; ///< a dashed line, for a bound
+    readonly markLabel: string;
+    readonly label: string; ///< of the values, with their unit
+    readonly countLabel: string;
 }
 
 export function histogram(values: readonly number[], settings: HistogramSettings): string {
-    const { bin, end, mark, label } = settings;
+    const { bin, end, mark, markLabel, label, countLabel } = settings;
     const counts = new Array<number>(Math.ceil(end / bin) + 1).fill(0);
     for (const value of values) ++counts[Math.min(Math.floor(value / bin), counts.length - 1)]!;
     const [width, height, left, top, bottom] = [720, 300, 50, 16, 46];
@@ -20,6 +22,7 @@ export function histogram(values: readonly number[], settings: HistogramSettings
     const x = (value: number): number => left + perUnit * value;
     const y = (count: number): number => top + (height - top - bottom) * (1 - count / most);
     const at = (number: number): string => number.toFixed(1);
+    const middle = 0.5 * (top + height - bottom);
     const text = (tx: number, ty: number, what: string, anchor = 'middle'): string =>
         `<text x="${at(tx)}" y="${at(ty)}" text-anchor="${anchor}">${what}</text>`;
     const bars = counts.map((count, n) => {
@@ -44,6 +47,9 @@ export function histogram(values: readonly number[], settings: HistogramSettings
         ...ticks,
         text(left - 6, y(most) + 5, `${most}`, 'end'),
         text(left - 6, y(0) + 4, '0', 'end'),
+        text(x(mark) - 6, top + 10, markLabel, 'end'),
+        `<text x="14" y="${at(middle)}" text-anchor="middle" ` +
+            `transform="rotate(-90 14 ${at(middle)})">${countLabel}</text>`,
         text(0.5 * (left + width), height - 8, `${label}; ${values.length} commands`),
         '</svg>',
         '',

@@ -125,7 +125,14 @@ const least = Math.min(...samples.map((s) => s.moved));
 const textured = samples.map((s) => s.textured);
 writeFileSync(
     join(out, 'latency.svg'),
-    histogram(textured, { bin: 2, end: 60, mark: 50, label: 'from command to texture [ms]' }),
+    histogram(textured, {
+        bin: 2,
+        end: 60,
+        mark: 50,
+        markLabel: 'bound: 50 ms',
+        label: 'from command to texture [ms]',
+        countLabel: 'number of commands',
+    }),
 );
 const shared = readFileSync(join(kPictures, 'picture_ct_cpp.png'));
 writeFileSync(join(out, 'picture_ct_cpp.png'), shared);

@@ -3,10 +3,12 @@
 
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import { clearance, flown } from '../src/flight.ts';
+import { clearance, flown, speedFor, wouldTouch } from '../src/flight.ts';
+import type { Grid } from '../src/grid.ts';
 import { voxelFromWorld } from '../src/grid.ts';
+import { halfOfFloat } from '../src/half.ts';
 import { inTissue } from '../src/rays.ts';
-import { norm, normalized, sub } from '../src/vec.ts';
+import { along, norm, normalized, sub, type Vec3 } from '../src/vec.ts';
 import { VolumeData } from '../src/volume.ts';
 import { randomVector } from './fields.ts';
 import { kGrid, kTubeRadius, MockScene, tubeCentre } from './mock_scene.ts';
@@ -57,4 +59,52 @@ test('the room around a place is the distance to the wall', () => {
         const room = clearance(volume, [x + off, y, z], kSurface, 50);
         assert.ok(Math.abs(room - (kTubeRadius + 0.7 - off)) < 1, `${off}: ${room}`);
     }
+});
+
+/// Air with sheets of tissue across x, one voxel thick.
+function sheets(spacing: number): VolumeData {
+    const grid: Grid = {
+        size: [60, 40, 40],
+        spacing: [spacing, spacing, spacing],
+        origin: [0, 0, 0],
+        direction: [
+            [1, 0, 0],
+            [0, 1, 0],
+            [0, 0, 1],
+        ],
+    };
+    const halves = new Uint16Array(60 * 40 * 40);
+    for (let n = 0; n < halves.length; ++n) halves[n] = halfOfFloat(n % 20 === 10 ? 40 : -1000);
+    return new VolumeData(grid, halves);
+}
+
+/// Whether a straight way passes through tissue.
+function crosses(volume: VolumeData, from: Vec3, to: Vec3): boolean {
+    for (let n = 0; n <= 200; ++n) {
+        const place = along(from, n / 200, sub(to, from));
+        if (inTissue(volume.sample(voxelFromWorld(volume.grid, place)), kSurface)) return true;
+    }
+    return false;
+}
+
+test('no tip leaps over a sheet of one voxel, whether it stops or pushes', () => {
+    let stopped = 0;
+    let touched = 0;
+    for (let n = 0; n < 3000; ++n) {
+        const spacing = between(0.05, 1);
+        const volume = sheets(spacing);
+        const radius = between(0.1, 8);
+        const from = [59, 39, 39].map((last) => between(0.1, 0.9) * last * spacing) as never;
+        if (inTissue(volume.sample(voxelFromWorld(volume.grid, from)), kSurface)) continue;
+        // As far as a slow page flies in one frame, at the highest speed.
+        const way = 0.4 * speedFor(clearance(volume, from, kSurface, 60));
+        const motion = normalized(randomVector(1)).map((x) => way * x) as never;
+        const end = flown(volume, from, motion, radius, kSurface);
+        assert.ok(!crosses(volume, from, end), `stops: ${from} to ${end}, ${radius} mm`);
+        const to = along(from, 1, motion);
+        if (norm(sub(end, to)) > 1e-9) ++stopped;
+        if (wouldTouch(volume, from, to, radius, kSurface)) ++touched;
+        else assert.ok(!crosses(volume, from, to), `pushes: ${from} to ${to}, ${radius} mm`);
+    }
+    assert.ok(stopped > 100 && touched > 100, `${stopped} stopped, ${touched} touched`);
 });
