@@ -86,9 +86,9 @@ void add_before_and_after(Page& page, const Bend& bend, const BendRun& run,
     file.acts[0].until_way_mm = 58;
     const BendRun before = run_bend(file, bend.vessel, arena);
     const Image pair[] = {picture_of(bend, before, displacements_of(bend.mesh(), before.wall_mm),
-                                     kLargest_mm, "tip 58 mm along the way"),
+                                     kLargest_mm, "before: the tip at the bend"),
                           picture_of(bend, run, displacements_of(bend.mesh(), run.wall_mm),
-                                     kLargest_mm, "tip 120 mm along the way")};
+                                     kLargest_mm, "after: the wire round the bend")};
     const Image parts[] = {row_of(pair), moved_bar(kLargest_mm, 420)};
     page.picture("bend", "the bend cut open, before and after the wire has gone round it",
                  column_of(parts));
