@@ -124,8 +124,8 @@ class Fields {
     void only(std::initializer_list<const char*> names) {
         for (const auto& field : m_object.items()) {
             std::string expected;
-            bool is_known = field.key() == "do" || field.key() == "id" ||
-                            field.key() == "client" || field.key() == "refused";
+            bool is_known = field.key() == "do" || field.key() == "id" || field.key() == "client" ||
+                            field.key() == "refused";
             for (const char* name : names) {
                 is_known |= field.key() == name;
                 expected += std::string(expected.empty() ? "" : ", ") + name;
