@@ -18,7 +18,8 @@ pliant_test(mesh
     LIBRARIES ZLIB::ZLIB)
 target_include_directories(test_mesh PRIVATE ${PROJECT_SOURCE_DIR}/benchmarks/results_pbd)
 pliant_test(vessel
-    SOURCES ../support/count_allocations.cpp test_out_of_memory.cpp test_soundness.cpp test_wall.cpp)
+    SOURCES ../support/count_allocations.cpp test_out_of_memory.cpp test_soundness.cpp
+            test_wall.cpp)
 pliant_test(scenes SOURCES test_unsteered_tips.cpp)
 target_compile_definitions(test_scenes PRIVATE PLIANT_SCENES="${PROJECT_SOURCE_DIR}/scenes")
 pliant_test(haptics

@@ -116,7 +116,8 @@ TEST_F(VesselTest, SaysInOneLineWhatIsWrong) {
     write("hand.log", "pliant vessel log 1\n0 1 2\n");
     refused("", "", "hand.log: line 2: expected a step and four numbers", "--replay hand.log");
     EXPECT_EQ(run("vessel nowhere.toml"), 2);
-    EXPECT_NE(said().find("nowhere.toml: expected a scene file that can be read"), std::string::npos);
+    EXPECT_NE(said().find("nowhere.toml: expected a scene file that can be read"),
+              std::string::npos);
 }
 
 }  // namespace
