@@ -6,10 +6,10 @@
 
 #include <gtest/gtest.h>
 #include <pliant/pbd.h>
-#include <pliant/pbd_boxes.h>
+#include <pliant/tasks.h>
 
-#include <cstdio>
 #include <memory>
+#include <vector>
 
 #include "support/each_allocation.h"
 #include "support/made.h"
@@ -29,46 +29,71 @@ PbdParts block() {
 
 constexpr PbdSettings kSettings{.gravity = {0, 0, -9.81}, .packs_anew = true};
 
-const TaskArena& arena() {
-    static const TaskArena one(1);
-    return one;
-}
-
-/// Held particles are let go: the packs are made anew in the next step.
-std::unique_ptr<PbdBody> let_go_body() {
-    auto body = std::make_unique<PbdBody>(made(PbdBody::create(block(), kSettings)));
-    EXPECT_TRUE(body->step(3, arena()).ok());
-    for (std::int32_t n = 0; n < body->particle_count(); ++n)
-        if (body->inverse_mass(n) == 0) {
-            EXPECT_TRUE(body->set_inverse_mass(n, 0.5).ok());
+void let_go(PbdBody& body) {
+    for (std::int32_t n = 0; n < body.particle_count(); ++n)
+        if (body.inverse_mass(n) == 0) {
+            EXPECT_TRUE(body.set_inverse_mass(n, 0.5).ok());
         }
-    return body;
 }
 
 const auto hash_of = [](const PbdBody& body) { return body.hash(); };
 
-TEST(BodiesWithoutMemory, AStepIsAllOrNothing) {
-    const auto step = [](PbdBody& body) { return body.step(1, arena()); };
-    const Failures found = fail_each_allocation(let_go_body, step, hash_of, {.fresh = true});
-    std::printf("step: %d of %lld allocations failed\n", found.failed,
-                static_cast<long long>(found.allocations));
-}
-
-TEST(BodiesWithoutMemory, StepsAfterAFailureGiveTheSameBits) {
-    const auto twin = let_go_body();
-    ASSERT_TRUE(twin->step(10, arena()).ok());
-    for (int n = 0; n < 40; ++n) {
-        const auto body = let_go_body();
+TEST(BodiesWithoutMemory, AFirstStepIsAllOrNothing) {
+    const TaskArena one(1);
+    const auto make = [] {
+        return std::make_unique<PbdBody>(made(PbdBody::create(block(), kSettings)));
+    };
+    const auto twin = make();
+    ASSERT_TRUE(twin->step(6, one).ok());
+    int failed = 0;
+    for (int n = 0;; ++n) {
+        const auto body = make();
+        const std::uint64_t before = body->hash();
+        Status status = Ok{};
         {
             const FailingAllocation failing(n);
-            if (body->step(1, arena()).ok()) {
-                EXPECT_GT(n, 0);
-                break;
-            }
+            status = body->step(1, one);
         }
-        ASSERT_TRUE(body->step(10, arena()).ok());
+        if (status.ok()) break;
+        ++failed;
+        EXPECT_EQ(status.error().code, ErrorCode::LimitExceeded);
+        ASSERT_EQ(body->hash(), before) << "allocation " << n;
+        ASSERT_TRUE(body->step(6, one).ok());
         EXPECT_EQ(body->hash(), twin->hash()) << "allocation " << n;
     }
+    EXPECT_GT(failed, 0);
+}
+
+// Steps after the first one, after held particles were let go, so that packs are made anew, and
+// with loads: all of them with no memory at all.
+TEST(BodiesWithoutMemory, LaterStepsNeedNone) {
+    for (const bool packs_anew : {false, true})
+        for (const int threads : {1, 2}) {
+            const TaskArena arena(threads);
+            PbdSettings settings = kSettings;
+            settings.packs_anew = packs_anew;
+            PbdBody body = made(PbdBody::create(block(), settings)),
+                    twin = made(PbdBody::create(block(), settings));
+            const auto step_both = [&] {
+                Status status = Ok{};
+                {
+                    const FailingAllocation failing(0);
+                    for (int n = 0; n < 5 && status.ok(); ++n) status = body.step(1, arena);
+                }
+                ASSERT_TRUE(status.ok()) << status.error().message;
+                ASSERT_TRUE(twin.step(5, arena).ok());
+                EXPECT_EQ(body.hash(), twin.hash());
+            };
+            for (PbdBody* each : {&body, &twin}) ASSERT_TRUE(each->step(1, arena).ok());
+            step_both();
+            for (PbdBody* each : {&body, &twin}) let_go(*each);
+            step_both();
+            const std::int32_t pulled = 40;
+            const Vec3d pull{0, 0, 5};
+            for (PbdBody* each : {&body, &twin})
+                ASSERT_TRUE(each->load({&pulled, 1}, {&pull, 1}).ok());
+            step_both();
+        }
 }
 
 TEST(BodiesWithoutMemory, LoadsAndStatesAreSetAltogetherOrNotAtAll) {
@@ -83,6 +108,7 @@ TEST(BodiesWithoutMemory, LoadsAndStatesAreSetAltogetherOrNotAtAll) {
         make, [&](PbdBody& body) { return body.load(particles, forces); }, later);
     const auto place = [](PbdBody& body) { return body.set_state(0, {0, 0, 1}, {0, 0, 0}); };
     fail_each_allocation(make, place, hash_of);
+    const TaskArena one(1);
     const auto body = make(), twin = make();
     ASSERT_TRUE(twin->load(particles, forces).ok());
     ASSERT_TRUE(body->load(particles, forces).ok());
@@ -94,8 +120,8 @@ TEST(BodiesWithoutMemory, LoadsAndStatesAreSetAltogetherOrNotAtAll) {
         ASSERT_FALSE(status.ok());
         EXPECT_EQ(status.error().code, ErrorCode::LimitExceeded);
     }
-    ASSERT_TRUE(body->step(2, arena()).ok());
-    ASSERT_TRUE(twin->step(2, arena()).ok());
+    ASSERT_TRUE(body->step(2, one).ok());
+    ASSERT_TRUE(twin->step(2, one).ok());
     EXPECT_EQ(body->hash(), twin->hash());  // the former loads are still there
 }
 

@@ -22,7 +22,7 @@ namespace pliant::test {
 namespace {
 
 constexpr int kDirections = 8;
-constexpr double kBend_deg = 60, kSpeed_mm_s = 60, kWay_mm = 80;
+constexpr double kBend_deg = 60, kSpeed_mm_s = 60, kWay_mm = 60;
 
 struct Fate {
     double depth_mm = -1e9;     ///< by the oracle
