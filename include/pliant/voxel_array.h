@@ -43,8 +43,14 @@ class VoxelMemory {
                                              std::uint64_t offset, std::size_t size);
     VoxelMemory(const VoxelMemory& other);
     VoxelMemory(VoxelMemory&& other) noexcept { swap(other); }
-    VoxelMemory& operator=(VoxelMemory other) noexcept {
-        swap(other);
+    VoxelMemory& operator=(const VoxelMemory& other) {
+        VoxelMemory copy(other);
+        swap(copy);
+        return *this;
+    }
+    VoxelMemory& operator=(VoxelMemory&& other) noexcept {
+        VoxelMemory taken(std::move(other));
+        swap(taken);
         return *this;
     }
     ~VoxelMemory();
