@@ -69,9 +69,9 @@ struct ReadNotes {
     std::vector<std::string> notes;  ///< what was changed or assumed, one line each
 };
 
-/// Options for folders with several DICOM series.
 struct ReadOptions {
-    std::string series_uid;  ///< DICOM series to read; empty: the only one there is
+    std::string series_uid{};  ///< DICOM series to read; empty: the only one there is
+    bool may_map = true;       ///< false: the file may change while the volume lives
 };
 
 /// Reads NRRD, NHDR, MetaImage, NIfTI, or a folder of DICOM slices (sorted by position along the
