@@ -232,7 +232,7 @@ Status read_plain_value(const Reader& reader, const std::string& key, std::strin
     return Error{ErrorCode::NotFound, {}};
 }
 
-/// Reads what settings_text writes. Where memory is short it throws std::bad_alloc, for which
+/// Reads the text of settings_text. Where memory is short it throws std::bad_alloc, for which
 /// toml::parse ends the process.
 /// @returns whether the text was understood
 bool read_plain(const Reader& reader, std::string_view text, ChainMailSettings& settings) {

@@ -24,7 +24,7 @@ constexpr const char* kBackupSuffix = ".before";
 /// A file to be put in its place, with the paths that this and its undoing need.
 struct Move {
     fs::path from, to;
-    fs::path backup;        ///< of what was there before, beside `from`
+    fs::path backup;        ///< of the previous file, beside `from`
     bool replaced = false;  ///< something was
 };
 

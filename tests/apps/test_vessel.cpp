@@ -87,7 +87,7 @@ TEST_F(VesselTest, WarnsOfATipThatHasLeftThroughAnOpenEnd) {
     EXPECT_EQ(report["left_end"], 2);
     ASSERT_EQ(report["warnings"].size(), 1u) << report["warnings"];
     EXPECT_EQ(report["warnings"][0], "the tip has left the vessel through open end 2");
-    EXPECT_LE(report["largest_depth_mm"].get<double>(), 0.1);  // what is beyond it doesn't count
+    EXPECT_LE(report["largest_depth_mm"].get<double>(), 0.1);  // inside the vessel
     ASSERT_EQ(run("vessel s.toml"), 0) << said();
     EXPECT_NE(out().find("warning             the tip has left"), std::string::npos) << out();
 }
