@@ -2,7 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 
 pliant_test(core
-    SOURCES test_geometry.cpp test_hash.cpp test_result.cpp test_staged_files.cpp test_tasks.cpp)
+    SOURCES test_ended_commits.cpp test_geometry.cpp test_hash.cpp test_result.cpp
+            test_staged_files.cpp test_tasks.cpp test_text_input.cpp)
 pliant_test(volume
     SOURCES ../support/scan_files.cpp test_broken_files.cpp test_check_volume.cpp
             test_damaged_at_random.cpp test_dicom_series.cpp test_mapped_scans.cpp test_phantom.cpp
@@ -60,10 +61,9 @@ target_compile_definitions(test_serve PRIVATE
 add_dependencies(test_serve slow_haptic_device)
 if(PLIANT_BUILD_APP)
     pliant_test(apps SOURCES ../../apps/pliant/camera_path.cpp ../../apps/pliant/keyframes.cpp
-                             ../../apps/pliant/small_file.cpp
-                             ../serve/test_client.cpp test_keyframes.cpp test_mesh.cpp test_path.cpp
-                             test_program.cpp test_serve.cpp test_value_range.cpp
-                             test_vessel.cpp
+                             ../serve/test_client.cpp test_ending.cpp test_keyframes.cpp
+                             test_mesh.cpp test_outputs.cpp test_path.cpp test_program.cpp
+                             test_readers.cpp test_serve.cpp test_value_range.cpp test_vessel.cpp
                 LIBRARIES nlohmann_json::nlohmann_json)
     target_compile_definitions(test_apps PRIVATE PLIANT_PROGRAM="$<TARGET_FILE:pliant_app>")
     add_dependencies(test_apps pliant_app)

@@ -5,6 +5,7 @@
 
 #include <fcntl.h>
 #include <pliant/serve.h>
+#include <pliant/staged_files.h>
 #include <poll.h>
 #include <signal.h>
 #include <spawn.h>
@@ -54,7 +55,7 @@ void give_reserve_back() {
 
 /// Ends the server in good order; before there is one, the program.
 void on_signal(int number) {
-    if (!g_is_serving) ::_exit(128 + number);
+    if (!g_is_serving) return end_process(128 + number);
     const int kept = errno;
     (void)!::write(g_ends[1], "", 1);
     errno = kept;

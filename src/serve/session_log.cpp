@@ -52,15 +52,10 @@ SessionHeader portable(const SessionFile& file) {
 }
 
 Result<SessionFile> read_lines(const std::filesystem::path& path) {
-    std::error_code error;
-    const auto type = std::filesystem::status(path, error).type();
-    if (type == std::filesystem::file_type::directory)
-        return unreadable(path, "is a folder, expected a session");
+    if (const Status s = check_is_file(path, "a session"); !s) return s.error();
     std::ifstream stream(path, std::ios::binary);
     if (!stream)
         return Error{ErrorCode::NotFound, path.string() + ": expected a session, found no file"};
-    if (type != std::filesystem::file_type::regular)
-        return unreadable(path, "is no regular file, expected a session");
     const std::string bytes{std::istreambuf_iterator<char>(stream),
                             std::istreambuf_iterator<char>()};
     SessionFile file;

@@ -132,7 +132,7 @@ TEST_F(VesselTest, SaysInOneLineWhatIsWrong) {
     refused("", "[[scripts]]\n", "scripts: expected [vessel], [wall]");
     refused("", "nonsense", "s.toml: line ");
     refused("", "", "--volume: expected a scene with [vessel] scan", "--volume v.nrrd");
-    refused("", "", "hand.log: can't be opened", "--replay hand.log");
+    refused("", "", "hand.log: expected a log of the hand", "--replay hand.log");
     write("hand.log", "pliant vessel log 1\n0 1 2\n");
     refused("", "", "hand.log: line 2: expected a step and four numbers", "--replay hand.log");
     EXPECT_EQ(run("vessel nowhere.toml"), 2);
