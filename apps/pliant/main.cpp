@@ -12,14 +12,12 @@
 
 #include "commands.h"
 #include "fit_options.h"
+#include "terminal_text.h"
 
 namespace pliant::app {
 
 int bad_input(const std::string& message) {
-    std::string line = "pliant: " + message;
-    for (char& c : line)
-        if (c == '\n' || c == '\r') c = ' ';
-    std::fprintf(stderr, "%s\n", line.c_str());
+    std::fprintf(stderr, "pliant: %s\n", one_line(message).c_str());
     return kExitBadInput;
 }
 

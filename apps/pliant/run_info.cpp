@@ -5,6 +5,7 @@
 
 #include "options.h"
 #include "suggest_push.h"
+#include "terminal_text.h"
 #include "value_range.h"
 
 #include <pliant/volume.h>
@@ -79,7 +80,10 @@ void print_json(const InfoOptions& options, const Volume& volume, const ReadNote
     json["spacing_mm"] = list_of(grid.spacing_mm);
     json["extent_mm"] = list_of(extent_mm(grid));
     json["origin_mm"] = list_of(grid.origin_mm);
-    for (const Vec3d& axis : grid.direction.columns) json["direction"].push_back(list_of(axis));
+    for (int row = 0; row < 3; ++row) {  // the matrix, not a list of axes
+        const auto& c = grid.direction.columns;
+        json["direction"].push_back({c[0][row], c[1][row], c[2][row]});
+    }
     json["orientation"] = orientation_of(grid);
     json["right_handed"] = determinant(grid.direction) > 0;
     json["oblique_angle_deg"] = oblique_angle_deg(grid);
@@ -101,14 +105,9 @@ void print_json(const InfoOptions& options, const Volume& volume, const ReadNote
     std::printf("%s\n", text.c_str());
 }
 
-std::string one_line(std::string text) {
-    for (char& c : text)
-        if (c == '\n' || c == '\r' || c == '\t') c = ' ';
-    return text;
-}
-
 void print_line(const char* name, const std::string& text) {
-    std::printf("%-12s %s\n", name, one_line(text).c_str());
+    constexpr std::size_t kMaxShownBytes = 300;
+    std::printf("%-12s %s\n", name, one_line(text, kMaxShownBytes).c_str());
 }
 
 void print_geometry(const Grid& grid) {

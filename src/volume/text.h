@@ -13,6 +13,8 @@
 #include <string_view>
 #include <vector>
 
+#include "core/shown.h"
+
 namespace pliant {
 
 std::string_view trimmed(std::string_view text);
@@ -33,7 +35,5 @@ std::string text_of(double number);
 std::string text_of(Vec3d vector);
 /// "64 × 64 × 93"
 std::string text_of_sizes(const std::vector<std::int64_t>& sizes);
-/// What may be shown of a text that came from a damaged file: printable, at most 60 characters.
-std::string shown(std::string_view text);
 
 }  // namespace pliant
