@@ -83,7 +83,10 @@ void print_json(const InfoOptions& options, const Volume& volume, const ReadNote
     json["spacing_mm"] = list_of(grid.spacing_mm);
     json["extent_mm"] = list_of(extent_mm(grid));
     json["origin_mm"] = list_of(grid.origin_mm);
-    for (const Vec3d& axis : grid.direction.columns) json["direction"].push_back(list_of(axis));
+    for (int row = 0; row < 3; ++row) {  // the matrix, not a list of axes
+        const auto& c = grid.direction.columns;
+        json["direction"].push_back({c[0][row], c[1][row], c[2][row]});
+    }
     json["orientation"] = orientation_of(grid);
     json["right_handed"] = determinant(grid.direction) > 0;
     json["oblique_angle_deg"] = oblique_angle_deg(grid);
@@ -106,7 +109,8 @@ void print_json(const InfoOptions& options, const Volume& volume, const ReadNote
 }
 
 void print_line(const char* name, const std::string& text) {
-    std::printf("%-12s %s\n", name, printable(text).c_str());
+    constexpr std::size_t kMaxShownBytes = 300;
+    std::printf("%-12s %s\n", name, printable(text, kMaxShownBytes).c_str());
 }
 
 void print_geometry(const Grid& grid) {

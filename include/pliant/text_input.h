@@ -40,7 +40,8 @@ std::string shown(std::string_view text);
 
 /// The same text for a terminal: line ends become spaces, other control characters and broken UTF-8
 /// become '?'.
-std::string printable(std::string_view text);
+/// @param max_bytes  length at which it is cut, with an ellipsis
+std::string printable(std::string_view text, std::size_t max_bytes = std::string_view::npos);
 
 /// Likewise a whole message; where it is longer than 400 bytes, its middle is left out.
 std::string one_line(std::string_view message);

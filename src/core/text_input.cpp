@@ -168,10 +168,11 @@ std::string shown(std::string_view text) {
     return text.size() > kMost ? result + "…" : result;
 }
 
-std::string printable(std::string_view text) {
+std::string printable(std::string_view text, std::size_t max_bytes) {
     std::string line;
     while (!text.empty()) {
         const std::size_t length = sequence_length(text);
+        if (line.size() + std::max<std::size_t>(length, 1) > max_bytes) return line + "…";
         if (text[0] == '\n' || text[0] == '\r' || text[0] == '\t')
             line += ' ';
         else if (length == 0 || is_control(text.substr(0, length)))

@@ -1,16 +1,11 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The only place that knows ITK. Each format's ImageIO is made by name, so no factory has to be
-// registered.
+// The only place that knows ITK. Its ImageIO is made by name, so no factory has to be registered.
 
 #include "volume/itk_io.h"
 
 #include <itkGDCMImageIO.h>
-#include <itkMetaDataObject.h>
-#include <itkMetaImageIO.h>
-#include <itkNiftiImageIO.h>
-#include <itkNrrdImageIO.h>
 #include <locale.h>
 
 #include <iostream>
@@ -104,25 +99,6 @@ std::optional<Component> component_of(const itk::ImageIOBase& io) {
     }
 }
 
-/// @param[out] oriented  false where ITK took none of NIfTI's orientations. It looks for one last,
-/// so all else can be read.
-itk::ImageIOBase::Pointer new_io(const fs::path& path, ImageFormat format, bool& oriented) {
-    itk::ImageIOBase::Pointer io;
-    if (format == ImageFormat::Nrrd) io = itk::NrrdImageIO::New();
-    if (format == ImageFormat::MetaImage) io = itk::MetaImageIO::New();
-    if (format == ImageFormat::Nifti) io = itk::NiftiImageIO::New();
-    io->SetFileName(path.string());
-    oriented = true;
-    try {
-        io->ReadImageInformation();
-    } catch (const itk::ExceptionObject& error) {
-        const std::string_view description = error.GetDescription();
-        oriented = description.find("No orthonormal definition") == description.npos;
-        if (oriented) throw;
-    }
-    return io;
-}
-
 /// Reads all of an image.
 void read_all(itk::ImageIOBase& io, void* values) {
     itk::ImageIORegion region(io.GetNumberOfDimensions());
@@ -132,59 +108,7 @@ void read_all(itk::ImageIOBase& io, void* values) {
     io.Read(values);
 }
 
-void take_grid(const itk::ImageIOBase& io, Grid& grid) {
-    for (unsigned a = 0; a < 3; ++a) {
-        grid.spacing_mm[int(a)] = io.GetSpacing(a);
-        grid.origin_mm[int(a)] = io.GetOrigin(a);
-        const std::vector<double> axis = io.GetDirection(a);
-        grid.direction.columns[a] = {axis[0], axis[1], axis[2]};
-    }
-}
-
-KeyValues key_values_of(itk::ImageIOBase& io) {
-    KeyValues pairs;
-    for (const std::string& key : io.GetMetaDataDictionary().GetKeys())
-        if (std::string value;
-            !is_itk_key(key) && itk::ExposeMetaData(io.GetMetaDataDictionary(), key, value))
-            pairs.emplace_back(key, value);
-    return pairs;
-}
-
 }  // namespace
-
-Status itk_read_header(const fs::path& path, ImageHeader& header) {
-    return guarded(path, ErrorCode::Unreadable, "its header can't be read", [&]() -> Status {
-        itk::ImageIOBase::Pointer io;
-        try {
-            io = new_io(path, header.format, header.oriented);
-        } catch (const itk::ExceptionObject& error) {
-            return Error{ErrorCode::Unreadable, error.GetDescription()};
-        }
-        const auto component = component_of(*io);
-        if (!component)
-            return Error{ErrorCode::Unsupported, path.string() + ": has an unknown type"};
-        header.component = *component;
-        header.components = std::int64_t(io->GetNumberOfComponents());
-        header.sizes.clear();
-        for (unsigned a = 0; a < io->GetNumberOfDimensions(); ++a)
-            header.sizes.push_back(std::int64_t(io->GetDimensions(a)));
-        if (header.sizes.size() == 3) take_grid(*io, header.grid);
-        if (header.format != ImageFormat::Nifti) header.key_values = key_values_of(*io);
-        return Ok{};
-    });
-}
-
-Status itk_read_values(const fs::path& path, const ImageHeader& header, void* values) {
-    return guarded(path, ErrorCode::Unreadable, "its data can't be read", [&]() -> Status {
-        bool known = true;
-        const auto io = new_io(path, header.format, known);
-        const auto count = voxel_count(header.grid) * std::size_t(header.components);
-        if (std::size_t(io->GetImageSizeInBytes()) != count * size_of(header.component))
-            return unreadable(path, "changed while it was read");
-        read_all(*io, values);
-        return Ok{};
-    });
-}
 
 Status itk_read_slice(const fs::path& path, int columns, int rows, VoxelBuilder& voxels) {
     return guarded(path, ErrorCode::Unreadable, "its pixels can't be decoded", [&]() -> Status {

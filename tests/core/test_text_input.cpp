@@ -112,6 +112,8 @@ TEST(Messages, ShowNothingThatATerminalObeys) {
               "?1m???");
     EXPECT_EQ(printable("\xff\xc0\x80\xed\xa0\x80\xc3"), std::string(7, '?'));
     EXPECT_EQ(printable(std::string_view("a\0b", 3)), "a?b");
+    EXPECT_EQ(printable("aä", 2), "a…");
+    EXPECT_EQ(printable("aä", 3), "aä");
     EXPECT_EQ(one_line("file: wrong"), "file: wrong");
     const std::string cut = one_line("begin " + repeated("ä", 1'000'000) + " end");
     EXPECT_LE(cut.size(), 400u);
