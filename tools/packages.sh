@@ -8,9 +8,9 @@
 packages_of() {
     case $1 in
         build)
-            echo g++ cmake ninja-build ccache libinsighttoolkit5-dev libtbb-dev libcli11-dev \
-                libtomlplusplus-dev nlohmann-json3-dev libhwy-dev libpng-dev zlib1g-dev \
-                liblz4-dev libboost-dev libeigen3-dev libnlopt-dev libpugixml-dev
+            echo g++ cmake ninja-build ccache libinsighttoolkit5-dev libgdcm-dev libtbb-dev \
+                libcli11-dev libtomlplusplus-dev nlohmann-json3-dev libhwy-dev libpng-dev \
+                zlib1g-dev liblz4-dev libboost-dev libeigen3-dev libnlopt-dev libpugixml-dev
             ;;
         test) echo clang libgtest-dev ;;
         lint) echo clang-format-14 ;;

@@ -6,7 +6,6 @@
 
 #include "volume/itk_io.h"
 
-#include <itkGDCMImageIO.h>
 #include <itkMetaDataObject.h>
 #include <itkMetaImageIO.h>
 #include <itkNiftiImageIO.h>
@@ -182,24 +181,6 @@ Status itk_read_values(const fs::path& path, const ImageHeader& header, void* va
         if (std::size_t(io->GetImageSizeInBytes()) != count * size_of(header.component))
             return unreadable(path, "changed while it was read");
         read_all(*io, values);
-        return Ok{};
-    });
-}
-
-Status itk_read_slice(const fs::path& path, int columns, int rows, VoxelBuilder& voxels) {
-    return guarded(path, ErrorCode::Unreadable, "its pixels can't be decoded", [&]() -> Status {
-        const auto io = itk::GDCMImageIO::New();
-        io->SetFileName(path.string());
-        io->ReadImageInformation();
-        const auto component = component_of(*io);
-        const auto count = std::size_t(columns) * std::size_t(rows);
-        if (!component || io->GetNumberOfComponents() != 1 ||
-            std::size_t(io->GetImageSizeInPixels()) != count ||
-            io->GetDimensions(0) != itk::SizeValueType(columns))
-            return unreadable(path, "its pixels aren't what its header says");
-        std::vector<double> values((count * size_of(*component) + 7) / 8);  // aligned for all
-        read_all(*io, values.data());
-        voxels.add(*component, values.data(), count);
         return Ok{};
     });
 }

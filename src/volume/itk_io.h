@@ -1,14 +1,13 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// What ITK does: it reads headers, DICOM slices, and the few kinds of data that are not simply
+// What ITK does: it reads headers, and the few kinds of data that are not simply
 // there (data_stream.h). Its warnings, and those of the libraries below it,
 // go nowhere: what they have to say comes back as a Status.
 
 #pragma once
 
 #include "volume/image_header.h"
-#include "volume/voxel_builder.h"
 
 #include <filesystem>
 
@@ -24,9 +23,5 @@ Status itk_read_header(const std::filesystem::path& path, ImageHeader& header);
 /// @param header      as itk_read_header left it
 /// @param[out] values  room for voxel_count(header.grid)·components numbers of header.component
 Status itk_read_values(const std::filesystem::path& path, const ImageHeader& header, void* values);
-
-/// Decodes one DICOM slice with its rescale slope and intercept applied, and adds it.
-Status itk_read_slice(const std::filesystem::path& path, int columns, int rows,
-                      VoxelBuilder& voxels);
 
 }  // namespace pliant
