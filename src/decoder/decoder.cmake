@@ -6,16 +6,19 @@
 
 include(GNUInstallDirs)
 add_executable(pliant_decoder decoder/decode.cpp decoder/main.cpp decoder/sandbox.cpp)
-set_target_properties(pliant_decoder PROPERTIES OUTPUT_NAME pliant-decode-pixels
+add_executable(pliant::decode_pixels ALIAS pliant_decoder)
+set_target_properties(pliant_decoder PROPERTIES
+    OUTPUT_NAME pliant-decode-pixels EXPORT_NAME decode_pixels
     RUNTIME_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR})
 target_include_directories(pliant_decoder PRIVATE ${CMAKE_CURRENT_SOURCE_DIR})
 # GDCM's headers have warnings of their own.
 target_include_directories(pliant_decoder SYSTEM PRIVATE ${GDCM_INCLUDE_DIRS})
-target_link_libraries(pliant_decoder PRIVATE pliant_flags gdcmMSFF gdcmDICT gdcmDSED gdcmCommon)
+target_link_libraries(pliant_decoder PRIVATE gdcmMSFF gdcmDICT gdcmDSED gdcmCommon)
 # A sanitizer's memory is beyond the limits of the program, and its system calls are forbidden.
-target_compile_options(pliant_decoder PRIVATE $<$<BOOL:${PLIANT_SANITIZE}>:-fno-sanitize=all>)
-target_link_options(pliant_decoder PRIVATE LINKER:-z,relro,-z,now
-    $<$<BOOL:${PLIANT_SANITIZE}>:-fno-sanitize=all>)
+if(NOT PLIANT_SANITIZE AND NOT PLIANT_FUZZ)
+    target_link_libraries(pliant_decoder PRIVATE pliant_flags)
+endif()
+target_link_options(pliant_decoder PRIVATE LINKER:-z,relro,-z,now)
 add_dependencies(pliant pliant_decoder)
 # The programs of the build tree look in libexec/pliant above their folder.
 foreach(folder IN ITEMS libexec/pliant tests/libexec/pliant)

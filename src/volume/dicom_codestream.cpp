@@ -164,11 +164,11 @@ Status check_codestream(const DicomSlice& slice, Bytes codestream, int& bits) {
     if (size->columns != std::uint64_t(slice.columns) || size->rows != std::uint64_t(slice.rows) ||
         size->components != 1 || size->bits < 1 || size->bits > pixels.bits_allocated)
         return unreadable(slice.path,
-                          "has compressed pixels of " + std::to_string(size->columns) + " × " +
-                              std::to_string(size->rows) + ", " + std::to_string(size->components) +
-                              " × " + std::to_string(size->bits) + " bits, expected " +
+                          "has compressed pixels for " + std::to_string(size->columns) + " × " +
+                              std::to_string(size->rows) + " (" + std::to_string(size->components) +
+                              " × " + std::to_string(size->bits) + " bits), expected " +
                               std::to_string(slice.columns) + " × " + std::to_string(slice.rows) +
-                              ", 1 × up to " + std::to_string(pixels.bits_allocated));
+                              " (1 × up to " + std::to_string(pixels.bits_allocated) + " bits)");
     if (codestream.size() < size->smallest_bytes)
         return unreadable(slice.path, "has " + std::to_string(codestream.size()) +
                                           " bytes of compressed pixels, expected " +

@@ -4,13 +4,13 @@
 #include "volume/dicom_series.h"
 
 #include "core/errors.h"
+#include "volume/dicom_memory.h"
 #include "volume/dicom_pixels.h"
 #include "volume/image_header.h"
 #include "volume/text.h"
 #include "volume/voxel_builder.h"
 
 #include <algorithm>
-#include <fstream>
 #include <map>
 #include <utility>
 
@@ -138,18 +138,8 @@ Result<std::vector<DicomSlice>> choose_series(const fs::path& path, DicomFolder 
     return std::move(found->second.slices);
 }
 
-/// Memory that there is [bytes]; the largest number where the system doesn't say.
-std::uint64_t available_memory() {
-    std::ifstream file("/proc/meminfo");
-    for (std::string line; std::getline(file, line);)
-        if (line.starts_with("MemAvailable:"))
-            for (const std::string_view word : split(line, ' '))
-                if (const auto kib = whole_number_from(word)) return std::uint64_t(*kib) << 10;
-    return ~std::uint64_t(0);
-}
-
 Status check_memory(const fs::path& folder, const Grid& grid) {
-    if (2 * std::uint64_t(voxel_count(grid)) <= available_memory()) return Ok{};
+    if (has_room_for(2 * std::uint64_t(voxel_count(grid)))) return Ok{};
     return Error{ErrorCode::LimitExceeded, folder.string() + ": not enough memory to read it"};
 }
 

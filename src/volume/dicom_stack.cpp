@@ -135,6 +135,7 @@ Status check_straight(const fs::path& folder, const std::vector<DicomSlice>& sli
     }
     const double allowed = std::max(pixels_mm, kSmallShiftMm + kMaxLean * height);
     double largest = 0;
+    bool noted = false;
     for (std::size_t n = 0; n < slices.size(); ++n) {
         const double off = norm(shifts[n] - lean.at(heights[n]));
         if (off > allowed)
@@ -143,9 +144,11 @@ Status check_straight(const fs::path& folder, const std::vector<DicomSlice>& sli
                                            text_of(std::round(100 * off) / 100) +
                                            " mm, expected slices that lie straight above each "
                                            "other");
-        largest = std::max(largest, norm(shifts[n]));
+        const double shift = norm(shifts[n]);
+        largest = std::max(largest, shift);
+        noted = noted || shift > kSmallShiftMm + kMaxLean * (heights[n] - heights.front());
     }
-    if (largest > kSmallShiftMm + kMaxLean * height)
+    if (noted)
         notes.push_back("slices are shifted sideways by up to " +
                         text_of(std::round(100 * largest) / 100) + " mm and taken for straight");
     return Ok{};

@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Transfer syntaxes of DICOM: how elements are written and how pixels are encoded [DICOM2024] (PS3.5).
+// Transfer syntaxes of DICOM: how elements are written and how pixels are encoded [DICOM2024]
+// (PS3.5).
 
 #pragma once
 

@@ -47,6 +47,8 @@ constexpr std::pair<std::uint32_t, std::string_view> kKept[] = {
 /// Longest value that is kept, and deepest nesting of sequences that is followed.
 constexpr std::uint32_t kMaxValueBytes = 1024;
 constexpr int kMaxDepth = 32;
+/// Most pieces of a codestream.
+constexpr std::size_t kMaxFragments = std::size_t(1) << 20;
 
 /// The type in a table that outlives the bytes of a file; empty if there is none such.
 std::string_view known_type(const char* bytes) {
@@ -226,6 +228,7 @@ bool DicomWalk::take_fragments() {
         if (!read_element(item)) return false;
         if (item.tag == kSequenceEnd) return true;
         if (item.tag != kItem || item.nests) return false;
+        if (m_pixel_parts.size() == kMaxFragments) return false;
         if (!table_of_offsets && item.length) m_pixel_parts.push_back({m_at, item.length});
         if (!skip(item.length)) return false;
     }

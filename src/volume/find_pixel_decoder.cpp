@@ -4,6 +4,7 @@
 #include "volume/pixel_decoder.h"
 
 #include <dlfcn.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -32,6 +33,15 @@ fs::path folder_of_library() {
     return error ? fs::path() : file.parent_path();
 }
 
+/// Whether a program is there to be run, and of this user or root: a folder above may be one in
+/// which all may write.
+bool is_own_program(const fs::path& file) {
+    struct stat info {};
+    if (::stat(file.c_str(), &info) != 0 || !S_ISREG(info.st_mode)) return false;
+    const bool trusted = info.st_uid == 0 || info.st_uid == ::geteuid();
+    return trusted && !(info.st_mode & S_IWOTH) && ::access(file.c_str(), X_OK) == 0;
+}
+
 }  // namespace
 
 std::vector<fs::path> decoder_places() {
@@ -47,12 +57,10 @@ std::vector<fs::path> decoder_places() {
     return places;
 }
 
-Result<fs::path> find_pixel_decoder() {
-    const std::vector<fs::path> places = decoder_places();
+Result<fs::path> find_pixel_decoder(const std::vector<fs::path>& places) {
     std::string list;
     for (const fs::path& place : places) {
-        std::error_code error;
-        if (fs::is_regular_file(place, error) && ::access(place.c_str(), X_OK) == 0) return place;
+        if (is_own_program(place)) return place;
         list += (list.empty() ? "" : ", ") + place.parent_path().string();
     }
     return Error{ErrorCode::NotFound, "the program " + std::string(kDecoderName) +

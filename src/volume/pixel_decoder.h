@@ -36,8 +36,10 @@ struct DecoderLimits {
 /// holds Pliant; where this build installs it.
 std::vector<std::filesystem::path> decoder_places();
 
-/// The first of these places that has it. @returns NotFound with all places
-Result<std::filesystem::path> find_pixel_decoder();
+/// The first of these places that has it. Programs of other users than this one and root, or that
+/// all may write, don't count. @returns NotFound with all places
+Result<std::filesystem::path> find_pixel_decoder(
+    const std::vector<std::filesystem::path>& places = decoder_places());
 
 class PixelDecoder {
   public:

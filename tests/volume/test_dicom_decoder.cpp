@@ -116,6 +116,19 @@ TEST_F(DicomDecoder, OneThatIsMissingIsAnError) {
     EXPECT_TRUE(find_pixel_decoder().ok());
 }
 
+TEST_F(DicomDecoder, IsNotTakenWhereAllMayWriteIt) {
+    const fs::path program = m_folder.write(kDecoderName, "#!/bin/sh\n");
+    EXPECT_FALSE(find_pixel_decoder({program}).ok());  // can't be run
+    fs::permissions(program, fs::perms::owner_all | fs::perms::others_write);
+    const auto found = find_pixel_decoder({program});
+    ASSERT_FALSE(found.ok());
+    EXPECT_NE(found.error().message.find("looked for in " + m_folder.path().string()),
+              std::string::npos)
+        << found.error().message;
+    fs::permissions(program, fs::perms::owner_all);
+    EXPECT_TRUE(find_pixel_decoder({m_folder / "none", program}).ok());
+}
+
 TEST_F(DicomDecoder, GetsNoEnvironmentAndNoDescriptors) {
     ::setenv("PLIANT_TEST_SECRET", "1", 1);
     const fs::path out = m_folder / "out";
