@@ -5,15 +5,20 @@ pliant_test(core
     SOURCES test_ended_commits.cpp test_geometry.cpp test_hash.cpp test_memory_budget.cpp
             test_result.cpp test_staged_files.cpp test_tasks.cpp test_text_input.cpp)
 pliant_test(volume
-    SOURCES ../support/scan_files.cpp recorded_meta.cpp recorded_nifti.cpp recorded_nrrd.cpp
-            recorded_types.cpp test_broken_files.cpp test_check_volume.cpp
-            test_damaged_at_random.cpp test_dicom_series.cpp test_headers.cpp test_mapped_scans.cpp
+    SOURCES ../support/scan_files.cpp ../../src/decoder/sandbox.cpp recorded_meta.cpp
+            recorded_nifti.cpp recorded_nrrd.cpp recorded_types.cpp test_broken_files.cpp
+            test_check_volume.cpp test_damaged_at_random.cpp test_dicom_codestreams.cpp
+            test_dicom_decoder.cpp test_dicom_folders.cpp test_dicom_pixels.cpp
+            test_dicom_sandbox.cpp test_dicom_series.cpp test_headers.cpp test_mapped_scans.cpp
             test_phantom.cpp
             test_phantom_scene.cpp test_read_formats.cpp test_read_orientation.cpp
             test_recorded_scans.cpp test_sample_linear.cpp test_shared_scans.cpp test_text.cpp
             test_vector_field.cpp test_voxel_array.cpp test_voxel_builder.cpp test_write_volume.cpp
             test_write_vti.cpp
     LIBRARIES ZLIB::ZLIB)
+target_compile_definitions(test_volume PRIVATE
+    PLIANT_DICOM_CORPUS="${CMAKE_CURRENT_SOURCE_DIR}/fuzz/corpus/dicom"
+    PLIANT_TEST_DATA="${CMAKE_CURRENT_SOURCE_DIR}/volume/data")
 pliant_test(fit SOURCES test_large.cpp test_methods.cpp test_published.cpp)
 pliant_test(mesh
     SOURCES ../support/count_allocations.cpp test_builders.cpp test_check_mesh.cpp
