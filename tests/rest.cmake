@@ -9,7 +9,8 @@ pliant_test(volume
             recorded_nifti.cpp recorded_nrrd.cpp recorded_types.cpp test_broken_files.cpp
             test_check_volume.cpp test_damaged_at_random.cpp test_dicom_codestreams.cpp
             test_dicom_decoder.cpp test_dicom_folders.cpp test_dicom_pixels.cpp
-            test_dicom_sandbox.cpp test_dicom_series.cpp test_headers.cpp test_mapped_scans.cpp
+            test_dicom_sandbox.cpp test_dicom_series.cpp test_give_up.cpp test_headers.cpp
+            test_mapped_scans.cpp
             test_phantom.cpp
             test_phantom_scene.cpp test_read_formats.cpp test_read_orientation.cpp
             test_recorded_scans.cpp test_sample_linear.cpp test_shared_scans.cpp test_text.cpp
