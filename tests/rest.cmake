@@ -17,7 +17,8 @@ pliant_test(volume
 pliant_test(fit SOURCES test_large.cpp test_methods.cpp test_published.cpp)
 pliant_test(mesh
     SOURCES ../support/count_allocations.cpp test_builders.cpp test_check_mesh.cpp
-            test_distance.cpp test_files.cpp test_limits.cpp test_overlap.cpp test_stuffing.cpp test_write_vtu.cpp
+            test_distance.cpp test_files.cpp test_limits.cpp test_overlap.cpp test_stuffing.cpp
+            test_write_vtu.cpp
     LIBRARIES ZLIB::ZLIB)
 target_include_directories(test_mesh PRIVATE ${PROJECT_SOURCE_DIR}/benchmarks/results_pbd)
 pliant_test(vessel
