@@ -4,10 +4,12 @@
 // What a scan holds, for people or as one JSON object.
 
 #include "options.h"
+#include "progress.h"
+#include "shell_word.h"
 #include "suggest_push.h"
-#include "terminal_text.h"
 #include "value_range.h"
 
+#include <pliant/text_input.h>
 #include <pliant/volume.h>
 
 #include <nlohmann/json.hpp>
@@ -17,6 +19,7 @@
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
+#include <optional>
 
 namespace pliant::app {
 namespace {
@@ -107,7 +110,7 @@ void print_json(const InfoOptions& options, const Volume& volume, const ReadNote
 
 void print_line(const char* name, const std::string& text) {
     constexpr std::size_t kMaxShownBytes = 300;
-    std::printf("%-12s %s\n", name, one_line(text, kMaxShownBytes).c_str());
+    std::printf("%-12s %s\n", name, printable(text, kMaxShownBytes).c_str());
 }
 
 void print_geometry(const Grid& grid) {
@@ -126,7 +129,7 @@ void print_geometry(const Grid& grid) {
 
 /// Commands that work with this scan.
 void print_next(const InfoOptions& options, const std::optional<PushOption>& push) {
-    const std::string file = one_line(options.file);
+    const std::string file = shell_word(options.file);
     std::printf("\nTry next:    pliant render %s --out view.png\n", file.c_str());
     if (push) {
         std::printf(
@@ -163,11 +166,16 @@ void print_text(const InfoOptions& options, const Volume& volume, const ReadNote
 
 int run_info(const InfoOptions& options) {
     ReadNotes notes;
+    std::optional<ProgressBar> bar(std::in_place, "info");
     const auto volume = read_volume(options.file, {options.series}, &notes);
-    if (!volume) return bad_input(volume.error().message);
+    if (!volume) {
+        bar.reset();
+        return bad_input(volume.error().message);
+    }
     const ValueRange range = value_range(*volume);
     std::optional<PushOption> push;
     if (options.suggest_push) push = suggest_push(*volume, TaskArena());
+    bar.reset();
     if (options.json)
         print_json(options, *volume, notes, range, push);
     else

@@ -5,6 +5,7 @@
 
 #include <pliant/mesh_files.h>
 #include <pliant/mesh_quality.h>
+#include <pliant/text_input.h>
 
 #include <algorithm>
 #include <fstream>
@@ -13,7 +14,6 @@
 #include <stdexcept>
 #include <tuple>
 
-#include "core/shown.h"
 #include "mesh/file_numbers.h"
 
 namespace pliant {
@@ -169,7 +169,7 @@ Result<MeshData> read_mesh(const std::filesystem::path& path) {
             if (c >= 'A' && c <= 'Z') c = char(c - 'A' + 'a');
         auto mesh = mesh::parse_mesh(bytes, ending);
         if (!mesh)
-            return Error{mesh.error().code, path.string() + ": " + printable(mesh.error().message)};
+            return Error{mesh.error().code, path.string() + ": " + one_line(mesh.error().message)};
         return mesh;
     } catch (const std::bad_alloc&) {
         return too_large();

@@ -201,7 +201,9 @@ std::optional<VoxelArray<T>> map_voxels(const fs::path& path, const ImageHeader&
     return VoxelArray<T>::mapped(data.files[0], *start, voxel_count(header.grid));
 }
 
-Result<Voxels> read_voxels(const fs::path& path, const ImageHeader& header, ReadNotes& notes) {
+Result<Voxels> read_voxels(const fs::path& path, const ImageHeader& header, bool may_map,
+                           ReadNotes& notes) {
+    if (!may_map) return stream_voxels(path, header, notes);
     if (header.stored == Component::Int16)
         if (auto mapped = map_voxels<std::int16_t>(path, header)) return Voxels(std::move(*mapped));
     if (header.stored == Component::Float32)
@@ -212,7 +214,7 @@ Result<Voxels> read_voxels(const fs::path& path, const ImageHeader& header, Read
     return stream_voxels(path, header, notes);
 }
 
-Result<Volume> read_image_file(const fs::path& path, ReadNotes& notes) {
+Result<Volume> read_image_file(const fs::path& path, bool may_map, ReadNotes& notes) {
     const auto format = format_by_name(path);
     if (!format && looks_like_dicom(path))
         return Error{ErrorCode::Unsupported,
@@ -227,7 +229,7 @@ Result<Volume> read_image_file(const fs::path& path, ReadNotes& notes) {
     notes.stored_type = name_of(header->stored);
     notes.notes = std::move(header->notes);
     note_lean(header->grid, notes.notes);
-    auto voxels = read_voxels(path, *header, notes);
+    auto voxels = read_voxels(path, *header, may_map, notes);
     if (!voxels) return voxels.error();
     return Volume{header->grid, std::move(*voxels), std::move(header->key_values)};
 }
@@ -242,7 +244,7 @@ Result<Volume> read_volume(const fs::path& path, const ReadOptions& options, Rea
         std::error_code error;
         if (fs::is_directory(path, error)) return read_dicom_folder(path, options, said);
         if (Status status = check_file(path); !status) return status.error();
-        return read_image_file(path, said);
+        return read_image_file(path, options.may_map, said);
     } catch (const std::bad_alloc&) {
         return Error{ErrorCode::LimitExceeded, path.string() + ": not enough memory to read it"};
     }

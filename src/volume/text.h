@@ -5,6 +5,7 @@
 
 #pragma once
 
+#include <pliant/text_input.h>  // shown()
 #include <pliant/vec.h>
 
 #include <cstdint>
@@ -12,8 +13,6 @@
 #include <string>
 #include <string_view>
 #include <vector>
-
-#include "core/shown.h"
 
 namespace pliant {
 
