@@ -232,6 +232,7 @@ Result<Volume> read_image_file(const fs::path& path, const ReadOptions& options,
     notes.format = name_of(*format);
     notes.stored_type = name_of(header->stored);
     notes.notes = std::move(header->notes);
+    note_lean(header->grid, notes.notes);
     auto voxels = read_voxels(path, *header, options, notes);
     if (!voxels) return voxels.error();
     return Volume{header->grid, std::move(*voxels), std::move(header->key_values)};
