@@ -17,7 +17,7 @@ namespace pliant::mutate {
 
 inline constexpr int kTaken = 0, kRefused = 2;  ///< exit statuses of docs/conventions.md
 inline constexpr double kMaxPeakMb = 1024;
-inline constexpr std::size_t kMaxLineBytes = 400;
+inline constexpr std::size_t kMaxLineBytes = 408;  ///< "pliant: " and 400 bytes
 
 /// Bytes of every file in a folder by relative path; folders end with '/' and have no bytes. A link
 /// is its target's name.

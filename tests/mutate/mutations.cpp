@@ -202,27 +202,29 @@ void insert_long_field(std::string& text, const Words& words, Random& random) {
 }
 
 void insert_nesting(std::string& text, const Words&, Random& random) {
-    static const std::vector<std::string> units = {"[",  "{",       "(",   "a.",
+    static const std::vector<std::string> units = {"[",  "{",       "a.",  "a.",
                                                    "[[", "{\"a\":", "<a>", "-"};
-    static const std::vector<int> depths = {10, 100, 1000, 10000, 40000};
+    static const std::vector<int> depths = {10, 1000, 10000, 50000, 100000};
     const std::string& unit = any_of(units, random);
     const int depth = any_of(depths, random);
     std::string nest;
     for (int n = 0; n < depth; ++n) nest += unit;
-    if (unit == "a.") nest = "\n" + nest + "a = 1\n";
-    text.insert(random.whole(0, 1) ? somewhere(text, random) : some_line(text, random).begin, nest);
+    const bool is_line = unit == "a." || random.whole(0, 1) == 1;
+    if (unit == "a.") nest += "a = 1\n";
+    text.insert(is_line ? some_line(text, random).begin : somewhere(text, random), nest);
 }
 
 using Change = void (*)(std::string&, const Words&, Random&);
 
 /// Those that mostly get past a reader's first look stand there more than once.
-constexpr std::array<Change, 24> kChanges = {
+constexpr std::array<Change, 25> kChanges = {
     flip_bit,        flip_bit,       flip_bit,          set_bytes,
     set_number,      set_number,     insert_bytes,      insert_controls,
     insert_controls, remove_part,    remove_part,       cut_off,
     splice,          repeat_line,    remove_line,       move_line,
     replace_number,  replace_number, replace_number,    insert_word,
-    insert_word,     lengthen_field, insert_long_field, insert_nesting};
+    insert_word,     lengthen_field, insert_long_field, insert_nesting,
+    insert_nesting};
 
 }  // namespace
 

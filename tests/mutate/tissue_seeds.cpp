@@ -3,7 +3,8 @@
 
 // Seeds: settings of tissue, label maps and directions, saved states.
 
-#include <numeric>
+#include <cstdint>
+#include <cstring>
 
 #include "mutate/formats.h"
 #include "mutate/repair.h"
@@ -90,6 +91,23 @@ Seed settings_seed(const std::string& name, const File& scan, const std::string&
                                  "out.plst"}};
 }
 
+/// Damages the settings in a saved state, whose length stands before them, or any of its bytes.
+void damage_state(std::string& bytes, Random& random) {
+    constexpr std::size_t kLengthAt = 168, kSettingsAt = kLengthAt + 4;
+    std::uint32_t length = 0;
+    std::memcpy(&length, &bytes[kLengthAt], sizeof length);
+    if (random.whole(0, 1)) {
+        std::string text = bytes.substr(kSettingsAt, length);
+        mutate(text, 0, kTomlWords, random);
+        const auto changed = std::uint32_t(text.size());
+        std::memcpy(&bytes[kLengthAt], &changed, sizeof changed);
+        bytes.replace(kSettingsAt, length, text);
+    } else {
+        mutate(bytes, kSettingsAt, {}, random);
+    }
+    repair_state(bytes);
+}
+
 }  // namespace
 
 Format settings(const Sources& from) {
@@ -135,12 +153,16 @@ Format state(const Sources& from) {
     const auto saved = [&](const std::string& name, const std::string& how) {
         const std::string command = "deform c.nrrd --config s.toml --tool sphere:20 --threads 1 " +
                                     how + " --out o.nrrd --save-state a.plst";
-        File made = made_by(from, {scan, soft}, command, {"a.plst"}).front();
-        return Seed{.name = name,
-                    .files = {scan, std::move(made)},
-                    .commands = {kPush + " --load-state a.plst --out out.nrrd",
-                                 kPush + " --load-state a.plst --out out.nrrd --save-state b.plst"},
-                    .repair = [](Files& files) { repair_state(files.back().bytes); }};
+        Seed seed{.name = name,
+                  .files = {scan, made_by(from, {scan, soft}, command, {"a.plst"}).front()},
+                  .commands = {kPush + " --load-state a.plst --out out.nrrd",
+                               kPush + " --load-state a.plst --out out.nrrd --save-state b.plst"}};
+        seed.damaged = [files = seed.files](Random& random) {
+            Files changed = files;
+            damage_state(changed.back().bytes, random);
+            return changed;
+        };
+        return seed;
     };
     return {.name = "state",
             .words = kTomlWords,
