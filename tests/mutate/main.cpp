@@ -63,10 +63,11 @@ void check_seeds(const Options& options, const Format& format) {
 void print_fault(const Options& options, const Format& format, int n, const Outcome& outcome) {
     std::string why;
     for (const std::string& fault : outcome.faults) why += (why.empty() ? "" : "; ") + fault;
-    std::printf("FAULT %s %d: %s | pliant %s | %s | --seed %llu --first %d --count 1 %s\n",
-                format.name.c_str(), n, why.c_str(), outcome.command.c_str(),
-                printable(outcome.ended.err).c_str(), static_cast<unsigned long long>(options.seed),
-                n, format.name.c_str());
+    std::printf(
+        "FAULT %s %d: %s | pliant %s | %s | ./dev mutate %s --seed %llu --first %d --count 1\n",
+        format.name.c_str(), n, why.c_str(), outcome.command.c_str(),
+        printable(outcome.ended.err).c_str(), format.name.c_str(),
+        static_cast<unsigned long long>(options.seed), n);
     std::fflush(stdout);
 }
 

@@ -23,9 +23,17 @@ using namespace serve;
 
 const SceneSource kSource{.phantom = "cube", .phantom_size = {8, 8, 8}};
 
+const std::string kPush = R"({"client":1,"do":"push","point":[0,0,0],"push":[0,6,0],"radius":20})",
+                  kRelease = R"({"client":1,"do":"release"})",
+                  kRest = R"({"client":1,"do":"relax","on":false})";
+
+const std::vector<std::string> kSpringCommands = {
+    R"({"client":1,"do":"tissue","model":"springs","nodes":4,"cell_mm":20,"fixed_hu":3000})", kPush,
+    R"({"client":1,"do":"depth","layers":3})", kRelease};
+
 const std::vector<std::string> kCommands = {
     R"({"client":1,"do":"materials","bone_threshold_hu":3000})",
-    R"({"client":1,"do":"push","point":[0,0,0],"push":[0,6,0],"radius":20})",
+    kPush,
     R"({"client":1,"do":"grab","point":[10,0,0],"radius":15})",
     R"({"client":1,"do":"drag","offset":[0,2,0]})",
     R"({"client":1,"do":"let_go"})",
@@ -33,7 +41,7 @@ const std::vector<std::string> kCommands = {
     R"({"client":1,"do":"carve","from":[8,0,0],"to":[8,0,3],"radius":12,"stroke":1})",
     R"({"client":1,"do":"undo"})",
     R"({"client":1,"do":"iso","iso_hu":-391.5,"polarity":"falling"})",
-    R"({"client":1,"do":"release"})"};
+    kRelease};
 
 template <class T>
 T checked(Result<T> made) {
@@ -77,47 +85,43 @@ struct Recorder {
     }
 };
 
-Files session_files(bool with_marks, bool with_checkpoints) {
+Files session_files(const std::vector<std::string>& commands, bool with_marks,
+                    bool with_checkpoints) {
     const test::TemporaryFolder folder;
     Recorder recorder;
-    for (const std::string& command : kCommands) recorder.act(command);
+    for (const std::string& command : commands) recorder.act(command);
     for (int n = 1; with_checkpoints && n <= 2; ++n) {
+        recorder.act(kRest);
         (void)recorder.scene->update();
         Status saved = Ok{};
         recorder.records.push_back(
             checked(save_checkpoint(*recorder.scene, folder / "s.pls", n, saved)));
         check(saved);
-        recorder.act(kCommands[1]);
-        recorder.act(kCommands.back());
+        recorder.act(kPush);
+        recorder.act(kRelease);
     }
     if (with_marks) recorder.mark();
     return recorder.files(folder / "s.pls");
 }
 
-/// A checkpoint's checksum stands in the session as well.
-void repair_all(Files& files) {
+/// Checksums of checkpoints, where the session has those of the good ones, and then the session's.
+void repair_all(Files& files, const Files& good) {
     std::string& text = files.front().bytes;
     for (std::size_t n = 1; n < files.size(); ++n) {
-        std::string& bytes = files[n].bytes;
-        const auto checksum = [&] {
-            std::uint64_t value = 0;
-            for (std::size_t k = 0; k < 8 && bytes.size() >= 8; ++k)
-                value |= std::uint64_t(std::uint8_t(bytes[bytes.size() - 8 + k])) << 8 * k;
-            return hex_text(value, 16);
-        };
-        const std::string before = checksum();
-        repair_state(bytes);
+        repair_state(files[n].bytes);
+        const std::string before = checksum_of_state(good[n].bytes);
         if (const std::size_t at = text.find(before); at != std::string::npos)
-            text.replace(at, 16, checksum());
+            text.replace(at, before.size(), checksum_of_state(files[n].bytes));
     }
     repair_session(text);
 }
 
-Seed seed_of(const std::string& name, bool marks, bool checkpoints) {
+Seed seed_of(const std::string& name, const std::vector<std::string>& commands, bool marks,
+             bool checkpoints) {
     Seed seed{.name = name,
-              .files = session_files(marks, checkpoints),
-              .commands = {"replay s.pls --json --threads 1", "replay s.pls --threads 1"},
-              .repair = repair_all};
+              .files = session_files(commands, marks, checkpoints),
+              .commands = {"replay s.pls --json --threads 1", "replay s.pls --threads 1"}};
+    seed.repair = [good = seed.files](Files& files) { repair_all(files, good); };
     if (checkpoints) seed.commands.assign(1, "replay s.pls --from-checkpoint --threads 1");
     return seed;
 }
@@ -164,8 +168,10 @@ const Words kSessionWords = {"\"do\":\"push\"",
 Format session(const Sources&) {
     return {.name = "session",
             .words = kSessionWords,
-            .seeds = {seed_of("marks", true, false), seed_of("commands", false, false),
-                      seed_of("checkpoints", false, true)},
+            .seeds = {seed_of("marks", kCommands, true, false),
+                      seed_of("commands", kCommands, false, false),
+                      seed_of("springs", kSpringCommands, false, true),
+                      seed_of("checkpoints", kCommands, false, true)},
             .may_be_long = true};
 }
 
