@@ -26,6 +26,8 @@ install(FILES ${PROJECT_BINARY_DIR}/pliant-config.cmake
               ${PROJECT_BINARY_DIR}/pliant-config-version.cmake
         DESTINATION ${package_dir})
 
+install(TARGETS pliant_decoder EXPORT pliant
+        RUNTIME DESTINATION ${CMAKE_INSTALL_LIBEXECDIR}/pliant)
 if(PLIANT_BUILD_APP)
     install(TARGETS pliant_app RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
 endif()

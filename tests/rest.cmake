@@ -2,19 +2,28 @@
 # SPDX-License-Identifier: Apache-2.0
 
 pliant_test(core
-    SOURCES test_geometry.cpp test_hash.cpp test_result.cpp test_staged_files.cpp test_tasks.cpp)
+    SOURCES test_ended_commits.cpp test_geometry.cpp test_hash.cpp test_memory_budget.cpp
+            test_result.cpp test_staged_files.cpp test_tasks.cpp test_text_input.cpp)
 pliant_test(volume
-    SOURCES ../support/scan_files.cpp test_broken_files.cpp test_check_volume.cpp
-            test_damaged_at_random.cpp test_dicom_series.cpp test_mapped_scans.cpp test_phantom.cpp
+    SOURCES ../support/scan_files.cpp ../../src/decoder/sandbox.cpp recorded_meta.cpp
+            recorded_nifti.cpp recorded_nrrd.cpp recorded_types.cpp test_broken_files.cpp
+            test_check_volume.cpp test_damaged_at_random.cpp test_dicom_codestreams.cpp
+            test_dicom_decoder.cpp test_dicom_folders.cpp test_dicom_pixels.cpp
+            test_dicom_sandbox.cpp test_dicom_series.cpp test_headers.cpp test_mapped_scans.cpp
+            test_phantom.cpp
             test_phantom_scene.cpp test_read_formats.cpp test_read_orientation.cpp
-            test_sample_linear.cpp test_shared_scans.cpp test_text.cpp
+            test_recorded_scans.cpp test_sample_linear.cpp test_shared_scans.cpp test_text.cpp
             test_vector_field.cpp test_voxel_array.cpp test_voxel_builder.cpp test_write_volume.cpp
             test_write_vti.cpp
     LIBRARIES ZLIB::ZLIB)
+target_compile_definitions(test_volume PRIVATE
+    PLIANT_DICOM_CORPUS="${CMAKE_CURRENT_SOURCE_DIR}/fuzz/corpus/dicom"
+    PLIANT_TEST_DATA="${CMAKE_CURRENT_SOURCE_DIR}/volume/data")
 pliant_test(fit SOURCES test_large.cpp test_methods.cpp test_published.cpp)
 pliant_test(mesh
-    SOURCES test_builders.cpp test_check_mesh.cpp test_distance.cpp test_files.cpp
-            test_overlap.cpp test_stuffing.cpp test_write_vtu.cpp
+    SOURCES ../support/count_allocations.cpp test_builders.cpp test_check_mesh.cpp
+            test_distance.cpp test_files.cpp test_limits.cpp test_overlap.cpp test_stuffing.cpp
+            test_write_vtu.cpp
     LIBRARIES ZLIB::ZLIB)
 target_include_directories(test_mesh PRIVATE ${PROJECT_SOURCE_DIR}/benchmarks/results_pbd)
 pliant_test(vessel
@@ -50,21 +59,19 @@ target_compile_definitions(test_haptics PRIVATE
 add_dependencies(test_haptics fake_spnav)
 pliant_test(serve
     SOURCES ../support/count_allocations.cpp ../support/scan_files.cpp test_checkpoint.cpp
-            test_client.cpp test_commands.cpp
+            test_client.cpp test_commands.cpp test_fairness.cpp
             test_files.cpp test_frames.cpp test_haptic_catheter.cpp test_haptics.cpp
             test_hostile.cpp test_out_of_memory.cpp test_overlay.cpp test_path.cpp
-            test_scene.cpp test_server.cpp
-            test_vessel.cpp
+            test_recording.cpp test_scene.cpp test_server.cpp test_vessel.cpp
     LIBRARIES nlohmann_json::nlohmann_json)
 target_compile_definitions(test_serve PRIVATE
     PLIANT_SLOW_DEVICE="$<TARGET_FILE:slow_haptic_device>")
 add_dependencies(test_serve slow_haptic_device)
 if(PLIANT_BUILD_APP)
     pliant_test(apps SOURCES ../../apps/pliant/camera_path.cpp ../../apps/pliant/keyframes.cpp
-                             ../../apps/pliant/small_file.cpp
-                             ../serve/test_client.cpp test_keyframes.cpp test_mesh.cpp test_path.cpp
-                             test_program.cpp test_serve.cpp test_value_range.cpp
-                             test_vessel.cpp
+                             ../serve/test_client.cpp test_ending.cpp test_keyframes.cpp
+                             test_mesh.cpp test_outputs.cpp test_path.cpp test_program.cpp
+                             test_readers.cpp test_serve.cpp test_value_range.cpp test_vessel.cpp
                 LIBRARIES nlohmann_json::nlohmann_json)
     target_compile_definitions(test_apps PRIVATE PLIANT_PROGRAM="$<TARGET_FILE:pliant_app>")
     add_dependencies(test_apps pliant_app)

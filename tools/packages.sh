@@ -8,11 +8,11 @@
 packages_of() {
     case $1 in
         build)
-            echo g++ cmake ninja-build ccache libinsighttoolkit5-dev libtbb-dev libcli11-dev \
-                libtomlplusplus-dev nlohmann-json3-dev libhwy-dev libpng-dev zlib1g-dev \
-                liblz4-dev libboost-dev libeigen3-dev libnlopt-dev libpugixml-dev
+            echo g++ cmake ninja-build ccache libgdcm-dev libtbb-dev libcli11-dev \
+                libtomlplusplus-dev nlohmann-json3-dev libhwy-dev libpng-dev \
+                zlib1g-dev liblz4-dev libboost-dev libeigen3-dev libnlopt-dev libpugixml-dev
             ;;
-        test) echo clang libgtest-dev ;;
+        test) echo clang libgtest-dev libinsighttoolkit5-dev ;;
         lint) echo clang-format-14 ;;
         fuzz) echo libclang-rt-dev ;;
         bench) echo libbenchmark-dev libembree-dev time ;;

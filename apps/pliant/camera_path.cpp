@@ -4,14 +4,13 @@
 #include "camera_path.h"
 
 #include <pliant/staged_files.h>
+#include <pliant/text_input.h>
 
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <fstream>
 #include <nlohmann/json.hpp>
-
-#include "small_file.h"
 
 namespace pliant::app {
 namespace {
@@ -25,6 +24,11 @@ constexpr double kLongestMm = 1e5;
 
 Error wrong(const std::string& file, const std::string& what) {
     return {ErrorCode::Unreadable, file + ": " + what};
+}
+
+/// Also a text whose bytes are no UTF-8.
+std::string found(const json& value) {
+    return shown(value.dump(-1, ' ', false, json::error_handler_t::replace));
 }
 
 /// @returns 1 or −1, by which x and y are multiplied to be LPS; 0: another system
@@ -82,8 +86,11 @@ std::vector<Vec3d> smoothed(const Polyline& line) {
 }  // namespace
 
 Result<std::vector<Vec3d>> read_camera_path(const std::string& file) {
-    const Result<std::string> text = read_small_file(file, "a .mrk.json of 3D Slicer");
+    const Result<std::string> text =
+        read_small_file(file, kMaxSmallFileBytes, "a .mrk.json of 3D Slicer");
     if (!text) return text.error();
+    if (const Status s = check_nesting(*text, TextSyntax::Json); !s)
+        return wrong(file, s.error().message);
     const json document = json::parse(*text, nullptr, false);
     if (document.is_discarded())
         return wrong(file, "is no JSON; expected a .mrk.json of 3D Slicer");
@@ -94,10 +101,10 @@ Result<std::vector<Vec3d>> read_camera_path(const std::string& file) {
     const int sign = lps_sign(curve);
     if (sign == 0)
         return wrong(file, "coordinateSystem: expected LPS or RAS, found " +
-                               curve["coordinateSystem"].dump());
+                               found(curve["coordinateSystem"]));
     if (const json units = curve.value("coordinateUnits", json("mm"));
         units != "mm" && units != json::array({"mm", "UCUM", "millimeter"}))
-        return wrong(file, "coordinateUnits: expected mm, found " + units.dump());
+        return wrong(file, "coordinateUnits: expected mm, found " + found(units));
     const json none = json::array();
     const json& all = curve.contains("controlPoints") ? curve["controlPoints"] : none;
     std::vector<Vec3d> points;
@@ -112,7 +119,7 @@ Result<std::vector<Vec3d>> read_camera_path(const std::string& file) {
         if (!position.is_array() || position.size() != 3 ||
             !std::all_of(position.begin(), position.end(),
                          [](const json& number) { return number.is_number(); }))
-            return wrong(file, name + ": expected three numbers, found " + position.dump());
+            return wrong(file, name + ": expected three numbers, found " + found(position));
         const Vec3d p{sign * position[0].get<double>(), sign * position[1].get<double>(),
                       position[2].get<double>()};
         if (!is_finite(p)) return wrong(file, name + ": expected finite numbers");

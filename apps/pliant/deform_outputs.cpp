@@ -4,6 +4,7 @@
 #include "deform_outputs.h"
 
 #include <pliant/render.h>
+#include <pliant/text_input.h>
 
 #include <algorithm>
 #include <cctype>
@@ -91,7 +92,7 @@ Status stage_outputs(const DeformOptions& o, Outputs& outputs) {
         std::vector<std::string> endings;
     };
     const Item items[] = {
-        {"--out", o.out, outputs.out, {".nrrd", ".nhdr"}},
+        {"--out", o.out, outputs.out, {".nrrd", ".nhdr", ".vti"}},
         {"--displacement", o.displacement, outputs.displacement, {".nrrd", ".nhdr"}},
         {"--transform", o.transform, outputs.transform, {".nrrd", ".nhdr"}},
         {"--jacobian", o.jacobian, outputs.jacobian, {".nrrd", ".nhdr"}},

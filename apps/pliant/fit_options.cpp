@@ -3,7 +3,10 @@
 
 #include "fit_options.h"
 
+#include <pliant/text_input.h>
+
 #include <CLI/CLI.hpp>
+#include <sstream>
 
 namespace pliant::app {
 namespace {
@@ -11,15 +14,20 @@ namespace {
 /// Options that weren't given on the command line, from lines NAME = VALUE of a TOML file.
 void read_fit_config(CLI::App* command, const std::string& file) {
     std::vector<CLI::ConfigItem> items;
+    const auto text = read_small_file(file, kMaxSmallFileBytes, "a settings file");
+    if (!text) throw CLI::ValidationError(text.error().message);
+    if (const Status s = check_nesting(*text, TextSyntax::Toml); !s)
+        throw CLI::ValidationError(file, s.error().message);
     try {
-        items = CLI::ConfigTOML().from_file(file);
+        std::istringstream stream(*text);
+        items = CLI::ConfigTOML().from_config(stream);
     } catch (const CLI::Error& error) {
         throw CLI::ValidationError(file, error.what());
     }
     for (const CLI::ConfigItem& item : items) {
         CLI::Option* option = command->get_option_no_throw("--" + item.name);
         if (!item.parents.empty() || !option || item.name == "help")
-            throw CLI::ValidationError(file, "unknown setting '" + item.fullname() +
+            throw CLI::ValidationError(file, "unknown setting '" + shown(item.fullname()) +
                                                  "'; expected the names of pliant fit --help");
         if (!option->empty()) continue;
         const bool is_off = option->get_items_expected_max() == 0 && item.inputs.size() == 1 &&

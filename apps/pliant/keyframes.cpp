@@ -3,12 +3,12 @@
 
 #include "keyframes.h"
 
+#include <pliant/text_input.h>
+
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <optional>
-
-#include "small_file.h"
 
 namespace pliant::app {
 namespace {
@@ -93,7 +93,8 @@ struct Fields {
     }
     void fail(const std::string& key, const std::string& expected, const json& found) {
         if (!mistake)
-            mistake = where + "." + key + ": expected " + expected + ", found " + found.dump();
+            mistake = where + "." + key + ": expected " + expected + ", found " +
+                      shown(found.dump(-1, ' ', false, json::error_handler_t::replace));
     }
 };
 
@@ -103,8 +104,11 @@ Result<std::vector<Keyframe>> read_keyframes(const std::string& file) {
     const auto wrong = [&](const std::string& what) {
         return Error{ErrorCode::Unreadable, file + ": " + what};
     };
-    const Result<std::string> text = read_small_file(file, "keyframes of the page");
+    const Result<std::string> text =
+        read_small_file(file, kMaxSmallFileBytes, "keyframes of the page");
     if (!text) return text.error();
+    if (const Status s = check_nesting(*text, TextSyntax::Json); !s)
+        return wrong(s.error().message);
     const json document = json::parse(*text, nullptr, false);
     if (!document.is_object()) return wrong("is no JSON object; expected keyframes of the page");
     if (document.value("what", json()) != kName)

@@ -3,7 +3,11 @@
 
 // The command line.
 
+#include <pliant/staged_files.h>
+#include <pliant/text_input.h>
+
 #include <CLI/CLI.hpp>
+#include <cerrno>
 #include <cstdio>
 #include <new>
 #include <stdexcept>
@@ -11,16 +15,16 @@
 #include <system_error>
 
 #include "commands.h"
+#include "ending.h"
 #include "fit_options.h"
+#include "progress.h"
 
 namespace pliant::app {
 
 int bad_input(const std::string& message) {
-    std::string line = "pliant: " + message;
-    for (char& c : line)
-        if (c == '\n' || c == '\r') c = ' ';
-    std::fprintf(stderr, "%s\n", line.c_str());
-    return kExitBadInput;
+    const std::string line = one_line(about_places(message));
+    clear_progress_line();
+    return say_why(line.c_str());
 }
 
 }  // namespace pliant::app
@@ -85,8 +89,24 @@ int run(int argc, char** argv) {
 
 /// Where other errors are reported, a file or an option is named. Allocates nothing.
 int failed(const char* why) noexcept {
-    std::fprintf(stderr, "pliant: %s\n", why);
-    return kExitBadInput;
+    clear_progress_line();
+    return say_why(why);
+}
+
+/// What became of an earlier run's outputs.
+void tell(const char* line) {
+    clear_progress_line();
+    std::fprintf(stderr, "pliant: %s\n", one_line(line).c_str());
+}
+
+/// Standard output goes to a full disk, or to a program that has ended. Files are as they should
+/// be.
+int finished(int status) {
+    errno = 0;
+    const bool is_written = std::fflush(stdout) == 0 && std::ferror(stdout) == 0;
+    if (is_written || status != kExitOk) return status;
+    return bad_input("standard output: can't be written (" +
+                     std::generic_category().message(errno ? errno : EIO) + ")");
 }
 
 }  // namespace
@@ -94,8 +114,10 @@ int failed(const char* why) noexcept {
 
 int main(int argc, char** argv) {
     using pliant::app::failed;
+    pliant::app::guard_process();
+    pliant::set_recovery_listener(pliant::app::tell);
     try {
-        return pliant::app::run(argc, argv);
+        return pliant::app::finished(pliant::app::run(argc, argv));
     } catch (const std::bad_alloc&) {
         return failed("out of memory");
     } catch (const std::length_error&) {
@@ -104,5 +126,7 @@ int main(int argc, char** argv) {
         return failed(error.what());
     } catch (const std::exception& error) {
         return failed(error.what());
+    } catch (...) {
+        return failed("ended by an error of the program");
     }
 }

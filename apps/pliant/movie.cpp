@@ -14,6 +14,8 @@
 #include <string>
 #include <vector>
 
+#include "ending.h"
+
 extern char** environ;
 
 namespace pliant::app {
@@ -30,6 +32,7 @@ Movie::~Movie() {
     if (m_ffmpeg > 0) {
         kill(m_ffmpeg, SIGTERM);
         waitpid(m_ffmpeg, nullptr, 0);
+        end_with_program(-1);
     }
 }
 
@@ -37,18 +40,13 @@ Status Movie::open(const std::filesystem::path& target, int width, int height) {
     m_target = target;
     std::error_code code;
     m_is_folder = !target.has_filename() || std::filesystem::is_directory(target, code);
-    if (m_is_folder) {
-        std::filesystem::create_directories(target, code);
-        if (code) return unwritable(target, "the folder can't be made");
-        return Ok{};
-    }
-    const auto staged = m_staged.stage(target);
+    const auto staged = m_is_folder ? m_staged.stage_folder(target) : m_staged.stage(target);
     if (!staged) return staged.error();
-    return start_ffmpeg(*staged, width, height);
+    m_folder = *staged;
+    return m_is_folder ? Status(Ok{}) : start_ffmpeg(*staged, width, height);
 }
 
 Status Movie::start_ffmpeg(const std::filesystem::path& file, int width, int height) {
-    signal(SIGPIPE, SIG_IGN);  // if ffmpeg ends early, writing shall say so
     std::vector<std::string> words = {
         "ffmpeg", "-y", "-loglevel", "error", "-f", "rawvideo", "-pixel_format", "rgb24",
         "-video_size", std::to_string(width) + "x" + std::to_string(height), "-framerate",
@@ -65,8 +63,17 @@ Status Movie::start_ffmpeg(const std::filesystem::path& file, int width, int hei
     posix_spawn_file_actions_adddup2(&actions, ends[0], STDIN_FILENO);
     // What goes wrong is said here, in one line.
     posix_spawn_file_actions_addopen(&actions, STDERR_FILENO, "/dev/null", O_WRONLY, 0);
+    // Signals that are ignored here are not there.
+    sigset_t ignored;
+    sigemptyset(&ignored);
+    for (const int number : {SIGPIPE, SIGXFSZ}) sigaddset(&ignored, number);
+    posix_spawnattr_t attributes;
+    posix_spawnattr_init(&attributes);
+    posix_spawnattr_setsigdefault(&attributes, &ignored);
+    posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETSIGDEF);
     const int failed =
-        posix_spawnp(&m_ffmpeg, "ffmpeg", &actions, nullptr, arguments.data(), environ);
+        posix_spawnp(&m_ffmpeg, "ffmpeg", &actions, &attributes, arguments.data(), environ);
+    posix_spawnattr_destroy(&attributes);
     posix_spawn_file_actions_destroy(&actions);
     close(ends[0]);
     m_pipe = ends[1];
@@ -76,6 +83,7 @@ Status Movie::start_ffmpeg(const std::filesystem::path& file, int width, int hei
                           "ffmpeg is not there to make it; expected it installed, or a folder "
                           "(a name that ends in /) for the frames");
     }
+    end_with_program(m_ffmpeg);
     return Ok{};
 }
 
@@ -83,7 +91,7 @@ Status Movie::add(const Image& frame) {
     if (m_is_folder) {
         char name[32];
         std::snprintf(name, sizeof name, "%05d.png", m_count++);
-        return write_png(m_target / name, frame);
+        return write_png(m_folder / name, frame);
     }
     const char* at = reinterpret_cast<const char*>(frame.pixels.data());
     static_assert(sizeof(Rgb8) == 3);
@@ -106,14 +114,15 @@ Status Movie::wait() {
     m_pipe = -1;
     int state = 0;
     waitpid(m_ffmpeg, &state, 0);
+    end_with_program(-1);
     m_ffmpeg = -1;
     if (WIFEXITED(state) && WEXITSTATUS(state) == 0) return Ok{};
     return unwritable(m_target, "ffmpeg could not make it; expected a name such as movie.mp4");
 }
 
 Status Movie::finish() {
-    if (m_is_folder) return Ok{};
-    if (const Status ended = wait(); !ended) return ended;
+    if (!m_is_folder)
+        if (const Status ended = wait(); !ended) return ended;
     return m_staged.commit();
 }
 

@@ -36,6 +36,7 @@ class Movie {
     Status wait();
 
     std::filesystem::path m_target;
+    std::filesystem::path m_folder;  ///< that frames are written to until all are there
     bool m_is_folder = false;
     int m_count = 0;
     int m_pipe = -1;

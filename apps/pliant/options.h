@@ -156,6 +156,7 @@ struct ServeOptions {
     bool port_given = false;  ///< else any free one will do
     std::string session;
     double checkpoint_s = 30;
+    int spring_nodes = 32;
     bool no_open = false;
     std::vector<std::string> haptics;  ///< devices beside those in the tree
     int threads = 0;

@@ -1,16 +1,23 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// A progress bar on standard error; silent when that is no terminal.
+// A progress bar on standard error. Where that is no terminal, lines every few seconds, from the
+// second second on.
 
 #pragma once
 
+#include <atomic>
+#include <chrono>
+#include <condition_variable>
+#include <mutex>
 #include <string>
+#include <thread>
 
 namespace pliant::app {
 
 class ProgressBar {
   public:
+    /// @param what  is done, as in "making airway"
     explicit ProgressBar(std::string what);
     ~ProgressBar();
     ProgressBar(const ProgressBar&) = delete;
@@ -20,9 +27,21 @@ class ProgressBar {
     void show(double fraction);
 
   private:
+    void draw(int percent);
+    void tell_at_times();
+
     std::string m_what;
-    int m_percent = -1;
+    std::atomic<int> m_percent = 0;
+    int m_drawn = -1;
     bool m_terminal;
+    std::chrono::steady_clock::time_point m_start;
+    std::mutex m_mutex;
+    std::condition_variable m_over_changed;
+    bool m_over = false;
+    std::thread m_teller;  ///< also while a single step takes long; none where it can't be started
 };
+
+/// Clears the line of a bar on a terminal, so that a message has it for itself.
+void clear_progress_line() noexcept;
 
 }  // namespace pliant::app

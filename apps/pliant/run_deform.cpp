@@ -14,6 +14,7 @@
 #include <utility>
 
 #include "deform_outputs.h"
+#include "standard_output.h"
 
 namespace pliant::app {
 namespace {
@@ -48,9 +49,10 @@ Status read_maps(const DeformOptions& o, ChainMailSettings& settings) {
     return Ok{};
 }
 
-/// The room speaks of labels and directions; a user gave them as options.
+/// The room speaks of a push or of labels; a user gave them as options.
 Error named_by_option(Error error) {
-    for (const char* option : {"labels:", "directions:"})
+    for (const char* option :
+         {"push:", "slide:", "cut:", "carve:", "relax:", "labels:", "directions:"})
         if (error.message.starts_with(option)) error.message.insert(0, "--");
     return error;
 }
@@ -66,7 +68,7 @@ Status apply(const SlideOption& option, const DeformOptions& o, ChainMail& tissu
     const auto report = slide_sphere(tissue, {.point_mm = option.point_mm,
                                               .push_mm = option.way_mm,
                                               .sphere_radius_mm = o.sphere_radius_mm});
-    if (!report.ok()) return Error{report.error().code, "--" + report.error().message};
+    if (!report.ok()) return named_by_option(report.error());
     left = {{}, {{report->end_mm, report->end_mm, o.sphere_radius_mm}}};
     result.slides.push_back(*report);
     return Ok{};
@@ -74,27 +76,24 @@ Status apply(const SlideOption& option, const DeformOptions& o, ChainMail& tissu
 
 Status apply(const DeformAction& action, const DeformOptions& o, ChainMail& tissue,
              DeformResult& result, LeftTool& left) {
-    const auto failed = [](const Error& error) -> Status {
-        return Error{error.code, "--" + error.message};
-    };
     if (const auto* option = std::get_if<PushOption>(&action)) {
         auto grabbed = tissue.elements_at({.point_mm = option->point_mm,
                                            .push_mm = option->push_mm,
                                            .sphere_radius_mm = o.sphere_radius_mm});
-        if (!grabbed.ok()) return failed(grabbed.error());
+        if (!grabbed.ok()) return named_by_option(grabbed.error());
         left = {std::move(*grabbed), {}};
         const auto report = tissue.push_elements(left.held, option->push_mm);
-        if (!report.ok()) return failed(report.error());
+        if (!report.ok()) return named_by_option(report.error());
         result.pushes.push_back(*report);
     } else if (const auto* slide = std::get_if<SlideOption>(&action)) {
         return apply(*slide, o, tissue, result, left);
     } else if (const auto* surface = std::get_if<CutSurface>(&action)) {
         const auto report = tissue.cut(*surface);
-        if (!report.ok()) return failed(report.error());
+        if (!report.ok()) return named_by_option(report.error());
         result.edit_ms += report->cut_ms;
     } else if (const auto* tool = std::get_if<CarveTool>(&action)) {
         const auto report = tissue.carve(*tool);
-        if (!report.ok()) return failed(report.error());
+        if (!report.ok()) return named_by_option(report.error());
         result.edit_ms += report->carve_ms;
     }
     return Ok{};
@@ -120,7 +119,7 @@ Status apply_relaxation(const DeformOptions& o, ChainMail& tissue, LeftTool left
         options.tools = std::move(left.lying);
     }
     const auto report = tissue.relax(options);
-    if (!report.ok()) return Error{report.error().code, "--" + report.error().message};
+    if (!report.ok()) return named_by_option(report.error());
     result.relax = *report;
     return Ok{};
 }
@@ -240,7 +239,7 @@ int run_deform(const DeformOptions& options) {
         !s.ok())
         return fail(s.error());
     bar.reset();
-    std::fputs(report_text(result).c_str(), stdout);
+    if (!is_standard_output(options.report)) std::fputs(report_text(result).c_str(), stdout);
     return kExitOk;
 }
 

@@ -12,6 +12,7 @@
 #include <optional>
 
 #include "deform_outputs.h"
+#include "standard_output.h"
 
 namespace pliant::app {
 namespace {
@@ -183,7 +184,7 @@ int run_deform_springs(const DeformOptions& options) {
         !s.ok())
         return fail(s.error());
     bar.reset();
-    std::fputs(report_text(result).c_str(), stdout);
+    if (!is_standard_output(options.report)) std::fputs(report_text(result).c_str(), stdout);
     return kExitOk;
 }
 

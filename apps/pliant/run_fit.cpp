@@ -8,12 +8,14 @@
 
 #include <charconv>
 #include <cstdio>
+#include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string_view>
 
 #include "options.h"
+#include "progress.h"
 
 namespace pliant::app {
 namespace {
@@ -220,15 +222,12 @@ void print(const std::string& method, const FitBoxProblem& box, const FitResult&
     }
 }
 
-Status write_report(const std::string& path, const Json& report) {
-    StagedFiles files;
-    const auto place = files.stage(path);
-    if (!place.ok()) return place.error();
-    std::ofstream file(*place, std::ios::binary);
+Status write_report(const std::filesystem::path& path, const Json& report) {
+    std::ofstream file(path, std::ios::binary);
     file << report.dump(2) << '\n';
     file.close();
-    if (!file) return Error{ErrorCode::Unwritable, path + ": can't be written"};
-    return files.commit();
+    if (file) return Ok{};
+    return Error{ErrorCode::Unwritable, path.string() + ": can't be written"};
 }
 
 }  // namespace
@@ -236,21 +235,34 @@ Status write_report(const std::string& path, const Json& report) {
 int run_fit(const FitOptions& o) {
     const auto settings = box_of(o);
     if (!settings) return bad_input(settings.error().message);
+    // Before the work, which may take long.
+    StagedFiles files;
+    std::filesystem::path report_file;
+    if (!o.report.empty()) {
+        const auto place = files.stage(o.report);
+        if (!place) return bad_input(place.error().message);
+        report_file = *place;
+    }
     const TaskArena arena(o.threads);
+    std::optional<ProgressBar> bar(std::in_place, "fit");
     const auto box = fit_box(*settings, arena);
+    bar.reset();
     if (!box) return bad_input("fit: " + box.error().message);
     std::vector<std::string> methods = o.methods;
     if (methods.empty()) methods = {"closed-form", "gauss-newton"};
     Json report{{"motion", o.motion}, {"cost", o.cost}, {"methods", Json::array()}};
     for (const std::string& method : methods) {
+        bar.emplace(method);
         const auto result = fit(box->problem, method_of(method, o, *box), arena);
+        bar.reset();
         if (!result) return bad_input(method + ": " + result.error().message);
         print(method, *box, *result);
         report["methods"].push_back(method_json(method, *box, *result));
     }
-    if (o.report.empty()) return kExitOk;
-    if (const Status status = write_report(o.report, report); !status)
-        return bad_input(status.error().message);
+    if (!report_file.empty())
+        if (const Status s = write_report(report_file, report); !s)
+            return bad_input(s.error().message);
+    if (const Status s = files.commit(); !s) return bad_input(s.error().message);
     return kExitOk;
 }
 

@@ -21,6 +21,7 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <thread>
+#include <tuple>
 
 #include "options.h"
 #include "progress.h"
@@ -221,16 +222,40 @@ int list_devices() {
     return kExitOk;
 }
 
-Status write_json(const std::string& path, const Json& report) {
-    StagedFiles files;
-    const auto staged = files.stage(path);
-    if (!staged.ok()) return staged.error();
-    std::ofstream stream(*staged, std::ios::binary);
-    stream << report.dump(2) << '\n';
-    stream.close();
-    if (!stream) return Error{ErrorCode::Unwritable, path + ": can't be written"};
-    return files.commit();
+Error about_option(const char* option, const Error& error) {
+    return {error.code, std::string(option) + ": " + error.message};
 }
+
+/// Both files or none, and known to be possible before the minutes of the check.
+struct HapticsOutputs {
+    StagedFiles files;
+    std::filesystem::path record, out;
+
+    Status stage(const HapticsOptions& o) {
+        for (const auto& [option, name, place] :
+             {std::tuple("--record", &o.record, &record), {"--out", &o.out, &out}}) {
+            if (name->empty()) continue;
+            const auto staged = files.stage(*name);
+            if (!staged) return about_option(option, staged.error());
+            *place = *staged;
+        }
+        return Ok{};
+    }
+    Status write(const Collected& collected, const Json& report) {
+        if (!record.empty())
+            if (const Status s = write_haptic_recording(record, collected.records); !s)
+                return about_option("--record", s.error());
+        if (!out.empty()) {
+            std::ofstream stream(out, std::ios::binary);
+            stream << report.dump(2) << '\n';
+            stream.close();
+            if (!stream)
+                return Error{ErrorCode::Unwritable,
+                             "--out: " + out.string() + ": can't be written"};
+        }
+        return files.commit();
+    }
+};
 
 }  // namespace
 
@@ -238,6 +263,8 @@ int run_haptics(const HapticsOptions& o) {
     if (o.what == "devices") return list_devices();
     auto device = open_haptic_device(o.device);
     if (!device.ok()) return bad_input("--device: " + device.error().message);
+    HapticsOutputs outputs;
+    if (const Status s = outputs.stage(o); !s) return bad_input(s.error().message);
     HapticServoSettings settings;
     settings.rate_hz = o.rate_hz;
     settings.step.max_force_n = 1000;  // the device's own limits hold
@@ -247,12 +274,7 @@ int run_haptics(const HapticsOptions& o) {
     const Collected collected = collect(o, **servo);
     const Json report = report_of(o, **servo, collected);
     servo->reset();
-    if (!o.record.empty())
-        if (const Status s = write_haptic_recording(o.record, collected.records); !s.ok())
-            return bad_input("--record: " + s.error().message);
-    if (!o.out.empty())
-        if (const Status s = write_json(o.out, report); !s.ok())
-            return bad_input("--out: " + s.error().message);
+    if (const Status s = outputs.write(collected, report); !s) return bad_input(s.error().message);
     if (o.json)
         std::printf("%s\n", report.dump().c_str());
     else

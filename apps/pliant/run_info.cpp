@@ -4,9 +4,12 @@
 // What a scan holds, for people or as one JSON object.
 
 #include "options.h"
+#include "progress.h"
+#include "shell_word.h"
 #include "suggest_push.h"
 #include "value_range.h"
 
+#include <pliant/text_input.h>
 #include <pliant/volume.h>
 
 #include <nlohmann/json.hpp>
@@ -16,6 +19,7 @@
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
+#include <optional>
 
 namespace pliant::app {
 namespace {
@@ -79,7 +83,10 @@ void print_json(const InfoOptions& options, const Volume& volume, const ReadNote
     json["spacing_mm"] = list_of(grid.spacing_mm);
     json["extent_mm"] = list_of(extent_mm(grid));
     json["origin_mm"] = list_of(grid.origin_mm);
-    for (const Vec3d& axis : grid.direction.columns) json["direction"].push_back(list_of(axis));
+    for (int row = 0; row < 3; ++row) {  // the matrix, not a list of axes
+        const auto& c = grid.direction.columns;
+        json["direction"].push_back({c[0][row], c[1][row], c[2][row]});
+    }
     json["orientation"] = orientation_of(grid);
     json["right_handed"] = determinant(grid.direction) > 0;
     json["oblique_angle_deg"] = oblique_angle_deg(grid);
@@ -101,14 +108,9 @@ void print_json(const InfoOptions& options, const Volume& volume, const ReadNote
     std::printf("%s\n", text.c_str());
 }
 
-std::string one_line(std::string text) {
-    for (char& c : text)
-        if (c == '\n' || c == '\r' || c == '\t') c = ' ';
-    return text;
-}
-
 void print_line(const char* name, const std::string& text) {
-    std::printf("%-12s %s\n", name, one_line(text).c_str());
+    constexpr std::size_t kMaxShownBytes = 300;
+    std::printf("%-12s %s\n", name, printable(text, kMaxShownBytes).c_str());
 }
 
 void print_geometry(const Grid& grid) {
@@ -127,7 +129,7 @@ void print_geometry(const Grid& grid) {
 
 /// Commands that work with this scan.
 void print_next(const InfoOptions& options, const std::optional<PushOption>& push) {
-    const std::string file = one_line(options.file);
+    const std::string file = shell_word(options.file);
     std::printf("\nTry next:    pliant render %s --out view.png\n", file.c_str());
     if (push) {
         std::printf(
@@ -164,11 +166,16 @@ void print_text(const InfoOptions& options, const Volume& volume, const ReadNote
 
 int run_info(const InfoOptions& options) {
     ReadNotes notes;
+    std::optional<ProgressBar> bar(std::in_place, "info");
     const auto volume = read_volume(options.file, {options.series}, &notes);
-    if (!volume) return bad_input(volume.error().message);
+    if (!volume) {
+        bar.reset();
+        return bad_input(volume.error().message);
+    }
     const ValueRange range = value_range(*volume);
     std::optional<PushOption> push;
     if (options.suggest_push) push = suggest_push(*volume, TaskArena());
+    bar.reset();
     if (options.json)
         print_json(options, *volume, notes, range, push);
     else

@@ -4,12 +4,14 @@
 // A vessel's wall from a scan, a surface or a centreline; and what any mesh is worth.
 
 #include <pliant/lumen_path.h>
+#include <pliant/staged_files.h>
 #include <pliant/vessel_wall.h>
 
 #include <algorithm>
 #include <cstdio>
 #include <filesystem>
 #include <nlohmann/json.hpp>
+#include <optional>
 
 #include "options.h"
 #include "progress.h"
@@ -160,13 +162,12 @@ Result<VesselWall> wall_from_mesh(const MeshOptions& o, const MeshData& mesh,
 
 /// @param[out] surface  the lumen's
 Result<VesselWall> wall_from_scan(const MeshOptions& o, const WallSettings& settings,
-                                  const TaskArena& arena, TriangleMesh& surface) {
+                                  const TaskArena& arena, TriangleMesh& surface, ProgressBar& bar) {
     if (!o.seed_mm && o.labels.empty())
         return Error{ErrorCode::InvalidArgument,
                      "expected --seed with --window, or --labels, for the lumen in a scan"};
     const auto volume = read_volume(o.file, {o.series});
     if (!volume) return volume.error();
-    ProgressBar bar("wall");
     RegionSettings region{.low = o.low,
                           .high = o.high,
                           .smoothing_voxels = o.smoothing_voxels,
@@ -197,6 +198,33 @@ Result<VesselWall> wall_from_scan(const MeshOptions& o, const WallSettings& sett
     return wall_around_surface(lumen->surface, ends, settings, arena);
 }
 
+struct MeshOutputs {
+    StagedFiles files;
+    std::filesystem::path out, ghost, surface;
+};
+
+/// @param has_surface  of a scan's lumen
+Status stage_outputs(const MeshOptions& o, MeshOutputs& outputs, bool has_surface) {
+    for (const auto& [name, place] : {std::pair(&o.out, &outputs.out),
+                                      {&o.ghost, &outputs.ghost},
+                                      {&o.surface, &outputs.surface}}) {
+        if (name->empty() || (name == &o.surface && !has_surface)) continue;
+        const auto staged = outputs.files.stage(*name);
+        if (!staged) return staged.error();
+        *place = *staged;
+    }
+    return Ok{};
+}
+
+Status write_outputs(MeshOutputs& outputs, const VesselWall& wall, const TriangleMesh& surface) {
+    if (const Status s = write_vtu(outputs.out, wall.mesh); !s) return s;
+    if (!outputs.ghost.empty())
+        if (const Status s = write_surface(outputs.ghost, wall.ghost); !s) return s;
+    if (!outputs.surface.empty())
+        if (const Status s = write_surface(outputs.surface, surface); !s) return s;
+    return outputs.files.commit();
+}
+
 }  // namespace
 
 int run_mesh(const MeshOptions& o) {
@@ -217,22 +245,22 @@ int run_mesh(const MeshOptions& o) {
     }
     if (std::filesystem::path(o.out).extension() != ".vtu")
         return bad_input("--out: expected a file that ends in .vtu, found '" + o.out + "'");
+    MeshOutputs outputs;
+    if (const Status s = stage_outputs(o, outputs, !from_mesh); !s)
+        return bad_input(s.error().message);
+    std::optional<ProgressBar> bar(std::in_place, "wall");
     TriangleMesh surface;
     const auto wall = from_mesh ? wall_from_mesh(o, mesh, settings, arena)
-                                : wall_from_scan(o, settings, arena, surface);
+                                : wall_from_scan(o, settings, arena, surface, *bar);
+    bar.reset();
     if (!wall)
         return bad_input(from_mesh && wall.error().message.rfind("--", 0) != 0
                              ? o.file + ": " + wall.error().message
                              : wall.error().message);
     const TetQuality quality = tet_quality(wall->mesh);
     if (const Status s = check_quality(quality); !s) return bad_input(s.error().message);
-    if (const Status s = write_vtu(o.out, wall->mesh); !s) return bad_input(s.error().message);
-    if (!o.ghost.empty())
-        if (const Status s = write_surface(o.ghost, wall->ghost); !s)
-            return bad_input(s.error().message);
-    if (!o.surface.empty() && !from_mesh)
-        if (const Status s = write_surface(o.surface, surface); !s)
-            return bad_input(s.error().message);
+    if (const Status s = write_outputs(outputs, *wall, surface); !s)
+        return bad_input(s.error().message);
     tell(o, *wall, quality);
     return kExitOk;
 }

@@ -9,9 +9,11 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 #include <numeric>
+#include <optional>
 
 #include "camera_path.h"
 #include "options.h"
+#include "progress.h"
 
 namespace pliant::app {
 namespace {
@@ -41,10 +43,15 @@ int run_path(const PathOptions& o) {
     settings.polarity = o.polarity == "falling" ? Polarity::Falling : Polarity::Rising;
     settings.reach_mm = o.reach_mm;
     settings.spacing_mm = o.spacing_mm;
+    std::optional<ProgressBar> bar(std::in_place, "path");
     const auto volume = read_volume(o.file, {o.series});
-    if (!volume) return bad_input(volume.error().message);
+    if (!volume) {
+        bar.reset();
+        return bad_input(volume.error().message);
+    }
     const TaskArena arena(o.threads);
     const auto path = find_lumen_path(*volume, o.from_mm, o.to_mm, settings, arena);
+    bar.reset();
     if (!path) return bad_input("--" + path.error().message);
     if (path->points_mm.size() < 2)
         return bad_input("--from, --to: expected two different places, found one");

@@ -10,6 +10,7 @@
 
 #include "options.h"
 #include "progress.h"
+#include "shell_word.h"
 
 namespace pliant::app {
 namespace {
@@ -44,12 +45,6 @@ std::string number(double value, int decimals) {
             std::to_chars(text.data(), end, value, std::chars_format::fixed, decimals).ptr};
 }
 
-std::string quoted(const std::string& path) {
-    std::string out = "'";
-    for (const char c : path) out += c == '\'' ? std::string("'\\''") : std::string(1, c);
-    return out + "'";
-}
-
 std::string value_of(const KeyValues& pairs, const std::string& key) {
     for (const auto& [name, value] : pairs)
         if (name == key) return value;
@@ -77,7 +72,7 @@ void tell(const std::string& path, const Volume& volume) {
     for (const auto& [name, value] : pairs) {
         if (!name.starts_with("landmark ")) continue;
         const std::size_t eye = value.find(" eye "), look = value.find(" look ");
-        text += "Push " + name.substr(9) + ":\n  pliant deform " + quoted(path) + " --push \"" +
+        text += "Push " + name.substr(9) + ":\n  pliant deform " + shell_word(path) + " --push \"" +
                 value.substr(5, eye - 5) +
                 "\" --tool sphere:4 --eye=" + value.substr(eye + 5, look - eye - 5) +
                 " --look=" + value.substr(look + 6) + (iso.empty() ? "" : " --iso " + iso) +

@@ -7,12 +7,14 @@
 #include <charconv>
 #include <cmath>
 #include <filesystem>
+#include <optional>
 #include <utility>
 
 #include "camera_path.h"
 #include "keyframes.h"
 #include "movie.h"
 #include "options.h"
+#include "progress.h"
 
 namespace pliant::app {
 namespace {
@@ -200,11 +202,12 @@ Result<std::vector<Keyframe>> read_shots(const RenderOptions& o) {
 
 /// One caster for all frames.
 Status draw_movie(const RenderOptions& o, const std::vector<Keyframe>& shots, const Volume& volume,
-                  const TaskArena& arena) {
+                  const TaskArena& arena, ProgressBar& bar) {
     Views v = make_views(o);
     Movie movie;
     if (const Status opened = movie.open(o.movie, v.width, v.height); !opened) return opened;
     const RayCaster caster(volume, arena);
+    std::size_t count = 0;
     for (const Keyframe& shot : shots) {
         v.endoscope.eye_mm = v.section.point_mm = shot.eye_mm;
         v.endoscope.look = shot.look;
@@ -218,6 +221,7 @@ Status draw_movie(const RenderOptions& o, const std::vector<Keyframe>& shots, co
                                 ? caster.blended_view(v.endoscope, v.transfer, v.width, v.height)
                                 : caster.endoscope_view(v.endoscope, v.width, v.height);
         if (const Status added = movie.add(frame); !added) return added;
+        bar.show(double(++count) / double(shots.size()));
     }
     return movie.finish();
 }
@@ -232,14 +236,20 @@ int run_render(const RenderOptions& options) {
         if (!read) return bad_input(read.error().message);
         shots = *read;
     }
+    std::optional<ProgressBar> bar(std::in_place, "render");
+    const auto fail = [&](const Error& error) {
+        bar.reset();
+        return bad_input(error.message);
+    };
     const auto volume = read_volume(options.file, {options.series});
-    if (!volume) return bad_input(volume.error().message);
+    if (!volume) return fail(volume.error());
     const TaskArena arena(options.threads);
     if (!shots.empty()) {
-        const Status done = draw_movie(options, shots, *volume, arena);
-        return done ? kExitOk : bad_input(done.error().message);
+        const Status done = draw_movie(options, shots, *volume, arena, *bar);
+        return done ? kExitOk : fail(done.error());
     }
     const auto image = draw(options, *volume, arena);
+    bar.reset();
     if (!image) return bad_input(image.error().message);
     if (const auto written = write_png(options.out, *image); !written)
         return bad_input(written.error().message);

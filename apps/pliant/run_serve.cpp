@@ -5,9 +5,11 @@
 
 #include <fcntl.h>
 #include <pliant/serve.h>
+#include <pliant/staged_files.h>
 #include <poll.h>
 #include <signal.h>
 #include <spawn.h>
+#include <sys/wait.h>
 #include <unistd.h>
 
 #include <atomic>
@@ -15,6 +17,8 @@
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
+#include <filesystem>
+#include <fstream>
 #include <new>
 #include <optional>
 
@@ -24,6 +28,7 @@
 extern char** environ;
 
 namespace pliant::app {
+namespace fs = std::filesystem;
 namespace {
 
 int g_ends[2];
@@ -50,25 +55,58 @@ void give_reserve_back() {
 
 /// Ends the server in good order; before there is one, the program.
 void on_signal(int number) {
-    if (!g_is_serving) ::_exit(128 + number);
+    if (!g_is_serving) return end_process(128 + number);
     const int kept = errno;
     (void)!::write(g_ends[1], "", 1);
     errno = kept;
 }
 
-/// Opens the browser where there is a display; if that fails, there is still the link.
-void open_browser(const std::string& link) {
-    if (!std::getenv("DISPLAY") && !std::getenv("WAYLAND_DISPLAY")) return;
-    std::string name = "xdg-open", argument = link;
-    char* const arguments[] = {name.data(), argument.data(), nullptr};
-    posix_spawn_file_actions_t actions;
-    posix_spawn_file_actions_init(&actions);
-    for (const int descriptor : {0, 1, 2})
-        posix_spawn_file_actions_addopen(&actions, descriptor, "/dev/null", O_RDWR, 0);
-    pid_t child = 0;
-    (void)posix_spawnp(&child, name.c_str(), &actions, nullptr, arguments, environ);
-    posix_spawn_file_actions_destroy(&actions);
-}
+/// Opens the browser where there is a display; if that fails, there is still the link. The link has
+/// a secret, and other users can read command lines: the browser is given a file that only this
+/// user can read and that leads on to the link.
+class Browser {
+  public:
+    explicit Browser(const std::string& link) {
+        if (!std::getenv("DISPLAY") && !std::getenv("WAYLAND_DISPLAY")) return;
+        const char* const runtime = std::getenv("XDG_RUNTIME_DIR");
+        std::error_code error;
+        const fs::path folder = runtime ? fs::path(runtime) : fs::temp_directory_path(error);
+        std::string own = (folder / "pliant-open-XXXXXX").string();
+        if (error || !::mkdtemp(own.data())) return;
+        m_folder = own;
+        const fs::path file = m_folder / "open.html";
+        {
+            std::ofstream page(file);  // in a folder of this user alone
+            page << "<!doctype html><meta http-equiv=\"refresh\" content=\"0;url=" << link
+                 << "\"><a href=\"" << link << "\">Pliant</a>\n";
+        }
+        std::string name = "xdg-open", argument = file.string();
+        char* const arguments[] = {name.data(), argument.data(), nullptr};
+        posix_spawn_file_actions_t actions;
+        posix_spawn_file_actions_init(&actions);
+        for (const int descriptor : {0, 1, 2})
+            posix_spawn_file_actions_addopen(&actions, descriptor, "/dev/null", O_RDWR, 0);
+        if (posix_spawnp(&m_opener, name.c_str(), &actions, nullptr, arguments, environ) != 0)
+            m_opener = 0;
+        posix_spawn_file_actions_destroy(&actions);
+    }
+    ~Browser() {
+        reap();
+        std::error_code ignored;
+        if (!m_folder.empty()) fs::remove_all(m_folder, ignored);
+    }
+    Browser(const Browser&) = delete;
+    Browser& operator=(const Browser&) = delete;
+
+    /// Takes note of the end of the program that opens the browser.
+    void reap() {
+        if (m_opener > 0 && ::waitpid(m_opener, nullptr, WNOHANG) != 0) m_opener = 0;
+    }
+
+  private:
+    fs::path m_folder;
+    pid_t m_opener = 0;
+};
 
 Result<Server> start(const ServeOptions& options, const TaskArena& arena) {
     ServerSettings settings{.file = options.file,
@@ -76,7 +114,8 @@ Result<Server> start(const ServeOptions& options, const TaskArena& arena) {
                             .port = options.port,
                             .session = options.session,
                             .checkpoint_s = options.checkpoint_s,
-                            .haptic_devices = options.haptics};
+                            .haptic_devices = options.haptics,
+                            .max_spring_nodes = options.spring_nodes};
     auto server = Server::start(settings, arena);
     const bool port_is_taken = !server.ok() && server.error().message.starts_with("port:");
     if (!port_is_taken || options.port_given) return server;
@@ -91,7 +130,6 @@ int run_serve(const ServeOptions& options) {
     struct sigaction action {};
     action.sa_handler = on_signal;
     for (const int number : {SIGINT, SIGTERM, SIGHUP}) sigaction(number, &action, nullptr);
-    signal(SIGCHLD, SIG_IGN);  // the browser's opener
 
     const TaskArena arena(options.threads);
     std::optional<ProgressBar> bar(std::in_place, "opening");
@@ -108,12 +146,16 @@ int run_serve(const ServeOptions& options) {
     std::printf("View  %s  (for those who may only look)\n", server->view_link().c_str());
     std::printf("Ctrl+C ends the server.\n");
     std::fflush(stdout);
-    if (!options.no_open) open_browser(server->link());
+    std::optional<Browser> browser;
+    if (!options.no_open) browser.emplace(server->link());
     refill_reserve();
     std::set_new_handler(give_reserve_back);
     constexpr int kRefill_ms = 500;
     pollfd end{g_ends[0], POLLIN, 0};
-    while (::poll(&end, 1, kRefill_ms) <= 0) refill_reserve();
+    while (::poll(&end, 1, kRefill_ms) <= 0) {
+        refill_reserve();
+        if (browser) browser->reap();
+    }
     std::set_new_handler(nullptr);
     return kExitOk;
 }

@@ -15,6 +15,7 @@
 
 #include "options.h"
 #include "progress.h"
+#include "standard_output.h"
 #include "vessel_outputs.h"
 
 namespace pliant::app {
@@ -98,14 +99,39 @@ class Hand {
     std::size_t m_line = 0;
 };
 
-Status write_volume_of(const VesselOptions& o, const Volume& scan, const CatheterScene& scene,
+/// All files of the command, which appear together at its end.
+struct VesselOutputs {
+    StagedFiles staged;
+    TextFile csv, report;
+    Frames frames;
+    std::string record, volume;  ///< where they are written until then
+
+    Status open(const VesselOptions& o) {
+        if (!o.csv.empty())
+            if (const Status s = csv.open(o.csv, staged); !s) return s;
+        if (!o.report.empty())
+            if (const Status s = report.open(o.report, staged); !s) return s;
+        if (!o.frames.empty())
+            if (const Status s = frames.open(o.frames, staged); !s) return s;
+        for (const auto& [name, place] :
+             {std::pair(&o.record, &record), std::pair(&o.volume, &volume)}) {
+            if (name->empty()) continue;
+            const auto path = staged.stage(*name);
+            if (!path) return path.error();
+            *place = path->string();
+        }
+        return Ok{};
+    }
+};
+
+Status write_volume_of(const std::string& file, const Volume& scan, const CatheterScene& scene,
                        const TaskArena& arena) {
     auto carried = CarriedScan::create(scan, scene.wall().mesh, {}, arena);
     if (!carried) return named("--volume", carried.error());
     if (const Status s = carried->update(scene.wall_places()); !s) return s;
     const auto deformed = deform_volume(carried->scan());
     if (!deformed) return named("--volume", deformed.error());
-    return write_volume(o.volume, deformed->volume);
+    return write_volume(file, deformed->volume);
 }
 
 }  // namespace
@@ -124,21 +150,16 @@ int run_vessel(const VesselOptions& o) {
         if (!log) return bad_input(log.error().message);
         replayed = std::move(*log);
     }
-    StagedFiles staged;
-    TextFile csv, report_file;
-    Frames frames;
-    if (!o.csv.empty())
-        if (const Status s = csv.open(o.csv, staged); !s) return bad_input(s.error().message);
-    if (!o.report.empty())
-        if (const Status s = report_file.open(o.report, staged); !s)
-            return bad_input(s.error().message);
+    VesselOutputs outputs;
+    if (const Status s = outputs.open(o); !s) return bad_input(s.error().message);
+    auto& [staged, csv, report_file, frames, record, volume] = outputs;
 
+    std::optional<ProgressBar> making(std::in_place, "vessel");
     auto made = make_vessel(*file, arena);
     if (!made) return bad_input(made.error().message);
     auto scene = CatheterScene::create(std::move(made->wall), made->settings);
     if (!scene) return bad_input(o.scene + ": " + scene.error().message);
-    if (!o.frames.empty())
-        if (const Status s = frames.open(o.frames); !s) return bad_input(s.error().message);
+    making.reset();
 
     const double way_mm = WayPilot(made->way).way_mm();
     for (const VesselAct& act : file->acts)
@@ -199,21 +220,25 @@ int run_vessel(const VesselOptions& o) {
     log.hash = scene->hash();
     const auto report = report_of(*scene, most, end);
     if (report_file.is_open()) report_file.line(report.dump(2));
+    if (replayed && replayed->hash != log.hash)
+        return bad_input(o.replay + ": plays differently: the checksum is not the log's");
     for (TextFile* out : {&csv, &report_file})
         if (out->is_open())
             if (const Status s = out->close(); !s) return bad_input(s.error().message);
-    if (const Status s = staged.commit(); !s) return bad_input(s.error().message);
     if (!o.frames.empty())
         if (const Status s = frames.close(); !s) return bad_input(s.error().message);
     if (!o.record.empty())
-        if (const Status s = write_log(o.record, log); !s) return bad_input(s.error().message);
-    if (!o.volume.empty())
-        if (const Status s = write_volume_of(o, *made->scan, *scene, arena); !s)
+        if (const Status s = write_log(record, log); !s) return bad_input(s.error().message);
+    if (!o.volume.empty()) {
+        const ProgressBar bar("volume");
+        if (const Status s = write_volume_of(volume, *made->scan, *scene, arena); !s)
             return bad_input(s.error().message);
+    }
+    if (const Status s = staged.commit(); !s) return bad_input(s.error().message);
 
     if (o.json) {
         std::printf("%s\n", report.dump().c_str());
-    } else {
+    } else if (!is_standard_output(o.report) && !is_standard_output(o.csv)) {
         std::printf("vessel              %zu tetrahedra, %zu ghost triangles\n",
                     scene->wall().mesh.cells.size(), scene->wall().ghost.cells.size());
         if (!scene->wall().refined_because.empty())
@@ -243,8 +268,6 @@ int run_vessel(const VesselOptions& o) {
         for (const std::string& warning : most.warnings())
             std::printf("warning             %s\n", warning.c_str());
     }
-    if (replayed && replayed->hash != log.hash)
-        return bad_input(o.replay + ": plays differently: the checksum is not the log's");
     return kExitOk;
 }
 

@@ -29,6 +29,10 @@ void add_serve(CLI::App& app, ServeOptions& o) {
                   "with a session: save the state beside it after so many seconds of work, so that "
                   "it opens as quickly (default 30)")
         ->check(CLI::Range(0.0, 1e6));
+    c->add_option("--spring-nodes", o.spring_nodes,
+                  "control nodes along an axis that a client may choose for springs (default 32); "
+                  "with 64 a push may hold up everybody for a second")
+        ->check(CLI::Range(3, 64));
     c->add_flag("--no-open", o.no_open, "print the link, and open no browser");
     c->add_option("--haptics", o.haptics,
                   "a device with force feedback that the page may choose, as pliant haptics check "

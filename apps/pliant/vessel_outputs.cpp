@@ -2,7 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 
 #include "vessel_outputs.h"
-#include "small_file.h"
+
+#include <pliant/text_input.h>
 
 #include <charconv>
 #include <cmath>
@@ -69,12 +70,10 @@ std::string csv_line(const CatheterMeasures& m) {
            ',' + std::to_string(m.active_tetrahedra);
 }
 
-Status Frames::open(const std::string& folder) {
-    m_folder = folder;
-    std::error_code error;
-    std::filesystem::create_directories(m_folder, error);
-    if (!std::filesystem::is_directory(m_folder))
-        return Error{ErrorCode::Unwritable, folder + ": can't be made, expected a folder"};
+Status Frames::open(const std::string& folder, StagedFiles& staged) {
+    const auto place = staged.stage_folder(folder);
+    if (!place) return place.error();
+    m_folder = *place;
     return Ok{};
 }
 
@@ -135,7 +134,7 @@ Status write_log(const std::string& file, const HandLog& log) {
 }
 
 Result<HandLog> read_log(const std::string& file) {
-    const Result<std::string> all = read_small_file(file, "a log of the hand");
+    const Result<std::string> all = read_small_file(file, kMaxSmallFileBytes, "a log of the hand");
     if (!all) return all.error();
     std::istringstream in(*all);
     const auto wrong = [&](int line, const std::string& what) {
@@ -165,7 +164,7 @@ Result<HandLog> read_log(const std::string& file) {
         if (word.size() != 5 || !parse(word[0], step) || !(step >= 0 && step < 1e15) ||
             !parse(word[1], c.insert_mm_s) || !parse(word[2], c.rotate_deg_s) ||
             !parse(word[3], c.bend_first_deg) || !parse(word[4], c.bend_second_deg))
-            return wrong(number, "expected a step and four numbers, found \"" + text + "\"");
+            return wrong(number, "expected a step and four numbers, found \"" + shown(text) + "\"");
         line.step = std::int64_t(step);
         if (!log.lines.empty() && line.step <= log.lines.back().step)
             return wrong(number, "expected steps in rising order");

@@ -41,7 +41,8 @@ std::string csv_line(const CatheterMeasures& measures);
 /// tetrahedra_….vtu too, and a .pvd of each.
 class Frames {
   public:
-    Status open(const std::string& folder);
+    /// @returns Unwritable
+    Status open(const std::string& folder, StagedFiles& staged);
     Status add(const CatheterScene& scene);
     Status close();
 

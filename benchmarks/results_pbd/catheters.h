@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// A scene file's script, played to its end, and what is left then.
+// Plays a scene file's script to its end and keeps the final scene.
 
 #pragma once
 

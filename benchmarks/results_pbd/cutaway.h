@@ -27,9 +27,9 @@ namespace pliant::results {
 
 struct Camera {
     int right = 0, up = 2;  ///< axes of space that are horizontal and vertical in the picture
-    Point2 low, high;       ///< what is seen [mm], lower left and upper right
+    Point2 low, high;       ///< visible rectangle [mm], lower left and upper right
     double px_per_mm = 5;
-    double cut_mm = 0;  ///< position of the plane on the third axis; what is nearer is cut off
+    double cut_mm = 0;  ///< position of the plane on the third axis; nearer parts are cut off
     double tick_mm = 10;
     double bar_mm = 10;  ///< length of the scale bar
 };

@@ -19,7 +19,7 @@ inline constexpr double kPressingRadius_mm = 1;
 
 struct PressedVessel {
     VesselWall wall;
-    PbdParts parts;  ///< with volumes, whatever the run has
+    PbdParts parts;  ///< with volume constraints in every run
 };
 /// 40 mm long, radii 4 and 7 mm; its ends are held, its outer surface is on springs.
 PressedVessel pressed_vessel();

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Objects that collide: pushes them into each other, prints what stopped each push, and writes a
+// Objects that collide: pushes them into each other, prints the obstacle of each push and writes a
 // picture.
 //
 //   colliding_objects PICTURE.png            writes the picture

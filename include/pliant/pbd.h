@@ -131,7 +131,7 @@ class PbdBody {
     const PbdParts& parts() const;
     const PbdSettings& settings() const;
 
-    /// Other steps from now on. @returns InvalidArgument for what create refuses
+    /// Replaces the step settings. @returns InvalidArgument for settings that create refuses
     Status set_time_step(double time_step);
 
     /// @returns LimitExceeded, and everything as it was before this call's last step, where a place

@@ -3,7 +3,9 @@
 
 // Errors as values. Everything that depends on data (a file, a setting, a message) returns a
 // Result: either the value, or an Error with one line of text that names the file or field, what
-// was found and what was expected. No exception crosses the face of the library.
+// was found and what was expected. One exception crosses the face of the library: const functions
+// that return a container by value throw std::bad_alloc, as a copy of the container would. They
+// change nothing.
 
 #pragma once
 

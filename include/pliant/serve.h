@@ -40,6 +40,9 @@ struct ServerSettings {
     /// Devices with force feedback that the page offers beside those that are simulated, as
     /// open_haptic_device (haptics_servo.h) wants them.
     std::vector<std::string> haptic_devices{};
+    /// Control nodes along an axis that a client may ask for with the springs model, 3…64. The time
+    /// of a push grows with the third power, and all clients wait for it.
+    int max_spring_nodes = 32;
 };
 
 class Server {

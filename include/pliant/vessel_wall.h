@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // The wall of a vessel as tetrahedra of a given thickness around its lumen, and the lumen's surface
-// as triangles that ride on them: the ghost surface, which catheters collide with. It is closed but
-// for the vessel's open ends, whatever the wall's cells are.
+// as triangles that ride on them: the ghost surface, which catheters collide with. For any size of
+// the wall's cells it is closed but for the vessel's open ends.
 //
 //      ───────────────── outer surface
 //       /\/\/\/\/\/\/\/    tetrahedra, two or more across
@@ -51,8 +51,8 @@ struct VesselEnd {
 struct WallSettings {
     double thickness_mm = 1.5;
     int layers = 2;  ///< tetrahedra across the wall, at least
-    /// Of the lattice; 0: as large as the layers allow. A lattice whose wall doesn't hold
-    /// (check_wall) is refined, down to half of what the layers allow.
+    /// Of the lattice; 0: as large as the layers allow. A lattice whose wall fails
+    /// check_wall is refined, down to half of the size that the layers allow.
     double cell_mm = 0;
     double ghost_mm = 0;  ///< of the lattice that the ghost surface is made with; 0: the wall's
     std::int64_t most_cells = std::int64_t(1) << 25;
@@ -64,7 +64,7 @@ struct VesselWall {
     std::vector<Embedded> ghost_places;  ///< of its nodes, on the mesh
     std::vector<VesselEnd> ends;
     int least_layers = 0;         ///< no path from the inner to the outer surface has fewer edges
-    double lumen_mm3 = 0;         ///< what the ghost surface and its open ends enclose
+    double lumen_mm3 = 0;         ///< volume that the ghost surface and its open ends enclose
     double cell_mm = 0;           ///< of the lattice that it was made with; 0: without one
     int dropped_pieces = 0;       ///< smaller than a hundredth of the wall, and not connected to it
     std::string refined_because;  ///< fault of a larger lattice; empty: the first one held
@@ -73,7 +73,7 @@ struct VesselWall {
 /// Whether a wall holds: one piece, a boundary and an inner surface that are manifolds, openings of
 /// the inner surface at the ends and nowhere else, as many layers of tetrahedra, each ghost node on
 /// the wall.
-/// @returns InvalidArgument that says what was found and what was expected
+/// @returns InvalidArgument with the value found and the value expected
 Status check_wall(const VesselWall& wall, int layers = 1) noexcept;
 
 /// Around a tree of spheres that move along the centreline, their radii changing evenly in between.
@@ -86,8 +86,8 @@ Result<VesselWall> wall_around_centreline(const Centreline& centreline,
 
 /// Around a surface. Where it is open the wall is open too; where it is closed, at the ends given,
 /// which cut off what lies beyond them.
-/// @returns InvalidArgument where the surface is no manifold, for settings outside of what they may
-///          be, or where the wall doesn't hold; LimitExceeded
+/// @returns InvalidArgument where the surface is no manifold, for settings out of range or where
+///          the wall fails check_wall; LimitExceeded
 Result<VesselWall> wall_around_surface(TriangleMesh lumen, std::span<const VesselEnd> ends,
                                        const WallSettings& settings,
                                        const TaskArena& arena) noexcept;

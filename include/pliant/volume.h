@@ -69,15 +69,18 @@ struct ReadNotes {
     std::vector<std::string> notes;  ///< what was changed or assumed, one line each
 };
 
-/// Options for folders with several DICOM series.
 struct ReadOptions {
-    std::string series_uid;  ///< DICOM series to read; empty: the only one there is
+    /// DICOM series to read, "none" for one without an UID; empty: the only one that can be read.
+    std::string series_uid{};
+    bool may_map = true;  ///< false: the file may change while the volume lives
 };
 
 /// Reads NRRD, NHDR, MetaImage, NIfTI, or a folder of DICOM slices (sorted by position along the
-/// slice normal). Voxels that lie in the file as they are in memory (raw, 16-bit integers or
-/// floats, not scaled) are mapped instead of read: then the file must not be cut short while the
-/// volume lives, nor written to in place (VoxelMemory::mapped). Replacing it is safe.
+/// slice normal). Compressed DICOM pixels are decoded by a program of Pliant's,
+/// pliant-decode-pixels, which is looked for beside the running program and where Pliant is
+/// installed. Voxels that lie in the file as they are in memory (raw, 16-bit integers or floats,
+/// not scaled) are mapped instead of read: then the file must not be cut short while the volume
+/// lives, nor written to in place (VoxelMemory::mapped). Replacing it is safe.
 /// @param[out] notes  format, stored type and remarks; may be null
 /// @returns NotFound, Unreadable or Unsupported with one line that names the file
 Result<Volume> read_volume(const std::filesystem::path& path, const ReadOptions& options = {},

@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// How long a sub-step may be. Contact moves the wall's particles by h² w F in a sub-step as if they
-// were free, and what holds them answers in the next ones only: so a dent that is made at once must
-// be small. Sub-steps get shorter at once where it isn't, and longer again little by little.
+// Adaptive sub-steps. Contact moves the wall's particles by h² w F in a sub-step as if they were
+// free; the constraints that hold them act in the next sub-steps only. So the dent of one sub-step
+// must be small. Where it is too large, sub-steps get shorter at once and then longer gradually.
 
 #pragma once
 

@@ -27,7 +27,7 @@ class OpenEnds {
 
     /// Gets the memory for wires of so many segments.
     void reserve(std::int32_t segments) { m_is_beyond.reserve(std::size_t(segments)); }
-    /// Walks along what is out of the guide, from inside. @pre reserve() was called
+    /// Walks along the part outside the guide, starting inside. @pre reserve() was called
     void follow(const Wire& wire) noexcept;
     /// [segment]: both of its ends are beyond an open end.
     std::span<const std::uint8_t> is_beyond() const { return m_is_beyond; }

@@ -134,8 +134,8 @@ Status check_entry(const VesselWall& wall, const CatheterEntry& entry, double se
     return Ok{};
 }
 
-/// A sub-step h moves a free node of the tip by h² EI/(l³ m) times what it lacks, which may be 3;
-/// and a wave in the wall by h √(E/ρ), which may be 1.3 edges.
+/// A sub-step h moves a free node of the tip by h² EI/(l³ m) times its residual, a factor of 3 at
+/// most, and a wave in the wall by h √(E/ρ), which may be 1.3 edges.
 int sub_steps_of(const VesselWall& wall, const CatheterSettings& s) {
     constexpr double kTip = 3, kEdges = 1.3, kMost = 1000;
     const CatheterShape& c = s.catheter;

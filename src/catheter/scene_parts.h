@@ -22,7 +22,7 @@ std::string text_of(double value);
 Status check(const CatheterSettings& settings);
 /// The wall as neo-Hookean tissue on a foundation, held at its open ends.
 Result<PbdParts> parts_of(const VesselWall& wall, const WallTissue& tissue);
-/// Whether the guide ends inside of the vessel, and what is inserted at first lies there.
+/// Whether the guide and the part inserted at first end inside the vessel.
 /// @returns InvalidArgument that names the setting
 Status check_entry(const VesselWall& wall, const CatheterEntry& entry, double segment_mm);
 /// As many as asked for, and no fewer than contact wants: the tip's segments and the wall's

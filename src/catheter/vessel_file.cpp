@@ -7,7 +7,6 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <new>
 #include <sstream>
 
 #include "catheter/vessel_table.h"
@@ -48,7 +47,7 @@ void read_vessel(VesselTable&& t, VesselFile& v) {
         t.fail("", "expected one of phantom, surface, centreline, label_volume, scan, found " +
                        std::to_string(sources));
     if (!v.phantom.empty() && v.phantom != "bend" && v.phantom != "arch")
-        t.fail("phantom", "expected \"bend\" or \"arch\", found \"" + v.phantom + "\"");
+        t.fail("phantom", "expected \"bend\" or \"arch\", found \"" + shown(v.phantom) + "\"");
     if (!v.phantom.empty() && t.has("cell_mm"))
         t.fail("cell_mm", "expected none beside phantom, which is swept in layers, found one");
     if (!v.scan.empty() && window.empty())
@@ -126,7 +125,7 @@ void read_rest(const Tables& table, VesselFile& v) {
         std::string model = "rod";
         t.text("model", model);
         if (model != "rod" && model != "tetrahedra")
-            t.fail("model", "expected \"rod\" or \"tetrahedra\", found \"" + model + "\"");
+            t.fail("model", "expected \"rod\" or \"tetrahedra\", found \"" + shown(model) + "\"");
         if (model == "tetrahedra") s.catheter.model = CatheterModel::Tetrahedra;
         t.finish();
     }
@@ -150,17 +149,11 @@ void read_rest(const Tables& table, VesselFile& v) {
     t.finish();
 }
 
-/// toml::parse ends the process where memory runs out: seeing that there is enough of it before
-/// leaves that to other threads, and to very unusual files.
-void get_memory_for_tables(std::size_t bytes) {
-    constexpr std::size_t kPerByte = 64, kAtLeast = std::size_t(1) << 20;
-    ::operator delete(::operator new(kAtLeast + kPerByte * bytes));
-}
-
 Result<VesselFile> read_tables(const std::string& file) {
-    constexpr std::size_t kMaxBytes = std::size_t(16) << 20;
-    const auto content = read_small_file(file, kMaxBytes, "a scene file");
+    const auto content = read_small_file(file, kMaxSmallFileBytes, "a scene file");
     if (!content) return content.error();
+    if (const Status s = check_nesting(*content, TextSyntax::Toml); !s)
+        return unreadable(file, s.error().message);
     toml::table root;
     try {
         get_memory_for_tables(content->size());
@@ -181,7 +174,7 @@ Result<VesselFile> read_tables(const std::string& file) {
         const bool right = key.str() == "script" ? node.is_array_of_tables() : node.is_table();
         if (!known || !right)
             return Error{ErrorCode::InvalidArgument,
-                         file + ": " + std::string(key.str()) +
+                         file + ": " + shown(key.str()) +
                              ": expected [vessel], [wall], [catheter], [entry], [simulation], "
                              "[way] and [[script]]"};
     }

@@ -7,6 +7,7 @@
 #pragma once
 
 #include <pliant/result.h>
+#include <pliant/text_input.h>
 #include <pliant/vec.h>
 #include <toml++/toml.h>
 
@@ -40,7 +41,7 @@ class VesselTable {
         if (!m_table || !m_status.ok()) return;
         for (const auto& [key, node] : *m_table)
             if (std::find(m_known.begin(), m_known.end(), key.str()) == m_known.end())
-                fail(std::string(key.str()), "unknown, expected one of " + names());
+                fail(shown(key.str()), "unknown, expected one of " + names());
     }
 
     bool has(const char* key) const { return m_table && m_table->contains(key); }
@@ -149,7 +150,7 @@ class VesselTable {
         if (node.is_number())
             text << number_text(node.value_or(0.0));
         else if (node.is_string())
-            text << '"' << node.value_or(std::string()) << '"';
+            text << '"' << shown(node.value_or(std::string())) << '"';
         else
             text << node.type();
         return text.str();

@@ -104,7 +104,7 @@ class WallContact {
     std::vector<NearWall> m_near;  ///< [segment − m_first]
     std::int32_t m_first = 0;
     int m_age = 0, m_kept_age = 0;     ///< of that, in steps
-    bool m_is_new = false;             ///< any of what is kept between steps, since keep()
+    bool m_is_new = false;             ///< whether state kept between steps changed since keep()
     std::vector<double> m_moves;       ///< [segment − m_first]: that `look` allowed for [mm]
     std::vector<double> m_depths;      ///< likewise
     std::vector<Vec3d> m_places_seen;  ///< of the wire, by `look`

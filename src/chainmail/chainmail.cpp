@@ -150,7 +150,7 @@ Result<PushReport> ChainMail::Impl::push_grabbed(std::span<const ElementRef> ele
     if (guard) verdict = guard->limit(work.touched, tried, verdict);
     PushReport report = report_of_step(std::int64_t(elements.size()),
                                        {own.fraction * verdict.fraction, verdict.limited_by});
-    tell_of_moves(lattice, work);
+    reserve_moves(lattice, work);
     // From here on nothing allocates.
     lattice.tick();
     *done = verdict.done;

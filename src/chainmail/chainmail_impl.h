@@ -95,7 +95,7 @@ struct ChainMail::Impl {
     class SuspendedDrag;
     /// The outermost one that is under way.
     Operation* operation = nullptr;
-    /// Forgets what a solve left in lattice and memory when it was broken off.
+    /// Clears the marks that an interrupted solve left in lattice and memory.
     void abandon_solve() noexcept;
 
     const Volume& volume;

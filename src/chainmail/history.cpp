@@ -176,7 +176,7 @@ void History::reopen() noexcept {
     step.edits.clear();
     m_open.splice(m_open.end(), m_aside);
     m_copies = std::exchange(m_aside_copies, {});
-    // Copies of what had not changed may be gone: they are taken again.
+    // Copies of unchanged bricks may be gone: they are taken again.
     m_copies.step = ++m_last_step;
     observe(true);
 }

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Undo and redo of whatever changes a lattice, and the way back from a change that failed.
+// Undo and redo of every change of a lattice, and rollback of a change that failed.
 //
 //   begin(name) → the lattice tells of each brick before it changes → end(), or cancel()
 //
@@ -43,15 +43,15 @@
 namespace pliant {
 
 /// Something beside the lattice and its imprints that a step changed (settings, materials):
-/// exchanged with what it replaced on undo, and again on redo.
+/// exchanged with the values it replaced on undo, and again on redo.
 class Exchange {
   public:
     virtual ~Exchange() = default;
-    /// Makes what exchange needs; only this may fail, and then changes nothing.
+    /// Allocates the memory of exchange. Only this may fail, and then changes nothing.
     virtual void prepare() {}
     /// May be repeated to take it back.
     virtual void exchange() noexcept = 0;
-    /// Gives back what prepare made.
+    /// Frees the memory of prepare.
     virtual void finish() noexcept {}
     virtual std::size_t bytes() const = 0;
 };
@@ -74,10 +74,10 @@ class History final : public LatticeObserver {
     /// @returns how many of the oldest steps were forgotten for this one; −1: this one itself is
     ///          larger than the bound, so that nothing can be undone
     int end() noexcept;
-    /// Puts back what changed since the outermost step began, and ends it; inside of another it
+    /// Reverts every change since the outermost step began, and ends it; inside of another it
     /// just ends. @param made  Lattice::made_count then
     void cancel(std::uint64_t made) noexcept;
-    /// What the open step changed can't be taken back any more, and what was before it can't be
+    /// Changes of the open step can't be undone any more, and those before it can't be
     /// reached: end() forgets all steps. Frees memory.
     void give_up() noexcept;
 
@@ -92,7 +92,7 @@ class History final : public LatticeObserver {
     void open_safeguard() noexcept;
     bool has_safeguard() const { return m_has_safeguard; }
     void close_safeguard() noexcept;
-    /// Puts back what changed since the safeguard was opened, and closes it.
+    /// Reverts every change since the safeguard was opened, and closes it.
     /// @param made  Lattice::made_count then
     void cancel_safeguard(std::uint64_t made) noexcept;
 
@@ -124,6 +124,7 @@ class History final : public LatticeObserver {
     }
 
     void before_move(Brick& brick) override;
+    void reserve_move(Brick& brick) override;
     void before_edit(Vec3i coord, const BrickEdits* edits) override;
     void before_imprint(Vec3i coord, const PlasticBrick* imprint) override;
     std::uint64_t step() const override { return m_copies.step; }
@@ -137,6 +138,7 @@ class History final : public LatticeObserver {
     };
     struct Saved {
         std::unique_ptr<Fixed[]> u;  ///< three components; null: at rest
+        bool is_copied = true;       ///< false: memory only, of a brick that has not changed
     };
     using CoordMoves = std::unordered_map<Vec3i, Saved, CoordHash>;
     /// What changed since some time, as it was then.
@@ -161,6 +163,7 @@ class History final : public LatticeObserver {
     enum class Direction { Back, Forth };
     class Applier;
 
+    Saved& reserve(const Brick& brick);
     void make_node();
     void clear_node() noexcept;
     void begin_in_node() noexcept;

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Copies of what is about to change: how they are taken, packed and put back.
+// Copies of bricks before they change: taking, packing and restoring them.
 
 #include <algorithm>
 #include <cstring>
@@ -39,24 +39,46 @@ void make_room(Map& outer, const Map& inner) {
 
 }  // namespace
 
-void History::before_move(Brick& brick) {
+/// The entry of a brick in the copies, made where there is none. All memory is got before the entry
+/// is made. @pre m_mutex is locked
+History::Saved& History::reserve(const Brick& brick) {
+    if (const auto found = m_copies.moves.find(brick.coord); found != m_copies.moves.end())
+        return found->second;
+    if (m_has_safeguard && keeps_steps()) make_room(m_outer.moves, m_copies.moves);
+    Saved saved;
+    if (!is_at_rest(brick)) {
+        saved.is_copied = false;
+        if (m_spare.empty()) {
+            const auto n = std::size_t(m_lattice.elements_per_brick());
+            saved.u = std::make_unique_for_overwrite<Fixed[]>(3 * n);
+        } else {
+            saved.u = std::move(m_spare.back());
+            m_spare.pop_back();
+        }
+    }
+    return m_copies.moves.emplace(brick.coord, std::move(saved)).first->second;
+}
+
+void History::reserve_move(Brick& brick) {
     if (brick.saved_for == m_copies.step) return;
     const std::lock_guard lock(m_mutex);
-    if (!m_copies.moves.contains(brick.coord)) {
-        if (m_has_safeguard && keeps_steps()) make_room(m_outer.moves, m_copies.moves);
-        Saved saved;
-        if (!is_at_rest(brick)) {
-            const auto n = std::size_t(m_lattice.elements_per_brick());
-            if (m_spare.empty()) {
-                saved.u = std::make_unique_for_overwrite<Fixed[]>(3 * n);
-            } else {
-                saved.u = std::move(m_spare.back());
-                m_spare.pop_back();
-            }
-            for (std::size_t a = 0; a < 3; ++a)
-                std::memcpy(saved.u.get() + a * n, brick.u[a], n * sizeof(Fixed));
-        }
-        m_copies.moves.emplace(brick.coord, std::move(saved));
+    if (reserve(brick).is_copied) brick.saved_for = m_copies.step;
+}
+
+void History::before_move(Brick& brick) {
+    if (brick.saved_for == m_copies.step) return;
+    Saved* saved = nullptr;
+    {
+        const std::lock_guard lock(m_mutex);
+        saved = &reserve(brick);  // stays there while others are added
+    }
+    if (!saved->is_copied) {
+        // Reserved by an operation that failed, a brick may be at rest meanwhile.
+        if (is_at_rest(brick)) saved->u.reset();
+        const auto n = std::size_t(m_lattice.elements_per_brick());
+        for (std::size_t a = 0; a < 3 && saved->u; ++a)
+            std::memcpy(saved->u.get() + a * n, brick.u[a], n * sizeof(Fixed));
+        saved->is_copied = true;
     }
     brick.saved_for = m_copies.step;
 }
@@ -86,6 +108,7 @@ void History::recycle(Copies& copies) noexcept {
 }
 
 bool History::is_unchanged(Vec3i coord, const Saved& saved) const {
+    if (!saved.is_copied) return true;
     const int index = m_lattice.find_brick(coord);
     if (index < 0) return !saved.u;
     const Brick& brick = m_lattice.brick(index);
@@ -109,7 +132,7 @@ void History::drop_unchanged(Copies& copies) const noexcept {
     });
 }
 
-/// Packs what changed into the step; where there is no memory for that, it stays in the copies.
+/// Packs changed bricks into the step. Without memory for that they stay in the copies.
 void History::close(Step& step, Copies& copies) const noexcept {
     std::erase_if(copies.imprints, [&](const auto& entry) {
         const PlasticBrick* now = m_rest.find(entry.first);
@@ -177,7 +200,9 @@ void History::pack_piece(const CoordMoves& moves, std::span<const Vec3i> coords,
     rest.resize(n, 0);
     raw.clear();
     for (const Vec3i& coord : coords) {
-        const Fixed* saved = moves.at(coord).u.get();
+        const Saved& copy = moves.at(coord);
+        if (!copy.is_copied) continue;
+        const Fixed* saved = copy.u.get();
         const int index = m_lattice.find_brick(coord);
         if (!saved && index < 0) continue;
         Components before, after;

@@ -97,6 +97,8 @@ class LatticeObserver {
     virtual ~LatticeObserver() = default;
     /// Of a brick whose displacements change; may be called from several threads.
     virtual void before_move(Brick& brick) = 0;
+    /// Gets all memory that before_move needs for a brick, which then can't fail.
+    virtual void reserve_move(Brick& brick) = 0;
     virtual void before_edit(Vec3i coord, const BrickEdits* edits) = 0;
     virtual void before_imprint(Vec3i coord, const PlasticBrick* imprint) = 0;
     /// Changes where bricks that it was told of may have to be told of again.
@@ -218,10 +220,13 @@ class Lattice {
     void before_move(Brick& brick) const {
         if (m_observer) m_observer->before_move(brick);
     }
+    void reserve_move(Brick& brick) const {
+        if (m_observer) m_observer->reserve_move(brick);
+    }
     void before_imprint(Vec3i brick_coord, const PlasticBrick* imprint) const {
         if (m_observer) m_observer->before_imprint(brick_coord, imprint);
     }
-    /// See LatticeObserver::step; 0: nobody listens.
+    /// See LatticeObserver::step; 0 without an observer.
     std::uint64_t observed_step() const { return m_observer ? m_observer->step() : 0; }
 
     /// Links may be outside of their limits after a change of materials. They may then not get

@@ -22,7 +22,7 @@
 
 namespace pliant {
 
-/// A drag that ends if what follows succeeds. Its fields are lost either way: the steps after a
+/// A drag that ends if the operation succeeds. Its fields are lost either way: the steps after a
 /// failure find new ones.
 class ChainMail::Impl::SuspendedDrag {
   public:

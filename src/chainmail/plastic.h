@@ -54,7 +54,7 @@ class PlasticRest {
     const PlasticBrick* find(Vec3i brick_coord) const;
     Vec3<Fixed> imprint_at(const Lattice& lattice, Vec3i ijk) const;
     const auto& bricks() const { return m_bricks; }
-    /// Replaces a brick's imprint; all zero takes it away. For a state that nobody takes back.
+    /// Replaces a brick's imprint; all zero takes it away. For a state that is never undone.
     void set(const Lattice& lattice, Vec3i brick_coord, Imprint imprint);
     /// Exchanges the imprints of several bricks in three calls, of which only the first can fail;
     /// then nothing has changed. The second one may be repeated to take the exchange back.

@@ -40,7 +40,7 @@ class Relaxation {
     bool needs_memory() const;
     /// The slice. @pre begin with the same options
     RelaxReport run(const RelaxOptions& options);
-    /// After a failure, with the lattice put back to what it was before begin: the next slice goes
+    /// After a failure, with the lattice restored to its state before begin: the next slice goes
     /// on where that one was to begin.
     void roll_back() noexcept;
 

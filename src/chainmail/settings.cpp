@@ -80,7 +80,7 @@ Status check_label_materials(const ChainMailSettings& s) {
 Status check_settings(const ChainMailSettings& s) {
     if (s.law != "draeger")
         return Error{ErrorCode::InvalidArgument,
-                     "[material] law: expected \"draeger\", found \"" + s.law + "\""};
+                     "[material] law: expected \"draeger\", found \"" + shown(s.law) + "\""};
     if (!(s.offset >= 0 && s.offset <= 1))
         return out_of_range("[material] offset", s.offset, "a fraction 0 to 1");
     if (!std::isfinite(s.bone_threshold_hu))

@@ -28,7 +28,7 @@ std::string enclosed(char before, std::string_view text, char after) {
 }
 
 std::string quoted(std::string_view text) {
-    return enclosed('\'', text, '\'');
+    return enclosed('\'', shown(text), '\'');
 }
 
 struct Reader {
@@ -107,7 +107,7 @@ struct Reader {
     static std::string found(const toml::node& node) {
         std::ostringstream text;
         if (const auto words = node.value_exact<std::string>())
-            text << '"' << *words << '"';
+            text << '"' << shown(*words) << '"';
         else
             text << node.type();
         return text.str();
@@ -143,7 +143,7 @@ Status read_key(const Reader& r, const std::string& key, const toml::node& node,
 
 Status read_label_key(const Reader& r, const std::string& table, const std::string& name,
                       const toml::node& node, LabelMaterial& m) {
-    const std::string key = table + " " + name;
+    const std::string key = table + " " + shown(name);
     if (name == "values") return r.read(node, key, m.values);
     if (name == "law") return r.read(node, key, m.law);
     if (name == "offset") return r.read(node, key, m.offset);
@@ -184,8 +184,11 @@ Status read_labels(const Reader& r, const toml::node& node, ChainMailSettings& s
 }
 
 Status read_toml(const Reader& reader, const std::string& text, ChainMailSettings& settings) {
+    if (const Status s = check_nesting(text, TextSyntax::Toml); !s)
+        return Error{s.error().code, reader.file + ": " + s.error().message};
     toml::table root;
     try {
+        get_memory_for_tables(text.size());
         root = toml::parse(text);
     } catch (const toml::parse_error& error) {
         std::ostringstream where;
@@ -201,11 +204,11 @@ Status read_toml(const Reader& reader, const std::string& text, ChainMailSetting
         }
         const toml::table* table = table_node.as_table();
         if (!table)
-            return reader.wrong(table_name, "a table such as [material]",
+            return reader.wrong(shown(table_name), "a table such as [material]",
                                 Reader::found(table_node));
         for (const auto& [key, node] : *table) {
             const Status status =
-                read_key(reader, enclosed('[', table_name, ']') + " " + std::string(key.str()),
+                read_key(reader, enclosed('[', shown(table_name), ']') + " " + shown(key.str()),
                          node, settings);
             if (!status.ok()) return status;
         }
@@ -232,7 +235,7 @@ Status read_plain_value(const Reader& reader, const std::string& key, std::strin
     return Error{ErrorCode::NotFound, {}};
 }
 
-/// Reads what settings_text writes. Where memory is short it throws std::bad_alloc, for which
+/// Reads the text of settings_text. Where memory is short it throws std::bad_alloc, for which
 /// toml::parse ends the process.
 /// @returns whether the text was understood
 bool read_plain(const Reader& reader, std::string_view text, ChainMailSettings& settings) {
@@ -273,7 +276,7 @@ std::string plain_key(std::string_view key) {
 Status read_divod_key(const Reader& r, std::string_view key, std::string_view value,
                       ChainMailSettings& s, std::vector<std::string>& notes) {
     const std::string plain = plain_key(key);
-    const std::string name(key);
+    const std::string name = shown(key);
     if (plain == "maxtries" || plain == "stepscale") {
         notes.push_back(name + ": not needed, the largest valid step is found exactly");
         return Ok{};
@@ -357,8 +360,7 @@ namespace {
 
 Result<ChainMailSettings> read_file(const std::filesystem::path& path,
                                     std::vector<std::string>* notes) {
-    constexpr std::size_t kMaxBytes = std::size_t(16) << 20;
-    const Result<std::string> text = read_small_file(path, kMaxBytes, "a settings file");
+    const Result<std::string> text = read_small_file(path, kMaxSmallFileBytes, "a settings file");
     if (!text.ok()) return text.error();
     const Reader reader{path.string()};
     ChainMailSettings settings;

@@ -54,6 +54,7 @@ Status check_scan(const std::string& name, const ScanFingerprint& own,
 
 Result<Bytes> read_bytes(const std::filesystem::path& path) {
     std::error_code error;
+    if (const Status s = check_is_file(path, "a saved state"); !s) return s.error();
     std::ifstream stream(path, std::ios::binary);
     const auto size = std::filesystem::file_size(path, error);
     if (!stream || error)

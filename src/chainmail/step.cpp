@@ -240,10 +240,10 @@ int move_brick(const Lattice& lattice, Brick& brick, BrickMotion motion, Vec3<Fi
     return result.moved;
 }
 
-void tell_of_moves(Lattice& lattice, const SweepWork& work) {
+void reserve_moves(Lattice& lattice, const SweepWork& work) {
     if (lattice.observed_step() == 0) return;
     for (const int index : work.touched)
-        if (Brick& brick = lattice.brick(index); is_reached(brick)) lattice.before_move(brick);
+        if (Brick& brick = lattice.brick(index); is_reached(brick)) lattice.reserve_move(brick);
 }
 
 std::int64_t apply_shift(Lattice& lattice, const SweepWork& work, const SweepKernels& kernels,

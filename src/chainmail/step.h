@@ -65,9 +65,9 @@ Vec3<Fixed> raise_of(const Brick& brick, std::size_t index, Vec3<Fixed> shift);
 /// The shift times the fraction, each component rounded towards zero.
 Vec3<Fixed> fraction_of(Vec3<Fixed> shift, double fraction);
 
-/// Tells the lattice's observer of all bricks that apply_shift may move. May throw, apply_shift
-/// not.
-void tell_of_moves(Lattice& lattice, const SweepWork& work);
+/// Lets the lattice's observer get its memory for all bricks that apply_shift may move. May throw;
+/// apply_shift then doesn't.
+void reserve_moves(Lattice& lattice, const SweepWork& work);
 
 /// Moves the reached bricks' elements by what `done` (a fraction of `shift`) asks for, and ends
 /// the solve. @returns the number of elements that moved

@@ -6,8 +6,8 @@
 #pragma once
 
 #include <pliant/result.h>
+#include <pliant/text_input.h>
 
-#include <cctype>
 #include <filesystem>
 #include <new>
 #include <stdexcept>
@@ -50,10 +50,9 @@ auto attempt(Work&& work) noexcept -> decltype(work()) {
     }
 }
 
-/// Of an error that quotes what was found: control characters, line ends above all, become spaces.
+/// An error that quotes what was found, without line ends and other control characters.
 inline Error in_one_line(Error error) {
-    for (char& c : error.message)
-        if (std::iscntrl(static_cast<unsigned char>(c))) c = ' ';
+    error.message = one_line(error.message);
     return error;
 }
 

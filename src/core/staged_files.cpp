@@ -4,142 +4,280 @@
 #include <pliant/staged_files.h>
 
 #include <dirent.h>
+#include <fcntl.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <atomic>
+#include <cctype>
 #include <cerrno>
-#include <cstring>
-#include <memory>
-#include <span>
-#include <string>
-#include <system_error>
+#include <optional>
+#include <set>
 #include <utility>
+#include <vector>
+
+#include "core/errors.h"
+#include "core/output_stream.h"
+#include "core/staging_folder.h"
+#include "core/staging_journal.h"
 
 namespace pliant {
 namespace fs = std::filesystem;
 namespace {
 
-constexpr const char* kBackupSuffix = ".before";
-
-/// A file to be put in its place, with the paths that this and its undoing need.
-struct Move {
-    fs::path from, to;
-    fs::path backup;        ///< of what was there before, beside `from`
-    bool replaced = false;  ///< something was
-};
-
-Move move_of(const fs::path& from, fs::path to) {
-    return {from, std::move(to), from.string() + kBackupSuffix};
+Error unwritable(const fs::path& target, const std::string& what) {
+    return {ErrorCode::Unwritable, target.string() + ": " + what};
 }
 
-// Everything from here on goes without an allocation, so that a commit is undone as a whole.
-
-bool carry_out(Move& move, std::error_code& error) noexcept {
-    move.replaced = fs::exists(move.to, error);
-    if (move.replaced) {
-        // A second name, so that the place is never empty; where that can't be, the first one.
-        fs::create_hard_link(move.to, move.backup, error);
-        if (error) fs::rename(move.to, move.backup, error);
-        if (error) return false;
+/// The file that a chain of symbolic links names, whether it is there or not; or a name such as
+/// /dev/stdout on the way.
+Result<fs::path> followed(const fs::path& target) {
+    constexpr int kMaxLinks = 40;
+    std::error_code error;
+    fs::path path = target;
+    for (int n = 0; n < kMaxLinks; ++n) {
+        if (n > 0 && descriptor_of(path)) return path;
+        if (!fs::is_symlink(fs::symlink_status(path, error))) return path;
+        const fs::path next = fs::read_symlink(path, error);
+        if (error) break;
+        path = path.parent_path() / next;
     }
-    fs::rename(move.from, move.to, error);
-    if (!error) return true;
-    std::error_code ignored;
-    if (move.replaced) fs::rename(move.backup, move.to, ignored);
-    return false;
+    if (!error) error = std::make_error_code(std::errc::too_many_symbolic_link_levels);
+    return unwritable(target, "can't be written (" + error.message() + ")");
 }
 
-void undo(std::span<const Move> done) noexcept {
-    std::error_code ignored;
-    for (auto at = done.rbegin(); at != done.rend(); ++at) {
-        if (at->replaced)
-            fs::rename(at->backup, at->to, ignored);
-        else
-            fs::remove(at->to, ignored);
-    }
-}
-
-struct CloseListing {
-    void operator()(DIR* listing) const { ::closedir(listing); }
-};
-
-/// Calls visit(listing, name) for each file of a folder. Unlike a directory_iterator it doesn't end
-/// the process where memory is short.
+/// Calls visit(name) for each file of a folder. Unlike a directory_iterator it doesn't end the
+/// process where memory is short.
 template <class Visit>
 std::error_code for_each_file(const fs::path& folder, const Visit& visit) {
-    const std::unique_ptr<DIR, CloseListing> listing(::opendir(folder.c_str()));
+    struct Close {
+        void operator()(DIR* listing) const { ::closedir(listing); }
+    };
+    const std::unique_ptr<DIR, Close> listing(::opendir(folder.c_str()));
     if (!listing) return {errno, std::generic_category()};
     while (const dirent* file = ::readdir(listing.get()))
-        if (std::strcmp(file->d_name, ".") != 0 && std::strcmp(file->d_name, "..") != 0)
-            visit(listing.get(), file->d_name);
+        if (const std::string name = file->d_name; name != "." && name != "..") visit(name);
     return {};
 }
 
-/// Removes a folder that has no folders in it.
-void remove_folder(const fs::path& folder) noexcept {
-    static_cast<void>(for_each_file(
-        folder, [](DIR* listing, const char* name) { ::unlinkat(::dirfd(listing), name, 0); }));
-    ::rmdir(folder.c_str());
+/// Many files at once: waiting for each would take longer.
+std::error_code sync_file_system(const fs::path& folder) {
+    staging::before_step();
+    const staging::Descriptor opened(::open(folder.c_str(), O_RDONLY | O_CLOEXEC));
+    if (!opened.is_open() || (::syncfs(opened.number()) != 0 && errno != ENOSYS))
+        return {errno, std::generic_category()};
+    return {};
 }
 
 }  // namespace
 
-StagedFiles::~StagedFiles() {
-    for (const Entry& entry : m_entries) remove_folder(entry.folder);
+struct StagedFiles::Impl {
+    struct Place {
+        staging::Folder* folder;
+        std::string number;  ///< of the folder in it
+        std::string name;    ///< the output's; empty: all that is there
+        fs::path target;     ///< for messages
+        std::optional<OutputStream> stream{};
+    };
+    std::vector<std::unique_ptr<staging::Folder>> folders;
+    std::vector<Place> places;
+
+    /// @returns a new folder in the temporary one beside parent
+    Result<fs::path> add(const fs::path& parent, const fs::path& target, const std::string& name) {
+        std::error_code error;
+        auto known = std::find_if(folders.begin(), folders.end(),
+                                  [&](const auto& f) { return f->parent() == parent; });
+        if (known == folders.end()) {
+            staging::sweep(parent);
+            folders.reserve(folders.size() + 1);
+            auto made = staging::Folder::create(parent, error);
+            if (made) known = folders.insert(folders.end(), std::move(made));
+        }
+        if (!error) {
+            const std::string number = std::to_string((*known)->place_count());
+            places.push_back({known->get(), number, name, target});
+            fs::path place = (*known)->add_place(error);
+            if (!error) return place;
+            places.pop_back();
+        }
+        return unwritable(target, "the folder " + parent.string() + " can't be written (" +
+                                      error.message() + ")");
+    }
+
+    Result<fs::path> add_stream(OutputStream stream, const fs::path& target) {
+        std::error_code error;
+        const fs::path temporary = fs::temp_directory_path(error);
+        auto place = add(error ? fs::path("/tmp") : temporary, target, "output");
+        if (!place) return place;
+        places.back().stream = std::move(stream);
+        // Writers know the kind of file by its name.
+        const fs::path name = target.filename();
+        places.back().name = name == "-" ? "output" : name.string();
+        return *place / places.back().name;
+    }
+
+    Result<std::vector<staging::Moves>> moves() const;
+    Status sync(const std::vector<staging::Moves>& all) const;
+};
+
+Result<std::vector<staging::Moves>> StagedFiles::Impl::moves() const {
+    std::vector<staging::Moves> all;
+    std::set<fs::path> taken;
+    for (const auto& folder : folders) {
+        staging::Moves of{folder.get(), {}};
+        // Data files first, then the headers that name them.
+        for (const bool outputs : {false, true})
+            for (const Place& place : places) {
+                if (place.folder != folder.get() || place.stream) continue;
+                const fs::path staged = folder->path() / place.number;
+                std::vector<std::string> names;
+                bool is_there = place.name.empty();
+                const std::error_code error = for_each_file(staged, [&](const std::string& name) {
+                    is_there |= name == place.name;
+                    if ((name == place.name) == outputs) names.push_back(name);
+                });
+                if (error) return unwritable(place.target, error.message());
+                if (!is_there) return unwritable(place.target, "can't be written");
+                std::sort(names.begin(), names.end());
+                for (std::string& name : names) {
+                    const fs::path to = folder->parent() / name;
+                    if (!taken.insert(to).second)
+                        return unwritable(to, "expected one output of this name, found two");
+                    of.moves.push_back({place.number, std::move(name)});
+                }
+            }
+        if (!of.moves.empty()) all.push_back(std::move(of));
+    }
+    return all;
 }
 
-Result<fs::path> StagedFiles::stage(const fs::path& target) {
-    static std::atomic<unsigned> counter{0};
-    std::error_code error;
-    const fs::path parent = target.has_parent_path() ? target.parent_path() : fs::path(".");
-    if (!target.has_filename())
-        return Error{ErrorCode::Unwritable, target.string() + ": expected a file name"};
-    if (!fs::is_directory(parent, error))
-        return Error{ErrorCode::Unwritable,
-                     target.string() + ": the folder " + parent.string() + " does not exist"};
-    // A name that is too long, or a link to itself.
-    if (fs::status(target, error).type() == fs::file_type::none)
-        return Error{ErrorCode::Unwritable,
-                     target.string() + ": can't be written (" + error.message() + ")"};
-    if (fs::is_directory(target, error))
-        return Error{ErrorCode::Unwritable, target.string() + ": is a folder, expected a file"};
-    if (fs::exists(target, error) && !fs::is_regular_file(target, error))
-        return Error{ErrorCode::Unwritable,
-                     target.string() + ": is no regular file, expected one to replace"};
-    const fs::path folder = parent / (".pliant-" + std::to_string(::getpid()) + "-" +
-                                      std::to_string(counter.fetch_add(1)));
-    fs::path staged = folder / target.filename();
-    m_entries.push_back({folder, target});
-    if (!fs::create_directory(folder, error)) {
-        m_entries.pop_back();
-        return Error{ErrorCode::Unwritable, target.string() + ": the folder " + parent.string() +
-                                                " can't be written (" + error.message() + ")"};
+Status StagedFiles::Impl::sync(const std::vector<staging::Moves>& all) const {
+    constexpr std::size_t kOneByOne = 32;
+    std::size_t count = 0;
+    for (const staging::Moves& of : all) count += of.moves.size();
+    // New folders hold more than is counted.
+    const bool one_by_one =
+        count <= kOneByOne &&
+        std::none_of(places.begin(), places.end(), [](const Place& p) { return p.name.empty(); });
+    for (const staging::Moves& of : all) {
+        std::error_code error;
+        if (!one_by_one) error = sync_file_system(of.folder->path());
+        for (const staging::Move& move : of.moves)
+            if (one_by_one && !error)
+                error = staging::sync_to_disk(of.folder->path() / move.place / move.name);
+        if (error)
+            return unwritable(of.folder->parent() / of.moves.front().name,
+                              "can't be written (" + error.message() + ")");
     }
-    return staged;
+    return Ok{};
+}
+
+StagedFiles::StagedFiles() = default;
+StagedFiles::~StagedFiles() = default;
+
+Result<fs::path> StagedFiles::stage(const fs::path& target) {
+    return attempt([&]() -> Result<fs::path> {
+        if (staging::is_staged(target)) return target;
+        if (!m_impl) m_impl = std::make_unique<Impl>();
+        if (auto stream = OutputStream::of(target, target == "-")) {
+            if (Status s = stream->check(); !s) return s.error();
+            return m_impl->add_stream(std::move(*stream), target);
+        }
+        std::error_code error;
+        if (!target.has_filename()) return unwritable(target, "expected a file name");
+        const auto file = followed(target);
+        if (!file) return file.error();
+        if (auto stream = OutputStream::of(*file, false)) {
+            if (Status s = stream->check(); !s) return s.error();
+            return m_impl->add_stream(std::move(*stream), target);
+        }
+        const fs::path parent = file->has_parent_path() ? file->parent_path() : fs::path(".");
+        if (!fs::is_directory(parent, error))
+            return unwritable(target, "the folder " + parent.string() + " does not exist");
+        const auto type = fs::status(*file, error).type();
+        if (type == fs::file_type::none)  // a name that is too long
+            return unwritable(target, "can't be written (" + error.message() + ")");
+        if (type == fs::file_type::directory)
+            return unwritable(target, "is a folder, expected a file");
+        if (type != fs::file_type::not_found && type != fs::file_type::regular)
+            return unwritable(target, "is no regular file, expected one to replace");
+        auto place = m_impl->add(parent, target, file->filename().string());
+        if (!place) return place;
+        return *place / file->filename();
+    });
+}
+
+Result<fs::path> StagedFiles::stage_folder(const fs::path& target) {
+    return attempt([&]() -> Result<fs::path> {
+        if (!m_impl) m_impl = std::make_unique<Impl>();
+        std::error_code error;
+        if (target.empty()) return unwritable(target, "expected a folder");
+        if (fs::is_directory(target, error)) return m_impl->add(target, target, {});
+        // The nearest folder that is there gets the first of the new ones, with the others in it.
+        fs::path parent = target.lexically_normal(), made;
+        if (!parent.has_filename()) parent = parent.parent_path();
+        do {
+            made = parent.filename() / made;
+            parent = parent.parent_path();
+            if (parent.empty()) parent = ".";
+            if (fs::exists(fs::symlink_status(parent, error))) break;
+        } while (parent.has_relative_path() && parent != ".");
+        if (!fs::is_directory(parent, error) ||
+            fs::exists(fs::symlink_status(parent / *made.begin(), error)))
+            return unwritable(target, "can't be made, expected a folder");
+        auto place = m_impl->add(parent, target, {});
+        if (!place) return place;
+        const fs::path staged = (*place / made).parent_path();
+        fs::create_directories(staged, error);
+        if (error) return unwritable(target, "can't be made (" + error.message() + ")");
+        return staged;
+    });
 }
 
 Status StagedFiles::commit() {
-    std::vector<Move> moves;
-    std::error_code error;
-    // Data files first, then the headers that name them.
-    for (const Entry& entry : m_entries) {
-        error = for_each_file(entry.folder, [&](DIR*, const char* name) {
-            if (name != entry.target.filename())
-                moves.push_back(move_of(entry.folder / name, entry.target.parent_path() / name));
-        });
-        if (error)
-            return Error{ErrorCode::Unwritable, entry.target.string() + ": " + error.message()};
+    return attempt([&]() -> Status {
+        if (!m_impl) return Ok{};
+        auto all = m_impl->moves();
+        if (!all) return all.error();
+        if (Status s = m_impl->sync(*all); !s) return s;
+        for (const Impl::Place& place : m_impl->places)
+            if (place.stream)
+                if (Status s =
+                        place.stream->write(place.folder->path() / place.number / place.name);
+                    !s)
+                    return s;
+        if (!all->empty())
+            if (Status s = staging::commit(*all); !s) return s;
+        m_impl.reset();
+        return Ok{};
+    });
+}
+
+std::string about_places(std::string message) {
+    // FOLDER/.pliant-out-Xa81Qe/0/NAME
+    constexpr std::size_t kRandom = 6;
+    for (std::size_t at = 0; (at = message.find(staging::kPrefix, at)) != message.npos;) {
+        std::size_t end = at + staging::kPrefix.size() + kRandom;
+        if (end >= message.size() || message[end] != '/') break;
+        do ++end;
+        while (end < message.size() && std::isdigit(static_cast<unsigned char>(message[end])));
+        if (end >= message.size() || message[end] != '/') break;
+        message.erase(at, end + 1 - at);
     }
-    for (const Entry& entry : m_entries)
-        moves.push_back(move_of(entry.folder / entry.target.filename(), entry.target));
-    for (std::size_t n = 0; n < moves.size(); ++n) {
-        if (carry_out(moves[n], error)) continue;
-        undo(std::span(moves).first(n));
-        return Error{ErrorCode::Unwritable, moves[n].to.string() + ": " + error.message()};
-    }
-    for (const Entry& entry : m_entries) remove_folder(entry.folder);
-    m_entries.clear();
-    return Ok{};
+    return message;
+}
+
+namespace {
+
+std::atomic<RecoveryListener> g_listener{nullptr};
+
+}  // namespace
+
+RecoveryListener set_recovery_listener(RecoveryListener listener) noexcept {
+    return g_listener.exchange(listener);
+}
+RecoveryListener recovery_listener() noexcept {
+    return g_listener;
 }
 
 }  // namespace pliant

@@ -5,6 +5,7 @@
 
 #include <pliant/haptics_servo.h>
 #include <pliant/staged_files.h>
+#include <pliant/text_input.h>
 
 #include <algorithm>
 #include <array>
@@ -115,6 +116,8 @@ Result<std::unique_ptr<HapticDevice>> open_replay(const std::string& file) {
     const auto wrong = [&](ErrorCode code, const std::string& what) -> Error {
         return {code, "haptic device 'replay:" + file + "': " + what};
     };
+    if (const Status s = check_is_file(file, "a recording of pliant haptics"); !s)
+        return wrong(s.error().code, s.error().message.substr(file.size() + 2));
     std::ifstream stream(file);
     if (!stream)
         return wrong(ErrorCode::NotFound, "expected a recording of pliant haptics, found no file");

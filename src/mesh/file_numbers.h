@@ -12,7 +12,10 @@
 #include <charconv>
 #include <cstddef>
 #include <cstring>
+#include <new>
 #include <optional>
+
+#include "core/memory_budget.h"
 
 namespace pliant::mesh {
 
@@ -21,6 +24,11 @@ inline Error unreadable(const std::string& what) {
 }
 inline Error unsupported(const std::string& what) {
     return {ErrorCode::Unsupported, what};
+}
+
+/// Throws std::bad_alloc, as the request itself would, where there isn't so much memory.
+inline void ask_for(std::uint64_t bytes) {
+    if (!has_memory_for(bytes)) throw std::bad_alloc();
 }
 
 /// Words and lines of a text, from the front.
@@ -151,6 +159,7 @@ To number_at(const char* bytes, NumberType type, bool swap) {
 template <class To>
 std::vector<To> numbers_of(std::string_view bytes, NumberType type, bool big_endian) {
     const bool swap = big_endian != (std::endian::native == std::endian::big);
+    ask_for(bytes.size() / size_of(type) * sizeof(To));
     std::vector<To> numbers(bytes.size() / size_of(type));
     for (std::size_t n = 0; n < numbers.size(); ++n)
         numbers[n] = number_at<To>(bytes.data() + n * size_of(type), type, swap);
@@ -162,6 +171,7 @@ std::vector<To> numbers_of(std::string_view bytes, NumberType type, bool big_end
 template <class To>
 std::optional<std::vector<To>> numbers_in(TextCursor& text, std::size_t count) {
     if (count > text.rest().size() / 2 + 1) return std::nullopt;
+    ask_for(count * sizeof(To));
     std::vector<To> numbers(count);
     for (To& n : numbers) {
         const auto value = text.number<To>();
@@ -170,6 +180,22 @@ std::optional<std::vector<To>> numbers_in(TextCursor& text, std::size_t count) {
     }
     return numbers;
 }
+
+/// Cells that wait until all nodes are known, one behind the other: the smallest files would need
+/// the most memory otherwise. Empty cells are left out.
+class CellList {
+  public:
+    void add(std::span<const std::int64_t> nodes) {
+        if (nodes.empty()) return;
+        m_numbers.push_back(std::int64_t(nodes.size()));
+        m_numbers.insert(m_numbers.end(), nodes.begin(), nodes.end());
+    }
+    /// Adds all of them. @param type  VTK's number
+    Status add_to(MeshData& mesh, int type) const;
+
+  private:
+    std::vector<std::int64_t> m_numbers;  ///< of each cell: how many nodes, and which
+};
 
 /// Adds a cell of VTK's numbering (1, 2 vertices, 3, 4 lines, 5 triangle, 6 strip, 7 polygon,
 /// 8 pixel, 9 quadrilateral, 10 tetrahedron). @returns Unreadable for a node that doesn't exist or

@@ -45,6 +45,7 @@ class Msh {
                count <= std::int64_t(m_text.rest().size()) / (m_binary ? bytes : 2) + 1;
     }
     Status read_format();
+    Status read_place(std::int64_t node);
     Status read_nodes_2();
     Status read_nodes_4();
     Status read_elements_2();
@@ -82,13 +83,23 @@ Status Msh::read_format() {
     return Ok{};
 }
 
+/// Ends where a number is missing, so that no more nodes are kept than the file has.
+Status Msh::read_place(std::int64_t node) {
+    for (int a = 0; a < 3; ++a) {
+        m_places.push_back(real());
+        if (!std::isfinite(m_places.back()))
+            return unreadable("node " + std::to_string(node) + " is at a place that is not finite");
+    }
+    return Ok{};
+}
+
 Status Msh::read_nodes_2() {
     const auto count = m_text.number<std::int64_t>().value_or(-1);
     m_text.line();
     if (!can_follow(count, 28)) return unreadable("$Nodes is shorter than it says");
     for (std::int64_t n = 0; n < count; ++n) {
         m_numbers.emplace_back(integer(), n);
-        for (int a = 0; a < 3; ++a) m_places.push_back(real());
+        if (const Status s = read_place(n); !s) return s;
     }
     return Ok{};
 }
@@ -112,7 +123,7 @@ Status Msh::read_nodes_4() {
             m_numbers.emplace_back(size(), first + n);
         for (std::int64_t n = 0; n < own; ++n) {
             if (m_is_4_0) m_numbers.emplace_back(integer(), first + n);
-            for (int a = 0; a < 3; ++a) m_places.push_back(real());
+            if (const Status s = read_place(first + n); !s) return s;
             for (int a = 0; parametric && a < dimension; ++a) real();
         }
     }

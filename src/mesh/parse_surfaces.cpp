@@ -79,7 +79,8 @@ class Ply {
     std::vector<PlyElement> m_elements;
     std::string m_comments;
     std::vector<double> m_places;
-    std::vector<std::vector<std::int64_t>> m_faces;
+    CellList m_faces;
+    std::vector<std::int64_t> m_list;  ///< that is read
 };
 
 Status Ply::read_header() {
@@ -149,14 +150,14 @@ Status Ply::read_element(const PlyElement& element) {
             const auto length = value(*p.length);
             if (!length) return length.error();
             if (!(*length >= 0 && *length < 1e6)) return unreadable("a list with a wrong length");
-            std::vector<std::int64_t> list;
+            m_list.clear();
             for (double k = 0; k < *length; ++k) {
                 const auto number = value(p.type);
                 if (!number) return number.error();
-                list.push_back(*number >= 0 && *number < 3e9 ? std::int64_t(*number) : -1);
+                m_list.push_back(*number >= 0 && *number < 3e9 ? std::int64_t(*number) : -1);
             }
             if (element.name == "face" && (p.name == "vertex_indices" || p.name == "vertex_index"))
-                m_faces.push_back(std::move(list));
+                m_faces.add(m_list);
         }
         if (element.name == "vertex") m_places.insert(m_places.end(), place, place + 3);
     }
@@ -169,8 +170,7 @@ Result<MeshData> Ply::read() {
         if (const Status s = read_element(element); !s) return s.error();
     MeshData mesh;
     if (const Status s = set_nodes(mesh, m_places); !s) return s.error();
-    for (const auto& face : m_faces)
-        if (const Status s = add_cell(mesh, 7, face); !s) return s.error();
+    if (const Status s = m_faces.add_to(mesh, 7); !s) return s.error();
     turn_if_ras(mesh, m_comments);
     return mesh;
 }
@@ -204,7 +204,8 @@ Result<MeshData> parse_stl(std::string_view file) {
 Result<MeshData> parse_obj(std::string_view file) {
     TextCursor text(file);
     std::vector<double> places;
-    std::vector<std::vector<std::int64_t>> faces, lines;
+    CellList faces, lines;
+    std::vector<std::int64_t> nodes;
     std::string comments;
     for (std::size_t number = 1; !text.rest().empty(); ++number) {
         const std::string_view line = text.line();
@@ -220,17 +221,15 @@ Result<MeshData> parse_obj(std::string_view file) {
                 places.push_back(*value);
             }
         if (keyword == "f" || keyword == "l") {
-            std::vector<std::int64_t> nodes;
+            nodes.clear();
             while (!words.at_end()) nodes.push_back(obj_node(words.word(), places.size() / 3));
-            (keyword == "f" ? faces : lines).push_back(std::move(nodes));
+            (keyword == "f" ? faces : lines).add(nodes);
         }
     }
     MeshData mesh;
     if (const Status s = set_nodes(mesh, places); !s) return s.error();
-    for (const auto& face : faces)
-        if (const Status s = add_cell(mesh, 7, face); !s) return s.error();
-    for (const auto& line : lines)
-        if (const Status s = add_cell(mesh, 4, line); !s) return s.error();
+    if (const Status s = faces.add_to(mesh, 7); !s) return s.error();
+    if (const Status s = lines.add_to(mesh, 4); !s) return s.error();
     turn_if_ras(mesh, comments);
     return mesh;
 }

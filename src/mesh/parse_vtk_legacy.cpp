@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "mesh/file_numbers.h"
 
@@ -41,8 +42,13 @@ class Legacy {
     bool m_at_points = false;
     std::uint64_t m_attribute_count = 0;
     MeshData m_mesh;
+    /// Where a cell's nodes are in a list of numbers.
+    struct Cell {
+        std::uint32_t begin, count;
+    };
     /// Of an unstructured grid: its cells wait for their types.
-    std::vector<std::vector<std::int64_t>> m_cells;
+    std::vector<std::int64_t> m_nodes;
+    std::vector<Cell> m_cells;
 };
 
 template <class To>
@@ -79,7 +85,8 @@ Status Legacy::read_cells(const std::string& keyword) {
     if (!first) return first.error();
     if (!second) return second.error();
     m_text.line();
-    std::vector<std::vector<std::int64_t>> cells;
+    std::vector<Cell> cells;
+    std::vector<std::int64_t> nodes;
     if (m_offsets) {
         TextCursor ahead = m_text;
         if (upper(ahead.word()) != "OFFSETS") return unreadable("expected OFFSETS");
@@ -91,34 +98,41 @@ Status Legacy::read_cells(const std::string& keyword) {
         if (upper(m_text.word()) != "CONNECTIVITY") return unreadable("expected CONNECTIVITY");
         const std::string node_type(m_text.word());
         m_text.line();
-        const auto nodes = numbers<std::int64_t>(*second, node_type);
-        if (!nodes) return nodes.error();
+        auto read = numbers<std::int64_t>(*second, node_type);
+        if (!read) return read.error();
+        nodes = std::move(*read);
         for (std::size_t c = 0; c + 1 < ends->size(); ++c) {
             const std::int64_t begin = (*ends)[c], end = (*ends)[c + 1];
-            if (begin < 0 || end < begin || end > std::int64_t(nodes->size()))
+            if (begin < 0 || end < begin || end > std::int64_t(nodes.size()))
                 return unreadable("cell " + std::to_string(c) + " has a wrong offset");
-            cells.emplace_back(nodes->begin() + begin, nodes->begin() + end);
+            cells.push_back({std::uint32_t(begin), std::uint32_t(end - begin)});
         }
     } else {
-        const auto list = numbers<std::int64_t>(*second, "int");
+        auto list = numbers<std::int64_t>(*second, "int");
         if (!list) return list.error();
+        nodes = std::move(*list);
         std::size_t at = 0;
         for (std::uint64_t c = 0; c < *first; ++c) {
-            const std::int64_t length = at < list->size() ? (*list)[at++] : -1;
-            if (length < 0 || length > std::int64_t(list->size() - at))
+            const std::int64_t length = at < nodes.size() ? nodes[at++] : -1;
+            if (length < 0 || length > std::int64_t(nodes.size() - at))
                 return unreadable("cell " + std::to_string(c) +
                                   " is longer than the list of cells");
-            cells.emplace_back(list->begin() + std::ptrdiff_t(at),
-                               list->begin() + std::ptrdiff_t(at) + length);
+            cells.push_back({std::uint32_t(at), std::uint32_t(length)});
             at += std::size_t(length);
         }
     }
+    if (nodes.size() > std::numeric_limits<std::uint32_t>::max())
+        return unsupported("more than 4294967295 numbers in cells");
     if (type < 0) {
+        m_nodes = std::move(nodes);
         m_cells = std::move(cells);
         return Ok{};
     }
-    for (const auto& cell : cells)
-        if (const Status s = add_cell(m_mesh, type, cell); !s) return s;
+    for (const Cell& cell : cells)
+        if (const Status s =
+                add_cell(m_mesh, type, std::span(nodes).subspan(cell.begin, cell.count));
+            !s)
+            return s;
     return Ok{};
 }
 
@@ -133,7 +147,8 @@ Status Legacy::read_types() {
                           std::to_string(m_cells.size()) + " cells");
     for (std::size_t c = 0; c < m_cells.size(); ++c)
         if (const Status s =
-                add_cell(m_mesh, int(std::clamp<std::int64_t>((*types)[c], -1, 255)), m_cells[c]);
+                add_cell(m_mesh, int(std::clamp<std::int64_t>((*types)[c], -1, 255)),
+                         std::span(m_nodes).subspan(m_cells[c].begin, m_cells[c].count));
             !s)
             return s;
     return Ok{};

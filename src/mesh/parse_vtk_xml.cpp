@@ -126,6 +126,11 @@ Status Document::open() {
     } else {
         text = m_file;
     }
+    // A node or an attribute of the document takes some hundred bytes, however short it is.
+    constexpr std::uint64_t kNodeBytes = 100;
+    ask_for(text.size() +
+            kNodeBytes * std::uint64_t(std::count_if(text.begin(), text.end(),
+                                                     [](char c) { return c == '<' || c == '='; })));
     const auto parsed = m_xml.load_buffer(text.data(), text.size());
     if (!parsed)
         return unreadable("no XML at character " + std::to_string(parsed.offset) + ": " +
@@ -195,6 +200,7 @@ Result<std::string> Document::bytes_of(const pugi::xml_node& node, ByteSource so
         lengths.empty() ? 0 : (*first - 1) * *block + (*last > 0 ? *last : *block);
     if (const Status s = check(size); !s) return s.error();
     if (size > most) return ends();
+    ask_for(size);
     std::string bytes(std::size_t(size), '\0');
     std::uint64_t at = 0;
     for (std::size_t b = 0; b < lengths.size(); ++b) {

@@ -5,10 +5,13 @@
 
 #include <pliant/mesh_files.h>
 #include <pliant/mesh_quality.h>
+#include <pliant/text_input.h>
 
 #include <algorithm>
 #include <fstream>
+#include <new>
 #include <numeric>
+#include <stdexcept>
 #include <tuple>
 
 #include "mesh/file_numbers.h"
@@ -61,6 +64,7 @@ Status set_nodes(MeshData& mesh, std::span<const double> coordinates) {
     if (coordinates.size() / 3 > std::size_t(1) << 31)
         return Error{ErrorCode::LimitExceeded, "more than 2147483648 nodes"};
     const std::size_t first = mesh.nodes_mm.size();
+    ask_for(coordinates.size() * sizeof(double));
     mesh.nodes_mm.resize(first + coordinates.size() / 3);
     for (std::size_t n = first; n < mesh.nodes_mm.size(); ++n) {
         const double* at = coordinates.data() + 3 * (n - first);
@@ -117,6 +121,16 @@ Status add_cell(MeshData& mesh, int type, std::span<const std::int64_t> nodes) {
                        ", expected lines, polygons or linear tetrahedra");
 }
 
+Status CellList::add_to(MeshData& mesh, int type) const {
+    for (std::size_t at = 0; at < m_numbers.size();) {
+        const auto count = std::size_t(m_numbers[at]);
+        const auto cell = std::span(m_numbers).subspan(at + 1, count);
+        if (const Status s = add_cell(mesh, type, cell); !s) return s;
+        at += 1 + count;
+    }
+    return Ok{};
+}
+
 Result<MeshData> parse_mesh(std::string_view file, std::string_view ending) {
     const auto starts = [&](std::string_view with) { return file.starts_with(with); };
     TextCursor text(file);
@@ -134,21 +148,33 @@ Result<MeshData> parse_mesh(std::string_view file, std::string_view ending) {
 }  // namespace mesh
 
 Result<MeshData> read_mesh(const std::filesystem::path& path) {
-    std::error_code ignored;
-    if (!std::filesystem::is_regular_file(path, ignored))
-        return Error{ErrorCode::NotFound, path.string() + ": expected a file, found none"};
-    std::ifstream stream(path, std::ios::binary | std::ios::ate);
-    const auto size = stream ? std::streamoff(stream.tellg()) : -1;
-    std::string bytes(std::size_t(std::max<std::streamoff>(size, 0)), '\0');
-    stream.seekg(0);
-    if (size < 0 || !stream.read(bytes.data(), size))
-        return Error{ErrorCode::Unreadable, path.string() + ": can't be read"};
-    std::string ending = path.extension().string();
-    for (char& c : ending)
-        if (c >= 'A' && c <= 'Z') c = char(c - 'A' + 'a');
-    auto mesh = mesh::parse_mesh(bytes, ending);
-    if (!mesh) return Error{mesh.error().code, path.string() + ": " + mesh.error().message};
-    return mesh;
+    const auto too_large = [&] {
+        return Error{ErrorCode::LimitExceeded, path.string() + ": not enough memory to read it"};
+    };
+    try {
+        std::error_code ignored;
+        if (!std::filesystem::is_regular_file(path, ignored))
+            return Error{ErrorCode::NotFound, path.string() + ": expected a file, found none"};
+        std::ifstream stream(path, std::ios::binary | std::ios::ate);
+        const auto size = stream ? std::streamoff(stream.tellg()) : -1;
+        // The bytes, and about as much again for what is made of them; more is asked for later.
+        if (size > 0 && !has_memory_for(2 * std::uint64_t(size))) return too_large();
+        std::string bytes(std::size_t(std::max<std::streamoff>(size, 0)), '\0');
+        stream.seekg(0);
+        if (size < 0 || !stream.read(bytes.data(), size))
+            return Error{ErrorCode::Unreadable, path.string() + ": can't be read"};
+        std::string ending = path.extension().string();
+        for (char& c : ending)
+            if (c >= 'A' && c <= 'Z') c = char(c - 'A' + 'a');
+        auto mesh = mesh::parse_mesh(bytes, ending);
+        if (!mesh)
+            return Error{mesh.error().code, path.string() + ": " + one_line(mesh.error().message)};
+        return mesh;
+    } catch (const std::bad_alloc&) {
+        return too_large();
+    } catch (const std::length_error&) {
+        return too_large();
+    }
 }
 
 TriangleMesh joined(const TriangleMesh& surface) {

@@ -37,7 +37,7 @@ class Solver {
     virtual void reserve_kept() = 0;
     /// Remembers places, velocities and inverse masses. @pre reserve_kept() was called
     virtual void keep() noexcept = 0;
-    /// Restores what keep() remembered; multipliers stay those of the last sub-step.
+    /// Restores the state of keep(); multipliers stay those of the last sub-step.
     /// @pre keep() was called, and take_back() not since then
     virtual void take_back() noexcept = 0;
     /// Sets the places and velocities of all particles.

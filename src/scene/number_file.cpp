@@ -54,6 +54,9 @@ Status save_numbers(const std::filesystem::path& path, std::uint64_t magic,
 
 Result<std::vector<double>> load_numbers(const std::filesystem::path& path, std::uint64_t magic) {
     const auto wrong = [&](const char* what) { return unreadable(path.filename(), what); };
+    std::error_code ignored;
+    if (!std::filesystem::is_regular_file(path, ignored))
+        return wrong("expected a file, found none");
     std::ifstream stream(path, std::ios::binary);
     if (!stream) return wrong("expected a file, found none");
     if (read_word(stream) != magic) return wrong("expected a state of this tissue");

@@ -141,8 +141,8 @@ Result<PushReport> SpringDeformation::push(std::uint32_t tool, const Push& push)
     return attempt([&] { return m_impl->push(tool, push); });
 }
 
-/// Gets memory, then changes who holds what, then moves: of all that comes after the memory, only
-/// the first step may fail.
+/// Gets memory, then changes the holders of the nodes, then moves. After the memory only the first
+/// step may fail.
 Result<PushReport> SpringDeformation::Impl::push(std::uint32_t tool, const Push& push) {
     const auto start = std::chrono::steady_clock::now();
     if (const Status s = check(push); !s.ok()) return s.error();

@@ -55,7 +55,7 @@ std::filesystem::path checkpoint_path(const std::filesystem::path& session, int 
 
 Result<SessionCheckpoint> save_checkpoint(Scene& scene, const std::filesystem::path& session,
                                           int number, Status& saved) {
-    // Once the scene rests, that has to be recorded, whatever else fails.
+    // The rest of the scene has to be recorded even if the checkpoint fails.
     return attempt([&]() -> Result<SessionCheckpoint> {
         const auto state = checkpoint_path(session, number);
         const std::uint64_t volume = hash_volume(scene.deformed());

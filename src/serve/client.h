@@ -108,6 +108,7 @@ struct Client {
     Delivery overlay_delivery;   ///< while there is an overlay
     std::deque<Outgoing> texts;  ///< answers that wait
     std::deque<Waiting> commands;
+    double spent_ms = 0;                                 ///< on its commands lately
     std::vector<std::uint32_t> checksums;                ///< ids of those that were asked for
     std::uint64_t state_version = 0, tools_version = 0;  ///< that it was sent
     std::uint64_t haptics_version = 0;

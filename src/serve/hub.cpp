@@ -87,12 +87,13 @@ void Hub::run(const std::stop_token& stop, Outlet& outlet) {
     }
     for (Client& client : m_clients)
         if (client.connection)
-            guarded([&] { outlet.close(client.connection, kCloseGoingAway, "the server ends"); });
-    guarded([&] {
+            guarded("owner",
+                    [&] { outlet.close(client.connection, kCloseGoingAway, "the server ends"); });
+    guarded("owner", [&] {
         if (m_log && !m_log->is_nameless() && !m_is_behind && log_is_ready())
             m_log->add(SessionMark{hash_volume(m_scene->deformed()), m_scene->tissue().hash()});
     });
-    guarded([&] { write_log(); });
+    guarded("owner", [&] { write_log(); });
 }
 
 void Hub::wait_for_work(const std::stop_token& stop, Clock::time_point last) {
@@ -119,37 +120,40 @@ void Hub::step() {
           &Hub::relax, &Hub::resample, &Hub::feel_device, &Hub::begin_overlays, &Hub::checkpoint,
           &Hub::write_log, &Hub::tell_outcomes, &Hub::tell_paths, &Hub::refresh_state,
           &Hub::refresh_tools, &Hub::refresh_haptics, &Hub::refresh_vessel, &Hub::drop_who_is_late})
-        guarded([&] { (this->*part)(); });
+        guarded("owner", [&] { (this->*part)(); });
     m_overlay_left = kMaxOverlayVoxels;
     m_overlay_ms = 0;
     for (Client& client : m_clients)
-        if (!guarded([&] { publish(client); })) {
+        if (!guarded("owner", [&] { publish(client); })) {
             // Frames that were taken from it may not have been sent.
             client.delivery.come_back({});
             client.overlay_delivery.come_back({});
         }
-    guarded([&] { rest_overlays(); });
-    guarded([&] { measure_force(); });
+    guarded("owner", [&] { rest_overlays(); });
+    guarded("owner", [&] { measure_force(); });
 }
 
 // Work.
 
+/// The client whose commands took the least time lately goes first, so that quick commands don't
+/// wait for another client's slow ones.
 void Hub::carry_out_commands() {
-    // In turn, so that nobody's commands wait for all of somebody else's.
-    if (!m_clients.empty()) m_clients.splice(m_clients.end(), m_clients, m_clients.begin());
-    for (bool any = true; any;) {
-        any = false;
-        for (Client& client : m_clients) {
-            if (client.commands.empty()) continue;
-            if (m_worked && Clock::now() - m_now > kCommandTime) return;
-            carry_out(client);
-            any = true;
-        }
+    constexpr double kShareKept = 0.9;  // per step
+    for (Client& client : m_clients) client.spent_ms *= kShareKept;
+    while (!m_worked || Clock::now() - m_now <= kCommandTime) {
+        Client* next = nullptr;
+        for (Client& client : m_clients)
+            if (!client.commands.empty() && (!next || client.spent_ms < next->spent_ms))
+                next = &client;
+        if (!next) return;
+        const Clock::time_point begin = Clock::now();
+        carry_out(*next);
+        next->spent_ms += ms_between(begin, Clock::now());
     }
 }
 
 void Hub::carry_out(Client& client) {
-    // There has to be memory to tell what became of it. Else it waits for the next step.
+    // The answer needs memory too. Without it the command waits for the next step.
     Waiting& front = client.commands.front();
     front.merged.reserve(front.merged.size() + 1);
     Done done{client.info.number, {}, std::string(name_of(front.message.action)), {}};
@@ -168,7 +172,17 @@ void Hub::carry_out(Client& client) {
 /// session says at most that a step has ended.
 Outcome Hub::act(std::uint32_t client, const Action& action) {
     const Outcome ran_out{.error_code = "limit", .message = "out of memory", .ran_out = true};
+    if (m_log && m_log->is_full())
+        return {.error_code = "limit",
+                .message =
+                    "expected a session that can be recorded, found the disk of the server "
+                    "full"};
     if (!log_is_ready()) return ran_out;
+    if (const auto* tissue = std::get_if<TissueCommand>(&action);
+        tissue && tissue->choice.springs && tissue->choice.nodes > m_max_spring_nodes)
+        return {.error_code = "limit",
+                .message = "tissue: nodes: expected 3…" + std::to_string(m_max_spring_nodes) +
+                           " on this server, found " + std::to_string(tissue->choice.nodes)};
     SessionCommand record{.client = client, .action = {}, .refused = false};
     try {
         record.action = action;
@@ -297,7 +311,7 @@ void Hub::resample() {
     for (Client& client : m_clients)
         for (const Box3i& box : update->boxes) client.delivery.mark(box);
     mark_overlays(update->boxes);
-    if (m_haptics && !guarded([&] { m_haptics->changed(update->boxes); }))
+    if (m_haptics && !guarded("owner", [&] { m_haptics->changed(update->boxes); }))
         end_haptics("out of memory");
     m_timing.solve_ms = m_solve_ms;
     m_timing.resample_ms = update->resample_ms;
@@ -310,7 +324,7 @@ void Hub::checkpoint() {
     m_is_unsaved = m_is_unsaved || m_worked;
     // At a moment when nobody waits for anything.
     const bool is_due = m_is_unsaved && m_unsaved_ms >= m_checkpoint_ms;
-    if (!m_log || m_log_failed || m_log->is_nameless()) return;
+    if (!m_log || !m_is_recorded || m_log->is_nameless()) return;
     if (!is_due || m_worked || !m_scene->is_quiet() || !log_is_ready()) return;
     m_is_unsaved = false;
     m_unsaved_ms = 0;
@@ -329,7 +343,7 @@ void Hub::checkpoint() {
                      saved.error().message.c_str());
 }
 
-/// Records what was done. Without memory, that is done later: see log_is_ready().
+/// Records the finished commands. Without memory they are recorded later: see log_is_ready().
 void Hub::note(SessionRecord record) noexcept {
     if (!m_log) return;
     if (log_is_ready()) {
@@ -341,8 +355,10 @@ void Hub::note(SessionRecord record) noexcept {
     m_unlogged.push_back(std::move(record));  // has a place: nothing is done while others wait
 }
 
-/// Whether all that was done to the scene is recorded. If not, nothing else may be done.
+/// Whether all changes of the scene are recorded, if only in memory. If not, nothing else may be
+/// done.
 bool Hub::log_is_ready() noexcept {
+    if (m_log && m_log->is_full()) return false;
     while (!m_unlogged.empty()) {
         try {
             m_log->add(m_unlogged.front());
@@ -354,14 +370,24 @@ bool Hub::log_is_ready() noexcept {
     return true;
 }
 
+/// Writes the session. Where that fails its records stay in memory, clients are told, and it is
+/// tried again each second.
 void Hub::write_log() {
-    if (!m_log || m_log_failed) return;
+    constexpr auto kPause = std::chrono::seconds(1);
+    if (!m_log) return;
     (void)log_is_ready();
-    if (const Status s = m_log->flush(); !s.ok()) {
-        m_log_failed = true;
-        std::fprintf(stderr, "pliant: %s; the session is not recorded any more\n",
+    const bool is_due = m_now - m_flush_at >= kPause;
+    if (!m_is_recorded && !is_due) return;
+    Status s = m_log->flush();
+    if (s.ok() && is_due) s = m_log->check_place();
+    if (is_due) m_flush_at = m_now;
+    if (s.ok() == m_is_recorded) return;
+    m_is_recorded = s.ok();
+    if (s.ok())
+        std::fprintf(stderr, "pliant: %s: the session is recorded again\n", m_log->path().c_str());
+    else
+        std::fprintf(stderr, "pliant: %s; the session is not recorded meanwhile\n",
                      s.error().message.c_str());
-    }
 }
 
 }  // namespace pliant::serve

@@ -28,6 +28,7 @@
 
 #include "serve/client.h"
 #include "serve/device_opening.h"
+#include "serve/guarded.h"
 #include "serve/haptic_session.h"
 #include "serve/path_search.h"
 #include "serve/save.h"
@@ -53,6 +54,8 @@ class Hub {
     /// @param seconds  of work from one to the next
     /// @param so_far   that the session has
     void keep_checkpoints(double seconds, int so_far);
+    /// Before run(), too. @param nodes  along an axis, that a client may ask for
+    void bound_springs(int nodes) { m_max_spring_nodes = nodes; }
     /// Before run(), too: devices beside those in the tree.
     void offer_devices(HapticDevices devices) { m_haptic_devices = std::move(devices); }
 
@@ -126,8 +129,6 @@ class Hub {
     void post(Event event);
     void wait_for_work(const std::stop_token& stop, Clock::time_point last);
     void step();
-    template <class Part>
-    bool guarded(const Part& part) noexcept;
     void tell_later(const Untold& untold) noexcept;
     void release(Client& client);
 
@@ -212,7 +213,8 @@ class Hub {
     std::vector<Untold> m_untold;
     std::unique_ptr<Scene> m_scene;
     std::unique_ptr<SessionLog> m_log;
-    bool m_log_failed = false;
+    bool m_is_recorded = true;              ///< whether the session's file has all records
+    Clock::time_point m_flush_at{};         ///< when it was last written to
     std::vector<SessionRecord> m_unlogged;  ///< records for which there was no memory yet
     double m_checkpoint_ms = 0;             ///< of work from one to the next
     double m_unsaved_ms = 0;                ///< of work since the last one
@@ -220,6 +222,7 @@ class Hub {
     int m_checkpoints = 0;                  ///< of the session
     Clock::duration m_period;
     std::uint64_t m_open_bytes;
+    int m_max_spring_nodes = 32;
     Outlet* m_outlet = nullptr;
     std::map<ConnectionId, Newcomer> m_newcomers;
     Clients m_clients;
@@ -261,19 +264,5 @@ class Hub {
     std::optional<Checksums> m_checksums;
     Clock::time_point m_checksums_at{};
 };
-
-/// Does a part of a step. Where memory runs out, or no thread can be started, the rest of it has to
-/// wait for the next step. @returns whether all was done
-template <class Part>
-bool Hub::guarded(const Part& part) noexcept {
-    try {
-        part();
-        return true;
-    } catch (const std::bad_alloc&) {
-    } catch (const std::length_error&) {
-    } catch (const std::system_error&) {
-    }
-    return false;
-}
 
 }  // namespace pliant::serve

@@ -47,7 +47,7 @@ void Hub::take_events() {
             continue;
         }
         const Untold untold{event.connection, message->id, name_of(message->action)};
-        if (!guarded([&] { take(event.connection, std::get<Message>(event.what)); }))
+        if (!guarded("owner", [&] { take(event.connection, std::get<Message>(event.what)); }))
             tell_later(untold);
     }
 }
@@ -144,6 +144,7 @@ void Hub::say_hello(ConnectionId connection, const HelloMessage& hello) {
                               .resumed = resumed,
                               .rate_hz = int(std::chrono::seconds(1) / m_period),
                               .open_bytes = m_open_bytes,
+                              .spring_nodes = m_max_spring_nodes,
                               .haptic_devices = m_haptic_devices.names()},
                              m_scene->info(), shared_state()));
 }

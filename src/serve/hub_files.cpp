@@ -22,7 +22,7 @@ void Hub::take(ConnectionId, Saving& saving) {
     const auto writer = [&]() -> Result<FileWriter> {
         try {
             if (saving.kind != SaveKind::Session) return save_later(saving.kind, *m_scene);
-            if (!m_log || m_log_failed)
+            if (!m_log)
                 return Error{ErrorCode::Unwritable,
                              "session.pls: expected a session that is recorded, found none"};
             auto part = m_log->part();
@@ -35,7 +35,7 @@ void Hub::take(ConnectionId, Saving& saving) {
     saving.ready(writer());
 }
 
-/// Begins once all is there that it needs: what was done before it has to be recorded, too.
+/// Begins once its memory is there and all earlier commands are recorded.
 void Hub::take(ConnectionId, Opening& opening) {
     if (!log_is_ready()) throw std::bad_alloc();
     opening.scene.scene->set_volume_id(m_scene->info().id + 1);
@@ -56,17 +56,17 @@ void Hub::take(ConnectionId, Opening& opening) {
     for (Client& client : m_clients) {
         give_up_paths(client.info.number);
         // A client that can't be told has to come in again.
-        if (!guarded([&] { begin_anew(client); }) && client.connection)
-            guarded([&] { drop(client, kCloseStalled, "out of memory"); });
+        if (!guarded("owner", [&] { begin_anew(client); }) && client.connection)
+            guarded("owner", [&] { drop(client, kCloseStalled, "out of memory"); });
     }
-    m_is_behind = !guarded([&] {
+    m_is_behind = !guarded("owner", [&] {
         forget_overlays();
         forget_vessel();
         const auto update = m_scene->update();
         if (!update) throw std::bad_alloc();
         mark_overlays(update->boxes);
     });
-    guarded([&] { opening.done(std::move(opening.scene.scene)); });
+    guarded("owner", [&] { opening.done(std::move(opening.scene.scene)); });
 }
 
 /// Nothing that a client had, asked for or was shown is of the new scan.

@@ -27,7 +27,7 @@ void Hub::begin_overlays() {
         const OverlayWish wish = m_overlay_wishes.front();
         for (Client& client : m_clients)
             if (client.info.number == wish.client && client.connection &&
-                !guarded([&] { set_overlay(client, wish.id, wish.kind); }))
+                !guarded("owner", [&] { set_overlay(client, wish.id, wish.kind); }))
                 tell_later({client.connection, wish.id, "overlay"});
     }
 }

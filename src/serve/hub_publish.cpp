@@ -28,7 +28,10 @@ void Hub::tell_outcomes() {
     }
     for (; !m_outcomes.empty(); m_outcomes.erase(m_outcomes.begin())) {
         Done& done = m_outcomes.front();
-        if (done.outcome.ran_out) done.outcome.message = done.name + ": out of memory";
+        if (done.outcome.ran_out)
+            done.outcome.message =
+                done.name + (done.outcome.error_code == "limit" ? ": out of memory"
+                                                                : ": the program has a fault");
         for (; !done.ids.empty(); done.ids.erase(done.ids.begin()))
             for (Client& client : m_clients)
                 if (client.info.number == done.client && client.connection)
@@ -40,6 +43,7 @@ SharedState Hub::shared_state() const {
     SharedState state = m_timing;
     m_scene->describe(state);
     state.step = m_step;
+    state.recorded = m_log && m_is_recorded;
     for (const Client& client : m_clients)
         if (client.connection) state.clients.push_back(client.info);
     std::sort(state.clients.begin(), state.clients.end(),

@@ -64,6 +64,7 @@ struct SharedState {
     int undo_steps = 0, redo_steps = 0;
     std::string next_undo{}, next_redo{};
     std::vector<ClientInfo> clients{};
+    bool recorded = true;  ///< the session's file has all commands
     double solve_ms = 0, resample_ms = 0, tick_ms = 0;
     double overlay_ms = 0;  ///< that overlays took when they were last sent; not part of tick_ms
     std::int64_t moved_elements = 0;
@@ -81,8 +82,8 @@ struct Outcome {
     double solve_ms = 0;
     std::optional<Vec3d> force{};
     std::optional<Vec3d> end_mm{};  ///< of a slide: where the sphere's centre is, out of tissue
-    bool ran_out = false;           ///< refused because memory ran out
-    bool ended_step = false;        ///< likewise; all that it did is what Scene::interrupt() does
+    bool ran_out = false;           ///< refused because memory ran out, or by a fault
+    bool ended_step = false;        ///< likewise; its only effect was Scene::interrupt()
 
     bool ok() const { return error_code.empty(); }
 };
@@ -99,6 +100,7 @@ struct Welcome {
     bool resumed = false;
     int rate_hz = 60;
     std::uint64_t open_bytes = 0;  ///< that a scan may have which is opened
+    int spring_nodes = 32;         ///< along an axis, that a client may ask for
     std::vector<std::string> haptic_devices{};
 };
 

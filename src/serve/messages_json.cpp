@@ -102,6 +102,7 @@ Json json_of(const SharedState& s) {
                  {"undo", {{"steps", s.undo_steps}, {"next", s.next_undo}}},
                  {"redo", {{"steps", s.redo_steps}, {"next", s.next_redo}}},
                  {"clients", Json::array()},
+                 {"recorded", s.recorded},
                  {"timing",
                   {{"solve_ms", s.solve_ms},
                    {"resample_ms", s.resample_ms},
@@ -146,6 +147,7 @@ std::string welcome_text(const Welcome& welcome, const VolumeInfo& volume,
                  {"features", {"save", "open", "overlay", "path", "tissue", "haptics", "vessel"}},
                  {"haptic_devices", welcome.haptic_devices},
                  {"open_bytes", welcome.open_bytes},
+                 {"spring_nodes", welcome.spring_nodes},
                  {"volume", json_of(volume)},
                  {"state", json_of(state)}});
     return text_of_json(json);

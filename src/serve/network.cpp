@@ -13,6 +13,7 @@
 #include <optional>
 
 #include "serve/door.h"
+#include "serve/guarded.h"
 #include "serve/http_answer.h"
 #include "serve/limits.h"
 #include "serve/page.h"
@@ -238,7 +239,7 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
         m_stream.expires_after(kHttpTime);
         http::async_read_header(m_stream, m_buffer, *m_parser,
                                 [self = shared_from_this()](error_code error, std::size_t) {
-                                    if (error) return self->close();
+                                    if (error) return self->hear_no_request(error);
                                     self->answer(self->m_parser->get());
                                 });
     }
@@ -250,10 +251,29 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
     }
 
   private:
+    /// A request that can't be parsed is answered; a connection that ended is not.
+    void hear_no_request(error_code error) {
+        static const auto& category = make_error_code(http::error::bad_method).category();
+        if (error.category() != category || error == http::error::end_of_stream ||
+            error == http::error::partial_message)
+            return close();
+        const bool is_long = error == http::error::header_limit;
+        refuse_last(
+            is_long ? http::status::request_header_fields_too_large : http::status::bad_request,
+            is_long ? "expected up to 8 KiB of header" : "expected a request of HTTP");
+    }
+    void refuse_last(http::status status, const char* message) {
+        Request none;
+        none.keep_alive(false);
+        refuse(none, status, message);
+    }
+
     void answer(const Request& request) {
         const std::string_view target = view_of(request.target());
         const int port = m_network.port;
         const auto origin = request.find(http::field::origin);
+        if (request.count(http::field::host) != 1 || request.count(http::field::origin) > 1)
+            return refuse_last(http::status::bad_request, "Host, Origin: expected one of each");
         if (!is_own_host(view_of(request[http::field::host]), port))
             return refuse(request, http::status::forbidden, "Host: expected this machine's name");
         if (origin != request.end() && !is_own_origin(view_of(origin->value()), port))
@@ -262,7 +282,8 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
             return m_network.transfers.begin({std::move(m_stream), std::move(m_buffer),
                                               std::make_unique<BodyParser>(std::move(*m_parser)),
                                               port});
-        if (!m_parser->is_done()) return close();  // only files have a body
+        if (!m_parser->is_done())
+            return refuse_last(http::status::bad_request, "expected a body with files only");
         if (path_of(target) == "/ws") return upgrade(request, query_value(target, "token"));
         if (request.method() != http::verb::get && request.method() != http::verb::head)
             return refuse(request, http::status::method_not_allowed, "expected GET or HEAD");
@@ -327,10 +348,8 @@ void Network::Impl::accept() {
     acceptor.async_accept([this](error_code error, tcp::socket socket) {
         if (stopping) return;
         if (!error) {
-            try {
-                welcome(std::move(socket));
-            } catch (const std::bad_alloc&) {  // this one is turned away, others may come
-            }
+            // One that fails is turned away; others may come.
+            guarded("network", [&] { welcome(std::move(socket)); });
             return accept();
         }
         // No descriptors left, perhaps: a moment later there may be some.
@@ -391,12 +410,7 @@ int Network::port() const {
 
 void Network::run() {
     // A handler for which there was no memory is lost, and with it at most its connection.
-    for (;;) try {
-            m_impl->context.run();
-            return;
-        } catch (const std::bad_alloc&) {
-        } catch (const std::system_error&) {
-        }
+    while (!guarded("network", [&] { m_impl->context.run(); })) continue;
     // Connections refer to the context, so they go before it.
     m_impl->clients.clear();
 }

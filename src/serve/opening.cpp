@@ -3,19 +3,16 @@
 
 #include "serve/opening.h"
 
-#include <fstream>
 #include <new>
 #include <vector>
 
-#include "serve/save.h"
+#include "core/memory_budget.h"
 #include "volume/image_file.h"
 #include "volume/text.h"
 
 namespace pliant::serve {
 namespace fs = std::filesystem;
 namespace {
-
-constexpr std::size_t kMaxHeaderText = 1 << 16;
 
 /// The one file that is a scan by its name, or the folder.
 Result<fs::path> find_scan(const Upload& upload) {
@@ -31,50 +28,24 @@ Result<fs::path> find_scan(const Upload& upload) {
     return upload.scan_folder();
 }
 
-/// A header may name its data's files: none but those that came with it. ITK reads headers too, so
-/// every line that could name one is looked at, whatever our own reader makes of it.
-Status check_named_files(const fs::path& path) {
-    std::ifstream stream(path, std::ios::binary);
-    std::string text(kMaxHeaderText, '\0');
-    stream.read(text.data(), std::streamsize(text.size()));
-    text.resize(std::size_t(stream.gcount()));
-    bool is_list = false;
-    for (const std::string_view line : split(text, '\n')) {
-        const std::string key = lower_case(std::string(line.substr(0, line.find_first_of(":="))));
-        const bool names = key.starts_with("data file") || key.starts_with("datafile") ||
-                           key.starts_with("elementdatafile");
-        if ((names || is_list) && line.find_first_of("/\\") != std::string_view::npos)
-            return Error{ErrorCode::Unsupported, path.string() + ": names the data file '" +
-                                                     shown(line) +
-                                                     "', expected one without a folder"};
-        if (names) {
-            const std::string value = lower_case(std::string(line.substr(key.size())));
-            if (value.find("local") != std::string::npos) break;  // voxels follow
-            is_list = is_list || value.find("list") != std::string::npos;
-        }
-        if (line.empty() || line == "\r") break;
-    }
-    return Ok{};
-}
-
 /// Whether a file leads out of its folder, or asks for more memory than there is.
 Status check_header_of(const fs::path& path) {
     const auto format = format_by_name(path);
     if (!format) return Ok{};
-    if (*format != ImageFormat::Nifti)
-        if (Status status = check_named_files(path); !status) return status;
     if (Status status = check_file(path); !status) return status;
     auto header = read_image_header(path, *format);
     if (!header) return header.error();
+    // Reading a header opens no other file, so nobody learns which of them exist.
     for (const fs::path& file : header->data.files)
         if (file.lexically_normal().parent_path() != path.parent_path())
-            return Error{ErrorCode::Unsupported,
-                         path.string() + ": names a data file elsewhere, expected one beside it"};
+            return Error{ErrorCode::Unsupported, path.string() + ": names the data file '" +
+                                                     shown(file.filename().string()) +
+                                                     "', expected one without a folder"};
     if (Status status = check_header(path, 1, *header); !status) return status;
-    // What is mapped needs none; what ITK converts is there twice.
-    const bool raw = header->data.encoding == DataEncoding::Raw && header->data.files.size() == 1;
-    const std::uint64_t each = !header->data.plain ? 12 : raw ? 0 : 4;
-    if (each && !has_memory_for(each * voxel_count(header->grid)))
+    // What is mapped needs none.
+    const bool is_mapped = header->data.encoding == DataEncoding::Raw &&
+                           header->data.files.size() == 1 && !header->data.rescaled;
+    if (!is_mapped && !has_memory_for(sizeof(float) * voxel_count(header->grid)))
         return Error{ErrorCode::LimitExceeded, path.string() + ": not enough memory to read it"};
     return Ok{};
 }

@@ -14,7 +14,7 @@ namespace pliant::serve {
 PathSearch::PathSearch(PathQuestion question, Volume volume)
     : m_question(std::move(question)), m_volume(std::move(volume)) {
     m_question.settings.max_voxels = kMaxPathVoxels;
-    m_found.emplace(out_of_memory());  // so that the thread has a place for what it finds
+    m_found.emplace(out_of_memory());  // memory for the thread's answer
     m_thread = std::jthread([this](const std::stop_token& stop) {
         const auto end = std::chrono::steady_clock::now() + kPathTime;
         LumenPathSettings settings = m_question.settings;

@@ -4,13 +4,13 @@
 #include "serve/save.h"
 
 #include <array>
-#include <fstream>
 #include <memory>
 #include <string>
 #include <utility>
 
 #include "chainmail/check.h"
 #include "chainmail/lattice_copy.h"
+#include "core/memory_budget.h"
 #include "resample/fields.h"
 #include "resample/scatter.h"
 
@@ -83,17 +83,6 @@ FileWriter save_session_later(SessionPart part, const Scene& scene) {
         const std::uint64_t tissue = nodes ? *nodes : hash_state(*taken->lattice);
         return write_session(path, part, {hash_volume(*volume), tissue});
     };
-}
-
-bool has_memory_for(std::uint64_t bytes) {
-    std::ifstream stream("/proc/meminfo");
-    std::string word;
-    while (stream >> word) {
-        if (word != "MemAvailable:") continue;
-        std::uint64_t kib = 0;
-        return !(stream >> kib) || bytes / 1024 < kib;
-    }
-    return true;
 }
 
 }  // namespace pliant::serve

@@ -33,7 +33,4 @@ using FileWriter = std::function<Status(const std::filesystem::path& path)>;
 FileWriter save_later(SaveKind kind, const Scene& scene);
 FileWriter save_session_later(SessionPart part, const Scene& scene);
 
-/// Whether there is memory for so many bytes more; true where the system doesn't say.
-bool has_memory_for(std::uint64_t bytes);
-
 }  // namespace pliant::serve

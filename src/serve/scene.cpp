@@ -11,6 +11,7 @@
 #include "core/errors.h"
 #include "scene/chainmail_tissue.h"
 #include "scene/spring_tissue.h"
+#include "serve/guarded.h"
 #include "serve/outcomes.h"
 #include "serve/vessel_tissue.h"
 
@@ -103,8 +104,13 @@ Outcome Scene::carry_out(std::uint32_t client, const Action& action) noexcept {
     Outcome outcome;
     try {
         outcome = std::visit([&](const auto& command) { return act(client, command); }, action);
-    } catch (const std::exception&) {  // std::bad_alloc, or a container that can't get so large
+    } catch (const std::bad_alloc&) {
         outcome = {.error_code = "limit", .message = "out of memory", .ran_out = true};
+    } catch (const std::length_error&) {  // of a container that can't get so large
+        outcome = {.error_code = "limit", .message = "out of memory", .ran_out = true};
+    } catch (const std::exception& error) {
+        print_fault("owner", error.what());
+        outcome = {.error_code = "fault", .message = {}, .ran_out = true};
     }
     if (!outcome.ran_out) return outcome;
     // The tissue is as it was. Only steps may have ended, or begun with nothing in them.
@@ -218,7 +224,7 @@ void Scene::measure_energy() noexcept try {
     m_energy_rests = m_energy_elements / kElementsPerRest;
     const double way = norm(way_mm);
     m_felt = {client, (-(*m_energy - *before) / (way * way)) * way_mm};
-} catch (const std::bad_alloc&) {  // nobody feels anything
+} catch (const std::bad_alloc&) {  // no force is felt
 }
 
 std::optional<FeltForce> Scene::measure_force() {

@@ -50,7 +50,7 @@ class Scene {
     /// @returns an outcome that ran_out where memory runs out: nothing was done then, but that the
     ///          step that went on may have ended
     Outcome carry_out(std::uint32_t client, const Action& action) noexcept;
-    /// Ends the step that goes on, and lets go of what is held.
+    /// Ends the present step and releases held tissue.
     /// @param client  whose command ran out of memory
     void interrupt(std::uint32_t client) noexcept;
     /// Whether sweep() has something to do.
@@ -174,7 +174,7 @@ class Scene {
     void reserve_step();
     void begin_step(const std::string& name, std::uint32_t client, std::uint32_t stroke);
     void end_step() noexcept;
-    void keep(Step&& step) noexcept;
+    void keep(std::list<Step>& step) noexcept;
     void forget(int tissue_steps);
     void swap_iso(Step& step);
     Outcome slide(std::uint32_t client, const Push& push);
@@ -201,7 +201,7 @@ class Scene {
     std::optional<OpenStep> m_open;
     std::list<Step> m_done, m_undone;  ///< the next one last
     std::list<Step> m_spare;           ///< one, for the step that goes on
-    std::int64_t m_changes = 0;        ///< of the steps and what is open
+    std::int64_t m_changes = 0;        ///< of all steps, the open one included
     bool m_lost = false;
     std::int64_t m_steps = 0;  ///< made so far
     int m_unreachable = 0;     ///< the lattice's oldest steps, which forget_steps hides

@@ -25,7 +25,7 @@ void Scene::begin_step(const std::string& name, std::uint32_t client, std::uint3
     ++m_changes;
 }
 
-/// Gets the memory that keep() needs.
+/// Gets the memory for the next step of the tissue.
 void Scene::reserve_step() {
     if (m_spare.empty()) m_spare.emplace_back();
 }
@@ -46,18 +46,19 @@ void Scene::end_step() noexcept {
         m_lost = true;
         return;
     }
-    if (m_tissue->undo_steps() + forgotten > open.undo_steps_before)
-        keep({.kind = StepKind::Tissue, .name = std::move(open.name)});
+    if (m_tissue->undo_steps() + forgotten > open.undo_steps_before) {
+        m_spare.front() = {.kind = StepKind::Tissue, .name = std::move(open.name)};
+        keep(m_spare);
+    }
     forget(forgotten);
 }
 
-/// @pre reserve_step() was called
-void Scene::keep(Step&& step) noexcept {
+/// Moves the one step of a list to those that can be undone.
+void Scene::keep(std::list<Step>& step) noexcept {
     ++m_changes;
     m_undone.clear();
-    step.number = ++m_steps;
-    m_spare.front() = std::move(step);
-    m_done.splice(m_done.end(), m_spare);
+    step.front().number = ++m_steps;
+    m_done.splice(m_done.end(), step);
 }
 
 void Scene::forget(int tissue_steps) {

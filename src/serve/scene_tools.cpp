@@ -254,18 +254,21 @@ Outcome Scene::act(std::uint32_t, const MaterialsCommand& command) {
     return status.ok() ? Outcome{} : refused(status.error());
 }
 
+/// Ends a step of this client's. Steps of others go on: the threshold changes no tissue, so its
+/// step of undo comes before theirs.
 Outcome Scene::act(std::uint32_t client, const IsoCommand& command) {
+    std::list<Step> made(1);
     reserve_step();
-    end_step();
-    reserve_step();
-    Step step{StepKind::Iso, "threshold", m_iso_hu, m_polarity, client, command.stroke};
+    if (m_open && m_open->client == client) end_step();
+    Step& step = made.front();
+    step = {StepKind::Iso, "threshold", m_iso_hu, m_polarity, client, command.stroke};
     m_iso_hu = command.iso_hu.value_or(m_iso_hu);
     m_polarity = command.polarity.value_or(m_polarity);
     if (m_iso_hu == step.iso_hu && m_polarity == step.polarity) return {};
     const bool goes_on = command.stroke != 0 && !m_done.empty() &&
                          m_done.back().kind == StepKind::Iso && m_done.back().client == client &&
                          m_done.back().stroke == command.stroke && m_undone.empty();
-    if (!goes_on) keep(std::move(step));
+    if (!goes_on) keep(made);
     return {};
 }
 

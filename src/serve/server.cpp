@@ -154,17 +154,23 @@ Result<Server> Server::begin(const ServerSettings& settings, const TaskArena& ar
     if (!(settings.checkpoint_s >= 0))
         return Error{ErrorCode::InvalidArgument, "checkpoint_s: expected 0 or more, found " +
                                                      std::to_string(settings.checkpoint_s)};
+    if (settings.max_spring_nodes < 3 || settings.max_spring_nodes > 64)
+        return Error{ErrorCode::InvalidArgument, "max_spring_nodes: expected 3…64, found " +
+                                                     std::to_string(settings.max_spring_nodes)};
     auto opened = open_scene(settings, arena);
     if (!opened.ok()) return opened.error();
     auto impl = std::make_unique<Impl>();
     impl->notes = std::move(opened->notes);
     impl->tokens = {random_token(), random_token()};
+    const serve::UploadSettings uploads = upload_settings(settings);
+    if (uploads.keeps) serve::sweep_uploads(uploads.folder);
     impl->hub = std::make_unique<serve::Hub>(std::move(opened->scene), std::move(opened->log),
                                              settings.rate_hz, settings.max_upload_bytes);
     impl->hub->offer_devices(serve::HapticDevices(settings.haptic_devices));
+    impl->hub->bound_springs(settings.max_spring_nodes);
     impl->hub->keep_checkpoints(settings.checkpoint_s, opened->checkpoints);
-    auto network = serve::Network::listen(settings.port, impl->tokens, *impl->hub,
-                                          {upload_settings(settings), arena});
+    auto network =
+        serve::Network::listen(settings.port, impl->tokens, *impl->hub, {uploads, arena});
     if (!network.ok()) return network.error();
     impl->network = std::move(*network);
     impl->network_thread = std::jthread([network = impl->network.get()] { network->run(); });

@@ -5,6 +5,7 @@
 
 #include <fcntl.h>
 #include <sys/file.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <cerrno>
@@ -21,6 +22,8 @@ namespace {
 
 /// Of what nobody named; many hours of work.
 constexpr std::uint64_t kMostNamelessBytes = std::uint64_t(256) << 20;
+/// Records that are kept in memory while the disk is full; many minutes of work.
+constexpr std::size_t kMaxUnwrittenBytes = std::size_t(8) << 20;
 
 Error unwritable(const std::string& path, const std::string& what) {
     return {ErrorCode::Unwritable, path + ": " + what};
@@ -49,15 +52,10 @@ SessionHeader portable(const SessionFile& file) {
 }
 
 Result<SessionFile> read_lines(const std::filesystem::path& path) {
-    std::error_code error;
-    const auto type = std::filesystem::status(path, error).type();
-    if (type == std::filesystem::file_type::directory)
-        return unreadable(path, "is a folder, expected a session");
+    if (const Status s = check_is_file(path, "a session"); !s) return s.error();
     std::ifstream stream(path, std::ios::binary);
     if (!stream)
         return Error{ErrorCode::NotFound, path.string() + ": expected a session, found no file"};
-    if (type != std::filesystem::file_type::regular)
-        return unreadable(path, "is no regular file, expected a session");
     const std::string bytes{std::istreambuf_iterator<char>(stream),
                             std::istreambuf_iterator<char>()};
     SessionFile file;
@@ -190,7 +188,7 @@ void SessionLog::keep_syncing(const std::stop_token& stop) {
             if (!m_wake.wait(lock, stop, [&] { return m_unsynced; })) return;
             m_unsynced = false;
         }
-        ::fdatasync(m_descriptor);
+        sync();
         std::unique_lock lock(m_mutex);
         m_wake.wait_for(lock, stop, std::chrono::seconds(1), [] { return false; });
     }
@@ -232,32 +230,60 @@ Result<SessionPart> SessionLog::part() {
     return SessionPart{m_scene, {new int(copy), close}, m_scene_begin, m_written};
 }
 
+bool SessionLog::is_full() const {
+    return m_buffer.size() > kMaxUnwrittenBytes;
+}
+
+void SessionLog::sync() {
+    m_sync_error = ::fdatasync(m_descriptor) == 0 ? 0 : errno;
+}
+
 Status SessionLog::flush() {
-    if (m_most_bytes && m_written + m_buffer.size() > m_most_bytes) {
-        m_failed = true;
-        errno = EFBIG;
-    }
-    std::string_view left = m_buffer;
-    while (!left.empty() && !m_failed) {
-        const ssize_t count = ::write(m_descriptor, left.data(), left.size());
-        if (count > 0) {
-            left.remove_prefix(std::size_t(count));
-            m_written += std::uint64_t(count);
-        } else if (errno != EINTR) {
-            m_failed = true;
-        }
-    }
-    if (m_failed)
+    if (!m_ended && m_most_bytes && m_written + m_buffer.size() > m_most_bytes) m_ended = true;
+    if (m_ended) {
+        m_buffer.clear();
         return unwritable(m_path,
-                          std::string("expected to write to it, found: ") + std::strerror(errno));
-    if (m_buffer.empty()) return Ok{};
-    m_buffer.clear();
-    {
+                          std::string("expected to write to it, found: ") + std::strerror(EFBIG));
+    }
+    const std::uint64_t before = m_written;
+    int error = write_buffer();
+    if (!error) error = m_sync_error;
+    if (m_written > before || m_sync_error) {
         const std::lock_guard lock(m_mutex);
         m_unsynced = true;
+        m_wake.notify_all();
     }
-    m_wake.notify_all();
-    return Ok{};
+    if (!error) return Ok{};
+    return unwritable(m_path,
+                      std::string("expected to write to it, found: ") + std::strerror(error));
+}
+
+/// Takes bytes out of the buffer as they reach the file, so that a line broken off by a full disk
+/// is finished later. @returns errno; 0: all is in the file
+int SessionLog::write_buffer() {
+    std::size_t done = 0;
+    int error = 0;
+    while (done < m_buffer.size() && !error) {
+        const ssize_t count = ::write(m_descriptor, &m_buffer[done], m_buffer.size() - done);
+        if (count > 0)
+            done += std::size_t(count);
+        else if (errno != EINTR)
+            error = errno;
+    }
+    m_buffer.erase(0, done);
+    m_written += done;
+    return error;
+}
+
+Status SessionLog::check_place() const {
+    if (is_nameless()) return Ok{};
+    struct stat open_one {};
+    struct stat named {};
+    if (::fstat(m_descriptor, &open_one) != 0 ||
+        (::stat(m_path.c_str(), &named) == 0 && named.st_ino == open_one.st_ino &&
+         named.st_dev == open_one.st_dev))
+        return Ok{};
+    return unwritable(m_path, "expected the session's file there, found it moved or deleted");
 }
 
 }  // namespace pliant::serve

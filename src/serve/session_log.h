@@ -26,6 +26,7 @@
 
 #include <pliant/result.h>
 
+#include <atomic>
 #include <condition_variable>
 #include <cstdint>
 #include <filesystem>
@@ -117,8 +118,9 @@ Status write_session(const std::filesystem::path& path, const SessionPart& part,
 ///          that nothing is left out silently
 Result<SessionFile> read_session(const std::filesystem::path& path) noexcept;
 
-/// A file that grows. What is added is in the file after flush(), and on the disk at most a second
-/// later. Nobody else may write to it meanwhile: it is locked.
+/// A file that grows. Records are in the file after a flush() that succeeds, and on the disk at
+/// most a second later. Where the disk is full they are kept in memory, and the next flush() tries
+/// again. The file is locked: other programs must not write to it.
 class SessionLog {
   public:
     /// A new file. @returns Unwritable where there is one already, or none can be made
@@ -135,8 +137,13 @@ class SessionLog {
 
     /// Where it throws std::bad_alloc, nothing was added.
     void add(const SessionRecord& record);
-    /// @returns Unwritable, each time from the first time on
+    /// @returns Unwritable where records had to be kept, or where a nameless file is full, which
+    ///          records nothing more
     Status flush();
+    /// @returns Unwritable where the file was moved or deleted
+    Status check_place() const;
+    /// Whether more records are kept than memory is set aside for. Nothing else may be done then.
+    bool is_full() const;
     const std::string& path() const { return m_path; }
     /// What was done to the scene so far.
     Result<SessionPart> part();
@@ -147,6 +154,8 @@ class SessionLog {
     Status begin(const SessionHeader& header);
     void add_line(const std::string& text);
     void keep_syncing(const std::stop_token& stop);
+    void sync();
+    int write_buffer();
 
     std::string m_path;
     int m_descriptor;
@@ -156,11 +165,12 @@ class SessionLog {
     SessionHeader m_scene;
     std::uint64_t m_scene_begin;
     std::string m_buffer;
-    bool m_failed = false;
-    std::mutex m_mutex;  ///< of m_unsynced
+    bool m_ended = false;  ///< a nameless file that is full
+    std::mutex m_mutex;    ///< of m_unsynced
     std::condition_variable_any m_wake;
     bool m_unsynced = false;
-    std::jthread m_syncer;  ///< the disk may take long, which is not the scene's time
+    std::atomic<int> m_sync_error = 0;  ///< errno of the last sync; 0: it succeeded
+    std::jthread m_syncer;              ///< the disk may take long, which is not the scene's time
 };
 
 }  // namespace pliant::serve

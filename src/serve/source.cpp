@@ -125,7 +125,7 @@ Result<LoadedScan> load_scan(const SceneSource& source, const TaskArena& arena) 
         loaded.info.landmarks = std::move(phantom->landmarks);
         loaded.info.name = source.phantom + " phantom";
     } else {
-        auto volume = read_volume(source.file, {source.series});
+        auto volume = read_volume(source.file, {.series_uid = source.series, .may_map = false});
         if (!volume.ok()) return volume.error();
         loaded.volume = std::move(*volume);
         loaded.info.name = std::filesystem::path(source.file).filename().string();

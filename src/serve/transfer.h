@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "serve/door.h"
+#include "serve/guarded.h"
 #include "serve/opening.h"
 #include "serve/transfers.h"
 
@@ -69,6 +70,7 @@ class Transfer : public std::enable_shared_from_this<Transfer> {
     void read_scan();
     void hand_over(Result<Opened> opened);
     void give_up(const Refusal& refusal);
+    void fail();
 
     std::string parameter(std::string_view key) const;
     bool is_too_slow() const;
@@ -100,10 +102,12 @@ template <class There, class Here>
 void Transfer::on_disk(There there, Here here) {
     boost::asio::post(m_desk.disk, [self = shared_from_this(), there = std::move(there),
                                     here = std::move(here)]() mutable {
-        auto result = std::make_shared<decltype(there())>(there());
-        boost::asio::post(self->m_desk.context, [self, result, here = std::move(here)]() mutable {
-            here(std::move(*result));
+        const bool done = guarded("disk", [&] {
+            auto result = std::make_shared<decltype(there())>(there());
+            boost::asio::post(self->m_desk.context,
+                              [self, result, here]() mutable { here(std::move(*result)); });
         });
+        if (!done) boost::asio::post(self->m_desk.context, [self] { self->fail(); });
     });
 }
 

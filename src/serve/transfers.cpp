@@ -61,11 +61,7 @@ Transfers::Transfers(asio::io_context& context, Hub& hub, const Tokens& tokens,
             constexpr int kNice = 5;
             (void)::setpriority(PRIO_PROCESS, 0, kNice);  // of this thread, as Linux has it
             const auto work = asio::make_work_guard(desk->disk);
-            for (;;) try {
-                    desk->disk.run();
-                    return;
-                } catch (const std::bad_alloc&) {  // its transfer is given up
-                }
+            while (!guarded("disk", [&] { desk->disk.run(); })) continue;
         });
 }
 

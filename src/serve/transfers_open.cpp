@@ -160,4 +160,12 @@ void Transfer::give_up(const Refusal& refusal) {
     refusal.status ? answer(refusal.status, refusal.line) : close();
 }
 
+/// Ends a transfer whose work on the disk's thread failed, for lack of memory most likely.
+void Transfer::fail() {
+    const char* const line = "expected memory and room for the file, found too little";
+    if (m_desk.opening.get() == this) return give_up({507, line});
+    m_desk.saving.reset();
+    answer(507, line);
+}
+
 }  // namespace pliant::serve

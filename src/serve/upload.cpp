@@ -4,11 +4,14 @@
 #include "serve/upload.h"
 
 #include <fcntl.h>
+#include <sys/file.h>
 #include <unistd.h>
 
 #include <cerrno>
+#include <chrono>
 #include <cstring>
 #include <utility>
+#include <vector>
 
 namespace pliant::serve {
 namespace fs = std::filesystem;
@@ -34,7 +37,37 @@ std::uint64_t bytes_below(const fs::path& folder) {
     return sum;
 }
 
+/// A lock of a folder, which ends with the process. @returns −1: there is none to have
+int lock_folder(const fs::path& folder) {
+    const int lock = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC);
+    if (lock < 0 || ::flock(lock, LOCK_EX | LOCK_NB) == 0) return lock;
+    ::close(lock);
+    return -1;
+}
+
 }  // namespace
+
+void sweep_uploads(const fs::path& folder) noexcept try {
+    // Between the making of a folder and its lock it is younger than this.
+    constexpr auto kYoung = std::chrono::seconds(60);
+    std::error_code error;
+    std::vector<fs::path> left;
+    for (fs::directory_iterator at(folder, error), end; !error && at != end; at.increment(error)) {
+        std::error_code own;
+        const std::string name = at->path().filename().string();
+        const auto age = fs::file_time_type::clock::now() - at->last_write_time(own);
+        if (!own && age > kYoung && name.starts_with("pliant-upload-") &&
+            at->symlink_status(own).type() == fs::file_type::directory)
+            left.push_back(at->path());
+    }
+    for (const fs::path& upload : left) {
+        const int lock = lock_folder(upload);
+        if (lock < 0) continue;
+        fs::remove_all(upload, error);
+        ::close(lock);
+    }
+} catch (const std::exception&) {  // out of memory: next time
+}
 
 std::string base_name(std::string_view name) {
     const auto slash = name.find_last_of("/\\");
@@ -55,6 +88,7 @@ Upload::~Upload() {
     if (m_file >= 0) ::close(m_file);
     std::error_code ignored;
     if (!m_root.empty() && !m_is_kept) fs::remove_all(m_root, ignored);
+    if (m_lock >= 0) ::close(m_lock);
 }
 
 MayRefuse Upload::make_root() {
@@ -69,9 +103,11 @@ MayRefuse Upload::make_root() {
         return Refusal{507, folder.filename().string() + ": expected up to " +
                                 mebibytes(kMaxKeptBytes) +
                                 " of scans beside a session, found more"};
+    sweep_uploads(folder);
     std::string root = (folder / "pliant-upload-XXXXXX").string();
     if (error || !::mkdtemp(root.data())) return cant_write("upload");
     m_root = root;
+    m_lock = lock_folder(m_root);
     fs::create_directory(scan_folder(), error);
     if (error) return cant_write("upload");
     return {};

@@ -42,6 +42,10 @@ using MayRefuse = std::optional<Refusal>;
 /// A name without folders and without what can't be part of one. @returns "" where nothing is left
 std::string base_name(std::string_view name);
 
+/// Removes uploads that a process left in a folder when it was killed. Those of living processes
+/// are locked and stay.
+void sweep_uploads(const std::filesystem::path& folder) noexcept;
+
 class Upload {
   public:
     /// Nothing is made before the first file. @param id  what the client calls it
@@ -75,6 +79,7 @@ class Upload {
     std::string m_name = "scan";
     std::set<std::string> m_names;
     int m_file = -1;
+    int m_lock = -1;  ///< of the folder, while this process lives
     std::uint64_t m_bytes = 0, m_unchecked = 0;
     bool m_is_kept = false;
 };

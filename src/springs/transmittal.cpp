@@ -23,7 +23,7 @@ Transmittal::Kept& Transmittal::find_plan(const SpringNetwork& network, std::int
                                           bool everything) {
     for (const auto& kept : m_kept)
         if (kept->depth == depth && kept->sources == m_sources) return *kept;
-    // The plan that goes on is among those kept, and must stay what it is until this one is made.
+    // The present plan is among those kept, and must stay unchanged until this one is made.
     m_kept.reserve(kKeptPlans);
     if (!m_spare) m_spare = std::make_unique<Kept>();
     Kept& kept = *m_spare;
@@ -79,7 +79,7 @@ void Transmittal::touch(const SpringNetwork& network, SpringState& state, std::i
         next = &find_plan(network, depth, everything);
         reserve(state, next->plan);
     } catch (...) {
-        m_search = {};  // what holds between calls doesn't hold any more
+        m_search = {};  // state kept between calls is invalid now
         m_planner = {};
         throw;
     }

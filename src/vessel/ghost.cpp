@@ -79,7 +79,7 @@ void remove_pinches(TriangleMesh& mesh) {
     }
 }
 
-/// Takes away what has come off a rim: pieces of less than a hundredth of the largest one.
+/// Removes fragments at a rim: pieces of less than a hundredth of the largest one.
 void remove_crumbs(TriangleMesh& mesh) {
     if (mesh.cells.empty()) return;
     const auto piece = pieces(mesh);

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Whether a wall holds: what is asked of any wall, however it was made.
+// Soundness of a wall: checks for walls of any origin.
 
 #include <string>
 

@@ -17,23 +17,16 @@ namespace {
 
 /// A compressed byte stands for at most this many (deflate's own bound is 1032).
 constexpr std::uint64_t kMaxCompressionRatio = 1040;
+/// Most bytes that are inflated only to be skipped: what comes before the data of one image.
+constexpr std::uint64_t kMaxInnerSkip = std::uint64_t(1) << 28;
 /// Most files that one image may be spread over.
 constexpr std::int64_t kMaxDataFiles = kMaxAxisSize;
 /// Numbers in their names are far from where differences overflow.
 constexpr std::int64_t kMaxFileNumber = 1'000'000'000'000;
 
-Status check_text(const fs::path& path, std::ifstream& file, std::uint64_t count) {
-    std::string word;
-    for (std::uint64_t n = 0; n < count; ++n) {
-        if (!(file >> word))
-            return unreadable(path, "ends early: holds " + std::to_string(n) +
-                                        " numbers, expected " + std::to_string(count));
-        if (word.ends_with(',')) word.pop_back();
-        if (!number_from(word))
-            return unreadable(path,
-                              "holds '" + shown(word) + "' among its data, expected a number");
-    }
-    return Ok{};
+/// A header may name anything as its data file.
+std::string shown_name(const fs::path& file) {
+    return printable(file.string(), 200);
 }
 
 /// Bytes of the image in each data file, before compression.
@@ -43,31 +36,26 @@ std::uint64_t bytes_per_file(const ImageHeader& header) {
     return values / header.data.files.size() * size_of(header.stored);
 }
 
-Status check_file(const fs::path& path, const ImageHeader& header, const fs::path& name) {
-    const auto start = find_data_start(path, header, name);
-    if (!start) return start.error();
-    if (header.data.encoding != DataEncoding::Text) return Ok{};
-    std::ifstream file(name, std::ios::binary);
-    file.seekg(std::streamoff(*start));
-    return check_text(path, file, bytes_per_file(header) / size_of(header.stored));
-}
-
 }  // namespace
 
 Status check_data_files(const fs::path& path, const DataPlace& data) {
-    if (data.files.empty()) return unreadable(path, "names 0 data files, expected one or more");
+    const auto count = std::int64_t(data.files.size());
+    if (count == 0) return unreadable(path, "names 0 data files, expected one or more");
     std::error_code error;
     for (const fs::path& file : data.files)
         if (file != path && !fs::is_regular_file(file, error))
             return Error{ErrorCode::NotFound,
-                         path.string() + ": its data file " + file.string() + " is missing"};
+                         path.string() + ": its data file " + shown_name(file) + " is missing"};
+    if (data.expected_files != 0 && count != data.expected_files)
+        return unreadable(path, "names " + std::to_string(count) + " data files, expected " +
+                                    std::to_string(data.expected_files));
     return Ok{};
 }
 
 Result<std::uint64_t> find_data_start(const fs::path& path, const ImageHeader& header,
                                       const fs::path& name) {
     const DataPlace& data = header.data;
-    const std::string what = name == path ? "the file" : "its data file " + name.string();
+    const std::string what = name == path ? "the file" : "its data file " + shown_name(name);
     std::error_code error;
     const std::uint64_t length = fs::file_size(name, error);
     std::ifstream file(name, std::ios::binary);
@@ -79,7 +67,8 @@ Result<std::uint64_t> find_data_start(const fs::path& path, const ImageHeader& h
     const std::uint64_t start = file ? std::uint64_t(file.tellg()) : length;
     const std::uint64_t bytes = bytes_per_file(header);
     std::uint64_t least = bytes;
-    if (data.encoding == DataEncoding::Deflated) least /= kMaxCompressionRatio;
+    if (data.encoding == DataEncoding::Deflated)
+        least = (least + data.inner_skip) / kMaxCompressionRatio;
     if (data.encoding == DataEncoding::Text) least = 2 * (bytes / size_of(header.stored)) - 1;
     if (length < start || length - start < least)
         return unreadable(path, "ends early: " + what + " has " + std::to_string(length) +
@@ -95,8 +84,12 @@ Status check_data(const fs::path& path, const ImageHeader& header) {
         return unreadable(path, "names " + std::to_string(count) +
                                     " data files, expected a number that divides " +
                                     text_of_sizes(header.sizes) + " voxels");
+    if (header.data.inner_skip > kMaxInnerSkip)
+        return unreadable(path, "skips " + std::to_string(header.data.inner_skip) +
+                                    " bytes of its compressed data, expected at most " +
+                                    std::to_string(kMaxInnerSkip));
     for (const fs::path& file : header.data.files)
-        if (Status status = check_file(path, header, file); !status) return status;
+        if (const auto start = find_data_start(path, header, file); !start) return start.error();
     return Ok{};
 }
 

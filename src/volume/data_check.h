@@ -12,9 +12,9 @@ namespace pliant {
 /// Whether there are data files, and each of them is a file.
 Status check_data_files(const std::filesystem::path& path, const DataPlace& data);
 
-/// Whether the data files can hold all numbers: raw ones are long enough, compressed ones may be,
-/// text has a number in each place.
-/// @pre check_header(path, …, header) was fine
+/// Whether the data files can hold all numbers: raw ones are long enough, compressed ones and text
+/// may be.
+/// @pre check_header(path, …, header) and check_data_files were fine
 Status check_data(const std::filesystem::path& path, const ImageHeader& header);
 
 /// Where in the file `name`, one of header.data.files, the data start: after headers, skipped lines

@@ -5,12 +5,16 @@
 
 #include "core/errors.h"
 #include "volume/data_check.h"
+#include "volume/text.h"
 
 #include <zlib.h>
 
 #include <algorithm>
+#include <charconv>
+#include <cmath>
 #include <cstring>
 #include <fstream>
+#include <limits>
 #include <new>
 #include <vector>
 
@@ -40,12 +44,133 @@ void swap_bytes(std::span<std::byte> numbers, std::size_t size) {
             numbers, [](std::uint64_t w) { return std::uint64_t(__builtin_bswap64(w)); });
 }
 
+/// A whole number. Some writers print 1e+06. @returns whether it is one, and fits
+template <class T>
+bool parse_whole(std::string_view text, T& value) {
+    const char* const end = text.data() + text.size();
+    if (const auto [next, error] = std::from_chars(text.data(), end, value);
+        error == std::errc{} && next == end)
+        return true;
+    const auto number = number_from(text);
+    using Limits = std::numeric_limits<T>;
+    if (!number || *number != std::trunc(*number) || !(*number >= double(Limits::lowest())) ||
+        !(*number < std::ldexp(1.0, Limits::digits)))
+        return false;
+    value = T(*number);
+    return true;
+}
+
+template <class T>
+bool parse_real(std::string_view text, T& value) {
+    const char* const end = text.data() + text.size();
+    if (const auto [next, error] = std::from_chars(text.data(), end, value);
+        error == std::errc{} && next == end)
+        return true;
+    const auto number = number_from(text);  // beyond a float's range: infinite, or zero
+    if (!number) return false;
+    value = T(*number);
+    return true;
+}
+
+template <class T>
+bool parse_as(std::string_view text, std::byte* out) {
+    T value{};
+    const bool is_parsed =
+        std::is_integral_v<T> ? parse_whole(text, value) : parse_real(text, value);
+    std::memcpy(out, &value, sizeof value);
+    return is_parsed;
+}
+
+bool parse_number(Component type, std::string_view text, std::byte* out) {
+    if (text.starts_with('+')) text.remove_prefix(1);
+    switch (type) {
+        case Component::Int8:
+            return parse_as<std::int8_t>(text, out);
+        case Component::UInt8:
+            return parse_as<std::uint8_t>(text, out);
+        case Component::Int16:
+            return parse_as<std::int16_t>(text, out);
+        case Component::UInt16:
+            return parse_as<std::uint16_t>(text, out);
+        case Component::Int32:
+            return parse_as<std::int32_t>(text, out);
+        case Component::UInt32:
+            return parse_as<std::uint32_t>(text, out);
+        case Component::Int64:
+            return parse_as<std::int64_t>(text, out);
+        case Component::UInt64:
+            return parse_as<std::uint64_t>(text, out);
+        case Component::Float32:
+            return parse_as<float>(text, out);
+        case Component::Float64:
+            return parse_as<double>(text, out);
+    }
+    return false;
+}
+
 }  // namespace
 
 /// One data file.
 class DataStream::Source {
   public:
-    Source(const fs::path& path, const fs::path& name, std::uint64_t start, bool deflated)
+    virtual ~Source() = default;
+    virtual Status read(std::span<std::byte> out) = 0;
+    virtual Status finish() = 0;
+};
+
+/// Numbers in text, separated by blanks, with or without a comma.
+class DataStream::TextSource final : public DataStream::Source {
+  public:
+    TextSource(const fs::path& path, const fs::path& name, std::uint64_t start,
+               const ImageHeader& header, std::uint64_t count)
+        : m_path(path), m_file(name, std::ios::binary), m_type(header.stored), m_count(count) {
+        m_file.seekg(std::streamoff(start));
+    }
+    Status read(std::span<std::byte> out) override {
+        const std::size_t size = size_of(m_type);
+        for (std::size_t at = 0; at < out.size(); at += size, ++m_done) {
+            const std::string_view word = next_word();
+            if (word.empty())
+                return unreadable(m_path, "ends early: holds " + std::to_string(m_done) +
+                                              " numbers, expected " + std::to_string(m_count));
+            if (!parse_number(m_type, word, &out[at]))
+                return unreadable(m_path, "holds '" + shown(word) +
+                                              "' among its data, expected a number of type " +
+                                              std::string(name_of(m_type)));
+        }
+        return Ok{};
+    }
+    Status finish() override { return Ok{}; }
+
+  private:
+    /// Longest number that is written in full, and more than enough [bytes].
+    static constexpr std::size_t kMaxWord = 1200;
+
+    std::string_view next_word() {
+        constexpr int kEnd = std::streambuf::traits_type::eof();
+        const auto is_blank = [](int c) { return c == ' ' || (c >= '\t' && c <= '\r'); };
+        std::streambuf& source = *m_file.rdbuf();
+        int c = source.sbumpc();
+        while (is_blank(c)) c = source.sbumpc();
+        m_word.clear();
+        for (; c != kEnd && !is_blank(c) && m_word.size() < kMaxWord; c = source.sbumpc())
+            m_word += char(c);
+        std::string_view word = m_word;
+        if (word.size() > 1 && word.ends_with(',')) word.remove_suffix(1);
+        return word;
+    }
+
+    const fs::path& m_path;
+    std::ifstream m_file;
+    Component m_type;
+    std::uint64_t m_count, m_done = 0;
+    std::string m_word;
+};
+
+/// Raw or compressed numbers.
+class DataStream::BytesSource final : public DataStream::Source {
+  public:
+    BytesSource(const fs::path& path, const fs::path& name, std::uint64_t start, bool deflated)
         : m_path(path), m_file(name, std::ios::binary), m_deflated(deflated) {
         m_file.seekg(std::streamoff(start));
         if (!deflated) return;
@@ -55,7 +180,7 @@ class DataStream::Source {
         m_end.reset(&m_zlib);
     }
 
-    Status read(std::span<std::byte> out) {
+    Status read(std::span<std::byte> out) override {
         if (!m_deflated) {
             m_file.read(reinterpret_cast<char*>(out.data()), std::streamsize(out.size()));
             if (std::size_t(m_file.gcount()) == out.size()) return Ok{};
@@ -69,7 +194,7 @@ class DataStream::Source {
         return Ok{};
     }
 
-    Status finish() {
+    Status finish() override {
         std::byte rest[4096];
         for (std::size_t beyond = 0; m_deflated && !m_ended && beyond < kPieceBytes;) {
             const auto count = inflate_some(rest);
@@ -131,8 +256,12 @@ Status DataStream::open_next() {
     const auto start = find_data_start(m_path, m_header, data.files[m_next]);
     if (!start) return start.error();
     const bool deflated = data.encoding == DataEncoding::Deflated;
-    m_source = std::make_unique<Source>(m_path, data.files[m_next], *start, deflated);
-    ++m_next;
+    const fs::path& name = data.files[m_next++];
+    if (data.encoding == DataEncoding::Text)
+        m_source = std::make_unique<TextSource>(m_path, name, *start, m_header,
+                                                m_bytes_per_file / size_of(m_header.stored));
+    else
+        m_source = std::make_unique<BytesSource>(m_path, name, *start, deflated);
     m_left = m_bytes_per_file;
     std::vector<std::byte> skipped;
     for (std::uint64_t left = deflated ? data.inner_skip : 0; left > 0; left -= skipped.size()) {
@@ -143,7 +272,6 @@ Status DataStream::open_next() {
 }
 
 Status DataStream::read(std::span<std::byte> out) {
-    const std::size_t number = size_of(m_header.stored);
     for (std::span<std::byte> rest = out; !rest.empty();) {
         if (m_left == 0) {
             if (Status status = finish(); !status) return status;
@@ -154,24 +282,13 @@ Status DataStream::read(std::span<std::byte> out) {
         m_left -= count;
         rest = rest.subspan(count);
     }
-    if (m_header.data.swapped) swap_bytes(out, number);
+    if (m_header.data.swapped && m_header.data.encoding != DataEncoding::Text)
+        swap_bytes(out, size_of(m_header.stored));
     return Ok{};
 }
 
 Status DataStream::finish() {
     return m_source ? m_source->finish() : Status(Ok{});
-}
-
-Status check_stream(const fs::path& path, const ImageHeader& header) {
-    DataStream stream(path, header);
-    std::vector<std::byte> piece(kPieceBytes);
-    std::uint64_t left = std::uint64_t(voxel_count(header.grid)) *
-                         std::uint64_t(header.components) * size_of(header.stored);
-    for (; left > 0; left -= piece.size()) {
-        piece.resize(std::size_t(std::min<std::uint64_t>(left, piece.size())));
-        if (Status status = stream.read(piece); !status) return status;
-    }
-    return stream.finish();
 }
 
 }  // namespace pliant

@@ -1,9 +1,10 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The numbers of an image, one after the other out of its data files, inflated on the way, in the
-// machine's byte order. Inflating once is enough: data that are cut off or damaged are noticed when
-// they come by, checksums included, so nothing that was read counts before finish() says so.
+// The numbers of an image, one after the other out of its data files, inflated or read from text
+// on the way, in the machine's byte order. Inflating once is enough: data that are cut off or
+// damaged are noticed when they come by, checksums included, so nothing that was read counts before
+// finish() says so.
 
 #pragma once
 
@@ -18,7 +19,7 @@ namespace pliant {
 
 class DataStream {
   public:
-    /// @pre check_data(path, header) was fine, and the data are no text. Keeps references.
+    /// @pre check_data(path, header) was fine. Keeps references.
     DataStream(const std::filesystem::path& path, const ImageHeader& header);
     ~DataStream();
     DataStream(const DataStream&) = delete;
@@ -32,6 +33,8 @@ class DataStream {
 
   private:
     class Source;
+    class BytesSource;
+    class TextSource;
 
     Status open_next();
 
@@ -42,9 +45,5 @@ class DataStream {
     std::size_t m_next = 0;
     std::unique_ptr<Source> m_source;
 };
-
-/// Runs through all data, for the sake of their checksums.
-/// @pre as for DataStream
-Status check_stream(const std::filesystem::path& path, const ImageHeader& header);
 
 }  // namespace pliant

@@ -1,14 +1,9 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// What the header of an image file says: NRRD, MetaImage or NIfTI.
-//
-// ITK reads headers; but its readers are too lenient for scans that somebody will rely on, and
-// some damage ends the process: data that end early come back padded with zeros, numbers that
-// overflow wrap, a spacing that isn't a number counts as missing, a list of data files that is too
-// short crashes, and a NIfTI orientation that isn't finite aborts. So the functions below look at
-// the header's own fields first, refuse what ITK would let pass, and find out where the data are;
-// then ITK is asked; then what it says is judged, all before memory for the data is asked for.
+// What the header of an image file says: NRRD, MetaImage or NIfTI. Each format has a reader of its
+// own, which refuses, in one line, what makes no sense, before memory for the data is asked for. No
+// data file is opened to read a header: whether they may be, the caller decides first.
 
 #pragma once
 
@@ -43,6 +38,7 @@ enum class DataEncoding {
 /// Where the data are: in one file or in several that follow each other, in equal parts.
 struct DataPlace {
     std::vector<std::filesystem::path> files;
+    std::int64_t expected_files = 0;  ///< that there must be; 0: any number that divides the voxels
     DataEncoding encoding = DataEncoding::Raw;
     std::uint64_t start = 0;       ///< bytes of each file before everything else
     std::int64_t line_skip = 0;    ///< lines to skip then
@@ -50,19 +46,19 @@ struct DataPlace {
     std::uint64_t inner_skip = 0;  ///< bytes to skip of what was decompressed
     bool at_end = false;   ///< raw data are the last bytes of each file, wherever they start
     bool swapped = false;  ///< numbers are in the other byte order
-    /// Numbers are voxels as they are: nothing is to be applied to them, and a voxel's numbers lie
-    /// side by side. Others are left to ITK.
-    bool plain = false;
+    /// Numbers of one component that follow each other before the next component's; 1 where the
+    /// numbers of a voxel lie side by side.
+    std::uint64_t voxels_before_component = 1;
+    bool rescaled = false;  ///< a voxel is slope · number + intercept
+    double slope = 1, intercept = 0;
 };
 
 struct ImageHeader {
     ImageFormat format = ImageFormat::Nrrd;
-    std::vector<std::int64_t> sizes;         ///< voxels along each axis of space (or time)
-    std::int64_t components = 1;             ///< numbers per voxel
-    Component stored = Component::Int16;     ///< type of the numbers in the file
-    Component component = Component::Int16;  ///< type of the numbers that ITK makes of them
-    bool oriented = true;  ///< false where ITK took none of the file's orientations
-    Grid grid;             ///< LPS; its size is set where sizes are three sensible numbers
+    std::vector<std::int64_t> sizes;      ///< voxels along each axis of space (or time)
+    std::int64_t components = 1;          ///< numbers per voxel
+    Component stored = Component::Int16;  ///< type of the numbers in the file
+    Grid grid;  ///< LPS; its size is set where sizes are three sensible numbers
     KeyValues key_values;
     std::vector<std::string> notes;
     DataPlace data;
@@ -98,7 +94,7 @@ Status check_size(const std::filesystem::path& path, const std::vector<std::int6
 /// size.
 Status check_header(const std::filesystem::path& path, int components, ImageHeader& header);
 
-/// Whether a key is one of those in which ITK keeps fields of the header.
+/// Whether a key is one of those in which ITK keeps fields of the header; they are not passed on.
 bool is_itk_key(std::string_view key);
 
 /// Whether the axes are perpendicular, to within what rounding in a file may do to them.

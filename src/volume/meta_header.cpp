@@ -1,31 +1,30 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// MetaImage: lines `Field = Value`, the last of which says where the data are. World coordinates
-// are LPS, as everybody who writes the format takes them.
+// MetaImage [MetaIO2007]: lines `Field = Value`, the last of which says where the data are. World
+// coordinates are LPS, as all who write the format take them.
 
 #include "core/errors.h"
 #include "volume/data_check.h"
+#include "volume/header_lines.h"
 #include "volume/image_header.h"
-#include "volume/itk_io.h"
 #include "volume/text.h"
 
 #include <algorithm>
 #include <bit>
-#include <fstream>
+#include <cmath>
 #include <map>
+#include <span>
 
 namespace pliant {
 namespace fs = std::filesystem;
 namespace {
 
-constexpr std::size_t kMaxMetaHeaderBytes = 1 << 16;
-
 struct Fields {
     std::map<std::string, std::string, std::less<>> values;
-    std::vector<std::string> names;         ///< in the file's order
+    KeyValues others;                       ///< that the format doesn't have, in the file's order
     std::vector<std::string> listed_files;  ///< after "ElementDataFile = LIST"
-    std::size_t header_bytes = 0;
+    std::uint64_t header_bytes = 0;
 
     /// Value of the first of these names that is there.
     std::string_view value(std::initializer_list<std::string_view> some) const {
@@ -45,57 +44,102 @@ Error bad_field(const fs::path& path, const char* field, std::string_view found,
                       std::string(field) + " is '" + shown(found) + "', expected " + expected);
 }
 
-/// Lines as they are, without empty ones at the end.
-std::vector<std::string> lines_of(std::string_view text) {
-    std::vector<std::string> lines(1);
-    for (const char c : text) {
-        if (c == '\n')
-            lines.emplace_back();
-        else
-            lines.back() += c;
-    }
-    while (!lines.empty() && lines.back().empty()) lines.pop_back();
-    return lines;
+bool is_one_of(std::string_view name, std::span<const std::string_view> names) {
+    return std::find(names.begin(), names.end(), name) != names.end();
 }
 
 bool is_geometry(std::string_view name) {
     constexpr std::string_view kNames[] = {
-        "NDims",    "DimSize", "ElementNumberOfChannels", "ElementSpacing", "ElementSize", "Offset",
-        "Position", "Origin",  "TransformMatrix",         "Rotation",       "Orientation"};
-    return std::find(std::begin(kNames), std::end(kNames), name) != std::end(kNames);
+        "NDims",          "DimSize",     "ElementNumberOfChannels",
+        "ElementSpacing", "ElementSize", "Offset",
+        "Position",       "Origin",      "ImagePosition",
+        "Rotation",       "Orientation", "TransformMatrix"};
+    return is_one_of(name, kNames);
+}
+
+/// Fields of the format that say nothing about grid or data.
+bool is_remark(std::string_view name) {
+    constexpr std::string_view kNames[] = {"Comment",
+                                           "ObjectType",
+                                           "ObjectSubType",
+                                           "Name",
+                                           "ID",
+                                           "ParentID",
+                                           "Color",
+                                           "AcquisitionDate",
+                                           "CenterOfRotation",
+                                           "Modality",
+                                           "SequenceID",
+                                           "ElementMin",
+                                           "ElementMax",
+                                           "ElementNBits",
+                                           "BinaryData",
+                                           "DistanceUnits",
+                                           "HeaderSize",
+                                           "CompressedData",
+                                           "AnatomicalOrientation",
+                                           "ElementType",
+                                           "ElementByteOrderMSB",
+                                           "BinaryDataByteOrderMSB",
+                                           "CompressedDataSize",
+                                           "ElementDataFile",
+                                           "ElementToIntensityFunctionSlope",
+                                           "ElementToIntensityFunctionOffset"};
+    return is_one_of(name, kNames);
+}
+
+/// Names of data files, one a line, to the end of the header.
+Status read_listed_files(HeaderLines& lines, Fields& fields) {
+    for (;;) {
+        auto line = lines.next();
+        if (!line) return line.error();
+        if (!*line) break;
+        fields.listed_files.emplace_back(trimmed(**line));
+    }
+    auto& files = fields.listed_files;
+    while (!files.empty() && files.back().empty()) files.pop_back();
+    return Ok{};
 }
 
 Result<Fields> read_fields(const fs::path& path) {
-    std::ifstream file(path, std::ios::binary);
-    std::string text(kMaxMetaHeaderBytes, '\0');
-    file.read(text.data(), std::streamsize(text.size()));
-    text.resize(std::size_t(file.gcount()));
+    HeaderLines lines(path);
     Fields fields;
-    for (std::size_t at = 0; at < text.size();) {
-        const std::size_t end = std::min(text.find('\n', at), text.size());
-        const std::string_view line = trimmed(std::string_view(text).substr(at, end - at));
-        at = std::min(end + 1, text.size());
+    std::map<std::string, std::size_t> places;  // of others
+    for (;;) {
+        auto text = lines.next();
+        if (!text) return text.error();
+        if (!*text) return unreadable(path, "ends early: the header has no ElementDataFile");
+        const std::string_view line = trimmed(**text);
         if (line.empty()) continue;
         const std::size_t equals = line.find_first_of("=:");
         if (equals == line.npos)
             return unreadable(path, "header line '" + shown(line) + "' has no '='");
         const std::string name(trimmed(line.substr(0, equals)));
-        const std::string value(trimmed(line.substr(equals + 1)));
-        // ITK goes by the first one, and reads until memory ends where that is a negative NDims.
+        const std::string_view rest = line.substr(equals);
+        const std::string value(
+            rest.substr(std::min(rest.find_first_not_of("=: \t"), rest.size())));
         if (fields.values.contains(name) && is_geometry(name))
             return unreadable(path, name + " is there twice, expected once");
-        fields.names.push_back(name);
-        fields.values[name] = value;
+        if (is_geometry(name) || is_remark(name)) {
+            fields.values[name] = value;
+        } else if (!name.empty() && !is_itk_key(name)) {
+            const auto [at, is_new] = places.emplace(name, fields.others.size());
+            if (is_new)
+                fields.others.emplace_back(name, value);
+            else
+                fields.others[at->second].second = value;
+        }
+        if (places.size() > kMaxKeyValues)
+            return unreadable(path, "has more than " + std::to_string(kMaxKeyValues) + " keys");
         if (name != "ElementDataFile") continue;
-        fields.header_bytes = at;
-        if (lower_case(value).starts_with("list")) fields.listed_files = lines_of(text.substr(at));
+        fields.header_bytes = lines.bytes_read();
+        if (lower_case(value).starts_with("list"))
+            if (Status status = read_listed_files(lines, fields); !status) return status.error();
         return fields;
     }
-    return unreadable(path, "ends early: the header has no ElementDataFile");
 }
 
-/// ITK takes no notice of a number that overflows, and little of one that is no number.
-Status check_sizes(const fs::path& path, const Fields& fields) {
+Status read_sizes(const fs::path& path, const Fields& fields, ImageHeader& header) {
     const std::string_view text = fields.value({"DimSize"});
     std::vector<std::int64_t> sizes;
     for (const std::string_view word : split(text, ' ')) {
@@ -111,27 +155,59 @@ Status check_sizes(const fs::path& path, const Fields& fields) {
     if (const auto count = whole_number_from(channels);
         !channels.empty() && (!count || *count < 1 || *count > kMaxAxisSize))
         return bad_field(path, "ElementNumberOfChannels", channels, "a number ≥ 1");
+    else if (count)
+        header.components = *count;
+    header.sizes = sizes;
     return check_size(path, sizes);
 }
 
-Status check_geometry(const fs::path& path, const Fields& fields, ImageHeader& header) {
-    const auto spacing_text = fields.value({"ElementSpacing", "ElementSize"});
-    const auto spacing = numbers_from(spacing_text);
-    if (!spacing_text.empty() && (!spacing || spacing->size() != 3))
-        return bad_field(path, "ElementSpacing", spacing_text, "three numbers");
-    if (spacing_text.empty()) header.notes.push_back("no ElementSpacing; taken as 1 mm");
-    for (int a = 0; a < 3 && !spacing_text.empty(); ++a)
-        if (Status status = check_spacing(path, a, (*spacing)[std::size_t(a)]); !status)
-            return status;
+Status read_type(const fs::path& path, const Fields& fields, ImageHeader& header) {
+    // MET_LONG has 32 bits, whatever the machine.
+    static const std::map<std::string, Component, std::less<>> kTypes = {
+        {"MET_CHAR", Component::Int8},         {"MET_ASCII_CHAR", Component::Int8},
+        {"MET_UCHAR", Component::UInt8},       {"MET_SHORT", Component::Int16},
+        {"MET_USHORT", Component::UInt16},     {"MET_INT", Component::Int32},
+        {"MET_LONG", Component::Int32},        {"MET_UINT", Component::UInt32},
+        {"MET_ULONG", Component::UInt32},      {"MET_LONG_LONG", Component::Int64},
+        {"MET_ULONG_LONG", Component::UInt64}, {"MET_FLOAT", Component::Float32},
+        {"MET_DOUBLE", Component::Float64}};
+    const std::string_view name = fields.value({"ElementType"});
+    std::string_view single = name;  // MET_SHORT_ARRAY is what some writers call channels
+    if (single.ends_with("_ARRAY")) single.remove_suffix(6);
+    const auto found = kTypes.find(single);
+    if (found == kTypes.end()) return bad_field(path, "ElementType", name, "MET_SHORT or the like");
+    header.stored = found->second;
+    return Ok{};
+}
 
-    const auto origin_text = fields.value({"Offset", "Position", "Origin"});
+Status read_spacing(const fs::path& path, const Fields& fields, ImageHeader& header) {
+    const auto text = fields.value({"ElementSpacing", "ElementSize"});
+    if (text.empty()) {
+        header.notes.push_back("no ElementSpacing; taken as 1 mm");
+        return Ok{};
+    }
+    const auto spacing = numbers_from(text);
+    if (!spacing || spacing->size() != 3)
+        return bad_field(path, "ElementSpacing", text, "three numbers");
+    for (int a = 0; a < 3; ++a) {
+        header.grid.spacing_mm[a] = (*spacing)[std::size_t(a)];
+        if (Status status = check_spacing(path, a, header.grid.spacing_mm[a]); !status)
+            return status;
+    }
+    return Ok{};
+}
+
+Status read_place(const fs::path& path, const Fields& fields, ImageHeader& header) {
+    // Where several are there, the first of these counts.
+    const auto origin_text = fields.value({"ImagePosition", "Origin", "Offset", "Position"});
     const auto origin = numbers_from(origin_text);
     if (!origin_text.empty() && (!origin || origin->size() != 3))
         return bad_field(path, "Offset", origin_text, "three numbers");
-    if (origin_text.empty()) header.notes.push_back("no Offset; taken as (0, 0, 0)");
-    if (!origin_text.empty())
-        if (Status status = check_origin(path, {(*origin)[0], (*origin)[1], (*origin)[2]}); !status)
-            return status;
+    if (origin_text.empty())
+        header.notes.push_back("no Offset; taken as (0, 0, 0)");
+    else
+        header.grid.origin_mm = {(*origin)[0], (*origin)[1], (*origin)[2]};
+    if (Status status = check_origin(path, header.grid.origin_mm); !status) return status;
 
     const auto matrix_text = fields.value({"TransformMatrix", "Rotation", "Orientation"});
     const auto matrix = numbers_from(matrix_text);
@@ -139,16 +215,18 @@ Status check_geometry(const fs::path& path, const Fields& fields, ImageHeader& h
         return bad_field(path, "TransformMatrix", matrix_text, "nine numbers");
     if (matrix_text.empty())
         header.notes.push_back("no TransformMatrix; the axes are taken as L, P, S");
-    for (std::size_t n = 0; n < 9 && !matrix_text.empty(); n += 3) {
-        const double length = norm(Vec3d{(*matrix)[n], (*matrix)[n + 1], (*matrix)[n + 2]});
-        if (!(length > 0) || !std::isfinite(length))
+    for (std::size_t a = 0; a < 3 && !matrix_text.empty(); ++a) {
+        const Vec3d axis{(*matrix)[3 * a], (*matrix)[3 * a + 1], (*matrix)[3 * a + 2]};
+        if (!(norm(axis) > 0) || !std::isfinite(norm(axis)))
             return bad_field(path, "TransformMatrix", matrix_text, "three directions");
+        header.grid.direction.columns[a] = axis;
     }
+    for (Vec3d& axis : header.grid.direction.columns) axis = normalized(axis);
     return Ok{};
 }
 
-/// @returns whether there should be a file for each slice: ITK crashes where some are missing
-bool find_data(const fs::path& path, const Fields& fields, DataPlace& data) {
+void find_data(const fs::path& path, const Fields& fields, ImageHeader& header) {
+    DataPlace& data = header.data;
     const std::string_view binary = fields.value({"BinaryData"});
     if (fields.is_true("CompressedData"))
         data.encoding = DataEncoding::Deflated;
@@ -160,7 +238,6 @@ bool find_data(const fs::path& path, const Fields& fields, DataPlace& data) {
     const bool big =
         fields.is_true("BinaryDataByteOrderMSB") || fields.is_true("ElementByteOrderMSB");
     data.swapped = big != (std::endian::native == std::endian::big);
-    data.plain = data.encoding != DataEncoding::Text;
     const std::string_view name = fields.value({"ElementDataFile"});
     const std::string lower = lower_case(name);
     const fs::path folder = path.parent_path();
@@ -173,19 +250,9 @@ bool find_data(const fs::path& path, const Fields& fields, DataPlace& data) {
         for (const std::string& file : numbered_names(name)) data.files.push_back(folder / file);
     } else {
         data.files = {folder / fs::path(name)};
+        return;
     }
-    return lower.starts_with("list") || name.find('%') != name.npos;
-}
-
-/// ITK crashes where words of several names aren't separated as it writes them.
-Status check_names(const fs::path& path, const Fields& fields) {
-    const std::string_view value = fields.value({"ElementDataFile"});
-    bool sound = value.find("  ") == value.npos && value.find('\t') == value.npos;
-    for (const std::string& name : fields.listed_files)
-        sound = sound && name.find_first_of(" \t") == name.npos;
-    if (sound) return Ok{};
-    return bad_field(path, "ElementDataFile", value,
-                     "names without blanks, and single blanks after them");
+    if (lower != "local") data.expected_files = header.sizes[2];  // one for each slice
 }
 
 void note_what_is_left_out(const Fields& fields, ImageHeader& header) {
@@ -201,35 +268,18 @@ void note_what_is_left_out(const Fields& fields, ImageHeader& header) {
 }  // namespace
 
 Result<ImageHeader> read_meta_header(const fs::path& path) {
-    const auto fields = read_fields(path);
+    auto fields = read_fields(path);
     if (!fields) return fields.error();
     if (const auto type = fields->value({"ObjectType"}); !type.empty() && type != "Image")
         return bad_field(path, "ObjectType", type, "Image");
     ImageHeader header;
     header.format = ImageFormat::MetaImage;
-    if (Status status = check_sizes(path, *fields); !status) return status.error();
-    if (Status status = check_geometry(path, *fields, header); !status) return status.error();
-    const bool one_a_slice = find_data(path, *fields, header.data);
-    if (Status status = check_data_files(path, header.data); !status) return status.error();
-    if (one_a_slice)
-        if (Status status = check_names(path, *fields); !status) return status.error();
-    if (Status status = itk_read_header(path, header); !status) {
-        if (status.error().code == ErrorCode::Unsupported)
-            return bad_field(path, "ElementType", fields->value({"ElementType"}),
-                             "MET_SHORT or the like");
-        return unreadable(path, "its header can't be read, expected a MetaImage's");
-    }
-    const auto count = std::int64_t(header.data.files.size());
-    if (one_a_slice && count != header.sizes[2])
-        return unreadable(path, "names " + std::to_string(count) + " data files, expected " +
-                                    std::to_string(header.sizes[2]) + ", one for each slice");
-    for (Vec3d& axis : header.grid.direction.columns) axis = normalized(axis);
-    const auto place = [&](const std::string& key) {
-        return std::find(fields->names.begin(), fields->names.end(), key);
-    };
-    std::stable_sort(header.key_values.begin(), header.key_values.end(),
-                     [&](const auto& a, const auto& b) { return place(a.first) < place(b.first); });
-    header.stored = header.component;
+    if (Status status = read_sizes(path, *fields, header); !status) return status.error();
+    if (Status status = read_type(path, *fields, header); !status) return status.error();
+    if (Status status = read_spacing(path, *fields, header); !status) return status.error();
+    if (Status status = read_place(path, *fields, header); !status) return status.error();
+    find_data(path, *fields, header);
+    header.key_values = std::move(fields->others);
     note_what_is_left_out(*fields, header);
     return header;
 }

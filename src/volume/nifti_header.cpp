@@ -1,15 +1,13 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// NIfTI-1: 348 bytes of binary header, plain or inside gzip. Its world is RAS. A file may carry two
-// affine maps, "sform" and "qform"; ITK decides which of them counts, so that a point means the
-// same here and in programs that stand on ITK: the sform if it is the scanner's or the only one,
-// and has no shear, the qform otherwise.
+// NIfTI-1 [NIfTI2007]: 348 bytes of binary header, plain or inside gzip. Its world is RAS. A file
+// may carry two affine maps, "sform" and "qform"; nifti_placement.h says which of them counts.
 
 #include "core/errors.h"
 #include "volume/data_check.h"
 #include "volume/image_header.h"
-#include "volume/itk_io.h"
+#include "volume/nifti_placement.h"
 #include "volume/text.h"
 
 #include <zlib.h>
@@ -17,6 +15,7 @@
 #include <array>
 #include <cmath>
 #include <cstring>
+#include <limits>
 #include <map>
 #include <span>
 
@@ -118,20 +117,40 @@ double millimetres_per_unit(const Bytes& bytes) {
     }
 }
 
+NiftiForms forms_of(const Bytes& bytes) {
+    NiftiForms forms;
+    forms.qform_code = bytes.get<std::int16_t>(at::kQformCode);
+    forms.sform_code = bytes.get<std::int16_t>(at::kSformCode);
+    forms.qfac = bytes.get<float>(at::kPixdim);
+    for (std::size_t a = 0; a < 3; ++a) {
+        forms.step[a] = bytes.get<float>(at::kPixdim + 4 + 4 * a);
+        forms.quaternion[a] = bytes.get<float>(at::kQuatern + 4 * a);
+        forms.offset[a] = bytes.get<float>(at::kQuatern + 12 + 4 * a);
+    }
+    for (std::size_t n = 0; n < 12; ++n) forms.srow[n] = bytes.get<float>(at::kSrow + 4 * n);
+    return forms;
+}
+
+/// A map's column in LPS.
+Vec3d column_in_lps(const NiftiMap& map, std::size_t column) {
+    const auto& c = map.columns[column];
+    return {-double(c[0]), -double(c[1]), double(c[2])};
+}
+
 /// The sform in LPS [mm]: steps to the next voxel along i, j and k, then the first voxel's place.
-std::array<Vec3d, 4> sform_of(const Bytes& bytes) {
+std::array<Vec3d, 4> sform_in_mm(const Bytes& bytes) {
+    NiftiForms forms = forms_of(bytes);
+    forms.sform_code = 1;
+    const NiftiMap map = sform_of(forms);
     std::array<Vec3d, 4> columns;
-    const double unit_mm = millimetres_per_unit(bytes);
-    for (std::size_t n = 0; n < 12; ++n)
-        columns[n % 4][int(n / 4)] = (n < 8 ? -unit_mm : unit_mm) * bytes.number(at::kSrow + 4 * n);
+    for (std::size_t c = 0; c < 4; ++c)
+        columns[c] = millimetres_per_unit(bytes) * column_in_lps(map, c);
     return columns;
 }
 
-/// ITK aborts where a number of the sform isn't finite, doesn't come back where one is huge, and
-/// repairs other bad numbers in silence.
 Status check_geometry(const fs::path& path, const Bytes& bytes) {
     const bool has_sform = bytes.get<std::int16_t>(at::kSformCode) > 0;
-    const auto sform = sform_of(bytes);
+    const auto sform = sform_in_mm(bytes);
     for (std::size_t a = 0; a < 3; ++a) {
         if (has_sform && (!is_finite(sform[a]) || norm(sform[a]) == 0))
             return unreadable(
@@ -154,10 +173,9 @@ Status check_geometry(const fs::path& path, const Bytes& bytes) {
     return Ok{};
 }
 
-/// In single precision, ITK 5.2 finds shear in sforms that have none but are far from the origin,
-/// and without a qform it has nothing else. If there is shear, check_grid will find it.
+/// The sform alone. If it has shear, check_grid will find that.
 void take_sform(const Bytes& bytes, Grid& grid) {
-    const auto sform = sform_of(bytes);
+    const auto sform = sform_in_mm(bytes);
     for (int a = 0; a < 3; ++a) {
         grid.spacing_mm[a] = norm(sform[std::size_t(a)]);
         grid.direction.columns[a] = (1 / grid.spacing_mm[a]) * sform[std::size_t(a)];
@@ -165,13 +183,31 @@ void take_sform(const Bytes& bytes, Grid& grid) {
     grid.origin_mm = sform[3];
 }
 
-/// Says which map from voxels to the world ITK chose, where that isn't the only one.
+/// Places the grid. Distances between voxels are those of pixdim, whichever map says where to.
+void place_grid(const Bytes& bytes, Grid& grid) {
+    const NiftiForms forms = forms_of(bytes);
+    const double unit_mm = millimetres_per_unit(bytes);
+    for (int a = 0; a < 3; ++a) grid.spacing_mm[a] = double(forms.step[std::size_t(a)]) * unit_mm;
+    if (forms.qform_code <= 0 && forms.sform_code <= 0) return;
+    const NiftiChoice choice = chosen_map(forms);
+    if (choice == NiftiChoice::None) return take_sform(bytes, grid);
+    const NiftiMap map = choice == NiftiChoice::Sform ? sform_of(forms) : qform_of(forms);
+    for (std::size_t a = 0; a < 3; ++a) {
+        const Vec3d step = column_in_lps(map, a);
+        const double length = std::sqrt(step.x * step.x + step.y * step.y + step.z * step.z);
+        if (length > 0)
+            grid.direction.columns[a] = {step.x / length, step.y / length, step.z / length};
+    }
+    grid.origin_mm = unit_mm * column_in_lps(map, 3);
+}
+
+/// Says which map from voxels to the world was chosen, where that isn't the only one.
 void note_orientation(const Bytes& bytes, ImageHeader& header) {
     const bool has_sform = bytes.get<std::int16_t>(at::kSformCode) > 0;
     if (!has_sform && bytes.get<std::int16_t>(at::kQformCode) <= 0)
         header.notes.push_back("no orientation; the axes are taken as L, P, S from (0, 0, 0)");
     if (!has_sform) return;
-    const auto sform = sform_of(bytes);
+    const auto sform = sform_in_mm(bytes);
     const Grid& grid = header.grid;
     bool same = norm(sform[3] - grid.origin_mm) <= kSamePlaceMm;
     for (int a = 0; a < 3; ++a) {
@@ -197,6 +233,17 @@ Status find_data(const fs::path& path, const Bytes& bytes, DataPlace& data) {
     return Ok{};
 }
 
+/// Slope and intercept, as far as they say anything. @pre check_geometry was fine
+void read_rescale(const Bytes& bytes, DataPlace& data) {
+    constexpr double kNothing = std::numeric_limits<double>::epsilon();
+    double slope = bytes.number(at::kSclSlope), intercept = bytes.number(at::kSclInter);
+    if (!std::isfinite(slope) || std::abs(slope) < kNothing) slope = 1;
+    if (!std::isfinite(intercept)) intercept = 0;
+    data.rescaled = std::abs(slope - 1) > kNothing || std::abs(intercept) > kNothing;
+    data.slope = slope;
+    data.intercept = intercept;
+}
+
 }  // namespace
 
 Result<ImageHeader> read_nifti_header(const fs::path& path) {
@@ -209,13 +256,8 @@ Result<ImageHeader> read_nifti_header(const fs::path& path) {
     if (header.components != 1) return header;  // it will be refused for that
     if (Status status = check_geometry(path, *bytes); !status) return status.error();
     if (Status status = find_data(path, *bytes, header.data); !status) return status.error();
-    if (!itk_read_header(path, header))
-        return unreadable(path, "its header can't be read, expected NIfTI-1");
-    // ITK scales the distances between voxels by the file's unit, but not the origin.
-    const double slope = bytes->number(at::kSclSlope), intercept = bytes->number(at::kSclInter);
-    header.data.plain = (slope == 0 || slope == 1) && intercept == 0;
-    header.grid.origin_mm = millimetres_per_unit(*bytes) * header.grid.origin_mm;
-    if (!header.oriented) take_sform(*bytes, header.grid);
+    read_rescale(*bytes, header.data);
+    place_grid(*bytes, header.grid);
     note_orientation(*bytes, header);
     return header;
 }

@@ -1,144 +1,71 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// NRRD: lines `field: value`, `key:=value` and comments, up to an empty line; then the data, or a
-// field that names the file with the data. ITK reads the lines; here they are searched for what ITK
-// would misread, for where the data are, and for words to say what ITK could not read.
+// From the fields of a NRRD header [Kindlmann2008] to an image: which axes are those of space,
+// where its voxels are, and where its data.
 
 #include "core/errors.h"
 #include "volume/data_check.h"
 #include "volume/image_header.h"
-#include "volume/itk_io.h"
+#include "volume/nrrd_fields.h"
 #include "volume/text.h"
 
 #include <algorithm>
 #include <bit>
-#include <fstream>
-#include <map>
 
 namespace pliant {
 namespace fs = std::filesystem;
 namespace {
 
-constexpr std::size_t kMaxNrrdHeaderBytes = 1 << 20;
+constexpr std::int64_t kMaxAxes = 16;  // of the format
 
-struct Lines {
-    std::map<std::string, std::string, std::less<>> fields;
-    std::string keys;                       ///< the lines with keys, as they are
-    std::vector<std::string> listed_files;  ///< after "data file: LIST"
-    std::size_t header_bytes = 0;
-
-    std::string_view field(std::string_view name) const {
-        const auto found = fields.find(name);
-        return found == fields.end() ? std::string_view{} : found->second;
-    }
+/// The axes as they are stored.
+struct Axes {
+    std::vector<std::int64_t> sizes;
+    std::vector<std::size_t> domain;  ///< which of them are axes of space or time
 };
 
-Error bad_field(const fs::path& path, std::string_view field, std::string_view found,
-                const std::string& expected) {
-    return unreadable(path,
-                      std::string(field) + " is '" + shown(found) + "', expected " + expected);
-}
-
-/// Fields that may be written with or without a blank.
-std::string field_name(std::string_view text) {
-    const std::string name = lower_case(trimmed(text));
-    static const std::map<std::string, std::string, std::less<>> kAliases = {
-        {"datafile", "data file"},
-        {"byteskip", "byte skip"},
-        {"lineskip", "line skip"},
-        {"centers", "centerings"}};
-    const auto found = kAliases.find(name);
-    return found == kAliases.end() ? name : found->second;
-}
-
-Result<Lines> read_lines(const fs::path& path) {
-    std::ifstream file(path, std::ios::binary);
-    std::string text(kMaxNrrdHeaderBytes, '\0');
-    file.read(text.data(), std::streamsize(text.size()));
-    text.resize(std::size_t(file.gcount()));
-    Lines lines;
-    std::size_t at = 0;
-    bool list = false;
-    while (at < text.size()) {
-        const std::size_t end = std::min(text.find('\n', at), text.size());
-        std::string_view line(text.data() + at, end - at);
-        if (line.ends_with('\r')) line.remove_suffix(1);
-        const bool magic = at == 0;
-        at = std::min(end + 1, text.size());
-        if (line.empty()) {
-            lines.header_bytes = at;
-            return lines;
-        }
-        if (magic || line.starts_with('#')) continue;
-        if (list) {
-            lines.listed_files.emplace_back(trimmed(line));
-            continue;
-        }
-        const std::size_t colon = line.find(':');
-        if (colon == line.npos)
-            return unreadable(path, "header line '" + shown(line) + "' has no colon");
-        if (line.substr(colon).starts_with(":=")) {
-            lines.keys += '\n' + std::string(line);
-            continue;
-        }
-        const std::string name = field_name(line.substr(0, colon));
-        lines.fields[name] = trimmed(line.substr(colon + 1));
-        list = name == "data file" && lower_case(lines.fields[name]).starts_with("list");
-    }
-    if (lines.field("data file").empty())
-        return unreadable(path, "ends early: the header has no end and names no data file");
-    return lines;
-}
-
-/// Words for what ITK, with its description, could not read.
-Error explained(const fs::path& path, const Lines& lines, std::string_view description) {
-    static const std::map<std::string, const char*, std::less<>> kExpected = {
-        {"type", "a type of number"},
-        {"endian", "little or big"},
-        {"sizes", "as many whole numbers as the dimension says"},
-        {"kinds", "one word for each axis"},
-        {"space", "left-posterior-superior or another 3-D space"},
-        {"space directions", "a vector (x,y,z) for each axis of space"},
-        {"space origin", "a vector (x,y,z)"}};
-    std::string_view field;
-    constexpr std::string_view kTrouble = "trouble parsing ";
-    if (const std::size_t at = description.find(kTrouble); at != description.npos) {
-        field = description.substr(at + kTrouble.size());
-        field = field.substr(0, field.find(" info |"));
-    }
-    if (description.find("require endian info") != description.npos) field = "endian";
-    if (description.find("type is block") != description.npos) field = "type";
-    if (!lines.fields.contains(field) && field != "endian")
-        return unreadable(path,
-                          "its header can't be read (" +
-                              shown(trimmed(description.substr(description.rfind(": ") + 1))) +
-                              "), expected that of a NRRD file");
-    const auto expected = kExpected.find(field);
-    return bad_field(path, field, lines.field(field),
-                     expected == kExpected.end() ? "another value" : expected->second);
-}
-
-/// Sizes, which ITK takes modulo some power of two, and geometry that it takes for missing where it
-/// is no number.
-Status check_numbers(const fs::path& path, const Lines& lines, std::vector<std::int64_t>& sizes) {
-    for (const std::string_view text : split(lines.field("sizes"), ' ')) {
+Status read_sizes(const fs::path& path, const NrrdFields& fields, Axes& axes) {
+    const std::string_view dimension = fields.field("dimension"), sizes = fields.field("sizes");
+    const auto count = whole_number_from(dimension);
+    if (!count || *count < 1 || *count > kMaxAxes)
+        return bad_nrrd_field(path, "dimension", dimension, "1 to 16");
+    for (const std::string_view text : split(sizes, ' ')) {
         const auto size = whole_number_from(text);
-        if (!size) return bad_field(path, "sizes", lines.field("sizes"), "whole numbers");
-        sizes.push_back(*size);
+        if (!size) return bad_nrrd_field(path, "sizes", sizes, "whole numbers");
+        axes.sizes.push_back(*size);
     }
-    for (const char* field : {"space directions", "space origin"})
-        for (const char* no_number : {"nan", "inf"})
-            if (lower_case(lines.field(field)).find(no_number) != std::string::npos)
-                return bad_field(path, field, lines.field(field), "finite numbers");
-    const std::string_view text = lines.field("spacings");
-    const auto spacings = numbers_from(text);
-    if (!text.empty() && (!spacings || spacings->size() != sizes.size()))
-        return bad_field(path, "spacings", text, "a number for each axis");
-    for (std::size_t a = 0; a < 3 && !text.empty() && sizes.size() >= 3; ++a)
-        if (Status status = check_spacing(path, int(a), (*spacings)[sizes.size() - 3 + a]); !status)
-            return status;
-    return check_counts(path, sizes);
+    if (std::int64_t(axes.sizes.size()) != *count)
+        return bad_nrrd_field(path, "sizes", sizes, "as many whole numbers as the dimension says");
+    return check_counts(path, axes.sizes);
+}
+
+/// Takes the axes apart: those of space and time, and at most one along which the numbers of a
+/// voxel lie.
+Status sort_axes(const fs::path& path, const NrrdFields& fields, Axes& axes, ImageHeader& header) {
+    const std::string_view text = fields.field("kinds");
+    const auto words = split(text, ' ');
+    if (!text.empty() && words.size() != axes.sizes.size())
+        return bad_nrrd_field(path, "kinds", text, "one word for each axis");
+    int component_axes = 0;
+    for (std::size_t a = 0; a < axes.sizes.size(); ++a) {
+        const auto kind = text.empty() ? NrrdKind{} : nrrd_kind_from(words[a]);
+        if (!kind) return bad_nrrd_field(path, "kinds", text, "kinds that the format has");
+        if (kind->is_domain) {
+            axes.domain.push_back(a);
+            header.sizes.push_back(axes.sizes[a]);
+            continue;
+        }
+        if (kind->size != 0 && kind->size != axes.sizes[a])
+            return bad_nrrd_field(path, "kinds", text, "kinds that fit the sizes");
+        if (++component_axes > 1)
+            return unsupported(path, "has two axes of components, expected one");
+        header.components = axes.sizes[a];
+        header.data.voxels_before_component = 1;
+        for (const std::int64_t size : header.sizes)
+            header.data.voxels_before_component *= std::uint64_t(size);
+    }
+    return Ok{};
 }
 
 /// Millimetres for each unit that "space units" names.
@@ -147,57 +74,131 @@ Result<double> millimetres_per_unit(const fs::path& path, std::string_view field
         {"mm", 1},   {"millimeter", 1}, {"millimetre", 1},    {"", 1},
         {"???", 1},  {"um", 1e-3},      {"micrometer", 1e-3}, {"cm", 10},
         {"m", 1000}, {"meter", 1000},   {"microns", 1e-3}};
+    if (field.empty()) return 1.0;
+    const auto words = quoted_words_from(field);
+    if (!words || words->size() != 3)
+        return bad_nrrd_field(path, "space units", field, "\"mm\" for each axis");
     std::optional<double> scale;
-    for (std::string_view unit : split(field, ' ')) {
-        if (unit.starts_with('"')) unit.remove_prefix(1);
-        if (unit.ends_with('"')) unit.remove_suffix(1);
+    for (const std::string& unit : *words) {
         const auto found = kUnits.find(lower_case(unit));
         if (found == kUnits.end() || (scale && *scale != found->second))
-            return bad_field(path, "space units", field, "\"mm\" for each axis");
+            return bad_nrrd_field(path, "space units", field, "\"mm\" for each axis");
         scale = found->second;
     }
-    return scale.value_or(1);
+    return *scale;
 }
 
-/// Puts right what ITK made of the grid, and notes what had to be assumed.
-Status finish_grid(const fs::path& path, const Lines& lines, ImageHeader& header) {
-    Grid& grid = header.grid;
-    std::string space = lower_case(lines.field("space"));
-    if (lines.field("space directions").empty()) {
-        grid.origin_mm = {};
-        header.notes.push_back("no orientation; the axes are taken as L, P, S from (0, 0, 0)");
-        if (lines.field("spacings").empty()) header.notes.push_back("no spacings; taken as 1 mm");
-        return Ok{};
+/// The space, which has three dimensions where directions are given.
+Result<NrrdSpace> read_space(const fs::path& path, const NrrdFields& fields) {
+    const std::string_view name = fields.field("space"),
+                           dimension = fields.field("space dimension");
+    if (!name.empty() && !dimension.empty())
+        return bad_nrrd_field(path, "space dimension", dimension, "none beside a space");
+    if (!dimension.empty() && whole_number_from(dimension) != 3)
+        return bad_nrrd_field(path, "space dimension", dimension, "3");
+    if (name.empty()) return NrrdSpace::Unnamed;
+    const auto space = nrrd_space_from(name);
+    if (!space)
+        return bad_nrrd_field(path, "space", name, "left-posterior-superior or another 3-D space");
+    return *space;
+}
+
+/// Places a grid that has spacings at most.
+Status place_by_spacings(const fs::path& path, const NrrdFields& fields, const Axes& axes,
+                         ImageHeader& header) {
+    const std::string_view text = fields.field("spacings");
+    const auto spacings = numbers_from(text);
+    if (!text.empty() && (!spacings || spacings->size() != axes.sizes.size()))
+        return bad_nrrd_field(path, "spacings", text, "a number for each axis");
+    for (std::size_t a = 0; a < 3 && !text.empty(); ++a) {
+        const double spacing_mm = (*spacings)[axes.domain[a]];
+        if (Status status = check_spacing(path, int(a), spacing_mm); !status) return status;
+        header.grid.spacing_mm[int(a)] = spacing_mm;
     }
-    for (int a = 0; a < 3; ++a)
-        if (grid.spacing_mm[a] == 0)
-            return bad_field(path, "space directions", lines.field("space directions"),
-                             "vectors that are longer than zero");
-    const bool ras = space == "right-anterior-superior" || space == "ras";
-    const bool las = space == "left-anterior-superior" || space == "las";
-    if (las) {  // ITK 5.2 flips the first component, and it should be the second
-        for (Vec3d& axis : grid.direction.columns) axis = {-axis.x, -axis.y, axis.z};
-        grid.origin_mm = {-grid.origin_mm.x, -grid.origin_mm.y, grid.origin_mm.z};
-    }
-    if (ras || las) {
-        header.notes.push_back("converted from " + std::string(ras ? "RAS" : "LAS") + " to LPS");
-        header.vector_sign = {ras ? -1.0 : 1.0, -1, 1};
-    } else if (space.empty()) {
-        header.notes.push_back("no space is named; taken as LPS");
-    } else if (space != "left-posterior-superior" && space != "lps") {
-        header.notes.push_back("space '" + shown(space) + "' is taken as LPS");
-    }
-    if (lines.field("space origin").empty())
-        header.notes.push_back("no space origin; the first voxel is put at (0, 0, 0)");
-    const auto unit_mm = millimetres_per_unit(path, lines.field("space units"));
-    if (!unit_mm) return unit_mm.error();
-    grid.spacing_mm = *unit_mm * grid.spacing_mm;
-    grid.origin_mm = *unit_mm * grid.origin_mm;
+    header.notes.push_back("no orientation; the axes are taken as L, P, S from (0, 0, 0)");
+    if (text.empty()) header.notes.push_back("no spacings; taken as 1 mm");
     return Ok{};
 }
 
-Status find_encoding(const fs::path& path, const Lines& lines, DataPlace& data) {
-    const std::string encoding = lower_case(lines.field("encoding"));
+/// To LPS: the sign of each component.
+Vec3d sign_of(NrrdSpace space) {
+    if (space == NrrdSpace::Ras) return {-1, -1, 1};
+    if (space == NrrdSpace::Las) return {1, -1, 1};
+    return {1, 1, 1};
+}
+
+void note_space(const NrrdFields& fields, NrrdSpace space, ImageHeader& header) {
+    if (space == NrrdSpace::Ras || space == NrrdSpace::Las)
+        header.notes.push_back("converted from " +
+                               std::string(space == NrrdSpace::Ras ? "RAS" : "LAS") + " to LPS");
+    else if (space == NrrdSpace::Unnamed)
+        header.notes.push_back("no space is named; taken as LPS");
+    else if (space == NrrdSpace::Other)
+        header.notes.push_back("space '" + shown(lower_case(fields.field("space"))) +
+                               "' is taken as LPS");
+}
+
+Status place_by_directions(const fs::path& path, const NrrdFields& fields, NrrdSpace space,
+                           const Axes& axes, ImageHeader& header) {
+    const std::string_view text = fields.field("space directions");
+    const auto vectors = nrrd_vectors_from(text);
+    const auto bad_directions = [&] {
+        return bad_nrrd_field(path, "space directions", text,
+                              "a vector (x,y,z) for each axis of space");
+    };
+    if (!vectors || vectors->size() != axes.sizes.size() || space == NrrdSpace::OtherWithTime)
+        return bad_directions();
+    if (space == NrrdSpace::Unnamed && fields.field("space dimension").empty())
+        return bad_nrrd_field(path, "space", "", "one for the space directions");
+    for (const char* other : {"spacings", "units", "axis mins", "axis maxs"})
+        if (!fields.field(other).empty())
+            return unreadable(
+                path, std::string(other) + " and space directions are both there, expected one");
+    Grid& grid = header.grid;
+    const Vec3d sign = sign_of(space);
+    const auto unit_mm = millimetres_per_unit(path, fields.field("space units"));
+    if (!unit_mm) return unit_mm.error();
+    for (std::size_t a = 0; a < 3; ++a) {
+        const auto& vector = (*vectors)[axes.domain[a]];
+        if (!vector) return bad_directions();
+        const Vec3d step{(*vector)[0], (*vector)[1], (*vector)[2]};
+        const double length = norm(step);
+        if (length == 0)
+            return bad_nrrd_field(path, "space directions", text,
+                                  "vectors that are longer than zero");
+        for (int row = 0; row < 3; ++row)
+            grid.direction.columns[a][row] = sign[row] * ((1 / length) * step[row]);
+        grid.spacing_mm[int(a)] = *unit_mm * length;
+    }
+    note_space(fields, space, header);
+    header.vector_sign = sign;
+    const std::string_view origin_text = fields.field("space origin");
+    if (origin_text.empty()) {
+        header.notes.push_back("no space origin; the first voxel is put at (0, 0, 0)");
+        return Ok{};
+    }
+    const auto origin = nrrd_vectors_from(origin_text);
+    if (!origin || origin->size() != 1 || !(*origin)[0])
+        return bad_nrrd_field(path, "space origin", origin_text, "a vector (x,y,z)");
+    for (int row = 0; row < 3; ++row)
+        grid.origin_mm[row] = *unit_mm * (sign[row] * (*(*origin)[0])[std::size_t(row)]);
+    return Ok{};
+}
+
+Status place_grid(const fs::path& path, const NrrdFields& fields, const Axes& axes,
+                  ImageHeader& header) {
+    const auto space = read_space(path, fields);
+    if (!space) return space.error();
+    if (axes.domain.size() != 3) return Ok{};  // it will be refused for that
+    if (!fields.field("space directions").empty())
+        return place_by_directions(path, fields, *space, axes, header);
+    if (*space != NrrdSpace::Unnamed && !fields.field("spacings").empty())
+        return bad_nrrd_field(path, "space directions", "", "a vector (x,y,z) for each axis");
+    return place_by_spacings(path, fields, axes, header);
+}
+
+Status find_encoding(const fs::path& path, const NrrdFields& fields, DataPlace& data) {
+    const std::string encoding = lower_case(fields.field("encoding"));
     if (encoding == "raw") {
         data.encoding = DataEncoding::Raw;
     } else if (encoding == "gz" || encoding == "gzip") {
@@ -205,22 +206,22 @@ Status find_encoding(const fs::path& path, const Lines& lines, DataPlace& data) 
     } else if (encoding == "txt" || encoding == "text" || encoding == "ascii") {
         data.encoding = DataEncoding::Text;
     } else {
-        return Error{ErrorCode::Unsupported, path.string() + ": encoding is '" + shown(encoding) +
-                                                 "', expected raw, gzip or text"};
+        return unsupported(path,
+                           "encoding is '" + shown(encoding) + "', expected raw, gzip or text");
     }
     return Ok{};
 }
 
-Status find_skips(const fs::path& path, const Lines& lines, DataPlace& data) {
-    const std::string_view line_text = lines.field("line skip");
-    const std::string_view byte_text = lines.field("byte skip");
+Status find_skips(const fs::path& path, const NrrdFields& fields, DataPlace& data) {
+    const std::string_view line_text = fields.field("line skip");
+    const std::string_view byte_text = fields.field("byte skip");
     const auto line_skip = line_text.empty() ? 0 : whole_number_from(line_text);
     const auto byte_skip = byte_text.empty() ? 0 : whole_number_from(byte_text);
     if (!line_skip || *line_skip < 0)
-        return bad_field(path, "line skip", line_text, "a number ≥ 0");
+        return bad_nrrd_field(path, "line skip", line_text, "a number ≥ 0");
     const bool raw = data.encoding == DataEncoding::Raw;
     if (!byte_skip || *byte_skip < (raw ? -1 : 0))
-        return bad_field(path, "byte skip", byte_text, raw ? "a number ≥ -1" : "a number ≥ 0");
+        return bad_nrrd_field(path, "byte skip", byte_text, raw ? "a number ≥ -1" : "a number ≥ 0");
     data.line_skip = *line_skip;
     if (data.encoding == DataEncoding::Deflated)
         data.inner_skip = std::uint64_t(*byte_skip);
@@ -230,73 +231,86 @@ Status find_skips(const fs::path& path, const Lines& lines, DataPlace& data) {
     return Ok{};
 }
 
-Status find_data(const fs::path& path, const Lines& lines, DataPlace& data) {
-    if (Status status = find_encoding(path, lines, data); !status) return status;
-    if (Status status = find_skips(path, lines, data); !status) return status;
-    const std::string_view name = lines.field("data file");
-    const fs::path folder = path.parent_path();
-    if (name.empty()) {
-        data.files = {path};
-        data.start = lines.header_bytes;
-    } else if (lower_case(name).starts_with("list")) {
-        for (const std::string& file : lines.listed_files) data.files.push_back(folder / file);
-    } else if (name.find('%') != name.npos) {
-        for (const std::string& file : numbered_names(name)) data.files.push_back(folder / file);
-    } else {
-        data.files = {folder / fs::path(name)};
-    }
+/// How many data files there must be: one for each part of the dimension that the last of the words
+/// says, or for parts of one dimension less than the image. Slabs of the whole dimension are equal.
+Status find_file_count(const fs::path& path, const Axes& axes, std::string_view dimension,
+                       DataPlace& data) {
+    const auto count = std::int64_t(axes.sizes.size());
+    const auto given = dimension.empty() ? count - 1 : whole_number_from(dimension);
+    if (!given || *given < (dimension.empty() ? 0 : 1) || *given > count)
+        return bad_nrrd_field(path, "data file's dimension", dimension,
+                              "1 to " + std::to_string(count));
+    if (*given == count) return Ok{};
+    data.expected_files = 1;
+    for (std::int64_t a = *given; a < count; ++a) data.expected_files *= axes.sizes[std::size_t(a)];
     return Ok{};
 }
 
-/// Whether numbers are stored as they are wanted. ITK moves the numbers of a voxel side by side
-/// where they aren't.
-void find_layout(const Lines& lines, ImageHeader& header) {
-    const bool big = lower_case(lines.field("endian")) == "big";
+Status find_data(const fs::path& path, const NrrdFields& fields, const Axes& axes,
+                 DataPlace& data) {
+    if (Status status = find_encoding(path, fields, data); !status) return status;
+    if (Status status = find_skips(path, fields, data); !status) return status;
+    const std::string_view name = fields.field("data file");
+    const fs::path folder = path.parent_path();
+    if (name.empty()) {
+        data.files = {path};
+        data.start = fields.header_bytes;
+        return Ok{};
+    }
+    const auto words = split(name, ' ');
+    if (lower_case(name).starts_with("list")) {
+        for (const std::string& file : fields.listed_files) data.files.push_back(folder / file);
+        return find_file_count(path, axes, words.size() > 1 ? words[1] : "", data);
+    }
+    if (name.find('%') != name.npos) {
+        for (const std::string& file : numbered_names(name)) data.files.push_back(folder / file);
+        return find_file_count(path, axes, words.size() > 4 ? words[4] : "", data);
+    }
+    data.files = {folder / fs::path(name)};
+    return Ok{};
+}
+
+Status read_type(const fs::path& path, const NrrdFields& fields, ImageHeader& header) {
+    const auto type = nrrd_type_from(fields.field("type"));
+    if (!type) return bad_nrrd_field(path, "type", fields.field("type"), "a type of number");
+    header.stored = *type;
+    const std::string endian = lower_case(fields.field("endian"));
+    const bool matters = size_of(*type) > 1 && header.data.encoding != DataEncoding::Text;
+    if (endian != "little" && endian != "big" && (matters || !endian.empty()))
+        return bad_nrrd_field(path, "endian", endian, "little or big");
     header.data.swapped =
-        size_of(header.stored) > 1 && big != (std::endian::native == std::endian::big);
-    const auto axes = split(lines.field("space directions"), ' ');
-    const bool vectors_first = !axes.empty() && lower_case(axes[0]) == "none";
-    header.data.plain =
-        header.data.encoding != DataEncoding::Text && (header.components == 1 || vectors_first);
+        size_of(*type) > 1 && (endian == "big") != (std::endian::native == std::endian::big);
+    return Ok{};
 }
 
 /// Whether vectors are measured along other axes than those of the space.
-bool has_turned_vectors(const Lines& lines) {
-    std::string frame(lines.field("measurement frame"));
-    std::erase_if(frame, [](char c) { return c == ' ' || c == '\t'; });
-    return !frame.empty() && frame != "(1,0,0)(0,1,0)(0,0,1)";
-}
-
-/// ITK sorts by key.
-void sort_as_in_file(const Lines& lines, KeyValues& key_values) {
-    const auto place = [&](const std::string& key) { return lines.keys.find('\n' + key + ":="); };
-    std::stable_sort(key_values.begin(), key_values.end(),
-                     [&](const auto& a, const auto& b) { return place(a.first) < place(b.first); });
+Status find_frame(const fs::path& path, const NrrdFields& fields, ImageHeader& header) {
+    const std::string_view text = fields.field("measurement frame");
+    if (text.empty()) return Ok{};
+    const auto frame = nrrd_vectors_from(text);
+    if (!frame || frame->size() != 3)
+        return bad_nrrd_field(path, "measurement frame", text, "three vectors (x,y,z)");
+    for (std::size_t a = 0; a < 3; ++a)
+        for (std::size_t b = 0; b < 3; ++b)
+            if (!(*frame)[a] || (*(*frame)[a])[b] != (a == b ? 1 : 0)) header.turned_vectors = true;
+    return Ok{};
 }
 
 }  // namespace
 
 Result<ImageHeader> read_nrrd_header(const fs::path& path) {
-    const auto lines = read_lines(path);
-    if (!lines) return lines.error();
+    auto fields = read_nrrd_fields(path);
+    if (!fields) return fields.error();
     ImageHeader header;
     header.format = ImageFormat::Nrrd;
-    std::vector<std::int64_t> sizes;
-    if (Status status = check_numbers(path, *lines, sizes); !status) return status.error();
-    if (Status status = find_data(path, *lines, header.data); !status) return status.error();
-    if (Status status = check_data_files(path, header.data); !status) return status.error();
-    if (Status status = itk_read_header(path, header); !status) {
-        const std::string& description = status.error().message;
-        if (description.find("#independent axes") != description.npos && sizes.size() != 3)
-            return check_size(path, sizes).error();
-        return explained(path, *lines, description);
-    }
-    if (header.sizes.size() == 3)  // else it will be refused for that
-        if (Status status = finish_grid(path, *lines, header); !status) return status.error();
-    sort_as_in_file(*lines, header.key_values);
-    header.stored = header.component;
-    find_layout(*lines, header);
-    header.turned_vectors = has_turned_vectors(*lines);
+    Axes axes;
+    if (Status status = read_sizes(path, *fields, axes); !status) return status.error();
+    if (Status status = find_data(path, *fields, axes, header.data); !status) return status.error();
+    if (Status status = read_type(path, *fields, header); !status) return status.error();
+    if (Status status = sort_axes(path, *fields, axes, header); !status) return status.error();
+    if (Status status = place_grid(path, *fields, axes, header); !status) return status.error();
+    if (Status status = find_frame(path, *fields, header); !status) return status.error();
+    header.key_values = std::move(fields->key_values);
     return header;
 }
 

@@ -4,12 +4,12 @@
 // Which reader a path goes to: its name says which format it should be, its first bytes whether it
 // is.
 
+#include "core/memory_budget.h"
 #include "volume/data_check.h"
 #include "volume/data_stream.h"
 #include "volume/dicom_series.h"
 #include "volume/image_file.h"
 #include "volume/image_header.h"
-#include "volume/itk_io.h"
 #include "volume/text.h"
 #include "volume/voxel_builder.h"
 
@@ -22,6 +22,7 @@
 #include <fstream>
 #include <new>
 #include <span>
+#include <type_traits>
 
 namespace pliant {
 namespace fs = std::filesystem;
@@ -123,34 +124,68 @@ namespace {
 /// Smaller scans are read: a mapping costs more than it saves.
 constexpr std::size_t kLeastMappedBytes = 1 << 20;
 
-/// Numbers that are neither text nor scaled come straight out of the file.
+/// slope · number + intercept in double precision, rounded to a float where the number was an
+/// integer or a float [NIfTI2007]; integers become floats first, as in ITK.
+template <class T>
+void rescale(const DataPlace& data, const std::vector<double>& piece, std::size_t count,
+             VoxelBuilder& voxels, std::vector<double>& scaled) {
+    using Out = std::conditional_t<std::is_same_v<T, double>, double, float>;
+    const T* in = reinterpret_cast<const T*>(piece.data());
+    Out* out = reinterpret_cast<Out*>(scaled.data());
+    for (std::size_t n = 0; n < count; ++n)
+        out[n] = Out(double(Out(in[n])) * data.slope + data.intercept);
+    voxels.add(sizeof(Out) == 8 ? Component::Float64 : Component::Float32, out, count);
+}
+
+/// Adds stored numbers of a piece, with slope and intercept applied.
+void add_rescaled(const ImageHeader& header, const std::vector<double>& piece, std::size_t count,
+                  VoxelBuilder& voxels, std::vector<double>& scaled) {
+    const auto with = [&]<class T>(T) { rescale<T>(header.data, piece, count, voxels, scaled); };
+    switch (header.stored) {
+        case Component::Int8:
+            return with(std::int8_t());
+        case Component::UInt8:
+            return with(std::uint8_t());
+        case Component::Int16:
+            return with(std::int16_t());
+        case Component::UInt16:
+            return with(std::uint16_t());
+        case Component::Int32:
+            return with(std::int32_t());
+        case Component::UInt32:
+            return with(std::uint32_t());
+        case Component::Int64:
+            return with(std::int64_t());
+        case Component::UInt64:
+            return with(std::uint64_t());
+        case Component::Float32:
+            return with(float());
+        case Component::Float64:
+            return with(double());
+    }
+}
+
+/// Voxels piece by piece, never in memory twice.
 Result<Voxels> stream_voxels(const fs::path& path, const ImageHeader& header, ReadNotes& notes) {
     constexpr std::size_t kPieceBytes = 1 << 18;
     const std::size_t size = size_of(header.stored), count = voxel_count(header.grid);
+    if (!has_memory_for(count * sizeof(std::int16_t))) throw std::bad_alloc();
     VoxelBuilder voxels(count);
     DataStream stream(path, header);
     std::vector<double> piece(kPieceBytes / sizeof(double));  // aligned for all
+    std::vector<double> scaled;
+    if (header.data.rescaled) scaled.resize(kPieceBytes / (size < 8 ? 2 : 1) / size);
     for (std::size_t done = 0; done < count;) {
         const std::size_t next = std::min(count - done, kPieceBytes / size);
         const auto bytes = std::as_writable_bytes(std::span(piece)).first(next * size);
         if (Status status = stream.read(bytes); !status) return status.error();
-        voxels.add(header.stored, piece.data(), next);
+        if (header.data.rescaled)
+            add_rescaled(header, piece, next, voxels, scaled);
+        else
+            voxels.add(header.stored, piece.data(), next);
         done += next;
     }
     if (Status status = stream.finish(); !status) return status.error();
-    return voxels.finish(notes.notes);
-}
-
-/// The others come from ITK, and are in memory twice.
-Result<Voxels> convert_voxels(const fs::path& path, const ImageHeader& header, ReadNotes& notes) {
-    if (header.data.encoding == DataEncoding::Deflated)
-        if (Status status = check_stream(path, header); !status) return status.error();
-    const std::size_t count = voxel_count(header.grid);
-    std::vector<double> values((count * size_of(header.component) + 7) / 8);  // aligned for all
-    if (Status status = itk_read_values(path, header, values.data()); !status)
-        return status.error();
-    VoxelBuilder voxels(count);
-    voxels.add(header.component, values.data(), count);
     return voxels.finish(notes.notes);
 }
 
@@ -158,15 +193,17 @@ Result<Voxels> convert_voxels(const fs::path& path, const ImageHeader& header, R
 template <class T>
 std::optional<VoxelArray<T>> map_voxels(const fs::path& path, const ImageHeader& header) {
     const DataPlace& data = header.data;
-    if (data.encoding != DataEncoding::Raw || data.files.size() != 1 || data.swapped)
+    if (data.encoding != DataEncoding::Raw || data.files.size() != 1 || data.swapped ||
+        data.rescaled)
         return std::nullopt;
     const auto start = find_data_start(path, header, data.files[0]);
     if (!start || voxel_count(header.grid) * sizeof(T) < kLeastMappedBytes) return std::nullopt;
     return VoxelArray<T>::mapped(data.files[0], *start, voxel_count(header.grid));
 }
 
-Result<Voxels> read_voxels(const fs::path& path, const ImageHeader& header, ReadNotes& notes) {
-    if (!header.data.plain) return convert_voxels(path, header, notes);
+Result<Voxels> read_voxels(const fs::path& path, const ImageHeader& header, bool may_map,
+                           ReadNotes& notes) {
+    if (!may_map) return stream_voxels(path, header, notes);
     if (header.stored == Component::Int16)
         if (auto mapped = map_voxels<std::int16_t>(path, header)) return Voxels(std::move(*mapped));
     if (header.stored == Component::Float32)
@@ -177,7 +214,7 @@ Result<Voxels> read_voxels(const fs::path& path, const ImageHeader& header, Read
     return stream_voxels(path, header, notes);
 }
 
-Result<Volume> read_image_file(const fs::path& path, ReadNotes& notes) {
+Result<Volume> read_image_file(const fs::path& path, bool may_map, ReadNotes& notes) {
     const auto format = format_by_name(path);
     if (!format && looks_like_dicom(path))
         return Error{ErrorCode::Unsupported,
@@ -186,11 +223,12 @@ Result<Volume> read_image_file(const fs::path& path, ReadNotes& notes) {
     auto header = read_image_header(path, *format);
     if (!header) return header.error();
     if (Status status = check_header(path, 1, *header); !status) return status.error();
+    if (Status status = check_data_files(path, header->data); !status) return status.error();
     if (Status status = check_data(path, *header); !status) return status.error();
     notes.format = name_of(*format);
     notes.stored_type = name_of(header->stored);
     notes.notes = std::move(header->notes);
-    auto voxels = read_voxels(path, *header, notes);
+    auto voxels = read_voxels(path, *header, may_map, notes);
     if (!voxels) return voxels.error();
     return Volume{header->grid, std::move(*voxels), std::move(header->key_values)};
 }
@@ -205,7 +243,7 @@ Result<Volume> read_volume(const fs::path& path, const ReadOptions& options, Rea
         std::error_code error;
         if (fs::is_directory(path, error)) return read_dicom_folder(path, options, said);
         if (Status status = check_file(path); !status) return status.error();
-        return read_image_file(path, said);
+        return read_image_file(path, options.may_map, said);
     } catch (const std::bad_alloc&) {
         return Error{ErrorCode::LimitExceeded, path.string() + ": not enough memory to read it"};
     }

@@ -88,12 +88,4 @@ std::string text_of_sizes(const std::vector<std::int64_t>& sizes) {
     return text;
 }
 
-std::string shown(std::string_view text) {
-    constexpr std::size_t kMost = 60;
-    std::string result(text.substr(0, kMost));
-    for (char& c : result)
-        if (c < ' ' || c > '~') c = '?';
-    return text.size() > kMost ? result + "…" : result;
-}
-
 }  // namespace pliant

@@ -5,6 +5,7 @@
 
 #pragma once
 
+#include <pliant/text_input.h>  // shown()
 #include <pliant/vec.h>
 
 #include <cstdint>
@@ -33,7 +34,5 @@ std::string text_of(double number);
 std::string text_of(Vec3d vector);
 /// "64 × 64 × 93"
 std::string text_of_sizes(const std::vector<std::int64_t>& sizes);
-/// What may be shown of a text that came from a damaged file: printable, at most 60 characters.
-std::string shown(std::string_view text);
 
 }  // namespace pliant

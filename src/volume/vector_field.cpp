@@ -4,10 +4,10 @@
 // Displacement fields and grid transforms: NRRD with three numbers per voxel.
 
 #include "core/errors.h"
+#include "core/memory_budget.h"
 #include "volume/data_check.h"
 #include "volume/data_stream.h"
 #include "volume/image_file.h"
-#include "volume/itk_io.h"
 
 #include <pliant/volume.h>
 
@@ -28,11 +28,12 @@ Result<ImageHeader> read_field_header(const fs::path& path) {
     auto header = read_image_header(path, ImageFormat::Nrrd);
     if (!header) return header.error();
     if (Status status = check_header(path, 3, *header); !status) return status.error();
-    if (header->component != Component::Float32 && header->component != Component::Float64)
-        return unsupported(path, "type is " + std::string(name_of(header->component)) +
+    if (header->stored != Component::Float32 && header->stored != Component::Float64)
+        return unsupported(path, "type is " + std::string(name_of(header->stored)) +
                                      ", expected vectors of float or double");
     if (header->turned_vectors)
         return unsupported(path, "has a measurement frame, expected vectors along its space");
+    if (Status status = check_data_files(path, header->data); !status) return status.error();
     if (Status status = check_data(path, *header); !status) return status.error();
     return header;
 }
@@ -47,17 +48,32 @@ FieldKind kind_of(const ImageHeader& header) {
 
 namespace {
 
-/// Numbers of a field, three a voxel.
+/// Numbers of a field as they follow each other in the file, each to its place.
+/// @param[out] numbers  three a voxel, side by side
 template <class Number>
-Status read_numbers(const fs::path& path, const ImageHeader& header, std::span<Number> numbers) {
-    if (header.data.plain) {
-        DataStream stream(path, header);
-        if (Status status = stream.read(std::as_writable_bytes(numbers)); !status) return status;
-        return stream.finish();
+Status read_numbers(const fs::path& path, const ImageHeader& header, std::span<float> numbers) {
+    constexpr std::size_t kPieceNumbers = 1 << 16;
+    const auto run = std::size_t(header.data.voxels_before_component);
+    DataStream stream(path, header);
+    std::vector<Number> piece(std::min(kPieceNumbers, numbers.size()));
+    for (std::size_t done = 0; done < numbers.size();) {
+        const std::size_t count = std::min(piece.size(), numbers.size() - done);
+        const std::span<Number> some(piece.data(), count);
+        if (Status status = stream.read(std::as_writable_bytes(some)); !status) return status;
+        if (run == 1) {
+            std::transform(some.begin(), some.end(), &numbers[done],
+                           [](Number number) { return float(number); });
+            done += count;
+            continue;
+        }
+        for (std::size_t n = 0; n < count; ++n, ++done) {
+            // Blocks of three runs, one for each component.
+            const std::size_t block = done / (3 * run), in_block = done % (3 * run);
+            const std::size_t c = in_block / run, v = in_block % run;
+            numbers[3 * (block * run + v) + c] = float(some[n]);
+        }
     }
-    if (header.data.encoding == DataEncoding::Deflated)
-        if (Status status = check_stream(path, header); !status) return status;
-    return itk_read_values(path, header, numbers.data());
+    return stream.finish();
 }
 
 }  // namespace
@@ -67,19 +83,15 @@ Result<VectorField> read_vector_field(const fs::path& path) {
         const auto header = read_field_header(path);
         if (!header) return header.error();
         VectorField field{header->grid, kind_of(*header), {}};
+        if (!has_memory_for(voxel_count(field.grid) * sizeof(Vec3f))) throw std::bad_alloc();
         field.vectors_mm.resize(voxel_count(field.grid));
         static_assert(sizeof(Vec3f) == 3 * sizeof(float));
         const std::size_t count = 3 * field.vectors_mm.size();
-        const std::span narrow(reinterpret_cast<float*>(field.vectors_mm.data()), count);
-        if (header->component == Component::Float32) {
-            if (Status status = read_numbers(path, *header, narrow); !status) return status.error();
-        } else {
-            std::vector<double> wide(count);
-            if (Status status = read_numbers(path, *header, std::span(wide)); !status)
-                return status.error();
-            std::transform(wide.begin(), wide.end(), narrow.begin(),
-                           [](double v) { return float(v); });
-        }
+        const std::span numbers(reinterpret_cast<float*>(field.vectors_mm.data()), count);
+        const Status status = header->stored == Component::Float32
+                                  ? read_numbers<float>(path, *header, numbers)
+                                  : read_numbers<double>(path, *header, numbers);
+        if (!status) return status.error();
         bool finite = true;
         for (Vec3f& vector : field.vectors_mm)
             for (int a = 0; a < 3; ++a) {

@@ -6,8 +6,11 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <new>
 #include <type_traits>
 #include <utility>
+
+#include "core/memory_budget.h"
 
 namespace pliant {
 namespace {
@@ -52,6 +55,7 @@ void note_not_finite(std::size_t count, std::vector<std::string>& notes) {
 }  // namespace
 
 void VoxelBuilder::widen() {
+    if (!has_memory_for(m_count * sizeof(float))) throw std::bad_alloc();
     m_floats = VoxelArray<float>(m_count);
     std::copy_n(m_shorts.data(), m_added, m_floats.data());
     m_shorts = {};

@@ -13,9 +13,11 @@
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <memory>
+#include <optional>
 #include <thread>
 
 #include "serve/test_client.h"
@@ -110,6 +112,63 @@ class ServeProgramTest : public ::testing::Test {
     const std::filesystem::path m_scan = m_folder / "airway.nrrd";
     const std::filesystem::path m_session = m_folder / "s.pls";
 };
+
+/// Sets a variable of the environment while one of these lives.
+class Environment {
+  public:
+    Environment(const char* name, const std::string& value) : m_name(name) {
+        if (const char* before = std::getenv(name)) m_before = before;
+        ::setenv(name, value.c_str(), 1);
+    }
+    ~Environment() {
+        if (m_before)
+            ::setenv(m_name, m_before->c_str(), 1);
+        else
+            ::unsetenv(m_name);
+    }
+    Environment(const Environment&) = delete;
+    Environment& operator=(const Environment&) = delete;
+
+  private:
+    const char* m_name;
+    std::optional<std::string> m_before;
+};
+
+TEST(ServeProgram, TheBrowserIsGivenNoSecretOnItsCommandLine) {
+    namespace fs = std::filesystem;
+    const TemporaryFolder folder;
+    // Keeps its command line and the file that it was given.
+    const fs::path opener = folder / "bin" / "xdg-open";
+    fs::create_directories(opener.parent_path());
+    std::ofstream(opener) << "#!/bin/sh\necho \"$@\" > '" << (folder / "words").string()
+                          << "'\ncp \"$1\" '" << (folder / "page").string() << "'\n";
+    fs::permissions(opener, fs::perms::owner_all);
+    fs::create_directories(folder / "run" / "x");
+    const char* const path = std::getenv("PATH");
+    const Environment bin("PATH", opener.parent_path().string() + ":" + (path ? path : ""));
+    const Environment display("DISPLAY", ":99");
+    const Environment run("XDG_RUNTIME_DIR", (folder.path() / "run").string());
+    Program program({"serve", "--port", "0"}, folder / "out");
+    const std::string link = program.link();
+    const std::string token = token_of(link);
+    ASSERT_FALSE(token.empty()) << program.said();
+    for (int n = 0; n < 200 && bytes_of(folder / "page").empty(); ++n)
+        std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    EXPECT_EQ(bytes_of(folder / "words").find(token), std::string::npos);
+    EXPECT_NE(bytes_of(folder / "page").find(link), std::string::npos);
+    int files = 0;
+    for (const auto& entry : fs::recursive_directory_iterator(folder.path() / "run"))
+        if (entry.path().filename() == "open.html") {
+            ++files;
+            const auto outside = fs::status(entry.path().parent_path()).permissions() &
+                                 (fs::perms::group_all | fs::perms::others_all);
+            EXPECT_EQ(outside, fs::perms::none);
+        }
+    EXPECT_EQ(files, 1);
+    EXPECT_EQ(program.end(SIGTERM), 0);
+    for (const auto& entry : fs::recursive_directory_iterator(folder.path() / "run"))
+        EXPECT_NE(entry.path().filename(), "open.html");
+}
 
 TEST_F(ServeProgramTest, AfterKill9ASessionHasAllButTheLastSecond) {
     const std::uint64_t seed = 909;

@@ -57,5 +57,47 @@ TEST(ValueRange, IsThatOfTheSortedValues) {
     }
 }
 
+TEST(Info, WritesTheMatrixByRows) {
+    const TemporaryFolder folder;
+    Volume volume;
+    volume.grid = {{3, 3, 3}, {1, 2, 3}, {10, 20, 30}, {{{0, 1, 0}, {0, 0, 1}, {1, 0, 0}}}};
+    volume.voxels = std::vector<std::int16_t>(27);
+    ASSERT_TRUE(write_volume(folder / "a.nrrd", volume).ok());
+    const std::string command =
+        "cd '" + folder.path().string() + "' && '" PLIANT_PROGRAM "' info a.nrrd --json > i.json";
+    ASSERT_EQ(std::system(command.c_str()), 0);
+    const auto json = nlohmann::json::parse(std::ifstream(folder / "i.json"));
+    // world = origin + direction · diag(spacing) · ijk
+    const Vec3d ijk{1, 2, 0.5}, world = world_from_voxel(volume.grid, ijk);
+    for (int row = 0; row < 3; ++row) {
+        double sum = json["origin_mm"][row];
+        for (int a = 0; a < 3; ++a)
+            sum += double(json["direction"][row][a]) * double(json["spacing_mm"][a]) * ijk[a];
+        EXPECT_DOUBLE_EQ(sum, world[row]);
+    }
+}
+
+TEST(Info, PassesNoControlCharactersOfAFileOn) {
+    const TemporaryFolder folder;
+    Volume volume;
+    volume.grid.size = {2, 2, 2};
+    volume.voxels = std::vector<std::int16_t>(8);
+    volume.key_values = {{"name\x1b]0;owned\a", "value\x1b[2J\nsecond line \xc2\x9b"},
+                         {"long", std::string(5000, 'v')}};
+    ASSERT_TRUE(write_volume(folder / "a.nrrd", volume).ok());
+    const std::string command =
+        "cd '" + folder.path().string() + "' && '" PLIANT_PROGRAM "' info a.nrrd > i.txt";
+    ASSERT_EQ(std::system(command.c_str()), 0);
+    std::ifstream file(folder / "i.txt");
+    bool is_shown = false;
+    for (std::string line; std::getline(file, line);) {
+        EXPECT_LE(line.size(), 330u);
+        for (const char c : line) EXPECT_FALSE(c >= 0 && c < ' ') << line;
+        EXPECT_EQ(line.find("\xc2\x9b"), line.npos) << line;
+        is_shown = is_shown || line.find("name?]0;owned?: value?[2J second line") != line.npos;
+    }
+    EXPECT_TRUE(is_shown);
+}
+
 }  // namespace
 }  // namespace pliant::test

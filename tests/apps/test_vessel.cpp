@@ -87,7 +87,7 @@ TEST_F(VesselTest, WarnsOfATipThatHasLeftThroughAnOpenEnd) {
     EXPECT_EQ(report["left_end"], 2);
     ASSERT_EQ(report["warnings"].size(), 1u) << report["warnings"];
     EXPECT_EQ(report["warnings"][0], "the tip has left the vessel through open end 2");
-    EXPECT_LE(report["largest_depth_mm"].get<double>(), 0.1);  // what is beyond it doesn't count
+    EXPECT_LE(report["largest_depth_mm"].get<double>(), 0.1);  // inside the vessel
     ASSERT_EQ(run("vessel s.toml"), 0) << said();
     EXPECT_NE(out().find("warning             the tip has left"), std::string::npos) << out();
 }
@@ -132,7 +132,7 @@ TEST_F(VesselTest, SaysInOneLineWhatIsWrong) {
     refused("", "[[scripts]]\n", "scripts: expected [vessel], [wall]");
     refused("", "nonsense", "s.toml: line ");
     refused("", "", "--volume: expected a scene with [vessel] scan", "--volume v.nrrd");
-    refused("", "", "hand.log: can't be opened", "--replay hand.log");
+    refused("", "", "hand.log: expected a log of the hand", "--replay hand.log");
     write("hand.log", "pliant vessel log 1\n0 1 2\n");
     refused("", "", "hand.log: line 2: expected a step and four numbers", "--replay hand.log");
     EXPECT_EQ(run("vessel nowhere.toml"), 2);

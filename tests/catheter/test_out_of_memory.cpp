@@ -100,7 +100,7 @@ struct Prepared {
     }
 };
 
-constexpr int kSteps = 4;  ///< so that what contact keeps is some steps old
+constexpr int kSteps = 4;  ///< so that the state of contact is some steps old
 
 /// Scenes at rest, in contact in the bend, and just before boxes wake up.
 std::vector<Prepared> prepared(const VesselWall& wall, CatheterModel model, bool local,

@@ -11,13 +11,13 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <cstdlib>
 #include <numbers>
 #include <string>
 
 #include "support/catheter_depth.h"
 #include "support/inside.h"
 #include "support/random.h"
+#include "support/search.h"
 
 namespace pliant::test {
 namespace {
@@ -63,13 +63,10 @@ Instance random_instance(std::uint64_t seed) {
 }
 
 TEST(CatheterScene, NoTipGetsBeyondTheWall) {
-    const char* const given = std::getenv("PLIANT_SEED");
-    const char* const many = std::getenv("PLIANT_INSTANCES");
-    const std::uint64_t first = given ? std::strtoull(given, nullptr, 10) : 1;
-    const int instances = many ? std::atoi(many) : 12;
+    const test::Search search(1, 12);
     const TaskArena arena(1);
-    for (int n = 0; n < instances; ++n) {
-        const std::uint64_t seed = first + std::uint64_t(n);
+    for (int n = 0; n < search.instances; ++n) {
+        const std::uint64_t seed = search.seed(n);
         const Instance instance = random_instance(seed);
         CatheterScene scene = made(CatheterScene::create(instance.wall, instance.settings));
         ASSERT_TRUE(scene.command(instance.command).ok());

@@ -382,7 +382,7 @@ TEST(CatheterScene, AWideReachFollowsFromTheWallAndItsSupport) {
     EXPECT_FALSE(CatheterScene::create(wall, s).ok());
 }
 
-// A wall that somebody else has made may come without the volume of its lumen.
+// A wall of another origin may come without the volume of its lumen.
 TEST(CatheterScene, AWideReachNeedsNoVolumeOfTheLumen) {
     VesselWall wall = bent_tube();
     const WallTissue tissue{.support_pa_per_mm = 2000};

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Bodies where memory runs out: what fails changes nothing, and later steps give the bits of a body
-// on which nothing failed.
+// Bodies where memory runs out: a failed call changes nothing, and later steps give the bits of a
+// body without failures.
 
 #include <gtest/gtest.h>
 #include <pliant/pbd.h>

@@ -17,6 +17,7 @@
 
 #include "chainmail/tissues.h"
 #include "support/random.h"
+#include "support/search.h"
 
 namespace pliant::test {
 namespace {
@@ -141,16 +142,18 @@ int follow_eye(std::uint64_t seed, const TaskArena& arena) {
     return follow_eye(volume, settings, *start, random.ratio(0.1, most_mm), random, arena);
 }
 
+void expect_looks(const Search& search, int looks) {
+    EXPECT_GT(looks, 10 * search.instances);
+    std::printf("seeds from %llu: %d looks\n", static_cast<unsigned long long>(search.first_seed),
+                looks);
+}
+
 TEST(Contact, TheEyeIsNeverInTissue) {
     const TaskArena arena(2);
-    const char* const given = std::getenv("PLIANT_SEED");
-    const std::uint64_t first = given ? std::strtoull(given, nullptr, 10) : 24'000;
-    const char* const many = std::getenv("PLIANT_INSTANCES");
-    const int instances = many ? std::atoi(many) : 40;
+    const test::Search search(24'000, 40);
     int looks = 0;
-    for (int n = 0; n < instances; ++n) looks += follow_eye(first + std::uint64_t(n), arena);
-    EXPECT_GT(looks, 10 * instances);
-    std::printf("seeds from %llu: %d looks\n", static_cast<unsigned long long>(first), looks);
+    for (int n = 0; n < search.instances; ++n) looks += follow_eye(search.seed(n), arena);
+    expect_looks(search, looks);
 }
 
 /// Voxels of a scan around a place, as a scan of its own.
@@ -213,10 +216,9 @@ int follow_eyes(const RealScan& real, const Volume& scan, int crops, Random& ran
 
 TEST(Contact, TheEyeIsNeverInTissueOfRealScans) {
     const TaskArena arena(2);
-    const char* const given = std::getenv("PLIANT_SEED");
-    const char* const many = std::getenv("PLIANT_INSTANCES");
-    Random random(given ? std::strtoull(given, nullptr, 10) : 24'900);
-    const int crops = many ? std::atoi(many) : 12;
+    const test::Search search(24'900, 12);
+    const int crops = search.instances;
+    Random random(search.first_seed);
     // The head of the MR is not in HU: air is below 300, and nothing in it is bone.
     for (const RealScan& real :
          {RealScan{"thorax_ct_256.nrrd"}, RealScan{"thorax_ct_airways_crop.nrrd"},
@@ -308,14 +310,10 @@ int look_on(std::uint64_t seed, const TaskArena& arena) {
 
 TEST(Contact, TissueThatReturnsDoesNotFoldOverAnEye) {
     const TaskArena arena(2);
-    const char* const given = std::getenv("PLIANT_SEED");
-    const std::uint64_t first = given ? std::strtoull(given, nullptr, 10) : 1'047;
-    const char* const many = std::getenv("PLIANT_INSTANCES");
-    const int instances = many ? std::atoi(many) : 6;
+    const test::Search search(1'047, 6);
     int looks = 0;
-    for (int n = 0; n < instances; ++n) looks += look_on(first + std::uint64_t(n), arena);
-    EXPECT_GT(looks, 10 * instances);
-    std::printf("seeds from %llu: %d looks\n", static_cast<unsigned long long>(first), looks);
+    for (int n = 0; n < search.instances; ++n) looks += look_on(search.seed(n), arena);
+    expect_looks(search, looks);
 }
 
 TEST(Contact, RelaxationDoesNotCloseOverAnEye) {

@@ -42,7 +42,7 @@ class SpringMemory : public testing::Test {
         EXPECT_EQ(tissue->end_group(), 0);
         return tissue;
     }
-    /// Of the nodes, and of what comes later.
+    /// State of the nodes and result of later operations.
     static auto state(const SpringScanTissue& tissue) {
         return std::tuple(tissue.hash(), tissue.is_touched_by(kTool), tissue.is_touched_by(kOther),
                           tissue.undo_steps());
@@ -61,7 +61,7 @@ class SpringMemory : public testing::Test {
         hashes.push_back(tissue.hash());
         return hashes;
     }
-    /// An operation that ran out of memory leaves no trace in what comes later, either.
+    /// An operation that ran out of memory leaves no trace in later operations, either.
     template <class Operation>
     void check(const Operation& operation, const char* name, int least) {
         SCOPED_TRACE(name);

@@ -4,11 +4,14 @@
 // Files that are fetched and scans that are opened, over real connections: what is saved is what
 // the library would write of the same pushes, and whatever is sent, the scene goes on.
 
+#include <fcntl.h>
 #include <gtest/gtest.h>
 #include <pliant/phantom.h>
 #include <pliant/resample.h>
 #include <pliant/serve.h>
+#include <sys/file.h>
 #include <sys/socket.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <optional>
@@ -566,6 +569,30 @@ TEST(UploadTest, NamesAreBaseNamesWhateverTheyWere) {
     EXPECT_EQ(base_name("Lunge ä.nii.gz"), "Lunge ä.nii.gz");
     const std::string cut = base_name(std::string(300, 'x') + "ä" + std::string(199, 'y'));
     EXPECT_EQ(cut, std::string(199, 'y')) << "no half of a character";
+}
+
+TEST(UploadTest, LeftoversOfProcessesThatAreGoneAreSwept) {
+    namespace fs = std::filesystem;
+    TemporaryFolder folder;
+    const auto make = [&](const char* name, std::chrono::seconds age) {
+        const fs::path place = folder / name;
+        fs::create_directories(place / "scan");
+        std::ofstream(place / "scan" / "a.dcm") << "x";
+        fs::last_write_time(place, fs::file_time_type::clock::now() - age);
+        return place;
+    };
+    const fs::path old = make("pliant-upload-old", std::chrono::seconds(100));
+    const fs::path young = make("pliant-upload-young", std::chrono::seconds(1));
+    const fs::path kept = make("1", std::chrono::seconds(100));
+    const fs::path living = make("pliant-upload-living", std::chrono::seconds(100));
+    const int lock = ::open(living.c_str(), O_RDONLY | O_DIRECTORY);
+    ASSERT_EQ(::flock(lock, LOCK_EX | LOCK_NB), 0);
+    serve::sweep_uploads(folder.path());
+    ::close(lock);
+    EXPECT_FALSE(fs::exists(old));
+    EXPECT_TRUE(fs::exists(young));
+    EXPECT_TRUE(fs::exists(kept));
+    EXPECT_TRUE(fs::exists(living));
 }
 
 TEST(UploadTest, FilesAreCounted) {

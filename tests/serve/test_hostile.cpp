@@ -95,6 +95,23 @@ TEST_F(HostileTest, StrangersStayOutside) {
     EXPECT_TRUE(poster.read_response().starts_with("HTTP/1.1 405"));
 }
 
+TEST_F(HostileTest, BrokenRequestsAreAnswered) {
+    const std::string host = "Host: " + own_host() + "\r\n";
+    const auto status = [&](const std::string& request) {
+        RawConnection connection(port());
+        connection.send(request);
+        return connection.read_response().substr(0, 12);
+    };
+    EXPECT_EQ(status("GET / HTTP/1.1\r\n" + host + host + "\r\n"), "HTTP/1.1 400");
+    EXPECT_EQ(status("GET / HTTP/1.1\r\n" + host + "Host: evil.example\r\n\r\n"), "HTTP/1.1 400");
+    EXPECT_EQ(status("GET / HTTP/1.1\r\n\r\n"), "HTTP/1.1 400");
+    EXPECT_EQ(status("GARBAGE\r\n\r\n"), "HTTP/1.1 400");
+    EXPECT_EQ(status("GET / HTTP/1.1\r\n" + host + "Content-Length: x\r\n\r\n"), "HTTP/1.1 400");
+    EXPECT_EQ(status("GET / HTTP/1.1\r\n" + host + "Content-Length: 5\r\n\r\n"), "HTTP/1.1 400");
+    EXPECT_EQ(status("GET / HTTP/1.1\r\n" + host + "X: " + std::string(9000, 'x') + "\r\n\r\n"),
+              "HTTP/1.1 431");
+}
+
 TEST_F(HostileTest, RubbishClosesTheConnectionWithAReason) {
     const std::string deep =
         "{\"do\":\"ping\",\"x\":" + std::string(1000, '[') + std::string(1000, ']') + "}";

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Memory runs out during commands. The scene is as it was, the server goes on, and its session says
-// what was done.
+// Memory runs out during commands. The scene is unchanged, the server goes on, and its session
+// records every command that was done.
 
 #include <gtest/gtest.h>
 
@@ -178,7 +178,7 @@ TEST(OutOfMemory, EachAllocationOfEachCommandLeavesTheTissueAsItWas) {
     }
 }
 
-/// Keeps what the hub sends, as a network would.
+/// Keeps the hub's frames, as a network would.
 class Texts : public Outlet {
   public:
     void send(ConnectionId, std::vector<Outgoing> batch) override {
@@ -193,7 +193,7 @@ class Texts : public Outlet {
     void close(ConnectionId, int code, const std::string&) override { m_closed = code; }
     void taken(ConnectionId) override {}
 
-    /// The answer to a command; acknowledges what is sent meanwhile.
+    /// Answer to a command; acknowledges frames that are sent meanwhile.
     Json answer(Hub& hub, std::uint32_t id) {
         const auto end = Clock::now() + std::chrono::seconds(20);
         for (;;) {

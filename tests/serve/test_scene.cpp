@@ -135,6 +135,36 @@ TEST(Scene, LetsOneClientHoldAtATime) {
     EXPECT_EQ(scene->carry_out(1, DragCommand{{0, 3, 0}}).error_code, "not_holding");
 }
 
+TEST(Scene, AThresholdOfAnotherClientEndsNoGrab) {
+    const TaskArena arena(1);
+    const auto scene = open_scene(arena);
+    const auto state = [&] {
+        SharedState now;
+        scene->describe(now);
+        return now;
+    };
+    const std::uint64_t at_rest = hash_of(*scene);
+    const int before = state().undo_steps;
+    const GrabCommand grab{.place = {{0, 0, 0}, {0, 0, 0}, 4}};
+    ASSERT_GT(scene->carry_out(1, grab).grabbed_elements.value_or(0), 0);
+    ASSERT_TRUE(scene->carry_out(1, DragCommand{{0, 1, 0}}).ok());
+    ASSERT_TRUE(scene->carry_out(2, IsoCommand{.iso_hu = 40, .stroke = 7}).ok());
+    ASSERT_TRUE(scene->carry_out(2, IsoCommand{.iso_hu = 60, .stroke = 7}).ok());
+    const Outcome dragged = scene->carry_out(1, DragCommand{{0, 2, 0}});
+    EXPECT_TRUE(dragged.ok()) << dragged.message;
+    EXPECT_TRUE(scene->has_contact(1));
+    // A client that holds tissue lets go to set the threshold itself.
+    ASSERT_TRUE(scene->carry_out(1, LetGoCommand{}).ok());
+    EXPECT_EQ(state().undo_steps, before + 2);
+    EXPECT_EQ(scene->carry_out(1, UndoCommand{}).message, "drag");
+    EXPECT_EQ(hash_of(*scene), at_rest);
+    EXPECT_EQ(state().iso_hu, 60);
+    EXPECT_EQ(scene->carry_out(1, UndoCommand{}).message, "threshold");
+    EXPECT_EQ(state().iso_hu, -500);
+    ASSERT_TRUE(scene->carry_out(1, RedoCommand{}).ok());
+    EXPECT_EQ(state().iso_hu, 60);
+}
+
 TEST(Scene, NamesWhatIsOutOfRange) {
     const TaskArena arena(1);
     const auto scene = open_scene(arena);

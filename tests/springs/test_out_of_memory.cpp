@@ -57,7 +57,7 @@ class Solvers : public testing::TestWithParam<SpringSolver> {};
 TEST_P(Solvers, AStepThatRanOutOfMemoryWasNotMade) {
     const TaskArena arena(1);
     const auto make = [&] { return moving(GetParam(), arena); };
-    // What comes later tells what the state of a tissue doesn't.
+    // Later steps show differences that the state of a tissue hides.
     const auto goes_on = [&](SpringTissue& tissue) {
         EXPECT_TRUE(tissue.hold({}).ok());
         EXPECT_TRUE(tissue.step(4, arena).ok());

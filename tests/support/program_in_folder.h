@@ -10,17 +10,30 @@
 
 #include <cstdlib>
 #include <fstream>
+#include <set>
+#include <sstream>
 #include <string>
 
 #include "support/temporary_folder.h"
 
 namespace pliant::test {
 
+/// Without the lines that say that the program is still at work: a busy machine has more of them.
+inline std::string without_progress(const std::string& text) {
+    std::string rest;
+    std::istringstream lines(text);
+    for (std::string line; std::getline(lines, line);)
+        if (line.find(" % after ") == std::string::npos) rest += line + "\n";
+    return rest;
+}
+
 /// Its standard output and errors go to `.out` and `.err` there.
 /// @returns its exit status; −1 where a signal ended it
-inline int run_program(const std::filesystem::path& folder, const std::string& arguments) {
-    const std::string command =
-        "cd '" + folder.string() + "' && '" PLIANT_PROGRAM "' " + arguments + " >.out 2>.err";
+/// @param before  the shell does before it, as in "ulimit -f 8 &&"
+inline int run_program(const std::filesystem::path& folder, const std::string& arguments,
+                       const std::string& before = {}) {
+    const std::string command = "cd '" + folder.string() + "' && ( " + before +
+                                " '" PLIANT_PROGRAM "' " + arguments + " ) >.out 2>.err";
     const int raw = std::system(command.c_str());
     return WIFEXITED(raw) ? WEXITSTATUS(raw) : -1;
 }
@@ -28,9 +41,19 @@ inline int run_program(const std::filesystem::path& folder, const std::string& a
 /// Each test has a folder.
 class ProgramInFolder : public ::testing::Test {
   protected:
-    int run(const std::string& arguments) const { return run_program(m_folder.path(), arguments); }
+    int run(const std::string& arguments, const std::string& before = {}) const {
+        return run_program(m_folder.path(), arguments, before);
+    }
     std::string out() const { return bytes_of(m_folder / ".out"); }
-    std::string said() const { return bytes_of(m_folder / ".err"); }
+    std::string said() const { return without_progress(bytes_of(m_folder / ".err")); }
+    /// Names of all files in the folder, but those of the program's output.
+    std::set<std::string> names() const {
+        std::set<std::string> found;
+        for (const auto& entry : std::filesystem::directory_iterator(m_folder.path()))
+            found.insert(entry.path().filename().string());
+        for (const char* own : {".out", ".err"}) found.erase(own);
+        return found;
+    }
     bool exists(const char* name) const { return std::filesystem::exists(m_folder / name); }
     void write(const char* name, const std::string& text) const {
         std::ofstream(m_folder / name, std::ios::binary) << text;

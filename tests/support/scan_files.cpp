@@ -39,20 +39,40 @@ void put(std::string& header, std::size_t at, T value, bool big_endian) {
     if (big_endian) std::reverse(bytes, bytes + sizeof value);
 }
 
-/// A data element; values have even length.
-std::string element(std::uint16_t group, std::uint16_t number, const std::string& vr,
-                    std::string value, bool implicit) {
-    if (value.size() % 2) value += vr == "UI" ? '\0' : ' ';
-    std::string bytes = packed<std::uint16_t>({group, number});
-    const auto length = std::uint32_t(value.size());
-    if (implicit)
-        bytes += packed<std::uint32_t>({length});
-    else if (vr == "OW" || vr == "OB")
-        bytes += vr + std::string(2, '\0') + packed<std::uint32_t>({length});
-    else
-        bytes += vr + packed<std::uint16_t>({std::uint16_t(length)});
-    return bytes + value;
-}
+/// How the elements of a DICOM file are written.
+struct DicomSyntax {
+    bool implicit = false, big_endian = false;
+
+    template <class T>
+    std::string number(T value) const {
+        const std::string bytes = packed<T>({value});
+        return big_endian ? swapped(bytes, sizeof(T)) : bytes;
+    }
+    /// A data element; values have even length.
+    std::string element(std::uint16_t group, std::uint16_t name, const std::string& vr,
+                        std::string value) const {
+        if (value.size() % 2) value += vr == "UI" ? '\0' : ' ';
+        return start(group, name, vr, std::uint32_t(value.size())) + value;
+    }
+    std::string start(std::uint16_t group, std::uint16_t name, const std::string& vr,
+                      std::uint32_t length) const {
+        const std::string tag = number(group) + number(name);
+        if (implicit || group == 0xfffe) return tag + number(length);
+        if (vr == "OW" || vr == "OB" || vr == "SQ")
+            return tag + vr + std::string(2, '\0') + number(length);
+        return tag + vr + number(std::uint16_t(length));
+    }
+    /// Pixel Data: an empty table of offsets, and an item for each fragment.
+    std::string fragments(const std::vector<std::string>& parts) const {
+        std::string bytes = start(0x7fe0, 0x0010, "OB", 0xffffffff);
+        bytes += start(0xfffe, 0xe000, "", 0);
+        for (const std::string& part : parts) {
+            bytes += start(0xfffe, 0xe000, "", std::uint32_t(part.size() + part.size() % 2));
+            bytes += part + std::string(part.size() % 2, '\0');
+        }
+        return bytes + start(0xfffe, 0xe0dd, "", 0);
+    }
+};
 
 template <class Numbers>
 std::string decimals(const Numbers& numbers) {
@@ -122,21 +142,23 @@ std::string NiftiFile::bytes() const {
 }
 
 std::string DicomFile::bytes() const {
-    const std::string syntax = implicit ? "1.2.840.10008.1.2" : "1.2.840.10008.1.2.1";
+    const std::string written = !syntax.empty() ? syntax
+                                : implicit      ? "1.2.840.10008.1.2"
+                                                : "1.2.840.10008.1.2.1";
     const std::string instance = series + "." + std::to_string(long(10000 + 100 * position[2]));
-    const std::string meta = element(2, 0x0002, "UI", sop_class, false) +
-                             element(2, 0x0003, "UI", instance, false) +
-                             element(2, 0x0010, "UI", syntax, false);
+    const DicomSyntax plain, body{written == "1.2.840.10008.1.2", written == "1.2.840.10008.1.2.2"};
+    const std::string meta = plain.element(2, 0x0002, "UI", sop_class) +
+                             plain.element(2, 0x0003, "UI", instance) +
+                             plain.element(2, 0x0010, "UI", written);
     std::string bytes(128, '\0');
-    bytes +=
-        "DICM" + element(2, 0, "UL", packed<std::uint32_t>({std::uint32_t(meta.size())}), false);
-    bytes += meta;
+    bytes += "DICM" +
+             plain.element(2, 0, "UL", packed<std::uint32_t>({std::uint32_t(meta.size())})) + meta;
     const auto add = [&](std::uint16_t group, std::uint16_t number, const char* vr,
                          const std::string& value) {
-        bytes += element(group, number, vr, value, implicit);
+        bytes += body.element(group, number, vr, value);
     };
     const auto add_number = [&](std::uint16_t number, std::uint16_t value) {
-        add(0x28, number, "US", packed<std::uint16_t>({value}));
+        add(0x28, number, "US", body.number(value));
     };
     add(0x08, 0x0016, "UI", sop_class);
     add(0x08, 0x0018, "UI", instance);
@@ -147,18 +169,25 @@ std::string DicomFile::bytes() const {
     if (with_position) add(0x20, 0x0032, "DS", decimals(position));
     add(0x20, 0x0037, "DS", decimals(orientation));
     add_number(0x0002, samples);
-    add(0x28, 0x0004, "CS", samples == 3 ? "RGB" : "MONOCHROME2");
+    add(0x28, 0x0004, "CS",
+        !photometric.empty() ? photometric
+        : samples == 3       ? "RGB"
+                             : "MONOCHROME2");
     if (!frames.empty()) add(0x28, 0x0008, "IS", frames);
     add_number(0x0010, rows);
     add_number(0x0011, columns);
     add(0x28, 0x0030, "DS", decimals(spacing));
-    add_number(0x0100, 16);
+    add_number(0x0100, bits_allocated);
     add_number(0x0101, bits_stored);
     add_number(0x0102, high_bit);
     add_number(0x0103, is_signed);
     add(0x28, 0x1052, "DS", intercept);
     add(0x28, 0x1053, "DS", slope);
-    add(0x7fe0, 0x0010, "OW", packed(pixels));
+    bytes += more;
+    if (!fragments.empty())
+        bytes += body.fragments(fragments);
+    else
+        add(0x7fe0, 0x0010, pixel_type.c_str(), !raw.empty() ? raw : packed(pixels));
     return bytes;
 }
 

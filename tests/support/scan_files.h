@@ -63,7 +63,7 @@ struct NiftiFile {
     std::string bytes() const;
 };
 
-/// One slice, explicit or implicit VR, little endian.
+/// One slice: explicit or implicit VR, little or big endian, or a codestream.
 struct DicomFile {
     std::string series = "1.2.3", description = "a series";
     std::array<double, 3> position = {0, 0, 0};
@@ -71,10 +71,16 @@ struct DicomFile {
     std::array<double, 2> spacing = {0.5, 0.25};  ///< between rows, between columns
     std::uint16_t rows = 3, columns = 4, samples = 1;
     std::string frames = {}, slope = "1", intercept = "-1000";
-    std::uint16_t bits_stored = 16, high_bit = 15, is_signed = 1;
+    std::uint16_t bits_allocated = 16, bits_stored = 16, high_bit = 15, is_signed = 1;
     bool with_position = true, implicit = false;
     std::string sop_class = "1.2.840.10008.5.1.4.1.1.2";  ///< CT
+    std::string photometric = {};   ///< empty: as the number of samples suggests
+    std::string syntax = {};        ///< UID of the transfer syntax; empty: as `implicit` says
+    std::string more = {};          ///< elements between those of group 28 and the pixels
+    std::string pixel_type = "OW";  ///< VR of the pixels
     std::vector<std::int16_t> pixels = std::vector<std::int16_t>(12, 1000);
+    std::string raw = {};                     ///< bytes of the pixels in place of `pixels`
+    std::vector<std::string> fragments = {};  ///< of a codestream, in place of pixels
 
     std::string bytes() const;
 };

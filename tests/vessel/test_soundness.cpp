@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Walls that hold, and walls that don't: whatever the cells, the inner surface is the lumen's, open
-// at the ends and nowhere else, or the wall is refused in a line that says why.
+// Sound and unsound walls. For any cells the inner surface is the lumen's, open at its ends only,
+// or the wall is refused in a line with the reason.
 
 #include <gtest/gtest.h>
 #include <pliant/mesh_distance.h>

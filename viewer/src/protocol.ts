@@ -80,6 +80,7 @@ export interface SharedState {
     undo: { steps: number; next: string };
     redo: { steps: number; next: string };
     clients: { client: number; name: string; role: Role }[];
+    recorded?: boolean; ///< false: the session's file lacks commands that are done
     timing: Timing;
 }
 

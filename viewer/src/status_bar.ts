@@ -23,15 +23,20 @@ export class StatusBar {
         session.store.watch(['link', 'linkText', 'role', 'shared'], ({ link, role, shared }) => {
             const people = shared?.clients.length ?? 0;
             const company = people > 1 ? `, ${people} in this session` : '';
+            const isLost = link === 'open' && shared?.recorded === false;
+            const unrecorded = isLost ? ', NOT RECORDED' : '';
+            this.link.title = isLost
+                ? "The session's file can't be written: is there room on the server's disk?"
+                : '';
             this.link.textContent =
                 link === 'open'
-                    ? `${role === 'view' ? 'viewing' : 'connected'}${company}`
+                    ? `${role === 'view' ? 'viewing' : 'connected'}${company}${unrecorded}`
                     : {
                           connecting: 'connecting…',
                           lost: 'connecting again…',
                           ended: 'not connected',
                       }[link];
-            this.link.dataset.link = link;
+            this.link.dataset.link = isLost ? 'lost' : link;
         });
         session.say = (text) => this.say(text);
     }

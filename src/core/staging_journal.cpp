@@ -1,0 +1,407 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "core/staging_journal.h"
+
+#include <dirent.h>
+#include <fcntl.h>
+#include <pliant/staged_files.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
+#include <optional>
+#include <span>
+#include <string_view>
+
+#include "core/errors.h"
+
+namespace pliant::staging {
+namespace fs = std::filesystem;
+namespace {
+
+// The first folder's journal is `redo`, renamed to `undo` where a move failed. The others have
+// `part`, which names the first one.
+constexpr const char* kRedo = "redo";
+constexpr const char* kUndo = "undo";
+constexpr const char* kPart = "part";
+constexpr const char* kUnfinished = "unfinished";
+constexpr std::string_view kFirstWord = "pliant outputs 1";
+constexpr std::size_t kMaxBytes = std::size_t(64) << 20;
+
+/// A move's paths, made before the commit begins: from then on nothing is allocated.
+struct Paths {
+    fs::path from, to, backup;
+    bool replaces;
+};
+
+fs::path beside(const fs::path& folder, const std::string& name) {
+    return folder.has_parent_path() ? folder.parent_path() / name : fs::path(name);
+}
+
+Paths paths_of(const fs::path& folder, const Move& move) {
+    return {folder / move.place / move.name, beside(folder, move.name),
+            folder / ("before-" + move.place) / move.name, move.replaces};
+}
+
+bool is_there(const fs::path& path) noexcept {
+    struct stat status {};
+    return ::lstat(path.c_str(), &status) == 0;
+}
+
+std::error_code rename_file(const fs::path& from, const fs::path& to) noexcept {
+    before_step();
+    if (::rename(from.c_str(), to.c_str()) == 0) return {};
+    return {errno, std::generic_category()};
+}
+
+/// Repeatable: a file that isn't there any more is in its place.
+std::error_code redo(const Paths& p) noexcept {
+    return is_there(p.from) ? rename_file(p.from, p.to) : std::error_code();
+}
+
+/// Repeatable, too.
+std::error_code undo(const Paths& p) noexcept {
+    if (p.replaces) return is_there(p.backup) ? rename_file(p.backup, p.to) : std::error_code();
+    if (is_there(p.from) || !is_there(p.to)) return {};
+    return rename_file(p.to, p.from);
+}
+
+/// A second name for the old file, so that its place is never empty; where a file system has none,
+/// the old file itself is moved.
+std::error_code keep_old(const Paths& p) noexcept {
+    if (!p.replaces) return {};
+    before_step();
+    if (::link(p.to.c_str(), p.backup.c_str()) == 0) return {};
+    const int why = errno;
+    struct stat status {};
+    if (::lstat(p.to.c_str(), &status) != 0 || !S_ISREG(status.st_mode))
+        return {why, std::generic_category()};  // it was a file when it was staged
+    return rename_file(p.to, p.backup);
+}
+
+// Journals
+
+struct Journal {
+    std::vector<std::string> parts{};  ///< temporary folders of the other places
+    std::string first{};               ///< of a part: the folder with the journal
+    std::vector<Move> moves{};
+};
+
+/// Words that end in a zero byte, which no name has.
+std::string text_of(const Journal& journal) {
+    std::string text;
+    const auto add = [&](std::string_view word) { text.append(word).push_back('\0'); };
+    add(kFirstWord);
+    for (const std::string& part : journal.parts) {
+        add("part");
+        add(part);
+    }
+    if (!journal.first.empty()) {
+        add("first");
+        add(journal.first);
+    }
+    for (const Move& move : journal.moves) {
+        add(move.replaces ? "replace" : "new");
+        add(move.place);
+        add(move.name);
+    }
+    add("end");
+    return text;
+}
+
+bool is_name(const std::string& name) {
+    return !name.empty() && name != "." && name != ".." && name.find('/') == name.npos;
+}
+
+bool is_number(const std::string& place) {
+    return !place.empty() && place.find_first_not_of("0123456789") == place.npos;
+}
+
+/// @returns nothing unless the text is whole, and all its names lie in one folder
+std::optional<Journal> parse(std::string_view text) {
+    Journal journal;
+    const auto word = [&] {
+        const auto end = std::min(text.find('\0'), text.size());
+        std::string read(text.substr(0, end));
+        text.remove_prefix(std::min(text.size(), end + 1));
+        return read;
+    };
+    if (word() != kFirstWord) return std::nullopt;
+    while (!text.empty()) {
+        const std::string kind = word();
+        if (kind == "end") return journal;
+        if (kind == "part") {
+            journal.parts.push_back(word());
+        } else if (kind == "first") {
+            journal.first = word();
+        } else if (kind == "replace" || kind == "new") {
+            Move move;
+            move.replaces = kind == "replace";
+            move.place = word();
+            move.name = word();
+            if (!is_number(move.place) || !is_name(move.name)) return std::nullopt;
+            journal.moves.push_back(std::move(move));
+        } else {
+            return std::nullopt;
+        }
+    }
+    return std::nullopt;
+}
+
+std::optional<Journal> read_journal(const fs::path& file) {
+    const Descriptor opened(::open(file.c_str(), O_RDONLY | O_NOFOLLOW | O_CLOEXEC | O_NONBLOCK));
+    struct stat status {};
+    if (!opened.is_open() || ::fstat(opened.number(), &status) != 0 || !S_ISREG(status.st_mode) ||
+        std::size_t(status.st_size) > kMaxBytes)
+        return std::nullopt;
+    std::string text(std::size_t(status.st_size), '\0');
+    for (std::size_t at = 0; at < text.size();) {
+        const ssize_t n = ::read(opened.number(), text.data() + at, text.size() - at);
+        if (n < 0 && errno == EINTR) continue;
+        if (n <= 0) return std::nullopt;
+        at += std::size_t(n);
+    }
+    return parse(text);
+}
+
+std::error_code write_journal(const fs::path& folder, const char* name, const Journal& journal) {
+    const std::string text = text_of(journal);
+    const fs::path unfinished = folder / kUnfinished;
+    before_step();
+    const Descriptor file(
+        ::open(unfinished.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0600));
+    if (!file.is_open()) return {errno, std::generic_category()};
+    for (std::size_t at = 0; at < text.size();) {
+        before_step();
+        const ssize_t n = ::write(file.number(), text.data() + at, text.size() - at);
+        if (n < 0 && errno == EINTR) continue;
+        if (n <= 0) return {n < 0 ? errno : EIO, std::generic_category()};
+        at += std::size_t(n);
+    }
+    if (const auto error = sync_to_disk(unfinished)) return error;
+    if (const auto error = rename_file(unfinished, folder / name)) return error;
+    if (const auto error = sync_to_disk(folder)) return error;
+    return sync_to_disk(folder.has_parent_path() ? folder.parent_path() : fs::path("."));
+}
+
+void remove_file(const fs::path& file) noexcept {
+    before_step();
+    ::unlink(file.c_str());
+}
+
+// What is left by processes that have ended
+
+void tell(const std::string& line) noexcept {
+    try {
+        if (const RecoveryListener listener = recovery_listener()) listener(line.c_str());
+    } catch (...) {  // a listener's
+    }
+}
+
+std::error_code carry_out(const fs::path& folder, const Journal& journal, bool forwards) {
+    std::vector<Paths> all;
+    for (const Move& move : journal.moves) all.push_back(paths_of(folder, move));
+    if (!forwards) std::reverse(all.begin(), all.end());
+    for (const Paths& paths : all)
+        if (const auto error = forwards ? redo(paths) : undo(paths)) return error;
+    return sync_to_disk(folder.has_parent_path() ? folder.parent_path() : fs::path("."));
+}
+
+/// Another folder of the same commit, locked.
+struct Part {
+    fs::path folder;
+    Descriptor lock;
+    Journal journal;
+};
+
+std::vector<Part> parts_of(const fs::path& folder, const Journal& journal) {
+    std::vector<Part> parts;
+    for (const std::string& part : journal.parts) {
+        if (!fs::path(part).filename().native().starts_with(kPrefix)) continue;
+        Lock lock{};
+        auto opened = open_and_lock(part, true, lock);
+        auto own = opened ? read_journal(fs::path(part) / kPart) : std::nullopt;
+        // It must point back here: a name alone isn't enough.
+        std::error_code ignored;
+        if (own && fs::equivalent(own->first, folder, ignored))
+            parts.push_back({part, std::move(*opened), std::move(*own)});
+    }
+    return parts;
+}
+
+/// Parts first, as commit does.
+std::error_code carry_out(const fs::path& folder, const Journal& journal,
+                          const std::vector<Part>& parts, bool forwards) {
+    std::error_code error;
+    for (const Part& part : parts)
+        if (!error) error = carry_out(part.folder, part.journal, forwards);
+    return error ? error : carry_out(folder, journal, forwards);
+}
+
+/// Of a folder that is locked, and has a journal. @returns false where it can't be done now
+bool finish(const fs::path& folder) {
+    bool forwards = is_there(folder / kRedo);
+    fs::path file = folder / (forwards ? kRedo : kUndo);
+    const auto journal = read_journal(file);
+    if (!journal) {
+        tell(folder.string() + ": the journal of an earlier run is damaged; its files are there");
+        return false;
+    }
+    std::vector<Part> parts = parts_of(folder, *journal);
+    std::error_code error = carry_out(folder, *journal, parts, forwards);
+    if (error && forwards && !rename_file(file, folder / kUndo)) {
+        forwards = false;
+        file = folder / kUndo;
+        error = carry_out(folder, *journal, parts, forwards);
+    }
+    const std::string parent = folder.has_parent_path() ? folder.parent_path().string() : ".";
+    if (error) {
+        tell(parent +
+             ": outputs of an earlier run, which was ended, can't be put in their places (" +
+             error.message() + "); they are in " + folder.filename().string());
+        return false;
+    }
+    // The journal goes last: until then all of it can be done again.
+    for (const Part& part : parts) remove_tree(part.folder.c_str());
+    remove_file(file);
+    remove_tree(folder.c_str());
+    tell(parent + (forwards
+                       ? ": an earlier run was ended while it put its outputs in their places; "
+                         "all are there now"
+                       : ": an earlier run was ended while it took its outputs back; the old "
+                         "files are there again"));
+    return true;
+}
+
+void sweep_folder(const fs::path& folder) {
+    Lock lock{};
+    auto opened = open_and_lock(folder, false, lock);
+    if (!opened || lock != Lock::Taken) return;
+    if (is_there(folder / kRedo) || is_there(folder / kUndo)) {
+        finish(folder);
+        return;
+    }
+    if (const auto part = read_journal(folder / kPart)) {
+        const fs::path first = part->first;
+        if (first.filename().native().starts_with(kPrefix) &&
+            (is_there(first / kRedo) || is_there(first / kUndo))) {
+            opened.reset();  // the first one's turn takes it
+            auto lead = open_and_lock(first, false, lock);
+            if (lead && lock == Lock::Taken && (is_there(first / kRedo) || is_there(first / kUndo)))
+                finish(first);
+            return;
+        }
+    }
+    remove_tree(folder.c_str());
+}
+
+}  // namespace
+
+void sweep(const fs::path& parent) {
+    // A directory_iterator ends the process where memory is short.
+    DIR* listing = ::opendir(parent.c_str());
+    if (!listing) return;
+    std::vector<fs::path> found;
+    while (const dirent* entry = ::readdir(listing))
+        if (std::string_view(entry->d_name).starts_with(kPrefix)) {
+            try {
+                found.push_back(parent == "." ? fs::path(entry->d_name) : parent / entry->d_name);
+            } catch (...) {
+                ::closedir(listing);
+                throw;
+            }
+        }
+    ::closedir(listing);
+    for (const fs::path& folder : found) sweep_folder(folder);
+}
+
+namespace {
+
+/// @returns what went wrong, with everything as it was
+std::error_code carry_out(std::span<Paths> all, std::size_t& failed) noexcept {
+    for (failed = 0; failed < all.size(); ++failed) {
+        auto error = keep_old(all[failed]);
+        if (!error) error = rename_file(all[failed].from, all[failed].to);
+        if (error) return error;
+    }
+    return {};
+}
+
+Error failed_at(const Paths& paths, const std::error_code& error) {
+    return {ErrorCode::Unwritable,
+            paths.to.string() + ": can't be written (" + error.message() + ")"};
+}
+
+/// Second names lie in folders of their own, since a name may be as long as names can be.
+/// @param keeps  old files; a single rename is all or nothing without that
+Status prepare(std::vector<Moves>& all, bool keeps) {
+    for (Moves& of : all)
+        for (Move& move : of.moves) {
+            const Paths paths = paths_of(of.folder->path(), move);
+            struct stat status {};
+            move.replaces = keeps && ::lstat(paths.to.c_str(), &status) == 0;
+            if (!move.replaces) continue;
+            if (S_ISDIR(status.st_mode))
+                return failed_at(paths, std::make_error_code(std::errc::is_a_directory));
+            before_step();
+            if (::mkdir(paths.backup.parent_path().c_str(), 0700) != 0 && errno != EEXIST)
+                return failed_at(paths, {errno, std::generic_category()});
+        }
+    return Ok{};
+}
+
+Status write_journals(const std::vector<Moves>& all) {
+    std::error_code error;
+    const auto whole = [&](const Folder* folder) {
+        return fs::absolute(folder->path(), error).string();
+    };
+    Journal first{.moves = all.front().moves};
+    for (std::size_t n = 1; n < all.size() && !error; ++n) {
+        first.parts.push_back(whole(all[n].folder));
+        error = write_journal(all[n].folder->path(), kPart,
+                              {.first = whole(all.front().folder), .moves = all[n].moves});
+    }
+    if (!error) error = write_journal(all.front().folder->path(), kRedo, first);
+    if (!error) return Ok{};
+    return failed_at(paths_of(all.front().folder->path(), all.front().moves.front()), error);
+}
+
+}  // namespace
+
+Status commit(std::vector<Moves>& all) {
+    std::size_t count = 0;
+    for (const Moves& of : all) count += of.moves.size();
+    const bool has_journal = count > 1;
+    if (Status s = prepare(all, has_journal); !s) return s;
+    std::vector<Paths> paths;
+    // The other folders' files first, as the next run would do it.
+    for (auto of = all.rbegin(); of != all.rend(); ++of)
+        for (const Move& move : of->moves) paths.push_back(paths_of(of->folder->path(), move));
+    const fs::path &folder = all.front().folder->path(), redo_file = folder / kRedo,
+                   undo_file = folder / kUndo;
+    std::vector<fs::path> parents;
+    for (const Moves& of : all) parents.push_back(of.folder->parent());
+
+    const Commit under_way;
+    if (has_journal)
+        if (Status s = write_journals(all); !s) {
+            remove_file(redo_file);
+            return s;
+        }
+    std::size_t failed = 0;
+    if (const auto error = carry_out(paths, failed)) {
+        if (has_journal) static_cast<void>(rename_file(redo_file, undo_file));
+        for (std::size_t n = failed + 1; n-- > 0;) static_cast<void>(undo(paths[n]));
+        if (has_journal) remove_file(undo_file);
+        return failed_at(paths[failed], error);
+    }
+    for (const fs::path& parent : parents) static_cast<void>(sync_to_disk(parent));
+    if (has_journal) remove_file(redo_file);
+    return Ok{};
+}
+
+}  // namespace pliant::staging

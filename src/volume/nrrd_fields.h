@@ -1,0 +1,56 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// The text of a NRRD header [Kindlmann2008]: lines `field: value`, `key:=value` and comments, up to
+// an empty line; then the data, or a field that names the file with the data.
+
+#pragma once
+
+#include "volume/image_header.h"
+
+#include <array>
+#include <map>
+
+namespace pliant {
+
+struct NrrdFields {
+    std::map<std::string, std::string, std::less<>> values;  ///< by the format's own names
+    KeyValues key_values;                   ///< in the file's order, unescaped, each key once
+    std::vector<std::string> listed_files;  ///< after "data file: LIST"
+    std::uint64_t header_bytes = 0;
+
+    std::string_view field(std::string_view name) const {
+        const auto found = values.find(name);
+        return found == values.end() ? std::string_view{} : found->second;
+    }
+};
+
+/// Error that shows a field.
+Error bad_nrrd_field(const std::filesystem::path& path, std::string_view field,
+                     std::string_view found, const std::string& expected);
+
+/// @returns Unreadable for a line that is none of these, a field that is there twice, and headers
+/// without an end
+Result<NrrdFields> read_nrrd_fields(const std::filesystem::path& path);
+
+/// Names of the fields `type`, `space` and `kinds`, by all spellings that the format has.
+std::optional<Component> nrrd_type_from(std::string_view name);
+
+enum class NrrdSpace { Unnamed, Ras, Las, Lps, Other, OtherWithTime };
+std::optional<NrrdSpace> nrrd_space_from(std::string_view name);
+
+struct NrrdKind {
+    bool is_domain = true;  ///< an axis of space or time; else one of numbers that make a voxel
+    std::int64_t size = 0;  ///< that the axis must have; 0: any
+};
+std::optional<NrrdKind> nrrd_kind_from(std::string_view name);
+
+/// Vectors "(x,y,z)", or "none", one for each axis.
+/// @returns nothing for text that is anything else, or numbers that aren't finite
+std::optional<std::vector<std::optional<std::array<double, 3>>>> nrrd_vectors_from(
+    std::string_view text);
+
+/// Words in double quotes, in which \" stands for a quote.
+std::optional<std::vector<std::string>> quoted_words_from(std::string_view text);
+
+}  // namespace pliant

@@ -1,0 +1,132 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// Small files that would take much memory, and messages about files that hold anything.
+
+#include <gtest/gtest.h>
+#include <pliant/mesh_files.h>
+#include <zlib.h>
+
+#include <string>
+
+#include "core/memory_budget.h"
+#include "support/count_allocations.h"
+#include "support/temporary_folder.h"
+
+namespace pliant {
+namespace {
+
+class MeshLimits : public testing::Test {
+  protected:
+    Result<MeshData> read(const std::string& name, const std::string& bytes) {
+        return read_mesh(m_folder.write(name, bytes));
+    }
+    /// Expects that no piece of memory of so many bytes is asked for.
+    void expect_read_below(std::size_t most_bytes, const std::string& name,
+                           const std::string& bytes) {
+        const auto path = m_folder.write(name, bytes);
+        const test::FailingAllocation failing(0, most_bytes);
+        const auto mesh = read_mesh(path);
+        EXPECT_TRUE(mesh.ok()) << name << ": " << mesh.error().message;
+    }
+    void expect_one_short_line(const std::string& name, const std::string& bytes) {
+        const auto mesh = read(name, bytes);
+        ASSERT_FALSE(mesh.ok()) << name;
+        const std::string start = (m_folder / name).string() + ": ";
+        ASSERT_TRUE(mesh.error().message.starts_with(start)) << mesh.error().message;
+        const std::string reason = mesh.error().message.substr(start.size());
+        EXPECT_LE(reason.size(), 310u) << name;
+        for (const char c : reason)
+            EXPECT_FALSE((c >= 0 && c < ' ') || c == 0x7f) << name << ": " << reason;
+    }
+    test::TemporaryFolder m_folder;
+};
+
+std::string repeated(const std::string& text, int count) {
+    std::string result;
+    for (int n = 0; n < count; ++n) result += text;
+    return result;
+}
+
+TEST_F(MeshLimits, EmptyFacesTakeNoMemory) {
+    constexpr int kFaces = 1000000;
+    const std::string ply =
+        "ply\nformat binary_little_endian 1.0\nelement face " + std::to_string(kFaces) +
+        "\nproperty list uchar int vertex_indices\nend_header\n" + std::string(kFaces, '\0');
+    expect_read_below(4 << 20, "a.ply", ply);
+    expect_read_below(4 << 20, "a.obj", repeated("f\n", kFaces));
+    const std::string vtk =
+        "# vtk DataFile Version 3.0\ntitle\nASCII\nDATASET POLYDATA\n"
+        "POINTS 0 float\nPOLYGONS 250000 250000\n" +
+        repeated("0 ", 250000) + "\n";
+    expect_read_below(5 << 20, "a.vtk", vtk);
+}
+
+TEST_F(MeshLimits, NodesThatAreNotThereTakeNoMemory) {
+    const std::string msh = "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n500000\n" +
+                            std::string(1100000, ' ') + "\n$EndNodes\n";
+    const auto path = m_folder.write("a.msh", msh);
+    const test::FailingAllocation failing(0, 3 << 20);
+    const auto mesh = read_mesh(path);
+    ASSERT_FALSE(mesh.ok());
+    EXPECT_NE(mesh.error().message.find("a place that is not finite"), std::string::npos)
+        << mesh.error().message;
+}
+
+/// A VTP whose points are zeros, compressed in one block.
+std::string zlib_vtp(std::uint32_t points) {
+    const std::uint32_t bytes = 3 * points;
+    std::string packed(compressBound(bytes), '\0');
+    const std::string zeros(bytes, '\0');
+    uLongf size = uLongf(packed.size());
+    compress(reinterpret_cast<Bytef*>(packed.data()), &size,
+             reinterpret_cast<const Bytef*>(zeros.data()), bytes);
+    const std::uint32_t head[4] = {1, bytes, 0, std::uint32_t(size)};
+    return "<?xml version=\"1.0\"?><VTKFile type=\"PolyData\" byte_order=\"LittleEndian\" "
+           "header_type=\"UInt32\" compressor=\"vtkZLibDataCompressor\"><PolyData>"
+           "<Piece NumberOfPoints=\"" +
+           std::to_string(points) +
+           "\"><Points><DataArray type=\"Int8\" NumberOfComponents=\"3\" format=\"appended\" "
+           "offset=\"0\"/></Points></Piece></PolyData><AppendedData encoding=\"raw\">_" +
+           std::string(reinterpret_cast<const char*>(head), sizeof head) + packed.substr(0, size) +
+           "</AppendedData></VTKFile>";
+}
+
+TEST_F(MeshLimits, MeshesLargerThanTheMemoryAreRefused) {
+    m_folder.write("machine/proc/meminfo", "MemAvailable: 16384 kB\n");
+    const MemorySources small{m_folder / "machine", kUnlimited};
+    const auto refused = [&](const std::string& name, const std::string& bytes) {
+        const auto mesh = read(name, bytes);
+        ASSERT_FALSE(mesh.ok()) << name;
+        EXPECT_EQ(mesh.error().code, ErrorCode::LimitExceeded) << mesh.error().message;
+        EXPECT_EQ(mesh.error().message,
+                  (m_folder / name).string() + ": not enough memory to read it");
+    };
+    const std::string vtp = zlib_vtp(1000000);  // 3 kB for 24 MB of numbers
+    EXPECT_LT(vtp.size(), 10000u);
+    EXPECT_TRUE(read("a.vtp", vtp).ok());
+    const UseMemorySources use(small);
+    EXPECT_TRUE(read("b.vtp", zlib_vtp(100000)).ok());
+    refused("a.vtp", vtp);
+    refused("nodes.vtp", "<VTKFile type=\"PolyData\">" + repeated("<a/>", 300000) + "</VTKFile>");
+    refused("long.stl", "solid a\n" + std::string(9 << 20, ' '));
+}
+
+TEST_F(MeshLimits, MessagesAreOneShortLine) {
+    const std::string bell = "\x1b]0;owned\a", longest(200000, 'x');
+    for (const std::string& word : {bell, longest, std::string("a\0b", 3)}) {
+        expect_one_short_line("a.ply", "ply\nformat " + word + " 1.0\nend_header\n");
+        expect_one_short_line("a.vtk", "# vtk DataFile Version 3.0\nt\nASCII\nDATASET " + word);
+        expect_one_short_line(
+            "b.vtk", "# vtk DataFile Version 3.0\nt\nASCII\nDATASET POLYDATA\nPOINTS 1 " + word +
+                         "\n0 0 0\n");
+        expect_one_short_line("a.msh", "$MeshFormat\n" + word + " 0 8\n$EndMeshFormat\n");
+        expect_one_short_line("b.msh", "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$" + word + "\n");
+        expect_one_short_line("a.vtp", "<VTKFile type=\"" + word + "\"></VTKFile>");
+        expect_one_short_line("b.vtp",
+                              "<VTKFile type=\"PolyData\" compressor=\"" + word + "\"></VTKFile>");
+    }
+}
+
+}  // namespace
+}  // namespace pliant
