@@ -106,3 +106,9 @@ add_test(NAME example_colliding_objects
          COMMAND example_colliding_objects ${CMAKE_CURRENT_BINARY_DIR}/collision.png --check)
 # What reads other people's bytes, with bytes that nobody meant.
 add_subdirectory(fuzz)
+# And the whole program with damaged files.
+if(PLIANT_BUILD_APP)
+    pliant_test(mutate SOURCES child.cpp judge.cpp mutations.cpp test_judge.cpp test_mutations.cpp
+                LIBRARIES nlohmann_json::nlohmann_json)
+    add_subdirectory(mutate)
+endif()
