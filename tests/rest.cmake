@@ -9,7 +9,8 @@ pliant_test(volume
             recorded_nifti.cpp recorded_nrrd.cpp recorded_types.cpp test_broken_files.cpp
             test_check_volume.cpp test_damaged_at_random.cpp test_dicom_codestreams.cpp
             test_dicom_decoder.cpp test_dicom_folders.cpp test_dicom_pixels.cpp
-            test_dicom_sandbox.cpp test_dicom_series.cpp test_headers.cpp test_mapped_scans.cpp
+            test_dicom_sandbox.cpp test_dicom_series.cpp test_give_up.cpp test_headers.cpp
+            test_mapped_scans.cpp
             test_phantom.cpp
             test_phantom_scene.cpp test_read_formats.cpp test_read_orientation.cpp
             test_recorded_scans.cpp test_sample_linear.cpp test_shared_scans.cpp test_text.cpp
@@ -105,3 +106,9 @@ add_test(NAME example_colliding_objects
          COMMAND example_colliding_objects ${CMAKE_CURRENT_BINARY_DIR}/collision.png --check)
 # What reads other people's bytes, with bytes that nobody meant.
 add_subdirectory(fuzz)
+# And the whole program with damaged files.
+if(PLIANT_BUILD_APP)
+    pliant_test(mutate SOURCES child.cpp judge.cpp mutations.cpp test_judge.cpp test_mutations.cpp
+                LIBRARIES nlohmann_json::nlohmann_json)
+    add_subdirectory(mutate)
+endif()

@@ -179,7 +179,7 @@ void add_deform(CLI::App& app, DeformOptions& o) {
     c->add_option("--transform", o.transform, "inverse: a grid transform of 3D Slicer (NRRD)");
     c->add_option("--jacobian", o.jacobian, "growth of the tissue's volume, 1: none (NRRD)");
     c->add_option("--strain", o.strain, "largest principal Green-Lagrange strain (NRRD)");
-    c->add_option("--report", o.report, "what happened, JSON");
+    c->add_option("--report", o.report, "what happened, JSON; -: to standard output");
     c->add_option("--png", o.png, "before and after, four views each");
     add_vector(c, "--eye", o.eye_mm, "of the picture's endoscope (default: chosen in the lumen)");
     add_vector(c, "--look", o.look, "of the picture's endoscope (default: towards the push)");

@@ -60,7 +60,7 @@ void write_line(const char* why) noexcept {
     ::_exit(kExitBadInput);
 }
 
-#ifdef __ELF__
+#if defined(__ELF__) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
 /// Before the initialisation of shared libraries, which may run out of memory as well.
 void guard_initialisation() {
     std::set_terminate(on_terminate);
@@ -80,6 +80,7 @@ void guard_process() noexcept {
     for (const int number : {SIGPIPE, SIGXFSZ}) std::signal(number, SIG_IGN);
     struct sigaction action {};
     action.sa_handler = on_signal;
+    action.sa_flags = SA_RESTART;  // it returns where outputs are being put in their places
     constexpr int kEnding[] = {SIGINT, SIGTERM, SIGHUP};
     for (const int number : kEnding) sigaddset(&action.sa_mask, number);
     for (const int number : kEnding) {

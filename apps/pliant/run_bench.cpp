@@ -16,6 +16,7 @@
 #include <optional>
 
 #include "options.h"
+#include "progress.h"
 
 namespace pliant::app {
 namespace {
@@ -280,7 +281,10 @@ std::string compare(const BenchOptions& o, const TaskArena& arena, bool heteroge
     if (!graph.ok()) return graph.error().message;
     const ScanOfLabels scan(c.lattice);
     std::vector<Contestant> contestants = contestants_of(c, *graph, scan, arena);
-    time_in_turns(c, contestants, o.rounds);
+    {
+        const ProgressBar bar("bench");
+        time_in_turns(c, contestants, o.rounds);
+    }
     const Contestant exact = graph_contestant(c, *graph, arena);
     for (const Vec3d step : c.steps)
         if (!exact.push(step)) return "bench: the exact solver did not apply the push";

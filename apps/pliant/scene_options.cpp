@@ -81,7 +81,7 @@ void add_vessel(CLI::App& app, VesselOptions& o) {
     auto* c = app.add_subcommand("vessel", "Feed a catheter into a vessel, without a window");
     c->add_option("SCENE", o.scene, "vessel, catheter and what the hand does, TOML: docs/vessel.md")
         ->required();
-    c->add_option("--report", o.report, "what came of it, JSON");
+    c->add_option("--report", o.report, "what came of it, JSON; -: to standard output");
     c->add_option("--csv", o.csv, "measures of each step");
     c->add_option("--frames", o.frames,
                   "folder for wall, ghost and catheter in time (.vtu, .vtp, .pvd)");

@@ -73,6 +73,10 @@ struct ReadOptions {
     /// DICOM series to read, "none" for one without an UID; empty: the only one that can be read.
     std::string series_uid{};
     bool may_map = true;  ///< false: the file may change while the volume lives
+    Progress progress{};  ///< called while voxels are read; may be empty
+    /// Asked between pieces of a file, a few milliseconds each; true ends the reading with
+    /// LimitExceeded. May be empty.
+    std::function<bool()> give_up{};
 };
 
 /// Reads NRRD, NHDR, MetaImage, NIfTI, or a folder of DICOM slices (sorted by position along the

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <set>
 #include <tuple>
+#include <utility>
 
 #include "chainmail/fixed_point.h"
 #include "volume/text.h"
@@ -28,6 +29,15 @@ Status check_air(const ChainMailSettings& s) {
         return out_of_range("[air] stretch", s.air_stretch, "a fraction 0 to 500");
     if (!(s.air_shear >= 0 && s.air_shear <= 500))
         return out_of_range("[air] shear", s.air_shear, "a fraction 0 to 500");
+    // The lattice goes on beyond the scan as air. Where that gives way by almost nothing, any push
+    // reaches as far as there is memory.
+    constexpr double kLeast = 0.01;
+    if (s.air_enabled && !s.bounded)
+        for (const auto& [key, found] : {std::pair("[air] compress", s.air_compress),
+                                         {"[air] stretch", s.air_stretch},
+                                         {"[air] shear", s.air_shear}})
+            if (found < kLeast)
+                return out_of_range(key, found, "0.01 or more, or [lattice] bounded = true");
     return Ok{};
 }
 

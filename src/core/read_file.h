@@ -13,11 +13,10 @@
 namespace pliant {
 
 /// toml::parse ends the process where memory runs out: seeing that there is enough of it before
-/// leaves that to other threads, and to very unusual files. A table takes some fifty bytes for each
-/// of its own.
-/// Throws std::bad_alloc.
+/// leaves that to other threads, and to very unusual files. Tables take up to seventy bytes for
+/// each of its own. Throws std::bad_alloc.
 inline void get_memory_for_tables(std::size_t bytes) {
-    constexpr std::size_t kPerByte = 64, kAtLeast = std::size_t(1) << 20;
+    constexpr std::size_t kPerByte = 100, kAtLeast = std::size_t(1) << 20;
     ::operator delete(::operator new(kAtLeast + kPerByte * bytes));
 }
 

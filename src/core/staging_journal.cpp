@@ -4,7 +4,6 @@
 #include "core/staging_journal.h"
 
 #include <dirent.h>
-#include <fcntl.h>
 #include <pliant/staged_files.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -18,6 +17,7 @@
 #include <string_view>
 
 #include "core/errors.h"
+#include "core/journal_text.h"
 
 namespace pliant::staging {
 namespace fs = std::filesystem;
@@ -28,9 +28,6 @@ namespace {
 constexpr const char* kRedo = "redo";
 constexpr const char* kUndo = "undo";
 constexpr const char* kPart = "part";
-constexpr const char* kUnfinished = "unfinished";
-constexpr std::string_view kFirstWord = "pliant outputs 1";
-constexpr std::size_t kMaxBytes = std::size_t(64) << 20;
 
 /// A move's paths, made before the commit begins: from then on nothing is allocated.
 struct Paths {
@@ -81,111 +78,6 @@ std::error_code keep_old(const Paths& p) noexcept {
     if (::lstat(p.to.c_str(), &status) != 0 || !S_ISREG(status.st_mode))
         return {why, std::generic_category()};  // it was a file when it was staged
     return rename_file(p.to, p.backup);
-}
-
-// Journals
-
-struct Journal {
-    std::vector<std::string> parts{};  ///< temporary folders of the other places
-    std::string first{};               ///< of a part: the folder with the journal
-    std::vector<Move> moves{};
-};
-
-/// Words that end in a zero byte, which no name has.
-std::string text_of(const Journal& journal) {
-    std::string text;
-    const auto add = [&](std::string_view word) { text.append(word).push_back('\0'); };
-    add(kFirstWord);
-    for (const std::string& part : journal.parts) {
-        add("part");
-        add(part);
-    }
-    if (!journal.first.empty()) {
-        add("first");
-        add(journal.first);
-    }
-    for (const Move& move : journal.moves) {
-        add(move.replaces ? "replace" : "new");
-        add(move.place);
-        add(move.name);
-    }
-    add("end");
-    return text;
-}
-
-bool is_name(const std::string& name) {
-    return !name.empty() && name != "." && name != ".." && name.find('/') == name.npos;
-}
-
-bool is_number(const std::string& place) {
-    return !place.empty() && place.find_first_not_of("0123456789") == place.npos;
-}
-
-/// @returns nothing unless the text is whole, and all its names lie in one folder
-std::optional<Journal> parse(std::string_view text) {
-    Journal journal;
-    const auto word = [&] {
-        const auto end = std::min(text.find('\0'), text.size());
-        std::string read(text.substr(0, end));
-        text.remove_prefix(std::min(text.size(), end + 1));
-        return read;
-    };
-    if (word() != kFirstWord) return std::nullopt;
-    while (!text.empty()) {
-        const std::string kind = word();
-        if (kind == "end") return journal;
-        if (kind == "part") {
-            journal.parts.push_back(word());
-        } else if (kind == "first") {
-            journal.first = word();
-        } else if (kind == "replace" || kind == "new") {
-            Move move;
-            move.replaces = kind == "replace";
-            move.place = word();
-            move.name = word();
-            if (!is_number(move.place) || !is_name(move.name)) return std::nullopt;
-            journal.moves.push_back(std::move(move));
-        } else {
-            return std::nullopt;
-        }
-    }
-    return std::nullopt;
-}
-
-std::optional<Journal> read_journal(const fs::path& file) {
-    const Descriptor opened(::open(file.c_str(), O_RDONLY | O_NOFOLLOW | O_CLOEXEC | O_NONBLOCK));
-    struct stat status {};
-    if (!opened.is_open() || ::fstat(opened.number(), &status) != 0 || !S_ISREG(status.st_mode) ||
-        std::size_t(status.st_size) > kMaxBytes)
-        return std::nullopt;
-    std::string text(std::size_t(status.st_size), '\0');
-    for (std::size_t at = 0; at < text.size();) {
-        const ssize_t n = ::read(opened.number(), text.data() + at, text.size() - at);
-        if (n < 0 && errno == EINTR) continue;
-        if (n <= 0) return std::nullopt;
-        at += std::size_t(n);
-    }
-    return parse(text);
-}
-
-std::error_code write_journal(const fs::path& folder, const char* name, const Journal& journal) {
-    const std::string text = text_of(journal);
-    const fs::path unfinished = folder / kUnfinished;
-    before_step();
-    const Descriptor file(
-        ::open(unfinished.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0600));
-    if (!file.is_open()) return {errno, std::generic_category()};
-    for (std::size_t at = 0; at < text.size();) {
-        before_step();
-        const ssize_t n = ::write(file.number(), text.data() + at, text.size() - at);
-        if (n < 0 && errno == EINTR) continue;
-        if (n <= 0) return {n < 0 ? errno : EIO, std::generic_category()};
-        at += std::size_t(n);
-    }
-    if (const auto error = sync_to_disk(unfinished)) return error;
-    if (const auto error = rename_file(unfinished, folder / name)) return error;
-    if (const auto error = sync_to_disk(folder)) return error;
-    return sync_to_disk(folder.has_parent_path() ? folder.parent_path() : fs::path("."));
 }
 
 void remove_file(const fs::path& file) noexcept {

@@ -23,9 +23,11 @@ using Opened = std::variant<NewScene, std::vector<DicomSeries>>;
 
 /// Reads the scan, makes its scene, and keeps the files if a session needs them. On a thread that
 /// has time; the arena is the scene's later on, and isn't used here.
-/// @param series  UID of the DICOM series that is meant; may be empty
+/// @param series   UID of the DICOM series that is meant; may be empty
+/// @param give_up  asked now and then while the scan is read; may be empty
 /// @returns one line that names the file as the client does
-Result<Opened> open_upload(Upload& upload, const std::string& series, const TaskArena& arena);
+Result<Opened> open_upload(Upload& upload, const std::string& series, const TaskArena& arena,
+                           const std::function<bool()>& give_up = {});
 
 /// The series that there are, as JSON.
 std::string series_text(std::span<const DicomSeries> list);

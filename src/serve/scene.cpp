@@ -62,13 +62,15 @@ Result<std::unique_ptr<Tissue>> make_tissue(const TissueChoice& choice, const Lo
 }  // namespace
 
 Result<std::unique_ptr<Scene>> Scene::open(const SceneSource& source, const TaskArena& arena,
-                                           const TaskArena& loading) noexcept {
-    return attempt([&] { return load(source, arena, loading); });
+                                           const TaskArena& loading,
+                                           const std::function<bool()>& give_up) noexcept {
+    return attempt([&] { return load(source, arena, loading, give_up); });
 }
 
 Result<std::unique_ptr<Scene>> Scene::load(const SceneSource& source, const TaskArena& arena,
-                                           const TaskArena& loading) {
-    auto loaded = load_scan(source, loading);
+                                           const TaskArena& loading,
+                                           const std::function<bool()>& give_up) {
+    auto loaded = load_scan(source, loading, give_up);
     if (!loaded.ok()) return loaded.error();
     // The lattice keeps a reference to the volume, so both are made where they stay.
     auto place = std::make_shared<LoadedScan>(std::move(*loaded));

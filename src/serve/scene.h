@@ -39,9 +39,11 @@ class Scene {
     static Result<std::unique_ptr<Scene>> open(const SceneSource& source, const TaskArena& arena) {
         return open(source, arena, arena);
     }
-    /// @param loading  for what is done here, while the other may be at work for somebody else
+    /// @param loading  for the work done here, while the other may be in use
+    /// @param give_up  asked now and then while the scan is read; may be empty
     static Result<std::unique_ptr<Scene>> open(const SceneSource& source, const TaskArena& arena,
-                                               const TaskArena& loading) noexcept;
+                                               const TaskArena& loading,
+                                               const std::function<bool()>& give_up = {}) noexcept;
     Scene(const Scene&) = delete;
     Scene& operator=(const Scene&) = delete;
 
@@ -145,7 +147,8 @@ class Scene {
           std::unique_ptr<Tissue> tissue);
 
     static Result<std::unique_ptr<Scene>> load(const SceneSource& source, const TaskArena& arena,
-                                               const TaskArena& loading);
+                                               const TaskArena& loading,
+                                               const std::function<bool()>& give_up);
     /// Makes another tissue of the scan. Nothing changes where it can't be made.
     Status choose(const TissueChoice& choice);
 

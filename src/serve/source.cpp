@@ -112,7 +112,8 @@ bool is_vessel_scene(const std::filesystem::path& file) {
     return file.extension() == ".toml";
 }
 
-Result<LoadedScan> load_scan(const SceneSource& source, const TaskArena& arena) {
+Result<LoadedScan> load_scan(const SceneSource& source, const TaskArena& arena,
+                             const std::function<bool()>& give_up) {
     LoadedScan loaded;
     if (is_vessel_scene(source.file)) {
         auto vessel = load_vessel(source, arena);
@@ -125,7 +126,9 @@ Result<LoadedScan> load_scan(const SceneSource& source, const TaskArena& arena) 
         loaded.info.landmarks = std::move(phantom->landmarks);
         loaded.info.name = source.phantom + " phantom";
     } else {
-        auto volume = read_volume(source.file, {.series_uid = source.series, .may_map = false});
+        auto volume = read_volume(
+            source.file,
+            {.series_uid = source.series, .may_map = false, .progress = {}, .give_up = give_up});
         if (!volume.ok()) return volume.error();
         loaded.volume = std::move(*volume);
         loaded.info.name = std::filesystem::path(source.file).filename().string();

@@ -12,6 +12,7 @@
 #include <pliant/volume.h>
 
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <string>
 
@@ -41,6 +42,8 @@ struct LoadedScan {
 /// Whether a file is a vessel's scene, by its name.
 bool is_vessel_scene(const std::filesystem::path& file);
 
-Result<LoadedScan> load_scan(const SceneSource& source, const TaskArena& arena);
+/// @param give_up  asked now and then while a scan is read; may be empty
+Result<LoadedScan> load_scan(const SceneSource& source, const TaskArena& arena,
+                             const std::function<bool()>& give_up = {});
 
 }  // namespace pliant::serve

@@ -7,6 +7,7 @@
 #pragma once
 
 #include <array>
+#include <atomic>
 #include <boost/asio.hpp>
 #include <optional>
 #include <string>
@@ -39,6 +40,7 @@ struct Transfers::Desk {
     std::shared_ptr<Transfer> opening;                      ///< that sends or waits for its scene
     std::shared_ptr<Upload> upload;                         ///< may wait for its next file
     boost::asio::steady_timer pause;
+    std::atomic<bool> is_ending = false;
     boost::asio::io_context disk;
     std::vector<std::jthread> disk_threads;
 };
@@ -68,6 +70,7 @@ class Transfer : public std::enable_shared_from_this<Transfer> {
     void begin_reading();
     void file_is_there();
     void read_scan();
+    void watch_client();
     void hand_over(Result<Opened> opened);
     void give_up(const Refusal& refusal);
     void fail();
@@ -94,7 +97,8 @@ class Transfer : public std::enable_shared_from_this<Transfer> {
     int m_file = -1;
     std::uint64_t m_size = 0, m_moved = 0;  ///< of the file, and what of it went through
     std::size_t m_discarded = 0;
-    bool m_is_single = false;  ///< the only file of its scan
+    bool m_is_single = false;             ///< the only file of its scan
+    std::atomic<bool> m_is_gone = false;  ///< the client hung up while its scan was read
     std::chrono::steady_clock::time_point m_begin = std::chrono::steady_clock::now();
 };
 

@@ -66,6 +66,7 @@ Transfers::Transfers(asio::io_context& context, Hub& hub, const Tokens& tokens,
 }
 
 Transfers::~Transfers() {
+    m_desk->is_ending = true;
     m_desk->disk.stop();
     m_desk->disk_threads.clear();
 }

@@ -3,6 +3,8 @@
 
 // Files that come in, and become a scene.
 
+#include <sys/socket.h>
+
 #include <algorithm>
 #include <cctype>
 
@@ -113,13 +115,28 @@ void Transfer::file_is_there() {
     answer(200, "taken");
 }
 
+/// Notices that the client hangs up, so that the reading of its scan can be given up.
+void Transfer::watch_client() {
+    m_stream.socket().async_wait(boost::asio::ip::tcp::socket::wait_read,
+                                 [weak = weak_from_this()](Error error) {
+                                     const auto self = weak.lock();
+                                     if (error || !self) return;
+                                     char byte = 0;
+                                     const int socket = self->m_stream.socket().native_handle();
+                                     if (::recv(socket, &byte, 1, MSG_PEEK | MSG_DONTWAIT) == 0)
+                                         self->m_is_gone = true;
+                                 });
+}
+
 void Transfer::read_scan() {
+    watch_client();
     on_disk(
         [this, upload = m_desk.upload, series = parameter("series")]() -> Result<Opened> {
             if (!m_is_single)
                 if (const auto refusal = upload->rename(parameter("name")))
                     return pliant::Error{ErrorCode::Unwritable, refusal->line};
-            return open_upload(*upload, series, m_desk.settings.arena);
+            return open_upload(*upload, series, m_desk.settings.arena,
+                               [this] { return m_is_gone || m_desk.is_ending; });
         },
         [this](Result<Opened> opened) { hand_over(std::move(opened)); });
 }

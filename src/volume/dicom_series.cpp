@@ -6,6 +6,7 @@
 #include "core/errors.h"
 #include "core/memory_budget.h"
 #include "volume/dicom_pixels.h"
+#include "volume/go_on.h"
 #include "volume/image_header.h"
 #include "volume/text.h"
 #include "volume/voxel_builder.h"
@@ -178,8 +179,12 @@ Result<Volume> read_dicom_folder(const fs::path& folder, const ReadOptions& opti
         }
     VoxelBuilder voxels(voxel_count(*grid));
     DicomPixelReader reader(*slices, decoder);
-    for (const DicomSlice& slice : *slices)
+    double done = 0;
+    for (const DicomSlice& slice : *slices) {
+        if (Status status = go_on(folder, options, done++ / double(slices->size())); !status)
+            return status.error();
         if (Status status = reader.read(slice, voxels); !status) return status.error();
+    }
     return Volume{*grid, voxels.finish(notes.notes), {}};
 }
 

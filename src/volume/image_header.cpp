@@ -4,8 +4,10 @@
 #include "volume/image_header.h"
 
 #include "core/errors.h"
+#include "core/short_text.h"
 #include "volume/text.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace pliant {
@@ -47,6 +49,18 @@ bool is_perpendicular(const Mat3d& direction) {
         if (!(std::abs(dot(c[a], c[(a + 1) % 3])) <= kMaxSkew)) return false;
     }
     return true;
+}
+
+void note_lean(const Grid& grid, std::vector<std::string>& notes) {
+    constexpr double kRounding = 1e-4;  // of numbers with five digits
+    constexpr double kDegrees = 57.29577951308232;
+    const auto& c = grid.direction.columns;
+    double lean = 0;
+    for (std::size_t a = 0; a < 3; ++a)
+        lean = std::max(lean, std::abs(dot(c[a], c[(a + 1) % 3])));
+    if (lean > kRounding)
+        notes.push_back("axes lean by " + short_text(kDegrees * std::asin(lean)) +
+                        " degrees; taken as perpendicular");
 }
 
 bool is_itk_key(std::string_view key) {

@@ -99,5 +99,7 @@ bool is_itk_key(std::string_view key);
 
 /// Whether the axes are perpendicular, to within what rounding in a file may do to them.
 bool is_perpendicular(const Mat3d& direction);
+/// Notes axes that pass for perpendicular, but lean by more than rounding explains.
+void note_lean(const Grid& grid, std::vector<std::string>& notes);
 
 }  // namespace pliant

@@ -138,6 +138,14 @@ void note_space(const NrrdFields& fields, NrrdSpace space, ImageHeader& header) 
                                "' is taken as LPS");
 }
 
+/// Whether units, which belong to spacings, say nothing new of directions in millimetres.
+bool are_empty_or_mm(std::string_view units) {
+    const auto words = quoted_words_from(units);
+    return words && std::all_of(words->begin(), words->end(), [](const std::string& word) {
+               return word.empty() || word == "???" || lower_case(word) == "mm";
+           });
+}
+
 Status place_by_directions(const fs::path& path, const NrrdFields& fields, NrrdSpace space,
                            const Axes& axes, ImageHeader& header) {
     const std::string_view text = fields.field("space directions");
@@ -150,10 +158,11 @@ Status place_by_directions(const fs::path& path, const NrrdFields& fields, NrrdS
         return bad_directions();
     if (space == NrrdSpace::Unnamed && fields.field("space dimension").empty())
         return bad_nrrd_field(path, "space", "", "one for the space directions");
-    for (const char* other : {"spacings", "units", "axis mins", "axis maxs"})
-        if (!fields.field(other).empty())
-            return unreadable(
-                path, std::string(other) + " and space directions are both there, expected one");
+    if (!fields.field("spacings").empty())
+        return unreadable(path, "spacings and space directions are both there, expected one");
+    if (!are_empty_or_mm(fields.field("units")))
+        return bad_nrrd_field(path, "units", fields.field("units"),
+                              "space units beside space directions");
     Grid& grid = header.grid;
     const Vec3d sign = sign_of(space);
     const auto unit_mm = millimetres_per_unit(path, fields.field("space units"));

@@ -8,6 +8,7 @@
 #include "volume/data_check.h"
 #include "volume/data_stream.h"
 #include "volume/dicom_series.h"
+#include "volume/go_on.h"
 #include "volume/image_file.h"
 #include "volume/image_header.h"
 #include "volume/text.h"
@@ -166,7 +167,8 @@ void add_rescaled(const ImageHeader& header, const std::vector<double>& piece, s
 }
 
 /// Voxels piece by piece, never in memory twice.
-Result<Voxels> stream_voxels(const fs::path& path, const ImageHeader& header, ReadNotes& notes) {
+Result<Voxels> stream_voxels(const fs::path& path, const ImageHeader& header,
+                             const ReadOptions& options, ReadNotes& notes) {
     constexpr std::size_t kPieceBytes = 1 << 18;
     const std::size_t size = size_of(header.stored), count = voxel_count(header.grid);
     if (!has_memory_for(count * sizeof(std::int16_t))) throw std::bad_alloc();
@@ -176,6 +178,8 @@ Result<Voxels> stream_voxels(const fs::path& path, const ImageHeader& header, Re
     std::vector<double> scaled;
     if (header.data.rescaled) scaled.resize(kPieceBytes / (size < 8 ? 2 : 1) / size);
     for (std::size_t done = 0; done < count;) {
+        if (Status status = go_on(path, options, double(done) / double(count)); !status)
+            return status.error();
         const std::size_t next = std::min(count - done, kPieceBytes / size);
         const auto bytes = std::as_writable_bytes(std::span(piece)).first(next * size);
         if (Status status = stream.read(bytes); !status) return status.error();
@@ -201,9 +205,9 @@ std::optional<VoxelArray<T>> map_voxels(const fs::path& path, const ImageHeader&
     return VoxelArray<T>::mapped(data.files[0], *start, voxel_count(header.grid));
 }
 
-Result<Voxels> read_voxels(const fs::path& path, const ImageHeader& header, bool may_map,
-                           ReadNotes& notes) {
-    if (!may_map) return stream_voxels(path, header, notes);
+Result<Voxels> read_voxels(const fs::path& path, const ImageHeader& header,
+                           const ReadOptions& options, ReadNotes& notes) {
+    if (!options.may_map) return stream_voxels(path, header, options, notes);
     if (header.stored == Component::Int16)
         if (auto mapped = map_voxels<std::int16_t>(path, header)) return Voxels(std::move(*mapped));
     if (header.stored == Component::Float32)
@@ -211,10 +215,10 @@ Result<Voxels> read_voxels(const fs::path& path, const ImageHeader& header, bool
             make_finite(*mapped, notes.notes);
             return Voxels(std::move(*mapped));
         }
-    return stream_voxels(path, header, notes);
+    return stream_voxels(path, header, options, notes);
 }
 
-Result<Volume> read_image_file(const fs::path& path, bool may_map, ReadNotes& notes) {
+Result<Volume> read_image_file(const fs::path& path, const ReadOptions& options, ReadNotes& notes) {
     const auto format = format_by_name(path);
     if (!format && looks_like_dicom(path))
         return Error{ErrorCode::Unsupported,
@@ -228,7 +232,8 @@ Result<Volume> read_image_file(const fs::path& path, bool may_map, ReadNotes& no
     notes.format = name_of(*format);
     notes.stored_type = name_of(header->stored);
     notes.notes = std::move(header->notes);
-    auto voxels = read_voxels(path, *header, may_map, notes);
+    note_lean(header->grid, notes.notes);
+    auto voxels = read_voxels(path, *header, options, notes);
     if (!voxels) return voxels.error();
     return Volume{header->grid, std::move(*voxels), std::move(header->key_values)};
 }
@@ -243,7 +248,7 @@ Result<Volume> read_volume(const fs::path& path, const ReadOptions& options, Rea
         std::error_code error;
         if (fs::is_directory(path, error)) return read_dicom_folder(path, options, said);
         if (Status status = check_file(path); !status) return status.error();
-        return read_image_file(path, options.may_map, said);
+        return read_image_file(path, options, said);
     } catch (const std::bad_alloc&) {
         return Error{ErrorCode::LimitExceeded, path.string() + ": not enough memory to read it"};
     }

@@ -19,13 +19,19 @@ namespace {
 
 namespace fs = std::filesystem;
 
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+constexpr const char* kLimits = "ulimit -c 0 && timeout 60";
+#else
+constexpr const char* kLimits = "ulimit -v 8000000 && ulimit -c 0 && timeout 20";
+#endif
+
 class ReadersTest : public ProgramInFolder {
   protected:
     void SetUp() override { ASSERT_EQ(run("phantom cube --size 12 --out c.nrrd"), 0) << said(); }
 
     /// One line that a terminal doesn't obey, and status 2.
     void expect_refused(const std::string& arguments, const std::string& expected = {}) const {
-        const int status = run(arguments, "ulimit -v 8000000 && ulimit -c 0 && timeout 20");
+        const int status = run(arguments, kLimits);
         const std::string line = said();
         EXPECT_EQ(status, 2) << arguments << ": " << line;
         EXPECT_EQ(std::count(line.begin(), line.end(), '\n'), 1) << arguments << ": " << line;

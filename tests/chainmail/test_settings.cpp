@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 #include <pliant/chainmail.h>
 
+#include "chainmail/settings.h"
 #include "support/temporary_folder.h"
 
 namespace pliant::test {
@@ -109,6 +110,11 @@ TEST(Settings, DivodsKeyValueLinesAreRead) {
 }
 
 TEST(Settings, BadFilesAreNamedWithKeyAndExpectation) {
+    std::string deep = "[material]\n";
+    for (int n = 0; n < 100'000; ++n) deep += "a.";
+    deep += "a = 1\n";
+    // As a saved state has them.
+    EXPECT_FALSE(parse_settings("s.plst", deep).ok());
     const struct {
         const char* text;
         const char* expected;
@@ -125,6 +131,9 @@ TEST(Settings, BadFilesAreNamedWithKeyAndExpectation) {
         {"[lattice]\nbrick_size = 1", "brick_size: expected 2 to 32, found 1"},
         {"[lattice]\nbrick_size = 8.5", "brick_size: expected a whole number"},
         {"[air]\ncompress = 1.5", "[air] compress: expected a fraction 0 to 1, found 1.5"},
+        {"[air]\nstretch = 1e-320", "[air] stretch: expected 0.01 or more, or [lattice] bounded"},
+        {"[air]\ncompress = 0", "[air] compress: expected 0.01 or more, or [lattice] bounded"},
+        {"[air]\nshear = 0.001", "[air] shear: expected 0.01 or more, or [lattice] bounded"},
         {"[air]\nstretch = -1", "[air] stretch: expected a fraction 0 to 500, found -1"},
         {"[air]\nshear = 1e9", "[air] shear"},
         {"[material]\nlimits = \"round\"", "expected \"box\" or \"rounded\", found \"round\""},
@@ -142,8 +151,9 @@ TEST(Settings, BadFilesAreNamedWithKeyAndExpectation) {
         {"[[label]]\nvalues = 99999", "[[label]] 1 values: expected labels -32768 to 65535"},
         {"[air]\nenabled = 3", "[air] enabled: expected true or false"},
         {"[material\noffset = 1", "line 1: expected TOML"},
+        {deep.c_str(), "bad.toml: line 2: expected keys of up to 32 dots, found more"},
         {"[air]\nenabled = fals\n", "line 2: expected TOML"},
-        {"[air]\n\"a\\nb\" = 1", "[air] a b: expected one of"},
+        {"[air]\n\"a\\nb\" = 1", "[air] a?b: expected one of"},
         {"offset=abc", "offset: expected a number, found 'abc'"},
         {"ofset=0.2", "ofset: expected cubicle size"},
         {"offset 0.2", "expected key=value"},

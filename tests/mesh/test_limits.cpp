@@ -112,6 +112,13 @@ TEST_F(MeshLimits, MeshesLargerThanTheMemoryAreRefused) {
     refused("long.stl", "solid a\n" + std::string(9 << 20, ' '));
 }
 
+TEST_F(MeshLimits, TheFirstVersionOfMshIsNamed) {
+    const auto mesh = read("a.msh", "$NOD\n1\n1 0 0 0\n$ENDNOD\n$ELM\n0\n$ENDELM\n");
+    ASSERT_FALSE(mesh.ok());
+    EXPECT_NE(mesh.error().message.find("MSH version 1, expected 2.2"), std::string::npos)
+        << mesh.error().message;
+}
+
 TEST_F(MeshLimits, MessagesAreOneShortLine) {
     const std::string bell = "\x1b]0;owned\a", longest(200000, 'x');
     for (const std::string& word : {bell, longest, std::string("a\0b", 3)}) {

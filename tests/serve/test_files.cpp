@@ -312,6 +312,19 @@ TEST_F(FilesTest, BadScansAreRefusedInOneLineAndChangeNothing) {
                 std::string::npos);
     nrrd.extra = "data file: LIST\n" + secret + "\n";
     EXPECT_TRUE(refused("a.nhdr", nrrd.bytes()).find("without a folder") != std::string::npos);
+    // However long the header is, and whether the file exists or not: the same words.
+    const std::string gone = (m_folder / "gone.raw").string();
+    std::vector<std::string> answers;
+    for (const std::string& file : {secret, gone}) {
+        nrrd.extra = "# " + std::string(50000, 'x') + "\n# " + std::string(50000, 'x') +
+                     "\ndata file: " + file + "\n";
+        std::string answer = refused("a.nhdr", nrrd.bytes());
+        const auto at = answer.find(std::filesystem::path(file).filename().string());
+        ASSERT_NE(at, std::string::npos) << answer;
+        answers.push_back(answer.erase(at, std::filesystem::path(file).filename().string().size()));
+    }
+    EXPECT_EQ(answers[0], answers[1]);
+    EXPECT_NE(answers[0].find("without a folder"), std::string::npos) << answers[0];
     const MetaFile meta{.data_file = secret, .data = ""};
     EXPECT_TRUE(refused("a.mhd", meta.bytes()).find("without a folder") != std::string::npos);
     const MetaFile list{.data_file = "LIST\n" + secret, .data = ""};

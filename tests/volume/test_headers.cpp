@@ -221,6 +221,28 @@ TEST_F(Headers, SpacesWithBlanksInTheirNamesAreConverted) {
     EXPECT_NE(grid_of("las"), grid_of("lps"));
 }
 
+TEST_F(Headers, OtherPlacesBesideDirectionsArePassedOverOrRefused) {
+    NrrdFile file;
+    file.extra = "axis mins: nan nan nan\nunits: \"mm\" \"\" \"???\"\nthicknesses: 1 1 2\n";
+    expect_read("a.nrrd", file.bytes());
+    file.extra = "units: \"cm\" \"cm\" \"cm\"\n";
+    expect_refused("a.nrrd", file.bytes(), "expected space units");
+    file.extra = "spacings: 1 1 2\n";
+    expect_refused("a.nrrd", file.bytes(), "spacings and space directions");
+}
+
+TEST_F(Headers, AxesThatLeanALittleAreNoted) {
+    ReadNotes notes;
+    NrrdFile file;
+    file.directions = "(1,0,0) (0,1,0) (0.004,0,5)";  // a quarter of a millimetre in 60 slices
+    ASSERT_TRUE(read_volume(m_folder.write("a.nrrd", file.bytes()), {}, &notes).ok());
+    EXPECT_EQ(notes.notes,
+              std::vector<std::string>{"axes lean by 0.0458366 degrees; taken as perpendicular"});
+    file.directions = "(0.57735,0.57735,0.57735) (0.70711,-0.70711,0) (0.40825,0.40825,-0.8165)";
+    ASSERT_TRUE(read_volume(m_folder.write("b.nrrd", file.bytes()), {}, &notes).ok());
+    EXPECT_EQ(notes.notes, std::vector<std::string>{});
+}
+
 TEST_F(Headers, ImagesLargerThanTheMemoryAreRefused) {
     // 64 MB of memory. Compressed data that could be as long as the header says, but aren't.
     m_folder.write("machine/proc/meminfo", "MemAvailable: 65536 kB\n");

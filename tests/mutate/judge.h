@@ -1,0 +1,42 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// What a run of the program may do with a damaged file: take it in silence, or refuse it in one
+// line and leave nothing behind. Everything else is a fault.
+
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "mutate/child.h"
+
+namespace pliant::mutate {
+
+inline constexpr int kTaken = 0, kRefused = 2;  ///< exit statuses of docs/conventions.md
+inline constexpr double kMaxPeakMb = 1024;
+inline constexpr std::size_t kMaxLineBytes = 408;  ///< "pliant: " and 400 bytes
+
+/// Bytes of every file in a folder by relative path; folders end with '/' and have no bytes. A link
+/// is its target's name.
+using Contents = std::map<std::string, std::string>;
+Contents contents_of(const std::filesystem::path& folder);
+
+struct Rules {
+    bool judge_memory = true;  ///< peak of resident memory; not with sanitizers
+    bool may_be_long =
+        false;  ///< the file says how much work there is: a limit of time is no fault
+    bool expects_json = false;  ///< on standard output, where the file is taken
+};
+
+/// @param before, after  the folder's contents; `.tmp/` is the program's TMPDIR
+/// @returns a short text for each fault; none for a run as it should be
+std::vector<std::string> faults_of(const Ended& run, const Contents& before, const Contents& after,
+                                   const Rules& rules);
+
+/// Printable: other bytes as \xNN, at most so many characters.
+std::string printable(std::string_view text, std::size_t max_length = 160);
+
+}  // namespace pliant::mutate

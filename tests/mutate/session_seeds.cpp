@@ -1,0 +1,178 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// Seeds: sessions of the server, with marks and a checkpoint, made by the library as the server
+// does.
+
+#include <pliant/serve.h>
+
+#include <cstdio>
+#include <cstdlib>
+
+#include "mutate/formats.h"
+#include "mutate/repair.h"
+#include "serve/checkpoint.h"
+#include "serve/replay.h"
+#include "serve/session_log.h"
+#include "support/temporary_folder.h"
+
+namespace pliant::mutate {
+namespace {
+
+using namespace serve;
+
+const SceneSource kSource{.phantom = "cube", .phantom_size = {8, 8, 8}};
+
+const std::string kPush = R"({"client":1,"do":"push","point":[0,0,0],"push":[0,6,0],"radius":20})",
+                  kRelease = R"({"client":1,"do":"release"})",
+                  kRest = R"({"client":1,"do":"relax","on":false})";
+
+const std::vector<std::string> kSpringCommands = {
+    R"({"client":1,"do":"tissue","model":"springs","nodes":4,"cell_mm":20,"fixed_hu":3000})", kPush,
+    R"({"client":1,"do":"depth","layers":3})", kRelease};
+
+const std::vector<std::string> kCommands = {
+    R"({"client":1,"do":"materials","bone_threshold_hu":3000})",
+    kPush,
+    R"({"client":1,"do":"grab","point":[10,0,0],"radius":15})",
+    R"({"client":1,"do":"drag","offset":[0,2,0]})",
+    R"({"client":1,"do":"let_go"})",
+    R"({"client":1,"do":"cut","line":[[-50,-5,0.3],[50,-5,0.3]],"depth":[0,10,0]})",
+    R"({"client":1,"do":"carve","from":[8,0,0],"to":[8,0,3],"radius":12,"stroke":1})",
+    R"({"client":1,"do":"undo"})",
+    R"({"client":1,"do":"iso","iso_hu":-391.5,"polarity":"falling"})",
+    kRelease};
+
+template <class T>
+T checked(Result<T> made) {
+    if (!made.ok()) {
+        std::fprintf(stderr, "mutate: can't make a session: %s\n", made.error().message.c_str());
+        std::exit(2);
+    }
+    return std::move(*made);
+}
+
+void check(const Status& status) {
+    if (!status.ok()) checked<int>(status.error());
+}
+
+struct Recorder {
+    TaskArena arena{1};
+    std::unique_ptr<Scene> scene = checked(Scene::open(kSource, arena));
+    std::vector<SessionRecord> records;
+
+    void act(const std::string& text) {
+        SessionRecord record = checked(parse_session_record(text));
+        auto& command = std::get<SessionCommand>(record);
+        command.refused = !scene->carry_out(command.client, command.action).ok();
+        records.push_back(std::move(record));
+    }
+    void mark() {
+        (void)scene->update();
+        records.push_back(SessionMark{hash_volume(scene->deformed()), scene->tissue().hash()});
+    }
+    Files files(const std::filesystem::path& session) const {
+        auto log = checked(SessionLog::create(session, {kSource, scene->scan_hash()}));
+        for (const SessionRecord& record : records) log->add(record);
+        check(log->flush());
+        Files all{{.name = "s.pls", .bytes = test::bytes_of(session)}};
+        for (int n = 1; n <= 2; ++n) {
+            const auto path = checkpoint_path(session, n);
+            if (std::filesystem::exists(path))
+                all.push_back({.name = path.filename().string(), .bytes = test::bytes_of(path)});
+        }
+        return all;
+    }
+};
+
+Files session_files(const std::vector<std::string>& commands, bool with_marks,
+                    bool with_checkpoints) {
+    const test::TemporaryFolder folder;
+    Recorder recorder;
+    for (const std::string& command : commands) recorder.act(command);
+    for (int n = 1; with_checkpoints && n <= 2; ++n) {
+        recorder.act(kRest);
+        (void)recorder.scene->update();
+        Status saved = Ok{};
+        recorder.records.push_back(
+            checked(save_checkpoint(*recorder.scene, folder / "s.pls", n, saved)));
+        check(saved);
+        recorder.act(kPush);
+        recorder.act(kRelease);
+    }
+    if (with_marks) recorder.mark();
+    return recorder.files(folder / "s.pls");
+}
+
+/// Checksums of checkpoints, where the session has those of the good ones, and then the session's.
+void repair_all(Files& files, const Files& good) {
+    std::string& text = files.front().bytes;
+    for (std::size_t n = 1; n < files.size(); ++n) {
+        repair_state(files[n].bytes);
+        const std::string before = checksum_of_state(good[n].bytes);
+        if (const std::size_t at = text.find(before); at != std::string::npos)
+            text.replace(at, before.size(), checksum_of_state(files[n].bytes));
+    }
+    repair_session(text);
+}
+
+Seed seed_of(const std::string& name, const std::vector<std::string>& commands, bool marks,
+             bool checkpoints) {
+    Seed seed{.name = name,
+              .files = session_files(commands, marks, checkpoints),
+              .commands = {"replay s.pls --json --threads 1", "replay s.pls --threads 1"}};
+    seed.repair = [good = seed.files](Files& files) { repair_all(files, good); };
+    if (checkpoints) seed.commands.assign(1, "replay s.pls --from-checkpoint --threads 1");
+    return seed;
+}
+
+const Words kSessionWords = {"\"do\":\"push\"",
+                             "\"do\":\"grab\"",
+                             "\"do\":\"drag\"",
+                             "\"do\":\"tissue\"",
+                             "\"do\":\"open\"",
+                             "\"do\":\"mark\"",
+                             "\"do\":\"sweep\"",
+                             "\"do\":\"relax\"",
+                             "\"do\":\"break\"",
+                             "\"do\":\"lost\"",
+                             "\"do\":\"redo\"",
+                             "\"do\":\"reset\"",
+                             "\"do\":\"checkpoint\"",
+                             "\"count\":",
+                             "\"radius\":",
+                             "\"stroke\":",
+                             "\"slide\":true",
+                             "\"client\":",
+                             "\"on\":true",
+                             "\"model\":\"springs\"",
+                             "\"nodes\":64",
+                             "\"phantom\":\"airway\"",
+                             "\"size\":[16,16,16]",
+                             "\"file\":\"c.nrrd\"",
+                             "\"refused\":true",
+                             "null",
+                             "true",
+                             "[]",
+                             "{}",
+                             "\\u0000",
+                             "\\ud800",
+                             "\"\xff\"",
+                             "[1,2,3]",
+                             "1e400",
+                             "{\"client\":1,\"do\":\"undo\"}\n",
+                             "{\"do\":\"sweep\",\"count\":3}\n"};
+
+}  // namespace
+
+Format session(const Sources&) {
+    return {.name = "session",
+            .words = kSessionWords,
+            .seeds = {seed_of("marks", kCommands, true, false),
+                      seed_of("commands", kCommands, false, false),
+                      seed_of("springs", kSpringCommands, false, true),
+                      seed_of("checkpoints", kCommands, false, true)},
+            .may_be_long = true};
+}
+
+}  // namespace pliant::mutate

@@ -1,0 +1,142 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// Seeds: ways and cameras of the endoscope, recordings of a device, settings of a fit.
+
+#include "mutate/formats.h"
+
+namespace pliant::mutate {
+namespace {
+
+const std::string kKeyframes =
+    R"({"what": "pliant keyframes", "version": 1, "keyframes": [
+{"seconds": 0, "eye_mm": [0, 0, 0], "look": [0, 1, 0], "up": [0, 0, 1], "field_of_view_deg": 80,
+ "iso_hu": -500, "window_hu": 1500, "level_hu": -200},
+{"seconds": 0.1, "eye_mm": [5, 9, 1], "look": [1, 1, 0], "up": [0, 0.1, 1], "field_of_view_deg": 60,
+ "iso_hu": -400, "window_hu": 1200, "level_hu": -100}]}
+)";
+
+const std::string kMarkups =
+    R"({"@schema": "https://example.org/markups-schema-v1.0.3.json#", "markups": [
+{"type": "Curve", "coordinateSystem": "LPS", "coordinateUnits": "mm", "controlPoints": [
+{"id": "1", "position": [-20, -20, 0], "positionStatus": "defined"},
+{"id": "2", "position": [20, 20.5, 0], "positionStatus": "defined"},
+{"id": "3", "position": [20, 22, 3.0]}]}]}
+)";
+
+const std::string kRecording =
+    "# pliant haptics: time_ns x y z [mm] roll [rad], of the device\n"
+    "1000000 0 0 0 0\n2000000 1 -2.5 3 0.1\n3000000 2 -2.5 -3 0.2\n";
+
+const std::string kFit =
+    "size = \"3,3,3\"\nspacing = \"10\"\nyoung = 6e5\npoisson = 0.45\ndensity = 1040\n"
+    "groups = \"kinds\"\nvolume = true\nheld = \"-z\"\n"
+    "load = [\"+z:0,0,-40:0.2,0.3\"]\nheld-out = [\"+z:0,0,-40\"]\n"
+    "method = [\"closed-form\", \"gauss-newton\"]\nevaluations = 10\n";
+
+const Words kJsonWords = {"\"position\": ",
+                          "\"positionStatus\": \"undefined\"",
+                          "\"coordinateSystem\": \"RAS\"",
+                          "null",
+                          "\"type\": \"ClosedCurve\"",
+                          "\"controlPoints\": []",
+                          "[]",
+                          "{}",
+                          "true",
+                          "\"\"",
+                          "[1, 2]",
+                          "[1, 2, 3, 4]",
+                          "\"seconds\": ",
+                          "\"eye_mm\": ",
+                          "\"look\": [0, 0, 0]",
+                          "\"field_of_view_deg\": ",
+                          "\"version\": 2",
+                          "\\u0000",
+                          "\\ud800",
+                          "\"\xff\"",
+                          "1e400",
+                          "//",
+                          ",",
+                          "\"coordinateUnits\": [\"mm\"]"};
+
+Files with_scan(const Sources& from, const std::string& name, const std::string& text) {
+    return {{.name = "c.nrrd", .bytes = cube(from, "8"), .fixed = true},
+            {.name = name, .bytes = text}};
+}
+
+}  // namespace
+
+Format markups(const Sources& from) {
+    Seed seed{
+        .name = "curve",
+        .files = with_scan(from, "w.mrk.json", kMarkups),
+        .commands = {"render c.nrrd --path w.mrk.json --speed 200 --view endoscope --size 16x16 "
+                     "--threads 1 --movie frames/"}};
+    return {
+        .name = "markups", .words = kJsonWords, .seeds = {std::move(seed)}, .may_be_long = true};
+}
+
+Format keyframes(const Sources& from) {
+    Seed seed{
+        .name = "two",
+        .files = with_scan(from, "k.json", kKeyframes),
+        .commands = {"render c.nrrd --keyframes k.json --view endoscope --size 16x16 --threads 1 "
+                     "--movie frames/"}};
+    return {
+        .name = "keyframes", .words = kJsonWords, .seeds = {std::move(seed)}, .may_be_long = true};
+}
+
+Format recording(const Sources&) {
+    Seed seed{.name = "places",
+              .files = {{.name = "d.txt", .bytes = kRecording}},
+              .commands = {"haptics check --device replay:d.txt --minutes 0.001 --threads 1 --out "
+                           "r.json --record again.txt"}};
+    return {.name = "recording", .words = {"# ", "0 0 0 0\n", "1 2 3"}, .seeds = {std::move(seed)}};
+}
+
+Format fit(const Sources&) {
+    Seed seed{.name = "box",
+              .files = {{.name = "f.toml", .bytes = kFit}},
+              .commands = {"fit f.toml --threads 1 --report r.json"}};
+    return {.name = "fit",
+            .words = {"size = ",
+                      "spacing = ",
+                      "young = ",
+                      "poisson = ",
+                      "density = ",
+                      "element = ",
+                      "held = ",
+                      "load = ",
+                      "held-out = ",
+                      "links = ",
+                      "groups = ",
+                      "volume = ",
+                      "by-cells = true\n",
+                      "damping = ",
+                      "motion = \"equilibrium\"\n",
+                      "motion = \"run\"\n",
+                      "duration = ",
+                      "depth = ",
+                      "cost = ",
+                      "range = ",
+                      "method = [\"annealing\"]\n",
+                      "evaluations = ",
+                      "seed = ",
+                      "temperature = ",
+                      "cooling = ",
+                      "report = ",
+                      "threads = ",
+                      "\"4,4,4\"",
+                      "\"1,1,1\"",
+                      "[",
+                      "]",
+                      "\"+x:0,0,1\"",
+                      "[section]\n",
+                      "\"\"\"",
+                      "config = ",
+                      "help = true\n"},
+            .seeds = {std::move(seed)},
+            .may_be_long = true};
+}
+
+}  // namespace pliant::mutate
