@@ -89,7 +89,7 @@ TEST(CatheterScene, NoTipGetsBeyondTheWall) {
                                  " mm, volume " + std::to_string(100 * end.volume.largest) +
                                  " % off, inverted " + std::to_string(inverted) + ", " +
                                  std::to_string(scene.settings().sub_steps) + " sub-steps";
-        if (many) std::printf("%s\n", text.c_str());
+        if (search.is_by_hand) std::printf("%s\n", text.c_str());
         EXPECT_LE(std::max(depth, reported), 0.1) << text;
         EXPECT_EQ(inverted, 0) << text;
     }
