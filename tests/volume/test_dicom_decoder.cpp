@@ -187,8 +187,7 @@ TEST_F(DicomDecoder, MemoryThatIsNotThereIsNotAskedFor) {
     EXPECT_EQ(with_memory("8000"), (m_folder / "scan").string() + ": not enough memory to read it");
     EXPECT_EQ(with_memory("20000"),
               (m_folder / "scan/a.dcm").string() + ": not enough memory to decode its pixels");
-    EXPECT_EQ(with_memory("200000"),
-              (m_folder / "scan/a.dcm").string() + ": its pixels can't be decoded");
+    EXPECT_EQ(with_memory("200000").find("memory"), std::string::npos);
 }
 
 TEST_F(DicomDecoder, SeveralThreadsReadAtOnce) {
