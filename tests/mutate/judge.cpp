@@ -41,7 +41,7 @@ std::size_t longest_line(const std::string& text) {
 
 /// What it says now and then where it takes long: "pliant: deform: 40 % after 7 s".
 std::string without_progress(const std::string& text) {
-    static const std::regex progress("^pliant: [a-z ]+: [0-9]+ % after [0-9]+ s$");
+    static const std::regex progress("^pliant: [a-z -]+: [0-9]+ % after [0-9]+ s$");
     std::string rest;
     for (std::size_t begin = 0; begin < text.size();) {
         const std::size_t end = std::min(text.find('\n', begin), text.size() - 1) + 1;

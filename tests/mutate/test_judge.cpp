@@ -51,6 +51,7 @@ TEST_F(Judge, FindsNoFaultWhereAFileIsTakenOrRefusedInOneLine) {
 TEST_F(Judge, SetsProgressAside) {
     const std::string slow = "echo 'pliant: deform: 0 % after 2 s' >&2; ";
     EXPECT_EQ(faults(slow + "echo done"), "");
+    EXPECT_EQ(faults("echo 'pliant: gauss-newton: 91 % after 12 s' >&2"), "");
     EXPECT_EQ(faults(slow + slow + "echo 'pliant: a: b' >&2; exit 2"), "");
     EXPECT_EQ(faults(slow + "exit 2"), "expected one line on standard error, found 0;");
     EXPECT_EQ(faults("echo 'pliant: deform: 0 % of it' >&2"),
