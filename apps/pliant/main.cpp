@@ -93,7 +93,7 @@ int failed(const char* why) noexcept {
     return say_why(why);
 }
 
-/// What became of an earlier run's outputs.
+/// Prints a line on the outputs of an earlier run.
 void tell(const char* line) {
     clear_progress_line();
     std::fprintf(stderr, "pliant: %s\n", one_line(line).c_str());

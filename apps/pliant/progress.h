@@ -17,7 +17,7 @@ namespace pliant::app {
 
 class ProgressBar {
   public:
-    /// @param what  is done, as in "making airway"
+    /// @param what  the work, as in "making airway"
     explicit ProgressBar(std::string what);
     ~ProgressBar();
     ProgressBar(const ProgressBar&) = delete;

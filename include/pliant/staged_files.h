@@ -34,7 +34,7 @@ class StagedFiles {
     /// Where to write the file that shall become target. The name stays the same, so formats that
     /// name a second file (.nhdr and its data) can be staged too. A symbolic link is followed: the
     /// file that it names is written. `-`, /dev/stdout, /dev/fd/N, pipes and character devices are
-    /// written to at the commit, and stay what they are. A target that is itself a staged path is
+    /// written to at the commit, and never replaced. A target that is itself a staged path is
     /// returned as it is: the object that staged it commits it.
     /// @returns Unwritable if target's folder is missing, is no folder, or can't be written
     Result<std::filesystem::path> stage(const std::filesystem::path& target);

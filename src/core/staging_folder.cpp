@@ -111,7 +111,7 @@ void remove_tree(const char* folder) noexcept {
     constexpr int kDeepest = 40;
     const int opened = ::open(folder, O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC | O_NONBLOCK);
     if (opened < 0) return;
-    // Another thread may still be writing: what it makes in between goes in the next turn.
+    // Another thread may still be writing; its new files go in the next turn.
     constexpr int kTurns = 100;
     for (int turn = 0; turn < kTurns; ++turn) {
         empty_folder(opened, kDeepest);
@@ -137,7 +137,7 @@ std::optional<Descriptor> open_and_lock(const fs::path& folder, bool waits, Lock
         ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC | O_NONBLOCK));
     struct stat status {};
     if (!opened.is_open() || ::fstat(opened.number(), &status) != 0) return std::nullopt;
-    // Another user's folder is not looked into: it says what to rename.
+    // A journal in another user's folder would rename files with the rights of this one.
     if (status.st_uid != ::geteuid() || (status.st_mode & 0077) != 0) return std::nullopt;
     int result = -1;
     do result = ::flock(opened.number(), LOCK_EX | (waits ? 0 : LOCK_NB));

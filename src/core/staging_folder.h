@@ -5,7 +5,7 @@
 //
 //     scan.nrrd                    the place of an output
 //     .pliant-out-Xa81Qe/          locked (flock) while its process lives
-//         0/scan.nrrd              what becomes scan.nrrd
+//         0/scan.nrrd              becomes scan.nrrd
 //         0/...                    files that go with it
 //         before-0/scan.nrrd       a second name of the old file, during the commit
 //         journal                  from here on the commit is decided (staging_journal.h)

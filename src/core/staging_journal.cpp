@@ -85,7 +85,7 @@ void remove_file(const fs::path& file) noexcept {
     ::unlink(file.c_str());
 }
 
-// What is left by processes that have ended
+// Leftovers of processes that have ended
 
 void tell(const std::string& line) noexcept {
     try {
@@ -213,7 +213,7 @@ void sweep(const fs::path& parent) {
 
 namespace {
 
-/// @returns what went wrong, with everything as it was
+/// @returns the first error, and the number of the move that failed
 std::error_code carry_out(std::span<Paths> all, std::size_t& failed) noexcept {
     for (failed = 0; failed < all.size(); ++failed) {
         auto error = keep_old(all[failed]);

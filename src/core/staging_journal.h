@@ -34,7 +34,7 @@ struct Move {
     bool replaces = false;  ///< there was an old file
 };
 
-/// What becomes of one temporary folder's files.
+/// The moves of one temporary folder.
 struct Moves {
     const Folder* folder = nullptr;
     std::vector<Move> moves;  ///< in this order
@@ -44,7 +44,7 @@ struct Moves {
 /// @pre the new files are synced; not empty
 Status commit(std::vector<Moves>& all);
 
-/// Finishes or takes back commits of processes that have ended, and removes what they left.
+/// Finishes or takes back commits of processes that have ended, and removes their folders.
 void sweep(const std::filesystem::path& parent);
 
 }  // namespace pliant::staging

@@ -12,8 +12,8 @@
 #include <utility>
 
 #include "core/errors.h"
+#include "core/memory_budget.h"
 #include "volume/dicom_codestream.h"
-#include "volume/dicom_memory.h"
 #include "volume/dicom_minimal.h"
 
 namespace pliant {
@@ -148,7 +148,7 @@ Status DicomPixelReader::start_decoder(const DicomSlice& slice) {
                 slice.path.string() + ": its pixels are compressed, and " + found.error().message};
         m_program = *found;
     }
-    if (!has_room_for(m_limits.memory_bytes - kDecoderBytes))
+    if (!has_memory_for(m_limits.memory_bytes - kDecoderBytes))
         return of_slice({ErrorCode::LimitExceeded, "not enough memory to decode its pixels"});
     auto decoder = PixelDecoder::start(m_program, m_limits);
     if (!decoder) return of_slice(decoder.error());

@@ -4,7 +4,7 @@
 #include "volume/dicom_series.h"
 
 #include "core/errors.h"
-#include "volume/dicom_memory.h"
+#include "core/memory_budget.h"
 #include "volume/dicom_pixels.h"
 #include "volume/go_on.h"
 #include "volume/image_header.h"
@@ -140,7 +140,7 @@ Result<std::vector<DicomSlice>> choose_series(const fs::path& path, DicomFolder 
 }
 
 Status check_memory(const fs::path& folder, const Grid& grid) {
-    if (has_room_for(2 * std::uint64_t(voxel_count(grid)))) return Ok{};
+    if (has_memory_for(2 * std::uint64_t(voxel_count(grid)))) return Ok{};
     return Error{ErrorCode::LimitExceeded, folder.string() + ": not enough memory to read it"};
 }
 

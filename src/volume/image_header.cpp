@@ -56,8 +56,7 @@ void note_lean(const Grid& grid, std::vector<std::string>& notes) {
     constexpr double kDegrees = 57.29577951308232;
     const auto& c = grid.direction.columns;
     double lean = 0;
-    for (std::size_t a = 0; a < 3; ++a)
-        lean = std::max(lean, std::abs(dot(c[a], c[(a + 1) % 3])));
+    for (std::size_t a = 0; a < 3; ++a) lean = std::max(lean, std::abs(dot(c[a], c[(a + 1) % 3])));
     if (lean > kRounding)
         notes.push_back("axes lean by " + short_text(kDegrees * std::asin(lean)) +
                         " degrees; taken as perpendicular");

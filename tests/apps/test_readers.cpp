@@ -51,8 +51,8 @@ constexpr const char* kReaders[] = {
     "deform FILE --push 0,0,0:1,0,0 --out o.nrrd",
     "deform c.nrrd --push 0,0,0:1,0,0 --out o.nrrd --config FILE",
     "deform c.nrrd --push 0,0,0:1,0,0 --out o.nrrd --config l.toml --labels FILE",
-    "deform c.nrrd --push 0,0,0:1,0,0 --out o.nrrd --config l.toml --labels c.nrrd "
-    "--directions FILE",
+    ("deform c.nrrd --push 0,0,0:1,0,0 --out o.nrrd --config l.toml --labels c.nrrd "
+     "--directions FILE"),
     "deform c.nrrd --push 0,0,0:1,0,0 --out o.nrrd --load-state FILE",
     "render FILE --out o.png",
     "render c.nrrd --path FILE --movie m/",

@@ -14,6 +14,11 @@
 
 namespace pliant::test {
 
+/// A codestream of tests/volume/data.
+struct Codec {
+    const char *syntax, *name, *kind;
+};
+
 /// @param syntax  last parts of the transfer syntax's UID: 5, 4.50, …
 inline DicomFile compressed(const std::string& syntax, const std::string& codec,
                             const std::string& kind) {
@@ -27,6 +32,10 @@ inline DicomFile compressed(const std::string& syntax, const std::string& codec,
     slice.is_signed = kind[0] == 's';
     slice.fragments = {bytes_of(std::filesystem::path(PLIANT_TEST_DATA) / (codec + "_" + kind))};
     return slice;
+}
+
+inline DicomFile compressed(const Codec& codec) {
+    return compressed(codec.syntax, codec.name, codec.kind);
 }
 
 }  // namespace pliant::test

@@ -22,12 +22,10 @@ namespace pliant {
 namespace {
 
 namespace fs = std::filesystem;
+using test::Codec;
 using test::compressed;
 using test::DicomFile;
 
-struct Codec {
-    const char *syntax, *name, *kind;
-};
 const Codec kCodecs[] = {{"4.50", "jpeg_baseline", "u8"},
                          {"4.51", "jpeg_extended", "u12"},
                          {"4.57", "jpeg_lossless", "s16"},
@@ -35,10 +33,6 @@ const Codec kCodecs[] = {{"4.50", "jpeg_baseline", "u8"},
                          {"4.80", "jpeg_ls", "u16"},
                          {"4.90", "jpeg_2000", "s12"},
                          {"5", "rle", "u16"}};
-
-DicomFile slice_of(const Codec& codec) {
-    return compressed(codec.syntax, codec.name, codec.kind);
-}
 
 /// The error of a series of two such slices.
 std::string error_of(DicomFile slice) {
@@ -68,7 +62,7 @@ TEST(DicomCodestreams, OtherSizesThanTheHeadersAreRefused) {
         const std::vector<std::pair<int, int>> sizes = {{4, 12},  {9, 12},  {11, 12},
                                                         {10, 11}, {10, 13}, {10000, 10000}};
         for (const auto& [rows, columns] : sizes) {
-            DicomFile slice = slice_of(codec);
+            DicomFile slice = compressed(codec);
             slice.rows = std::uint16_t(rows);
             slice.columns = std::uint16_t(columns);
             expect_refused(slice,
@@ -80,7 +74,7 @@ TEST(DicomCodestreams, OtherSizesThanTheHeadersAreRefused) {
 TEST(DicomCodestreams, MoreBitsThanAreAllocatedAreRefused) {
     for (const Codec& codec : kCodecs) {
         if (codec.kind == std::string("u8")) continue;
-        DicomFile slice = slice_of(codec);
+        DicomFile slice = compressed(codec);
         slice.bits_allocated = slice.bits_stored = 8;
         slice.high_bit = 7;
         expect_refused(slice, codec.name == std::string("rle") ? "2 segments of run lengths"
@@ -91,19 +85,19 @@ TEST(DicomCodestreams, MoreBitsThanAreAllocatedAreRefused) {
 TEST(DicomCodestreams, ThoseThatEndBeforeTheirSizeAreRefused) {
     for (const Codec& codec : kCodecs)
         for (const std::size_t bytes : {2, 4, 6, 12, 20}) {
-            DicomFile slice = slice_of(codec);
+            DicomFile slice = compressed(codec);
             slice.fragments[0].resize(bytes);
             const std::string message = error_of(slice);
             EXPECT_NE(message, "was read") << codec.name << ' ' << bytes;
         }
-    DicomFile empty = slice_of(kCodecs[0]);
+    DicomFile empty = compressed(kCodecs[0]);
     empty.fragments = {""};
     expect_refused(empty, "has no pixels");
 }
 
 TEST(DicomCodestreams, FewBytesDontMakeManyPixels) {
     const auto grown = [](const Codec& codec, std::size_t rows_at) {
-        DicomFile slice = slice_of(codec);
+        DicomFile slice = compressed(codec);
         slice.rows = slice.columns = 20000;
         std::string& bytes = slice.fragments[0];
         for (const std::size_t at : {rows_at, rows_at + 2}) {
@@ -113,7 +107,7 @@ TEST(DicomCodestreams, FewBytesDontMakeManyPixels) {
         return slice;
     };
     for (const Codec& codec : kCodecs) {
-        const DicomFile slice = slice_of(codec);
+        const DicomFile slice = compressed(codec);
         const std::string name = codec.name, &bytes = slice.fragments[0];
         const char* frame = name == "jpeg_baseline"   ? "\xff\xc0"
                             : name == "jpeg_extended" ? "\xff\xc1"

@@ -4,6 +4,7 @@
 // Programs in the decoder's place that end, crash, hang or lie; and the decoder itself, with
 // damaged codestreams and on several threads.
 
+#include "core/memory_budget.h"
 #include "support/compressed_dicom.h"
 #include "support/scan_files.h"
 #include "support/temporary_folder.h"
@@ -31,6 +32,7 @@ namespace pliant {
 namespace {
 
 namespace fs = std::filesystem;
+using test::Codec;
 using test::compressed;
 using test::DicomFile;
 
@@ -163,6 +165,32 @@ TEST_F(DicomDecoder, LittleMemoryIsAnError) {
     EXPECT_NE(is_signed.error().message.find("not enough memory"), std::string::npos);
 }
 
+/// Empty codestreams of JPEG 2000 may have any size, in few bytes.
+TEST_F(DicomDecoder, MemoryThatIsNotThereIsNotAskedFor) {
+    constexpr std::uint16_t kSide = 1500;
+    DicomFile slice = compressed("4.90", "jpeg_2000", "u8");
+    slice.rows = slice.columns = kSide;
+    std::string& bytes = slice.fragments[0];
+    const std::size_t size = bytes.find("\xff\x51") + 6;
+    for (const std::size_t at : {size, size + 4, size + 16, size + 20})
+        bytes.replace(at, 4, {0, 0, char(kSide >> 8), char(kSide & 0xff)});
+    m_folder.write("scan/a.dcm", slice.bytes());
+    slice.position[2] = 1;
+    m_folder.write("scan/b.dcm", slice.bytes());
+    const auto with_memory = [&](const std::string& kib) {
+        m_folder.write("system/proc/meminfo", "MemAvailable: " + kib + " kB\n");
+        const MemorySources sources{m_folder / "system"};
+        const UseMemorySources use(sources);
+        const auto volume = read_volume(m_folder / "scan");
+        return volume.ok() ? "was read" : volume.error().message;
+    };
+    EXPECT_EQ(with_memory("8000"), (m_folder / "scan").string() + ": not enough memory to read it");
+    EXPECT_EQ(with_memory("20000"),
+              (m_folder / "scan/a.dcm").string() + ": not enough memory to decode its pixels");
+    EXPECT_EQ(with_memory("200000"),
+              (m_folder / "scan/a.dcm").string() + ": its pixels can't be decoded");
+}
+
 TEST_F(DicomDecoder, SeveralThreadsReadAtOnce) {
     std::atomic<int> read = 0;
     std::vector<std::thread> threads;
@@ -189,14 +217,11 @@ TEST_F(DicomDecoder, DamagedCodestreamsAreReadOrRefusedInOneLine) {
     std::mt19937 random(kSeed);
     testing::internal::CaptureStderr();
     int refused = 0;
-    struct Codec {
-        const char *syntax, *name, *kind;
-    };
     for (const Codec& codec :
          {Codec{"4.50", "jpeg_baseline", "u8"}, Codec{"4.51", "jpeg_extended", "u12"},
           Codec{"4.70", "jpeg_lossless", "s16"}, Codec{"4.80", "jpeg_ls", "u16"},
           Codec{"4.90", "jpeg_2000", "s12"}, Codec{"5", "rle", "u16"}}) {
-        DicomFile slice = compressed(codec.syntax, codec.name, codec.kind);
+        DicomFile slice = compressed(codec);
         m_folder.write("scan/a.dcm", slice.bytes());
         slice.position[2] = 1;
         const std::string good = slice.bytes();

@@ -177,15 +177,13 @@ TEST(DicomPixels, BytesInWordsAreWhatTheyWere) {
 
 TEST(DicomPixels, CompressedOnesAreWhatTheyWere) {
     Recorded found;
-    struct Codec {
-        const char *syntax, *name;
-    };
-    for (const Codec& codec :
-         {Codec{"5", "rle"}, Codec{"4.57", "jpeg_lossless"}, Codec{"4.70", "jpeg_lossless"},
-          Codec{"4.80", "jpeg_ls"}, Codec{"4.81", "jpeg_ls"}, Codec{"4.90", "jpeg_2000"},
-          Codec{"4.91", "jpeg_2000"}})
+    for (const auto& [syntax, codec] :
+         {std::array{"5", "rle"}, std::array{"4.57", "jpeg_lossless"},
+          std::array{"4.70", "jpeg_lossless"}, std::array{"4.80", "jpeg_ls"},
+          std::array{"4.81", "jpeg_ls"}, std::array{"4.90", "jpeg_2000"},
+          std::array{"4.91", "jpeg_2000"}})
         for (const char* kind : {"u8", "s8", "u12", "s12", "u16", "s16"}) {
-            DicomFile slice = compressed(codec.syntax, codec.name, kind);
+            DicomFile slice = compressed(syntax, codec, kind);
             expect_same(found, kind, read_pair(slice, slice));
             DicomFile other = slice;
             other.slope = "0.25";

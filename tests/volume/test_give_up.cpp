@@ -57,7 +57,7 @@ TEST_P(GiveUp, ProgressGrowsFromZeroToLessThanOne) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Formats, GiveUp, ::testing::Bool(),
-                         [](const auto& info) { return info.param ? "Dicom" : "Nrrd"; });
+                         [](const auto& test) { return test.param ? "Dicom" : "Nrrd"; });
 
 }  // namespace
 }  // namespace pliant::test
