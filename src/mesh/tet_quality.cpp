@@ -7,6 +7,7 @@
 #include <charconv>
 #include <cmath>
 #include <numbers>
+#include <system_error>
 #include <utility>
 
 namespace pliant {
@@ -86,8 +87,9 @@ double radius_ratio(const std::array<Vec3d, 4>& p, double volume) {
 
 std::string rounded(double value, int digits) {
     char text[64];
-    const auto end =
-        std::to_chars(text, text + sizeof text, value, std::chars_format::fixed, digits);
+    auto end = std::to_chars(text, text + sizeof text, value, std::chars_format::fixed, digits);
+    if (end.ec != std::errc{})  // longer than the text
+        end = std::to_chars(text, text + sizeof text, value, std::chars_format::scientific, digits);
     return {text, end.ptr};
 }
 

@@ -211,6 +211,14 @@ TEST(Embed, PointsRideOnTheirTetrahedra) {
         EXPECT_LT(norm(place_of(embedded[n], moved) - (m * points[n] + Vec3d{1, 2, 3})), 1e-11);
 }
 
+TEST(TetQuality, IsDescribedWhateverItsSize) {
+    TetQuality q;
+    q.volume_mm3 = 123456.75;
+    EXPECT_NE(describe(q).find("volume              123456.8 mm3\n"), std::string::npos);
+    q.volume_mm3 = -1e283;
+    EXPECT_NE(describe(q).find("volume              -1.0e+283 mm3\n"), std::string::npos);
+}
+
 TEST(TetQuality, KnownTetrahedraHaveTheirKnownMeasures) {
     TetMesh regular{{{1, 1, 1}, {1, -1, -1}, {-1, 1, -1}, {-1, -1, 1}}, {{0, 2, 1, 3}}};
     TetQuality q = tet_quality(regular);

@@ -48,6 +48,16 @@ TEST_F(Judge, FindsNoFaultWhereAFileIsTakenOrRefusedInOneLine) {
     EXPECT_GT(m_run.peak_mb, 0);
 }
 
+TEST_F(Judge, SetsProgressAside) {
+    const std::string slow = "echo 'pliant: deform: 0 % after 2 s' >&2; ";
+    EXPECT_EQ(faults(slow + "echo done"), "");
+    EXPECT_EQ(faults("echo 'pliant: gauss-newton: 91 % after 12 s' >&2"), "");
+    EXPECT_EQ(faults(slow + slow + "echo 'pliant: a: b' >&2; exit 2"), "");
+    EXPECT_EQ(faults(slow + "exit 2"), "expected one line on standard error, found 0;");
+    EXPECT_EQ(faults("echo 'pliant: deform: 0 % of it' >&2"),
+              "status 0, yet something on standard error;");
+}
+
 TEST_F(Judge, FindsCrashes) {
     EXPECT_EQ(faults("kill -SEGV $$"), "signal 11 (Segmentation fault);");
     EXPECT_EQ(faults("echo '*** buffer overflow' >&2; kill -ABRT $$"), "signal 6 (Aborted);");
