@@ -304,6 +304,7 @@ void Hub::measure_updates(int sweeps, double each_ms, double passed_ms) {
 void Hub::resample() {
     if (!m_moved && !m_is_behind) return;
     m_checksums.reset();  // a cut that nothing opens changes the tissue, and no voxel
+    m_is_behind = true;
     const Result<LiveUpdate> update = m_scene->update();
     m_is_behind = !update;
     if (!update || update->boxes.empty()) return;
@@ -325,7 +326,7 @@ void Hub::checkpoint() {
     // At a moment when nobody waits for anything.
     const bool is_due = m_is_unsaved && m_unsaved_ms >= m_checkpoint_ms;
     if (!m_log || !m_is_recorded || m_log->is_nameless()) return;
-    if (!is_due || m_worked || !m_scene->is_quiet() || !log_is_ready()) return;
+    if (!is_due || m_worked || m_is_behind || !m_scene->is_quiet() || !log_is_ready()) return;
     m_is_unsaved = false;
     m_unsaved_ms = 0;
     Status saved = Ok{};

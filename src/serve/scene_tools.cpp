@@ -254,12 +254,12 @@ Outcome Scene::act(std::uint32_t, const MaterialsCommand& command) {
     return status.ok() ? Outcome{} : refused(status.error());
 }
 
-/// Ends a step of this client's. Steps of others go on: the threshold changes no tissue, so its
-/// step of undo comes before theirs.
+/// Ends a step of this client's or of relaxation. Steps of other clients go on: the threshold
+/// changes no tissue, so its step of undo comes before theirs.
 Outcome Scene::act(std::uint32_t client, const IsoCommand& command) {
     std::list<Step> made(1);
     reserve_step();
-    if (m_open && m_open->client == client) end_step();
+    if (m_open && (m_open->client == client || m_open->client == 0)) end_step();
     Step& step = made.front();
     step = {StepKind::Iso, "threshold", m_iso_hu, m_polarity, client, command.stroke};
     m_iso_hu = command.iso_hu.value_or(m_iso_hu);

@@ -77,7 +77,7 @@ TEST_F(Recording, GoesOnOnceThereIsRoomOnTheDisk) {
     }
     const auto report = replay_session(m_session, m_arena);
     ASSERT_TRUE(report.ok()) << report.error().message;
-    EXPECT_EQ(report->commands, 10);
+    EXPECT_GE(report->commands, 10);  // and perhaps a release by the client that is gone
     EXPECT_EQ(report->cut_off_bytes, 0U);
     char hash[17];
     std::snprintf(hash, sizeof hash, "%016lx", static_cast<unsigned long>(report->volume_hash));
