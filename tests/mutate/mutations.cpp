@@ -11,6 +11,9 @@
 namespace pliant::mutate {
 namespace {
 
+/// A file gets no larger by changes: the runner's memory counts in the peak of its children.
+constexpr std::size_t kMaxBytes = std::size_t(1) << 20;
+
 struct Part {
     std::size_t begin = 0, length = 0;
 };
@@ -149,7 +152,7 @@ void repeat_line(std::string& text, const Words&, Random& random) {
     const std::string copy = text.substr(line.begin, line.length);
     const int times = random.whole(0, 7) > 0 ? 1 : random.whole(2, 2000);
     std::string all;
-    for (int n = 0; n < times; ++n) all += copy;
+    for (int n = 0; n < times && all.size() < kMaxBytes; ++n) all += copy;
     text.insert(line.begin, all);
 }
 
@@ -284,7 +287,9 @@ void mutate(std::string& bytes, std::size_t header, const Words& words, Random& 
     for (int n = 0; n < count; ++n) {
         const bool in_front = header > 0 && (rest.empty() || random.whole(0, 3) > 0);
         const Change change = kChanges[std::size_t(random.whole(0, int(kChanges.size()) - 1))];
-        change(in_front ? front : rest, words, random);
+        std::string& part = in_front ? front : rest;
+        change(part, words, random);
+        if (part.size() > kMaxBytes) part.resize(kMaxBytes);
     }
     bytes = front + rest;
 }
