@@ -35,7 +35,7 @@ class MeshLimits : public testing::Test {
         const std::string start = (m_folder / name).string() + ": ";
         ASSERT_TRUE(mesh.error().message.starts_with(start)) << mesh.error().message;
         const std::string reason = mesh.error().message.substr(start.size());
-        EXPECT_LE(reason.size(), 310u) << name;
+        EXPECT_LE(reason.size(), 400u) << name;
         for (const char c : reason)
             EXPECT_FALSE((c >= 0 && c < ' ') || c == 0x7f) << name << ": " << reason;
     }
