@@ -70,11 +70,14 @@ target_compile_definitions(test_serve PRIVATE
 add_dependencies(test_serve slow_haptic_device)
 if(PLIANT_BUILD_APP)
     pliant_test(apps SOURCES ../../apps/pliant/camera_path.cpp ../../apps/pliant/keyframes.cpp
-                             ../serve/test_client.cpp test_ending.cpp test_keyframes.cpp
-                             test_mesh.cpp test_outputs.cpp test_path.cpp test_program.cpp
-                             test_readers.cpp test_serve.cpp test_value_range.cpp test_vessel.cpp
+                             ../serve/test_client.cpp test_crashes.cpp test_ending.cpp
+                             test_keyframes.cpp test_mesh.cpp test_outputs.cpp test_path.cpp
+                             test_program.cpp test_readers.cpp test_serve.cpp
+                             test_value_range.cpp test_vessel.cpp
                 LIBRARIES nlohmann_json::nlohmann_json)
-    target_compile_definitions(test_apps PRIVATE PLIANT_PROGRAM="$<TARGET_FILE:pliant_app>")
+    target_compile_definitions(test_apps PRIVATE
+        PLIANT_PROGRAM="$<TARGET_FILE:pliant_app>"
+        PLIANT_APPS_DATA="${CMAKE_CURRENT_SOURCE_DIR}/apps/data")
     add_dependencies(test_apps pliant_app)
 endif()
 # The pages of results: what draws and measures is tested, not the program that times.

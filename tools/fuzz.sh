@@ -34,6 +34,15 @@ fuzz() { # [TARGET…] [--seconds N]
     summary
 }
 
+# The words of the format that a target reads; several share one.
+dictionary_of() { # TARGET
+    case $1 in
+        labels | vessel | fit | state) echo settings ;;
+        markups | keyframes | messages | session) echo json ;;
+        *) echo "$1" ;;
+    esac
+}
+
 fuzz_one() { # TARGET SECONDS
     local target=$1 seconds=$2
     local learnt=$root/build/fuzz-corpus/$target found=$root/build/fuzz-found/$target
@@ -42,7 +51,10 @@ fuzz_one() { # TARGET SECONDS
     export ASAN_OPTIONS=detect_stack_use_after_return=1:strict_string_checks=1
     export LSAN_OPTIONS=suppressions=$root/tools/lsan.supp:print_suppressions=0
     export UBSAN_OPTIONS=print_stacktrace=1:halt_on_error=1
+    local words=() dictionary=$root/tests/fuzz/dictionaries/$(dictionary_of "$target").dict
+    [[ ! -f $dictionary ]] || words=(-dict="$dictionary")
     "$root/build/fuzz/tests/fuzz/fuzz_$target" -max_total_time="$seconds" -timeout=60 \
-        -rss_limit_mb=2000 -max_len=8192 -use_value_profile=1 -print_final_stats=1 -verbosity=1 \
+        "${words[@]}" -rss_limit_mb=2000 -max_len=1048576 -use_value_profile=1 \
+        -print_final_stats=1 -verbosity=1 \
         -artifact_prefix="$found/" "$learnt" "$root/tests/fuzz/corpus/$target"
 }
