@@ -164,6 +164,9 @@ std::optional<std::uint64_t> Document::header_number(ByteSource& source) const {
 
 /// Deflate makes nothing smaller than to about a thousandth.
 constexpr std::uint64_t kMostInflated = 1100;
+/// Numbers of a compressed array: the coordinates of 16,777,216 nodes. A small file would take much
+/// memory otherwise.
+constexpr std::uint64_t kMaxInflatedNumbers = 3 * (std::uint64_t(1) << 24);
 
 Result<std::string> Document::bytes_of(const pugi::xml_node& node, ByteSource source,
                                        std::optional<std::uint64_t> expected) {
@@ -200,6 +203,12 @@ Result<std::string> Document::bytes_of(const pugi::xml_node& node, ByteSource so
         lengths.empty() ? 0 : (*first - 1) * *block + (*last > 0 ? *last : *block);
     if (const Status s = check(size); !s) return s.error();
     if (size > most) return ends();
+    const auto type = number_type(node.attribute("type").value());
+    if (type && size / size_of(*type) > kMaxInflatedNumbers)
+        return Error{ErrorCode::LimitExceeded, name + " has " +
+                                                   std::to_string(size / size_of(*type)) +
+                                                   " compressed numbers, expected up to " +
+                                                   std::to_string(kMaxInflatedNumbers)};
     ask_for(size);
     std::string bytes(std::size_t(size), '\0');
     std::uint64_t at = 0;

@@ -112,6 +112,15 @@ TEST_F(MeshLimits, MeshesLargerThanTheMemoryAreRefused) {
     refused("long.stl", "solid a\n" + std::string(9 << 20, ' '));
 }
 
+TEST_F(MeshLimits, SmallFilesOfManyNumbersAreRefused) {
+    const auto mesh = read("a.vtp", zlib_vtp(17'000'000));
+    ASSERT_FALSE(mesh.ok());
+    EXPECT_EQ(mesh.error().code, ErrorCode::LimitExceeded);
+    EXPECT_NE(mesh.error().message.find("has 51000000 compressed numbers, expected up to 50331648"),
+              std::string::npos)
+        << mesh.error().message;
+}
+
 TEST_F(MeshLimits, TheFirstVersionOfMshIsNamed) {
     const auto mesh = read("a.msh", "$NOD\n1\n1 0 0 0\n$ENDNOD\n$ELM\n0\n$ENDELM\n");
     ASSERT_FALSE(mesh.ok());
