@@ -26,6 +26,8 @@ export class Files {
     readonly input: HTMLInputElement;
     /// A path is no scan, and stays in the page.
     openPath: (file: File) => Promise<void> = async () => {};
+    /// The scan, or part of one, that is on its way.
+    private request: XMLHttpRequest | undefined;
 
     /// @param query  the link's token
     constructor(
@@ -43,6 +45,11 @@ export class Files {
             this.input.value = '';
             void this.open(files.map((file) => ({ path: file.name, file })));
         });
+    }
+
+    /// Gives up the scan that is sent or read.
+    cancel(): void {
+        this.request?.abort();
     }
 
     choose(): void {
@@ -79,7 +86,11 @@ export class Files {
         let sent = 0;
         const tell = (more: number): void => {
             const share = total ? Math.floor((100 * (sent + more)) / total) : 100;
-            this.tell(share < 100 ? `Sending ${name}: ${share} %` : `Reading ${name}…`);
+            this.tell(
+                share < 100
+                    ? `Sending ${name}: ${share} % (Esc gives up)`
+                    : `Reading ${name}… (Esc gives up)`,
+            );
         };
         tell(0);
         if (files.length === 1) {
@@ -93,7 +104,7 @@ export class Files {
             await this.post('open/part', { upload, name: path }, file, tell);
             sent += file.size;
         }
-        this.tell(`Reading ${name}…`);
+        this.tell(`Reading ${name}… (Esc gives up)`);
         const asked = await this.post('open/done', { upload, name }, new Blob());
         if (asked === undefined) return;
         this.tell(`${name} holds several series`);
@@ -102,7 +113,7 @@ export class Files {
             await this.post('open/drop', { upload }, new Blob());
             throw new Error(`${name}: no series was chosen`);
         }
-        this.tell(`Reading ${name}…`);
+        this.tell(`Reading ${name}… (Esc gives up)`);
         await this.post('open/done', { upload, name, series }, new Blob());
     }
 
@@ -122,6 +133,11 @@ export class Files {
                     ? resolve(request.status === 300 ? request.responseText : undefined)
                     : reject(new Error(request.responseText.trim() || `${request.status}`));
             request.onerror = () => reject(new Error('the file was not taken: the line broke'));
+            request.onabort = () => reject(new Error('opening was given up'));
+            request.onloadend = () => {
+                this.request = undefined;
+            };
+            this.request = request;
             request.open('POST', `${path}${this.query}&${more}`);
             request.send(body);
         });

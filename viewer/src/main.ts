@@ -122,6 +122,7 @@ function start(): void {
         cancel: () => {
             pointer.cancel();
             actions.way.cancel();
+            files.cancel();
             session.stopMovie();
             tour.stop();
         },

@@ -179,6 +179,22 @@ test('what is no scan is said in one line, and nothing changes', async () => {
     assert.equal((await compare(page))!.same, true);
 });
 
+test('Escape gives up a scan that is sent', async () => {
+    const { volume } = await stateOf(page);
+    const stuck: (() => Promise<void>)[] = [];
+    await page.route('**/open?*', (route) => void stuck.push(() => route.abort()));
+    await choose('slow.nrrd', nrrd());
+    await page.waitForFunction(() =>
+        document.querySelector('.notice')!.textContent!.includes('Esc gives up'),
+    );
+    await page.keyboard.press('Escape');
+    await untilSaid('opening was given up');
+    assert.equal((await stateOf(page)).transfer, '');
+    assert.equal((await stateOf(page)).volume!.id, volume!.id);
+    await page.unroute('**/open?*');
+    await Promise.allSettled(stuck.map((end) => end()));
+});
+
 test('files are dropped together; a path that is dropped stays a path', async () => {
     const scan = nrrd();
     const end = scan.indexOf('\n\n') + 1;
