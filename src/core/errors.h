@@ -50,7 +50,7 @@ auto attempt(Work&& work) noexcept -> decltype(work()) {
     }
 }
 
-/// An error that quotes what was found, without line ends and other control characters.
+/// An error without line ends and other control characters, as quoted text may have them.
 inline Error in_one_line(Error error) {
     error.message = one_line(error.message);
     return error;

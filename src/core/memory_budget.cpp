@@ -73,7 +73,7 @@ std::uint64_t room_in_groups(const fs::path& root) {
     std::uint64_t room = kUnlimited;
     std::ifstream stream(root / "proc/self/cgroup");
     // "0::/path" of version 2, "4:memory:/path" or "4:cpu,memory:/path" of version 1. Within a
-    // container the path may be the host's: then it isn't there, but what is above it is.
+    // container the path may be the host's: then it isn't there, but its parents are.
     for (std::string line; std::getline(stream, line);) {
         const std::size_t first = line.find(':'), second = line.find(':', first + 1);
         if (second == line.npos) continue;

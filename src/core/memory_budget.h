@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // How much memory a reader may ask for. Linux promises more than it has, and ends a process that
-// takes the promise at its word; so large requests are held against what is there before they are
+// takes the promise at its word; so large requests are held against the memory left before they are
 // made. In a container that is its control group's share, not the machine's.
 
 #pragma once

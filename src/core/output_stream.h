@@ -17,7 +17,7 @@ std::optional<int> descriptor_of(const std::filesystem::path& path);
 
 class OutputStream {
   public:
-    /// @param is_standard_output  whatever the path says
+    /// @param is_standard_output  true for any path
     /// @returns nothing if path is neither a descriptor's name, nor a pipe or character device
     static std::optional<OutputStream> of(const std::filesystem::path& path,
                                           bool is_standard_output);

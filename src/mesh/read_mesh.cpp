@@ -158,7 +158,7 @@ Result<MeshData> read_mesh(const std::filesystem::path& path) {
             return Error{ErrorCode::NotFound, path.string() + ": expected a file, found none"};
         std::ifstream stream(path, std::ios::binary | std::ios::ate);
         const auto size = stream ? std::streamoff(stream.tellg()) : -1;
-        // The bytes, and about as much again for what is made of them; more is asked for later.
+        // The bytes, and about as much again for the mesh; more is asked for later.
         if (size > 0 && !has_memory_for(2 * std::uint64_t(size))) return too_large();
         std::string bytes(std::size_t(std::max<std::streamoff>(size, 0)), '\0');
         stream.seekg(0);

@@ -35,7 +35,7 @@ Status check_header_of(const fs::path& path) {
     if (Status status = check_file(path); !status) return status;
     auto header = read_image_header(path, *format);
     if (!header) return header.error();
-    // Reading a header opens no other file, so nobody learns which of them exist.
+    // Reading a header opens no other file, so its error doesn't tell whether one exists.
     for (const fs::path& file : header->data.files)
         if (file.lexically_normal().parent_path() != path.parent_path())
             return Error{ErrorCode::Unsupported, path.string() + ": names the data file '" +

@@ -17,7 +17,7 @@ namespace {
 
 /// A compressed byte stands for at most this many (deflate's own bound is 1032).
 constexpr std::uint64_t kMaxCompressionRatio = 1040;
-/// Most bytes that are inflated only to be skipped: what comes before the data of one image.
+/// Most bytes that are inflated only to be skipped, before the data of one image.
 constexpr std::uint64_t kMaxInnerSkip = std::uint64_t(1) << 28;
 /// Most files that one image may be spread over.
 constexpr std::int64_t kMaxDataFiles = kMaxAxisSize;

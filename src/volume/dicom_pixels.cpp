@@ -48,7 +48,7 @@ class PixelBits {
         : m_shift(int(sizeof(Stored)) * 8 - bits), m_is_signed(is_signed) {}
     std::int64_t operator()(Stored stored) const {
         using Signed = std::make_signed_t<Stored>;
-        const auto high = Stored(stored << m_shift);  // so that what lies above is gone
+        const auto high = Stored(stored << m_shift);  // without the bits above
         return m_is_signed ? std::int64_t(Signed(high) >> m_shift)
                            : std::int64_t(Stored(high >> m_shift));
     }

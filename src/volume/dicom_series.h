@@ -31,7 +31,7 @@ struct DicomSeries {
 Result<std::vector<DicomSeries>> list_series(const std::filesystem::path& folder);
 
 /// Sorts slices of one series along their normal.
-/// @param[out] notes  what was taken for straight
+/// @param[out] notes  deviations that were taken for straight
 /// @returns the grid they make
 Result<Grid> stack_slices(const std::filesystem::path& folder, std::vector<DicomSlice>& slices,
                           std::vector<std::string>& notes);

@@ -192,7 +192,7 @@ bool DicomWalk::take_value(const Element& element) {
     return read(value.data(), value.size());
 }
 
-/// Items of an unknown type are implicit, whatever the file is.
+/// Items of an unknown type are implicit in any file.
 bool DicomWalk::skip_nested(const Element& element) {
     const bool is_explicit = m_explicit;
     if (element.type == "UN") m_explicit = false;

@@ -162,7 +162,7 @@ Status read_sizes(const fs::path& path, const Fields& fields, ImageHeader& heade
 }
 
 Status read_type(const fs::path& path, const Fields& fields, ImageHeader& header) {
-    // MET_LONG has 32 bits, whatever the machine.
+    // MET_LONG has 32 bits on any machine.
     static const std::map<std::string, Component, std::less<>> kTypes = {
         {"MET_CHAR", Component::Int8},         {"MET_ASCII_CHAR", Component::Int8},
         {"MET_UCHAR", Component::UInt8},       {"MET_SHORT", Component::Int16},
@@ -172,7 +172,7 @@ Status read_type(const fs::path& path, const Fields& fields, ImageHeader& header
         {"MET_ULONG_LONG", Component::UInt64}, {"MET_FLOAT", Component::Float32},
         {"MET_DOUBLE", Component::Float64}};
     const std::string_view name = fields.value({"ElementType"});
-    std::string_view single = name;  // MET_SHORT_ARRAY is what some writers call channels
+    std::string_view single = name;  // some writers call channels MET_SHORT_ARRAY
     if (single.ends_with("_ARRAY")) single.remove_suffix(6);
     const auto found = kTypes.find(single);
     if (found == kTypes.end()) return bad_field(path, "ElementType", name, "MET_SHORT or the like");

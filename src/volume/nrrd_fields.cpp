@@ -114,7 +114,7 @@ Status LineTaker::take_key(std::string key, std::string value) {
 }
 
 Status LineTaker::take(std::string_view line) {
-    // Keys may hold ": ", unless what is before it is a field; values may hold ":=".
+    // Keys may hold ": ", unless the text before it is a field; values may hold ":=".
     const std::size_t colon = line.find(':');
     std::string_view name;
     if (const std::size_t at = line.find(": "); at != line.npos)

@@ -117,7 +117,7 @@ bool wait_for(int socket, short event, Clock::time_point deadline) {
         pollfd waiting{socket, event, 0};
         const int ready = ::poll(&waiting, 1, int(std::min<long long>(left + 1, 60000)));
         if (ready > 0) return true;
-        if (ready < 0 && errno != EINTR) return true;  // the next call says what is wrong
+        if (ready < 0 && errno != EINTR) return true;  // the next call returns the error
     }
 }
 

@@ -23,7 +23,7 @@ struct PixelRequest {
     static constexpr std::uint32_t kMagic = 0x504c5131;
     std::uint32_t magic = kMagic;
     std::uint32_t columns = 0, rows = 0;
-    std::uint32_t bytes_per_pixel = 0;  ///< 1, 2 or 4: of the answer, whatever the file has
+    std::uint32_t bytes_per_pixel = 0;  ///< 1, 2 or 4: of the answer, for any file
     std::uint64_t dicom_bytes = 0;
 };
 
