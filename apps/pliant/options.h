@@ -99,7 +99,8 @@ struct RenderOptions {
     double field_of_view_deg = 80;
     double barrel_distortion = 0.15;
     double fog_distance_mm = 120;
-    std::optional<std::string> colour;          ///< "R,G,B" 0…255
+    std::optional<std::string> colour;  ///< "R,G,B" 0…255
+    std::string style = "plain", lining = "airway", field_stop = "round";
     std::optional<double> window_hu, level_hu;  ///< of sections, or of the blended view's opacity
     double opacity_per_mm = 0.25;
     // Of fluoroscopy; no width: the whole scan.

@@ -39,6 +39,18 @@ enum class Polarity {
     Falling,  ///< contrast-filled vessel: the wall is darker
 };
 
+/// How the endoscope's picture is lit and coloured.
+enum class Style {
+    Plain,  ///< one colour, a light in the lens: shape alone, for measuring and research
+    Real,   ///< lamps beside the lens, automatic exposure, colours of the tissue, wet
+};
+
+/// Which lumen it is: its colours in the style Real.
+enum class Lining { Airway, Colon, Sinus, Vessel };
+
+/// Shape of the picture in the style Real; beyond it is black.
+enum class FieldStop { Round, Octagon, Full };
+
 /// The endoscope: a pin-hole camera with barrel distortion and a light at the lens.
 struct Endoscope {
     Vec3d eye_mm{0, 0, 0};  ///< LPS
@@ -51,6 +63,10 @@ struct Endoscope {
     double fog_distance_mm = 120;  ///< light falls to 1/e over this; 0: no fog
     Rgb8 surface{222, 150, 134};   ///< colour of the tissue in full light
     Rgb8 fog{8, 6, 8};             ///< colour far away, and where no ray hits
+    Style style = Style::Plain;
+    // Of the style Real, which knows neither fog nor a colour of the surface.
+    Lining lining = Lining::Airway;
+    FieldStop field_stop = FieldStop::Round;
 };
 
 /// A view for a scan that nobody has looked at yet: deep inside a lumen, along its longest free

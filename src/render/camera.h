@@ -22,6 +22,10 @@ inline Vec3d natural_up(Vec3d look) {
     return std::abs(look.z) < 0.9 * norm(look) ? superior : anterior;
 }
 
+struct Vec2 {
+    double u, v;
+};
+
 class Camera {
   public:
     Camera(const Endoscope& e, int width, int height)
@@ -36,11 +40,24 @@ class Camera {
 
     /// Unit direction of the ray through a point of the picture [pixels, from the top left corner].
     Vec3d direction(double x, double y) const {
+        const Vec2 p = place(x, y);
+        return through(p.u, p.v);
+    }
+    /// A point of the picture [pixels, from the top left corner] in halves of its height, from its
+    /// centre, to the right and up.
+    Vec2 place(double x, double y) const {
         const double half = 0.5 * m_height;
-        const double u = (x - 0.5 * m_width) / half, v = (half - y) / half;
+        return {(x - 0.5 * m_width) / half, (half - y) / half};
+    }
+    /// Likewise, through a place.
+    Vec3d through(double u, double v) const {
         const double scale = m_slope * (1 + m_barrel * (u * u + v * v));
         return normalized(m_forward + scale * u * m_right + scale * v * m_up);
     }
+
+    double aspect() const { return double(m_width) / m_height; }  ///< width / height
+    Vec3d right() const { return m_right; }
+    Vec3d up() const { return m_up; }
 
   private:
     int m_width, m_height;

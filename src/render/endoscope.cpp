@@ -2,12 +2,13 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // The endoscope's picture, tile by tile, a beam of rays after the other. One ray per pixel first;
-// then four for each pixel at an edge, where its colour or depth differs from a neighbour's. The
-// light sits at the lens: what faces the camera is bright, wet tissue shines there, light falls off
-// with the distance and fades into the fog.
+// then four for each pixel at an edge, where its colour or depth differs from a neighbour's. In the
+// style Plain the light sits at the lens: what faces the camera is bright, wet tissue shines there,
+// light falls off with the distance and fades into the fog. The style Real is RealLook's.
 
 #include "render/camera.h"
 #include "render/colour.h"
+#include "render/real_look.h"
 #include "render/volume_rays.h"
 
 namespace pliant {
@@ -45,24 +46,35 @@ class Painter {
           m_fog(render::linear_from_srgb(endoscope.fog)) {
         const double brightest = std::max({m_surface.x, m_surface.y, m_surface.z, 1e-6});
         for (int c = 0; c < 3; ++c) m_deep[c] = m_surface[c] * m_surface[c] / brightest;
+        if (endoscope.style == Style::Real) m_real.emplace(caster, m_rays, endoscope, m_camera);
     }
 
     /// What is seen at points of the picture [pixels]; neighbours one after the other.
     void look(std::span<const Point> points, std::vector<Sample>& samples) const {
         std::vector<Vec3d> directions;
-        for (const Point& p : points) directions.push_back(m_camera.direction(p.x, p.y));
+        for (const Point& p : points)  // beyond the field stop is no direction, and no hit
+            directions.push_back(field(p) > 0 ? m_camera.direction(p.x, p.y) : Vec3d{0, 0, 0});
         std::vector<double> distances(points.size());
         m_rays.hit_distances(directions, distances.data());
         samples.resize(points.size());
         for (std::size_t n = 0; n < points.size(); ++n)
-            samples[n] = seen(distances[n], directions[n]);
+            samples[n] = seen(distances[n], directions[n], field(points[n]));
     }
 
   private:
-    Sample seen(double t, Vec3d direction) const {
-        if (std::isinf(t)) return {to_float(m_fog), std::numeric_limits<float>::infinity()};
+    double field(Point p) const {
+        if (!m_real) return 1;
+        const render::Vec2 place = m_camera.place(p.x, p.y);
+        return m_real->field(place.u, place.v);
+    }
+
+    Sample seen(double t, Vec3d direction, double field) const {
+        if (std::isinf(t))
+            return {to_float(m_real ? Vec3d{0, 0, 0} : m_fog),
+                    std::numeric_limits<float>::infinity()};
         const Vec3d point = m_endoscope.eye_mm + t * direction;
         const Vec3d normal = m_caster.normal(point, direction, m_endoscope.polarity);
+        if (m_real) return {to_float(field * m_real->shade(t, point, normal, direction)), float(t)};
         return {to_float(shade(t, point, normal, direction)), float(t)};
     }
 
@@ -104,6 +116,7 @@ class Painter {
     const Endoscope& m_endoscope;
     render::Camera m_camera;
     Vec3d m_surface, m_fog;
+    std::optional<render::RealLook> m_real;
     Vec3d m_deep;  // colour of light that has passed through tissue: its own, more saturated
 };
 

@@ -4,9 +4,9 @@
 // What is under the pointer, in every view: a place in the world.
 
 import { kOutsideField, orbitCamera } from './endoscope_view.ts';
-import { firstHit, frameOf, rayThrough, type Surface } from './rays.ts';
+import { firstHit, frameOf, rayThrough } from './rays.ts';
 import { type SectionPlane, sectionPlane, worldOfPixel } from './section_geometry.ts';
-import type { State, ViewName } from './store.ts';
+import { type State, surfaceOf, type ViewName } from './store.ts';
 import { along, dot, sub, type Vec3 } from './vec.ts';
 import type { VolumeData } from './volume.ts';
 
@@ -18,11 +18,6 @@ export interface Spot {
     readonly width: number;
     readonly height: number;
 }
-
-export const surfaceOf = (state: State): Surface => ({
-    iso: state.shared?.iso_hu ?? -500,
-    rising: state.shared?.polarity !== 'falling',
-});
 
 export function planeAt(volume: VolumeData, state: State, spot: Spot): SectionPlane | undefined {
     if (spot.view === 'endoscope') return undefined;

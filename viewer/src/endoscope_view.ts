@@ -9,10 +9,13 @@ import * as THREE from 'three';
 import type { ViewRect } from './stage.ts';
 import type { OverlayField } from './overlay_field.ts';
 import { fieldUniforms, kNoField, overlayUniforms, Picture } from './picture.ts';
+import { meteredExposure } from './exposure.ts';
+import { kFieldStops, liningUniforms } from './linings.ts';
+import { noiseTexture } from './noise.ts';
 import { type Camera, frameOf } from './rays.ts';
 import { kWaterPerMm, usualWater } from './fluoroscopy.ts';
 import { kCopy, kEndoscope, kFluoroscopy } from './shaders.ts';
-import type { State } from './store.ts';
+import { type State, surfaceOf } from './store.ts';
 import { along, cross, mul, normalized, turned, type Vec3 } from './vec.ts';
 import type { Vessel } from './vessel.ts';
 import { kReach, VesselView } from './vessel_view.ts';
@@ -69,6 +72,12 @@ export class EndoscopeView {
             tools: Array.from({ length: kMostTools }, () => new THREE.Vector4()),
             toolColours: Array.from({ length: kMostTools }, () => new THREE.Vector3()),
             toolCount: 0,
+            ...liningUniforms('airway'),
+            real: false,
+            noiseTile: noiseTexture(),
+            exposure: 0,
+            voxelMm: 1,
+            fieldStop: 0,
         };
         this.inside = new Picture(kEndoscope, { ...common, reach: kReach }, { DEPTH: '' });
         this.fluoroscopy = new Picture(kFluoroscopy, {
@@ -162,12 +171,27 @@ export class EndoscopeView {
             iso: state.shared?.iso_hu ?? -500,
             rising: state.shared?.polarity !== 'falling',
             toolCount: Math.min(balls.length, kMostTools),
+            real: state.style === 'real' && !state.outside,
         });
+        if (picture === this.inside && state.style === 'real') this.setReal(state, aspect);
         balls.slice(0, kMostTools).forEach((ball, i) => {
             const spheres = picture.uniforms.tools!.value as THREE.Vector4[];
             const colours = picture.uniforms.toolColours!.value as THREE.Vector3[];
             spheres[i]!.set(...ball.centre, ball.radius);
             colours[i]!.copy(ball.own ? kOwnTool : kOtherTool);
+        });
+    }
+
+    private setReal(state: State, aspect: number): void {
+        const { data } = this.volume!;
+        const [sx, sy, sz] = data.grid.spacing;
+        const { camera, fieldOfView, barrel, lining, fieldStop } = state;
+        const surface = surfaceOf(state);
+        this.inside.set({
+            ...liningUniforms(lining),
+            exposure: meteredExposure(data, camera, fieldOfView, barrel, aspect, surface),
+            voxelMm: Math.min(Math.max(Math.cbrt(sx * sy * sz), 0.4), 1.2),
+            fieldStop: kFieldStops.indexOf(fieldStop),
         });
     }
 

@@ -5,7 +5,7 @@
 // the last seconds of its force, and the places of a device that is in the browser itself (mouse,
 // game pad, SpaceMouse). The force is made by the server, a thousand times a second.
 
-import { surfaceOf } from './aim.ts';
+import { surfaceOf } from './store.ts';
 import { flown } from './flight.ts';
 import { buttonsOff, kNoMotion, moved, padMotion, type Motion, spaceMouse } from './pads.ts';
 import type { HapticsNews } from './protocol.ts';

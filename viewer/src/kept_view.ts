@@ -11,6 +11,10 @@ const kKey = 'pliant.view';
 const kKept = [
     'camera',
     'cursor',
+    'style',
+    'styleChosen',
+    'lining',
+    'fieldStop',
     'outside',
     'fluoroscopy',
     'fluoroContrast',

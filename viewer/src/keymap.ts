@@ -128,6 +128,9 @@ export const kHelp: readonly { title: string; lines: readonly HelpLine[] }[] = [
     },
 ];
 
+/// Controls that take letters and numbers.
+const kTyping = 'input:not([type=range], [type=checkbox], [type=radio], [type=file]), textarea';
+
 export class Keymap {
     private readonly bindings: Binding[];
 
@@ -216,7 +219,7 @@ export class Keymap {
 
     private down(event: KeyboardEvent, help: () => void): void {
         const typing = event.target as HTMLElement;
-        const inField = typing.matches('input:not([type=range]):not([type=checkbox]), textarea');
+        const inField = typing.matches(kTyping);
         const modal = document.querySelector('dialog[open]') !== null;
         if (modal || (inField && event.code !== 'Escape')) return;
         if (event.key === '?') {

@@ -108,6 +108,11 @@ function start(): void {
         return;
     }
     session.stage.vesselOf = () => session.vessel;
+    session.stage.onTooSlow = () => {
+        if (store.state.style === 'plain' || store.state.styleChosen) return;
+        store.set({ style: 'plain' });
+        session.say('the plain look: the real one takes too long to draw here');
+    };
     store.watch(['link', 'linkText', 'volume', 'loaded', 'transfer'], tell);
     store.watch(['theme'], ({ theme }) => {
         document.documentElement.dataset.theme = theme;

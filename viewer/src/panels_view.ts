@@ -4,6 +4,7 @@
 // Panels of what this browser alone sees: window, endoscope, places, colours.
 
 import { button, checkbox, choice, h, slider } from './dom.ts';
+import { kFieldStops, kLinings } from './linings.ts';
 import { type Preset, PresetShelf, presetsWithOwn } from './own_presets.ts';
 import { type Parts, section } from './panel_parts.ts';
 
@@ -68,6 +69,7 @@ export function endoscopePanel(parts: Parts): HTMLElement {
                 (wall) => parts.actions.setWall(wall),
             ),
         ),
+        ...look(parts),
         path(parts),
         parts.number('tip', {
             label: 'Tip',
@@ -112,6 +114,37 @@ export function endoscopePanel(parts: Parts): HTMLElement {
             ),
         ),
     );
+}
+
+/// How the picture looks: lamps, colours of the tissue, the shape of the field.
+function look(parts: Parts): HTMLElement[] {
+    const { store } = parts.session;
+    const lining = choice(
+        'Colours of',
+        kLinings.map((value) => ({ value, text: value })),
+        () => parts.state.lining,
+        (chosen) => store.set({ lining: chosen }),
+    );
+    const field = choice(
+        'Field',
+        kFieldStops.map((value) => ({ value, text: value })),
+        () => parts.state.fieldStop,
+        (fieldStop) => store.set({ fieldStop }),
+    );
+    store.watch(['style'], ({ style }) => {
+        lining.element.hidden = style !== 'real';
+        field.element.hidden = style !== 'real';
+    });
+    const style = choice(
+        'Look',
+        [
+            { value: 'real', text: 'real', hint: 'lamps, colours of the tissue, wet' },
+            { value: 'plain', text: 'plain', hint: 'shape alone; takes less time to draw' },
+        ],
+        () => parts.state.style,
+        (chosen) => store.set({ style: chosen, styleChosen: true }),
+    );
+    return [parts.add(style), parts.add(lining), parts.add(field)];
 }
 
 function path(parts: Parts): HTMLElement {

@@ -4,7 +4,6 @@
 // The page's middle: takes what the server sends into the store, the mirror and the stage, flies
 // the endoscope, starts and ends strokes, and tells the server where this client's tool is.
 
-import { surfaceOf } from './aim.ts';
 import { Connection, type Listener, type Memory } from './connection.ts';
 import type { ToolBall } from './endoscope_view.ts';
 import { clearance, flown, freePlace, speedFor, wouldTouch } from './flight.ts';
@@ -34,7 +33,7 @@ import { kKinds, type OverlayKind } from './overlay_kinds.ts';
 import type { Path } from './path.ts';
 import { frameOf, inTissue, naturalUp } from './rays.ts';
 import { Stage } from './stage.ts';
-import { initialState, pushOrSlide, type Store } from './store.ts';
+import { initialState, pushOrSlide, type Store, surfaceOf } from './store.ts';
 import { newStroke, note, type Stroke } from './strokes.ts';
 import { add, along, mul, norm, normalized, sub, turned, type Vec3 } from './vec.ts';
 import { VolumeData } from './volume.ts';

@@ -3,19 +3,21 @@
 
 // The shaders of src/shaders as text, put together. The bundler reads the files in.
 
+import camera from './shaders/camera.glsl';
 import copy from './shaders/copy.frag.glsl';
 import endoscope from './shaders/endoscope.frag.glsl';
 import field from './shaders/field.glsl';
 import fluoroscopy from './shaders/fluoroscopy.frag.glsl';
 import full from './shaders/full.vert.glsl';
 import overlay from './shaders/overlay.glsl';
+import real from './shaders/real.glsl';
 import section from './shaders/section.frag.glsl';
 import surface from './shaders/surface.glsl';
 import vesselFragment from './shaders/vessel.frag.glsl';
 import vesselVertex from './shaders/vessel.vert.glsl';
 
 export const kFullScreen = full;
-export const kEndoscope = field + surface + overlay + endoscope;
+export const kEndoscope = field + surface + overlay + camera + real + endoscope;
 export const kSection = field + overlay + section;
 export const kCopy = copy;
 export const kFluoroscopy = field + fluoroscopy;

@@ -45,6 +45,9 @@ const kAll: (keyof State)[] = [
 const kEndoscopeKeys: (keyof State)[] = [
     ...kAll,
     'camera',
+    'style',
+    'lining',
+    'fieldStop',
     'outside',
     'fluoroscopy',
     'fluoroContrast',
@@ -78,6 +81,8 @@ export class Stage {
     /// How long the graphics processor takes for a frame while something moves [ms].
     frameMs = 0;
     framesDrawn = 0;
+    /// A frame with the fewest pixels still takes too long.
+    onTooSlow: () => void = () => {};
     private readonly endoscope = new EndoscopeView();
     private readonly section = new Picture(kSection, {
         ...kNoField,
@@ -238,6 +243,7 @@ export class Stage {
     private adapt(frameMs: number): void {
         this.frameMs = this.frameMs ? 0.7 * this.frameMs + 0.3 * frameMs : frameMs;
         const slow = this.frameMs > kSlowMs && this.quality + 1 < kScales.length;
+        if (this.frameMs > kSlowMs && !slow) this.onTooSlow();
         const quick = this.frameMs < kQuickMs && this.quality > 0;
         if (!slow && !quick) return;
         this.quality += slow ? 1 : -1;

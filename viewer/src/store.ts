@@ -6,11 +6,12 @@
 // messages and is only asked for, never set here.
 
 import type { Space } from './grid.ts';
+import type { FieldStop, Lining } from './linings.ts';
 import type { OverlayKind } from './overlay_kinds.ts';
 import type { HapticsNews, Role, SharedState, Tool, VolumeInfo } from './protocol.ts';
 import type { Keyframe } from './keyframes.ts';
 import type { Path } from './path.ts';
-import type { Camera } from './rays.ts';
+import type { Camera, Surface } from './rays.ts';
 import type { Vec3 } from './vec.ts';
 
 export const kViews = ['endoscope', 'axial', 'coronal', 'sagittal'] as const;
@@ -20,6 +21,12 @@ export type SectionName = Exclude<ViewName, 'endoscope'>;
 /// Springs know no sliding: they are pushed.
 export const pushOrSlide = (state: Readonly<State>, slide: boolean): 'push' | 'slide' =>
     slide && state.shared?.tissue?.model !== 'springs' ? 'slide' : 'push';
+
+/// The wall that the state's threshold makes.
+export const surfaceOf = (state: Readonly<State>): Surface => ({
+    iso: state.shared?.iso_hu ?? -500,
+    rising: state.shared?.polarity !== 'falling',
+});
 
 export const kTools = [
     'look',
@@ -36,6 +43,9 @@ export type ToolName = (typeof kTools)[number];
 /// What the tip does at a wall.
 export const kWalls = ['stop', 'push', 'pass'] as const;
 export type Wall = (typeof kWalls)[number];
+
+/// Shape alone; or as an endoscope records it.
+export type Style = 'plain' | 'real';
 
 export interface SectionFrame {
     readonly shift: readonly [number, number]; ///< of the picture's centre, right and up [mm]
@@ -62,6 +72,10 @@ export interface State {
     outcome: string; ///< of the last command, where there is something to say of it
 
     camera: Camera;
+    style: Style; ///< of the endoscope's picture
+    styleChosen: boolean; ///< by a person: it stays, however slow
+    lining: Lining; ///< of the style real: which lumen it is
+    fieldStop: FieldStop; ///< and the picture's shape
     outside: boolean; ///< the endoscope's view shows the lumen from outside
     fluoroscopy: boolean; ///< and X-rays through the scan instead
     fluoroContrast: number; ///< factor of the absorption
@@ -168,6 +182,10 @@ export const initialState = (): State => ({
     force: 0,
     outcome: '',
     camera: { eye: [0, 0, 0], look: [0, 1, 0], up: [0, 0, 1] },
+    style: 'real',
+    styleChosen: false,
+    lining: 'airway',
+    fieldStop: 'round',
     outside: false,
     fluoroscopy: false,
     fluoroContrast: 1,

@@ -119,9 +119,12 @@ export async function visit(browser: Browser, link: string, more = '&notour'): P
         if (message.type() === 'error') errors.push(message.text());
     });
     await page.goto(link + more);
-    // Four rays per pixel take their time in software.
+    // Four rays per pixel take their time in software; the style stays as it is, however slow.
     await page.evaluate(() =>
-        (window as unknown as { pliant: Session }).pliant.store.set({ fine: false }),
+        (window as unknown as { pliant: Session }).pliant.store.set({
+            fine: false,
+            styleChosen: true,
+        }),
     );
     await loaded(page);
     return { page, errors };

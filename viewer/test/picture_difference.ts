@@ -9,6 +9,7 @@ import { readFileSync } from 'node:fs';
 import { join } from 'node:path';
 import type { Page } from 'playwright-core';
 import type { Session } from '../src/session.ts';
+import type { Style } from '../src/store.ts';
 import { kPictures, picture, rectOf, stateOf, still } from './browser.ts';
 
 /// A pixel is far off where a channel differs by more, of 255.
@@ -22,19 +23,21 @@ export interface Difference {
 
 /// @param scan  what the page shows, at rest
 /// @param name  of the pictures, in test/out
+/// @param style  of both
 /// @param offDegrees  by which the other camera's field of view is made different
 export async function difference(
     page: Page,
     scan: string,
     name: string,
     offDegrees = 0,
+    style: Style = 'plain',
 ): Promise<Difference> {
-    await page.evaluate(() => {
+    await page.evaluate((style) => {
         const { stage, store } = (window as never as { pliant: Session }).pliant;
         (stage as never as { quality: number }).quality = 0;
-        store.set({ fine: true });
+        store.set({ fine: true, style });
         stage.invalidate();
-    });
+    }, style);
     await page.waitForTimeout(300);
     await still(page);
     const { camera, fieldOfView, barrel, fog, shared } = await stateOf(page);
@@ -54,6 +57,7 @@ export async function difference(
         `--barrel=${barrel}`,
         `--fog=${fog}`,
         `--iso=${shared!.iso_hu}`,
+        `--style=${style}`,
     ]);
     await picture(page, `${name}_browser`);
     const url = `data:image/png;base64,${readFileSync(file).toString('base64')}`;

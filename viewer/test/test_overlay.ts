@@ -42,6 +42,9 @@ const told = async (): Promise<string> =>
 
 test('the key M shows displacement, then volume change, then neither', async () => {
     await page.mouse.move(640, 3);
+    await page.evaluate(() =>
+        (window as never as { pliant: Session }).pliant.store.set({ fieldStop: 'full' }),
+    );
     await push(page, [0, 0, 5]);
     await page.locator('.view.axial').focus();
     const legend = page.locator('.legend');

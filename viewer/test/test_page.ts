@@ -136,6 +136,23 @@ test('light and dark', async () => {
     assert.notEqual(dark, light);
 });
 
+test('the real look gives way to the plain one where it is slow, unless chosen', async () => {
+    const afterSlowFrame = (styleChosen: boolean): Promise<string> =>
+        page.evaluate((chosen) => {
+            const { stage, store } = (window as never as { pliant: Session }).pliant;
+            store.set({ style: 'real', styleChosen: chosen });
+            stage.onTooSlow();
+            return store.state.style;
+        }, styleChosen);
+    assert.equal(await afterSlowFrame(true), 'real');
+    assert.equal(await afterSlowFrame(false), 'plain');
+    await page.locator('label', { hasText: 'octagon' }).waitFor({ state: 'hidden' });
+    await page.locator('label', { hasText: /^real$/ }).click();
+    await page.locator('label', { hasText: 'octagon' }).click();
+    assert.equal((await stateOf(page)).fieldStop, 'octagon');
+    assert.equal(await afterSlowFrame(true), 'real');
+});
+
 test('times are shown when asked for', async () => {
     assert.ok(!(await page.locator('#times').isVisible()));
     await page.keyboard.press('t');

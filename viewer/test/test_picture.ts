@@ -16,6 +16,7 @@ import { after, before, test } from 'node:test';
 import type { Browser } from 'playwright-core';
 import { launch, serve, visit } from './browser.ts';
 import { type Difference, difference } from './picture_difference.ts';
+import type { Style } from '../src/store.ts';
 import { kThorax } from './setups.ts';
 
 const program = process.env.PLIANT_SERVER;
@@ -32,13 +33,16 @@ after(async () => {
 const kMean = 0.5;
 const kMostFar = 0.005;
 
-/// The pictures of one scan, each with its camera off by so many degrees.
-async function differences(scan: string, names: Record<string, number>): Promise<Difference[]> {
+/// The pictures of one scan, each in a style and with its camera off by so many degrees.
+async function differences(
+    scan: string,
+    names: Record<string, [Style, number]>,
+): Promise<Difference[]> {
     const served = await serve(scan);
     const { page, errors } = await visit(browser, served.link);
     const found: Difference[] = [];
-    for (const [name, off] of Object.entries(names))
-        found.push(await difference(page, scan, name, off));
+    for (const [name, [style, off]] of Object.entries(names))
+        found.push(await difference(page, scan, name, off, style));
     assert.deepEqual(errors, []);
     await page.context().close();
     await served.stop();
@@ -53,12 +57,23 @@ test('the phantom looks the same as in C++, and not with half a degree more', {
 }, async () => {
     const scan = join(folder, 'airway.nrrd');
     execFileSync(program!, ['phantom', 'airway', '--size', '128', '--out', scan]);
-    const [same, off] = await differences(scan, { picture_phantom: 0, picture_off: 0.5 });
+    const [same, off, real, realOff] = await differences(scan, {
+        picture_phantom: ['plain', 0],
+        picture_off: ['plain', 0.5],
+        picture_phantom_real: ['real', 0],
+        picture_real_off: ['real', 0.5],
+    });
     bound(same!);
     assert.ok(off!.mean > kMean, `mean ${off!.mean}`);
+    bound(real!);
+    assert.ok(realOff!.mean > kMean, `mean ${realOff!.mean}`);
 });
 
 test('a CT looks the same as in C++', { skip: !program || !existsSync(kThorax) }, async () => {
-    const [same] = await differences(kThorax, { picture_ct: 0 });
-    bound(same!);
+    const [plain, real] = await differences(kThorax, {
+        picture_ct: ['plain', 0],
+        picture_ct_real: ['real', 0],
+    });
+    bound(plain!);
+    bound(real!);
 });

@@ -9,13 +9,6 @@
 // OUTSIDE: the same scene from outside, cut open at a plane. Tissue on the plane is grey as in a
 // section; behind the plane the lumen lies open.
 
-in vec2 place;
-out vec4 colour;
-
-uniform vec3 eye, right, up, ahead;  // [mm, LPS]; perpendicular unit vectors
-uniform float aspect;                // width / height
-uniform float slope;                 // tan of half the field of view
-uniform float barrel;
 uniform float lightReach;  // light is halved here [mm]
 uniform float fogDistance; // [mm]; 0: none
 uniform vec3 surfaceColour, fogColour;  // linear
@@ -80,6 +73,17 @@ vec3 lit(vec3 own, float t, vec3 normal, vec3 ray, float open) {
     return mix(fogColour, light, clear);
 }
 
+#ifdef DEPTH
+vec3 wallLight(vec3 p, float t, vec3 normal, vec3 ray) {
+    float open = openness(p, normal);
+    if (!real) return lit(wallColour(p, normal), t, normal, ray, open);
+    vec3 light = realLight(p, t, normal, ray, open);
+    vec4 over = overlayAt(p - kBehind * normalize(voxelVectorOf(normal)));
+    if (over.a == 0.0) return light;
+    return mix(light, lit(linearOf(over.rgb), t, normal, ray, open), over.a);
+}
+#endif
+
 float toolDistance(float t) {
 #ifdef OUTSIDE
     return 0.0;
@@ -90,10 +94,17 @@ float toolDistance(float t) {
 
 void main() {
     vec2 uv = place * vec2(aspect, 1.0);
-    float scale = slope * (1.0 + barrel * dot(uv, uv));
-    vec3 ray = normalize(ahead + scale * uv.x * right + scale * uv.y * up);
+    vec3 ray = rayThrough(uv);
     float start = 0.0;
-    vec3 light = fogColour;
+    vec3 light = real ? vec3(0.0) : fogColour;
+    float shown = real ? fieldAt(uv) : 1.0;
+#ifdef DEPTH
+    if (shown <= 0.0) {
+        gl_FragDepth = 0.0;  // meshes are cut off there, too
+        colour = vec4(0.0, 0.0, 0.0, 1.0);
+        return;
+    }
+#endif
 #ifdef OUTSIDE
     start = max(dot(cutPlace - eye, cutNormal) / min(dot(ray, cutNormal), -1e-6), 0.0);
 #endif
@@ -120,7 +131,7 @@ void main() {
 #ifdef OUTSIDE
         light = lit(wallColour(p, normal), 0.0, normal, ray, openness(p, normal));
 #else
-        light = lit(wallColour(p, normal), t, normal, ray, openness(p, normal));
+        light = wallLight(p, t, normal, ray);
 #endif
     }
     if (t != kNothing) t += start;
@@ -147,5 +158,5 @@ void main() {
     vec4 clip = clipFromWorld * vec4(eye + nearest * ray, 1.0);
     gl_FragDepth = nearest < 1e9 ? clamp(0.5 * clip.z / clip.w + 0.5, 0.0, 1.0) : 1.0;
 #endif
-    colour = vec4(srgbOf(light), 1.0);
+    colour = vec4(srgbOf(shown * light), 1.0);
 }

@@ -1,0 +1,41 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include "render/exposure.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <vector>
+
+namespace pliant::render {
+namespace {
+
+constexpr int kAcross = 11;
+constexpr double kKey = 0.75;  // light on an average wall, as a share of its own colour
+constexpr double kNear_mm = 5, kFar_mm = 45;
+
+double arriving(double far_mm) {
+    return 1 / (far_mm * far_mm + kLampSize_mm * kLampSize_mm);
+}
+
+}  // namespace
+
+double metered_exposure(const EyeRays& rays, const Camera& camera) {
+    const double radius = std::min(1.0, camera.aspect());
+    std::vector<Vec3d> directions;
+    for (int j = 0; j < kAcross; ++j)
+        for (int i = 0; i < kAcross; ++i) {
+            const double u = (2 * i + 1.0) / kAcross - 1, v = (2 * j + 1.0) / kAcross - 1;
+            if (u * u + v * v <= 1) directions.push_back(camera.through(radius * u, radius * v));
+        }
+    std::vector<double> far_mm(directions.size());
+    rays.hit_distances(directions, far_mm.data());
+    // The mean of square roots lies between a mean, which a near fold would rule, and a median.
+    double sum = 0;
+    for (const double d : far_mm) sum += std::isinf(d) ? 0 : std::sqrt(arriving(d));
+    const double mean = sum / double(far_mm.size());
+    return kKey / std::clamp(mean * mean, arriving(kFar_mm), arriving(kNear_mm));
+}
+
+}  // namespace pliant::render

@@ -1,0 +1,44 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// Value noise that repeats every 16 cells, with its slope: baked once at four samples per cell,
+// then read by trilinear interpolation. The page bakes the same tile (viewer/src/noise.ts) into a
+// texture, so that both renderers draw the same blood vessels.
+
+#pragma once
+
+#include <pliant/vec.h>
+
+#include <cstdint>
+#include <vector>
+
+namespace pliant::render {
+
+inline Vec3d to_double(Vec3f v) {
+    return {double(v.x), double(v.y), double(v.z)};
+}
+
+class NoiseTile {
+  public:
+    static constexpr int kCells = 16;
+    static constexpr int kSamples = 4 * kCells;  ///< along each axis
+
+    struct Value {
+        Vec3f slope;  ///< per cell
+        float value;  ///< 0…1, 0.5 on average
+    };
+
+    /// The one tile, baked at the first call.
+    static const NoiseTile& instance();
+
+    /// @param q  [cells], anywhere
+    Value at(Vec3d q) const;
+    const std::vector<Value>& samples() const { return m_samples; }  ///< x fastest
+
+  private:
+    NoiseTile();
+
+    std::vector<Value> m_samples;
+};
+
+}  // namespace pliant::render

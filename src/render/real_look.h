@@ -1,0 +1,64 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// The light of the style "real": what a camera at the end of an endoscope records.
+//
+//        lamp   lens   lamp        two lamps beside the lens, inverse-square falloff, a shadow each
+//          \     |     /
+//           \    |    /            wall: colour of the scan a little behind it, blood vessels and
+//      ______\___|___/______       patches anchored to the tissue at rest, light through the
+//        ~ ~ ~ ~ ~ ~ ~ ~ ~         tissue (wrapped diffuse, per channel), a film of liquid (GGX)
+//
+// Exposure follows the picture. A tone curve and a round field end it. The page's shader
+// (viewer/src/shaders/real.glsl) computes the same.
+
+#pragma once
+
+#include <pliant/render.h>
+
+#include "render/camera.h"
+#include "render/lining.h"
+#include "render/noise_tile.h"
+#include "render/volume_rays.h"
+
+namespace pliant::render {
+
+class RealLook {
+  public:
+    RealLook(const VolumeRays& rays, const EyeRays& eye_rays, const Endoscope& endoscope,
+             const Camera& camera);
+
+    /// Light of a wall that a ray meets, linear, 0…1, after the tone curve.
+    /// @param normal, direction  unit vectors
+    Vec3d shade(double t, Vec3d point_mm, Vec3d normal, Vec3d direction) const;
+
+    /// Share of the light that the field stop and the vignette leave, at a place of the picture
+    /// [halves of its height, from its centre].
+    double field(double u, double v) const;
+
+    double exposure() const { return m_exposure; }
+
+  private:
+    struct Coat {
+        Vec3d colour;
+        Vec3d film;  ///< normal of the film of liquid
+        double wetness;
+    };
+
+    Coat coat(double t, Vec3d point_mm, Vec3d normal) const;
+    double value_behind(Vec3d point_mm, Vec3d normal, double voxels) const;
+    double excess(Vec3d point_mm) const;
+    double openness(Vec3d point_mm, Vec3d normal) const;
+    double lit(Vec3d point_mm, Vec3d normal, Vec3d to_lamp, double far_mm) const;
+
+    const VolumeRays& m_rays;
+    const Endoscope& m_endoscope;
+    LiningColours m_colours;
+    const NoiseTile& m_noise;
+    Vec3d m_lamps[2];
+    double m_voxel_mm;  ///< step behind the wall
+    double m_exposure;
+    double m_radius;  ///< of the field [halves of the picture's height]
+};
+
+}  // namespace pliant::render

@@ -1,0 +1,41 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// Automatic exposure, metered over the picture: as src/render/exposure.cpp has it.
+
+import { type Camera, firstHit, rayThrough, type Surface } from './rays.ts';
+import type { VolumeData } from './volume.ts';
+
+const kAcross = 11; // rays
+const kKey = 0.75; // light on an average wall, as a share of its own colour
+const kNear = 5; // [mm]: lamps dim no further
+const kFar = 45; // [mm]: they can do no more
+const kLampSize = 3; // [mm]
+
+const arriving = (far: number): number => 1 / (far * far + kLampSize * kLampSize);
+
+/// Factor of light [mm²].
+export function meteredExposure(
+    volume: VolumeData,
+    camera: Camera,
+    fieldOfView: number,
+    barrel: number,
+    aspect: number,
+    surface: Surface,
+): number {
+    const radius = Math.min(1, aspect);
+    let sum = 0;
+    let count = 0;
+    for (let j = 0; j < kAcross; ++j)
+        for (let i = 0; i < kAcross; ++i) {
+            const u = (2 * i + 1) / kAcross - 1;
+            const v = (2 * j + 1) / kAcross - 1;
+            if (u * u + v * v > 1) continue;
+            ++count;
+            const ray = rayThrough(camera, fieldOfView, barrel, radius * u, radius * v);
+            const hit = firstHit(volume, camera.eye, ray, surface);
+            if (hit) sum += Math.sqrt(arriving(hit.distance));
+        }
+    const mean = sum / count;
+    return kKey / Math.min(Math.max(mean * mean, arriving(kFar)), arriving(kNear));
+}

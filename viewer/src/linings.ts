@@ -1,0 +1,93 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// Colours of the tissues behind a wall, for each kind of lumen: the table of src/render/lining.h.
+
+import * as THREE from 'three';
+
+export const kLinings = ['airway', 'colon', 'sinus', 'vessel'] as const;
+export type Lining = (typeof kLinings)[number];
+
+export const kFieldStops = ['round', 'octagon', 'full'] as const;
+export type FieldStop = (typeof kFieldStops)[number];
+
+type Colour = readonly [number, number, number]; // linear
+
+interface LiningColours {
+    readonly mucosa: Colour;
+    readonly pale: Colour;
+    readonly fatty: Colour;
+    readonly bony: Colour;
+    readonly thinWall: Colour;
+    readonly fatShare: number;
+    readonly paleShare: number;
+    readonly thinShare: number;
+    readonly veinShare: number;
+    readonly mottle: number;
+    readonly gloss: number;
+}
+
+const kColours: Record<Lining, LiningColours> = {
+    airway: {
+        mucosa: [0.66, 0.19, 0.135],
+        pale: [0.8, 0.45, 0.35],
+        fatty: [0.79, 0.38, 0.2],
+        bony: [0.82, 0.6, 0.45],
+        thinWall: [0.56, 0.13, 0.11],
+        fatShare: 0.5,
+        paleShare: 0.6,
+        thinShare: 0.4,
+        veinShare: 0.65,
+        mottle: 0.55,
+        gloss: 1.0,
+    },
+    colon: {
+        mucosa: [0.66, 0.215, 0.125],
+        pale: [0.74, 0.4, 0.3],
+        fatty: [0.78, 0.36, 0.18],
+        bony: [0.8, 0.62, 0.44],
+        thinWall: [0.6, 0.17, 0.11],
+        fatShare: 0.3,
+        paleShare: 0.3,
+        thinShare: 0.3,
+        veinShare: 0.8,
+        mottle: 0.5,
+        gloss: 1.3,
+    },
+    sinus: {
+        mucosa: [0.66, 0.205, 0.165],
+        pale: [0.78, 0.45, 0.37],
+        fatty: [0.78, 0.38, 0.22],
+        bony: [0.82, 0.6, 0.45],
+        thinWall: [0.6, 0.17, 0.15],
+        fatShare: 0.3,
+        paleShare: 0.45,
+        thinShare: 0.25,
+        veinShare: 0.45,
+        mottle: 0.55,
+        gloss: 1.2,
+    },
+    vessel: {
+        mucosa: [0.7, 0.34, 0.22],
+        pale: [0.8, 0.6, 0.42],
+        fatty: [0.8, 0.5, 0.24],
+        bony: [0.86, 0.74, 0.55],
+        thinWall: [0.6, 0.24, 0.17],
+        fatShare: 0.35,
+        paleShare: 0.5,
+        thinShare: 0.3,
+        veinShare: 0.25,
+        mottle: 0.45,
+        gloss: 0.8,
+    },
+};
+
+/// Uniforms of shaders/real.glsl that say which lumen it is.
+export function liningUniforms(lining: Lining): Record<string, unknown> {
+    return Object.fromEntries(
+        Object.entries(kColours[lining]).map(([name, value]) => [
+            name,
+            typeof value === 'number' ? value : new THREE.Vector3(...(value as Colour)),
+        ]),
+    );
+}

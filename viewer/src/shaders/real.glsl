@@ -1,0 +1,149 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// The light of the style "real", as in src/render/real_look.cpp, which explains it: lamps beside
+// the lens, colour of the scan behind the wall, blood vessels anchored to the tissue at rest, light
+// through the tissue, a film of liquid. Names are the same there.
+
+uniform bool real;
+uniform sampler3D noiseTile;  // slope per cell, value; 16 cells, repeats
+uniform float exposure;       // [mm²]
+uniform float voxelMm;        // step behind the wall
+uniform int fieldStop;        // 0: round, 1: octagon, 2: full
+uniform vec3 mucosa, pale, fatty, bony, thinWall;  // linear
+uniform float fatShare, paleShare, thinShare, veinShare, mottle, gloss;
+
+const float kLampAside = 1.6, kLampAbove = 0.5, kLampSize = 3.0;  // [mm]
+const float kSoftHu = 300.0;
+const vec3 kWrap = vec3(0.38, 0.14, 0.10);
+const vec3 kClosedTint = vec3(0.30, 0.15, 0.13);
+const vec3 kBlood = vec3(0.42, 0.10, 0.14);
+const vec3 kLampColour = vec3(1.0, 0.97, 0.94);
+const float kShadow = 0.35;
+const int kShadowTaps = 6;
+
+vec4 noiseAt(vec3 q) {
+    return texture(noiseTile, q / 16.0 + 0.5 / 64.0);
+}
+
+float excessAt(vec3 p) {
+    float above = quickSample(p) - iso;
+    return rising ? above : -above;
+}
+
+// A line on the wall where a noise is 0.5.
+float lineAtHalf(vec4 n, vec3 normal, float halfWidth) {
+    float along = length(n.xyz - dot(n.xyz, normal) * normal);
+    float width = halfWidth * smoothstep(0.25, 0.7, along);
+    float away = abs(n.w - 0.5) / max(along, 0.25);
+    return width > 0.0 ? 1.0 - smoothstep(0.3 * width, width, away) : 0.0;
+}
+
+// Share of light of a lamp that arrives. p [voxels]
+float litBy(vec3 p, vec3 normal, vec3 toLamp, float far) {
+    float step = min(far / 8.0, 1.5);
+    float dark = 0.0;
+    for (int n = 1; n <= kShadowTaps; ++n) {
+        float way = 0.5 + float(n) * step;
+        if (way > far - 0.8) break;
+        float e = excessAt(p + voxelVectorOf(0.4 * normal + way * toLamp)) / kSoftHu + 0.3;
+        dark = max(dark, clamp(e, 0.0, 1.0));
+    }
+    return mix(1.0, kShadow, dark);
+}
+
+float fatAt(float hu) {
+    return smoothstep(-135.0, -95.0, hu) * (1.0 - smoothstep(-55.0, -20.0, hu));
+}
+
+// Colour of the wall; and of its film of liquid the normal and how wet it is.
+vec3 coatAt(float t, vec3 p, vec3 world, vec3 normal, out vec3 film, out float wetness) {
+    vec3 n = voxelVectorOf(voxelMm * normal);
+    float shallow = quickSample(p - 2.5 * n);
+    float deep = quickSample(p - 4.0 * n);
+    float fat = min(fatAt(shallow), fatAt(deep)) *
+                (1.0 - smoothstep(25.0, 70.0, abs(shallow - deep)));
+    float most = max(shallow, deep);
+    float dense = rising ? smoothstep(80.0, 260.0, most) : smoothstep(90.0, 160.0, deep);
+    float bone = rising ? smoothstep(280.0, 650.0, most) : smoothstep(250.0, 500.0, deep);
+    float thin = 1.0 - smoothstep(-750.0, -350.0, min(shallow, deep));
+    vec3 own = mix(mucosa, fatty, fatShare * fat);
+    own = mix(own, pale, paleShare * dense);
+    own = mix(own, bony, 0.7 * bone);
+    own = mix(own, thinWall, thinShare * thin);
+
+    vec3 rest = world;
+    vec4 wide = noiseAt(0.055 * rest + vec3(3.1, 7.7, 1.3));
+    vec4 middle = noiseAt(0.21 * rest);
+    vec4 fine = noiseAt(0.9 * rest + vec3(5.5, 2.5, 8.5));
+    own *= 1.0 + mottle * (0.5 * wide.w + 0.3 * middle.w + 0.2 * fine.w - 0.5);
+
+    vec3 bent = rest + 2.2 * middle.xyz + 0.35 * fine.xyz;
+    vec4 trunk = noiseAt(0.13 * bent + vec3(9.1, 4.3, 6.7));
+    vec4 twig = noiseAt(0.36 * bent + vec3(1.9, 3.3, 0.7));
+    vec4 hair = noiseAt(0.85 * bent + vec3(4.2, 0.6, 2.8));
+    float where = smoothstep(0.34, 0.6, wide.w);
+    float near = 1.0 - smoothstep(0.12, 0.45, abs(trunk.w - 0.5));
+    float twigs = near * smoothstep(0.25, 0.55, middle.w);
+    float veins = max(
+        0.80 * lineAtHalf(trunk, normal, 0.034 * where) * (1.0 - smoothstep(35.0, 80.0, t)),
+        max(0.55 * lineAtHalf(twig, normal, 0.050 * twigs) * (1.0 - smoothstep(16.0, 45.0, t)),
+            0.34 * lineAtHalf(hair, normal, 0.080 * smoothstep(0.34, 0.6, twig.w)) *
+                (1.0 - smoothstep(8.0, 24.0, t))));
+    own = mix(own, own * kBlood, veinShare * veins * (1.0 - bone));
+
+    vec4 ripple = noiseAt(1.9 * rest + vec3(2.2, 6.1, 4.4));
+    vec3 bump = 0.14 * 0.9 * fine.xyz + 0.10 * 1.9 * ripple.xyz;
+    float fade = 1.0 - smoothstep(8.0, 60.0, t);
+    film = normalize(normal - fade * (bump - dot(bump, normal) * normal));
+    wetness = gloss * (0.45 + 1.1 * middle.w);
+    return own;
+}
+
+float facets(float cosine, float a) {
+    float d = cosine * cosine * (a - 1.0) + 1.0;
+    return a / (3.14159265 * d * d);
+}
+
+vec3 tone(vec3 x) {
+    x *= 0.9;
+    return clamp(x * (2.51 * x + 0.03) / (x * (2.43 * x + 0.59) + 0.14), 0.0, 1.0);
+}
+
+// Light of a wall at p [voxels], t mm from the eye; linear, after the tone curve.
+vec3 realLight(vec3 p, float t, vec3 normal, vec3 ray, float open) {
+    vec3 world = eye + t * ray;
+    vec3 film;
+    float wetness;
+    vec3 own = coatAt(t, p, world, normal, film, wetness);
+    vec3 rough = normalize(mix(normal, film, 0.35));
+    vec3 total = vec3(0.0);
+    for (int k = 0; k < 2; ++k) {
+        vec3 way = eye + (k == 0 ? kLampAside : -kLampAside) * right + kLampAbove * up - world;
+        float far = length(way);
+        vec3 toLamp = way / max(far, 1e-6);
+        float facing = dot(rough, toLamp);
+        float falloff = exposure / (far * far + kLampSize * kLampSize);
+        float arrives = 0.5 * falloff * litBy(p, normal, toLamp, far);
+        vec3 half_ = normalize(toLamp - ray);
+        float cosine = max(dot(film, half_), 0.0);
+        float fresnel = 0.04 + 0.96 * pow(1.0 - max(dot(half_, toLamp), 0.0), 5.0);
+        float shine = fresnel * wetness * open * clamp(4.0 * facing, 0.0, 1.0) *
+                      (5.0 * facets(cosine, 0.005) + 1.0 * facets(cosine, 0.08));
+        vec3 through = clamp((facing + kWrap) / (1.0 + kWrap), 0.0, 1.0);
+        total += arrives * (own * through * mix(kClosedTint, vec3(1.0), open) +
+                            kLampColour * shine);
+    }
+    return tone(total);
+}
+
+// Share of light that the field stop and the vignette leave. uv: halves of the picture's height
+float fieldAt(vec2 uv) {
+    uv /= min(1.0, aspect);
+    float away = length(uv);
+    vec2 side = abs(uv);
+    float place = fieldStop == 0   ? away
+                  : fieldStop == 1 ? max(max(side.x, side.y), (side.x + side.y) * 0.70710678)
+                                   : 0.0;
+    return (1.0 - 0.35 * smoothstep(0.45, 1.05, away)) * (1.0 - smoothstep(0.985, 1.005, place));
+}
