@@ -1,0 +1,81 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// How far a position at rest is from elements that were carved and links that were cut.
+
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+
+#include "chainmail/lattice.h"
+
+namespace pliant {
+
+class RawTissue {
+  public:
+    /// Keeps a reference: the lattice must stay as it is.
+    explicit RawTissue(const Lattice& lattice) : m_lattice(lattice) {
+        if (lattice.all_edits().empty()) return;
+        const auto& edits = lattice.all_edits();
+        m_bricks = {edits.begin()->first, edits.begin()->first};
+        for (const auto& [coord, flags] : edits)
+            for (int a = 0; a < 3; ++a) {
+                m_bricks.begin[a] = std::min(m_bricks.begin[a], coord[a]);
+                m_bricks.end[a] = std::max(m_bricks.end[a], coord[a] + 1);
+            }
+    }
+    /// Whether there are none.
+    bool is_empty() const { return m_lattice.all_edits().empty(); }
+
+    /// Largest difference along an axis to the nearest one [voxels], or reach.
+    /// @param x  continuous element index at rest
+    double distance(Vec3d x, double reach) const {
+        Box3i bricks;
+        for (int a = 0; a < 3; ++a) {
+            // Elements with a flag may have a cut link to one that is 1 further.
+            const double low = std::floor(x[a] - reach) - 1, high = std::floor(x[a] + reach);
+            const double size = m_lattice.brick_size();
+            if (!(high >= size * m_bricks.begin[a] && low < size * m_bricks.end[a])) return reach;
+            bricks.begin[a] = std::max(int(std::floor(low / size)), m_bricks.begin[a]);
+            bricks.end[a] = std::min(int(std::floor(high / size)) + 1, m_bricks.end[a]);
+        }
+        double nearest = reach;
+        for (int k = bricks.begin.z; k < bricks.end.z; ++k)
+            for (int j = bricks.begin.y; j < bricks.end.y; ++j)
+                for (int i = bricks.begin.x; i < bricks.end.x && nearest > 0; ++i)
+                    if (const BrickEdits* edits = m_lattice.edits_of({i, j, k}))
+                        nearest = std::min(nearest, distance_in({i, j, k}, *edits, x, nearest));
+        return nearest;
+    }
+
+  private:
+    double distance_in(Vec3i brick, const BrickEdits& edits, Vec3d x, double nearest) const {
+        const int size = m_lattice.brick_size();
+        const Vec3i first = size * brick;
+        Box3i near;  // elements of the brick that may be nearer
+        for (int a = 0; a < 3; ++a) {
+            near.begin[a] = std::max(int(std::ceil(x[a] - nearest)) - 1 - first[a], 0);
+            near.end[a] = std::min(int(std::floor(x[a] + nearest)) + 1 - first[a], size);
+        }
+        for (int k = near.begin.z; k < near.end.z; ++k)
+            for (int j = near.begin.y; j < near.end.y; ++j)
+                for (int i = near.begin.x; i < near.end.x; ++i) {
+                    const std::uint8_t flags = edits[std::size_t(i + size * (j + size * k))];
+                    if (!flags) continue;
+                    const Vec3i e = first + Vec3i{i, j, k};
+                    double away = 0;
+                    for (int a = 0; a < 3; ++a) {
+                        const double over = x[a] - e[a] - ((flags & kCutX << a) ? 1 : 0);
+                        away = std::max({away, e[a] - x[a], over});
+                    }
+                    nearest = std::min(nearest, away);
+                }
+        return nearest;
+    }
+
+    const Lattice& m_lattice;
+    Box3i m_bricks;  ///< that holds all with edits
+};
+
+}  // namespace pliant
