@@ -10,6 +10,7 @@ import type { ViewRect } from './stage.ts';
 import type { OverlayField } from './overlay_field.ts';
 import { fieldUniforms, kNoField, overlayUniforms, Picture } from './picture.ts';
 import { type Camera, frameOf } from './rays.ts';
+import { type RestField, restUniforms } from './rest_field.ts';
 import { kWaterPerMm, usualWater } from './fluoroscopy.ts';
 import { kCopy, kEndoscope, kFluoroscopy } from './shaders.ts';
 import type { State } from './store.ts';
@@ -55,6 +56,7 @@ export class EndoscopeView {
     constructor() {
         const common = {
             ...kNoField,
+            ...restUniforms(undefined),
             eye: new THREE.Vector3(),
             right: new THREE.Vector3(),
             up: new THREE.Vector3(),
@@ -104,6 +106,10 @@ export class EndoscopeView {
     setOverlay(state: State, field: OverlayField | undefined): void {
         for (const picture of [this.inside, this.outside])
             picture.set(overlayUniforms(state, field));
+    }
+
+    setRest(field: RestField | undefined): void {
+        for (const picture of [this.inside, this.outside]) picture.set(restUniforms(field));
     }
 
     /// @param scale  pixels of the target per pixel of the view

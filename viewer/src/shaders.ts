@@ -9,13 +9,14 @@ import field from './shaders/field.glsl';
 import fluoroscopy from './shaders/fluoroscopy.frag.glsl';
 import full from './shaders/full.vert.glsl';
 import overlay from './shaders/overlay.glsl';
+import rest from './shaders/rest.glsl';
 import section from './shaders/section.frag.glsl';
 import surface from './shaders/surface.glsl';
 import vesselFragment from './shaders/vessel.frag.glsl';
 import vesselVertex from './shaders/vessel.vert.glsl';
 
 export const kFullScreen = full;
-export const kEndoscope = field + surface + overlay + endoscope;
+export const kEndoscope = field + surface + overlay + rest + endoscope;
 export const kSection = field + overlay + section;
 export const kCopy = copy;
 export const kFluoroscopy = field + fluoroscopy;

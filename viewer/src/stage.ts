@@ -10,6 +10,7 @@ import * as THREE from 'three';
 import { EndoscopeView, type ToolBall } from './endoscope_view.ts';
 import type { OverlayField } from './overlay_field.ts';
 import { fieldUniforms, kNoField, overlayUniforms, Picture } from './picture.ts';
+import type { RestField } from './rest_field.ts';
 import { sectionPlane } from './section_geometry.ts';
 import { kSection } from './shaders.ts';
 import { kViews, type SectionName, type State, type Store, type ViewName } from './store.ts';
@@ -45,6 +46,8 @@ const kAll: (keyof State)[] = [
 const kEndoscopeKeys: (keyof State)[] = [
     ...kAll,
     'camera',
+    'style',
+    'restVersion',
     'outside',
     'fluoroscopy',
     'fluoroContrast',
@@ -72,6 +75,7 @@ export class Stage {
     readonly renderer: THREE.WebGLRenderer;
     texture: VolumeTexture | undefined;
     overlay: OverlayField | undefined;
+    rest: RestField | undefined;
     vesselOf: () => Vessel | undefined = () => undefined;
     /// Called after voxels went to the graphics processor, with how many.
     onUpload: (voxels: number) => void = () => {};
@@ -128,6 +132,7 @@ export class Stage {
             this.renderer.setScissorTest(true);
             this.texture?.restore();
             this.overlay?.restore();
+            this.rest?.restore();
             this.invalidate();
             onContext(false);
         });
@@ -146,6 +151,14 @@ export class Stage {
         this.overlay?.dispose();
         this.overlay = field;
         this.invalidate();
+    }
+
+    setRest(field: RestField | undefined): void {
+        if (field === this.rest) return;
+        this.rest?.dispose();
+        this.rest = field;
+        this.endoscope.setRest(field);
+        this.markEndoscope();
     }
 
     setTools(balls: readonly ToolBall[]): void {
@@ -173,6 +186,7 @@ export class Stage {
         this.fitCanvas();
         this.onUpload(this.texture.upload(this.renderer));
         this.overlay?.upload(this.renderer);
+        this.rest?.upload(this.renderer);
         const still = now - this.lastChange > kStillMs;
         if (state.maximised && state.maximised !== 'endoscope') this.full = true; // not in sight
         if (still && !this.full) this.stale.add('endoscope');

@@ -89,6 +89,9 @@ export interface State {
     level: number; ///< [HU]
     contour: boolean; ///< the threshold as a line in the sections
 
+    style: 'real' | 'plain'; ///< how the endoscope's pictures are coloured
+    restVersion: number; ///< grows whenever the rest field changed
+
     overlay: OverlayKind; ///< what is shown in colours over the scan
     overlayVoxels: number; ///< grows whenever its numbers changed
     overlayExtreme: number; ///< their largest departure from rest
@@ -193,6 +196,8 @@ export const initialState = (): State => ({
     window: 1500,
     level: -200,
     contour: false,
+    style: 'plain',
+    restVersion: 0,
     overlay: 'none',
     overlayVoxels: 0,
     overlayExtreme: 0,
