@@ -58,7 +58,7 @@ class RestField {
     /// nothing changes no voxel, but the tissue at it is raw. Another tissue of the same scan needs
     /// a new field.
     /// @pre live.keeps_sources()
-    /// @param boxes  voxels that may have changed since the last call
+    /// @param boxes  voxels that may have changed since the last call; no two overlap
     /// @returns boxes of nodes that changed, valid until the next call; LimitExceeded, after which
     ///          a new field is needed
     Result<std::span<const Box3i>> update(const LiveDeformation& live,

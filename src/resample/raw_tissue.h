@@ -31,21 +31,31 @@ class RawTissue {
     /// Largest difference along an axis to the nearest one [voxels], or reach.
     /// @param x  continuous element index at rest
     double distance(Vec3d x, double reach) const {
+        // Elements with a flag may have a cut link to one that is 1 further.
+        const double size = m_lattice.brick_size();
+        for (int a = 0; a < 3; ++a)
+            if (!(x[a] + reach >= size * m_bricks.begin[a] &&
+                  x[a] - reach - 1 < size * m_bricks.end[a]))
+                return reach;
         Box3i bricks;
         for (int a = 0; a < 3; ++a) {
-            // Elements with a flag may have a cut link to one that is 1 further.
             const double low = std::floor(x[a] - reach) - 1, high = std::floor(x[a] + reach);
-            const double size = m_lattice.brick_size();
-            if (!(high >= size * m_bricks.begin[a] && low < size * m_bricks.end[a])) return reach;
             bricks.begin[a] = std::max(int(std::floor(low / size)), m_bricks.begin[a]);
             bricks.end[a] = std::min(int(std::floor(high / size)) + 1, m_bricks.end[a]);
         }
+        // Its own brick first: others then have little left to search.
         double nearest = reach;
+        const auto look_in = [&](Vec3i brick) {
+            if (const BrickEdits* edits = m_lattice.edits_of(brick))
+                nearest = distance_in(brick, *edits, x, nearest);
+        };
+        const Vec3i own{int(std::floor(x.x / size)), int(std::floor(x.y / size)),
+                        int(std::floor(x.z / size))};
+        if (contains(bricks, own)) look_in(own);
         for (int k = bricks.begin.z; k < bricks.end.z; ++k)
             for (int j = bricks.begin.y; j < bricks.end.y; ++j)
                 for (int i = bricks.begin.x; i < bricks.end.x && nearest > 0; ++i)
-                    if (const BrickEdits* edits = m_lattice.edits_of({i, j, k}))
-                        nearest = std::min(nearest, distance_in({i, j, k}, *edits, x, nearest));
+                    if (own != Vec3i{i, j, k}) look_in({i, j, k});
         return nearest;
     }
 
@@ -58,10 +68,20 @@ class RawTissue {
             near.begin[a] = std::max(int(std::ceil(x[a] - nearest)) - 1 - first[a], 0);
             near.end[a] = std::min(int(std::floor(x[a] + nearest)) + 1 - first[a], size);
         }
-        for (int k = near.begin.z; k < near.end.z; ++k)
-            for (int j = near.begin.y; j < near.end.y; ++j)
+        const auto is_beyond = [&](int axis, int element) {
+            const double away = x[axis] - (first[axis] + element);
+            return -away >= nearest || away - 1 >= nearest;
+        };
+        for (int k = near.begin.z; k < near.end.z; ++k) {
+            if (is_beyond(2, k)) continue;
+            for (int j = near.begin.y; j < near.end.y; ++j) {
+                if (is_beyond(1, j)) continue;
+                const std::uint8_t* row = edits.data() + size * (j + size * k);
+                if (std::none_of(row + near.begin.x, row + std::max(near.end.x, near.begin.x),
+                                 [](std::uint8_t flags) { return flags; }))
+                    continue;
                 for (int i = near.begin.x; i < near.end.x; ++i) {
-                    const std::uint8_t flags = edits[std::size_t(i + size * (j + size * k))];
+                    const std::uint8_t flags = row[i];
                     if (!flags) continue;
                     const Vec3i e = first + Vec3i{i, j, k};
                     double away = 0;
@@ -71,6 +91,8 @@ class RawTissue {
                     }
                     nearest = std::min(nearest, away);
                 }
+            }
+        }
         return nearest;
     }
 

@@ -56,10 +56,12 @@ class RestField::Writer {
     bool has_edits() const { return !m_raw.is_empty(); }
     std::int64_t moved() const { return m_moved; }
 
-    /// The nodes begin…end of a row. @param offset  of a voxel: φ⁻¹(p) − p; null: as it was
+    /// The nodes begin…end of a row. @param offset  sets the first three halves of a voxel, or
+    /// leaves them as they are
+    /// @param looks_for_gaps  false: voxels are as they were, so only a raw node can be in a gap
     /// @returns the nodes from the first to the last that changed
     template <class Offset>
-    Box3i write(Vec3i begin, int end, const Offset& offset) {
+    Box3i write(Vec3i begin, int end, bool looks_for_gaps, const Offset& offset) {
         Box3i changed;
         std::int64_t moved = 0;
         std::uint16_t* to = m_field.m_halves.data() + m_field.index(begin);
@@ -69,7 +71,7 @@ class RestField::Writer {
                 voxel[a] = std::min(kRestStep * node[a], m_field.m_grid.size[a] - 1);
             std::array<std::uint16_t, 4> now{to[0], to[1], to[2], to[3]};
             offset(voxel, now);
-            now[3] = m_raw.is_empty() ? std::uint16_t(0) : raw_at(voxel, now);
+            now[3] = m_raw.is_empty() ? std::uint16_t(0) : raw_at(voxel, now, looks_for_gaps);
             if (std::equal(now.begin(), now.end(), to)) continue;
             const auto is_moved = [](const std::uint16_t* n) {
                 return n[0] || n[1] || n[2] || n[3];
@@ -85,9 +87,10 @@ class RestField::Writer {
 
   private:
     /// From the halves alone, so that it doesn't matter when they were written.
-    std::uint16_t raw_at(Vec3i voxel, const std::array<std::uint16_t, 4>& node) const {
+    std::uint16_t raw_at(Vec3i voxel, const std::array<std::uint16_t, 4>& node,
+                         bool looks_for_gaps) const {
         const Vec3d u{float_from_half(node[0]), float_from_half(node[1]), float_from_half(node[2])};
-        if (u == Vec3d{0, 0, 0}) {
+        if (u == Vec3d{0, 0, 0} && (looks_for_gaps || node[3] == half_from_float(1))) {
             // Nothing is shown there though the element has left: a gap that was opened.
             static const Fixed kLeft = units_from_mm(1.0 / 1024);
             const Vec3<Fixed> moved = m_lattice.displacement_at(voxel);
@@ -126,14 +129,22 @@ Result<std::span<const Box3i>> RestField::update(const LiveDeformation& live,
             const Vec3f back = live.source_offset_mm(voxel);
             for (int a = 0; a < 3; ++a) node[std::size_t(a)] = half_of(-back[a]);
         };
+        // Rows of nodes first, then the parts of them that changed.
         for (const Box3i& box : boxes) {
             const Box3i nodes = nodes_of(box, m_grid.size, m_counts);
             for (int k = nodes.begin.z; k < nodes.end.z; ++k)
-                for (int j = nodes.begin.y; j < nodes.end.y; ++j) {
-                    const Box3i row = writer.write({nodes.begin.x, j, k}, nodes.end.x, from_live);
-                    if (!is_empty(row)) m_boxes.push_back(row);
-                }
+                for (int j = nodes.begin.y; j < nodes.end.y; ++j)
+                    if (nodes.begin.x < nodes.end.x)
+                        m_boxes.push_back({{nodes.begin.x, j, k}, {nodes.end.x, j + 1, k + 1}});
         }
+        const auto write_rows = [&](std::int64_t begin, std::int64_t end) {
+            for (auto row = std::size_t(begin); row < std::size_t(end); ++row)
+                m_boxes[row] =
+                    writer.write(m_boxes[row].begin, m_boxes[row].end.x, true, from_live);
+        };
+        live.scan().arena().for_each(std::int64_t(m_boxes.size()), kRowsPerTask,
+                                     std::ref(write_rows));
+        std::erase_if(m_boxes, [](const Box3i& row) { return is_empty(row); });
         if (looks_at_links) {
             // Where tissue is raw now, and where it was.
             std::vector<Box3i> rows(std::size_t(m_counts.y) * std::size_t(m_counts.z));
@@ -141,7 +152,7 @@ Result<std::span<const Box3i>> RestField::update(const LiveDeformation& live,
                 for (std::int64_t row = begin; row < end; ++row)
                     rows[std::size_t(row)] =
                         writer.write({0, int(row % m_counts.y), int(row / m_counts.y)}, m_counts.x,
-                                     [](Vec3i, std::array<std::uint16_t, 4>&) {});
+                                     !m_had_edits, [](Vec3i, std::array<std::uint16_t, 4>&) {});
             };
             live.scan().arena().for_each(std::int64_t(rows.size()), kRowsPerTask, std::ref(task));
             std::copy_if(rows.begin(), rows.end(), std::back_inserter(m_boxes),
@@ -182,7 +193,7 @@ Result<RestField> RestField::create(const MovingScan& scan, const Deformed& defo
         const auto task = [&](std::int64_t begin, std::int64_t end) {
             for (std::int64_t row = begin; row < end; ++row)
                 writer.write({0, int(row % field.m_counts.y), int(row / field.m_counts.y)},
-                             field.m_counts.x, from_box);
+                             field.m_counts.x, true, from_box);
         };
         scan.arena().for_each(std::int64_t(field.m_counts.y) * field.m_counts.z, kRowsPerTask,
                               std::ref(task));

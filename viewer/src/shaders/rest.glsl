@@ -3,7 +3,7 @@
 
 // Where the tissue was at rest, for patterns that move, stretch and are cut with it.
 
-uniform sampler3D restField;  // half floats, linear: offset [mm, LPS], raw; nodes at every 4th voxel
+uniform sampler3D restField;  // half floats, linear: offset [mm, LPS] and raw, every 4th voxel
 uniform bool restOn;
 uniform vec3 restCount;  // nodes
 
