@@ -56,4 +56,13 @@ void add_threads(CLI::App* command, int& threads) {
     command->add_option("--threads", threads, "threads to use; 0: all")->check(CLI::Range(0, 256));
 }
 
+void add_look(CLI::App* command, LookOptions& look) {
+    command->add_option("--style", look.style, "plain (shape alone) or real (as endoscopes record)")
+        ->check(CLI::IsMember({"plain", "real"}));
+    command->add_option("--lining", look.lining, "style real: airway, colon, sinus or vessel")
+        ->check(CLI::IsMember({"airway", "colon", "sinus", "vessel"}));
+    command->add_option("--field", look.field_stop, "style real: round, octagon or full picture")
+        ->check(CLI::IsMember({"round", "octagon", "full"}));
+}
+
 }  // namespace pliant::app

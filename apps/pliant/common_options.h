@@ -26,5 +26,7 @@ CLI::Option* add_vector(CLI::App* command, const std::string& name, std::optiona
                         const std::string& help);
 void add_series(CLI::App* command, std::string& series);
 void add_threads(CLI::App* command, int& threads);
+/// --style, --lining and --field.
+void add_look(CLI::App* command, LookOptions& look);
 
 }  // namespace pliant::app

@@ -184,6 +184,7 @@ void add_deform(CLI::App& app, DeformOptions& o) {
     add_vector(c, "--eye", o.eye_mm, "of the picture's endoscope (default: chosen in the lumen)");
     add_vector(c, "--look", o.look, "of the picture's endoscope (default: towards the push)");
     c->add_option("--iso", o.iso_hu, "of the picture's surface [HU] (default -500)");
+    add_look(c, o.look_of);
     c->add_option("--solver", o.solver, "sweep, or heap (the ordered reference)")
         ->check(CLI::IsMember({"sweep", "heap"}));
     c->add_option("--mapping", o.mapping, "cells, or tetrahedra (the twelve of Divod)")

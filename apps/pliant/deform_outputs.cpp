@@ -11,6 +11,8 @@
 #include <fstream>
 #include <utility>
 
+#include "look.h"
+
 namespace pliant::app {
 namespace {
 
@@ -33,8 +35,9 @@ Status check_name(const std::string& option, const fs::path& path,
 }
 
 /// Before and after, with the same camera and the same sections through the place of the push.
-Image before_and_after(const DeformOptions& o, const MovingScan& scan, const Volume& after,
+Image before_and_after(const DeformOptions& o, const MovingScan& scan, const DeformResult& result,
                        const PushOption& push) {
+    const Volume& after = result.deformed.volume;
     const Volume& before = scan.volume();
     const TaskArena& arena = scan.arena();
     const double iso_hu = o.iso_hu.value_or(-500);
@@ -51,6 +54,7 @@ Image before_and_after(const DeformOptions& o, const MovingScan& scan, const Vol
         if (o.look) view.endoscope.look = *o.look;
     }
     view.endoscope.iso_hu = iso_hu;
+    set_look(o.look_of, view.endoscope);
     view.section.point_mm = push.point_mm;
     // Near enough to see the wall move: the push is a tenth of the picture, or more.
     const double width_mm = before.grid.size.x * before.grid.spacing_mm.x;
@@ -60,6 +64,7 @@ Image before_and_after(const DeformOptions& o, const MovingScan& scan, const Vol
     // Most pages are those of the other scan, too, and would count twice.
     std::visit([](const auto& voxels) { voxels.let_go(); }, before.voxels);
     view.caption = "after";
+    view.endoscope.rest = &result.rest;
     return side_by_side(left, four_up_view(after, view, kPictureSide, kPictureSide, arena));
 }
 
@@ -164,7 +169,7 @@ Status write_outputs(const DeformOptions& o, const MovingScan& scan, const Defor
     if (Status s = write_made(outputs.strain, encoding, [&] { return strain_field(scan); }); !s)
         return s;
     if (!outputs.png.empty()) {
-        const Image image = before_and_after(o, scan, deformed.volume, place);
+        const Image image = before_and_after(o, scan, result, place);
         if (Status s = write_png(outputs.png, image); !s.ok()) return s;
     }
     if (!outputs.state.empty())

@@ -25,6 +25,11 @@ struct Outputs {
 
 Status stage_outputs(const DeformOptions& options, Outputs& outputs);
 
+/// Whether a picture is wanted whose blood vessels move with the tissue.
+inline bool shows_rest(const DeformOptions& options) {
+    return !options.png.empty() && options.look_of.style == "real";
+}
+
 /// @param place  where the picture looks, and along what
 /// @param save_state  writes what --save-state asked for
 Status write_outputs(const DeformOptions& options, const MovingScan& scan,

@@ -62,6 +62,11 @@ struct SpringOptions {
     std::optional<int> steps;  ///< none: until it is at rest
 };
 
+/// The endoscope's picture: what it is lit and coloured by.
+struct LookOptions {
+    std::string style = "plain", lining = "airway", field_stop = "round";
+};
+
 struct DeformOptions {
     std::string model = "chainmail";  ///< or "springs"
     SpringOptions springs;
@@ -74,6 +79,7 @@ struct DeformOptions {
     std::optional<double> relax_ms;   ///< budget of the relaxation after all actions
     std::optional<int> relax_sweeps;  ///< likewise; both: whichever ends first; none: no relaxation
     bool release = false;             ///< the tool has gone before it; else it stays
+    LookOptions look_of;              ///< of the picture
     std::string solver;               ///< "sweep" or "heap"; empty: sweep
     std::string mapping = "cells";    ///< or "tetrahedra"
     std::string load_state, save_state;
@@ -99,8 +105,8 @@ struct RenderOptions {
     double field_of_view_deg = 80;
     double barrel_distortion = 0.15;
     double fog_distance_mm = 120;
-    std::optional<std::string> colour;  ///< "R,G,B" 0…255
-    std::string style = "plain", lining = "airway", field_stop = "round";
+    std::optional<std::string> colour;          ///< "R,G,B" 0…255
+    LookOptions look_of;                        ///< of the endoscope's picture
     std::optional<double> window_hu, level_hu;  ///< of sections, or of the blended view's opacity
     double opacity_per_mm = 0.25;
     // Of fluoroscopy; no width: the whole scan.

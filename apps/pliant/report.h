@@ -8,6 +8,7 @@
 #include <pliant/chainmail.h>
 #include <pliant/chainmail_slide.h>
 #include <pliant/resample.h>
+#include <pliant/rest_field.h>
 
 #include <optional>
 #include <string>
@@ -37,6 +38,7 @@ struct DeformResult {
     LatticeState state;
     FoldCertificate certificate;  ///< of ChainMail
     Deformed deformed;
+    RestField rest;  ///< for a picture in the style real
     std::uint64_t hash = 0;
     std::vector<std::string> notes;
 };

@@ -225,8 +225,13 @@ int run_deform(const DeformOptions& options) {
     result.certificate = tissue->fold_certificate();
     auto deformed = deform_volume(
         *tissue, options.mapping == "tetrahedra" ? Mapping::Tetrahedra : Mapping::Cells,
-        !options.transform.empty());
+        !options.transform.empty() || shows_rest(options));
     if (!deformed) return fail(deformed.error());
+    if (shows_rest(options)) {
+        auto rest = RestField::create(*tissue, *deformed);
+        if (!rest) return fail(rest.error());
+        result.rest = std::move(*rest);
+    }
     result.deformed = std::move(*deformed);
     result.hash = hash_volume(result.deformed.volume) ^ tissue->hash();
     bar->show(0.5);

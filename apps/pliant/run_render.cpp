@@ -12,6 +12,7 @@
 
 #include "camera_path.h"
 #include "keyframes.h"
+#include "look.h"
 #include "movie.h"
 #include "options.h"
 #include "progress.h"
@@ -137,14 +138,7 @@ Views make_views(const RenderOptions& o) {
     e.iso_hu = o.iso_hu;
     e.polarity = o.polarity == "falling" ? Polarity::Falling : Polarity::Rising;
     if (o.colour) e.surface = *parse_colour(*o.colour);
-    e.style = o.style == "real" ? Style::Real : Style::Plain;
-    e.lining = o.lining == "colon"    ? Lining::Colon
-               : o.lining == "sinus"  ? Lining::Sinus
-               : o.lining == "vessel" ? Lining::Vessel
-                                      : Lining::Airway;
-    e.field_stop = o.field_stop == "octagon" ? FieldStop::Octagon
-                   : o.field_stop == "full"  ? FieldStop::Full
-                                             : FieldStop::Round;
+    set_look(o.look_of, e);
     v.section.window_hu = o.window_hu.value_or(v.section.window_hu);
     v.section.level_hu = o.level_hu.value_or(v.section.level_hu);
     v.transfer.window_hu = o.window_hu.value_or(v.transfer.window_hu);

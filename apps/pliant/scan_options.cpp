@@ -98,12 +98,7 @@ void add_render(CLI::App& app, RenderOptions& o) {
     c->add_option("--fog", o.fog_distance_mm, "light falls to 1/e over this [mm]; 0: no fog")
         ->check(CLI::Range(0.0, 1e6));
     c->add_option("--colour,--color", o.colour, "of the surface, R,G,B each 0…255");
-    c->add_option("--style", o.style, "plain (shape alone) or real (as an endoscope records)")
-        ->check(CLI::IsMember({"plain", "real"}));
-    c->add_option("--lining", o.lining, "colours of style real: airway, colon, sinus or vessel")
-        ->check(CLI::IsMember({"airway", "colon", "sinus", "vessel"}));
-    c->add_option("--field", o.field_stop, "shape of the picture in style real")
-        ->check(CLI::IsMember({"round", "octagon", "full"}));
+    add_look(c, o.look_of);
     c->add_option("--window", o.window_hu, "of the sections [HU] (default 1500; blended: 500)")
         ->check(CLI::PositiveNumber);
     c->add_option("--level", o.level_hu, "of the sections [HU] (default -200; blended: 150)");

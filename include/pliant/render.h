@@ -19,6 +19,8 @@
 
 namespace pliant {
 
+class RestField;
+
 struct Rgb8 {
     std::uint8_t r, g, b;
     friend constexpr bool operator==(const Rgb8&, const Rgb8&) = default;
@@ -67,6 +69,9 @@ struct Endoscope {
     // Of the style Real, which knows neither fog nor a colour of the surface.
     Lining lining = Lining::Airway;
     FieldStop field_stop = FieldStop::Round;
+    /// Of a volume that is deformed: anchors blood vessels to the tissue, shows raw faces. Must
+    /// outlive the calls; none: as if nothing had moved.
+    const RestField* rest = nullptr;
 };
 
 /// A view for a scan that nobody has looked at yet: deep inside a lumen, along its longest free

@@ -116,6 +116,10 @@ class LiveDeformation {
     /// @returns whether they are kept; false also where there isn't enough memory
     bool keep_sources(bool keep) noexcept;
     bool keeps_sources() const;
+    /// φ⁻¹(p) − p at a voxel p [mm, LPS]; 0 at rest, and in gaps. @pre keeps_sources()
+    Vec3f source_offset_mm(Vec3i voxel) const;
+    /// The tissue that is shown.
+    const MovingScan& scan() const;
 
     // Of the tissue that is shown at each voxel p of a box, i fastest. @pre keeps_sources(), and
     // nothing has changed since the last update. @param[out] values  one for each

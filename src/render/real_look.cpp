@@ -3,6 +3,8 @@
 
 #include "render/real_look.h"
 
+#include <pliant/rest_field.h>
+
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -122,7 +124,9 @@ RealLook::Coat RealLook::coat(double t, Vec3d point_mm, Vec3d normal) const {
     own = mix(own, c.bone, 0.7 * bone);
     own = mix(own, c.thin, c.thin_share * thin);
 
-    const Vec3d rest = point_mm;
+    RestField::Sample moved{{0, 0, 0}, 0};
+    if (m_endoscope.rest) moved = m_endoscope.rest->at(m_rays.to_voxel(point_mm));
+    const Vec3d rest = point_mm - to_double(moved.offset_mm);
     const NoiseTile::Value wide = m_noise.at(0.055 * rest + Vec3d{3.1, 7.7, 1.3});
     const NoiseTile::Value middle = m_noise.at(0.21 * rest);
     const NoiseTile::Value fine = m_noise.at(0.9 * rest + Vec3d{5.5, 2.5, 8.5});
@@ -145,13 +149,15 @@ RealLook::Coat RealLook::coat(double t, Vec3d point_mm, Vec3d normal) const {
          0.34 * line_at_half(hair, normal, 0.080 * smooth_step(0.34, 0.6, double(twig.value))) *
              (1 - smooth_step(8, 24, t))});
     own = mix(own, times(own, kBlood), c.veins * veins * (1 - bone));
+    const double raw = smooth_step(0.55, 0.95, double(moved.raw));  // cut or carved: no lining
+    own = mix(own, (0.7 + 0.6 * double(fine.value)) * kFlesh, raw);
 
     // Film of liquid: it follows folds that are finer than voxels.
     const NoiseTile::Value ripple = m_noise.at(1.9 * rest + Vec3d{2.2, 6.1, 4.4});
     const Vec3d bump = 0.14 * 0.9 * to_double(fine.slope) + 0.10 * 1.9 * to_double(ripple.slope);
     const double fade = 1 - smooth_step(8, 60, t);
     const Vec3d film = normalized(normal - fade * (bump - dot(bump, normal) * normal));
-    return {own, film, c.gloss * (0.45 + 1.1 * double(middle.value))};
+    return {own, film, c.gloss * (0.45 + 1.1 * double(middle.value)) * (1 + 0.6 * raw)};
 }
 
 Vec3d RealLook::shade(double t, Vec3d point_mm, Vec3d normal, Vec3d direction) const {

@@ -119,6 +119,14 @@ bool LiveDeformation::keeps_sources() const {
     return m_impl->inverse_mm != nullptr;
 }
 
+Vec3f LiveDeformation::source_offset_mm(Vec3i voxel) const {
+    return m_impl->inverse_mm[voxel_index(m_impl->volume.grid, voxel)];
+}
+
+const MovingScan& LiveDeformation::scan() const {
+    return m_impl->tissue;
+}
+
 void LiveDeformation::displacement_mm(const Box3i& box, std::span<float> values) const {
     m_impl->for_rows(box, values, [](const auto& rows) {
         rows([](Vec3i, Vec3f back) {

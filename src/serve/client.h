@@ -105,8 +105,9 @@ struct Client {
     /// they may still mean the scan before; 0: none
     std::uint32_t scene_step = 0;
     OverlayKind overlay = OverlayKind::None;
-    Delivery overlay_delivery;   ///< while there is an overlay
-    std::deque<Outgoing> texts;  ///< answers that wait
+    Delivery overlay_delivery;     ///< while there is an overlay
+    std::optional<Delivery> rest;  ///< of the rest field's nodes; empty: the client wants none
+    std::deque<Outgoing> texts;    ///< answers that wait
     std::deque<Waiting> commands;
     double spent_ms = 0;                                 ///< on its commands lately
     std::vector<std::uint32_t> checksums;                ///< ids of those that were asked for

@@ -109,6 +109,10 @@ struct OverlayMessage {
 struct VesselMessage {
     bool on = false;
 };
+/// Whether the client wants the rest field.
+struct RestMessage {
+    bool on = false;
+};
 /// What is empty is as the scene has it.
 struct PathMessage {
     Vec3d from_mm{0, 0, 0}, to_mm{0, 0, 0};
@@ -118,12 +122,12 @@ struct PathMessage {
 };
 
 /// Commands to the scene come first; then what the server answers by itself.
-using Action =
-    std::variant<PushCommand, GrabCommand, DragCommand, LetGoCommand, CutCommand, CarveCommand,
-                 RelaxCommand, ReleaseCommand, EyeCommand, ResetCommand, MaterialsCommand,
-                 IsoCommand, UndoCommand, RedoCommand, TissueCommand, DepthCommand, DriveCommand,
-                 HelloMessage, ToolMessage, ChecksumMessage, SeenMessage, PingMessage,
-                 OverlayMessage, PathMessage, HapticsMessage, HapticPoseMessage, VesselMessage>;
+using Action = std::variant<PushCommand, GrabCommand, DragCommand, LetGoCommand, CutCommand,
+                            CarveCommand, RelaxCommand, ReleaseCommand, EyeCommand, ResetCommand,
+                            MaterialsCommand, IsoCommand, UndoCommand, RedoCommand, TissueCommand,
+                            DepthCommand, DriveCommand, HelloMessage, ToolMessage, ChecksumMessage,
+                            SeenMessage, PingMessage, OverlayMessage, PathMessage, HapticsMessage,
+                            HapticPoseMessage, VesselMessage, RestMessage>;
 
 struct Message {
     std::uint32_t id = 0;

@@ -311,7 +311,7 @@ Action nothing(Fields&) {
 }
 
 /// In the order of Action's alternatives, but for slide, which is a push.
-const std::array<std::pair<const char*, Reader>, 28> kReaders = {{
+const std::array<std::pair<const char*, Reader>, 29> kReaders = {{
     {"push", [](Fields& f) { return read_push(f, false, 0); }},
     {"grab", read_grab},
     {"drag", [](Fields& f) -> Action { return DragCommand{f.vector("offset", kMaxPlaceMm)}; }},
@@ -348,6 +348,7 @@ const std::array<std::pair<const char*, Reader>, 28> kReaders = {{
          return HapticPoseMessage{f.vector("position", 10'000), f.number("roll_deg", -1e6, 1e6, 0)};
      }},
     {"vessel", [](Fields& f) -> Action { return VesselMessage{f.flag("on", {})}; }},
+    {"rest", [](Fields& f) -> Action { return RestMessage{f.flag("on", {})}; }},
     {"slide", [](Fields& f) { return read_push(f, true, 0.01); }},
 }};
 
@@ -434,6 +435,9 @@ void write(Json& o, const DriveCommand& c) {
                   {"bend_second_deg", c.bend_second_deg}});
 }
 void write(Json& o, const VesselMessage& c) {
+    o["on"] = c.on;
+}
+void write(Json& o, const RestMessage& c) {
     o["on"] = c.on;
 }
 void write(Json& o, const HelloMessage& c) {

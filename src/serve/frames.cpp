@@ -130,11 +130,11 @@ std::optional<FrameHeader> read_frame_header(std::string_view frame) {
 
 std::optional<std::vector<std::uint16_t>> read_box(std::string_view frame) {
     const auto h = read_frame_header(frame);
-    if (!h || h->type != FrameType::Box || h->count < kFormatVoxels ||
-        h->count > format_of(OverlayKind::Jacobian))
+    if (!h || h->type != FrameType::Box || h->count < kFormatVoxels || h->count > kFormatRest)
         return {};
     const Vec3i n = h->box.end - h->box.begin;
-    const std::uint64_t count = std::uint64_t(n.x) * std::uint64_t(n.y) * std::uint64_t(n.z);
+    const std::uint64_t count =
+        std::uint64_t(n.x) * std::uint64_t(n.y) * std::uint64_t(n.z) * halves_each(h->count);
     if (count == 0 || count * 2 != h->payload_bytes || count > std::uint64_t(1) << 24) return {};
     std::vector<std::uint16_t> halves(count);
     frame.remove_prefix(kFrameHeaderBytes);

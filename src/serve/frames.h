@@ -25,6 +25,12 @@ inline constexpr std::size_t kToolBytes = 64;
 /// What the numbers of a box are: half floats all of them.
 inline constexpr std::uint16_t kFormatVoxels = 1;  ///< [HU]
 enum class OverlayKind : std::uint8_t { None = 0, Displacement = 1, Jacobian = 2 };
+/// A rest field's nodes, four half floats each; the box is one of nodes (pliant/rest_field.h).
+inline constexpr std::uint16_t kFormatRest = 4;
+/// Half floats for each voxel or node of a box.
+constexpr std::uint64_t halves_each(std::uint16_t format) {
+    return format == kFormatRest ? 4 : 1;
+}
 /// @pre kind is not None
 constexpr std::uint16_t format_of(OverlayKind kind) {
     return std::uint16_t(kFormatVoxels + std::uint16_t(kind));
@@ -58,7 +64,7 @@ struct ToolPose {
     friend bool operator==(const ToolPose&, const ToolPose&) = default;
 };
 
-/// @param halves  of the box, i fastest
+/// @param halves  of the box, i fastest; as many for each voxel as the format has
 /// @param header  its type, box and payload_bytes are filled in; count is the format
 /// @param pack    with LZ4, where that saves a fifth
 std::string box_frame(std::span<const std::uint16_t> halves, const Box3i& box, FrameHeader header,

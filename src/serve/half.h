@@ -11,11 +11,12 @@
 #include <cstdint>
 #include <span>
 
+#include "core/half.h"
+
 namespace pliant::serve {
 
-/// To nearest, ties to even. What is beyond ±65504 is clamped; no number stays no number.
-std::uint16_t half_from_float(float value);
-float float_from_half(std::uint16_t half);
+using pliant::float_from_half;
+using pliant::half_from_float;
 
 /// The voxels of a box, i fastest. @pre the box lies in the volume
 /// @param[out] halves  one for each

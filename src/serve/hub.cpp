@@ -117,17 +117,20 @@ void Hub::step() {
     m_boxes.clear();
     for (const auto part :
          {&Hub::take_events, &Hub::carry_out_commands, &Hub::push_by_device, &Hub::tell_eyes,
-          &Hub::relax, &Hub::resample, &Hub::feel_device, &Hub::begin_overlays, &Hub::checkpoint,
-          &Hub::write_log, &Hub::tell_outcomes, &Hub::tell_paths, &Hub::refresh_state,
-          &Hub::refresh_tools, &Hub::refresh_haptics, &Hub::refresh_vessel, &Hub::drop_who_is_late})
+          &Hub::relax, &Hub::resample, &Hub::feel_device, &Hub::begin_overlays, &Hub::begin_rest,
+          &Hub::checkpoint, &Hub::write_log, &Hub::tell_outcomes, &Hub::tell_paths,
+          &Hub::refresh_state, &Hub::refresh_tools, &Hub::refresh_haptics, &Hub::refresh_vessel,
+          &Hub::drop_who_is_late})
         guarded("owner", [&] { (this->*part)(); });
     m_overlay_left = kMaxOverlayVoxels;
+    m_rest_left = kMaxRestNodes;
     m_overlay_ms = 0;
     for (Client& client : m_clients)
         if (!guarded("owner", [&] { publish(client); })) {
             // Frames that were taken from it may not have been sent.
             client.delivery.come_back({});
             client.overlay_delivery.come_back({});
+            if (client.rest) client.rest->come_back({});
         }
     guarded("owner", [&] { rest_overlays(); });
     guarded("owner", [&] { measure_force(); });
@@ -201,8 +204,10 @@ Outcome Hub::act(std::uint32_t client, const Action& action) {
         std::holds_alternative<IsoCommand>(action) || std::holds_alternative<EyeCommand>(action);
     m_moved = m_moved || !moves_nothing;
     // Another tissue has seen no eyes.
-    if (std::holds_alternative<TissueCommand>(action))
+    if (std::holds_alternative<TissueCommand>(action)) {
         for (Client& other : m_clients) other.eye = {};
+        m_rest_is_stale = true;
+    }
     m_solve_ms += outcome.solve_ms;
     m_moved_elements += outcome.moved_elements.value_or(0);
     return outcome;
@@ -306,7 +311,7 @@ void Hub::resample() {
     m_checksums.reset();  // a cut that nothing opens changes the tissue, and no voxel
     m_is_behind = true;
     const Result<LiveUpdate> update = m_scene->update();
-    m_is_behind = !update;
+    m_is_behind = !update || !update_rest(update->boxes);
     if (!update || update->boxes.empty()) return;
     ++m_step;
     for (Client& client : m_clients)

@@ -26,6 +26,8 @@
 #include <variant>
 #include <vector>
 
+#include <pliant/rest_field.h>
+
 #include "serve/client.h"
 #include "serve/device_opening.h"
 #include "serve/guarded.h"
@@ -111,6 +113,11 @@ class Hub {
         std::uint32_t id;
         OverlayKind kind;
     };
+    struct RestWish {
+        std::uint32_t client;
+        std::uint32_t id;
+        bool on;
+    };
     struct SharedBox {
         Box3i box;
         std::uint8_t flags;
@@ -177,6 +184,14 @@ class Hub {
     void add_overlay_boxes(Client& client, std::vector<Outgoing>& batch);
     std::string make_overlay_box(const Box3i& box, std::uint8_t flags, bool pack, OverlayKind kind);
     void rest_overlays();
+    void forget_rest() noexcept;
+    void begin_rest();
+    void set_rest(Client& client, std::uint32_t id, bool on);
+    bool make_rest(std::span<const Box3i> boxes);
+    bool update_rest(std::span<const Box3i> boxes) noexcept;
+    void add_rest_boxes(Client& client, std::vector<Outgoing>& batch);
+    std::shared_ptr<const std::string> shared_rest_box(const Box3i& nodes, std::uint8_t flags,
+                                                       bool pack);
     void look_for(Client& client, std::uint32_t id, const PathMessage& path);
     void tell_paths();
     void give_up_paths(std::uint32_t client);
@@ -261,6 +276,10 @@ class Hub {
     std::int64_t m_overlay_left = 0;            ///< voxels that overlays may take in this step
     double m_overlay_ms = 0;                    ///< of this step
     Clock::time_point m_overlay_at{};           ///< when one was last wanted
+    std::vector<RestWish> m_rest_wishes;        ///< of this step
+    std::optional<RestField> m_rest;            ///< while a client wants it
+    bool m_rest_is_stale = false;               ///< it has to be made anew
+    std::int64_t m_rest_left = 0;               ///< nodes that may be sent in this step
     std::optional<Checksums> m_checksums;
     Clock::time_point m_checksums_at{};
 };

@@ -164,6 +164,8 @@ void Hub::answer(Client& client, Message message) {
         } else if (client.overlay != OverlayKind::None &&
                    seen->format == format_of(client.overlay)) {
             client.overlay_delivery.seen(seen->step);
+        } else if (client.rest && seen->format == kFormatRest) {
+            client.rest->seen(seen->step);
         }
     } else if (const auto* tool = std::get_if<ToolMessage>(&message.action)) {
         ToolPose pose = client.tool;
@@ -176,6 +178,8 @@ void Hub::answer(Client& client, Message message) {
         client.tool = pose;
     } else if (const auto* overlay = std::get_if<OverlayMessage>(&message.action)) {
         m_overlay_wishes.push_back({client.info.number, message.id, overlay->kind});
+    } else if (const auto* rest = std::get_if<RestMessage>(&message.action)) {
+        m_rest_wishes.push_back({client.info.number, message.id, rest->on});
     } else if (const auto* vessel = std::get_if<VesselMessage>(&message.action)) {
         want_vessel(client, message.id, vessel->on);
     } else if (std::holds_alternative<PingMessage>(message.action)) {
@@ -240,6 +244,7 @@ void Hub::park(Client& client) {
     client.checksums.clear();
     client.tool = {};
     client.overlay = OverlayKind::None;
+    client.rest.reset();
     client.wants_vessel = false;
     give_up_paths(client.info.number);
     if (m_haptics && m_haptics->client() == client.info.number)
@@ -269,6 +274,7 @@ void Hub::drop_who_is_late() {
         auto unseen = client.delivery.unseen_since();
         if (!unseen && client.overlay != OverlayKind::None)
             unseen = client.overlay_delivery.unseen_since();
+        if (!unseen && client.rest) unseen = client.rest->unseen_since();
         if (client.writing && m_now - client.since > kStallTime)
             drop(client, kCloseStalled, "expected a client that reads, found none for 15 s");
         else if (unseen && m_now - *unseen > kStallTime)

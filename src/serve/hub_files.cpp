@@ -51,6 +51,7 @@ void Hub::take(ConnectionId, Opening& opening) {
     m_checksums.reset();
     m_worked = true;
     m_overlay_wishes.clear();
+    forget_rest();
     m_tools.clear();
     m_tools_version = 0;  // so that it is made again, for the new scan
     for (Client& client : m_clients) {

@@ -94,8 +94,10 @@ std::string Hub::make_overlay_box(const Box3i& box, std::uint8_t flags, bool pac
 void Hub::rest_overlays() {
     if (!m_scene->live().keeps_sources()) return;
     for (const Client& client : m_clients)
-        if (client.overlay != OverlayKind::None) m_overlay_at = m_now;
-    if (m_now - m_overlay_at > kOverlayTime) m_scene->keep_sources(false);
+        if (client.overlay != OverlayKind::None || client.rest) m_overlay_at = m_now;
+    if (m_now - m_overlay_at <= kOverlayTime) return;
+    m_rest.reset();
+    m_scene->keep_sources(false);
 }
 
 }  // namespace pliant::serve

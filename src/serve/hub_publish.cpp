@@ -82,10 +82,12 @@ void Hub::publish(Client& client) {
     add_boxes(client, batch);
     add_vessel(client, batch);
     add_overlay_boxes(client, batch);
+    add_rest_boxes(client, batch);
     bool sends_checksums = false;
-    const bool overlay_is_due =
-        client.overlay != OverlayKind::None && client.overlay_delivery.is_due();
-    if (!client.checksums.empty() && !client.delivery.is_due() && !overlay_is_due) {
+    const bool more_is_due =
+        (client.overlay != OverlayKind::None && client.overlay_delivery.is_due()) ||
+        (client.rest && client.rest->is_due());
+    if (!client.checksums.empty() && !client.delivery.is_due() && !more_is_due) {
         if (const Checksums* sums = current_checksums()) {
             for (const std::uint32_t id : client.checksums)
                 batch.push_back(text_message(checksum_text(id, *sums)));

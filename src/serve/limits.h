@@ -59,6 +59,7 @@ inline constexpr double kMostOwedMs = 100;  ///< of that tissue's time; more is 
 inline constexpr std::chrono::milliseconds kChecksumPause{100};
 inline constexpr std::int64_t kMaxBatchVoxels = std::int64_t(4) << 20;
 inline constexpr std::int64_t kMaxOverlayVoxels = std::int64_t(1) << 19;  ///< of all clients
+inline constexpr std::int64_t kMaxRestNodes = std::int64_t(1) << 17;  ///< likewise, 8 bytes each
 /// Overlays begin with writing all that is deformed once more: nobody makes that happen more often.
 inline constexpr std::chrono::seconds kOverlayTime{5};
 

@@ -137,6 +137,8 @@ std::string hex_text(std::uint64_t number, int digits) {
 
 std::string welcome_text(const Welcome& welcome, const VolumeInfo& volume,
                          const SharedState& state) {
+    const Json features = {"save",   "open",    "overlay", "path",
+                           "tissue", "haptics", "vessel",  "rest"};
     Json json = json_of(welcome.client);
     json.update({{"t", "welcome"},
                  {"protocol", kProtocolVersion},
@@ -144,7 +146,7 @@ std::string welcome_text(const Welcome& welcome, const VolumeInfo& volume,
                  {"resume", welcome.resume},
                  {"resumed", welcome.resumed},
                  {"rate_hz", welcome.rate_hz},
-                 {"features", {"save", "open", "overlay", "path", "tissue", "haptics", "vessel"}},
+                 {"features", features},
                  {"haptic_devices", welcome.haptic_devices},
                  {"open_bytes", welcome.open_bytes},
                  {"spring_nodes", welcome.spring_nodes},

@@ -167,6 +167,10 @@ void TestClient::take_in_frame(const std::string& bytes) {
     const auto halves = serve::read_box(bytes);
     ASSERT_TRUE(halves);
     const Box3i box = header->box;
+    if (header->count == serve::kFormatRest) {
+        EXPECT_LE(bytes.size(), (1U << 20) + 32);
+        return take_in_rest(*header, *halves);
+    }
     for (int a = 0; a < 3; ++a) ASSERT_LE(box.end[a], size[a]);
     if (header->count != 1) {
         // One of an overlay that was given up may still come.
@@ -275,6 +279,36 @@ Json TestClient::ask_overlay(const std::string& kind) {
     constexpr std::uint16_t kOne = 0x3c00;
     overlay.assign(voxels.size(), kind == "jacobian" ? kOne : std::uint16_t(0));
     return done;
+}
+
+Json TestClient::ask_rest(bool on) {
+    const Json done = command({{"do", "rest"}, {"on", on}});
+    const Vec3i n = rest_counts();
+    rest.assign(on ? std::size_t(4 * n.x * n.y * n.z) : 0, 0);
+    return done;
+}
+
+Vec3i TestClient::rest_counts() const {
+    return {(size.x + 2) / 4 + 1, (size.y + 2) / 4 + 1, (size.z + 2) / 4 + 1};
+}
+
+void TestClient::take_in_rest(const serve::FrameHeader& header,
+                              const std::vector<std::uint16_t>& halves) {
+    ++rest_boxes;
+    if (rest.empty()) return;  // one that was given up
+    const Vec3i n = rest_counts();
+    const Box3i box = header.box;
+    for (int a = 0; a < 3; ++a) ASSERT_LE(box.end[a], n[a]);
+    std::size_t from = 0;
+    for (int k = box.begin.z; k < box.end.z; ++k)
+        for (int j = box.begin.y; j < box.end.y; ++j)
+            for (int i = box.begin.x; i < box.end.x; ++i)
+                for (int c = 0; c < 4; ++c)
+                    rest[std::size_t(4 * (i + n.x * (j + n.y * k)) + c)] = halves[from++];
+    if (!(header.flags & serve::kFrameLastOfStep)) return;
+    ++whole_rests;
+    rest_step = header.step;
+    if (sends_rest_seen) say({{"do", "seen"}, {"step", rest_step}, {"format", 4}});
 }
 
 Json TestClient::checked_checksum() {

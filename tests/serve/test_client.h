@@ -15,6 +15,7 @@
 #include <string>
 #include <vector>
 
+#include "serve/frames.h"
 #include "support/json.h"
 
 namespace pliant::test {
@@ -80,6 +81,9 @@ class TestClient : public RawConnection {
     bool until_up_to_date();
     /// Asks for "displacement" or "jacobian", or "none". @returns the answer
     Json ask_overlay(const std::string& kind);
+    /// Asks for the rest field, or no more of it. @returns the answer
+    Json ask_rest(bool on);
+    Vec3i rest_counts() const;
     /// Asks for a checksum, and compares the copy with it. @returns the answer
     Json checked_checksum();
     /// Reads until the connection is closed.
@@ -98,6 +102,10 @@ class TestClient : public RawConnection {
     int overlay_boxes = 0, whole_overlays = 0;
     std::uint32_t overlay_step = 0;  ///< newest whole one
     bool sends_overlay_seen = true;
+    std::vector<std::uint16_t> rest;  ///< four for each node, once it was asked for
+    int rest_boxes = 0, whole_rests = 0;
+    std::uint32_t rest_step = 0;
+    bool sends_rest_seen = true;
     std::string tools;                 ///< the newest frame
     std::string surface;               ///< of a vessel, at rest
     std::vector<std::string> vessels;  ///< what came of it since, in order
@@ -108,6 +116,7 @@ class TestClient : public RawConnection {
     void take_in_frame(const std::string& bytes);
     void take_in_box(const Box3i& box, const std::vector<std::uint16_t>& halves,
                      std::vector<std::uint16_t>& copy) const;
+    void take_in_rest(const serve::FrameHeader& header, const std::vector<std::uint16_t>& halves);
     std::uint32_t m_last_id = 0;
     bool m_is_whole = false;
 };

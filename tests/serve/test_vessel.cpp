@@ -5,8 +5,11 @@
 // recorded, and what clients are sent of it is what is there.
 
 #include <gtest/gtest.h>
+#include <pliant/rest_field.h>
 #include <pliant/serve.h>
 
+#include <algorithm>
+#include <cmath>
 #include <cstring>
 #include <filesystem>
 #include <functional>
@@ -95,6 +98,44 @@ TEST_F(VesselScene, IsWhatTheCatheterAloneDoes) {
     (void)scene->update();
     EXPECT_EQ(hash_volume(scene->deformed()), rest);
     EXPECT_EQ(scene->tissue().hash(), open(m_arena)->tissue().hash());
+}
+
+TEST_F(VesselScene, ItsRestFieldFollowsTheWall) {
+    const auto scene = open(m_arena);
+    ASSERT_TRUE(scene->update().ok());
+    ASSERT_TRUE(scene->keep_sources(true));
+    RestField field(scene->info().grid);
+    // A catheter that is in the vessel from the start has moved the wall already.
+    const std::vector<Box3i> all{voxel_box(field.grid())};
+    ASSERT_TRUE(field.update(scene->live(), all).ok());
+    const std::vector<std::uint16_t> start(field.halves().begin(), field.halves().end());
+    const auto expect_as_made_at_once = [&] {
+        ASSERT_TRUE(field.update(scene->live(), scene->update().value().boxes).ok());
+        const Deformed once = deform_volume(scene->tissue(), Mapping::Cells, true).value();
+        const RestField expected = RestField::create(scene->tissue(), once).value();
+        ASSERT_EQ(field.at_rest(), expected.at_rest());
+        EXPECT_TRUE(std::equal(field.halves().begin(), field.halves().end(),
+                               expected.halves().begin(), expected.halves().end()));
+    };
+    drive(*scene, 100);
+    for (int step = 0; step < 4; ++step) {
+        for (int n = 0; n < 15; ++n) (void)scene->sweep();
+        expect_as_made_at_once();
+    }
+    EXPECT_FALSE(field.at_rest());
+    // Where the wall has gone, the tissue has been elsewhere, but is whole.
+    float farthest = 0, raw = 0;
+    for (std::size_t n = 0; n < field.halves().size(); n += 4) {
+        for (std::size_t a = 0; a < 3; ++a)
+            farthest = std::max(farthest, std::abs(float_from_half(field.halves()[n + a])));
+        raw = std::max(raw, float_from_half(field.halves()[n + 3]));
+    }
+    EXPECT_GT(farthest, 0.02F);
+    EXPECT_EQ(raw, 0);
+    EXPECT_TRUE(scene->carry_out(1, ResetCommand{}).ok());
+    expect_as_made_at_once();
+    EXPECT_TRUE(
+        std::equal(start.begin(), start.end(), field.halves().begin(), field.halves().end()));
 }
 
 TEST_F(VesselScene, ComesToRestOnceNobodyDrives) {

@@ -24,6 +24,7 @@ import {
     type VolumeInfo,
     type Welcome,
 } from './protocol.ts';
+import { kRestFormat } from './rest_field.ts';
 import type { SurfaceFrame, VesselFrame } from './vessel.ts';
 
 export interface Listener {
@@ -32,6 +33,7 @@ export interface Listener {
     state(state: SharedState): void;
     box(frame: BoxFrame): void;
     overlayBox(frame: BoxFrame): void;
+    restBox(frame: BoxFrame): void;
     tools(tools: Tool[]): void;
     haptics(news: HapticsNews): void;
     vesselFrame(frame: SurfaceFrame | VesselFrame): void;
@@ -198,7 +200,8 @@ export class Connection {
             return;
         }
         if (frame.format !== 1) {
-            this.listener.overlayBox(frame);
+            if (frame.format === kRestFormat) this.listener.restBox(frame);
+            else this.listener.overlayBox(frame);
             const { step, format } = frame;
             if (frame.last) this.tell({ do: 'seen', step, format });
             return;

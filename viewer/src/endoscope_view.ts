@@ -13,6 +13,7 @@ import { meteredExposure } from './exposure.ts';
 import { kFieldStops, liningUniforms } from './linings.ts';
 import { noiseTexture } from './noise.ts';
 import { type Camera, frameOf } from './rays.ts';
+import { type RestField, restUniforms } from './rest_field.ts';
 import { kWaterPerMm, usualWater } from './fluoroscopy.ts';
 import { kCopy, kEndoscope, kFluoroscopy } from './shaders.ts';
 import { type State, surfaceOf } from './store.ts';
@@ -58,6 +59,7 @@ export class EndoscopeView {
     constructor() {
         const common = {
             ...kNoField,
+            ...restUniforms(undefined),
             eye: new THREE.Vector3(),
             right: new THREE.Vector3(),
             up: new THREE.Vector3(),
@@ -113,6 +115,10 @@ export class EndoscopeView {
     setOverlay(state: State, field: OverlayField | undefined): void {
         for (const picture of [this.inside, this.outside])
             picture.set(overlayUniforms(state, field));
+    }
+
+    setRest(field: RestField | undefined): void {
+        for (const picture of [this.inside, this.outside]) picture.set(restUniforms(field));
     }
 
     /// @param scale  pixels of the target per pixel of the view

@@ -254,7 +254,8 @@ export type Command =
           radius?: number;
       }
     | { do: 'haptics'; wish: 'stop' | 'go' | 'end' }
-    | { do: 'overlay'; kind: OverlayKind };
+    | { do: 'overlay'; kind: OverlayKind }
+    | { do: 'rest'; on: boolean };
 
 export interface Seen {
     do: 'seen';
@@ -282,7 +283,7 @@ export interface BoxFrame {
     kind: 'box';
     step: number;
     volume: number;
-    format: number; ///< 1: voxels [HU]; others: see overlay_kinds.ts
+    format: number; ///< 1: voxels [HU]; others: see overlay_kinds.ts, rest_field.ts
     last: boolean; ///< with it, the voxels are those of the step
     box: Box;
     halves: Uint16Array;
@@ -308,7 +309,8 @@ export interface ToolsFrame {
 
 const kHeader = 32;
 const kToolBytes = 64;
-const kLastFormat = 3;
+const kLastFormat = 4;
+const kHalvesOfNode = 4; // in a box of the rest field, format 4
 
 const littleEndian = new Uint8Array(new Uint16Array([1]).buffer)[0] === 1;
 
@@ -340,7 +342,8 @@ function decodeBox(view: DataView, last: boolean, payload: number): BoxFrame {
     const u16 = (offset: number): number => view.getUint16(offset, true);
     const begin: Vec3 = [u16(16), u16(18), u16(20)];
     const count: Vec3 = [u16(22), u16(24), u16(26)];
-    if (2 * count[0] * count[1] * count[2] !== payload || payload === 0)
+    const each = format === kLastFormat ? kHalvesOfNode : 1;
+    if (2 * each * count[0] * count[1] * count[2] !== payload || payload === 0)
         throw new Error(`box: ${payload} bytes for ${count.join('×')} half floats`);
     if (!littleEndian) throw new Error('this machine stores numbers with the high byte first');
     return {

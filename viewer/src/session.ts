@@ -31,6 +31,7 @@ import { Vessel, type SurfaceFrame, type VesselFrame } from './vessel.ts';
 import { OverlayField } from './overlay_field.ts';
 import { kKinds, type OverlayKind } from './overlay_kinds.ts';
 import type { Path } from './path.ts';
+import { RestField } from './rest_field.ts';
 import { frameOf, inTissue, naturalUp } from './rays.ts';
 import { Stage } from './stage.ts';
 import { initialState, pushOrSlide, type Store, surfaceOf } from './store.ts';
@@ -82,6 +83,7 @@ export class Session implements Listener {
     private eyeIsFree = false; // out of tissue when it was put there: it has to stay out
     private displaced: { from: Vec3; to: Vec3 } | undefined; // of an eye that tissue moved aside
     private askedOverlay: OverlayKind = 'none';
+    private askedRest = false;
     private onState: () => void = () => {};
 
     constructor(
@@ -94,6 +96,7 @@ export class Session implements Listener {
         this.history = new History(store, (what) => this.step(what));
         store.listen((_, changed) => {
             if (changed.has('overlay')) this.askOverlay();
+            if (changed.has('style')) this.askRest();
             if (changed.has('camera') || changed.has('wall')) this.eyeIsFree = !this.isInTissue();
         });
     }
@@ -132,8 +135,10 @@ export class Session implements Listener {
         const held = this.volume && this.store.state.volume?.id === message.volume.id;
         if (this.volume && !held) this.forgetScan();
         this.askedOverlay = 'none'; // overlays end with the connection
+        this.askedRest = false;
         if (!message.resumed || !held) this.takeVolume(message.volume, held === true);
         this.askOverlay();
+        this.askRest();
         this.askVessel();
         this.onWelcome();
     }
@@ -141,8 +146,10 @@ export class Session implements Listener {
     newVolume(info: VolumeInfo): void {
         this.forgetScan();
         this.askedOverlay = 'none'; // and with the scan
+        this.askedRest = false;
         this.takeVolume(info, false);
         this.askOverlay();
+        this.askRest();
     }
 
     /// Another scan takes the place of the one that is shown: nothing of it means anything there.
@@ -218,6 +225,28 @@ export class Session implements Listener {
         });
     }
 
+    restBox(frame: BoxFrame): void {
+        const { rest } = this.stage;
+        if (!rest) return; // one that was given up
+        rest.patch(frame.box, frame.halves);
+        if (frame.last) this.store.set({ restVersion: this.store.state.restVersion + 1 });
+    }
+
+    /// The rest field is asked for while the style needs it; all is at rest until its boxes come.
+    private askRest(): void {
+        const { style, features, link } = this.store.state;
+        const on = style === 'real' && features.includes('rest');
+        if (!on) this.stage.setRest(undefined);
+        if (on === this.askedRest || link !== 'open') return;
+        this.askedRest = on;
+        void this.connection.ask({ do: 'rest', on }, (answer) => {
+            // Where the server has no memory for it, patterns stay where they are.
+            if (answer?.t !== 'done' || this.askedRest !== on) return;
+            this.stage.setRest(on && this.volume ? new RestField(this.volume.grid) : undefined);
+            this.store.set({ restVersion: this.store.state.restVersion + 1 });
+        });
+    }
+
     /// Those who ask are sent the vessel, where there is one; it ends with the connection.
     private askVessel(): void {
         const { features, shared } = this.store.state;
@@ -263,6 +292,7 @@ export class Session implements Listener {
         this.volume = new VolumeData(grid, new Uint16Array(voxelCount(grid)));
         this.stage.setVolume(this.volume);
         this.stage.setOverlay(undefined);
+        this.stage.setRest(undefined);
         this.received = 0;
         this.store.set({ volume: info, loaded: 0, pathFrom: null });
         if (keepView || takeUpView(this.store, this.memory)) return;

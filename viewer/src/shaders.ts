@@ -11,13 +11,14 @@ import fluoroscopy from './shaders/fluoroscopy.frag.glsl';
 import full from './shaders/full.vert.glsl';
 import overlay from './shaders/overlay.glsl';
 import real from './shaders/real.glsl';
+import rest from './shaders/rest.glsl';
 import section from './shaders/section.frag.glsl';
 import surface from './shaders/surface.glsl';
 import vesselFragment from './shaders/vessel.frag.glsl';
 import vesselVertex from './shaders/vessel.vert.glsl';
 
 export const kFullScreen = full;
-export const kEndoscope = field + surface + overlay + camera + real + endoscope;
+export const kEndoscope = field + surface + overlay + rest + camera + real + endoscope;
 export const kSection = field + overlay + section;
 export const kCopy = copy;
 export const kFluoroscopy = field + fluoroscopy;

@@ -10,6 +10,7 @@ import * as THREE from 'three';
 import { EndoscopeView, type ToolBall } from './endoscope_view.ts';
 import type { OverlayField } from './overlay_field.ts';
 import { fieldUniforms, kNoField, overlayUniforms, Picture } from './picture.ts';
+import type { RestField } from './rest_field.ts';
 import { sectionPlane } from './section_geometry.ts';
 import { kSection } from './shaders.ts';
 import { kViews, type SectionName, type State, type Store, type ViewName } from './store.ts';
@@ -48,6 +49,7 @@ const kEndoscopeKeys: (keyof State)[] = [
     'style',
     'lining',
     'fieldStop',
+    'restVersion',
     'outside',
     'fluoroscopy',
     'fluoroContrast',
@@ -75,6 +77,7 @@ export class Stage {
     readonly renderer: THREE.WebGLRenderer;
     texture: VolumeTexture | undefined;
     overlay: OverlayField | undefined;
+    rest: RestField | undefined;
     vesselOf: () => Vessel | undefined = () => undefined;
     /// Called after voxels went to the graphics processor, with how many.
     onUpload: (voxels: number) => void = () => {};
@@ -133,6 +136,7 @@ export class Stage {
             this.renderer.setScissorTest(true);
             this.texture?.restore();
             this.overlay?.restore();
+            this.rest?.restore();
             this.invalidate();
             onContext(false);
         });
@@ -151,6 +155,14 @@ export class Stage {
         this.overlay?.dispose();
         this.overlay = field;
         this.invalidate();
+    }
+
+    setRest(field: RestField | undefined): void {
+        if (field === this.rest) return;
+        this.rest?.dispose();
+        this.rest = field;
+        this.endoscope.setRest(field);
+        this.markEndoscope();
     }
 
     setTools(balls: readonly ToolBall[]): void {
@@ -178,6 +190,7 @@ export class Stage {
         this.fitCanvas();
         this.onUpload(this.texture.upload(this.renderer));
         this.overlay?.upload(this.renderer);
+        this.rest?.upload(this.renderer);
         const still = now - this.lastChange > kStillMs;
         if (state.maximised && state.maximised !== 'endoscope') this.full = true; // not in sight
         if (still && !this.full) this.stale.add('endoscope');

@@ -103,6 +103,8 @@ export interface State {
     level: number; ///< [HU]
     contour: boolean; ///< the threshold as a line in the sections
 
+    restVersion: number; ///< grows whenever the rest field changed
+
     overlay: OverlayKind; ///< what is shown in colours over the scan
     overlayVoxels: number; ///< grows whenever its numbers changed
     overlayExtreme: number; ///< their largest departure from rest
@@ -211,6 +213,7 @@ export const initialState = (): State => ({
     window: 1500,
     level: -200,
     contour: false,
+    restVersion: 0,
     overlay: 'none',
     overlayVoxels: 0,
     overlayExtreme: 0,

@@ -20,7 +20,7 @@ export class BoxUploads {
     constructor(
         private readonly texture: THREE.Data3DTexture,
         private readonly size: Vec3,
-        private readonly format: 'RED' | 'RG',
+        private readonly format: 'RED' | 'RG' | 'RGBA',
     ) {}
 
     add(box: Box): void {
@@ -105,7 +105,7 @@ function uploadBoxes(
     texture: THREE.Data3DTexture,
     boxes: readonly Box[],
     size: Vec3,
-    format: 'RED' | 'RG',
+    format: 'RED' | 'RG' | 'RGBA',
 ): number {
     const properties = renderer.properties.get(texture) as { __webglTexture?: WebGLTexture };
     const handle = properties.__webglTexture;

@@ -93,6 +93,12 @@ export class MockScene {
         return 1 / dot(column(0), cross(column(1), column(2)));
     }
 
+    /// A node's four numbers in the protocol's rest field, at a voxel.
+    restAt(index: number): number[] {
+        const back = [0, 1, 2].map((a) => this.warp[3 * index + a]!);
+        return [...back.map((x) => 0 - x), this.gone[index] ? 1 : 0];
+    }
+
     remember(name: string, stroke: string): void {
         const last = this.undoSteps[this.undoSteps.length - 1];
         if (stroke && last?.stroke === stroke) return;

@@ -10,6 +10,7 @@ import { join } from 'node:path';
 import { type Box, boxCount } from '../src/grid.ts';
 import { halfOfFloat } from '../src/half.ts';
 import { Path } from '../src/path.ts';
+import { kRestFormat, kRestStep, restCounts } from '../src/rest_field.ts';
 import { norm, sub, type Vec3 } from '../src/vec.ts';
 import { kGrid, kTubeRadius, MockScene, tubeCentre } from './mock_scene.ts';
 import { MockSocket } from './mock_socket.ts';
@@ -35,6 +36,7 @@ interface Client {
     resume: string;
     tool: Buffer | undefined;
     overlay: string;
+    rest: boolean;
 }
 
 /// By a voxel on each side: volume changes look that far.
@@ -69,6 +71,7 @@ export class MockServer {
     private readonly known = new Map<string, { number: number; missed: boolean }>();
     private nextNumber = 1;
     overlaysSeen = 0;
+    restsSeen = 0;
     private relaxing = false;
     private readonly server: Server;
 
@@ -104,6 +107,7 @@ export class MockServer {
             for (const client of this.clients) {
                 this.sendBox(client, box, true);
                 if (client.overlay !== 'none') this.sendOverlay(client, grown(box));
+                if (client.rest) this.sendRest(client, box);
             }
         };
     }
@@ -195,6 +199,7 @@ export class MockServer {
             resume: place ? hello.resume : Math.random().toString(36).slice(2),
             tool: undefined,
             overlay: 'none',
+            rest: false,
         };
         this.clients.add(client);
         socket.text({
@@ -206,7 +211,7 @@ export class MockServer {
             resume: client.resume,
             resumed,
             rate_hz: 60,
-            features: ['save', 'open', 'overlay', 'path'],
+            features: ['save', 'open', 'overlay', 'path', 'rest'],
             open_bytes: 100_000_000,
             volume: this.volume(),
             state: this.state(),
@@ -284,6 +289,34 @@ export class MockServer {
         );
     }
 
+    /// The nodes whose voxel lies in a box.
+    private sendRest(client: Client, voxels: Box): void {
+        const counts = restCounts(kGrid);
+        const begin = voxels.begin.map((b) => Math.ceil(b / kRestStep));
+        const end = voxels.end.map((e, a) =>
+            e >= kGrid.size[a]! ? counts[a]! : Math.ceil(e / kRestStep),
+        );
+        const halves: number[] = [];
+        for (let k = begin[2]!; k < end[2]!; ++k)
+            for (let j = begin[1]!; j < end[1]!; ++j)
+                for (let i = begin[0]!; i < end[0]!; ++i) {
+                    const [x, y, z] = [i, j, k].map((n, a) =>
+                        Math.min(kRestStep * n, kGrid.size[a]! - 1),
+                    );
+                    const at = x! + kGrid.size[0] * (y! + kGrid.size[1] * z!);
+                    halves.push(...this.scene.restAt(at).map(halfOfFloat));
+                }
+        if (!halves.length) return;
+        const frame = Buffer.alloc(32 + 2 * halves.length);
+        this.head(frame, 1, 2, kRestFormat);
+        for (let a = 0; a < 3; ++a) {
+            frame.writeUInt16LE(begin[a]!, 16 + 2 * a);
+            frame.writeUInt16LE(end[a]! - begin[a]!, 22 + 2 * a);
+        }
+        halves.forEach((half, n) => frame.writeUInt16LE(half, 32 + 2 * n));
+        client.socket.binary(frame);
+    }
+
     private sendBox(
         client: Client,
         box: Box,
@@ -344,7 +377,7 @@ export class MockServer {
         };
         const refuse = (code: string, message: string): void =>
             client.socket.text({ t: 'error', id: m.id ?? 0, do: m.do, code, message });
-        const free = ['tool', 'checksum', 'seen', 'ping', 'overlay', 'path'];
+        const free = ['tool', 'checksum', 'seen', 'ping', 'overlay', 'rest', 'path'];
         if (client.role === 'view' && !free.includes(m.do)) {
             refuse('view_only', 'this link can only view');
             return;
@@ -423,8 +456,15 @@ export class MockServer {
                 if (m.kind !== 'none' && scene.step > 1)
                     this.sendOverlay(client, { begin: [0, 0, 0], end: kGrid.size });
                 break;
+            case 'rest':
+                client.rest = m.on;
+                client.socket.text({ t: 'done', id: m.id, do: m.do, step: scene.step });
+                if (m.on && scene.step > 1)
+                    this.sendRest(client, { begin: [0, 0, 0], end: kGrid.size });
+                break;
             case 'seen':
-                if (m.format) ++this.overlaysSeen;
+                if (m.format === kRestFormat) ++this.restsSeen;
+                else if (m.format) ++this.overlaysSeen;
                 break;
             case 'path': {
                 const way = tubeWay(m.from, m.to);

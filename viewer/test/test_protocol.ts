@@ -42,11 +42,22 @@ test('overlays have formats of their own, and there are no others', () => {
         const frame = decodeFrame(boxFrame([0, 0, 0], [1, 1, 1], 0, format).buffer as ArrayBuffer);
         assert.ok(frame.kind === 'box' && frame.format === format);
     }
-    for (const format of [0, 4, 257])
+    for (const format of [0, 5, 257])
         assert.throws(
             () => decodeFrame(boxFrame([0, 0, 0], [1, 1, 1], 0, format).buffer as ArrayBuffer),
             /format/,
         );
+});
+
+test('a box of the rest field has four half floats for each node', () => {
+    const four = boxFrame([1, 0, 2], [4, 3, 2], 2, 4);
+    assert.throws(() => decodeFrame(four.buffer as ArrayBuffer), /48 bytes for 4×3×2/);
+    const view = new DataView(four.buffer as ArrayBuffer);
+    view.setUint16(22, 1, true); // one node along x, of four numbers
+    const frame = decodeFrame(four.buffer as ArrayBuffer);
+    assert.ok(frame.kind === 'box' && frame.format === 4);
+    assert.deepEqual(frame.box, { begin: [1, 0, 2], end: [2, 3, 4] });
+    assert.equal(frame.halves.length, 24);
 });
 
 test('tools are read field by field', () => {

@@ -17,6 +17,7 @@ const float kLampAside = 1.6, kLampAbove = 0.5, kLampSize = 3.0;  // [mm]
 const float kSoftHu = 300.0;
 const vec3 kWrap = vec3(0.38, 0.14, 0.10);
 const vec3 kClosedTint = vec3(0.30, 0.15, 0.13);
+const vec3 kFlesh = vec3(0.36, 0.022, 0.026);
 const vec3 kBlood = vec3(0.42, 0.10, 0.14);
 const vec3 kLampColour = vec3(1.0, 0.97, 0.94);
 const float kShadow = 0.35;
@@ -72,7 +73,8 @@ vec3 coatAt(float t, vec3 p, vec3 world, vec3 normal, out vec3 film, out float w
     own = mix(own, bony, 0.7 * bone);
     own = mix(own, thinWall, thinShare * thin);
 
-    vec3 rest = world;
+    vec4 offset = restAt(p);
+    vec3 rest = world - offset.xyz;
     vec4 wide = noiseAt(0.055 * rest + vec3(3.1, 7.7, 1.3));
     vec4 middle = noiseAt(0.21 * rest);
     vec4 fine = noiseAt(0.9 * rest + vec3(5.5, 2.5, 8.5));
@@ -91,12 +93,14 @@ vec3 coatAt(float t, vec3 p, vec3 world, vec3 normal, out vec3 film, out float w
             0.34 * lineAtHalf(hair, normal, 0.080 * smoothstep(0.34, 0.6, twig.w)) *
                 (1.0 - smoothstep(8.0, 24.0, t))));
     own = mix(own, own * kBlood, veinShare * veins * (1.0 - bone));
+    float raw = smoothstep(0.55, 0.95, offset.w);  // cut or carved: flesh, without a lining
+    own = mix(own, (0.7 + 0.6 * fine.w) * kFlesh, raw);
 
     vec4 ripple = noiseAt(1.9 * rest + vec3(2.2, 6.1, 4.4));
     vec3 bump = 0.14 * 0.9 * fine.xyz + 0.10 * 1.9 * ripple.xyz;
     float fade = 1.0 - smoothstep(8.0, 60.0, t);
     film = normalize(normal - fade * (bump - dot(bump, normal) * normal));
-    wetness = gloss * (0.45 + 1.1 * middle.w);
+    wetness = gloss * (0.45 + 1.1 * middle.w) * (1.0 + 0.6 * raw);
     return own;
 }
 

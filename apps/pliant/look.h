@@ -1,0 +1,26 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// From the options' words to the endoscope.
+
+#pragma once
+
+#include <pliant/render.h>
+
+#include "options.h"
+
+namespace pliant::app {
+
+/// @pre the words are those that add_look lets through
+inline void set_look(const LookOptions& look, Endoscope& endoscope) {
+    endoscope.style = look.style == "real" ? Style::Real : Style::Plain;
+    endoscope.lining = look.lining == "colon"    ? Lining::Colon
+                       : look.lining == "sinus"  ? Lining::Sinus
+                       : look.lining == "vessel" ? Lining::Vessel
+                                                 : Lining::Airway;
+    endoscope.field_stop = look.field_stop == "octagon" ? FieldStop::Octagon
+                           : look.field_stop == "full"  ? FieldStop::Full
+                                                        : FieldStop::Round;
+}
+
+}  // namespace pliant::app

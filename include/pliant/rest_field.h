@@ -1,0 +1,103 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// Where the tissue of a deformed scan was at rest, coarsely: for patterns on a wall (vessels,
+// folds) that move, stretch and are cut with the tissue.
+//
+//   position at rest = position − offset      offset(p) = p − φ⁻¹(p), φ from rest to deformed
+//
+//     voxels   0 1 2 3 4 5 6 7 8 9        nodes at every 4th voxel of the deformed scan; the last
+//     nodes    0       1       2       3  one may lie beyond the border, and has the value of the
+//                                         border's voxel
+//
+// A node holds four half floats: the offset [mm, LPS], and whether the tissue is raw: carved or cut
+// open. That is 8 bytes for 64 voxels; at rest there are none.
+
+#pragma once
+
+#include <pliant/resample.h>
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace pliant {
+
+/// From one node to the next [voxels].
+inline constexpr int kRestStep = 4;
+/// Tissue is raw up to two voxels from a carved element or a cut link, and less and less so until
+/// here [voxels at rest].
+inline constexpr double kRawReach = 6;
+
+class RestField {
+  public:
+    struct Sample {
+        Vec3f offset_mm{0, 0, 0};  ///< LPS; position at rest = position − offset
+        float raw = 0;             ///< 0…1: 1 where tissue was carved or cut
+    };
+
+    RestField() = default;
+    /// At rest.
+    explicit RestField(const Grid& grid);
+
+    /// The field of a scan that was deformed at once.
+    /// @param deformed  deform_volume(scan, …, with_inverse = true)
+    /// @returns InvalidArgument where it has no inverse, or another grid; LimitExceeded
+    static Result<RestField> create(const MovingScan& scan, const Deformed& deformed) noexcept;
+    static Result<RestField> create(const ChainMail& tissue, const Deformed& deformed) noexcept;
+
+    /// Takes in an update, to the bits of a field that is made anew.
+    ///
+    ///   live.keep_sources(true);
+    ///   RestField rest(grid);  rest.update(live, everything that is deformed);
+    ///   …
+    ///   const Result<LiveUpdate> update = live.update();
+    ///   rest.update(live, update->boxes);
+    ///
+    /// To be called after each update of live, also after one without boxes: a cut that opens
+    /// nothing changes no voxel, but the tissue at it is raw. Another tissue of the same scan needs
+    /// a new field.
+    /// @pre live.keeps_sources()
+    /// @param boxes  voxels that may have changed since the last call; no two overlap
+    /// @returns boxes of nodes that changed, valid until the next call; LimitExceeded, after which
+    ///          a new field is needed
+    Result<std::span<const Box3i>> update(const LiveDeformation& live,
+                                          std::span<const Box3i> boxes) noexcept;
+
+    const Grid& grid() const { return m_grid; }
+    /// Nodes along each axis: ⌈(size − 1) / kRestStep⌉ + 1.
+    Vec3i counts() const { return m_counts; }
+    /// Whether every node is zero.
+    bool at_rest() const { return m_halves.empty(); }
+    /// Trilinear between nodes, constant beyond them. @param ijk  voxels of the deformed scan
+    Sample at(Vec3d ijk) const;
+    /// Four half floats (IEEE 754 binary16) for each node, i fastest: x, y, z of the offset, raw.
+    /// Empty at rest.
+    std::span<const std::uint16_t> halves() const { return m_halves; }
+    /// The halves of a box of nodes, also at rest. @param[out] halves  four for each node
+    void copy(const Box3i& nodes, std::span<std::uint16_t> halves) const;
+
+  private:
+    class Writer;
+    std::size_t index(Vec3i node) const {
+        return 4 * (std::size_t(node.x) +
+                    std::size_t(m_counts.x) *
+                        (std::size_t(node.y) + std::size_t(m_counts.y) * std::size_t(node.z)));
+    }
+
+    Grid m_grid;
+    Vec3i m_counts{0, 0, 0};
+    std::vector<std::uint16_t> m_halves;
+    std::int64_t m_moved = 0;                           ///< nodes that are not zero
+    std::uint64_t m_links_version = ~std::uint64_t(0);  ///< of the lattice, at the last update
+    bool m_had_edits = false;                           ///< likewise: anything was cut or carved
+    std::vector<Box3i> m_boxes;
+};
+
+/// Number of nodes in a box of them.
+constexpr std::int64_t node_count(const Box3i& nodes) {
+    const Vec3i n = nodes.end - nodes.begin;
+    return std::int64_t(n.x) * n.y * n.z;
+}
+
+}  // namespace pliant

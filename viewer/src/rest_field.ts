@@ -1,0 +1,101 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// Where the tissue was at rest, and what is raw, at every 4th voxel of the deformed scan: a mirror
+// of half floats, patched by boxes of nodes, and its texture. There is one only while the style
+// that draws with it is shown.
+
+import * as THREE from 'three';
+import { type Box, type Grid } from './grid.ts';
+import { floatOfHalf } from './half.ts';
+import type { Vec3 } from './vec.ts';
+import { writeBox } from './volume.ts';
+import { BoxUploads, makeTexture } from './volume_texture.ts';
+
+export const kRestFormat = 4; // of its boxes in the protocol
+export const kRestStep = 4; // from one node to the next [voxels]
+const kHalves = 4; // of a node: x, y, z of the offset, raw
+
+/// Position at rest = position − offset [mm, LPS]; raw: 0…1, 1 where tissue was carved or cut.
+export interface RestSample {
+    readonly offset: Vec3;
+    readonly raw: number;
+}
+
+/// Nodes along each axis.
+export const restCounts = (grid: Grid): Vec3 =>
+    grid.size.map((n) => Math.ceil((n - 1) / kRestStep) + 1) as unknown as Vec3;
+
+export class RestField {
+    readonly counts: Vec3;
+    readonly halves: Uint16Array;
+    readonly texture: THREE.Data3DTexture;
+    private readonly uploads: BoxUploads;
+
+    /// At rest.
+    constructor(readonly grid: Grid) {
+        this.counts = restCounts(grid);
+        const [nx, ny, nz] = this.counts;
+        this.halves = new Uint16Array(kHalves * nx * ny * nz);
+        this.texture = makeTexture(this.halves, this.counts, THREE.RGBAFormat);
+        this.uploads = new BoxUploads(this.texture, this.counts, 'RGBA');
+    }
+
+    /// @param box  of nodes
+    patch(box: Box, values: Uint16Array): void {
+        if (box.end.some((end, a) => end > this.counts[a]!))
+            throw new Error(`rest: box up to ${box.end.join('×')}, has ${this.counts.join('×')}`);
+        const wide = ([x, y, z]: Vec3): Vec3 => [kHalves * x, y, z];
+        const halves = { begin: wide(box.begin), end: wide(box.end) };
+        writeBox(this.halves, wide(this.counts), halves, values);
+        this.uploads.add(box);
+    }
+
+    /// Trilinear between nodes, as the shaders read it. @param ijk  voxels
+    at(ijk: Vec3): RestSample {
+        const low: number[] = [];
+        const t: number[] = [];
+        ijk.forEach((p, a) => {
+            const last = this.counts[a]! - 1;
+            const x = Math.min(Math.max(p / kRestStep, 0), last);
+            low.push(Math.min(Math.floor(x), Math.max(last - 1, 0)));
+            t.push(x - low[a]!);
+        });
+        const sum = [0, 0, 0, 0];
+        for (let corner = 0; corner < 8; ++corner) {
+            let weight = 1;
+            const node = low.map((n, a) => {
+                const high = (corner >> a) & 1;
+                weight *= high ? t[a]! : 1 - t[a]!;
+                return Math.min(n + high, this.counts[a]! - 1);
+            });
+            if (weight === 0) continue;
+            const [nx, ny] = this.counts;
+            const at = kHalves * (node[0]! + nx * (node[1]! + ny * node[2]!));
+            for (let c = 0; c < kHalves; ++c)
+                sum[c]! += weight * floatOfHalf[this.halves[at + c]!]!;
+        }
+        return { offset: [sum[0]!, sum[1]!, sum[2]!], raw: sum[3]! };
+    }
+
+    /// Sends patched boxes to the graphics processor. @returns nodes that were sent
+    upload(renderer: THREE.WebGLRenderer): number {
+        return this.uploads.send(renderer);
+    }
+    /// After the graphics context was lost.
+    restore(): void {
+        this.uploads.restore();
+    }
+    dispose(): void {
+        this.texture.dispose();
+    }
+}
+
+/// For shaders/rest.glsl.
+export function restUniforms(field: RestField | undefined): Record<string, unknown> {
+    return {
+        restOn: field !== undefined,
+        restField: field?.texture ?? null,
+        restCount: new THREE.Vector3(...(field?.counts ?? [1, 1, 1])),
+    };
+}
