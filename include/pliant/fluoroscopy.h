@@ -6,7 +6,7 @@
 //
 //   I / I₀ = exp(−∫ μ ds),   μ = μ_water · max(0, 1 + HU/1000)
 //
-// for one energy, without scatter, beam hardening or noise. Dense is dark. The grey is a function of
+// for one energy, without scatter, beam hardening or noise. Dense is dark. The grey depends on
 // p = contrast · ∫ μ ds, nearly linear around the exposure p₀, with soft shoulders:
 //
 //   grey = 1 / (1 + 0.55/0.45 · exp(4 (p − p₀) / 4))
