@@ -109,9 +109,9 @@ void add_render(CLI::App& app, RenderOptions& o) {
     c->add_option("--width", o.width_mm, "fluoroscopy: that is shown at --at [mm] (all)")
         ->check(CLI::Range(1.0, 1e5));
     c->add_option("--exposure", o.exposure_water_mm,
-                  "fluoroscopy: water that is mid-grey [mm] (as the picture needs)")
+                  "fluoroscopy: water that is 45 % grey [mm] (metered)")
         ->check(CLI::Range(0.0, 1e5));
-    c->add_option("--contrast", o.contrast, "fluoroscopy: factor of the absorption (1)")
+    c->add_option("--contrast", o.contrast, "fluoroscopy: factor of the line integral (1)")
         ->check(CLI::Range(0.01, 100.0));
     add_threads(c, o.threads);
     c->footer(

@@ -6,9 +6,14 @@
 //
 //   I / I₀ = exp(−∫ μ ds),   μ = μ_water · max(0, 1 + HU/1000)
 //
-// for one energy, without scatter, beam hardening or noise. Dense is dark. The exposure is set so
-// that a ray through so much water is mid-grey; without a wish, as the median ray of the picture
-// needs.
+// for one energy, without scatter, beam hardening or noise. Dense is dark. The grey depends on
+// p = contrast · ∫ μ ds, nearly linear around the exposure p₀, with soft shoulders:
+//
+//   grey = 1 / (1 + 0.55/0.45 · exp(4 (p − p₀) / 4))
+//
+// the sigmoid of DICOM PS3.3, C.11.2.1.3.1, with a window of 4, on a logarithmic detector signal.
+// p₀ is 45 % grey. By default it is the median over a grid of 7 × 7 rays through the central third
+// of the picture; rays that miss the scan do not count.
 
 #pragma once
 
@@ -26,8 +31,8 @@ struct Fluoroscopy {
     double source_mm = 1000;     ///< from the source to the centre, > 0
     double width_mm = 200;       ///< that the picture's width shows at the centre, > 0
     double water_per_mm = 0.02;  ///< μ of water, about 60 keV [1/mm]
-    double contrast = 1;         ///< factor of the exponent
-    std::optional<double> exposure_water_mm{};  ///< of water that is mid-grey
+    double contrast = 1;         ///< factor of the line integral
+    std::optional<double> exposure_water_mm{};  ///< water that is 45 % grey; none: metered
 };
 
 /// ∫ max(0, 1 + HU/1000) ds along the ray of each pixel's middle [mm of water], rows from the top.

@@ -17,8 +17,10 @@
 namespace pliant {
 namespace {
 
-constexpr double kSampleVoxels = 0.5;  ///< voxels
-constexpr double kMidGrey = 0.5;
+constexpr double kSampleVoxels = 0.5;        ///< voxels
+constexpr double kMedianOdds = 0.55 / 0.45;  ///< of black to white at the median: 45 % grey
+constexpr double kWindow = 4;                ///< width of the curve, in line integral
+constexpr int kMeterRays = 7;                ///< along each side of the central third
 
 Endoscope source_of(const Fluoroscopy& s, int width, int height) {
     const Vec3d ahead = norm(s.look) > 0 ? normalized(s.look) : Vec3d{0, 1, 0};
@@ -65,9 +67,24 @@ double water_along(const Field& field, Vec3d origin, Vec3d direction) {
     return sum * step;
 }
 
-/// What most rays of the picture that meet anything need.
-double usual_water_mm(std::vector<float> lengths) {
-    std::erase_if(lengths, [](float w) { return !(w > 1); });
+/// Median over a grid of rays through the central third of the picture, without those that miss
+/// the scan [mm of water]; 0 if all miss.
+double metered_water_mm(const Volume& scan, const Fluoroscopy& settings, int width, int height) {
+    const Volume& volume = render::volume_or_air(scan);
+    const Endoscope source = source_of(settings, width, height);
+    const render::Camera camera(source, width, height);
+    const Vec3d eye = voxel_from_world(volume.grid, source.eye_mm);
+    std::vector<double> lengths;
+    render::with_field(volume, [&](const auto& field) {
+        for (int i = 0; i < kMeterRays; ++i)
+            for (int j = 0; j < kMeterRays; ++j) {
+                const auto at = [](int n) { return (1 + (n + 0.5) / kMeterRays) / 3; };
+                const Vec3d ray = camera.direction(width * at(i), height * at(j));
+                const Vec3d direction = voxel_from_world(volume.grid, source.eye_mm + ray) - eye;
+                const double water = water_along(field, eye, direction);
+                if (water > 1) lengths.push_back(water);
+            }
+    });
     if (lengths.empty()) return 0;
     const auto middle = lengths.begin() + std::ptrdiff_t(lengths.size() / 2);
     std::nth_element(lengths.begin(), middle, lengths.end());
@@ -101,11 +118,14 @@ std::vector<float> water_lengths_mm(const Volume& scan, const Fluoroscopy& setti
 Image fluoroscopy_view(const Volume& volume, const Fluoroscopy& settings, int width, int height,
                        const TaskArena& arena) {
     const std::vector<float> lengths = water_lengths_mm(volume, settings, width, height, arena);
-    const double exposure = settings.exposure_water_mm.value_or(usual_water_mm(lengths));
+    const double exposure = settings.exposure_water_mm
+                                ? *settings.exposure_water_mm
+                                : metered_water_mm(volume, settings, width, height);
     Image image = render::make_image(width, height, {0, 0, 0});
     for (std::size_t n = 0; n < lengths.size(); ++n) {
-        const double light = kMidGrey * std::exp(-settings.contrast * settings.water_per_mm *
-                                                 (double(lengths[n]) - exposure));
+        const double excess =
+            settings.contrast * settings.water_per_mm * (double(lengths[n]) - exposure);
+        const double light = 1 / (1 + kMedianOdds * std::exp(4 * excess / kWindow));
         const auto grey = std::uint8_t(255 * std::clamp(light, 0.0, 1.0) + 0.5);
         image.pixels[n] = {grey, grey, grey};
     }

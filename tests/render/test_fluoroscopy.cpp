@@ -106,7 +106,12 @@ TEST(Fluoroscopy, OfABallInAirIsItsChord) {
         }
 }
 
-TEST(Fluoroscopy, DimsByTheLawOfAbsorption) {
+/// Grey of a line integral beyond the exposure.
+int grey_of(double excess) {
+    return int(255 / (1 + 0.55 / 0.45 * std::exp(excess)) + 0.5);
+}
+
+TEST(Fluoroscopy, IsASigmoidOfTheLineIntegral) {
     const TaskArena arena(1);
     // Water, 40 mm thick; below air nothing is made brighter.
     const Volume water =
@@ -117,15 +122,27 @@ TEST(Fluoroscopy, DimsByTheLawOfAbsorption) {
         const Image image = fluoroscopy_view(volume, s, 16, 16, arena);
         return int(image.pixels[8 * 16 + 8].r);
     };
-    EXPECT_NEAR(grey(water), 255 * 0.5 * std::exp(-0.02 * 10), 1);
+    EXPECT_NEAR(grey(water), grey_of(0.02 * 10), 1);
     s.contrast = 2;
-    EXPECT_NEAR(grey(water), 255 * 0.5 * std::exp(-0.04 * 10), 1);
+    EXPECT_NEAR(grey(water), grey_of(0.04 * 10), 1);
     const Volume nothing =
         make_volume<std::int16_t>(grid_of({41, 41, 41}, {1, 1, 1}), [](Vec3d) { return -1500; });
-    EXPECT_NEAR(grey(nothing), 255 * std::min(1.0, 0.5 * std::exp(0.04 * 30)), 1);
-    // Without a wish most of the picture is mid-grey.
+    EXPECT_NEAR(grey(nothing), grey_of(-0.04 * 30), 1);
+    // Metered: the median is 45 % grey.
     s.exposure_water_mm.reset();
-    EXPECT_NEAR(grey(water), 128, 1);
+    EXPECT_NEAR(grey(water), 115, 1);
+}
+
+TEST(Fluoroscopy, MetersTheCentralThirdAlone) {
+    const TaskArena arena(1);
+    // Water, and bone beside the central third: three quarters of the picture.
+    const Volume block = make_volume<std::int16_t>(grid_of({61, 41, 61}, {1, 1, 1}), [](Vec3d p) {
+        return std::max(std::abs(p.x), std::abs(p.z)) < 13 ? 0 : 1000;
+    });
+    const Fluoroscopy s{.look = {0, 1, 0}, .source_mm = 1e6, .width_mm = 60};
+    const Image image = fluoroscopy_view(block, s, 60, 60, arena);
+    EXPECT_NEAR(image.pixels[30 * 60 + 30].r, 115, 1);
+    EXPECT_NEAR(image.pixels[30 * 60 + 5].r, grey_of(0.02 * 40), 1);
 }
 
 TEST(Fluoroscopy, HasNothingToShowBesideTheScan) {
@@ -134,7 +151,7 @@ TEST(Fluoroscopy, HasNothingToShowBesideTheScan) {
         make_volume<std::int16_t>(grid_of({11, 11, 11}, {1, 1, 1}), [](Vec3d) { return 0; });
     const Fluoroscopy s{.centre_mm = {500, 0, 0}, .width_mm = 50};
     for (const float length : water_lengths_mm(water, s, 16, 16, arena)) EXPECT_EQ(length, 0);
-    EXPECT_EQ(fluoroscopy_view(water, s, 16, 16, arena).pixels[0], (Rgb8{128, 128, 128}));
+    EXPECT_EQ(fluoroscopy_view(water, s, 16, 16, arena).pixels[0], (Rgb8{115, 115, 115}));
 }
 
 }  // namespace

@@ -10,8 +10,8 @@ import { along, norm, type Vec3 } from './vec.ts';
 import type { VolumeData } from './volume.ts';
 
 export const kWaterPerMm = 0.02; ///< absorption of water at about 60 keV [1/mm]
-const kRays = 7; // along each side of the picture
-const kSamples = 96; // of each
+const kRays = 7; // along each side of the central third of the picture
+const kSamples = 192; // of each
 
 /// ∫ max(0, 1 + HU/1000) along a ray [mm of water].
 export function waterAlong(volume: VolumeData, eye: Vec3, ray: Vec3, samples = kSamples): number {
@@ -38,7 +38,8 @@ export function waterAlong(volume: VolumeData, eye: Vec3, ray: Vec3, samples = k
     return sum * step * norm(ray);
 }
 
-/// What most rays of the picture that meet anything need [mm of water].
+/// Median over rays through the central third of the picture, without those that miss the scan
+/// [mm of water].
 export function usualWater(
     volume: VolumeData,
     camera: Camera,
@@ -48,8 +49,8 @@ export function usualWater(
     const found: number[] = [];
     for (let i = 0; i < kRays; ++i)
         for (let j = 0; j < kRays; ++j) {
-            const u = aspect * ((2 * (i + 0.5)) / kRays - 1);
-            const v = (2 * (j + 0.5)) / kRays - 1;
+            const u = (aspect * ((2 * (i + 0.5)) / kRays - 1)) / 3;
+            const v = ((2 * (j + 0.5)) / kRays - 1) / 3;
             const water = waterAlong(volume, camera.eye, rayThrough(camera, fieldOfView, 0, u, v));
             if (water > 1) found.push(water);
         }

@@ -30,6 +30,9 @@ export class Overlay {
     readonly element: HTMLElement;
     private readonly drawings: Record<ViewName, SVGSVGElement>;
     private readonly captions: Record<ViewName, HTMLElement>;
+    private readonly names = Object.fromEntries(
+        kViews.map((view) => [view, h('span', { class: 'name' }, kTitles[view])]),
+    ) as Record<ViewName, HTMLElement>;
     private readonly force = h(
         'div',
         { class: 'force', role: 'meter', 'aria-label': 'force' },
@@ -91,7 +94,7 @@ export class Overlay {
                 }; question mark lists all keys`,
             },
             this.drawings[view] as unknown as HTMLElement,
-            h('span', { class: 'name' }, kTitles[view]),
+            this.names[view],
             this.captions[view],
             ...[...letters].map((letter, i) =>
                 h('span', { class: `letter ${['left', 'right', 'top', 'bottom'][i]}` }, letter),
@@ -246,9 +249,11 @@ export class Overlay {
         const wall = { stop: 'stops at walls', push: 'pushes walls', pass: 'passes walls' }[
             state.wall
         ];
+        const shadow = state.outside && state.fluoroscopy;
+        this.names.endoscope.textContent = shadow ? 'Fluoroscopy' : kTitles.endoscope;
         this.captions.endoscope.textContent = state.outside
-            ? state.fluoroscopy
-                ? 'fluoroscopy'
+            ? shadow
+                ? 'X-rays through the scan'
                 : 'from outside, cut open at the tip'
             : `${Math.round(state.fieldOfView)}°, ${wall}`;
     }

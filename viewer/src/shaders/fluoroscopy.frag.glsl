@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // The scan as an image intensifier shows it: each ray is dimmed by what it goes through, as in
-// include/pliant/fluoroscopy.h. Dense is dark; so much water as the exposure says is mid-grey.
+// include/pliant/fluoroscopy.h. Dense is dark; the exposure is 45 % grey.
 
 in vec2 place;
 out vec4 colour;
@@ -11,7 +11,7 @@ uniform vec3 eye, right, up, ahead;  // [mm, LPS]; perpendicular unit vectors
 uniform float aspect;                // width / height
 uniform float slope;                 // tan of half the field of view
 uniform float absorption;            // of water, with the contrast [1/mm]
-uniform float exposure;              // water that is mid-grey [mm]
+uniform float exposure;              // water that is 45 % grey [mm]
 
 const int kMostSteps = 2048;
 const float kStep = 1.0;  // voxels
@@ -39,6 +39,8 @@ void main() {
     vec2 uv = place * vec2(aspect, 1.0);
     vec3 ray = normalize(ahead + slope * uv.x * right + slope * uv.y * up);
     float water = waterAlong(voxelOf(eye), voxelVectorOf(ray));
-    float light = 0.5 * exp(-absorption * (water - exposure));
+    // Sigmoid with a window of 4 and 45 % at the exposure; the exponent is bounded for float.
+    float excess = min(absorption * (water - exposure), 60.0);
+    float light = 1.0 / (1.0 + 0.55 / 0.45 * exp(excess));
     colour = vec4(vec3(clamp(light, 0.0, 1.0)), 1.0);
 }
