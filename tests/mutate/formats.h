@@ -29,6 +29,7 @@ Format dicom_rle(const Sources&);
 Format dicom_jpeg(const Sources&);
 Format dicom_jpegls(const Sources&);
 Format dicom_j2k(const Sources&);
+Seed two_series();  ///< in one folder; its command lines refuse it
 // tissue_seeds.cpp
 Format settings(const Sources&);
 Format labels(const Sources&);
@@ -48,6 +49,8 @@ Format surface(const Sources&);
 Format vtk(const Sources&);
 Format vtk_xml(const Sources&);
 Format msh(const Sources&);
+// formats.cpp
+Format upload(const Sources&);  ///< the scans above
 
 /// Ends this program with status 2.
 [[noreturn]] void give_up(const std::string& why);

@@ -28,13 +28,6 @@ namespace {
 
 constexpr std::uint64_t kMaxUpload = 4 << 20;
 
-std::string status_of(const std::string& response) {
-    return response.size() > 12 ? response.substr(9, 3) : "";
-}
-std::string body_of(const std::string& response) {
-    const auto end = response.find("\r\n\r\n");
-    return end == std::string::npos ? "" : response.substr(end + 4);
-}
 /// Of an answer of one line.
 std::string line_of(const std::string& response) {
     const std::string body = body_of(response);
@@ -85,10 +78,7 @@ class FilesTest : public ::testing::Test {
                "\r\nContent-Length: " + std::to_string(size) + "\r\n\r\n";
     }
     std::string post(const std::string& target, const std::string& body) {
-        RawConnection connection(port());
-        connection.send(head(target, body.size()));
-        connection.send(body);
-        return connection.read_response();
+        return RawConnection(port()).post(target, body);
     }
     std::string open(const std::string& name, const std::string& body) {
         return post("/open?token=" + token() + "&name=" + name, body);
