@@ -36,6 +36,8 @@ const std::vector<NamedFormat>& all_formats() {
         {"session", session},
         {"scene", scene},
         {"hand_log", hand_log},
+        {"ends", ends},
+        {"path", path},
         {"markups", markups},
         {"keyframes", keyframes},
         {"recording", recording},

@@ -39,6 +39,9 @@ Format session(const Sources&);
 // vessel_seeds.cpp
 Format scene(const Sources&);
 Format hand_log(const Sources&);
+Format ends(const Sources&);  ///< of a closed surface
+Format path(const Sources&);
+Files vessel_files();  ///< a scene in "s.toml", and its centreline
 // text_seeds.cpp
 Format markups(const Sources&);
 Format keyframes(const Sources&);
