@@ -148,6 +148,10 @@ int run_vessel(const VesselOptions& o) {
     if (!o.replay.empty()) {
         auto log = read_log(o.replay);
         if (!log) return bad_input(log.error().message);
+        if (double(log->steps) > file->most_steps)
+            return bad_input(o.replay + ": has " + std::to_string(log->steps) +
+                             " steps, expected up to [simulation] most_steps of " + o.scene + ", " +
+                             std::to_string(std::llround(file->most_steps)));
         replayed = std::move(*log);
     }
     VesselOutputs outputs;

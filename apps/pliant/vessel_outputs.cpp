@@ -4,6 +4,7 @@
 #include "vessel_outputs.h"
 
 #include <pliant/text_input.h>
+#include <pliant/vessel_scene.h>
 
 #include <charconv>
 #include <cmath>
@@ -144,6 +145,10 @@ Result<HandLog> read_log(const std::string& file) {
     std::string text;
     if (!std::getline(in, text) || text != kLogBegins)
         return wrong(1, "expected \"" + std::string(kLogBegins) + "\"");
+    const auto too_long = [&](int line, double step) {
+        return wrong(line,
+                     "step " + exact(step) + ", expected up to " + std::to_string(kMaxVesselSteps));
+    };
     HandLog log;
     for (int number = 2; std::getline(in, text); ++number) {
         std::istringstream words(text);
@@ -153,18 +158,20 @@ Result<HandLog> read_log(const std::string& file) {
         if (word.size() == 3 && word[0] == "end") {
             const auto [end, error] =
                 std::from_chars(word[2].data(), word[2].data() + word[2].size(), log.hash, 16);
-            if (!parse(word[1], step) || !(step >= 0 && step < 1e15) || error != std::errc() ||
+            if (!parse(word[1], step) || !(step >= 0) || error != std::errc() ||
                 end != word[2].data() + word[2].size())
                 return wrong(number, "expected end, a number of steps and a checksum");
+            if (step > double(kMaxVesselSteps)) return too_long(number, step);
             log.steps = std::int64_t(step);
             return log;
         }
         HandLog::Line line{};
         CatheterCommand& c = line.command;
-        if (word.size() != 5 || !parse(word[0], step) || !(step >= 0 && step < 1e15) ||
+        if (word.size() != 5 || !parse(word[0], step) || !(step >= 0) ||
             !parse(word[1], c.insert_mm_s) || !parse(word[2], c.rotate_deg_s) ||
             !parse(word[3], c.bend_first_deg) || !parse(word[4], c.bend_second_deg))
             return wrong(number, "expected a step and four numbers, found \"" + shown(text) + "\"");
+        if (step > double(kMaxVesselSteps)) return too_long(number, step);
         line.step = std::int64_t(step);
         if (!log.lines.empty() && line.step <= log.lines.back().step)
             return wrong(number, "expected steps in rising order");

@@ -46,7 +46,12 @@ struct MeshData {
     }
 };
 
-/// @returns NotFound, Unreadable or Unsupported with one line that names the file
+/// Largest distance of a node from the origin [mm]. Patients and the rooms around them are smaller;
+/// one far node would have lattices of millions of cells laid around it.
+inline constexpr double kMaxNodeDistanceMm = 1e4;
+
+/// @returns NotFound, Unreadable, Unsupported, or LimitExceeded for a node beyond
+///          kMaxNodeDistanceMm, with one line that names the file
 Result<MeshData> read_mesh(const std::filesystem::path& path);
 /// Its triangles, or the boundary of its tetrahedra where it has no triangles; nodes in the same
 /// place are one (STL has no others). @returns also Unsupported where there are neither

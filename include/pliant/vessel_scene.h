@@ -15,11 +15,15 @@
 #include <pliant/catheter.h>
 #include <pliant/volume.h>
 
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
 
 namespace pliant {
+
+/// Largest value of `most_steps`, and largest number of steps of a log of the hand.
+inline constexpr std::int64_t kMaxVesselSteps = 10'000'000;
 
 /// What the hand does for a while: until the first of the bounds that are given.
 struct VesselAct {
@@ -50,7 +54,7 @@ struct VesselFile {
     bool entry_given = false;  ///< as a place and a direction
     CatheterSettings settings{};
     std::vector<VesselAct> acts;  ///< may be empty
-    double most_steps = 1e6;
+    double most_steps = 1e6;      ///< the script ends after so many at the latest
 };
 
 /// Files that it names are found from its own folder.

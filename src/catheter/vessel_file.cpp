@@ -6,6 +6,7 @@
 #include <pliant/vessel_scene.h>
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <sstream>
 
@@ -17,8 +18,6 @@ namespace pliant {
 namespace {
 
 using catheter::VesselTable;
-
-constexpr double kAny = 1e9;
 
 void read_vessel(VesselTable&& t, VesselFile& v) {
     t.text("phantom", v.phantom);
@@ -107,6 +106,20 @@ void read_act(VesselTable&& t, VesselFile& v) {
     t.finish();
 }
 
+/// Steps of all acts together, as far as for_s bounds them.
+Status check_steps(const VesselFile& v) {
+    double seconds = 0;
+    for (const VesselAct& act : v.acts) seconds += act.for_s.value_or(0);
+    const double steps = std::round(seconds / v.settings.time_step_s);
+    const double most = std::max(v.most_steps, VesselFile{}.most_steps);
+    if (steps <= most) return Ok{};
+    return Error{ErrorCode::LimitExceeded,
+                 v.file + ": [[script]] for_s: asks for " + catheter::number_text(steps) +
+                     " steps in all, expected up to " + catheter::number_text(most) +
+                     "; [simulation] most_steps raises that up to " +
+                     catheter::number_text(double(kMaxVesselSteps))};
+}
+
 template <class Tables>
 void read_rest(const Tables& table, VesselFile& v) {
     CatheterSettings& s = v.settings;
@@ -145,7 +158,7 @@ void read_rest(const Tables& table, VesselFile& v) {
     t.number("time_step_s", s.time_step_s, 1e-5, 0.05);
     t.whole("sub_steps", s.sub_steps, 1, 1000);
     t.whole("iterations", s.iterations, 1, 100);
-    t.number("most_steps", v.most_steps, 1, kAny);
+    t.number("most_steps", v.most_steps, 1, double(kMaxVesselSteps));
     t.finish();
 }
 
@@ -191,6 +204,7 @@ Result<VesselFile> read_tables(const std::string& file) {
         for (const toml::node& act : *script)
             read_act(VesselTable(file, "[[script]]", act.as_table(), status), v);
     if (!status.ok()) return status.error();
+    if (Status steps = check_steps(v); !steps) return steps.error();
     const auto folder = std::filesystem::path(file).parent_path();
     for (std::string* name :
          {&v.surface, &v.centreline, &v.labels_file, &v.scan, &v.ends, &v.way_file})

@@ -8,6 +8,8 @@
 #include <pliant/text_input.h>
 
 #include <algorithm>
+#include <cmath>
+#include <cstdio>
 #include <fstream>
 #include <new>
 #include <numeric>
@@ -148,6 +150,25 @@ Result<MeshData> parse_mesh(std::string_view file, std::string_view ending) {
 
 }  // namespace mesh
 
+namespace {
+
+/// A far node stretches all lattices and trees that are laid around the mesh.
+Status check_distances(const MeshData& mesh) {
+    for (std::size_t n = 0; n < mesh.nodes_mm.size(); ++n) {
+        const Vec3d p = mesh.nodes_mm[n];
+        if (dot(p, p) <= kMaxNodeDistanceMm * kMaxNodeDistanceMm) continue;
+        char found[64];
+        std::snprintf(found, sizeof found, "%.6g", std::hypot(p.x, p.y, p.z));
+        return Error{ErrorCode::LimitExceeded, "node " + std::to_string(n) + " is " + found +
+                                                   " mm from the origin, expected up to " +
+                                                   std::to_string(std::lround(kMaxNodeDistanceMm)) +
+                                                   "; lengths are in millimetres"};
+    }
+    return Ok{};
+}
+
+}  // namespace
+
 Result<MeshData> read_mesh(const std::filesystem::path& path) {
     const auto too_large = [&] {
         return Error{ErrorCode::LimitExceeded, path.string() + ": not enough memory to read it"};
@@ -170,6 +191,8 @@ Result<MeshData> read_mesh(const std::filesystem::path& path) {
         auto mesh = mesh::parse_mesh(bytes, ending);
         if (!mesh)
             return Error{mesh.error().code, path.string() + ": " + one_line(mesh.error().message)};
+        if (Status status = check_distances(*mesh); !status)
+            return Error{status.error().code, path.string() + ": " + status.error().message};
         return mesh;
     } catch (const std::bad_alloc&) {
         return too_large();

@@ -41,9 +41,14 @@ int whole_at(const Json& object, const char* key, int missing) {
     return number >= -1'000'000'000 && number <= 1'000'000'000 ? int(number) : missing;
 }
 
-/// Of ChainMail, nothing is said.
+/// ChainMail has no key.
 std::optional<TissueChoice> tissue_of(const Json& json) {
     TissueChoice choice;
+    if (const auto vessel = json.find("vessel"); vessel != json.end()) {
+        if (*vessel != true || json.contains("springs")) return {};
+        choice.vessel = true;
+        return choice;
+    }
     const auto found = json.find("springs");
     if (found == json.end()) return choice;
     if (!found->is_object()) return {};
@@ -186,6 +191,7 @@ std::string text_of(const SessionRecord& record) {
                      {"last_client", point->memo.last_client},
                      {"steps", point->memo.steps}};
         if (point->memo.tissue.springs) json["springs"] = json_of(point->memo.tissue);
+        if (point->memo.tissue.vessel) json["vessel"] = true;
         return json.dump();
     }
     if (const auto* forget = std::get_if<SessionForget>(&record))

@@ -75,11 +75,7 @@ TEST_F(Crashes, EndNoServerWhenUploaded) {
     }));
     const int port = std::stoi(link.substr(link.find(':', 6) + 1));
     const auto post = [&](const std::string& target, const std::string& body) {
-        RawConnection connection(port);
-        connection.send("POST " + target + " HTTP/1.1\r\nHost: 127.0.0.1:" + std::to_string(port) +
-                        "\r\nContent-Length: " + std::to_string(body.size()) + "\r\n\r\n");
-        connection.send(body);
-        return connection.read_response();
+        return RawConnection(port).post(target, body);
     };
     TestClient client(port, link);
     ASSERT_FALSE(client.enter().is_null());

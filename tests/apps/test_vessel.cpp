@@ -5,6 +5,7 @@
 
 #include <gtest/gtest.h>
 #include <pliant/mesh_files.h>
+#include <pliant/vessel_scene.h>
 
 #include <algorithm>
 
@@ -135,8 +136,40 @@ TEST_F(VesselTest, SaysInOneLineWhatIsWrong) {
     refused("", "", "hand.log: expected a log of the hand", "--replay hand.log");
     write("hand.log", "pliant vessel log 1\n0 1 2\n");
     refused("", "", "hand.log: line 2: expected a step and four numbers", "--replay hand.log");
+    write("hand.log", "pliant vessel log 1\n0 1 2 3 4\n10000001 1 2 3 4\nend 10000002 12\n");
+    refused("", "", "hand.log: line 3: step 10000001, expected up to 10000000",
+            "--replay hand.log");
+    write("hand.log", "pliant vessel log 1\n0 1 2 3 4\nend 1e12 12\n");
+    refused("", "", "hand.log: line 3: step 1e+12, expected up to 10000000", "--replay hand.log");
+    write("hand.log", "pliant vessel log 1\n0 1 2 3 4\nend 10000000 12\n");
+    refused("", "",
+            "hand.log: has 10000000 steps, expected up to [simulation] most_steps of s.toml, "
+            "1000000",
+            "--replay hand.log");
     EXPECT_EQ(run("vessel nowhere.toml"), 2);
     EXPECT_NE(said().find("nowhere.toml: expected a scene file that can be read"),
+              std::string::npos);
+}
+
+TEST_F(VesselTest, BoundsTheStepsThatAScriptAsksFor) {
+    const auto message = [&](const std::string& simulation, const std::string& script) {
+        write("s.toml", "[vessel]\nphantom = \"bend\"\n[simulation]\n" + simulation + script);
+        const auto file = read_vessel_file((m_folder / "s.toml").string());
+        return file.ok() ? "" : file.error().message;
+    };
+    const std::string act = "\n[[script]]\ninsert_mm_s = 1\nfor_s = ";
+    EXPECT_EQ(message("", act + "600" + act + "400"), "");
+    EXPECT_EQ(message("", act + "600" + act + "400.002"),
+              (m_folder / "s.toml").string() +
+                  ": [[script]] for_s: asks for 1000002 steps in all, expected up to 1000000; "
+                  "[simulation] most_steps raises that up to 10000000");
+    EXPECT_EQ(message("most_steps = 20", act + "1000"), "") << "it ends after 20";
+    EXPECT_EQ(message("time_step_s = 0.01", act + "10000"), "");
+    EXPECT_EQ(message("most_steps = 10000000", act + "10000"), "");
+    EXPECT_NE(message("most_steps = 10000000", act + "10001").find("asks for 10001000 steps"),
+              std::string::npos);
+    EXPECT_NE(message("most_steps = 10000001", act + "1")
+                  .find("[simulation] most_steps: expected a number from 1 to 10000000, found"),
               std::string::npos);
 }
 

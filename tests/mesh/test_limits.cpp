@@ -121,6 +121,23 @@ TEST_F(MeshLimits, SmallFilesOfManyNumbersAreRefused) {
         << mesh.error().message;
 }
 
+TEST_F(MeshLimits, NodesMoreThanTenMetresAwayAreRefused) {
+    const auto obj = [](const std::string& node) {
+        return "v 0 0 0\nv 0 1 0\nv " + node + "\nf 1 2 3\n";
+    };
+    EXPECT_TRUE(read("a.obj", obj("-6000 0 8000")).ok());
+    for (const auto& [node, distance] :
+         {std::pair("-6000 0 8000.01", "10000"), std::pair("0 65000 0", "65000"),
+          std::pair("1e300 0 0", "1e+300")}) {
+        const auto mesh = read("a.obj", obj(node));
+        ASSERT_FALSE(mesh.ok()) << node;
+        EXPECT_EQ(mesh.error().code, ErrorCode::LimitExceeded);
+        EXPECT_EQ(mesh.error().message,
+                  (m_folder / "a.obj").string() + ": node 2 is " + distance +
+                      " mm from the origin, expected up to 10000; lengths are in millimetres");
+    }
+}
+
 TEST_F(MeshLimits, TheFirstVersionOfMshIsNamed) {
     const auto mesh = read("a.msh", "$NOD\n1\n1 0 0 0\n$ENDNOD\n$ELM\n0\n$ENDELM\n");
     ASSERT_FALSE(mesh.ok());

@@ -6,6 +6,7 @@
 #include <fcntl.h>
 #include <sys/mman.h>
 #include <sys/resource.h>
+#include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -33,7 +34,7 @@ void limit(int what, std::uint64_t soft, std::uint64_t hard) {
         ::dup2(outputs[1], 2) < 0)
         ::_exit(127);
     limit(RLIMIT_CORE, 0, 0);
-    limit(RLIMIT_CPU, limits.cpu_s, limits.cpu_s + 2);
+    if (limits.cpu_s > 0) limit(RLIMIT_CPU, limits.cpu_s, limits.cpu_s + 2);
     limit(RLIMIT_FSIZE, limits.file_bytes, limits.file_bytes);
     if (limits.memory > 0) limit(RLIMIT_AS, limits.memory, limits.memory);
     ::alarm(limits.wall_s);  // stays over exec
@@ -42,8 +43,9 @@ void limit(int what, std::uint64_t soft, std::uint64_t hard) {
 }
 
 std::string all_of(int descriptor) {
-    const off_t size = ::lseek(descriptor, 0, SEEK_END);
-    std::string bytes(std::size_t(size > 0 ? size : 0), '\0');
+    struct stat status {};
+    (void)::fstat(descriptor, &status);
+    std::string bytes(std::size_t(status.st_size), '\0');
     std::size_t at = 0;
     while (at < bytes.size()) {
         const ssize_t got = ::pread(descriptor, &bytes[at], bytes.size() - at, off_t(at));
@@ -51,7 +53,6 @@ std::string all_of(int descriptor) {
         at += std::size_t(got);
     }
     bytes.resize(at);
-    ::close(descriptor);
     return bytes;
 }
 
@@ -71,38 +72,72 @@ std::vector<std::string> environment_with(const std::string& temporary_folder) {
 
 }  // namespace
 
-Ended run_child(const std::filesystem::path& program, const std::vector<std::string>& arguments,
-                const std::filesystem::path& folder, const Limits& limits) {
+Child::Child(const std::filesystem::path& program, const std::vector<std::string>& arguments,
+             const std::filesystem::path& folder, const Limits& limits)
+    : m_limits(limits),
+      m_outputs{::memfd_create("out", MFD_CLOEXEC), ::memfd_create("err", MFD_CLOEXEC)} {
     std::vector<std::string> words = arguments;
     words.insert(words.begin(), program.string());
     std::vector<std::string> variables = environment_with((folder / ".tmp").string());
     const std::vector<char*> argv = pointers_to(words), envp = pointers_to(variables);
     const std::string where = folder.string();
-    const int outputs[2] = {::memfd_create("out", MFD_CLOEXEC), ::memfd_create("err", MFD_CLOEXEC)};
-    const auto start = std::chrono::steady_clock::now();
-    const pid_t child = ::fork();
-    if (child == 0)
+    m_process = ::fork();
+    if (m_process == 0)
         become(argv[0], const_cast<char**>(argv.data()), const_cast<char**>(envp.data()),
-               where.c_str(), outputs, limits);
+               where.c_str(), m_outputs, limits);
+}
+
+Child::~Child() {
+    if (m_process > 0) {
+        (void)::kill(-m_process, SIGKILL);
+        (void)wait();
+    }
+    for (const int output : m_outputs) ::close(output);
+}
+
+bool Child::has_ended() {
+    siginfo_t info{};
+    return m_process <= 0 ||
+           (::waitid(P_PID, id_t(m_process), &info, WEXITED | WNOHANG | WNOWAIT) == 0 &&
+            info.si_pid == m_process);
+}
+
+Ended Child::wait() {
     Ended ended;
     int raw = 0;
     rusage used{};
-    if (child > 0) {
-        while (::wait4(child, &raw, 0, &used) < 0 && errno == EINTR) {
+    if (m_process > 0) {
+        while (::wait4(m_process, &raw, 0, &used) < 0 && errno == EINTR) {
         }
-        (void)::kill(-child, SIGKILL);
+        (void)::kill(-m_process, SIGKILL);
+        m_process = -1;
         if (WIFEXITED(raw)) ended.status = WEXITSTATUS(raw);
         if (WIFSIGNALED(raw)) ended.signal = WTERMSIG(raw);
     }
-    ended.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    ended.seconds =
+        std::chrono::duration<double>(std::chrono::steady_clock::now() - m_start).count();
     const double cpu_s = double(used.ru_utime.tv_sec + used.ru_stime.tv_sec) +
                          1e-6 * double(used.ru_utime.tv_usec + used.ru_stime.tv_usec);
-    ended.too_long = ended.signal == SIGALRM || ended.signal == SIGXCPU ||
-                     (ended.signal == SIGKILL && cpu_s >= double(limits.cpu_s));
+    ended.too_long =
+        ended.signal == SIGALRM || ended.signal == SIGXCPU ||
+        (ended.signal == SIGKILL && m_limits.cpu_s > 0 && cpu_s >= double(m_limits.cpu_s));
     ended.peak_mb = double(used.ru_maxrss) / 1024;
-    ended.out = all_of(outputs[0]);
-    ended.err = all_of(outputs[1]);
+    ended.out = out();
+    ended.err = err();
     return ended;
+}
+
+std::string Child::out() const {
+    return all_of(m_outputs[0]);
+}
+
+std::string Child::err() const {
+    return all_of(m_outputs[1]);
+}
+
+Ended run_child(const std::filesystem::path& program, const std::vector<std::string>& arguments,
+                const std::filesystem::path& folder, const Limits& limits) {
+    return Child(program, arguments, folder, limits).wait();
 }
 
 }  // namespace pliant::mutate

@@ -6,6 +6,9 @@
 
 #pragma once
 
+#include <sys/types.h>
+
+#include <chrono>
 #include <cstdint>
 #include <filesystem>
 #include <string>
@@ -14,8 +17,8 @@
 namespace pliant::mutate {
 
 struct Limits {
-    unsigned cpu_s = 10;
-    unsigned wall_s = 60;                                ///< for a machine with other work
+    unsigned cpu_s = 10;   ///< 0: no limit
+    unsigned wall_s = 60;  ///< for a machine with other work; 0: no limit
     std::uint64_t memory = std::uint64_t(2500) << 20;    ///< address space [bytes]; 0: no limit
     std::uint64_t file_bytes = std::uint64_t(64) << 20;  ///< of each file that is written
 };
@@ -29,9 +32,34 @@ struct Ended {
     std::string out, err;   ///< standard output and error
 };
 
-/// Runs `program arguments…` in a folder, as a process group of its own, and waits. TMPDIR is the
-/// folder's `.tmp`. Processes that it leaves behind are killed.
-/// @returns status 127 where the program can't be run
+/// `program arguments…` in a folder, as a process group of its own. TMPDIR is the folder's `.tmp`.
+class Child {
+  public:
+    Child(const std::filesystem::path& program, const std::vector<std::string>& arguments,
+          const std::filesystem::path& folder, const Limits& limits);
+    /// Kills it, and the processes that it leaves behind.
+    ~Child();
+    Child(const Child&) = delete;
+    Child& operator=(const Child&) = delete;
+
+    pid_t process() const { return m_process; }
+    /// Whether it has ended; waits for nothing.
+    bool has_ended();
+    /// Waits for its end, and kills the processes that it leaves behind.
+    /// @returns status 127 where the program can't be run
+    Ended wait();
+    /// Standard output and error so far.
+    std::string out() const;
+    std::string err() const;
+
+  private:
+    Limits m_limits;
+    pid_t m_process = -1;
+    int m_outputs[2];
+    std::chrono::steady_clock::time_point m_start = std::chrono::steady_clock::now();
+};
+
+/// Runs it, and waits for its end.
 Ended run_child(const std::filesystem::path& program, const std::vector<std::string>& arguments,
                 const std::filesystem::path& folder, const Limits& limits);
 

@@ -218,6 +218,13 @@ Format compressed(const Sources& from, const std::string& name, const std::strin
 
 }  // namespace
 
+Seed two_series() {
+    std::vector<Slice> slices = series(kExplicit, packed(std::vector<std::int16_t>(36, 1000)), 6);
+    for (Element& e : slices.back().elements)
+        if (e.group == 0x20 && e.number == 0x000e) e.value = "1.2.3.5";
+    return seed_of("two_series", slices);
+}
+
 Format dicom(const Sources&) {
     const std::string pixels = packed(std::vector<std::int16_t>(36, 1000));
     return {.name = "dicom",

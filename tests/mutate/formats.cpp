@@ -36,6 +36,8 @@ const std::vector<NamedFormat>& all_formats() {
         {"session", session},
         {"scene", scene},
         {"hand_log", hand_log},
+        {"ends", ends},
+        {"path", path},
         {"markups", markups},
         {"keyframes", keyframes},
         {"recording", recording},
@@ -44,6 +46,7 @@ const std::vector<NamedFormat>& all_formats() {
         {"vtk", vtk},
         {"vtk_xml", vtk_xml},
         {"msh", msh},
+        {"upload", upload},
     };
     return formats;
 }
@@ -57,6 +60,25 @@ std::string corpus_bytes(const std::filesystem::path& path) {
     if (!std::filesystem::is_regular_file(path))
         give_up(path.string() + ": expected a file, found none");
     return test::bytes_of(path);
+}
+
+Format upload(const Sources& sources) {
+    Format all{.name = "upload", .words = {}, .seeds = {}, .is_uploaded = true};
+    for (const auto make :
+         {nrrd, nhdr, metaimage, nifti, dicom, dicom_rle, dicom_jpeg, dicom_jpegls, dicom_j2k}) {
+        const Format format = make(sources);
+        for (Seed seed : format.seeds) {
+            seed.damaged = [seed, words = format.words](Random& random) {
+                return damaged_files(seed, words, random);
+            };
+            seed.name = format.name + " " + seed.name;
+            seed.commands = {kUpload, kUploadFirstSeries};
+            all.seeds.push_back(std::move(seed));
+        }
+    }
+    all.seeds.push_back(two_series());
+    all.seeds.back().commands = {kUploadFirstSeries, kUpload};
+    return all;
 }
 
 Files made_by(const Sources& sources, const Files& given, const std::string& command,

@@ -29,6 +29,7 @@ Format dicom_rle(const Sources&);
 Format dicom_jpeg(const Sources&);
 Format dicom_jpegls(const Sources&);
 Format dicom_j2k(const Sources&);
+Seed two_series();  ///< in one folder; its command lines refuse it
 // tissue_seeds.cpp
 Format settings(const Sources&);
 Format labels(const Sources&);
@@ -38,6 +39,9 @@ Format session(const Sources&);
 // vessel_seeds.cpp
 Format scene(const Sources&);
 Format hand_log(const Sources&);
+Format ends(const Sources&);  ///< of a closed surface
+Format path(const Sources&);
+Files vessel_files();  ///< a scene in "s.toml", and its centreline
 // text_seeds.cpp
 Format markups(const Sources&);
 Format keyframes(const Sources&);
@@ -48,6 +52,8 @@ Format surface(const Sources&);
 Format vtk(const Sources&);
 Format vtk_xml(const Sources&);
 Format msh(const Sources&);
+// formats.cpp
+Format upload(const Sources&);  ///< the scans above
 
 /// Ends this program with status 2.
 [[noreturn]] void give_up(const std::string& why);

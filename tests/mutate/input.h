@@ -27,7 +27,8 @@ using Files = std::vector<File>;
 struct Seed {
     std::string name;
     Files files;
-    std::vector<std::string> commands;  ///< words with blanks between; each run takes one of them
+    std::vector<std::string> commands;  ///< words with blanks between; each run takes one of them.
+                                        ///< Uploads: kUpload, kUploadFirstSeries
     /// Puts checksums right after the change.
     std::function<void(Files&)> repair = {};
     /// Instead of a change of bytes.
@@ -39,7 +40,12 @@ struct Format {
     Words words;
     std::vector<Seed> seeds;
     bool may_be_long = false;  ///< the file says how much work there is
+    bool is_uploaded = false;  ///< to a server that goes on; else there are command lines
 };
+
+inline const std::string kUpload = "serve, upload";
+/// Of several series the first is chosen. With kUpload all are dropped.
+inline const std::string kUploadFirstSeries = "serve, upload, first series";
 
 /// Where seeds come from.
 struct Sources {

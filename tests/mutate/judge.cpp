@@ -93,6 +93,26 @@ Contents contents_of(const fs::path& folder) {
     return contents;
 }
 
+std::vector<std::string> faults_of(const Answer& answer, const std::vector<std::string>& expected,
+                                   double max_seconds) {
+    std::vector<std::string> faults;
+    const std::string& body = answer.body;
+    if (answer.status.empty())
+        faults.push_back("no answer");
+    else if (std::find(expected.begin(), expected.end(), answer.status) == expected.end())
+        faults.push_back("status " + answer.status);
+    if (answer.seconds > max_seconds)
+        faults.push_back("an answer after " + std::to_string(int(answer.seconds)) + " s");
+    if (answer.status.empty()) return faults;
+    if (body.empty() || body.find('\n') != body.size() - 1)
+        faults.push_back("expected one line, found " +
+                         std::to_string(std::count(body.begin(), body.end(), '\n')));
+    if (answer.status != "300" && longest_line(body) > kMaxAnswerBytes)
+        faults.push_back("an answer of " + std::to_string(body.size()) + " bytes");
+    if (has_raw_bytes(body, false)) faults.push_back("raw bytes in the answer");
+    return faults;
+}
+
 std::string printable(std::string_view text, std::size_t max_length) {
     std::string shown;
     for (const char c : text) {

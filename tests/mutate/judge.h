@@ -9,6 +9,7 @@
 #include <filesystem>
 #include <map>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "mutate/child.h"
@@ -18,6 +19,7 @@ namespace pliant::mutate {
 inline constexpr int kTaken = 0, kRefused = 2;  ///< exit statuses of docs/conventions.md
 inline constexpr double kMaxPeakMb = 1024;
 inline constexpr std::size_t kMaxLineBytes = 408;  ///< "pliant: " and 400 bytes
+inline constexpr std::size_t kMaxAnswerBytes = 400;
 
 /// Bytes of every file in a folder by relative path; folders end with '/' and have no bytes. A link
 /// is its target's name.
@@ -35,6 +37,18 @@ struct Rules {
 /// @returns a short text for each fault; none for a run as it should be
 std::vector<std::string> faults_of(const Ended& run, const Contents& before, const Contents& after,
                                    const Rules& rules);
+
+/// A server's answer to a request.
+struct Answer {
+    std::string status;  ///< "200"; empty: the connection ended without one
+    std::string body;
+    double seconds = 0;  ///< until it was there
+};
+
+/// An answer is one line of at most 400 bytes; of a list of series (300) one of any length.
+/// @param expected  statuses that are no fault
+std::vector<std::string> faults_of(const Answer& answer, const std::vector<std::string>& expected,
+                                   double max_seconds);
 
 /// Printable: other bytes as \xNN, at most so many characters.
 std::string printable(std::string_view text, std::size_t max_length = 160);

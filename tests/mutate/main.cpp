@@ -49,9 +49,10 @@ struct Row {
 
 /// Each command line of each seed; the first of a seed has to succeed.
 void check_seeds(const Options& options, const Format& format) {
+    const auto target = target_of(options, format);
     for (const Seed& seed : format.seeds)
         for (const std::string& command : seed.commands) {
-            const Outcome outcome = run_good(options, format, seed, command);
+            const Outcome outcome = target->take(good_files(seed), command);
             const bool refused = &command == &seed.commands.front() && outcome.ended.status != 0;
             if (!refused && outcome.faults.empty()) continue;
             give_up(format.name + ": seed " + seed.name + " is not taken: pliant " + command +
@@ -90,11 +91,18 @@ Row run_format(const Settings& settings, const NamedFormat& named) {
     std::mutex mutex;
     std::atomic<int> next = settings.first;
     const auto work = [&] {
+        const auto target = target_of(settings.options, format);
         for (int n = next++; n < settings.first + settings.count; n = next++) {
-            const Outcome outcome = run_damaged(settings.options, format, n);
+            const Outcome outcome = run_damaged(settings.options, format, n, *target);
             const std::lock_guard lock(mutex);
             add(row, outcome.ended, !outcome.faults.empty());
             if (!outcome.faults.empty()) print_fault(settings.options, format, n, outcome);
+        }
+        const std::vector<std::string> faults = target->end();
+        const std::lock_guard lock(mutex);
+        for (const std::string& fault : faults) {
+            ++row.faults;
+            std::printf("FAULT %s, at the end: %s\n", format.name.c_str(), fault.c_str());
         }
     };
     std::vector<std::jthread> workers;

@@ -3,11 +3,13 @@
 
 #include "mutate/runs.h"
 
+#include <algorithm>
 #include <fstream>
 
 #include "core/hash.h"
 #include "mutate/formats.h"
 #include "mutate/judge.h"
+#include "mutate/upload_server.h"
 #include "support/temporary_folder.h"
 
 namespace pliant::mutate {
@@ -31,22 +33,33 @@ void keep(const std::filesystem::path& folder, const Files& files, const Outcome
     write("standard_error.txt", outcome.ended.err);
 }
 
-Outcome run_files(const Options& options, const Format& format, const Files& files,
-                  const std::string& command) {
+/// A process for each damaged file.
+class CommandLine : public Target {
+  public:
+    CommandLine(const Options& options, bool may_be_long)
+        : m_options(options), m_may_be_long(may_be_long) {}
+    Outcome take(const Files& files, const std::string& command) override;
+
+  private:
+    const Options& m_options;
+    bool m_may_be_long;
+};
+
+Outcome CommandLine::take(const Files& files, const std::string& command) {
     const test::TemporaryFolder folder;
     std::filesystem::create_directory(folder / ".tmp");
     for (const File& file : files) folder.write(file.name, file.bytes);
     Limits limits;
-    if (format.may_be_long) limits.cpu_s = 3;
-    if (!options.limit_memory) limits.memory = 0, limits.cpu_s *= 10, limits.wall_s *= 4;
+    if (m_may_be_long) limits.cpu_s = 3;
+    if (!m_options.limit_memory) limits.memory = 0, limits.cpu_s *= 10, limits.wall_s *= 4;
     const Contents before = contents_of(folder.path());
     Outcome outcome;
     outcome.command = command;
     const std::vector<std::string> words = words_of(command);
-    outcome.ended = run_child(options.sources.program, words, folder.path(), limits);
+    outcome.ended = run_child(m_options.sources.program, words, folder.path(), limits);
     const Rules rules{
-        .judge_memory = options.limit_memory,
-        .may_be_long = format.may_be_long,
+        .judge_memory = m_options.limit_memory,
+        .may_be_long = m_may_be_long,
         .expects_json = std::find(words.begin(), words.end(), "--json") != words.end()};
     outcome.faults = faults_of(outcome.ended, before, contents_of(folder.path()), rules);
     return outcome;
@@ -54,17 +67,18 @@ Outcome run_files(const Options& options, const Format& format, const Files& fil
 
 }  // namespace
 
-Outcome run_good(const Options& options, const Format& format, const Seed& seed,
-                 const std::string& command) {
-    return run_files(options, format, good_files(seed), command);
+std::unique_ptr<Target> target_of(const Options& options, const Format& format) {
+    if (format.is_uploaded)
+        return std::make_unique<UploadServer>(options.sources, options.limit_memory);
+    return std::make_unique<CommandLine>(options, format.may_be_long);
 }
 
-Outcome run_damaged(const Options& options, const Format& format, int n) {
+Outcome run_damaged(const Options& options, const Format& format, int n, Target& target) {
     Random random = random_of(options, format, n);
     const Seed& seed = any_of(format.seeds, random);
     const std::string& command = any_of(seed.commands, random);
     const Files files = damaged_files(seed, format.words, random);
-    Outcome outcome = run_files(options, format, files, command);
+    Outcome outcome = target.take(files, command);
     if (!outcome.faults.empty() && !options.keep.empty())
         keep(options.keep /
                  (format.name + "." + std::to_string(options.seed) + "." + std::to_string(n)),

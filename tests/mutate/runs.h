@@ -7,6 +7,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -28,10 +29,19 @@ struct Outcome {
     std::vector<std::string> faults;
 };
 
-/// The undamaged files of a seed, with one of its command lines.
-Outcome run_good(const Options& options, const Format& format, const Seed& seed,
-                 const std::string& command);
+/// Takes files: a command line's process, or a server.
+class Target {
+  public:
+    virtual ~Target() = default;
+    virtual Outcome take(const Files& files, const std::string& command) = 0;
+    /// After the last files. @returns faults
+    virtual std::vector<std::string> end() { return {}; }
+};
+
+/// A server is started.
+std::unique_ptr<Target> target_of(const Options& options, const Format& format);
+
 /// Run n of a format: seed, command line and damage depend on the seed, the format and n alone.
-Outcome run_damaged(const Options& options, const Format& format, int n);
+Outcome run_damaged(const Options& options, const Format& format, int n, Target& target);
 
 }  // namespace pliant::mutate

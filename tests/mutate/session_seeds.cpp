@@ -21,7 +21,7 @@ namespace {
 
 using namespace serve;
 
-const SceneSource kSource{.phantom = "cube", .phantom_size = {8, 8, 8}};
+const SceneSource kCube{.phantom = "cube", .phantom_size = {8, 8, 8}};
 
 const std::string kPush = R"({"client":1,"do":"push","point":[0,0,0],"push":[0,6,0],"radius":20})",
                   kRelease = R"({"client":1,"do":"release"})",
@@ -43,6 +43,19 @@ const std::vector<std::string> kCommands = {
     R"({"client":1,"do":"iso","iso_hu":-391.5,"polarity":"falling"})",
     kRelease};
 
+const std::string kStop = R"({"client":1,"do":"catheter","insert_mm_s":0,"rotate_deg_s":0})",
+                  kManySweeps = R"({"do":"sweep","count":2000})";
+
+const std::vector<std::string> kCatheterCommands = {
+    R"({"client":1,"do":"catheter","insert_mm_s":50,"rotate_deg_s":30,"bend_first_deg":20})",
+    R"({"do":"sweep","count":3})",
+    kStop,
+    R"({"do":"sweep","count":2})",
+    R"({"client":1,"do":"undo"})",
+    R"({"client":1,"do":"catheter","insert_mm_s":-20,"bend_second_deg":5})",
+    R"({"do":"sweep","count":2})",
+    kRelease};
+
 template <class T>
 T checked(Result<T> made) {
     if (!made.ok()) {
@@ -58,13 +71,28 @@ void check(const Status& status) {
 
 struct Recorder {
     TaskArena arena{1};
-    std::unique_ptr<Scene> scene = checked(Scene::open(kSource, arena));
+    SceneSource source;  ///< as the session names it
+    std::unique_ptr<Scene> scene;
     std::vector<SessionRecord> records;
 
+    /// @param folder  of the files that the source names
+    Recorder(SceneSource named, const std::filesystem::path& folder) : source(std::move(named)) {
+        SceneSource opened = source;
+        if (!opened.file.empty()) opened.file = (folder / opened.file).string();
+        scene = checked(Scene::open(opened, arena));
+    }
+    /// A command, or sweeps as far as there are any.
     void act(const std::string& text) {
         SessionRecord record = checked(parse_session_record(text));
-        auto& command = std::get<SessionCommand>(record);
-        command.refused = !scene->carry_out(command.client, command.action).ok();
+        if (auto* sweeps = std::get_if<SessionSweeps>(&record)) {
+            int count = 0;
+            for (; count < sweeps->count && scene->wants_sweep(); ++count) (void)scene->sweep();
+            sweeps->count = count;
+            if (count == 0) return;
+        } else {
+            auto& command = std::get<SessionCommand>(record);
+            command.refused = !scene->carry_out(command.client, command.action).ok();
+        }
         records.push_back(std::move(record));
     }
     void mark() {
@@ -72,7 +100,7 @@ struct Recorder {
         records.push_back(SessionMark{hash_volume(scene->deformed()), scene->tissue().hash()});
     }
     Files files(const std::filesystem::path& session) const {
-        auto log = checked(SessionLog::create(session, {kSource, scene->scan_hash()}));
+        auto log = checked(SessionLog::create(session, {source, scene->scan_hash()}));
         for (const SessionRecord& record : records) log->add(record);
         check(log->flush());
         Files all{{.name = "s.pls", .bytes = test::bytes_of(session)}};
@@ -85,20 +113,26 @@ struct Recorder {
     }
 };
 
-Files session_files(const std::vector<std::string>& commands, bool with_marks,
-                    bool with_checkpoints) {
+/// What was done, how all comes to rest before a checkpoint, and what is done after it.
+struct Doings {
+    SceneSource source;
+    Files files;  ///< that the source names
+    std::vector<std::string> commands, rest, after;
+};
+
+Files session_files(const Doings& doings, bool with_marks, bool with_checkpoints) {
     const test::TemporaryFolder folder;
-    Recorder recorder;
-    for (const std::string& command : commands) recorder.act(command);
+    for (const File& file : doings.files) folder.write(file.name, file.bytes);
+    Recorder recorder(doings.source, folder.path());
+    for (const std::string& command : doings.commands) recorder.act(command);
     for (int n = 1; with_checkpoints && n <= 2; ++n) {
-        recorder.act(kRest);
+        for (const std::string& command : doings.rest) recorder.act(command);
         (void)recorder.scene->update();
         Status saved = Ok{};
         recorder.records.push_back(
             checked(save_checkpoint(*recorder.scene, folder / "s.pls", n, saved)));
         check(saved);
-        recorder.act(kPush);
-        recorder.act(kRelease);
+        for (const std::string& command : doings.after) recorder.act(command);
     }
     if (with_marks) recorder.mark();
     return recorder.files(folder / "s.pls");
@@ -107,7 +141,7 @@ Files session_files(const std::vector<std::string>& commands, bool with_marks,
 /// Checksums of checkpoints, where the session has those of the good ones, and then the session's.
 void repair_all(Files& files, const Files& good) {
     std::string& text = files.front().bytes;
-    for (std::size_t n = 1; n < files.size(); ++n) {
+    for (std::size_t n = 1; n < good.size(); ++n) {
         repair_state(files[n].bytes);
         const std::string before = checksum_of_state(good[n].bytes);
         if (const std::size_t at = text.find(before); at != std::string::npos)
@@ -116,13 +150,16 @@ void repair_all(Files& files, const Files& good) {
     repair_session(text);
 }
 
-Seed seed_of(const std::string& name, const std::vector<std::string>& commands, bool marks,
-             bool checkpoints) {
+Seed seed_of(const std::string& name, const Doings& doings, bool marks, bool checkpoints) {
     Seed seed{.name = name,
-              .files = session_files(commands, marks, checkpoints),
+              .files = session_files(doings, marks, checkpoints),
               .commands = {"replay s.pls --json --threads 1", "replay s.pls --threads 1"}};
     seed.repair = [good = seed.files](Files& files) { repair_all(files, good); };
     if (checkpoints) seed.commands.assign(1, "replay s.pls --from-checkpoint --threads 1");
+    for (File file : doings.files) {
+        file.fixed = true;
+        seed.files.push_back(std::move(file));
+    }
     return seed;
 }
 
@@ -137,6 +174,9 @@ const Words kSessionWords = {"\"do\":\"push\"",
                              "\"do\":\"break\"",
                              "\"do\":\"lost\"",
                              "\"do\":\"redo\"",
+                             "\"do\":\"catheter\"",
+                             "\"insert_mm_s\":",
+                             "\"bend_first_deg\":",
                              "\"do\":\"reset\"",
                              "\"do\":\"checkpoint\"",
                              "\"count\":",
@@ -166,12 +206,22 @@ const Words kSessionWords = {"\"do\":\"push\"",
 }  // namespace
 
 Format session(const Sources&) {
+    const std::vector<std::string> push{kPush, kRelease};
+    const Doings chainmail{kCube, {}, kCommands, {kRest}, push};
+    const Doings springs{kCube, {}, kSpringCommands, {kRest}, push};
+    const Doings catheter{{.file = "s.toml"},
+                          vessel_files(),
+                          kCatheterCommands,
+                          {kStop, kManySweeps},
+                          kCatheterCommands};
     return {.name = "session",
             .words = kSessionWords,
-            .seeds = {seed_of("marks", kCommands, true, false),
-                      seed_of("commands", kCommands, false, false),
-                      seed_of("springs", kSpringCommands, false, true),
-                      seed_of("checkpoints", kCommands, false, true)},
+            .seeds = {seed_of("marks", chainmail, true, false),
+                      seed_of("commands", chainmail, false, false),
+                      seed_of("springs", springs, false, true),
+                      seed_of("checkpoints", chainmail, false, true),
+                      seed_of("catheter", catheter, true, false),
+                      seed_of("catheter_checkpoints", catheter, false, true)},
             .may_be_long = true};
 }
 

@@ -108,5 +108,28 @@ TEST_F(Judge, FindsTooMuchMemory) {
     EXPECT_TRUE(faults_of(run, {}, {}, {.judge_memory = false}).empty());
 }
 
+TEST(JudgeOfAnswers, FindsNoFaultInOneLineOrAList) {
+    const std::vector<std::string> expected{"200", "300", "400"};
+    EXPECT_TRUE(faults_of({"200", "opened\n", 9}, expected, 10).empty());
+    EXPECT_TRUE(faults_of({"400", std::string(400, 'x') + "\n"}, expected, 10).empty());
+    EXPECT_TRUE(faults_of({"300", std::string(5000, 'x') + "\n"}, expected, 10).empty());
+}
+
+TEST(JudgeOfAnswers, FindsEachFault) {
+    const auto only = [](const Answer& answer) {
+        const auto faults = faults_of(answer, {"200", "300", "400"}, 10);
+        return faults.size() == 1 ? faults.front() : std::to_string(faults.size()) + " faults";
+    };
+    EXPECT_EQ(only({"", ""}), "no answer");
+    EXPECT_EQ(only({"503", "open: a\n"}), "status 503");
+    EXPECT_EQ(only({"200", "opened\n", 11}), "an answer after 11 s");
+    EXPECT_EQ(only({"400", ""}), "expected one line, found 0");
+    EXPECT_EQ(only({"400", "a\nb\n"}), "expected one line, found 2");
+    EXPECT_EQ(only({"400", "unfinished"}), "expected one line, found 0");
+    EXPECT_EQ(only({"400", std::string(401, 'x') + "\n"}), "an answer of 402 bytes");
+    EXPECT_EQ(only({"400", "a.nrrd: \033[2J\n"}), "raw bytes in the answer");
+    EXPECT_EQ(only({"300", "\xff\n"}), "raw bytes in the answer");
+}
+
 }  // namespace
 }  // namespace pliant::mutate

@@ -3,98 +3,22 @@
 
 #include "serve/test_client.h"
 
-#include <arpa/inet.h>
 #include <gtest/gtest.h>
-#include <netinet/tcp.h>
-#include <poll.h>
-#include <sys/socket.h>
-#include <unistd.h>
 
+#include <cerrno>
 #include <chrono>
 #include <cstring>
 
 #include "serve/frames.h"
 
 namespace pliant::test {
-namespace {
-
-constexpr int kPatienceMs = 30'000;  // far longer than anything takes; machines may be busy
-
-}  // namespace
-
-std::string token_of(const std::string& link) {
-    return link.substr(link.find("token=") + 6);
-}
-
-RawConnection::RawConnection(int port)
-    : m_port(port), m_descriptor(::socket(AF_INET, SOCK_STREAM, 0)) {
-    sockaddr_in address{};
-    address.sin_family = AF_INET;
-    address.sin_port = htons(std::uint16_t(port));
-    address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-    if (::connect(m_descriptor, reinterpret_cast<sockaddr*>(&address), sizeof address) != 0)
-        ADD_FAILURE() << "no connection: " << std::strerror(errno);
-    const int on = 1;
-    ::setsockopt(m_descriptor, IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);
-}
-
-RawConnection::~RawConnection() {
-    ::close(m_descriptor);
-}
-
-bool RawConnection::send(std::string_view bytes) {
-    while (!bytes.empty()) {
-        pollfd waits{m_descriptor, POLLOUT, 0};
-        if (::poll(&waits, 1, kPatienceMs) <= 0) return false;
-        const ssize_t count =
-            ::send(m_descriptor, bytes.data(), bytes.size(), MSG_NOSIGNAL | MSG_DONTWAIT);
-        if (count <= 0) return false;
-        bytes.remove_prefix(std::size_t(count));
-    }
-    return true;
-}
-
-bool RawConnection::fill(std::size_t count) {
-    std::vector<char> part(1 << 18);
-    while (m_buffer.size() < count) {
-        pollfd waits{m_descriptor, POLLIN, 0};
-        if (::poll(&waits, 1, kPatienceMs) <= 0) return false;
-        const ssize_t got = ::recv(m_descriptor, part.data(), part.size(), 0);
-        if (got <= 0) return false;
-        m_buffer.append(part.data(), std::size_t(got));
-    }
-    return true;
-}
-
-void RawConnection::end_sending() {
-    ::shutdown(m_descriptor, SHUT_WR);
-}
-
-std::string RawConnection::read_response() {
-    std::size_t end = 0;
-    while ((end = m_buffer.find("\r\n\r\n")) == std::string::npos)
-        if (!fill(m_buffer.size() + 1)) return {};
-    std::string response = m_buffer.substr(0, end + 4);
-    m_buffer.erase(0, end + 4);
-    const auto at = response.find("Content-Length: ");
-    if (at == std::string::npos) return response;
-    const auto length = std::size_t(std::stoul(response.substr(at + 16)));
-    if (!fill(length)) return {};
-    response += m_buffer.substr(0, length);
-    m_buffer.erase(0, length);
-    return response;
-}
-
-std::string RawConnection::get(const std::string& path, const std::string& host,
-                               const std::string& more) {
-    send("GET " + path + " HTTP/1.1\r\nHost: " + host + "\r\n" + more + "\r\n");
-    return read_response();
+RawConnection::RawConnection(int port) : Connection(port) {
+    if (!is_open()) ADD_FAILURE() << "no connection: " << std::strerror(errno);
 }
 
 std::string RawConnection::upgrade(const std::string& token, const std::string& host,
                                    const std::string& origin) {
-    const std::string own = "127.0.0.1:" + std::to_string(m_port);
-    send("GET /ws?token=" + token + " HTTP/1.1\r\nHost: " + (host.empty() ? own : host) +
+    send("GET /ws?token=" + token + " HTTP/1.1\r\nHost: " + (host.empty() ? this->host() : host) +
          "\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
          "Sec-WebSocket-Key: AAECAwQFBgcICQoLDA0ODw==\r\nSec-WebSocket-Version: 13\r\n" +
          (origin.empty() ? "" : "Origin: " + origin + "\r\n") + "\r\n");

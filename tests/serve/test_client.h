@@ -16,42 +16,19 @@
 #include <vector>
 
 #include "serve/frames.h"
+#include "support/connection.h"
 #include "support/json.h"
 
 namespace pliant::test {
 
-std::string token_of(const std::string& link);
-
-/// A TCP connection to this machine. All waiting ends after some seconds.
-class RawConnection {
+/// A connection that was made, or the test fails.
+class RawConnection : public Connection {
   public:
     explicit RawConnection(int port);
-    ~RawConnection();
-    RawConnection(const RawConnection&) = delete;
-    RawConnection& operator=(const RawConnection&) = delete;
 
-    /// @returns whether all was taken
-    bool send(std::string_view bytes);
-    /// @returns false at the end of the connection
-    bool fill(std::size_t count);
-    /// Drops what came in.
-    void forget() { m_buffer.clear(); }
-    /// Nothing more will be said; what is answered can still be read.
-    void end_sending();
-    /// Everything up to the blank line, then what its length says. Empty: closed.
-    std::string read_response();
-    /// Asks for a path. @param more  further header lines, each with its end
-    std::string get(const std::string& path, const std::string& host, const std::string& more = "");
     /// @returns the first line of the answer
     std::string upgrade(const std::string& token, const std::string& host = "",
                         const std::string& origin = "");
-    int port() const { return m_port; }
-    int descriptor() const { return m_descriptor; }
-
-  protected:
-    int m_port;
-    int m_descriptor;
-    std::string m_buffer;
 };
 
 struct WsMessage {

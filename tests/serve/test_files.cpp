@@ -28,13 +28,6 @@ namespace {
 
 constexpr std::uint64_t kMaxUpload = 4 << 20;
 
-std::string status_of(const std::string& response) {
-    return response.size() > 12 ? response.substr(9, 3) : "";
-}
-std::string body_of(const std::string& response) {
-    const auto end = response.find("\r\n\r\n");
-    return end == std::string::npos ? "" : response.substr(end + 4);
-}
 /// Of an answer of one line.
 std::string line_of(const std::string& response) {
     const std::string body = body_of(response);
@@ -85,10 +78,7 @@ class FilesTest : public ::testing::Test {
                "\r\nContent-Length: " + std::to_string(size) + "\r\n\r\n";
     }
     std::string post(const std::string& target, const std::string& body) {
-        RawConnection connection(port());
-        connection.send(head(target, body.size()));
-        connection.send(body);
-        return connection.read_response();
+        return RawConnection(port()).post(target, body);
     }
     std::string open(const std::string& name, const std::string& body) {
         return post("/open?token=" + token() + "&name=" + name, body);
@@ -478,6 +468,43 @@ TEST_F(FilesTest, OneScanAtATimeAndWhoIsCutOffMakesRoom) {
     EXPECT_EQ(status_of(open("c.nrrd", scan)), "503");
     EXPECT_EQ(status_of(done("mine", "x")), "400");
     EXPECT_EQ(status_of(open("c.nrrd", scan)), "200");
+}
+
+TEST_F(FilesTest, AClientThatHangsUpEndsTheReadingOfItsScan) {
+    start();
+    TestClient a(port(), m_server->link());
+    a.enter();
+    // Some tenths of a second to inflate, from a few bytes.
+    const NrrdFile slow{.type = "uchar",
+                        .sizes = "512 512 256",
+                        .endian = "",
+                        .encoding = "gzip",
+                        .data = gzipped(std::string(std::size_t(512) * 512 * 256, '\0'))};
+    const std::string bytes = slow.bytes();
+    ASSERT_LT(bytes.size(), kMaxUpload);
+    for (const bool in_parts : {false, true}) {
+        {
+            if (in_parts) {
+                EXPECT_EQ(status_of(part("slow", "slow.nrrd", bytes)), "200");
+            }
+            RawConnection gone(port());
+            const std::string target = in_parts ? "/open/done?upload=slow&" : "/open?";
+            gone.send(
+                head(target + "token=" + token() + "&name=slow.nrrd", in_parts ? 0 : bytes.size()));
+            if (!in_parts) gone.send(bytes);
+        }
+        std::string next = open("next.nrrd", other_scan());
+        for (int n = 0; n < 3000 && status_of(next) == "503"; ++n) {
+            std::this_thread::sleep_for(std::chrono::milliseconds(10));
+            next = open("next.nrrd", other_scan());
+        }
+        EXPECT_EQ(status_of(next), "200") << next;
+        // The other scan was never the scene.
+        follow(a);
+        EXPECT_EQ(a.welcome["volume"]["name"], "next.nrrd");
+        EXPECT_EQ(a.welcome["volume"]["id"], in_parts ? 3 : 2);
+    }
+    a.checked_checksum();
 }
 
 TEST_F(FilesTest, ASlowReaderHoldsUpNobodyButThoseWhoSave) {

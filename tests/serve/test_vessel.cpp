@@ -262,17 +262,36 @@ TEST_F(VesselScene, ASessionIsGoneOnWithFromItsCheckpoint) {
     carry_out(UndoCommand{});
     carry_out(DriveCommand{.insert_mm_s = -40});
     sweep(10);
-    const auto again = reopen(file, session, m_arena);
+    // As it is read from its file.
+    const auto write = [&] {
+        std::filesystem::remove(session);
+        auto log = SessionLog::create(session, file.header);
+        ASSERT_TRUE(log.ok()) << log.error().message;
+        for (const SessionRecord& record : file.records) (*log)->add(record);
+        ASSERT_TRUE((*log)->flush().ok());
+    };
+    write();
+    const auto read = read_session(session);
+    ASSERT_TRUE(read.ok()) << read.error().message;
+    const auto again = reopen(*read, session, m_arena);
     ASSERT_TRUE(again.ok()) << again.error().message;
     EXPECT_EQ(again->number, 1);
     EXPECT_TRUE(again->notes.empty()) << again->notes.front();
     EXPECT_EQ(again->scene->tissue().hash(), scene->tissue().hash());
-    // Without its files all of it is done again.
+    const auto replayed = replay_session(session, m_arena);
+    ASSERT_TRUE(replayed.ok()) << replayed.error().message;
+    EXPECT_EQ(replayed->tissue_hash, scene->tissue().hash());
+    // Without its checkpoints all of it is done again.
     for (const int number : {1, 2}) std::filesystem::remove(checkpoint_path(session, number));
-    const auto from_start = reopen(file, session, m_arena);
+    const auto from_start = reopen(*read, session, m_arena);
     ASSERT_TRUE(from_start.ok()) << from_start.error().message;
     EXPECT_EQ(from_start->number, 0);
     EXPECT_EQ(from_start->scene->tissue().hash(), scene->tissue().hash());
+    // So is one that doesn't say that its tissue is a vessel, as older ones.
+    for (SessionRecord& record : file.records)
+        if (auto* point = std::get_if<SessionCheckpoint>(&record)) point->memo.tissue = {};
+    write();
+    EXPECT_TRUE(replay_session(session, m_arena).ok());
 }
 
 TEST_F(VesselScene, DoesTheSameAgainWithAnyNumberOfThreads) {

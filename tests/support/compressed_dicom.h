@@ -19,6 +19,15 @@ struct Codec {
     const char *syntax, *name, *kind;
 };
 
+/// Each codec once, and both transfer syntaxes of lossless JPEG.
+inline constexpr Codec kCodecs[] = {{"4.50", "jpeg_baseline", "u8"},
+                                    {"4.51", "jpeg_extended", "u12"},
+                                    {"4.57", "jpeg_lossless", "s16"},
+                                    {"4.70", "jpeg_lossless", "u12"},
+                                    {"4.80", "jpeg_ls", "u16"},
+                                    {"4.90", "jpeg_2000", "s12"},
+                                    {"5", "rle", "u16"}};
+
 /// @param syntax  last parts of the transfer syntax's UID: 5, 4.50, …
 inline DicomFile compressed(const std::string& syntax, const std::string& codec,
                             const std::string& kind) {

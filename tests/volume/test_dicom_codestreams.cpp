@@ -18,25 +18,14 @@
 #include <string>
 #include <vector>
 
-namespace pliant {
+namespace pliant::test {
 namespace {
 
 namespace fs = std::filesystem;
-using test::Codec;
-using test::compressed;
-using test::DicomFile;
-
-const Codec kCodecs[] = {{"4.50", "jpeg_baseline", "u8"},
-                         {"4.51", "jpeg_extended", "u12"},
-                         {"4.57", "jpeg_lossless", "s16"},
-                         {"4.70", "jpeg_lossless", "u12"},
-                         {"4.80", "jpeg_ls", "u16"},
-                         {"4.90", "jpeg_2000", "s12"},
-                         {"5", "rle", "u16"}};
 
 /// The error of a series of two such slices.
 std::string error_of(DicomFile slice) {
-    const test::TemporaryFolder folder;
+    const TemporaryFolder folder;
     folder.write("a.dcm", slice.bytes());
     slice.position[2] = 1;
     folder.write("b.dcm", slice.bytes());
@@ -200,4 +189,4 @@ TEST(DicomCodestreams, FilesThatEndedTheProcessAreRefusedInOneLine) {
 }
 
 }  // namespace
-}  // namespace pliant
+}  // namespace pliant::test

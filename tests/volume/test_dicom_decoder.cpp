@@ -216,10 +216,7 @@ TEST_F(DicomDecoder, DamagedCodestreamsAreReadOrRefusedInOneLine) {
     std::mt19937 random(kSeed);
     testing::internal::CaptureStderr();
     int refused = 0;
-    for (const Codec& codec :
-         {Codec{"4.50", "jpeg_baseline", "u8"}, Codec{"4.51", "jpeg_extended", "u12"},
-          Codec{"4.70", "jpeg_lossless", "s16"}, Codec{"4.80", "jpeg_ls", "u16"},
-          Codec{"4.90", "jpeg_2000", "s12"}, Codec{"5", "rle", "u16"}}) {
+    for (const Codec& codec : test::kCodecs) {
         DicomFile slice = compressed(codec);
         m_folder.write("scan/a.dcm", slice.bytes());
         slice.position[2] = 1;

@@ -12,16 +12,8 @@
 
 #include <algorithm>
 
-namespace pliant {
+namespace pliant::test {
 namespace {
-
-using test::gzipped;
-using test::MetaFile;
-using test::NiftiFile;
-using test::NrrdFile;
-using test::packed;
-using test::swapped;
-using test::zlibbed;
 
 const Grid kPlain{{4, 3, 2}, {1, 1, 2}, {10, 20, 30}, kIdentity3};
 
@@ -64,7 +56,7 @@ std::string text_ramp() {
 }
 
 TEST(ReadNrrd, EveryTypeOfNumberIsRead) {
-    const test::TemporaryFolder folder;
+    const TemporaryFolder folder;
     const std::pair<const char*, Ramp> types[] = {{"signed char", ramp<std::int8_t>(-120, 9)},
                                                   {"uchar", ramp<std::uint8_t>(3, 10)},
                                                   {"int16", ramp<std::int16_t>(-32768, 2800)},
@@ -96,8 +88,8 @@ TEST(ReadNrrd, EveryTypeOfNumberIsRead) {
 }
 
 TEST(ReadNrrd, EveryPlaceForTheDataIsFound) {
-    const test::TemporaryFolder folder;
-    const std::string data = packed(test::small_values());
+    const TemporaryFolder folder;
+    const std::string data = packed(small_values());
     folder.write("data.raw", data);
     folder.write("data.gz", gzipped("xyz" + data));
     folder.write("head.raw", "two\nlines\nabc" + data);
@@ -125,7 +117,7 @@ TEST(ReadNrrd, EveryPlaceForTheDataIsFound) {
 }
 
 TEST(ReadNrrd, OtherSpacesAndNoneArePlaced) {
-    const test::TemporaryFolder folder;
+    const TemporaryFolder folder;
     const Grid as_is{{4, 3, 2}, {1.5, 1, 2}, {10, 20, 30}, {{{0, 1, 0}, {0, 0, -1}, {1, 0, 0}}}};
     const Grid from_ras{
         {4, 3, 2}, {1.5, 1, 2}, {-10, -20, 30}, {{{0, -1, 0}, {0, 0, -1}, {-1, 0, 0}}}};
@@ -147,7 +139,7 @@ TEST(ReadNrrd, OtherSpacesAndNoneArePlaced) {
 }
 
 TEST(ReadNrrd, UnitsOfSpaceAreTurnedIntoMillimetres) {
-    const test::TemporaryFolder folder;
+    const TemporaryFolder folder;
     NrrdFile file;
     file.extra = "space units: \"cm\" \"cm\" \"cm\"\n";
     expect_small_values(folder.write("a.nrrd", file.bytes()),
@@ -155,7 +147,7 @@ TEST(ReadNrrd, UnitsOfSpaceAreTurnedIntoMillimetres) {
 }
 
 TEST(ReadMetaImage, EveryTypeOfNumberIsRead) {
-    const test::TemporaryFolder folder;
+    const TemporaryFolder folder;
     const std::pair<const char*, Ramp> types[] = {
         {"MET_CHAR", ramp<std::int8_t>(-120, 9)},     {"MET_UCHAR", ramp<std::uint8_t>(3, 10)},
         {"MET_SHORT", ramp<std::int16_t>(-999, 99)},  {"MET_USHORT", ramp<std::uint16_t>(0, 2800)},
@@ -178,8 +170,8 @@ TEST(ReadMetaImage, EveryTypeOfNumberIsRead) {
 }
 
 TEST(ReadMetaImage, EveryPlaceForTheDataIsFound) {
-    const test::TemporaryFolder folder;
-    const std::string data = packed(test::small_values());
+    const TemporaryFolder folder;
+    const std::string data = packed(small_values());
     folder.write("data.raw", data);
     folder.write("head.raw", "abc" + data);
     folder.write("s1.raw", data.substr(0, 24));
@@ -200,7 +192,7 @@ TEST(ReadMetaImage, EveryPlaceForTheDataIsFound) {
 }
 
 TEST(ReadNifti, EveryTypeOfNumberIsRead) {
-    const test::TemporaryFolder folder;
+    const TemporaryFolder folder;
     struct Type {
         std::int16_t code;
         Ramp numbers;
@@ -230,7 +222,7 @@ TEST(ReadNifti, EveryTypeOfNumberIsRead) {
 }
 
 TEST(ReadNifti, SlopeAndInterceptAreApplied) {
-    const test::TemporaryFolder folder;
+    const TemporaryFolder folder;
     NiftiFile file;
     file.slope = 2;
     file.intercept = -1000;
@@ -247,7 +239,7 @@ TEST(ReadNifti, SlopeAndInterceptAreApplied) {
 }
 
 TEST(ReadNifti, UnitsOfSpaceAreTurnedIntoMillimetres) {
-    const test::TemporaryFolder folder;
+    const TemporaryFolder folder;
     NiftiFile file;
     file.units = 1;
     Grid metres = kNifti;
@@ -257,7 +249,7 @@ TEST(ReadNifti, UnitsOfSpaceAreTurnedIntoMillimetres) {
 }
 
 TEST(ReadNifti, TheSformCountsIfItIsTheScannersOrTheOnlyOne) {
-    const test::TemporaryFolder folder;
+    const TemporaryFolder folder;
     const Grid unplaced{{4, 3, 2}, {1, 1, 2}, {}, kIdentity3};
     // The quaternion (½, ½, ½, ½) turns i to j, j to k and k to i, in RAS.
     const Grid turned{{4, 3, 2}, {1, 1, 2}, {-4, -5, 6}, {{{0, -1, 0}, {0, 0, 1}, {-1, 0, 0}}}};
@@ -284,7 +276,7 @@ TEST(ReadNifti, TheSformCountsIfItIsTheScannersOrTheOnlyOne) {
 }
 
 TEST(ReadNifti, AnSformAloneCountsHoweverFarItIs) {
-    const test::TemporaryFolder folder;
+    const TemporaryFolder folder;
     for (int n = 1; n <= 20; ++n) {
         NiftiFile file;
         const float z = -137.f * float(n);
@@ -298,7 +290,7 @@ TEST(ReadNifti, AnSformAloneCountsHoweverFarItIs) {
 }
 
 TEST(ReadNifti, LaterAxesOfOneAreLeftOut) {
-    const test::TemporaryFolder folder;
+    const TemporaryFolder folder;
     NiftiFile file;
     file.dim = {5, 4, 3, 2, 1, 1, 1, 1};
     const auto volume = read_volume(folder.write("a.nii", file.bytes()));
@@ -307,4 +299,4 @@ TEST(ReadNifti, LaterAxesOfOneAreLeftOut) {
 }
 
 }  // namespace
-}  // namespace pliant
+}  // namespace pliant::test
