@@ -11,6 +11,7 @@ const kKey = 'pliant.view';
 const kKept = [
     'camera',
     'cursor',
+    'style',
     'outside',
     'fluoroscopy',
     'fluoroContrast',

@@ -62,6 +62,7 @@ export interface State {
     outcome: string; ///< of the last command, where there is something to say of it
 
     camera: Camera;
+    style: 'real' | 'plain'; ///< of the endoscope's picture
     outside: boolean; ///< the endoscope's view shows the lumen from outside
     fluoroscopy: boolean; ///< and X-rays through the scan instead
     fluoroContrast: number; ///< factor of the absorption
@@ -168,6 +169,7 @@ export const initialState = (): State => ({
     force: 0,
     outcome: '',
     camera: { eye: [0, 0, 0], look: [0, 1, 0], up: [0, 0, 1] },
+    style: 'plain',
     outside: false,
     fluoroscopy: false,
     fluoroContrast: 1,
