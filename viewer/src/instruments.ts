@@ -31,8 +31,8 @@ export interface Instrument {
 
 export const kBladeRadius = 2; // of a head whose tool is a line [mm]
 const kChannel = { right: 3.2, up: -3, ahead: -1 } as const; // from the lens [mm]
-const kShaftShare = 0.32; // of the head's radius
-const kMostThickness = 1.1; // [mm]
+const kShaftShare = 0.26; // of the head's radius
+const kMostThickness = 0.75; // [mm]
 const kLeastThickness = 0.2;
 const kFreeLength = 60; // of a shaft whose endoscope is elsewhere [mm]
 const kOpen = 0.5;

@@ -11,7 +11,7 @@ import { halfOfFloat } from '../src/half.ts';
 import { decodeFrame } from '../src/protocol.ts';
 import { norm, sub, type Vec3 } from '../src/vec.ts';
 import { Vessel } from '../src/vessel.ts';
-import { catheterMarks } from '../src/vessel_marks.ts';
+import { catheterMarks, crossings } from '../src/vessel_marks.ts';
 import {
     catheterRows,
     drawnCurve,
@@ -194,6 +194,9 @@ test('a section shows the catheter where it cuts it', () => {
     const heights = near[0]!.points.map(([, y]) => y);
     assert.ok(Math.abs(Math.abs(heights[0]! - heights[1]!) - 2) < 1e-9);
     assert.deepEqual(catheterMarks([[0, 0, 0]], plane, 1), []);
+    // z = 5 is a quarter of the way along the second piece: y = 1, a millimetre per pixel.
+    assert.deepEqual(crossings(straight, plane), [[50, 49]]);
+    assert.deepEqual(crossings(straight.slice(0, 2), plane), []);
 });
 
 test('X-rays are dimmed by what they go through', () => {

@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Instruments, cut by the endoscope's own rays, so that the lens bends them as it bends the wall and
-// no near plane tears them. A shaft is a capsule from the working channel to the head; a head lies
-// in the sphere of its tool.
+// Instruments, cut by the endoscope's own rays, so that the lens bends them as it bends the wall
+// and no near plane tears them. A shaft is a capsule from the working channel to the head; a head
+// lies in the sphere of its tool.
 //
 //            up                       a: along the shaft, towards the head
 //        jaw ⟋                        e: side, unit, across the shaft and towards the lens
@@ -196,7 +196,8 @@ vec3 steel(Hit hit, vec3 d, float t, vec3 upward) {
     vec3 mirrored = reflect(d, hit.normal);
     float height = 0.5 + 0.5 * dot(mirrored, upward);
     float band = smoothstep(0.35, 0.6, height) * smoothstep(0.95, 0.6, height);
-    vec3 light = hit.own * (0.10 + 0.60 * f * f) + 0.35 * hit.gloss * band * f * vec3(0.9, 0.92, 1.0) +
+    vec3 window = 0.35 * hit.gloss * band * f * vec3(0.9, 0.92, 1.0);
+    vec3 light = hit.own * (0.10 + 0.60 * f * f) + window +
                  0.22 * kTissueGlow * (1.0 - f) * (1.0 - f) + 0.9 * hit.gloss * pow(f, 60.0);
     float reach = t / 30.0;
     return light / (1.0 + reach * reach);
