@@ -6,23 +6,26 @@
 // or four times as many (when still).
 
 import * as THREE from 'three';
+import { CatheterTexture, kNoCatheter } from './catheter_texture.ts';
+import { channelOffset, instrumentOf, kKinds, type ToolBall } from './instruments.ts';
 import type { ViewRect } from './stage.ts';
 import type { OverlayField } from './overlay_field.ts';
 import { fieldUniforms, kNoField, overlayUniforms, Picture } from './picture.ts';
 import { meteredExposure } from './exposure.ts';
 import { kFieldStops, liningUniforms } from './linings.ts';
 import { noiseTexture } from './noise.ts';
-import { type Camera, frameOf } from './rays.ts';
+import { type Camera, firstHit, frameOf } from './rays.ts';
 import { type RestField, restUniforms } from './rest_field.ts';
 import { kWaterPerMm, usualWater } from './fluoroscopy.ts';
 import { kCopy, kEndoscope, kFluoroscopy } from './shaders.ts';
 import { type State, surfaceOf } from './store.ts';
 import { along, cross, mul, normalized, turned, type Vec3 } from './vec.ts';
 import type { Vessel } from './vessel.ts';
-import { kReach, VesselView } from './vessel_view.ts';
+import { VesselView } from './vessel_view.ts';
 import type { VolumeTexture } from './volume_texture.ts';
 
-const kMostTools = 8; // as in the shader
+const kReach = 2000; // depth 1 in the endoscope's picture, whose shader writes distances [mm]
+const kMostTools = 9; // as in the shader: eight and the endoscope from outside
 const kLightReach = 40; // [mm]
 export const kOutsideField = 30; // field of view from outside [degrees]
 const linear = (r: number, g: number, b: number): THREE.Vector3 =>
@@ -34,12 +37,6 @@ const kFog = linear(8, 6, 8);
 const kOwnTool = linear(120, 190, 235);
 const kOtherTool = linear(235, 200, 90);
 
-export interface ToolBall {
-    readonly centre: Vec3;
-    readonly radius: number;
-    readonly own: boolean;
-}
-
 const vector = (v: Vec3): THREE.Vector3 => new THREE.Vector3(...v);
 
 export class EndoscopeView {
@@ -47,19 +44,22 @@ export class EndoscopeView {
     private readonly outside: Picture;
     private readonly fluoroscopy: Picture;
     private readonly vessel = new VesselView();
+    private readonly catheter = new CatheterTexture();
+    private vesselShown = -1;
     private volume: VolumeTexture | undefined;
     private readonly copy = new Picture(kCopy, { picture: null });
     private readonly target = new THREE.WebGLRenderTarget(1, 1, {
         minFilter: THREE.LinearFilter,
         magFilter: THREE.LinearFilter,
     });
-    private readonly body = makeEndoscope();
+    private readonly body = makeSight();
     private readonly lens = new THREE.PerspectiveCamera(kOutsideField, 1, 1, 5000);
 
     constructor() {
         const common = {
             ...kNoField,
             ...restUniforms(undefined),
+            ...kNoCatheter(),
             eye: new THREE.Vector3(),
             right: new THREE.Vector3(),
             up: new THREE.Vector3(),
@@ -73,6 +73,9 @@ export class EndoscopeView {
             fogColour: kFog,
             tools: Array.from({ length: kMostTools }, () => new THREE.Vector4()),
             toolColours: Array.from({ length: kMostTools }, () => new THREE.Vector3()),
+            toolBases: Array.from({ length: kMostTools }, () => new THREE.Vector4()),
+            toolSides: Array.from({ length: kMostTools }, () => new THREE.Vector4()),
+            toolKinds: Array.from({ length: kMostTools }, () => 0),
             toolCount: 0,
             ...liningUniforms('airway'),
             real: false,
@@ -86,7 +89,6 @@ export class EndoscopeView {
             ...common,
             absorption: kWaterPerMm,
             exposure: 0,
-            clipFromWorld: new THREE.Matrix4(), // for the catheter's shadow
         });
         this.outside = new Picture(
             kEndoscope,
@@ -110,6 +112,9 @@ export class EndoscopeView {
 
     setVessel(vessel: Vessel | undefined, version: number): void {
         this.vessel.update(vessel, version);
+        if (version === this.vesselShown) return;
+        this.vesselShown = version;
+        this.catheter.update(vessel?.catheter ?? [], vessel?.radius ?? 1);
     }
 
     setOverlay(state: State, field: OverlayField | undefined): void {
@@ -144,11 +149,6 @@ export class EndoscopeView {
             renderer.clear(true, true, false);
             picture.draw(renderer);
         }
-        if (hasVessel(state)) {
-            const mode = shadow ? 'fluoroscopy' : state.outside ? 'outside' : 'inside';
-            const values = Object.entries(picture.uniforms).map(([name, u]) => [name, u.value]);
-            this.vessel.draw(renderer, mode, Object.fromEntries(values));
-        }
         renderer.setRenderTarget(null);
         this.copy.set({ picture: this.target.texture });
         renderer.setViewport(rect.x, rect.y, rect.width, rect.height);
@@ -176,14 +176,32 @@ export class EndoscopeView {
             fogDistance: state.outside ? 0 : state.fog,
             iso: state.shared?.iso_hu ?? -500,
             rising: state.shared?.polarity !== 'falling',
-            toolCount: Math.min(balls.length, kMostTools),
             real: state.style === 'real' && !state.outside,
+            ...this.catheter.uniforms(camera.eye),
         });
+        if (!hasVessel(state)) picture.set({ catheterCount: 0 });
+        this.setTools(picture, state, balls, camera.eye);
         if (picture === this.inside && state.style === 'real') this.setReal(state, aspect);
-        balls.slice(0, kMostTools).forEach((ball, i) => {
-            const spheres = picture.uniforms.tools!.value as THREE.Vector4[];
+    }
+
+    private setTools(
+        picture: Picture,
+        state: State,
+        balls: readonly ToolBall[],
+        eye: Vec3,
+    ): void {
+        const all = [...balls.slice(0, kMostTools - 1), ...(state.outside ? [scopeOf(state)] : [])];
+        const room = balls.some((ball) => !ball.direction) ? this.channelRoom(state) : 0;
+        picture.set({ toolCount: all.length });
+        const vectors = (name: string): THREE.Vector4[] =>
+            picture.uniforms[name]!.value as THREE.Vector4[];
+        all.forEach((ball, i) => {
+            const { base, thickness, side, angle } = instrumentOf(ball, state.camera, room, eye);
+            vectors('tools')[i]!.set(...ball.centre, ball.radius);
+            vectors('toolBases')[i]!.set(...base, thickness);
+            vectors('toolSides')[i]!.set(...side, angle);
+            (picture.uniforms.toolKinds!.value as number[])[i] = kKinds[ball.kind];
             const colours = picture.uniforms.toolColours!.value as THREE.Vector3[];
-            spheres[i]!.set(...ball.centre, ball.radius);
             colours[i]!.copy(ball.own ? kOwnTool : kOtherTool);
         });
     }
@@ -201,15 +219,20 @@ export class EndoscopeView {
         });
     }
 
+    /// Free way from the lens towards the working channel's end [mm].
+    private channelRoom(state: State): number {
+        const offset = channelOffset(state.camera);
+        const hit = firstHit(this.volume!.data, state.camera.eye, offset, surfaceOf(state), 10);
+        return hit?.distance ?? Infinity;
+    }
+
     private drawFluoroscopy(renderer: THREE.WebGLRenderer, state: State, aspect: number): void {
-        this.aimLens(state, aspect);
         const { data } = this.volume!;
         const usual = usualWater(data, orbitCamera(state), kOutsideField, aspect);
         const absorption = kWaterPerMm * state.fluoroContrast;
         this.fluoroscopy.set({
             absorption,
             exposure: usual + Math.log(state.fluoroExposure) / absorption,
-            clipFromWorld: this.clipFromWorld(),
         });
         renderer.clear(true, true, false);
         this.fluoroscopy.draw(renderer);
@@ -244,7 +267,9 @@ export class EndoscopeView {
         });
         renderer.clear(true, true, false);
         this.outside.draw(renderer);
-        placeEndoscope(this.body, state);
+        const eye = this.outside.uniforms.eye!.value as THREE.Vector3;
+        if (hasVessel(state)) this.vessel.draw(renderer, eye, this.clipFromWorld());
+        placeSight(this.body, state);
         renderer.render(this.body, this.lens);
     }
 }
@@ -258,17 +283,18 @@ export function orbitCamera(state: State): Camera {
     return { eye: along(centre, -distance, direction), look: direction, up };
 }
 
-/// Shaft, tip and what it sees, along +y from the tip at the origin.
-function makeEndoscope(): THREE.Scene {
+/// The endoscope itself, from outside.
+const scopeOf = (state: State): ToolBall => ({
+    centre: state.camera.eye,
+    radius: state.tip,
+    own: true,
+    kind: 'scope',
+    direction: frameOf(state.camera).forward,
+});
+
+/// What the endoscope sees: a cone along +y from the tip at the origin.
+function makeSight(): THREE.Scene {
     const scene = new THREE.Scene();
-    const tool = new THREE.Group();
-    tool.name = 'endoscope';
-    const metal = new THREE.MeshBasicMaterial({ color: 0x78beeb });
-    const dark = new THREE.MeshBasicMaterial({ color: 0x2d5d80 });
-    const shaft = new THREE.Mesh(new THREE.CylinderGeometry(0.8, 0.8, 1, 24), dark);
-    shaft.name = 'shaft';
-    const tip = new THREE.Mesh(new THREE.SphereGeometry(1, 24, 16), metal);
-    tip.name = 'tip';
     const sight = new THREE.Mesh(
         new THREE.ConeGeometry(1, 1, 32, 1, true),
         new THREE.MeshBasicMaterial({
@@ -280,26 +306,19 @@ function makeEndoscope(): THREE.Scene {
         }),
     );
     sight.name = 'sight';
-    tool.add(shaft, tip, sight);
-    scene.add(tool);
+    scene.add(sight);
     return scene;
 }
 
-function placeEndoscope(scene: THREE.Scene, state: State): void {
-    const tool = scene.getObjectByName('endoscope')!;
+function placeSight(scene: THREE.Scene, state: State): void {
+    const sight = scene.getObjectByName('sight')!;
     const { forward } = frameOf(state.camera);
-    tool.position.set(...state.camera.eye);
-    tool.quaternion.setFromUnitVectors(new THREE.Vector3(0, 1, 0), vector(forward));
-    const shaft = tool.getObjectByName('shaft')!;
-    const length = 40;
-    shaft.scale.set(state.tip, length, state.tip);
-    shaft.position.y = -length / 2;
-    tool.getObjectByName('tip')!.scale.setScalar(state.tip);
-    const sight = tool.getObjectByName('sight')!;
     const reach = 12;
     const wide = reach * Math.tan((Math.min(state.fieldOfView, 110) * Math.PI) / 360);
-    sight.scale.set(wide, -reach, wide);
-    sight.position.y = reach / 2;
+    // Its point is at the tip: a cone of three.js points along +y.
+    sight.quaternion.setFromUnitVectors(new THREE.Vector3(0, -1, 0), vector(forward));
+    sight.position.set(...along(state.camera.eye, reach / 2, forward));
+    sight.scale.set(wide, reach, wide);
 }
 
 /// Turns the outside view by angles about its own axes [radians].

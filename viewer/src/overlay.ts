@@ -10,7 +10,7 @@ import { shown, voxelFromWorld } from './grid.ts';
 import { kSectionAxes, pixelOfWorld, type SectionPlane, sectionPlane } from './section_geometry.ts';
 import { overlayValue } from './legend.ts';
 import { kKinds, type ShownKind } from './overlay_kinds.ts';
-import { catheterMarks } from './vessel_marks.ts';
+import { catheterMarks, crossings } from './vessel_marks.ts';
 import type { Session } from './session.ts';
 import { frameOf } from './rays.ts';
 import { kViews, type SectionName, type State, type ViewName } from './store.ts';
@@ -163,13 +163,19 @@ export class Overlay {
         const { vessel } = this.session;
         if (!vessel || state.shared?.tissue?.model !== 'vessel') return [];
         const wide = (2 * vessel.radius) / plane.mmPerPixel;
-        return catheterMarks(vessel.catheter, plane, vessel.radius).map(({ points, near }) =>
-            svg('polyline', {
-                class: near ? 'catheter near' : 'catheter',
-                points: points.join(' '),
-                ...(near ? { 'stroke-width': Math.max(wide, 3) } : {}),
-            }),
+        const marks = catheterMarks(vessel.catheter, plane, vessel.radius);
+        const lines = (kind: string, more: number): SVGElement[] =>
+            marks.map(({ points, near }) =>
+                svg('polyline', {
+                    class: near ? `${kind} near` : kind,
+                    points: points.join(' '),
+                    'stroke-width': (near ? Math.max(wide, 3) : 3) + more,
+                }),
+            );
+        const dots = crossings(vessel.catheter, plane).map(([cx, cy]) =>
+            svg('circle', { class: 'pierced', cx, cy, r: Math.max(0.5 * wide, 3) }),
         );
+        return [...lines('rim', 2.5), ...lines('catheter', 0), ...dots];
     }
 
     /// The way and its beginning in the endoscope's view: in front of everything.
@@ -194,6 +200,7 @@ export class Overlay {
             if (Math.abs(off) >= radius) return;
             const r = Math.sqrt(radius * radius - off * off) / plane.mmPerPixel;
             const [cx, cy] = pixelOfWorld(plane, centre);
+            marks.push(svg('circle', { class: 'rim near', cx, cy, r, 'stroke-width': 5.5 }));
             marks.push(svg('circle', { class: kind, cx, cy, r }));
         };
         const { stroke } = this.session;

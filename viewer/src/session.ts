@@ -5,12 +5,12 @@
 // the endoscope, starts and ends strokes, and tells the server where this client's tool is.
 
 import { Connection, type Listener, type Memory } from './connection.ts';
-import type { ToolBall } from './endoscope_view.ts';
 import { clearance, flown, freePlace, speedFor, wouldTouch } from './flight.ts';
 import { voxelCount, voxelFromWorld, worldFromVoxel } from './grid.ts';
 import { Haptics } from './haptics.ts';
 import { History } from './history.ts';
 import { checksumOf } from './murmur.ts';
+import { kBladeRadius, type ToolBall } from './instruments.ts';
 import { keepView, takeUpView } from './kept_view.ts';
 import { Latencies } from './latencies.ts';
 import {
@@ -503,10 +503,20 @@ export class Session implements Listener {
     placeBalls(): void {
         const balls: ToolBall[] = this.store.state.others
             .filter((tool) => tool.radius > 0 && !this.isEye(tool))
-            .map((tool) => ({ centre: tool.position, radius: tool.radius, own: false }));
-        const at = this.stroke?.path[this.stroke.path.length - 1];
-        if (at && this.stroke!.radius > 0)
-            balls.unshift({ centre: at, radius: this.stroke!.radius, own: true });
+            .map((tool) => ({
+                centre: tool.position,
+                radius: tool.radius,
+                own: false,
+                kind: tool.kind === 'endoscope' ? ('scope' as const) : ('ball' as const),
+                direction: normalized(tool.direction),
+            }));
+        const { stroke } = this;
+        const centre = stroke?.path[stroke.path.length - 1];
+        const radius = stroke?.radius || (stroke?.kind === 'blade' ? kBladeRadius : 0);
+        if (stroke && centre && radius > 0) {
+            const { kind, closed } = stroke;
+            balls.unshift({ centre, radius, own: true, kind, closed: closed === true });
+        }
         this.stage.setTools(balls);
     }
 

@@ -7,7 +7,8 @@
 // when the graphics processor has done the last one, so that a slow one is never given a queue.
 
 import * as THREE from 'three';
-import { EndoscopeView, type ToolBall } from './endoscope_view.ts';
+import { EndoscopeView } from './endoscope_view.ts';
+import type { ToolBall } from './instruments.ts';
 import type { OverlayField } from './overlay_field.ts';
 import { fieldUniforms, kNoField, overlayUniforms, Picture } from './picture.ts';
 import type { RestField } from './rest_field.ts';

@@ -7,6 +7,7 @@
 
 import type { Connection } from './connection.ts';
 import type { Answer, Command, Done } from './protocol.ts';
+import type { ToolKind } from './instruments.ts';
 import { pushOrSlide, type Store } from './store.ts';
 import { along, mul, norm, sub, type Vec3 } from './vec.ts';
 
@@ -23,6 +24,8 @@ export interface Stroke {
     /// Where the tool is now, to be drawn; a line for a cut.
     readonly path: readonly Vec3[];
     readonly radius: number;
+    readonly kind: ToolKind;
+    readonly closed?: boolean; ///< it holds tissue
 }
 
 /// Tells the store what came of a command. Cut links don't show before something moves: that they
@@ -47,6 +50,7 @@ abstract class Follower implements Stroke {
         protected readonly store: Store,
         start: Vec3,
         readonly radius: number,
+        readonly kind: ToolKind,
     ) {
         this.target = start;
         this.path = [start];
@@ -99,7 +103,7 @@ export class PushStroke extends Follower {
     private readonly what: 'push' | 'slide';
 
     constructor(connection: Connection, store: Store, start: Vec3) {
-        super(connection, store, start, store.state.radius);
+        super(connection, store, start, store.state.radius, 'ball');
         this.place = start;
         const slides = store.state.slide && this.radius > 0;
         this.what = pushOrSlide(store.state, slides);
@@ -135,8 +139,12 @@ export class GrabStroke extends Follower {
     private offset: Vec3 = [0, 0, 0];
     private held: boolean | undefined;
 
+    get closed(): boolean {
+        return this.held === true;
+    }
+
     constructor(connection: Connection, store: Store, start: Vec3) {
-        super(connection, store, start, store.state.radius);
+        super(connection, store, start, store.state.radius, 'grasper');
         this.start = start;
     }
 
@@ -167,7 +175,7 @@ export class CarveStroke extends Follower {
     private readonly stroke = newStroke();
 
     constructor(connection: Connection, store: Store, start: Vec3) {
-        super(connection, store, start, Math.max(store.state.radius, kLeastCarving));
+        super(connection, store, start, Math.max(store.state.radius, kLeastCarving), 'scoop');
         this.place = start;
     }
 
@@ -194,6 +202,7 @@ const kMostPoints = 500;
 /// A line that is drawn first and cut when the pointer is lifted.
 export class CutStroke implements Stroke {
     readonly radius = 0;
+    readonly kind = 'blade';
     path: Vec3[];
 
     /// @param direction  where the blade goes from the line, unit

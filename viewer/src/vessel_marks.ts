@@ -4,7 +4,7 @@
 // The catheter in a section: all of it faintly, and strongly where the section cuts it.
 
 import { pixelOfWorld, type SectionPlane } from './section_geometry.ts';
-import { dot, sub, type Vec3 } from './vec.ts';
+import { along, dot, sub, type Vec3 } from './vec.ts';
 
 export interface CatheterMark {
     readonly points: readonly (readonly [number, number])[]; ///< [pixels]
@@ -36,4 +36,20 @@ export function catheterMarks(
         marks.push({ points: [at(from), at(to)], near: true });
     }
     return marks;
+}
+
+/// Where a chain of points pierces the section [pixels].
+export function crossings(
+    points: readonly Vec3[],
+    plane: SectionPlane,
+): (readonly [number, number])[] {
+    const off = points.map((p) => dot(sub(p, plane.centre), plane.axes.normal));
+    const spots: (readonly [number, number])[] = [];
+    for (let i = 0; i + 1 < points.length; ++i) {
+        const [a, b] = [off[i]!, off[i + 1]!];
+        if (a > 0 === b > 0) continue;
+        const share = a / (a - b);
+        spots.push(pixelOfWorld(plane, along(points[i]!, share, sub(points[i + 1]!, points[i]!))));
+    }
+    return spots;
 }

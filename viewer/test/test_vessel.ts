@@ -9,10 +9,17 @@ import { sumOf, wishOfKeys, wishOfPad } from '../src/catheter_hand.ts';
 import { usualWater, waterAlong } from '../src/fluoroscopy.ts';
 import { halfOfFloat } from '../src/half.ts';
 import { decodeFrame } from '../src/protocol.ts';
-import { dot, norm, sub, type Vec3 } from '../src/vec.ts';
+import { norm, sub, type Vec3 } from '../src/vec.ts';
 import { Vessel } from '../src/vessel.ts';
-import { catheterMarks } from '../src/vessel_marks.ts';
-import { smoothed, tubeAround } from '../src/vessel_view.ts';
+import { catheterMarks, crossings } from '../src/vessel_marks.ts';
+import {
+    catheterRows,
+    drawnCurve,
+    gapAround,
+    kGroup,
+    kMostPoints,
+    smoothed,
+} from '../src/catheter_texture.ts';
 import { VolumeData } from '../src/volume.ts';
 import { random, whole } from './random.ts';
 
@@ -129,27 +136,41 @@ test('arrows insert and rotate, with Shift they bend, and sticks do both', () =>
     assert.deepEqual(wishOfPad(cap), { insert: 1, rotate: -1, bend: [-1, 0] });
 });
 
-test('a tube keeps its radius along a curve, and ends in a cap', () => {
-    const points: Vec3[] = Array.from({ length: 12 }, (_, i) => [
-        10 * Math.cos(i / 4),
-        10 * Math.sin(i / 4),
-        i,
-    ]);
-    const curve = smoothed(points);
-    for (const p of points) assert.ok(curve.some((q) => norm(sub(p, q)) < 1e-9));
-    const { positions, normals, corners } = tubeAround(curve, 0.8);
-    assert.equal(positions.length, normals.length);
-    const rings = positions.length / 3 - 1;
-    assert.equal(rings % curve.length, 0);
-    for (let n = 0; n < rings; ++n) {
-        const centre = curve[Math.floor(n / (rings / curve.length))]!;
-        const p: Vec3 = [positions[3 * n]!, positions[3 * n + 1]!, positions[3 * n + 2]!];
-        const normal: Vec3 = [normals[3 * n]!, normals[3 * n + 1]!, normals[3 * n + 2]!];
-        assert.ok(Math.abs(norm(sub(p, centre)) - 0.8) < 1e-5);
-        assert.ok(dot(sub(p, centre), normal) > 0.79);
+test('a catheter is a chain of points in spheres, whatever its length', () => {
+    for (const count of [2, 3, 12, 300, 700, 3000]) {
+        const points: Vec3[] = Array.from({ length: count }, (_, i) => [
+            10 * Math.cos(i / 4),
+            10 * Math.sin(i / 4),
+            0.3 * i,
+        ]);
+        const curve = drawnCurve(points);
+        assert.ok(curve.length <= kMostPoints && curve.length >= Math.min(count, kMostPoints));
+        assert.deepEqual(curve.at(-1), points.at(-1));
+        if (count < 300)
+            for (const p of points) assert.ok(curve.some((q) => norm(sub(p, q)) < 1e-9));
+        const rows = catheterRows(curve, 0.8);
+        assert.equal(rows[4 * (curve.length - 1) + 3], 0); // the way begins at the tip
+        for (let i = 1; i < curve.length; ++i) assert.ok(rows[4 * i + 3]! < rows[4 * i - 1]!);
+        for (let i = 0; i + 1 < curve.length; ++i)
+            for (const [row, each] of [
+                [1, kGroup],
+                [2, kGroup ** 2],
+            ] as const) {
+                const at = 4 * (row * kMostPoints + Math.floor(i / each));
+                const centre: Vec3 = [rows[at]!, rows[at + 1]!, rows[at + 2]!];
+                for (const p of [curve[i]!, curve[i + 1]!])
+                    assert.ok(norm(sub(p, centre)) + 0.8 <= rows[at + 3]!);
+            }
     }
-    assert.ok(corners.every((n) => n < positions.length / 3));
-    assert.equal(tubeAround([], 1).positions.length, 0);
+    assert.deepEqual(smoothed([]), []);
+});
+
+test('pieces around an eye in the catheter are left out, and no others', () => {
+    const curve: Vec3[] = Array.from({ length: 41 }, (_, i) => [0, 0, i]);
+    assert.deepEqual(gapAround([1.1, 0, 20], curve, 1), [0, 0]);
+    assert.deepEqual(gapAround([0.9, 0, 20.5], curve, 1), [17, 24]);
+    assert.deepEqual(gapAround([0, 0, 40.5], curve, 1), [37, 40]);
+    assert.deepEqual(gapAround([0, 0, 0], [], 1), [0, 0]);
 });
 
 test('a section shows the catheter where it cuts it', () => {
@@ -173,6 +194,9 @@ test('a section shows the catheter where it cuts it', () => {
     const heights = near[0]!.points.map(([, y]) => y);
     assert.ok(Math.abs(Math.abs(heights[0]! - heights[1]!) - 2) < 1e-9);
     assert.deepEqual(catheterMarks([[0, 0, 0]], plane, 1), []);
+    // z = 5 is a quarter of the way along the second piece: y = 1, a millimetre per pixel.
+    assert.deepEqual(crossings(straight, plane), [[50, 49]]);
+    assert.deepEqual(crossings(straight.slice(0, 2), plane), []);
 });
 
 test('X-rays are dimmed by what they go through', () => {

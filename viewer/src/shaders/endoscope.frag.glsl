@@ -3,8 +3,8 @@
 
 // The endoscope's picture, with the camera and the light of the C++ renderer
 // (src/render/endoscope.cpp): what faces the camera is bright, wet tissue shines there, light falls
-// off with the distance and fades into the fog. Tools are spheres, cut by the same rays, so that
-// the lens bends them as it bends the wall.
+// off with the distance and fades into the fog. Instruments and catheters are cut by the same rays
+// (instrument.glsl, catheter.glsl).
 //
 // OUTSIDE: the same scene from outside, cut open at a plane. Tissue on the plane is grey as in a
 // section; behind the plane the lumen lies open.
@@ -12,10 +12,6 @@
 uniform float lightReach;  // light is halved here [mm]
 uniform float fogDistance; // [mm]; 0: none
 uniform vec3 surfaceColour, fogColour;  // linear
-const int kMostTools = 8;
-uniform vec4 tools[kMostTools];       // centre and radius [mm]
-uniform vec3 toolColours[kMostTools];
-uniform int toolCount;
 #ifdef DEPTH
 uniform float reach;  // depth 1 for meshes [mm]
 #endif
@@ -84,14 +80,6 @@ vec3 wallLight(vec3 p, float t, vec3 normal, vec3 ray) {
 }
 #endif
 
-float toolDistance(float t) {
-#ifdef OUTSIDE
-    return 0.0;
-#else
-    return t;
-#endif
-}
-
 void main() {
     vec2 uv = place * vec2(aspect, 1.0);
     vec3 ray = rayThrough(uv);
@@ -135,28 +123,21 @@ void main() {
 #endif
     }
     if (t != kNothing) t += start;
-    float nearest = t != kNothing ? t : 1e9;
-    for (int i = 0; i < toolCount; ++i) {
-        vec3 m = eye - tools[i].xyz;
-        float b = dot(m, ray);
-        float q = b * b - dot(m, m) + tools[i].w * tools[i].w;
-        float s = -b - sqrt(max(q, 0.0));
-        if (q <= 0.0 || s <= 0.0) continue;
-        vec3 normal = (m + s * ray) / tools[i].w;
-        vec3 own = lit(toolColours[i], toolDistance(s), normal, ray, 1.0);
-        if (s < nearest) {
-            light = own;
-            nearest = s;
-        } else {
-            light = mix(light, own, 0.18);  // behind the wall it shimmers through
-        }
-    }
+    float nearest = t != kNothing ? t : kFar;
+#ifdef OUTSIDE
+    bool lamp = false;
+#else
+    bool lamp = true;
+    if (t != kNothing && !real && toolCount > 0) light *= nearInstruments(eye + t * ray);
+#endif
+    addCatheter(light, nearest, eye, ray, up, lamp);
+    addInstruments(light, nearest, eye, ray, up, lamp);
 #ifdef DEPTH
     gl_FragDepth = clamp(nearest / reach, 0.0, 1.0);
 #endif
 #ifdef OUTSIDE
     vec4 clip = clipFromWorld * vec4(eye + nearest * ray, 1.0);
-    gl_FragDepth = nearest < 1e9 ? clamp(0.5 * clip.z / clip.w + 0.5, 0.0, 1.0) : 1.0;
+    gl_FragDepth = nearest < kFar ? clamp(0.5 * clip.z / clip.w + 0.5, 0.0, 1.0) : 1.0;
 #endif
     colour = vec4(srgbOf(shown * light), 1.0);
 }

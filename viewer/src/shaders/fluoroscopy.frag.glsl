@@ -15,6 +15,7 @@ uniform float exposure;              // water that is 45 % grey [mm]
 
 const int kMostSteps = 2048;
 const float kStep = 1.0;  // voxels
+const float kCatheterWater = 30.0;  // a catheter with a core of steel, as so much water
 
 // What a ray goes through [mm of water]. o [voxels], d [voxels per mm]
 float waterAlong(vec3 o, vec3 d) {
@@ -39,6 +40,7 @@ void main() {
     vec2 uv = place * vec2(aspect, 1.0);
     vec3 ray = normalize(ahead + slope * uv.x * right + slope * uv.y * up);
     float water = waterAlong(voxelOf(eye), voxelVectorOf(ray));
+    if (catheterCount > 1) water += kCatheterWater * catheterThickness_mm(eye, ray);
     // Sigmoid with a window of 4 and 45 % at the exposure; the exponent is bounded for float.
     float excess = min(absorption * (water - exposure), 60.0);
     float light = 1.0 / (1.0 + 0.55 / 0.45 * exp(excess));

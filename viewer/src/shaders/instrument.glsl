@@ -1,0 +1,265 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// Instruments, cut by the endoscope's own rays, so that the lens bends them as it bends the wall
+// and no near plane tears them. A shaft is a capsule from the working channel to the head; a head
+// lies in the sphere of its tool.
+//
+//            up                       a: along the shaft, towards the head
+//        jaw ⟋                        e: side, unit, across the shaft and towards the lens
+//   ══════•⟨  a →   opening 2·angle   v = a × e: jaws open and blades are wide along v
+//        jaw ⟍
+//
+// instrumentShadow and nearInstruments darken the wall. Both are 1 without tools.
+
+const float kFar = 1e9;
+const int kMostTools = 9;
+const int kBall = 0, kGrasper = 1, kBlade = 2, kScoop = 3, kScope = 4;
+uniform vec4 tools[kMostTools];       // centre and radius of the head's sphere [mm]
+uniform vec4 toolBases[kMostTools];   // start of the shaft, and its radius [mm]; 0: no shaft
+uniform vec4 toolSides[kMostTools];   // e, and half the angle between the jaws [radians]
+uniform vec3 toolColours[kMostTools]; // of the user, linear
+uniform int toolKinds[kMostTools];
+uniform int toolCount;
+
+const vec3 kSteel = vec3(0.56, 0.59, 0.64);
+const vec3 kTissueGlow = vec3(0.55, 0.16, 0.12);
+const float kHeadBehind = 0.14;   // share of the light, through the wall
+const float kShaftBehind = 0.05;
+
+struct Hit {
+    float t;      // [mm]; kFar: none
+    vec3 normal;  // unit
+    vec3 own;     // linear
+    float gloss;
+    bool head;
+};
+
+// Near side of a sphere. From within: kFar
+float sphereHit(vec3 o, vec3 d, vec3 c, float r) {
+    vec3 m = o - c;
+    float b = dot(m, d), q = b * b - dot(m, m) + r * r;
+    float t = -b - sqrt(max(q, 0.0));
+    return q > 0.0 && t > 0.0 ? t : kFar;
+}
+
+// Near side of a capsule; place: 0 at a … 1 at b. From within: kFar. The origin is first moved next
+// to the capsule: seen from afar, a thin one is lost in the squares otherwise.
+float capsuleHit(vec3 o, vec3 d, vec3 a, vec3 b, float r, out float place) {
+    float shift = dot(0.5 * (a + b) - o, d);
+    vec3 ba = b - a, oa = o + shift * d - a;
+    float baba = max(dot(ba, ba), 1e-9), bard = dot(ba, d), baoa = dot(ba, oa);
+    float k2 = max(baba - bard * bard, 1e-9);
+    float k1 = baba * dot(d, oa) - baoa * bard;
+    float h = k1 * k1 - k2 * (baba * (dot(oa, oa) - r * r) - baoa * baoa);
+    place = 0.0;
+    if (h < 0.0) return kFar;
+    float t = (-k1 - sqrt(h)) / k2;
+    place = (baoa + t * bard) / baba;
+    if (place > 0.0 && place < 1.0) return t + shift > 0.0 ? t + shift : kFar;
+    place = clamp(place, 0.0, 1.0);
+    return sphereHit(o, d, place > 0.5 ? b : a, r);
+}
+
+// The half axes of an ellipsoid are the columns of axes; the normal is not of unit length.
+float ellipsoidHit(vec3 o, vec3 d, vec3 c, mat3 axes, vec3 lengths, out vec3 normal) {
+    vec3 m = ((o - c) * axes) / lengths, n = (d * axes) / lengths;
+    float a = dot(n, n), b = dot(m, n), q = b * b - a * (dot(m, m) - 1.0);
+    float t = (-b - sqrt(max(q, 0.0))) / a;
+    normal = axes * ((m + t * n) / lengths);
+    return q > 0.0 && t > 0.0 ? t : kFar;
+}
+
+void keep(inout Hit best, float t, vec3 normal, vec3 own, float gloss) {
+    if (t >= best.t) return;
+    best = Hit(t, normal, own, gloss, true);
+}
+
+// Two jaws on a hinge. They touch at the sphere's far side, open as wide as the sphere.
+void grasperHit(inout Hit best, vec3 o, vec3 d, vec4 head, vec3 a, vec4 side) {
+    float r = head.w;
+    vec3 hinge = head.xyz - 0.9 * r * a;
+    float t = sphereHit(o, d, hinge, 0.24 * r);
+    if (t < kFar) keep(best, t, (o + t * d - hinge) / (0.24 * r), 0.8 * kSteel, 0.8);
+    vec3 v = cross(a, side.xyz);
+    vec3 lengths = r * vec3(0.8, 0.15, 0.3);
+    for (float sign_ = -1.0; sign_ < 2.0; sign_ += 2.0) {
+        vec3 out_ = sign_ * v;
+        vec3 along = cos(side.w) * a + sin(side.w) * out_;
+        vec3 across = cos(side.w) * out_ - sin(side.w) * a;
+        vec3 c = hinge + 0.8 * r * along + 0.13 * r * across;
+        vec3 normal;
+        t = ellipsoidHit(o, d, c, mat3(along, across, side.xyz), lengths, normal);
+        if (t >= best.t) continue;
+        vec3 q = o + t * d - c;
+        // Teeth on the inner side.
+        float inner = smoothstep(0.02, -0.06, dot(q, across) / r);
+        float teeth = smoothstep(0.3, 0.7, abs(fract(5.0 * dot(q, along) / r) - 0.5) * 2.0);
+        keep(best, t, normalize(normal), kSteel * mix(1.0, mix(0.35, 0.9, teeth), inner), 1.0);
+    }
+}
+
+// A scalpel: what lies behind six planes. Its cutting edge is ground bright.
+void bladeHit(inout Hit best, vec3 o, vec3 d, vec4 head, vec3 a, vec3 e) {
+    float r = head.w;
+    vec3 v = cross(a, e);
+    vec3 slant = normalize(0.55 * a - v);
+    vec3 tip = head.xyz + 0.5 * r * a + 0.3 * r * v;
+    vec3 normals[6] = vec3[6](e, -e, v, slant, -v, -a);
+    float offs[6] = float[6](0.07 * r, 0.07 * r, 0.3 * r, dot(tip - head.xyz, slant), 0.42 * r,
+                             1.6 * r);
+    float enter = 0.0, leave = kFar;
+    vec3 normal = -d;
+    for (int i = 0; i < 6; ++i) {
+        float towards = dot(d, normals[i]);
+        float off = offs[i] - dot(o - head.xyz, normals[i]);
+        if (abs(towards) < 1e-6) {
+            if (off < 0.0) return;
+            continue;
+        }
+        float t = off / towards;
+        if (towards > 0.0)
+            leave = min(leave, t);
+        else if (t > enter) {
+            enter = t;
+            normal = normals[i];
+        }
+    }
+    if (enter <= 0.0 || enter >= leave || enter >= best.t) return;
+    vec3 q = o + enter * d;
+    float edge = dot(tip - q, slant) / r;
+    bool ground = edge < 0.22;
+    normal = normalize(ground ? normal + 0.6 * slant : normal);
+    keep(best, enter, normal, kSteel * (ground ? 1.5 : 0.85), ground ? 1.6 : 1.0);
+}
+
+// A spoon: the part of a sphere below its mouth, seen from outside or through the mouth.
+void scoopHit(inout Hit best, vec3 o, vec3 d, vec4 head, vec3 a, vec3 e) {
+    float r = head.w;
+    vec3 m = o - head.xyz;
+    float b = dot(m, d), q = b * b - dot(m, m) + r * r;
+    if (q <= 0.0) return;
+    vec3 mouth = normalize(0.45 * a + 0.9 * e);
+    for (float far = -1.0; far < 2.0; far += 2.0) {
+        float t = -b + far * sqrt(q);
+        vec3 n = (m + t * d) / r;
+        float height = dot(n, mouth);
+        if (t <= 0.0 || height > 0.1) continue;
+        bool rim = height > 0.0;
+        vec3 own = kSteel * (rim ? 1.3 : far > 0.0 ? 0.45 : 0.9);
+        keep(best, t, -far * n, own, rim ? 1.5 : far > 0.0 ? 0.5 : 1.0);
+        return;
+    }
+}
+
+// The shaft with the user's ring behind the head. Scopes are dark, with a bright tip.
+void shaftHit(inout Hit best, vec3 o, vec3 d, vec4 head, vec4 base, vec3 a, int kind, vec3 ring) {
+    if (base.w <= 0.0) return;
+    float share = kind == kBall ? 0.0 : kind == kBlade ? 1.5 : 0.9;
+    vec3 end = head.xyz - (kind == kScope ? 0.0 : share * head.w) * a;
+    float place;
+    float t = capsuleHit(o, d, base.xyz, end, base.w, place);
+    if (t >= best.t) return;
+    vec3 q = o + t * d;
+    float behind = dot(head.xyz - q, a);
+    vec3 axis = head.xyz - behind * a;
+    float from = head.w + base.w;
+    bool marked = behind > from + 0.6 * base.w && behind < from + 2.0 * base.w;
+    vec3 own = kind == kScope ? (behind < 0.9 * head.w ? 0.9 * kSteel : vec3(0.045)) : kSteel;
+    if (marked) own = ring;
+    vec3 normal = place < 1.0 ? normalize(q - axis) : (q - end) / base.w;
+    best = Hit(t, normal, own, marked || kind == kScope ? 0.35 : 1.0, kind == kScope);
+}
+
+Hit toolHit(int i, vec3 o, vec3 d) {
+    Hit best = Hit(kFar, -d, kSteel, 1.0, false);
+    vec4 head = tools[i], base = toolBases[i], side = toolSides[i];
+    int kind = toolKinds[i];
+    vec3 a = base.w > 0.0 ? normalize(head.xyz - base.xyz) : cross(side.xyz, vec3(1.0, 0.0, 0.0));
+    shaftHit(best, o, d, head, base, a, kind, toolColours[i]);
+    if (kind == kBall) {
+        float t = sphereHit(o, d, head.xyz, head.w);
+        if (t < best.t) keep(best, t, (o + t * d - head.xyz) / head.w, kSteel, 1.0);
+    } else if (kind == kGrasper)
+        grasperHit(best, o, d, head, a, side);
+    else if (kind == kBlade)
+        bladeHit(best, o, d, head, a, side.xyz);
+    else if (kind == kScoop)
+        scoopHit(best, o, d, head, a, side.xyz);
+    return best;
+}
+
+// Light of a metal beside the lamps: dim, a bright band as of a window, the tissue's red where the
+// ray grazes it. upward: of the picture, unit. t: way of the light [mm]
+vec3 steel(Hit hit, vec3 d, float t, vec3 upward) {
+    float f = max(0.0, -dot(hit.normal, d));
+    vec3 mirrored = reflect(d, hit.normal);
+    float height = 0.5 + 0.5 * dot(mirrored, upward);
+    float band = smoothstep(0.35, 0.6, height) * smoothstep(0.95, 0.6, height);
+    vec3 window = 0.35 * hit.gloss * band * f * vec3(0.9, 0.92, 1.0);
+    vec3 light = hit.own * (0.10 + 0.60 * f * f) + window +
+                 0.22 * kTissueGlow * (1.0 - f) * (1.0 - f) + 0.9 * hit.gloss * pow(f, 60.0);
+    float reach = t / 30.0;
+    return light / (1.0 + reach * reach);
+}
+
+// light and nearest are those of the wall, then of the nearest.
+void addInstruments(inout vec3 light, inout float nearest, vec3 o, vec3 d, vec3 upward, bool lamp) {
+    for (int i = 0; i < toolCount; ++i) {
+        Hit hit = toolHit(i, o, d);
+        if (hit.t >= kFar) continue;
+        vec3 own = steel(hit, d, lamp ? hit.t : 0.0, upward);
+        if (hit.t < nearest) {
+            light = own;
+            nearest = hit.t;
+        } else
+            light = mix(light, own, hit.head ? kHeadBehind : kShaftBehind);
+    }
+}
+
+// Share of the sphere that a head fills, for what it keeps from the light.
+float headRadius(int i) {
+    int kind = toolKinds[i];
+    float share = kind == kGrasper ? 0.45 : kind == kBlade ? 0.3 : 1.0;
+    return share * tools[i].w;
+}
+
+// 1: no tool is near; less where one touches or nearly touches the wall.
+float nearInstruments(vec3 world) {
+    float open = 1.0;
+    for (int i = 0; i < toolCount; ++i) {
+        float r = headRadius(i);
+        vec3 w = world - tools[i].xyz;
+        open *= mix(0.35, 1.0, smoothstep(0.0, 0.9 * r, length(w) - r));
+        vec4 base = toolBases[i];
+        if (base.w <= 0.0) continue;
+        vec3 ba = base.xyz - tools[i].xyz;
+        float away = length(w - clamp(dot(w, ba) / dot(ba, ba), 0.0, 1.0) * ba);
+        open *= mix(0.55, 1.0, smoothstep(base.w, 3.2 * base.w, away));
+    }
+    return open;
+}
+
+// Share of a lamp's light that passes the instruments on its way to a place on the wall. toLamp:
+// unit; far: to the lamp [mm]. The shadow is softer, the farther its caster is from the wall.
+float instrumentShadow(vec3 world, vec3 toLamp, float far) {
+    float lit = 1.0;
+    for (int i = 0; i < toolCount; ++i) {
+        vec3 w = world - tools[i].xyz;
+        float r = headRadius(i);
+        float s = clamp(-dot(w, toLamp), 0.0, far);
+        float soft = 0.15 + 0.06 * s;
+        lit *= smoothstep(r - soft, r + soft, length(w + s * toLamp));
+        vec4 base = toolBases[i];
+        if (base.w <= 0.0) continue;
+        // Nearest places of the ray and the shaft's axis.
+        vec3 ba = base.xyz - tools[i].xyz;
+        float b = dot(toLamp, ba), c = dot(ba, ba), g = dot(toLamp, w), h = dot(ba, w);
+        s = clamp((b * h - c * g) / max(c - b * b, 1e-6), 0.0, far);
+        float k = clamp((h + b * s) / c, 0.0, 1.0);
+        s = clamp(b * k - g, 0.0, far);
+        soft = 0.15 + 0.06 * s;
+        lit *= smoothstep(base.w - soft, base.w + soft, length(w + s * toLamp - k * ba));
+    }
+    return lit;
+}
