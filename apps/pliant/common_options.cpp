@@ -59,8 +59,10 @@ void add_threads(CLI::App* command, int& threads) {
 void add_look(CLI::App* command, LookOptions& look) {
     command->add_option("--style", look.style, "plain (shape alone) or real (as endoscopes record)")
         ->check(CLI::IsMember({"plain", "real"}));
-    command->add_option("--lining", look.lining, "style real: airway, colon, sinus or vessel")
-        ->check(CLI::IsMember({"airway", "colon", "sinus", "vessel"}));
+    command
+        ->add_option("--lining", look.lining,
+                     "style real: auto (by the polarity), airway, colon, sinus or vessel")
+        ->check(CLI::IsMember({"auto", "airway", "colon", "sinus", "vessel"}));
     command->add_option("--field", look.field_stop, "style real: round, octagon or full picture")
         ->check(CLI::IsMember({"round", "octagon", "full"}));
 }

@@ -11,12 +11,15 @@
 
 namespace pliant::app {
 
-/// @pre the words are those that add_look lets through
+/// auto: by the endoscope's polarity. @pre the words are those that add_look lets through
 inline void set_look(const LookOptions& look, Endoscope& endoscope) {
     endoscope.style = look.style == "real" ? Style::Real : Style::Plain;
+    const bool vessel = endoscope.polarity == Polarity::Falling;
     endoscope.lining = look.lining == "colon"    ? Lining::Colon
                        : look.lining == "sinus"  ? Lining::Sinus
                        : look.lining == "vessel" ? Lining::Vessel
+                       : look.lining == "airway" ? Lining::Airway
+                       : vessel                  ? Lining::Vessel
                                                  : Lining::Airway;
     endoscope.field_stop = look.field_stop == "octagon" ? FieldStop::Octagon
                            : look.field_stop == "full"  ? FieldStop::Full

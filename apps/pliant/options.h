@@ -64,7 +64,7 @@ struct SpringOptions {
 
 /// The endoscope's picture: what it is lit and coloured by.
 struct LookOptions {
-    std::string style = "plain", lining = "airway", field_stop = "round";
+    std::string style = "plain", lining = "auto", field_stop = "round";
 };
 
 struct DeformOptions {

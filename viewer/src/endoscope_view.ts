@@ -12,7 +12,7 @@ import type { ViewRect } from './stage.ts';
 import type { OverlayField } from './overlay_field.ts';
 import { fieldUniforms, kNoField, overlayUniforms, Picture } from './picture.ts';
 import { meteredExposure } from './exposure.ts';
-import { kFieldStops, liningUniforms } from './linings.ts';
+import { kFieldStops, liningOf, liningUniforms } from './linings.ts';
 import { noiseTexture } from './noise.ts';
 import { type Camera, firstHit, frameOf } from './rays.ts';
 import { type RestField, restUniforms } from './rest_field.ts';
@@ -212,7 +212,7 @@ export class EndoscopeView {
         const { camera, fieldOfView, barrel, lining, fieldStop } = state;
         const surface = surfaceOf(state);
         this.inside.set({
-            ...liningUniforms(lining),
+            ...liningUniforms(liningOf(lining, surface.rising)),
             exposure: meteredExposure(data, camera, fieldOfView, barrel, aspect, surface),
             voxelMm: Math.min(Math.max(Math.cbrt(sx * sy * sz), 0.4), 1.2),
             fieldStop: kFieldStops.indexOf(fieldStop),

@@ -8,6 +8,10 @@ import * as THREE from 'three';
 export const kLinings = ['airway', 'colon', 'sinus', 'vessel'] as const;
 export type Lining = (typeof kLinings)[number];
 
+/// What a person chose, or what the threshold's polarity suggests.
+export const liningOf = (chosen: Lining | 'auto', rising: boolean): Lining =>
+    chosen !== 'auto' ? chosen : rising ? 'airway' : 'vessel';
+
 export const kFieldStops = ['round', 'octagon', 'full'] as const;
 export type FieldStop = (typeof kFieldStops)[number];
 

@@ -121,7 +121,7 @@ function look(parts: Parts): HTMLElement[] {
     const { store } = parts.session;
     const lining = choice(
         'Colours of',
-        kLinings.map((value) => ({ value, text: value })),
+        (['auto', ...kLinings] as const).map((value) => ({ value, text: value })),
         () => parts.state.lining,
         (chosen) => store.set({ lining: chosen }),
     );

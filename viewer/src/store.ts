@@ -74,7 +74,7 @@ export interface State {
     camera: Camera;
     style: Style; ///< of the endoscope's picture
     styleChosen: boolean; ///< by a person: it stays, however slow
-    lining: Lining; ///< of the style real: which lumen it is
+    lining: Lining | 'auto'; ///< of the style real: which lumen it is
     fieldStop: FieldStop; ///< and the picture's shape
     outside: boolean; ///< the endoscope's view shows the lumen from outside
     fluoroscopy: boolean; ///< and X-rays through the scan instead
@@ -186,7 +186,7 @@ export const initialState = (): State => ({
     camera: { eye: [0, 0, 0], look: [0, 1, 0], up: [0, 0, 1] },
     style: 'real',
     styleChosen: false,
-    lining: 'airway',
+    lining: 'auto',
     fieldStop: 'round',
     outside: false,
     fluoroscopy: false,
