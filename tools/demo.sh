@@ -102,7 +102,7 @@ deform() { # PROGRAM SCAN OUT
     "$1" deform "$2" --push "$push" --tool "$tool" "${camera[@]}" \
         --out "$3_pushed.nrrd" --displacement "$3_displacement.nrrd" \
         --transform "$3_transform.nrrd" --report "$3_report.json" \
-        --png "$3_before_after.png" >/dev/null
+        --png "$3_before_after.png" --style real >/dev/null
 }
 
 tell() { # PROGRAM SCAN OUT
@@ -128,9 +128,9 @@ What to try next:
     ./dev demo scan.nrrd
   A wider tool:
     $1 deform '$2' \\
-      --push "$push" --tool sphere:8 --out '${3}_wide.nrrd' --png '${3}_wide.png'
+      --push "$push" --tool sphere:8 --out '${3}_wide.nrrd' --png '${3}_wide.png' --style real
   Another view:
-    $1 render '${3}_pushed.nrrd' --out '${3}_view.png'
+    $1 render '${3}_pushed.nrrd' --style real --out '${3}_view.png'
   3D Slicer: open the scan and the transform, apply the one to the other, and compare with the
   pushed scan.
 TEXT
