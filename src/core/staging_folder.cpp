@@ -154,11 +154,14 @@ std::unique_ptr<Folder> Folder::create(const fs::path& parent, std::error_code& 
     for (int n = 0; n < kTries; ++n) {
         std::string name =
             (parent == "." ? fs::path() : parent) / (std::string(kPrefix) + "XXXXXX");
+        // A signal, in any thread, ends the process when the folder has its slot, not before.
+        const Commit registered;
         before_step();
         if (!::mkdtemp(name.data())) {
             error.assign(errno, std::generic_category());
             return nullptr;
         }
+        before_step();
         Lock lock{};
         auto opened = open_and_lock(name, false, lock);
         // Taken for a leftover before it was locked, and swept away: another one.

@@ -96,7 +96,8 @@ class Folder {
 /// Whether a path lies in a temporary folder of this process.
 bool is_staged(const std::filesystem::path& path);
 
-/// While one of these exists, end_process waits for its end.
+/// While one of these exists, end_process waits for its end: during commits, and while a folder is
+/// made that end_process doesn't know yet.
 class Commit {
   public:
     Commit();

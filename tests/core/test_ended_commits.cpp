@@ -277,6 +277,37 @@ TEST_F(EndProcess, RemovesWhatIsStagedInAllFolders) {
     EXPECT_EQ(std::distance(fs::directory_iterator(folder.path()), {}), 2);
 }
 
+TEST_F(EndProcess, LeavesNoFolderAtAnyStepOfStaging) {
+    int ended = 0;
+    for (int n = 0;; ++n) {
+        const test::TemporaryFolder folder;
+        fs::create_directory(folder / "sub");
+        const pid_t child = ::fork();
+        if (child == 0) {
+            g_steps_left = n;
+            staging::g_before_step = [] {
+                if (g_steps_left-- == 0) end_process(143);
+            };
+            {
+                StagedFiles files;
+                (void)files.stage(folder / "a");
+                (void)files.stage(folder / "sub/b");
+            }
+            ::_exit(0);
+        }
+        int status = 0;
+        ::waitpid(child, &status, 0);
+        for (const char* parent : {".", "sub"})
+            for (const auto& entry : fs::directory_iterator(folder / parent))
+                EXPECT_EQ(entry.path().filename(), "sub") << "asked to end at step " << n;
+        ASSERT_TRUE(WIFEXITED(status)) << n;
+        if (WEXITSTATUS(status) == 0) break;
+        EXPECT_EQ(WEXITSTATUS(status), 143);
+        ++ended;
+    }
+    EXPECT_GT(ended, 8);
+}
+
 TEST_F(EndProcess, WaitsForTheEndOfACommit) {
     bool was_old = false, was_new = false;
     for (int n = 0; !was_new || n < 200; ++n) {
