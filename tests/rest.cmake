@@ -69,9 +69,11 @@ target_compile_definitions(test_serve PRIVATE
     PLIANT_SLOW_DEVICE="$<TARGET_FILE:slow_haptic_device>")
 add_dependencies(test_serve slow_haptic_device)
 if(PLIANT_BUILD_APP)
-    pliant_test(apps SOURCES ../../apps/pliant/camera_path.cpp ../../apps/pliant/keyframes.cpp
+    pliant_test(apps SOURCES ../../apps/pliant/camera_path.cpp ../../apps/pliant/ending.cpp
+                             ../../apps/pliant/keyframes.cpp ../../apps/pliant/movie.cpp
                              ../serve/test_client.cpp test_crashes.cpp test_ending.cpp
-                             test_keyframes.cpp test_mesh.cpp test_outputs.cpp test_path.cpp
+                             test_ending_movies.cpp test_keyframes.cpp test_mesh.cpp
+                             test_outputs.cpp test_path.cpp
                              test_program.cpp test_readers.cpp test_serve.cpp
                              test_value_range.cpp test_vessel.cpp
                 LIBRARIES nlohmann_json::nlohmann_json)

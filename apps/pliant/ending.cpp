@@ -18,10 +18,16 @@
 namespace pliant::app {
 namespace {
 
-std::atomic<pid_t> g_child{-1};
+constexpr pid_t kNone = -1, kExpected = -2;
+std::atomic<pid_t> g_child{kNone};
+/// Signal that came while a child was expected; 0: none.
+std::atomic<int> g_waiting_signal{0};
 
 void on_signal(int number) {
-    if (const pid_t child = g_child; child > 0) ::kill(child, SIGKILL);
+    g_waiting_signal = number;  // before g_child is read: end_with_program does it the other way
+    const pid_t child = g_child;
+    if (child == kExpected) return;
+    if (child > 0) ::kill(child, SIGKILL);
     end_process(128 + number);  // returns while outputs are being put in their places
 }
 
@@ -90,8 +96,13 @@ void guard_process() noexcept {
     }
 }
 
+void expect_child() noexcept {
+    g_child = kExpected;
+}
+
 void end_with_program(pid_t child) noexcept {
     g_child = child;
+    if (const int number = g_waiting_signal; number != 0) on_signal(number);
 }
 
 }  // namespace pliant::app

@@ -19,7 +19,12 @@ void guard_process() noexcept;
 /// @returns kExitBadInput
 int say_why(const char* why) noexcept;
 
-/// A process that doesn't outlive this one; −1: none.
+/// Called before a child is started: a signal ends the program after the next end_with_program, so
+/// that no child remains that it doesn't know.
+void expect_child() noexcept;
+
+/// Names the child that a signal ends together with the program; −1: none.
+/// @pre a child that was named before is not reaped yet
 void end_with_program(pid_t child) noexcept;
 
 }  // namespace pliant::app

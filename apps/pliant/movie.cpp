@@ -9,9 +9,11 @@
 #include <unistd.h>
 
 #include <cerrno>
+#include <chrono>
 #include <csignal>
 #include <cstdio>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "ending.h"
@@ -25,15 +27,39 @@ Error unwritable(const std::filesystem::path& target, const std::string& what) {
     return {ErrorCode::Unwritable, target.string() + ": " + what};
 }
 
+/// Waits until a child has ended. It stays unreaped, so that its number is no other process's.
+/// @param flags  WNOHANG: only asks
+/// @returns whether it has ended
+bool has_ended(pid_t child, int flags) {
+    siginfo_t info{};
+    int result = -1;
+    do result = waitid(P_PID, id_t(child), &info, WEXITED | WNOWAIT | flags);
+    while (result != 0 && errno == EINTR);
+    return result != 0 || info.si_pid == child;
+}
+
+/// Kills a child that hasn't ended after half a second.
+void kill_later(pid_t child) {
+    constexpr std::chrono::milliseconds kPatience(500), kPause(5);
+    const auto last = std::chrono::steady_clock::now() + kPatience;
+    while (!has_ended(child, WNOHANG)) {
+        if (std::chrono::steady_clock::now() > last) {
+            kill(child, SIGKILL);
+            return;
+        }
+        std::this_thread::sleep_for(kPause);
+    }
+}
+
 }  // namespace
 
 Movie::~Movie() {
     if (m_pipe >= 0) close(m_pipe);
-    if (m_ffmpeg > 0) {
-        kill(m_ffmpeg, SIGTERM);
-        waitpid(m_ffmpeg, nullptr, 0);
-        end_with_program(-1);
-    }
+    m_pipe = -1;
+    if (m_ffmpeg <= 0) return;
+    kill(m_ffmpeg, SIGTERM);
+    kill_later(m_ffmpeg);
+    reap();
 }
 
 Status Movie::open(const std::filesystem::path& target, int width, int height) {
@@ -71,19 +97,19 @@ Status Movie::start_ffmpeg(const std::filesystem::path& file, int width, int hei
     posix_spawnattr_init(&attributes);
     posix_spawnattr_setsigdefault(&attributes, &ignored);
     posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETSIGDEF);
+    expect_child();
     const int failed =
         posix_spawnp(&m_ffmpeg, "ffmpeg", &actions, &attributes, arguments.data(), environ);
     posix_spawnattr_destroy(&attributes);
     posix_spawn_file_actions_destroy(&actions);
     close(ends[0]);
     m_pipe = ends[1];
-    if (failed != 0) {
-        m_ffmpeg = -1;
+    if (failed != 0) m_ffmpeg = -1;
+    end_with_program(m_ffmpeg);
+    if (failed != 0)
         return unwritable(m_target,
                           "ffmpeg is not there to make it; expected it installed, or a folder "
                           "(a name that ends in /) for the frames");
-    }
-    end_with_program(m_ffmpeg);
     return Ok{};
 }
 
@@ -99,6 +125,7 @@ Status Movie::add(const Image& frame) {
         const ssize_t written = write(m_pipe, at, left);
         if (written < 0 && errno == EINTR) continue;
         if (written <= 0) {
+            kill_later(m_ffmpeg);  // it reads no further, whether it goes on or not
             if (const Status ended = wait(); !ended) return ended;
             return unwritable(m_target, "ffmpeg ended before the last frame");
         }
@@ -109,13 +136,19 @@ Status Movie::add(const Image& frame) {
     return Ok{};
 }
 
+int Movie::reap() {
+    has_ended(m_ffmpeg, 0);
+    end_with_program(-1);
+    int state = 0;
+    waitpid(m_ffmpeg, &state, 0);
+    m_ffmpeg = -1;
+    return state;
+}
+
 Status Movie::wait() {
     close(m_pipe);
     m_pipe = -1;
-    int state = 0;
-    waitpid(m_ffmpeg, &state, 0);
-    end_with_program(-1);
-    m_ffmpeg = -1;
+    const int state = reap();
     if (WIFEXITED(state) && WEXITSTATUS(state) == 0) return Ok{};
     return unwritable(m_target, "ffmpeg could not make it; expected a name such as movie.mp4");
 }

@@ -22,7 +22,9 @@ class Movie {
     Movie() = default;
     Movie(const Movie&) = delete;
     Movie& operator=(const Movie&) = delete;
-    ~Movie();  ///< ends ffmpeg, and leaves no file, if finish() has not been called
+    /// Ends ffmpeg, by force after half a second, and leaves no file, if finish() has not been
+    /// called.
+    ~Movie();
 
     /// @param target  a folder (there already, or ending in /): frames as 00000.png, …; else a file
     ///                of a kind that ffmpeg knows by its name
@@ -34,6 +36,7 @@ class Movie {
   private:
     Status start_ffmpeg(const std::filesystem::path& file, int width, int height);
     Status wait();
+    int reap();  ///< waits for ffmpeg; @returns its status, as waitpid does
 
     std::filesystem::path m_target;
     std::filesystem::path m_folder;  ///< that frames are written to until all are there
