@@ -167,6 +167,7 @@ async function compareWithOverlay(visited: Page): Promise<{ moved: number; raw: 
 }
 
 test('it comes with the style, follows what is done, and is as the overlay says', async () => {
+    await style(page, 'plain');
     assert.equal(await fieldOf(page), null);
     const point = await middle(page);
     await act(page, { do: 'push', point, push: [0, 0, 4], radius: 8 });
