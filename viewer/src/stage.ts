@@ -134,6 +134,7 @@ export class Stage {
         });
         canvas.addEventListener('webglcontextrestored', () => {
             this.lost = false;
+            this.fence = null; // one of the old context is never signalled
             this.renderer.setScissorTest(true);
             this.texture?.restore();
             this.overlay?.restore();
