@@ -3,7 +3,8 @@
 
 pliant_test(core
     SOURCES test_ended_commits.cpp test_geometry.cpp test_hash.cpp test_memory_budget.cpp
-            test_result.cpp test_staged_files.cpp test_tasks.cpp test_text_input.cpp)
+            test_record.cpp test_result.cpp test_staged_files.cpp test_tasks.cpp test_text.cpp
+            test_text_input.cpp)
 pliant_test(volume
     SOURCES ../support/scan_files.cpp ../../src/decoder/sandbox.cpp recorded_meta.cpp
             recorded_nifti.cpp recorded_nrrd.cpp recorded_types.cpp test_broken_files.cpp
@@ -13,7 +14,7 @@ pliant_test(volume
             test_mapped_scans.cpp
             test_phantom.cpp
             test_phantom_scene.cpp test_read_formats.cpp test_read_orientation.cpp
-            test_recorded_scans.cpp test_sample_linear.cpp test_shared_scans.cpp test_text.cpp
+            test_recorded_scans.cpp test_sample_linear.cpp test_shared_scans.cpp
             test_vector_field.cpp test_voxel_array.cpp test_voxel_builder.cpp test_write_volume.cpp
             test_write_vti.cpp
     LIBRARIES ZLIB::ZLIB)
@@ -60,13 +61,15 @@ target_compile_definitions(test_haptics PRIVATE
 add_dependencies(test_haptics fake_spnav)
 pliant_test(serve
     SOURCES ../support/count_allocations.cpp ../support/scan_files.cpp test_checkpoint.cpp
-            test_client.cpp test_commands.cpp test_fairness.cpp
+            settings_files.cpp test_client.cpp test_commands.cpp test_fairness.cpp
             test_files.cpp test_frames.cpp test_haptic_catheter.cpp test_haptics.cpp
             test_hostile.cpp test_out_of_memory.cpp test_overlay.cpp test_path.cpp
-            test_recording.cpp test_rest_field.cpp test_scene.cpp test_server.cpp test_vessel.cpp
+            test_recording.cpp test_rest_field.cpp test_scene.cpp test_server.cpp
+            test_settings_files.cpp test_vessel.cpp
     LIBRARIES nlohmann_json::nlohmann_json)
 target_compile_definitions(test_serve PRIVATE
-    PLIANT_SLOW_DEVICE="$<TARGET_FILE:slow_haptic_device>")
+    PLIANT_SLOW_DEVICE="$<TARGET_FILE:slow_haptic_device>"
+    PLIANT_SOURCE_DIR="${PROJECT_SOURCE_DIR}")
 add_dependencies(test_serve slow_haptic_device)
 if(PLIANT_BUILD_APP)
     pliant_test(apps SOURCES ../../apps/pliant/camera_path.cpp ../../apps/pliant/ending.cpp

@@ -3,11 +3,14 @@
 
 // What `pliant deform` takes.
 
+#include <pliant/spring_deformation.h>
+
 #include <map>
 #include <utility>
 
 #include "commands.h"
 #include "common_options.h"
+#include "setting_options.h"
 
 namespace pliant::app {
 namespace {
@@ -112,25 +115,20 @@ void add_springs(CLI::App* c, DeformOptions& o) {
     const auto group = "With --model springs";
     c->add_option("--model", o.model, "chainmail, or springs: a mass-spring control lattice")
         ->check(CLI::IsMember({"chainmail", "springs"}));
-    c->add_option("--cell-mm", o.springs.cell_mm, "edge of a control cell (default 8)")
-        ->type_name("MM")
-        ->group(group);
+    const auto add = [&](const char* name, const char* type, const char* other_names = "") {
+        add_setting(c, spring_rows(), name, o.springs.settings, other_names)
+            ->type_name(type)
+            ->group(group);
+    };
+    add("cell_mm", "MM");
     c->add_option_function<std::string>(
          "--region", [&o](const std::string& text) { o.springs.region_mm = parse_region(text); },
          "opposite corners of what may move, in LPS mm (default: the scan)")
         ->type_name("X,Y,Z:X,Y,Z")
         ->group(group);
-    c->add_option("--young-pa", o.springs.young_modulus_pa,
-                  "Young's modulus of tissue (default 15000); air has a hundredth of it")
-        ->type_name("PA")
-        ->group(group);
-    c->add_option("--fixed-hu", o.springs.fixed_hu,
-                  "nodes with a larger mean value around them don't move (default 300)")
-        ->type_name("HU")
-        ->group(group);
-    c->add_option("--depth", o.springs.depth, "layers of nodes that forces reach (default 10)")
-        ->type_name("N")
-        ->group(group);
+    add("young_modulus_pa", "PA", ",--young-pa");
+    add("fixed_hu", "HU");
+    add("depth", "N");
     c->add_option("--steps", o.springs.steps,
                   "time steps after the pushes (default: until it is at rest)")
         ->check(CLI::NonNegativeNumber)

@@ -5,6 +5,7 @@
 
 #include <pliant/staged_files.h>
 #include <pliant/text_input.h>
+#include <pliant/version.h>
 
 #include <CLI/CLI.hpp>
 #include <cerrno>

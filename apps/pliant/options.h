@@ -10,6 +10,7 @@
 #pragma once
 
 #include <pliant/chainmail_edits.h>
+#include <pliant/record.h>
 #include <pliant/vec.h>
 
 #include <optional>
@@ -54,12 +55,11 @@ struct SlideOption {
 /// What is done to the tissue, one after the other.
 using DeformAction = std::variant<PushOption, SlideOption, CutSurface, CarveTool>;
 
-/// Of --model springs; what is empty is the library's default.
+/// Options of --model springs.
 struct SpringOptions {
-    std::optional<double> cell_mm, young_modulus_pa, fixed_hu;
+    Record settings;                                   ///< by the names of spring_rows()
     std::optional<std::pair<Vec3d, Vec3d>> region_mm;  ///< two opposite corners
-    std::optional<int> depth;
-    std::optional<int> steps;  ///< none: until it is at rest
+    std::optional<int> steps;                          ///< none: until it is at rest
 };
 
 /// The endoscope's picture: what it is lit and coloured by.

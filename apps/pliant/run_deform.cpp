@@ -14,6 +14,7 @@
 #include <utility>
 
 #include "deform_outputs.h"
+#include "setting_options.h"
 #include "standard_output.h"
 
 namespace pliant::app {
@@ -47,14 +48,6 @@ Status read_maps(const DeformOptions& o, ChainMailSettings& settings) {
         return Error{ErrorCode::InvalidArgument,
                      "--labels: expected [[label]] tables in --config, found none"};
     return Ok{};
-}
-
-/// The room speaks of a push or of labels; a user gave them as options.
-Error named_by_option(Error error) {
-    for (const char* option :
-         {"push:", "slide:", "cut:", "carve:", "relax:", "labels:", "directions:"})
-        if (error.message.starts_with(option)) error.message.insert(0, "--");
-    return error;
 }
 
 /// What the last tool leaves to the relaxation: the elements that it holds, or where it lies.
@@ -151,18 +144,11 @@ PushOption place_of_picture(const DeformOptions& o, const ChainMail& tissue) {
 
 Status check_options(const DeformOptions& o) {
     const SpringOptions& springs = o.springs;
-    const std::pair<const char*, bool> given[] = {
-        {"--cell-mm", springs.cell_mm.has_value()},
-        {"--region", springs.region_mm.has_value()},
-        {"--young-pa", springs.young_modulus_pa.has_value()},
-        {"--fixed-hu", springs.fixed_hu.has_value()},
-        {"--depth", springs.depth.has_value()},
-        {"--steps", springs.steps.has_value()},
-    };
-    for (const auto& [option, is_given] : given)
-        if (is_given)
-            return Error{ErrorCode::InvalidArgument,
-                         std::string(option) + ": expected --model springs too, found chainmail"};
+    std::string given = springs.region_mm ? "--region" : springs.steps ? "--steps" : "";
+    if (!springs.settings.empty()) given = option_of(springs.settings.front().name);
+    if (!given.empty())
+        return Error{ErrorCode::InvalidArgument,
+                     given + ": expected --model springs too, found chainmail"};
     if (o.release && !o.relax_ms && !o.relax_sweeps)
         return Error{ErrorCode::InvalidArgument,
                      "--release: expected --relax or --relax-sweeps too, found neither"};

@@ -12,6 +12,7 @@
 #include <optional>
 
 #include "deform_outputs.h"
+#include "setting_options.h"
 #include "standard_output.h"
 
 namespace pliant::app {
@@ -71,29 +72,14 @@ Result<Box3i> region_of(const std::pair<Vec3d, Vec3d>& corners_mm, const Grid& g
 Result<SpringDeformationSettings> settings_of(const DeformOptions& o, const Grid& grid) {
     const SpringOptions& given = o.springs;
     SpringDeformationSettings settings;
-    settings.cell_mm = given.cell_mm.value_or(settings.cell_mm);
-    settings.young_modulus_pa = given.young_modulus_pa.value_or(settings.young_modulus_pa);
-    settings.fixed_above_hu = given.fixed_hu.value_or(settings.fixed_above_hu);
-    settings.depth = given.depth.value_or(settings.depth);
+    if (const Status s = apply(given.settings, spring_rows(), settings); !s)
+        return named_by_option(s.error());
     if (given.region_mm) {
         const auto region = region_of(*given.region_mm, grid);
         if (!region.ok()) return region.error();
         settings.region = *region;
     }
     return settings;
-}
-
-/// The library names its settings; a user gave them as options.
-Error named_by_spring_option(Error error) {
-    constexpr std::pair<const char*, const char*> kNames[] = {
-        {"cell_mm:", "--cell-mm:"},         {"young_modulus_pa:", "--young-pa:"},
-        {"fixed_above_hu:", "--fixed-hu:"}, {"depth:", "--depth:"},
-        {"region:", "--region:"},           {"push:", "--push:"},
-    };
-    for (const auto& [name, option] : kNames)
-        if (error.message.starts_with(name))
-            error.message.replace(0, std::string_view(name).size(), option);
-    return error;
 }
 
 Status apply_pushes(const DeformOptions& o, SpringDeformation& tissue, DeformResult& result,
@@ -104,7 +90,7 @@ Status apply_pushes(const DeformOptions& o, SpringDeformation& tissue, DeformRes
         const auto report = tissue.push(++tool, {.point_mm = push.point_mm,
                                                  .push_mm = push.push_mm,
                                                  .sphere_radius_mm = o.sphere_radius_mm});
-        if (!report.ok()) return named_by_spring_option(report.error());
+        if (!report.ok()) return named_by_option(report.error());
         result.pushes.push_back(*report);
         bar.show(0.2 + 0.1 * double(tool) / double(o.actions.size()));
     }
@@ -161,7 +147,7 @@ int run_deform_springs(const DeformOptions& options) {
     if (!settings.ok()) return fail(settings.error());
     const TaskArena arena(options.threads);
     auto created = SpringDeformation::create(*volume, *settings, arena);
-    if (!created.ok()) return fail(named_by_spring_option(created.error()));
+    if (!created.ok()) return fail(named_by_option(created.error()));
     SpringDeformation& tissue = **created;
     if (const Status s = apply_pushes(options, tissue, result, *bar); !s.ok())
         return fail(s.error());

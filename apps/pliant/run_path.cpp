@@ -14,6 +14,7 @@
 #include "camera_path.h"
 #include "options.h"
 #include "progress.h"
+#include "setting_options.h"
 
 namespace pliant::app {
 namespace {
@@ -52,7 +53,7 @@ int run_path(const PathOptions& o) {
     const TaskArena arena(o.threads);
     const auto path = find_lumen_path(*volume, o.from_mm, o.to_mm, settings, arena);
     bar.reset();
-    if (!path) return bad_input("--" + path.error().message);
+    if (!path) return bad_input(named_by_option(path.error()).message);
     if (path->points_mm.size() < 2)
         return bad_input("--from, --to: expected two different places, found one");
     if (const Status s = write_camera_path(o.out, path->points_mm, path->radius_mm); !s)

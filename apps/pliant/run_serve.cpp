@@ -24,6 +24,7 @@
 
 #include "options.h"
 #include "progress.h"
+#include "setting_options.h"
 
 extern char** environ;
 
@@ -117,7 +118,7 @@ Result<Server> start(const ServeOptions& options, const TaskArena& arena) {
                             .haptic_devices = options.haptics,
                             .max_spring_nodes = options.spring_nodes};
     auto server = Server::start(settings, arena);
-    const bool port_is_taken = !server.ok() && server.error().message.starts_with("port:");
+    const bool port_is_taken = !server.ok() && server.error().field == "port";
     if (!port_is_taken || options.port_given) return server;
     settings.port = 0;
     return Server::start(settings, arena);
@@ -137,8 +138,7 @@ int run_serve(const ServeOptions& options) {
     auto server = start(options, arena);
     bar.reset();
     if (!server.ok()) {
-        const bool is_port = server.error().message.starts_with("port:");
-        return bad_input((is_port ? "--" : "") + server.error().message);
+        return bad_input(named_by_option(server.error()).message);
     }
     g_is_serving = 1;
     for (const std::string& note : server->notes()) std::printf("%s\n", note.c_str());

@@ -202,7 +202,7 @@ double hard_movement_mm(const SpringDeformation& tissue) {
         slices(z, slice);
         for (int y = 0; y < grid.size.y; ++y)
             for (int x = 0; x < grid.size.x; ++x) {
-                if (tissue.volume().at({x, y, z}) <= tissue.settings().fixed_above_hu) continue;
+                if (tissue.volume().at({x, y, z}) <= tissue.settings().fixed_hu) continue;
                 const Vec3f u = slice[std::size_t(x + grid.size.x * y)];
                 largest = std::max(largest, std::sqrt(double(u.x * u.x + u.y * u.y + u.z * u.z)));
             }

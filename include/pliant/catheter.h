@@ -17,6 +17,7 @@
 
 #include <pliant/pbd.h>
 #include <pliant/pbd_rod.h>
+#include <pliant/record.h>
 #include <pliant/result.h>
 #include <pliant/tasks.h>
 #include <pliant/vessel_wall.h>
@@ -81,6 +82,9 @@ struct CatheterSettings {
     int iterations = 4;  ///< of the wire's Newton method, in each sub-step
 };
 
+/// Rows of these settings, by their tables in a scene file.
+SettingRows<CatheterSettings> catheter_rows() noexcept;
+
 /// The reach with which a local step differs from one of the whole wall by 2 % of the movement at
 /// most, from how slowly movement dies away along a tube on its support; 1000 without a support.
 double wide_reach_mm(const VesselWall& wall, const WallTissue& tissue);
@@ -139,8 +143,8 @@ class CatheterScene {
     /// Inserted, force, torque, contact, depth and time; the others cost a pass over the wall.
     CatheterMeasures quick_measures() const noexcept;
     CatheterMeasures measures() const noexcept;
-    std::int64_t inverted_tetrahedra()
-        const noexcept;                          ///< of wall and catheter; a pass over the wall
+    /// Inverted tetrahedra of wall and catheter; a pass over the wall.
+    std::int64_t inverted_tetrahedra() const noexcept;
     std::span<const Vec3d> wire_places() const;  ///< [mm], of all nodes; the last is the tip
     std::int32_t first_inserted() const;         ///< the last node in the guide
     Vec3d tip_mm() const;

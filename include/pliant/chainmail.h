@@ -26,6 +26,7 @@
 #include <pliant/chainmail_materials.h>
 #include <pliant/chainmail_relax.h>
 #include <pliant/grid.h>
+#include <pliant/record.h>
 #include <pliant/result.h>
 #include <pliant/tasks.h>
 #include <pliant/volume.h>
@@ -82,6 +83,9 @@ struct ChainMailSettings {
     ChainMailSolver solver = ChainMailSolver::Sweep;
     MaterialLaw custom_law{};  ///< if set, used instead of the named law and of air
 };
+
+/// Rows of all settings that a file can have, but for [[label]] tables.
+SettingRows<ChainMailSettings> chainmail_rows() noexcept;
 
 /// Reads TOML with the tables above, or the key=value lines of Divod's configuration [Draeger2005,
 /// 4.6].

@@ -10,16 +10,17 @@
 //
 // From materials, with the rest offset d = X_j − X_i, generalised ChainMail [Li2003] gives
 //
-//   d_a > 0:  −(|d_a|·compress_a + Σ |d_b|·shear_b) ≤ u_a(j) − u_a(i) ≤ |d_a|·stretch_a + Σ
-//   |d_b|·shear_b d_a < 0:  compress and stretch change places; sums are over the other components
-//   b ≠ a
+//   d_a > 0:  −(|d_a|·compress_a + S) ≤ u_a(j) − u_a(i) ≤ |d_a|·stretch_a + S,
+//             S = Σ |d_b|·shear_b over the other components b ≠ a
+//   d_a < 0:  compress and stretch change places
 //
 // where a link takes the mean of its two ends. A lattice with six neighbours is the special case
 // with one component in d: its graph gives the same bits as ChainMail itself.
 //
-//   const auto graph = graph_of_lattice({.size = {20, 20, 1}, .materials = {limits}},
-//   Neighbours::All); auto tissue = GraphChainMail::create(*graph); auto report =
-//   tissue->push(std::array{210}, {3, 0, 0}, arena);
+//   const auto graph =
+//       graph_of_lattice({.size = {20, 20, 1}, .materials = {limits}}, Neighbours::All);
+//   auto tissue = GraphChainMail::create(*graph);
+//   auto report = tissue->push(std::array{210}, {3, 0, 0}, arena);
 
 #pragma once
 

@@ -12,6 +12,7 @@
 
 #pragma once
 
+#include <pliant/record.h>
 #include <pliant/vec.h>
 
 #include <functional>
@@ -66,6 +67,9 @@ struct LabelMaterial {
     /// nearest to the direction field at the element, and the two axes that follow it.
     bool along_direction = false;
 };
+
+/// Rows of a [[label]] table.
+SettingRows<LabelMaterial> label_rows() noexcept;
 
 /// Whether the map can fold, from the limits alone (docs/chainmail.md): it can't where the number
 /// is below 1. The number is the factor by which all limits could be divided to reach that bound.

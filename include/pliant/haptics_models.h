@@ -14,6 +14,7 @@
 
 #include <pliant/chainmail.h>
 #include <pliant/haptics.h>
+#include <pliant/record.h>
 #include <pliant/render.h>
 #include <pliant/springs.h>
 
@@ -60,6 +61,9 @@ struct ChainMailFeelSettings {
     double friction = 0.2;
     double reach_mm = 10;  ///< surfaces and limits farther away don't matter
 };
+
+/// Rows of these settings.
+SettingRows<ChainMailFeelSettings> chainmail_feel_rows() noexcept;
 
 /// How the wall of a scan feels that ChainMail deforms. A round tool of radius a, d beyond the
 /// surface, is pushed back by

@@ -5,9 +5,9 @@
 //
 //   auto device = open_haptic_device("virtual:active");          // or "./libmaker.so"
 //   auto servo = HapticServo::start(std::move(*device), {});
-//   (*servo)->post(*checked_model(model, (*servo)->largest_stiffness_n_m()));   // 30 times a
-//   second HapticRecord now = (*servo)->latest();                       // where the tool is, and
-//   its force
+//   // 30 times a second:
+//   (*servo)->post(*checked_model(model, (*servo)->largest_stiffness_n_m()));
+//   const HapticRecord now = (*servo)->latest();  // position of the tool, and its force
 //
 // The thread takes no lock, allocates nothing and prints nothing; models reach it by one atomic
 // exchange, and what it did goes into a ring that anybody may read.

@@ -28,7 +28,18 @@ enum class ErrorCode {
 struct Error {
     ErrorCode code = ErrorCode::InvalidArgument;
     std::string message;  ///< one line, no trailing full stop or newline
+    // Its parts, where it is about one field: "field: expected …, found …".
+    std::string field{};  ///< of a settings struct, or of a command: "depth_mm", "[air] stretch"
+    std::string expected{}, found{};
 };
+
+/// The same error with another name of its field: of the option that a user gave.
+inline Error renamed(Error error, std::string field) {
+    if (error.field.empty() || !error.message.starts_with(error.field)) return error;
+    error.message.replace(0, error.field.size(), field);
+    error.field = std::move(field);
+    return error;
+}
 
 /// A value or an Error.
 template <class T>

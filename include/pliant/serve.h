@@ -29,8 +29,8 @@ struct ServerSettings {
     std::string series{};  ///< DICOM series, where a folder has several
     Vec3i phantom_size{128, 128, 128};
     int port = 0;  ///< 0: one that is free
-    std::filesystem::path
-        session{};     ///< recorded there; goes on where it ended. Empty: not recorded
+    /// File of the session: recorded there; goes on where it ended. Empty: not recorded.
+    std::filesystem::path session{};
     int rate_hz = 60;  ///< steps of the scene per second at most, 1…1000
     /// With a session: its state is saved beside it after so many seconds of work, so that opening
     /// it again takes about as long, and not as long as all of it. ≥ 0
@@ -86,9 +86,8 @@ struct ReplayReport {
 };
 
 /// Does a recorded session again, without a server.
-/// @param from_checkpoint  as Server::start would: from the state that was saved last but one, if
-/// it
-///                         is whole; otherwise all of it, with a look at each mark
+/// @param from_checkpoint  as Server::start would: from the last state but one that was saved, if
+///                         it is whole; otherwise all of it, compared at each mark
 /// @returns NotFound; Unreadable where the file is damaged, or the result is another than recorded
 Result<ReplayReport> replay_session(const std::filesystem::path& path, const TaskArena& arena,
                                     const Progress& progress = {}, bool from_checkpoint = false);

@@ -15,6 +15,7 @@
 #pragma once
 
 #include <pliant/control_lattice.h>
+#include <pliant/record.h>
 #include <pliant/springs.h>
 
 #include <cstdint>
@@ -27,12 +28,17 @@ struct SpringDeformationSettings {
     Box3i region{};                  ///< voxels that may move; empty: the whole scan
     double cell_mm = 8;              ///< edge of a control cell, rounded to whole voxels
     double young_modulus_pa = 15e3;  ///< of tissue; air, below −500 HU, has a hundredth of it
-    double fixed_above_hu = 300;     ///< nodes with a larger mean value around them don't move
+    double fixed_hu = 300;           ///< nodes with a larger mean value around them don't move
     double fixed_share = 0.05;       ///< nor those of cells with a larger share of such voxels
     std::int32_t depth = 10;         ///< layers of nodes that forces reach beyond a tool
     /// What moves freely loses its speed in this time, to 1/e [s].
     double damping_s = 0.005;
+
+    friend bool operator==(const SpringDeformationSettings&,
+                           const SpringDeformationSettings&) = default;
 };
+/// Rows of these settings, but for the region.
+SettingRows<SpringDeformationSettings> spring_rows() noexcept;
 
 struct SpringMotion {
     std::int64_t steps = 0;

@@ -101,11 +101,9 @@ class SpringTissue {
     const SpringNetwork& network() const;
     double time_step() const;
 
-    /// Forces on nodes, instead of those before; nodes that aren't held are where forces start
-    /// from.
+    /// Sets the loads, instead of those before. Force transmittal starts at these nodes.
     /// @returns InvalidArgument for a node that isn't there, is fixed or comes twice, or a force
-    /// that
-    ///          is no number
+    ///          that is no number
     Status load(std::span<const std::int32_t> nodes, std::span<const Vec3d> forces) noexcept;
     /// Nodes that a tool holds, instead of those before: they go only where move_held puts them.
     Status hold(std::span<const std::int32_t> nodes) noexcept;

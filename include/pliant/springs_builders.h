@@ -86,7 +86,7 @@ struct SpringScan {
     Box3i region{};          ///< voxels; empty: the whole scan
     Vec3i size{10, 10, 10};  ///< nodes along i, j, k; the outermost lie on the region's border
     LatticeLinks links = LatticeLinks::EdgesAndFaces;
-    double fixed_above_hu = 300;  ///< nodes with a larger value don't move
+    double fixed_hu = 300;  ///< nodes with a larger value don't move
     /// Nor do the eight of a cell with a larger share of such voxels, so that these keep their
     /// places, however thin a bone is. 1: only the nodes' own values count.
     double fixed_share = 0.05;

@@ -57,6 +57,11 @@ struct VesselFile {
     double most_steps = 1e6;      ///< the script ends after so many at the latest
 };
 
+/// Rows of a scene file beside catheter_rows().
+SettingRows<VesselFile> vessel_file_rows() noexcept;
+/// Rows of a [[script]] table.
+SettingRows<VesselAct> vessel_act_rows() noexcept;
+
 /// Files that it names are found from its own folder.
 /// @returns one line that names the file and the key
 Result<VesselFile> read_vessel_file(const std::string& file) noexcept;

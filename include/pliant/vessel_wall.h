@@ -23,6 +23,7 @@
 #include <pliant/mesh_files.h>
 #include <pliant/mesh_quality.h>
 #include <pliant/mesh_stuffing.h>
+#include <pliant/record.h>
 #include <pliant/volume.h>
 
 #include <cstdint>
@@ -57,6 +58,9 @@ struct WallSettings {
     double ghost_mm = 0;  ///< of the lattice that the ghost surface is made with; 0: the wall's
     std::int64_t most_cells = std::int64_t(1) << 25;
 };
+
+/// Rows of these settings.
+SettingRows<WallSettings> wall_rows() noexcept;
 
 struct VesselWall {
     TetMesh mesh;

@@ -7,6 +7,7 @@
 #include <new>
 
 #include "core/hash.h"
+#include "core/text.h"
 #include "pbd/volume_change.h"
 
 namespace pliant {
@@ -26,10 +27,9 @@ std::vector<std::string> warnings_of(const CatheterMeasures& m) {
     constexpr double kBeyond_mm = 0.1;
     std::vector<std::string> warnings;
     if (m.depth_mm > kBeyond_mm)
-        warnings.push_back("the catheter is " +
-                           catheter::text_of(std::round(1e3 * m.depth_mm) / 1e3) +
-                           " mm beyond the wall, expected at most " +
-                           catheter::text_of(kBeyond_mm) + ": raise sub_steps");
+        warnings.push_back("the catheter is " + text_of(std::round(1e3 * m.depth_mm) / 1e3) +
+                           " mm beyond the wall, expected at most " + text_of(kBeyond_mm) +
+                           ": raise sub_steps");
     if (m.inverted > 0)
         warnings.push_back(std::to_string(m.inverted) +
                            (m.inverted == 1 ? " tetrahedron is" : " tetrahedra are") +
@@ -144,7 +144,7 @@ Status CatheterScene::check_command(const CatheterCommand& c) {
         if (!std::isfinite(value)) return invalid("command: expected numbers");
     if (std::abs(c.insert_mm_s) > 1000)
         return invalid("command: insert_mm_s: expected -1000 to 1000, found " +
-                       catheter::text_of(c.insert_mm_s));
+                       text_of(c.insert_mm_s));
     return Ok{};
 }
 

@@ -14,15 +14,11 @@
 #include "catheter/tet_segment.h"
 #include "catheter/tet_wire.h"
 #include "core/errors.h"
+#include "core/text.h"
 #include "vessel/wall.h"
 
 namespace pliant::catheter {
 namespace {
-
-struct Bound {
-    const char* name;
-    double value, least, most;
-};
 
 int segments_of(const CatheterShape& c) {
     return std::max(2, int(std::lround(c.length_mm / c.segment_mm)));
@@ -31,7 +27,7 @@ int segments_of(const CatheterShape& c) {
 Status check_twist(const CatheterShape& c) {
     const auto bounds = twist_bounds(c.bend_n_mm2, c.radius_mm, c.length_mm / segments_of(c));
     if (c.twist_n_mm2 >= bounds.least && c.twist_n_mm2 <= bounds.most) return Ok{};
-    return invalid("catheter.twist_n_mm2: expected " + text_of(bounds.least) + " to " +
+    return invalid("[catheter] twist_n_mm2: expected " + text_of(bounds.least) + " to " +
                    text_of(bounds.most) +
                    " with tetrahedra of this segment_mm, radius_mm and bend_n_mm2, found " +
                    text_of(c.twist_n_mm2));
@@ -73,63 +69,38 @@ double mean_edge_mm(const TetMesh& mesh) {
 
 }  // namespace
 
-std::string text_of(double value) {
-    std::string text = std::to_string(value);
-    while (text.back() == '0') text.pop_back();
-    if (text.back() == '.') text.pop_back();
-    return text;
-}
-
 Status check(const CatheterSettings& s) {
-    const Bound bounds[] = {{"catheter.length_mm", s.catheter.length_mm, 10, 3000},
-                            {"catheter.segment_mm", s.catheter.segment_mm, 0.2, 20},
-                            {"catheter.radius_mm", s.catheter.radius_mm, 0.1, 5},
-                            {"catheter.bend_n_mm2", s.catheter.bend_n_mm2, 1e-3, 1e4},
-                            {"catheter.twist_n_mm2", s.catheter.twist_n_mm2, 1e-3, 1e4},
-                            {"catheter.tip_mm", s.catheter.tip_mm, 0, s.catheter.length_mm},
-                            {"catheter.tip_bend_n_mm2", s.catheter.tip_bend_n_mm2, 1e-3, 1e4},
-                            {"catheter.mass_g_mm", s.catheter.mass_g_mm, 1e-5, 1},
-                            {"catheter.damping_per_s", s.catheter.damping_per_s, 0, 1000},
-                            {"catheter.friction", s.catheter.friction, 0, 2},
-                            {"wall.young_modulus_pa", s.wall.young_modulus_pa, 1e3, 1e8},
-                            {"wall.poisson_ratio", s.wall.poisson_ratio, 0.01, 0.499},
-                            {"wall.density_g_mm3", s.wall.density_g_mm3, 1e-4, 10},
-                            {"wall.support_pa_per_mm", s.wall.support_pa_per_mm, 0, 1e6},
-                            {"wall.damping_per_s", s.wall.damping_per_s, 0, 1000},
-                            {"entry.inserted_mm", s.entry.inserted_mm, 0, s.catheter.length_mm},
-                            {"box_mm", s.box_mm, 1, 1000},
-                            {"reach_mm", s.reach_mm, s.reach_mm == -1 ? -1.0 : 0.0, 1000},
-                            {"time_step_s", s.time_step_s, 1e-5, 0.05},
-                            {"sub_steps", double(s.sub_steps), 1, 1000},
-                            {"iterations", double(s.iterations), 1, 100}};
-    for (const Bound& b : bounds)
-        if (!(b.value >= b.least && b.value <= b.most))
-            return invalid(std::string(b.name) + ": expected " + text_of(b.least) + " to " +
-                           text_of(b.most) + ", found " + text_of(b.value));
-    if (!is_finite(s.entry.place_mm)) return invalid("entry.place_mm: expected three numbers");
-    if (!is_finite(s.entry.direction) || !(norm(s.entry.direction) > 1e-9))
-        return invalid("entry.direction: expected a vector that isn't zero");
+    if (const Status ranges = check(s, catheter_rows()); !ranges) return ranges;
+    const double length_mm = s.catheter.length_mm;
+    if (s.catheter.tip_mm > length_mm)
+        return expected_error("[catheter] tip_mm", "up to length_mm, " + text_of(length_mm),
+                              text_of(s.catheter.tip_mm));
+    if (s.entry.inserted_mm > length_mm)
+        return expected_error("[entry] inserted_mm", "up to length_mm, " + text_of(length_mm),
+                              text_of(s.entry.inserted_mm));
+    if (s.reach_mm < 0 && s.reach_mm != -1)
+        return expected_error("[simulation] reach_mm", "-1, or 0 to 1000 mm", text_of(s.reach_mm));
+    if (!(norm(s.entry.direction) > 1e-9))
+        return expected_error("[entry] direction", "a vector that isn't zero",
+                              text_of(s.entry.direction));
     return s.catheter.model == CatheterModel::Tetrahedra ? check_twist(s.catheter) : Ok{};
 }
 
 Status check_entry(const VesselWall& wall, const CatheterEntry& entry, double segment_mm) {
     const auto lumen = vessel::with_lids(wall.ghost);
     if (!lumen) return lumen.error();
-    const auto text = [](Vec3d p) {
-        return text_of(p.x) + ", " + text_of(p.y) + ", " + text_of(p.z);
-    };
     if (!vessel::is_inside(*lumen, entry.place_mm))
-        return invalid("entry.place_mm: expected a place in the vessel's lumen, found " +
-                       text(entry.place_mm) + " outside of it");
+        return invalid("[entry] place_mm: expected a place in the vessel's lumen, found " +
+                       text_of(entry.place_mm) + " outside of it");
     const Vec3d ahead = normalized(entry.direction);
     const int pieces = int(std::ceil(entry.inserted_mm / segment_mm));
     for (int n = 1; n <= pieces; ++n) {
         const Vec3d p = entry.place_mm + (entry.inserted_mm * n / pieces) * ahead;
         if (!vessel::is_inside(*lumen, p))
             return invalid(
-                "entry.inserted_mm: expected what is inserted at first in the vessel's "
+                "[entry] inserted_mm: expected what is inserted at first in the vessel's "
                 "lumen, found " +
-                text(p) + " outside of it");
+                text_of(p) + " outside of it");
     }
     return Ok{};
 }

@@ -16,8 +16,6 @@ namespace pliant::catheter {
 
 inline constexpr double kMicronewtons = 1e6;  ///< in a newton
 
-/// Without zeros at its end.
-std::string text_of(double value);
 /// @returns InvalidArgument that names the setting
 Status check(const CatheterSettings& settings);
 /// The wall as neo-Hookean tissue on a foundation, held at its open ends.

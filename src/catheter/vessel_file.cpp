@@ -1,109 +1,69 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// TOML to a VesselFile: which keys there are, and what they may be.
+// TOML to a VesselFile, and what its settings mean to each other.
 
+#include <pliant/text_input.h>
 #include <pliant/vessel_scene.h>
 
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <sstream>
 
-#include "catheter/vessel_table.h"
 #include "core/errors.h"
-#include "core/read_file.h"
+#include "core/record_toml.h"
+#include "core/text.h"
 
 namespace pliant {
 namespace {
 
-using catheter::VesselTable;
+bool has(const TomlTable& table, std::string_view key) {
+    return std::any_of(table.values.begin(), table.values.end(),
+                       [&](const NamedValue& named) { return named.name == key; });
+}
 
-void read_vessel(VesselTable&& t, VesselFile& v) {
-    t.text("phantom", v.phantom);
-    t.text("surface", v.surface);
-    t.text("centreline", v.centreline);
-    t.text("label_volume", v.labels_file);
-    t.text("scan", v.scan);
-    t.wholes("labels", v.labels);
-    t.text("ends", v.ends);
-    t.number("trim", v.trim, 0, 100);
-    std::vector<double> window;
-    t.numbers("window_hu", window, 2);
-    if (window.size() == 2) {
-        v.low_hu = window[0];
-        v.high_hu = window[1];
-        if (!(v.low_hu < v.high_hu)) t.fail("window_hu", "expected low below high");
-    }
-    t.number("within_mm", v.within_mm, 0.1, 1000);
-    t.number("smoothing_voxels", v.smoothing_voxels, 0, 20);
-    t.number("thickness_mm", v.wall.thickness_mm, 0.01, 100);
-    t.number("cell_mm", v.wall.cell_mm, 0, 100);
-    t.whole("layers", v.wall.layers, 1, 16);
+Error expected_in(const TomlTable& table, std::string_view key, std::string expected,
+                  std::string found) {
+    return expected_error(title_of(table) + (key.empty() ? "" : " ") + std::string(key),
+                          std::move(expected), std::move(found));
+}
+
+Status check_vessel(const TomlTable& table, const VesselFile& v) {
     const int sources = !v.phantom.empty() + !v.surface.empty() + !v.centreline.empty() +
                         !v.labels_file.empty() + !v.scan.empty();
     if (sources != 1)
-        t.fail("", "expected one of phantom, surface, centreline, label_volume, scan, found " +
-                       std::to_string(sources));
-    if (!v.phantom.empty() && v.phantom != "bend" && v.phantom != "arch")
-        t.fail("phantom", "expected \"bend\" or \"arch\", found \"" + shown(v.phantom) + "\"");
-    if (!v.phantom.empty() && t.has("cell_mm"))
-        t.fail("cell_mm", "expected none beside phantom, which is swept in layers, found one");
-    if (!v.scan.empty() && window.empty())
-        t.fail("window_hu", "expected the lumen's values in the scan, found none");
-    t.finish();
+        return expected_in(table, "", "one of phantom, surface, centreline, label_volume, scan",
+                           std::to_string(sources));
+    if (!v.phantom.empty() && has(table, "cell_mm"))
+        return expected_in(table, "cell_mm", "none beside phantom, which is swept in layers",
+                           "one");
+    if (!v.scan.empty() && !has(table, "window_hu"))
+        return expected_in(table, "window_hu", "the lumen's values in the scan", "none");
+    if (has(table, "window_hu") && !(v.low_hu < v.high_hu))
+        return expected_in(table, "window_hu", "low below high",
+                           text_of(v.low_hu) + ", " + text_of(v.high_hu));
+    return Ok{};
 }
 
-void read_way(VesselTable&& t, VesselFile& v) {
-    t.text("file", v.way_file);
-    t.whole("branch", v.way_branch, 1, 1000000);
-    t.flag("reverse", v.way_reverse);
-    t.places("points_mm", v.way_mm);
-    t.number("ahead_mm", v.ahead_mm, 0.1, 1000);
-    t.number("gain", v.gain, 0, 100);
-    t.number("most_deg", v.most_deg, 0, 360);
+Status check_way(const TomlTable& table, const VesselFile& v) {
+    const std::string count = std::to_string(v.way_mm.size());
     if (!v.way_file.empty() && !v.way_mm.empty())
-        t.fail("points_mm", "expected either this or file, found both");
+        return expected_in(table, "points_mm", "either this or file", "both");
     if (!v.way_mm.empty() && v.way_mm.size() < 2)
-        t.fail("points_mm", "expected two places or more, found 1");
+        return expected_in(table, "points_mm", "two points or more", count);
     if (!v.scan.empty() && v.way_mm.size() < 2)
-        t.fail("points_mm", "expected where the way through the scan begins and ends");
-    t.finish();
+        return expected_in(table, "points_mm", "where the way through the scan begins and ends",
+                           count);
+    return Ok{};
 }
 
-void read_entry(VesselTable&& t, VesselFile& v) {
-    t.whole("end", v.entry_end, 1, 1000000);
-    t.number("inwards", v.entry_inwards, -10, 10);
-    t.number("inserted_mm", v.settings.entry.inserted_mm, 0, 3000);
-    v.entry_given = t.has("place_mm");
-    t.place("place_mm", v.settings.entry.place_mm);
-    t.place("direction", v.settings.entry.direction);
-    if (v.entry_given && !t.has("direction"))
-        t.fail("direction", "expected three numbers beside place_mm");
-    t.finish();
-}
-
-void read_act(VesselTable&& t, VesselFile& v) {
-    VesselAct act;
-    t.number("insert_mm_s", act.command.insert_mm_s, -1000, 1000);
-    t.number("rotate_deg_s", act.command.rotate_deg_s, -36000, 36000);
-    std::vector<double> bends;
-    t.numbers("bend_deg", bends, 2);
-    if (bends.size() == 2) {
-        act.command.bend_first_deg = bends[0];
-        act.command.bend_second_deg = bends[1];
-    }
-    t.flag("follow", act.follow);
-    t.bound("for_s", act.for_s);
-    t.bound("until_inserted_mm", act.until_inserted_mm);
-    t.bound("until_way_mm", act.until_way_mm);
+Status check_act(const TomlTable& table, const VesselAct& act, const VesselFile& v) {
     if (!act.for_s && !act.until_inserted_mm && !act.until_way_mm)
-        t.fail("for_s", "expected this, until_inserted_mm or until_way_mm, found none");
+        return expected_in(table, "for_s", "this, until_inserted_mm or until_way_mm", "none");
     if ((act.follow || act.until_way_mm) && v.way_file.empty() && v.way_mm.empty() &&
         v.phantom.empty())
-        t.fail("follow", "expected a [way] to follow, found none");
-    v.acts.push_back(act);
-    t.finish();
+        return expected_in(table, "follow", "a [way] to follow", "none");
+    return Ok{};
 }
 
 /// Steps of all acts together, as far as for_s bounds them.
@@ -113,98 +73,90 @@ Status check_steps(const VesselFile& v) {
     const double steps = std::round(seconds / v.settings.time_step_s);
     const double most = std::max(v.most_steps, VesselFile{}.most_steps);
     if (steps <= most) return Ok{};
-    return Error{ErrorCode::LimitExceeded,
-                 v.file + ": [[script]] for_s: asks for " + catheter::number_text(steps) +
-                     " steps in all, expected up to " + catheter::number_text(most) +
-                     "; [simulation] most_steps raises that up to " +
-                     catheter::number_text(double(kMaxVesselSteps))};
+    return Error{ErrorCode::LimitExceeded, v.file + ": [[script]] for_s: asks for " +
+                                               text_of(steps) + " steps in all, expected up to " +
+                                               text_of(most) +
+                                               "; [simulation] most_steps raises that up to " +
+                                               text_of(double(kMaxVesselSteps))};
 }
 
-template <class Tables>
-void read_rest(const Tables& table, VesselFile& v) {
-    CatheterSettings& s = v.settings;
-    {
-        VesselTable t = table("catheter");
-        t.number("length_mm", s.catheter.length_mm, 10, 3000);
-        t.number("segment_mm", s.catheter.segment_mm, 0.2, 20);
-        t.number("radius_mm", s.catheter.radius_mm, 0.1, 5);
-        t.number("bend_n_mm2", s.catheter.bend_n_mm2, 1e-3, 1e4);
-        t.number("twist_n_mm2", s.catheter.twist_n_mm2, 1e-3, 1e4);
-        t.number("tip_mm", s.catheter.tip_mm, 0, 3000);
-        t.number("tip_bend_n_mm2", s.catheter.tip_bend_n_mm2, 1e-3, 1e4);
-        t.number("mass_g_mm", s.catheter.mass_g_mm, 1e-5, 1);
-        t.number("damping_per_s", s.catheter.damping_per_s, 0, 1000);
-        t.number("friction", s.catheter.friction, 0, 2);
-        std::string model = "rod";
-        t.text("model", model);
-        if (model != "rod" && model != "tetrahedra")
-            t.fail("model", "expected \"rod\" or \"tetrahedra\", found \"" + shown(model) + "\"");
-        if (model == "tetrahedra") s.catheter.model = CatheterModel::Tetrahedra;
-        t.finish();
+/// Sets the values of one table: those of the catheter, and the file's others.
+Status read_values(const TomlTable& table, VesselFile& v) {
+    TomlTable catheter{table.name, table.number, {}}, others = catheter;
+    std::string known;
+    const auto has_row = [&](const auto& rows, const NamedValue& named) {
+        return std::any_of(rows.begin(), rows.end(), [&](const SettingInfo& row) {
+            return row.table == table.name && row.key_in_file() == named.name;
+        });
+    };
+    for (const NamedValue& named : table.values) {
+        if (has_row(catheter_rows(), named))
+            catheter.values.push_back(named);
+        else if (has_row(vessel_file_rows(), named))
+            others.values.push_back(named);
+        else
+            return in_table(table, named.name,
+                            unknown_setting(named.name, keys_in_table(table.name, catheter_rows(),
+                                                                      vessel_file_rows())));
     }
-    {
-        VesselTable t = table("wall");
-        t.number("young_modulus_pa", s.wall.young_modulus_pa, 1e3, 1e8);
-        t.number("poisson_ratio", s.wall.poisson_ratio, 0.01, 0.499);
-        t.number("density_g_mm3", s.wall.density_g_mm3, 1e-4, 10);
-        t.number("support_pa_per_mm", s.wall.support_pa_per_mm, 0, 1e6);
-        t.number("damping_per_s", s.wall.damping_per_s, 0, 1000);
-        t.finish();
-    }
-    VesselTable t = table("simulation");
-    t.flag("local", s.local);
-    t.number("box_mm", s.box_mm, 1, 1000);
-    t.number("reach_mm", s.reach_mm, -1, 1000);
-    t.number("time_step_s", s.time_step_s, 1e-5, 0.05);
-    t.whole("sub_steps", s.sub_steps, 1, 1000);
-    t.whole("iterations", s.iterations, 1, 100);
-    t.number("most_steps", v.most_steps, 1, double(kMaxVesselSteps));
-    t.finish();
+    if (const Status s = read_table(catheter, catheter_rows(), v.settings); !s) return s;
+    return read_table(others, vessel_file_rows(), v);
 }
 
-Result<VesselFile> read_tables(const std::string& file) {
+Status read_act(const TomlTable& table, VesselFile& v) {
+    VesselAct act;
+    if (const Status s = read_table(table, vessel_act_rows(), act); !s) return s;
+    if (const Status s = check_act(table, act, v); !s) return s;
+    v.acts.push_back(act);
+    return Ok{};
+}
+
+/// The table with a name; where the file has none, an empty one.
+TomlTable find_table(const std::vector<TomlTable>& tables, std::string_view name) {
+    for (const TomlTable& table : tables)
+        if (table.name == name) return table;
+    return {std::string(name), 0, {}};
+}
+
+Status read_tables(const std::vector<TomlTable>& tables, VesselFile& v) {
+    constexpr std::string_view kTables[] = {"vessel", "way",      "entry",
+                                            "wall",   "catheter", "simulation"};
+    for (const TomlTable& table : tables) {
+        const bool is_script = table.name == "script";
+        if (is_script == (table.number == 0) ||
+            (!is_script &&
+             std::find(std::begin(kTables), std::end(kTables), table.name) == std::end(kTables)))
+            return expected_error(title_of(table),
+                                  "[vessel], [wall], [catheter], [entry], [simulation], [way] "
+                                  "and [[script]]",
+                                  "another table");
+    }
+    for (const std::string_view name : kTables) {
+        const TomlTable table = find_table(tables, name);
+        if (const Status s = read_values(table, v); !s) return s;
+        if (name == "vessel")
+            if (const Status s = check_vessel(table, v); !s) return s;
+        if (name == "way")
+            if (const Status s = check_way(table, v); !s) return s;
+        v.entry_given = v.entry_given || (name == "entry" && has(table, "place_mm"));
+        if (name == "entry" && v.entry_given && !has(table, "direction"))
+            return expected_in(table, "direction", "three numbers beside place_mm", "none");
+    }
+    for (const TomlTable& table : tables)
+        if (table.name == "script")
+            if (const Status s = read_act(table, v); !s) return s;
+    return Ok{};
+}
+
+Result<VesselFile> read_scene(const std::string& file) {
     const auto content = read_small_file(file, kMaxSmallFileBytes, "a scene file");
     if (!content) return content.error();
-    if (const Status s = check_nesting(*content, TextSyntax::Toml); !s)
-        return unreadable(file, s.error().message);
-    toml::table root;
-    try {
-        get_memory_for_tables(content->size());
-        root = toml::parse(*content);
-    } catch (const toml::parse_error& error) {
-        std::ostringstream text;
-        text << file << ": line " << error.source().begin.line << ": " << error.description();
-        return Error{ErrorCode::InvalidArgument, text.str()};
-    }
-    Status status = Ok{};
+    const auto tables = parse_toml(*content);
+    if (!tables) return within(file, tables.error());
     VesselFile v;
     v.file = file;
-    for (const auto& [key, node] : root) {
-        constexpr const char* kTables[] = {"vessel",     "wall", "catheter", "entry",
-                                           "simulation", "way",  "script"};
-        const bool known =
-            std::find(std::begin(kTables), std::end(kTables), key.str()) != std::end(kTables);
-        const bool right = key.str() == "script" ? node.is_array_of_tables() : node.is_table();
-        if (!known || !right)
-            return Error{ErrorCode::InvalidArgument,
-                         file + ": " + shown(key.str()) +
-                             ": expected [vessel], [wall], [catheter], [entry], [simulation], "
-                             "[way] and [[script]]"};
-    }
-    const auto table = [&](const char* name) {
-        const toml::node* node = root.get(name);
-        return VesselTable(file, "[" + std::string(name) + "]", node ? node->as_table() : nullptr,
-                           status);
-    };
-    read_vessel(table("vessel"), v);
-    read_way(table("way"), v);
-    read_entry(table("entry"), v);
-    read_rest(table, v);
-    if (const toml::array* script = root["script"].as_array())
-        for (const toml::node& act : *script)
-            read_act(VesselTable(file, "[[script]]", act.as_table(), status), v);
-    if (!status.ok()) return status.error();
-    if (Status steps = check_steps(v); !steps) return steps.error();
+    if (const Status s = read_tables(*tables, v); !s) return within(file, s.error());
+    if (const Status s = check_steps(v); !s) return s.error();
     const auto folder = std::filesystem::path(file).parent_path();
     for (std::string* name :
          {&v.surface, &v.centreline, &v.labels_file, &v.scan, &v.ends, &v.way_file})
@@ -216,7 +168,7 @@ Result<VesselFile> read_tables(const std::string& file) {
 
 Result<VesselFile> read_vessel_file(const std::string& file) noexcept {
     return attempt([&] {
-        Result<VesselFile> read = read_tables(file);
+        Result<VesselFile> read = read_scene(file);
         return read.ok() ? std::move(read) : in_one_line(read.error());
     });
 }

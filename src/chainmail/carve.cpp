@@ -48,12 +48,12 @@ Result<Capsule> capsule_of(const Grid& grid, const CarveTool& tool) {
     const Vec3d from = lattice_from_world_vector(grid, tool.from_mm - grid.origin_mm);
     const Vec3d along = lattice_from_world_vector(grid, tool.to_mm - tool.from_mm);
     if (!(norm(from) <= 1e5 && norm(along) <= 1e5))
-        return Error{ErrorCode::InvalidArgument,
-                     "carve: expected places within 100000 mm of the scan, found others"};
+        return about("carve", ErrorCode::InvalidArgument,
+                     "expected places within 100000 mm of the scan, found others");
     if (!(tool.radius_mm > 0 && tool.radius_mm <= kMaxMovementMm))
-        return Error{ErrorCode::InvalidArgument,
-                     "carve: expected a radius above 0, up to 500 mm, found " +
-                         std::to_string(tool.radius_mm)};
+        return about(
+            "carve", ErrorCode::InvalidArgument,
+            "expected a radius above 0, up to 500 mm, found " + std::to_string(tool.radius_mm));
     return Capsule{kUnitsPerMm * from, kUnitsPerMm * along, kUnitsPerMm * tool.radius_mm};
 }
 
@@ -114,9 +114,9 @@ Result<CarveReport> ChainMail::Impl::carve(const CarveTool& tool) {
     const BrickSearch search(lattice);
     const std::int64_t max_elements = settings.max_elements;
     if (search.brick_count(capsule->box()) > max_elements / lattice.elements_per_brick() + 8)
-        return Error{ErrorCode::LimitExceeded,
-                     "carve: the tool holds more than " + std::to_string(max_elements) +
-                         " elements, expected a smaller one or a larger [lattice] max_elements"};
+        return about("carve", ErrorCode::LimitExceeded,
+                     "the tool holds more than " + std::to_string(max_elements) +
+                         " elements, expected a smaller one or a larger [lattice] max_elements");
     Operation step(*this, {.step = "carve", .ends_drag = true});
     Carving carving;
     search.for_each_brick(capsule->box(), [&](Vec3i coord, const PlaceBox&) {

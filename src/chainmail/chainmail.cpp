@@ -200,10 +200,10 @@ bool ChainMail::Impl::take_hold(std::span<const Vec3i> elements) {
 Result<PushReport> ChainMail::Impl::push(std::span<const Vec3i> elements, Vec3d push_mm) {
     const Vec3d lattice_mm = lattice_mm_from_world(push_mm);
     if (!is_finite(lattice_mm) || norm(lattice_mm) > kMaxMovementMm)
-        return Error{ErrorCode::InvalidArgument,
-                     "push: expected three numbers and a length up to 500 mm after scaling, "
+        return about("push", ErrorCode::InvalidArgument,
+                     "expected three numbers and a length up to 500 mm after scaling, "
                      "found a length of " +
-                         std::to_string(norm(lattice_mm)) + " mm"};
+                         std::to_string(norm(lattice_mm)) + " mm");
     const auto start = std::chrono::steady_clock::now();
     Operation step(*this, {.step = "push", .ends_drag = true, .has_copies = yields});
     if (!take_hold(elements)) {
@@ -231,12 +231,12 @@ Result<std::vector<Vec3i>> ChainMail::Impl::elements_at(const Push& push) const 
     const Vec3d ijk = voxel_from_world(volume.grid, push.point_mm);
     for (int a = 0; a < 3; ++a)
         if (!(ijk[a] >= 0 && ijk[a] <= volume.grid.size[a] - 1))
-            return Error{ErrorCode::InvalidArgument,
-                         "push: the point lies outside of the scan (voxel " +
-                             std::to_string(ijk.x) + ", " + std::to_string(ijk.y) + ", " +
-                             std::to_string(ijk.z) + "), expected 0 to size - 1 along each axis"};
+            return about("push", ErrorCode::InvalidArgument,
+                         "the point lies outside of the scan (voxel " + std::to_string(ijk.x) +
+                             ", " + std::to_string(ijk.y) + ", " + std::to_string(ijk.z) +
+                             "), expected 0 to size - 1 along each axis");
     if (!(push.sphere_radius_mm >= 0 && push.sphere_radius_mm <= kMaxMovementMm))
-        return Error{ErrorCode::InvalidArgument, "push: expected a sphere radius of 0 to 500 mm"};
+        return about("push", ErrorCode::InvalidArgument, "expected a sphere radius of 0 to 500 mm");
     const double radius_mm = push.sphere_radius_mm;
     if (radius_mm == 0) return grab_cell(lattice, ijk).value_or(std::vector<Vec3i>{});
     const TissueValues tissue{settings.air_threshold_hu};

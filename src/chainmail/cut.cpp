@@ -203,9 +203,9 @@ bool crosses(const Triangle& triangle, Place p, Place q) {
 
 Result<std::vector<Triangle>> ribbon_of(const Grid& grid, const CutSurface& surface) {
     if (surface.line_mm.size() < 2)
-        return Error{ErrorCode::InvalidArgument,
-                     "cut: expected a line of two or more points, found " +
-                         std::to_string(surface.line_mm.size())};
+        return about("cut", ErrorCode::InvalidArgument,
+                     "expected a line of two or more points, found " +
+                         std::to_string(surface.line_mm.size()));
     const auto place_of = [&](Vec3d mm) {
         return Place{std::llround(mm.x * kUnitsPerMm), std::llround(mm.y * kUnitsPerMm),
                      std::llround(mm.z * kUnitsPerMm)};
@@ -215,8 +215,8 @@ Result<std::vector<Triangle>> ribbon_of(const Grid& grid, const CutSurface& surf
     for (const Vec3d& point : surface.line_mm) {
         const Vec3d mm = lattice_from_world_vector(grid, point - grid.origin_mm);
         if (!(norm(mm) <= kFarthestMm && norm(depth_mm) <= kFarthestMm))
-            return Error{ErrorCode::InvalidArgument,
-                         "cut: expected points and a depth within 100000 mm, found others"};
+            return about("cut", ErrorCode::InvalidArgument,
+                         "expected points and a depth within 100000 mm, found others");
         line.push_back(place_of(mm));
     }
     const Place depth = place_of(depth_mm);
@@ -229,9 +229,9 @@ Result<std::vector<Triangle>> ribbon_of(const Grid& grid, const CutSurface& surf
         ribbon.push_back(second);
     }
     if (ribbon.empty())
-        return Error{ErrorCode::InvalidArgument,
-                     "cut: expected a depth that leads away from the line, found a surface of no "
-                     "area"};
+        return about("cut", ErrorCode::InvalidArgument,
+                     "expected a depth that leads away from the line, found a surface of no "
+                     "area");
     return ribbon;
 }
 
@@ -239,9 +239,9 @@ Result<std::int64_t> cut_links(Lattice& lattice, std::span<const Triangle> ribbo
                                std::int64_t max_elements, const TaskArena& arena) {
     std::vector<Candidate> candidates;
     if (!find_candidates(lattice, ribbon, max_elements, candidates))
-        return Error{ErrorCode::LimitExceeded,
-                     "cut: the blade passes through more than " + std::to_string(max_elements) +
-                         " elements, expected a smaller one or a larger [lattice] max_elements"};
+        return about("cut", ErrorCode::LimitExceeded,
+                     "the blade passes through more than " + std::to_string(max_elements) +
+                         " elements, expected a smaller one or a larger [lattice] max_elements");
     std::vector<std::size_t> starts;  // of each brick's candidates
     for (std::size_t n = 0; n < candidates.size(); ++n)
         if (n == 0 || candidates[n].coord != candidates[n - 1].coord) starts.push_back(n);

@@ -8,6 +8,7 @@
 #include <string>
 
 #include "chainmail/graph_limits.h"
+#include "core/errors.h"
 
 namespace pliant {
 namespace {
@@ -91,8 +92,8 @@ Status check_materials(std::span<const ElementLimits> materials) {
 
 Status check_push(const ChainGraph& graph, std::span<const std::int32_t> elements, Vec3d push_mm) {
     if (!is_finite(push_mm) || norm(push_mm) > kMaxMovementMm)
-        return Error{ErrorCode::InvalidArgument,
-                     "push: expected three numbers and a length up to 500 mm"};
+        return about("push", ErrorCode::InvalidArgument,
+                     "expected three numbers and a length up to 500 mm");
     for (const std::int32_t e : elements)
         if (e < 0 || e >= graph.element_count())
             return bad("push of element", e,

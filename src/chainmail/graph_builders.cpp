@@ -10,13 +10,10 @@
 #include <string>
 
 #include "chainmail/graph_limits.h"
+#include "core/text.h"
 
 namespace pliant {
 namespace {
-
-std::string text_of(Vec3i size) {
-    return std::to_string(size.x) + " x " + std::to_string(size.y) + " x " + std::to_string(size.z);
-}
 
 /// One of each pair of opposite directions: the one that leads to a larger element number.
 std::vector<Vec3i> forward_steps(Neighbours neighbours) {
@@ -55,17 +52,17 @@ Status check_chain_lattice(const ChainLattice& lattice) {
     const Vec3i size = lattice.size;
     if (size.x < 1 || size.y < 1 || size.z < 1 ||
         std::int64_t(size.x) * size.y > INT32_MAX / size.z)
-        return complain("size: expected 1 to 2147483647 elements, found " + text_of(size));
+        return complain("size: expected 1 to 2147483647 elements, found " + text_of_size(size));
     const auto count = std::size_t(size.x) * std::size_t(size.y) * std::size_t(size.z);
     for (int a = 0; a < 3; ++a)
         if (!(lattice.spacing_mm[a] > 0 && lattice.spacing_mm[a] <= 1e3))
             return complain("spacing_mm: expected lengths above 0, up to 1000");
     if (!lattice.material.empty() && lattice.material.size() != count)
-        return complain("material: expected one for each of " + text_of(size) +
+        return complain("material: expected one for each of " + text_of_size(size) +
                         " elements, found " + std::to_string(lattice.material.size()));
     if (!lattice.present.empty() && lattice.present.size() != count)
-        return complain("present: expected one for each of " + text_of(size) + " elements, found " +
-                        std::to_string(lattice.present.size()));
+        return complain("present: expected one for each of " + text_of_size(size) +
+                        " elements, found " + std::to_string(lattice.present.size()));
     if (const Status status = check_materials(lattice.materials); !status.ok()) return status;
     for (const std::uint8_t m : lattice.material)
         if (m >= lattice.materials.size())

@@ -7,6 +7,8 @@
 #include <cmath>
 #include <set>
 #include <string>
+#include "core/errors.h"
+#include "core/text.h"
 
 namespace pliant {
 namespace {
@@ -14,15 +16,11 @@ namespace {
 /// Grids whose corners are this near to each other are the same [voxels].
 constexpr double kSameGridVoxels = 0.01;
 
-std::string text_of(Vec3i size) {
-    return std::to_string(size.x) + "x" + std::to_string(size.y) + "x" + std::to_string(size.z);
-}
-
 Status check_grid(const std::string& name, const Grid& found, const Grid& expected) {
     if (found.size != expected.size)
         return Error{ErrorCode::InvalidArgument, name + ": expected the scan's grid, " +
-                                                     text_of(expected.size) + " voxels, found " +
-                                                     text_of(found.size)};
+                                                     text_of_size(expected.size) +
+                                                     " voxels, found " + text_of_size(found.size)};
     for (int c = 0; c < 8; ++c) {
         Vec3d corner{};
         for (int a = 0; a < 3; ++a) corner[a] = (c >> a & 1) ? expected.size[a] - 1 : 0;
@@ -87,8 +85,8 @@ MaterialLaw law_of(const LabelMaterial& material, const ChainMailSettings& setti
 Status check_labels(const ChainMailSettings& settings, const Grid& grid) {
     if (settings.label_materials.empty()) return Ok{};
     if (!settings.labels)
-        return Error{ErrorCode::InvalidArgument,
-                     "labels: expected a label volume for [[label]], found none"};
+        return about("labels", ErrorCode::InvalidArgument,
+                     "expected a label volume for [[label]], found none");
     if (Status s = check_volume(*settings.labels, "labels"); !s.ok()) return s;
     if (Status s = check_grid("labels", settings.labels->grid, grid); !s.ok()) return s;
     const auto& materials = settings.label_materials;
@@ -96,9 +94,9 @@ Status check_labels(const ChainMailSettings& settings, const Grid& grid) {
                                       [](const auto& m) { return m.along_direction; });
     if (!directed) return Ok{};
     if (!settings.directions)
-        return Error{ErrorCode::InvalidArgument,
-                     "directions: expected a vector field for [[label]] frame = \"direction\", "
-                     "found none"};
+        return about("directions", ErrorCode::InvalidArgument,
+                     "expected a vector field for [[label]] frame = \"direction\", "
+                     "found none");
     if (Status s = check_grid("directions", settings.directions->grid, grid); !s.ok()) return s;
     return check_field(*settings.directions, "directions");
 }

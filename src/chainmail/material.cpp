@@ -8,7 +8,7 @@
 #include <unordered_map>
 
 #include "core/hash.h"
-#include "volume/text.h"
+#include "core/text.h"
 
 namespace pliant {
 

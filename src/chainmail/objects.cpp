@@ -12,6 +12,7 @@
 #include "chainmail/chainmail_impl.h"
 #include "chainmail/objects_guard.h"
 #include "core/errors.h"
+#include "core/text.h"
 
 namespace pliant {
 namespace {
@@ -29,10 +30,6 @@ Place units_of(Vec3d mm) {
 Vec3d mm_of(Place units) {
     return {double(units.x) / kUnitsPerMm, double(units.y) / kUnitsPerMm,
             double(units.z) / kUnitsPerMm};
-}
-
-std::string text_of(Vec3i e) {
-    return std::to_string(e.x) + ", " + std::to_string(e.y) + ", " + std::to_string(e.z);
 }
 
 /// Nothing fixed, no limit of movement.
@@ -163,10 +160,12 @@ template <class Work>
 Result<ObjectPushReport> ObjectSpace::Impl::guarded(int number, double length_mm,
                                                     const Work& work) {
     if (!exists(number))
-        return invalid("push: expected an object 0 to " + std::to_string(int(objects.size()) - 1) +
-                       ", found " + std::to_string(number));
+        return about("push", ErrorCode::InvalidArgument,
+                     "expected an object 0 to " + std::to_string(int(objects.size()) - 1) +
+                         ", found " + std::to_string(number));
     if (!(length_mm * objects[std::size_t(number)].tissue.settings().scale <= kLongestPushMm))
-        return invalid("push: expected a length up to 300 mm after scaling, found more");
+        return about("push", ErrorCode::InvalidArgument,
+                     "expected a length up to 300 mm after scaling, found more");
     Object& pushed = objects[std::size_t(number)];
     std::vector<ContactGuard::Other> others;
     for (std::size_t n = 0; n < objects.size(); ++n)

@@ -10,7 +10,7 @@
 #include "chainmail/energy.h"
 #include "chainmail/operation.h"
 #include "core/errors.h"
-#include "volume/text.h"
+#include "core/text.h"
 
 namespace pliant {
 namespace {
@@ -19,8 +19,8 @@ constexpr double kMaxOverRelaxation = 1.95;
 constexpr double kMaxToolMm = 1e5;  ///< places and radii of tools
 
 Error wrong(const std::string& option, const std::string& expected, double found) {
-    return {ErrorCode::InvalidArgument,
-            "relax: " + option + ": expected " + expected + ", found " + text_of(found)};
+    return about("relax", ErrorCode::InvalidArgument,
+                 option + ": expected " + expected + ", found " + text_of(found));
 }
 
 Status check_options(const RelaxOptions& o) {

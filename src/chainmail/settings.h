@@ -12,6 +12,11 @@ namespace pliant {
 /// @returns InvalidArgument that names the key, what was found and what was expected
 Status check_settings(const ChainMailSettings& settings);
 
+/// Sets what the key=value lines of Divod say. @param[out] notes  as read_chainmail_settings
+/// @returns an error without the name of the file
+Status read_divod(const std::string& text, ChainMailSettings& settings,
+                  std::vector<std::string>& notes);
+
 /// All keys that a settings file can have, as TOML; parse_settings reads them back, bit for bit.
 std::string settings_text(const ChainMailSettings& settings);
 /// @param name  for messages

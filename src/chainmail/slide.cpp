@@ -81,16 +81,16 @@ class Slide {
     Status check() const {
         const double length = norm(m_path.push_mm);
         if (!is_finite(m_path.push_mm) || !(length > 0) || length > kMaxMovementMm)
-            return Error{ErrorCode::InvalidArgument,
-                         "slide: expected three numbers and a length above 0 and up to 500 mm "
+            return about("slide", ErrorCode::InvalidArgument,
+                         "expected three numbers and a length above 0 and up to 500 mm "
                          "after scaling, found a length of " +
-                             std::to_string(length) + " mm"};
+                             std::to_string(length) + " mm");
         if (!(m_path.sphere_radius_mm > 0))
-            return Error{ErrorCode::InvalidArgument,
-                         "slide: expected a sphere with a radius above 0 mm, found " +
-                             std::to_string(m_path.sphere_radius_mm)};
+            return about("slide", ErrorCode::InvalidArgument,
+                         "expected a sphere with a radius above 0 mm, found " +
+                             std::to_string(m_path.sphere_radius_mm));
         if (!std::isfinite(m_values.threshold_hu))
-            return Error{ErrorCode::InvalidArgument, "slide: threshold_hu: expected a number"};
+            return about("slide", ErrorCode::InvalidArgument, "threshold_hu: expected a number");
         for (const double share : {0.0, 1.0})
             if (const auto found =
                     m_tissue.elements_at({place(share), {0, 0, 0}, m_path.sphere_radius_mm});

@@ -14,23 +14,10 @@
 #include "chainmail/state_file.h"
 #include "core/errors.h"
 #include "core/hash.h"
+#include "core/text.h"
 
 namespace pliant {
 namespace {
-
-std::string text_of(Vec3i v) {
-    return std::to_string(v.x) + " x " + std::to_string(v.y) + " x " + std::to_string(v.z);
-}
-
-std::string text_of(Vec3d v) {
-    std::string text;
-    for (int a = 0; a < 3; ++a) {
-        char buffer[32];
-        const auto end = std::to_chars(buffer, buffer + sizeof buffer, v[a]).ptr;
-        text += (a ? ", " : "") + std::string(buffer, end);
-    }
-    return text;
-}
 
 Status check_scan(const std::string& name, const ScanFingerprint& own,
                   const ScanFingerprint& found) {
@@ -39,8 +26,8 @@ Status check_scan(const std::string& name, const ScanFingerprint& own,
                      name + ": expected a state of this scan, found one of another: " + what};
     };
     if (own.grid.size != found.grid.size)
-        return other("of " + text_of(found.grid.size) + " voxels instead of " +
-                     text_of(own.grid.size));
+        return other("of " + text_of_size(found.grid.size) + " voxels instead of " +
+                     text_of_size(own.grid.size));
     if (own.grid.spacing_mm != found.grid.spacing_mm)
         return other("with a spacing of " + text_of(found.grid.spacing_mm) + " mm instead of " +
                      text_of(own.grid.spacing_mm));

@@ -12,11 +12,28 @@
 #include <new>
 #include <stdexcept>
 #include <string>
+#include <utility>
 
 namespace pliant {
 
 inline Error invalid(const std::string& message) {
     return {ErrorCode::InvalidArgument, message};
+}
+/// Error about one field; its message is made of the three parts.
+inline Error expected_error(std::string field, std::string expected, std::string found,
+                            ErrorCode code = ErrorCode::InvalidArgument) {
+    std::string message = field + ": expected " + expected + ", found " + found;
+    return {code, std::move(message), std::move(field), std::move(expected), std::move(found)};
+}
+/// Error about one field. @param text  what is wrong with it
+inline Error about(std::string field, ErrorCode code, const std::string& text) {
+    std::string message = field + ": " + text;
+    return {code, std::move(message), std::move(field)};
+}
+/// The same error, about something in a file or in a part of a struct.
+inline Error within(const std::string& place, Error error) {
+    error.message = place + ": " + error.message;
+    return error;
 }
 inline Error unreadable(const std::filesystem::path& path, const std::string& message) {
     return {ErrorCode::Unreadable, path.string() + ": " + message};

@@ -3,21 +3,16 @@
 
 #include "fem/check_solid.h"
 
-#include <charconv>
 #include <cmath>
 #include <span>
 #include <string>
 
 #include "core/errors.h"
+#include "core/text.h"
 #include "fem/hex_element.h"
 
 namespace pliant {
 namespace {
-
-std::string number_text(double value) {
-    char text[32];
-    return {text, std::to_chars(text, text + sizeof text, value).ptr};
-}
 
 Status check_materials(std::span<const ElasticMaterial> materials,
                        std::span<const std::int32_t> material_of, std::int64_t cells) {
@@ -26,14 +21,14 @@ Status check_materials(std::span<const ElasticMaterial> materials,
         const ElasticMaterial& material = materials[m];
         const std::string name = "materials[" + std::to_string(m) + "]: ";
         if (!(material.young_modulus_pa > 0) || !std::isfinite(material.young_modulus_pa))
-            return invalid(name + "young_modulus_pa is " + number_text(material.young_modulus_pa) +
+            return invalid(name + "young_modulus_pa is " + text_of(material.young_modulus_pa) +
                            ", expected a modulus above 0");
         if (!(material.poisson_ratio > -1 && material.poisson_ratio < 0.5))
-            return invalid(name + "poisson_ratio is " + number_text(material.poisson_ratio) +
+            return invalid(name + "poisson_ratio is " + text_of(material.poisson_ratio) +
                            ", expected a number above -1 and below 0.5");
         if (!(material.density_kg_per_m3 >= 0) || !std::isfinite(material.density_kg_per_m3))
-            return invalid(name + "density_kg_per_m3 is " +
-                           number_text(material.density_kg_per_m3) + ", expected 0 or more");
+            return invalid(name + "density_kg_per_m3 is " + text_of(material.density_kg_per_m3) +
+                           ", expected 0 or more");
     }
     if (material_of.empty()) return Ok{};
     if (std::int64_t(material_of.size()) != cells)
@@ -84,7 +79,7 @@ Status check_solid(const ElasticLattice& solid) {
 
 Status check_settings(const ElasticSettings& settings) {
     if (!(settings.tolerance > 0 && settings.tolerance < 1))
-        return invalid("tolerance: is " + number_text(settings.tolerance) +
+        return invalid("tolerance: is " + text_of(settings.tolerance) +
                        ", expected a number above 0 and below 1");
     if (settings.max_iterations < 1)
         return invalid("max_iterations: is " + std::to_string(settings.max_iterations) +

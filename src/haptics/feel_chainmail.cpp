@@ -12,6 +12,7 @@
 #include <limits>
 #include <string>
 
+#include "core/errors.h"
 #include "haptics/walls.h"
 
 namespace pliant {
@@ -44,27 +45,44 @@ void wall_law(const ChainMailFeel::Give& give, double bone_n_m, double depth_mm,
     stiffness_n_m = depth_mm < last ? k / (share * share) : bone_n_m;
 }
 
-Status check(const ChainMailFeelSettings& s) {
-    const struct {
-        const char* name;
-        double value, low, high;
-    } numbers[] = {{"tool_radius_mm", s.tool_radius_mm, 0.01, 100},
-                   {"young_modulus_pa", s.young_modulus_pa, 1, 1e9},
-                   {"bone_n_m", s.bone_n_m, 1, 1e9},
-                   {"friction", s.friction, 0, 10},
-                   {"reach_mm", s.reach_mm, 0.1, 500}};
-    for (const auto& n : numbers)
-        if (!(n.value >= n.low && n.value <= n.high))
-            return Error{ErrorCode::InvalidArgument, std::string("haptics: ") + n.name +
-                                                         ": expected " + std::to_string(n.low) +
-                                                         " to " + std::to_string(n.high) +
-                                                         ", found " + std::to_string(n.value)};
-    if (!std::isfinite(s.iso_hu))
-        return Error{ErrorCode::InvalidArgument, "haptics: iso_hu: expected a number"};
-    return Ok{};
-}
+using FeelSettings = ChainMailFeelSettings;
+
+constexpr Setting<FeelSettings> kRows[] = {
+    setting<&FeelSettings::tool_radius_mm>({.name = "tool_radius_mm",
+                                            .unit = "mm",
+                                            .low = 0.01,
+                                            .high = 100,
+                                            .text = "radius of the round tool"}),
+    setting<&FeelSettings::iso_hu>(
+        {.name = "iso_hu", .unit = "HU", .text = "threshold of the surface that is felt"}),
+    setting<&FeelSettings::polarity>(
+        {.name = "polarity",
+         .choices = "rising|falling",
+         .text = "rising: tissue is brighter than the lumen; falling: darker"}),
+    setting<&FeelSettings::young_modulus_pa>({.name = "young_modulus_pa",
+                                              .unit = "Pa",
+                                              .low = 1,
+                                              .high = 1e9,
+                                              .text = "Young's modulus of tissue of 40 HU"}),
+    setting<&FeelSettings::bone_n_m>({.name = "bone_n_m",
+                                      .unit = "N/m",
+                                      .low = 1,
+                                      .high = 1e9,
+                                      .text = "stiffness of bone and of links that are taut"}),
+    setting<&FeelSettings::friction>(
+        {.name = "friction", .low = 0, .high = 10, .text = "Coulomb's coefficient"}),
+    setting<&FeelSettings::reach_mm>({.name = "reach_mm",
+                                      .unit = "mm",
+                                      .low = 0.1,
+                                      .high = 500,
+                                      .text = "distance up to which surfaces and limits count"}),
+};
 
 }  // namespace
+
+SettingRows<ChainMailFeelSettings> chainmail_feel_rows() noexcept {
+    return kRows;
+}
 
 struct ChainMailFeel::Impl {
     Impl(const Volume& scan_, const Volume& shown_, ChainMail t, const ChainMailFeelSettings& s,
@@ -128,7 +146,8 @@ Result<std::unique_ptr<ChainMailFeel>> ChainMailFeel::create(const Volume& scan,
                                                              const ChainMailSettings& materials,
                                                              const ChainMailFeelSettings& settings,
                                                              const TaskArena& arena) {
-    if (const Status status = check(settings); !status.ok()) return status.error();
+    if (const Status s = check(settings, chainmail_feel_rows()); !s)
+        return within("haptics", s.error());
     if (const Status status = check_volume(shown, "shown"); !status.ok()) return status.error();
     ChainMailSettings own = materials;
     own.history_max_steps = 0;

@@ -6,7 +6,7 @@
 #include <string>
 
 #include "core/errors.h"
-#include "core/short_text.h"
+#include "core/text.h"
 #include "pbd/solver.h"
 
 namespace pliant::pbd {

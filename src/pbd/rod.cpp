@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "core/errors.h"
-#include "core/short_text.h"
+#include "core/text.h"
 #include "pbd/rod_solver.h"
 
 namespace pliant {

@@ -74,12 +74,14 @@ std::optional<NearVoxel> nearest_lumen(const Volume& volume, const render::Lumen
 Result<Vec3d> place_end(const render::LumenTiles& tiles, const std::string& name, Vec3d point_mm,
                         double reach_mm) {
     const Volume& volume = tiles.volume();
-    if (!is_finite(point_mm)) return invalid(name + ": expected finite numbers");
+    if (!is_finite(point_mm))
+        return about(name, ErrorCode::InvalidArgument, "expected finite numbers");
     Vec3d place = voxel_from_world(volume.grid, point_mm);
     for (int a = 0; a < 3; ++a) {
         const double last = volume.grid.size[a] - 1;
         if (!(place[a] >= -0.5 && place[a] <= last + 0.5))
-            return invalid(name + ": expected a place in the scan, found " + text_of(point_mm));
+            return about(name, ErrorCode::InvalidArgument,
+                         "expected a place in the scan, found " + text_of(point_mm));
         place[a] = std::clamp(place[a], 0.0, last);
     }
     if (!render::clear_corners(tiles, place).empty()) return place;
@@ -89,14 +91,15 @@ Result<Vec3d> place_end(const render::LumenTiles& tiles, const std::string& name
         const Vec3d at{double(near->voxel.x), double(near->voxel.y), double(near->voxel.z)};
         // Beside a voxel that is no finite number, a lumen voxel has no clear corner.
         if (render::clear_corners(tiles, at).empty())
-            return invalid(name + ": expected a place among finite voxel values, found " +
-                           text_of(point_mm));
+            return about(name, ErrorCode::InvalidArgument,
+                         "expected a place among finite voxel values, found " + text_of(point_mm));
         return at;
     }
     const std::string how_far = near ? text_of(near->distance_mm) + " mm from the nearest lumen"
                                      : "with no lumen within " + text_of(kTellWithinMm) + " mm";
-    return invalid(name + ": expected a place in the lumen, found " + text_of(point_mm) +
-                   " in the tissue, " + how_far + " at " + text_of(tiles.lumen().iso_hu) + " HU");
+    return about(name, ErrorCode::InvalidArgument,
+                 "expected a place in the lumen, found " + text_of(point_mm) + " in the tissue, " +
+                     how_far + " at " + text_of(tiles.lumen().iso_hu) + " HU");
 }
 
 /// Leaves out points, as many as the lumen and the wanted spacing allow.
@@ -192,7 +195,7 @@ Result<std::vector<Vec3d>> find_route(render::LumenTiles& tiles, Vec3d from, Vec
     seed(march, tiles, to);
     const auto end = march.run(goals, settings.give_up);
     const auto limit = [](const std::string& what) {
-        return Error{ErrorCode::LimitExceeded, "from, to: the way is not found " + what};
+        return about("to", ErrorCode::LimitExceeded, "the way is not found " + what);
     };
     if (tiles.is_full() || end == render::MarchEnd::Full)
         return limit("among the " + std::to_string(settings.max_voxels) +
@@ -203,9 +206,9 @@ Result<std::vector<Vec3d>> find_route(render::LumenTiles& tiles, Vec3d from, Vec
                                   [&](Vec3i goal) { return std::isfinite(tiles.arrival(goal)); });
     auto points = came ? render::descend(tiles, from, to) : std::vector<Vec3d>{};
     if (points.empty())
-        return Error{ErrorCode::NotFound,
-                     "from, to: expected places in one lumen, found no way at " +
-                         text_of(settings.iso_hu) + " HU"};
+        return about("to", ErrorCode::NotFound,
+                     "expected a place in the lumen of the other end, found no way at " +
+                         text_of(settings.iso_hu) + " HU");
     return points;
 }
 
@@ -292,8 +295,10 @@ void centre(render::LumenTiles& tiles, const LumenPathSettings& settings,
 Result<LumenPath> find_lumen_path(const Volume& volume, Vec3d from_mm, Vec3d to_mm,
                                   const LumenPathSettings& settings, const TaskArena& arena) {
     if (const Status s = check_volume(volume); !s.ok()) return s.error();
-    if (!std::isfinite(settings.iso_hu)) return invalid("iso: expected a finite number");
-    if (!(settings.spacing_mm > 0)) return invalid("spacing: expected a length > 0");
+    if (!std::isfinite(settings.iso_hu))
+        return about("iso", ErrorCode::InvalidArgument, "expected a finite number");
+    if (!(settings.spacing_mm > 0))
+        return about("spacing", ErrorCode::InvalidArgument, "expected a length > 0");
     const render::LumenSide lumen{settings.iso_hu, settings.polarity};
     render::LumenTiles route_tiles(volume, lumen, kRouteVoxels, settings.max_voxels, arena);
     const auto from = place_end(route_tiles, "from", from_mm, settings.reach_mm);

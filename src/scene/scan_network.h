@@ -11,13 +11,9 @@
 
 namespace pliant {
 
-Status check_settings(const SpringDeformationSettings& settings);
 /// Cells of whole voxels, as many as fit into the region, in its middle.
 Result<ControlGrid> control_grid(const Volume& volume, const SpringDeformationSettings& settings);
 Result<SpringTissue> tissue_of(const Volume& volume, const ControlGrid& grid,
                                const SpringDeformationSettings& settings);
-
-/// A number with two digits after the point, as messages show it.
-std::string hundredths(double number);
 
 }  // namespace pliant

@@ -25,7 +25,7 @@ Result<std::unique_ptr<SpringDeformation>> SpringDeformation::create(
     const TaskArena& arena) noexcept {
     return attempt([&]() -> Result<std::unique_ptr<SpringDeformation>> {
         if (const Status s = check_volume(volume); !s.ok()) return s.error();
-        if (const Status s = check_settings(settings); !s.ok()) return s.error();
+        if (const Status s = check(settings, spring_rows()); !s.ok()) return s.error();
         const auto grid = control_grid(volume, settings);
         if (!grid.ok()) return grid.error();
         auto control = ControlLattice::create(volume, *grid, arena);

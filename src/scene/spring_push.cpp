@@ -9,6 +9,7 @@
 #include <string>
 
 #include "core/errors.h"
+#include "core/text.h"
 #include "scene/scan_network.h"
 #include "scene/spring_deformation_impl.h"
 #include "springs/cell_volume.h"
@@ -24,16 +25,13 @@ constexpr int kStepsPerStride = 2;
 constexpr double kFoldShare = 0.15;
 constexpr double kMaxPush_mm = 500;
 
-std::string text_of(Vec3d v) {
-    return hundredths(v.x) + "," + hundredths(v.y) + "," + hundredths(v.z);
-}
-
 Status check(const Push& push) {
     if (!(norm(push.push_mm) <= kMaxPush_mm))
-        return invalid("push: expected three numbers and a length up to 500 mm, found " +
-                       text_of(push.push_mm));
+        return about(
+            "push", ErrorCode::InvalidArgument,
+            "expected three numbers and a length up to 500 mm, found " + text_of(push.push_mm));
     if (!(push.sphere_radius_mm >= 0 && push.sphere_radius_mm <= kMaxPush_mm))
-        return invalid("push: expected a sphere radius of 0 to 500 mm");
+        return about("push", ErrorCode::InvalidArgument, "expected a sphere radius of 0 to 500 mm");
     return Ok{};
 }
 
@@ -149,8 +147,9 @@ Result<PushReport> SpringDeformation::Impl::push(std::uint32_t tool, const Push&
     if (const Status s = show(); !s.ok()) return s.error();
     const auto place = is_finite(push.point_mm) ? control->find(push.point_mm) : std::nullopt;
     if (!place)
-        return invalid("push: expected a point inside of the control lattice, found " +
-                       text_of(push.point_mm));
+        return about(
+            "push", ErrorCode::InvalidArgument,
+            "expected a point inside of the control lattice, found " + text_of(push.point_mm));
     PushReport report;
     std::vector<std::int32_t> nodes = nodes_at(push, *place);
     std::sort(nodes.begin(), nodes.end());

@@ -7,6 +7,7 @@
 #pragma once
 
 #include <pliant/chainmail.h>
+#include <pliant/record.h>
 #include <pliant/render.h>
 
 #include <cstdint>
@@ -65,11 +66,9 @@ struct EyeCommand {
     friend bool operator==(const EyeCommand&, const EyeCommand&) = default;
 };
 struct ResetCommand {};
-/// What is empty stays as it is.
+/// Materials that change, by the names of material_rows().
 struct MaterialsCommand {
-    std::optional<double> offset{}, max_movement_mm{}, bone_threshold_hu{}, air_threshold_hu{},
-        yield{};
-    std::optional<bool> air_enabled{}, rounded{};
+    Record values{};
 };
 struct IsoCommand {
     std::optional<double> iso_hu{};

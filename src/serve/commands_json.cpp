@@ -11,6 +11,8 @@
 
 #include "serve/commands.h"
 #include "serve/limits.h"
+#include "serve/record_json.h"
+#include "serve/wire_rows.h"
 
 namespace pliant::serve {
 namespace {
@@ -120,19 +122,38 @@ class Fields {
         if (!m_failure) wrong_type(key, expected, Json(found));
         return 0;
     }
-    /// Any other field but these, "do", "id" and those of a session's lines is out of range.
-    void only(std::initializer_list<const char*> names) {
+    /// The value of a setting, checked; nothing where it isn't there.
+    std::optional<SettingValue> setting(const SettingInfo& row) {
+        const auto found = m_object.find(std::string(row.name));
+        if (found == m_object.end()) return {};
+        auto value = value_of_kind(row, value_of_json(*found));
+        const Status range = value ? check_range(row, *value) : Status(Ok{});
+        const std::string key(row.name);
+        if (!value)
+            wrong_type(key.c_str(), value.error().expected, *found);
+        else if (!range)
+            out_of_range(key.c_str(), range.error().expected, *found);
+        if (m_failure) return {};
+        return std::move(*value);
+    }
+    template <class T>
+    void settings(SettingRows<T> rows, T& object) {
+        for (const Setting<T>& row : rows)
+            if (const auto value = setting(row)) row.set(object, *value);
+    }
+    /// Any field but these, "do", "id" and those of a session's lines is out of range.
+    template <class T>
+    void only(SettingRows<T> rows) {
+        std::string expected;
+        for (const Setting<T>& row : rows)
+            expected.append(expected.empty() ? "" : ", ").append(row.name);
         for (const auto& field : m_object.items()) {
-            std::string expected;
-            bool is_known = field.key() == "do" || field.key() == "id" || field.key() == "client" ||
-                            field.key() == "refused";
-            for (const char* name : names) {
-                is_known |= field.key() == name;
-                expected += std::string(expected.empty() ? "" : ", ") + name;
-            }
+            const std::string& key = field.key();
+            const bool is_known = key == "do" || key == "id" || key == "client" ||
+                                  key == "refused" || find_setting<T>(key, rows);
             if (!is_known)
-                fail(false, short_text(Json(field.key())) +
-                                ": found an unknown field, expected one of " + expected);
+                fail(false, short_text(Json(key)) + ": found an unknown field, expected one of " +
+                                expected);
         }
     }
 
@@ -195,59 +216,37 @@ Action read_carve(Fields& f) {
                         .stroke = f.whole("stroke", 1, 0)};
 }
 Action read_materials(Fields& f) {
-    MaterialsCommand m;
-    const auto number = [&](const char* key, double low, double high) -> std::optional<double> {
-        if (!f.has(key)) return {};
-        return f.number(key, low, high);
-    };
-    const auto flag = [&](const char* key) -> std::optional<bool> {
-        if (!f.has(key)) return {};
-        return f.flag(key, {});
-    };
-    m.offset = number("offset", 0, 1);
-    m.max_movement_mm = number("max_movement_mm", 0, 500);
-    m.bone_threshold_hu = number("bone_threshold_hu", -32768, 32768);
-    m.air_threshold_hu = number("air_threshold_hu", -32768, 32768);
-    m.yield = number("yield", 0, 1);
-    m.air_enabled = flag("air_enabled");
-    m.rounded = flag("rounded");
-    return m;
+    MaterialsCommand materials;
+    for (const auto& row : material_rows())
+        if (auto value = f.setting(row))
+            materials.values.emplace_back(std::string(row.name), shown_value(row, *value));
+    // As older sessions have it.
+    if (f.has("rounded"))
+        materials.values.emplace_back("limits", f.flag("rounded", {}) ? "rounded" : "box");
+    return materials;
 }
 Action read_iso(Fields& f) {
     IsoCommand iso;
-    if (f.has("iso_hu")) iso.iso_hu = f.number("iso_hu", -32768, 32767);
-    if (f.has("polarity"))
-        iso.polarity =
-            f.choice("polarity", {"rising", "falling"}) == 0 ? Polarity::Rising : Polarity::Falling;
+    f.settings(iso_rows(), iso);
     iso.stroke = f.whole("stroke", 1, 0);
     return iso;
 }
 Action read_tissue(Fields& f) {
     TissueCommand tissue;
-    TissueChoice& c = tissue.choice;
-    const std::size_t model = f.choice("model", {"chainmail", "springs", "vessel"});
-    c.springs = model == 1;
-    c.vessel = model == 2;
-    if (!c.springs) return tissue;
+    TissueChoice& choice = tissue.choice;
+    choice.model = TissueModel(f.choice("model", {"chainmail", "springs", "vessel"}));
+    if (choice.model != TissueModel::Springs) return tissue;
     tissue.is_centred = f.has("centre");
-    if (tissue.is_centred) c.centre_mm = f.vector("centre", kMaxPlaceMm);
-    c.nodes = int(f.number("nodes", 3, 64, c.nodes));
-    c.cell_mm = f.number("cell_mm", 0.1, 100, c.cell_mm);
-    c.young_modulus_pa = f.number("young_modulus_pa", 1, 1e9, c.young_modulus_pa);
-    c.fixed_hu = f.number("fixed_hu", -32768, 32768, c.fixed_hu);
-    c.depth = int(f.number("depth", 0, 64, c.depth));
+    if (tissue.is_centred) choice.centre_mm = f.vector("centre", kMaxPlaceMm);
+    f.settings(tissue_rows(), choice);
+    f.settings(spring_rows(), choice.springs);
     return tissue;
 }
 Action read_drive(Fields& f) {
-    f.only({"insert_mm_s", "rotate_deg_s", "bend_first_deg", "bend_second_deg"});
-    const auto number = [&](const char* key, double most) -> std::optional<double> {
-        if (!f.has(key)) return {};
-        return f.number(key, -most, most);
-    };
-    return DriveCommand{.insert_mm_s = number("insert_mm_s", kMaxInsert_mm_s),
-                        .rotate_deg_s = number("rotate_deg_s", kMaxRotate_deg_s),
-                        .bend_first_deg = number("bend_first_deg", kMaxBend_deg),
-                        .bend_second_deg = number("bend_second_deg", kMaxBend_deg)};
+    DriveCommand drive;
+    f.settings(drive_rows(), drive);
+    f.only(drive_rows());
+    return drive;
 }
 Action read_hello(Fields& f) {
     HelloMessage hello;
@@ -359,12 +358,6 @@ Json json_of(Vec3f v) {
     return {v.x, v.y, v.z};
 }
 
-void put_known(Json& o,
-               std::initializer_list<std::pair<const char*, std::optional<double>>> fields) {
-    for (const auto& [key, value] : fields)
-        if (value) o[key] = *value;
-}
-
 void write(Json& o, const PushCommand& c) {
     o["point"] = json_of(c.push.point_mm);
     o["push"] = json_of(c.push.push_mm);
@@ -399,40 +392,24 @@ void write(Json& o, const RelaxCommand& c) {
     o["on"] = c.on;
 }
 void write(Json& o, const MaterialsCommand& c) {
-    const auto put = [&](const char* key, const auto& value) {
-        if (value) o[key] = *value;
-    };
-    put("offset", c.offset);
-    put("max_movement_mm", c.max_movement_mm);
-    put("bone_threshold_hu", c.bone_threshold_hu);
-    put("air_threshold_hu", c.air_threshold_hu);
-    put("yield", c.yield);
-    put("air_enabled", c.air_enabled);
-    put("rounded", c.rounded);
+    for (const NamedValue& named : c.values) o[named.name] = json_of_value(named.value);
 }
 void write(Json& o, const IsoCommand& c) {
-    if (c.iso_hu) o["iso_hu"] = *c.iso_hu;
-    if (c.polarity) o["polarity"] = *c.polarity == Polarity::Rising ? "rising" : "falling";
+    put(o, c, iso_rows());
     if (c.stroke) o["stroke"] = c.stroke;
 }
 void write(Json& o, const TissueCommand& c) {
-    o["model"] = name_of(c.choice);
-    if (!c.choice.springs) return;
+    o["model"] = name_of(c.choice.model);
+    if (c.choice.model != TissueModel::Springs) return;
     if (c.is_centred) o["centre"] = json_of(c.choice.centre_mm);
-    o["nodes"] = c.choice.nodes;
-    o["cell_mm"] = c.choice.cell_mm;
-    o["young_modulus_pa"] = c.choice.young_modulus_pa;
-    o["fixed_hu"] = c.choice.fixed_hu;
-    o["depth"] = c.choice.depth;
+    put(o, c.choice, tissue_rows());
+    put(o, c.choice.springs, spring_rows());
 }
 void write(Json& o, const DepthCommand& c) {
     o["layers"] = c.layers;
 }
 void write(Json& o, const DriveCommand& c) {
-    put_known(o, {{"insert_mm_s", c.insert_mm_s},
-                  {"rotate_deg_s", c.rotate_deg_s},
-                  {"bend_first_deg", c.bend_first_deg},
-                  {"bend_second_deg", c.bend_second_deg}});
+    put(o, c, drive_rows());
 }
 void write(Json& o, const VesselMessage& c) {
     o["on"] = c.on;

@@ -180,7 +180,7 @@ std::optional<Action> HapticSession::next_push_of(Scene& scene, bool is_free) {
         if (scene.has_contact(m_tool)) return ReleaseCommand{};
         return {};
     }
-    const bool slides = !scene.choice().springs;
+    const bool slides = scene.choice().model != TissueModel::Springs;
     if (!m_pushes) {
         m_pushes = true;
         m_is_refused = false;

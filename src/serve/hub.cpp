@@ -182,7 +182,8 @@ Outcome Hub::act(std::uint32_t client, const Action& action) {
                     "full"};
     if (!log_is_ready()) return ran_out;
     if (const auto* tissue = std::get_if<TissueCommand>(&action);
-        tissue && tissue->choice.springs && tissue->choice.nodes > m_max_spring_nodes)
+        tissue && tissue->choice.model == TissueModel::Springs &&
+        tissue->choice.nodes > m_max_spring_nodes)
         return {.error_code = "limit",
                 .message = "tissue: nodes: expected 3…" + std::to_string(m_max_spring_nodes) +
                            " on this server, found " + std::to_string(tissue->choice.nodes)};
@@ -249,7 +250,7 @@ void Hub::measure_force() {
 /// positions by commands, which a session records, only while it relaxes, and only where tissue at
 /// rest would close over an endoscope.
 void Hub::tell_eyes() {
-    if (!m_scene->is_relaxing() || m_scene->choice().vessel || m_scene->choice().springs) return;
+    if (!m_scene->is_relaxing() || m_scene->choice().model != TissueModel::ChainMail) return;
     for (Client& client : m_clients) {
         const ToolPose& tool = client.tool;
         EyeCommand eye;

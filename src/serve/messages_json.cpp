@@ -3,12 +3,16 @@
 
 // The server's text messages as JSON.
 
+#include <pliant/version.h>
+
 #include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "serve/commands.h"
 #include "serve/messages.h"
 #include "serve/opening.h"
+#include "serve/record_json.h"
+#include "serve/wire_rows.h"
 
 namespace pliant::serve {
 namespace {
@@ -84,18 +88,10 @@ Json json_of(const VesselState& v, double pace) {
 }
 
 Json json_of(const SharedState& s) {
-    const ChainMailSettings& m = s.materials;
     Json json = {{"step", s.step},
                  {"iso_hu", s.iso_hu},
                  {"polarity", s.polarity == Polarity::Rising ? "rising" : "falling"},
-                 {"materials",
-                  {{"offset", m.offset},
-                   {"max_movement_mm", m.max_movement_mm},
-                   {"bone_threshold_hu", m.bone_threshold_hu},
-                   {"air_enabled", m.air_enabled},
-                   {"air_threshold_hu", m.air_threshold_hu},
-                   {"yield", m.yield},
-                   {"rounded", m.limits == LinkLimits::Rounded}}},
+                 {"materials", Json::object()},
                  {"relaxing", s.relaxing},
                  {"settled", s.settled},
                  {"holder", s.holder},
@@ -109,19 +105,18 @@ Json json_of(const SharedState& s) {
                    {"tick_ms", s.tick_ms},
                    {"overlay_ms", s.overlay_ms},
                    {"moved_elements", s.moved_elements}}}};
+    put(json["materials"], s.materials, material_rows());
     const TissueChoice& t = s.tissue;
-    json["tissue"] = {{"model", name_of(t)}};
-    if (s.has_vessel) json["tissue"]["has_vessel"] = true;
+    Json& tissue = json["tissue"] = {{"model", name_of(t.model)}};
+    if (s.has_vessel) tissue["has_vessel"] = true;
     if (s.vessel) json["vessel"] = json_of(*s.vessel, s.pace);
-    if (t.springs)
-        json["tissue"].update({{"centre", json_of(t.centre_mm)},
-                               {"nodes", json_of(s.spring_nodes)},
-                               {"cell_mm", t.cell_mm},
-                               {"young_modulus_pa", t.young_modulus_pa},
-                               {"fixed_hu", t.fixed_hu},
-                               {"depth", t.depth},
-                               {"active_nodes", s.active_nodes},
-                               {"update_hz", s.update_hz}});
+    if (t.model == TissueModel::Springs) {
+        put(tissue, t.springs, spring_rows());
+        tissue["centre"] = json_of(t.centre_mm);
+        tissue["nodes"] = json_of(s.spring_nodes);
+        tissue["active_nodes"] = s.active_nodes;
+        tissue["update_hz"] = s.update_hz;
+    }
     for (const ClientInfo& client : s.clients) json["clients"].push_back(json_of(client));
     return json;
 }

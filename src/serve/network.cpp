@@ -12,6 +12,7 @@
 #include <map>
 #include <optional>
 
+#include "core/errors.h"
 #include "serve/door.h"
 #include "serve/guarded.h"
 #include "serve/http_answer.h"
@@ -393,9 +394,9 @@ Result<std::unique_ptr<Network>> Network::listen(int port, Tokens tokens, Hub& h
     if (!error) impl->acceptor.bind(place, error);
     if (!error) impl->acceptor.listen(asio::socket_base::max_listen_connections, error);
     if (error)
-        return Error{ErrorCode::InvalidArgument,
-                     "port: expected one that can be listened to, found " + std::to_string(port) +
-                         ": " + error.message()};
+        return about("port", ErrorCode::InvalidArgument,
+                     "expected one that can be listened to, found " + std::to_string(port) + ": " +
+                         error.message());
     impl->port = impl->acceptor.local_endpoint(error).port();
     impl->accept();
     return std::unique_ptr<Network>(new Network(std::move(impl)));

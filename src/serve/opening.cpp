@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "core/memory_budget.h"
+#include "core/text.h"
 #include "volume/image_file.h"
-#include "volume/text.h"
 
 namespace pliant::serve {
 namespace fs = std::filesystem;

@@ -33,7 +33,8 @@ Status pass(Scene& scene, const SessionCheckpoint& point, Compare compare, std::
         if (!memo.ok()) return memo.error();
         SceneMemo expected = point.memo;
         // Older files don't say that it is a vessel; the hash of the tissue does.
-        if (expected.tissue == TissueChoice{}) expected.tissue.vessel = memo->tissue.vessel;
+        if (expected.tissue == TissueChoice{} && memo->tissue.model == TissueModel::Vessel)
+            expected.tissue.model = TissueModel::Vessel;
         if (*memo == expected) return compare_with(scene, point.mark, compare, number);
     }
     return Error{ErrorCode::Unreadable, "record " + std::to_string(number) +

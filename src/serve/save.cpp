@@ -77,7 +77,7 @@ FileWriter save_session_later(SessionPart part, const Scene& scene) {
     auto volume = std::make_shared<const Volume>(scene.deformed());
     // ChainMail's is of its elements; of control nodes, or a wall's, there are few.
     std::optional<std::uint64_t> nodes;
-    if (scene.choice().springs || scene.choice().vessel) nodes = scene.tissue().hash();
+    if (scene.choice().model != TissueModel::ChainMail) nodes = scene.tissue().hash();
     return [part = std::move(part), volume, nodes,
             taken = take(scene)](const std::filesystem::path& path) {
         const std::uint64_t tissue = nodes ? *nodes : hash_state(*taken->lattice);

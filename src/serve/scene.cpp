@@ -23,7 +23,7 @@ Box3i region_of(const TissueChoice& choice, const Grid& grid) {
     const Vec3d centre = voxel_from_world(grid, choice.centre_mm);
     Box3i region;
     for (int a = 0; a < 3; ++a) {
-        const int cell = std::max(1, int(std::lround(choice.cell_mm / grid.spacing_mm[a])));
+        const int cell = std::max(1, int(std::lround(choice.springs.cell_mm / grid.spacing_mm[a])));
         const int last = grid.size[a] - 1;
         const int length = std::min(last, cell * (choice.nodes - 1));
         const double low = std::clamp(centre[a] - 0.5 * length, 0.0, double(last - length));
@@ -35,7 +35,7 @@ Box3i region_of(const TissueChoice& choice, const Grid& grid) {
 
 Result<std::unique_ptr<Tissue>> make_tissue(const TissueChoice& choice, const LoadedScan& loaded,
                                             const TaskArena& arena) {
-    if (choice.vessel) {
+    if (choice.model == TissueModel::Vessel) {
         if (!loaded.vessel)
             return Error{ErrorCode::InvalidArgument,
                          "tissue: model: expected chainmail or springs in a scene without a "
@@ -44,16 +44,13 @@ Result<std::unique_ptr<Tissue>> make_tissue(const TissueChoice& choice, const Lo
         if (!model.ok()) return model.error();
         return std::unique_ptr<Tissue>(std::move(*model));
     }
-    if (!choice.springs) {
+    if (choice.model == TissueModel::ChainMail) {
         auto model = ChainMail::create(loaded.volume, loaded.settings, arena);
         if (!model.ok()) return model.error();
         return std::unique_ptr<Tissue>(new ChainMailTissue(std::move(*model)));
     }
-    const SpringDeformationSettings settings{.region = region_of(choice, loaded.volume.grid),
-                                             .cell_mm = choice.cell_mm,
-                                             .young_modulus_pa = choice.young_modulus_pa,
-                                             .fixed_above_hu = choice.fixed_hu,
-                                             .depth = choice.depth};
+    SpringDeformationSettings settings = choice.springs;
+    settings.region = region_of(choice, loaded.volume.grid);
     auto model = SpringDeformation::create(loaded.volume, settings, arena);
     if (!model.ok()) return model.error();
     return std::unique_ptr<Tissue>(new SpringScanTissue(std::move(*model)));
@@ -74,7 +71,8 @@ Result<std::unique_ptr<Scene>> Scene::load(const SceneSource& source, const Task
     if (!loaded.ok()) return loaded.error();
     // The lattice keeps a reference to the volume, so both are made where they stay.
     auto place = std::make_shared<LoadedScan>(std::move(*loaded));
-    const TissueChoice choice{.vessel = place->vessel != nullptr};
+    const TissueChoice choice{.model =
+                                  place->vessel ? TissueModel::Vessel : TissueModel::ChainMail};
     auto tissue = make_tissue(choice, *place, arena);
     if (!tissue.ok()) return tissue.error();
     std::unique_ptr<Scene> scene(new Scene(std::move(place), choice, std::move(*tissue)));
@@ -92,10 +90,11 @@ Scene::Scene(std::shared_ptr<LoadedScan> loaded, const TissueChoice& choice,
       m_shown(m_tissue),
       m_iso_hu(m_loaded->iso_hu),
       m_polarity(m_loaded->polarity),
-      m_relaxing(choice.vessel) {}
+      m_relaxing(choice.model == TissueModel::Vessel) {}
 
 const VesselTissue* Scene::vessel() const {
-    return m_choice.vessel ? static_cast<const VesselTissue*>(m_tissue.get()) : nullptr;
+    return m_choice.model == TissueModel::Vessel ? static_cast<const VesselTissue*>(m_tissue.get())
+                                                 : nullptr;
 }
 
 Outcome Scene::carry_out(std::uint32_t client, const Action& action) noexcept {
@@ -145,7 +144,7 @@ Status Scene::choose(const TissueChoice& choice) {
     m_done.clear();
     m_undone.clear();
     m_unreachable = 0;
-    m_relaxing = choice.springs || choice.vessel;
+    m_relaxing = choice.model != TissueModel::ChainMail;
     m_settled = true;
     tissue_changed();
     return Ok{};
@@ -154,7 +153,7 @@ Status Scene::choose(const TissueChoice& choice) {
 Outcome Scene::act(std::uint32_t, const TissueCommand& command) {
     TissueChoice choice = command.choice;
     const Grid& grid = m_loaded->volume.grid;
-    if (choice.springs && !command.is_centred) {
+    if (choice.model == TissueModel::Springs && !command.is_centred) {
         const Vec3i last = grid.size - Vec3i{1, 1, 1};
         choice.centre_mm = world_from_voxel(grid, {0.5 * last.x, 0.5 * last.y, 0.5 * last.z});
     }

@@ -14,6 +14,7 @@
 #include "serve/outcomes.h"
 #include "serve/scene.h"
 #include "serve/vessel_tissue.h"
+#include "serve/wire_rows.h"
 
 namespace pliant::serve {
 namespace {
@@ -27,13 +28,13 @@ Outcome Scene::act(std::uint32_t, const DepthCommand& command) {
     SpringDeformation* springs = m_tissue->springs();
     if (!springs) return not_with(m_choice, "depth", "springs");
     if (const Status s = springs->set_depth(command.layers); !s.ok()) return refused(s.error());
-    m_choice.depth = command.layers;
+    m_choice.springs.depth = command.layers;
     m_settled = false;
     return {};
 }
 
 Outcome Scene::act(std::uint32_t client, const DriveCommand& command) {
-    if (!m_choice.vessel) return not_with(m_choice, "catheter", "vessel");
+    if (m_choice.model != TissueModel::Vessel) return not_with(m_choice, "catheter", "vessel");
     auto& vessel = static_cast<VesselTissue&>(*m_tissue);
     // A step of undo: from a hand that begins to move, or from rest, until the next one does.
     const bool moves =
@@ -69,7 +70,8 @@ Outcome Scene::slide(std::uint32_t client, const Push& push) {
 
 Outcome Scene::act(std::uint32_t client, const PushCommand& command) {
     if (command.slide && !m_tissue->chainmail()) return not_with(m_choice, "slide", "chainmail");
-    if (m_choice.vessel) return not_with(m_choice, "push", "chainmail or springs");
+    if (m_choice.model == TissueModel::Vessel)
+        return not_with(m_choice, "push", "chainmail or springs");
     begin_step(command.slide ? "slide" : "push", client, command.stroke);
     const auto before = energy();
     Outcome outcome;
@@ -93,7 +95,8 @@ Outcome Scene::act(std::uint32_t client, const GrabCommand& command) {
         return {.error_code = "held_by_other",
                 .message = "grab: expected nobody else to hold tissue, found client " +
                            std::to_string(m_holder)};
-    if (m_choice.vessel) return not_with(m_choice, "grab", "chainmail or springs");
+    if (m_choice.model == TissueModel::Vessel)
+        return not_with(m_choice, "grab", "chainmail or springs");
     begin_step("drag", client, 0);
     auto report = m_tissue->grab(client, command.place, command.reach_mm);
     if (!report.ok()) {
@@ -236,16 +239,8 @@ Outcome Scene::act(std::uint32_t, const MaterialsCommand& command) {
     if (!model) return not_with(m_choice, "materials", "chainmail");
     end_step();
     ChainMailSettings changed = model->settings();
-    const auto set = [](auto& field, const auto& value) {
-        if (value) field = *value;
-    };
-    set(changed.offset, command.offset);
-    set(changed.max_movement_mm, command.max_movement_mm);
-    set(changed.bone_threshold_hu, command.bone_threshold_hu);
-    set(changed.air_threshold_hu, command.air_threshold_hu);
-    set(changed.yield, command.yield);
-    set(changed.air_enabled, command.air_enabled);
-    if (command.rounded) changed.limits = *command.rounded ? LinkLimits::Rounded : LinkLimits::Box;
+    if (const Status s = apply(command.values, material_rows(), changed); !s)
+        return refused(s.error());
     begin_step("materials", 0, 0);
     const Status status = model->set_materials(changed);
     end_step();

@@ -146,8 +146,8 @@ Result<Server> Server::start(const ServerSettings& settings, const TaskArena& ar
 
 Result<Server> Server::begin(const ServerSettings& settings, const TaskArena& arena) {
     if (settings.port < 0 || settings.port > 65535)
-        return Error{ErrorCode::InvalidArgument,
-                     "port: expected 0…65535, found " + std::to_string(settings.port)};
+        return about("port", ErrorCode::InvalidArgument,
+                     "expected 0…65535, found " + std::to_string(settings.port));
     if (settings.rate_hz < 1 || settings.rate_hz > 1000)
         return Error{ErrorCode::InvalidArgument,
                      "rate_hz: expected 1…1000, found " + std::to_string(settings.rate_hz)};

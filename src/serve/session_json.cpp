@@ -3,11 +3,15 @@
 
 // The lines of a session's file as JSON.
 
+#include <pliant/version.h>
+
 #include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "serve/messages.h"
+#include "serve/record_json.h"
 #include "serve/session_log.h"
+#include "serve/wire_rows.h"
 
 namespace pliant::serve {
 namespace {
@@ -44,43 +48,32 @@ int whole_at(const Json& object, const char* key, int missing) {
 /// ChainMail has no key.
 std::optional<TissueChoice> tissue_of(const Json& json) {
     TissueChoice choice;
-    if (const auto vessel = json.find("vessel"); vessel != json.end()) {
-        if (*vessel != true || json.contains("springs")) return {};
-        choice.vessel = true;
+    const auto vessel = json.find("vessel"), springs = json.find("springs");
+    if (vessel != json.end()) {
+        if (*vessel != true || springs != json.end()) return {};
+        choice.model = TissueModel::Vessel;
         return choice;
     }
-    const auto found = json.find("springs");
-    if (found == json.end()) return choice;
-    if (!found->is_object()) return {};
-    bool is_whole = true;
-    const auto number = [&](const char* key, double low, double high) {
-        const auto value = found->find(key);
-        if (value == found->end() || !value->is_number()) return is_whole = false, 0.0;
-        const double n = value->get<double>();
-        is_whole = is_whole && n >= low && n <= high;
-        return n;
-    };
-    choice.springs = true;
-    choice.centre_mm = {number("x", -1e5, 1e5), number("y", -1e5, 1e5), number("z", -1e5, 1e5)};
-    choice.nodes = int(number("nodes", 3, 64));
-    choice.cell_mm = number("cell_mm", 0.1, 100);
-    choice.young_modulus_pa = number("young_modulus_pa", 1, 1e9);
-    choice.fixed_hu = number("fixed_hu", -32768, 32768);
-    choice.depth = int(number("depth", 0, 64));
-    if (!is_whole) return {};
+    if (springs == json.end()) return choice;
+    if (!springs->is_object()) return {};
+    choice.model = TissueModel::Springs;
+    for (const auto& [key, axis] : {std::pair("x", 0), {"y", 1}, {"z", 2}}) {
+        const auto value = springs->find(key);
+        if (value == springs->end() || !value->is_number()) return {};
+        choice.centre_mm[axis] = value->get<double>();
+        if (!(std::abs(choice.centre_mm[axis]) <= 1e5)) return {};
+    }
+    if (!read(*springs, tissue_rows(), choice) || !read(*springs, spring_rows(), choice.springs))
+        return {};
     return choice;
 }
 
 Json json_of(const TissueChoice& choice) {
     const Vec3d c = choice.centre_mm;
-    return {{"x", c.x},
-            {"y", c.y},
-            {"z", c.z},
-            {"nodes", choice.nodes},
-            {"cell_mm", choice.cell_mm},
-            {"young_modulus_pa", choice.young_modulus_pa},
-            {"fixed_hu", choice.fixed_hu},
-            {"depth", choice.depth}};
+    Json json = {{"x", c.x}, {"y", c.y}, {"z", c.z}};
+    put(json, choice, tissue_rows());
+    put(json, choice.springs, spring_rows());
+    return json;
 }
 
 Result<SessionRecord> parse_checkpoint(const Json& json) {
@@ -190,8 +183,9 @@ std::string text_of(const SessionRecord& record) {
                      {"settled", point->memo.settled},
                      {"last_client", point->memo.last_client},
                      {"steps", point->memo.steps}};
-        if (point->memo.tissue.springs) json["springs"] = json_of(point->memo.tissue);
-        if (point->memo.tissue.vessel) json["vessel"] = true;
+        const TissueChoice& tissue = point->memo.tissue;
+        if (tissue.model == TissueModel::Springs) json["springs"] = json_of(tissue);
+        if (tissue.model == TissueModel::Vessel) json["vessel"] = true;
         return json.dump();
     }
     if (const auto* forget = std::get_if<SessionForget>(&record))

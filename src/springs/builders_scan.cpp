@@ -56,7 +56,7 @@ std::vector<double> hard_shares(const Volume& volume, const SpringScan& scan, co
                 std::size_t(cells.x) * (std::size_t(cells.y) * std::size_t(z) + std::size_t(y));
             for (int i = region.begin.x; i < region.end.x; ++i) {
                 const auto c = row + std::size_t(along[0][std::size_t(i - region.begin.x)]);
-                hard[c] += double(volume.at({i, j, k})) > scan.fixed_above_hu;
+                hard[c] += double(volume.at({i, j, k})) > scan.fixed_hu;
                 ++voxels[c];
             }
         }
@@ -108,7 +108,7 @@ Result<SpringParts> springs_of_scan(const Volume& volume, const SpringScan& scan
                                            j == scan.size.y - 1 || k == scan.size.z - 1;
                     SpringNode& node = parts->nodes[n];
                     node.rest = world_from_voxel(volume.grid, ijk);
-                    node.fixed = hu > scan.fixed_above_hu || (scan.fixed_border && at_border);
+                    node.fixed = hu > scan.fixed_hu || (scan.fixed_border && at_border);
                     const double young = scan.young_modulus_pa ? scan.young_modulus_pa(hu)
                                          : hu < kAirBelow_hu   ? kAirYoung_pa
                                                                : kTissueYoung_pa;

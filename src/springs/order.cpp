@@ -27,8 +27,8 @@ Status check_sources(const SpringNetwork& network, std::span<const std::int32_t>
 
 Status check_depth(std::int32_t depth) {
     if (depth < 0)
-        return Error{ErrorCode::InvalidArgument,
-                     "depth: expected 0 layers or more, found " + std::to_string(depth)};
+        return about("depth", ErrorCode::InvalidArgument,
+                     "expected 0 layers or more, found " + std::to_string(depth));
     return Ok{};
 }
 

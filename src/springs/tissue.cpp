@@ -11,7 +11,7 @@
 
 #include "core/errors.h"
 #include "core/hash.h"
-#include "core/short_text.h"
+#include "core/text.h"
 #include "springs/stability.h"
 #include "springs/tissue_impl.h"
 

@@ -8,7 +8,7 @@
 #include <string>
 
 #include "core/errors.h"
-#include "core/short_text.h"
+#include "core/text.h"
 #include "springs/stability.h"
 #include "springs/tissue_impl.h"
 

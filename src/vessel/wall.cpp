@@ -29,19 +29,23 @@ bool behind_end(const VesselEnd& end, double thickness_mm, Vec3d x) {
     return dot(from, end.outward) > 0 && std::abs(norm(from) - reach) < 1e-6 * thickness_mm;
 }
 
-Status check_settings(const WallSettings& s) {
-    const auto length = [](const char* name, double value, bool zero) -> Status {
-        if (std::isfinite(value) && (value > 0 || (zero && value == 0))) return Ok{};
-        return wrong(std::string(name) + " is " + std::to_string(value) +
-                     ", expected a length above 0");
-    };
-    if (const Status t = length("thickness_mm", s.thickness_mm, false); !t) return t;
-    if (const Status t = length("cell_mm", s.cell_mm, true); !t) return t;
-    if (const Status t = length("ghost_mm", s.ghost_mm, true); !t) return t;
-    if (s.layers < 1 || s.layers > 16)
-        return wrong("layers is " + std::to_string(s.layers) + ", expected 1 to 16");
-    return Ok{};
-}
+constexpr Setting<WallSettings> kRows[] = {
+    setting<&WallSettings::thickness_mm>({.name = "thickness_mm",
+                                          .unit = "mm",
+                                          .low = 0,
+                                          .above_low = true,
+                                          .text = "thickness of the wall"}),
+    setting<&WallSettings::layers>(
+        {.name = "layers", .low = 1, .high = 16, .text = "tetrahedra across the wall, at least"}),
+    setting<&WallSettings::cell_mm>({.name = "cell_mm",
+                                     .unit = "mm",
+                                     .low = 0,
+                                     .text = "cell of the lattice; 0: as the layers allow"}),
+    setting<&WallSettings::ghost_mm>({.name = "ghost_mm",
+                                      .unit = "mm",
+                                      .low = 0,
+                                      .text = "cell for the ghost surface; 0: the wall's"}),
+};
 
 /// No edge of the mesh is longer than 1.59 cells (a short one with both ends warped away), so
 /// layers − 1 of them don't reach across; and two layers are what the surfaces need to keep apart.
@@ -50,6 +54,10 @@ double cell_of_layers(const WallSettings& s) {
 }
 
 }  // namespace
+
+SettingRows<WallSettings> wall_rows() noexcept {
+    return kRows;
+}
 
 double outside_of_ends(const std::vector<VesselEnd>& ends, double thickness_mm, Vec3d x) {
     double least = std::numeric_limits<double>::infinity();
@@ -190,7 +198,7 @@ Result<VesselWall> wall_of_cells(const LumenShape& lumen, const WallSettings& se
 
 Result<VesselWall> make_wall(const LumenShape& lumen, const WallSettings& settings,
                              const TaskArena& arena) {
-    if (const Status s = check_settings(settings); !s) return s.error();
+    if (const Status s = check(settings, wall_rows()); !s) return within("vessel wall", s.error());
     const double by_layers = cell_of_layers(settings);
     const double wanted = settings.cell_mm > 0 ? settings.cell_mm : by_layers;
     const double allowed = std::min(wanted, by_layers);

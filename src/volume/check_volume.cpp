@@ -4,8 +4,8 @@
 // Volumes and fields that a host fills in, checked before their grid is used as an index.
 
 #include "core/errors.h"
+#include "core/text.h"
 #include "volume/image_header.h"
-#include "volume/text.h"
 
 #include <pliant/volume.h>
 

@@ -4,7 +4,7 @@
 #include "volume/data_check.h"
 
 #include "core/errors.h"
-#include "volume/text.h"
+#include "core/text.h"
 
 #include <fstream>
 #include <limits>

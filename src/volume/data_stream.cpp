@@ -4,8 +4,8 @@
 #include "volume/data_stream.h"
 
 #include "core/errors.h"
+#include "core/text.h"
 #include "volume/data_check.h"
-#include "volume/text.h"
 
 #include <zlib.h>
 

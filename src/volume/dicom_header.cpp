@@ -4,9 +4,9 @@
 #include "volume/dicom_slice.h"
 
 #include "core/errors.h"
+#include "core/text.h"
 #include "volume/dicom_walk.h"
 #include "volume/image_header.h"
-#include "volume/text.h"
 
 #include <array>
 #include <cmath>

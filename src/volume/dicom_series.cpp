@@ -5,10 +5,10 @@
 
 #include "core/errors.h"
 #include "core/memory_budget.h"
+#include "core/text.h"
 #include "volume/dicom_pixels.h"
 #include "volume/go_on.h"
 #include "volume/image_header.h"
-#include "volume/text.h"
 #include "volume/voxel_builder.h"
 
 #include <algorithm>

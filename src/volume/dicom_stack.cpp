@@ -12,9 +12,9 @@
 // (a tilted gantry), if a slice lies off the line by as much, or if there are gaps or doubles.
 
 #include "core/errors.h"
+#include "core/text.h"
 #include "volume/dicom_series.h"
 #include "volume/image_header.h"
-#include "volume/text.h"
 
 #include <algorithm>
 #include <cmath>

@@ -3,7 +3,7 @@
 
 #include "volume/dicom_syntax.h"
 
-#include "volume/text.h"
+#include "core/text.h"
 
 #include <algorithm>
 #include <iterator>

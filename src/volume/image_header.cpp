@@ -4,8 +4,7 @@
 #include "volume/image_header.h"
 
 #include "core/errors.h"
-#include "core/short_text.h"
-#include "volume/text.h"
+#include "core/text.h"
 
 #include <algorithm>
 #include <cmath>

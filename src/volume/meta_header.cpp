@@ -5,10 +5,10 @@
 // coordinates are LPS, as all who write the format take them.
 
 #include "core/errors.h"
+#include "core/text.h"
 #include "volume/data_check.h"
 #include "volume/header_lines.h"
 #include "volume/image_header.h"
-#include "volume/text.h"
 
 #include <algorithm>
 #include <bit>

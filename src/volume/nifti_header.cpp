@@ -5,10 +5,10 @@
 // may carry two affine maps, "sform" and "qform"; nifti_placement.h says which of them counts.
 
 #include "core/errors.h"
+#include "core/text.h"
 #include "volume/data_check.h"
 #include "volume/image_header.h"
 #include "volume/nifti_placement.h"
-#include "volume/text.h"
 
 #include <zlib.h>
 

@@ -4,8 +4,8 @@
 #include "volume/nrrd_fields.h"
 
 #include "core/errors.h"
+#include "core/text.h"
 #include "volume/header_lines.h"
-#include "volume/text.h"
 
 #include <cmath>
 

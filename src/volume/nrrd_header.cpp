@@ -5,10 +5,10 @@
 // where its voxels are, and where its data.
 
 #include "core/errors.h"
+#include "core/text.h"
 #include "volume/data_check.h"
 #include "volume/image_header.h"
 #include "volume/nrrd_fields.h"
-#include "volume/text.h"
 
 #include <algorithm>
 #include <bit>

@@ -3,7 +3,7 @@
 
 #include "volume/nrrd_writer.h"
 
-#include "volume/text.h"
+#include "core/text.h"
 
 #include <fcntl.h>
 #include <unistd.h>

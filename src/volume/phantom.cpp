@@ -7,6 +7,7 @@
 #include <pliant/phantom.h>
 
 #include "core/errors.h"
+#include "core/text.h"
 #include "volume/phantom_scene.h"
 
 #include <array>
@@ -39,10 +40,6 @@ std::string fixed(double value, int decimals) {
     if (s.starts_with('-') && s.find_first_not_of("-0.") == std::string::npos) s.erase(0, 1);
     return s;
 }
-std::string shortest(double value) {
-    std::array<char, 64> text;
-    return {text.data(), std::to_chars(text.data(), text.data() + text.size(), value).ptr};
-}
 std::string fixed(Vec3d v, int decimals) {
     return fixed(v.x, decimals) + "," + fixed(v.y, decimals) + "," + fixed(v.z, decimals);
 }
@@ -67,7 +64,7 @@ Status check_spacing(const PhantomSettings& settings) {
     for (int a = 0; a < 3; ++a) {
         const double h = settings.spacing_mm[a];
         if (h == 0 || (h >= kLeastSpacing_mm && h <= kGreatestSpacing_mm)) continue;
-        return invalid(std::string("phantom spacing_mm.") + kAxis[a] + ": found " + shortest(h) +
+        return invalid(std::string("phantom spacing_mm.") + kAxis[a] + ": found " + text_of(h) +
                        ", expected 0.001 to 1000 mm, or 0 for the phantom's own");
     }
     return Ok{};
@@ -79,7 +76,7 @@ Status check_direction(const PhantomSettings& settings) {
         const double length = norm(c[a]);
         if (!(std::abs(length - 1) <= kDirectionTolerance))
             return invalid("phantom direction: column " + std::to_string(a + 1) + " has length " +
-                           shortest(length) + ", expected a unit vector");
+                           text_of(length) + ", expected a unit vector");
     }
     for (int a = 0; a < 3; ++a) {
         const int b = (a + 1) % 3;
@@ -87,7 +84,7 @@ Status check_direction(const PhantomSettings& settings) {
         if (!(std::abs(along) <= kDirectionTolerance))
             return invalid("phantom direction: columns " + std::to_string(std::min(a, b) + 1) +
                            " and " + std::to_string(std::max(a, b) + 1) + " have the product " +
-                           shortest(along) + ", expected perpendicular columns");
+                           text_of(along) + ", expected perpendicular columns");
     }
     return Ok{};
 }

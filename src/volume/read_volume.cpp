@@ -5,13 +5,13 @@
 // is.
 
 #include "core/memory_budget.h"
+#include "core/text.h"
 #include "volume/data_check.h"
 #include "volume/data_stream.h"
 #include "volume/dicom_series.h"
 #include "volume/go_on.h"
 #include "volume/image_file.h"
 #include "volume/image_header.h"
-#include "volume/text.h"
 #include "volume/voxel_builder.h"
 
 #include <pliant/volume.h>

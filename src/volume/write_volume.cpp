@@ -3,8 +3,8 @@
 
 // NRRD out, or VTI: staged, so that a file is there as a whole or not at all.
 
+#include "core/text.h"
 #include "volume/nrrd_writer.h"
-#include "volume/text.h"
 
 #include <pliant/staged_files.h>
 #include <pliant/volume.h>

@@ -400,14 +400,16 @@ TEST(CatheterScene, BeginsInTheLumenOrIsRefused) {
     };
     EXPECT_EQ(message(), "");
     s.entry.place_mm = {0, 4.5, 10};
-    EXPECT_EQ(message(),
-              "entry.place_mm: expected a place in the vessel's lumen, found 0, 4.5, 10 outside of "
-              "it");
+    EXPECT_EQ(
+        message(),
+        "[entry] place_mm: expected a place in the vessel's lumen, found 0, 4.5, 10 outside of "
+        "it");
     s.entry.place_mm = {0, 0, -300};
-    EXPECT_EQ(message().find("entry.place_mm: "), 0u);
+    EXPECT_EQ(message().find("[entry] place_mm: "), 0u);
     s.entry = {{0, 0, 10}, {0, 1, 0}, 9};
     EXPECT_EQ(
-        message().find("entry.inserted_mm: expected what is inserted at first in the vessel's"), 0u)
+        message().find("[entry] inserted_mm: expected what is inserted at first in the vessel's"),
+        0u)
         << message();
 }
 
@@ -470,18 +472,18 @@ TEST(CatheterScene, SaysWhatIsWrong) {
     };
     EXPECT_EQ(message([](CatheterSettings&) {}), "");
     EXPECT_EQ(message([](CatheterSettings& s) { s.catheter.radius_mm = 0; }),
-              "catheter.radius_mm: expected 0.1 to 5, found 0");
+              "[catheter] radius_mm: expected 0.1 to 5 mm, found 0");
     EXPECT_EQ(message([](CatheterSettings& s) { s.wall.poisson_ratio = std::nan(""); }),
-              "wall.poisson_ratio: expected 0.01 to 0.499, found nan");
+              "[wall] poisson_ratio: expected 0.01 to 0.499, found nan");
     EXPECT_EQ(message([](CatheterSettings& s) {
                   s.entry.direction = {0, 0, 0};
               }),
-              "entry.direction: expected a vector that isn't zero");
+              "[entry] direction: expected a vector that isn't zero, found 0, 0, 0");
     const std::string twist = message([](CatheterSettings& s) {
         s.catheter.model = CatheterModel::Tetrahedra;
         s.catheter.twist_n_mm2 = 200;
     });
-    EXPECT_TRUE(twist.starts_with("catheter.twist_n_mm2: expected 6.") &&
+    EXPECT_TRUE(twist.starts_with("[catheter] twist_n_mm2: expected 6.") &&
                 twist.ends_with("found 200"))
         << twist;
     VesselWall broken = wall;

@@ -170,7 +170,7 @@ TEST(Labels, WrongLabelsAreRefusedInOneLine) {
     };
     refused("labels: expected a label volume for [[label]], found none");
     settings.labels = std::make_shared<Volume>(block({8, 8, 9}, 0));
-    refused("labels: expected the scan's grid, 8x8x8 voxels, found 8x8x9");
+    refused("labels: expected the scan's grid, 8 × 8 × 8 voxels, found 8 × 8 × 9");
     auto labels = std::make_shared<Volume>(block({8, 8, 8}, 0));
     labels->grid.origin_mm = {0, 0.5, 0};
     settings.labels = labels;

@@ -159,7 +159,7 @@ TEST_F(StateFileTest, OtherScansAreRefusedByWhatDiffers) {
         EXPECT_EQ(tissue.state().moved_elements, 0);
     };
     expect_refused(noisy_block({20, 18, 17}, kStateFileSeed),
-                   "of 20 x 18 x 16 voxels instead of 20 x 18 x 17");
+                   "of 20 × 18 × 16 voxels instead of 20 × 18 × 17");
     Volume other = volume;
     other.grid.spacing_mm.z = 1.6;
     expect_refused(other, "with a spacing of 0.7, 0.8, 1.5 mm instead of 0.7, 0.8, 1.6");

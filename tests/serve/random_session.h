@@ -19,9 +19,7 @@ inline const SceneSource kCube{.phantom = "cube", .phantom_size = {40, 40, 40}};
 
 /// The cube's values would count as bone.
 inline MaterialsCommand soft() {
-    MaterialsCommand materials;
-    materials.bone_threshold_hu = 3000;
-    return materials;
+    return {.values = {{"bone_threshold_hu", 3000.0}}};
 }
 
 inline std::unique_ptr<Scene> open_scene(const TaskArena& arena,
@@ -74,8 +72,8 @@ inline Action random_action(const Scene& scene, Random& random) {
             return ReleaseCommand{};
         case 13: {
             MaterialsCommand materials = soft();
-            materials.offset = random.real(0.1, 0.4);
-            materials.air_enabled = random.whole(0, 1) == 1;
+            materials.values.emplace_back("offset", random.real(0.1, 0.4));
+            materials.values.emplace_back("air_enabled", random.whole(0, 1) == 1);
             return materials;
         }
         case 14:

@@ -30,7 +30,7 @@ const std::vector<std::string>& good_messages() {
         R"({"do":"relax","on":true})",
         R"({"do":"release"})",
         R"({"do":"reset"})",
-        R"({"do":"materials","offset":0.3,"air_enabled":false,"rounded":true,"yield":0})",
+        R"({"do":"materials","offset":0.3,"air_enabled":false,"limits":"rounded","yield":0})",
         R"({"do":"materials","max_movement_mm":30,"bone_threshold_hu":250})",
         R"({"do":"materials","air_threshold_hu":-600})",
         R"({"do":"iso","iso_hu":-450.5,"polarity":"falling"})",
@@ -92,6 +92,17 @@ TEST(Messages, ComeBackAsTheyWere) {
     }
 }
 
+TEST(Messages, OfOlderSessionsAreUnderstood) {
+    for (const auto& [flag, limits] : {std::pair("true", "rounded"), {"false", "box"}}) {
+        const auto read =
+            parse_message(R"({"do":"materials","rounded":)" + std::string(flag) + "}");
+        const auto* message = std::get_if<Message>(&read);
+        ASSERT_TRUE(message);
+        EXPECT_EQ(std::get_if<MaterialsCommand>(&message->action)->values,
+                  (Record{{"limits", limits}}));
+    }
+}
+
 TEST(Messages, CarryTheirNumbersExactly) {
     const std::uint64_t seed = 1001;
     SCOPED_TRACE(seed);
@@ -138,6 +149,10 @@ TEST(Messages, ThatAreRubbishCloseTheConnection) {
              R"({"do":"cut","line":7})",
              R"({"do":"relax","on":1})",
              R"({"do":"iso","polarity":"sideways"})",
+             R"({"do":"materials","limits":"round"})",
+             R"({"do":"materials","offset":"soft"})",
+             R"({"do":"materials","offset":{}})",
+             R"({"do":"tissue","model":"springs","nodes":6.5})",
              R"({"do":"seen","step":-1})",
              R"({"do":"seen","step":1,"format":"2"})",
              R"({"do":"overlay"})",
@@ -172,7 +187,10 @@ TEST(Messages, OutOfRangeAreAnsweredByTheirNumber) {
           R"({"do":"grab","id":5,"point":[1,2,3],"radius":101})",
           R"({"do":"cut","id":5,"line":[[1,2,3]],"depth":[0,0,1]})",
           R"({"do":"catheter","id":5,"bend_deg":[90,0]})",
-          R"({"do":"materials","id":5,"offset":1.5})", R"({"do":"iso","id":5,"iso_hu":1e6})"}) {
+          R"({"do":"materials","id":5,"offset":1.5})",
+          R"({"do":"tissue","id":5,"model":"springs","nodes":65})",
+          R"({"do":"tissue","id":5,"model":"springs","cell_mm":0})",
+          R"({"do":"iso","id":5,"iso_hu":1e6})"}) {
         const auto read = parse_message(text);
         const auto* failure = std::get_if<ParseFailure>(&read);
         ASSERT_TRUE(failure) << text;

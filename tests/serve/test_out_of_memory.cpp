@@ -35,10 +35,8 @@ std::string description_of(const Scene& scene) {
 
 TissueCommand springs() {
     TissueCommand command;
-    command.choice.springs = true;
-    command.choice.nodes = 6;
-    command.choice.cell_mm = 5;
-    command.choice.fixed_hu = 3000;
+    command.choice = {
+        .model = TissueModel::Springs, .nodes = 6, .springs = {.cell_mm = 5, .fixed_hu = 3000}};
     return command;
 }
 
@@ -149,7 +147,7 @@ TEST(OutOfMemory, EachAllocationOfEachCommandLeavesTheTissueAsItWas) {
         {"materials",
          [] {
              MaterialsCommand materials = soft();
-             materials.offset = 0.15;
+             materials.values.emplace_back("offset", 0.15);
              return materials;
          }()},
         {"eye", EyeCommand{at, 2}},
@@ -170,7 +168,7 @@ TEST(OutOfMemory, EachAllocationOfEachCommandLeavesTheTissueAsItWas) {
                          {}};
         };
         const auto state = [](Scene& scene) {
-            return std::tuple(scene.tissue().hash(), scene.choice().springs);
+            return std::tuple(scene.tissue().hash(), scene.choice().model);
         };
         const test::Failures failures = test::fail_each_allocation(
             make, operation, state, {.all_up_to = 60, .of_the_rest = 20});

@@ -175,8 +175,9 @@ TEST(Scene, NamesWhatIsOutOfRange) {
 
 // Springs.
 
-const TissueCommand kSprings{
-    .choice = {.springs = true, .nodes = 9, .cell_mm = 8, .fixed_hu = 3000, .depth = 4}};
+const TissueCommand kSprings{.choice = {.model = TissueModel::Springs,
+                                        .nodes = 9,
+                                        .springs = {.cell_mm = 8, .fixed_hu = 3000, .depth = 4}}};
 
 /// Random pushes and drags of springs, with a change of the tissue here and there.
 std::vector<SessionRecord> play_springs(Scene& scene, Random& random, int count) {
@@ -238,7 +239,7 @@ TEST(Springs, AreChosenPushedTakenBackAndLeft) {
     const std::uint64_t pushed = hash_of(*scene);
     EXPECT_EQ(scene->carry_out(1, DepthCommand{4}).error_code, "other_tissue");
     TissueCommand wrong = kSprings;
-    wrong.choice.cell_mm = 99;
+    wrong.choice.springs.cell_mm = 99;
     EXPECT_EQ(scene->carry_out(1, wrong).error_code, "out_of_range");
     EXPECT_EQ(hash_of(*scene), pushed);
     // What the other tissue did is gone, and is told to those who watch.
@@ -260,7 +261,7 @@ TEST(Springs, AreChosenPushedTakenBackAndLeft) {
     EXPECT_NE(held, at_rest);
     SharedState state;
     scene->describe(state);
-    EXPECT_TRUE(state.tissue.springs);
+    EXPECT_EQ(state.tissue.model, TissueModel::Springs);
     EXPECT_EQ(state.undo_steps, 2) << "a push, and what followed from it";
     EXPECT_GT(state.active_nodes, 8);
     ASSERT_TRUE(scene->carry_out(1, UndoCommand{}).ok());

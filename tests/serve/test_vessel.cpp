@@ -350,15 +350,16 @@ TEST_F(VesselScene, RefusesWhatAVesselCannotDo) {
     EXPECT_EQ(drive(*scene, 10).error_code, "other_tissue");
     (void)scene->update();
     EXPECT_EQ(hash_volume(scene->deformed()), hash_volume(scene->loaded()->volume));
-    EXPECT_TRUE(scene->carry_out(1, TissueCommand{.choice = {.vessel = true}}).ok());
+    EXPECT_TRUE(scene->carry_out(1, TissueCommand{.choice = {.model = TissueModel::Vessel}}).ok());
     ASSERT_NE(scene->vessel(), nullptr);
     EXPECT_EQ(scene->vessel()->measures().steps, 0);
 
     auto cube = Scene::open({.phantom = "cube", .phantom_size = {20, 20, 20}}, m_arena);
     ASSERT_TRUE(cube.ok());
     EXPECT_EQ(drive(**cube, 10).error_code, "other_tissue");
-    EXPECT_EQ((*cube)->carry_out(1, TissueCommand{.choice = {.vessel = true}}).error_code,
-              "out_of_range");
+    EXPECT_EQ(
+        (*cube)->carry_out(1, TissueCommand{.choice = {.model = TissueModel::Vessel}}).error_code,
+        "out_of_range");
 }
 
 TEST_F(VesselScene, SaysWhatIsWrongWithItsFile) {

@@ -3,7 +3,7 @@
 
 #include "support/scan_files.h"
 
-#include "volume/text.h"
+#include "core/text.h"
 
 #include <zlib.h>
 

@@ -345,9 +345,9 @@ TEST(VesselWall, WhatCantBeIsRefusedInOneLine) {
         return result.ok() ? std::string() : result.error().message;
     };
     EXPECT_EQ(complaint(wall_around_centreline(kStraight, {.thickness_mm = -1}, arena())),
-              "vessel wall: thickness_mm is -1.000000, expected a length above 0");
+              "vessel wall: thickness_mm: expected above 0 mm, found -1");
     EXPECT_EQ(complaint(wall_around_centreline(kStraight, {.layers = 0}, arena())),
-              "vessel wall: layers is 0, expected 1 to 16");
+              "vessel wall: layers: expected 1 to 16, found 0");
     EXPECT_EQ(complaint(wall_around_centreline({}, {}, arena())),
               "centreline: found no branches, expected one or more");
     EXPECT_EQ(complaint(wall_around_centreline({{{{{0, 0, 0}, 1}, {{0, 0, 1}, 0}}}}, {}, arena())),

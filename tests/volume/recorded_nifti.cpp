@@ -7,8 +7,8 @@
 #include <cmath>
 #include <limits>
 
+#include "core/text.h"
 #include "support/random.h"
-#include "volume/text.h"
 
 namespace pliant::test {
 namespace {

@@ -5,7 +5,7 @@
 
 #include <limits>
 
-#include "volume/text.h"
+#include "core/text.h"
 
 namespace pliant::test {
 namespace {

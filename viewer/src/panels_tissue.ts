@@ -6,7 +6,8 @@
 import { button, checkbox, choice, h, slider } from './dom.ts';
 import { type Preset, PresetShelf, presetsWithOwn } from './own_presets.ts';
 import { type Parts, section, tissue } from './panel_parts.ts';
-import type { Materials, Polarity } from './protocol.ts';
+import type { Polarity } from './protocol.ts';
+import { materialRows, type Materials } from './settings.ts';
 
 interface Threshold {
     iso_hu: number;
@@ -160,63 +161,51 @@ export function materialPanel(parts: Parts): HTMLElement {
         'Material',
         false,
         tissue(
-            materialNumber(
-                parts,
-                'offset',
-                'Slack',
-                '',
-                0,
-                1,
-                0.01,
-                'of the softest link, as a share of its length',
+            materialNumber(parts, 'offset', 'Slack', 0.01),
+            materialNumber(parts, 'max_movement_mm', 'Largest movement', 1, 0, 100),
+            materialNumber(parts, 'bone_threshold_hu', 'Bone above', 10, 0, 2000),
+            materialNumber(parts, 'yield', 'Yield', 0.01),
+            parts.add(
+                checkbox(
+                    'air is a material of its own',
+                    () => parts.state.shared?.materials.air_enabled ?? false,
+                    (on) => void parts.session.ask({ do: 'materials', air_enabled: on }),
+                ),
             ),
-            materialNumber(parts, 'max_movement_mm', 'Largest movement', 'mm', 0, 100, 1),
-            materialNumber(
-                parts,
-                'bone_threshold_hu',
-                'Bone above',
-                'HU',
-                0,
-                2000,
-                10,
-                'does not move',
+            materialNumber(parts, 'air_threshold_hu', 'Air below', 10, -1000, 0),
+            parts.add(
+                checkbox(
+                    'rounded limits',
+                    () => parts.state.shared?.materials.limits === 'rounded',
+                    (on) =>
+                        void parts.session.ask({
+                            do: 'materials',
+                            limits: on ? 'rounded' : 'box',
+                        }),
+                ),
             ),
-            materialNumber(
-                parts,
-                'yield',
-                'Yield',
-                '',
-                0,
-                1,
-                0.01,
-                'strain beyond it stays; 0: none',
-            ),
-            materialFlag(parts, 'air_enabled', 'air is a material of its own'),
-            materialNumber(parts, 'air_threshold_hu', 'Air below', 'HU', -1000, 0, 10),
-            materialFlag(parts, 'rounded', 'rounded limits'),
         ),
     );
 }
 
+/// A slider for a setting; unit, hint and range are those of its row.
 function materialNumber(
     parts: Parts,
     key: keyof { [K in keyof Materials as Materials[K] extends number ? K : never]: 0 },
     label: string,
-    unit: string,
-    low: number,
-    high: number,
     step: number,
-    hint = '',
+    low = materialRows[key].low ?? 0,
+    high = materialRows[key].high ?? 1,
 ): HTMLElement {
     let wish: number | undefined; // sent once, when the slider is let go
     return parts.add(
         slider({
             label,
-            unit,
+            unit: materialRows[key].unit,
             low,
             high,
             step,
-            hint,
+            hint: materialRows[key].text,
             value: () => wish ?? parts.state.shared?.materials[key] ?? low,
             input: (value) => {
                 wish = value;
@@ -226,15 +215,5 @@ function materialNumber(
                 wish = undefined;
             },
         }),
-    );
-}
-
-function materialFlag(parts: Parts, key: 'air_enabled' | 'rounded', label: string): HTMLElement {
-    return parts.add(
-        checkbox(
-            label,
-            () => parts.state.shared?.materials[key] ?? false,
-            (on) => void parts.session.ask({ do: 'materials', [key]: on }),
-        ),
     );
 }

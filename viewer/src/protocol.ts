@@ -6,6 +6,7 @@
 
 import type { Box, Grid } from './grid.ts';
 import type { OverlayKind } from './overlay_kinds.ts';
+import type { Drive, Materials, SpringSettings } from './settings.ts';
 import type { Mat3, Vec3 } from './vec.ts';
 import { decodeSurface, decodeVessel, type SurfaceFrame, type VesselFrame } from './vessel.ts';
 
@@ -13,16 +14,6 @@ export const kProtocol = 1;
 
 export type Role = 'control' | 'view';
 export type Polarity = 'rising' | 'falling';
-
-export interface Materials {
-    offset: number;
-    max_movement_mm: number;
-    bone_threshold_hu: number;
-    air_enabled: boolean;
-    air_threshold_hu: number;
-    yield: number;
-    rounded: boolean;
-}
 
 export interface Timing {
     solve_ms: number;
@@ -32,26 +23,18 @@ export interface Timing {
     moved_elements: number;
 }
 
-/// Which model moves the scan; all but the model only of springs.
-export interface TissueState {
+/// The model that moves the scan. Springs have all other fields, too.
+export interface TissueState extends Partial<SpringSettings> {
     model: 'chainmail' | 'springs' | 'vessel';
     has_vessel?: boolean; ///< so that it may be chosen
     centre?: Vec3;
     nodes?: Vec3;
-    cell_mm?: number;
-    young_modulus_pa?: number;
-    fixed_hu?: number;
-    depth?: number; ///< layers of nodes that forces reach
     active_nodes?: number;
     update_hz?: number;
 }
 
-/// What the hand on the catheter does, and what it feels.
-export interface VesselState {
-    insert_mm_s: number;
-    rotate_deg_s: number;
-    bend_first_deg: number;
-    bend_second_deg: number;
+/// Motion of the hand on the catheter, and the forces on it.
+export interface VesselState extends Drive {
     inserted_mm: number;
     rotated_deg: number;
     force_n: number; ///< on the hand that pushes
@@ -226,21 +209,14 @@ export type Command =
     | { do: 'path'; from: Vec3; to: Vec3; reach?: number; iso_hu?: number; polarity?: Polarity }
     | { do: 'relax'; on: boolean }
     | ({ do: 'materials' } & Partial<Materials>)
-    | {
+    | ({
           do: 'tissue';
           model: TissueState['model'];
           centre?: Vec3;
           nodes?: number;
-          cell_mm?: number;
-      }
+      } & Partial<SpringSettings>)
     | { do: 'depth'; layers: number }
-    | {
-          do: 'catheter';
-          insert_mm_s?: number;
-          rotate_deg_s?: number;
-          bend_first_deg?: number;
-          bend_second_deg?: number;
-      }
+    | ({ do: 'catheter' } & Partial<Drive>)
     | { do: 'vessel'; on: boolean }
     | { do: 'iso'; iso_hu?: number; polarity?: Polarity }
     | {

@@ -48,14 +48,14 @@ export class MockScene {
     step = 1;
     iso = -500;
     polarity: 'rising' | 'falling' = 'rising';
-    materials: Record<string, number | boolean> = {
+    materials: Record<string, number | boolean | string> = {
         offset: 0.2,
         max_movement_mm: 20,
         bone_threshold_hu: 300,
         air_enabled: true,
         air_threshold_hu: -500,
         yield: 0,
-        rounded: false,
+        limits: 'box',
     };
     readonly undoSteps: Snapshot[] = [];
     redoSteps: Snapshot[] = [];

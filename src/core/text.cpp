@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-#include "volume/text.h"
+#include "core/text.h"
 
 #include <charconv>
 #include <cmath>
@@ -77,6 +77,17 @@ std::string text_of(double number) {
     return {buffer, result.ptr};
 }
 
+std::string short_text(double number) {
+    char buffer[40];
+    const auto result =
+        std::to_chars(buffer, buffer + sizeof buffer, number, std::chars_format::general, 6);
+    return {buffer, result.ptr};
+}
+
+std::string text_of(Vec3i v) {
+    return std::to_string(v.x) + ", " + std::to_string(v.y) + ", " + std::to_string(v.z);
+}
+
 std::string text_of(Vec3d v) {
     return text_of(v.x) + ", " + text_of(v.y) + ", " + text_of(v.z);
 }
@@ -86,6 +97,10 @@ std::string text_of_sizes(const std::vector<std::int64_t>& sizes) {
     for (const std::int64_t size : sizes)
         text += (text.empty() ? "" : " × ") + std::to_string(size);
     return text;
+}
+
+std::string text_of_size(Vec3i size) {
+    return text_of_sizes({size.x, size.y, size.z});
 }
 
 }  // namespace pliant

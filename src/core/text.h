@@ -30,9 +30,13 @@ std::optional<std::vector<double>> numbers_from(std::string_view text, char sepa
 
 /// Shortest text that reads back as the same number.
 std::string text_of(double number);
+/// With six digits at most, as messages show numbers.
+std::string short_text(double number);
 /// "a, b, c"
 std::string text_of(Vec3d vector);
+std::string text_of(Vec3i vector);
 /// "64 × 64 × 93"
 std::string text_of_sizes(const std::vector<std::int64_t>& sizes);
+std::string text_of_size(Vec3i size);
 
 }  // namespace pliant

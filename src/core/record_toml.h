@@ -1,0 +1,97 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// Settings in TOML: a file as named values, table by table, and a struct as the text of a file.
+
+#pragma once
+
+#include <pliant/record.h>
+
+#include <algorithm>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace pliant {
+
+/// The values of [name], or of one of several [[name]].
+struct TomlTable {
+    std::string name;
+    int number = 0;  ///< of [[name]], from 1 on; 0: [name]
+    Record values;   ///< in the order of the file's keys
+};
+
+/// "[material]", or "[[label]] 2".
+std::string title_of(const TomlTable& table);
+
+/// Reads a text of tables. Where memory is short it throws std::bad_alloc.
+/// @returns Unreadable or InvalidArgument, without the name of the file
+Result<std::vector<TomlTable>> parse_toml(const std::string& text);
+
+/// Reads what toml_text writes, or returns nothing where it finds anything else. The parser behind
+/// parse_toml ends the process where memory is short; this one throws std::bad_alloc.
+std::vector<TomlTable> parse_plain_toml(std::string_view text);
+
+/// The error about a key, with the title of this table.
+Error in_table(const TomlTable& table, std::string_view key, const Error& error);
+
+/// Keys of all rows: "law, offset", with their tables where there are several.
+template <class T>
+std::string keys_of(SettingRows<T> rows) {
+    const bool has_tables = rows.front().table != rows.back().table;
+    std::string keys;
+    std::string_view table;
+    for (const Setting<T>& field : rows) {
+        const bool is_new = has_tables && field.table != table;
+        if (!keys.empty()) keys += is_new ? "; " : ", ";
+        if (is_new) keys.append("[").append(table = field.table).append("] ");
+        keys.append(field.key_in_file());
+    }
+    return keys;
+}
+
+/// Keys that one table of a file may have, by the rows of all structs that it sets.
+template <class... T>
+std::string keys_in_table(std::string_view table, SettingRows<T>... rows) {
+    std::string keys;
+    const auto add = [&](const SettingInfo& row) {
+        if (row.table == table) keys.append(keys.empty() ? "" : ", ").append(row.key_in_file());
+    };
+    (std::for_each(rows.begin(), rows.end(), add), ...);
+    return keys;
+}
+
+/// Sets what a table of a file says.
+/// @returns InvalidArgument that names table and key
+template <class T>
+Status read_table(const TomlTable& table, std::type_identity_t<SettingRows<T>> rows, T& object) {
+    for (const NamedValue& named : table.values) {
+        Status set = Ok{};
+        bool is_known = false;
+        for (const Setting<T>& field : rows) {
+            if (field.table != table.name || field.key_in_file() != named.name) continue;
+            is_known = true;
+            set = assign(object, field, named.value);
+        }
+        if (!is_known) set = unknown_setting(named.name, keys_of<T>(rows));
+        if (!set) return in_table(table, named.name, set.error());
+    }
+    return Ok{};
+}
+
+/// All settings as a file, in the order of the rows: what read_table reads back, bit for
+/// bit.
+template <class T>
+std::string toml_text(const T& object, SettingRows<T> rows) {
+    std::string text;
+    std::string_view table;
+    for (const Setting<T>& field : rows) {
+        const SettingValue value = value_of(object, field);
+        if (std::holds_alternative<std::monostate>(value)) continue;
+        if (field.table != table) text.append("[").append(table = field.table).append("]\n");
+        text.append(field.key_in_file()).append(" = ").append(toml_text(value)).append("\n");
+    }
+    return text;
+}
+
+}  // namespace pliant

@@ -1,0 +1,40 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// Settings in JSON: a key for each row, by its name.
+
+#pragma once
+
+#include <pliant/record.h>
+
+#include <nlohmann/json.hpp>
+#include <string>
+
+namespace pliant::serve {
+
+/// The value of a setting; no value where JSON has anything else, such as an object.
+SettingValue value_of_json(const nlohmann::json& json);
+nlohmann::json json_of_value(const SettingValue& value);
+
+/// Sets all keys of a struct that are set.
+template <class T>
+void put(nlohmann::json& object, const T& settings, SettingRows<T> rows) {
+    for (const Setting<T>& row : rows)
+        if (const SettingValue value = value_of(settings, row);
+            !std::holds_alternative<std::monostate>(value))
+            object[std::string(row.name)] = json_of_value(value);
+}
+
+/// Sets the fields whose keys an object has. Other keys are not looked at.
+/// @returns InvalidArgument that names the field
+template <class T>
+Status read(const nlohmann::json& object, std::type_identity_t<SettingRows<T>> rows, T& settings) {
+    for (const Setting<T>& row : rows) {
+        const auto found = object.find(std::string(row.name));
+        if (found == object.end()) continue;
+        if (const Status s = assign(settings, row, value_of_json(*found)); !s) return s;
+    }
+    return Ok{};
+}
+
+}  // namespace pliant::serve

@@ -1,0 +1,25 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// Rows of the settings that messages carry: those of the models, and the server's own.
+
+#pragma once
+
+#include <pliant/chainmail.h>
+#include <pliant/record.h>
+#include <pliant/spring_deformation.h>
+
+#include "serve/commands.h"
+
+namespace pliant::serve {
+
+/// Materials of ChainMail that clients may change: the rows of [material] and [air].
+SettingRows<ChainMailSettings> material_rows() noexcept;
+/// Rows of a control lattice, beside spring_rows().
+SettingRows<TissueChoice> tissue_rows() noexcept;
+/// Rows of the visible surface.
+SettingRows<IsoCommand> iso_rows() noexcept;
+/// Rows of the hand on the catheter.
+SettingRows<DriveCommand> drive_rows() noexcept;
+
+}  // namespace pliant::serve

@@ -1,0 +1,165 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// Settings that messages carry. Made from the library's tables by `./dev settings`; a
+// test compares.
+
+export interface SettingRow {
+    unit: string;
+    low?: number;
+    high?: number;
+    text: string;
+}
+
+export interface Materials {
+    law: 'draeger';
+    offset: number;
+    bone_threshold_hu: number; ///< [HU]
+    max_movement_mm: number; ///< [mm]
+    yield: number;
+    limits: 'box' | 'rounded';
+    air_enabled: boolean;
+    air_threshold_hu: number; ///< [HU]
+    air_compress: number;
+    air_stretch: number;
+    air_shear: number;
+}
+
+export const materialRows: Record<keyof Materials, SettingRow> = {
+    law: {
+        unit: '',
+        text: 'how limits follow from the voxel value',
+    },
+    offset: {
+        unit: '',
+        low: 0,
+        high: 1,
+        text: 'slack of the softest link, as a fraction of its length; 0: rigid',
+    },
+    bone_threshold_hu: {
+        unit: 'HU',
+        text: 'elements with a larger value don\'t move',
+    },
+    max_movement_mm: {
+        unit: 'mm',
+        low: 0,
+        high: 500,
+        text: 'largest distance from the rest position, for the softest element',
+    },
+    yield: {
+        unit: '',
+        low: 0,
+        high: 1,
+        text: 'strain beyond this fraction of the limits stays; 0: none stays',
+    },
+    limits: {
+        unit: '',
+        text: 'how the limits of the links around an element combine; rounded: round contours',
+    },
+    air_enabled: {
+        unit: '',
+        text: 'air is a material of its own',
+    },
+    air_threshold_hu: {
+        unit: 'HU',
+        text: 'values below it are air; a sphere does not grab them',
+    },
+    air_compress: {
+        unit: '',
+        low: 0,
+        high: 1,
+        text: 'fraction of its length that a link in air can lose',
+    },
+    air_stretch: {
+        unit: '',
+        low: 0,
+        high: 500,
+        text: 'fraction of its length that a link in air can gain',
+    },
+    air_shear: {
+        unit: '',
+        low: 0,
+        high: 500,
+        text: 'sideways slack of a link in air, as a fraction of its length',
+    },
+};
+
+export interface SpringSettings {
+    cell_mm: number; ///< [mm]
+    young_modulus_pa: number; ///< [Pa]
+    fixed_hu: number; ///< [HU]
+    fixed_share: number;
+    depth: number; ///< [layers]
+    damping_s: number; ///< [s]
+}
+
+export const springRows: Record<keyof SpringSettings, SettingRow> = {
+    cell_mm: {
+        unit: 'mm',
+        low: 0,
+        high: 1000,
+        text: 'edge of a control cell, rounded to whole voxels',
+    },
+    young_modulus_pa: {
+        unit: 'Pa',
+        low: 1,
+        high: 1e+09,
+        text: 'Young\'s modulus of tissue; air has a hundredth of it',
+    },
+    fixed_hu: {
+        unit: 'HU',
+        text: 'nodes with a larger mean value around them don\'t move',
+    },
+    fixed_share: {
+        unit: '',
+        low: 0,
+        high: 1,
+        text: 'nor do those of cells with a larger share of such voxels',
+    },
+    depth: {
+        unit: 'layers',
+        low: 0,
+        high: 1e+06,
+        text: 'layers of nodes that forces reach beyond a tool',
+    },
+    damping_s: {
+        unit: 's',
+        low: 1e-04,
+        high: 10000,
+        text: 'time in which free motion dies away to 1/e',
+    },
+};
+
+export interface Drive {
+    insert_mm_s: number; ///< [mm/s]
+    rotate_deg_s: number; ///< [degrees/s]
+    bend_first_deg: number; ///< [degrees]
+    bend_second_deg: number; ///< [degrees]
+}
+
+export const driveRows: Record<keyof Drive, SettingRow> = {
+    insert_mm_s: {
+        unit: 'mm/s',
+        low: -100,
+        high: 100,
+        text: 'speed of the insertion',
+    },
+    rotate_deg_s: {
+        unit: 'degrees/s',
+        low: -720,
+        high: 720,
+        text: 'speed of the rotation',
+    },
+    bend_first_deg: {
+        unit: 'degrees',
+        low: -180,
+        high: 180,
+        text: 'bend of the tip about its first axis',
+    },
+    bend_second_deg: {
+        unit: 'degrees',
+        low: -180,
+        high: 180,
+        text: 'bend of the tip about its second axis',
+    },
+};
