@@ -15,12 +15,12 @@ namespace pliant::render {
 namespace {
 
 constexpr double kLampAside_mm = 1.6, kLampAbove_mm = 0.5;
-constexpr double kSoftHu = 300;                 // over which a shadow sets in
+constexpr double kSoftHu = 300;                 // width of a shadow's edge
 constexpr Vec3d kWrap{0.38, 0.14, 0.10};        // red light reaches farther through tissue
-constexpr Vec3d kClosedTint{0.30, 0.15, 0.13};  // light that is left in closed places
-constexpr Vec3d kBlood{0.42, 0.10, 0.14};       // share that blood leaves of a colour
+constexpr Vec3d kClosedTint{0.30, 0.15, 0.13};  // share of light left in closed places
+constexpr Vec3d kBlood{0.42, 0.10, 0.14};       // transmission of a blood vessel
 constexpr Vec3d kLampColour{1.0, 0.97, 0.94};
-constexpr double kShadow = 0.35;  // light that is left in a shadow
+constexpr double kShadow = 0.35;  // share of light left in a shadow
 constexpr int kShadowTaps = 6;
 
 double smooth_step(double low, double high, double x) {
@@ -67,7 +67,7 @@ RealLook::RealLook(const VolumeRays& rays, const EyeRays& eye_rays, const Endosc
       m_endoscope(endoscope),
       m_colours(lining_colours(endoscope.lining)),
       m_noise(NoiseTile::instance()),
-      m_exposure(metered_exposure(eye_rays, camera)),
+      m_exposure(metered_exposure(eye_rays, camera, endoscope.field_stop)),
       m_radius(std::min(1.0, camera.aspect())) {
     for (int n = 0; n < 2; ++n)
         m_lamps[n] = endoscope.eye_mm + (n == 0 ? kLampAside_mm : -kLampAside_mm) * camera.right() +
@@ -119,10 +119,10 @@ RealLook::Coat RealLook::coat(double t, Vec3d point_mm, Vec3d normal) const {
     const double dense = rising ? smooth_step(80, 260, most) : smooth_step(90, 160, deep);
     const double bone = rising ? smooth_step(280, 650, most) : smooth_step(250, 500, deep);
     const double thin = 1 - smooth_step(-750, -350, std::min(shallow, deep));
-    Vec3d own = mix(c.mucosa, c.fat, c.fat_share * fat);
+    Vec3d own = mix(c.mucosa, c.fatty, c.fat_share * fat);
     own = mix(own, c.pale, c.pale_share * dense);
-    own = mix(own, c.bone, 0.7 * bone);
-    own = mix(own, c.thin, c.thin_share * thin);
+    own = mix(own, c.bony, c.bone_share * bone);
+    own = mix(own, c.thin_wall, c.thin_share * thin);
 
     RestField::Sample moved{{0, 0, 0}, 0};
     if (m_endoscope.rest) moved = m_endoscope.rest->at(m_rays.to_voxel(point_mm));
@@ -148,7 +148,7 @@ RealLook::Coat RealLook::coat(double t, Vec3d point_mm, Vec3d normal) const {
          0.55 * line_at_half(twig, normal, 0.050 * twigs) * (1 - smooth_step(16, 45, t)),
          0.34 * line_at_half(hair, normal, 0.080 * smooth_step(0.34, 0.6, double(twig.value))) *
              (1 - smooth_step(8, 24, t))});
-    own = mix(own, times(own, kBlood), c.veins * veins * (1 - bone));
+    own = mix(own, times(own, kBlood), c.vein_share * veins * (1 - bone));
     const double raw = smooth_step(0.55, 0.95, double(moved.raw));  // cut or carved: no lining
     own = mix(own, (0.7 + 0.6 * double(fine.value)) * kFlesh, raw);
 

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The light of the style "real": what a camera at the end of an endoscope records.
+// The light of the style "real": the picture of a camera at the end of an endoscope.
 //
 //        lamp   lens   lamp        two lamps beside the lens, inverse-square falloff, a shadow each
 //          \     |     /

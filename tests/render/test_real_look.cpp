@@ -130,12 +130,29 @@ TEST(RealLook, MetersByTheInverseSquare) {
         e.field_of_view_deg = 2;  // all rays are about as long
         const render::Camera camera(e, 64, 64);
         return render::metered_exposure(render::EyeRays(rays, e.eye_mm, e.iso_hu, e.polarity),
-                                        camera);
+                                        camera, FieldStop::Round);
     };
     for (const double far_mm : {6.0, 12.0, 24.0, 40.0})
         EXPECT_NEAR(exposure_at(far_mm) / (far_mm * far_mm + 9), 0.75, 0.005) << far_mm;
     EXPECT_NEAR(exposure_at(60) / (45.0 * 45 + 9), 0.75, 0.005) << "lamps can do no more";
     EXPECT_NEAR(exposure_at(1) / (5.0 * 5 + 9), 0.75, 0.005) << "and dim no further";
+}
+
+TEST(RealLook, MetersThePictureThatIsShown) {
+    // A wall 10 mm ahead; beyond the round field of a wide picture, the space is open.
+    TaskArena arena(1);
+    const Volume volume = make_volume<std::int16_t>(plain_grid({81, 121, 81}), [](Vec3d p) {
+        return p.y > 12 && std::abs(p.x - 40) < 9 ? 0 : -1000;
+    });
+    const render::VolumeRays rays(volume, arena);
+    Endoscope e = real_from_the_front();
+    const render::Camera camera(e, 128, 64);
+    const render::EyeRays eye_rays(rays, e.eye_mm, e.iso_hu, e.polarity);
+    const auto exposure = [&](FieldStop stop) {
+        return render::metered_exposure(eye_rays, camera, stop);
+    };
+    EXPECT_EQ(exposure(FieldStop::Round), exposure(FieldStop::Octagon));
+    EXPECT_GT(exposure(FieldStop::Full), 1.5 * exposure(FieldStop::Round));
 }
 
 TEST(RealLook, IsBlackBeyondTheFieldStop) {

@@ -213,7 +213,15 @@ export class EndoscopeView {
         const surface = surfaceOf(state);
         this.inside.set({
             ...liningUniforms(liningOf(lining, surface.rising)),
-            exposure: meteredExposure(data, camera, fieldOfView, barrel, aspect, surface),
+            exposure: meteredExposure(
+                data,
+                camera,
+                fieldOfView,
+                barrel,
+                aspect,
+                surface,
+                fieldStop,
+            ),
             voxelMm: Math.min(Math.max(Math.cbrt(sx * sy * sz), 0.4), 1.2),
             fieldStop: kFieldStops.indexOf(fieldStop),
         });

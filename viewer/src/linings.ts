@@ -8,7 +8,7 @@ import * as THREE from 'three';
 export const kLinings = ['airway', 'colon', 'sinus', 'vessel'] as const;
 export type Lining = (typeof kLinings)[number];
 
-/// What a person chose, or what the threshold's polarity suggests.
+/// The chosen lining, or the one that fits the threshold's polarity.
 export const liningOf = (chosen: Lining | 'auto', rising: boolean): Lining =>
     chosen !== 'auto' ? chosen : rising ? 'airway' : 'vessel';
 
@@ -25,13 +25,14 @@ interface LiningColours {
     readonly thinWall: Colour;
     readonly fatShare: number;
     readonly paleShare: number;
+    readonly boneShare: number;
     readonly thinShare: number;
     readonly veinShare: number;
     readonly mottle: number;
     readonly gloss: number;
 }
 
-const kColours: Record<Lining, LiningColours> = {
+export const kColours: Record<Lining, LiningColours> = {
     airway: {
         mucosa: [0.66, 0.19, 0.135],
         pale: [0.8, 0.45, 0.35],
@@ -40,6 +41,7 @@ const kColours: Record<Lining, LiningColours> = {
         thinWall: [0.56, 0.13, 0.11],
         fatShare: 0.5,
         paleShare: 0.6,
+        boneShare: 0.7,
         thinShare: 0.4,
         veinShare: 0.65,
         mottle: 0.55,
@@ -53,6 +55,7 @@ const kColours: Record<Lining, LiningColours> = {
         thinWall: [0.6, 0.17, 0.11],
         fatShare: 0.3,
         paleShare: 0.3,
+        boneShare: 0.7,
         thinShare: 0.3,
         veinShare: 0.8,
         mottle: 0.5,
@@ -66,6 +69,7 @@ const kColours: Record<Lining, LiningColours> = {
         thinWall: [0.6, 0.17, 0.15],
         fatShare: 0.3,
         paleShare: 0.45,
+        boneShare: 0.7,
         thinShare: 0.25,
         veinShare: 0.45,
         mottle: 0.55,
@@ -79,6 +83,7 @@ const kColours: Record<Lining, LiningColours> = {
         thinWall: [0.6, 0.24, 0.17],
         fatShare: 0.35,
         paleShare: 0.5,
+        boneShare: 0.7,
         thinShare: 0.3,
         veinShare: 0.25,
         mottle: 0.45,
@@ -86,7 +91,7 @@ const kColours: Record<Lining, LiningColours> = {
     },
 };
 
-/// Uniforms of shaders/real.glsl that say which lumen it is.
+/// Uniforms of shaders/real.glsl for a lumen.
 export function liningUniforms(lining: Lining): Record<string, unknown> {
     return Object.fromEntries(
         Object.entries(kColours[lining]).map(([name, value]) => [

@@ -11,7 +11,7 @@ uniform float exposure;       // [mm²]
 uniform float voxelMm;        // step behind the wall
 uniform int fieldStop;        // 0: round, 1: octagon, 2: full
 uniform vec3 mucosa, pale, fatty, bony, thinWall;  // linear
-uniform float fatShare, paleShare, thinShare, veinShare, mottle, gloss;
+uniform float fatShare, paleShare, boneShare, thinShare, veinShare, mottle, gloss;
 
 const float kLampAside = 1.6, kLampAbove = 0.5, kLampSize = 3.0;  // [mm]
 const float kSoftHu = 300.0;
@@ -70,7 +70,7 @@ vec3 coatAt(float t, vec3 p, vec3 world, vec3 normal, out vec3 film, out float w
     float thin = 1.0 - smoothstep(-750.0, -350.0, min(shallow, deep));
     vec3 own = mix(mucosa, fatty, fatShare * fat);
     own = mix(own, pale, paleShare * dense);
-    own = mix(own, bony, 0.7 * bone);
+    own = mix(own, bony, boneShare * bone);
     own = mix(own, thinWall, thinShare * thin);
 
     vec4 offset = restAt(p);
