@@ -12,6 +12,7 @@ namespace {
 
 constexpr int kAcross = 11;    // rays
 constexpr double kKey = 0.75;  // light on an average wall, as a share of its own colour
+constexpr double kPower = 0.75;
 constexpr double kNear_mm = 5, kFar_mm = 45;
 
 double arriving(double far_mm) {
@@ -33,11 +34,12 @@ double metered_exposure(const EyeRays& rays, const Camera& camera, FieldStop fie
         }
     std::vector<double> far_mm(directions.size());
     rays.hit_distances(directions, far_mm.data());
-    // The mean of square roots lies between a mean, which a near fold would rule, and a median.
+    // Power mean of exponent 3/4: a near fold counts for less than in a mean, so that it does not
+    // blacken the lumen, and for more than in a median, so that it is not bleached.
     double sum = 0;
-    for (const double d : far_mm) sum += std::isinf(d) ? 0 : std::sqrt(arriving(d));
-    const double mean = sum / double(far_mm.size());
-    return kKey / std::clamp(mean * mean, arriving(kFar_mm), arriving(kNear_mm));
+    for (const double d : far_mm) sum += std::isinf(d) ? 0 : std::pow(arriving(d), kPower);
+    const double mean = std::pow(sum / double(far_mm.size()), 1 / kPower);
+    return kKey / std::clamp(mean, arriving(kFar_mm), arriving(kNear_mm));
 }
 
 }  // namespace pliant::render

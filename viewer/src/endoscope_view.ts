@@ -81,6 +81,7 @@ export class EndoscopeView {
             real: false,
             noiseTile: noiseTexture(),
             exposure: 0,
+            spacingMm: 1,
             voxelMm: 1,
             fieldStop: 0,
         };
@@ -209,6 +210,7 @@ export class EndoscopeView {
     private setReal(state: State, aspect: number): void {
         const { data } = this.volume!;
         const [sx, sy, sz] = data.grid.spacing;
+        const spacingMm = Math.cbrt(sx * sy * sz);
         const { camera, fieldOfView, barrel, lining, fieldStop } = state;
         const surface = surfaceOf(state);
         this.inside.set({
@@ -222,7 +224,8 @@ export class EndoscopeView {
                 surface,
                 fieldStop,
             ),
-            voxelMm: Math.min(Math.max(Math.cbrt(sx * sy * sz), 0.4), 1.2),
+            spacingMm,
+            voxelMm: Math.min(Math.max(spacingMm, 0.4), 1.2),
             fieldStop: kFieldStops.indexOf(fieldStop),
         });
     }

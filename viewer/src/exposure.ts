@@ -9,6 +9,7 @@ import type { VolumeData } from './volume.ts';
 
 const kAcross = 11; // rays
 const kKey = 0.75; // light on an average wall, as a share of its own colour
+const kPower = 0.75; // of the mean, between a mean and a median
 const kNear = 5; // [mm]: lowest power of the lamps
 const kFar = 45; // [mm]: highest power
 const kLampSize = 3; // [mm]
@@ -38,8 +39,8 @@ export function meteredExposure(
             ++count;
             const ray = rayThrough(camera, fieldOfView, barrel, halfWidth * u, halfHeight * v);
             const hit = firstHit(volume, camera.eye, ray, surface);
-            if (hit) sum += Math.sqrt(arriving(hit.distance));
+            if (hit) sum += arriving(hit.distance) ** kPower;
         }
-    const mean = sum / count;
-    return kKey / Math.min(Math.max(mean * mean, arriving(kFar)), arriving(kNear));
+    const mean = (sum / count) ** (1 / kPower);
+    return kKey / Math.min(Math.max(mean, arriving(kFar)), arriving(kNear));
 }
