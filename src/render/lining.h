@@ -39,7 +39,7 @@ inline LiningColours lining_colours(Lining lining) {
                     .mottle = 0.5,
                     .gloss = 1.3};
         case Lining::Sinus:
-            return {.mucosa = {0.66, 0.195, 0.18},
+            return {.mucosa = {0.68, 0.225, 0.21},
                     .pale = {0.76, 0.4, 0.34},
                     .fatty = {0.76, 0.34, 0.25},
                     .bony = {0.8, 0.54, 0.42},
@@ -67,7 +67,7 @@ inline LiningColours lining_colours(Lining lining) {
         case Lining::Airway:
             break;
     }
-    return {.mucosa = {0.66, 0.215, 0.15},
+    return {.mucosa = {0.67, 0.23, 0.165},
             .pale = {0.8, 0.45, 0.35},
             .fatty = {0.79, 0.38, 0.21},
             .bony = {0.82, 0.6, 0.45},

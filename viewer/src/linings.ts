@@ -34,7 +34,7 @@ interface LiningColours {
 
 export const kColours: Record<Lining, LiningColours> = {
     airway: {
-        mucosa: [0.66, 0.215, 0.15],
+        mucosa: [0.67, 0.23, 0.165],
         pale: [0.8, 0.45, 0.35],
         fatty: [0.79, 0.38, 0.21],
         bony: [0.82, 0.6, 0.45],
@@ -62,7 +62,7 @@ export const kColours: Record<Lining, LiningColours> = {
         gloss: 1.3,
     },
     sinus: {
-        mucosa: [0.66, 0.195, 0.18],
+        mucosa: [0.68, 0.225, 0.21],
         pale: [0.76, 0.4, 0.34],
         fatty: [0.76, 0.34, 0.25],
         bony: [0.8, 0.54, 0.42],

@@ -28,6 +28,8 @@ export interface Shown {
     readonly lining?: Lining;
     readonly fieldStop?: FieldStop;
     readonly camera?: Camera;
+    readonly fine?: boolean; ///< four rays per pixel; as usual: true
+    readonly quality?: number; ///< how slow the machine is taken to be, 0: not at all
     /// Of the tissue, a file of `pliant deform --save-state`; the page is in the same state.
     readonly state?: string;
 }
@@ -42,18 +44,18 @@ export async function difference(
     name: string,
     offDegrees = 0,
     style: Style = 'plain',
-    { state: saved, ...shown }: Shown = {},
+    { state: saved, quality = 0, ...shown }: Shown = {},
 ): Promise<Difference> {
     await page.evaluate(
-        async (settings) => {
+        async ({ quality, ...settings }) => {
             const session = (window as never as { pliant: Session }).pliant;
             const { stage, store } = session;
-            (stage as never as { quality: number }).quality = 0;
+            (stage as never as { quality: number }).quality = quality;
             store.set({ fine: true, ...settings });
             await session.compare(); // its answer comes after the rest field
             stage.invalidate();
         },
-        { style, ...shown },
+        { style, quality, ...shown },
     );
     await page.waitForTimeout(300);
     await still(page);

@@ -100,6 +100,17 @@ test('a CT looks the same as in C++', { skip: !program || !existsSync(kThorax) }
     bound(real!);
 });
 
+test('on a slow machine edges become as smooth as in C++, one picture after the other', {
+    skip: !program,
+}, async () => {
+    const [fine, coarse] = await differences(airway(), {
+        picture_passes: ['real', 0, { quality: 2 }],
+        picture_one_pass: ['real', 0, { quality: 2, fine: false }],
+    });
+    bound(fine!);
+    assert.ok(coarse!.far > 2 * fine!.far, `far ${coarse!.far} and ${fine!.far}`);
+});
+
 test('each lining and each shape of the field looks the same as in C++', {
     skip: !program,
 }, async () => {
