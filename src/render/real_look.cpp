@@ -202,7 +202,7 @@ Vec3d RealLook::shade(double t, Vec3d point_mm, Vec3d normal, Vec3d direction) c
         const double cosine = std::max(dot(own.film, half), 0.0);
         const double fresnel = 0.04 + 0.96 * std::pow(1 - std::max(dot(half, to_lamp), 0.0), 5.0);
         const double shine = fresnel * own.wetness * open * std::clamp(4 * facing, 0.0, 1.0) *
-                             (0.7 * facets(cosine, 0.002) + 0.25 * facets(cosine, 0.05));
+                             (1.5 * facets(cosine, 0.0012) + 0.25 * facets(cosine, 0.05));
         for (int c = 0; c < 3; ++c) {
             const double through = std::clamp((facing + kWrap[c]) / (1 + kWrap[c]), 0.0, 1.0);
             const double around = mix(kClosedTint[c], 1, open);

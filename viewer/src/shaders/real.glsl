@@ -162,7 +162,7 @@ vec3 realLight(vec3 p, float t, vec3 normal, vec3 ray, float open) {
         float cosine = max(dot(film, half_), 0.0);
         float fresnel = 0.04 + 0.96 * pow(1.0 - max(dot(half_, toLamp), 0.0), 5.0);
         float shine = fresnel * wetness * open * clamp(4.0 * facing, 0.0, 1.0) *
-                      (0.7 * facets(cosine, 0.002) + 0.25 * facets(cosine, 0.05));
+                      (1.5 * facets(cosine, 0.0012) + 0.25 * facets(cosine, 0.05));
         vec3 through = clamp((facing + kWrap) / (1.0 + kWrap), 0.0, 1.0);
         total += arrives * (own * through * mix(kClosedTint, vec3(1.0), open) +
                             kLampColour * shine);
