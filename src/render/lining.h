@@ -82,6 +82,6 @@ inline LiningColours lining_colours(Lining lining) {
 }
 
 /// Tissue that was cut or carved, everywhere.
-inline constexpr Vec3d kFlesh{0.36, 0.022, 0.026};
+inline constexpr Vec3d kFlesh{0.46, 0.036, 0.038};
 
 }  // namespace pliant::render
