@@ -93,9 +93,10 @@ pliant_test(results
             ../../benchmarks/results_page/plot.cpp
             ../../benchmarks/results_chainmail/setups.cpp
             ../../benchmarks/results_chainmail/slices.cpp
+            ../../benchmarks/results_endoscope/colours.cpp
             ../../benchmarks/results_pbd/cutaway.cpp
             ../../benchmarks/results_pbd/pressed.cpp
-            test_cutaway.cpp test_plot.cpp test_setups.cpp)
+            test_colours.cpp test_cutaway.cpp test_plot.cpp test_setups.cpp)
 target_include_directories(test_results PRIVATE
     ${PROJECT_SOURCE_DIR}/benchmarks
     ${PROJECT_SOURCE_DIR}/benchmarks/results_chainmail

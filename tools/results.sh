@@ -5,12 +5,12 @@
 # The pages that set Pliant beside its papers, each written by a program of its own: pictures and
 # numbers together, or nothing where something fails.
 
-readonly results_topics="chainmail, endoscope, haptics, pbd or springs"
+readonly results_topics="chainmail, colours, endoscope, haptics, pbd or springs"
 
 results() { # TOPIC
     (($# == 1)) || fail "results: expected one topic ($results_topics), found $#"
     case $1 in
-        chainmail | endoscope | haptics | pbd | springs) "results_$1" ;;
+        chainmail | colours | endoscope | haptics | pbd | springs) "results_$1" ;;
         *) fail "results: expected $results_topics, found '$1'" ;;
     esac
 }
@@ -19,6 +19,16 @@ results_chainmail() {
     local scans=$root/../shared/data
     [[ -d $scans ]] || fail "results: the scans of the drag are not there: expected $scans"
     write_results chainmail "$scans"
+}
+
+results_colours() {
+    local scans=$root/../shared/data
+    [[ -d $scans ]] || fail "results: the scans of the lumina are not there: expected $scans"
+    need_packages build bench
+    configure release -DPLIANT_BUILD_BENCHMARKS=ON -DPLIANT_BUILD_TESTS=OFF
+    compile release --target results_colours
+    "$root/build/release/results_colours" "$root/docs/results/endoscope" "$scans"
+    say "done: docs/results/endoscope/colours.md"
 }
 
 results_haptics() {

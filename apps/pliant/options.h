@@ -93,6 +93,7 @@ struct DeformOptions {
 struct RenderOptions {
     std::string file;
     std::string series;
+    std::string load_state;  ///< of the tissue; empty: at rest
     std::string out;
     std::string path, movie;       ///< a flight along a curve; then out and eye aren't used
     std::string keyframes;         ///< a movie of the page's keyframes, instead of a path

@@ -1,7 +1,10 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
+#include <pliant/chainmail.h>
 #include <pliant/fluoroscopy.h>
+#include <pliant/resample.h>
+#include <pliant/rest_field.h>
 
 #include <array>
 #include <charconv>
@@ -67,7 +70,31 @@ Result<Endoscope> place_endoscope(const RenderOptions& o, const Volume& volume, 
     return e;
 }
 
-/// @returns what is wrong with the options, or an empty text
+/// The deformed scan, and positions at rest for the style real.
+struct LoadedState {
+    Deformed deformed;
+    RestField rest;
+};
+
+/// The scan as --load-state has it. @returns bad data of the state; LimitExceeded
+Result<LoadedState> load_state(const RenderOptions& o, const Volume& scan, const TaskArena& arena) {
+    auto tissue = ChainMail::create(scan, {}, arena);
+    if (!tissue) return tissue.error();
+    if (const Status s = tissue->load_state(o.load_state); !s.ok()) return s.error();
+    const bool real = o.look_of.style == "real";
+    auto deformed = deform_volume(*tissue, Mapping::Cells, real);
+    if (!deformed) return deformed.error();
+    LoadedState loaded;
+    if (real) {
+        auto rest = RestField::create(*tissue, *deformed);
+        if (!rest) return rest.error();
+        loaded.rest = std::move(*rest);
+    }
+    loaded.deformed = std::move(*deformed);
+    return loaded;
+}
+
+/// @returns the fault of the options, or an empty text
 std::string check(const RenderOptions& o) {
     const std::pair<const char*, double> numbers[] = {{"--iso", o.iso_hu},
                                                       {"--fov", o.field_of_view_deg},
@@ -153,9 +180,12 @@ Image draw_four(const RenderOptions& o, const Volume& volume, const Views& v,
     return four_up_view(volume, {v.endoscope, v.section, name}, v.width, v.height, arena);
 }
 
-Result<Image> draw(const RenderOptions& o, const Volume& volume, const TaskArena& arena) {
+/// @param rest  of a deformed volume, or null
+Result<Image> draw(const RenderOptions& o, const Volume& volume, const RestField* rest,
+                   const TaskArena& arena) {
     const bool section_only = o.view == "axial" || o.view == "coronal" || o.view == "sagittal";
     Views v = make_views(o);
+    v.endoscope.rest = rest;
     if (section_only && (o.at_mm || o.eye_mm)) {
         v.section.point_mm = o.at_mm ? *o.at_mm : *o.eye_mm;
         return draw_section(o, volume, v.section, v.width, v.height, arena);
@@ -204,8 +234,9 @@ Result<std::vector<Keyframe>> read_shots(const RenderOptions& o) {
 
 /// One caster for all frames.
 Status draw_movie(const RenderOptions& o, const std::vector<Keyframe>& shots, const Volume& volume,
-                  const TaskArena& arena, ProgressBar& bar) {
+                  const RestField* rest, const TaskArena& arena, ProgressBar& bar) {
     Views v = make_views(o);
+    v.endoscope.rest = rest;
     Movie movie;
     if (const Status opened = movie.open(o.movie, v.width, v.height); !opened) return opened;
     const RayCaster caster(volume, arena);
@@ -246,11 +277,21 @@ int run_render(const RenderOptions& options) {
     const auto volume = read_volume(options.file, {options.series});
     if (!volume) return fail(volume.error());
     const TaskArena arena(options.threads);
+    const Volume* shown = &*volume;
+    const RestField* rest = nullptr;
+    std::optional<LoadedState> state;
+    if (!options.load_state.empty()) {
+        auto loaded = load_state(options, *volume, arena);
+        if (!loaded) return fail(loaded.error());
+        state.emplace(std::move(*loaded));
+        shown = &state->deformed.volume;
+        rest = &state->rest;
+    }
     if (!shots.empty()) {
-        const Status done = draw_movie(options, shots, *volume, arena, *bar);
+        const Status done = draw_movie(options, shots, *shown, rest, arena, *bar);
         return done ? kExitOk : fail(done.error());
     }
-    const auto image = draw(options, *volume, arena);
+    const auto image = draw(options, *shown, rest, arena);
     bar.reset();
     if (!image) return bad_input(image.error().message);
     if (const auto written = write_png(options.out, *image); !written)

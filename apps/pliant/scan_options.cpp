@@ -60,6 +60,8 @@ void add_render(CLI::App& app, RenderOptions& o) {
     auto* c = app.add_subcommand("render", "Draw the endoscope's view and the sections");
     c->add_option("FILE", o.file, "NRRD, MetaImage, NIfTI or DICOM folder")->required();
     add_series(c, o.series);
+    c->add_option("--load-state", o.load_state,
+                  "draw the scan as deform --save-state left it (.plst)");
     c->add_option("--out", o.out, "PNG file to write");
     c->add_option("--path", o.path, "curve of 3D Slicer (.mrk.json) to fly along");
     c->add_option("--keyframes", o.keyframes, "cameras that the page saved (.json), for a movie");

@@ -129,15 +129,14 @@ Status Page::finish() {
                        "a run of " + text_of(seconds, 0) + " s; other work on " +
                            text_of(cores, 2) + " cores, on the average");
     }
-    const auto place = m_files.stage(m_folder / "README.md");
+    const auto place = m_files.stage(m_folder / m_name);
     if (!place.ok()) return place.error();
     while (m_text.ends_with("\n\n")) m_text.pop_back();
     std::ofstream file(*place, std::ios::binary);
     file << m_text;
     file.close();
     if (!file)
-        return Error{ErrorCode::Unwritable,
-                     (m_folder / "README.md").string() + ": can't be written"};
+        return Error{ErrorCode::Unwritable, (m_folder / m_name).string() + ": can't be written"};
     return m_files.commit();
 }
 

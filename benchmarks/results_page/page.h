@@ -23,7 +23,8 @@ std::string text_of(std::int64_t count);
 
 class Page {
   public:
-    explicit Page(std::filesystem::path folder) : m_folder(std::move(folder)) {}
+    explicit Page(std::filesystem::path folder, std::string name = "README.md")
+        : m_folder(std::move(folder)), m_name(std::move(name)) {}
 
     void heading(int level, std::string_view text);
     void paragraph(std::string_view text);
@@ -39,6 +40,7 @@ class Page {
 
   private:
     std::filesystem::path m_folder;
+    std::string m_name;
     StagedFiles m_files;
     std::string m_text;
     std::string m_failure;               ///< the first picture that couldn't be written

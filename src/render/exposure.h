@@ -5,6 +5,8 @@
 
 #pragma once
 
+#include <pliant/render.h>
+
 #include "render/camera.h"
 #include "render/volume_rays.h"
 
@@ -12,9 +14,10 @@ namespace pliant::render {
 
 inline constexpr double kLampSize_mm = 3;  ///< a wall that touches the lens isn't infinitely bright
 
-/// Factor of light: 1/(d² + kLampSize_mm²), times it, is about 1 where the picture is as bright as
-/// it is on average. Metered on 11 × 11 rays in the round field. Between that of a wall at 5 mm and
-/// at 45 mm: beyond them lamps dim no further, or can do no more [mm²].
-double metered_exposure(const EyeRays& rays, const Camera& camera);
+/// Exposure E [mm²]: E / (d² + kLampSize_mm²) is 0.75 where the picture has its average brightness.
+/// Metered on 11 × 11 rays over the whole picture (Full), or on the 97 of them in the round field
+/// (Round, Octagon). Limited to E of a wall at 5 mm, the lamps' lowest power, and at 45 mm, their
+/// highest.
+double metered_exposure(const EyeRays& rays, const Camera& camera, FieldStop field_stop);
 
 }  // namespace pliant::render

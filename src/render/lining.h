@@ -11,73 +11,77 @@
 namespace pliant::render {
 
 struct LiningColours {
-    Vec3d mucosa, pale, fat, bone, thin;  ///< pale: over cartilage; thin: with air behind
-    Vec3d vein;
-    double fat_share, pale_share, thin_share;  ///< of the mucosa's colour that is replaced at most
-    double veins;                              ///< opacity of blood vessels
-    double mottle;                             ///< contrast of patches
-    double gloss;                              ///< of the film of liquid
+    Vec3d mucosa;
+    Vec3d pale;       ///< over cartilage
+    Vec3d fatty;      ///< over fat
+    Vec3d bony;       ///< over bone
+    Vec3d thin_wall;  ///< with air behind
+    /// Largest share of the mucosa's colour that each of them replaces.
+    double fat_share, pale_share, bone_share, thin_share;
+    double vein_share;  ///< opacity of blood vessels
+    double mottle;      ///< contrast of patches
+    double gloss;       ///< of the film of liquid
 };
 
 inline LiningColours lining_colours(Lining lining) {
     switch (lining) {
         case Lining::Colon:
-            return {{0.66, 0.215, 0.125},
-                    {0.74, 0.40, 0.30},
-                    {0.78, 0.36, 0.18},
-                    {0.80, 0.62, 0.44},
-                    {0.60, 0.17, 0.11},
-                    {0.34, 0.03, 0.035},
-                    0.30,
-                    0.30,
-                    0.30,
-                    0.80,
-                    0.50,
-                    1.3};
+            return {.mucosa = {0.66, 0.225, 0.15},
+                    .pale = {0.74, 0.4, 0.31},
+                    .fatty = {0.74, 0.33, 0.2},
+                    .bony = {0.8, 0.62, 0.46},
+                    .thin_wall = {0.62, 0.19, 0.13},
+                    .fat_share = 0.25,
+                    .pale_share = 0.3,
+                    .bone_share = 0.3,
+                    .thin_share = 0.3,
+                    .vein_share = 0.8,
+                    .mottle = 0.5,
+                    .gloss = 1.3};
         case Lining::Sinus:
-            return {{0.66, 0.205, 0.165},
-                    {0.78, 0.45, 0.37},
-                    {0.78, 0.38, 0.22},
-                    {0.82, 0.60, 0.45},
-                    {0.60, 0.17, 0.15},
-                    {0.40, 0.04, 0.05},
-                    0.30,
-                    0.45,
-                    0.25,
-                    0.45,
-                    0.55,
-                    1.2};
+            return {.mucosa = {0.68, 0.225, 0.21},
+                    .pale = {0.76, 0.4, 0.34},
+                    .fatty = {0.76, 0.34, 0.25},
+                    .bony = {0.8, 0.54, 0.42},
+                    .thin_wall = {0.6, 0.165, 0.15},
+                    .fat_share = 0.3,
+                    .pale_share = 0.4,
+                    .bone_share = 0.3,
+                    .thin_share = 0.25,
+                    .vein_share = 0.45,
+                    .mottle = 0.55,
+                    .gloss = 1.2};
         case Lining::Vessel:
-            return {{0.70, 0.34, 0.22},
-                    {0.80, 0.60, 0.42},
-                    {0.80, 0.50, 0.24},
-                    {0.86, 0.74, 0.55},
-                    {0.60, 0.24, 0.17},
-                    {0.45, 0.08, 0.06},
-                    0.35,
-                    0.50,
-                    0.30,
-                    0.25,
-                    0.45,
-                    0.8};
+            return {.mucosa = {0.73, 0.355, 0.26},
+                    .pale = {0.8, 0.6, 0.46},
+                    .fatty = {0.8, 0.48, 0.28},
+                    .bony = {0.86, 0.74, 0.55},
+                    .thin_wall = {0.6, 0.24, 0.17},
+                    .fat_share = 0.35,
+                    .pale_share = 0.5,
+                    .bone_share = 0.7,
+                    .thin_share = 0.3,
+                    .vein_share = 0.25,
+                    .mottle = 0.45,
+                    .gloss = 0.8};
         case Lining::Airway:
             break;
     }
-    return {{0.66, 0.19, 0.135},
-            {0.80, 0.45, 0.35},
-            {0.79, 0.38, 0.20},
-            {0.82, 0.60, 0.45},
-            {0.56, 0.13, 0.11},
-            {0.34, 0.028, 0.036},
-            0.50,
-            0.60,
-            0.40,
-            0.65,
-            0.55,
-            1.0};
+    return {.mucosa = {0.67, 0.23, 0.165},
+            .pale = {0.8, 0.45, 0.35},
+            .fatty = {0.79, 0.38, 0.21},
+            .bony = {0.82, 0.6, 0.45},
+            .thin_wall = {0.56, 0.14, 0.115},
+            .fat_share = 0.5,
+            .pale_share = 0.6,
+            .bone_share = 0.6,
+            .thin_share = 0.4,
+            .vein_share = 0.65,
+            .mottle = 0.55,
+            .gloss = 1.0};
 }
 
 /// Tissue that was cut or carved, everywhere.
-inline constexpr Vec3d kFlesh{0.36, 0.022, 0.026};
+inline constexpr Vec3d kFlesh{0.46, 0.036, 0.038};
 
 }  // namespace pliant::render

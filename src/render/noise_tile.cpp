@@ -8,7 +8,7 @@
 namespace pliant::render {
 namespace {
 
-/// Of a lattice point: uniform in 0…1, nine bits.
+/// Value of a lattice point: uniform in 0…1, nine bits.
 double lattice_value(int x, int y, int z) {
     const auto wrapped = [](int i) { return std::uint32_t(i & (NoiseTile::kCells - 1)); };
     std::uint32_t h = wrapped(x) | wrapped(y) << 4 | wrapped(z) << 8;

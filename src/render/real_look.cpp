@@ -15,12 +15,14 @@ namespace pliant::render {
 namespace {
 
 constexpr double kLampAside_mm = 1.6, kLampAbove_mm = 0.5;
-constexpr double kSoftHu = 300;                 // over which a shadow sets in
+constexpr double kSoftHu = 300;                 // width of a shadow's edge
 constexpr Vec3d kWrap{0.38, 0.14, 0.10};        // red light reaches farther through tissue
-constexpr Vec3d kClosedTint{0.30, 0.15, 0.13};  // light that is left in closed places
-constexpr Vec3d kBlood{0.42, 0.10, 0.14};       // share that blood leaves of a colour
+constexpr Vec3d kClosedTint{0.30, 0.15, 0.13};  // share of light left in closed places
+constexpr Vec3d kBlood{0.42, 0.10, 0.14};       // transmission of a blood vessel
 constexpr Vec3d kLampColour{1.0, 0.97, 0.94};
-constexpr double kShadow = 0.35;  // light that is left in a shadow
+constexpr double kAcross = 4;                // from a slit to the samples beside it [voxels]
+constexpr Vec3d kSlit{0.045, 0.004, 0.005};  // blood in a slit
+constexpr double kShadow = 0.35;             // share of light left in a shadow
 constexpr int kShadowTaps = 6;
 
 double smooth_step(double low, double high, double x) {
@@ -67,13 +69,14 @@ RealLook::RealLook(const VolumeRays& rays, const EyeRays& eye_rays, const Endosc
       m_endoscope(endoscope),
       m_colours(lining_colours(endoscope.lining)),
       m_noise(NoiseTile::instance()),
-      m_exposure(metered_exposure(eye_rays, camera)),
+      m_exposure(metered_exposure(eye_rays, camera, endoscope.field_stop)),
       m_radius(std::min(1.0, camera.aspect())) {
     for (int n = 0; n < 2; ++n)
         m_lamps[n] = endoscope.eye_mm + (n == 0 ? kLampAside_mm : -kLampAside_mm) * camera.right() +
                      kLampAbove_mm * camera.up();
     const Vec3d s = rays.volume.grid.spacing_mm;
-    m_voxel_mm = std::clamp(std::cbrt(s.x * s.y * s.z), 0.4, 1.2);
+    m_spacing_mm = std::cbrt(s.x * s.y * s.z);
+    m_voxel_mm = std::clamp(m_spacing_mm, 0.4, 1.2);
 }
 
 double RealLook::value_behind(Vec3d point_mm, Vec3d normal, double voxels) const {
@@ -104,6 +107,20 @@ double RealLook::lit(Vec3d point_mm, Vec3d normal, Vec3d to_lamp, double far_mm)
     return mix(1, kShadow, dark);
 }
 
+RealLook::Slit RealLook::slit_at(Vec3d point_mm, Vec3d normal, double raw) const {
+    const Vec3d side = std::abs(normal.z) < 0.7 ? Vec3d{0, 0, 1} : Vec3d{1, 0, 0};
+    const Vec3d u = normalized(cross(normal, side)), v = cross(normal, u);
+    const double step_mm = kAcross * m_spacing_mm;
+    const auto raw_at = [&](Vec3d way) {
+        return double(m_endoscope.rest->at(m_rays.to_voxel(point_mm + step_mm * way)).raw);
+    };
+    const double u0 = raw_at(-1.0 * u), u1 = raw_at(u), v0 = raw_at(-1.0 * v), v1 = raw_at(v);
+    // A ridge of the field; a face that lies open is no ridge.
+    const double ridge = raw - std::min(std::max(u0, u1), std::max(v0, v1));
+    return {std::clamp(ridge / 0.3, 0.0, 1.0) * smooth_step(0.85, 1, raw),
+            (u1 - u0) * u + (v1 - v0) * v};
+}
+
 RealLook::Coat RealLook::coat(double t, Vec3d point_mm, Vec3d normal) const {
     const LiningColours& c = m_colours;
     const double shallow = value_behind(point_mm, normal, 2.5);
@@ -119,10 +136,10 @@ RealLook::Coat RealLook::coat(double t, Vec3d point_mm, Vec3d normal) const {
     const double dense = rising ? smooth_step(80, 260, most) : smooth_step(90, 160, deep);
     const double bone = rising ? smooth_step(280, 650, most) : smooth_step(250, 500, deep);
     const double thin = 1 - smooth_step(-750, -350, std::min(shallow, deep));
-    Vec3d own = mix(c.mucosa, c.fat, c.fat_share * fat);
+    Vec3d own = mix(c.mucosa, c.fatty, c.fat_share * fat);
     own = mix(own, c.pale, c.pale_share * dense);
-    own = mix(own, c.bone, 0.7 * bone);
-    own = mix(own, c.thin, c.thin_share * thin);
+    own = mix(own, c.bony, c.bone_share * bone);
+    own = mix(own, c.thin_wall, c.thin_share * thin);
 
     RestField::Sample moved{{0, 0, 0}, 0};
     if (m_endoscope.rest) moved = m_endoscope.rest->at(m_rays.to_voxel(point_mm));
@@ -136,7 +153,7 @@ RealLook::Coat RealLook::coat(double t, Vec3d point_mm, Vec3d normal) const {
 
     // Blood vessels: lines of a noise whose place another noise bends. Small ones are seen near
     // large ones.
-    const Vec3d bent = rest + 2.2 * to_double(middle.slope) + 0.35 * to_double(fine.slope);
+    const Vec3d bent = rest + 1.3 * to_double(middle.slope) + 0.2 * to_double(fine.slope);
     const NoiseTile::Value trunk = m_noise.at(0.13 * bent + Vec3d{9.1, 4.3, 6.7});
     const NoiseTile::Value twig = m_noise.at(0.36 * bent + Vec3d{1.9, 3.3, 0.7});
     const NoiseTile::Value hair = m_noise.at(0.85 * bent + Vec3d{4.2, 0.6, 2.8});
@@ -148,22 +165,31 @@ RealLook::Coat RealLook::coat(double t, Vec3d point_mm, Vec3d normal) const {
          0.55 * line_at_half(twig, normal, 0.050 * twigs) * (1 - smooth_step(16, 45, t)),
          0.34 * line_at_half(hair, normal, 0.080 * smooth_step(0.34, 0.6, double(twig.value))) *
              (1 - smooth_step(8, 24, t))});
-    own = mix(own, times(own, kBlood), c.veins * veins * (1 - bone));
-    const double raw = smooth_step(0.55, 0.95, double(moved.raw));  // cut or carved: no lining
+    own = mix(own, times(own, kBlood), c.vein_share * veins * (1 - bone));
+    // Cut or carved: no lining.
+    const double ragged = double(moved.raw) + 0.15 * (double(fine.value) - 0.5);
+    const double raw = double(moved.raw) > 0 ? smooth_step(0.65, 0.95, ragged) : 0;
     own = mix(own, (0.7 + 0.6 * double(fine.value)) * kFlesh, raw);
+    Vec3d bent_normal = normal;  // at the lips of a slit, towards it
+    if (raw > 0) {
+        const Slit slit = slit_at(point_mm, normal, double(moved.raw));
+        own = mix(own, kSlit, slit.depth);
+        bent_normal = normalized(normal + raw * slit.towards);
+    }
 
     // Film of liquid: it follows folds that are finer than voxels.
     const NoiseTile::Value ripple = m_noise.at(1.9 * rest + Vec3d{2.2, 6.1, 4.4});
-    const Vec3d bump = 0.14 * 0.9 * to_double(fine.slope) + 0.10 * 1.9 * to_double(ripple.slope);
+    const Vec3d bump = 0.19 * 0.9 * to_double(fine.slope) + 0.14 * 1.9 * to_double(ripple.slope);
     const double fade = 1 - smooth_step(8, 60, t);
-    const Vec3d film = normalized(normal - fade * (bump - dot(bump, normal) * normal));
-    return {own, film, c.gloss * (0.45 + 1.1 * double(middle.value)) * (1 + 0.6 * raw)};
+    const Vec3d film = normalized(bent_normal - fade * (bump - dot(bump, normal) * normal));
+    return {own, bent_normal, film,
+            c.gloss * (0.45 + 1.1 * double(middle.value)) * (1 + 0.6 * raw)};
 }
 
 Vec3d RealLook::shade(double t, Vec3d point_mm, Vec3d normal, Vec3d direction) const {
     const Coat own = coat(t, point_mm, normal);
     const double open = openness(point_mm, normal);
-    const Vec3d rough = normalized(normal + 0.35 * (own.film - normal));
+    const Vec3d rough = normalized(own.normal + 0.35 * (own.film - own.normal));
     Vec3d total{0, 0, 0};
     for (const Vec3d lamp : m_lamps) {
         const Vec3d way = lamp - point_mm;
@@ -176,7 +202,7 @@ Vec3d RealLook::shade(double t, Vec3d point_mm, Vec3d normal, Vec3d direction) c
         const double cosine = std::max(dot(own.film, half), 0.0);
         const double fresnel = 0.04 + 0.96 * std::pow(1 - std::max(dot(half, to_lamp), 0.0), 5.0);
         const double shine = fresnel * own.wetness * open * std::clamp(4 * facing, 0.0, 1.0) *
-                             (5.0 * facets(cosine, 0.005) + 1.0 * facets(cosine, 0.08));
+                             (1.5 * facets(cosine, 0.0012) + 0.25 * facets(cosine, 0.05));
         for (int c = 0; c < 3; ++c) {
             const double through = std::clamp((facing + kWrap[c]) / (1 + kWrap[c]), 0.0, 1.0);
             const double around = mix(kClosedTint[c], 1, open);

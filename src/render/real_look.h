@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The light of the style "real": what a camera at the end of an endoscope records.
+// The light of the style "real": the picture of a camera at the end of an endoscope.
 //
 //        lamp   lens   lamp        two lamps beside the lens, inverse-square falloff, a shadow each
 //          \     |     /
@@ -39,13 +39,20 @@ class RealLook {
     double exposure() const { return m_exposure; }
 
   private:
+    /// A cut that nothing holds open: the voxels do not show it, only the field of raw tissue.
+    struct Slit {
+        double depth;   ///< 0…1: how dark
+        Vec3d towards;  ///< along the wall, longest at its lips
+    };
     struct Coat {
         Vec3d colour;
-        Vec3d film;  ///< normal of the film of liquid
+        Vec3d normal;  ///< of the wall, bent at the lips of a slit
+        Vec3d film;    ///< normal of the film of liquid
         double wetness;
     };
 
     Coat coat(double t, Vec3d point_mm, Vec3d normal) const;
+    Slit slit_at(Vec3d point_mm, Vec3d normal, double raw) const;
     double value_behind(Vec3d point_mm, Vec3d normal, double voxels) const;
     double excess(Vec3d point_mm) const;
     double openness(Vec3d point_mm, Vec3d normal) const;
@@ -56,7 +63,8 @@ class RealLook {
     LiningColours m_colours;
     const NoiseTile& m_noise;
     Vec3d m_lamps[2];
-    double m_voxel_mm;  ///< step behind the wall
+    double m_spacing_mm;  ///< of the voxels, geometric mean
+    double m_voxel_mm;    ///< step behind the wall
     double m_exposure;
     double m_radius;  ///< of the field [halves of the picture's height]
 };

@@ -425,6 +425,31 @@ TEST_F(ProgramTest, SavedStateGoesOnWhereItWasLeft) {
     EXPECT_FALSE(fs::exists(file("refused.nrrd")));
 }
 
+TEST_F(ProgramTest, RendersTheScanOfASavedState) {
+    const std::string deformation = " --tool sphere:4 --push=-6.9,-4.6,19:-5,0,0 --carve 0,5,18:4";
+    const std::string camera = " --view endoscope --size 64x48 --eye 0.3,-1.8,38 --look 0,0,-1";
+    const Finished moved =
+        run("deform airway.nrrd" + deformation + " --out moved.nrrd --save-state moved.plst");
+    ASSERT_EQ(moved.status, 0) << moved.err;
+    const auto picture = [&](const std::string& scan, const std::string& more) {
+        const Finished done = run("render " + scan + camera + more + " --out view.png");
+        EXPECT_EQ(done.status, 0) << done.err;
+        return bytes_of(file("view.png"));
+    };
+    const std::string loaded = picture("airway.nrrd", " --load-state moved.plst");
+    EXPECT_TRUE(loaded == picture("moved.nrrd", ""));
+    EXPECT_TRUE(loaded != picture("airway.nrrd", ""));
+    // The style real has the positions at rest and raw faces, which the deformed scan alone has
+    // not.
+    EXPECT_TRUE(picture("airway.nrrd", " --load-state moved.plst --style real") !=
+                picture("moved.nrrd", " --style real"));
+    const Finished other =
+        run("render cube.nrrd --load-state moved.plst" + camera + " --out refused.png");
+    EXPECT_EQ(other.status, 2);
+    EXPECT_NE(other.err.find("moved.plst: expected a state of this scan"), std::string::npos);
+    EXPECT_FALSE(fs::exists(file("refused.png")));
+}
+
 TEST_F(ProgramTest, FailureLeavesOldOutputsAlone) {
     std::ofstream(file("kept.nrrd")) << "old";
     const Finished done =

@@ -55,6 +55,7 @@ constexpr const char* kReaders[] = {
      "--directions FILE"),
     "deform c.nrrd --push 0,0,0:1,0,0 --out o.nrrd --load-state FILE",
     "render FILE --out o.png",
+    "render c.nrrd --load-state FILE --out o.png",
     "render c.nrrd --path FILE --movie m/",
     "render c.nrrd --keyframes FILE --movie m/",
     "path FILE --from 0,0,0 --to 1,1,1 --out o.mrk.json",

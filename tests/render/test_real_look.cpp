@@ -4,6 +4,9 @@
 #include "render/real_look.h"
 
 #include <gtest/gtest.h>
+#include <pliant/chainmail.h>
+#include <pliant/resample.h>
+#include <pliant/rest_field.h>
 
 #include <algorithm>
 #include <cmath>
@@ -130,12 +133,29 @@ TEST(RealLook, MetersByTheInverseSquare) {
         e.field_of_view_deg = 2;  // all rays are about as long
         const render::Camera camera(e, 64, 64);
         return render::metered_exposure(render::EyeRays(rays, e.eye_mm, e.iso_hu, e.polarity),
-                                        camera);
+                                        camera, FieldStop::Round);
     };
     for (const double far_mm : {6.0, 12.0, 24.0, 40.0})
         EXPECT_NEAR(exposure_at(far_mm) / (far_mm * far_mm + 9), 0.75, 0.005) << far_mm;
     EXPECT_NEAR(exposure_at(60) / (45.0 * 45 + 9), 0.75, 0.005) << "lamps can do no more";
     EXPECT_NEAR(exposure_at(1) / (5.0 * 5 + 9), 0.75, 0.005) << "and dim no further";
+}
+
+TEST(RealLook, MetersThePictureThatIsShown) {
+    // A wall 10 mm ahead; beyond the round field of a wide picture, the space is open.
+    TaskArena arena(1);
+    const Volume volume = make_volume<std::int16_t>(plain_grid({81, 121, 81}), [](Vec3d p) {
+        return p.y > 12 && std::abs(p.x - 40) < 9 ? 0 : -1000;
+    });
+    const render::VolumeRays rays(volume, arena);
+    Endoscope e = real_from_the_front();
+    const render::Camera camera(e, 128, 64);
+    const render::EyeRays eye_rays(rays, e.eye_mm, e.iso_hu, e.polarity);
+    const auto exposure = [&](FieldStop stop) {
+        return render::metered_exposure(eye_rays, camera, stop);
+    };
+    EXPECT_EQ(exposure(FieldStop::Round), exposure(FieldStop::Octagon));
+    EXPECT_GT(exposure(FieldStop::Full), 1.5 * exposure(FieldStop::Round));
 }
 
 TEST(RealLook, IsBlackBeyondTheFieldStop) {
@@ -197,6 +217,50 @@ TEST(RealLook, MakesNoYellowRimsWhereAWallIsThin) {
             .hue;
     for (double half_mm = 0.4; half_mm < 3; half_mm += 0.2)
         EXPECT_LT(sheet(half_mm).hue, fat - 2) << 2 * half_mm << " mm thick";
+}
+
+TEST(RealLook, ShowsACutThatNothingHoldsOpen) {
+    // The wall stays as it is: all that is there of the cut is raw tissue.
+    TaskArena arena(2);
+    const Volume volume = wall_at(20, 40);
+    auto tissue = ChainMail::create(volume, {}, arena);
+    ASSERT_TRUE(tissue.ok());
+    ASSERT_TRUE(tissue->cut({{{40, 18, 25}, {40, 18, 55}}, {0, 12, 0}}).ok());
+    const auto deformed = deform_volume(*tissue, Mapping::Cells, true);
+    ASSERT_TRUE(deformed.ok());
+    const auto rest = RestField::create(*tissue, *deformed);
+    ASSERT_TRUE(rest.ok());
+    Endoscope e = real_from_the_front();
+    const RayCaster caster(deformed->volume, arena);
+    const Image whole = caster.endoscope_view(e, 160, 160);
+    e.rest = &*rest;
+    const Image cut = caster.endoscope_view(e, 160, 160);
+    const auto colour = [](const Image& image, int x) {  // about the middle line, across the cut
+        Vec3d sum{0, 0, 0};
+        for (int y = 70; y < 90; ++y)
+            sum = sum + 0.05 * render::linear_from_srgb(pixel_at(image, x, y));
+        return sum;
+    };
+    double darkest = 1;
+    int at = 0;
+    for (int x = 60; x < 100; ++x)
+        if (colour(cut, x).x < darkest) {
+            darkest = colour(cut, x).x;
+            at = x;
+        }
+    EXPECT_NEAR(at, 80, 3) << "the slit is where the tissue was cut";
+    EXPECT_LT(darkest, 0.35 * colour(whole, at).x);
+    // Lips of flesh, 1.5 mm beside it: redder than the mucosa, on average a good deal.
+    double redness = 0;
+    for (const int side : {-1, 1}) {
+        const Vec3d lip = colour(cut, at + side * 8), before = colour(whole, at + side * 8);
+        EXPECT_GT(lip.x, 1.5 * darkest);
+        const double gain = lip.x / lip.y * before.y / before.x;
+        EXPECT_GT(gain, 1.1);
+        redness += 0.5 * gain;
+    }
+    EXPECT_GT(redness, 1.25);
+    EXPECT_EQ(pixel_at(cut, 20, 80), pixel_at(whole, 20, 80)) << "elsewhere nothing changes";
 }
 
 TEST(RealLook, IsTheSameForAnyThreadCount) {

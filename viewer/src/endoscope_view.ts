@@ -3,7 +3,7 @@
 
 // The endoscope's picture, or the lumen cut open and seen from outside with the endoscope in it.
 // Drawn into a target of its own, which may have fewer pixels than the view (while something moves)
-// or four times as many (when still).
+// four times as many (when still), or is the mean of several with their rays beside each other.
 
 import * as THREE from 'three';
 import { CatheterTexture, kNoCatheter } from './catheter_texture.ts';
@@ -26,6 +26,13 @@ import type { VolumeTexture } from './volume_texture.ts';
 
 const kReach = 2000; // depth 1 in the endoscope's picture, whose shader writes distances [mm]
 const kMostTools = 9; // as in the shader: eight and the endoscope from outside
+/// Offsets of the rays of successive pictures that are averaged [pixels]: a rotated grid.
+export const kPasses: readonly (readonly [number, number])[] = [
+    [-0.125, -0.375],
+    [0.375, -0.125],
+    [0.125, 0.375],
+    [-0.375, 0.125],
+];
 const kLightReach = 40; // [mm]
 export const kOutsideField = 30; // field of view from outside [degrees]
 const linear = (r: number, g: number, b: number): THREE.Vector3 =>
@@ -47,7 +54,7 @@ export class EndoscopeView {
     private readonly catheter = new CatheterTexture();
     private vesselShown = -1;
     private volume: VolumeTexture | undefined;
-    private readonly copy = new Picture(kCopy, { picture: null });
+    private readonly copy = new Picture(kCopy, { picture: null, share: 1 });
     private readonly target = new THREE.WebGLRenderTarget(1, 1, {
         minFilter: THREE.LinearFilter,
         magFilter: THREE.LinearFilter,
@@ -56,6 +63,7 @@ export class EndoscopeView {
     private readonly lens = new THREE.PerspectiveCamera(kOutsideField, 1, 1, 5000);
 
     constructor() {
+        (this.copy.mesh.material as THREE.Material).transparent = true; // blended by its share
         const common = {
             ...kNoField,
             ...restUniforms(undefined),
@@ -67,6 +75,7 @@ export class EndoscopeView {
             aspect: 1,
             slope: 1,
             barrel: 0,
+            jitter: new THREE.Vector2(),
             lightReach: kLightReach,
             fogDistance: 0,
             surfaceColour: kSurface,
@@ -81,6 +90,7 @@ export class EndoscopeView {
             real: false,
             noiseTile: noiseTexture(),
             exposure: 0,
+            spacingMm: 1,
             voxelMm: 1,
             fieldStop: 0,
         };
@@ -127,12 +137,14 @@ export class EndoscopeView {
     }
 
     /// @param scale  pixels of the target per pixel of the view
+    /// @param pass  which of kPasses, whose mean is shown so far; none: a picture of its own
     draw(
         renderer: THREE.WebGLRenderer,
         state: State,
         balls: readonly ToolBall[],
         rect: ViewRect,
         scale: number,
+        pass?: number,
     ): void {
         const width = Math.max(Math.round(rect.width * scale), 1);
         const height = Math.max(Math.round(rect.height * scale), 1);
@@ -142,6 +154,8 @@ export class EndoscopeView {
         const shadow = state.outside && state.fluoroscopy;
         const picture = shadow ? this.fluoroscopy : state.outside ? this.outside : this.inside;
         this.setCommon(picture, state, balls, aspect);
+        const [dx, dy] = pass === undefined ? [0, 0] : kPasses[pass]!;
+        picture.set({ jitter: new THREE.Vector2((2 * dx) / width, (2 * dy) / height) });
         renderer.setRenderTarget(this.target);
         if (shadow) this.drawFluoroscopy(renderer, state, aspect);
         else if (state.outside) this.drawOutside(renderer, state, aspect);
@@ -150,7 +164,7 @@ export class EndoscopeView {
             picture.draw(renderer);
         }
         renderer.setRenderTarget(null);
-        this.copy.set({ picture: this.target.texture });
+        this.copy.set({ picture: this.target.texture, share: 1 / ((pass ?? 0) + 1) });
         renderer.setViewport(rect.x, rect.y, rect.width, rect.height);
         renderer.setScissor(rect.x, rect.y, rect.width, rect.height);
         this.copy.draw(renderer);
@@ -209,12 +223,22 @@ export class EndoscopeView {
     private setReal(state: State, aspect: number): void {
         const { data } = this.volume!;
         const [sx, sy, sz] = data.grid.spacing;
+        const spacingMm = Math.cbrt(sx * sy * sz);
         const { camera, fieldOfView, barrel, lining, fieldStop } = state;
         const surface = surfaceOf(state);
         this.inside.set({
             ...liningUniforms(liningOf(lining, surface.rising)),
-            exposure: meteredExposure(data, camera, fieldOfView, barrel, aspect, surface),
-            voxelMm: Math.min(Math.max(Math.cbrt(sx * sy * sz), 0.4), 1.2),
+            exposure: meteredExposure(
+                data,
+                camera,
+                fieldOfView,
+                barrel,
+                aspect,
+                surface,
+                fieldStop,
+            ),
+            spacingMm,
+            voxelMm: Math.min(Math.max(spacingMm, 0.4), 1.2),
             fieldStop: kFieldStops.indexOf(fieldStop),
         });
     }

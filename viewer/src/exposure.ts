@@ -3,18 +3,20 @@
 
 // Automatic exposure, metered over the picture: as src/render/exposure.cpp has it.
 
+import type { FieldStop } from './linings.ts';
 import { type Camera, firstHit, rayThrough, type Surface } from './rays.ts';
 import type { VolumeData } from './volume.ts';
 
 const kAcross = 11; // rays
 const kKey = 0.75; // light on an average wall, as a share of its own colour
-const kNear = 5; // [mm]: lamps dim no further
-const kFar = 45; // [mm]: they can do no more
+const kPower = 0.75; // of the mean, between a mean and a median
+const kNear = 5; // [mm]: lowest power of the lamps
+const kFar = 45; // [mm]: highest power
 const kLampSize = 3; // [mm]
 
 const arriving = (far: number): number => 1 / (far * far + kLampSize * kLampSize);
 
-/// Factor of light [mm²].
+/// Exposure [mm²].
 export function meteredExposure(
     volume: VolumeData,
     camera: Camera,
@@ -22,20 +24,23 @@ export function meteredExposure(
     barrel: number,
     aspect: number,
     surface: Surface,
+    fieldStop: FieldStop,
 ): number {
+    const full = fieldStop === 'full';
     const radius = Math.min(1, aspect);
+    const [halfWidth, halfHeight] = full ? [aspect, 1] : [radius, radius];
     let sum = 0;
     let count = 0;
     for (let j = 0; j < kAcross; ++j)
         for (let i = 0; i < kAcross; ++i) {
             const u = (2 * i + 1) / kAcross - 1;
             const v = (2 * j + 1) / kAcross - 1;
-            if (u * u + v * v > 1) continue;
+            if (!full && u * u + v * v > 1) continue;
             ++count;
-            const ray = rayThrough(camera, fieldOfView, barrel, radius * u, radius * v);
+            const ray = rayThrough(camera, fieldOfView, barrel, halfWidth * u, halfHeight * v);
             const hit = firstHit(volume, camera.eye, ray, surface);
-            if (hit) sum += Math.sqrt(arriving(hit.distance));
+            if (hit) sum += arriving(hit.distance) ** kPower;
         }
-    const mean = sum / count;
-    return kKey / Math.min(Math.max(mean * mean, arriving(kFar)), arriving(kNear));
+    const mean = (sum / count) ** (1 / kPower);
+    return kKey / Math.min(Math.max(mean, arriving(kFar)), arriving(kNear));
 }

@@ -10,7 +10,7 @@ import { halfOfFloat } from './half.ts';
 const kCells = 16;
 const kSamples = 4 * kCells;
 
-/// Of a lattice point: uniform in 0…1, nine bits.
+/// Value of a lattice point: uniform in 0…1, nine bits.
 export function latticeValue(x: number, y: number, z: number): number {
     const wrapped = (i: number): number => i & (kCells - 1);
     let h = wrapped(x) | (wrapped(y) << 4) | (wrapped(z) << 8);

@@ -7,7 +7,7 @@
 // when the graphics processor has done the last one, so that a slow one is never given a queue.
 
 import * as THREE from 'three';
-import { EndoscopeView } from './endoscope_view.ts';
+import { EndoscopeView, kPasses } from './endoscope_view.ts';
 import type { ToolBall } from './instruments.ts';
 import type { OverlayField } from './overlay_field.ts';
 import { fieldUniforms, kNoField, overlayUniforms, Picture } from './picture.ts';
@@ -106,6 +106,7 @@ export class Stage {
     private fenceStart = 0;
     private fenceMoving = false; // whether that frame was one of a motion
     private full = false; // whether the endoscope's picture is in full
+    private pass = 0; // of kPasses, to be drawn next while all is still
     private lost = false;
     private lastIso = NaN;
     private lastPolarity = '';
@@ -176,6 +177,7 @@ export class Stage {
     invalidate(): void {
         for (const view of kViews) this.stale.add(view);
         this.full = false;
+        this.pass = 0;
         this.lastChange = performance.now();
     }
 
@@ -241,6 +243,7 @@ export class Stage {
     private markEndoscope(): void {
         this.stale.add('endoscope');
         this.full = false;
+        this.pass = 0;
         this.lastChange = performance.now();
     }
 
@@ -270,12 +273,15 @@ export class Stage {
         const rect = this.pixelRect(view);
         if (rect.width < 1 || rect.height < 1) return;
         if (view === 'endoscope') {
-            const fine = state.fine && this.quality === 0; // only where pixels are cheap
-            const scale = still ? (fine ? 2 : 1) : kScales[this.quality]!;
+            // Four rays per pixel: at once where pixels are cheap, else one after the other.
+            const cheap = this.quality === 0;
+            const scale = still ? (state.fine && cheap ? 2 : 1) : kScales[this.quality]!;
+            const passes = still && state.fine && !cheap && !state.outside;
             this.endoscope.setOverlay(state, this.overlay);
             this.endoscope.setVessel(this.vesselOf(), state.vessel);
-            this.endoscope.draw(this.renderer, state, this.balls, rect, scale);
-            this.full = still;
+            const pass = passes ? this.pass++ : undefined;
+            this.endoscope.draw(this.renderer, state, this.balls, rect, scale, pass);
+            this.full = still && (!passes || this.pass === kPasses.length);
         } else this.drawSection(view, state, rect);
     }
 

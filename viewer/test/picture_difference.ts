@@ -10,6 +10,8 @@ import { join } from 'node:path';
 import type { Page } from 'playwright-core';
 import type { Session } from '../src/session.ts';
 import type { Style } from '../src/store.ts';
+import type { FieldStop, Lining } from '../src/linings.ts';
+import type { Camera } from '../src/rays.ts';
 import { kPictures, picture, rectOf, stateOf, still } from './browser.ts';
 
 /// A pixel is far off where a channel differs by more, of 255.
@@ -21,26 +23,43 @@ export interface Difference {
     readonly camera: string; ///< for people
 }
 
-/// @param scan  what the page shows, at rest
+/// Settings of both pictures; the page keeps the ones that are not given.
+export interface Shown {
+    readonly lining?: Lining;
+    readonly fieldStop?: FieldStop;
+    readonly camera?: Camera;
+    readonly fine?: boolean; ///< four rays per pixel; as usual: true
+    readonly quality?: number; ///< how slow the machine is taken to be, 0: not at all
+    /// Of the tissue, a file of `pliant deform --save-state`; the page is in the same state.
+    readonly state?: string;
+}
+
+/// @param scan  that the page shows
 /// @param name  of the pictures, in test/out
+/// @param offDegrees  added to the field of view of the C++ picture
 /// @param style  of both
-/// @param offDegrees  by which the other camera's field of view is made different
 export async function difference(
     page: Page,
     scan: string,
     name: string,
     offDegrees = 0,
     style: Style = 'plain',
+    { state: saved, quality = 0, ...shown }: Shown = {},
 ): Promise<Difference> {
-    await page.evaluate((style) => {
-        const { stage, store } = (window as never as { pliant: Session }).pliant;
-        (stage as never as { quality: number }).quality = 0;
-        store.set({ fine: true, style });
-        stage.invalidate();
-    }, style);
+    await page.evaluate(
+        async ({ quality, ...settings }) => {
+            const session = (window as never as { pliant: Session }).pliant;
+            const { stage, store } = session;
+            (stage as never as { quality: number }).quality = quality;
+            store.set({ fine: true, ...settings });
+            await session.compare(); // its answer comes after the rest field
+            stage.invalidate();
+        },
+        { style, quality, ...shown },
+    );
     await page.waitForTimeout(300);
     await still(page);
-    const { camera, fieldOfView, barrel, fog, shared } = await stateOf(page);
+    const { camera, fieldOfView, barrel, fog, shared, lining, fieldStop } = await stateOf(page);
     const box = await rectOf(page, 'endoscope');
     const file = join(kPictures, `${name}_cpp.png`);
     const size = `${Math.round(box.width)}x${Math.round(box.height)}`;
@@ -57,7 +76,11 @@ export async function difference(
         `--barrel=${barrel}`,
         `--fog=${fog}`,
         `--iso=${shared!.iso_hu}`,
+        `--polarity=${shared!.polarity}`,
         `--style=${style}`,
+        `--lining=${lining}`,
+        `--field=${fieldStop}`,
+        ...(saved ? [`--load-state=${saved}`] : []),
     ]);
     await picture(page, `${name}_browser`);
     const url = `data:image/png;base64,${readFileSync(file).toString('base64')}`;

@@ -5,9 +5,13 @@
 // test_picture.ts.
 
 import assert from 'node:assert/strict';
+import { readFileSync } from 'node:fs';
+import { join } from 'node:path';
 import { test } from 'node:test';
 import { floatOfHalf } from '../src/half.ts';
+import { kColours, kLinings } from '../src/linings.ts';
 import { noiseTile } from '../src/noise.ts';
+import { kFolder } from './browser.ts';
 
 // tests/render/test_real_look.cpp has the same numbers.
 test('the tile of noise is the one of the C++ renderer', () => {
@@ -22,4 +26,21 @@ test('the tile of noise is the one of the C++ renderer', () => {
     near(at(0, 0, 0)[3]!, 0.068359375);
     near(at(5, 22, 63)[3]!, 0.35149574279785156);
     near(at(5, 22, 63)[0]!, 0.00611114501953125);
+});
+
+test('the colours of each lining are those of the C++ renderer', () => {
+    // lining.h has one block per lining, .snake_case = number or {r, g, b}; airway's is the last.
+    const text = readFileSync(join(kFolder, '../src/render/lining.h'), 'utf8');
+    for (const lining of kLinings) {
+        const name = lining[0]!.toUpperCase() + lining.slice(1);
+        const block = /return \{(.*?)\};/s.exec(text.slice(text.indexOf(`case Lining::${name}:`)));
+        const fields = [...block![1]!.matchAll(/\.(\w+) = (\{[^}]*\}|[\d.]+)/g)].map(
+            ([, field, value]) => [
+                field!.replace(/_(\w)/g, (_, letter: string) => letter.toUpperCase()),
+                JSON.parse(value!.replace('{', '[').replace('}', ']')) as number | number[],
+            ],
+        );
+        assert.equal(fields.length, 12, lining);
+        assert.deepEqual(Object.fromEntries(fields), kColours[lining], lining);
+    }
 });

@@ -9,6 +9,7 @@
 // OUTSIDE: the same scene from outside, cut open at a plane. Tissue on the plane is grey as in a
 // section; behind the plane the lumen lies open.
 
+uniform vec2 jitter;       // of all rays, -1...1 across the picture
 uniform float lightReach;  // light is halved here [mm]
 uniform float fogDistance; // [mm]; 0: none
 uniform vec3 surfaceColour, fogColour;  // linear
@@ -81,7 +82,7 @@ vec3 wallLight(vec3 p, float t, vec3 normal, vec3 ray) {
 #endif
 
 void main() {
-    vec2 uv = place * vec2(aspect, 1.0);
+    vec2 uv = (place + jitter) * vec2(aspect, 1.0);
     vec3 ray = rayThrough(uv);
     float start = 0.0;
     vec3 light = real ? vec3(0.0) : fogColour;

@@ -8,16 +8,19 @@
 uniform bool real;
 uniform sampler3D noiseTile;  // slope per cell, value; 16 cells, repeats
 uniform float exposure;       // [mm²]
+uniform float spacingMm;      // of the voxels, geometric mean
 uniform float voxelMm;        // step behind the wall
 uniform int fieldStop;        // 0: round, 1: octagon, 2: full
 uniform vec3 mucosa, pale, fatty, bony, thinWall;  // linear
-uniform float fatShare, paleShare, thinShare, veinShare, mottle, gloss;
+uniform float fatShare, paleShare, boneShare, thinShare, veinShare, mottle, gloss;
 
 const float kLampAside = 1.6, kLampAbove = 0.5, kLampSize = 3.0;  // [mm]
 const float kSoftHu = 300.0;
 const vec3 kWrap = vec3(0.38, 0.14, 0.10);
 const vec3 kClosedTint = vec3(0.30, 0.15, 0.13);
-const vec3 kFlesh = vec3(0.36, 0.022, 0.026);
+const float kAcross = 4.0;  // from a slit to the samples beside it [voxels]
+const vec3 kSlit = vec3(0.045, 0.004, 0.005);
+const vec3 kFlesh = vec3(0.46, 0.036, 0.038);
 const vec3 kBlood = vec3(0.42, 0.10, 0.14);
 const vec3 kLampColour = vec3(1.0, 0.97, 0.94);
 const float kShadow = 0.35;
@@ -57,8 +60,22 @@ float fatAt(float hu) {
     return smoothstep(-135.0, -95.0, hu) * (1.0 - smoothstep(-55.0, -20.0, hu));
 }
 
-// Colour of the wall; and of its film of liquid the normal and how wet it is.
-vec3 coatAt(float t, vec3 p, vec3 world, vec3 normal, out vec3 film, out float wetness) {
+// A cut that nothing holds open. @returns along the wall towards it, longest at its lips; and 0…1,
+// how dark
+vec4 slitAt(vec3 p, vec3 normal, float raw) {
+    vec3 u = normalize(cross(normal, abs(normal.z) < 0.7 ? vec3(0, 0, 1) : vec3(1, 0, 0)));
+    vec3 v = cross(normal, u);
+    vec3 du = voxelVectorOf(kAcross * spacingMm * u), dv = voxelVectorOf(kAcross * spacingMm * v);
+    float u0 = restAt(p - du).w, u1 = restAt(p + du).w;
+    float v0 = restAt(p - dv).w, v1 = restAt(p + dv).w;
+    float ridge = raw - min(max(u0, u1), max(v0, v1));
+    return vec4((u1 - u0) * u + (v1 - v0) * v,
+                clamp(ridge / 0.3, 0.0, 1.0) * smoothstep(0.85, 1.0, raw));
+}
+
+// Colour of the wall; its normal, bent at the lips of a slit; normal and wetness of its film of
+// liquid.
+vec3 coatAt(float t, vec3 p, vec3 world, inout vec3 normal, out vec3 film, out float wetness) {
     vec3 n = voxelVectorOf(voxelMm * normal);
     float shallow = quickSample(p - 2.5 * n);
     float deep = quickSample(p - 4.0 * n);
@@ -70,7 +87,7 @@ vec3 coatAt(float t, vec3 p, vec3 world, vec3 normal, out vec3 film, out float w
     float thin = 1.0 - smoothstep(-750.0, -350.0, min(shallow, deep));
     vec3 own = mix(mucosa, fatty, fatShare * fat);
     own = mix(own, pale, paleShare * dense);
-    own = mix(own, bony, 0.7 * bone);
+    own = mix(own, bony, boneShare * bone);
     own = mix(own, thinWall, thinShare * thin);
 
     vec4 offset = restAt(p);
@@ -80,7 +97,7 @@ vec3 coatAt(float t, vec3 p, vec3 world, vec3 normal, out vec3 film, out float w
     vec4 fine = noiseAt(0.9 * rest + vec3(5.5, 2.5, 8.5));
     own *= 1.0 + mottle * (0.5 * wide.w + 0.3 * middle.w + 0.2 * fine.w - 0.5);
 
-    vec3 bent = rest + 2.2 * middle.xyz + 0.35 * fine.xyz;
+    vec3 bent = rest + 1.3 * middle.xyz + 0.2 * fine.xyz;
     vec4 trunk = noiseAt(0.13 * bent + vec3(9.1, 4.3, 6.7));
     vec4 twig = noiseAt(0.36 * bent + vec3(1.9, 3.3, 0.7));
     vec4 hair = noiseAt(0.85 * bent + vec3(4.2, 0.6, 2.8));
@@ -93,13 +110,22 @@ vec3 coatAt(float t, vec3 p, vec3 world, vec3 normal, out vec3 film, out float w
             0.34 * lineAtHalf(hair, normal, 0.080 * smoothstep(0.34, 0.6, twig.w)) *
                 (1.0 - smoothstep(8.0, 24.0, t))));
     own = mix(own, own * kBlood, veinShare * veins * (1.0 - bone));
-    float raw = smoothstep(0.55, 0.95, offset.w);  // cut or carved: flesh, without a lining
+    // Cut or carved: flesh, without a lining.
+    float ragged = offset.w + 0.15 * (fine.w - 0.5);
+    float raw = offset.w > 0.0 ? smoothstep(0.65, 0.95, ragged) : 0.0;
     own = mix(own, (0.7 + 0.6 * fine.w) * kFlesh, raw);
+    vec3 bentNormal = normal;
+    if (raw > 0.0) {
+        vec4 slit = slitAt(p, normal, offset.w);
+        own = mix(own, kSlit, slit.w);
+        bentNormal = normalize(normal + raw * slit.xyz);
+    }
 
     vec4 ripple = noiseAt(1.9 * rest + vec3(2.2, 6.1, 4.4));
-    vec3 bump = 0.14 * 0.9 * fine.xyz + 0.10 * 1.9 * ripple.xyz;
+    vec3 bump = 0.19 * 0.9 * fine.xyz + 0.14 * 1.9 * ripple.xyz;
     float fade = 1.0 - smoothstep(8.0, 60.0, t);
-    film = normalize(normal - fade * (bump - dot(bump, normal) * normal));
+    film = normalize(bentNormal - fade * (bump - dot(bump, normal) * normal));
+    normal = bentNormal;
     wetness = gloss * (0.45 + 1.1 * middle.w) * (1.0 + 0.6 * raw);
     return own;
 }
@@ -119,8 +145,9 @@ vec3 realLight(vec3 p, float t, vec3 normal, vec3 ray, float open) {
     vec3 world = eye + t * ray;
     vec3 film;
     float wetness;
-    vec3 own = coatAt(t, p, world, normal, film, wetness);
-    vec3 rough = normalize(mix(normal, film, 0.35));
+    vec3 bentNormal = normal;
+    vec3 own = coatAt(t, p, world, bentNormal, film, wetness);
+    vec3 rough = normalize(mix(bentNormal, film, 0.35));
     vec3 total = vec3(0.0);
     for (int k = 0; k < 2; ++k) {
         vec3 way = eye + (k == 0 ? kLampAside : -kLampAside) * right + kLampAbove * up - world;
@@ -135,7 +162,7 @@ vec3 realLight(vec3 p, float t, vec3 normal, vec3 ray, float open) {
         float cosine = max(dot(film, half_), 0.0);
         float fresnel = 0.04 + 0.96 * pow(1.0 - max(dot(half_, toLamp), 0.0), 5.0);
         float shine = fresnel * wetness * open * clamp(4.0 * facing, 0.0, 1.0) *
-                      (5.0 * facets(cosine, 0.005) + 1.0 * facets(cosine, 0.08));
+                      (1.5 * facets(cosine, 0.0012) + 0.25 * facets(cosine, 0.05));
         vec3 through = clamp((facing + kWrap) / (1.0 + kWrap), 0.0, 1.0);
         total += arrives * (own * through * mix(kClosedTint, vec3(1.0), open) +
                             kLampColour * shine);
