@@ -110,6 +110,10 @@ export class CatheterTexture {
         this.texture.needsUpdate = true;
     }
 
+    dispose(): void {
+        this.texture.dispose();
+    }
+
     uniforms(eye: Vec3): Record<string, unknown> {
         return {
             catheter: this.texture,

@@ -45,6 +45,7 @@ export class EndoscopeView {
     private readonly fluoroscopy: Picture;
     private readonly vessel = new VesselView();
     private readonly catheter = new CatheterTexture();
+    private readonly noise = noiseTexture();
     private vesselShown = -1;
     private volume: VolumeTexture | undefined;
     private readonly copy = new Picture(kCopy, { picture: null });
@@ -79,7 +80,7 @@ export class EndoscopeView {
             toolCount: 0,
             ...liningUniforms('airway'),
             real: false,
-            noiseTile: noiseTexture(),
+            noiseTile: this.noise,
             exposure: 0,
             voxelMm: 1,
             fieldStop: 0,
@@ -124,6 +125,13 @@ export class EndoscopeView {
 
     setRest(field: RestField | undefined): void {
         for (const picture of [this.inside, this.outside]) picture.set(restUniforms(field));
+    }
+
+    /// Frees what the graphics processor holds; drawing makes it anew.
+    dispose(): void {
+        this.target.dispose();
+        this.catheter.dispose();
+        this.noise.dispose();
     }
 
     /// @param scale  pixels of the target per pixel of the view
