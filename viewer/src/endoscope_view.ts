@@ -7,14 +7,14 @@
 
 import * as THREE from 'three';
 import { CatheterTexture, kNoCatheter } from './catheter_texture.ts';
-import { channelOffset, instrumentOf, kKinds, type ToolBall } from './instruments.ts';
+import { instrumentOf, kKinds, lumenOf, type ToolBall } from './instruments.ts';
 import type { ViewRect } from './stage.ts';
 import type { OverlayField } from './overlay_field.ts';
 import { fieldUniforms, kNoField, overlayUniforms, Picture } from './picture.ts';
 import { meteredExposure } from './exposure.ts';
 import { kFieldStops, liningOf, liningUniforms } from './linings.ts';
 import { noiseTexture } from './noise.ts';
-import { type Camera, firstHit, frameOf } from './rays.ts';
+import { type Camera, frameOf } from './rays.ts';
 import { type RestField, restUniforms } from './rest_field.ts';
 import { kWaterPerMm, usualWater } from './fluoroscopy.ts';
 import { kCopy, kEndoscope, kFluoroscopy } from './shaders.ts';
@@ -75,6 +75,8 @@ export class EndoscopeView {
             tools: Array.from({ length: kMostTools }, () => new THREE.Vector4()),
             toolColours: Array.from({ length: kMostTools }, () => new THREE.Vector3()),
             toolBases: Array.from({ length: kMostTools }, () => new THREE.Vector4()),
+            toolWrists: Array.from({ length: kMostTools }, () => new THREE.Vector3()),
+            toolAxes: Array.from({ length: kMostTools }, () => new THREE.Vector3()),
             toolSides: Array.from({ length: kMostTools }, () => new THREE.Vector4()),
             toolKinds: Array.from({ length: kMostTools }, () => 0),
             toolCount: 0,
@@ -198,19 +200,28 @@ export class EndoscopeView {
         balls: readonly ToolBall[],
         eye: Vec3,
     ): void {
-        const all = [...balls.slice(0, kMostTools - 1), ...(state.outside ? [scopeOf(state)] : [])];
-        const room = balls.some((ball) => !ball.direction) ? this.channelRoom(state) : 0;
+        // With a catheter there is no endoscope: its field of view is marked, and no more.
+        const scope = state.outside && !hasVessel(state) ? [scopeOf(state)] : [];
+        const all = [...balls.slice(0, kMostTools - 1), ...scope];
         picture.set({ toolCount: all.length });
-        const vectors = (name: string): THREE.Vector4[] =>
-            picture.uniforms[name]!.value as THREE.Vector4[];
+        if (!all.length) return;
+        const lumen = lumenOf(this.volume!.data, state.camera, surfaceOf(state));
+        const values = <T>(name: string): T[] => picture.uniforms[name]!.value as T[];
+        const quadruple = (name: string, i: number, v: Vec3, w: number): void => {
+            values<THREE.Vector4>(name)[i]!.set(...v, w);
+        };
+        const triple = (name: string, i: number, v: Vec3): void => {
+            values<THREE.Vector3>(name)[i]!.set(...v);
+        };
         all.forEach((ball, i) => {
-            const { base, thickness, side, angle } = instrumentOf(ball, state.camera, room, eye);
-            vectors('tools')[i]!.set(...ball.centre, ball.radius);
-            vectors('toolBases')[i]!.set(...base, thickness);
-            vectors('toolSides')[i]!.set(...side, angle);
-            (picture.uniforms.toolKinds!.value as number[])[i] = kKinds[ball.kind];
-            const colours = picture.uniforms.toolColours!.value as THREE.Vector3[];
-            colours[i]!.copy(ball.own ? kOwnTool : kOtherTool);
+            const tool = instrumentOf(ball, state.camera, lumen, eye);
+            quadruple('tools', i, ball.centre, ball.radius);
+            quadruple('toolBases', i, tool.base, tool.thickness);
+            quadruple('toolSides', i, tool.side, tool.angle);
+            triple('toolWrists', i, tool.wrist);
+            triple('toolAxes', i, tool.axis);
+            values<number>('toolKinds')[i] = kKinds[ball.kind];
+            values<THREE.Vector3>('toolColours')[i]!.copy(ball.own ? kOwnTool : kOtherTool);
         });
     }
 
@@ -225,13 +236,6 @@ export class EndoscopeView {
             voxelMm: Math.min(Math.max(Math.cbrt(sx * sy * sz), 0.4), 1.2),
             fieldStop: kFieldStops.indexOf(fieldStop),
         });
-    }
-
-    /// Free way from the lens towards the working channel's end [mm].
-    private channelRoom(state: State): number {
-        const offset = channelOffset(state.camera);
-        const hit = firstHit(this.volume!.data, state.camera.eye, offset, surfaceOf(state), 10);
-        return hit?.distance ?? Infinity;
     }
 
     private drawFluoroscopy(renderer: THREE.WebGLRenderer, state: State, aspect: number): void {

@@ -11,7 +11,7 @@ import { halfOfFloat } from '../src/half.ts';
 import { decodeFrame } from '../src/protocol.ts';
 import { norm, sub, type Vec3 } from '../src/vec.ts';
 import { Vessel } from '../src/vessel.ts';
-import { catheterMarks, crossings } from '../src/vessel_marks.ts';
+import { chainParts, crossings } from '../src/chain_marks.ts';
 import {
     catheterRows,
     drawnCurve,
@@ -180,20 +180,20 @@ test('a section shows the catheter where it cuts it', () => {
         mmPerPixel: 1,
         width: 100,
         height: 100,
-    } as unknown as Parameters<typeof catheterMarks>[1];
+    } as unknown as Parameters<typeof chainParts>[1];
     const straight: Vec3[] = [
         [0, 0, 0],
         [0, 0, 4],
         [0, 4, 8],
     ];
-    const marks = catheterMarks(straight, plane, 1);
+    const marks = chainParts(straight, plane, 1);
     assert.equal(marks.filter((m) => !m.near).length, 1);
     const near = marks.filter((m) => m.near);
     assert.equal(near.length, 1); // the first piece only touches what is near
     // From z = 4 to z = 6, which is y = 0 to y = 2.
     const heights = near[0]!.points.map(([, y]) => y);
     assert.ok(Math.abs(Math.abs(heights[0]! - heights[1]!) - 2) < 1e-9);
-    assert.deepEqual(catheterMarks([[0, 0, 0]], plane, 1), []);
+    assert.deepEqual(chainParts([[0, 0, 0]], plane, 1), []);
     // z = 5 is a quarter of the way along the second piece: y = 1, a millimetre per pixel.
     assert.deepEqual(crossings(straight, plane), [[50, 49]]);
     assert.deepEqual(crossings(straight.slice(0, 2), plane), []);
