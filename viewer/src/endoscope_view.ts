@@ -27,6 +27,7 @@ import type { VolumeTexture } from './volume_texture.ts';
 const kReach = 2000; // depth 1 in the endoscope's picture, whose shader writes distances [mm]
 const kMostTools = 9; // as in the shader: eight and the endoscope from outside
 const kLightReach = 40; // [mm]
+const kCatheterPixels = 3; // width of a catheter from outside, at least
 export const kOutsideField = 30; // field of view from outside [degrees]
 const linear = (r: number, g: number, b: number): THREE.Vector3 =>
     new THREE.Vector3(
@@ -151,7 +152,7 @@ export class EndoscopeView {
         const aspect = rect.width / rect.height;
         const shadow = state.outside && state.fluoroscopy;
         const picture = shadow ? this.fluoroscopy : state.outside ? this.outside : this.inside;
-        this.setCommon(picture, state, balls, aspect);
+        this.setCommon(picture, state, balls, rect);
         renderer.setRenderTarget(this.target);
         if (shadow) this.drawFluoroscopy(renderer, state, aspect);
         else if (state.outside) this.drawOutside(renderer, state, aspect);
@@ -170,24 +171,27 @@ export class EndoscopeView {
         picture: Picture,
         state: State,
         balls: readonly ToolBall[],
-        aspect: number,
+        rect: ViewRect,
     ): void {
+        const aspect = rect.width / rect.height;
         const camera = state.outside ? orbitCamera(state) : state.camera;
         const frame = frameOf(camera);
         const field = state.outside ? kOutsideField : state.fieldOfView;
+        const slope = Math.tan((field * Math.PI) / 360);
+        const seen = picture === this.outside ? kCatheterPixels / rect.height : 0;
         picture.set({
             eye: vector(camera.eye),
             right: vector(frame.right),
             up: vector(frame.up),
             ahead: vector(frame.forward),
             aspect,
-            slope: Math.tan((field * Math.PI) / 360),
+            slope,
             barrel: state.outside ? 0 : state.barrel,
             fogDistance: state.outside ? 0 : state.fog,
             iso: state.shared?.iso_hu ?? -500,
             rising: state.shared?.polarity !== 'falling',
             real: state.style === 'real' && !state.outside,
-            ...this.catheter.uniforms(camera.eye),
+            ...this.catheter.uniforms(camera.eye, seen * state.orbit.distance * slope),
         });
         if (!hasVessel(state)) picture.set({ catheterCount: 0 });
         this.setTools(picture, state, balls, camera.eye);

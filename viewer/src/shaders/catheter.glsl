@@ -89,7 +89,9 @@ void addCatheter(inout vec3 light, inout float nearest, vec3 o, vec3 d, vec3 upw
     float way;
     float t = catheterHit(o, d, normal, way);
     if (t >= kFar) return;
-    Hit hit = Hit(t, normal, catheterColour(way), way < kTipMark ? 0.9 : 0.45, true);
+    vec3 colour_ = catheterColour(way);
+    float gloss_ = way < kTipMark ? 0.9 : mix(0.1, 0.45, smoothstep(0.1, 0.66, colour_.b));
+    Hit hit = Hit(t, normal, colour_, gloss_, true);
     vec3 own = steel(hit, d, lamp ? t : 0.0, upward);
     light = t < nearest ? own : mix(light, own, lamp ? 0.06 : 0.3);
     nearest = min(nearest, t);
