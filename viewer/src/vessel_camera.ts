@@ -53,7 +53,8 @@ export function behindTip(
     const { catheter, radius } = vessel;
     const tip = catheter[catheter.length - 1]!;
     let n = catheter.length - 1;
-    for (let way = 0; n > 1 && way < kBehind; --n) way += norm(sub(catheter[n]!, catheter[n - 1]!));
+    let way = 0;
+    for (; n > 0 && way < kBehind; --n) way += norm(sub(catheter[n]!, catheter[n - 1]!));
     const place = catheter[n]!;
     const axis = normalized(sub(catheter[n + 1] ?? tip, place));
     const first = normalized(cross(axis, Math.abs(axis[0]) < 0.8 ? [1, 0, 0] : [0, 1, 0]));
@@ -61,12 +62,13 @@ export function behindTip(
     let [room, side] = [0, first];
     for (let k = 0; k < kSides; ++k) {
         const angle = (2 * Math.PI * k) / kSides;
-        const way = add(mul(Math.cos(angle), first), mul(Math.sin(angle), second));
-        const free = firstHit(volume, place, way, surface, 50)?.distance ?? 50;
-        if (free > room + 0.1) [room, side] = [free, way];
+        const aside = add(mul(Math.cos(angle), first), mul(Math.sin(angle), second));
+        const free = firstHit(volume, place, aside, surface, 50)?.distance ?? 50;
+        if (free > room + 0.1) [room, side] = [free, aside];
     }
     if (room < radius + 0.6) return undefined;
-    const eye = along(place, radius + Math.min(0.5 * (room - radius), kAside), side);
+    const off = Math.min(0.5 * (room - radius), kAside, Math.max(0.5 * way, 0.5));
+    const eye = along(place, radius + off, side);
     const look = normalized(sub(along(tip, kAhead, normalized(sub(tip, place))), eye));
     return { eye, look, up: naturalUp(look) };
 }
