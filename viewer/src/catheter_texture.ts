@@ -10,6 +10,7 @@ import { norm, sub, type Vec3 } from './vec.ts';
 
 export const kMostPoints = 1024;
 export const kGroup = 8; // as in the shader
+const kMostSwell = 2; // by which a catheter may be drawn thicker than it is [mm]
 
 /// A curve of Catmull and Rom through the points, with so many parts from one to the next.
 export function smoothed(points: readonly Vec3[], parts = 3): Vec3[] {
@@ -68,7 +69,7 @@ function sphereAround(points: readonly Vec3[], radius: number): [number, number,
     const high = axes.map((a) => Math.max(...points.map((p) => p[a])));
     const centre = axes.map((a) => 0.5 * (low[a]! + high[a]!)) as unknown as Vec3;
     const farthest = Math.max(...points.map((p) => norm(sub(p, centre))));
-    return [...centre, farthest + radius + 1e-3];
+    return [...centre, farthest + radius + kMostSwell];
 }
 
 /// Pieces that are left out around an eye that lies in the catheter: from, and up to.
@@ -110,11 +111,17 @@ export class CatheterTexture {
         this.texture.needsUpdate = true;
     }
 
-    uniforms(eye: Vec3): Record<string, unknown> {
+    dispose(): void {
+        this.texture.dispose();
+    }
+
+    /// @param least  radius that it is drawn with, so that it is seen from afar [mm]
+    uniforms(eye: Vec3, least = 0): Record<string, unknown> {
+        const radius = Math.min(Math.max(this.radius, least), this.radius + kMostSwell);
         return {
             catheter: this.texture,
             catheterCount: this.curve.length,
-            catheterRadius: this.radius,
+            catheterRadius: radius,
             catheterGap: new THREE.Vector2(...gapAround(eye, this.curve, this.radius)),
         };
     }

@@ -177,3 +177,9 @@ export function menu<T>(
 
 export const button = (text: string, run: () => void, hint = ''): HTMLButtonElement =>
     h('button', { type: 'button', onclick: run, ...(hint ? { title: hint } : {}) }, text);
+
+export function svg(name: string, attributes: Record<string, string | number> = {}): SVGElement {
+    const element = document.createElementNS('http://www.w3.org/2000/svg', name);
+    for (const [key, value] of Object.entries(attributes)) element.setAttribute(key, String(value));
+    return element;
+}

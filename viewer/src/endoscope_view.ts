@@ -7,14 +7,14 @@
 
 import * as THREE from 'three';
 import { CatheterTexture, kNoCatheter } from './catheter_texture.ts';
-import { channelOffset, instrumentOf, kKinds, type ToolBall } from './instruments.ts';
+import { instrumentOf, kKinds, lumenOf, type ToolBall } from './instruments.ts';
 import type { ViewRect } from './stage.ts';
 import type { OverlayField } from './overlay_field.ts';
 import { fieldUniforms, kNoField, overlayUniforms, Picture } from './picture.ts';
 import { meteredExposure } from './exposure.ts';
 import { kFieldStops, liningOf, liningUniforms } from './linings.ts';
 import { noiseTexture } from './noise.ts';
-import { type Camera, firstHit, frameOf } from './rays.ts';
+import { type Camera, frameOf } from './rays.ts';
 import { type RestField, restUniforms } from './rest_field.ts';
 import { kWaterPerMm, usualWater } from './fluoroscopy.ts';
 import { kCopy, kEndoscope, kFluoroscopy } from './shaders.ts';
@@ -34,6 +34,7 @@ export const kPasses: readonly (readonly [number, number])[] = [
     [-0.375, 0.125],
 ];
 const kLightReach = 40; // [mm]
+const kCatheterPixels = 3; // width of a catheter from outside, at least
 export const kOutsideField = 30; // field of view from outside [degrees]
 const linear = (r: number, g: number, b: number): THREE.Vector3 =>
     new THREE.Vector3(
@@ -52,6 +53,7 @@ export class EndoscopeView {
     private readonly fluoroscopy: Picture;
     private readonly vessel = new VesselView();
     private readonly catheter = new CatheterTexture();
+    private readonly noise = noiseTexture();
     private vesselShown = -1;
     private volume: VolumeTexture | undefined;
     private readonly copy = new Picture(kCopy, { picture: null, share: 1 });
@@ -83,12 +85,14 @@ export class EndoscopeView {
             tools: Array.from({ length: kMostTools }, () => new THREE.Vector4()),
             toolColours: Array.from({ length: kMostTools }, () => new THREE.Vector3()),
             toolBases: Array.from({ length: kMostTools }, () => new THREE.Vector4()),
+            toolWrists: Array.from({ length: kMostTools }, () => new THREE.Vector3()),
+            toolAxes: Array.from({ length: kMostTools }, () => new THREE.Vector3()),
             toolSides: Array.from({ length: kMostTools }, () => new THREE.Vector4()),
             toolKinds: Array.from({ length: kMostTools }, () => 0),
             toolCount: 0,
             ...liningUniforms('airway'),
             real: false,
-            noiseTile: noiseTexture(),
+            noiseTile: this.noise,
             exposure: 0,
             spacingMm: 1,
             voxelMm: 1,
@@ -136,6 +140,13 @@ export class EndoscopeView {
         for (const picture of [this.inside, this.outside]) picture.set(restUniforms(field));
     }
 
+    /// Frees what the graphics processor holds; drawing makes it anew.
+    dispose(): void {
+        this.target.dispose();
+        this.catheter.dispose();
+        this.noise.dispose();
+    }
+
     /// @param scale  pixels of the target per pixel of the view
     /// @param pass  which of kPasses, whose mean is shown so far; none: a picture of its own
     draw(
@@ -153,7 +164,7 @@ export class EndoscopeView {
         const aspect = rect.width / rect.height;
         const shadow = state.outside && state.fluoroscopy;
         const picture = shadow ? this.fluoroscopy : state.outside ? this.outside : this.inside;
-        this.setCommon(picture, state, balls, aspect);
+        this.setCommon(picture, state, balls, rect);
         const [dx, dy] = pass === undefined ? [0, 0] : kPasses[pass]!;
         picture.set({ jitter: new THREE.Vector2((2 * dx) / width, (2 * dy) / height) });
         renderer.setRenderTarget(this.target);
@@ -174,24 +185,27 @@ export class EndoscopeView {
         picture: Picture,
         state: State,
         balls: readonly ToolBall[],
-        aspect: number,
+        rect: ViewRect,
     ): void {
+        const aspect = rect.width / rect.height;
         const camera = state.outside ? orbitCamera(state) : state.camera;
         const frame = frameOf(camera);
         const field = state.outside ? kOutsideField : state.fieldOfView;
+        const slope = Math.tan((field * Math.PI) / 360);
+        const seen = picture === this.outside ? kCatheterPixels / rect.height : 0;
         picture.set({
             eye: vector(camera.eye),
             right: vector(frame.right),
             up: vector(frame.up),
             ahead: vector(frame.forward),
             aspect,
-            slope: Math.tan((field * Math.PI) / 360),
+            slope,
             barrel: state.outside ? 0 : state.barrel,
             fogDistance: state.outside ? 0 : state.fog,
             iso: state.shared?.iso_hu ?? -500,
             rising: state.shared?.polarity !== 'falling',
             real: state.style === 'real' && !state.outside,
-            ...this.catheter.uniforms(camera.eye),
+            ...this.catheter.uniforms(camera.eye, seen * state.orbit.distance * slope),
         });
         if (!hasVessel(state)) picture.set({ catheterCount: 0 });
         this.setTools(picture, state, balls, camera.eye);
@@ -204,19 +218,28 @@ export class EndoscopeView {
         balls: readonly ToolBall[],
         eye: Vec3,
     ): void {
-        const all = [...balls.slice(0, kMostTools - 1), ...(state.outside ? [scopeOf(state)] : [])];
-        const room = balls.some((ball) => !ball.direction) ? this.channelRoom(state) : 0;
+        // With a catheter there is no endoscope: its field of view is marked, and no more.
+        const scope = state.outside && !hasVessel(state) ? [scopeOf(state)] : [];
+        const all = [...balls.slice(0, kMostTools - 1), ...scope];
         picture.set({ toolCount: all.length });
-        const vectors = (name: string): THREE.Vector4[] =>
-            picture.uniforms[name]!.value as THREE.Vector4[];
+        if (!all.length) return;
+        const lumen = lumenOf(this.volume!.data, state.camera, surfaceOf(state));
+        const values = <T>(name: string): T[] => picture.uniforms[name]!.value as T[];
+        const quadruple = (name: string, i: number, v: Vec3, w: number): void => {
+            values<THREE.Vector4>(name)[i]!.set(...v, w);
+        };
+        const triple = (name: string, i: number, v: Vec3): void => {
+            values<THREE.Vector3>(name)[i]!.set(...v);
+        };
         all.forEach((ball, i) => {
-            const { base, thickness, side, angle } = instrumentOf(ball, state.camera, room, eye);
-            vectors('tools')[i]!.set(...ball.centre, ball.radius);
-            vectors('toolBases')[i]!.set(...base, thickness);
-            vectors('toolSides')[i]!.set(...side, angle);
-            (picture.uniforms.toolKinds!.value as number[])[i] = kKinds[ball.kind];
-            const colours = picture.uniforms.toolColours!.value as THREE.Vector3[];
-            colours[i]!.copy(ball.own ? kOwnTool : kOtherTool);
+            const tool = instrumentOf(ball, state.camera, lumen, eye);
+            quadruple('tools', i, ball.centre, ball.radius);
+            quadruple('toolBases', i, tool.base, tool.thickness);
+            quadruple('toolSides', i, tool.side, tool.angle);
+            triple('toolWrists', i, tool.wrist);
+            triple('toolAxes', i, tool.axis);
+            values<number>('toolKinds')[i] = kKinds[ball.kind];
+            values<THREE.Vector3>('toolColours')[i]!.copy(ball.own ? kOwnTool : kOtherTool);
         });
     }
 
@@ -241,13 +264,6 @@ export class EndoscopeView {
             voxelMm: Math.min(Math.max(spacingMm, 0.4), 1.2),
             fieldStop: kFieldStops.indexOf(fieldStop),
         });
-    }
-
-    /// Free way from the lens towards the working channel's end [mm].
-    private channelRoom(state: State): number {
-        const offset = channelOffset(state.camera);
-        const hit = firstHit(this.volume!.data, state.camera.eye, offset, surfaceOf(state), 10);
-        return hit?.distance ?? Infinity;
     }
 
     private drawFluoroscopy(renderer: THREE.WebGLRenderer, state: State, aspect: number): void {

@@ -4,13 +4,13 @@
 // What lies over the pictures: names, letters, crosshair, tools, the value under the pointer. Plain
 // elements, so that they stay sharp, can be read aloud and cost no redrawing of the volume.
 
-import { h } from './dom.ts';
+import { h, svg } from './dom.ts';
 import { kOutsideField, orbitCamera } from './endoscope_view.ts';
 import { shown, voxelFromWorld } from './grid.ts';
 import { kSectionAxes, pixelOfWorld, type SectionPlane, sectionPlane } from './section_geometry.ts';
 import { overlayValue } from './legend.ts';
 import { kKinds, type ShownKind } from './overlay_kinds.ts';
-import { catheterMarks, crossings } from './vessel_marks.ts';
+import { catheterMarks, shaftMarks } from './section_marks.ts';
 import type { Session } from './session.ts';
 import { frameOf } from './rays.ts';
 import { kViews, type SectionName, type State, type ViewName } from './store.ts';
@@ -23,7 +23,6 @@ const kTitles: Record<ViewName, string> = {
     sagittal: 'Sagittal',
 };
 const kNearSection = 2; // such parts of a way are drawn strongly [mm]
-const kSvg = 'http://www.w3.org/2000/svg';
 
 export class Overlay {
     readonly views: Record<ViewName, HTMLElement>;
@@ -39,10 +38,11 @@ export class Overlay {
         h('i'),
     );
     private wanted = true;
+    private balls: readonly unknown[] = [];
 
     constructor(private readonly session: Session) {
         this.drawings = Object.fromEntries(
-            kViews.map((view) => [view, document.createElementNS(kSvg, 'svg')]),
+            kViews.map((view) => [view, svg('svg') as SVGSVGElement]),
         ) as Record<ViewName, SVGSVGElement>;
         this.captions = Object.fromEntries(
             kViews.map((view) => [view, h('span', { class: 'caption' })]),
@@ -63,8 +63,10 @@ export class Overlay {
 
     /// Once per frame at most.
     refresh(): void {
-        if (!this.wanted) return;
+        const { balls } = this.session.stage;
+        if (!this.wanted && balls === this.balls) return;
         this.wanted = false;
+        this.balls = balls;
         const { state } = this.session.store;
         if (!this.session.volume) return;
         for (const view of kViews) {
@@ -123,7 +125,8 @@ export class Overlay {
             line('along', x, 0, x, y - gap),
             line('along', x, y + gap, x, box.height),
             ...this.wayMarks(state, plane),
-            ...this.catheterMarks(state, plane),
+            ...catheterMarks(this.session, plane),
+            ...shaftMarks(this.session, plane),
             ...this.toolMarks(state, plane),
             this.endoscopeMark(state, plane),
         ];
@@ -157,25 +160,6 @@ export class Overlay {
             marks.push(svg('circle', { class: 'way near', cx, cy, r: 5 }));
         }
         return marks;
-    }
-
-    private catheterMarks(state: State, plane: SectionPlane): SVGElement[] {
-        const { vessel } = this.session;
-        if (!vessel || state.shared?.tissue?.model !== 'vessel') return [];
-        const wide = (2 * vessel.radius) / plane.mmPerPixel;
-        const marks = catheterMarks(vessel.catheter, plane, vessel.radius);
-        const lines = (kind: string, more: number): SVGElement[] =>
-            marks.map(({ points, near }) =>
-                svg('polyline', {
-                    class: near ? `${kind} near` : kind,
-                    points: points.join(' '),
-                    'stroke-width': (near ? Math.max(wide, 3) : 3) + more,
-                }),
-            );
-        const dots = crossings(vessel.catheter, plane).map(([cx, cy]) =>
-            svg('circle', { class: 'pierced', cx, cy, r: Math.max(0.5 * wide, 3) }),
-        );
-        return [...lines('rim', 2.5), ...lines('catheter', 0), ...dots];
     }
 
     /// The way and its beginning in the endoscope's view: in front of everything.
@@ -298,12 +282,6 @@ export class Overlay {
         this.drawings[view].setAttribute('viewBox', `0 0 ${box.width} ${box.height}`);
         this.drawings[view].replaceChildren(...parts);
     }
-}
-
-function svg(name: string, attributes: Record<string, string | number>): SVGElement {
-    const element = document.createElementNS(kSvg, name);
-    for (const [key, value] of Object.entries(attributes)) element.setAttribute(key, String(value));
-    return element;
 }
 
 const line = (kind: string, x1: number, y1: number, x2: number, y2: number): SVGElement =>

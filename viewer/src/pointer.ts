@@ -57,6 +57,7 @@ export class Pointer {
         if (!this.drag) return;
         const { kind } = this.drag;
         this.drag = undefined;
+        this.session.poise(undefined);
         if (kind === 'tissue') void this.session.end();
         else if (hasUndo(kind)) this.session.history.end(kind);
     }
@@ -102,6 +103,9 @@ export class Pointer {
         const { button } = event;
         this.drag = { kind, button, start: spot, last: spot, moved: false, place: undefined };
         if (hasUndo(kind)) this.session.history.begin();
+        const { volume, store } = this.session;
+        if (kind === 'tissue' && volume && store.state.loaded === 1)
+            this.session.poise(pointAt(volume, store.state, spot));
     }
 
     private kindOf(view: ViewName, event: PointerEvent): DragKind {
@@ -182,6 +186,7 @@ export class Pointer {
         const { drag, session } = this;
         if (!drag || event.button !== drag.button) return;
         this.drag = undefined;
+        session.poise(undefined);
         if (drag.kind === 'tissue' && drag.moved) void session.end();
         else if (hasUndo(drag.kind)) session.history.end(drag.kind);
         if (!drag.moved && drag.button === 0) this.click(drag.start);

@@ -10,7 +10,7 @@ import { voxelCount, voxelFromWorld, worldFromVoxel } from './grid.ts';
 import { Haptics } from './haptics.ts';
 import { History } from './history.ts';
 import { checksumOf } from './murmur.ts';
-import { kBladeRadius, type ToolBall } from './instruments.ts';
+import { kBladeRadius, kHeads, type ToolBall, type ToolKind } from './instruments.ts';
 import { keepView, takeUpView } from './kept_view.ts';
 import { Latencies } from './latencies.ts';
 import {
@@ -33,10 +33,12 @@ import { kKinds, type OverlayKind } from './overlay_kinds.ts';
 import type { Path } from './path.ts';
 import { RestField } from './rest_field.ts';
 import { frameOf, inTissue, naturalUp } from './rays.ts';
+import { kOutsideField } from './endoscope_view.ts';
 import { Stage } from './stage.ts';
 import { initialState, pushOrSlide, type Store, surfaceOf } from './store.ts';
 import { newStroke, note, type Stroke } from './strokes.ts';
 import { add, along, mul, norm, normalized, sub, turned, type Vec3 } from './vec.ts';
+import { behindTip, outsideOf } from './vessel_camera.ts';
 import { VolumeData } from './volume.ts';
 
 const kPoseMs = 50; // between two poses that are sent
@@ -64,6 +66,7 @@ export class Session implements Listener {
     volume: VolumeData | undefined;
     steering: () => Steering = () => ({ move: [0, 0, 0], yaw: 0, pitch: 0, roll: 0 });
     stroke: Stroke | undefined;
+    private poised: { place: Vec3; kind: ToolKind; radius: number } | undefined;
     /// A line for screen readers, and for a moment for all others.
     say: (text: string) => void = () => {};
     onWelcome: () => void = () => {};
@@ -73,6 +76,7 @@ export class Session implements Listener {
     /// The hand on the catheter, each frame.
     drive: (seconds: number, now: number) => void = () => {};
     vessel: Vessel | undefined;
+    private vesselIsNew = false; // nothing of it has been shown
     private received = 0; // voxels of the first snapshot
     private pushing = false; // a push of the tip is under way
     private tipStroke = 0;
@@ -159,6 +163,7 @@ export class Session implements Listener {
         this.tipStroke = 0;
         this.history.clear();
         this.vessel = undefined;
+        this.vesselIsNew = false;
         const { sections } = initialState();
         const nothing = { path: null, pathFlying: false, pathWay: 0, outcome: '', force: 0 };
         this.store.set({ ...nothing, sections, vessel: 0 });
@@ -188,6 +193,7 @@ export class Session implements Listener {
         if (frame.last) {
             this.latencies.arrived(frame.step);
             this.store.set({ voxels: this.store.state.voxels + 1 });
+            this.openVessel();
             this.keepEyeFree();
         }
     }
@@ -258,6 +264,19 @@ export class Session implements Listener {
         if (frame.kind === 'surface') this.vessel = new Vessel(frame.rest, frame.corners);
         else this.vessel?.take(frame);
         this.store.set({ vessel: this.store.state.vessel + 1 });
+        this.openVessel();
+    }
+
+    /// The first look at a scene with a catheter, once both it and the voxels are here.
+    private openVessel(): void {
+        const { vessel, volume } = this;
+        if (!this.vesselIsNew || !volume || !vessel?.catheter.length) return;
+        if (this.store.state.loaded < 1) return;
+        this.vesselIsNew = false;
+        const orbit = outsideOf(vessel, Math.tan((kOutsideField * Math.PI) / 360));
+        const camera = behindTip(vessel, volume, this.surface()) ?? this.store.state.camera;
+        const cursor = vessel.catheter[vessel.catheter.length - 1]!;
+        this.store.set({ camera, cursor, orbit, outside: true });
     }
 
     tools(tools: Tool[]): void {
@@ -300,8 +319,8 @@ export class Session implements Listener {
         const start = info.start ?? { eye_mm: middle, look: [0, 1, 0], up: [0, 0, 1] };
         const size = norm(sub(worldFromVoxel(grid, grid.size), worldFromVoxel(grid, [0, 0, 0])));
         // Contrast agent and soft tissue, where there is a vessel.
-        if (this.store.state.shared?.tissue?.has_vessel)
-            this.store.set({ window: 700, level: 200 });
+        this.vesselIsNew = this.store.state.shared?.tissue?.has_vessel === true;
+        if (this.vesselIsNew) this.store.set({ window: 700, level: 200 });
         this.store.set({
             camera: { eye: start.eye_mm, look: normalized(start.look), up: start.up },
             cursor: start.eye_mm,
@@ -477,8 +496,17 @@ export class Session implements Listener {
 
     // --- tools
 
+    /// The tool is put somewhere, before it does anything; or taken away.
+    poise(place: Vec3 | undefined): void {
+        const { tool, radius } = this.store.state;
+        const kind = kHeads[tool];
+        this.poised = place && kind && { place, kind, radius };
+        this.placeBalls();
+    }
+
     begin(stroke: Stroke): void {
         this.stroke = stroke;
+        this.poised = undefined;
         this.placeBalls();
     }
 
@@ -510,13 +538,12 @@ export class Session implements Listener {
                 kind: tool.kind === 'endoscope' ? ('scope' as const) : ('ball' as const),
                 direction: normalized(tool.direction),
             }));
-        const { stroke } = this;
-        const centre = stroke?.path[stroke.path.length - 1];
-        const radius = stroke?.radius || (stroke?.kind === 'blade' ? kBladeRadius : 0);
-        if (stroke && centre && radius > 0) {
-            const { kind, closed } = stroke;
-            balls.unshift({ centre, radius, own: true, kind, closed: closed === true });
-        }
+        const { stroke, poised } = this;
+        const held = stroke ?? poised;
+        const centre = stroke ? stroke.path[stroke.path.length - 1] : poised?.place;
+        const radius = held?.kind === 'blade' ? kBladeRadius : (held?.radius ?? 0);
+        if (held && centre && radius > 0)
+            balls.unshift({ centre, radius, own: true, kind: held.kind, closed: !!stroke?.closed });
         this.stage.setTools(balls);
     }
 

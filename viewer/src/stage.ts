@@ -130,12 +130,14 @@ export class Stage {
         store.listen((state, changed) => this.noteChange(state, changed));
         canvas.addEventListener('webglcontextlost', () => {
             this.lost = true;
-            this.fence = null;
+            this.fence = null; // one of the lost context is never signalled
+            // three.js deletes handles when it makes them anew, and then in the wrong context.
+            this.endoscope.dispose();
+            for (const field of [this.texture, this.overlay, this.rest]) field?.dispose();
             onContext(true);
         });
         canvas.addEventListener('webglcontextrestored', () => {
             this.lost = false;
-            this.fence = null; // one of the old context is never signalled
             this.renderer.setScissorTest(true);
             this.texture?.restore();
             this.overlay?.restore();

@@ -39,7 +39,7 @@ interface Snapshot {
     gone: Uint8Array;
     iso: number;
     polarity: 'rising' | 'falling';
-    materials: Record<string, number | boolean>;
+    materials: Record<string, number | boolean | string>;
     stroke: string;
 }
 

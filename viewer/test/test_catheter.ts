@@ -14,6 +14,7 @@ import { test } from 'node:test';
 import type { Page } from 'playwright-core';
 import type { SharedState, VesselState } from '../src/protocol.ts';
 import type { Session } from '../src/session.ts';
+import { cross, dot, sub, type Vec3 } from '../src/vec.ts';
 import {
     compare,
     launch,
@@ -71,13 +72,29 @@ test('a catheter is driven, seen and played again', async (t) => {
         const { page, errors } = await visit(browser, served.link);
         await page.keyboard.press('8');
         assert.equal((await stateOf(page)).tool, 'catheter');
-        await page.evaluate(() => {
-            const { store } = (window as never as Held).pliant;
-            // Where the bend begins, so that the sections show the wall that is pushed.
-            store.set({ cursor: [1, 0, 68] });
+        // It opens from outside, with the whole vessel in the picture, and the tip in the sections.
+        await untilState(page, (state) => state.outside);
+        const first = await page.evaluate(() => {
+            const { vessel, store } = (window as never as Held).pliant;
+            const { orbit, cursor } = store.state;
+            return { orbit, cursor, tip: vessel!.catheter.at(-1)!, rest: [...vessel!.rest] };
         });
-        await page.keyboard.press('o');
-        await page.waitForFunction(() => (window as never as Held).pliant.vessel !== undefined);
+        assert.deepEqual(first.cursor, first.tip);
+        const places = first.rest.flatMap((x, i, all): Vec3[] =>
+            i % 3 ? [] : [[x, all[i + 1]!, all[i + 2]!]],
+        );
+        for (const p of [first.tip, ...places]) {
+            const { centre, direction, up, distance } = first.orbit;
+            const off = sub(p, centre);
+            const half = (distance + dot(off, direction)) * Math.tan(Math.PI / 12);
+            assert.ok(Math.abs(dot(off, up)) < half);
+            assert.ok(Math.abs(dot(off, cross(direction, up))) < half);
+        }
+        await picture(page, 'catheter_first');
+        await page.evaluate(() => {
+            // Where the bend begins, so that the sections show the wall that is pushed.
+            (window as never as Held).pliant.store.set({ cursor: [1, 0, 68] });
+        });
         const look = async (): Promise<Record<'outside' | 'coronal', number>> => ({
             outside: (await pixels(page, 'endoscope')).hash,
             coronal: (await pixels(page, 'coronal')).hash,

@@ -12,8 +12,8 @@ import { tmpdir } from 'node:os';
 import { join } from 'node:path';
 import { after, before, test } from 'node:test';
 import type { Browser, Page } from 'playwright-core';
-import type { Materials } from '../src/protocol.ts';
 import type { Session } from '../src/session.ts';
+import type { Materials } from '../src/settings.ts';
 import type { Vec3 } from '../src/vec.ts';
 import { kFolder, launch, picture, serve, stateOf, visit } from './browser.ts';
 

@@ -7,11 +7,15 @@ import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { sumOf, wishOfKeys, wishOfPad } from '../src/catheter_hand.ts';
 import { usualWater, waterAlong } from '../src/fluoroscopy.ts';
+import { voxelFromWorld } from '../src/grid.ts';
 import { halfOfFloat } from '../src/half.ts';
 import { decodeFrame } from '../src/protocol.ts';
-import { norm, sub, type Vec3 } from '../src/vec.ts';
+import { distanceToSegment } from '../src/instruments.ts';
+import { firstHit } from '../src/rays.ts';
+import { add, along, cross, dot, mul, norm, normalized, sub, type Vec3 } from '../src/vec.ts';
 import { Vessel } from '../src/vessel.ts';
-import { catheterMarks, crossings } from '../src/vessel_marks.ts';
+import { behindTip, outsideOf, principalAxes } from '../src/vessel_camera.ts';
+import { chainParts, crossings } from '../src/chain_marks.ts';
 import {
     catheterRows,
     drawnCurve,
@@ -21,7 +25,8 @@ import {
     smoothed,
 } from '../src/catheter_texture.ts';
 import { VolumeData } from '../src/volume.ts';
-import { random, whole } from './random.ts';
+import { kGrid, MockScene, tubeCentre } from './mock_scene.ts';
+import { between, random, whole } from './random.ts';
 
 function frameOf(type: number, payload: number, fill: (view: DataView) => void): ArrayBuffer {
     const bytes = new Uint8Array(32 + payload);
@@ -180,20 +185,20 @@ test('a section shows the catheter where it cuts it', () => {
         mmPerPixel: 1,
         width: 100,
         height: 100,
-    } as unknown as Parameters<typeof catheterMarks>[1];
+    } as unknown as Parameters<typeof chainParts>[1];
     const straight: Vec3[] = [
         [0, 0, 0],
         [0, 0, 4],
         [0, 4, 8],
     ];
-    const marks = catheterMarks(straight, plane, 1);
+    const marks = chainParts(straight, plane, 1);
     assert.equal(marks.filter((m) => !m.near).length, 1);
     const near = marks.filter((m) => m.near);
     assert.equal(near.length, 1); // the first piece only touches what is near
     // From z = 4 to z = 6, which is y = 0 to y = 2.
     const heights = near[0]!.points.map(([, y]) => y);
     assert.ok(Math.abs(Math.abs(heights[0]! - heights[1]!) - 2) < 1e-9);
-    assert.deepEqual(catheterMarks([[0, 0, 0]], plane, 1), []);
+    assert.deepEqual(chainParts([[0, 0, 0]], plane, 1), []);
     // z = 5 is a quarter of the way along the second piece: y = 1, a millimetre per pixel.
     assert.deepEqual(crossings(straight, plane), [[50, 49]]);
     assert.deepEqual(crossings(straight.slice(0, 2), plane), []);
@@ -218,4 +223,101 @@ test('X-rays are dimmed by what they go through', () => {
     const camera = { eye: [0, -500, 0] as Vec3, look: [0, 1, 0] as Vec3, up: [0, 0, 1] as Vec3 };
     assert.ok(Math.abs(usualWater(volume, camera, 2, 1) - 30) < 0.1);
     assert.equal(usualWater(volume, { ...camera, look: [0, -1, 0] }, 2, 1), 0);
+});
+
+/// A tube about a bent line in any direction, as a vessel's inner surface.
+function bentVessel(): { vessel: Vessel; line: Vec3[] } {
+    const [u, v, w] = frame();
+    const bend = between(-0.6, 0.6);
+    const line = Array.from({ length: 40 }, (_, i): Vec3 => {
+        const [x, y] = [3 * i, bend * 0.02 * (3 * i) ** 2];
+        return add([between(-1, 1), 200, -300], add(mul(x, u), mul(y, v)));
+    });
+    const rest = new Float32Array(
+        line.flatMap((p) =>
+            Array.from({ length: 12 }, (_, k) => {
+                const angle = (k * Math.PI) / 6;
+                return add(p, add(mul(6 * Math.cos(angle), v), mul(6 * Math.sin(angle), w)));
+            }).flat(),
+        ),
+    );
+    const vessel = new Vessel(rest, new Uint32Array([0, 1, 2]));
+    vessel.catheter = line.slice(0, whole(2, 20));
+    return { vessel, line };
+}
+
+function frame(): [Vec3, Vec3, Vec3] {
+    const u = normalized([between(-1, 1), between(-1, 1), between(-1, 1)]);
+    const v = normalized(cross(u, [0.3, 0.5, 0.8]));
+    return [u, v, cross(u, v)];
+}
+
+test('axes of a scatter are perpendicular and in the order of its widths', () => {
+    for (let round = 0; round < 30; ++round) {
+        const axes = frame();
+        const places = Array.from({ length: 200 }, () =>
+            [1, 3, 9].reduce(
+                (p: Vec3, width, a) => along(p, between(-width, width), axes[a]!),
+                [5, 6, 7],
+            ),
+        );
+        principalAxes(places).forEach((axis, a) => {
+            assert.ok(Math.abs(norm(axis) - 1) < 1e-9);
+            assert.ok(Math.abs(dot(axis, axes[a]!)) > 0.97, `${axis} for ${axes[a]}`);
+        });
+    }
+});
+
+test('from outside, all of a vessel and its catheter are in the first picture', () => {
+    const slope = Math.tan((15 * Math.PI) / 180);
+    for (let round = 0; round < 30; ++round) {
+        const { vessel } = bentVessel();
+        const { centre, direction, up, distance } = outsideOf(vessel, slope);
+        assert.ok(Math.abs(dot(direction, up)) < 1e-9 && direction[1] >= 0);
+        const eye = along(centre, -distance, direction);
+        const right = cross(direction, up);
+        let widest = 0;
+        const nodes: Vec3[] = [...vessel.catheter];
+        for (let n = 0; n < vessel.rest.length; n += 3)
+            nodes.push([vessel.rest[n]!, vessel.rest[n + 1]!, vessel.rest[n + 2]!]);
+        for (const p of nodes) {
+            const off = sub(p, eye);
+            const depth = dot(off, direction) * slope;
+            assert.ok(depth > 0);
+            for (const axis of [right, up])
+                widest = Math.max(widest, Math.abs(dot(off, axis)) / depth);
+        }
+        assert.ok(widest < 1 && widest > 0.6, `${widest} of the picture`);
+    }
+});
+
+test('the first look in a vessel is at the catheter’s tip, from the lumen beside it', () => {
+    const scene = new MockScene();
+    const volume = new VolumeData(kGrid, scene.halves);
+    const surface = { iso: -500, rising: true };
+    const vessel = new Vessel(new Float32Array(9), new Uint32Array([0, 1, 2]));
+    vessel.radius = 0.8;
+    for (let round = 0; round < 20; ++round) {
+        const from = between(-30, 20);
+        const count = whole(2, 8);
+        const off = mul(between(0, 7), normalized([between(-1, 1), between(-1, 1), 0]));
+        vessel.catheter = Array.from({ length: count }, (_, i) =>
+            add(tubeCentre(from + 3 * i), off),
+        );
+        const camera = behindTip(vessel, volume, surface)!;
+        const tip = vessel.catheter.at(-1)!;
+        const value = volume.sample(voxelFromWorld(kGrid, camera.eye));
+        assert.ok(value < -500, `${value} HU at the eye`);
+        for (let i = 0; i + 1 < count; ++i) {
+            const [a, b] = [vessel.catheter[i]!, vessel.catheter[i + 1]!];
+            assert.ok(distanceToSegment(camera.eye, a, b) > vessel.radius + 0.2);
+        }
+        const way = sub(tip, camera.eye);
+        assert.ok(dot(normalized(way), camera.look) > Math.cos(0.7), 'the tip is in the picture');
+        assert.equal(firstHit(volume, camera.eye, way, surface, norm(way)), undefined);
+    }
+    // A catheter that fills its vessel leaves no room.
+    vessel.radius = 9.5;
+    vessel.catheter = [tubeCentre(0), tubeCentre(3)];
+    assert.equal(behindTip(vessel, volume, surface), undefined);
 });

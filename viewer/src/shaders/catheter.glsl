@@ -33,6 +33,10 @@ vec3 catheterTangent(int i) {
 }
 
 #ifndef SHADOW
+bool leftOut(int piece) {
+    return piece >= catheterGap.x && piece < catheterGap.y;
+}
+
 // Distance [mm], or kFar; way: from the tip [mm]. Normals are interpolated along the curve: no
 // piece is seen as one.
 float catheterHit(vec3 o, vec3 d, out vec3 normal, out float way) {
@@ -49,8 +53,7 @@ float catheterHit(vec3 o, vec3 d, out vec3 normal, out float way) {
             for (int i = g * kGroup; i < stop; ++i) {
                 vec3 b = catheterPoint(i + 1).xyz;
                 float k;
-                bool shown = i < catheterGap.x || i >= catheterGap.y;
-                float t = shown ? capsuleHit(o, d, a, b, catheterRadius, k) : kFar;
+                float t = leftOut(i) ? kFar : capsuleHit(o, d, a, b, catheterRadius, k);
                 if (t < best) {
                     best = t;
                     place = k;
@@ -86,10 +89,49 @@ void addCatheter(inout vec3 light, inout float nearest, vec3 o, vec3 d, vec3 upw
     float way;
     float t = catheterHit(o, d, normal, way);
     if (t >= kFar) return;
-    Hit hit = Hit(t, normal, catheterColour(way), way < kTipMark ? 0.9 : 0.45, true);
+    vec3 colour_ = catheterColour(way);
+    float gloss_ = way < kTipMark ? 0.9 : mix(0.1, 0.45, smoothstep(0.1, 0.66, colour_.b));
+    Hit hit = Hit(t, normal, colour_, gloss_, true);
     vec3 own = steel(hit, d, lamp ? t : 0.0, upward);
     light = t < nearest ? own : mix(light, own, lamp ? 0.06 : 0.3);
     nearest = min(nearest, t);
+}
+
+// 1: neither instrument nor catheter is near; less where one touches or nearly touches the wall.
+float contactAt(vec3 world) {
+    float open = nearInstruments(world);
+    float reach = 3.2 * catheterRadius, away = reach;
+    int last = catheterCount - 1;
+    for (int g = 0; g * kGroup < last; ++g) {
+        vec4 sphere = texelFetch(catheter, ivec2(g, 1), 0);
+        if (length(world - sphere.xyz) > sphere.w + reach) continue;
+        int stop = min((g + 1) * kGroup, last);
+        for (int i = g * kGroup; i < stop; ++i)
+            if (!leftOut(i))
+                away = min(away, awayFrom(world, catheterPoint(i).xyz, catheterPoint(i + 1).xyz));
+    }
+    return open * mix(0.45, 1.0, smoothstep(catheterRadius, reach, away));
+}
+
+// Share of a lamp's light that arrives past instruments and catheter. A catheter beside the lens
+// keeps nothing away, or a lamp in it would leave the whole picture dark.
+float shadowAt(vec3 world, vec3 toLamp, float far) {
+    float lit = 1.0;
+    int last = catheterCount - 1;
+    for (int g = 0; g * kGroup < last; ++g) {
+        vec4 sphere = texelFetch(catheter, ivec2(g, 1), 0);
+        sphere.w += 0.15 + 0.06 * far;
+        if (passesBy(world, toLamp, sphere)) continue;
+        int stop = min((g + 1) * kGroup, last);
+        for (int i = g * kGroup; i < stop; ++i) {
+            if (leftOut(i)) continue;
+            float s;
+            float past = pastCapsule(world, toLamp, far, catheterPoint(i).xyz,
+                                     catheterPoint(i + 1).xyz, catheterRadius, s);
+            lit = min(lit, mix(past, 1.0, smoothstep(far - 5.0, far - 2.0, s)));
+        }
+    }
+    return lit * instrumentShadow(world, toLamp, far);
 }
 #endif
 

@@ -129,7 +129,7 @@ void main() {
     bool lamp = false;
 #else
     bool lamp = true;
-    if (t != kNothing && !real && toolCount > 0) light *= nearInstruments(eye + t * ray);
+    if (t != kNothing && !real) light *= contactAt(eye + t * ray);
 #endif
     addCatheter(light, nearest, eye, ray, up, lamp);
     addInstruments(light, nearest, eye, ray, up, lamp);

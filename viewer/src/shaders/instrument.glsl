@@ -2,22 +2,24 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // Instruments, cut by the endoscope's own rays, so that the lens bends them as it bends the wall
-// and no near plane tears them. A shaft is a capsule from the working channel to the head; a head
-// lies in the sphere of its tool.
+// and no near plane tears them. A shaft is a capsule from the working channel to the wrist; there
+// the head begins, which ends about where the tool's sphere has its centre. Heads lean away from
+// the line of sight (instruments.ts), so that their kind is seen and not only their back.
 //
-//            up                       a: along the shaft, towards the head
-//        jaw ⟋                        e: side, unit, across the shaft and towards the lens
-//   ══════•⟨  a →   opening 2·angle   v = a × e: jaws open and blades are wide along v
-//        jaw ⟍
-//
-// instrumentShadow and nearInstruments darken the wall. Both are 1 without tools.
+//                     jaw ⟋            h: axis of the head, unit
+//   shaft ═══════ wrist ⟨   h →  o     e: side, unit, across the head and towards the lens
+//                     jaw ⟍            v = h × e: jaws open and blades are wide along v
+//                                      o: centre of the sphere
 
 const float kFar = 1e9;
 const int kMostTools = 9;
 const int kBall = 0, kGrasper = 1, kBlade = 2, kScoop = 3, kScope = 4;
 uniform vec4 tools[kMostTools];       // centre and radius of the head's sphere [mm]
 uniform vec4 toolBases[kMostTools];   // start of the shaft, and its radius [mm]; 0: no shaft
-uniform vec4 toolSides[kMostTools];   // e, and half the angle between the jaws [radians]
+uniform vec3 toolWrists[kMostTools];  // end of the shaft
+uniform vec3 toolAxes[kMostTools];    // h
+uniform vec4 toolSides[kMostTools];   // e, and half the angle between the jaws [radians]; of blades
+                                      // 1, or -1 where the back lies towards -v
 uniform vec3 toolColours[kMostTools]; // of the user, linear
 uniform int toolKinds[kMostTools];
 uniform int toolCount;
@@ -75,39 +77,37 @@ void keep(inout Hit best, float t, vec3 normal, vec3 own, float gloss) {
     best = Hit(t, normal, own, gloss, true);
 }
 
-// Two jaws on a hinge. They touch at the sphere's far side, open as wide as the sphere.
-void grasperHit(inout Hit best, vec3 o, vec3 d, vec4 head, vec3 a, vec4 side) {
+// Two jaws on a hinge. Open ones are as wide as the sphere; their tips meet in its centre.
+void grasperHit(inout Hit best, vec3 o, vec3 d, vec4 head, vec3 hinge, vec3 h, vec4 side) {
     float r = head.w;
-    vec3 hinge = head.xyz - 0.9 * r * a;
-    float t = sphereHit(o, d, hinge, 0.24 * r);
-    if (t < kFar) keep(best, t, (o + t * d - hinge) / (0.24 * r), 0.8 * kSteel, 0.8);
-    vec3 v = cross(a, side.xyz);
-    vec3 lengths = r * vec3(0.8, 0.15, 0.3);
+    float t = sphereHit(o, d, hinge, 0.28 * r);
+    if (t < kFar) keep(best, t, (o + t * d - hinge) / (0.28 * r), 0.7 * kSteel, 0.8);
+    vec3 v = cross(h, side.xyz);
+    vec3 lengths = r * vec3(0.88, 0.16, 0.28);
     for (float sign_ = -1.0; sign_ < 2.0; sign_ += 2.0) {
         vec3 out_ = sign_ * v;
-        vec3 along = cos(side.w) * a + sin(side.w) * out_;
-        vec3 across = cos(side.w) * out_ - sin(side.w) * a;
-        vec3 c = hinge + 0.8 * r * along + 0.13 * r * across;
+        vec3 along = cos(side.w) * h + sin(side.w) * out_;
+        vec3 across = cos(side.w) * out_ - sin(side.w) * h;
+        vec3 c = hinge + 0.85 * r * along + 0.14 * r * across;
         vec3 normal;
         t = ellipsoidHit(o, d, c, mat3(along, across, side.xyz), lengths, normal);
         if (t >= best.t) continue;
         vec3 q = o + t * d - c;
         // Teeth on the inner side.
-        float inner = smoothstep(0.02, -0.06, dot(q, across) / r);
-        float teeth = smoothstep(0.3, 0.7, abs(fract(5.0 * dot(q, along) / r) - 0.5) * 2.0);
-        keep(best, t, normalize(normal), kSteel * mix(1.0, mix(0.35, 0.9, teeth), inner), 1.0);
+        float inner = smoothstep(0.02, -0.05, dot(q, across) / r);
+        float teeth = smoothstep(0.3, 0.6, abs(fract(4.0 * dot(q, along) / r) - 0.5) * 2.0);
+        keep(best, t, normalize(normal), kSteel * mix(1.05, mix(0.25, 0.95, teeth), inner), 1.0);
     }
 }
 
 // A scalpel: what lies behind six planes. Its cutting edge is ground bright.
-void bladeHit(inout Hit best, vec3 o, vec3 d, vec4 head, vec3 a, vec3 e) {
+void bladeHit(inout Hit best, vec3 o, vec3 d, vec4 head, vec3 h, vec4 side) {
     float r = head.w;
-    vec3 v = cross(a, e);
-    vec3 slant = normalize(0.55 * a - v);
-    vec3 tip = head.xyz + 0.5 * r * a + 0.3 * r * v;
-    vec3 normals[6] = vec3[6](e, -e, v, slant, -v, -a);
-    float offs[6] = float[6](0.07 * r, 0.07 * r, 0.3 * r, dot(tip - head.xyz, slant), 0.42 * r,
-                             1.6 * r);
+    vec3 e = side.xyz, v = side.w * cross(h, e);
+    vec3 slant = normalize(0.5 * h - v);
+    vec3 tip = 0.15 * r * h + 0.3 * r * v;
+    vec3 normals[6] = vec3[6](e, -e, v, slant, -v, -h);
+    float offs[6] = float[6](0.07 * r, 0.07 * r, 0.3 * r, dot(tip, slant), 0.5 * r, 2.2 * r);
     float enter = 0.0, leave = kFar;
     vec3 normal = -d;
     for (int i = 0; i < 6; ++i) {
@@ -126,26 +126,28 @@ void bladeHit(inout Hit best, vec3 o, vec3 d, vec4 head, vec3 a, vec3 e) {
         }
     }
     if (enter <= 0.0 || enter >= leave || enter >= best.t) return;
-    vec3 q = o + enter * d;
-    float edge = dot(tip - q, slant) / r;
-    bool ground = edge < 0.22;
-    normal = normalize(ground ? normal + 0.6 * slant : normal);
-    keep(best, enter, normal, kSteel * (ground ? 1.5 : 0.85), ground ? 1.6 : 1.0);
+    vec3 q = o + enter * d - head.xyz;
+    float edge = min(dot(tip - q, slant), dot(q, v) + 0.5 * r) / r;
+    bool ground = edge < 0.2;
+    normal = normalize(ground ? normal + 0.5 * slant : normal);
+    keep(best, enter, normal, kSteel * (ground ? 1.6 : 0.75), ground ? 1.6 : 1.0);
 }
 
+const float kSpoon = 0.85;  // radius of the spoon, of the sphere's
+
 // A spoon: the part of a sphere below its mouth, seen from outside or through the mouth.
-void scoopHit(inout Hit best, vec3 o, vec3 d, vec4 head, vec3 a, vec3 e) {
-    float r = head.w;
+void scoopHit(inout Hit best, vec3 o, vec3 d, vec4 head, vec3 h, vec3 e) {
+    float r = kSpoon * head.w;
     vec3 m = o - head.xyz;
     float b = dot(m, d), q = b * b - dot(m, m) + r * r;
     if (q <= 0.0) return;
-    vec3 mouth = normalize(0.45 * a + 0.9 * e);
+    vec3 mouth = normalize(0.3 * h + e);
     for (float far = -1.0; far < 2.0; far += 2.0) {
         float t = -b + far * sqrt(q);
         vec3 n = (m + t * d) / r;
         float height = dot(n, mouth);
         if (t <= 0.0 || height > 0.1) continue;
-        bool rim = height > 0.0;
+        bool rim = height > -0.06;
         vec3 own = kSteel * (rim ? 1.3 : far > 0.0 ? 0.45 : 0.9);
         keep(best, t, -far * n, own, rim ? 1.5 : far > 0.0 ? 0.5 : 1.0);
         return;
@@ -153,39 +155,40 @@ void scoopHit(inout Hit best, vec3 o, vec3 d, vec4 head, vec3 a, vec3 e) {
 }
 
 // The shaft with the user's ring behind the head. Scopes are dark, with a bright tip.
-void shaftHit(inout Hit best, vec3 o, vec3 d, vec4 head, vec4 base, vec3 a, int kind, vec3 ring) {
+void shaftHit(inout Hit best, vec3 o, vec3 d, int i) {
+    vec4 head = tools[i], base = toolBases[i];
     if (base.w <= 0.0) return;
-    float share = kind == kBall ? 0.0 : kind == kBlade ? 1.5 : 0.9;
-    vec3 end = head.xyz - (kind == kScope ? 0.0 : share * head.w) * a;
+    int kind = toolKinds[i];
+    vec3 end = toolWrists[i];
     float place;
     float t = capsuleHit(o, d, base.xyz, end, base.w, place);
     if (t >= best.t) return;
     vec3 q = o + t * d;
-    float behind = dot(head.xyz - q, a);
-    vec3 axis = head.xyz - behind * a;
-    float from = head.w + base.w;
-    bool marked = behind > from + 0.6 * base.w && behind < from + 2.0 * base.w;
+    vec3 a = normalize(end - base.xyz);
+    float behind = dot(end - q, a);
+    float from = base.w + (kind == kBall || kind == kScope ? head.w : 0.0);
+    bool marked = behind > from + base.w && behind < from + 5.0 * base.w;
     vec3 own = kind == kScope ? (behind < 0.9 * head.w ? 0.9 * kSteel : vec3(0.045)) : kSteel;
-    if (marked) own = ring;
-    vec3 normal = place < 1.0 ? normalize(q - axis) : (q - end) / base.w;
+    if (marked) own = toolColours[i];
+    vec3 normal = place < 1.0 ? normalize(q - end + behind * a) : (q - end) / base.w;
     best = Hit(t, normal, own, marked || kind == kScope ? 0.35 : 1.0, kind == kScope);
 }
 
 Hit toolHit(int i, vec3 o, vec3 d) {
     Hit best = Hit(kFar, -d, kSteel, 1.0, false);
-    vec4 head = tools[i], base = toolBases[i], side = toolSides[i];
+    vec4 head = tools[i], side = toolSides[i];
+    vec3 h = toolAxes[i];
     int kind = toolKinds[i];
-    vec3 a = base.w > 0.0 ? normalize(head.xyz - base.xyz) : cross(side.xyz, vec3(1.0, 0.0, 0.0));
-    shaftHit(best, o, d, head, base, a, kind, toolColours[i]);
+    shaftHit(best, o, d, i);
     if (kind == kBall) {
         float t = sphereHit(o, d, head.xyz, head.w);
         if (t < best.t) keep(best, t, (o + t * d - head.xyz) / head.w, kSteel, 1.0);
     } else if (kind == kGrasper)
-        grasperHit(best, o, d, head, a, side);
+        grasperHit(best, o, d, head, toolWrists[i], h, side);
     else if (kind == kBlade)
-        bladeHit(best, o, d, head, a, side.xyz);
+        bladeHit(best, o, d, head, h, side);
     else if (kind == kScoop)
-        scoopHit(best, o, d, head, a, side.xyz);
+        scoopHit(best, o, d, head, h, side.xyz);
     return best;
 }
 
@@ -217,49 +220,56 @@ void addInstruments(inout vec3 light, inout float nearest, vec3 o, vec3 d, vec3 
     }
 }
 
-// Share of the sphere that a head fills, for what it keeps from the light.
-float headRadius(int i) {
+// Distance of a place to the way from a to b.
+float awayFrom(vec3 p, vec3 a, vec3 b) {
+    vec3 ba = b - a;
+    return length(p - a - clamp(dot(p - a, ba) / max(dot(ba, ba), 1e-9), 0.0, 1.0) * ba);
+}
+
+// Share of a lamp's light that passes a capsule on its way to a place on the wall. toLamp: unit;
+// far: to the lamp [mm]. Shadows are softer, the farther the caster is from the wall.
+float pastCapsule(vec3 world, vec3 toLamp, float far, vec3 a, vec3 b, float r, out float s) {
+    // Nearest places of the ray and the axis.
+    vec3 ba = b - a, w = world - a;
+    float along = dot(toLamp, ba), c = max(dot(ba, ba), 1e-9), g = dot(toLamp, w);
+    float h = dot(ba, w);
+    s = clamp((along * h - c * g) / max(c - along * along, 1e-6), 0.0, far);
+    float k = clamp((h + along * s) / c, 0.0, 1.0);
+    s = clamp(along * k - g, 0.0, far);
+    float soft = 0.15 + 0.06 * s;
+    return smoothstep(r - soft, r + soft, length(w + s * toLamp - k * ba));
+}
+
+// A head as a capsule: where it begins, and its radius.
+vec4 headCapsule(int i) {
     int kind = toolKinds[i];
-    float share = kind == kGrasper ? 0.45 : kind == kBlade ? 0.3 : 1.0;
-    return share * tools[i].w;
+    float r = tools[i].w;
+    if (kind == kGrasper) return vec4(toolWrists[i], 0.3 * r);
+    if (kind == kBlade) return vec4(toolWrists[i], 0.25 * r);
+    return vec4(tools[i].xyz, kind == kScoop ? kSpoon * r : r);
 }
 
 // 1: no tool is near; less where one touches or nearly touches the wall.
 float nearInstruments(vec3 world) {
     float open = 1.0;
     for (int i = 0; i < toolCount; ++i) {
-        float r = headRadius(i);
-        vec3 w = world - tools[i].xyz;
-        open *= mix(0.35, 1.0, smoothstep(0.0, 0.9 * r, length(w) - r));
-        vec4 base = toolBases[i];
+        vec4 head = headCapsule(i), base = toolBases[i];
+        float away = awayFrom(world, tools[i].xyz, head.xyz) - head.w;
+        open *= mix(0.35, 1.0, smoothstep(0.0, 0.9 * head.w, away));
         if (base.w <= 0.0) continue;
-        vec3 ba = base.xyz - tools[i].xyz;
-        float away = length(w - clamp(dot(w, ba) / dot(ba, ba), 0.0, 1.0) * ba);
+        away = awayFrom(world, toolWrists[i], base.xyz);
         open *= mix(0.55, 1.0, smoothstep(base.w, 3.2 * base.w, away));
     }
     return open;
 }
 
-// Share of a lamp's light that passes the instruments on its way to a place on the wall. toLamp:
-// unit; far: to the lamp [mm]. The shadow is softer, the farther its caster is from the wall.
 float instrumentShadow(vec3 world, vec3 toLamp, float far) {
-    float lit = 1.0;
+    float lit = 1.0, s;
     for (int i = 0; i < toolCount; ++i) {
-        vec3 w = world - tools[i].xyz;
-        float r = headRadius(i);
-        float s = clamp(-dot(w, toLamp), 0.0, far);
-        float soft = 0.15 + 0.06 * s;
-        lit *= smoothstep(r - soft, r + soft, length(w + s * toLamp));
-        vec4 base = toolBases[i];
+        vec4 head = headCapsule(i), base = toolBases[i];
+        lit *= pastCapsule(world, toLamp, far, tools[i].xyz, head.xyz, head.w, s);
         if (base.w <= 0.0) continue;
-        // Nearest places of the ray and the shaft's axis.
-        vec3 ba = base.xyz - tools[i].xyz;
-        float b = dot(toLamp, ba), c = dot(ba, ba), g = dot(toLamp, w), h = dot(ba, w);
-        s = clamp((b * h - c * g) / max(c - b * b, 1e-6), 0.0, far);
-        float k = clamp((h + b * s) / c, 0.0, 1.0);
-        s = clamp(b * k - g, 0.0, far);
-        soft = 0.15 + 0.06 * s;
-        lit *= smoothstep(base.w - soft, base.w + soft, length(w + s * toLamp - k * ba));
+        lit *= pastCapsule(world, toLamp, far, toolWrists[i], base.xyz, base.w, s);
     }
     return lit;
 }

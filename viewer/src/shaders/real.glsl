@@ -156,8 +156,7 @@ vec3 realLight(vec3 p, float t, vec3 normal, vec3 ray, float open) {
         float facing = dot(rough, toLamp);
         float falloff = exposure / (far * far + kLampSize * kLampSize);
         float arrives = 0.5 * falloff * litBy(p, normal, toLamp, far);
-        if (toolCount > 0)
-            arrives *= mix(kShadow, 1.0, instrumentShadow(world, toLamp, far));
+        arrives *= mix(kShadow, 1.0, shadowAt(world, toLamp, far));
         vec3 half_ = normalize(toLamp - ray);
         float cosine = max(dot(film, half_), 0.0);
         float fresnel = 0.04 + 0.96 * pow(1.0 - max(dot(half_, toLamp), 0.0), 5.0);
@@ -167,7 +166,7 @@ vec3 realLight(vec3 p, float t, vec3 normal, vec3 ray, float open) {
         total += arrives * (own * through * mix(kClosedTint, vec3(1.0), open) +
                             kLampColour * shine);
     }
-    if (toolCount > 0) total *= mix(vec3(0.45, 0.25, 0.22), vec3(1.0), nearInstruments(world));
+    total *= mix(vec3(0.45, 0.25, 0.22), vec3(1.0), contactAt(world));
     return tone(total);
 }
 

@@ -1,26 +1,27 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The catheter in a section: all of it faintly, and strongly where the section cuts it.
+// A chain of points in a section, as a catheter or a shaft: all of it faintly, and strongly where the
+// section cuts it.
 
 import { pixelOfWorld, type SectionPlane } from './section_geometry.ts';
 import { along, dot, sub, type Vec3 } from './vec.ts';
 
-export interface CatheterMark {
+export interface ChainMark {
     readonly points: readonly (readonly [number, number])[]; ///< [pixels]
     readonly near: boolean; ///< it lies in the section
 }
 
 /// @param reach  from the section, up to which a point counts as in it [mm]
-export function catheterMarks(
+export function chainParts(
     points: readonly Vec3[],
     plane: SectionPlane,
     reach: number,
-): CatheterMark[] {
+): ChainMark[] {
     if (points.length < 2) return [];
     const spots = points.map((p) => pixelOfWorld(plane, p));
     const off = points.map((p) => dot(sub(p, plane.centre), plane.axes.normal));
-    const marks: CatheterMark[] = [{ points: spots, near: false }];
+    const marks: ChainMark[] = [{ points: spots, near: false }];
     for (let i = 0; i + 1 < points.length; ++i) {
         // The part of this piece that is within reach: off is linear along it.
         const [a, b] = [off[i]!, off[i + 1]!];
