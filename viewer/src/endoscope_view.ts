@@ -16,7 +16,7 @@ import { kFieldStops, liningOf, liningUniforms } from './linings.ts';
 import { noiseTexture } from './noise.ts';
 import { type Camera, firstHit, frameOf } from './rays.ts';
 import { type RestField, restUniforms } from './rest_field.ts';
-import { kWaterPerMm, usualWater } from './fluoroscopy.ts';
+import { kWaterPerMm, projectionOf, usualWater } from './fluoroscopy.ts';
 import { kCopy, kEndoscope, kFluoroscopy } from './shaders.ts';
 import { type State, surfaceOf } from './store.ts';
 import { along, cross, mul, normalized, turned, type Vec3 } from './vec.ts';
@@ -88,7 +88,12 @@ export class EndoscopeView {
         this.fluoroscopy = new Picture(kFluoroscopy, {
             ...common,
             absorption: kWaterPerMm,
-            exposure: 0,
+            contrast: 1,
+            slab: new THREE.Vector2(),
+            margin: new THREE.Vector3(),
+            noise: 0,
+            seed: 0,
+            pixels: new THREE.Vector2(),
         });
         this.outside = new Picture(
             kEndoscope,
@@ -127,12 +132,14 @@ export class EndoscopeView {
     }
 
     /// @param scale  pixels of the target per pixel of the view
+    /// @param seed  of the noise
     draw(
         renderer: THREE.WebGLRenderer,
         state: State,
         balls: readonly ToolBall[],
         rect: ViewRect,
         scale: number,
+        seed: number,
     ): void {
         const width = Math.max(Math.round(rect.width * scale), 1);
         const height = Math.max(Math.round(rect.height * scale), 1);
@@ -143,7 +150,7 @@ export class EndoscopeView {
         const picture = shadow ? this.fluoroscopy : state.outside ? this.outside : this.inside;
         this.setCommon(picture, state, balls, aspect);
         renderer.setRenderTarget(this.target);
-        if (shadow) this.drawFluoroscopy(renderer, state, aspect);
+        if (shadow) this.drawFluoroscopy(renderer, state, rect, seed);
         else if (state.outside) this.drawOutside(renderer, state, aspect);
         else {
             renderer.clear(true, true, false);
@@ -226,13 +233,25 @@ export class EndoscopeView {
         return hit?.distance ?? Infinity;
     }
 
-    private drawFluoroscopy(renderer: THREE.WebGLRenderer, state: State, aspect: number): void {
+    private drawFluoroscopy(
+        renderer: THREE.WebGLRenderer,
+        state: State,
+        { width, height }: ViewRect,
+        seed: number,
+    ): void {
         const { data } = this.volume!;
-        const usual = usualWater(data, orbitCamera(state), kOutsideField, aspect);
-        const absorption = kWaterPerMm * state.fluoroContrast;
+        const camera = orbitCamera(state);
+        const usual = usualWater(data, camera, kOutsideField, width / height);
+        const { slab, margin } = projectionOf(data.grid, camera);
         this.fluoroscopy.set({
-            absorption,
-            exposure: usual + Math.log(state.fluoroExposure) / absorption,
+            contrast: state.fluoroContrast,
+            exposure: usual + Math.log(state.fluoroExposure) / (kWaterPerMm * state.fluoroContrast),
+            slab: new THREE.Vector2(...slab),
+            margin: new THREE.Vector3(...margin),
+            fieldStop: kFieldStops.indexOf(state.fluoroField),
+            noise: state.fluoroNoise,
+            seed,
+            pixels: new THREE.Vector2(width, height),
         });
         renderer.clear(true, true, false);
         this.fluoroscopy.draw(renderer);

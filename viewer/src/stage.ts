@@ -55,6 +55,8 @@ const kEndoscopeKeys: (keyof State)[] = [
     'fluoroscopy',
     'fluoroContrast',
     'fluoroExposure',
+    'fluoroField',
+    'fluoroNoise',
     'vessel',
     'orbit',
     'fieldOfView',
@@ -274,7 +276,8 @@ export class Stage {
             const scale = still ? (fine ? 2 : 1) : kScales[this.quality]!;
             this.endoscope.setOverlay(state, this.overlay);
             this.endoscope.setVessel(this.vesselOf(), state.vessel);
-            this.endoscope.draw(this.renderer, state, this.balls, rect, scale);
+            const seed = still ? 0 : this.framesDrawn; // a view at rest is one picture
+            this.endoscope.draw(this.renderer, state, this.balls, rect, scale, seed);
             this.full = still;
         } else this.drawSection(view, state, rect);
     }
