@@ -19,7 +19,7 @@ namespace pliant {
 namespace {
 
 constexpr double kSampleVoxels = 0.5;  ///< step in the scan [voxels]
-constexpr double kBorderVoxels = 1;    ///< and beyond it
+constexpr double kBorderVoxels = 2;    ///< and beyond it
 constexpr double kBorderShare = 1.0 / 3;
 constexpr int kMeterRays = 7;  ///< along each side of the central third
 

@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// What fluoroscopy needs beside its shader: where its rays begin and end, and how bright the picture
-// is to be. Like the machines in hospitals it sets its exposure by itself, from a few rays through
-// the picture. Formulas are those of include/pliant/fluoroscopy.h.
+// What fluoroscopy needs beside its shader: where its rays begin and end, and how bright the
+// picture is to be. Like the machines in hospitals it sets its exposure by itself, from a few rays
+// through the picture. Formulas are those of include/pliant/fluoroscopy.h.
 
 import { type Grid, voxelFromWorld, voxelVector, worldFromVoxel } from './grid.ts';
 import { type Camera, rayThrough } from './rays.ts';
@@ -15,8 +15,8 @@ const kBorderShare = 1 / 3;
 const kRays = 7; // along each side of the central third of the picture
 const kSamples = 192; // of each
 
-/// Between which planes across the view rays are followed, and how far beyond the scan its outermost
-/// voxels fade out.
+/// The planes across the view between which rays are followed, and the border over which the
+/// outermost voxels fade out.
 export interface Projection {
     readonly ahead: Vec3; ///< unit vector
     readonly slab: readonly [number, number]; ///< of the planes, along it from the eye [mm]

@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // Fluoroscopy in the browser and in the C++ renderer, of the same camera, on the phantom and, where
-// it is at hand, on CTs, one of them cut out of a body: less than 0.5 of 255 apart on the mean, with
-// the same noise in every pixel.
+// they are at hand, on CTs, one of them cut out of a body: less than 0.5 of 255 apart on the mean,
+// with the same noise in every pixel.
 
 import assert from 'node:assert/strict';
 import { execFileSync } from 'node:child_process';

@@ -218,10 +218,10 @@ test('X-rays are dimmed by what they go through', () => {
     assert.ok(Math.abs(along([-500, 0, 0], [1, 0, 0]) - 1.5 * 40) < 1e-6);
     // Beyond the scan's side they fade, and end at the border.
     const border = Math.cbrt(40 * 20 * 20) / 3;
-    for (const e of [0.1, 3, 0.9 * border])
-        assert.ok(
-            Math.abs(along([20 + e, -500, 0], [0, 1, 0]) - 30 * (1 - (e / border) ** 2) ** 2) < 1e-3,
-        );
+    for (const e of [0.1, 3, 0.9 * border]) {
+        const left = (1 - (e / border) ** 2) ** 2;
+        assert.ok(Math.abs(along([20 + e, -500, 0], [0, 1, 0]) - 30 * left) < 1e-3);
+    }
     assert.equal(along([0, -500, 10.1 + border], [0, 1, 0]), 0);
     const camera = { eye: [0, -500, 0] as Vec3, look: [0, 1, 0] as Vec3, up: [0, 0, 1] as Vec3 };
     assert.ok(Math.abs(usualWater(volume, camera, 2, 1) - 30) < 0.1);

@@ -22,32 +22,52 @@ uniform uint seed;
 uniform vec2 pixels;  // of the view, whatever the target has
 
 const int kMostSteps = 2048;
-const float kStep = 1.0;  // voxels
+const float kStep = 1.0, kBorderStep = 2.0;  // voxels
 const float kCatheterWater = 50.0;  // a catheter with a core of steel, as so much water
 const float kQuantumNoise = 0.05, kNoisiest = 4.0;
 const float kBlade = 0.975, kOpen = 1.0;  // [radii]
 
-// Water that a ray goes through [mm], with the border. o [voxels], d [voxels per mm], part: of the
-// ray that is ahead
-float waterAlong(vec3 o, vec3 d, float part) {
-    d += vec3(equal(d, vec3(0.0))) * 1e-9;
-    vec3 t0 = (-margin - o) / d, t1 = (size - 1.0 + margin - o) / d;
-    vec3 enter = min(t0, t1), leave = max(t0, t1);
-    float t = max(max(enter.x, enter.y), max(enter.z, max(slab.x / part, 0.0)));
-    float length_mm = min(min(leave.x, leave.y), min(leave.z, slab.y / part)) - t;
+// Integral from t mm to end. o [voxels], d [voxels per mm]; faded: beyond the scan
+float integral(vec3 o, vec3 d, float t, float end, float step_voxels, bool faded) {
+    float length_mm = end - t;
     if (!(length_mm > 0.0)) return 0.0;
-    float count = min(ceil(length_mm * length(d) / kStep), float(kMostSteps));
+    float count = min(ceil(length_mm * length(d) / step_voxels), float(kMostSteps));
     float step_mm = length_mm / count;
     vec3 fade = 1.0 / max(margin, 1e-6);
     float sum = 0.0;
     for (int n = 0; n < kMostSteps; ++n) {
         if (float(n) >= count) break;
         vec3 p = o + (t + (float(n) + 0.5) * step_mm) * d;
-        vec3 beyond = (p - clamp(p, vec3(0.0), size - 1.0)) * fade;
-        float left = max(0.0, 1.0 - dot(beyond, beyond));
-        sum += left * left * max(0.0, 1.0 + quickSample(p) / 1000.0);
+        float density = max(0.0, 1.0 + quickSample(p) / 1000.0);
+        if (faded) {
+            vec3 beyond = (p - clamp(p, vec3(0.0), size - 1.0)) * fade;
+            float left = max(0.0, 1.0 - dot(beyond, beyond));
+            density *= left * left;
+        }
+        sum += density;
     }
     return sum * step_mm;
+}
+
+// Where a ray is in the scan, made larger by so many voxels [mm].
+vec2 stretchIn(vec3 o, vec3 d, vec3 more) {
+    vec3 t0 = (-more - o) / d, t1 = (size - 1.0 + more - o) / d;
+    vec3 enter = min(t0, t1), leave = max(t0, t1);
+    return vec2(max(max(enter.x, enter.y), max(enter.z, 0.0)),
+                min(min(leave.x, leave.y), leave.z));
+}
+
+// Water that a ray goes through [mm], with the border. part: of the ray that is ahead
+float waterAlong(vec3 o, vec3 d, float part) {
+    d += vec3(equal(d, vec3(0.0))) * 1e-9;
+    vec2 scan = stretchIn(o, d, vec3(0.0));
+    vec2 all = stretchIn(o, d, margin);
+    all = vec2(max(all.x, slab.x / part), min(all.y, slab.y / part));
+    bool hit = scan.y > scan.x;
+    float water = integral(o, d, all.x, hit ? scan.x : all.y, kBorderStep, true);
+    if (!hit) return water;
+    return water + integral(o, d, scan.x, scan.y, kStep, false) +
+           integral(o, d, scan.y, all.y, kBorderStep, true);
 }
 
 float cornerNoise(uvec2 p) {
