@@ -10,43 +10,13 @@ import { existsSync } from 'node:fs';
 import { test } from 'node:test';
 import type { Page } from 'playwright-core';
 import type { Session } from '../src/session.ts';
-import type { Vec3 } from '../src/vec.ts';
 import { launch, picture, serve, still, visit } from './browser.ts';
+import { insertCatheter, kAortaLumen } from './inserted_catheter.ts';
 import { kAorta } from './setups.ts';
 
-// From the abdomen to the arch, by `pliant path`.
-const kLumen: readonly Vec3[] = [
-    [-3, -149, 545],
-    [-1.3, -148.5, 566],
-    [-0.4, -145.6, 587],
-    [7.1, -140.3, 607],
-    [14.9, -131.1, 626],
-    [21.2, -121.2, 645],
-    [23.4, -113.5, 664],
-    [22.8, -112.5, 686],
-    [19.9, -116.6, 708],
-    [19.3, -124.8, 728],
-    [19.1, -140.1, 743],
-];
-const kRadius = 0.8; // [mm]
 const kDarker = 20; // of 255; the noise there has a standard deviation of 3.5
 
 type Held = { pliant: Session; bare: Uint8ClampedArray };
-
-/// The page believes that the scan has a vessel, and this catheter in it.
-const insert = (page: Page, catheter: readonly Vec3[]): Promise<void> =>
-    page.evaluate(
-        ({ catheter, radius }) => {
-            const { store, stage } = (window as never as Held).pliant;
-            const rest = new Float32Array();
-            const wall = { rest, places: rest, moved: rest, corners: new Uint32Array() };
-            stage.vesselOf = () => ({ ...wall, catheter, radius }) as never;
-            const { shared, vessel } = store.state;
-            const tissue = { ...shared!.tissue!, model: 'vessel' as const };
-            store.set({ shared: { ...shared!, tissue } as never, vessel: vessel + 1 });
-        },
-        { catheter, radius: kRadius },
-    );
 
 /// By how much the catheter is darker than the picture before, where it shows least: of the darkest
 /// pixels of all rows that it crosses the least, of 255; and how many rows those are.
@@ -86,7 +56,7 @@ test('a catheter is seen in front of bone and contrast agent', {
         ['front', [0, 1, 0]], // before the spine, across the heart
         ['side', [1, 0.2, 0]],
     ] as const) {
-        await insert(page, []);
+        await insertCatheter(page, []);
         await page.evaluate((look) => {
             const { store } = (window as never as Held).pliant;
             const orbit = { ...store.state.orbit, centre: [0, -149, 660] as const, distance: 400 };
@@ -100,7 +70,7 @@ test('a catheter is seen in front of bone and contrast agent', {
             });
         }, look);
         await darker(page);
-        await insert(page, kLumen);
+        await insertCatheter(page, kAortaLumen);
         const { least, rows } = await darker(page);
         console.log(`# ${name}: ${least} of 255 darker at least, ${rows} rows`);
         await page.evaluate(() => (window as never as Held).pliant.store.set({ fluoroNoise: 1 }));
