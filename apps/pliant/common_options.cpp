@@ -63,7 +63,9 @@ void add_look(CLI::App* command, LookOptions& look) {
         ->add_option("--lining", look.lining,
                      "style real: auto (by the polarity), airway, colon, sinus or vessel")
         ->check(CLI::IsMember({"auto", "airway", "colon", "sinus", "vessel"}));
-    command->add_option("--field", look.field_stop, "style real: round, octagon or full picture")
+    command
+        ->add_option("--field", look.field_stop,
+                     "style real, fluoroscopy: round, octagon or full picture")
         ->check(CLI::IsMember({"round", "octagon", "full"}));
 }
 

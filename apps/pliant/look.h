@@ -11,6 +11,12 @@
 
 namespace pliant::app {
 
+inline FieldStop field_stop_of(const LookOptions& look) {
+    return look.field_stop == "octagon" ? FieldStop::Octagon
+           : look.field_stop == "full"  ? FieldStop::Full
+                                        : FieldStop::Round;
+}
+
 /// auto: by the endoscope's polarity. @pre the words are those that add_look lets through
 inline void set_look(const LookOptions& look, Endoscope& endoscope) {
     endoscope.style = look.style == "real" ? Style::Real : Style::Plain;
@@ -21,9 +27,7 @@ inline void set_look(const LookOptions& look, Endoscope& endoscope) {
                        : look.lining == "airway" ? Lining::Airway
                        : vessel                  ? Lining::Vessel
                                                  : Lining::Airway;
-    endoscope.field_stop = look.field_stop == "octagon" ? FieldStop::Octagon
-                           : look.field_stop == "full"  ? FieldStop::Full
-                                                        : FieldStop::Round;
+    endoscope.field_stop = field_stop_of(look);
 }
 
 }  // namespace pliant::app

@@ -111,8 +111,9 @@ struct RenderOptions {
     std::optional<double> window_hu, level_hu;  ///< of sections, or of the blended view's opacity
     double opacity_per_mm = 0.25;
     // Of fluoroscopy; no width: the whole scan.
-    double source_mm = 1000, contrast = 1;
-    std::optional<double> width_mm, exposure_water_mm;
+    double source_mm = 1000, contrast = 1, noise = 1;
+    std::uint32_t seed = 0;
+    std::optional<double> width_mm, exposure_water_mm, border_mm;
     int threads = 0;
 };
 

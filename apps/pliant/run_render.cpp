@@ -137,12 +137,16 @@ Image draw_fluoroscopy(const RenderOptions& o, const Volume& volume, int width, 
                   .up = o.up.value_or(Vec3d{0, 0, 0}),
                   .source_mm = o.source_mm,
                   .contrast = o.contrast,
-                  .exposure_water_mm = o.exposure_water_mm};
+                  .exposure_water_mm = o.exposure_water_mm,
+                  .border_mm = o.border_mm,
+                  .field_stop = field_stop_of(o.look_of),
+                  .noise = o.noise,
+                  .seed = o.seed};
     if (o.look) f.look = *o.look;
     const Grid& g = volume.grid;
-    Vec3d extent;
-    for (int a = 0; a < 3; ++a) extent[a] = g.size[a] * g.spacing_mm[a];
-    f.width_mm = o.width_mm.value_or(norm(extent) * std::max(1.0, double(width) / height));
+    double longest_mm = 0;
+    for (int a = 0; a < 3; ++a) longest_mm = std::max(longest_mm, g.size[a] * g.spacing_mm[a]);
+    f.width_mm = o.width_mm.value_or(longest_mm * std::max(1.0, double(width) / height));
     return fluoroscopy_view(volume, f, width, height, arena);
 }
 

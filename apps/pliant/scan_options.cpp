@@ -108,11 +108,19 @@ void add_render(CLI::App& app, RenderOptions& o) {
         ->check(CLI::Range(0.0, 1000.0));
     c->add_option("--source", o.source_mm, "fluoroscopy: from the source to --at [mm] (1000)")
         ->check(CLI::Range(10.0, 1e6));
-    c->add_option("--width", o.width_mm, "fluoroscopy: that is shown at --at [mm] (all)")
+    c->add_option("--width", o.width_mm,
+                  "fluoroscopy: that is shown at --at [mm] (its longest side)")
         ->check(CLI::Range(1.0, 1e5));
     c->add_option("--exposure", o.exposure_water_mm,
                   "fluoroscopy: water that is 45 % grey [mm] (metered)")
         ->check(CLI::Range(0.0, 1e5));
+    c->add_option(
+         "--border", o.border_mm,
+         "fluoroscopy: over which the scan fades out [mm]; 0: a sharp edge (a third of it)")
+        ->check(CLI::Range(0.0, 1e5));
+    c->add_option("--noise", o.noise, "fluoroscopy: factor of the quantum noise; 0: none (1)")
+        ->check(CLI::Range(0.0, 100.0));
+    c->add_option("--seed", o.seed, "fluoroscopy: of the noise (0)");
     c->add_option("--contrast", o.contrast, "fluoroscopy: factor of the line integral (1)")
         ->check(CLI::Range(0.01, 100.0));
     add_threads(c, o.threads);

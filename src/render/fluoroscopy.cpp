@@ -11,16 +11,17 @@
 
 #include "render/camera.h"
 #include "render/canvas.h"
+#include "render/detector.h"
 #include "render/field.h"
 #include "render/volume_or_air.h"
 
 namespace pliant {
 namespace {
 
-constexpr double kSampleVoxels = 0.5;        ///< voxels
-constexpr double kMedianOdds = 0.55 / 0.45;  ///< of black to white at the median: 45 % grey
-constexpr double kWindow = 4;                ///< width of the curve, in line integral
-constexpr int kMeterRays = 7;                ///< along each side of the central third
+constexpr double kSampleVoxels = 0.5;  ///< step in the scan [voxels]
+constexpr double kBorderVoxels = 2;    ///< and beyond it
+constexpr double kBorderShare = 1.0 / 3;
+constexpr int kMeterRays = 7;  ///< along each side of the central third
 
 Endoscope source_of(const Fluoroscopy& s, int width, int height) {
     const Vec3d ahead = norm(s.look) > 0 ? normalized(s.look) : Vec3d{0, 1, 0};
@@ -33,39 +34,105 @@ Endoscope source_of(const Fluoroscopy& s, int width, int height) {
         .barrel_distortion = 0};
 }
 
-/// Where a ray is between the outermost voxel centres: as a span of its length; else empty.
+/// A span of a ray's length; empty where end ≤ begin.
 struct Stretch {
     double begin, end;
 };
-Stretch stretch_in(Vec3i size, Vec3d origin, Vec3d direction) {
+
+/// Between the outermost voxel centres, moved outwards by so many voxels.
+Stretch stretch_in(Vec3i size, Vec3d margin, Vec3d origin, Vec3d direction) {
     Stretch span{0, 1e300};
     for (int a = 0; a < 3; ++a) {
-        const double last = size[a] - 1;
+        const double first = -margin[a], last = size[a] - 1 + margin[a];
         if (direction[a] == 0) {
-            if (origin[a] < 0 || origin[a] > last) return {0, 0};
+            if (origin[a] < first || origin[a] > last) return {0, 0};
             continue;
         }
-        const double t0 = -origin[a] / direction[a], t1 = (last - origin[a]) / direction[a];
+        const double t0 = (first - origin[a]) / direction[a],
+                     t1 = (last - origin[a]) / direction[a];
         span.begin = std::max(span.begin, std::min(t0, t1));
         span.end = std::min(span.end, std::max(t0, t1));
     }
     return span;
 }
 
-/// @param direction  [voxels per mm]
-template <class Field>
-double water_along(const Field& field, Vec3d origin, Vec3d direction) {
-    const Stretch span = stretch_in(field.size(), origin, direction);
-    const double length = span.end - span.begin;
-    if (!(length > 0)) return 0;
-    const double count = std::ceil(length * norm(direction) / kSampleVoxels), step = length / count;
-    double sum = 0;
-    for (double n = 0; n < count; ++n) {
-        const double hu = field.sample(origin + (span.begin + (n + 0.5) * step) * direction);
-        sum += std::max(0.0, 1 + hu / 1000);
+/// All rays of one picture.
+class Projection {
+  public:
+    Projection(const Grid& grid, const Endoscope& source, const Fluoroscopy& settings)
+        : m_grid(grid),
+          m_source(source.eye_mm),
+          m_ahead(source.look),
+          m_eye(voxel_from_world(grid, source.eye_mm)) {
+        const Vec3d last{grid.size.x - 1.0, grid.size.y - 1.0, grid.size.z - 1.0};
+        double volume = 1, half_depth = 0;
+        for (int a = 0; a < 3; ++a) {
+            const double side = last[a] * grid.spacing_mm[a];
+            Vec3d axis{0, 0, 0};
+            axis[a] = 0.5 * side;
+            volume *= side;
+            half_depth += std::abs(dot(world_from_lattice_vector(grid, axis), m_ahead));
+        }
+        const double middle = dot(world_from_voxel(grid, 0.5 * last) - source.eye_mm, m_ahead);
+        m_slab = {middle - half_depth, middle + half_depth};
+        m_border_mm = settings.border_mm.value_or(kBorderShare * std::cbrt(volume));
+        for (int a = 0; a < 3; ++a) m_margin[a] = m_border_mm / grid.spacing_mm[a];
     }
-    return sum * step;
-}
+
+    /// @param ray  unit vector [mm]
+    template <class Field>
+    double water_along(const Field& field, Vec3d ray) const {
+        const Vec3d direction = voxel_from_world(m_grid, m_source + ray) - m_eye;
+        const Stretch scan = stretch_in(field.size(), {0, 0, 0}, m_eye, direction);
+        const auto everything = [](Vec3d) { return 1.0; };
+        const double water = integral(field, direction, scan, kSampleVoxels, everything);
+        if (!(m_border_mm > 0)) return water;
+        Stretch all = stretch_in(field.size(), m_margin, m_eye, direction);
+        const double slope = dot(ray, m_ahead);
+        all.begin = std::max(all.begin, m_slab.begin / slope);
+        all.end = std::min(all.end, m_slab.end / slope);
+        const bool hit = scan.end > scan.begin;
+        const Stretch before{all.begin, hit ? scan.begin : all.end}, after{scan.end, all.end};
+        const auto faded = [this](Vec3d p) { return left_at(p); };
+        const double beyond = integral(field, direction, before, kBorderVoxels, faded);
+        return water + beyond + (hit ? integral(field, direction, after, kBorderVoxels, faded) : 0);
+    }
+
+  private:
+    /// @param share  of the density, at a place [voxels]
+    template <class Field, class Share>
+    double integral(const Field& field, Vec3d direction, Stretch span, double step_voxels,
+                    const Share& share) const {
+        const double length = span.end - span.begin;
+        if (!(length > 0)) return 0;
+        const double count = std::ceil(length * norm(direction) / step_voxels),
+                     step = length / count;
+        double sum = 0;
+        for (double n = 0; n < count; ++n) {
+            const Vec3d p = m_eye + (span.begin + (n + 0.5) * step) * direction;
+            sum += share(p) * std::max(0.0, 1 + field.sample(p) / 1000);
+        }
+        return sum * step;
+    }
+
+    /// Share of the outermost voxels that is left at p [voxels]; 1 in the scan.
+    double left_at(Vec3d p) const {
+        double e2 = 0;
+        for (int a = 0; a < 3; ++a) {
+            const double e = (p[a] - std::clamp(p[a], 0.0, m_grid.size[a] - 1.0)) / m_margin[a];
+            e2 += e * e;
+        }
+        const double left = std::max(0.0, 1 - e2);
+        return left * left;
+    }
+
+    const Grid& m_grid;
+    Vec3d m_source, m_ahead;  ///< [mm]
+    Vec3d m_eye;              ///< the source [voxels]
+    Stretch m_slab;           ///< along m_ahead, between the planes that touch the scan [mm]
+    double m_border_mm;
+    Vec3d m_margin;  ///< the border [voxels]
+};
 
 /// Median over a grid of rays through the central third of the picture, without those that miss
 /// the scan [mm of water]; 0 if all miss.
@@ -73,15 +140,14 @@ double metered_water_mm(const Volume& scan, const Fluoroscopy& settings, int wid
     const Volume& volume = render::volume_or_air(scan);
     const Endoscope source = source_of(settings, width, height);
     const render::Camera camera(source, width, height);
-    const Vec3d eye = voxel_from_world(volume.grid, source.eye_mm);
+    const Projection projection(volume.grid, source, settings);
     std::vector<double> lengths;
     render::with_field(volume, [&](const auto& field) {
         for (int i = 0; i < kMeterRays; ++i)
             for (int j = 0; j < kMeterRays; ++j) {
                 const auto at = [](int n) { return (1 + (n + 0.5) / kMeterRays) / 3; };
                 const Vec3d ray = camera.direction(width * at(i), height * at(j));
-                const Vec3d direction = voxel_from_world(volume.grid, source.eye_mm + ray) - eye;
-                const double water = water_along(field, eye, direction);
+                const double water = projection.water_along(field, ray);
                 if (water > 1) lengths.push_back(water);
             }
     });
@@ -91,44 +157,60 @@ double metered_water_mm(const Volume& scan, const Fluoroscopy& settings, int wid
     return *middle;
 }
 
-}  // namespace
-
-std::vector<float> water_lengths_mm(const Volume& scan, const Fluoroscopy& settings, int width,
-                                    int height, const TaskArena& arena) {
+/// Along the rays of the pixels (x, y) that are wanted; 0 along others.
+template <class Wanted>
+std::vector<float> lengths_of(const Volume& scan, const Fluoroscopy& settings, int width,
+                              int height, const TaskArena& arena, const Wanted& wanted) {
     const Volume& volume = render::volume_or_air(scan);
     const Endoscope source = source_of(settings, width, height);
     const render::Camera camera(source, width, height);
-    const Grid& grid = volume.grid;
-    const Vec3d eye = voxel_from_world(grid, source.eye_mm);
+    const Projection projection(volume.grid, source, settings);
     std::vector<float> lengths(std::size_t(width) * std::size_t(height));
     render::with_field(volume, [&](const auto& field) {
         arena.for_each(height, 4, [&](std::int64_t begin, std::int64_t end) {
-            for (std::int64_t y = begin; y < end; ++y)
-                for (int x = 0; x < width; ++x) {
-                    const Vec3d ray = camera.direction(x + 0.5, double(y) + 0.5);
-                    const Vec3d direction = voxel_from_world(grid, source.eye_mm + ray) - eye;
-                    lengths[std::size_t(y) * std::size_t(width) + std::size_t(x)] =
-                        float(water_along(field, eye, direction));
-                }
+            for (int y = int(begin); y < int(end); ++y)
+                for (int x = 0; x < width; ++x)
+                    if (wanted(x, y))
+                        lengths[std::size_t(y) * std::size_t(width) + std::size_t(x)] = float(
+                            projection.water_along(field, camera.direction(x + 0.5, y + 0.5)));
         });
     });
     return lengths;
 }
 
+}  // namespace
+
+std::vector<float> water_lengths_mm(const Volume& volume, const Fluoroscopy& settings, int width,
+                                    int height, const TaskArena& arena) {
+    return lengths_of(volume, settings, width, height, arena, [](int, int) { return true; });
+}
+
 Image fluoroscopy_view(const Volume& volume, const Fluoroscopy& settings, int width, int height,
                        const TaskArena& arena) {
-    const std::vector<float> lengths = water_lengths_mm(volume, settings, width, height, arena);
+    const render::Camera camera(source_of(settings, width, height), width, height);
+    const auto open_at = [&](int x, int y) {
+        const auto [u, v] = camera.place(x + 0.5, y + 0.5);
+        return render::collimator(settings.field_stop, camera.aspect(), u, v);
+    };
+    const std::vector<float> lengths = lengths_of(volume, settings, width, height, arena,
+                                                  [&](int x, int y) { return open_at(x, y) > 0; });
     const double exposure = settings.exposure_water_mm
                                 ? *settings.exposure_water_mm
                                 : metered_water_mm(volume, settings, width, height);
     Image image = render::make_image(width, height, {0, 0, 0});
-    for (std::size_t n = 0; n < lengths.size(); ++n) {
-        const double excess =
-            settings.contrast * settings.water_per_mm * (double(lengths[n]) - exposure);
-        const double light = 1 / (1 + kMedianOdds * std::exp(4 * excess / kWindow));
-        const auto grey = std::uint8_t(255 * std::clamp(light, 0.0, 1.0) + 0.5);
-        image.pixels[n] = {grey, grey, grey};
-    }
+    for (int y = 0; y < height; ++y)
+        for (int x = 0; x < width; ++x) {
+            const double open = open_at(x, y);
+            if (!(open > 0)) continue;
+            const std::size_t n = std::size_t(y) * std::size_t(width) + std::size_t(x);
+            double excess = settings.water_per_mm * (double(lengths[n]) - exposure);
+            if (settings.noise > 0)
+                excess += settings.noise * render::quantum_noise(excess) *
+                          render::pixel_noise(x, y, settings.seed);
+            const double light = open * render::curve(settings.contrast * excess);
+            const auto grey = std::uint8_t(255 * std::clamp(light, 0.0, 1.0) + 0.5);
+            image.pixels[n] = {grey, grey, grey};
+        }
     return image;
 }
 

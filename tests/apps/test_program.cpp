@@ -292,6 +292,9 @@ TEST_F(ProgramTest, BadInputIsOneLineStatusTwoAndNoFile) {
         {"render cube.nrrd --out x.png --view inside", "--view"},
         {"render cube.nrrd --out x.png --size 5x5", "--size"},
         {"render cube.nrrd --out no/x.png", "no/x.png"},
+        {"render cube.nrrd --out x.png --view fluoroscopy --noise -1", "--noise"},
+        {"render cube.nrrd --out x.png --view fluoroscopy --border -1", "--border"},
+        {"render cube.nrrd --out x.png --view fluoroscopy --seed x", "--seed"},
         {"render cube.nrrd", "--out"},
         {"render cube.nrrd --path none.mrk.json", "--movie"},
         {"render cube.nrrd --path none.mrk.json --movie x.mp4", "none.mrk.json"},
@@ -500,6 +503,21 @@ TEST_F(ProgramTest, RenderDrawsEveryView) {
         EXPECT_GT(fs::file_size(file("v.png")), 500u) << view;
         fs::remove(file("v.png"));
     }
+}
+
+TEST_F(ProgramTest, FluoroscopyHasTheNoiseFieldAndBorderThatItIsAskedFor) {
+    const auto drawn = [](const std::string& options) {
+        const Finished done =
+            run("render airway.nrrd --view fluoroscopy --size 64x64 --out f.png " + options);
+        EXPECT_EQ(done.status, 0) << done.err;
+        return bytes_of(file("f.png"));
+    };
+    const std::string first = drawn("");
+    EXPECT_TRUE(drawn("--noise 1 --seed 0 --field round") == first);
+    EXPECT_FALSE(drawn("--seed 1") == first);
+    EXPECT_FALSE(drawn("--field full") == first);
+    EXPECT_TRUE(drawn("--noise 0 --seed 1") == drawn("--noise 0"));
+    EXPECT_FALSE(drawn("--noise 0 --border 0 --width 300") == drawn("--noise 0 --width 300"));
 }
 
 TEST_F(ProgramTest, RenderFliesAlongACurveInEitherCoordinateSystem) {

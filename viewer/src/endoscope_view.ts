@@ -16,7 +16,7 @@ import { kFieldStops, liningOf, liningUniforms } from './linings.ts';
 import { noiseTexture } from './noise.ts';
 import { type Camera, frameOf } from './rays.ts';
 import { type RestField, restUniforms } from './rest_field.ts';
-import { kWaterPerMm, usualWater } from './fluoroscopy.ts';
+import { kWaterPerMm, projectionOf, usualWater } from './fluoroscopy.ts';
 import { kCopy, kEndoscope, kFluoroscopy } from './shaders.ts';
 import { type State, surfaceOf } from './store.ts';
 import { along, cross, mul, normalized, turned, type Vec3 } from './vec.ts';
@@ -102,7 +102,12 @@ export class EndoscopeView {
         this.fluoroscopy = new Picture(kFluoroscopy, {
             ...common,
             absorption: kWaterPerMm,
-            exposure: 0,
+            contrast: 1,
+            slab: new THREE.Vector2(),
+            margin: new THREE.Vector3(),
+            noise: 0,
+            seed: 0,
+            pixels: new THREE.Vector2(),
         });
         this.outside = new Picture(
             kEndoscope,
@@ -149,12 +154,14 @@ export class EndoscopeView {
 
     /// @param scale  pixels of the target per pixel of the view
     /// @param pass  which of kPasses, whose mean is shown so far; none: a picture of its own
+    /// @param seed  of the noise
     draw(
         renderer: THREE.WebGLRenderer,
         state: State,
         balls: readonly ToolBall[],
         rect: ViewRect,
         scale: number,
+        seed: number,
         pass?: number,
     ): void {
         const width = Math.max(Math.round(rect.width * scale), 1);
@@ -168,7 +175,7 @@ export class EndoscopeView {
         const [dx, dy] = pass === undefined ? [0, 0] : kPasses[pass]!;
         picture.set({ jitter: new THREE.Vector2((2 * dx) / width, (2 * dy) / height) });
         renderer.setRenderTarget(this.target);
-        if (shadow) this.drawFluoroscopy(renderer, state, aspect);
+        if (shadow) this.drawFluoroscopy(renderer, state, rect, seed);
         else if (state.outside) this.drawOutside(renderer, state, aspect);
         else {
             renderer.clear(true, true, false);
@@ -266,13 +273,25 @@ export class EndoscopeView {
         });
     }
 
-    private drawFluoroscopy(renderer: THREE.WebGLRenderer, state: State, aspect: number): void {
+    private drawFluoroscopy(
+        renderer: THREE.WebGLRenderer,
+        state: State,
+        { width, height }: ViewRect,
+        seed: number,
+    ): void {
         const { data } = this.volume!;
-        const usual = usualWater(data, orbitCamera(state), kOutsideField, aspect);
-        const absorption = kWaterPerMm * state.fluoroContrast;
+        const camera = orbitCamera(state);
+        const usual = usualWater(data, camera, kOutsideField, width / height);
+        const { slab, margin } = projectionOf(data.grid, camera);
         this.fluoroscopy.set({
-            absorption,
-            exposure: usual + Math.log(state.fluoroExposure) / absorption,
+            contrast: state.fluoroContrast,
+            exposure: usual + Math.log(state.fluoroExposure) / (kWaterPerMm * state.fluoroContrast),
+            slab: new THREE.Vector2(...slab),
+            margin: new THREE.Vector3(...margin),
+            fieldStop: kFieldStops.indexOf(state.fluoroField),
+            noise: state.fluoroNoise,
+            seed,
+            pixels: new THREE.Vector2(width, height),
         });
         renderer.clear(true, true, false);
         this.fluoroscopy.draw(renderer);

@@ -19,6 +19,8 @@ const kKept = [
     'fluoroscopy',
     'fluoroContrast',
     'fluoroExposure',
+    'fluoroField',
+    'fluoroNoise',
     'orbit',
     'fieldOfView',
     'barrel',

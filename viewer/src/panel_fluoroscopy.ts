@@ -3,7 +3,8 @@
 
 // The panel of X-rays through the scan: how dark what is in their way becomes.
 
-import { button, checkbox, h } from './dom.ts';
+import { button, checkbox, choice, h } from './dom.ts';
+import { kFieldStops } from './linings.ts';
 import { type Parts, section } from './panel_parts.ts';
 
 const kShadows = [
@@ -32,6 +33,21 @@ export function fluoroscopyPanel(parts: Parts): HTMLElement {
         hint: 'of what the picture needs by itself',
         input: (value) => store.set({ fluoroExposure: Math.max(value, 0.01) }),
     });
+    const noise = parts.number('fluoroNoise', {
+        label: 'Noise',
+        unit: '×',
+        low: 0,
+        high: 4,
+        step: 0.1,
+        hint: '0: none',
+        input: (value) => store.set({ fluoroNoise: Math.max(value, 0) }),
+    });
+    const collimator = choice(
+        'Collimator',
+        kFieldStops.map((value) => ({ value, text: value })),
+        () => parts.state.fluoroField,
+        (fluoroField) => store.set({ fluoroField }),
+    );
     const presets = h(
         'div',
         { class: 'row' },
@@ -59,5 +75,7 @@ export function fluoroscopyPanel(parts: Parts): HTMLElement {
         presets,
         contrast,
         exposure,
+        noise,
+        parts.add(collimator),
     );
 }

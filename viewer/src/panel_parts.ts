@@ -46,7 +46,8 @@ export class Parts {
             | 'overlayMm'
             | 'overlayGrowth'
             | 'fluoroContrast'
-            | 'fluoroExposure',
+            | 'fluoroExposure'
+            | 'fluoroNoise',
         settings: Pick<SliderSettings, 'label' | 'unit' | 'low' | 'high' | 'step'> &
             Partial<SliderSettings>,
     ): HTMLElement {

@@ -55,6 +55,8 @@ const kEndoscopeKeys: (keyof State)[] = [
     'fluoroscopy',
     'fluoroContrast',
     'fluoroExposure',
+    'fluoroField',
+    'fluoroNoise',
     'vessel',
     'orbit',
     'fieldOfView',
@@ -282,7 +284,8 @@ export class Stage {
             this.endoscope.setOverlay(state, this.overlay);
             this.endoscope.setVessel(this.vesselOf(), state.vessel);
             const pass = passes ? this.pass++ : undefined;
-            this.endoscope.draw(this.renderer, state, this.balls, rect, scale, pass);
+            const seed = still ? 0 : this.framesDrawn; // a view at rest is one picture
+            this.endoscope.draw(this.renderer, state, this.balls, rect, scale, seed, pass);
             this.full = still && (!passes || this.pass === kPasses.length);
         } else this.drawSection(view, state, rect);
     }

@@ -80,6 +80,8 @@ export interface State {
     fluoroscopy: boolean; ///< and X-rays through the scan instead
     fluoroContrast: number; ///< factor of the absorption
     fluoroExposure: number; ///< factor of the light that the picture needs
+    fluoroField: FieldStop; ///< its collimator
+    fluoroNoise: number; ///< factor of the quantum noise
     vessel: number; ///< grows whenever a vessel or its catheter moved; 0: there is none
     orbit: { centre: Vec3; direction: Vec3; up: Vec3; distance: number };
     fieldOfView: number; ///< [degrees]
@@ -192,6 +194,8 @@ export const initialState = (): State => ({
     fluoroscopy: false,
     fluoroContrast: 1,
     fluoroExposure: 1,
+    fluoroField: 'round',
+    fluoroNoise: 1,
     vessel: 0,
     orbit: { centre: [0, 0, 0], direction: [0, 1, 0], up: [0, 0, 1], distance: 300 },
     fieldOfView: 80,

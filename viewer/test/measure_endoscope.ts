@@ -5,8 +5,8 @@
 // documentation with its pictures.
 //
 //   PLIANT_RESULTS  the folder of the page
-//   PLIANT_PARTS    of latency, bytes, pictures, features: what is measured anew; else all. What is
-//                   not comes from test/out, where each part leaves its numbers
+//   PLIANT_PARTS    of latency, bytes, pictures, features, gallery: measured anew; else all. The
+//                   others come from test/out, where each part leaves its numbers
 
 import { execFileSync } from 'node:child_process';
 import { mkdirSync, mkdtempSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
@@ -16,6 +16,7 @@ import type { Browser } from 'playwright-core';
 import type { Evaluator } from './bare_browser.ts';
 import { findChromium, kPictures, launch, serve, visit } from './browser.ts';
 import { kFeatures, showAll } from './features.ts';
+import { galleryText, takeGallery } from './gallery.ts';
 import { histogram } from './histogram.ts';
 import * as latency from './latency.ts';
 import { quantile } from './latency.ts';
@@ -36,6 +37,7 @@ interface Numbers {
     bytes: latency.BytesRun[];
     pictures: { phantom: Difference; ct: Difference };
     features: string; ///< when
+    gallery: string; ///< when
 }
 
 /// What a part has measured now, or had before.
@@ -93,7 +95,7 @@ async function features(): Promise<string> {
     const served = await serve(scan);
     const { page, errors } = await visit(browser, served.link);
     await showAll(page, async ({ name }) => {
-        await page.screenshot({ path: join(out!, `${name}.jpg`), quality: 60 });
+        await page.screenshot({ path: join(out!, `${name}.jpg`), quality: 40 });
     });
     if (errors.length) throw new Error(errors.join('\n'));
     await browser.close();
@@ -118,6 +120,12 @@ const run = await part('latency', async () => ({
 const bytes = await part('bytes', () => inBare(measureAllBytes));
 const { phantom, ct } = await part('pictures', pictures);
 await part('features', features);
+await part('gallery', async () => {
+    browser = await launch();
+    await takeGallery(browser, out!);
+    await browser.close();
+    return new Date().toISOString();
+});
 const version = execFileSync(findChromium(), ['--version']).toString().trim();
 
 const { samples, server } = run;
@@ -220,6 +228,12 @@ ${compared('CT', ct)}
 | ![the CT in the browser](picture_ct.jpg) | ![the CT in C++](picture_ct_cpp.png) |
 
 ## What it looks like
+
+${galleryText()}
+
+The catheter is a curve through the lumen here; nothing is simulated.
+
+### The page
 
 ${kFeatures.map(({ name, caption }) => `**${caption}.**\n\n![${name}](${name}.jpg)\n`).join('\n')}`;
 writeFileSync(join(out, 'README.md'), text);

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // The browser's picture of the endoscope and that of the C++ renderer, of the same camera, compared
-// pixel by pixel.
+// pixel by pixel; and any other picture of the first view.
 
 import { execFileSync } from 'node:child_process';
 import { readFileSync } from 'node:fs';
@@ -32,6 +32,45 @@ export interface Shown {
     readonly quality?: number; ///< how slow the machine is taken to be, 0: not at all
     /// Of the tissue, a file of `pliant deform --save-state`; the page is in the same state.
     readonly state?: string;
+}
+
+/// The canvas, which shows one view at its upper left corner, beside a picture in a file.
+export async function pixelDifference(
+    page: Page,
+    file: string,
+): Promise<Pick<Difference, 'mean' | 'far'>> {
+    const url = `data:image/png;base64,${readFileSync(file).toString('base64')}`;
+    return page.evaluate(
+        async ({ source, far }) => {
+            const theirs = new Image();
+            theirs.src = source;
+            await theirs.decode();
+            const canvas = document.querySelector('canvas')!;
+            const pixelsOf = (image: CanvasImageSource): Uint8ClampedArray => {
+                const copy = document.createElement('canvas');
+                copy.width = theirs.width;
+                copy.height = theirs.height;
+                const context = copy.getContext('2d')!;
+                context.drawImage(image, 0, 0);
+                return context.getImageData(0, 0, copy.width, copy.height).data;
+            };
+            const a = pixelsOf(theirs);
+            const b = pixelsOf(canvas);
+            let sum = 0;
+            let many = 0;
+            for (let i = 0; i < a.length; i += 4) {
+                let most = 0;
+                for (let c = 0; c < 3; ++c) {
+                    const d = Math.abs(a[i + c]! - b[i + c]!);
+                    sum += d;
+                    most = Math.max(most, d);
+                }
+                if (most > far) ++many;
+            }
+            return { mean: sum / (0.75 * a.length), far: many / (a.length / 4) };
+        },
+        { source: url, far: kFar },
+    );
 }
 
 /// @param scan  that the page shows
@@ -83,38 +122,7 @@ export async function difference(
         ...(saved ? [`--load-state=${saved}`] : []),
     ]);
     await picture(page, `${name}_browser`);
-    const url = `data:image/png;base64,${readFileSync(file).toString('base64')}`;
-    const result = await page.evaluate(
-        async ({ source, far }) => {
-            const theirs = new Image();
-            theirs.src = source;
-            await theirs.decode();
-            const canvas = document.querySelector('canvas')!;
-            const pixelsOf = (image: CanvasImageSource): Uint8ClampedArray => {
-                const copy = document.createElement('canvas');
-                copy.width = theirs.width;
-                copy.height = theirs.height;
-                const context = copy.getContext('2d')!;
-                context.drawImage(image, 0, 0);
-                return context.getImageData(0, 0, copy.width, copy.height).data;
-            };
-            const a = pixelsOf(theirs);
-            const b = pixelsOf(canvas);
-            let sum = 0;
-            let many = 0;
-            for (let i = 0; i < a.length; i += 4) {
-                let most = 0;
-                for (let c = 0; c < 3; ++c) {
-                    const d = Math.abs(a[i + c]! - b[i + c]!);
-                    sum += d;
-                    most = Math.max(most, d);
-                }
-                if (most > far) ++many;
-            }
-            return { mean: sum / (0.75 * a.length), far: many / (a.length / 4) };
-        },
-        { source: url, far: kFar },
-    );
+    const result = await pixelDifference(page, file);
     console.log(
         `# ${name}: mean ${result.mean.toFixed(2)}, far ${(100 * result.far).toFixed(2)} %`,
     );

@@ -10,6 +10,7 @@ import { kFolder } from './browser.ts';
 
 export const kData = process.env.PLIANT_SHARED_DATA ?? join(kFolder, '../../shared/data');
 export const kThorax = join(kData, 'thorax_ct_256.nrrd');
+export const kAorta = join(kData, 'aorta_cta_1p5mm.nii.gz');
 
 /// The path of the thorax, for those who can't go on without it.
 export function thorax(): string {

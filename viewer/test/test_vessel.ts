@@ -6,7 +6,7 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { sumOf, wishOfKeys, wishOfPad } from '../src/catheter_hand.ts';
-import { usualWater, waterAlong } from '../src/fluoroscopy.ts';
+import { projectionOf, usualWater, waterAlong } from '../src/fluoroscopy.ts';
 import { voxelFromWorld } from '../src/grid.ts';
 import { halfOfFloat } from '../src/half.ts';
 import { decodeFrame } from '../src/protocol.ts';
@@ -217,9 +217,17 @@ test('X-rays are dimmed by what they go through', () => {
     };
     const halves = new Uint16Array(21 ** 3).fill(halfOfFloat(500));
     const volume = new VolumeData(grid as never, halves);
-    assert.ok(Math.abs(waterAlong(volume, [0, -500, 0], [0, 1, 0]) - 1.5 * 20) < 1e-6);
-    assert.ok(Math.abs(waterAlong(volume, [-500, 0, 0], [1, 0, 0]) - 1.5 * 40) < 1e-6);
-    assert.equal(waterAlong(volume, [0, -500, 30], [0, 1, 0]), 0);
+    const along = (eye: Vec3, ray: Vec3): number =>
+        waterAlong(volume, eye, ray, projectionOf(volume.grid, { eye, look: ray, up: [0, 0, 1] }));
+    assert.ok(Math.abs(along([0, -500, 0], [0, 1, 0]) - 1.5 * 20) < 1e-6);
+    assert.ok(Math.abs(along([-500, 0, 0], [1, 0, 0]) - 1.5 * 40) < 1e-6);
+    // Beyond the scan's side they fade, and end at the border.
+    const border = Math.cbrt(40 * 20 * 20) / 3;
+    for (const e of [0.1, 3, 0.9 * border]) {
+        const left = (1 - (e / border) ** 2) ** 2;
+        assert.ok(Math.abs(along([20 + e, -500, 0], [0, 1, 0]) - 30 * left) < 1e-3);
+    }
+    assert.equal(along([0, -500, 10.1 + border], [0, 1, 0]), 0);
     const camera = { eye: [0, -500, 0] as Vec3, look: [0, 1, 0] as Vec3, up: [0, 0, 1] as Vec3 };
     assert.ok(Math.abs(usualWater(volume, camera, 2, 1) - 30) < 0.1);
     assert.equal(usualWater(volume, { ...camera, look: [0, -1, 0] }, 2, 1), 0);

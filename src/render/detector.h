@@ -1,0 +1,79 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// From a line integral to a grey: quantum noise, the curve and the collimator. The page's shader
+// (viewer/src/shaders/fluoroscopy.frag.glsl) computes the same, the hash to the last bit.
+//
+// A detector counts N photons, N = N₀ exp(−p) on average with a standard deviation of √N. So the
+// logarithm p has one of 1/√N = σ₀ exp((p − p₀)/2): dark places are noisier. A photon's light
+// reaches into the neighbouring pixels, so noise of a detector is correlated. Both, and nearly a
+// normal distribution, come from one sum over a pixel's four corners, each a number of its own in
+// 0…1:
+//
+//      u00 ─── u10
+//       │ pixel │      n = √3 (u00 + u10 + u01 + u11 − 2),   mean 0, variance 1
+//      u01 ─── u11
+
+#pragma once
+
+#include <pliant/render.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <numbers>
+
+namespace pliant::render {
+
+/// Noise where the picture is 45 % grey, at a factor of 1: standard deviation of the line integral,
+/// 400 photons a pixel.
+inline constexpr double kQuantumNoise = 0.05;
+inline constexpr double kNoisiest = 4;                ///< times that, where it is dark
+inline constexpr double kMedianOdds = 0.55 / 0.45;    ///< of black to white at 45 % grey
+inline constexpr double kCurveWindow = 4;             ///< width of the curve, in line integral
+inline constexpr double kBlade = 0.975, kOpen = 1.0;  ///< the collimator's soft edge [radii]
+
+/// Number of a pixel's corner, uniform in 0…1 in steps of 2⁻²⁴.
+inline double corner_noise(std::uint32_t x, std::uint32_t y, std::uint32_t seed) {
+    std::uint32_t h = x * 0x8da6b343U ^ y * 0xd8163841U ^ seed * 0xcb1ab31fU;
+    h = (h + 1) * 0x9e3779b1U;
+    h = (h ^ (h >> 16)) * 0x85ebca6bU;
+    h = (h ^ (h >> 13)) * 0xc2b2ae35U;
+    h ^= h >> 16;
+    return double(h >> 8) / 16777216.0;
+}
+
+/// Noise of a pixel, mean 0, variance 1; 1/2 of it is shared with a neighbour.
+/// @param x, y  pixel, from the top left corner
+inline double pixel_noise(int x, int y, std::uint32_t seed) {
+    const auto i = std::uint32_t(x), j = std::uint32_t(y);
+    const double sum = corner_noise(i, j, seed) + corner_noise(i + 1, j, seed) +
+                       corner_noise(i, j + 1, seed) + corner_noise(i + 1, j + 1, seed);
+    return std::numbers::sqrt3 * (sum - 2);
+}
+
+/// Standard deviation of a line integral. @param excess  over the exposure
+inline double quantum_noise(double excess) {
+    return kQuantumNoise * std::min(std::exp(excess / 2), kNoisiest);
+}
+
+/// Share of white. @param excess  contrast · line integral, over that of the exposure
+inline double curve(double excess) {
+    return 1 / (1 + kMedianOdds * std::exp(4 * excess / kCurveWindow));
+}
+
+/// Share of light that the collimator lets through. @param u, v  place in the picture [halves of
+/// its height, from its centre]
+inline double collimator(FieldStop stop, double aspect, double u, double v) {
+    const double radius = std::min(1.0, aspect);
+    u = std::abs(u) / radius;
+    v = std::abs(v) / radius;
+    const double away = stop == FieldStop::Round ? std::sqrt(u * u + v * v)
+                        : stop == FieldStop::Octagon
+                            ? std::max({u, v, (u + v) * std::numbers::sqrt2 / 2})
+                            : 0;
+    const double s = std::clamp((away - kBlade) / (kOpen - kBlade), 0.0, 1.0);
+    return 1 - s * s * (3 - 2 * s);
+}
+
+}  // namespace pliant::render

@@ -1,0 +1,40 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// A catheter that no server simulates: a curve through the lumen of an aorta, for pictures of it.
+
+import type { Page } from 'playwright-core';
+import type { Session } from '../src/session.ts';
+import type { Vec3 } from '../src/vec.ts';
+
+/// From the abdomen to the arch of aorta_cta_1p5mm, by `pliant path` [mm, LPS].
+export const kAortaLumen: readonly Vec3[] = [
+    [-3, -149, 545],
+    [-1.3, -148.5, 566],
+    [-0.4, -145.6, 587],
+    [7.1, -140.3, 607],
+    [14.9, -131.1, 626],
+    [21.2, -121.2, 645],
+    [23.4, -113.5, 664],
+    [22.8, -112.5, 686],
+    [19.9, -116.6, 708],
+    [19.3, -124.8, 728],
+    [19.1, -140.1, 743],
+];
+const kRadius = 0.8; // [mm]
+
+/// The page believes that the scan has a vessel, and this catheter in it; without points none.
+export const insertCatheter = (page: Page, catheter: readonly Vec3[]): Promise<void> =>
+    page.evaluate(
+        ({ catheter, radius }) => {
+            const { store, stage } = (window as never as { pliant: Session }).pliant;
+            const rest = new Float32Array();
+            const wall = { rest, places: rest, moved: rest, corners: new Uint32Array() };
+            stage.vesselOf = () => ({ ...wall, catheter, radius }) as never;
+            const { shared, vessel } = store.state;
+            const model = catheter.length ? 'vessel' : 'chainmail';
+            const tissue = { ...shared!.tissue!, model };
+            store.set({ shared: { ...shared!, tissue } as never, vessel: vessel + 1 });
+        },
+        { catheter, radius: kRadius },
+    );
