@@ -73,11 +73,11 @@ Status check_steps(const VesselFile& v) {
     const double steps = std::round(seconds / v.settings.time_step_s);
     const double most = std::max(v.most_steps, VesselFile{}.most_steps);
     if (steps <= most) return Ok{};
-    return Error{ErrorCode::LimitExceeded, v.file + ": [[script]] for_s: asks for " +
-                                               text_of(steps) + " steps in all, expected up to " +
-                                               text_of(most) +
-                                               "; [simulation] most_steps raises that up to " +
-                                               text_of(double(kMaxVesselSteps))};
+    return Error{ErrorCode::LimitExceeded,
+                 v.file + ": [[script]] for_s: asks for " + std::to_string(std::int64_t(steps)) +
+                     " steps in all, expected up to " + std::to_string(std::int64_t(most)) +
+                     "; [simulation] most_steps raises that up to " +
+                     std::to_string(kMaxVesselSteps)};
 }
 
 /// Sets the values of one table: those of the catheter, and the file's others.

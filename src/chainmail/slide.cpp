@@ -59,13 +59,6 @@ std::vector<Vec3d> cube_directions() {
     return directions;
 }
 
-/// The error of a push at the same place, with this room's name.
-Error named_slide(Error error) {
-    constexpr std::string_view kPush = "push:";
-    if (error.message.starts_with(kPush)) error.message.replace(0, kPush.size(), "slide:");
-    return error;
-}
-
 class Slide {
   public:
     Slide(ChainMail& tissue, const Push& path, const TissueValues& values)
@@ -95,7 +88,7 @@ class Slide {
             if (const auto found =
                     m_tissue.elements_at({place(share), {0, 0, 0}, m_path.sphere_radius_mm});
                 !found.ok())
-                return named_slide(found.error());
+                return renamed(found.error(), "slide");
         return Ok{};
     }
 
