@@ -5,18 +5,11 @@
 // there from the forward displacement alone, as write_displacement would write it, or from the
 // resampler's one-shot form.
 
-#include <gtest/gtest.h>
-#include <pliant/phantom.h>
-#include <pliant/serve.h>
-
 #include <cmath>
 
-#include "serve/commands.h"
 #include "serve/half.h"
-#include "serve/scene.h"
-#include "serve/test_client.h"
+#include "serve/twin_scene.h"
 #include "support/random.h"
-#include "support/temporary_folder.h"
 
 namespace pliant::test {
 namespace {
@@ -63,40 +56,9 @@ struct ForwardMap {
     }
 };
 
-class OverlayTest : public ::testing::Test {
+class OverlayTest : public TwinSceneTest {
   protected:
-    void SetUp() override {
-        auto phantom = make_phantom({.name = "cube", .size = {40, 36, 32}}, m_arena);
-        ASSERT_TRUE(phantom.ok());
-        // Its values would count as bone.
-        phantom->volume.key_values.emplace_back("bone_threshold_hu", "3000");
-        const std::string file = (m_folder / "cube.nrrd").string();
-        ASSERT_TRUE(write_volume(file, phantom->volume).ok());
-        auto server = Server::start({.file = file}, m_arena);
-        ASSERT_TRUE(server.ok()) << server.error().message;
-        m_server = std::make_unique<Server>(std::move(*server));
-        auto scene = serve::Scene::open({.file = file}, m_arena);
-        ASSERT_TRUE(scene.ok());
-        m_twin = std::move(*scene);
-    }
-
-    struct Visitor : TestClient {
-        explicit Visitor(const Server& server, bool view = false,
-                         const Json& hello = Json::object())
-            : TestClient(server.port(), view ? server.view_link() : server.link()) {
-            enter(hello);
-        }
-    };
-    /// The server's scene and its twin do the same.
-    void both(TestClient& client, const Json& command) {
-        client.command(command);
-        const auto parsed = serve::parse_message(command.dump());
-        const auto* message = std::get_if<serve::Message>(&parsed);
-        ASSERT_TRUE(message) << command;
-        m_twin->carry_out(client.welcome["client"], message->action);
-    }
     Json random_command(Random& random, double longest) {
-        const auto json = [](Vec3d v) { return Json({v.x, v.y, v.z}); };
         const Vec3d at = random.vector(12);
         switch (random.whole(0, 7)) {
             case 0:
@@ -107,16 +69,13 @@ class OverlayTest : public ::testing::Test {
                 if (random.whole(0, 3) == 0) return {{"do", "reset"}};
                 [[fallthrough]];
             default:
-                return {{"do", "push"},
-                        {"point", json(at)},
-                        {"push", json(random.vector(longest))},
-                        {"radius", random.real(1, 5)}};
+                const Vec3d by = random.vector(longest);
+                return push_of(at, by, random.real(1, 5));
         }
     }
-    /// What the client holds is what the resampler makes of the twin at once.
+    /// The client's numbers are those that the resampler makes of the twin at once.
     void expect_same(TestClient& client, const std::string& kind) {
-        const Json sums = client.checked_checksum();
-        ASSERT_EQ(sums["tissue"], serve::hex_text(m_twin->tissue().hash(), 16));
+        ASSERT_TRUE(is_twin(client));
         const Deformed once = deform_volume(m_twin->tissue(), Mapping::Cells, true).value();
         const VectorField inverse = inverse_field(once).value();
         std::vector<float> expected;
@@ -124,7 +83,7 @@ class OverlayTest : public ::testing::Test {
             for (const Vec3f u : inverse.vectors_mm)
                 expected.push_back(std::sqrt(u.x * u.x + u.y * u.y + u.z * u.z));
         } else {
-            // That of a live deformation that never saw anything else.
+            // From a new live deformation.
             LiveDeformation live = LiveDeformation::create(m_twin->tissue()).value();
             (void)live.update();
             ASSERT_TRUE(live.keep_sources(true));
@@ -136,30 +95,22 @@ class OverlayTest : public ::testing::Test {
             ASSERT_EQ(client.overlay[v], serve::half_from_float(expected[v]))
                 << kind << ", voxel " << v;
     }
-
-    const TaskArena m_arena{2};
-    TemporaryFolder m_folder;
-    std::unique_ptr<Server> m_server;
-    std::unique_ptr<serve::Scene> m_twin;
 };
 
-TEST_F(OverlayTest, IsThatOfTheForwardDisplacementAndGoesToWhoAsked) {
+TEST_F(OverlayTest, IsThatOfTheForwardDisplacementAndGoesToClientsThatAsk) {
     Visitor a(*m_server), b(*m_server, true), c(*m_server);
-    both(a, {{"do", "push"}, {"point", {0, 0, 0}}, {"push", {0, 1.5, 0.4}}, {"radius", 5}});
+    both(a, push_of({0, 0, 0}, {0, 1.5, 0.4}, 5));
     a.checked_checksum();
     EXPECT_EQ(a.overlay_boxes, 0);
     EXPECT_EQ(a.state["timing"]["overlay_ms"], 0);
     EXPECT_EQ(a.ask_overlay("displacement")["t"], "done");
-    EXPECT_EQ(b.ask_overlay("jacobian")["t"], "done");  // who only looks may ask, too
+    EXPECT_EQ(b.ask_overlay("jacobian")["t"], "done");  // a viewer may ask, too
     Random random(5);
     for (int n = 0; n < 6; ++n) {
         const Vec3d at = random.vector(10), by = random.vector(1.2);
-        both(a, {{"do", "push"},
-                 {"point", {at.x, at.y, at.z}},
-                 {"push", {by.x, by.y, by.z}},
-                 {"radius", 4}});
+        both(a, push_of(at, by, 4));
     }
-    ASSERT_EQ(a.checked_checksum()["tissue"], serve::hex_text(m_twin->tissue().hash(), 16));
+    ASSERT_TRUE(is_twin(a));
     b.checked_checksum();
     c.checked_checksum();
     EXPECT_GT(a.overlay_boxes, 0);
@@ -174,9 +125,9 @@ TEST_F(OverlayTest, IsThatOfTheForwardDisplacementAndGoesToWhoAsked) {
             .value()(k, std::span(forward.vectors_mm).subspan(std::size_t(k) * slice, slice));
     const ForwardMap phi{forward};
     int moved = 0, grown = 0, compared = 0;
-    for (int k = 1; k < 31; ++k)
+    for (int k = 1; k < 32; ++k)
         for (int j = 1; j < 35; ++j)
-            for (int i = 1; i < 39; ++i) {
+            for (int i = 1; i < 41; ++i) {
                 const Vec3d p{double(i), double(j), double(k)};
                 const std::size_t v = voxel_index(forward.grid, {i, j, k});
                 const auto x = phi.inverse(p);
@@ -204,15 +155,15 @@ TEST_F(OverlayTest, IsThatOfTheForwardDisplacementAndGoesToWhoAsked) {
     EXPECT_GT(grown, 100);
     EXPECT_GT(b.state["timing"]["overlay_ms"], 0);
 
-    // Whoever wants none any more is sent none.
+    // After "none" nothing is sent.
     a.ask_overlay("none");
     a.overlay_boxes = 0;
-    both(a, {{"do", "push"}, {"point", {0, 0, 0}}, {"push", {0, 1, 0}}, {"radius", 5}});
+    both(a, push_of({0, 0, 0}, {0, 1, 0}, 5));
     a.checked_checksum();
     EXPECT_EQ(a.overlay_boxes, 0);
 }
 
-TEST_F(OverlayTest, ARandomSequenceOfEverythingLeavesWhatIsShown) {
+TEST_F(OverlayTest, ARandomSequenceOfEverythingLeavesItAsMadeAnew) {
     for (std::uint64_t seed = 1; seed <= 3; ++seed) {
         SCOPED_TRACE("seed " + std::to_string(seed));
         Random random(seed);
@@ -240,7 +191,7 @@ TEST_F(OverlayTest, ARandomSequenceOfEverythingLeavesWhatIsShown) {
         }
         expect_same(a, kind_a);
         expect_same(b, kind_b);
-        // Somebody who comes later is sent what is deformed, and little else.
+        // A latecomer is sent the deformed part, and little else.
         Visitor late(*m_server, true);
         late.ask_overlay("displacement");
         expect_same(late, "displacement");
@@ -256,14 +207,11 @@ TEST_F(OverlayTest, EndsWithItsConnectionAndIsAskedForAgain) {
     auto a = std::make_unique<TestClient>(m_server->port(), m_server->link());
     a->enter();
     a->ask_overlay("displacement");
-    both(*a, {{"do", "push"}, {"point", {0, 0, 0}}, {"push", {0, 2, 0}}, {"radius", 5}});
+    both(*a, push_of({0, 0, 0}, {0, 2, 0}, 5));
     expect_same(*a, "displacement");
-    const Json hello = {{"resume", a->welcome["resume"]}, {"step", a->step}};
-    TestClient again(m_server->port(), m_server->link());
-    again.voxels = a->voxels;
-    a.reset();
-    ASSERT_EQ(again.enter(hello)["resumed"], true);
-    both(again, {{"do", "push"}, {"point", {5, 0, 0}}, {"push", {0, 2, 0}}, {"radius", 5}});
+    const auto resumed_client = resumed(std::move(a));
+    TestClient& again = *resumed_client;
+    both(again, push_of({5, 0, 0}, {0, 2, 0}, 5));
     again.checked_checksum();
     EXPECT_EQ(again.overlay_boxes, 0);
     again.ask_overlay("displacement");
@@ -271,13 +219,13 @@ TEST_F(OverlayTest, EndsWithItsConnectionAndIsAskedForAgain) {
     EXPECT_GT(again.overlay_boxes, 0);
 }
 
-TEST_F(OverlayTest, WhoDoesNotAnswerIsSentThreeAndHoldsUpNobody) {
+TEST_F(OverlayTest, AClientThatDoesNotAnswerIsSentThreeAndDelaysNoOther) {
     Visitor a(*m_server), b(*m_server);
     a.sends_overlay_seen = false;
     a.ask_overlay("displacement");
     b.ask_overlay("displacement");
     for (int n = 0; n < 12; ++n) {
-        both(a, {{"do", "push"}, {"point", {0, 0, 0}}, {"push", {0, 0.4, 0}}, {"radius", 5}});
+        both(a, push_of({0, 0, 0}, {0, 0.4, 0}, 5));
         ASSERT_TRUE(a.until_up_to_date());
         expect_same(b, "displacement");
     }

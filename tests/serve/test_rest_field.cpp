@@ -4,52 +4,16 @@
 // The rest field as a client holds it, against that of the same scene played in this process and
 // resampled at once.
 
-#include <gtest/gtest.h>
-#include <pliant/phantom.h>
 #include <pliant/rest_field.h>
-#include <pliant/serve.h>
 
-#include "serve/commands.h"
-#include "serve/scene.h"
-#include "serve/test_client.h"
+#include "serve/twin_scene.h"
 #include "support/random.h"
-#include "support/temporary_folder.h"
 
 namespace pliant::test {
 namespace {
 
-class RestFieldTest : public ::testing::Test {
+class RestFieldTest : public TwinSceneTest {
   protected:
-    void SetUp() override {
-        auto phantom = make_phantom({.name = "cube", .size = {42, 36, 33}}, m_arena);
-        ASSERT_TRUE(phantom.ok());
-        // Its values would count as bone.
-        phantom->volume.key_values.emplace_back("bone_threshold_hu", "3000");
-        const std::string file = (m_folder / "cube.nrrd").string();
-        ASSERT_TRUE(write_volume(file, phantom->volume).ok());
-        auto server = Server::start({.file = file}, m_arena);
-        ASSERT_TRUE(server.ok()) << server.error().message;
-        m_server = std::make_unique<Server>(std::move(*server));
-        auto scene = serve::Scene::open({.file = file}, m_arena);
-        ASSERT_TRUE(scene.ok());
-        m_twin = std::move(*scene);
-    }
-
-    struct Guest : TestClient {
-        explicit Guest(const Server& server, const Json& hello = Json::object())
-            : TestClient(server.port(), server.link()) {
-            enter(hello);
-        }
-    };
-    /// The server's scene and its twin do the same.
-    void both(TestClient& client, const Json& command) {
-        client.command(command);
-        const auto parsed = serve::parse_message(command.dump());
-        const auto* message = std::get_if<serve::Message>(&parsed);
-        ASSERT_TRUE(message) << command;
-        m_twin->carry_out(client.welcome["client"], message->action);
-    }
-    static Json json_of(Vec3d v) { return {v.x, v.y, v.z}; }
     Json random_command(Random& random) {
         const Vec3d at = random.vector(12), by = random.vector(5);
         switch (random.whole(0, 9)) {
@@ -70,41 +34,32 @@ class RestFieldTest : public ::testing::Test {
                 if (random.whole(0, 2) == 0) return {{"do", "reset"}};
                 [[fallthrough]];
             default:
-                return {{"do", "push"},
-                        {"point", json_of(at)},
-                        {"push", json_of(by)},
-                        {"radius", random.real(1, 5)}};
+                return push_of(at, by, random.real(1, 5));
         }
     }
     RestField expected() const {
         const Deformed once = deform_volume(m_twin->tissue(), Mapping::Cells, true).value();
         return RestField::create(m_twin->tissue(), once).value();
     }
-    /// What the client holds is made of the twin at once.
+    /// The client's field is the one that is made of the twin at once.
     void expect_same(TestClient& client) {
-        const Json sums = client.checked_checksum();
-        ASSERT_EQ(sums["tissue"], serve::hex_text(m_twin->tissue().hash(), 16));
+        ASSERT_TRUE(is_twin(client));
         const RestField field = expected();
         ASSERT_EQ(client.rest_counts(), field.counts());
         std::vector<std::uint16_t> halves(client.rest.size());
         field.copy({{0, 0, 0}, field.counts()}, halves);
         ASSERT_EQ(client.rest, halves);
     }
-
-    const TaskArena m_arena{2};
-    TemporaryFolder m_folder;
-    std::unique_ptr<Server> m_server;
-    std::unique_ptr<serve::Scene> m_twin;
 };
 
 TEST_F(RestFieldTest, ARandomSequenceOfEverythingLeavesItAsMadeAnew) {
     for (std::uint64_t seed = 1; seed <= 3; ++seed) {
         SCOPED_TRACE("seed " + std::to_string(seed));
         Random random(seed);
-        Guest a(*m_server), b(*m_server, {{"lz4", true}, {"role", "view"}}), c(*m_server);
+        Visitor a(*m_server), b(*m_server, true, {{"lz4", true}}), c(*m_server);
         EXPECT_EQ(a.ask_rest(true)["t"], "done");
         EXPECT_EQ(a.ask_overlay("displacement")["t"], "done");  // both at once
-        EXPECT_EQ(b.ask_rest(true)["t"], "done");               // who only looks may ask, too
+        EXPECT_EQ(b.ask_rest(true)["t"], "done");               // a viewer may ask, too
         for (int n = 0; n < 30; ++n) {
             both(a, random_command(random));
             if (random.whole(0, 9) == 0) expect_same(a);
@@ -117,8 +72,8 @@ TEST_F(RestFieldTest, ARandomSequenceOfEverythingLeavesItAsMadeAnew) {
         expect_same(b);
         EXPECT_GT(a.rest_boxes, 0);
         EXPECT_EQ(c.rest_boxes, 0);
-        // Of what is deformed already the whole field comes, once.
-        Guest late(*m_server);
+        // A latecomer is sent the whole field, once.
+        Visitor late(*m_server);
         late.ask_rest(true);
         expect_same(late);
         EXPECT_EQ(late.whole_rests, expected().at_rest() ? 0 : 1);
@@ -128,7 +83,7 @@ TEST_F(RestFieldTest, ARandomSequenceOfEverythingLeavesItAsMadeAnew) {
 }
 
 TEST_F(RestFieldTest, ACutThatMovesNoVoxelIsSent) {
-    Guest a(*m_server);
+    Visitor a(*m_server);
     a.ask_rest(true);
     both(a, {{"do", "cut"}, {"line", {{-9, 0, -9}, {9, 0, -9}}}, {"depth", {0, 0, 18}}});
     expect_same(a);
@@ -139,15 +94,15 @@ TEST_F(RestFieldTest, ACutThatMovesNoVoxelIsSent) {
 }
 
 TEST_F(RestFieldTest, FollowsAnotherTissueAndSprings) {
-    Guest a(*m_server);
+    Visitor a(*m_server);
     a.ask_rest(true);
     both(a, {{"do", "carve"}, {"from", {0, 0, 0}}, {"to", {0, 0, 3}}, {"radius", 4}});
-    both(a, {{"do", "push"}, {"point", {6, 0, 0}}, {"push", {3, 0, 0}}, {"radius", 4}});
+    both(a, push_of({6, 0, 0}, {3, 0, 0}, 4));
     expect_same(a);
     both(a, {{"do", "tissue"}, {"model", "springs"}, {"nodes", 6}});
     both(a, {{"do", "relax"}, {"on", false}});
     expect_same(a);
-    both(a, {{"do", "push"}, {"point", {0, 0, 0}}, {"push", {3, 1, 0}}, {"radius", 8}});
+    both(a, push_of({0, 0, 0}, {3, 1, 0}, 8));
     const RestField field = expected();
     expect_same(a);
     EXPECT_FALSE(field.at_rest());
@@ -156,25 +111,22 @@ TEST_F(RestFieldTest, FollowsAnotherTissueAndSprings) {
     expect_same(a);
 }
 
-TEST_F(RestFieldTest, EndsWithItsConnectionAndWaitsForWhoDoesNotAnswer) {
+TEST_F(RestFieldTest, EndsWithItsConnectionAndWaitsForAnswers) {
     auto a = std::make_unique<TestClient>(m_server->port(), m_server->link());
     a->enter();
     a->sends_rest_seen = false;
     a->ask_rest(true);
     for (int n = 0; n < 6; ++n) {
-        both(*a, {{"do", "push"}, {"point", {0, 0, 0}}, {"push", {0, 0.6, 0}}, {"radius", 5}});
+        both(*a, push_of({0, 0, 0}, {0, 0.6, 0}, 5));
         ASSERT_TRUE(a->until_up_to_date());
     }
     EXPECT_LE(a->whole_rests, 3);
     a->sends_rest_seen = true;
     a->say({{"do", "seen"}, {"step", a->rest_step}, {"format", 4}});
     expect_same(*a);
-    const Json hello = {{"resume", a->welcome["resume"]}, {"step", a->step}};
-    TestClient again(m_server->port(), m_server->link());
-    again.voxels = a->voxels;
-    a.reset();
-    ASSERT_EQ(again.enter(hello)["resumed"], true);
-    both(again, {{"do", "push"}, {"point", {5, 0, 0}}, {"push", {0, 2, 0}}, {"radius", 5}});
+    const auto resumed_client = resumed(std::move(a));
+    TestClient& again = *resumed_client;
+    both(again, push_of({5, 0, 0}, {0, 2, 0}, 5));
     again.checked_checksum();
     EXPECT_EQ(again.rest_boxes, 0);
     again.ask_rest(true);

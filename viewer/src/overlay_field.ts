@@ -1,23 +1,17 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// An overlay's numbers: a mirror of half floats on the scan's grid, patched by boxes like the
-// voxels, and its texture. There is one only while an overlay is shown.
+// An overlay's numbers on the scan's grid. There is one only while an overlay is shown.
 
-import type * as THREE from 'three';
-import { type Box, type Grid, voxelCount } from './grid.ts';
+import type { Box, Grid } from './grid.ts';
 import { floatOfHalf, halfOfFloat } from './half.ts';
+import { HalfField } from './half_field.ts';
 import { kKinds, type ShownKind } from './overlay_kinds.ts';
 import type { Vec3 } from './vec.ts';
-import { writeBox } from './volume.ts';
-import { BoxUploads, makeTexture } from './volume_texture.ts';
 
 const kEdge = 8; // of blocks that know their extreme [voxels]
 
-export class OverlayField {
-    readonly halves: Uint16Array;
-    readonly texture: THREE.Data3DTexture;
-    private readonly uploads: BoxUploads;
+export class OverlayField extends HalfField {
     /// Largest departure from rest in each block.
     private readonly extremes: Float32Array;
     private readonly blocks: Vec3;
@@ -26,18 +20,15 @@ export class OverlayField {
         readonly kind: ShownKind,
         readonly grid: Grid,
     ) {
-        this.halves = new Uint16Array(voxelCount(grid));
+        super('overlay', grid.size, 1);
         const { rest } = kKinds[kind];
         if (rest) this.halves.fill(halfOfFloat(rest));
-        this.texture = makeTexture(this.halves, grid.size);
-        this.uploads = new BoxUploads(this.texture, grid.size, 'RED');
         this.blocks = grid.size.map((n) => Math.ceil(n / kEdge)) as unknown as Vec3;
         this.extremes = new Float32Array(this.blocks[0] * this.blocks[1] * this.blocks[2]);
     }
 
-    patch(box: Box, values: Uint16Array): void {
-        writeBox(this.halves, this.grid.size, box, values);
-        this.uploads.add(box);
+    override patch(box: Box, values: Uint16Array): void {
+        super.patch(box, values);
         this.updateExtremes(box);
     }
 
@@ -52,16 +43,6 @@ export class OverlayField {
         if (at.some((x, a) => x < 0 || x >= this.grid.size[a]!)) return undefined;
         const [nx, ny] = this.grid.size;
         return floatOfHalf[this.halves[at[0]! + nx * (at[1]! + ny * at[2]!)]!];
-    }
-
-    upload(renderer: THREE.WebGLRenderer): number {
-        return this.uploads.send(renderer);
-    }
-    restore(): void {
-        this.uploads.restore();
-    }
-    dispose(): void {
-        this.texture.dispose();
     }
 
     private updateExtremes(box: Box): void {

@@ -1,16 +1,14 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Where the tissue was at rest, and what is raw, at every 4th voxel of the deformed scan: a mirror
-// of half floats, patched by boxes of nodes, and its texture. There is one only while the style
-// that draws with it is shown.
+// Positions of the tissue at rest, and raw tissue, at every 4th voxel of the deformed scan. There is
+// one only while the style that draws with it is shown.
 
 import * as THREE from 'three';
-import { type Box, type Grid } from './grid.ts';
+import type { Grid } from './grid.ts';
 import { floatOfHalf } from './half.ts';
+import { HalfField } from './half_field.ts';
 import type { Vec3 } from './vec.ts';
-import { writeBox } from './volume.ts';
-import { BoxUploads, makeTexture } from './volume_texture.ts';
 
 export const kRestFormat = 4; // of its boxes in the protocol
 export const kRestStep = 4; // from one node to the next [voxels]
@@ -26,29 +24,10 @@ export interface RestSample {
 export const restCounts = (grid: Grid): Vec3 =>
     grid.size.map((n) => Math.ceil((n - 1) / kRestStep) + 1) as unknown as Vec3;
 
-export class RestField {
-    readonly counts: Vec3;
-    readonly halves: Uint16Array;
-    readonly texture: THREE.Data3DTexture;
-    private readonly uploads: BoxUploads;
-
+export class RestField extends HalfField {
     /// At rest.
     constructor(readonly grid: Grid) {
-        this.counts = restCounts(grid);
-        const [nx, ny, nz] = this.counts;
-        this.halves = new Uint16Array(kHalves * nx * ny * nz);
-        this.texture = makeTexture(this.halves, this.counts, THREE.RGBAFormat);
-        this.uploads = new BoxUploads(this.texture, this.counts, 'RGBA');
-    }
-
-    /// @param box  of nodes
-    patch(box: Box, values: Uint16Array): void {
-        if (box.end.some((end, a) => end > this.counts[a]!))
-            throw new Error(`rest: box up to ${box.end.join('×')}, has ${this.counts.join('×')}`);
-        const wide = ([x, y, z]: Vec3): Vec3 => [kHalves * x, y, z];
-        const halves = { begin: wide(box.begin), end: wide(box.end) };
-        writeBox(this.halves, wide(this.counts), halves, values);
-        this.uploads.add(box);
+        super('rest', restCounts(grid), kHalves);
     }
 
     /// Trilinear between nodes, as the shaders read it. @param ijk  voxels
@@ -76,18 +55,6 @@ export class RestField {
                 sum[c]! += weight * floatOfHalf[this.halves[at + c]!]!;
         }
         return { offset: [sum[0]!, sum[1]!, sum[2]!], raw: sum[3]! };
-    }
-
-    /// Sends patched boxes to the graphics processor. @returns nodes that were sent
-    upload(renderer: THREE.WebGLRenderer): number {
-        return this.uploads.send(renderer);
-    }
-    /// After the graphics context was lost.
-    restore(): void {
-        this.uploads.restore();
-    }
-    dispose(): void {
-        this.texture.dispose();
     }
 }
 
