@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// A chain of points in a section, as a catheter or a shaft: all of it faintly, and strongly where the
-// section cuts it.
+// A chain of points in a section, as a catheter or a shaft: all of it faintly, and strongly where
+// the section cuts it.
 
 import { pixelOfWorld, type SectionPlane } from './section_geometry.ts';
 import { along, dot, sub, type Vec3 } from './vec.ts';

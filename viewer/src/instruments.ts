@@ -168,7 +168,7 @@ function asideOf(shaft: Vec3, ray: Vec3, out: Vec3): Vec3 {
     const ahead = normalized(norm(own) > 1e-3 ? own : across([0.6, 0.64, 0.48], ray));
     const beside = cross(ray, ahead);
     const wished = along(own, -kTowardsWall, across(out, ray));
-    // A head that folded back would be behind its shaft. The sign keeps to one side of straight back.
+    // A head that folded back would be behind its shaft. The sign keeps to one side of straight.
     const [x, y] = [dot(wished, ahead), dot(wished, beside)];
     const turn = Math.min(Math.acos(Math.min(Math.max(x / norm([x, y, 1e-9]), -1), 1)), kMostTurn);
     const sign = y < -0.3 * norm(wished) || (x > 0 && y < 0) ? -1 : 1;

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Positions of the tissue at rest, and raw tissue, at every 4th voxel of the deformed scan. There is
-// one only while the style that draws with it is shown.
+// Positions of the tissue at rest, and raw tissue, at every 4th voxel of the deformed scan. There
+// is one only while the style that draws with it is shown.
 
 import * as THREE from 'three';
 import type { Grid } from './grid.ts';

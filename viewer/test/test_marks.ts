@@ -108,7 +108,10 @@ test('a shaft is outlined in the sections, and dotted where it goes through', as
             const cx = Number(await crosshair.locator('.along').first().getAttribute('x1'));
             const cy = Number(await crosshair.locator('.across').first().getAttribute('y1'));
             const [px, py] = pierced[0]!.points[0]!;
-            assert.ok(Math.hypot(px - cx, py - cy) < 0.1, `${view}: ${px},${py} beside ${cx},${cy}`);
+            assert.ok(
+                Math.hypot(px - cx, py - cy) < 0.1,
+                `${view}: ${px},${py} beside ${cx},${cy}`,
+            );
             await picture(page, `shaft_${view}`);
         }
     assert.equal(dots, 3);
@@ -128,7 +131,9 @@ test('the head is in the sections while it pushes', async () => {
     const marks = await marksIn('axial');
     const head = marks.find((m) => m.kind === 'tool own')!;
     assert.ok(head.width >= 3);
-    const rim = marks.find((m) => m.kind === 'rim near' && String(m.points) === String(head.points));
+    const rim = marks.find(
+        (m) => m.kind === 'rim near' && String(m.points) === String(head.points),
+    );
     assert.ok(rim && rim.width >= head.width + 2);
     await page.mouse.up();
 });

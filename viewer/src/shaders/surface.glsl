@@ -64,7 +64,7 @@ float firstHit(vec3 o, vec3 d) {
     float before = quickSample(o + t * d) - iso;
     bool above = before >= 0.0;
     for (int b = 0; b < kMostBricks && t < exit; ++b) {
-        // In the plane between two bricks, the direction decides: the nudge may be lost in rounding.
+        // In the plane between two bricks the direction decides: rounding may lose the nudge.
         vec3 p = (o + (t + nudge) * d) / kBrick;
         vec3 brick = clamp(mix(ceil(p) - 1.0, floor(p), forward), vec3(0.0), brickCount - 1.0);
         vec3 faces = ((brick + forward) * kBrick - o) * inverse;
