@@ -146,9 +146,11 @@ test('the real look gives way to the plain one where it is slow, unless chosen',
         }, styleChosen);
     assert.equal(await afterSlowFrame(true), 'real');
     assert.equal(await afterSlowFrame(false), 'plain');
-    await page.locator('label', { hasText: 'octagon' }).waitFor({ state: 'hidden' });
+    const field = page.getByRole('group', { name: 'Field', exact: true, includeHidden: true });
+    const octagon = field.locator('label', { hasText: 'octagon' });
+    await octagon.waitFor({ state: 'hidden' });
     await page.locator('label', { hasText: /^real$/ }).click();
-    await page.locator('label', { hasText: 'octagon' }).click();
+    await octagon.click();
     assert.equal((await stateOf(page)).fieldStop, 'octagon');
     assert.equal(await afterSlowFrame(true), 'real');
 });
