@@ -56,10 +56,11 @@ constexpr Setting<DriveCommand> kDrive[] = {
 }  // namespace
 
 SettingRows<ChainMailSettings> material_rows() noexcept {
-    static const auto rows = [] {
+    // Never freed: a server that ends with the program still sends its last state.
+    static const auto& rows = *[] {
         const SettingRows<ChainMailSettings> all = chainmail_rows();
-        std::vector<Setting<ChainMailSettings>> kept;
-        std::copy_if(all.begin(), all.end(), std::back_inserter(kept), [](const SettingInfo& row) {
+        auto* kept = new std::vector<Setting<ChainMailSettings>>;
+        std::copy_if(all.begin(), all.end(), std::back_inserter(*kept), [](const SettingInfo& row) {
             return row.table == "material" || row.table == "air";
         });
         return kept;
