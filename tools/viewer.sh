@@ -50,7 +50,8 @@ check_viewer() {
 # mock as show that it is still like it.
 test_viewer() { # PROGRAM
     need_browser
-    (cd "$root/viewer" && PLIANT_SERVER=$1 npm test --silent && npm test --silent -- tissue)
+    (cd "$root/viewer" && PLIANT_SERVER=$1 npm test --silent &&
+        npm test --silent -- tissue instruments marks)
 }
 
 # Ubuntu has no package of Chromium: PLIANT_CHROMIUM names a browser from elsewhere.

@@ -13,6 +13,9 @@ import type { Session } from '../src/session.ts';
 import type { SectionName } from '../src/store.ts';
 import { along, dot, norm, normalized, sub, type Vec3 } from '../src/vec.ts';
 
+// Distances are those of the mock's scan.
+const kServer = process.env.PLIANT_SERVER !== undefined;
+
 useOnePage();
 
 // Right, up and across of each section's picture [LPS].
@@ -43,7 +46,7 @@ const marksIn = (view: SectionName): Promise<Mark[]> =>
         }),
     );
 
-test('a shaft is outlined in the sections, and dotted where it goes through', async () => {
+test('a shaft is outlined in sections, and dotted where it pierces', { skip: kServer }, async () => {
     const start = await stateOf(page);
     await page.keyboard.press('3');
     const [x, y] = await spot(page, 'endoscope', 0.6, 0.4);
