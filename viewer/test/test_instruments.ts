@@ -292,7 +292,7 @@ test('a band every centimetre, and a pale tip', async () => {
     assert.ok(tip(3)[2]! > tip(3)[0]! + 20, `${tip(3)}`);
 });
 
-test('instruments and catheters darken the wall they touch, and no other', { skip: kServer }, async () => {
+test('instruments darken the wall that they touch alone', { skip: kServer }, async () => {
     // Along the mock's tube, with what lies at its wall, x to the right of the eye.
     const camera: Camera = { eye: tubeCentre(20), look: [0, 0, -1], up: [0, 1, 0] };
     const wall = (z: number, angle: number): Vec3 =>

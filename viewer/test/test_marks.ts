@@ -46,7 +46,7 @@ const marksIn = (view: SectionName): Promise<Mark[]> =>
         }),
     );
 
-test('a shaft is outlined in sections, and dotted where it pierces', { skip: kServer }, async () => {
+test('a shaft is outlined in the sections', { skip: kServer }, async () => {
     const start = await stateOf(page);
     await page.keyboard.press('3');
     const [x, y] = await spot(page, 'endoscope', 0.6, 0.4);
