@@ -24,7 +24,7 @@ Colour colour_of(Rgb8 pixel);
 struct ColourStatistics {
     Colour median;
     /// Share of highlights: value ≥ 0.8, saturation below ¾ of the median, and green at least 1.15
-    /// times its mean over 25 × 25 pixels. Bright, pale, and contrasted with what is around, the
+    /// times its mean over 25 × 25 pixels. Bright, pale, and contrasted with its surroundings, the
     /// criteria of [Arnold2010], with thresholds of our own.
     double highlights = 0;
     double clipped = 0;       ///< share: a channel ≥ 250 of 255

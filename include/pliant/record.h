@@ -34,7 +34,7 @@
 namespace pliant {
 
 /// Value of a field. The first alternative stands for an optional field that is not set, and for
-/// what a file says that is none of the others.
+/// text of a file that is none of the others.
 using SettingValue = std::variant<std::monostate, bool, std::int64_t, double, std::string,
                                   std::vector<double>, std::vector<Vec3d>>;
 

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// TOML to a VesselFile, and what its settings mean to each other.
+// TOML to a VesselFile, and the rules between its settings.
 
 #include <pliant/text_input.h>
 #include <pliant/vessel_scene.h>

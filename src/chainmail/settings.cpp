@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// What the ranges of single table don't say.
+// Rules between settings; their ranges are in settings_rows.cpp.
 
 #include "chainmail/settings.h"
 

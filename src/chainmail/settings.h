@@ -12,7 +12,7 @@ namespace pliant {
 /// @returns InvalidArgument that names the key, what was found and what was expected
 Status check_settings(const ChainMailSettings& settings);
 
-/// Sets what the key=value lines of Divod say. @param[out] notes  as read_chainmail_settings
+/// Reads the key=value lines of Divod. @param[out] notes  as read_chainmail_settings
 /// @returns an error without the name of the file
 Status read_divod(const std::string& text, ChainMailSettings& settings,
                   std::vector<std::string>& notes);

@@ -25,7 +25,7 @@ inline Error expected_error(std::string field, std::string expected, std::string
     std::string message = field + ": expected " + expected + ", found " + found;
     return {code, std::move(message), std::move(field), std::move(expected), std::move(found)};
 }
-/// Error about one field. @param text  what is wrong with it
+/// Error about one field. @param text  its fault
 inline Error about(std::string field, ErrorCode code, const std::string& text) {
     std::string message = field + ": " + text;
     return {code, std::move(message), std::move(field)};

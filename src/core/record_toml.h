@@ -28,7 +28,7 @@ std::string title_of(const TomlTable& table);
 /// @returns Unreadable or InvalidArgument, without the name of the file
 Result<std::vector<TomlTable>> parse_toml(const std::string& text);
 
-/// Reads what toml_text writes, or returns nothing where it finds anything else. The parser behind
+/// Reads the output of toml_text; empty where it finds anything else. The parser behind
 /// parse_toml ends the process where memory is short; this one throws std::bad_alloc.
 std::vector<TomlTable> parse_plain_toml(std::string_view text);
 
@@ -61,7 +61,7 @@ std::string keys_in_table(std::string_view table, SettingRows<T>... rows) {
     return keys;
 }
 
-/// Sets what a table of a file says.
+/// Sets the values of a table.
 /// @returns InvalidArgument that names table and key
 template <class T>
 Status read_table(const TomlTable& table, std::type_identity_t<SettingRows<T>> rows, T& object) {
@@ -79,7 +79,7 @@ Status read_table(const TomlTable& table, std::type_identity_t<SettingRows<T>> r
     return Ok{};
 }
 
-/// All settings as a file, in the order of the rows: what read_table reads back, bit for
+/// Text of a file with all settings, in the order of the rows. read_table reads it back, bit for
 /// bit.
 template <class T>
 std::string toml_text(const T& object, SettingRows<T> rows) {

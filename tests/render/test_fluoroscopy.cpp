@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Shadows of a box and a ball, whose lengths along a ray are known; what lies beyond a scan; noise
+// Shadows of a box and a ball, whose lengths along a ray are known; the fade beyond a scan; noise
 // and collimator.
 
 #include <gtest/gtest.h>

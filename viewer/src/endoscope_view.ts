@@ -145,7 +145,7 @@ export class EndoscopeView {
         for (const picture of [this.inside, this.outside]) picture.set(restUniforms(field));
     }
 
-    /// Frees what the graphics processor holds; drawing makes it anew.
+    /// Frees the resources of the graphics processor; drawing makes them anew.
     dispose(): void {
         this.target.dispose();
         this.catheter.dispose();

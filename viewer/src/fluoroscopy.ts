@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// What fluoroscopy needs beside its shader: where its rays begin and end, and how bright the
+// Parameters of the fluoroscopy shader: where its rays begin and end, and how bright the
 // picture is to be. Like the machines in hospitals it sets its exposure by itself, from a few rays
 // through the picture. Formulas are those of include/pliant/fluoroscopy.h.
 

@@ -293,7 +293,7 @@ test('a band every centimetre, and a pale tip', async () => {
 });
 
 test('instruments darken the wall that they touch alone', { skip: kServer }, async () => {
-    // Along the mock's tube, with what lies at its wall, x to the right of the eye.
+    // Along the mock's tube, with instruments at its wall, x to the right of the eye.
     const camera: Camera = { eye: tubeCentre(20), look: [0, 0, -1], up: [0, 1, 0] };
     const wall = (z: number, angle: number): Vec3 =>
         add(tubeCentre(z), mul(kTubeRadius + 0.7, [Math.cos(angle), Math.sin(angle), 0]));

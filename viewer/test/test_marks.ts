@@ -126,6 +126,7 @@ test('a shaft is outlined in the sections', { skip: kServer }, async () => {
 });
 
 test('the head is in the sections while it pushes', async () => {
+    await page.keyboard.press('3');
     await dragBy(page, await spot(page, 'endoscope', 0.6, 0.4), [4, 0]);
     await page.mouse.move(...(await spot(page, 'axial', 0.5, 0.45)));
     await page.mouse.down();
