@@ -239,8 +239,10 @@ test('a catheter 0.3 mm beside the eye is drawn whole', async () => {
     const radius = 0.8;
     const off = radius + 0.3;
     const without = await drawn(page, empty);
+    // One picture's worth and a half, in all: some of them are mostly behind the eye.
     let covered = 0;
-    for (let round = 0; round < 12; ++round) {
+    for (let round = 0; round < 12 || covered < 1.5; ++round) {
+        assert.ok(round < 100, `${covered} pictures in all`);
         // A straight one, nearest to the eye at a place to its side or right before it.
         const unit = normalized([between(-1, 1), between(-1, 1), between(-1, 1)]);
         const aside = normalized(cross(unit, [random() - 0.5, random() - 0.5, random() - 0.5]));
@@ -264,7 +266,6 @@ test('a catheter 0.3 mm beside the eye is drawn whole', async () => {
         assert.deepEqual(misses(found, solid, kSize).slice(0, 5), [], `along ${unit.join(' ')}`);
         covered += solid.filter(Boolean).length / solid.length;
     }
-    assert.ok(covered > 1.5, `${covered} pictures in all`);
 });
 
 test('a band every centimetre, and a pale tip', async () => {
