@@ -4,23 +4,24 @@
 // Starts the page: reads the link's token, connects, puts the parts together and draws.
 
 import './style.css';
-import { Actions } from './actions.ts';
-import { CatheterHand } from './catheter_hand.ts';
-import { h } from './dom.ts';
-import { Files } from './files.ts';
-import { helpDialog } from './help.ts';
-import { keepView } from './kept_view.ts';
-import { Keymap } from './keymap.ts';
-import { Legend } from './legend.ts';
-import { Overlay } from './overlay.ts';
-import { panels } from './panels.ts';
-import { Pointer } from './pointer.ts';
-import { Session } from './session.ts';
-import { Stage } from './stage.ts';
-import { StatusBar } from './status_bar.ts';
-import { initialState, kViews, Store } from './store.ts';
-import { toolbar } from './toolbar.ts';
-import { Tour } from './tour.ts';
+import { h } from './panels/dom.ts';
+import { helpDialog } from './panels/help.ts';
+import { Legend } from './panels/legend.ts';
+import { Overlay } from './panels/overlay.ts';
+import { panels } from './panels/panels.ts';
+import { chooseSeries } from './panels/series_dialog.ts';
+import { StatusBar } from './panels/status_bar.ts';
+import { toolbar } from './panels/toolbar.ts';
+import { Tour } from './panels/tour.ts';
+import { keepView } from './state/kept_view.ts';
+import { initialState, kViews, Store } from './state/store.ts';
+import { Actions } from './tools/actions.ts';
+import { CatheterHand } from './tools/catheter_hand.ts';
+import { Files } from './tools/files.ts';
+import { Keymap } from './tools/keymap.ts';
+import { Pointer } from './tools/pointer.ts';
+import { Session } from './tools/session.ts';
+import { Stage } from './views/stage.ts';
 
 const kTourKey = 'pliant.tour';
 const kThemeKey = 'pliant.theme';
@@ -42,8 +43,10 @@ function start(): void {
     session.drive = (seconds, now) => hand.tick(seconds, now);
     const canvas = h('canvas', { 'aria-hidden': 'true' });
     const settings = panels(session, actions, hand);
-    const files = new Files(session, `?token=${encodeURIComponent(token)}`);
-    files.openPath = (file) => actions.openFile(file);
+    const files = new Files(session, `?token=${encodeURIComponent(token)}`, {
+        openPath: (file) => actions.openFile(file),
+        chooseSeries,
+    });
     const status = new StatusBar(session);
     const legend = new Legend(session);
     const tour = new Tour(session, () => localStorage.setItem(kTourKey, 'seen'));

@@ -13,8 +13,8 @@ import { existsSync, mkdirSync, mkdtempSync, rmSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
 import { type Browser, chromium, type Page } from 'playwright-core';
-import type { Session } from '../src/session.ts';
-import type { ViewName } from '../src/store.ts';
+import type { ViewName } from '../src/state/store.ts';
+import type { Session } from '../src/tools/session.ts';
 import { MockServer } from './mock_server.ts';
 
 export const kFolder = process.env.PLIANT_VIEWER!; // set by run.mjs

@@ -5,11 +5,11 @@
 // with a state, tools and a catheter that the page itself doesn't have.
 
 import type { Page } from 'playwright-core';
-import type { EndoscopeView } from '../src/endoscope_view.ts';
-import type { ToolBall } from '../src/instruments.ts';
-import type { Session } from '../src/session.ts';
-import type { State } from '../src/store.ts';
-import type { Vec3 } from '../src/vec.ts';
+import type { Vec3 } from '../src/maths/vec.ts';
+import type { State } from '../src/state/store.ts';
+import type { Session } from '../src/tools/session.ts';
+import type { EndoscopeView } from '../src/views/endoscope_view.ts';
+import type { ToolBall } from '../src/views/instruments.ts';
 
 export interface Wanted {
     readonly width: number;

@@ -4,8 +4,8 @@
 // What the page can do, once each on one scan, with a picture of it.
 
 import type { Page } from 'playwright-core';
-import type { Session } from '../src/session.ts';
-import type { Vec3 } from '../src/vec.ts';
+import type { Vec3 } from '../src/maths/vec.ts';
+import type { Session } from '../src/tools/session.ts';
 import { loaded, stateOf, still } from './browser.ts';
 
 export interface Feature {

@@ -4,8 +4,8 @@
 // A catheter that no server simulates: a curve through the lumen of an aorta, for pictures of it.
 
 import type { Page } from 'playwright-core';
-import type { Session } from '../src/session.ts';
-import type { Vec3 } from '../src/vec.ts';
+import type { Vec3 } from '../src/maths/vec.ts';
+import type { Session } from '../src/tools/session.ts';
 
 /// From the abdomen to the arch of aorta_cta_1p5mm, by `pliant path` [mm, LPS].
 export const kAortaLumen: readonly Vec3[] = [

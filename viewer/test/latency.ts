@@ -6,8 +6,8 @@
 // clock runs from just before the command is sent until the graphics process says (gl.finish) that
 // the last box of the command's step is in the texture. Whoever draws in hardware adds a frame.
 
-import type { Session } from '../src/session.ts';
-import type { Vec3 } from '../src/vec.ts';
+import type { Vec3 } from '../src/maths/vec.ts';
+import type { Session } from '../src/tools/session.ts';
 import { BareBrowser, type Evaluator } from './bare_browser.ts';
 
 export interface Push {

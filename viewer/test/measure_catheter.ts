@@ -12,8 +12,8 @@
 // between is not seen here (`pliant vessel` looks at every step).
 
 import type { Page } from 'playwright-core';
-import type { Command } from '../src/protocol.ts';
-import type { Session } from '../src/session.ts';
+import type { Command } from '../src/net/protocol.ts';
+import type { Session } from '../src/tools/session.ts';
 import { compare, launch, serve, stateOf, visit } from './browser.ts';
 
 const kSeconds = Number(process.env.PLIANT_SECONDS ?? 40);

@@ -20,7 +20,7 @@ import { galleryText, takeGallery } from './gallery.ts';
 import { histogram } from './histogram.ts';
 import * as latency from './latency.ts';
 import { quantile } from './latency.ts';
-import { type Difference, difference, kFar } from './picture_difference.ts';
+import { difference, type Difference, kFar } from './picture_difference.ts';
 import { kBalls, kHeart, kHertz, kRun, thorax } from './setups.ts';
 import { watched } from './stolen.ts';
 

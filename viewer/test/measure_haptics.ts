@@ -12,7 +12,7 @@
 
 import { writeFileSync } from 'node:fs';
 import type { Page } from 'playwright-core';
-import type { Session } from '../src/session.ts';
+import type { Session } from '../src/tools/session.ts';
 import { compare, launch, serve, stateOf, visit } from './browser.ts';
 
 const kMinutes = Number(process.env.PLIANT_MINUTES ?? 10);

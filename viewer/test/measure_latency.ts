@@ -7,8 +7,8 @@
 //   PLIANT_SERVER=build/release/pliant npm run measure -- latency
 //   PLIANT_OVERLAY=jacobian            with displacement or jacobian asked for as well
 
-import type { OverlayKind } from '../src/overlay_kinds.ts';
-import type { Session } from '../src/session.ts';
+import type { OverlayKind } from '../src/net/protocol.ts';
+import type { Session } from '../src/tools/session.ts';
 import { serve } from './browser.ts';
 import { measureLatency, openBare, quantile } from './latency.ts';
 import { kRun, thorax } from './setups.ts';

@@ -10,8 +10,8 @@ import { execFileSync } from 'node:child_process';
 import { copyFileSync, mkdtempSync, rmSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
-import type { Session } from '../src/session.ts';
-import type { Vec3 } from '../src/vec.ts';
+import type { Vec3 } from '../src/maths/vec.ts';
+import type { Session } from '../src/tools/session.ts';
 import { launch, rectOf, serve, still, visit } from './browser.ts';
 
 const program = process.env.PLIANT_SERVER;

@@ -9,7 +9,7 @@
 
 import { existsSync } from 'node:fs';
 import { join } from 'node:path';
-import type { Session } from '../src/session.ts';
+import type { Session } from '../src/tools/session.ts';
 import { kFolder, launch, picture, serve, stateOf, still, visit } from './browser.ts';
 
 const data = process.env.PLIANT_SHARED_DATA ?? join(kFolder, '../../shared/data');

@@ -5,10 +5,16 @@
 // a block, which a push bends with a smooth bump. No ChainMail, and no claim to be like it; but
 // what it says of itself is true: boxes hold all that changed, undo brings back every bit.
 
-import { type Box, type Grid, voxelCount, voxelFromWorld, worldFromVoxel } from '../src/grid.ts';
-import { halfOfFloat } from '../src/half.ts';
-import { murmur32 } from '../src/murmur.ts';
-import { along, cross, dot, norm, sub, type Vec3 } from '../src/vec.ts';
+import {
+    type Box,
+    type Grid,
+    voxelCount,
+    voxelFromWorld,
+    worldFromVoxel,
+} from '../src/maths/grid.ts';
+import { halfOfFloat } from '../src/maths/half.ts';
+import { murmur32 } from '../src/maths/murmur.ts';
+import { along, cross, dot, norm, sub, type Vec3 } from '../src/maths/vec.ts';
 
 export const kGrid: Grid = {
     size: [72, 64, 80],

@@ -7,11 +7,12 @@
 import { readFile } from 'node:fs/promises';
 import { createServer, type IncomingMessage, type Server, type ServerResponse } from 'node:http';
 import { join } from 'node:path';
-import { type Box, boxCount } from '../src/grid.ts';
-import { halfOfFloat } from '../src/half.ts';
-import { Path } from '../src/path.ts';
-import { kRestFormat, kRestStep, restCounts } from '../src/rest_field.ts';
-import { norm, sub, type Vec3 } from '../src/vec.ts';
+import { type Box, boxCount } from '../src/maths/grid.ts';
+import { halfOfFloat } from '../src/maths/half.ts';
+import { Path } from '../src/maths/path.ts';
+import { norm, sub, type Vec3 } from '../src/maths/vec.ts';
+import { kRestFormat } from '../src/net/protocol.ts';
+import { kRestStep, restCounts } from '../src/views/rest_field.ts';
 import { kGrid, kTubeRadius, MockScene, tubeCentre } from './mock_scene.ts';
 import { MockSocket } from './mock_socket.ts';
 

@@ -7,7 +7,7 @@
 import assert from 'node:assert/strict';
 import { after, before } from 'node:test';
 import type { Browser, Page } from 'playwright-core';
-import { launch, type Served, serve, serveAirway, visit } from './browser.ts';
+import { launch, serve, serveAirway, type Served, visit } from './browser.ts';
 
 export let browser: Browser;
 export let served: Served;

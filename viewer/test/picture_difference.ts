@@ -8,10 +8,9 @@ import { execFileSync } from 'node:child_process';
 import { readFileSync } from 'node:fs';
 import { join } from 'node:path';
 import type { Page } from 'playwright-core';
-import type { Session } from '../src/session.ts';
-import type { Style } from '../src/store.ts';
-import type { FieldStop, Lining } from '../src/linings.ts';
-import type { Camera } from '../src/rays.ts';
+import type { Camera } from '../src/maths/rays.ts';
+import type { FieldStop, Lining, Style } from '../src/state/store.ts';
+import type { Session } from '../src/tools/session.ts';
 import { kPictures, picture, rectOf, stateOf, still } from './browser.ts';
 
 /// A pixel is far off where a channel differs by more, of 255.

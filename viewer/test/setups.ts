@@ -5,8 +5,8 @@
 
 import { existsSync } from 'node:fs';
 import { join } from 'node:path';
-import type { Push } from './latency.ts';
 import { kFolder } from './browser.ts';
+import type { Push } from './latency.ts';
 
 export const kData = process.env.PLIANT_SHARED_DATA ?? join(kFolder, '../../shared/data');
 export const kThorax = join(kData, 'thorax_ct_256.nrrd');

@@ -12,9 +12,9 @@ import { tmpdir } from 'node:os';
 import { join } from 'node:path';
 import { test } from 'node:test';
 import type { Page } from 'playwright-core';
-import type { SharedState, VesselState } from '../src/protocol.ts';
-import type { Session } from '../src/session.ts';
-import { cross, dot, sub, type Vec3 } from '../src/vec.ts';
+import { cross, dot, sub, type Vec3 } from '../src/maths/vec.ts';
+import type { SharedState, VesselState } from '../src/net/protocol.ts';
+import type { Session } from '../src/tools/session.ts';
 import {
     compare,
     launch,

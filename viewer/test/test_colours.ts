@@ -6,14 +6,14 @@
 
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import { kColours, kDiverging, kRising } from '../src/colour_map.ts';
-import type { Memory } from '../src/connection.ts';
-import { floatOfHalf, halfOfFloat } from '../src/half.ts';
-import { OverlayField } from '../src/overlay_field.ts';
-import { rangeOf, roundReach } from '../src/overlay_kinds.ts';
-import { PresetShelf } from '../src/own_presets.ts';
-import { initialState } from '../src/store.ts';
-import { norm, sub, type Vec3 } from '../src/vec.ts';
+import { kColours, kDiverging, kRising } from '../src/maths/colour_map.ts';
+import { floatOfHalf, halfOfFloat } from '../src/maths/half.ts';
+import { norm, sub, type Vec3 } from '../src/maths/vec.ts';
+import type { Memory } from '../src/net/connection.ts';
+import { PresetShelf } from '../src/panels/own_presets.ts';
+import { rangeOf, roundReach } from '../src/state/overlay_kinds.ts';
+import { initialState } from '../src/state/store.ts';
+import { OverlayField } from '../src/views/overlay_field.ts';
 import { randomGrid } from './fields.ts';
 import { between, random, whole } from './random.ts';
 

@@ -12,9 +12,9 @@ import { tmpdir } from 'node:os';
 import { join } from 'node:path';
 import { after, before, test } from 'node:test';
 import type { Browser, Page } from 'playwright-core';
-import type { Session } from '../src/session.ts';
-import type { Materials } from '../src/settings.ts';
-import type { Vec3 } from '../src/vec.ts';
+import type { Vec3 } from '../src/maths/vec.ts';
+import type { Materials } from '../src/net/settings.ts';
+import type { Session } from '../src/tools/session.ts';
 import { kFolder, launch, picture, serve, stateOf, visit } from './browser.ts';
 
 const program = process.env.PLIANT_SERVER;

@@ -3,13 +3,12 @@
 
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import { clearance, flown, speedFor, wouldTouch } from '../src/flight.ts';
-import type { Grid } from '../src/grid.ts';
-import { voxelFromWorld } from '../src/grid.ts';
-import { halfOfFloat } from '../src/half.ts';
-import { inTissue } from '../src/rays.ts';
-import { along, norm, normalized, sub, type Vec3 } from '../src/vec.ts';
-import { VolumeData } from '../src/volume.ts';
+import { clearance, flown, speedFor, wouldTouch } from '../src/maths/flight.ts';
+import { type Grid, voxelFromWorld } from '../src/maths/grid.ts';
+import { halfOfFloat } from '../src/maths/half.ts';
+import { inTissue } from '../src/maths/rays.ts';
+import { along, norm, normalized, sub, type Vec3 } from '../src/maths/vec.ts';
+import { VolumeData } from '../src/maths/volume.ts';
 import { randomVector } from './fields.ts';
 import { kGrid, kTubeRadius, MockScene, tubeCentre } from './mock_scene.ts';
 import { between } from './random.ts';

@@ -9,7 +9,7 @@ import assert from 'node:assert/strict';
 import { existsSync } from 'node:fs';
 import { test } from 'node:test';
 import type { Page } from 'playwright-core';
-import type { Session } from '../src/session.ts';
+import type { Session } from '../src/tools/session.ts';
 import { launch, picture, serve, still, visit } from './browser.ts';
 import { insertCatheter, kAortaLumen } from './inserted_catheter.ts';
 import { kAorta } from './setups.ts';

@@ -5,9 +5,9 @@
 
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import type { SectionName } from '../src/store.ts';
-import type { Session } from '../src/session.ts';
-import { add, dot, norm, normalized, sub, type Vec3 } from '../src/vec.ts';
+import { add, dot, norm, normalized, sub, type Vec3 } from '../src/maths/vec.ts';
+import type { SectionName } from '../src/state/store.ts';
+import type { Session } from '../src/tools/session.ts';
 import { dragBy, picture, pixels, rectOf, spot, stateOf, still } from './browser.ts';
 import { page, useOnePage } from './one_page.ts';
 

@@ -7,10 +7,10 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import type { Page } from 'playwright-core';
-import { capMotion, moved, padMotion } from '../src/pads.ts';
-import { feltText, plotTop } from '../src/panel_haptics.ts';
-import type { HapticsNews } from '../src/protocol.ts';
-import type { Session } from '../src/session.ts';
+import type { HapticsNews } from '../src/net/protocol.ts';
+import { feltText, plotTop } from '../src/panels/panel_haptics.ts';
+import { capMotion, moved, padMotion } from '../src/tools/pads.ts';
+import type { Session } from '../src/tools/session.ts';
 import { compare, picture, stateOf, untilState, visit } from './browser.ts';
 import { browser, page, served, useOnePage } from './one_page.ts';
 

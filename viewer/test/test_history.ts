@@ -3,9 +3,9 @@
 
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import { History } from '../src/history.ts';
-import type { SharedState } from '../src/protocol.ts';
-import { initialState, Store } from '../src/store.ts';
+import type { SharedState } from '../src/net/protocol.ts';
+import { History } from '../src/state/history.ts';
+import { initialState, Store } from '../src/state/store.ts';
 
 /// A server that only counts.
 function setUp(): { store: Store; history: History; pushes: () => void; log: string[] } {

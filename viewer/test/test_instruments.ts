@@ -7,9 +7,9 @@
 
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import type { ToolBall, ToolKind } from '../src/instruments.ts';
-import type { Camera } from '../src/rays.ts';
-import { add, along, cross, dot, mul, norm, normalized, sub, type Vec3 } from '../src/vec.ts';
+import type { Camera } from '../src/maths/rays.ts';
+import { add, along, cross, dot, mul, norm, normalized, sub, type Vec3 } from '../src/maths/vec.ts';
+import type { ToolBall, ToolKind } from '../src/views/instruments.ts';
 import { different, drawn, misses } from './drawn.ts';
 import { kTubeRadius, tubeCentre } from './mock_scene.ts';
 import { page, useOnePage } from './one_page.ts';

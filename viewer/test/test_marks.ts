@@ -6,12 +6,12 @@
 
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import { kGrid } from './mock_scene.ts';
+import { along, dot, norm, normalized, sub, type Vec3 } from '../src/maths/vec.ts';
+import type { SectionName } from '../src/state/store.ts';
+import type { Session } from '../src/tools/session.ts';
 import { dragBy, picture, rectOf, spot, stateOf, still } from './browser.ts';
+import { kGrid } from './mock_scene.ts';
 import { page, useOnePage } from './one_page.ts';
-import type { Session } from '../src/session.ts';
-import type { SectionName } from '../src/store.ts';
-import { along, dot, norm, normalized, sub, type Vec3 } from '../src/vec.ts';
 
 // Distances are those of the mock's scan.
 const kServer = process.env.PLIANT_SERVER !== undefined;

@@ -14,9 +14,9 @@ import {
     shotAt,
     timesOf,
     writeKeyframes,
-} from '../src/keyframes.ts';
-import type { Session } from '../src/session.ts';
-import { dot, norm, normalized, sub, type Vec3 } from '../src/vec.ts';
+} from '../src/maths/keyframes.ts';
+import { dot, norm, normalized, sub, type Vec3 } from '../src/maths/vec.ts';
+import type { Session } from '../src/tools/session.ts';
 import { kPictures, picture, stateOf } from './browser.ts';
 import { randomVector } from './fields.ts';
 import { page, useOnePage } from './one_page.ts';

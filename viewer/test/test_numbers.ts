@@ -3,9 +3,9 @@
 
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import { floatOfHalf, halfOfFloat, halfOfInt16 } from '../src/half.ts';
-import { checksumOf, murmur32 } from '../src/murmur.ts';
-import { quantile } from '../src/latencies.ts';
+import { floatOfHalf, halfOfFloat, halfOfInt16 } from '../src/maths/half.ts';
+import { checksumOf, murmur32 } from '../src/maths/murmur.ts';
+import { quantile } from '../src/net/latencies.ts';
 import { between } from './random.ts';
 
 test('every half is the half of its own value', () => {

@@ -7,7 +7,7 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import type { Page } from 'playwright-core';
-import type { Session } from '../src/session.ts';
+import type { Session } from '../src/tools/session.ts';
 import { loaded, picture, pixels, spot, stateOf, untilUndo, visit } from './browser.ts';
 import { browser, page, served, useOnePage } from './one_page.ts';
 

@@ -5,7 +5,7 @@
 
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import type { Session } from '../src/session.ts';
+import type { Session } from '../src/tools/session.ts';
 import { picture, rectOf, spot, stateOf, visit } from './browser.ts';
 import { browser, page, served, useOnePage } from './one_page.ts';
 

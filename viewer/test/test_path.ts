@@ -5,12 +5,12 @@ import assert from 'node:assert/strict';
 import { existsSync, readFileSync } from 'node:fs';
 import { join } from 'node:path';
 import { test } from 'node:test';
-import { Path, readPath, writePath } from '../src/path.ts';
-import { dot, norm, sub, type Vec3 } from '../src/vec.ts';
+import { Path, readPath, writePath } from '../src/maths/path.ts';
+import { dot, norm, sub, type Vec3 } from '../src/maths/vec.ts';
+import type { Session } from '../src/tools/session.ts';
 import { picture, serve, spot, stateOf, still, visit } from './browser.ts';
 import { browser, page, useOnePage } from './one_page.ts';
 import { kData, kThorax } from './setups.ts';
-import type { Session } from '../src/session.ts';
 
 useOnePage();
 

@@ -15,12 +15,11 @@ import { tmpdir } from 'node:os';
 import { join } from 'node:path';
 import { after, before, test } from 'node:test';
 import type { Browser } from 'playwright-core';
+import type { Vec3 } from '../src/maths/vec.ts';
+import { kLinings, type Style } from '../src/state/store.ts';
+import type { Session } from '../src/tools/session.ts';
 import { launch, serve, visit } from './browser.ts';
-import { type Difference, difference, type Shown } from './picture_difference.ts';
-import { kLinings } from '../src/linings.ts';
-import type { Session } from '../src/session.ts';
-import type { Style } from '../src/store.ts';
-import type { Vec3 } from '../src/vec.ts';
+import { difference, type Difference, type Shown } from './picture_difference.ts';
 import { kThorax } from './setups.ts';
 
 const program = process.env.PLIANT_SERVER;

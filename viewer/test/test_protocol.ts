@@ -3,7 +3,7 @@
 
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import { decodeFrame } from '../src/protocol.ts';
+import { decodeFrame } from '../src/net/protocol.ts';
 import { random, whole } from './random.ts';
 
 function boxFrame(begin: number[], count: number[], flags: number, format = 1): Uint8Array {

@@ -3,11 +3,11 @@
 
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import { voxelFromWorld, voxelVector, worldFromVoxel } from '../src/grid.ts';
-import { floatOfHalf, halfOfFloat } from '../src/half.ts';
-import { firstHit, type Surface } from '../src/rays.ts';
-import { along, dot, norm, normalized, sub, type Vec3 } from '../src/vec.ts';
-import { VolumeData } from '../src/volume.ts';
+import { voxelFromWorld, voxelVector, worldFromVoxel } from '../src/maths/grid.ts';
+import { floatOfHalf, halfOfFloat } from '../src/maths/half.ts';
+import { firstHit, type Surface } from '../src/maths/rays.ts';
+import { along, dot, norm, normalized, sub, type Vec3 } from '../src/maths/vec.ts';
+import { VolumeData } from '../src/maths/volume.ts';
 import { randomGrid, randomVector, smoothVolume } from './fields.ts';
 import { between, random, whole } from './random.ts';
 

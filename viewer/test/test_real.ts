@@ -8,9 +8,10 @@ import assert from 'node:assert/strict';
 import { readFileSync } from 'node:fs';
 import { join } from 'node:path';
 import { test } from 'node:test';
-import { floatOfHalf } from '../src/half.ts';
-import { kColours, kLinings } from '../src/linings.ts';
-import { noiseTile } from '../src/noise.ts';
+import { floatOfHalf } from '../src/maths/half.ts';
+import { kLinings } from '../src/state/store.ts';
+import { kColours } from '../src/views/linings.ts';
+import { noiseTile } from '../src/views/noise.ts';
 import { kFolder } from './browser.ts';
 
 // tests/render/test_real_look.cpp has the same numbers.

@@ -7,11 +7,11 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import type { ConsoleMessage, Page } from 'playwright-core';
-import { floatOfHalf, halfOfFloat } from '../src/half.ts';
-import { kRestStep, RestField } from '../src/rest_field.ts';
-import type { Session } from '../src/session.ts';
+import { floatOfHalf, halfOfFloat } from '../src/maths/half.ts';
+import type { Vec3 } from '../src/maths/vec.ts';
 import restShader from '../src/shaders/rest.glsl';
-import type { Vec3 } from '../src/vec.ts';
+import type { Session } from '../src/tools/session.ts';
+import { kRestStep, RestField } from '../src/views/rest_field.ts';
 import { loaded, pixels, visit } from './browser.ts';
 import { randomGrid } from './fields.ts';
 import { browser, page, served, useOnePage } from './one_page.ts';

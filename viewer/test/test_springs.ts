@@ -5,7 +5,7 @@
 
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import type { Session } from '../src/session.ts';
+import type { Session } from '../src/tools/session.ts';
 import { compare, picture, stateOf } from './browser.ts';
 import { page, useOnePage } from './one_page.ts';
 

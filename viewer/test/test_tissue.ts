@@ -7,8 +7,8 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import type { Page } from 'playwright-core';
-import type { Session } from '../src/session.ts';
-import { kViews, type ToolName, type ViewName } from '../src/store.ts';
+import { kViews, type ToolName, type ViewName } from '../src/state/store.ts';
+import type { Session } from '../src/tools/session.ts';
 import {
     compare,
     dragBy,

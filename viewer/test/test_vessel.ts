@@ -5,17 +5,15 @@
 
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import { sumOf, wishOfKeys, wishOfPad } from '../src/catheter_hand.ts';
-import { projectionOf, usualWater, waterAlong } from '../src/fluoroscopy.ts';
-import { voxelFromWorld } from '../src/grid.ts';
-import { halfOfFloat } from '../src/half.ts';
-import { decodeFrame } from '../src/protocol.ts';
-import { distanceToSegment } from '../src/instruments.ts';
-import { firstHit } from '../src/rays.ts';
-import { add, along, cross, dot, mul, norm, normalized, sub, type Vec3 } from '../src/vec.ts';
-import { Vessel } from '../src/vessel.ts';
-import { behindTip, outsideOf, principalAxes } from '../src/vessel_camera.ts';
-import { chainParts, crossings } from '../src/chain_marks.ts';
+import { voxelFromWorld } from '../src/maths/grid.ts';
+import { halfOfFloat } from '../src/maths/half.ts';
+import { firstHit } from '../src/maths/rays.ts';
+import { add, along, cross, dot, mul, norm, normalized, sub, type Vec3 } from '../src/maths/vec.ts';
+import { VolumeData } from '../src/maths/volume.ts';
+import { decodeFrame } from '../src/net/protocol.ts';
+import { Vessel } from '../src/net/vessel.ts';
+import { chainParts, crossings } from '../src/panels/chain_marks.ts';
+import { sumOf, wishOfKeys, wishOfPad } from '../src/tools/catheter_hand.ts';
 import {
     catheterRows,
     drawnCurve,
@@ -23,8 +21,10 @@ import {
     kGroup,
     kMostPoints,
     smoothed,
-} from '../src/catheter_texture.ts';
-import { VolumeData } from '../src/volume.ts';
+} from '../src/views/catheter_texture.ts';
+import { projectionOf, usualWater, waterAlong } from '../src/views/fluoroscopy.ts';
+import { distanceToSegment } from '../src/views/instruments.ts';
+import { behindTip, outsideOf, principalAxes } from '../src/views/vessel_camera.ts';
 import { kGrid, MockScene, tubeCentre } from './mock_scene.ts';
 import { between, random, whole } from './random.ts';
 

@@ -1,0 +1,189 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// The panel of force feedback: which device, how large its workspace is, what it feels, how well
+// its servo keeps time, and a stop that is hard to miss.
+
+import type { HapticsNews } from '../net/protocol.ts';
+import { type Felt, kPlotSeconds } from '../tools/haptics.ts';
+import { button, checkbox, h, slider } from './dom.ts';
+import { type Parts, section, tissue } from './panel_parts.ts';
+
+const kWidth = 240; // of the plot [pixels]
+const kHeight = 72;
+const kSpeakMs = 1000; // between two texts of the plot
+
+const newtons = (n: number): string => `${n.toFixed(2)} N`;
+
+/// A round number that the plot can end at.
+export function plotTop(largest: number): number {
+    return [0.1, 0.2, 0.5, 1, 2, 5, 10].find((top) => largest <= top) ?? Math.ceil(largest);
+}
+
+export function feltText(news: HapticsNews | null, felt: readonly Felt[]): string {
+    if (!news) return 'no device';
+    const now = Math.hypot(...news.force_n!);
+    const most = Math.max(0, ...felt.map((f) => f.newtons));
+    const what = news.lost
+        ? 'the device can’t be read'
+        : news.stopped
+          ? 'stopped'
+          : news.holds
+            ? `holds the catheter, ${news.depth_mm!.toFixed(1)} mm ahead of it`
+            : news.contact
+              ? `${news.depth_mm!.toFixed(1)} mm deep`
+              : 'free';
+    return `${newtons(now)} now, ${newtons(most)} at most in ${kPlotSeconds} s; ${what}`;
+}
+
+export function servoRows(news: HapticsNews): [string, string][] {
+    const s = news.servo!;
+    return [
+        ['rate', `${s.rate_hz} Hz`],
+        ['period, 99 %', `${(s.period_p99_us / 1000).toFixed(2)} ms`],
+        ['period, longest', `${(s.period_max_us / 1000).toFixed(1)} ms`],
+        ['above 1.5 ms', `${s.misses_per_million} per million`],
+        ['computing, 99 %', `${s.compute_p99_us.toFixed(1)} µs`],
+        ['age of the model', `${s.age_ms.toFixed(0)} ms`],
+    ];
+}
+
+function draw(canvas: HTMLCanvasElement, felt: readonly Felt[], now: number): void {
+    const ratio = window.devicePixelRatio || 1;
+    if (canvas.width !== kWidth * ratio) {
+        canvas.width = kWidth * ratio;
+        canvas.height = kHeight * ratio;
+    }
+    const context = canvas.getContext('2d')!;
+    context.setTransform(ratio, 0, 0, ratio, 0, 0);
+    context.clearRect(0, 0, kWidth, kHeight);
+    const style = getComputedStyle(canvas);
+    const top = plotTop(Math.max(0, ...felt.map((f) => f.newtons)));
+    const y = (n: number): number => kHeight - 3 - ((kHeight - 16) * n) / top;
+    context.strokeStyle = context.fillStyle = style.color;
+    context.globalAlpha = 0.35;
+    context.beginPath();
+    for (const share of [0, 0.5, 1]) {
+        context.moveTo(0, y(share * top));
+        context.lineTo(kWidth, y(share * top));
+    }
+    context.stroke();
+    context.globalAlpha = 0.8;
+    context.font = '10px sans-serif';
+    context.fillText(`${top} N`, 2, y(top) - 2);
+    context.globalAlpha = 1;
+    context.strokeStyle = style.accentColor === 'auto' ? style.color : style.accentColor;
+    context.lineWidth = 1.5;
+    context.beginPath();
+    for (const f of felt)
+        context.lineTo(kWidth * (1 - (now - f.at) / (1000 * kPlotSeconds)), y(f.newtons));
+    context.stroke();
+}
+
+export function hapticsPanel(parts: Parts): HTMLElement {
+    const { session } = parts;
+    const { device: haptics, store } = session;
+    const picker = h('select', {
+        'aria-label': 'Device',
+        onchange: () => {
+            haptics.device = picker.value;
+            refresh();
+        },
+    });
+    const start = button(
+        'Start',
+        () => void haptics.start(),
+        'at the endoscope’s tip; the device’s middle is there',
+    );
+    const end = button('End', () => haptics.end(), 'the device is closed');
+    const puck = button(
+        'SpaceMouse…',
+        () => void haptics.openSpaceMouse(),
+        'lets the browser use one (WebHID); a game pad needs no choosing',
+    );
+    const stop = button('Stop', () => haptics.toggleStop());
+    stop.className = 'stop';
+    const plot = h('canvas', { class: 'force', role: 'img' });
+    const text = h('p', { class: 'felt' });
+    const servo = h('dl', { class: 'servo' });
+    const note = h('small', { class: 'quiet' });
+    const element = section(
+        'Device',
+        false,
+        tissue(
+            h('label', { class: 'field' }, 'Device', picker),
+            parts.add(
+                slider({
+                    label: 'Workspace scale',
+                    unit: '×',
+                    low: 0.05,
+                    high: 5,
+                    step: 0.05,
+                    curved: true,
+                    hint: 'millimetres in the scene for each of the device’s; with the next start',
+                    value: () => haptics.scale,
+                    input: (value) => {
+                        haptics.scale = Math.min(Math.max(value, 0.05), 20);
+                    },
+                }),
+            ),
+            parts.add(
+                checkbox(
+                    'Endoscope follows the tool',
+                    () => haptics.follows,
+                    (on) => {
+                        haptics.follows = on;
+                    },
+                    'what the device holds is the endoscope',
+                ),
+            ),
+            h('div', { class: 'row' }, start, end, puck),
+            stop,
+        ),
+        plot,
+        text,
+        servo,
+        note,
+    );
+    let spoken = 0;
+    let shown = '';
+    const refresh = (): void => {
+        const { haptics: news, role, link } = store.state;
+        start.textContent = haptics.isOwn ? 'Start again' : 'Start';
+        start.disabled = news !== null && !haptics.isOwn;
+        end.disabled = !news;
+        puck.hidden = (haptics.device || picker.value) !== 'browser';
+        stop.disabled = !news || role === 'view' || link !== 'open';
+        const back = news?.stopped && haptics.isOwn;
+        stop.textContent = back ? 'Go on' : 'Stop';
+        stop.title = `${back ? 'force comes back' : 'no force, at once'} (H)`;
+        note.textContent = news?.note ?? '';
+        const said = feltText(news, haptics.felt);
+        if (text.textContent !== said) text.textContent = said;
+        const now = performance.now();
+        if (!(element as HTMLDetailsElement).open) return;
+        const rows = news ? servoRows(news) : [];
+        const numbers = JSON.stringify(rows);
+        if (numbers !== shown)
+            servo.replaceChildren(
+                ...rows.flatMap(([name, value]) => [h('dt', {}, name), h('dd', {}, value)]),
+            );
+        shown = numbers;
+        draw(plot, haptics.felt, now);
+        if (now - spoken < kSpeakMs) return;
+        spoken = now;
+        plot.setAttribute('aria-label', `Force over the last ${kPlotSeconds} s: ${said}`);
+    };
+    store.watch(['hapticDevices', 'features'], ({ hapticDevices, features, link }) => {
+        element.hidden = link === 'open' && !features.includes('haptics');
+        picker.replaceChildren(
+            ...hapticDevices.map((name) =>
+                h('option', { value: name }, name === 'browser' ? 'mouse or game pad' : name),
+            ),
+        );
+        if (haptics.device) picker.value = haptics.device;
+    });
+    store.watch(['haptics', 'role', 'link'], refresh);
+    element.addEventListener('toggle', refresh);
+    return element;
+}

@@ -1,0 +1,72 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// The panel of what is shown in colours over the scan.
+
+import type { OverlayKind } from '../net/protocol.ts';
+import { kKinds } from '../state/overlay_kinds.ts';
+import { checkbox, choice, h } from './dom.ts';
+import { type Parts, section } from './panel_parts.ts';
+
+export function overlayPanel(parts: Parts): HTMLElement {
+    const { store } = parts.session;
+    const opacity = parts.number('overlayOpacity', {
+        label: 'Opacity',
+        unit: '',
+        low: 0,
+        high: 1,
+        step: 0.05,
+    });
+    const auto = parts.add(
+        checkbox(
+            'range follows the values',
+            () => parts.state.overlayAuto,
+            (overlayAuto) => parts.actions.fixOverlayRange(!overlayAuto),
+        ),
+    );
+    const most = parts.number('overlayMm', {
+        label: 'Colours up to',
+        unit: 'mm',
+        low: 0.1,
+        high: 50,
+        step: 0.1,
+        curved: true,
+        input: (value) => store.set({ overlayMm: Math.max(value, 0.01) }),
+    });
+    const growth = parts.number('overlayGrowth', {
+        label: 'Colours up to 1 ±',
+        unit: '',
+        low: 0.05,
+        high: 2,
+        step: 0.05,
+        input: (value) => store.set({ overlayGrowth: Math.max(value, 0.01) }),
+    });
+    const element = section(
+        'Overlay',
+        false,
+        parts.add(
+            choice<OverlayKind>(
+                'Colours',
+                [
+                    { value: 'none', text: 'none' },
+                    { value: 'displacement', text: 'displacement', hint: kKinds.displacement.hint },
+                    { value: 'jacobian', text: 'volume change', hint: kKinds.jacobian.hint },
+                ],
+                () => parts.state.overlay,
+                (overlay) => store.set({ overlay }),
+            ),
+        ),
+        opacity,
+        auto,
+        most,
+        growth,
+        h('small', { class: 'quiet' }, 'M goes through them. At rest nothing is coloured.'),
+    );
+    store.watch(['overlay', 'overlayAuto', 'features'], (state) => {
+        element.hidden = state.link === 'open' && !state.features.includes('overlay');
+        opacity.hidden = auto.hidden = state.overlay === 'none';
+        most.hidden = state.overlay !== 'displacement' || state.overlayAuto;
+        growth.hidden = state.overlay !== 'jacobian' || state.overlayAuto;
+    });
+    return element;
+}

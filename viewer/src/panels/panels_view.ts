@@ -1,0 +1,267 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// Panels of what this browser alone sees: window, endoscope, places, colours.
+
+import { kFieldStops, kLinings } from '../state/store.ts';
+import { button, checkbox, choice, h, slider } from './dom.ts';
+import { type Preset, PresetShelf, presetsWithOwn } from './own_presets.ts';
+import { type Parts, section } from './panel_parts.ts';
+
+type WindowLevel = readonly [number, number];
+
+const isWindowLevel = (value: unknown): value is WindowLevel =>
+    Array.isArray(value) && value.length === 2 && value.every(Number.isFinite) && value[0] > 0;
+
+const kWindows: readonly Preset<WindowLevel>[] = [
+    { text: 'Soft tissue', value: [350, 50] },
+    { text: 'Lung', value: [1500, -600] },
+    { text: 'Mediastinum', value: [350, 40] },
+    { text: 'Bone', value: [1000, 400] },
+    { text: 'Air', value: [1000, -426] },
+    { text: 'Brain', value: [80, 40] },
+    { text: 'Vessels', value: [600, 300] },
+    { text: 'All', value: [4000, 1000] },
+];
+
+export function windowPanel(parts: Parts): HTMLElement {
+    const { store, history } = parts.session;
+    return section(
+        'Window',
+        true,
+        parts.number('window', {
+            label: 'Window',
+            unit: 'HU',
+            low: 1,
+            high: 4000,
+            step: 1,
+            curved: true,
+        }),
+        parts.number('level', { label: 'Level', unit: 'HU', low: -1000, high: 2000, step: 1 }),
+        parts.add(
+            presetsWithOwn<WindowLevel>(
+                'Presets of window and level',
+                kWindows,
+                new PresetShelf(localStorage, 'pliant.presets.window', isWindowLevel),
+                () => [store.state.window, store.state.level],
+                ([window, level]) =>
+                    history.step('window', () => store.set({ window, level })),
+                (text) => parts.session.say(text),
+            ),
+        ),
+    );
+}
+
+export function endoscopePanel(parts: Parts): HTMLElement {
+    const { store } = parts.session;
+    return section(
+        'Endoscope',
+        true,
+        parts.add(
+            choice(
+                'At walls the tip',
+                [
+                    { value: 'stop', text: 'stops' },
+                    { value: 'push', text: 'pushes' },
+                    { value: 'pass', text: 'passes' },
+                ],
+                () => parts.state.wall,
+                (wall) => parts.actions.setWall(wall),
+            ),
+        ),
+        ...look(parts),
+        path(parts),
+        parts.number('tip', {
+            label: 'Tip',
+            unit: 'mm',
+            low: 0.5,
+            high: 8,
+            step: 0.5,
+            hint: 'radius',
+        }),
+        parts.number('speed', {
+            label: 'Speed',
+            unit: '×',
+            low: 0.1,
+            high: 4,
+            step: 0.1,
+            curved: true,
+        }),
+        parts.number('fieldOfView', {
+            label: 'Field of view',
+            unit: '°',
+            low: 30,
+            high: 120,
+            step: 1,
+        }),
+        parts.number('barrel', { label: 'Barrel', unit: '', low: 0, high: 0.5, step: 0.01 }),
+        parts.number('fog', {
+            label: 'Fog',
+            unit: 'mm',
+            low: 0,
+            high: 500,
+            step: 5,
+            hint: '0: none',
+            curved: true,
+        }),
+        parts.add(
+            checkbox(
+                'seen from outside, cut open',
+                () => parts.state.outside,
+                (on) => {
+                    if (on !== store.state.outside) parts.actions.toggleOutside();
+                },
+            ),
+        ),
+    );
+}
+
+/// How the picture looks: lamps, colours of the tissue, the shape of the field.
+function look(parts: Parts): HTMLElement[] {
+    const { store } = parts.session;
+    const lining = choice(
+        'Colours of',
+        (['auto', ...kLinings] as const).map((value) => ({ value, text: value })),
+        () => parts.state.lining,
+        (chosen) => store.set({ lining: chosen }),
+    );
+    const field = choice(
+        'Field',
+        kFieldStops.map((value) => ({ value, text: value })),
+        () => parts.state.fieldStop,
+        (fieldStop) => store.set({ fieldStop }),
+    );
+    store.watch(['style'], ({ style }) => {
+        lining.element.hidden = style !== 'real';
+        field.element.hidden = style !== 'real';
+    });
+    const style = choice(
+        'Look',
+        [
+            { value: 'real', text: 'real', hint: 'lamps, colours of the tissue, wet' },
+            { value: 'plain', text: 'plain', hint: 'shape alone; takes less time to draw' },
+        ],
+        () => parts.state.style,
+        (chosen) => store.set({ style: chosen, styleChosen: true }),
+    );
+    return [parts.add(style), parts.add(lining), parts.add(field)];
+}
+
+function path(parts: Parts): HTMLElement {
+    const { session } = parts;
+    const file = h('input', {
+        type: 'file',
+        accept: '.json',
+        hidden: true,
+        'aria-label': 'path file',
+        onchange: () => {
+            const chosen = file.files?.[0];
+            if (chosen) void parts.actions.openFile(chosen);
+            file.value = '';
+        },
+    });
+    const fly = button('Fly', () => session.togglePath(), 'along the path, or pause');
+    const way = slider({
+        label: 'Along the path',
+        unit: 'mm',
+        low: 0,
+        high: 1,
+        step: 0.5,
+        value: () => parts.state.pathWay,
+        input: (value) => session.goAlong(value),
+        begin: () => session.history.begin(),
+        end: () => session.history.end('path'),
+    });
+    session.store.watch(['path', 'pathFlying'], ({ path, pathFlying }) => {
+        fly.disabled = !path;
+        fly.setAttribute('aria-pressed', String(pathFlying));
+        way.element.hidden = !path;
+        way.element.querySelector('input')!.max = String(path?.length ?? 1);
+    });
+    const fromTip = button(
+        'From tip',
+        () => parts.actions.way.fromTip(),
+        'a way from the endoscope to where you click next',
+    );
+    const save = button('Save', () => parts.actions.way.saveFile(), 'the path (.mrk.json)');
+    session.store.watch(['pathBusy', 'path'], ({ pathBusy, path }) => {
+        fromTip.disabled = pathBusy;
+        save.disabled = !path;
+    });
+    const load = button('Path…', () => file.click(), 'load a way through the lumen (.mrk.json)');
+    return h(
+        'div',
+        { class: 'body plain' },
+        h('div', { class: 'row' }, load, fly, fromTip, save, file),
+        parts.add(way),
+    );
+}
+
+export function placesPanel(parts: Parts): HTMLElement {
+    const list = h('div', { class: 'column' });
+    parts.session.store.watch(['volume'], ({ volume }) => {
+        const start = volume?.start;
+        list.replaceChildren(
+            ...(start
+                ? [button('Start', () => parts.session.goTo(start.eye_mm, start.look, start.up))]
+                : []),
+            ...(volume?.landmarks ?? []).map((mark) =>
+                button(mark.name, () => parts.session.goTo(mark.eye_mm, mark.look)),
+            ),
+        );
+    });
+    return section('Places', false, list);
+}
+
+export function displayPanel(parts: Parts): HTMLElement {
+    const { store } = parts.session;
+    return section(
+        'Display',
+        false,
+        parts.add(
+            choice(
+                'Colours',
+                [
+                    { value: 'system', text: "system's" },
+                    { value: 'light', text: 'light' },
+                    { value: 'dark', text: 'dark' },
+                ],
+                () => parts.state.theme,
+                (theme) => store.set({ theme }),
+            ),
+        ),
+        parts.add(
+            choice(
+                'Coordinates',
+                [
+                    { value: 'LPS', text: 'LPS', hint: 'as in files' },
+                    { value: 'RAS', text: 'RAS', hint: 'as 3D Slicer shows them' },
+                ],
+                () => parts.state.space,
+                (space) => store.set({ space }),
+            ),
+        ),
+        parts.add(
+            checkbox(
+                'finer picture when still',
+                () => parts.state.fine,
+                (fine) => {
+                    store.set({ fine });
+                    parts.session.stage.invalidate();
+                },
+            ),
+        ),
+        parts.add(
+            checkbox(
+                'times (T)',
+                () => parts.state.timings,
+                (timings) => store.set({ timings }),
+            ),
+        ),
+        h(
+            'div',
+            { class: 'row' },
+            button('Picture', () => void parts.actions.snapshot(), 'save the views as PNG (P)'),
+        ),
+    );
+}

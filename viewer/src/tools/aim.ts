@@ -1,0 +1,75 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// What is under the pointer, in every view: a place in the world.
+
+import { firstHit, frameOf, rayThrough } from '../maths/rays.ts';
+import { along, dot, sub, type Vec3 } from '../maths/vec.ts';
+import type { VolumeData } from '../maths/volume.ts';
+import { type State, surfaceOf, type ViewName } from '../state/store.ts';
+import { kOutsideField, orbitCamera } from '../views/orbit.ts';
+import { sectionPlane, type SectionPlane, worldOfPixel } from '../views/section_geometry.ts';
+
+/// A place in a view [CSS pixels from its top left corner].
+export interface Spot {
+    readonly view: ViewName;
+    readonly x: number;
+    readonly y: number;
+    readonly width: number;
+    readonly height: number;
+}
+
+export function planeAt(volume: VolumeData, state: State, spot: Spot): SectionPlane | undefined {
+    if (spot.view === 'endoscope') return undefined;
+    return sectionPlane(
+        volume.grid,
+        spot.view,
+        state.sections[spot.view],
+        state.cursor,
+        spot.width,
+        spot.height,
+    );
+}
+
+/// Origin and direction of the ray through a spot of the endoscope's view.
+export function rayAt(state: State, spot: Spot): { origin: Vec3; direction: Vec3 } {
+    const u = (2 * spot.x - spot.width) / spot.height;
+    const v = 1 - (2 * spot.y) / spot.height;
+    const camera = state.outside ? orbitCamera(state) : state.camera;
+    const direction = state.outside
+        ? rayThrough(camera, kOutsideField, 0, u, v)
+        : rayThrough(camera, state.fieldOfView, state.barrel, u, v);
+    if (!state.outside) return { origin: camera.eye, direction };
+    // From outside the way begins at the plane through the tip that cuts the volume open.
+    const ahead = dot(sub(state.camera.eye, camera.eye), camera.look);
+    const start = Math.max(ahead / Math.max(dot(direction, camera.look), 1e-6), 0);
+    return { origin: along(camera.eye, start, direction), direction };
+}
+
+/// The place in the world under a spot; nothing where a ray meets no wall.
+export function pointAt(volume: VolumeData, state: State, spot: Spot): Vec3 | undefined {
+    const plane = planeAt(volume, state, spot);
+    if (plane) return worldOfPixel(plane, spot.x, spot.y);
+    const { origin, direction } = rayAt(state, spot);
+    return firstHit(volume, origin, direction, surfaceOf(state))?.point;
+}
+
+/// Directions of a view's picture, and millimetres per pixel at a place: how a drag moves things.
+export function dragFrame(
+    volume: VolumeData,
+    state: State,
+    spot: Spot,
+    place: Vec3,
+): { right: Vec3; up: Vec3; ahead: Vec3; mmPerPixel: number } {
+    const plane = planeAt(volume, state, spot);
+    if (plane) {
+        const { right, up, normal } = plane.axes;
+        return { right, up, ahead: normal, mmPerPixel: plane.mmPerPixel };
+    }
+    const camera = state.outside ? orbitCamera(state) : state.camera;
+    const field = state.outside ? kOutsideField : state.fieldOfView;
+    const { right, up, forward } = frameOf(camera);
+    const depth = Math.max(dot(sub(place, camera.eye), forward), 0.1);
+    const slope = Math.tan((field * Math.PI) / 360);
+    return { right, up, ahead: forward, mmPerPixel: (2 * depth * slope) / spot.height };
+}

@@ -1,0 +1,164 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// A device with force feedback in this browser's hand, or in another's: what the server says of it,
+// the last seconds of its force, and the places of a device that is in the browser itself (mouse,
+// game pad, SpaceMouse). The force is made by the server, a thousand times a second.
+
+import { flown } from '../maths/flight.ts';
+import { mul, type Vec3 } from '../maths/vec.ts';
+import type { VolumeData } from '../maths/volume.ts';
+import type { Connection } from '../net/connection.ts';
+import type { Command, HapticsNews } from '../net/protocol.ts';
+import { type Store, surfaceOf } from '../state/store.ts';
+import { buttonsOff, kNoMotion, type Motion, moved, padMotion, spaceMouse } from './pads.ts';
+
+export const kPlotSeconds = 10;
+const kAhead = 10; // of the tip, where a tool begins if there is room [mm]
+const kShowMs = 80; // between two pictures of the numbers
+const kLead = 0.1; // of the mouse [mm per pixel]
+const kLeadRoll = 0.5; // of a catheter, by the mouse [degrees per pixel]
+const kPadRoll = 4.5; // and by a stick, for its way to the side [degrees/mm]
+
+export interface Felt {
+    readonly at: number; ///< [ms]
+    readonly newtons: number;
+}
+
+/// The parts of a session that a device needs.
+export interface Host {
+    readonly store: Store;
+    readonly connection: Connection;
+    readonly volume: VolumeData | undefined;
+    say: (text: string) => void;
+    ask(command: Command): Promise<boolean>;
+}
+
+export class Haptics {
+    /// Of the last seconds, oldest first.
+    readonly felt: Felt[] = [];
+    scale = 1;
+    device = '';
+    follows = false; ///< the endoscope is where the tool is
+    private place: Vec3 = [0, 0, 0]; // of a device in the browser, in its own frame [mm]
+    private roll = 0; // [degrees]
+    private newest: HapticsNews | null = null; // that is not shown yet
+    private shownAt = 0;
+    private puck: (() => Motion) | undefined;
+
+    constructor(private readonly session: Host) {}
+
+    get news(): HapticsNews | null {
+        return this.session.store.state.haptics;
+    }
+    /// Whether it is in this browser's hand.
+    get isOwn(): boolean {
+        return this.news?.on === true && this.news.client === this.session.connection.client;
+    }
+    /// Whether the mouse in the endoscope's view leads it.
+    get isLed(): boolean {
+        return this.isOwn && this.news!.device === 'browser';
+    }
+
+    take(news: HapticsNews, now: number): void {
+        const before = this.newest ?? this.news;
+        if (before && !news.on && news.why) this.session.say(`device: ${news.why}`);
+        this.newest = news;
+        const same = (['on', 'tool', 'stopped', 'lost'] as const).every(
+            (key) => news[key] === before?.[key],
+        );
+        if (!same || now - this.shownAt > kShowMs) this.show(now);
+        if (!news.on) return;
+        if (before?.tool !== news.tool) this.felt.length = 0;
+        this.felt.push({ at: now, newtons: news.largest_n! });
+        while (this.felt[0]!.at < now - 1000 * kPlotSeconds) this.felt.shift();
+        if (this.follows && this.isOwn && !news.holds) {
+            const { camera } = this.session.store.state;
+            this.session.store.set({ camera: { ...camera, eye: news.proxy_mm! } });
+        }
+    }
+
+    /// All of it comes up to 60 times a second; that many numbers nobody reads.
+    private show(now: number): void {
+        if (!this.newest) return;
+        this.session.store.set({ haptics: this.newest.on ? this.newest : null });
+        this.newest = null;
+        this.shownAt = now;
+    }
+    /// The line is broken: nothing is known any more.
+    forget(): void {
+        this.newest = null;
+        this.session.store.set({ haptics: null });
+    }
+
+    /// Begins at the endoscope's tip, or a little before it.
+    async start(): Promise<boolean> {
+        const { camera, tip, hapticDevices, shared } = this.session.store.state;
+        const { volume } = this.session;
+        if (!volume || !shared) return false;
+        const surface = surfaceOf(this.session.store.state);
+        const ahead = mul(kAhead, camera.look);
+        const position = this.follows
+            ? camera.eye
+            : flown(volume, camera.eye, ahead, tip, surface);
+        this.place = [0, 0, 0];
+        this.roll = 0;
+        // What doesn't come back would be felt once only.
+        if (!shared.relaxing) await this.session.ask({ do: 'relax', on: true });
+        return this.session.ask({
+            do: 'haptics',
+            wish: 'start',
+            device: this.device || hapticDevices[0]!,
+            position,
+            look: camera.look,
+            up: camera.up,
+            scale: this.scale,
+            radius: Math.min(Math.max(tip, 0.5), 20),
+        });
+    }
+
+    end(): void {
+        void this.session.ask({ do: 'haptics', wish: 'end' });
+    }
+
+    /// No force, at once; again: it comes back.
+    toggleStop(): void {
+        if (!this.news) return;
+        const wish = this.news.stopped && this.isOwn ? 'go' : 'stop';
+        void this.session.ask({ do: 'haptics', wish });
+    }
+
+    /// The mouse, held in the endoscope's view: pixels right and down, and millimetres ahead. A
+    /// catheter is pushed up and rolled aside.
+    lead(dx: number, dy: number, ahead = 0): void {
+        if (this.news?.holds) {
+            this.roll += kLeadRoll * dx;
+            this.place = moved(this.place, [0, 0, kLead * dy - ahead], 1);
+            return;
+        }
+        this.place = moved(this.place, [kLead * dx, -kLead * dy, -ahead], 1);
+    }
+
+    /// Once the user has chosen it, in answer to a click: browsers ask for that.
+    async openSpaceMouse(): Promise<void> {
+        try {
+            this.puck = await spaceMouse();
+            this.session.say(this.puck ? 'SpaceMouse: ready' : 'SpaceMouse: none was chosen');
+        } catch (error) {
+            this.session.say(`SpaceMouse: ${(error as Error).message}`);
+        }
+    }
+
+    /// Each frame.
+    tick(seconds: number, now: number): void {
+        if (now - this.shownAt > kShowMs) this.show(now);
+        if (!this.isLed || document.hidden) return;
+        const pads = navigator.getGamepads?.() ?? [];
+        const pad = pads.find((p) => p && !buttonsOff(p)) ?? pads.find((p) => p);
+        const motion = this.puck?.() ?? (pad ? padMotion(pad) : kNoMotion);
+        if (this.news!.holds) this.roll += kPadRoll * motion[0] * seconds;
+        this.place = moved(this.place, this.news!.holds ? [0, 0, motion[2]] : motion, seconds);
+        const roll_deg = Math.round(100 * this.roll) / 100;
+        this.session.connection.tell({ do: 'haptic_pose', position: this.place, roll_deg });
+    }
+}

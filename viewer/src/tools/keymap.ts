@@ -1,0 +1,283 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// The keyboard: which keys there are, what they do, and what the help shows of them and of the
+// mouse. Keys that are held (flying) are asked for each frame.
+
+import { kTools, type SectionName, type State, type ToolName } from '../state/store.ts';
+import type { Actions } from './actions.ts';
+import { keysDrive } from './catheter_hand.ts';
+import type { Session, Steering } from './session.ts';
+
+interface Binding {
+    readonly code: string; ///< of KeyboardEvent: the place on the keyboard
+    readonly ctrl?: boolean;
+    readonly shift?: boolean; ///< absent: with or without
+    readonly alt?: boolean;
+    readonly when?: (state: Readonly<State>) => boolean;
+    readonly run: () => void;
+}
+
+export interface HelpLine {
+    readonly keys: string;
+    readonly what: string;
+}
+
+const inSection = (state: Readonly<State>): boolean => state.active !== 'endoscope';
+const inEndoscope = (state: Readonly<State>): boolean => state.active === 'endoscope';
+
+/// Keys that fly and turn while they are held, by what they add.
+const kFlight: Record<
+    string,
+    Partial<Record<'x' | 'y' | 'z' | 'yaw' | 'pitch' | 'roll', number>>
+> = {
+    KeyW: { z: 1 },
+    KeyS: { z: -1 },
+    KeyA: { x: -1 },
+    KeyD: { x: 1 },
+    KeyR: { y: 1 },
+    KeyF: { y: -1 },
+    KeyQ: { roll: 1 },
+    KeyE: { roll: -1 },
+    ArrowLeft: { yaw: -1 },
+    ArrowRight: { yaw: 1 },
+    ArrowUp: { pitch: 1 },
+    ArrowDown: { pitch: -1 },
+};
+
+const isFlight = (code: string, state: Readonly<State>): boolean =>
+    !code.startsWith('Arrow') || !keysDrive(state);
+
+export const kHelp: readonly { title: string; lines: readonly HelpLine[] }[] = [
+    {
+        title: 'Endoscope',
+        lines: [
+            { keys: 'W S', what: 'forward, back' },
+            { keys: 'A D, R F', what: 'left and right, up and down' },
+            { keys: 'Arrows, left drag', what: 'look around' },
+            { keys: 'Q E', what: 'roll' },
+            { keys: 'Space', what: 'stop' },
+            { keys: 'Wheel', what: 'forward and back in steps' },
+            { keys: 'Ctrl+Wheel, right drag', what: 'field of view' },
+            { keys: 'C', what: 'at walls: stop, push, pass' },
+            { keys: 'O', what: 'seen from outside, cut open at the tip' },
+            { keys: 'B', what: 'fluoroscopy: X-rays through the scan' },
+            { keys: '7, two clicks', what: 'a way through the lumen from one to the other' },
+            { keys: 'N', what: 'fly along the way, or pause' },
+            { keys: 'K, Shift+K', what: 'add a keyframe; play the movie, or stop' },
+            {
+                keys: 'Keypad 1, 3, 7',
+                what: 'outside: front, right, top; with Ctrl from the other side',
+            },
+        ],
+    },
+    {
+        title: 'Sections',
+        lines: [
+            { keys: 'Wheel, Up Down', what: 'one slice' },
+            { keys: 'PgUp PgDn', what: 'ten slices' },
+            { keys: 'Click, Shift+move', what: 'crosshair in all views' },
+            { keys: 'W+left drag', what: 'window (sideways) and level (up and down)' },
+            { keys: 'Shift+Wheel', what: 'window' },
+            { keys: 'Middle drag', what: 'pan' },
+            { keys: 'Right drag, Ctrl+Wheel', what: 'zoom' },
+            { keys: 'Home', what: 'show all' },
+        ],
+    },
+    {
+        title: 'Tools',
+        lines: [
+            { keys: '1 … 8', what: 'look, window, push, grab, cut, carve, path, catheter' },
+            { keys: 'Left drag', what: 'use the tool; the wheel takes it deeper meanwhile' },
+            { keys: 'Enter', what: 'use the tool at the crosshair' },
+            { keys: 'Alt+Arrows', what: 'push or lead the tissue at the crosshair by 1 mm' },
+            { keys: '[ ]', what: 'smaller, larger' },
+            { keys: 'X', what: 'tissue relaxes, on and off' },
+            { keys: 'L', what: 'let go' },
+            { keys: ', .', what: 'threshold lower, higher by 25' },
+            { keys: 'H', what: 'stop the device’s force; again: go on' },
+            {
+                keys: 'Left drag in the endoscope',
+                what: 'leads a device that is the mouse; the wheel goes ahead meanwhile',
+            },
+            { keys: 'Ctrl+Z, Ctrl+Shift+Z', what: 'undo, redo: tissue, threshold, window, camera' },
+        ],
+    },
+    {
+        title: 'Catheter, in the scene of a vessel',
+        lines: [
+            { keys: '8, then Up Down', what: 'insert, withdraw while held; the left stick too' },
+            { keys: 'Left Right', what: 'rotate' },
+            { keys: 'Shift+Arrows', what: 'bend the tip; the right stick too' },
+            { keys: 'Space', what: 'stop' },
+        ],
+    },
+    {
+        title: 'Page',
+        lines: [
+            { keys: 'Double click, V', what: 'one view alone; the next one' },
+            { keys: 'G', what: 'coordinates in LPS or RAS' },
+            { keys: 'M', what: 'colours: displacement, volume change, none' },
+            { keys: 'T', what: 'frame, solve and resample times' },
+            { keys: 'Ctrl+O, Ctrl+S', what: 'open a scan; save the deformed volume' },
+            { keys: 'P', what: 'save a picture' },
+            { keys: 'Tab, F6', what: 'next control; next view' },
+            { keys: 'Esc', what: 'end what is going on; close' },
+            { keys: '?', what: 'this table' },
+        ],
+    },
+];
+
+/// Controls that take letters and numbers.
+const kTyping = 'input:not([type=range], [type=checkbox], [type=radio], [type=file]), textarea';
+
+export class Keymap {
+    private readonly bindings: Binding[];
+
+    constructor(
+        private readonly session: Session,
+        actions: Actions,
+        readonly held: Set<string>,
+        hooks: {
+            help: () => void;
+            cancel: () => void;
+            nextView: () => void;
+            open: () => void;
+            save: () => void;
+            stop: () => void;
+        },
+    ) {
+        const { store, history } = session;
+        const scroll = (slices: number) => (): void =>
+            actions.scroll(store.state.active as SectionName, slices);
+        const nudge = (x: number, y: number) => (): void => void actions.nudge([x, y]);
+        const tool = (name: ToolName) => (): void => store.set({ tool: name });
+        const radius = (factor: number): void =>
+            store.set({ radius: Math.min(Math.max(store.state.radius * factor, 0.1), 30) });
+        const iso = (by: number) => (): void => actions.iso({ iso_hu: actions.wantedIso + by });
+        this.bindings = [
+            { code: 'KeyZ', ctrl: true, shift: false, run: () => void history.undo() },
+            { code: 'KeyZ', ctrl: true, shift: true, run: () => void history.redo() },
+            { code: 'KeyY', ctrl: true, run: () => void history.redo() },
+            { code: 'KeyO', ctrl: true, run: hooks.open },
+            { code: 'KeyS', ctrl: true, run: hooks.save },
+            { code: 'ArrowUp', alt: true, run: nudge(0, 1) },
+            { code: 'ArrowDown', alt: true, run: nudge(0, -1) },
+            { code: 'ArrowLeft', alt: true, run: nudge(-1, 0) },
+            { code: 'ArrowRight', alt: true, run: nudge(1, 0) },
+            { code: 'ArrowUp', when: inSection, run: scroll(1) },
+            { code: 'ArrowDown', when: inSection, run: scroll(-1) },
+            { code: 'PageUp', when: inSection, run: scroll(10) },
+            { code: 'PageDown', when: inSection, run: scroll(-10) },
+            { code: 'Home', run: () => actions.fit() },
+            {
+                code: 'Space',
+                when: keysDrive,
+                run: () => {
+                    this.stop();
+                    hooks.stop();
+                },
+            },
+            { code: 'Space', when: inEndoscope, run: () => this.stop() },
+            { code: 'KeyV', run: () => actions.cycleViews() },
+            { code: 'KeyO', run: () => actions.toggleOutside() },
+            { code: 'KeyB', run: () => actions.toggleFluoroscopy() },
+            { code: 'KeyC', run: () => actions.cycleWall() },
+            { code: 'KeyX', run: () => actions.relax() },
+            { code: 'KeyL', run: () => void session.ask({ do: 'release' }) },
+            {
+                code: 'KeyG',
+                run: () => store.set({ space: store.state.space === 'LPS' ? 'RAS' : 'LPS' }),
+            },
+            { code: 'KeyT', run: () => store.set({ timings: !store.state.timings }) },
+            { code: 'KeyH', run: () => session.device.toggleStop() },
+            { code: 'KeyM', run: () => actions.cycleOverlay() },
+            { code: 'KeyP', run: () => void actions.snapshot() },
+            { code: 'KeyK', shift: false, run: () => actions.movie.add() },
+            { code: 'KeyK', shift: true, run: () => actions.movie.play() },
+            { code: 'KeyN', run: () => session.togglePath() },
+            { code: 'BracketLeft', run: () => radius(1 / 1.25) },
+            { code: 'BracketRight', run: () => radius(1.25) },
+            { code: 'Comma', run: iso(-25) },
+            { code: 'Period', run: iso(25) },
+            { code: 'Enter', run: () => void actions.applyAtCursor() },
+            { code: 'F6', run: hooks.nextView },
+            { code: 'Escape', run: hooks.cancel },
+            { code: 'Numpad1', run: () => actions.standardView([0, 1, 0], [0, 0, 1]) },
+            { code: 'Numpad1', ctrl: true, run: () => actions.standardView([0, -1, 0], [0, 0, 1]) },
+            { code: 'Numpad3', run: () => actions.standardView([1, 0, 0], [0, 0, 1]) },
+            { code: 'Numpad3', ctrl: true, run: () => actions.standardView([-1, 0, 0], [0, 0, 1]) },
+            { code: 'Numpad7', run: () => actions.standardView([0, 0, -1], [0, -1, 0]) },
+            { code: 'Numpad7', ctrl: true, run: () => actions.standardView([0, 0, 1], [0, -1, 0]) },
+            ...kTools.map((name, i) => ({ code: `Digit${i + 1}`, run: tool(name) })),
+        ];
+        window.addEventListener('keydown', (e) => this.down(e, hooks.help));
+        window.addEventListener('keyup', (e) => this.held.delete(e.code));
+        window.addEventListener('blur', () => this.held.clear());
+        session.steering = () => this.steering();
+    }
+
+    private down(event: KeyboardEvent, help: () => void): void {
+        const typing = event.target as HTMLElement;
+        const inField = typing.matches(kTyping);
+        const modal = document.querySelector('dialog[open]') !== null;
+        if (modal || (inField && event.code !== 'Escape')) return;
+        if (event.key === '?') {
+            help();
+            event.preventDefault();
+            return;
+        }
+        if (this.isForCatheter(event)) {
+            this.held.add(event.code);
+            event.preventDefault();
+            return;
+        }
+        // Controls keep the keys that they need themselves.
+        const control = typing.matches('input, select, button, summary, a, label');
+        const own = /^(Arrow|Page|Home|Enter|Space)/.test(event.code);
+        if (control && own && !event.altKey) return;
+        const ctrl = event.ctrlKey || event.metaKey;
+        const binding = this.bindings.find(
+            (b) =>
+                b.code === event.code &&
+                (b.ctrl ?? false) === ctrl &&
+                (b.alt ?? false) === event.altKey &&
+                (b.shift ?? event.shiftKey) === event.shiftKey &&
+                (b.when?.(this.session.store.state) ?? true),
+        );
+        if (binding) {
+            binding.run();
+            event.preventDefault();
+        } else if (!ctrl && !event.altKey) {
+            this.held.add(event.code);
+            if (event.code in kFlight && !typing.matches('select')) event.preventDefault();
+        }
+    }
+
+    /// Arrows are the catheter's while it is the tool, but where a slider or a list has the focus.
+    private isForCatheter(event: KeyboardEvent): boolean {
+        const { ctrlKey, altKey, metaKey, code } = event;
+        const needs = (event.target as HTMLElement).matches('input, select');
+        const arrow = code.startsWith('Arrow') && !ctrlKey && !altKey && !metaKey;
+        return arrow && !needs && keysDrive(this.session.store.state);
+    }
+
+    private stop(): void {
+        this.held.clear();
+    }
+
+    private steering(): Steering {
+        const sum = { x: 0, y: 0, z: 0, yaw: 0, pitch: 0, roll: 0 };
+        const { state } = this.session.store;
+        if (inEndoscope(state) && !state.outside)
+            for (const code of [...this.held].filter((c) => isFlight(c, state)))
+                for (const [what, by] of Object.entries(kFlight[code] ?? {}))
+                    sum[what as keyof typeof sum] += by;
+        return {
+            move: [sum.x, sum.y, sum.z],
+            yaw: sum.yaw,
+            pitch: sum.pitch,
+            roll: sum.roll,
+        };
+    }
+}

@@ -1,0 +1,24 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// The outside view's camera: it looks at a centre from a distance, and turns about it.
+
+import type { Camera } from '../maths/rays.ts';
+import { along, cross, normalized, turned } from '../maths/vec.ts';
+import type { State } from '../state/store.ts';
+
+export const kOutsideField = 30; ///< field of view [degrees]
+
+/// Camera of the outside view.
+export function orbitCamera(state: State): Camera {
+    const { centre, direction, up, distance } = state.orbit;
+    return { eye: along(centre, -distance, direction), look: direction, up };
+}
+
+/// Turns the outside view by angles about its own axes [radians].
+export function orbitTurned(orbit: State['orbit'], yaw: number, pitch: number): State['orbit'] {
+    const right = normalized(cross(orbit.direction, orbit.up));
+    const side = turned(right, orbit.up, yaw);
+    const direction = normalized(turned(turned(orbit.direction, orbit.up, yaw), side, pitch));
+    return { ...orbit, direction, up: cross(side, direction) };
+}

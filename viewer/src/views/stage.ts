@@ -1,0 +1,330 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// The canvas behind the four views. A view is drawn only when something that it shows has changed;
+// the others keep their pixels. While things move the endoscope's picture has fewer pixels, as many
+// as the last frames had time for; when all is still it is drawn once more in full. A frame begins
+// when the graphics processor has done the last one, so that a slow one is never given a queue.
+
+import * as THREE from 'three';
+import type { VolumeData } from '../maths/volume.ts';
+import type { Vessel } from '../net/vessel.ts';
+import { kViews, type SectionName, type State, type Store, type ViewName } from '../state/store.ts';
+import { EndoscopeView, kPasses } from './endoscope_view.ts';
+import type { ToolBall } from './instruments.ts';
+import type { OverlayField } from './overlay_field.ts';
+import { fieldUniforms, kNoField, overlayUniforms, Picture, type ViewRect } from './picture.ts';
+import type { RestField } from './rest_field.ts';
+import { sectionPlane } from './section_geometry.ts';
+import { kSection } from './shaders.ts';
+import { VolumeTexture } from './volume_texture.ts';
+
+const kScales = [1, 0.66, 0.5, 0.35, 0.25];
+const kSlowMs = 45; // a frame that takes longer asks for fewer pixels
+const kQuickMs = 22; // and one that takes less may have more
+const kStillMs = 180; // without a change: time for the full picture
+
+const kAll: (keyof State)[] = [
+    'voxels',
+    'volume',
+    'maximised',
+    'theme',
+    'overlay',
+    'overlayVoxels',
+    'overlayOpacity',
+    'overlayAuto',
+    'overlayMm',
+    'overlayGrowth',
+];
+const kEndoscopeKeys: (keyof State)[] = [
+    ...kAll,
+    'camera',
+    'style',
+    'lining',
+    'fieldStop',
+    'restVersion',
+    'outside',
+    'fluoroscopy',
+    'fluoroContrast',
+    'fluoroExposure',
+    'fluoroField',
+    'fluoroNoise',
+    'vessel',
+    'orbit',
+    'fieldOfView',
+    'barrel',
+    'fog',
+    'shared',
+    'others',
+    'tip',
+];
+const kSectionKeys: (keyof State)[] = [
+    ...kAll,
+    'cursor',
+    'sections',
+    'window',
+    'level',
+    'contour',
+    'shared',
+];
+
+export class Stage {
+    readonly renderer: THREE.WebGLRenderer;
+    texture: VolumeTexture | undefined;
+    overlay: OverlayField | undefined;
+    rest: RestField | undefined;
+    vesselOf: () => Vessel | undefined = () => undefined;
+    /// Called after voxels went to the graphics processor, with how many.
+    onUpload: (voxels: number) => void = () => {};
+    /// How long the graphics processor takes for a frame while something moves [ms].
+    frameMs = 0;
+    framesDrawn = 0;
+    /// A frame with the fewest pixels still takes too long.
+    onTooSlow: () => void = () => {};
+    private readonly endoscope = new EndoscopeView();
+    private readonly section = new Picture(kSection, {
+        ...kNoField,
+        centre: new THREE.Vector3(),
+        right: new THREE.Vector3(),
+        up: new THREE.Vector3(),
+        halfExtent: new THREE.Vector2(),
+        window: 1,
+        level: 0,
+        contour: false,
+        pixel: 1,
+    });
+    private readonly stale = new Set<ViewName>(kViews);
+    private quality = 0; // index of kScales
+    private lastChange = 0;
+    private fence: WebGLSync | null = null;
+    private fenceStart = 0;
+    private fenceMoving = false; // whether that frame was one of a motion
+    private full = false; // whether the endoscope's picture is in full
+    private pass = 0; // of kPasses, to be drawn next while all is still
+    private lost = false;
+    private lastIso = NaN;
+    private lastPolarity = '';
+    balls: readonly ToolBall[] = [];
+
+    constructor(
+        private readonly canvas: HTMLCanvasElement,
+        private readonly store: Store,
+        private readonly rectOf: (view: ViewName) => DOMRect,
+        onContext: (lost: boolean) => void,
+    ) {
+        this.renderer = new THREE.WebGLRenderer({
+            canvas,
+            antialias: false,
+            alpha: false,
+            preserveDrawingBuffer: true,
+            powerPreference: 'high-performance',
+        });
+        this.renderer.autoClear = false;
+        this.renderer.setScissorTest(true);
+        store.listen((state, changed) => this.noteChange(state, changed));
+        canvas.addEventListener('webglcontextlost', () => {
+            this.lost = true;
+            this.fence = null; // one of the lost context is never signalled
+            // three.js deletes handles when it makes them anew, and then in the wrong context.
+            this.endoscope.dispose();
+            for (const field of [this.texture, this.overlay, this.rest]) field?.dispose();
+            onContext(true);
+        });
+        canvas.addEventListener('webglcontextrestored', () => {
+            this.lost = false;
+            this.renderer.setScissorTest(true);
+            this.texture?.restore();
+            this.overlay?.restore();
+            this.rest?.restore();
+            this.invalidate();
+            onContext(false);
+        });
+        new ResizeObserver(() => this.invalidate()).observe(canvas);
+    }
+
+    setVolume(data: VolumeData): void {
+        this.texture?.dispose();
+        this.texture = new VolumeTexture(data);
+        this.endoscope.setVolume(this.texture);
+        this.section.set(fieldUniforms(this.texture));
+        this.invalidate();
+    }
+
+    setOverlay(field: OverlayField | undefined): void {
+        this.overlay?.dispose();
+        this.overlay = field;
+        this.invalidate();
+    }
+
+    setRest(field: RestField | undefined): void {
+        if (field === this.rest) return;
+        this.rest?.dispose();
+        this.rest = field;
+        this.endoscope.setRest(field);
+        this.markEndoscope();
+    }
+
+    setTools(balls: readonly ToolBall[]): void {
+        if (!balls.length && !this.balls.length) return;
+        this.balls = balls;
+        this.markEndoscope();
+    }
+
+    invalidate(): void {
+        for (const view of kViews) this.stale.add(view);
+        this.full = false;
+        this.pass = 0;
+        this.lastChange = performance.now();
+    }
+
+    /// Whether everything is drawn as well as it will be.
+    get isStill(): boolean {
+        return this.full && !this.stale.size && !this.fence;
+    }
+
+    /// Draws what is stale. @returns whether anything was drawn
+    frame(now: number): boolean {
+        const { state } = this.store;
+        if (this.lost || !this.texture || state.loaded < 1) return false;
+        if (!this.lastIsDone(now)) return false;
+        this.fitCanvas();
+        this.onUpload(this.texture.upload(this.renderer));
+        this.overlay?.upload(this.renderer);
+        this.rest?.upload(this.renderer);
+        const still = now - this.lastChange > kStillMs;
+        if (state.maximised && state.maximised !== 'endoscope') this.full = true; // not in sight
+        if (still && !this.full) this.stale.add('endoscope');
+        if (!this.stale.size) return false;
+        for (const view of this.stale) this.drawView(view, state, still);
+        this.fenceMoving = !still && this.stale.has('endoscope');
+        this.stale.clear();
+        const gl = this.renderer.getContext() as WebGL2RenderingContext;
+        this.fence = gl.fenceSync(gl.SYNC_GPU_COMMANDS_COMPLETE, 0);
+        this.fenceStart = now;
+        gl.flush();
+        ++this.framesDrawn;
+        return true;
+    }
+
+    private lastIsDone(now: number): boolean {
+        if (!this.fence) return true;
+        const gl = this.renderer.getContext() as WebGL2RenderingContext;
+        if (gl.getSyncParameter(this.fence, gl.SYNC_STATUS) !== gl.SIGNALED) return false;
+        gl.deleteSync(this.fence);
+        this.fence = null;
+        if (this.fenceMoving) this.adapt(now - this.fenceStart);
+        return true;
+    }
+
+    /// The canvas as a picture, once everything is drawn.
+    toBlob(): Promise<Blob | null> {
+        return new Promise((resolve) => this.canvas.toBlob(resolve, 'image/png'));
+    }
+
+    private noteChange(state: State, changed: ReadonlySet<keyof State>): void {
+        let shared = changed.has('shared');
+        if (shared) {
+            const { iso_hu, polarity } = state.shared ?? { iso_hu: NaN, polarity: '' };
+            shared = iso_hu !== this.lastIso || polarity !== this.lastPolarity;
+            this.lastIso = iso_hu;
+            this.lastPolarity = polarity;
+        }
+        const has = (key: keyof State): boolean => (key === 'shared' ? shared : changed.has(key));
+        if (kEndoscopeKeys.some(has)) this.markEndoscope();
+        const cut = state.outside && (changed.has('window') || changed.has('level'));
+        if (cut) this.markEndoscope();
+        if (kSectionKeys.some(has)) for (const view of kViews.slice(1)) this.stale.add(view);
+    }
+
+    private markEndoscope(): void {
+        this.stale.add('endoscope');
+        this.full = false;
+        this.pass = 0;
+        this.lastChange = performance.now();
+    }
+
+    private fitCanvas(): void {
+        const ratio = Math.min(window.devicePixelRatio || 1, 2);
+        const box = this.canvas.getBoundingClientRect();
+        const width = Math.max(Math.round(box.width * ratio), 1);
+        const height = Math.max(Math.round(box.height * ratio), 1);
+        if (this.canvas.width === width && this.canvas.height === height) return;
+        this.renderer.setPixelRatio(1);
+        this.renderer.setSize(width, height, false);
+        this.invalidate();
+    }
+
+    private adapt(frameMs: number): void {
+        this.frameMs = this.frameMs ? 0.7 * this.frameMs + 0.3 * frameMs : frameMs;
+        const slow = this.frameMs > kSlowMs && this.quality + 1 < kScales.length;
+        if (this.frameMs > kSlowMs && !slow) this.onTooSlow();
+        const quick = this.frameMs < kQuickMs && this.quality > 0;
+        if (!slow && !quick) return;
+        this.quality += slow ? 1 : -1;
+        this.frameMs = 0; // what the new size takes is not known yet
+    }
+
+    private drawView(view: ViewName, state: State, still: boolean): void {
+        if (state.maximised && state.maximised !== view) return;
+        const rect = this.pixelRect(view);
+        if (rect.width < 1 || rect.height < 1) return;
+        if (view === 'endoscope') {
+            // Four rays per pixel: at once where pixels are cheap, else one after the other.
+            const cheap = this.quality === 0;
+            const scale = still ? (state.fine && cheap ? 2 : 1) : kScales[this.quality]!;
+            const passes = still && state.fine && !cheap && !state.outside;
+            this.endoscope.setOverlay(state, this.overlay);
+            this.endoscope.setVessel(this.vesselOf(), state.vessel);
+            const pass = passes ? this.pass++ : undefined;
+            const seed = still ? 0 : this.framesDrawn; // a view at rest is one picture
+            this.endoscope.draw(this.renderer, state, this.balls, rect, scale, seed, pass);
+            this.full = still && (!passes || this.pass === kPasses.length);
+        } else this.drawSection(view, state, rect);
+    }
+
+    private drawSection(view: SectionName, state: State, rect: ViewRect): void {
+        const { grid } = this.texture!.data;
+        const plane = sectionPlane(
+            grid,
+            view,
+            state.sections[view],
+            state.cursor,
+            rect.width,
+            rect.height,
+        );
+        this.section.set(overlayUniforms(state, this.overlay));
+        this.section.set({
+            centre: new THREE.Vector3(...plane.centre),
+            right: new THREE.Vector3(...plane.axes.right),
+            up: new THREE.Vector3(...plane.axes.up),
+            halfExtent: new THREE.Vector2(
+                0.5 * rect.width * plane.mmPerPixel,
+                0.5 * rect.height * plane.mmPerPixel,
+            ),
+            window: state.window,
+            level: state.level,
+            iso: state.shared?.iso_hu ?? 0,
+            contour: state.contour,
+            pixel: plane.mmPerPixel,
+        });
+        this.renderer.setViewport(rect.x, rect.y, rect.width, rect.height);
+        this.renderer.setScissor(rect.x, rect.y, rect.width, rect.height);
+        this.section.draw(this.renderer);
+    }
+
+    private pixelRect(view: ViewName): ViewRect {
+        const box = this.canvas.getBoundingClientRect();
+        const rect = this.rectOf(view);
+        const ratio = this.canvas.width / box.width;
+        const left = Math.round((rect.left - box.left) * ratio);
+        const right = Math.round((rect.right - box.left) * ratio);
+        const top = Math.round((rect.top - box.top) * ratio);
+        const bottom = Math.round((rect.bottom - box.top) * ratio);
+        return {
+            x: left,
+            y: this.canvas.height - bottom,
+            width: right - left,
+            height: bottom - top,
+        };
+    }
+}
