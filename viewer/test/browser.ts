@@ -13,7 +13,7 @@ import { existsSync, mkdirSync, mkdtempSync, rmSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
 import { type Browser, chromium, type Page } from 'playwright-core';
-import type { ViewName } from '../src/state/store.ts';
+import type { ViewName } from '../src/state/state.ts';
 import type { Session } from '../src/tools/session.ts';
 import { MockServer } from './mock_server.ts';
 
@@ -122,8 +122,8 @@ export async function visit(browser: Browser, link: string, more = '&notour'): P
     // Four rays per pixel take their time in software; the style stays as it is, however slow.
     await page.evaluate(() =>
         (window as unknown as { pliant: Session }).pliant.store.set({
-            fine: false,
-            styleChosen: true,
+            display: { fine: false },
+            look: { styleChosen: true },
         }),
     );
     await loaded(page);
@@ -134,7 +134,7 @@ export const loaded = async (page: Page): Promise<void> => {
     await page.waitForFunction(
         () => {
             const state = session().store.state;
-            return state.link === 'open' && state.loaded === 1;
+            return state.link.status === 'open' && state.scan.loaded === 1;
             function session(): Session {
                 return (window as unknown as { pliant: Session }).pliant;
             }
@@ -232,7 +232,7 @@ export async function untilState(
     holds: (state: Session['store']['state']) => boolean,
     seconds = 60,
 ): Promise<void> {
-    for (const end = Date.now() + 1000 * seconds; !holds(await stateOf(page)); ) {
+    for (const end = Date.now() + 1000 * seconds; !holds(await stateOf(page));) {
         if (Date.now() > end) throw new Error(`not within ${seconds} s: ${holds.toString()}`);
         await page.waitForTimeout(100);
     }

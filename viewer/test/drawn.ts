@@ -6,7 +6,7 @@
 
 import type { Page } from 'playwright-core';
 import type { Vec3 } from '../src/maths/vec.ts';
-import type { State } from '../src/state/store.ts';
+import type { Patch } from '../src/state/store.ts';
 import type { Session } from '../src/tools/session.ts';
 import type { EndoscopeView } from '../src/views/endoscope_view.ts';
 import type { ToolBall } from '../src/views/instruments.ts';
@@ -14,7 +14,7 @@ import type { ToolBall } from '../src/views/instruments.ts';
 export interface Wanted {
     readonly width: number;
     readonly height: number;
-    readonly state: Partial<State>;
+    readonly state: Patch;
     readonly iso?: number; ///< [HU]; 30000: there is no wall
     readonly balls?: readonly ToolBall[];
     readonly catheter?: readonly Vec3[];
@@ -30,7 +30,15 @@ export async function drawn(page: Page, wanted: Wanted): Promise<Uint8Array> {
         const { shared } = store.state;
         const tissue = w.catheter ? { ...shared!.tissue, model: 'vessel' } : shared!.tissue;
         const iso_hu = w.iso ?? shared!.iso_hu;
-        const state = { ...store.state, ...w.state, shared: { ...shared, iso_hu, tissue } };
+        const groups = Object.entries(w.state).map(([name, values]) => [
+            name,
+            { ...store.state[name as 'view'], ...(values as object) },
+        ]);
+        const state = {
+            ...store.state,
+            ...Object.fromEntries(groups),
+            shared: { ...shared, iso_hu, tissue },
+        };
         const vessel = w.catheter && {
             rest: new Float32Array(9),
             corners: new Uint32Array([0, 1, 2]),

@@ -30,11 +30,14 @@ export const insertCatheter = (page: Page, catheter: readonly Vec3[]): Promise<v
             const { store, stage } = (window as never as { pliant: Session }).pliant;
             const rest = new Float32Array();
             const wall = { rest, places: rest, moved: rest, corners: new Uint32Array() };
-            stage.vesselOf = () => ({ ...wall, catheter, radius }) as never;
-            const { shared, vessel } = store.state;
+            stage.vessel = { ...wall, catheter, radius } as never;
+            const { shared, versions } = store.state;
             const model = catheter.length ? 'vessel' : 'chainmail';
             const tissue = { ...shared!.tissue!, model };
-            store.set({ shared: { ...shared!, tissue } as never, vessel: vessel + 1 });
+            store.set({
+                shared: { ...shared!, tissue } as never,
+                versions: { vessel: versions.vessel + 1 },
+            });
         },
         { catheter, radius: kRadius },
     );

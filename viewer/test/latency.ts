@@ -43,7 +43,7 @@ export interface LatencyRun {
 export const openBare = (link: string): Promise<BareBrowser> =>
     BareBrowser.open(`${link}&notour`, () => {
         const { pliant } = window as never as { pliant?: Session };
-        return Boolean(pliant && pliant.store.state.loaded === 1 && pliant.stage.isStill);
+        return Boolean(pliant && pliant.store.state.scan.loaded === 1 && pliant.stage.isStill);
     });
 
 /// Pushes a ball of tissue to and fro, at a rate that doesn't wait for answers.
@@ -84,13 +84,16 @@ export async function measureLatency(
             settle();
         };
         let over = false;
-        store.watch(['shared'], ({ shared }) => {
-            if (over) return;
-            const { solve_ms, resample_ms, tick_ms } = shared!.timing;
-            server.solve.push(solve_ms);
-            server.resample.push(resample_ms);
-            server.tick.push(tick_ms);
-        });
+        store.watch(
+            ({ shared }) => [shared],
+            (shared) => {
+                if (over) return;
+                const { solve_ms, resample_ms, tick_ms } = shared!.timing;
+                server.solve.push(solve_ms);
+                server.resample.push(resample_ms);
+                server.tick.push(tick_ms);
+            },
+        );
         const samples: Sample[] = [];
         const answers: Promise<unknown>[] = [];
         const begin = performance.now();

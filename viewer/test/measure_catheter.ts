@@ -35,15 +35,18 @@ const watch = (page: Page): Promise<void> =>
         session.stage.frame = () => false;
         const seen: Seen = { depth: -Infinity, wall: 0, force: 0, states: 0, failure: '' };
         (window as never as { seen: Seen }).seen = seen;
-        session.store.watch(['shared'], ({ shared }) => {
-            const vessel = shared?.vessel;
-            if (!vessel) return;
-            ++seen.states;
-            seen.depth = Math.max(seen.depth, vessel.depth_mm);
-            seen.wall = Math.max(seen.wall, vessel.wall_moved_mm);
-            seen.force = Math.max(seen.force, Math.abs(vessel.force_n));
-            seen.failure ||= vessel.failure;
-        });
+        session.store.watch(
+            ({ shared }) => [shared],
+            (shared) => {
+                const vessel = shared?.vessel;
+                if (!vessel) return;
+                ++seen.states;
+                seen.depth = Math.max(seen.depth, vessel.depth_mm);
+                seen.wall = Math.max(seen.wall, vessel.wall_moved_mm);
+                seen.force = Math.max(seen.force, Math.abs(vessel.force_n));
+                seen.failure ||= vessel.failure;
+            },
+        );
     });
 const seenBy = (page: Page): Promise<Seen> =>
     page.evaluate(() => (window as never as { seen: Seen }).seen);
@@ -69,7 +72,7 @@ for (; time < kSeconds; ++ways) {
     const away = ways % 2 === 0;
     const end = away ? kFar_mm : kNear_mm;
     await ask(own.page, { do: 'catheter', insert_mm_s: away ? kFastest_mm_s : -kFastest_mm_s });
-    for (let before = NaN, still = 0; still < 20; ) {
+    for (let before = NaN, still = 0; still < 20;) {
         await own.page.waitForTimeout(50);
         const { vessel } = (await stateOf(own.page)).shared!;
         time = vessel!.time_s;

@@ -33,15 +33,15 @@ const watch = (page: Page): Promise<void> =>
         (window as never as { seen: typeof seen }).seen = seen;
         let last = 0;
         let touches = false;
-        session.store.listen((state, changed) => {
-            if (changed.has('link') && state.link !== 'open') ++seen.lost;
-            if (!changed.has('haptics') || !state.haptics) return;
+        session.store.listen(({ link, device }, before) => {
+            if (link.status !== before.link.status && link.status !== 'open') ++seen.lost;
+            if (device.news === before.device.news || !device.news) return;
             const now = performance.now();
             if (last) seen.longestMs = Math.max(seen.longestMs, now - last);
             last = now;
             ++seen.news;
-            if (state.haptics.contact && !touches) ++seen.pushes;
-            touches = state.haptics.contact!;
+            if (device.news.contact && !touches) ++seen.pushes;
+            touches = device.news.contact!;
         });
     });
 const seenBy = (page: Page): Promise<Watched> =>
@@ -53,11 +53,11 @@ const own = await visit(browser, served.link);
 const other = await visit(browser, served.link, '&notour&role=view');
 await watch(own.page);
 await watch(other.page);
-const mark = (await stateOf(own.page)).volume!.landmarks[0]!;
+const mark = (await stateOf(own.page)).scan.volume!.landmarks[0]!;
 const started = await own.page.evaluate(async ({ eye_mm, look }) => {
     const session = (window as never as { pliant: Session }).pliant;
-    session.goTo(eye_mm, look);
-    session.fly(look.map((x) => 60 * x) as [number, number, number]);
+    session.endoscope.goTo(eye_mm, look);
+    session.endoscope.fly(look.map((x) => 60 * x) as [number, number, number]);
     session.device.device = 'virtual:tap';
     return session.device.start();
 }, mark);
@@ -73,8 +73,8 @@ for (let n = 1; Date.now() < end; ++n) {
     compared += 2;
     different += sums.filter((sum) => !sum?.same).length;
     if (n % 6) continue;
-    const { haptics } = await stateOf(own.page);
-    console.log(JSON.stringify({ s: (n * kCompareMs) / 1000, ...haptics!.servo, different }));
+    const { news } = (await stateOf(own.page)).device;
+    console.log(JSON.stringify({ s: (n * kCompareMs) / 1000, ...news!.servo, different }));
 }
 const found = JSON.stringify({
     minutes: kMinutes,
@@ -84,7 +84,7 @@ const found = JSON.stringify({
     different,
     errors: [...own.errors, ...other.errors],
     undo: (await stateOf(own.page)).shared!.undo.steps,
-    servo: (await stateOf(own.page)).haptics?.servo,
+    servo: (await stateOf(own.page)).device.news?.servo,
 });
 console.log(found);
 if (process.env.PLIANT_OUT) writeFileSync(process.env.PLIANT_OUT, `${found}\n`);

@@ -19,7 +19,7 @@ const page = await openBare(served.link);
 await page.evaluate(
     (overlay) => {
         const { store } = (window as never as { pliant: Session }).pliant;
-        if (overlay) store.set({ overlay });
+        if (overlay) store.set({ overlay: { kind: overlay } });
     },
     (process.env.PLIANT_OVERLAY ?? '') as OverlayKind | '',
 );

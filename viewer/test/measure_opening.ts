@@ -32,7 +32,11 @@ const { page } = await visit(browser, served.link);
 await page.setViewportSize({ width: kSide + 360, height: kSide + 65 });
 await page.evaluate(() => {
     const { store } = (window as never as { pliant: Session }).pliant;
-    store.set({ maximised: 'endoscope', fine: true, radius: 4, tool: 'push', wall: 'pass' });
+    store.set({
+        display: { maximised: 'endoscope', fine: true },
+        tool: { radius: 4, name: 'push' },
+        flight: { wall: 'pass' },
+    });
 });
 await page.waitForTimeout(500);
 const box = await rectOf(page, 'endoscope');
@@ -58,7 +62,7 @@ for (let n = 0; n <= kFlight; ++n) {
         up: [0, -1, 0] as Vec3,
     };
     await page.evaluate((next) => {
-        (window as never as { pliant: Session }).pliant.store.set({ camera: next });
+        (window as never as { pliant: Session }).pliant.store.set({ view: { camera: next } });
     }, camera);
     await shoot();
 }

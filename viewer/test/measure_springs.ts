@@ -26,9 +26,11 @@ const { page } = await visit(browser, served.link);
 await page.evaluate((cursor) => {
     const { store } = (window as never as { pliant: Session }).pliant;
     store.set({
-        cursor: [cursor[0], cursor[1] + 6, cursor[2]],
-        fog: 0,
-        camera: { eye: [110, -400, 300], look: [-0.61, 0.76, -0.23], up: [0, 0, 1] },
+        sections: { cursor: [cursor[0], cursor[1] + 6, cursor[2]] },
+        view: {
+            fog: 0,
+            camera: { eye: [110, -400, 300], look: [-0.61, 0.76, -0.23], up: [0, 0, 1] },
+        },
     });
 }, kSkin);
 await page.evaluate(() =>
@@ -59,7 +61,9 @@ const run = (depth: number): Promise<unknown> =>
                 const since = performance.now();
                 void session.connection
                     .ask({
-                        do: 'push', point: [skin[0], skin[1] + at, skin[2]], push: [0, to - at, 0],
+                        do: 'push',
+                        point: [skin[0], skin[1] + at, skin[2]],
+                        push: [0, to - at, 0],
                         radius: 25,
                     })
                     .then((a) => {
@@ -76,9 +80,13 @@ const run = (depth: number): Promise<unknown> =>
             const { timing } = store.state.shared!;
             answers.sort((a, b) => a - b);
             return {
-                depth, pushed, later: text(), pushes: answers.length,
+                depth,
+                pushed,
+                later: text(),
+                pushes: answers.length,
                 whole: forward.filter((f) => f === 1).length,
-                answer_ms: answers[Math.floor(answers.length / 2)], timing,
+                answer_ms: answers[Math.floor(answers.length / 2)],
+                timing,
             };
         },
         { depth, centre: kCentre, skin: kSkin },

@@ -9,7 +9,7 @@ import { readFileSync } from 'node:fs';
 import { join } from 'node:path';
 import type { Page } from 'playwright-core';
 import type { Camera } from '../src/maths/rays.ts';
-import type { FieldStop, Lining, Style } from '../src/state/store.ts';
+import type { FieldStop, Lining, Style } from '../src/state/state.ts';
 import type { Session } from '../src/tools/session.ts';
 import { kPictures, picture, rectOf, stateOf, still } from './browser.ts';
 
@@ -89,7 +89,8 @@ export async function difference(
             const session = (window as never as { pliant: Session }).pliant;
             const { stage, store } = session;
             (stage as never as { quality: number }).quality = quality;
-            store.set({ fine: true, ...settings });
+            const { camera, fine = true, ...look } = settings;
+            store.set({ display: { fine }, look, view: camera ? { camera } : {} });
             await session.compare(); // its answer comes after the rest field
             stage.invalidate();
         },
@@ -97,7 +98,9 @@ export async function difference(
     );
     await page.waitForTimeout(300);
     await still(page);
-    const { camera, fieldOfView, barrel, fog, shared, lining, fieldStop } = await stateOf(page);
+    const { view, look, shared } = await stateOf(page);
+    const { camera, fieldOfView, barrel, fog } = view;
+    const { lining, fieldStop } = look;
     const box = await rectOf(page, 'endoscope');
     const file = join(kPictures, `${name}_cpp.png`);
     const size = `${Math.round(box.width)}x${Math.round(box.height)}`;

@@ -71,12 +71,14 @@ test('a catheter is driven, seen and played again', async (t) => {
         served = await serve(scene, '--session', record);
         const { page, errors } = await visit(browser, served.link);
         await page.keyboard.press('8');
-        assert.equal((await stateOf(page)).tool, 'catheter');
+        assert.equal((await stateOf(page)).tool.name, 'catheter');
         // It opens from outside, with the whole vessel in the picture, and the tip in the sections.
-        await untilState(page, (state) => state.outside);
+        await untilState(page, (state) => state.view.outside);
         const first = await page.evaluate(() => {
             const { vessel, store } = (window as never as Held).pliant;
-            const { orbit, cursor } = store.state;
+            const { view, sections } = store.state;
+            const { orbit } = view;
+            const { cursor } = sections;
             return { orbit, cursor, tip: vessel!.catheter.at(-1)!, rest: [...vessel!.rest] };
         });
         assert.deepEqual(first.cursor, first.tip);
@@ -93,7 +95,7 @@ test('a catheter is driven, seen and played again', async (t) => {
         await picture(page, 'catheter_first');
         await page.evaluate(() => {
             // Where the bend begins, so that the sections show the wall that is pushed.
-            (window as never as Held).pliant.store.set({ cursor: [1, 0, 68] });
+            (window as never as Held).pliant.store.set({ sections: { cursor: [1, 0, 68] } });
         });
         const look = async (): Promise<Record<'outside' | 'coronal', number>> => ({
             outside: (await pixels(page, 'endoscope')).hash,
@@ -132,17 +134,17 @@ test('a catheter is driven, seen and played again', async (t) => {
         await panel.getByLabel('Device', { exact: true }).selectOption('virtual:tap');
         await panel.getByRole('button', { name: 'Start' }).click();
         const base = vessel!.inserted_mm;
-        await untilState(page, ({ haptics, shared }) =>
+        await untilState(page, ({ device: { news }, shared }) =>
             Boolean(
-                haptics?.holds === 'catheter' &&
-                    haptics.largest_n! > 0.005 &&
-                    Math.abs(shared!.vessel!.inserted_mm - base) > 2,
+                news?.holds === 'catheter' &&
+                news.largest_n! > 0.005 &&
+                Math.abs(shared!.vessel!.inserted_mm - base) > 2,
             ),
         );
         assert.match((await panel.locator('.felt').textContent())!, /holds the catheter/);
         await picture(page, 'catheter_device');
         await page.keyboard.press('h');
-        await untilState(page, ({ haptics }) => haptics!.stopped!);
+        await untilState(page, ({ device }) => device.news!.stopped!);
         await panel.getByRole('button', { name: 'End' }).click();
         await untilVessel(page, (v, { settled }) => v.insert_mm_s === 0 && settled);
 
@@ -168,7 +170,10 @@ test('a catheter is driven, seen and played again', async (t) => {
         served = undefined;
         const replayed = execFileSync(program, ['replay', record], { encoding: 'utf8' });
         assert.ok(replayed.includes(sums.tissue), replayed);
-        assert.deepEqual([...errors, ...other.errors].filter((e) => !/WebSocket/.test(e)), []);
+        assert.deepEqual(
+            [...errors, ...other.errors].filter((e) => !/WebSocket/.test(e)),
+            [],
+        );
     } finally {
         await browser.close();
         await served?.stop();

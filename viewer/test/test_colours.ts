@@ -11,8 +11,8 @@ import { floatOfHalf, halfOfFloat } from '../src/maths/half.ts';
 import { norm, sub, type Vec3 } from '../src/maths/vec.ts';
 import type { Memory } from '../src/net/connection.ts';
 import { PresetShelf } from '../src/panels/own_presets.ts';
-import { rangeOf, roundReach } from '../src/state/overlay_kinds.ts';
-import { initialState } from '../src/state/store.ts';
+import { type Range, rangeOf, roundReach, type ShownKind } from '../src/state/overlay_kinds.ts';
+import { initialState } from '../src/state/state.ts';
 import { OverlayField } from '../src/views/overlay_field.ts';
 import { randomGrid } from './fields.ts';
 import { between, random, whole } from './random.ts';
@@ -59,12 +59,14 @@ test('a range ends at 1, 2 or 5 times a power of ten, just beyond the values', (
         assert.ok(reach >= value * 0.999999 && reach <= 2.5 * value, `${value} ${reach}`);
         assert.match(reach.toExponential(), /^[125]e/);
     }
-    const state = { ...initialState(), overlay: 'jacobian' as const, overlayExtreme: 0.13 };
-    assert.deepEqual(rangeOf(state), { low: 0.8, high: 1.2 });
-    assert.deepEqual(rangeOf({ ...state, overlayExtreme: 40 }), { low: 0, high: 2 });
-    assert.deepEqual(rangeOf({ ...state, overlayAuto: false }), { low: 0.5, high: 1.5 });
-    const moved = { ...state, overlay: 'displacement' as const, overlayExtreme: 7.2 };
-    assert.deepEqual(rangeOf(moved), { low: 0, high: 10 });
+    const ranged = (kind: ShownKind, extreme: number, auto = true): Range => {
+        const { scan, overlay } = initialState();
+        return rangeOf({ scan: { ...scan, extreme }, overlay: { ...overlay, kind, auto } });
+    };
+    assert.deepEqual(ranged('jacobian', 0.13), { low: 0.8, high: 1.2 });
+    assert.deepEqual(ranged('jacobian', 40), { low: 0, high: 2 });
+    assert.deepEqual(ranged('jacobian', 0.13, false), { low: 0.5, high: 1.5 });
+    assert.deepEqual(ranged('displacement', 7.2), { low: 0, high: 10 });
 });
 
 test('random patches: the field holds them, and knows the largest departure', () => {

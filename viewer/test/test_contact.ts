@@ -98,11 +98,11 @@ const valueAt = (page: Page, place: Vec3): Promise<number> =>
 async function step(page: Page, way: Vec3): Promise<number> {
     await page.evaluate(async (motion) => {
         const session = (window as never as { pliant: Session }).pliant;
-        if (motion.some((x) => x !== 0)) session.fly(motion);
+        if (motion.some((x) => x !== 0)) session.endoscope.fly(motion);
         // Answers come in order, and the voxels of a push before that of the next command.
         for (let n = 0; n < 2; ++n) await session.connection.ask({ do: 'checksum' });
     }, way);
-    return valueAt(page, (await stateOf(page)).camera.eye);
+    return valueAt(page, (await stateOf(page)).view.camera.eye);
 }
 
 for (const flight of kFlights) {
@@ -116,8 +116,8 @@ for (const flight of kFlights) {
             const session = (window as never as { pliant: Session }).pliant;
             if (materials) await session.ask({ do: 'materials', ...materials });
             if (iso) await session.ask({ do: 'iso', iso_hu: iso });
-            if (tip) session.store.set({ tip });
-            session.goTo(eye, way);
+            if (tip) session.store.set({ flight: { tip } });
+            session.endoscope.goTo(eye, way);
         }, flight);
         const start = await stateOf(page);
         const iso = flight.iso ?? start.shared!.iso_hu;
@@ -149,7 +149,7 @@ test('tissue that relaxes does not close over an eye in a dent', { skip: !progra
         const session = (window as never as { pliant: Session }).pliant;
         const point = [8, -1.6, 35] as const;
         await session.ask({ do: 'push', point, push: [5, 0, 0], radius: 4 });
-        session.goTo([9.5, -1.6, 35], [1, 0, 0]);
+        session.endoscope.goTo([9.5, -1.6, 35], [1, 0, 0]);
     });
     assert.ok((await step(page, [0, 0, 0])) < -500, 'the eye is in the dent');
     for (const button of ['Relax', 'Let go']) {
@@ -160,12 +160,12 @@ test('tissue that relaxes does not close over an eye in a dent', { skip: !progra
             await page.waitForTimeout(100);
         }
     }
-    const { camera } = await stateOf(page);
+    const { camera } = (await stateOf(page)).view;
     await picture(page, 'contact_dent');
     // The tissue went around the eye; it did not carry the eye along.
     assert.deepEqual(camera.eye, [9.5, -1.6, 35]);
     await page.evaluate(() =>
-        (window as never as { pliant: Session }).pliant.goTo([0, -1.6, 35], [1, 0, 0]),
+        (window as never as { pliant: Session }).pliant.endoscope.goTo([0, -1.6, 35], [1, 0, 0]),
     );
     let left = -1000;
     for (let n = 0; n < 60 && left < -500; ++n) {

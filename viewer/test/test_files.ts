@@ -63,7 +63,7 @@ const untilScan = async (name: string): Promise<void> => {
     await page.waitForFunction(
         (wanted) => {
             const { store } = (window as never as { pliant: Session }).pliant;
-            return store.state.volume?.name === wanted && store.state.transfer === '';
+            return store.state.scan.volume?.name === wanted && store.state.link.transfer === '';
         },
         name,
         { timeout: 60_000 },
@@ -95,7 +95,7 @@ test('names of files that are dropped together can lie in one folder', () => {
 test('a chosen scan takes the place of the one that is shown', async () => {
     await page.evaluate(async () => {
         const { pliant } = window as never as { pliant: Session };
-        const { cursor } = pliant.store.state;
+        const { cursor } = pliant.store.state.sections;
         await pliant.ask({ do: 'push', point: cursor, push: [2, 0, 0], radius: 6 });
     });
     await untilUndo(page, 1);
@@ -103,9 +103,9 @@ test('a chosen scan takes the place of the one that is shown', async () => {
     await choose('ball.nrrd', nrrd());
     await untilScan('ball.nrrd');
     const state = await stateOf(page);
-    assert.equal(state.volume!.id, 2);
+    assert.equal(state.scan.volume!.id, 2);
     assert.equal(state.shared!.undo.steps, 0);
-    if (!served.mock) assert.deepEqual(state.volume!.size, [...kSize]);
+    if (!served.mock) assert.deepEqual(state.scan.volume!.size, [...kSize]);
     if (!served.mock) assert.notEqual((await pixels(page, 'axial')).hash, before.hash);
     assert.equal((await compare(page))!.same, true);
     assert.match(await page.title(), /ball\.nrrd/);
@@ -140,7 +140,7 @@ test('tissue of the new scan can be pushed, and its volume saved', async () => {
         }, name);
         assert.equal(bytes.length, own);
         await page.waitForFunction(
-            () => !(window as never as { pliant: Session }).pliant.store.state.transfer,
+            () => !(window as never as { pliant: Session }).pliant.store.state.link.transfer,
         );
         if (served.mock || !name.endsWith('.nrrd')) continue;
         const end = bytes.indexOf('\n\n') + 2;
@@ -163,24 +163,24 @@ const labelOf = (name: string): string =>
           : `${name.split('.')[0]} (.nrrd)`;
 
 test('what is no scan is said in one line, and nothing changes', async () => {
-    const { volume } = await stateOf(page);
+    const { volume } = (await stateOf(page)).scan;
     await choose('bad.nrrd', Buffer.from('hello'));
     await untilSaid('bad.nrrd: is no NRRD file');
     await picture(page, 'opened_bad');
-    assert.equal((await stateOf(page)).volume!.id, volume!.id);
+    assert.equal((await stateOf(page)).scan.volume!.id, volume!.id);
     await page.evaluate(() => {
-        (window as never as { pliant: Session }).pliant.store.set({ openBytes: 10 });
+        (window as never as { pliant: Session }).pliant.store.set({ link: { openBytes: 10 } });
     });
     await choose('large.nrrd', nrrd());
     await untilSaid('large.nrrd: 1 MiB, expected a scan of up to 1 MiB');
     await page.evaluate(() => {
-        (window as never as { pliant: Session }).pliant.store.set({ openBytes: 0 });
+        (window as never as { pliant: Session }).pliant.store.set({ link: { openBytes: 0 } });
     });
     assert.equal((await compare(page))!.same, true);
 });
 
 test('Escape gives up a scan that is sent', async () => {
-    const { volume } = await stateOf(page);
+    const { volume } = (await stateOf(page)).scan;
     const stuck: (() => Promise<void>)[] = [];
     await page.route('**/open?*', (route) => void stuck.push(() => route.abort()));
     await choose('slow.nrrd', nrrd());
@@ -189,8 +189,8 @@ test('Escape gives up a scan that is sent', async () => {
     );
     await page.keyboard.press('Escape');
     await untilSaid('opening was given up');
-    assert.equal((await stateOf(page)).transfer, '');
-    assert.equal((await stateOf(page)).volume!.id, volume!.id);
+    assert.equal((await stateOf(page)).link.transfer, '');
+    assert.equal((await stateOf(page)).scan.volume!.id, volume!.id);
     // Ended first: a request that unroute() lets go on is a scan that the server opens.
     await Promise.allSettled(stuck.map((end) => end()));
     await page.unroute('**/open?*');
@@ -207,7 +207,7 @@ test('files are dropped together; a path that is dropped stays a path', async ()
     await untilScan(served.mock ? 'scan' : 'ball.nhdr');
     if (served.mock) assert.deepEqual(served.mock.parts, ['ball.raw', 'ball.nhdr']);
     assert.equal((await compare(page))!.same, true);
-    const { volume } = await stateOf(page);
+    const { volume } = (await stateOf(page)).scan;
     const path = {
         markups: [
             {
@@ -221,8 +221,8 @@ test('files are dropped together; a path that is dropped stays a path', async ()
     await drop([{ name: 'way.mrk.json', text }]);
     await untilSaid('way.mrk.json: a path');
     const state = await stateOf(page);
-    assert.equal(state.volume!.id, volume!.id);
-    assert.ok(state.path);
+    assert.equal(state.scan.volume!.id, volume!.id);
+    assert.ok(state.way.path);
 });
 
 test('of several DICOM series in a folder the user chooses one', async (t) => {
@@ -234,7 +234,7 @@ test('of several DICOM series in a folder the user chooses one', async (t) => {
                 : dicomSlice('1.2.4', 'venous', z, 10 * z);
         return { name: `IM${z}`, text: bytes.toString('base64') };
     });
-    const { volume } = await stateOf(page);
+    const { volume } = (await stateOf(page)).scan;
     const dialog = page.locator('dialog.series');
     await drop(files);
     await dialog.waitFor();
@@ -243,13 +243,13 @@ test('of several DICOM series in a folder the user chooses one', async (t) => {
     await page.keyboard.press('Escape');
     await untilSaid('no series was chosen');
     assert.equal(await dialog.count(), 0);
-    assert.equal((await stateOf(page)).volume!.id, volume!.id);
+    assert.equal((await stateOf(page)).scan.volume!.id, volume!.id);
     // Again, and at once: nothing of the first attempt is in the way.
     await drop(files);
     await dialog.getByText('venous (2 slices)').click();
     await untilScan('scan');
-    assert.deepEqual((await stateOf(page)).volume!.size, [8, 6, 2]);
-    assert.deepEqual((await stateOf(page)).volume!.range_hu, [30, 40]);
+    assert.deepEqual((await stateOf(page)).scan.volume!.size, [8, 6, 2]);
+    assert.deepEqual((await stateOf(page)).scan.volume!.range_hu, [30, 40]);
 });
 
 test('who only views may save, but not open', async () => {
@@ -263,6 +263,6 @@ test('who only views may save, but not open', async () => {
     await other.waitForFunction(() =>
         document.querySelector('.message')!.textContent!.includes('those who control'),
     );
-    assert.equal((await stateOf(other)).volume!.id, before.volume!.id);
+    assert.equal((await stateOf(other)).scan.volume!.id, before.scan.volume!.id);
     await other.context().close();
 });

@@ -46,41 +46,53 @@ async function darker(page: Page): Promise<{ least: number; rows: number }> {
     });
 }
 
-test('a catheter is seen in front of bone and contrast agent', {
-    skip: !process.env.PLIANT_SERVER || !existsSync(kAorta),
-}, async () => {
-    const browser = await launch();
-    const served = await serve(kAorta);
-    const { page, errors } = await visit(browser, served.link);
-    for (const [name, look] of [
-        ['front', [0, 1, 0]], // before the spine, across the heart
-        ['side', [1, 0.2, 0]],
-    ] as const) {
-        await insertCatheter(page, []);
-        await page.evaluate((look) => {
-            const { store } = (window as never as Held).pliant;
-            const orbit = { ...store.state.orbit, centre: [0, -149, 660] as const, distance: 400 };
-            const length = Math.hypot(...look);
-            store.set({
-                outside: true,
-                fluoroscopy: true,
-                maximised: 'endoscope',
-                fluoroNoise: 0,
-                orbit: { ...orbit, direction: look.map((x) => x / length) as never },
-            });
-        }, look);
-        await darker(page);
-        await insertCatheter(page, kAortaLumen);
-        const { least, rows } = await darker(page);
-        console.log(`# ${name}: ${least} of 255 darker at least, ${rows} rows`);
-        await page.evaluate(() => (window as never as Held).pliant.store.set({ fluoroNoise: 1 }));
-        await page.waitForTimeout(300);
-        await still(page);
-        await picture(page, `fluoroscopy_catheter_${name}`);
-        assert.ok(rows > 300, `${name}: ${rows} rows`);
-        assert.ok(least > kDarker, `${name}: ${least} of 255`);
-    }
-    await browser.close();
-    await served.stop();
-    assert.deepEqual(errors, []);
-});
+test(
+    'a catheter is seen in front of bone and contrast agent',
+    {
+        skip: !process.env.PLIANT_SERVER || !existsSync(kAorta),
+    },
+    async () => {
+        const browser = await launch();
+        const served = await serve(kAorta);
+        const { page, errors } = await visit(browser, served.link);
+        for (const [name, look] of [
+            ['front', [0, 1, 0]], // before the spine, across the heart
+            ['side', [1, 0.2, 0]],
+        ] as const) {
+            await insertCatheter(page, []);
+            await page.evaluate((look) => {
+                const { store } = (window as never as Held).pliant;
+                const orbit = {
+                    ...store.state.view.orbit,
+                    centre: [0, -149, 660] as const,
+                    distance: 400,
+                };
+                const length = Math.hypot(...look);
+                store.set({
+                    view: {
+                        outside: true,
+                        fluoroscopy: true,
+                        orbit: { ...orbit, direction: look.map((x) => x / length) as never },
+                    },
+                    display: { maximised: 'endoscope' },
+                    fluoro: { noise: 0 },
+                });
+            }, look);
+            await darker(page);
+            await insertCatheter(page, kAortaLumen);
+            const { least, rows } = await darker(page);
+            console.log(`# ${name}: ${least} of 255 darker at least, ${rows} rows`);
+            await page.evaluate(() =>
+                (window as never as Held).pliant.store.set({ fluoro: { noise: 1 } }),
+            );
+            await page.waitForTimeout(300);
+            await still(page);
+            await picture(page, `fluoroscopy_catheter_${name}`);
+            assert.ok(rows > 300, `${name}: ${rows} rows`);
+            assert.ok(least > kDarker, `${name}: ${least} of 255`);
+        }
+        await browser.close();
+        await served.stop();
+        assert.deepEqual(errors, []);
+    },
+);

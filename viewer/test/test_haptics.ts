@@ -17,7 +17,7 @@ import { browser, page, served, useOnePage } from './one_page.ts';
 useOnePage({ name: 'Anna', size: 64 });
 
 const until = (on: Page, holds: (news: HapticsNews) => boolean): Promise<void> =>
-    untilState(on, ({ haptics }) => Boolean(haptics && holds(haptics)));
+    untilState(on, ({ device: { news } }) => Boolean(news && holds(news)));
 
 /// Drawing in software takes what a slow machine has.
 const draw = (on: Page, draws: boolean): Promise<void> =>
@@ -28,7 +28,7 @@ const draw = (on: Page, draws: boolean): Promise<void> =>
     }, draws);
 
 test('a device pushes the tissue, for all to see, until it is stopped', async (t) => {
-    const { features } = await stateOf(page);
+    const { features } = (await stateOf(page)).link;
     if (!features.includes('haptics')) return t.skip('the mock has none');
     const title = page.locator('summary', { hasText: /^Device$/ });
     const panel = page.locator('details', { has: title });
@@ -37,10 +37,10 @@ test('a device pushes the tissue, for all to see, until it is stopped', async (t
     // Straight at the carina, and so near that the tool's way of 8 mm ends in it.
     await page.evaluate(() => {
         const session = (window as never as { pliant: Session }).pliant;
-        session.goTo([0.3, -2.2, 22], [-0.019, 0.045, -0.999]);
+        session.endoscope.goTo([0.3, -2.2, 22], [-0.019, 0.045, -0.999]);
     });
     await page.evaluate(() => {
-        (window as never as { pliant: Session }).pliant.fly([-1.1, 2.7, -60]);
+        (window as never as { pliant: Session }).pliant.endoscope.fly([-1.1, 2.7, -60]);
     });
     await draw(page, false);
     const other = await visit(browser, served.link, '&notour&role=view&name=Ben');
@@ -52,7 +52,9 @@ test('a device pushes the tissue, for all to see, until it is stopped', async (t
     await until(other.page, (news) => news.contact! && news.largest_n! > 0.01);
     assert.notEqual((await compare(page))!.tissue, before.tissue);
     await other.page.waitForFunction(() =>
-        (window as never as { pliant: Session }).pliant.store.state.others.some((t) => t.touches),
+        (window as never as { pliant: Session }).pliant.store.state.hands.others.some(
+            (t) => t.touches,
+        ),
     );
     assert.match((await panel.locator('.felt').textContent())!, /^\d\.\d\d N now, 0\.\d/);
     const lit = (): Promise<number> =>
@@ -93,7 +95,7 @@ test('a device pushes the tissue, for all to see, until it is stopped', async (t
     await until(page, (news) => !news.stopped);
     await panel.getByRole('button', { name: 'End' }).click();
     await other.page.waitForFunction(
-        () => !(window as never as { pliant: Session }).pliant.store.state.haptics,
+        () => !(window as never as { pliant: Session }).pliant.store.state.device.news,
     );
     assert.deepEqual(other.errors, []);
     await other.page.context().close();

@@ -5,7 +5,8 @@ import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import type { SharedState } from '../src/net/protocol.ts';
 import { History } from '../src/state/history.ts';
-import { initialState, Store } from '../src/state/store.ts';
+import { initialState } from '../src/state/state.ts';
+import { Store } from '../src/state/store.ts';
 
 /// A server that only counts.
 function setUp(): { store: Store; history: History; pushes: () => void; log: string[] } {
@@ -42,52 +43,52 @@ function setUp(): { store: Store; history: History; pushes: () => void; log: str
 
 test('undo takes back window, push and camera in the order in which they were done', async () => {
     const { store, history, pushes, log } = setUp();
-    history.step('window', () => store.set({ window: 100 }));
+    history.step('window', () => store.set({ sections: { window: 100 } }));
     pushes();
-    history.step('level', () => store.set({ level: 7 }));
-    history.step('view', () => store.set({ fieldOfView: 44 }));
+    history.step('level', () => store.set({ sections: { level: 7 } }));
+    history.step('view', () => store.set({ view: { fieldOfView: 44 } }));
     assert.equal(history.names().undo, 'view');
     await history.undo();
-    assert.equal(store.state.fieldOfView, 80);
+    assert.equal(store.state.view.fieldOfView, 80);
     await history.undo();
-    assert.equal(store.state.level, -200);
+    assert.equal(store.state.sections.level, -200);
     assert.deepEqual(log, []);
     await history.undo();
     assert.deepEqual(log, ['undo']);
-    assert.equal(store.state.window, 100);
+    assert.equal(store.state.sections.window, 100);
     await history.undo();
-    assert.equal(store.state.window, 1500);
+    assert.equal(store.state.sections.window, 1500);
     for (let i = 0; i < 4; ++i) await history.redo();
     assert.deepEqual(log, ['undo', 'redo']);
-    assert.equal(store.state.window, 100);
-    assert.equal(store.state.level, 7);
-    assert.equal(store.state.fieldOfView, 44);
+    assert.equal(store.state.sections.window, 100);
+    assert.equal(store.state.sections.level, 7);
+    assert.equal(store.state.view.fieldOfView, 44);
     assert.equal(history.names().redo, '');
 });
 
 test('what changed nothing is no step, and something new ends what could be redone', async () => {
     const { store, history } = setUp();
-    history.step('nothing', () => store.set({ window: store.state.window }));
+    history.step('nothing', () => store.set({ sections: { window: store.state.sections.window } }));
     assert.equal(history.names().undo, '');
-    history.step('window', () => store.set({ window: 10 }));
+    history.step('window', () => store.set({ sections: { window: 10 } }));
     await history.undo();
-    history.step('level', () => store.set({ level: 1 }));
+    history.step('level', () => store.set({ sections: { level: 1 } }));
     assert.equal(history.names().redo, '');
     await history.redo();
-    assert.equal(store.state.window, 1500);
+    assert.equal(store.state.sections.window, 1500);
 });
 
 test('flying and looking around at the same time is one step', async () => {
     const { store, history } = setUp();
     history.begin();
-    store.set({ camera: { eye: [1, 0, 0], look: [0, 1, 0], up: [0, 0, 1] } });
+    store.set({ view: { camera: { eye: [1, 0, 0], look: [0, 1, 0], up: [0, 0, 1] } } });
     history.begin();
-    store.set({ camera: { eye: [1, 0, 0], look: [1, 0, 0], up: [0, 0, 1] } });
+    store.set({ view: { camera: { eye: [1, 0, 0], look: [1, 0, 0], up: [0, 0, 1] } } });
     history.end('look');
-    store.set({ camera: { eye: [2, 0, 0], look: [1, 0, 0], up: [0, 0, 1] } });
+    store.set({ view: { camera: { eye: [2, 0, 0], look: [1, 0, 0], up: [0, 0, 1] } } });
     history.end('flight');
     assert.equal(history.names().undo, 'flight');
     await history.undo();
-    assert.deepEqual(store.state.camera.eye, [0, 0, 0]);
+    assert.deepEqual(store.state.view.camera.eye, [0, 0, 0]);
     assert.equal(history.names().undo, '');
 });

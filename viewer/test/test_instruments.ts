@@ -9,6 +9,8 @@ import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import type { Camera } from '../src/maths/rays.ts';
 import { add, along, cross, dot, mul, norm, normalized, sub, type Vec3 } from '../src/maths/vec.ts';
+import type { Look } from '../src/state/state.ts';
+import type { Patch } from '../src/state/store.ts';
 import type { ToolBall, ToolKind } from '../src/views/instruments.ts';
 import { different, drawn, misses } from './drawn.ts';
 import { kTubeRadius, tubeCentre } from './mock_scene.ts';
@@ -25,15 +27,11 @@ const kNothing = 30000; // threshold beyond all voxels [HU]
 const kCamera: Camera = { eye: [1, -2, 3], look: [0, 1, 0], up: [0, 0, 1] };
 const kField = 80;
 const kSlope = Math.tan((kField * Math.PI) / 360);
-const state = {
-    camera: kCamera,
-    fieldOfView: kField,
-    barrel: 0,
-    fog: 0,
-    style: 'plain',
-    outside: false,
-} as const;
-const empty = { width: kSize, height: kSize, state, iso: kNothing };
+const stateAt = (camera: Camera, look: Partial<Look> = { style: 'plain' }): Patch => ({
+    view: { camera, fieldOfView: kField, barrel: 0, fog: 0, outside: false },
+    look,
+});
+const empty = { width: kSize, height: kSize, state: stateAt(kCamera), iso: kNothing };
 
 /// Camera's axes of kCamera, by hand: x to the right, y ahead, z up.
 const pixelOf = (p: Vec3): [number, number] | undefined => {
@@ -121,10 +119,7 @@ function poseOf(kind: keyof typeof kShaft, centre: Vec3, radius: number) {
     const shaft = normalized(sub(centre, base));
     const aside = normalized(along(shaft, -dot(shaft, ray), ray));
     const lean = Math.max(Math.acos(dot(shaft, ray)), (58 * Math.PI) / 180);
-    const h =
-        kind === 'ball'
-            ? shaft
-            : add(mul(Math.cos(lean), ray), mul(Math.sin(lean), aside));
+    const h = kind === 'ball' ? shaft : add(mul(Math.cos(lean), ray), mul(Math.sin(lean), aside));
     const wrist = along(centre, -kShaft[kind] * radius, h);
     const off = sub(kCamera.eye, wrist);
     const e = normalized(along(off, -dot(off, h), h));
@@ -306,7 +301,7 @@ test('instruments darken the wall that they touch alone', { skip: kServer }, asy
         const scene = {
             width: kSize,
             height: kSize,
-            state: { ...state, camera, style, fieldStop: 'full' as const },
+            state: stateAt(camera, { style, fieldStop: 'full' }),
         };
         const bare = await drawn(page, scene);
         for (const [name, what] of [
@@ -342,7 +337,7 @@ test('a ray in a plane between bricks finds its wall', async () => {
         for (const tilt of [0, -1e-10, -3e-8, -1e-7, -3e-7, 1e-7]) {
             const [x0, y0] = tubeCentre(z);
             const camera: Camera = { eye: [x0, y0, z], look: [0, 1, tilt], up: [0, 0, 1] };
-            const wanted = { ...empty, state: { ...state, camera }, iso: -500 };
+            const wanted = { ...empty, state: stateAt(camera), iso: -500 };
             const rows = await drawn(page, wanted);
             for (let x = 10; x + 10 < kSize; ++x) {
                 const at = (y: number): number => rows[3 * (y * kSize + x)]!;

@@ -7,7 +7,7 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { along, dot, norm, normalized, sub, type Vec3 } from '../src/maths/vec.ts';
-import type { SectionName } from '../src/state/store.ts';
+import type { SectionName } from '../src/state/state.ts';
 import type { Session } from '../src/tools/session.ts';
 import { dragBy, picture, rectOf, spot, stateOf, still } from './browser.ts';
 import { kGrid } from './mock_scene.ts';
@@ -20,9 +20,21 @@ useOnePage();
 
 // Right, up and across of each section's picture [LPS].
 const kAxes: Record<SectionName, [Vec3, Vec3, Vec3]> = {
-    axial: [[1, 0, 0], [0, -1, 0], [0, 0, 1]],
-    coronal: [[1, 0, 0], [0, 0, 1], [0, 1, 0]],
-    sagittal: [[0, 1, 0], [0, 0, 1], [1, 0, 0]],
+    axial: [
+        [1, 0, 0],
+        [0, -1, 0],
+        [0, 0, 1],
+    ],
+    coronal: [
+        [1, 0, 0],
+        [0, 0, 1],
+        [0, 1, 0],
+    ],
+    sagittal: [
+        [0, 1, 0],
+        [0, 0, 1],
+        [1, 0, 0],
+    ],
 };
 
 interface Mark {
@@ -60,7 +72,7 @@ test('a shaft is outlined in the sections', { skip: kServer }, async () => {
     const { centre, radius, kind } = balls[0]!;
     assert.equal(kind, 'ball');
     // From the working channel, below right of the lens, to the middle of the ball.
-    const { camera } = start;
+    const { camera } = start.view;
     const ahead = normalized(camera.look);
     const up = normalized(along(camera.up, -dot(camera.up, ahead), ahead));
     const right: Vec3 = [
@@ -81,7 +93,9 @@ test('a shaft is outlined in the sections', { skip: kServer }, async () => {
             const side = dot(middle, across) > 0 ? -1 : 1; // towards the middle of the scan
             const cursor = through ? middle : along(middle, side * away, across);
             await page.evaluate((c) => {
-                (window as never as { pliant: Session }).pliant.store.set({ cursor: c });
+                (window as never as { pliant: Session }).pliant.store.set({
+                    sections: { cursor: c },
+                });
             }, cursor);
             await page.waitForTimeout(150);
             const box = await rectOf(page, view);

@@ -17,9 +17,12 @@ useOnePage();
 async function push(visited: Page, by: [number, number, number]): Promise<void> {
     await visited.evaluate(async (motion) => {
         const session = (window as never as { pliant: Session }).pliant;
-        const { volume, camera } = session.store.state;
+        const {
+            scan: { volume },
+            view: { camera },
+        } = session.store.state;
         const point = volume!.landmarks[0]?.point_mm ?? camera.eye;
-        session.store.set({ cursor: point });
+        session.store.set({ sections: { cursor: point } });
         await session.ask({ do: 'push', point, push: motion, radius: 8 });
         // The answer to this comes after all boxes.
         await session.compare();
@@ -30,7 +33,7 @@ const untilOverlay = (visited: Page, kind: string): Promise<unknown> =>
     visited.waitForFunction(
         (wanted) => {
             const { stage, store } = (window as never as { pliant: Session }).pliant;
-            return stage.overlay?.kind === wanted && store.state.overlayExtreme > 0;
+            return stage.overlay?.kind === wanted && store.state.scan.extreme > 0;
         },
         kind,
         { timeout: 20_000 },
@@ -43,7 +46,7 @@ const told = async (): Promise<string> =>
 test('the key M shows displacement, then volume change, then neither', async () => {
     await page.mouse.move(640, 3);
     await page.evaluate(() =>
-        (window as never as { pliant: Session }).pliant.store.set({ fieldStop: 'full' }),
+        (window as never as { pliant: Session }).pliant.store.set({ look: { fieldStop: 'full' } }),
     );
     await push(page, [0, 0, 5]);
     await page.locator('.view.axial').focus();
@@ -61,7 +64,7 @@ test('the key M shows displacement, then volume change, then neither', async () 
     assert.match((await legend.getAttribute('aria-label'))!, /Displacement \[mm\], from 0 to \d/);
     for (const view of ['axial', 'coronal', 'sagittal', 'endoscope'] as const)
         assert.notEqual((await pixels(page, view)).hash, plain[view].hash, view);
-    const { overlayExtreme } = await stateOf(page);
+    const { extreme: overlayExtreme } = (await stateOf(page)).scan;
     // The mock gives way to all of it, tissue to a part.
     assert.ok(overlayExtreme > (served.mock ? 4 : 1) && overlayExtreme < 8, `${overlayExtreme}`);
     const moved = Number(/moved ([\d.]+) mm/.exec(await told())![1]);
@@ -87,10 +90,10 @@ test('the key M shows displacement, then volume change, then neither', async () 
 test('it follows pushes and undo, and its number is the one in the mirror', async () => {
     await page.keyboard.press('m');
     await untilOverlay(page, 'displacement');
-    const before = (await stateOf(page)).overlayVoxels;
+    const before = (await stateOf(page)).scan.overlay;
     await push(page, [0, 0, -2]);
     await page.waitForFunction(
-        (old) => (window as never as { pliant: Session }).pliant.store.state.overlayVoxels > old,
+        (old) => (window as never as { pliant: Session }).pliant.store.state.scan.overlay > old,
         before,
     );
     // Under the pointer, in a section.
@@ -100,7 +103,7 @@ test('it follows pushes and undo, and its number is the one in the mirror', asyn
         const session = (window as never as { pliant: Session }).pliant;
         const text = document.querySelector('#pointer')!.textContent!;
         const [i, j, k] = /ijk (-?\d+), (-?\d+), (-?\d+)/.exec(text)!.slice(1).map(Number);
-        const { size } = session.store.state.volume!;
+        const { size } = session.store.state.scan.volume!;
         const at = i! + size[0]! * (j! + size[1]! * k!);
         const half = session.stage.overlay!.halves[at]!;
         const exponent = (half >> 10) & 31;
@@ -117,7 +120,7 @@ test('it follows pushes and undo, and its number is the one in the mirror', asyn
     await page.keyboard.press('Control+z');
     await untilUndo(page, 0);
     await page.waitForFunction(
-        () => (window as never as { pliant: Session }).pliant.store.state.overlayExtreme === 0,
+        () => (window as never as { pliant: Session }).pliant.store.state.scan.extreme === 0,
     );
     await page.keyboard.press('Control+Shift+z');
     await untilUndo(page, 1);
@@ -150,7 +153,9 @@ test('the legend can be read in light and in dark', async () => {
     for (const theme of ['light', 'dark'] as const) {
         await page.evaluate(
             (wanted) =>
-                (window as never as { pliant: Session }).pliant.store.set({ theme: wanted }),
+                (window as never as { pliant: Session }).pliant.store.set({
+                    display: { theme: wanted },
+                }),
             theme,
         );
         const contrast = await page.locator('.legend').evaluate((e) => {
@@ -166,7 +171,7 @@ test('the legend can be read in light and in dark', async () => {
         await picture(page, `overlay_${theme}`);
     }
     await page.evaluate(() =>
-        (window as never as { pliant: Session }).pliant.store.set({ theme: 'system' }),
+        (window as never as { pliant: Session }).pliant.store.set({ display: { theme: 'system' } }),
     );
 });
 
@@ -199,15 +204,15 @@ test('after a reload, and after a broken line, the overlay is there again', asyn
     await page.reload();
     await loaded(page);
     await untilOverlay(page, 'displacement');
-    assert.equal((await stateOf(page)).overlayExtreme, before.overlayExtreme);
+    assert.equal((await stateOf(page)).scan.extreme, before.scan.extreme);
     if (!served.mock) return;
     served.mock.breakLines();
     await page.waitForFunction(
-        () => (window as never as { pliant: Session }).pliant.store.state.link !== 'open',
+        () => (window as never as { pliant: Session }).pliant.store.state.link.status !== 'open',
     );
     await loaded(page);
     await untilOverlay(page, 'displacement');
-    assert.equal((await stateOf(page)).overlayExtreme, before.overlayExtreme);
+    assert.equal((await stateOf(page)).scan.extreme, before.scan.extreme);
 });
 
 test('own presets of window and threshold are named, kept, taken and deleted', async () => {
@@ -220,9 +225,9 @@ test('own presets of window and threshold are named, kept, taken and deleted', a
     await save.click();
     const list = page.getByLabel('Presets of window and level', { exact: true });
     await list.selectOption({ label: 'Bone' });
-    assert.equal((await stateOf(page)).window, 1000);
+    assert.equal((await stateOf(page)).sections.window, 1000);
     await list.selectOption({ label: 'Nodules' });
-    assert.equal((await stateOf(page)).window, 777);
+    assert.equal((await stateOf(page)).sections.window, 777);
 
     const iso = page.getByLabel('Presets of the threshold', { exact: true });
     await page.getByLabel('Threshold, number').fill('-333');
@@ -249,7 +254,7 @@ test('own presets of window and threshold are named, kept, taken and deleted', a
         () => (window as never as { pliant: Session }).pliant.store.state.shared!.iso_hu === -333,
     );
     await list.selectOption({ label: 'Nodules' });
-    assert.equal((await stateOf(page)).window, 777);
+    assert.equal((await stateOf(page)).sections.window, 777);
     await page.getByLabel('Presets of window and level: delete the own one').click();
     assert.equal(await list.locator('option', { hasText: 'Nodules' }).count(), 0);
     await page.reload();

@@ -6,6 +6,7 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import type { Session } from '../src/tools/session.ts';
+import type { StageHooks } from '../src/views/stage.ts';
 import { picture, rectOf, spot, stateOf, visit } from './browser.ts';
 import { browser, page, served, useOnePage } from './one_page.ts';
 
@@ -49,16 +50,16 @@ test('with the keyboard alone: choose, scroll, push, take back', async () => {
     await page.mouse.move(1200, 3);
     await page.locator('.view.endoscope').focus();
     await page.keyboard.press('F6');
-    assert.equal((await stateOf(page)).active, 'axial');
+    assert.equal((await stateOf(page)).pointer.active, 'axial');
     await page.keyboard.press('3');
-    assert.equal((await stateOf(page)).tool, 'push');
+    assert.equal((await stateOf(page)).tool.name, 'push');
     await page.keyboard.press('BracketRight');
-    assert.equal((await stateOf(page)).radius, 5);
+    assert.equal((await stateOf(page)).tool.radius, 5);
     const before = await stateOf(page);
     await page.evaluate(() => {
         const { store } = (window as never as { pliant: Session }).pliant;
-        const { cursor } = store.state;
-        store.set({ cursor: [cursor[0] + 9, cursor[1], cursor[2]] });
+        const { cursor } = store.state.sections;
+        store.set({ sections: { cursor: [cursor[0] + 9, cursor[1], cursor[2]] } });
     });
     await page.keyboard.press('Alt+ArrowLeft');
     await page.waitForFunction(
@@ -87,19 +88,22 @@ test('with the keyboard alone: choose, scroll, push, take back', async () => {
 });
 
 test('typing a number into a field flies nowhere and changes no tool', async () => {
-    const { camera, tool } = await stateOf(page);
+    const {
+        view: { camera },
+        tool: { name: tool },
+    } = await stateOf(page);
     const field = page.getByLabel('Level, number');
     await field.click();
     await field.fill('');
     await page.keyboard.type('-345');
     await page.keyboard.press('Enter');
     const state = await stateOf(page);
-    assert.equal(state.level, -345);
-    assert.equal(state.tool, tool);
-    assert.deepEqual(state.camera.eye, camera.eye);
+    assert.equal(state.sections.level, -345);
+    assert.equal(state.tool.name, tool);
+    assert.deepEqual(state.view.camera.eye, camera.eye);
     await page.locator('.view.axial').focus();
     await page.keyboard.press('Control+z');
-    assert.equal((await stateOf(page)).level, -200);
+    assert.equal((await stateOf(page)).sections.level, -200);
 });
 
 test('value, place and index under the pointer; LPS and RAS differ in two signs', async () => {
@@ -125,12 +129,12 @@ test('value, place and index under the pointer; LPS and RAS differ in two signs'
 
 test('light and dark', async () => {
     await page.evaluate(() =>
-        (window as never as { pliant: Session }).pliant.store.set({ theme: 'dark' }),
+        (window as never as { pliant: Session }).pliant.store.set({ display: { theme: 'dark' } }),
     );
     const dark = await page.evaluate(() => getComputedStyle(document.body).backgroundColor);
     await picture(page, 'dark');
     await page.evaluate(() =>
-        (window as never as { pliant: Session }).pliant.store.set({ theme: 'light' }),
+        (window as never as { pliant: Session }).pliant.store.set({ display: { theme: 'light' } }),
     );
     const light = await page.evaluate(() => getComputedStyle(document.body).backgroundColor);
     assert.notEqual(dark, light);
@@ -140,9 +144,9 @@ test('the real look gives way to the plain one where it is slow, unless chosen',
     const afterSlowFrame = (styleChosen: boolean): Promise<string> =>
         page.evaluate((chosen) => {
             const { stage, store } = (window as never as { pliant: Session }).pliant;
-            store.set({ style: 'real', styleChosen: chosen });
-            stage.onTooSlow();
-            return store.state.style;
+            store.set({ look: { style: 'real', styleChosen: chosen } });
+            (stage as never as { hooks: StageHooks }).hooks.onTooSlow();
+            return store.state.look.style;
         }, styleChosen);
     assert.equal(await afterSlowFrame(true), 'real');
     assert.equal(await afterSlowFrame(false), 'plain');
@@ -151,7 +155,7 @@ test('the real look gives way to the plain one where it is slow, unless chosen',
     await octagon.waitFor({ state: 'hidden' });
     await page.locator('label', { hasText: /^real$/ }).click();
     await octagon.click();
-    assert.equal((await stateOf(page)).fieldStop, 'octagon');
+    assert.equal((await stateOf(page)).look.fieldStop, 'octagon');
     assert.equal(await afterSlowFrame(true), 'real');
 });
 
@@ -203,7 +207,7 @@ test('the tour comes once, leads through four things, and can be skipped', async
     assert.ok(!(await tour.isVisible()));
     await first.page.reload();
     await first.page.waitForFunction(
-        () => (window as never as { pliant: Session }).pliant?.store.state.loaded === 1,
+        () => (window as never as { pliant: Session }).pliant?.store.state.scan.loaded === 1,
         undefined,
         { timeout: 60_000 },
     );

@@ -89,26 +89,30 @@ test('what is written is read again', () => {
 test('the tip and a click, or two clicks, give a way that can be flown', async () => {
     const found = (): Promise<unknown> =>
         page.waitForFunction(() => {
-            const { path, pathBusy } = (window as never as { pliant: Session }).pliant.store.state;
+            const { path, busy: pathBusy } = (window as never as { pliant: Session }).pliant.store
+                .state.way;
             return path && !pathBusy;
         });
     // From the tip to the wall that is seen far ahead.
     await page.locator('.panels').getByRole('button', { name: 'From tip' }).click();
-    const start = (await stateOf(page)).camera.eye;
-    assert.deepEqual((await stateOf(page)).pathFrom, start);
-    assert.equal((await stateOf(page)).tool, 'path');
+    const start = (await stateOf(page)).view.camera.eye;
+    assert.deepEqual((await stateOf(page)).way.from, start);
+    assert.equal((await stateOf(page)).tool.name, 'path');
     await page.mouse.click(...(await spot(page, 'endoscope', 0.5, 0.45)));
     await found();
-    const first = (await stateOf(page)).path!;
+    const first = (await stateOf(page)).way.path!;
     assert.ok(norm(sub(first.points[0]!, start)) < 5, String(first.points[0]));
     assert.ok(first.points.length >= 2 && first.radii.length === first.points.length);
 
     // Two clicks: at the crosshair of a section, and with Enter somewhere else.
     const way = first.points;
-    await page.evaluate((place) => {
-        const { store } = (window as never as { pliant: Session }).pliant;
-        store.set({ path: null, cursor: place });
-    }, way[way.length - 1]!);
+    await page.evaluate(
+        (place) => {
+            const { store } = (window as never as { pliant: Session }).pliant;
+            store.set({ way: { path: null }, sections: { cursor: place } });
+        },
+        way[way.length - 1]!,
+    );
     await page.waitForTimeout(100);
     const [x, y] = await page.evaluate(() => {
         const drawing = document.querySelector('.view.axial svg')!;
@@ -118,15 +122,15 @@ test('the tip and a click, or two clicks, give a way that can be flown', async (
         return [box.left + at('along', 'x1'), box.top + at('across', 'y1')];
     });
     await page.mouse.click(x!, y!);
-    assert.ok((await stateOf(page)).pathFrom);
+    assert.ok((await stateOf(page)).way.from);
     await page.evaluate((place) => {
         const { store } = (window as never as { pliant: Session }).pliant;
-        store.set({ cursor: place });
+        store.set({ sections: { cursor: place } });
     }, start);
     await page.locator('.view.axial').focus();
     await page.keyboard.press('Enter');
     await found();
-    const second = (await stateOf(page)).path!;
+    const second = (await stateOf(page)).way.path!;
     assert.ok(norm(sub(second.points[0]!, way[way.length - 1]!)) < 5);
     assert.ok(norm(sub(second.points[second.points.length - 1]!, start)) < 5);
     assert.ok((await page.locator('.view.axial polyline.way').count()) > 0);
@@ -141,12 +145,12 @@ test('the tip and a click, or two clicks, give a way that can be flown', async (
     assert.equal(saved.points.length, second.points.length);
 
     // Flown, paused, stepped off, and taken up again.
-    const flying = async (): Promise<boolean> => (await stateOf(page)).pathFlying;
-    const at = async (): Promise<number> => (await stateOf(page)).pathWay;
+    const flying = async (): Promise<boolean> => (await stateOf(page)).way.flying;
+    const at = async (): Promise<number> => (await stateOf(page)).way.position;
     await page.locator('.view.endoscope').focus();
     await page.keyboard.press('n');
     await page.waitForFunction(
-        () => (window as never as { pliant: Session }).pliant.store.state.pathWay > 0.3,
+        () => (window as never as { pliant: Session }).pliant.store.state.way.position > 0.3,
     );
     await page.keyboard.press('n');
     assert.equal(await flying(), false);
@@ -156,16 +160,16 @@ test('the tip and a click, or two clicks, give a way that can be flown', async (
     await page.keyboard.press('n');
     await page.keyboard.down('ArrowLeft');
     await page.waitForFunction(
-        () => !(window as never as { pliant: Session }).pliant.store.state.pathFlying,
+        () => !(window as never as { pliant: Session }).pliant.store.state.way.flying,
     );
     await page.keyboard.up('ArrowLeft');
     await page.keyboard.press('n');
     await page.waitForFunction(
-        () => !(window as never as { pliant: Session }).pliant.store.state.pathFlying,
+        () => !(window as never as { pliant: Session }).pliant.store.state.way.flying,
         undefined,
         { timeout: 60_000 },
     );
-    assert.ok(norm(sub((await stateOf(page)).camera.eye, second.points.at(-1)!)) < 0.01);
+    assert.ok(norm(sub((await stateOf(page)).view.camera.eye, second.points.at(-1)!)) < 0.01);
 
     await page.keyboard.press('o');
     await page.waitForTimeout(100);
@@ -177,14 +181,14 @@ test('the tip and a click, or two clicks, give a way that can be flown', async (
     // A place in the tissue is refused with a line, and the way stays.
     await page.evaluate(() => {
         const { store } = (window as never as { pliant: Session }).pliant;
-        store.set({ tool: 'path', pathFrom: [-33, -29, 0] });
+        store.set({ tool: { name: 'path' }, way: { from: [-33, -29, 0] } });
     });
     await page.keyboard.press('Enter');
     await page.waitForFunction(
-        () => !(window as never as { pliant: Session }).pliant.store.state.pathBusy,
+        () => !(window as never as { pliant: Session }).pliant.store.state.way.busy,
     );
-    assert.equal((await stateOf(page)).pathFrom, null);
-    assert.equal((await stateOf(page)).path!.points.length, second.points.length);
+    assert.equal((await stateOf(page)).way.from, null);
+    assert.equal((await stateOf(page)).way.path!.points.length, second.points.length);
     const said = (await page.locator('body').textContent()) ?? '';
     assert.match(said, /expected (a place in the|places in one) lumen/);
 });
@@ -199,16 +203,16 @@ test(
         const { page, errors } = await visit(browser, served.link);
         await page.setInputFiles('input[aria-label="path file"]', left);
         await page.waitForFunction(
-            () => (window as never as { pliant: Session }).pliant.store.state.path,
+            () => (window as never as { pliant: Session }).pliant.store.state.way.path,
         );
         const values = await page.evaluate(async () => {
             const { store, volume } = (window as never as { pliant: Session }).pliant;
             const session = (window as never as { pliant: Session }).pliant;
-            store.set({ speed: 4 });
+            store.set({ flight: { speed: 4 } });
             const found: number[] = [];
             const eyes: Vec3[] = [];
-            store.listen(({ camera }, changed) => {
-                if (!changed.has('camera')) return;
+            store.listen(({ view: { camera } }, before) => {
+                if (camera === before.view.camera) return;
                 const { grid } = volume!;
                 const v = camera.eye.map((x, a) => x - grid.origin[a]!);
                 const ijk = grid.direction.map(
@@ -218,8 +222,8 @@ test(
                 found.push(volume!.sample(ijk as never));
                 eyes.push(camera.eye);
             });
-            session.togglePath();
-            while (store.state.pathFlying) await new Promise((r) => setTimeout(r, 100));
+            session.path.toggle();
+            while (store.state.way.flying) await new Promise((r) => setTimeout(r, 100));
             return { found, end: eyes[eyes.length - 1]! };
         });
         await picture(page, 'path_end');

@@ -9,7 +9,7 @@ import { readFileSync } from 'node:fs';
 import { join } from 'node:path';
 import { test } from 'node:test';
 import { floatOfHalf } from '../src/maths/half.ts';
-import { kLinings } from '../src/state/store.ts';
+import { kLinings } from '../src/state/state.ts';
 import { kColours } from '../src/views/linings.ts';
 import { noiseTile } from '../src/views/noise.ts';
 import { kFolder } from './browser.ts';
@@ -23,7 +23,11 @@ test('the tile of noise is the one of the C++ renderer', () => {
     };
     const near = (a: number, b: number): void =>
         assert.ok(Math.abs(a - b) < 1e-3 * Math.abs(b), `${a}, expected ${b}`);
-    assert.ok(at(0, 0, 0).slice(0, 3).every((slope) => slope === 0));
+    assert.ok(
+        at(0, 0, 0)
+            .slice(0, 3)
+            .every((slope) => slope === 0),
+    );
     near(at(0, 0, 0)[3]!, 0.068359375);
     near(at(5, 22, 63)[3]!, 0.35149574279785156);
     near(at(5, 22, 63)[0]!, 0.00611114501953125);

@@ -73,7 +73,7 @@ test('random patches: the field holds them, linear between nodes', () => {
 const style = (visited: Page, wanted: 'real' | 'plain'): Promise<void> =>
     visited.evaluate(async (s) => {
         const session = (window as never as { pliant: Session }).pliant;
-        session.store.set({ style: s });
+        session.store.set({ look: { style: s } });
         await session.compare(); // its answer comes after all boxes
     }, wanted);
 
@@ -87,7 +87,10 @@ async function act(visited: Page, command: object): Promise<void> {
 
 const middle = (visited: Page): Promise<Vec3> =>
     visited.evaluate(() => {
-        const { volume, camera } = (window as never as { pliant: Session }).pliant.store.state;
+        const {
+            scan: { volume },
+            view: { camera },
+        } = (window as never as { pliant: Session }).pliant.store.state;
         return volume!.landmarks[0]?.point_mm ?? camera.eye;
     });
 
@@ -110,9 +113,8 @@ const fieldOf = (visited: Page): Promise<{ halves: number[]; apart: number } | n
         };
         // A shader that does not read the field has no texture of it yet.
         if (!__webglTexture) renderer.initTexture(rest.texture);
-        const handle = (
-            renderer.properties.get(rest.texture) as { __webglTexture: WebGLTexture }
-        ).__webglTexture;
+        const handle = (renderer.properties.get(rest.texture) as { __webglTexture: WebGLTexture })
+            .__webglTexture;
         const [nx, ny, nz] = rest.counts;
         const frame = gl.createFramebuffer();
         gl.bindFramebuffer(gl.FRAMEBUFFER, frame);
@@ -143,11 +145,11 @@ const fieldOf = (visited: Page): Promise<{ halves: number[]; apart: number } | n
 async function compareWithOverlay(visited: Page): Promise<{ moved: number; raw: number }> {
     return visited.evaluate(async () => {
         const session = (window as never as { pliant: Session }).pliant;
-        session.store.set({ overlay: 'displacement' });
+        session.store.set({ overlay: { kind: 'displacement' } });
         await session.compare();
         const { rest, overlay } = session.stage;
         const [nx, ny, nz] = rest!.counts;
-        const { size } = session.store.state.volume!;
+        const { size } = session.store.state.scan.volume!;
         let moved = 0;
         let raw = 0;
         for (let k = 0; k < nz; ++k)
@@ -162,7 +164,7 @@ async function compareWithOverlay(visited: Page): Promise<{ moved: number; raw: 
                     if (far > 0.1) ++moved;
                     if (sample.raw > 0) ++raw;
                 }
-        session.store.set({ overlay: 'none' });
+        session.store.set({ overlay: { kind: 'none' } });
         return { moved, raw };
     });
 }
@@ -242,13 +244,7 @@ test('shaders read it as the page does, between nodes and beyond them', async ()
             gl.bindTexture(gl.TEXTURE_3D, __webglTexture);
             const frame = gl.createFramebuffer();
             gl.bindFramebuffer(gl.FRAMEBUFFER, frame);
-            gl.framebufferTexture2D(
-                gl.FRAMEBUFFER,
-                gl.COLOR_ATTACHMENT0,
-                gl.TEXTURE_2D,
-                target,
-                0,
-            );
+            gl.framebufferTexture2D(gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT0, gl.TEXTURE_2D, target, 0);
             gl.bindVertexArray(null);
             gl.disable(gl.SCISSOR_TEST);
             gl.disable(gl.DEPTH_TEST);
@@ -327,7 +323,8 @@ test('it comes back after a lost context and a broken line, and goes with the st
     if (served.mock) {
         served.mock.breakLines();
         await page.waitForFunction(
-            () => (window as never as { pliant: Session }).pliant.store.state.link !== 'open',
+            () =>
+                (window as never as { pliant: Session }).pliant.store.state.link.status !== 'open',
         );
         await loaded(page);
         await style(page, 'real');

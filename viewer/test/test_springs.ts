@@ -20,7 +20,7 @@ const ask = (command: Command): Promise<unknown> =>
 const model = async (): Promise<string> => (await stateOf(page)).shared!.tissue!.model;
 
 test('springs are chosen, pushed at 1 kHz or what it says, and left', async (t) => {
-    if (!(await stateOf(page)).features.includes('tissue')) return t.skip('the mock has none');
+    if (!(await stateOf(page)).link.features.includes('tissue')) return t.skip('the mock has none');
     const title = page.locator('summary', { hasText: /^Tissue$/ });
     const panel = page.locator('details', { has: title });
     await panel.locator('summary').click();
@@ -31,7 +31,7 @@ test('springs are chosen, pushed at 1 kHz or what it says, and left', async (t) 
             (window as never as { pliant: Session }).pliant.store.state.shared!.tissue?.model ===
             'springs',
     );
-    const { cursor } = await stateOf(page);
+    const { cursor } = (await stateOf(page)).sections;
     const answer = (await ask({
         do: 'push',
         point: cursor,

@@ -7,7 +7,7 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import type { Page } from 'playwright-core';
-import { kViews, type ToolName, type ViewName } from '../src/state/store.ts';
+import { kViews, type ToolName, type ViewName } from '../src/state/state.ts';
 import type { Session } from '../src/tools/session.ts';
 import {
     compare,
@@ -53,7 +53,10 @@ const undo = async (steps: number): Promise<void> => {
 async function cursorToWall(): Promise<void> {
     await page.evaluate(() => {
         const session = (window as never as { pliant: Session }).pliant;
-        const { camera, shared } = session.store.state;
+        const {
+            view: { camera },
+            shared,
+        } = session.store.state;
         const { volume } = session;
         const { grid } = volume!;
         let x = camera.eye[0];
@@ -64,7 +67,7 @@ async function cursorToWall(): Promise<void> {
                 ) as never,
             );
         while (value() < shared!.iso_hu) x += 0.25;
-        session.store.set({ cursor: [x, camera.eye[1], camera.eye[2]] });
+        session.store.set({ sections: { cursor: [x, camera.eye[1], camera.eye[2]] } });
     });
 }
 
@@ -97,7 +100,7 @@ for (const { tool, view, by } of kDrags)
     test(`${tool} in the ${view} view changes voxels; undo brings the checksum back`, async () => {
         await cursorToWall();
         await page.evaluate(() =>
-            (window as never as { pliant: Session }).pliant.store.set({ radius: 5 }),
+            (window as never as { pliant: Session }).pliant.store.set({ tool: { radius: 5 } }),
         );
         const steps = await undoSteps();
         const sum = await compare(page);
@@ -186,8 +189,8 @@ test('a tip that pushes moves the wall, and the eye goes on', async () => {
     await undo(start.shared!.undo.steps);
     assert.equal((await compare(page))?.own, sum?.own);
     await page.evaluate(
-        (camera) => (window as never as { pliant: Session }).pliant.store.set({ camera }),
-        start.camera,
+        (camera) => (window as never as { pliant: Session }).pliant.store.set({ view: { camera } }),
+        start.view.camera,
     );
 });
 
@@ -197,7 +200,7 @@ test('tissue that is pushed over the eye moves the eye aside, and lets it back',
         page.evaluate(() => {
             const session = (window as never as { pliant: Session }).pliant;
             const { grid } = session.volume!;
-            const { eye } = session.store.state.camera;
+            const { eye } = session.store.state.view.camera;
             return session.volume!.sample(
                 eye.map((v, a) => (v - grid.origin[a]!) / grid.spacing[a]!) as never,
             );
@@ -205,7 +208,7 @@ test('tissue that is pushed over the eye moves the eye aside, and lets it back',
     // The eye close to a wall, and the wall pushed over it.
     const eye = await page.evaluate(async () => {
         const session = (window as never as { pliant: Session }).pliant;
-        const { camera } = session.store.state;
+        const { camera } = session.store.state.view;
         const wall = [...camera.eye] as [number, number, number];
         const { grid } = session.volume!;
         const at = (): number =>
@@ -214,21 +217,21 @@ test('tissue that is pushed over the eye moves the eye aside, and lets it back',
             );
         while (at() < -500) wall[0] += 0.1;
         const near: [number, number, number] = [wall[0] - 0.5, wall[1], wall[2]];
-        session.goTo(near, camera.look, camera.up);
+        session.endoscope.goTo(near, camera.look, camera.up);
         const point = [wall[0] + 2, wall[1], wall[2]] as const;
         await session.ask({ do: 'push', point, push: [-3, 0, 0], radius: 4 });
         return near;
     });
     await idle(page);
     assert.ok((await value()) < -500, 'the eye is in tissue');
-    const aside = (await stateOf(page)).camera.eye;
+    const aside = (await stateOf(page)).view.camera.eye;
     assert.notDeepEqual(aside, eye, 'nothing was pushed over the eye');
     await undo(start.shared!.undo.steps);
     await idle(page);
-    assert.deepEqual((await stateOf(page)).camera.eye, eye);
+    assert.deepEqual((await stateOf(page)).view.camera.eye, eye);
     await page.evaluate(
-        (camera) => (window as never as { pliant: Session }).pliant.store.set({ camera }),
-        start.camera,
+        (camera) => (window as never as { pliant: Session }).pliant.store.set({ view: { camera } }),
+        start.view.camera,
     );
 });
 
@@ -236,7 +239,7 @@ test('a second browser joins late, and both agree after both have pushed', async
     const push = (at: Page, x: number): Promise<unknown> =>
         at.evaluate(async (dx) => {
             const session = (window as never as { pliant: Session }).pliant;
-            const { camera } = session.store.state;
+            const { camera } = session.store.state.view;
             const point = [camera.eye[0] + dx, camera.eye[1], camera.eye[2]] as const;
             await session.ask({ do: 'push', point, push: [dx / 4, 1, 0], radius: 8 });
         }, x);
@@ -259,7 +262,7 @@ test('a second browser joins late, and both agree after both have pushed', async
 
 test('a view-only link can look, but not change anything', async () => {
     const viewer = await visit(browser, served.link, '&notour&role=view');
-    assert.equal((await stateOf(viewer.page)).role, 'view');
+    assert.equal((await stateOf(viewer.page)).link.role, 'view');
     assert.equal(await viewer.page.locator('[data-tool=push]').isDisabled(), true);
     assert.equal(await viewer.page.getByLabel('Threshold, number').isDisabled(), true);
     const sum = await compare(viewer.page);
@@ -275,7 +278,7 @@ test('a view-only link can look, but not change anything', async () => {
 
 test('after a reload the place is kept and the voxels are the same', async () => {
     await cursorToWall();
-    const { client } = await stateOf(page);
+    const { client } = (await stateOf(page)).link;
     await page.locator('.view.axial').focus();
     await page.keyboard.press('3');
     await page.keyboard.press('Alt+ArrowLeft');
@@ -284,19 +287,22 @@ test('after a reload the place is kept and the voxels are the same', async () =>
     );
     await idle(page);
     const sum = await compare(page);
-    const { camera, window: width } = await stateOf(page);
+    const {
+        view: { camera },
+        sections: { window: width },
+    } = await stateOf(page);
     await page.reload();
     await page.evaluate(() =>
-        (window as never as { pliant: Session }).pliant.store.set({ fine: false }),
+        (window as never as { pliant: Session }).pliant.store.set({ display: { fine: false } }),
     );
     await loaded(page);
     const again = await compare(page);
     assert.equal(again?.same, true);
     assert.equal(again?.own, sum?.own);
     const state = await stateOf(page);
-    assert.equal(state.client, client);
-    assert.deepEqual(state.camera, camera);
-    assert.deepEqual([state.window, state.tool], [width, 'push']);
+    assert.equal(state.link.client, client);
+    assert.deepEqual(state.view.camera, camera);
+    assert.deepEqual([state.sections.window, state.tool.name], [width, 'push']);
     await page.locator('.view.axial').focus();
     await undo(0);
 });
@@ -308,11 +314,13 @@ test(
         const before = await compare(page);
         served.mock!.breakLines();
         await page.waitForFunction(
-            () => (window as never as { pliant: Session }).pliant.store.state.link === 'lost',
+            () =>
+                (window as never as { pliant: Session }).pliant.store.state.link.status === 'lost',
         );
         served.mock!.scene.carve([0, 0, 0], [4, 0, 0], 5);
         await page.waitForFunction(
-            () => (window as never as { pliant: Session }).pliant.store.state.link === 'open',
+            () =>
+                (window as never as { pliant: Session }).pliant.store.state.link.status === 'open',
             undefined,
             { timeout: 20_000 },
         );

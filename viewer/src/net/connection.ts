@@ -67,15 +67,21 @@ export class Connection {
     private heldVolume = 0; ///< id of the volume whose voxels are here
     private heldStep: number | undefined;
     private ended = false;
+    private listener!: Listener; // from open on
 
     constructor(
         private readonly url: string,
         private readonly hello: { role: Role; name: string },
-        private readonly listener: Listener,
         private readonly memory: Memory,
     ) {}
 
-    open(): void {
+    /// Connects, and connects again whenever the line breaks.
+    open(listener: Listener): void {
+        this.listener = listener;
+        this.connect();
+    }
+
+    private connect(): void {
         const socket = new WebSocket(this.url);
         this.socket = socket;
         socket.binaryType = 'arraybuffer';
@@ -227,6 +233,6 @@ export class Connection {
         }
         const wait = kRetryMs[Math.min(this.attempts++, kRetryMs.length - 1)]!;
         this.listener.lost(why, wait);
-        setTimeout(() => this.open(), wait);
+        setTimeout(() => this.connect(), wait);
     }
 }

@@ -8,7 +8,7 @@ import { cssOf } from '../maths/colour_map.ts';
 import { voxelFromWorld } from '../maths/grid.ts';
 import { add, mul, norm, normalized, sub, type Vec3 } from '../maths/vec.ts';
 import { kKinds, rangeOf } from '../state/overlay_kinds.ts';
-import type { State } from '../state/store.ts';
+import type { State, View } from '../state/state.ts';
 import type { Session } from '../tools/session.ts';
 import { h } from './dom.ts';
 
@@ -18,17 +18,18 @@ const kBehind = 0.7; // as in shaders/endoscope.frag.glsl [voxels]
 export function overlayValue(session: Session): number | undefined {
     const { overlay } = session.stage;
     const { state } = session.store;
-    if (!overlay || !session.volume || overlay.kind !== state.overlay) return undefined;
-    const point = state.pointer?.point ?? state.cursor;
+    if (!overlay || !session.volume || overlay.kind !== state.overlay.kind) return undefined;
+    const { under } = state.pointer;
+    const point = under?.point ?? state.sections.cursor;
     const ijk = voxelFromWorld(session.volume.grid, point);
-    const onWall = state.pointer?.view === 'endoscope';
-    return overlay.valueAt(onWall ? add(ijk, behind(session, point, state)) : ijk);
+    const onWall = under?.view === 'endoscope';
+    return overlay.valueAt(onWall ? add(ijk, behind(session, point, state.view)) : ijk);
 }
 
 /// From the surface into the tissue [voxels].
-function behind(session: Session, point: Vec3, state: State): Vec3 {
+function behind(session: Session, point: Vec3, view: View): Vec3 {
     const { grid } = session.volume!;
-    const eye = state.outside ? sub(point, state.orbit.direction) : state.camera.eye;
+    const eye = view.outside ? sub(point, view.orbit.direction) : view.camera.eye;
     const way = sub(voxelFromWorld(grid, point), voxelFromWorld(grid, eye));
     return norm(way) > 0 ? mul(kBehind, normalized(way)) : [0, 0, 0];
 }
@@ -47,8 +48,8 @@ export class Legend {
 
     constructor(private readonly session: Session) {
         session.store.watch(
-            ['overlay', 'overlayVoxels', 'overlayAuto', 'overlayMm', 'overlayGrowth'],
-            (state) => this.show(state),
+            ({ overlay, scan }) => [overlay, scan.extreme],
+            () => this.show(session.store.state),
         );
     }
 
@@ -65,9 +66,10 @@ export class Legend {
     }
 
     private show(state: State): void {
-        this.element.hidden = state.overlay === 'none';
-        if (state.overlay === 'none') return;
-        const { title, hint, colours, label } = kKinds[state.overlay];
+        const { kind } = state.overlay;
+        this.element.hidden = kind === 'none';
+        if (kind === 'none') return;
+        const { title, hint, colours, label } = kKinds[kind];
         const { low, high } = rangeOf(state);
         this.title.textContent = title;
         this.element.title = hint;

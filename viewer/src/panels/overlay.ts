@@ -5,10 +5,18 @@
 // elements, so that they stay sharp, can be read aloud and cost no redrawing of the volume.
 
 import { shown, voxelFromWorld } from '../maths/grid.ts';
-import { frameOf } from '../maths/rays.ts';
+import { type Camera, frameOf } from '../maths/rays.ts';
 import { dot, sub, type Vec3 } from '../maths/vec.ts';
+import type { Tool } from '../net/protocol.ts';
 import { kKinds, type ShownKind } from '../state/overlay_kinds.ts';
-import { kViews, type SectionName, type State, type ViewName } from '../state/store.ts';
+import {
+    kViews,
+    type SectionName,
+    type State,
+    type View,
+    type ViewName,
+    type Way,
+} from '../state/state.ts';
 import type { Session } from '../tools/session.ts';
 import { kOutsideField, orbitCamera } from '../views/orbit.ts';
 import {
@@ -57,7 +65,10 @@ export class Overlay {
         ) as Record<ViewName, HTMLElement>;
         this.views.endoscope.append(this.force);
         this.element = h('div', { class: 'grid' }, ...kViews.map((view) => this.views[view]));
-        session.store.watch(['maximised', 'active'], (state) => this.layOut(state));
+        session.store.watch(
+            ({ display, pointer }) => [display.maximised, pointer.active],
+            (maximised, active) => this.layOut(maximised, active),
+        );
         session.store.listen(() => {
             this.wanted = true;
         });
@@ -74,16 +85,18 @@ export class Overlay {
         this.balls = balls;
         const { state } = this.session.store;
         if (!this.session.volume) return;
+        const { maximised } = state.display;
         for (const view of kViews) {
-            if (state.maximised && state.maximised !== view) continue;
+            if (maximised && maximised !== view) continue;
             const box = this.views[view].getBoundingClientRect();
             if (view === 'endoscope') this.drawEndoscope(state, box);
             else this.drawSection(view, state, box);
         }
-        const bar = Math.min(Math.log10(1 + state.force) * 20, 100);
+        const { force } = state.hands;
+        const bar = Math.min(Math.log10(1 + force) * 20, 100);
         (this.force.firstElementChild as HTMLElement).style.width = `${bar}%`;
-        this.force.setAttribute('aria-valuenow', state.force.toFixed(1));
-        this.force.title = `force ${state.force.toFixed(1)}`;
+        this.force.setAttribute('aria-valuenow', force.toFixed(1));
+        this.force.title = `force ${force.toFixed(1)}`;
     }
 
     private makeView(view: ViewName): HTMLElement {
@@ -109,42 +122,40 @@ export class Overlay {
         );
     }
 
-    private layOut(state: State): void {
-        this.element.classList.toggle('single', state.maximised !== null);
+    private layOut(maximised: ViewName | null, active: ViewName): void {
+        this.element.classList.toggle('single', maximised !== null);
         for (const view of kViews) {
-            const hidden = state.maximised !== null && state.maximised !== view;
-            this.views[view].hidden = hidden;
-            this.views[view].classList.toggle('active', state.active === view);
+            this.views[view].hidden = maximised !== null && maximised !== view;
+            this.views[view].classList.toggle('active', active === view);
         }
     }
 
     private drawSection(view: SectionName, state: State, box: DOMRect): void {
         const { grid } = this.session.volume!;
-        const frame = state.sections[view];
-        const plane = sectionPlane(grid, view, frame, state.cursor, box.width, box.height);
-        const [x, y] = pixelOfWorld(plane, state.cursor);
+        const { frames, cursor } = state.sections;
+        const plane = sectionPlane(grid, view, frames[view], cursor, box.width, box.height);
+        const [x, y] = pixelOfWorld(plane, cursor);
         const gap = 12;
         const parts = [
             line('across', 0, y, x - gap, y),
             line('across', x + gap, y, box.width, y),
             line('along', x, 0, x, y - gap),
             line('along', x, y + gap, x, box.height),
-            ...this.wayMarks(state, plane),
+            ...this.pathMarks(state.way, plane),
             ...catheterMarks(this.session, plane),
             ...shaftMarks(this.session, plane),
-            ...this.toolMarks(state, plane),
-            this.endoscopeMark(state, plane),
+            ...this.toolMarks(state.hands.others, plane),
+            this.endoscopeMark(state.view.camera, plane),
         ];
         this.show(view, parts, box);
         const { axis } = plane.axes;
-        const at = shown(state.cursor, state.space)['xyz'.indexOf(axis)]!;
+        const at = shown(cursor, state.display.space)['xyz'.indexOf(axis)]!;
         this.captions[view].textContent = `${axis} ${at.toFixed(1)} mm`;
     }
 
     /// The way through the lumen: all of it, and strongly where it is near the section.
-    private wayMarks(state: State, plane: SectionPlane): SVGElement[] {
+    private pathMarks({ path, from }: Way, plane: SectionPlane): SVGElement[] {
         const marks: SVGElement[] = [];
-        const { path, pathFrom } = state;
         if (path) {
             const spots = path.points.map((p) => pixelOfWorld(plane, p));
             const near = path.points.map(
@@ -160,21 +171,22 @@ export class Overlay {
                 i = end;
             }
         }
-        if (pathFrom) {
-            const [cx, cy] = pixelOfWorld(plane, pathFrom);
+        if (from) {
+            const [cx, cy] = pixelOfWorld(plane, from);
             marks.push(svg('circle', { class: 'way near', cx, cy, r: 5 }));
         }
         return marks;
     }
 
     /// The way and its beginning in the endoscope's view: in front of everything.
-    private wayFrom(state: State, spot: (p: Vec3) => [number, number] | undefined): SVGElement[] {
+    private pathFrom(state: State, spot: (p: Vec3) => [number, number] | undefined): SVGElement[] {
         const marks: SVGElement[] = [];
-        if (state.path && state.outside) {
-            const points = state.path.points.map(spot).filter(Boolean).join(' ');
+        const { path, from } = state.way;
+        if (path && state.view.outside) {
+            const points = path.points.map(spot).filter(Boolean).join(' ');
             marks.push(svg('polyline', { class: 'way near', points }));
         }
-        const begin = state.pathFrom && spot(state.pathFrom);
+        const begin = from && spot(from);
         if (begin) {
             const [cx, cy] = begin;
             marks.push(svg('circle', { class: 'way near', cx, cy, r: 5 }));
@@ -182,7 +194,7 @@ export class Overlay {
         return marks;
     }
 
-    private toolMarks(state: State, plane: SectionPlane): SVGElement[] {
+    private toolMarks(others: readonly Tool[], plane: SectionPlane): SVGElement[] {
         const marks: SVGElement[] = [];
         const circle = (centre: Vec3, radius: number, kind: string): void => {
             const off = dot(sub(centre, plane.centre), plane.axes.normal);
@@ -192,20 +204,19 @@ export class Overlay {
             marks.push(svg('circle', { class: 'rim near', cx, cy, r, 'stroke-width': 5.5 }));
             marks.push(svg('circle', { class: kind, cx, cy, r }));
         };
-        const { stroke } = this.session;
+        const { stroke } = this.session.hand;
         if (stroke && stroke.radius > 0)
             circle(stroke.path[stroke.path.length - 1]!, stroke.radius, 'tool own');
         if (stroke && stroke.radius === 0) {
             const points = stroke.path.map((p) => pixelOfWorld(plane, p).join(',')).join(' ');
             marks.push(svg('polyline', { class: 'blade', points }));
         }
-        for (const other of state.others) circle(other.position, Math.max(other.radius, 1), 'tool');
+        for (const other of others) circle(other.position, Math.max(other.radius, 1), 'tool');
         return marks;
     }
 
     /// Where the tip is and where it looks.
-    private endoscopeMark(state: State, plane: SectionPlane): SVGElement {
-        const { eye, look } = state.camera;
+    private endoscopeMark({ eye, look }: Camera, plane: SectionPlane): SVGElement {
         const [x, y] = pixelOfWorld(plane, eye);
         const length = 26;
         return line(
@@ -219,43 +230,44 @@ export class Overlay {
 
     private drawEndoscope(state: State, box: DOMRect): void {
         const parts: SVGElement[] = [];
-        if (!state.outside) {
-            const spot = this.spotInEndoscope(state, state.cursor, box);
+        const { view } = state;
+        if (!view.outside) {
+            const spot = this.spotInEndoscope(view, state.sections.cursor, box);
             if (spot) {
                 const [x, y] = spot;
                 parts.push(line('across', x - 8, y, x + 8, y), line('along', x, y - 8, x, y + 8));
             }
-            const { stroke } = this.session;
+            const { stroke } = this.session.hand;
             if (stroke?.radius === 0) {
                 const points = stroke.path
-                    .map((p) => this.spotInEndoscope(state, p, box)?.join(','))
+                    .map((p) => this.spotInEndoscope(view, p, box)?.join(','))
                     .filter(Boolean)
                     .join(' ');
                 parts.push(svg('polyline', { class: 'blade', points }));
             }
         }
         parts.push(
-            ...this.wayFrom(state, (p) =>
-                state.outside
-                    ? this.spotFromOutside(state, p, box)
-                    : this.spotInEndoscope(state, p, box),
+            ...this.pathFrom(state, (p) =>
+                view.outside
+                    ? this.spotFromOutside(view, p, box)
+                    : this.spotInEndoscope(view, p, box),
             ),
         );
         this.show('endoscope', parts, box);
         const wall = { stop: 'stops at walls', push: 'pushes walls', pass: 'passes walls' }[
-            state.wall
+            state.flight.wall
         ];
-        const shadow = state.outside && state.fluoroscopy;
+        const shadow = view.outside && view.fluoroscopy;
         this.names.endoscope.textContent = shadow ? 'Fluoroscopy' : kTitles.endoscope;
-        this.captions.endoscope.textContent = state.outside
+        this.captions.endoscope.textContent = view.outside
             ? shadow
                 ? 'X-rays through the scan'
                 : 'from outside, cut open at the tip'
-            : `${Math.round(state.fieldOfView)}°, ${wall}`;
+            : `${Math.round(view.fieldOfView)}°, ${wall}`;
     }
 
-    private spotFromOutside(state: State, place: Vec3, box: DOMRect): [number, number] | undefined {
-        const camera = orbitCamera(state);
+    private spotFromOutside(view: View, place: Vec3, box: DOMRect): [number, number] | undefined {
+        const camera = orbitCamera(view);
         const { right, up, forward } = frameOf(camera);
         const v = sub(place, camera.eye);
         const depth = dot(v, forward);
@@ -266,18 +278,19 @@ export class Overlay {
     }
 
     /// The lens bends: r_ray = r·(1 + k·r²) is solved for r by Newton's steps.
-    private spotInEndoscope(state: State, place: Vec3, box: DOMRect): [number, number] | undefined {
-        const { right, up, forward } = frameOf(state.camera);
-        const v = sub(place, state.camera.eye);
+    private spotInEndoscope(view: View, place: Vec3, box: DOMRect): [number, number] | undefined {
+        const { camera, fieldOfView, barrel } = view;
+        const { right, up, forward } = frameOf(camera);
+        const v = sub(place, camera.eye);
         const depth = dot(v, forward);
         if (depth < 0.5) return undefined;
-        const slope = Math.tan((state.fieldOfView * Math.PI) / 360);
+        const slope = Math.tan((fieldOfView * Math.PI) / 360);
         const a = dot(v, right) / depth / slope;
         const b = dot(v, up) / depth / slope;
         const bent = Math.hypot(a, b);
         let r = bent;
         for (let i = 0; i < 6; ++i)
-            r -= (r * (1 + state.barrel * r * r) - bent) / (1 + 3 * state.barrel * r * r);
+            r -= (r * (1 + barrel * r * r) - bent) / (1 + 3 * barrel * r * r);
         const share = bent > 0 ? r / bent : 1;
         const half = box.height / 2;
         return [box.width / 2 + share * a * half, half - share * b * half];
@@ -294,18 +307,19 @@ const line = (kind: string, x1: number, y1: number, x2: number, y2: number): SVG
 
 /// The line below the views: value, place and index under the pointer.
 export function pointerText(session: Session): string {
-    const { pointer, cursor, space } = session.store.state;
+    const { pointer, sections, display, overlay } = session.store.state;
     const { volume } = session;
     if (!volume) return '';
-    const point = pointer?.point ?? cursor;
+    const { space } = display;
+    const point = pointer.under?.point ?? sections.cursor;
     const ijk = voxelFromWorld(volume.grid, point);
     const value = volume.valueAt(ijk);
     const mm = shown(point, space).map((x) => x.toFixed(1));
     const index = ijk.map((i) => Math.round(i));
-    const where = pointer ? '' : 'crosshair: ';
-    const what = value === undefined ? 'outside' : `${Math.round(value)} HU`;
-    const { overlay } = session.store.state;
-    const number = overlay === 'none' ? undefined : overlayValue(session);
-    const more = number === undefined ? '' : ` · ${kKinds[overlay as ShownKind].text(number)}`;
-    return `${where}${what}${more} · ${space} ${mm.join(', ')} mm · ijk ${index.join(', ')}`;
+    const where = pointer.under ? '' : 'crosshair: ';
+    const hu = value === undefined ? 'outside' : `${Math.round(value)} HU`;
+    const number = overlay.kind === 'none' ? undefined : overlayValue(session);
+    const kind = overlay.kind as ShownKind;
+    const more = number === undefined ? '' : ` · ${kKinds[kind].text(number)}`;
+    return `${where}${hu}${more} · ${space} ${mm.join(', ')} mm · ijk ${index.join(', ')}`;
 }

@@ -3,7 +3,7 @@
 
 // The panel of X-rays through the scan: how dark what is in their way becomes.
 
-import { kFieldStops } from '../state/store.ts';
+import { kFieldStops } from '../state/state.ts';
 import { button, checkbox, choice, h } from './dom.ts';
 import { type Parts, section } from './panel_parts.ts';
 
@@ -15,15 +15,15 @@ const kShadows = [
 
 export function fluoroscopyPanel(parts: Parts): HTMLElement {
     const { store } = parts.session;
-    const contrast = parts.number('fluoroContrast', {
+    const contrast = parts.number('fluoro', 'contrast', {
         label: 'Contrast',
         unit: '×',
         low: 0.2,
         high: 5,
         step: 0.1,
-        input: (value) => store.set({ fluoroContrast: Math.max(value, 0.01) }),
+        input: (value) => store.set({ fluoro: { contrast: Math.max(value, 0.01) } }),
     });
-    const exposure = parts.number('fluoroExposure', {
+    const exposure = parts.number('fluoro', 'exposure', {
         label: 'Exposure',
         unit: '×',
         low: 0.1,
@@ -31,22 +31,22 @@ export function fluoroscopyPanel(parts: Parts): HTMLElement {
         step: 0.05,
         curved: true,
         hint: 'of what the picture needs by itself',
-        input: (value) => store.set({ fluoroExposure: Math.max(value, 0.01) }),
+        input: (value) => store.set({ fluoro: { exposure: Math.max(value, 0.01) } }),
     });
-    const noise = parts.number('fluoroNoise', {
+    const noise = parts.number('fluoro', 'noise', {
         label: 'Noise',
         unit: '×',
         low: 0,
         high: 4,
         step: 0.1,
         hint: '0: none',
-        input: (value) => store.set({ fluoroNoise: Math.max(value, 0) }),
+        input: (value) => store.set({ fluoro: { noise: Math.max(value, 0) } }),
     });
     const collimator = choice(
         'Collimator',
         kFieldStops.map((value) => ({ value, text: value })),
-        () => parts.state.fluoroField,
-        (fluoroField) => store.set({ fluoroField }),
+        () => parts.state.fluoro.field,
+        (field) => store.set({ fluoro: { field } }),
     );
     const presets = h(
         'div',
@@ -54,10 +54,8 @@ export function fluoroscopyPanel(parts: Parts): HTMLElement {
         ...kShadows.map((shadow) =>
             button(shadow.text, () =>
                 store.set({
-                    fluoroContrast: shadow.contrast,
-                    fluoroExposure: 1,
-                    fluoroscopy: true,
-                    outside: true,
+                    fluoro: { contrast: shadow.contrast, exposure: 1 },
+                    view: { fluoroscopy: true, outside: true },
                 }),
             ),
         ),
@@ -68,7 +66,7 @@ export function fluoroscopyPanel(parts: Parts): HTMLElement {
         parts.add(
             checkbox(
                 'X-rays through the scan (B)',
-                () => parts.state.fluoroscopy && parts.state.outside,
+                () => parts.state.view.fluoroscopy && parts.state.view.outside,
                 () => parts.actions.toggleFluoroscopy(),
             ),
         ),

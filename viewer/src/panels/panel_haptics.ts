@@ -5,6 +5,7 @@
 // its servo keeps time, and a stop that is hard to miss.
 
 import type { HapticsNews } from '../net/protocol.ts';
+import type { Link } from '../state/state.ts';
 import { type Felt, kPlotSeconds } from '../tools/haptics.ts';
 import { button, checkbox, h, slider } from './dom.ts';
 import { type Parts, section, tissue } from './panel_parts.ts';
@@ -120,7 +121,7 @@ export function hapticsPanel(parts: Parts): HTMLElement {
                     high: 5,
                     step: 0.05,
                     curved: true,
-                    hint: 'millimetres in the scene for each of the device’s; with the next start',
+                    hint: 'motion in the scene over motion of the device; from the next start on',
                     value: () => haptics.scale,
                     input: (value) => {
                         haptics.scale = Math.min(Math.max(value, 0.05), 20);
@@ -148,12 +149,13 @@ export function hapticsPanel(parts: Parts): HTMLElement {
     let spoken = 0;
     let shown = '';
     const refresh = (): void => {
-        const { haptics: news, role, link } = store.state;
+        const { news } = store.state.device;
+        const { role, status } = store.state.link;
         start.textContent = haptics.isOwn ? 'Start again' : 'Start';
         start.disabled = news !== null && !haptics.isOwn;
         end.disabled = !news;
         puck.hidden = (haptics.device || picker.value) !== 'browser';
-        stop.disabled = !news || role === 'view' || link !== 'open';
+        stop.disabled = !news || role === 'view' || status !== 'open';
         const back = news?.stopped && haptics.isOwn;
         stop.textContent = back ? 'Go on' : 'Stop';
         stop.title = `${back ? 'force comes back' : 'no force, at once'} (H)`;
@@ -174,16 +176,20 @@ export function hapticsPanel(parts: Parts): HTMLElement {
         spoken = now;
         plot.setAttribute('aria-label', `Force over the last ${kPlotSeconds} s: ${said}`);
     };
-    store.watch(['hapticDevices', 'features'], ({ hapticDevices, features, link }) => {
-        element.hidden = link === 'open' && !features.includes('haptics');
+    const offer = (offered: readonly string[], { status, features }: Link): void => {
+        element.hidden = status === 'open' && !features.includes('haptics');
         picker.replaceChildren(
-            ...hapticDevices.map((name) =>
+            ...offered.map((name) =>
                 h('option', { value: name }, name === 'browser' ? 'mouse or game pad' : name),
             ),
         );
         if (haptics.device) picker.value = haptics.device;
-    });
-    store.watch(['haptics', 'role', 'link'], refresh);
+    };
+    store.watch(
+        ({ device, link }) => [device.offered, link],
+        (offered, link) => offer(offered, link),
+    );
+    store.watch(({ device, link }) => [device, link], refresh);
     element.addEventListener('toggle', refresh);
     return element;
 }

@@ -9,24 +9,30 @@ import { type Parts, section } from './panel_parts.ts';
 
 export function moviePanel(parts: Parts): HTMLElement {
     const { session, actions } = parts;
-    const { movie } = actions;
+    const { movie, store } = session;
     const list = h('ol', { class: 'keyframes', 'aria-label': 'Keyframes' });
     const total = h('span', { class: 'hint' });
     const play = button('Play', () => movie.play(), 'from the first keyframe, or stop (Shift+K)');
     const record = button('Record', () => movie.record(), 'play, and save what the views show');
     const save = button('Save', () => movie.saveFile(), 'the keyframes, for another time');
-    session.store.watch(['keyframes'], ({ keyframes }) => {
-        list.replaceChildren(...keyframes.map((_, i) => line(parts, i)));
-        total.textContent = keyframes.length
-            ? `${keyframes.length} keyframes, ${lengthOf(keyframes).toFixed(1)} s`
-            : 'fly somewhere, Add; fly on, Add; Play';
-        play.disabled = record.disabled = keyframes.length < 2;
-        save.disabled = !keyframes.length;
-    });
-    session.store.watch(['moviePlaying'], ({ moviePlaying }) => {
-        play.setAttribute('aria-pressed', String(moviePlaying));
-        record.setAttribute('aria-pressed', String(moviePlaying && movie.isRecording));
-    });
+    store.watch(
+        ({ movie: { keyframes } }) => [keyframes],
+        (keyframes) => {
+            list.replaceChildren(...keyframes.map((_, i) => line(parts, i)));
+            total.textContent = keyframes.length
+                ? `${keyframes.length} keyframes, ${lengthOf(keyframes).toFixed(1)} s`
+                : 'fly somewhere, Add; fly on, Add; Play';
+            play.disabled = record.disabled = keyframes.length < 2;
+            save.disabled = !keyframes.length;
+        },
+    );
+    store.watch(
+        ({ movie: { playing } }) => [playing],
+        (playing) => {
+            play.setAttribute('aria-pressed', String(playing));
+            record.setAttribute('aria-pressed', String(playing && movie.isRecording));
+        },
+    );
     const file = h('input', {
         type: 'file',
         accept: '.json',
@@ -50,13 +56,19 @@ export function moviePanel(parts: Parts): HTMLElement {
         ),
         total,
         list,
-        h('div', { class: 'row' }, save, button('Load…', () => file.click()), file),
+        h(
+            'div',
+            { class: 'row' },
+            save,
+            button('Load…', () => file.click()),
+            file,
+        ),
     );
 }
 
 function line(parts: Parts, at: number): HTMLElement {
-    const { movie } = parts.actions;
-    const frames = parts.state.keyframes;
+    const { movie } = parts.session;
+    const frames = parts.state.movie.keyframes;
     const seconds = h('input', {
         type: 'number',
         min: '0.5',

@@ -10,7 +10,7 @@ import { type Parts, section } from './panel_parts.ts';
 
 export function overlayPanel(parts: Parts): HTMLElement {
     const { store } = parts.session;
-    const opacity = parts.number('overlayOpacity', {
+    const opacity = parts.number('overlay', 'opacity', {
         label: 'Opacity',
         unit: '',
         low: 0,
@@ -20,26 +20,26 @@ export function overlayPanel(parts: Parts): HTMLElement {
     const auto = parts.add(
         checkbox(
             'range follows the values',
-            () => parts.state.overlayAuto,
-            (overlayAuto) => parts.actions.fixOverlayRange(!overlayAuto),
+            () => parts.state.overlay.auto,
+            (auto) => parts.actions.fixOverlayRange(!auto),
         ),
     );
-    const most = parts.number('overlayMm', {
+    const most = parts.number('overlay', 'mm', {
         label: 'Colours up to',
         unit: 'mm',
         low: 0.1,
         high: 50,
         step: 0.1,
         curved: true,
-        input: (value) => store.set({ overlayMm: Math.max(value, 0.01) }),
+        input: (value) => store.set({ overlay: { mm: Math.max(value, 0.01) } }),
     });
-    const growth = parts.number('overlayGrowth', {
+    const growth = parts.number('overlay', 'growth', {
         label: 'Colours up to 1 ±',
         unit: '',
         low: 0.05,
         high: 2,
         step: 0.05,
-        input: (value) => store.set({ overlayGrowth: Math.max(value, 0.01) }),
+        input: (value) => store.set({ overlay: { growth: Math.max(value, 0.01) } }),
     });
     const element = section(
         'Overlay',
@@ -52,8 +52,8 @@ export function overlayPanel(parts: Parts): HTMLElement {
                     { value: 'displacement', text: 'displacement', hint: kKinds.displacement.hint },
                     { value: 'jacobian', text: 'volume change', hint: kKinds.jacobian.hint },
                 ],
-                () => parts.state.overlay,
-                (overlay) => store.set({ overlay }),
+                () => parts.state.overlay.kind,
+                (kind) => store.set({ overlay: { kind } }),
             ),
         ),
         opacity,
@@ -62,11 +62,14 @@ export function overlayPanel(parts: Parts): HTMLElement {
         growth,
         h('small', { class: 'quiet' }, 'M goes through them. At rest nothing is coloured.'),
     );
-    store.watch(['overlay', 'overlayAuto', 'features'], (state) => {
-        element.hidden = state.link === 'open' && !state.features.includes('overlay');
-        opacity.hidden = auto.hidden = state.overlay === 'none';
-        most.hidden = state.overlay !== 'displacement' || state.overlayAuto;
-        growth.hidden = state.overlay !== 'jacobian' || state.overlayAuto;
-    });
+    store.watch(
+        ({ overlay, link }) => [overlay, link],
+        (overlay, link) => {
+            element.hidden = link.status === 'open' && !link.features.includes('overlay');
+            opacity.hidden = auto.hidden = overlay.kind === 'none';
+            most.hidden = overlay.kind !== 'displacement' || overlay.auto;
+            growth.hidden = overlay.kind !== 'jacobian' || overlay.auto;
+        },
+    );
     return element;
 }

@@ -4,10 +4,16 @@
 // What all panels are made of: controls that follow the store, numbers that can be undone, sections
 // that fold.
 
-import type { State } from '../state/store.ts';
+import type { State } from '../state/state.ts';
 import type { Actions } from '../tools/actions.ts';
 import type { Session } from '../tools/session.ts';
 import { type Control, h, slider, type SliderSettings } from './dom.ts';
+
+/// Groups of the state with numbers for sliders.
+type Settings = 'view' | 'sections' | 'flight' | 'tool' | 'overlay' | 'fluoro';
+type NumberOf<G extends Settings> = keyof {
+    [K in keyof State[G] as State[G][K] extends number ? K : never]: 0;
+};
 
 export class Parts {
     private readonly controls: Control[] = [];
@@ -17,7 +23,7 @@ export class Parts {
         readonly actions: Actions,
     ) {}
 
-    get state(): Readonly<State> {
+    get state(): State {
         return this.session.store.state;
     }
 
@@ -30,33 +36,20 @@ export class Parts {
         return control.element;
     }
 
-    number(
-        key:
-            | 'window'
-            | 'level'
-            | 'fieldOfView'
-            | 'barrel'
-            | 'fog'
-            | 'speed'
-            | 'tip'
-            | 'radius'
-            | 'strength'
-            | 'depth'
-            | 'overlayOpacity'
-            | 'overlayMm'
-            | 'overlayGrowth'
-            | 'fluoroContrast'
-            | 'fluoroExposure'
-            | 'fluoroNoise',
+    /// A slider for a number of the state, whose changes can be undone.
+    number<G extends Settings>(
+        group: G,
+        key: NumberOf<G>,
         settings: Pick<SliderSettings, 'label' | 'unit' | 'low' | 'high' | 'step'> &
             Partial<SliderSettings>,
     ): HTMLElement {
+        const { store, history } = this.session;
         return this.add(
             slider({
-                value: () => this.state[key],
-                input: (value) => this.session.store.set({ [key]: value }),
-                begin: () => this.session.history.begin(),
-                end: () => this.session.history.end(settings.label.toLowerCase()),
+                value: () => store.state[group][key] as number,
+                input: (value) => store.set({ [group]: { [key]: value } }),
+                begin: () => history.begin(),
+                end: () => history.end(settings.label.toLowerCase()),
                 ...settings,
             }),
         );

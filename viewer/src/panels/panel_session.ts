@@ -8,19 +8,22 @@ import { type Parts, section } from './panel_parts.ts';
 
 export function sessionPanel(parts: Parts): HTMLElement {
     const people = h('ul', { class: 'people' });
-    parts.session.store.watch(['shared', 'client', 'features', 'link'], (state) => {
-        people.replaceChildren(
-            ...(state.shared?.clients ?? []).map((c) =>
-                h(
-                    'li',
-                    {},
-                    `${c.name || `visitor ${c.client}`}`,
-                    h('small', {}, c.role === 'view' ? ' views' : ' controls'),
-                    c.client === state.client && h('small', {}, ' (you)'),
+    parts.session.store.watch(
+        ({ shared, link }) => [shared, link],
+        (shared, link) => {
+            people.replaceChildren(
+                ...(shared?.clients ?? []).map((c) =>
+                    h(
+                        'li',
+                        {},
+                        `${c.name || `visitor ${c.client}`}`,
+                        h('small', {}, c.role === 'view' ? ' views' : ' controls'),
+                        c.client === link.client && h('small', {}, ' (you)'),
+                    ),
                 ),
-            ),
-        );
-    });
+            );
+        },
+    );
     const result = h('output', { class: 'checksum' });
     return section(
         'Session',

@@ -24,7 +24,7 @@ export function tissuePanel(parts: Parts): HTMLElement {
     let wish: number | undefined; // sent once, when the slider is let go
     const now = (): TissueState | undefined => parts.state.shared?.tissue;
     const choose = (model: TissueState['model']): void => {
-        const { cursor } = parts.state;
+        const { cursor } = parts.state.sections;
         void session.ask(
             model === 'springs'
                 ? { do: 'tissue', model, centre: cursor, nodes: kNodes, cell_mm: cell }
@@ -87,10 +87,13 @@ export function tissuePanel(parts: Parts): HTMLElement {
         ),
         text,
     );
-    session.store.watch(['shared', 'features'], (state) => {
-        element.hidden = state.link === 'open' && !state.features.includes('tissue');
-        depth.hidden = state.shared?.tissue?.model !== 'springs';
-        text.textContent = springsText(state.shared?.tissue);
-    });
+    session.store.watch(
+        ({ shared, link }) => [shared, link],
+        (shared, link) => {
+            element.hidden = link.status === 'open' && !link.features.includes('tissue');
+            depth.hidden = shared?.tissue?.model !== 'springs';
+            text.textContent = springsText(shared?.tissue);
+        },
+    );
     return element;
 }

@@ -5,7 +5,7 @@
 // vessel.
 
 import type { VesselState } from '../net/protocol.ts';
-import { type CatheterHand, kMostBend, kMostInsert } from '../tools/catheter_hand.ts';
+import { kMostBend, kMostInsert } from '../tools/catheter_hand.ts';
 import { button, h, slider } from './dom.ts';
 import { type Parts, section, tissue } from './panel_parts.ts';
 
@@ -29,7 +29,7 @@ function kindOf(warning: string): string {
     return warning.replace(/[\d.]+/g, '');
 }
 
-export function vesselPanel(parts: Parts, hand: CatheterHand): HTMLElement {
+export function vesselPanel(parts: Parts): HTMLElement {
     const { session } = parts;
     const spots = new Map<string, HTMLElement>();
     const list = h('dl', { class: 'numbers' });
@@ -58,20 +58,24 @@ export function vesselPanel(parts: Parts, hand: CatheterHand): HTMLElement {
     const back = button('Back to the vessel', () => {
         void session.ask({ do: 'tissue', model: 'vessel' });
     });
-    const driving = tissue(...handControls(parts, hand));
+    const driving = tissue(...handControls(parts));
     const element = section('Catheter', true, list, warnings, failure, driving, back);
-    session.store.watch(['shared'], ({ shared }) => {
-        element.hidden = !shared?.tissue?.has_vessel;
-        const there = shared?.tissue?.model === 'vessel';
-        list.hidden = driving.hidden = !there;
-        back.hidden = there;
-        show(shared?.vessel);
-    });
+    session.store.watch(
+        ({ shared }) => [shared],
+        (shared) => {
+            element.hidden = !shared?.tissue?.has_vessel;
+            const there = shared?.tissue?.model === 'vessel';
+            list.hidden = driving.hidden = !there;
+            back.hidden = there;
+            show(shared?.vessel);
+        },
+    );
     return element;
 }
 
 /// Speeds come back to 0 when the slider is let go; bends stay.
-function handControls(parts: Parts, hand: CatheterHand): HTMLElement[] {
+function handControls(parts: Parts): HTMLElement[] {
+    const hand = parts.session.catheter;
     const rate = (key: 'insert' | 'rotate', label: string, most: number) =>
         parts.add(
             slider({

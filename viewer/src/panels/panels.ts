@@ -3,8 +3,8 @@
 
 // The panels beside the views: every setting with its number, its unit and its preset.
 
+import type { State } from '../state/state.ts';
 import type { Actions } from '../tools/actions.ts';
-import type { CatheterHand } from '../tools/catheter_hand.ts';
 import type { Session } from '../tools/session.ts';
 import { h } from './dom.ts';
 import { fluoroscopyPanel } from './panel_fluoroscopy.ts';
@@ -18,12 +18,12 @@ import { vesselPanel } from './panel_vessel.ts';
 import { materialPanel, surfacePanel, toolPanel } from './panels_tissue.ts';
 import { displayPanel, endoscopePanel, placesPanel, windowPanel } from './panels_view.ts';
 
-export function panels(session: Session, actions: Actions, hand: CatheterHand): HTMLElement {
+export function panels(session: Session, actions: Actions): HTMLElement {
     const parts = new Parts(session, actions);
     const element = h(
         'aside',
         { class: 'panels', 'aria-label': 'Settings' },
-        vesselPanel(parts, hand),
+        vesselPanel(parts),
         toolPanel(parts),
         surfacePanel(parts),
         windowPanel(parts),
@@ -40,13 +40,15 @@ export function panels(session: Session, actions: Actions, hand: CatheterHand): 
     );
     const refresh = (): void => {
         parts.refresh();
-        const { role, link } = parts.state;
+        const { role, status } = parts.state.link;
         for (const field of element.querySelectorAll<HTMLFieldSetElement>('fieldset.tissue'))
-            field.disabled = role === 'view' || link !== 'open';
+            field.disabled = role === 'view' || status !== 'open';
     };
-    session.store.listen((_, changed) => {
-        // What a device feels is news up to 60 times a second, and no setting.
-        if ([...changed].some((key) => key !== 'haptics' && key !== 'others')) refresh();
+    // Devices and tools report up to 60 times a second, and are no settings.
+    session.store.listen((state, before) => {
+        const groups = Object.keys(state) as (keyof State)[];
+        const isSetting = (name: keyof State): boolean => name !== 'device' && name !== 'hands';
+        if (groups.some((name) => isSetting(name) && state[name] !== before[name])) refresh();
     });
     refresh();
     return element;

@@ -33,14 +33,17 @@ const kThresholds: readonly Preset<Threshold>[] = [
 export function toolPanel(parts: Parts): HTMLElement {
     const { session, actions } = parts;
     const relax = button('Relax', () => actions.relax(), 'tissue springs back (X)');
-    session.store.watch(['shared'], ({ shared }) => {
-        relax.setAttribute('aria-pressed', String(shared?.relaxing ?? false));
-    });
+    session.store.watch(
+        ({ shared }) => [shared],
+        (shared) => {
+            relax.setAttribute('aria-pressed', String(shared?.relaxing ?? false));
+        },
+    );
     return section(
         'Tool',
         true,
         tissue(
-            parts.number('radius', {
+            parts.number('tool', 'radius', {
                 label: 'Size',
                 unit: 'mm',
                 low: 0,
@@ -49,7 +52,7 @@ export function toolPanel(parts: Parts): HTMLElement {
                 curved: true,
                 hint: 'radius of the tool; 0: the eight elements of one cell, for Push and Grab',
             }),
-            parts.number('strength', {
+            parts.number('tool', 'strength', {
                 label: 'Strength',
                 unit: '×',
                 low: 0.1,
@@ -57,7 +60,7 @@ export function toolPanel(parts: Parts): HTMLElement {
                 step: 0.1,
                 hint: 'how far the tool goes for a motion of the pointer',
             }),
-            parts.number('depth', {
+            parts.number('tool', 'depth', {
                 label: 'Cut depth',
                 unit: 'mm',
                 low: 1,
@@ -68,8 +71,8 @@ export function toolPanel(parts: Parts): HTMLElement {
             parts.add(
                 checkbox(
                     'tissue slides off the probe',
-                    () => parts.state.slide,
-                    (slide) => session.store.set({ slide }),
+                    () => parts.state.tool.slide,
+                    (slide) => session.store.set({ tool: { slide } }),
                     'otherwise the probe takes along what it touches',
                 ),
             ),
@@ -91,22 +94,25 @@ export function toolPanel(parts: Parts): HTMLElement {
 
 function outcome(parts: Parts): HTMLElement {
     const text = h('span');
-    parts.session.store.watch(['outcome'], ({ outcome }) => {
-        text.textContent = outcome;
-    });
+    parts.session.store.watch(
+        ({ tool: { outcome } }) => [outcome],
+        (said) => {
+            text.textContent = said;
+        },
+    );
     return text;
 }
 
 export function surfacePanel(parts: Parts): HTMLElement {
-    const { actions } = parts;
+    const { threshold } = parts.session;
     const iso = slider({
         label: 'Threshold',
         unit: 'HU',
         low: -1000,
         high: 1000,
         step: 5,
-        value: () => actions.wantedIso,
-        input: (iso_hu) => actions.iso({ iso_hu }),
+        value: () => threshold.wanted,
+        input: (iso_hu) => threshold.ask({ iso_hu }),
     });
     return section(
         'Surface',
@@ -129,7 +135,7 @@ export function surfacePanel(parts: Parts): HTMLElement {
                         },
                     ],
                     () => parts.state.shared?.polarity ?? 'rising',
-                    (polarity) => actions.iso({ polarity }),
+                    (polarity) => threshold.ask({ polarity }),
                 ),
             ),
             parts.add(
@@ -138,10 +144,10 @@ export function surfacePanel(parts: Parts): HTMLElement {
                     kThresholds,
                     new PresetShelf(localStorage, 'pliant.presets.iso', isThreshold),
                     () => ({
-                        iso_hu: actions.wantedIso,
+                        iso_hu: threshold.wanted,
                         polarity: parts.state.shared?.polarity ?? 'rising',
                     }),
-                    (value) => actions.iso(value),
+                    (value) => threshold.ask(value),
                     (text) => parts.session.say(text),
                 ),
             ),
@@ -149,8 +155,8 @@ export function surfacePanel(parts: Parts): HTMLElement {
         parts.add(
             checkbox(
                 'as a line in the sections',
-                () => parts.state.contour,
-                (contour) => parts.session.store.set({ contour }),
+                () => parts.state.display.contour,
+                (contour) => parts.session.store.set({ display: { contour } }),
             ),
         ),
     );

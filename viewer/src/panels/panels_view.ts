@@ -3,7 +3,7 @@
 
 // Panels of what this browser alone sees: window, endoscope, places, colours.
 
-import { kFieldStops, kLinings } from '../state/store.ts';
+import { kFieldStops, kLinings } from '../state/state.ts';
 import { button, checkbox, choice, h, slider } from './dom.ts';
 import { type Preset, PresetShelf, presetsWithOwn } from './own_presets.ts';
 import { type Parts, section } from './panel_parts.ts';
@@ -29,7 +29,7 @@ export function windowPanel(parts: Parts): HTMLElement {
     return section(
         'Window',
         true,
-        parts.number('window', {
+        parts.number('sections', 'window', {
             label: 'Window',
             unit: 'HU',
             low: 1,
@@ -37,15 +37,21 @@ export function windowPanel(parts: Parts): HTMLElement {
             step: 1,
             curved: true,
         }),
-        parts.number('level', { label: 'Level', unit: 'HU', low: -1000, high: 2000, step: 1 }),
+        parts.number('sections', 'level', {
+            label: 'Level',
+            unit: 'HU',
+            low: -1000,
+            high: 2000,
+            step: 1,
+        }),
         parts.add(
             presetsWithOwn<WindowLevel>(
                 'Presets of window and level',
                 kWindows,
                 new PresetShelf(localStorage, 'pliant.presets.window', isWindowLevel),
-                () => [store.state.window, store.state.level],
+                () => [store.state.sections.window, store.state.sections.level],
                 ([window, level]) =>
-                    history.step('window', () => store.set({ window, level })),
+                    history.step('window', () => store.set({ sections: { window, level } })),
                 (text) => parts.session.say(text),
             ),
         ),
@@ -65,13 +71,13 @@ export function endoscopePanel(parts: Parts): HTMLElement {
                     { value: 'push', text: 'pushes' },
                     { value: 'pass', text: 'passes' },
                 ],
-                () => parts.state.wall,
+                () => parts.state.flight.wall,
                 (wall) => parts.actions.setWall(wall),
             ),
         ),
         ...look(parts),
         path(parts),
-        parts.number('tip', {
+        parts.number('flight', 'tip', {
             label: 'Tip',
             unit: 'mm',
             low: 0.5,
@@ -79,7 +85,7 @@ export function endoscopePanel(parts: Parts): HTMLElement {
             step: 0.5,
             hint: 'radius',
         }),
-        parts.number('speed', {
+        parts.number('flight', 'speed', {
             label: 'Speed',
             unit: '×',
             low: 0.1,
@@ -87,15 +93,21 @@ export function endoscopePanel(parts: Parts): HTMLElement {
             step: 0.1,
             curved: true,
         }),
-        parts.number('fieldOfView', {
+        parts.number('view', 'fieldOfView', {
             label: 'Field of view',
             unit: '°',
             low: 30,
             high: 120,
             step: 1,
         }),
-        parts.number('barrel', { label: 'Barrel', unit: '', low: 0, high: 0.5, step: 0.01 }),
-        parts.number('fog', {
+        parts.number('view', 'barrel', {
+            label: 'Barrel',
+            unit: '',
+            low: 0,
+            high: 0.5,
+            step: 0.01,
+        }),
+        parts.number('view', 'fog', {
             label: 'Fog',
             unit: 'mm',
             low: 0,
@@ -107,9 +119,9 @@ export function endoscopePanel(parts: Parts): HTMLElement {
         parts.add(
             checkbox(
                 'seen from outside, cut open',
-                () => parts.state.outside,
+                () => parts.state.view.outside,
                 (on) => {
-                    if (on !== store.state.outside) parts.actions.toggleOutside();
+                    if (on !== store.state.view.outside) parts.actions.toggleOutside();
                 },
             ),
         ),
@@ -122,27 +134,30 @@ function look(parts: Parts): HTMLElement[] {
     const lining = choice(
         'Colours of',
         (['auto', ...kLinings] as const).map((value) => ({ value, text: value })),
-        () => parts.state.lining,
-        (chosen) => store.set({ lining: chosen }),
+        () => parts.state.look.lining,
+        (chosen) => store.set({ look: { lining: chosen } }),
     );
     const field = choice(
         'Field',
         kFieldStops.map((value) => ({ value, text: value })),
-        () => parts.state.fieldStop,
-        (fieldStop) => store.set({ fieldStop }),
+        () => parts.state.look.fieldStop,
+        (fieldStop) => store.set({ look: { fieldStop } }),
     );
-    store.watch(['style'], ({ style }) => {
-        lining.element.hidden = style !== 'real';
-        field.element.hidden = style !== 'real';
-    });
+    store.watch(
+        ({ look }) => [look],
+        ({ style }) => {
+            lining.element.hidden = style !== 'real';
+            field.element.hidden = style !== 'real';
+        },
+    );
     const style = choice(
         'Look',
         [
             { value: 'real', text: 'real', hint: 'lamps, colours of the tissue, wet' },
             { value: 'plain', text: 'plain', hint: 'shape alone; takes less time to draw' },
         ],
-        () => parts.state.style,
-        (chosen) => store.set({ style: chosen, styleChosen: true }),
+        () => parts.state.look.style,
+        (chosen) => store.set({ look: { style: chosen, styleChosen: true } }),
     );
     return [parts.add(style), parts.add(lining), parts.add(field)];
 }
@@ -160,56 +175,60 @@ function path(parts: Parts): HTMLElement {
             file.value = '';
         },
     });
-    const fly = button('Fly', () => session.togglePath(), 'along the path, or pause');
-    const way = slider({
+    const fly = button('Fly', () => session.path.toggle(), 'along the path, or pause');
+    const position = slider({
         label: 'Along the path',
         unit: 'mm',
         low: 0,
         high: 1,
         step: 0.5,
-        value: () => parts.state.pathWay,
-        input: (value) => session.goAlong(value),
+        value: () => parts.state.way.position,
+        input: (value) => session.path.goTo(value),
         begin: () => session.history.begin(),
         end: () => session.history.end('path'),
     });
-    session.store.watch(['path', 'pathFlying'], ({ path, pathFlying }) => {
-        fly.disabled = !path;
-        fly.setAttribute('aria-pressed', String(pathFlying));
-        way.element.hidden = !path;
-        way.element.querySelector('input')!.max = String(path?.length ?? 1);
-    });
     const fromTip = button(
         'From tip',
-        () => parts.actions.way.fromTip(),
+        () => session.path.fromTip(),
         'a way from the endoscope to where you click next',
     );
-    const save = button('Save', () => parts.actions.way.saveFile(), 'the path (.mrk.json)');
-    session.store.watch(['pathBusy', 'path'], ({ pathBusy, path }) => {
-        fromTip.disabled = pathBusy;
-        save.disabled = !path;
-    });
+    const save = button('Save', () => session.path.saveFile(), 'the path (.mrk.json)');
+    session.store.watch(
+        ({ way }) => [way.path, way.flying, way.busy],
+        (known, flying, busy) => {
+            fly.disabled = save.disabled = !known;
+            fly.setAttribute('aria-pressed', String(flying));
+            position.element.hidden = !known;
+            position.element.querySelector('input')!.max = String(known?.length ?? 1);
+            fromTip.disabled = busy;
+        },
+    );
     const load = button('Path…', () => file.click(), 'load a way through the lumen (.mrk.json)');
     return h(
         'div',
         { class: 'body plain' },
         h('div', { class: 'row' }, load, fly, fromTip, save, file),
-        parts.add(way),
+        parts.add(position),
     );
 }
 
 export function placesPanel(parts: Parts): HTMLElement {
     const list = h('div', { class: 'column' });
-    parts.session.store.watch(['volume'], ({ volume }) => {
-        const start = volume?.start;
-        list.replaceChildren(
-            ...(start
-                ? [button('Start', () => parts.session.goTo(start.eye_mm, start.look, start.up))]
-                : []),
-            ...(volume?.landmarks ?? []).map((mark) =>
-                button(mark.name, () => parts.session.goTo(mark.eye_mm, mark.look)),
-            ),
-        );
-    });
+    const { store, endoscope } = parts.session;
+    store.watch(
+        ({ scan: { volume } }) => [volume],
+        (volume) => {
+            const start = volume?.start;
+            list.replaceChildren(
+                ...(start
+                    ? [button('Start', () => endoscope.goTo(start.eye_mm, start.look, start.up))]
+                    : []),
+                ...(volume?.landmarks ?? []).map((mark) =>
+                    button(mark.name, () => endoscope.goTo(mark.eye_mm, mark.look)),
+                ),
+            );
+        },
+    );
     return section('Places', false, list);
 }
 
@@ -226,8 +245,8 @@ export function displayPanel(parts: Parts): HTMLElement {
                     { value: 'light', text: 'light' },
                     { value: 'dark', text: 'dark' },
                 ],
-                () => parts.state.theme,
-                (theme) => store.set({ theme }),
+                () => parts.state.display.theme,
+                (theme) => store.set({ display: { theme } }),
             ),
         ),
         parts.add(
@@ -237,25 +256,22 @@ export function displayPanel(parts: Parts): HTMLElement {
                     { value: 'LPS', text: 'LPS', hint: 'as in files' },
                     { value: 'RAS', text: 'RAS', hint: 'as 3D Slicer shows them' },
                 ],
-                () => parts.state.space,
-                (space) => store.set({ space }),
+                () => parts.state.display.space,
+                (space) => store.set({ display: { space } }),
             ),
         ),
         parts.add(
             checkbox(
                 'finer picture when still',
-                () => parts.state.fine,
-                (fine) => {
-                    store.set({ fine });
-                    parts.session.stage.invalidate();
-                },
+                () => parts.state.display.fine,
+                (fine) => store.set({ display: { fine } }),
             ),
         ),
         parts.add(
             checkbox(
                 'times (T)',
-                () => parts.state.timings,
-                (timings) => store.set({ timings }),
+                () => parts.state.display.timings,
+                (timings) => store.set({ display: { timings } }),
             ),
         ),
         h(

@@ -5,7 +5,7 @@
 // dot where they go through the slice.
 
 import type { Vec3 } from '../maths/vec.ts';
-import { surfaceOf } from '../state/store.ts';
+import { hasVessel, surfaceOf } from '../state/state.ts';
 import type { Session } from '../tools/session.ts';
 import { instrumentOf, lumenOf } from '../views/instruments.ts';
 import type { SectionPlane } from '../views/section_geometry.ts';
@@ -17,13 +17,13 @@ const kRim = 2.5; // both sides together [pixels]
 const kFarAway: Vec3 = [1e9, 1e9, 1e9]; // an eye that is in no shaft
 
 export function catheterMarks({ vessel, store }: Session, plane: SectionPlane): SVGElement[] {
-    if (!vessel || store.state.shared?.tissue?.model !== 'vessel') return [];
+    if (!vessel || !hasVessel(store.state)) return [];
     return chainMarks('catheter', vessel.catheter, vessel.radius, plane);
 }
 
 export function shaftMarks({ volume, stage, store }: Session, plane: SectionPlane): SVGElement[] {
     if (!volume || !stage.balls.length) return [];
-    const { camera } = store.state;
+    const { camera } = store.state.view;
     const lumen = lumenOf(volume, camera, surfaceOf(store.state));
     return stage.balls.flatMap((ball) => {
         const { base, wrist, thickness } = instrumentOf(ball, camera, lumen, kFarAway);

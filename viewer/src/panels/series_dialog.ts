@@ -21,7 +21,11 @@ export function chooseSeries(name: string, list: readonly Series[]): Promise<str
         dialog.append(
             h('h2', {}, `${name}: which series?`),
             h('div', { class: 'choices' }, ...choices),
-            h('div', { class: 'row' }, button('Cancel', () => dialog.close())),
+            h(
+                'div',
+                { class: 'row' },
+                button('Cancel', () => dialog.close()),
+            ),
         );
         dialog.addEventListener('close', () => {
             dialog.remove();

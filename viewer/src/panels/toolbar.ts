@@ -3,7 +3,7 @@
 
 // The bar above the views: files, tools, undo and redo, layout, help.
 
-import { kTools, type ToolName } from '../state/store.ts';
+import { kTools, type ToolName } from '../state/state.ts';
 import type { Actions } from '../tools/actions.ts';
 import { type Files, kSaved, type SavedName } from '../tools/files.ts';
 import type { Session } from '../tools/session.ts';
@@ -49,14 +49,17 @@ export function toolbar(
     );
     save.id = 'save';
     save.title = 'Ctrl+S saves the volume';
-    session.store.watch(['role', 'features', 'transfer'], ({ role, features, transfer }) => {
-        open.disabled = role === 'view' || !features.includes('open') || transfer !== '';
-        const saves = features.includes('save') && transfer === '';
-        for (const n of kSaved.keys()) save.options[n + 1]!.disabled = !saves;
-    });
+    session.store.watch(
+        ({ link }) => [link],
+        ({ role, features, transfer }) => {
+            open.disabled = role === 'view' || !features.includes('open') || transfer !== '';
+            const saves = features.includes('save') && transfer === '';
+            for (const n of kSaved.keys()) save.options[n + 1]!.disabled = !saves;
+        },
+    );
     const { store, history } = session;
     const tools = kTools.map((name) => {
-        const b = button(kTexts[name].text, () => store.set({ tool: name }), kTexts[name].hint);
+        const b = button(kTexts[name].text, () => store.set({ tool: { name } }), kTexts[name].hint);
         b.dataset.tool = name;
         return b;
     });
@@ -65,13 +68,16 @@ export function toolbar(
     const redo = button('Redo', () => void history.redo());
     redo.id = 'redo';
     const name = h('span', { class: 'scan' });
-    store.watch(['tool', 'role', 'shared'], (state) => {
-        for (const b of tools) {
-            b.hidden = b.dataset.tool === 'catheter' && !state.shared?.tissue?.has_vessel;
-            b.setAttribute('aria-pressed', String(b.dataset.tool === state.tool));
-            b.disabled = state.role === 'view' && !/look|window|path/.test(b.dataset.tool!);
-        }
-    });
+    store.watch(
+        ({ tool, link, shared }) => [tool, link, shared],
+        (tool, link, shared) => {
+            for (const b of tools) {
+                b.hidden = b.dataset.tool === 'catheter' && !shared?.tissue?.has_vessel;
+                b.setAttribute('aria-pressed', String(b.dataset.tool === tool.name));
+                b.disabled = link.role === 'view' && !/look|window|path/.test(b.dataset.tool!);
+            }
+        },
+    );
     // Own steps change without the store's knowing, so any change is looked at.
     const refresh = (): void => {
         const names = history.names();
@@ -83,10 +89,13 @@ export function toolbar(
     store.listen(refresh);
     history.onChange = refresh;
     refresh();
-    store.watch(['volume'], ({ volume }) => {
-        name.textContent = volume ? volume.name : '';
-        document.title = volume ? `${volume.name} – Pliant` : 'Pliant';
-    });
+    store.watch(
+        ({ scan: { volume } }) => [volume],
+        (volume) => {
+            name.textContent = volume ? volume.name : '';
+            document.title = volume ? `${volume.name} – Pliant` : 'Pliant';
+        },
+    );
     return h(
         'header',
         {},

@@ -4,7 +4,7 @@
 // A short tour at the first start: flying, pushing, the threshold, undo. Each step waits for the
 // user to have done the thing, or to press Next.
 
-import type { State } from '../state/store.ts';
+import type { State } from '../state/state.ts';
 import type { Session } from '../tools/session.ts';
 import { button, h } from './dom.ts';
 
@@ -20,7 +20,7 @@ const kSteps: readonly Step[] = [
         text:
             'Top left is the endoscope. Drag in it to look around, hold W to fly ahead, S ' +
             'to fly back. The tip stops at walls.',
-        done: (now, then) => now.camera.eye !== then.camera.eye,
+        done: (now, then) => now.view.camera.eye !== then.view.camera.eye,
     },
     {
         title: 'Push',
@@ -43,7 +43,7 @@ const kSteps: readonly Step[] = [
             'The key ? shows all keys.',
         done: (now, then) =>
             (now.shared?.redo.steps ?? 0) > (then.shared?.redo.steps ?? 0) ||
-            now.camera !== then.camera,
+            now.view.camera !== then.view.camera,
     },
 ];
 

@@ -1,26 +1,14 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// One undo for everything. Steps that change the tissue or the threshold are the server's; window,
-// camera and sections are the page's own. Each own step remembers how many server steps there were
-// before it, which puts both kinds into one order.
+// One undo for everything. Steps that change the tissue or the threshold are the server's; the
+// groups `view` and `sections` are the page's own. Each own step remembers the number of server
+// steps before it, which puts both kinds into one order.
 
-import type { State, Store } from './store.ts';
+import type { State } from './state.ts';
+import type { Store } from './store.ts';
 
-const kOwn = [
-    'window',
-    'level',
-    'camera',
-    'cursor',
-    'sections',
-    'orbit',
-    'outside',
-    'fluoroscopy',
-    'fieldOfView',
-    'barrel',
-    'fog',
-] as const;
-type Own = Pick<State, (typeof kOwn)[number]>;
+type Own = Pick<State, 'view' | 'sections'>;
 
 interface Step {
     readonly name: string;
@@ -32,10 +20,14 @@ interface Step {
 const kMostSteps = 200;
 const kMergeMs = 700;
 
-const ownOf = (state: State): Own =>
-    Object.fromEntries(kOwn.map((key) => [key, state[key]])) as unknown as Own;
+const ownOf = ({ view, sections }: State): Own => ({ view, sections });
 
-const same = (a: Own, b: Own): boolean => kOwn.every((key) => a[key] === b[key]);
+function sameValues<T extends object>(a: T, b: T): boolean {
+    return (Object.keys(a) as (keyof T)[]).every((key) => a[key] === b[key]);
+}
+
+const same = (a: Own, b: Own): boolean =>
+    sameValues(a.view, b.view) && sameValues(a.sections, b.sections);
 
 export class History {
     private readonly done: Step[] = [];
@@ -49,17 +41,17 @@ export class History {
 
     constructor(
         private readonly store: Store,
-        private readonly server: (what: 'undo' | 'redo') => Promise<void>,
+        private readonly server: (step: 'undo' | 'redo') => Promise<void>,
         private readonly now: () => number = () => performance.now(),
     ) {}
 
-    /// A change of the page's own state begins; it may take many calls of set. Changes that
-    /// overlap, as flying and looking around do, are one step.
+    /// Begins a change of the page's own state, of any number of calls of set. Overlapping changes,
+    /// as of flying and looking around, are one step.
     begin(): void {
         if (this.open++ === 0) this.before = ownOf(this.store.state);
     }
 
-    /// @param merge  with the step before, if that has the same name and was just now
+    /// Ends a change. @param merge  joins it with the last step, if that is recent and of this name
     end(name: string, merge = false): void {
         if (this.open > 0 && --this.open === 0) this.close(name, merge);
     }
@@ -87,14 +79,14 @@ export class History {
         this.onChange();
     }
 
-    /// The whole of a change at once; notches of a wheel in quick succession are one step.
+    /// Makes a change at once; notches of a wheel in quick succession are one step.
     step(name: string, change: () => void): void {
         this.begin();
         change();
         this.end(name, true);
     }
 
-    /// Another scan: what was done to the one before is no more.
+    /// Forgets all steps, for another scan.
     clear(): void {
         this.done.length = 0;
         this.undone = [];
@@ -104,8 +96,8 @@ export class History {
         this.onChange();
     }
 
-    /// Takes back the last step. Quick presses wait for each other: which step is the last is only
-    /// known when the server has said what is left.
+    /// Takes back the last step. Quick presses wait for each other: the server's answer tells which
+    /// step is the last.
     undo(): Promise<void> {
         return this.next(() => this.undoNow());
     }
@@ -113,8 +105,8 @@ export class History {
         return this.next(() => this.redoNow());
     }
 
-    private next(what: () => Promise<void> | undefined): Promise<void> {
-        this.queue = this.queue.then(what);
+    private next(step: () => Promise<void> | undefined): Promise<void> {
+        this.queue = this.queue.then(step);
         return this.queue;
     }
 
@@ -143,7 +135,7 @@ export class History {
         return shared?.redo.steps ? this.server('redo') : undefined;
     }
 
-    /// What the next undo and redo take back or do again; empty where there is nothing.
+    /// Names of the next steps to undo and to redo; empty: none.
     names(): { undo: string; redo: string } {
         const shared = this.store.state.shared;
         const own = this.done[this.done.length - 1];

@@ -1,68 +1,45 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// What a reload of the page must not lose: camera, window, tool. Kept in the tab's own storage, and
-// only taken up for the same scan.
+// Keeps the view over a reload of the page: camera, window, settings, keyframes. They lie in the
+// tab's own storage and are taken up for the same scan only.
 
 import type { Memory } from '../net/connection.ts';
-import type { State, Store } from './store.ts';
+import type { State } from './state.ts';
+import type { Patch, Store } from './store.ts';
 
-const kKey = 'pliant.view';
-const kKept = [
-    'camera',
-    'cursor',
-    'style',
-    'styleChosen',
-    'lining',
-    'fieldStop',
-    'outside',
-    'fluoroscopy',
-    'fluoroContrast',
-    'fluoroExposure',
-    'fluoroField',
-    'fluoroNoise',
-    'orbit',
-    'fieldOfView',
-    'barrel',
-    'fog',
-    'speed',
-    'wall',
-    'tip',
-    'sections',
-    'window',
-    'level',
-    'contour',
-    'overlay',
-    'overlayOpacity',
-    'overlayAuto',
-    'overlayMm',
-    'overlayGrowth',
-    'tool',
-    'radius',
-    'strength',
-    'slide',
-    'depth',
-    'maximised',
-    'space',
-    'timings',
-    'keyframes',
-] as const;
+const kKey = 'pliant.view.2'; // a new number where the form changes
 
-/// Which scan a view belongs to.
-const scanOf = ({ volume }: State): string =>
-    volume ? [volume.name, ...volume.size, ...volume.origin_mm].join(' ') : '';
-
-export function keepView(store: Store, memory: Memory): void {
-    const kept = Object.fromEntries(kKept.map((key) => [key, store.state[key]]));
-    if (store.state.volume)
-        memory.setItem(kKey, JSON.stringify({ scan: scanOf(store.state), kept }));
+function keptOf(state: State): Patch {
+    const { view, sections, look, fluoro, flight, overlay } = state;
+    const { maximised, contour, space, timings } = state.display;
+    return {
+        view,
+        sections,
+        look,
+        fluoro,
+        flight,
+        overlay,
+        tool: { ...state.tool, outcome: '' },
+        display: { maximised, contour, space, timings },
+        movie: { keyframes: state.movie.keyframes },
+    };
 }
 
-/// @returns whether there was a view of this scan
+/// Identifies a scan by its name and grid.
+const scanOf = ({ scan: { volume } }: State): string =>
+    volume ? [volume.name, ...volume.size, ...volume.origin_mm].join(' ') : '';
+
+export function keepView({ state }: Store, memory: Memory): void {
+    if (state.scan.volume)
+        memory.setItem(kKey, JSON.stringify({ scan: scanOf(state), kept: keptOf(state) }));
+}
+
+/// Restores the view. @returns whether there was a view of this scan
 export function takeUpView(store: Store, memory: Memory): boolean {
     const text = memory.getItem(kKey);
     if (!text) return false;
-    const { scan, kept } = JSON.parse(text) as { scan: string; kept: Partial<State> };
+    const { scan, kept } = JSON.parse(text) as { scan: string; kept: Patch };
     if (scan !== scanOf(store.state)) return false;
     store.set(kept);
     return true;

@@ -16,29 +16,23 @@ import {
     type SectionName,
     type State,
     type ViewName,
-} from '../state/store.ts';
+    type Wall,
+} from '../state/state.ts';
+import type { Patch } from '../state/store.ts';
 import { keptInside, kSectionAxes, sectionPlane } from '../views/section_geometry.ts';
-import { Movie } from './movie.ts';
-import { PathTool } from './path_tool.ts';
+import { saveBlob } from './download.ts';
 import type { Session } from './session.ts';
 import { kLeastCarving, newStroke } from './strokes.ts';
 
 const clamp = (x: number, low: number, high: number): number => Math.min(Math.max(x, low), high);
 
 export class Actions {
-    readonly way: PathTool;
-    readonly movie: Movie;
+    constructor(private readonly session: Session) {}
 
-    constructor(private readonly session: Session) {
-        const save = (blob: Blob, name: string): void => download(URL.createObjectURL(blob), name);
-        this.way = new PathTool(session, save);
-        this.movie = new Movie(session, (iso_hu) => this.iso({ iso_hu }), save);
-    }
-
-    private get state(): Readonly<State> {
+    private get state(): State {
         return this.session.store.state;
     }
-    private set(patch: Partial<State>): void {
+    private set(patch: Patch): void {
         this.session.store.set(patch);
     }
 
@@ -46,7 +40,7 @@ export class Actions {
 
     setCursor(place: Vec3): void {
         const { volume } = this.session;
-        if (volume) this.set({ cursor: keptInside(volume.grid, place) });
+        if (volume) this.set({ sections: { cursor: keptInside(volume.grid, place) } });
     }
 
     /// Whole voxels along a section's normal; up is towards head, left or back.
@@ -61,42 +55,45 @@ export class Actions {
         );
         const step = Math.max(...spacing);
         const most = dot(sub(high, low), normal) / step;
+        const { cursor } = this.state.sections;
         this.session.history.step('scroll', () =>
-            this.setCursor(along(this.state.cursor, clamp(slices, -most, most) * step, normal)),
+            this.setCursor(along(cursor, clamp(slices, -most, most) * step, normal)),
         );
     }
 
     pan(view: SectionName, dx: number, dy: number, width: number, height: number): void {
         const { volume } = this.session;
         if (!volume) return;
-        const frame = this.state.sections[view];
-        const plane = sectionPlane(volume.grid, view, frame, this.state.cursor, width, height);
+        const { frames, cursor } = this.state.sections;
+        const frame = frames[view];
+        const plane = sectionPlane(volume.grid, view, frame, cursor, width, height);
         const shift = [
             frame.shift[0] - dx * plane.mmPerPixel,
             frame.shift[1] + dy * plane.mmPerPixel,
         ] as const;
-        this.set({ sections: { ...this.state.sections, [view]: { ...frame, shift } } });
+        this.set({ sections: { frames: { ...frames, [view]: { ...frame, shift } } } });
     }
 
     zoom(view: ViewName, factor: number): void {
         if (view === 'endoscope') {
-            if (this.state.outside) {
-                const { orbit } = this.state;
-                this.set({
-                    orbit: { ...orbit, distance: clamp(orbit.distance / factor, 20, 5000) },
-                });
-            } else this.set({ fieldOfView: clamp(this.state.fieldOfView / factor, 30, 120) });
+            const { outside, orbit, fieldOfView } = this.state.view;
+            const distance = clamp(orbit.distance / factor, 20, 5000);
+            if (outside) this.set({ view: { orbit: { ...orbit, distance } } });
+            else this.set({ view: { fieldOfView: clamp(fieldOfView / factor, 30, 120) } });
             return;
         }
-        const frame = this.state.sections[view];
-        const zoom = clamp(frame.zoom * factor, 0.5, 20);
-        this.set({ sections: { ...this.state.sections, [view]: { ...frame, zoom } } });
+        const { frames } = this.state.sections;
+        const zoom = clamp(frames[view].zoom * factor, 0.5, 20);
+        this.set({ sections: { frames: { ...frames, [view]: { ...frames[view], zoom } } } });
     }
 
     windowBy(dWindow: number, dLevel: number): void {
+        const { window, level } = this.state.sections;
         this.set({
-            window: clamp(this.state.window + dWindow, 1, 8000),
-            level: clamp(this.state.level + dLevel, -2000, 4000),
+            sections: {
+                window: clamp(window + dWindow, 1, 8000),
+                level: clamp(level + dLevel, -2000, 4000),
+            },
         });
     }
 
@@ -104,101 +101,107 @@ export class Actions {
     fit(): void {
         const whole = { shift: [0, 0] as const, zoom: 1 };
         this.session.history.step('fit', () =>
-            this.set({ sections: { axial: whole, coronal: whole, sagittal: whole } }),
+            this.set({ sections: { frames: { axial: whole, coronal: whole, sagittal: whole } } }),
         );
     }
 
     /// The next overlay; none after the last.
     cycleOverlay(): void {
-        if (!this.state.features.includes('overlay')) {
+        if (!this.state.link.features.includes('overlay')) {
             this.session.say('this server has no overlays');
             return;
         }
-        const next = kOverlays[(kOverlays.indexOf(this.state.overlay) + 1) % kOverlays.length]!;
-        this.set({ overlay: next });
+        const { kind } = this.state.overlay;
+        const next = kOverlays[(kOverlays.indexOf(kind) + 1) % kOverlays.length]!;
+        this.set({ overlay: { kind: next } });
         this.session.say(next === 'none' ? 'no overlay' : kKinds[next].title);
     }
 
     /// The range stays as it is now, or follows the values.
     fixOverlayRange(fixed: boolean): void {
-        const { overlay } = this.state;
-        if (fixed && overlay !== 'none') {
-            const { reachKey, rest } = kKinds[overlay];
-            this.set({ [reachKey]: rangeOf(this.state).high - rest });
+        const { kind } = this.state.overlay;
+        if (fixed && kind !== 'none') {
+            const { reachKey, rest } = kKinds[kind];
+            this.set({ overlay: { [reachKey]: rangeOf(this.state).high - rest } });
         }
-        this.set({ overlayAuto: !fixed });
+        this.set({ overlay: { auto: !fixed } });
     }
 
     // --- views
 
     maximise(view: ViewName | null): void {
-        this.set({ maximised: view, ...(view ? { active: view } : {}) });
+        this.set({ display: { maximised: view }, ...(view ? { pointer: { active: view } } : {}) });
     }
     toggleMaximised(view: ViewName): void {
-        this.maximise(this.state.maximised === view ? null : view);
+        this.maximise(this.state.display.maximised === view ? null : view);
     }
     cycleViews(): void {
         const order: (ViewName | null)[] = [null, ...kViews];
-        const next = order[(order.indexOf(this.state.maximised) + 1) % order.length]!;
+        const next = order[(order.indexOf(this.state.display.maximised) + 1) % order.length]!;
         this.maximise(next);
     }
 
     toggleOutside(): void {
-        const { outside, fluoroscopy } = this.state;
+        const { outside, fluoroscopy } = this.state.view;
         const next = fluoroscopy || !outside;
-        this.session.history.step('outside', () => this.set({ outside: next, fluoroscopy: false }));
+        this.session.history.step('outside', () =>
+            this.set({ view: { outside: next, fluoroscopy: false } }),
+        );
     }
 
     toggleFluoroscopy(): void {
-        const fluoroscopy = !(this.state.fluoroscopy && this.state.outside);
+        const { view } = this.state;
+        const fluoroscopy = !(view.fluoroscopy && view.outside);
         this.session.history.step('fluoroscopy', () =>
-            this.set({ fluoroscopy, outside: fluoroscopy }),
+            this.set({ view: { fluoroscopy, outside: fluoroscopy } }),
         );
     }
 
     /// The outside view from a direction.
     standardView(direction: Vec3, up: Vec3): void {
+        const { view, display } = this.state;
+        const hidden = display.maximised && display.maximised !== 'endoscope';
         this.session.history.step('standard view', () =>
             this.set({
-                outside: true,
-                orbit: { ...this.state.orbit, direction, up },
-                ...(this.state.maximised && this.state.maximised !== 'endoscope'
-                    ? { maximised: null }
-                    : {}),
+                view: { outside: true, orbit: { ...view.orbit, direction, up } },
+                ...(hidden ? { display: { maximised: null } } : {}),
             }),
         );
     }
 
     cycleWall(): void {
-        const next = kWalls[(kWalls.indexOf(this.state.wall) + 1) % kWalls.length]!;
+        const next = kWalls[(kWalls.indexOf(this.state.flight.wall) + 1) % kWalls.length]!;
         this.setWall(next);
     }
-    setWall(wall: State['wall']): void {
-        if (this.state.wall === 'push' && wall !== 'push') void this.session.ask({ do: 'release' });
-        this.set({ wall });
+    setWall(wall: Wall): void {
+        const pushed = this.state.flight.wall === 'push';
+        if (pushed && wall !== 'push') void this.session.ask({ do: 'release' });
+        this.set({ flight: { wall } });
     }
 
     // --- tissue
 
     /// The tool at the crosshair, for those who use no mouse.
     async applyAtCursor(): Promise<void> {
-        const { tool, cursor, radius, strength, active, depth, slide } = this.state;
+        const { name, radius, strength, depth, slide } = this.state.tool;
+        const { cursor } = this.state.sections;
+        const { active } = this.state.pointer;
         const { right, ahead } = this.frameOfActive();
-        if (tool === 'push')
+        if (name === 'push')
             await this.session.ask({
                 do: pushOrSlide(this.state, slide),
                 point: cursor,
                 push: mul(strength * (radius || 1), active === 'endoscope' ? ahead : right),
                 radius,
             });
-        else if (tool === 'carve')
+        else if (name === 'carve')
             await this.session.ask({
                 do: 'carve',
                 from: cursor,
                 to: cursor,
                 radius: Math.max(radius, kLeastCarving),
             });
-        else if (tool === 'cut')
+        else if (name === 'cut')
             await this.session.ask({
                 do: 'cut',
                 line: [-2, 2].map((s) =>
@@ -206,17 +209,18 @@ export class Actions {
                 ),
                 depth: mul(depth, ahead),
             });
-        else if (tool === 'grab') await this.nudge([0, radius / 2]);
-        else if (tool === 'path') await this.way.click(cursor);
+        else if (name === 'grab') await this.nudge([0, radius / 2]);
+        else if (name === 'path') await this.session.path.click(cursor);
         else this.session.say('choose push, grab, cut or carve first');
     }
 
     /// Grabs at the crosshair and leads it by millimetres right and up in the active view.
     async nudge(by: readonly [number, number]): Promise<void> {
-        const { cursor, radius } = this.state;
+        const { name, radius } = this.state.tool;
+        const { cursor } = this.state.sections;
         const { right, up } = this.frameOfActive();
         const motion = add(mul(by[0], right), mul(by[1], up));
-        if (this.state.tool === 'grab') {
+        if (name === 'grab') {
             if (!(await this.session.ask({ do: 'grab', point: cursor, radius }))) return;
             await this.session.ask({ do: 'drag', offset: motion });
             await this.session.ask({ do: 'let_go' });
@@ -228,46 +232,17 @@ export class Actions {
     }
 
     private frameOfActive(): { right: Vec3; up: Vec3; ahead: Vec3 } {
-        const { active, camera } = this.state;
+        const { active } = this.state.pointer;
         if (active !== 'endoscope') {
             const { right, up, normal } = kSectionAxes[active];
             return { right, up, ahead: normal };
         }
-        const { right, up, forward } = frameOf(camera);
+        const { right, up, forward } = frameOf(this.state.view.camera);
         return { right, up, ahead: forward };
     }
 
     relax(): void {
         void this.session.ask({ do: 'relax', on: !this.state.shared?.relaxing });
-    }
-
-    // --- the threshold, which all clients share
-
-    private isoWish: { iso_hu?: number; polarity?: 'rising' | 'falling' } | undefined;
-    private isoSent: number | undefined;
-    private isoBusy = false;
-
-    /// Asks for a threshold; while one is under way only the newest wish is kept.
-    iso(wish: { iso_hu?: number; polarity?: 'rising' | 'falling' }): void {
-        this.isoWish = { ...this.isoWish, ...wish };
-        if (!this.isoBusy) void this.sendIso();
-    }
-
-    /// The threshold that has been asked for or, without a wish, the one that holds.
-    get wantedIso(): number {
-        return this.isoWish?.iso_hu ?? this.isoSent ?? this.state.shared?.iso_hu ?? -500;
-    }
-
-    private async sendIso(): Promise<void> {
-        this.isoBusy = true;
-        while (this.isoWish) {
-            const wish = this.isoWish;
-            this.isoWish = undefined;
-            this.isoSent = wish.iso_hu;
-            await this.session.ask({ do: 'iso', ...wish });
-        }
-        this.isoSent = undefined;
-        this.isoBusy = false;
     }
 
     // --- files
@@ -276,8 +251,8 @@ export class Actions {
     async openFile(file: File): Promise<void> {
         try {
             const text = await file.text();
-            if (this.movie.open(text, file.name)) return;
-            this.session.setPath(readPath(text, file.name));
+            if (this.session.movie.open(text, file.name)) return;
+            this.session.path.use(readPath(text, file.name));
             this.session.say(`${file.name}: a path; Fly it in the panel Endoscope`);
         } catch (error) {
             this.session.say((error as Error).message);
@@ -286,7 +261,7 @@ export class Actions {
 
     async snapshot(): Promise<void> {
         const blob = await this.session.stage.toBlob();
-        if (blob) download(URL.createObjectURL(blob), 'pliant.png');
+        if (blob) saveBlob(blob, 'pliant.png');
     }
 }
 
@@ -295,10 +270,3 @@ const dotColumn = (
     axis: number,
     normal: Vec3,
 ): number => dot(volume.grid.direction[axis]!, normal);
-
-export function download(url: string, name: string): void {
-    const link = document.createElement('a');
-    link.href = url;
-    link.download = name;
-    link.click();
-}

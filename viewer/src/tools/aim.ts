@@ -6,7 +6,7 @@
 import { firstHit, frameOf, rayThrough } from '../maths/rays.ts';
 import { along, dot, sub, type Vec3 } from '../maths/vec.ts';
 import type { VolumeData } from '../maths/volume.ts';
-import { type State, surfaceOf, type ViewName } from '../state/store.ts';
+import { type State, surfaceOf, type View, type ViewName } from '../state/state.ts';
 import { kOutsideField, orbitCamera } from '../views/orbit.ts';
 import { sectionPlane, type SectionPlane, worldOfPixel } from '../views/section_geometry.ts';
 
@@ -21,27 +21,23 @@ export interface Spot {
 
 export function planeAt(volume: VolumeData, state: State, spot: Spot): SectionPlane | undefined {
     if (spot.view === 'endoscope') return undefined;
-    return sectionPlane(
-        volume.grid,
-        spot.view,
-        state.sections[spot.view],
-        state.cursor,
-        spot.width,
-        spot.height,
-    );
+    const { frames, cursor } = state.sections;
+    const { view, width, height } = spot;
+    return sectionPlane(volume.grid, view, frames[view], cursor, width, height);
 }
 
 /// Origin and direction of the ray through a spot of the endoscope's view.
-export function rayAt(state: State, spot: Spot): { origin: Vec3; direction: Vec3 } {
+export function rayAt(view: View, spot: Spot): { origin: Vec3; direction: Vec3 } {
     const u = (2 * spot.x - spot.width) / spot.height;
     const v = 1 - (2 * spot.y) / spot.height;
-    const camera = state.outside ? orbitCamera(state) : state.camera;
-    const direction = state.outside
-        ? rayThrough(camera, kOutsideField, 0, u, v)
-        : rayThrough(camera, state.fieldOfView, state.barrel, u, v);
-    if (!state.outside) return { origin: camera.eye, direction };
+    if (!view.outside) {
+        const { camera, fieldOfView, barrel } = view;
+        return { origin: camera.eye, direction: rayThrough(camera, fieldOfView, barrel, u, v) };
+    }
+    const camera = orbitCamera(view);
+    const direction = rayThrough(camera, kOutsideField, 0, u, v);
     // From outside the way begins at the plane through the tip that cuts the volume open.
-    const ahead = dot(sub(state.camera.eye, camera.eye), camera.look);
+    const ahead = dot(sub(view.camera.eye, camera.eye), camera.look);
     const start = Math.max(ahead / Math.max(dot(direction, camera.look), 1e-6), 0);
     return { origin: along(camera.eye, start, direction), direction };
 }
@@ -50,7 +46,7 @@ export function rayAt(state: State, spot: Spot): { origin: Vec3; direction: Vec3
 export function pointAt(volume: VolumeData, state: State, spot: Spot): Vec3 | undefined {
     const plane = planeAt(volume, state, spot);
     if (plane) return worldOfPixel(plane, spot.x, spot.y);
-    const { origin, direction } = rayAt(state, spot);
+    const { origin, direction } = rayAt(state.view, spot);
     return firstHit(volume, origin, direction, surfaceOf(state))?.point;
 }
 
@@ -66,8 +62,9 @@ export function dragFrame(
         const { right, up, normal } = plane.axes;
         return { right, up, ahead: normal, mmPerPixel: plane.mmPerPixel };
     }
-    const camera = state.outside ? orbitCamera(state) : state.camera;
-    const field = state.outside ? kOutsideField : state.fieldOfView;
+    const { outside, fieldOfView } = state.view;
+    const camera = outside ? orbitCamera(state.view) : state.view.camera;
+    const field = outside ? kOutsideField : fieldOfView;
     const { right, up, forward } = frameOf(camera);
     const depth = Math.max(dot(sub(place, camera.eye), forward), 0.1);
     const slope = Math.tan((field * Math.PI) / 360);

@@ -6,8 +6,9 @@
 // hand that does nothing says nothing, so that another client may drive.
 
 import type { Command } from '../net/protocol.ts';
-import type { State } from '../state/store.ts';
-import type { Session } from './session.ts';
+import { hasVessel, type State } from '../state/state.ts';
+import type { Haptics } from './haptics.ts';
+import type { Scene } from './scene.ts';
 
 /// Shares of full speed, −1…1, ahead or to one side.
 export interface Wish {
@@ -32,12 +33,10 @@ const kDeadZone = 0.15; // of sticks that don't quite come back
 const kSendMs = 50;
 const kSpaceMouse = /3dconnexion|space ?(mouse|navigator|pilot)/i;
 
-export const drives = (state: Readonly<State>): boolean =>
-    state.role === 'control' && state.shared?.tissue?.model === 'vessel';
+export const drives = (state: State): boolean => state.link.role === 'control' && hasVessel(state);
 
 /// Whether arrow keys are the catheter's.
-export const keysDrive = (state: Readonly<State>): boolean =>
-    state.tool === 'catheter' && drives(state);
+export const keysDrive = (state: State): boolean => state.tool.name === 'catheter' && drives(state);
 
 const clamp = (x: number, most: number): number => Math.min(Math.max(x, -most), most);
 
@@ -85,14 +84,14 @@ export class CatheterHand {
     private lastSent = -Infinity;
 
     constructor(
-        private readonly session: Session,
+        private readonly scene: Scene,
         private readonly held: ReadonlySet<string>,
-        private readonly pads: () => readonly (Pad | null)[],
+        private readonly device: Haptics,
     ) {}
 
     /// As asked for, or as it is [degrees].
     get bend(): readonly [number, number] {
-        const vessel = this.session.store.state.shared?.vessel;
+        const vessel = this.scene.store.state.shared?.vessel;
         return this.bendWish ?? [vessel?.bend_first_deg ?? 0, vessel?.bend_second_deg ?? 0];
     }
 
@@ -115,8 +114,8 @@ export class CatheterHand {
 
     /// Each frame.
     tick(seconds: number, now: number): void {
-        const { state } = this.session.store;
-        if (!drives(state) || state.link !== 'open') {
+        const { state } = this.scene.store;
+        if (!drives(state) || state.link.status !== 'open') {
             this.insert = this.rotate = this.sentInsert = this.sentRotate = 0;
             this.bendWish = undefined;
             return;
@@ -129,7 +128,7 @@ export class CatheterHand {
             this.sentBend = '';
         }
         let wish = keysDrive(state) ? wishOfKeys(this.held) : kNothing;
-        const pads = this.session.device.isLed ? [] : this.pads(); // else they lead the device
+        const pads: readonly (Pad | null)[] = this.device.isLed ? [] : navigator.getGamepads();
         for (const pad of pads) if (pad) wish = sumOf(wish, wishOfPad(pad));
         if (wish.bend[0] || wish.bend[1]) {
             const [first, second] = this.bend;
@@ -161,6 +160,6 @@ export class CatheterHand {
     }
 
     private tell(command: Command): void {
-        void this.session.ask(command);
+        void this.scene.ask(command);
     }
 }

@@ -4,10 +4,10 @@
 // Files from and to the server: scans that are opened, and what is saved. One at a time; what goes
 // wrong is one line for the user.
 
-import { download } from './actions.ts';
+import { download } from './download.ts';
 import { droppedFiles, type NamedFile, scanOf } from './dropped.ts';
+import type { Scene } from './scene.ts';
 import { readSeries, type Series } from './series.ts';
-import type { Session } from './session.ts';
 
 export const kSaved = [
     'volume.nrrd',
@@ -36,7 +36,7 @@ export class Files {
 
     /// @param query  the link's token
     constructor(
-        private readonly session: Session,
+        private readonly scene: Scene,
         private readonly query: string,
         private readonly hooks: FileHooks,
     ) {
@@ -66,7 +66,7 @@ export class Files {
         try {
             await this.open(await droppedFiles(data));
         } catch (error) {
-            this.session.say((error as Error).message);
+            this.scene.say((error as Error).message);
         }
     }
 
@@ -74,7 +74,7 @@ export class Files {
         const only = files.length === 1 ? files[0]!.file : undefined;
         if (only && /\.json$/i.test(only.name)) return this.hooks.openPath(only);
         await this.during(async () => {
-            const { role, features, openBytes } = this.session.store.state;
+            const { role, features, openBytes } = this.scene.store.state.link;
             if (role === 'view') throw new Error('a scan is opened by those who control');
             if (!features.includes('open')) throw new Error('this server opens no scans');
             const scan = scanOf(files);
@@ -84,7 +84,7 @@ export class Files {
                     `${scan.name}: ${mib(total)}, expected a scan of up to ${mib(openBytes)}`,
                 );
             await this.send(scan.name, scan.files, total);
-            this.session.say(`opened ${scan.name}`);
+            this.scene.say(`opened ${scan.name}`);
         });
     }
 
@@ -151,7 +151,7 @@ export class Files {
 
     async save(name: SavedName): Promise<void> {
         await this.during(async () => {
-            if (!this.session.store.state.features.includes('save'))
+            if (!this.scene.store.state.link.features.includes('save'))
                 throw new Error('this server saves no files');
             this.tell(`Saving ${name}…`);
             const response = await fetch(`save/${name}${this.query}`);
@@ -159,23 +159,23 @@ export class Files {
             const url = URL.createObjectURL(await response.blob());
             download(url, name);
             setTimeout(() => URL.revokeObjectURL(url), kKeepMs);
-            this.session.say(`saved ${name}`);
+            this.scene.say(`saved ${name}`);
         });
     }
 
     private tell(transfer: string): void {
-        this.session.store.set({ transfer });
+        this.scene.store.set({ link: { transfer } });
     }
 
     private async during(work: () => Promise<void>): Promise<void> {
-        if (this.session.store.state.transfer) {
-            this.session.say('another file is on its way');
+        if (this.scene.store.state.link.transfer) {
+            this.scene.say('another file is on its way');
             return;
         }
         try {
             await work();
         } catch (error) {
-            this.session.say((error as Error).message);
+            this.scene.say((error as Error).message);
         } finally {
             this.tell('');
         }

@@ -7,11 +7,9 @@
 
 import { flown } from '../maths/flight.ts';
 import { mul, type Vec3 } from '../maths/vec.ts';
-import type { VolumeData } from '../maths/volume.ts';
-import type { Connection } from '../net/connection.ts';
-import type { Command, HapticsNews } from '../net/protocol.ts';
-import { type Store, surfaceOf } from '../state/store.ts';
+import type { HapticsNews } from '../net/protocol.ts';
 import { buttonsOff, kNoMotion, type Motion, moved, padMotion, spaceMouse } from './pads.ts';
+import type { Scene } from './scene.ts';
 
 export const kPlotSeconds = 10;
 const kAhead = 10; // of the tip, where a tool begins if there is room [mm]
@@ -23,15 +21,6 @@ const kPadRoll = 4.5; // and by a stick, for its way to the side [degrees/mm]
 export interface Felt {
     readonly at: number; ///< [ms]
     readonly newtons: number;
-}
-
-/// The parts of a session that a device needs.
-export interface Host {
-    readonly store: Store;
-    readonly connection: Connection;
-    readonly volume: VolumeData | undefined;
-    say: (text: string) => void;
-    ask(command: Command): Promise<boolean>;
 }
 
 export class Haptics {
@@ -46,14 +35,14 @@ export class Haptics {
     private shownAt = 0;
     private puck: (() => Motion) | undefined;
 
-    constructor(private readonly session: Host) {}
+    constructor(private readonly scene: Scene) {}
 
     get news(): HapticsNews | null {
-        return this.session.store.state.haptics;
+        return this.scene.store.state.device.news;
     }
     /// Whether it is in this browser's hand.
     get isOwn(): boolean {
-        return this.news?.on === true && this.news.client === this.session.connection.client;
+        return this.news?.on === true && this.news.client === this.scene.connection.client;
     }
     /// Whether the mouse in the endoscope's view leads it.
     get isLed(): boolean {
@@ -62,7 +51,7 @@ export class Haptics {
 
     take(news: HapticsNews, now: number): void {
         const before = this.newest ?? this.news;
-        if (before && !news.on && news.why) this.session.say(`device: ${news.why}`);
+        if (before && !news.on && news.why) this.scene.say(`device: ${news.why}`);
         this.newest = news;
         const same = (['on', 'tool', 'stopped', 'lost'] as const).every(
             (key) => news[key] === before?.[key],
@@ -73,42 +62,41 @@ export class Haptics {
         this.felt.push({ at: now, newtons: news.largest_n! });
         while (this.felt[0]!.at < now - 1000 * kPlotSeconds) this.felt.shift();
         if (this.follows && this.isOwn && !news.holds) {
-            const { camera } = this.session.store.state;
-            this.session.store.set({ camera: { ...camera, eye: news.proxy_mm! } });
+            const { camera } = this.scene.store.state.view;
+            this.scene.store.set({ view: { camera: { ...camera, eye: news.proxy_mm! } } });
         }
     }
 
     /// All of it comes up to 60 times a second; that many numbers nobody reads.
     private show(now: number): void {
         if (!this.newest) return;
-        this.session.store.set({ haptics: this.newest.on ? this.newest : null });
+        this.scene.store.set({ device: { news: this.newest.on ? this.newest : null } });
         this.newest = null;
         this.shownAt = now;
     }
     /// The line is broken: nothing is known any more.
     forget(): void {
         this.newest = null;
-        this.session.store.set({ haptics: null });
+        this.scene.store.set({ device: { news: null } });
     }
 
     /// Begins at the endoscope's tip, or a little before it.
     async start(): Promise<boolean> {
-        const { camera, tip, hapticDevices, shared } = this.session.store.state;
-        const { volume } = this.session;
+        const { volume, surface } = this.scene;
+        const { view, flight, device, shared } = this.scene.store.state;
         if (!volume || !shared) return false;
-        const surface = surfaceOf(this.session.store.state);
+        const { camera } = view;
+        const { tip } = flight;
         const ahead = mul(kAhead, camera.look);
-        const position = this.follows
-            ? camera.eye
-            : flown(volume, camera.eye, ahead, tip, surface);
+        const position = this.follows ? camera.eye : flown(volume, camera.eye, ahead, tip, surface);
         this.place = [0, 0, 0];
         this.roll = 0;
         // What doesn't come back would be felt once only.
-        if (!shared.relaxing) await this.session.ask({ do: 'relax', on: true });
-        return this.session.ask({
+        if (!shared.relaxing) await this.scene.ask({ do: 'relax', on: true });
+        return this.scene.ask({
             do: 'haptics',
             wish: 'start',
-            device: this.device || hapticDevices[0]!,
+            device: this.device || device.offered[0]!,
             position,
             look: camera.look,
             up: camera.up,
@@ -118,14 +106,14 @@ export class Haptics {
     }
 
     end(): void {
-        void this.session.ask({ do: 'haptics', wish: 'end' });
+        void this.scene.ask({ do: 'haptics', wish: 'end' });
     }
 
     /// No force, at once; again: it comes back.
     toggleStop(): void {
         if (!this.news) return;
         const wish = this.news.stopped && this.isOwn ? 'go' : 'stop';
-        void this.session.ask({ do: 'haptics', wish });
+        void this.scene.ask({ do: 'haptics', wish });
     }
 
     /// The mouse, held in the endoscope's view: pixels right and down, and millimetres ahead. A
@@ -143,9 +131,9 @@ export class Haptics {
     async openSpaceMouse(): Promise<void> {
         try {
             this.puck = await spaceMouse();
-            this.session.say(this.puck ? 'SpaceMouse: ready' : 'SpaceMouse: none was chosen');
+            this.scene.say(this.puck ? 'SpaceMouse: ready' : 'SpaceMouse: none was chosen');
         } catch (error) {
-            this.session.say(`SpaceMouse: ${(error as Error).message}`);
+            this.scene.say(`SpaceMouse: ${(error as Error).message}`);
         }
     }
 
@@ -159,6 +147,6 @@ export class Haptics {
         if (this.news!.holds) this.roll += kPadRoll * motion[0] * seconds;
         this.place = moved(this.place, this.news!.holds ? [0, 0, motion[2]] : motion, seconds);
         const roll_deg = Math.round(100 * this.roll) / 100;
-        this.session.connection.tell({ do: 'haptic_pose', position: this.place, roll_deg });
+        this.scene.connection.tell({ do: 'haptic_pose', position: this.place, roll_deg });
     }
 }

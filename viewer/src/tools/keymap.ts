@@ -4,17 +4,18 @@
 // The keyboard: which keys there are, what they do, and what the help shows of them and of the
 // mouse. Keys that are held (flying) are asked for each frame.
 
-import { kTools, type SectionName, type State, type ToolName } from '../state/store.ts';
+import { kTools, type SectionName, type State, type ToolName } from '../state/state.ts';
 import type { Actions } from './actions.ts';
 import { keysDrive } from './catheter_hand.ts';
-import type { Session, Steering } from './session.ts';
+import type { Session } from './session.ts';
+import { inEndoscope, isFlightKey } from './steering.ts';
 
 interface Binding {
     readonly code: string; ///< of KeyboardEvent: the place on the keyboard
     readonly ctrl?: boolean;
     readonly shift?: boolean; ///< absent: with or without
     readonly alt?: boolean;
-    readonly when?: (state: Readonly<State>) => boolean;
+    readonly when?: (state: State) => boolean;
     readonly run: () => void;
 }
 
@@ -23,30 +24,7 @@ export interface HelpLine {
     readonly what: string;
 }
 
-const inSection = (state: Readonly<State>): boolean => state.active !== 'endoscope';
-const inEndoscope = (state: Readonly<State>): boolean => state.active === 'endoscope';
-
-/// Keys that fly and turn while they are held, by what they add.
-const kFlight: Record<
-    string,
-    Partial<Record<'x' | 'y' | 'z' | 'yaw' | 'pitch' | 'roll', number>>
-> = {
-    KeyW: { z: 1 },
-    KeyS: { z: -1 },
-    KeyA: { x: -1 },
-    KeyD: { x: 1 },
-    KeyR: { y: 1 },
-    KeyF: { y: -1 },
-    KeyQ: { roll: 1 },
-    KeyE: { roll: -1 },
-    ArrowLeft: { yaw: -1 },
-    ArrowRight: { yaw: 1 },
-    ArrowUp: { pitch: 1 },
-    ArrowDown: { pitch: -1 },
-};
-
-const isFlight = (code: string, state: Readonly<State>): boolean =>
-    !code.startsWith('Arrow') || !keysDrive(state);
+const inSection = (state: State): boolean => !inEndoscope(state);
 
 export const kHelp: readonly { title: string; lines: readonly HelpLine[] }[] = [
     {
@@ -137,7 +115,7 @@ export class Keymap {
     constructor(
         private readonly session: Session,
         actions: Actions,
-        readonly held: Set<string>,
+        private readonly held: Set<string>,
         hooks: {
             help: () => void;
             cancel: () => void;
@@ -149,12 +127,21 @@ export class Keymap {
     ) {
         const { store, history } = session;
         const scroll = (slices: number) => (): void =>
-            actions.scroll(store.state.active as SectionName, slices);
+            actions.scroll(store.state.pointer.active as SectionName, slices);
         const nudge = (x: number, y: number) => (): void => void actions.nudge([x, y]);
-        const tool = (name: ToolName) => (): void => store.set({ tool: name });
-        const radius = (factor: number): void =>
-            store.set({ radius: Math.min(Math.max(store.state.radius * factor, 0.1), 30) });
-        const iso = (by: number) => (): void => actions.iso({ iso_hu: actions.wantedIso + by });
+        const tool = (name: ToolName) => (): void => store.set({ tool: { name } });
+        const radius = (factor: number): void => {
+            const next = Math.min(Math.max(store.state.tool.radius * factor, 0.1), 30);
+            store.set({ tool: { radius: next } });
+        };
+        const { threshold, movie } = session;
+        const iso = (by: number) => (): void => threshold.ask({ iso_hu: threshold.wanted + by });
+        const toggleSpace = (): void => {
+            const { space } = store.state.display;
+            store.set({ display: { space: space === 'LPS' ? 'RAS' : 'LPS' } });
+        };
+        const toggleTimings = (): void =>
+            store.set({ display: { timings: !store.state.display.timings } });
         this.bindings = [
             { code: 'KeyZ', ctrl: true, shift: false, run: () => void history.undo() },
             { code: 'KeyZ', ctrl: true, shift: true, run: () => void history.redo() },
@@ -185,17 +172,14 @@ export class Keymap {
             { code: 'KeyC', run: () => actions.cycleWall() },
             { code: 'KeyX', run: () => actions.relax() },
             { code: 'KeyL', run: () => void session.ask({ do: 'release' }) },
-            {
-                code: 'KeyG',
-                run: () => store.set({ space: store.state.space === 'LPS' ? 'RAS' : 'LPS' }),
-            },
-            { code: 'KeyT', run: () => store.set({ timings: !store.state.timings }) },
+            { code: 'KeyG', run: toggleSpace },
+            { code: 'KeyT', run: toggleTimings },
             { code: 'KeyH', run: () => session.device.toggleStop() },
             { code: 'KeyM', run: () => actions.cycleOverlay() },
             { code: 'KeyP', run: () => void actions.snapshot() },
-            { code: 'KeyK', shift: false, run: () => actions.movie.add() },
-            { code: 'KeyK', shift: true, run: () => actions.movie.play() },
-            { code: 'KeyN', run: () => session.togglePath() },
+            { code: 'KeyK', shift: false, run: () => movie.add() },
+            { code: 'KeyK', shift: true, run: () => movie.play() },
+            { code: 'KeyN', run: () => session.path.toggle() },
             { code: 'BracketLeft', run: () => radius(1 / 1.25) },
             { code: 'BracketRight', run: () => radius(1.25) },
             { code: 'Comma', run: iso(-25) },
@@ -214,7 +198,6 @@ export class Keymap {
         window.addEventListener('keydown', (e) => this.down(e, hooks.help));
         window.addEventListener('keyup', (e) => this.held.delete(e.code));
         window.addEventListener('blur', () => this.held.clear());
-        session.steering = () => this.steering();
     }
 
     private down(event: KeyboardEvent, help: () => void): void {
@@ -250,7 +233,7 @@ export class Keymap {
             event.preventDefault();
         } else if (!ctrl && !event.altKey) {
             this.held.add(event.code);
-            if (event.code in kFlight && !typing.matches('select')) event.preventDefault();
+            if (isFlightKey(event.code) && !typing.matches('select')) event.preventDefault();
         }
     }
 
@@ -264,20 +247,5 @@ export class Keymap {
 
     private stop(): void {
         this.held.clear();
-    }
-
-    private steering(): Steering {
-        const sum = { x: 0, y: 0, z: 0, yaw: 0, pitch: 0, roll: 0 };
-        const { state } = this.session.store;
-        if (inEndoscope(state) && !state.outside)
-            for (const code of [...this.held].filter((c) => isFlight(c, state)))
-                for (const [what, by] of Object.entries(kFlight[code] ?? {}))
-                    sum[what as keyof typeof sum] += by;
-        return {
-            move: [sum.x, sum.y, sum.z],
-            yaw: sum.yaw,
-            pitch: sum.pitch,
-            roll: sum.roll,
-        };
     }
 }

@@ -13,8 +13,11 @@ import {
     writeKeyframes,
 } from '../maths/keyframes.ts';
 import { norm, sub } from '../maths/vec.ts';
-import type { State } from '../state/store.ts';
-import type { Session } from './session.ts';
+import type { State } from '../state/state.ts';
+import { saveBlob } from './download.ts';
+import type { PathTool } from './path_tool.ts';
+import type { Scene } from './scene.ts';
+import type { ThresholdTool } from './threshold.ts';
 
 const kSpeed = 20; // of the eye between keyframes that are new [mm/s]
 const kShortest = 0.5; // between two keyframes [s]
@@ -28,23 +31,21 @@ export class Movie {
     private recorder: MediaRecorder | undefined;
 
     constructor(
-        private readonly session: Session,
-        private readonly setIso: (iso: number) => void,
-        private readonly save: (blob: Blob, name: string) => void,
-    ) {
-        session.playMovie = (dt) => this.tick(dt);
-        session.stopMovie = () => this.stop();
-    }
+        private readonly scene: Scene,
+        private readonly path: PathTool,
+        private readonly threshold: ThresholdTool,
+    ) {}
 
-    private get state(): Readonly<State> {
-        return this.session.store.state;
+    private get state(): State {
+        return this.scene.store.state;
     }
     private get frames(): readonly Keyframe[] {
-        return this.state.keyframes;
+        return this.state.movie.keyframes;
     }
     private set(frames: readonly Keyframe[]): void {
         this.stop();
-        this.session.store.set({ keyframes: frames.map((f, i) => (i ? f : { ...f, seconds: 0 })) });
+        const keyframes = frames.map((f, i) => (i ? f : { ...f, seconds: 0 }));
+        this.scene.store.set({ movie: { keyframes } });
     }
 
     get isRecording(): boolean {
@@ -55,13 +56,14 @@ export class Movie {
 
     /// What is shown now, after the last keyframe.
     add(): void {
-        const { camera, fieldOfView, window, level, shared } = this.state;
+        const { camera, fieldOfView } = this.state.view;
+        const { window, level } = this.state.sections;
         const last = this.frames[this.frames.length - 1];
         const way = last ? norm(sub(camera.eye, last.camera.eye)) : 0;
         const seconds = Math.max(Math.round((2 * way) / kSpeed) / 2, 2 * kShortest);
-        const iso = shared?.iso_hu ?? -500;
+        const { iso } = this.scene.surface;
         this.set([...this.frames, { seconds, camera, fieldOfView, iso, window, level }]);
-        this.session.say(`keyframe ${this.frames.length}`);
+        this.scene.say(`keyframe ${this.frames.length}`);
     }
     remove(at: number): void {
         this.set(this.frames.filter((_, i) => i !== at));
@@ -84,51 +86,56 @@ export class Movie {
         const frame = this.frames[at];
         if (!frame) return;
         this.stop();
-        this.session.history.step('keyframe', () => this.show(frame));
+        this.scene.history.step('keyframe', () => this.show(frame));
     }
 
     // --- playing
 
     play(): void {
-        if (this.state.moviePlaying) this.stop();
+        if (this.state.movie.playing) this.stop();
         else this.start();
     }
 
     private start(): boolean {
         if (this.frames.length < 2) {
-            this.session.say('a movie needs two keyframes or more: fly somewhere, Add');
+            this.scene.say('a movie needs two keyframes or more: fly somewhere, Add');
             return false;
         }
-        if (this.state.pathFlying) this.session.togglePath();
+        this.path.pause();
         this.time = 0;
-        this.session.history.begin();
-        this.session.store.set({ moviePlaying: true });
+        this.scene.history.begin();
+        this.scene.store.set({ movie: { playing: true } });
         return true;
     }
 
     stop(): void {
-        if (!this.state.moviePlaying) return;
-        this.session.store.set({ moviePlaying: false });
-        this.session.history.end('movie');
+        if (!this.state.movie.playing) return;
+        this.scene.store.set({ movie: { playing: false } });
+        this.scene.history.end('movie');
         // The last picture is still being drawn.
         const { recorder } = this;
         this.recorder = undefined;
         if (recorder) setTimeout(() => recorder.stop(), 400);
     }
 
-    private tick(dt: number): boolean {
-        if (!this.state.moviePlaying) return false;
-        this.time += dt;
+    /// Shows the movie's next picture. @returns whether it is playing
+    tick(seconds: number): boolean {
+        if (!this.state.movie.playing) return false;
+        this.time += seconds;
         this.show(shotAt(this.frames, this.time));
         if (this.time >= lengthOf(this.frames)) this.stop();
         return true;
     }
 
     private show({ camera, fieldOfView, iso, window, level }: Omit<Keyframe, 'seconds'>): void {
-        this.session.store.set({ camera, cursor: camera.eye, fieldOfView, window, level });
+        this.scene.store.set({
+            view: { camera, fieldOfView },
+            sections: { cursor: camera.eye, window, level },
+        });
         // The threshold is shared, and only asked for where it is another one.
         const now = this.state.shared?.iso_hu ?? iso;
-        if (this.state.role === 'control' && Math.abs(iso - now) >= 1) this.setIso(Math.round(iso));
+        if (this.state.link.role === 'control' && Math.abs(iso - now) >= 1)
+            this.threshold.ask({ iso_hu: Math.round(iso) });
     }
 
     // --- recording
@@ -139,13 +146,13 @@ export class Movie {
             this.stop();
             return;
         }
-        const canvas = this.session.stage.renderer.domElement;
+        const canvas = this.scene.stage.renderer.domElement;
         const type =
             typeof MediaRecorder === 'undefined' || !canvas.captureStream
                 ? undefined
                 : kTypes.find((t) => MediaRecorder.isTypeSupported(t));
         if (!type) {
-            this.session.say(
+            this.scene.say(
                 'this browser can’t record; save the keyframes and use pliant render --keyframes',
             );
             return;
@@ -166,13 +173,13 @@ export class Movie {
             for (const track of stream.getTracks()) track.stop();
             const kind = type.split(';')[0]!;
             if (!chunks.some((chunk) => chunk.size > 0)) {
-                this.session.say('the browser recorded no picture; is the machine too busy?');
+                this.scene.say('the browser recorded no picture; is the machine too busy?');
                 return;
             }
-            this.save(new Blob(chunks, { type: kind }), `pliant.${kind.split('/')[1]}`);
-            this.session.say('the movie is saved');
+            saveBlob(new Blob(chunks, { type: kind }), `pliant.${kind.split('/')[1]}`);
+            this.scene.say('the movie is saved');
         };
-        recorder.onerror = () => this.session.say('the browser could not record the movie');
+        recorder.onerror = () => this.scene.say('the browser could not record the movie');
         this.recorder = recorder;
         recorder.start();
         this.start();
@@ -182,13 +189,13 @@ export class Movie {
 
     saveFile(): void {
         const blob = new Blob([writeKeyframes(this.frames)], { type: 'application/json' });
-        this.save(blob, 'pliant_keyframes.json');
+        saveBlob(blob, 'pliant_keyframes.json');
     }
     /// @returns whether the text is keyframes; throws an Error where they are wrong
     open(text: string, name: string): boolean {
         if (!isKeyframes(text)) return false;
         this.set(readKeyframes(text, name));
-        this.session.say(`${name}: ${this.frames.length} keyframes`);
+        this.scene.say(`${name}: ${this.frames.length} keyframes`);
         return true;
     }
 }

@@ -1,72 +1,129 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Two clicks, or the tip and one click, give a way through the lumen: the server looks for it in
-// the deformed scan.
+// Paths through the lumen: two clicks, or the tip and one click, and the server finds a path in the
+// deformed scan. The endoscope flies along it.
 
 import { Path, writePath } from '../maths/path.ts';
 import type { Vec3 } from '../maths/vec.ts';
-import type { Session } from './session.ts';
+import type { Way } from '../state/state.ts';
+import { saveBlob } from './download.ts';
+import type { Scene } from './scene.ts';
 
-const kReach = 5; // so far a click on a wall may be from the lumen [mm]
+const kReach = 5; // largest distance of a click on a wall to the lumen [mm]
+const kSpeed = 20; // along the path [mm/s]
 
 export class PathTool {
-    constructor(
-        private readonly session: Session,
-        private readonly save: (blob: Blob, name: string) => void,
-    ) {}
+    constructor(private readonly scene: Scene) {}
 
-    /// A click: the first is the way's start, the second its end.
-    async click(place: Vec3): Promise<void> {
-        const { store } = this.session;
-        const { pathFrom, pathBusy } = store.state;
-        if (pathBusy) this.session.say('the last way is still being looked for');
-        else if (!pathFrom) this.begin(place);
-        else await this.find(pathFrom, place);
+    private get way(): Way {
+        return this.scene.store.state.way;
+    }
+    private set(way: Partial<Way>): void {
+        this.scene.store.set({ way });
     }
 
-    /// The way begins at the endoscope's tip.
+    // --- finding one
+
+    /// Takes a click: the first is the start of the path, the second its end.
+    async click(place: Vec3): Promise<void> {
+        const { from, busy } = this.way;
+        if (busy) this.scene.say('the last path is still being computed');
+        else if (!from) this.begin(place);
+        else await this.find(from, place);
+    }
+
+    /// Begins a path at the endoscope's tip.
     fromTip(): void {
-        this.begin(this.session.store.state.camera.eye);
-        this.session.store.set({ tool: 'path' });
+        const { store } = this.scene;
+        this.begin(store.state.view.camera.eye);
+        store.set({ tool: { name: 'path' } });
     }
 
     cancel(): void {
-        this.session.store.set({ pathFrom: null });
+        this.set({ from: null });
     }
 
     private begin(place: Vec3): void {
-        this.session.store.set({ pathFrom: place });
-        this.session.say('the way begins here; click where it ends');
+        this.set({ from: place });
+        this.scene.say('the path begins here; click its end');
     }
 
     private async find(from: Vec3, to: Vec3): Promise<void> {
-        const { session } = this;
-        const { store } = session;
-        if (!store.state.features.includes('path')) {
-            session.say('this server looks for no ways; load one with Path…');
-            store.set({ pathFrom: null });
+        const { scene } = this;
+        const { store } = scene;
+        if (!store.state.link.features.includes('path')) {
+            scene.say('this server computes no paths; load one with Path…');
+            this.set({ from: null });
             return;
         }
-        store.set({ pathBusy: true });
-        const asked = store.state.volume?.id;
-        const answer = await session.connection.ask({ do: 'path', from, to, reach: kReach });
-        store.set({ pathBusy: false, pathFrom: null });
-        if (answer?.t !== 'path') return; // session.refused has said why
-        if (answer.volume !== asked || answer.volume !== store.state.volume?.id) return;
+        this.set({ busy: true });
+        const asked = store.state.scan.volume?.id;
+        const answer = await scene.connection.ask({ do: 'path', from, to, reach: kReach });
+        this.set({ busy: false, from: null });
+        if (answer?.t !== 'path') return; // Session.refused has shown the reason
+        if (answer.volume !== asked || answer.volume !== store.state.scan.volume?.id) return;
         if (answer.points.length < 2) {
-            session.say('the way begins where it ends; click two different places');
+            scene.say('the path begins where it ends; click two different places');
             return;
         }
-        store.set({ path: new Path(answer.points, answer.radii), pathWay: 0, pathFlying: false });
+        this.set({ path: new Path(answer.points, answer.radii), position: 0, flying: false });
         const narrow = Math.min(...answer.radii).toFixed(1);
         const length = Math.round(answer.length_mm);
-        session.say(`a way of ${length} mm, ${narrow} mm from the wall at least`);
+        scene.say(`a path of ${length} mm, at least ${narrow} mm from the wall`);
+    }
+
+    // --- flying along it
+
+    /// Shows another path, and goes to its start.
+    use(path: Path): void {
+        this.set({ path, flying: false });
+        this.goTo(0);
+    }
+
+    /// Goes to a position on the path [mm].
+    goTo(position: number): void {
+        const { path } = this.way;
+        if (!path) return;
+        const kept = Math.min(Math.max(position, 0), path.length);
+        const camera = path.camera(kept, this.scene.store.state.view.camera.up);
+        this.scene.store.set({
+            view: { camera },
+            sections: { cursor: camera.eye },
+            way: { position: kept },
+        });
+    }
+
+    /// Flies on from the nearest point of the path, or pauses.
+    toggle(): void {
+        const { path, flying, position } = this.way;
+        const { history, store } = this.scene;
+        if (!path) return;
+        if (flying) history.end('path');
+        else {
+            history.begin();
+            const nearest = path.nearest(store.state.view.camera.eye);
+            const atEnd = Math.max(nearest, position) > path.length - 0.5;
+            this.set({ position: atEnd ? 0 : nearest });
+        }
+        this.set({ flying: !flying });
+    }
+
+    pause(): void {
+        if (this.way.flying) this.toggle();
+    }
+
+    /// Flies on for a frame's time.
+    follow(seconds: number): void {
+        const { path, flying, position } = this.way;
+        if (!path || !flying) return;
+        this.goTo(position + kSpeed * this.scene.store.state.flight.speed * seconds);
+        if (this.way.position >= path.length) this.toggle();
     }
 
     saveFile(): void {
-        const { path } = this.session.store.state;
+        const { path } = this.way;
         if (!path) return;
-        this.save(new Blob([writePath(path)], { type: 'application/json' }), 'way.mrk.json');
+        saveBlob(new Blob([writePath(path)], { type: 'application/json' }), 'way.mrk.json');
     }
 }

@@ -10,7 +10,7 @@
 
 import { frameOf } from '../maths/rays.ts';
 import { add, along, mul, type Vec3 } from '../maths/vec.ts';
-import { kViews, type SectionName, type ViewName } from '../state/store.ts';
+import { kViews, type SectionName, type ViewName } from '../state/state.ts';
 import { orbitTurned } from '../views/orbit.ts';
 import type { Actions } from './actions.ts';
 import { dragFrame, pointAt, type Spot } from './aim.ts';
@@ -57,8 +57,8 @@ export class Pointer {
         if (!this.drag) return;
         const { kind } = this.drag;
         this.drag = undefined;
-        this.session.poise(undefined);
-        if (kind === 'tissue') void this.session.end();
+        this.session.hand.poise(undefined);
+        if (kind === 'tissue') void this.session.hand.end();
         else if (hasUndo(kind)) this.session.history.end(kind);
     }
 
@@ -69,15 +69,19 @@ export class Pointer {
         element.addEventListener('pointercancel', () => this.cancel());
         element.addEventListener('pointerenter', () => {
             // Keys act on what is under the pointer.
-            if (!this.drag) this.session.store.set({ active: view });
+            if (!this.drag) this.activate(view);
         });
         element.addEventListener('pointerleave', () => {
-            if (!this.drag) this.session.store.set({ pointer: null });
+            if (!this.drag) this.session.store.set({ pointer: { under: null } });
         });
         element.addEventListener('wheel', (e) => this.wheel(view, e), { passive: false });
         element.addEventListener('dblclick', () => this.actions.toggleMaximised(view));
         element.addEventListener('contextmenu', (e) => e.preventDefault());
-        element.addEventListener('focus', () => this.session.store.set({ active: view }));
+        element.addEventListener('focus', () => this.activate(view));
+    }
+
+    private activate(view: ViewName): void {
+        this.session.store.set({ pointer: { active: view } });
     }
 
     private spot(view: ViewName, event: MouseEvent): Spot {
@@ -96,7 +100,7 @@ export class Pointer {
         const element = this.views[view];
         element.setPointerCapture(event.pointerId);
         element.focus({ preventScroll: true });
-        this.session.store.set({ active: view });
+        this.activate(view);
         const spot = this.spot(view, event);
         const kind = this.kindOf(view, event);
         if (event.button === 1) event.preventDefault(); // no automatic scrolling
@@ -104,31 +108,31 @@ export class Pointer {
         this.drag = { kind, button, start: spot, last: spot, moved: false, place: undefined };
         if (hasUndo(kind)) this.session.history.begin();
         const { volume, store } = this.session;
-        if (kind === 'tissue' && volume && store.state.loaded === 1)
-            this.session.poise(pointAt(volume, store.state, spot));
+        if (kind === 'tissue' && volume && store.state.scan.loaded === 1)
+            this.session.hand.poise(pointAt(volume, store.state, spot));
     }
 
     private kindOf(view: ViewName, event: PointerEvent): DragKind {
-        const { tool, outside, role } = this.session.store.state;
+        const { tool, view: shown, link } = this.session.store.state;
         if (event.button === 1) return 'pan';
         if (event.button === 2) return 'zoom';
         if (event.shiftKey) return 'none'; // the crosshair follows
         const section = view !== 'endoscope';
-        if (section && (tool === 'window' || this.held.has('KeyW'))) return 'window';
-        const looks = ['look', 'window', 'path', 'catheter'].includes(tool);
-        if (!looks && role === 'control') return 'tissue';
+        if (section && (tool.name === 'window' || this.held.has('KeyW'))) return 'window';
+        const looks = ['look', 'window', 'path', 'catheter'].includes(tool.name);
+        if (!looks && link.role === 'control') return 'tissue';
         if (section) return 'none';
-        if (this.session.device.isLed && !outside) return 'device';
-        return outside ? 'orbit' : 'look';
+        if (this.session.device.isLed && !shown.outside) return 'device';
+        return shown.outside ? 'orbit' : 'look';
     }
 
     private move(view: ViewName, event: PointerEvent): void {
         const spot = this.spot(view, event);
         const { session, drag } = this;
-        if (!session.volume || session.store.state.loaded < 1) return;
+        if (!session.volume || session.store.state.scan.loaded < 1) return;
         if (!drag) {
             const point = pointAt(session.volume, session.store.state, spot);
-            session.store.set({ pointer: point ? { view, point } : null });
+            session.store.set({ pointer: { under: point ? { view, point } : null } });
             if (event.shiftKey && point) this.actions.setCursor(point);
             return;
         }
@@ -149,8 +153,8 @@ export class Pointer {
         const section = spot.view as SectionName;
         switch (drag.kind) {
             case 'look': {
-                const slower = state.fieldOfView / 80;
-                session.turn(dx * rate * slower, -dy * rate * slower);
+                const slower = state.view.fieldOfView / 80;
+                session.endoscope.turn(dx * rate * slower, -dy * rate * slower);
                 break;
             }
             case 'device':
@@ -158,7 +162,7 @@ export class Pointer {
                 break;
             case 'orbit':
                 session.store.set({
-                    orbit: orbitTurned(state.orbit, -2 * dx * rate, -2 * dy * rate),
+                    view: { orbit: orbitTurned(state.view.orbit, -2 * dx * rate, -2 * dy * rate) },
                 });
                 break;
             case 'window':
@@ -186,19 +190,19 @@ export class Pointer {
         const { drag, session } = this;
         if (!drag || event.button !== drag.button) return;
         this.drag = undefined;
-        session.poise(undefined);
-        if (drag.kind === 'tissue' && drag.moved) void session.end();
+        session.hand.poise(undefined);
+        if (drag.kind === 'tissue' && drag.moved) void session.hand.end();
         else if (hasUndo(drag.kind)) session.history.end(drag.kind);
         if (!drag.moved && drag.button === 0) this.click(drag.start);
     }
 
     private click(spot: Spot): void {
         const { volume, store, history } = this.session;
-        if (!volume || store.state.loaded < 1) return;
+        if (!volume || store.state.scan.loaded < 1) return;
         const point = pointAt(volume, store.state, spot);
         if (!point) return;
         history.step('crosshair', () => this.actions.setCursor(point));
-        if (store.state.tool === 'path') void this.actions.way.click(point);
+        if (store.state.tool.name === 'path') void this.session.path.click(point);
     }
 
     private wheel(view: ViewName, event: WheelEvent): void {
@@ -215,7 +219,7 @@ export class Pointer {
         } else if (event.ctrlKey || event.metaKey) {
             session.history.step('zoom', () => actions.zoom(view, Math.exp(0.15 * notches)));
         } else if (view === 'endoscope') {
-            if (session.store.state.outside)
+            if (session.store.state.view.outside)
                 session.history.step('zoom', () => actions.zoom(view, Math.exp(0.15 * notches)));
             else this.flyBy(notches * kWheelStep);
         } else if (event.shiftKey) {
@@ -231,22 +235,24 @@ export class Pointer {
 
     private flyBy(way: number): void {
         const { session } = this;
-        const { forward } = frameOf(session.store.state.camera);
+        const { view, flight } = session.store.state;
+        const { forward } = frameOf(view.camera);
         session.history.step('flight', () =>
-            session.fly(mul(way * session.store.state.speed, forward)),
+            session.endoscope.fly(mul(way * flight.speed, forward)),
         );
     }
 
     private panEndoscope(spot: Spot, dx: number, dy: number): void {
         const { session } = this;
         const { state } = session.store;
-        const point = add(state.camera.eye, mul(10, frameOf(state.camera).forward));
-        const place = state.outside ? state.orbit.centre : point;
+        const { camera, outside, orbit } = state.view;
+        const point = add(camera.eye, mul(10, frameOf(camera).forward));
+        const place = outside ? orbit.centre : point;
         const { right, up, mmPerPixel } = dragFrame(session.volume!, state, spot, place);
         const motion = along(mul(-dx * mmPerPixel, right), dy * mmPerPixel, up);
-        if (state.outside)
-            session.store.set({ orbit: { ...state.orbit, centre: add(place, motion) } });
-        else session.fly(motion);
+        if (outside)
+            session.store.set({ view: { orbit: { ...orbit, centre: add(place, motion) } } });
+        else session.endoscope.fly(motion);
     }
 
     // --- strokes
@@ -259,7 +265,7 @@ export class Pointer {
         drag.place = place;
         const frame = dragFrame(session.volume!, store.state, drag.start, place);
         const make = (): Stroke => {
-            switch (store.state.tool) {
+            switch (store.state.tool.name) {
                 case 'grab':
                     return new GrabStroke(connection, store, place);
                 case 'carve':
@@ -272,24 +278,25 @@ export class Pointer {
                     return new PushStroke(connection, store, place);
             }
         };
-        session.begin(make());
+        session.hand.begin(make());
     }
 
     private moveStroke(drag: Drag, spot: Spot, dx: number, dy: number): void {
         const { session } = this;
         const { state } = session.store;
-        if (!drag.place || !session.stroke) return;
-        const onSurface = state.tool === 'cut' || state.tool === 'carve';
+        if (!drag.place || !session.hand.stroke) return;
+        const { name, strength } = state.tool;
+        const onSurface = name === 'cut' || name === 'carve';
         if (onSurface) {
             const point = pointAt(session.volume!, state, spot);
-            if (point) session.drag(point);
+            if (point) session.hand.drag(point);
             return;
         }
         const { right, up, mmPerPixel } = dragFrame(session.volume!, state, spot, drag.place);
-        const share = state.tool === 'push' ? state.strength : 1;
+        const share = name === 'push' ? strength : 1;
         const across = share * dx * mmPerPixel;
         drag.place = along(along(drag.place, across, right), -share * dy * mmPerPixel, up);
-        session.drag(drag.place);
+        session.hand.drag(drag.place);
     }
 
     /// The wheel takes the tool away from the viewer or back, while the button is held.
@@ -299,9 +306,9 @@ export class Pointer {
             this.beginStroke(drag);
             drag.moved = true;
         }
-        if (!drag.place || !session.stroke) return;
+        if (!drag.place || !session.hand.stroke) return;
         const { ahead } = dragFrame(session.volume!, session.store.state, drag.last, drag.place);
         drag.place = along(drag.place, notches * 0.5, ahead);
-        session.drag(drag.place);
+        session.hand.drag(drag.place);
     }
 }

@@ -8,7 +8,8 @@
 import { along, mul, norm, sub, type Vec3 } from '../maths/vec.ts';
 import type { Connection } from '../net/connection.ts';
 import type { Answer, Command, Done } from '../net/protocol.ts';
-import { pushOrSlide, type Store } from '../state/store.ts';
+import { pushOrSlide } from '../state/state.ts';
+import type { Store } from '../state/store.ts';
 import type { ToolKind } from '../views/instruments.ts';
 
 let nextStroke = 1 + Math.floor(Math.random() * 2 ** 30);
@@ -36,7 +37,7 @@ export function note(store: Store, answer: Answer | undefined): void {
     if (answer.cut_links !== undefined) outcome ||= `${answer.cut_links} links cut`;
     if (answer.status && answer.status !== 'applied')
         outcome ||= `${answer.status} by ${answer.limited_by ?? 'something'}`;
-    store.set({ outcome });
+    store.set({ tool: { outcome } });
 }
 
 /// Takes the newest target along, one command after the other.
@@ -66,7 +67,7 @@ abstract class Follower implements Stroke {
     async end(): Promise<void> {
         await this.busy;
         await this.finish();
-        this.store.set({ force: 0 });
+        this.store.set({ hands: { force: 0 } });
     }
 
     /// Makes a part of the way to the target. @returns whether something is left to do
@@ -100,13 +101,13 @@ function stepTo(a: Vec3, b: Vec3, most: number): Vec3 | undefined {
 export class PushStroke extends Follower {
     private place: Vec3;
     private readonly stroke = newStroke();
-    private readonly what: 'push' | 'slide';
+    private readonly verb: 'push' | 'slide';
 
     constructor(connection: Connection, store: Store, start: Vec3) {
-        super(connection, store, start, store.state.radius, 'ball');
+        super(connection, store, start, store.state.tool.radius, 'ball');
         this.place = start;
-        const slides = store.state.slide && this.radius > 0;
-        this.what = pushOrSlide(store.state, slides);
+        const slides = store.state.tool.slide && this.radius > 0;
+        this.verb = pushOrSlide(store.state, slides);
     }
 
     protected async advance(): Promise<boolean> {
@@ -114,7 +115,7 @@ export class PushStroke extends Follower {
         const push = stepTo(this.place, this.target, this.radius || kCellStep);
         if (!push) return false;
         const done = await this.ask({
-            do: this.what,
+            do: this.verb,
             point: this.place,
             push,
             radius: this.radius,
@@ -144,7 +145,7 @@ export class GrabStroke extends Follower {
     }
 
     constructor(connection: Connection, store: Store, start: Vec3) {
-        super(connection, store, start, store.state.radius, 'grasper');
+        super(connection, store, start, store.state.tool.radius, 'grasper');
         this.start = start;
     }
 
@@ -152,7 +153,7 @@ export class GrabStroke extends Follower {
         if (this.held === undefined) {
             const done = await this.ask({ do: 'grab', point: this.start, radius: this.radius });
             this.held = (done?.grabbed_elements ?? 0) > 0;
-            if (!this.held) this.store.set({ outcome: 'nothing to hold here' });
+            if (!this.held) this.store.set({ tool: { outcome: 'nothing to hold here' } });
         }
         const offset = sub(this.target, this.start);
         if (!this.held || norm(sub(offset, this.offset)) < kLeast) return false;
@@ -175,7 +176,7 @@ export class CarveStroke extends Follower {
     private readonly stroke = newStroke();
 
     constructor(connection: Connection, store: Store, start: Vec3) {
-        super(connection, store, start, Math.max(store.state.radius, kLeastCarving), 'scoop');
+        super(connection, store, start, Math.max(store.state.tool.radius, kLeastCarving), 'scoop');
         this.place = start;
     }
 
@@ -223,7 +224,7 @@ export class CutStroke implements Stroke {
 
     async end(): Promise<void> {
         if (this.path.length < 2) return;
-        const depth = mul(this.store.state.depth, this.direction);
+        const depth = mul(this.store.state.tool.depth, this.direction);
         // In a section the blade goes as far to its front as to its back; into a wall it starts
         // just before it.
         const shift = this.centred ? -0.5 : -0.15;

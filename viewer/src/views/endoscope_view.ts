@@ -9,7 +9,7 @@ import * as THREE from 'three';
 import { frameOf } from '../maths/rays.ts';
 import { along, mul, type Vec3 } from '../maths/vec.ts';
 import type { Vessel } from '../net/vessel.ts';
-import { kFieldStops, type State, surfaceOf } from '../state/store.ts';
+import { hasVessel, kFieldStops, type State, surfaceOf, type View } from '../state/state.ts';
 import { CatheterTexture, kNoCatheter } from './catheter_texture.ts';
 import { meteredExposure } from './exposure.ts';
 import { kWaterPerMm, projectionOf, usualWater } from './fluoroscopy.ts';
@@ -168,14 +168,15 @@ export class EndoscopeView {
         if (this.target.width !== width || this.target.height !== height)
             this.target.setSize(width, height);
         const aspect = rect.width / rect.height;
-        const shadow = state.outside && state.fluoroscopy;
-        const picture = shadow ? this.fluoroscopy : state.outside ? this.outside : this.inside;
+        const { outside } = state.view;
+        const shadow = outside && state.view.fluoroscopy;
+        const picture = shadow ? this.fluoroscopy : outside ? this.outside : this.inside;
         this.setCommon(picture, state, balls, rect);
         const [dx, dy] = pass === undefined ? [0, 0] : kPasses[pass]!;
         picture.set({ jitter: new THREE.Vector2((2 * dx) / width, (2 * dy) / height) });
         renderer.setRenderTarget(this.target);
         if (shadow) this.drawFluoroscopy(renderer, state, rect, seed);
-        else if (state.outside) this.drawOutside(renderer, state, aspect);
+        else if (outside) this.drawOutside(renderer, state, aspect);
         else {
             renderer.clear(true, true, false);
             picture.draw(renderer);
@@ -194,9 +195,10 @@ export class EndoscopeView {
         rect: ViewRect,
     ): void {
         const aspect = rect.width / rect.height;
-        const camera = state.outside ? orbitCamera(state) : state.camera;
+        const { outside, barrel, fog, fieldOfView, orbit } = state.view;
+        const camera = outside ? orbitCamera(state.view) : state.view.camera;
         const frame = frameOf(camera);
-        const field = state.outside ? kOutsideField : state.fieldOfView;
+        const field = outside ? kOutsideField : fieldOfView;
         const slope = Math.tan((field * Math.PI) / 360);
         const seen = picture === this.outside ? kCatheterPixels / rect.height : 0;
         picture.set({
@@ -206,30 +208,26 @@ export class EndoscopeView {
             ahead: vector(frame.forward),
             aspect,
             slope,
-            barrel: state.outside ? 0 : state.barrel,
-            fogDistance: state.outside ? 0 : state.fog,
+            barrel: outside ? 0 : barrel,
+            fogDistance: outside ? 0 : fog,
             iso: state.shared?.iso_hu ?? -500,
             rising: state.shared?.polarity !== 'falling',
-            real: state.style === 'real' && !state.outside,
-            ...this.catheter.uniforms(camera.eye, seen * state.orbit.distance * slope),
+            real: state.look.style === 'real' && !outside,
+            ...this.catheter.uniforms(camera.eye, seen * orbit.distance * slope),
         });
         if (!hasVessel(state)) picture.set({ catheterCount: 0 });
         this.setTools(picture, state, balls, camera.eye);
-        if (picture === this.inside && state.style === 'real') this.setReal(state, aspect);
+        if (picture === this.inside && state.look.style === 'real') this.setReal(state, aspect);
     }
 
-    private setTools(
-        picture: Picture,
-        state: State,
-        balls: readonly ToolBall[],
-        eye: Vec3,
-    ): void {
+    private setTools(picture: Picture, state: State, balls: readonly ToolBall[], eye: Vec3): void {
         // With a catheter there is no endoscope: its field of view is marked, and no more.
-        const scope = state.outside && !hasVessel(state) ? [scopeOf(state)] : [];
+        const { camera, outside } = state.view;
+        const scope = outside && !hasVessel(state) ? [scopeOf(state)] : [];
         const all = [...balls.slice(0, kMostTools - 1), ...scope];
         picture.set({ toolCount: all.length });
         if (!all.length) return;
-        const lumen = lumenOf(this.volume!.data, state.camera, surfaceOf(state));
+        const lumen = lumenOf(this.volume!.data, camera, surfaceOf(state));
         const values = <T>(name: string): T[] => picture.uniforms[name]!.value as T[];
         const quadruple = (name: string, i: number, v: Vec3, w: number): void => {
             values<THREE.Vector4>(name)[i]!.set(...v, w);
@@ -238,7 +236,7 @@ export class EndoscopeView {
             values<THREE.Vector3>(name)[i]!.set(...v);
         };
         all.forEach((ball, i) => {
-            const tool = instrumentOf(ball, state.camera, lumen, eye);
+            const tool = instrumentOf(ball, camera, lumen, eye);
             quadruple('tools', i, ball.centre, ball.radius);
             quadruple('toolBases', i, tool.base, tool.thickness);
             quadruple('toolSides', i, tool.side, tool.angle);
@@ -253,7 +251,8 @@ export class EndoscopeView {
         const { data } = this.volume!;
         const [sx, sy, sz] = data.grid.spacing;
         const spacingMm = Math.cbrt(sx * sy * sz);
-        const { camera, fieldOfView, barrel, lining, fieldStop } = state;
+        const { camera, fieldOfView, barrel } = state.view;
+        const { lining, fieldStop } = state.look;
         const surface = surfaceOf(state);
         this.inside.set({
             ...liningUniforms(liningOf(lining, surface.rising)),
@@ -279,16 +278,17 @@ export class EndoscopeView {
         seed: number,
     ): void {
         const { data } = this.volume!;
-        const camera = orbitCamera(state);
+        const camera = orbitCamera(state.view);
+        const { contrast, exposure, field, noise } = state.fluoro;
         const usual = usualWater(data, camera, kOutsideField, width / height);
         const { slab, margin } = projectionOf(data.grid, camera);
         this.fluoroscopy.set({
-            contrast: state.fluoroContrast,
-            exposure: usual + Math.log(state.fluoroExposure) / (kWaterPerMm * state.fluoroContrast),
+            contrast,
+            exposure: usual + Math.log(exposure) / (kWaterPerMm * contrast),
             slab: new THREE.Vector2(...slab),
             margin: new THREE.Vector3(...margin),
-            fieldStop: kFieldStops.indexOf(state.fluoroField),
-            noise: state.fluoroNoise,
+            fieldStop: kFieldStops.indexOf(field),
+            noise,
             seed,
             pixels: new THREE.Vector2(width, height),
         });
@@ -302,46 +302,44 @@ export class EndoscopeView {
     }
 
     private aimLens(state: State, aspect: number): void {
-        const camera = orbitCamera(state);
+        const camera = orbitCamera(state.view);
+        const { centre, distance } = state.view.orbit;
         this.lens.aspect = aspect;
-        this.lens.near = Math.max(state.orbit.distance * 0.02, 0.5);
-        this.lens.far = state.orbit.distance * 20;
+        this.lens.near = Math.max(distance * 0.02, 0.5);
+        this.lens.far = distance * 20;
         this.lens.position.set(...camera.eye);
         this.lens.up.set(...frameOf(camera).up);
-        this.lens.lookAt(vector(state.orbit.centre));
+        this.lens.lookAt(vector(centre));
         this.lens.updateProjectionMatrix();
         this.lens.updateMatrixWorld();
     }
 
     private drawOutside(renderer: THREE.WebGLRenderer, state: State, aspect: number): void {
-        const { camera } = state;
+        const { camera } = state.view;
         this.aimLens(state, aspect);
         this.outside.set({
             cutPlace: vector(camera.eye),
-            cutNormal: vector(mul(-1, orbitCamera(state).look)), // it faces the viewer
-            window: state.window,
-            level: state.level,
+            cutNormal: vector(mul(-1, orbitCamera(state.view).look)), // it faces the viewer
+            window: state.sections.window,
+            level: state.sections.level,
             clipFromWorld: this.clipFromWorld(),
         });
         renderer.clear(true, true, false);
         this.outside.draw(renderer);
         const eye = this.outside.uniforms.eye!.value as THREE.Vector3;
         if (hasVessel(state)) this.vessel.draw(renderer, eye, this.clipFromWorld());
-        placeSight(this.body, state);
+        placeSight(this.body, state.view);
         renderer.render(this.body, this.lens);
     }
 }
 
-/// Whether the wall and the catheter are there now, and not only voxels.
-const hasVessel = (state: State): boolean => state.shared?.tissue?.model === 'vessel';
-
 /// The endoscope itself, from outside.
-const scopeOf = (state: State): ToolBall => ({
-    centre: state.camera.eye,
-    radius: state.tip,
+const scopeOf = ({ view: { camera }, flight: { tip } }: State): ToolBall => ({
+    centre: camera.eye,
+    radius: tip,
     own: true,
     kind: 'scope',
-    direction: frameOf(state.camera).forward,
+    direction: frameOf(camera).forward,
 });
 
 /// What the endoscope sees: a cone along +y from the tip at the origin.
@@ -362,13 +360,13 @@ function makeSight(): THREE.Scene {
     return scene;
 }
 
-function placeSight(scene: THREE.Scene, state: State): void {
+function placeSight(scene: THREE.Scene, { camera, fieldOfView }: View): void {
     const sight = scene.getObjectByName('sight')!;
-    const { forward } = frameOf(state.camera);
+    const { forward } = frameOf(camera);
     const reach = 12;
-    const wide = reach * Math.tan((Math.min(state.fieldOfView, 110) * Math.PI) / 360);
+    const wide = reach * Math.tan((Math.min(fieldOfView, 110) * Math.PI) / 360);
     // Its point is at the tip: a cone of three.js points along +y.
     sight.quaternion.setFromUnitVectors(new THREE.Vector3(0, -1, 0), vector(forward));
-    sight.position.set(...along(state.camera.eye, reach / 2, forward));
+    sight.position.set(...along(camera.eye, reach / 2, forward));
     sight.scale.set(wide, reach, wide);
 }

@@ -5,7 +5,7 @@
 
 import { type Camera, firstHit, rayThrough, type Surface } from '../maths/rays.ts';
 import type { VolumeData } from '../maths/volume.ts';
-import type { FieldStop } from '../state/store.ts';
+import type { FieldStop } from '../state/state.ts';
 
 const kAcross = 11; // rays
 const kKey = 0.75; // light on an average wall, as a share of its own colour

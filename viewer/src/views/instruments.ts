@@ -79,10 +79,7 @@ export function channelOf(camera: Camera, size: number, room: number): Vec3 {
 
 export function channelOffset(camera: Camera): Vec3 {
     const { right, up, forward } = frameOf(camera);
-    return add(
-        add(mul(kChannel.right, right), mul(kChannel.up, up)),
-        mul(kChannel.ahead, forward),
-    );
+    return add(add(mul(kChannel.right, right), mul(kChannel.up, up)), mul(kChannel.ahead, forward));
 }
 
 export function lumenOf(volume: VolumeData, camera: Camera, surface: Surface): Lumen {

@@ -4,7 +4,7 @@
 // Colours of the tissues behind a wall, for each kind of lumen: the table of src/render/lining.h.
 
 import * as THREE from 'three';
-import type { Lining } from '../state/store.ts';
+import type { Lining } from '../state/state.ts';
 
 /// The chosen lining, or the one that fits the threshold's polarity.
 export const liningOf = (chosen: Lining | 'auto', rising: boolean): Lining =>

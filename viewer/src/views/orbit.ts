@@ -5,18 +5,18 @@
 
 import type { Camera } from '../maths/rays.ts';
 import { along, cross, normalized, turned } from '../maths/vec.ts';
-import type { State } from '../state/store.ts';
+import type { Orbit, View } from '../state/state.ts';
 
 export const kOutsideField = 30; ///< field of view [degrees]
 
 /// Camera of the outside view.
-export function orbitCamera(state: State): Camera {
-    const { centre, direction, up, distance } = state.orbit;
+export function orbitCamera({ orbit }: View): Camera {
+    const { centre, direction, up, distance } = orbit;
     return { eye: along(centre, -distance, direction), look: direction, up };
 }
 
 /// Turns the outside view by angles about its own axes [radians].
-export function orbitTurned(orbit: State['orbit'], yaw: number, pitch: number): State['orbit'] {
+export function orbitTurned(orbit: Orbit, yaw: number, pitch: number): Orbit {
     const right = normalized(cross(orbit.direction, orbit.up));
     const side = turned(right, orbit.up, yaw);
     const direction = normalized(turned(turned(orbit.direction, orbit.up, yaw), side, pitch));

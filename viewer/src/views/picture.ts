@@ -7,7 +7,7 @@ import * as THREE from 'three';
 import { kColours } from '../maths/colour_map.ts';
 import { voxelFromWorldMatrix } from '../maths/grid.ts';
 import { kKinds, rangeOf } from '../state/overlay_kinds.ts';
-import type { State } from '../state/store.ts';
+import type { State } from '../state/state.ts';
 import type { OverlayField } from './overlay_field.ts';
 import { kFullScreen } from './shaders.ts';
 import type { VolumeTexture } from './volume_texture.ts';
@@ -84,7 +84,8 @@ export function overlayUniforms(
     state: State,
     field: OverlayField | undefined,
 ): Record<string, unknown> {
-    if (!field || state.overlay !== field.kind) return { overlayOn: false, overlayField: null };
+    const { kind, opacity } = state.overlay;
+    if (!field || kind !== field.kind) return { overlayOn: false, overlayField: null };
     const { rest, colours } = kKinds[field.kind];
     const { low, high } = rangeOf(state);
     return {
@@ -92,7 +93,7 @@ export function overlayUniforms(
         overlayField: field.texture,
         overlayRest: rest,
         overlayRange: new THREE.Vector2(low, high),
-        overlayOpacity: state.overlayOpacity,
+        overlayOpacity: opacity,
         overlayColours: colours.map((colour) => new THREE.Vector3(...colour)),
     };
 }

@@ -6,7 +6,7 @@
 
 import { type Grid, worldBounds } from '../maths/grid.ts';
 import { add, along, dot, mul, sub, type Vec3 } from '../maths/vec.ts';
-import type { SectionFrame, SectionName } from '../state/store.ts';
+import type { SectionFrame, SectionName } from '../state/state.ts';
 
 export interface SectionAxes {
     readonly right: Vec3;

@@ -9,7 +9,8 @@
 import * as THREE from 'three';
 import type { VolumeData } from '../maths/volume.ts';
 import type { Vessel } from '../net/vessel.ts';
-import { kViews, type SectionName, type State, type Store, type ViewName } from '../state/store.ts';
+import { kViews, type SectionName, type State, type ViewName } from '../state/state.ts';
+import type { Store } from '../state/store.ts';
 import { EndoscopeView, kPasses } from './endoscope_view.ts';
 import type { ToolBall } from './instruments.ts';
 import type { OverlayField } from './overlay_field.ts';
@@ -24,63 +25,37 @@ const kSlowMs = 45; // a frame that takes longer asks for fewer pixels
 const kQuickMs = 22; // and one that takes less may have more
 const kStillMs = 180; // without a change: time for the full picture
 
-const kAll: (keyof State)[] = [
-    'voxels',
-    'volume',
-    'maximised',
-    'theme',
-    'overlay',
-    'overlayVoxels',
-    'overlayOpacity',
-    'overlayAuto',
-    'overlayMm',
-    'overlayGrowth',
-];
-const kEndoscopeKeys: (keyof State)[] = [
-    ...kAll,
-    'camera',
-    'style',
-    'lining',
-    'fieldStop',
-    'restVersion',
-    'outside',
-    'fluoroscopy',
-    'fluoroContrast',
-    'fluoroExposure',
-    'fluoroField',
-    'fluoroNoise',
-    'vessel',
-    'orbit',
-    'fieldOfView',
-    'barrel',
-    'fog',
-    'shared',
-    'others',
-    'tip',
-];
-const kSectionKeys: (keyof State)[] = [
-    ...kAll,
-    'cursor',
-    'sections',
-    'window',
-    'level',
-    'contour',
-    'shared',
-];
+/// Groups of the state that each view shows; the threshold, the cut face and tools come apart.
+const inAllViews = ({ scan, overlay, display }: State): unknown[] => [scan, overlay, display];
+const inEndoscope = (state: State): unknown[] => {
+    const { view, look, fluoro, flight, versions, hands } = state;
+    return [...inAllViews(state), view, look, fluoro, flight, versions, hands];
+};
+const inSections = (state: State): unknown[] => [...inAllViews(state), state.sections];
+
+const differ = (a: readonly unknown[], b: readonly unknown[]): boolean =>
+    a.some((part, i) => part !== b[i]);
+
+export interface StageHooks {
+    /// Position of a view on the page.
+    rectOf(view: ViewName): DOMRect;
+    /// The graphics context was lost, or has come back.
+    onContext(lost: boolean): void;
+    /// A frame with the fewest pixels still takes too long.
+    onTooSlow(): void;
+}
 
 export class Stage {
     readonly renderer: THREE.WebGLRenderer;
     texture: VolumeTexture | undefined;
     overlay: OverlayField | undefined;
     rest: RestField | undefined;
-    vesselOf: () => Vessel | undefined = () => undefined;
-    /// Called after voxels went to the graphics processor, with how many.
+    vessel: Vessel | undefined;
+    /// Called after an upload to the graphics processor, with the number of voxels.
     onUpload: (voxels: number) => void = () => {};
-    /// How long the graphics processor takes for a frame while something moves [ms].
+    /// Time of the graphics processor for a frame while something moves [ms].
     frameMs = 0;
     framesDrawn = 0;
-    /// A frame with the fewest pixels still takes too long.
-    onTooSlow: () => void = () => {};
     private readonly endoscope = new EndoscopeView();
     private readonly section = new Picture(kSection, {
         ...kNoField,
@@ -102,15 +77,12 @@ export class Stage {
     private full = false; // whether the endoscope's picture is in full
     private pass = 0; // of kPasses, to be drawn next while all is still
     private lost = false;
-    private lastIso = NaN;
-    private lastPolarity = '';
     balls: readonly ToolBall[] = [];
 
     constructor(
         private readonly canvas: HTMLCanvasElement,
         private readonly store: Store,
-        private readonly rectOf: (view: ViewName) => DOMRect,
-        onContext: (lost: boolean) => void,
+        private readonly hooks: StageHooks,
     ) {
         this.renderer = new THREE.WebGLRenderer({
             canvas,
@@ -121,14 +93,14 @@ export class Stage {
         });
         this.renderer.autoClear = false;
         this.renderer.setScissorTest(true);
-        store.listen((state, changed) => this.noteChange(state, changed));
+        store.listen((state, before) => this.noteChange(state, before));
         canvas.addEventListener('webglcontextlost', () => {
             this.lost = true;
             this.fence = null; // one of the lost context is never signalled
             // three.js deletes handles when it makes them anew, and then in the wrong context.
             this.endoscope.dispose();
             for (const field of [this.texture, this.overlay, this.rest]) field?.dispose();
-            onContext(true);
+            hooks.onContext(true);
         });
         canvas.addEventListener('webglcontextrestored', () => {
             this.lost = false;
@@ -137,7 +109,7 @@ export class Stage {
             this.overlay?.restore();
             this.rest?.restore();
             this.invalidate();
-            onContext(false);
+            hooks.onContext(false);
         });
         new ResizeObserver(() => this.invalidate()).observe(canvas);
     }
@@ -185,14 +157,15 @@ export class Stage {
     /// Draws what is stale. @returns whether anything was drawn
     frame(now: number): boolean {
         const { state } = this.store;
-        if (this.lost || !this.texture || state.loaded < 1) return false;
+        if (this.lost || !this.texture || state.scan.loaded < 1) return false;
         if (!this.lastIsDone(now)) return false;
         this.fitCanvas();
         this.onUpload(this.texture.upload(this.renderer));
         this.overlay?.upload(this.renderer);
         this.rest?.upload(this.renderer);
         const still = now - this.lastChange > kStillMs;
-        if (state.maximised && state.maximised !== 'endoscope') this.full = true; // not in sight
+        const { maximised } = state.display;
+        if (maximised && maximised !== 'endoscope') this.full = true; // not in sight
         if (still && !this.full) this.stale.add('endoscope');
         if (!this.stale.size) return false;
         for (const view of this.stale) this.drawView(view, state, still);
@@ -221,19 +194,17 @@ export class Stage {
         return new Promise((resolve) => this.canvas.toBlob(resolve, 'image/png'));
     }
 
-    private noteChange(state: State, changed: ReadonlySet<keyof State>): void {
-        let shared = changed.has('shared');
-        if (shared) {
-            const { iso_hu, polarity } = state.shared ?? { iso_hu: NaN, polarity: '' };
-            shared = iso_hu !== this.lastIso || polarity !== this.lastPolarity;
-            this.lastIso = iso_hu;
-            this.lastPolarity = polarity;
-        }
-        const has = (key: keyof State): boolean => (key === 'shared' ? shared : changed.has(key));
-        if (kEndoscopeKeys.some(has)) this.markEndoscope();
-        const cut = state.outside && (changed.has('window') || changed.has('level'));
-        if (cut) this.markEndoscope();
-        if (kSectionKeys.some(has)) for (const view of kViews.slice(1)) this.stale.add(view);
+    private noteChange(state: State, before: State): void {
+        const wall =
+            state.shared?.iso_hu !== before.shared?.iso_hu ||
+            state.shared?.polarity !== before.shared?.polarity;
+        const { sections: now, view } = state;
+        const then = before.sections;
+        const cutFace = view.outside && (now.window !== then.window || now.level !== then.level);
+        if (wall || cutFace || differ(inEndoscope(state), inEndoscope(before)))
+            this.markEndoscope();
+        if (wall || differ(inSections(state), inSections(before)))
+            for (const name of kViews.slice(1)) this.stale.add(name);
     }
 
     private markEndoscope(): void {
@@ -257,7 +228,7 @@ export class Stage {
     private adapt(frameMs: number): void {
         this.frameMs = this.frameMs ? 0.7 * this.frameMs + 0.3 * frameMs : frameMs;
         const slow = this.frameMs > kSlowMs && this.quality + 1 < kScales.length;
-        if (this.frameMs > kSlowMs && !slow) this.onTooSlow();
+        if (this.frameMs > kSlowMs && !slow) this.hooks.onTooSlow();
         const quick = this.frameMs < kQuickMs && this.quality > 0;
         if (!slow && !quick) return;
         this.quality += slow ? 1 : -1;
@@ -265,16 +236,17 @@ export class Stage {
     }
 
     private drawView(view: ViewName, state: State, still: boolean): void {
-        if (state.maximised && state.maximised !== view) return;
+        const { maximised, fine } = state.display;
+        if (maximised && maximised !== view) return;
         const rect = this.pixelRect(view);
         if (rect.width < 1 || rect.height < 1) return;
         if (view === 'endoscope') {
             // Four rays per pixel: at once where pixels are cheap, else one after the other.
             const cheap = this.quality === 0;
-            const scale = still ? (state.fine && cheap ? 2 : 1) : kScales[this.quality]!;
-            const passes = still && state.fine && !cheap && !state.outside;
+            const scale = still ? (fine && cheap ? 2 : 1) : kScales[this.quality]!;
+            const passes = still && fine && !cheap && !state.view.outside;
             this.endoscope.setOverlay(state, this.overlay);
-            this.endoscope.setVessel(this.vesselOf(), state.vessel);
+            this.endoscope.setVessel(this.vessel, state.versions.vessel);
             const pass = passes ? this.pass++ : undefined;
             const seed = still ? 0 : this.framesDrawn; // a view at rest is one picture
             this.endoscope.draw(this.renderer, state, this.balls, rect, scale, seed, pass);
@@ -284,14 +256,8 @@ export class Stage {
 
     private drawSection(view: SectionName, state: State, rect: ViewRect): void {
         const { grid } = this.texture!.data;
-        const plane = sectionPlane(
-            grid,
-            view,
-            state.sections[view],
-            state.cursor,
-            rect.width,
-            rect.height,
-        );
+        const { frames, cursor, window, level } = state.sections;
+        const plane = sectionPlane(grid, view, frames[view], cursor, rect.width, rect.height);
         this.section.set(overlayUniforms(state, this.overlay));
         this.section.set({
             centre: new THREE.Vector3(...plane.centre),
@@ -301,10 +267,10 @@ export class Stage {
                 0.5 * rect.width * plane.mmPerPixel,
                 0.5 * rect.height * plane.mmPerPixel,
             ),
-            window: state.window,
-            level: state.level,
+            window,
+            level,
             iso: state.shared?.iso_hu ?? 0,
-            contour: state.contour,
+            contour: state.display.contour,
             pixel: plane.mmPerPixel,
         });
         this.renderer.setViewport(rect.x, rect.y, rect.width, rect.height);
@@ -314,7 +280,7 @@ export class Stage {
 
     private pixelRect(view: ViewName): ViewRect {
         const box = this.canvas.getBoundingClientRect();
-        const rect = this.rectOf(view);
+        const rect = this.hooks.rectOf(view);
         const ratio = this.canvas.width / box.width;
         const left = Math.round((rect.left - box.left) * ratio);
         const right = Math.round((rect.right - box.left) * ratio);

@@ -8,7 +8,7 @@ import { type Camera, firstHit, naturalUp, type Surface } from '../maths/rays.ts
 import { add, along, cross, dot, mul, norm, normalized, sub, type Vec3 } from '../maths/vec.ts';
 import type { VolumeData } from '../maths/volume.ts';
 import type { Vessel } from '../net/vessel.ts';
-import type { State } from '../state/store.ts';
+import type { Orbit } from '../state/state.ts';
 
 const kBehind = 9; // the tip [mm]
 const kAside = 3; // of the catheter's surface at most [mm]
@@ -17,7 +17,7 @@ const kSides = 12;
 const kMargin = 1.15;
 
 /// @param slope  tan of half the field of view from outside
-export function outsideOf(vessel: Vessel, slope: number): State['orbit'] {
+export function outsideOf(vessel: Vessel, slope: number): Orbit {
     const nodes: Vec3[] = [...vessel.catheter];
     const { rest } = vessel;
     for (let n = 0; n < rest.length; n += 3) nodes.push([rest[n]!, rest[n + 1]!, rest[n + 2]!]);
