@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Starts the page: reads the link's token, connects, puts the parts together and draws.
+// Starts the page: reads the link's token, creates all parts, connects, and draws.
 
 import './style.css';
 import { Connection } from './net/connection.ts';
@@ -27,7 +27,7 @@ import { Stage } from './views/stage.ts';
 const kTourKey = 'pliant.tour';
 const kThemeKey = 'pliant.theme';
 
-/// Text over the pictures about the connection and files; empty: none.
+/// Text over the pictures: connection and transfers; empty: none.
 function noticeOf({ link, scan }: State, contextLost: boolean): string {
     if (contextLost)
         return 'The graphics context is lost. It comes back by itself; if not, reload the page.';
@@ -85,7 +85,7 @@ function start(): void {
                 const { style, styleChosen } = store.state.look;
                 if (style === 'plain' || styleChosen) return;
                 store.set({ look: { style: 'plain' } });
-                message.say('the plain look: the real one takes too long to draw here');
+                message.say('switched to the plain look: the real one is too slow here');
             },
         });
     let stage: Stage;

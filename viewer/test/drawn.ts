@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The endoscope's picture, drawn by the page's own view into a corner of its canvas and read back,
-// with a state, tools and a catheter that the page itself doesn't have.
+// Pictures of the endoscope, drawn by the page's own view into a corner of its canvas and read
+// back, with any state, tools and catheter.
 
 import type { Page } from 'playwright-core';
 import type { Vec3 } from '../src/maths/vec.ts';
@@ -15,13 +15,13 @@ export interface Wanted {
     readonly width: number;
     readonly height: number;
     readonly state: Patch;
-    readonly iso?: number; ///< [HU]; 30000: there is no wall
+    readonly iso?: number; ///< [HU]; 30000: no wall
     readonly balls?: readonly ToolBall[];
     readonly catheter?: readonly Vec3[];
     readonly radius?: number; ///< of the catheter [mm]
 }
 
-/// Red, green, blue of each pixel, from the upper left corner row by row.
+/// Draws a picture. @returns red, green, blue of each pixel, row by row from the upper left corner
 export async function drawn(page: Page, wanted: Wanted): Promise<Uint8Array> {
     const text = await page.evaluate((w) => {
         const { stage, store } = (window as never as { pliant: Session }).pliant;
@@ -68,14 +68,14 @@ export async function drawn(page: Page, wanted: Wanted): Promise<Uint8Array> {
     return Uint8Array.from(Buffer.from(text, 'base64'));
 }
 
-/// Whether each pixel is another in two pictures.
+/// Mask of the pixels that differ between two pictures.
 export const different = (a: Uint8Array, b: Uint8Array): boolean[] =>
     Array.from({ length: a.length / 3 }, (_, i) =>
         [0, 1, 2].some((c) => a[3 * i + c] !== b[3 * i + c]),
     );
 
-/// Where two masks differ although the expected one is even in a pixel's 3 × 3 neighbours; single
-/// pixels may be hairline gaps, and do not count.
+/// Positions where two masks differ although the expected one is constant in the 3 × 3
+/// neighbourhood; single pixels may be hairline gaps, and do not count.
 export function misses(
     found: readonly boolean[],
     expected: readonly boolean[],

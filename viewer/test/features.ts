@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// What the page can do, once each on one scan, with a picture of it.
+// Features of the page, each shown once on one scan, with a picture.
 
 import type { Page } from 'playwright-core';
 import type { Vec3 } from '../src/maths/vec.ts';
@@ -21,19 +21,19 @@ const ask = (page: Page, command: Command): Promise<unknown> =>
     page.evaluate(async (c) => {
         const { pliant } = window as never as { pliant: Session };
         await pliant.ask(c);
-        await pliant.compare(); // the answer to this comes after all boxes
+        await pliant.compare(); // its answer comes after all boxes
     }, command);
 const set = (page: Page, wish: Wish): Promise<void> =>
     page.evaluate((w) => (window as never as { pliant: Session }).pliant.store.set(w), wish);
 const key = (page: Page, name: string): Promise<void> => page.keyboard.press(name);
 
-/// Where the endoscope looks at the wall: a place on its ray, so far ahead [mm].
+/// Point ahead of the endoscope at a distance [mm].
 async function ahead(page: Page, mm: number): Promise<Vec3> {
     const { camera } = (await stateOf(page)).view;
     return [0, 1, 2].map((a) => camera.eye[a]! + mm * camera.look[a]!) as unknown as Vec3;
 }
 
-/// The wall that the endoscope looks at, as far as it is, and the crosshair there.
+/// Finds the wall ahead of the endoscope, and sets the crosshair on it.
 async function wallAhead(page: Page): Promise<Vec3> {
     const mm = await page.evaluate(() => {
         const { volume, store } = (window as never as { pliant: Session }).pliant;
@@ -54,8 +54,8 @@ async function wallAhead(page: Page): Promise<Vec3> {
     return place;
 }
 
-/// A place in the wall on the right of the endoscope's picture, pushed into the lumen. Cartilage
-/// above 300 HU would stop the push after 3 mm.
+/// Push of the wall on the right of the endoscope's picture into the lumen. Cartilage above 300 HU
+/// would stop the push after 3 mm.
 const kWall = { point: [-1.5, 142, -438], push: [-9, 0, 0], radius: 6 } as const;
 const kBeforeWall: Vec3 = [-7, 142, -438]; // in the lumen at rest, in the wall once it is pushed
 const kSoft = { bone_threshold_hu: 2000, offset: 0.4 };
@@ -64,7 +64,7 @@ const kHard = { bone_threshold_hu: 300, offset: 0.2 };
 const kWhole = { shift: [0, 0], zoom: 1 } as const;
 const wholeSections = { axial: kWhole, coronal: kWhole, sagittal: kWhole };
 
-/// Sections through a place, which lies in their middle.
+/// Centres the sections on a point.
 async function lookCloser(page: Page, place: Vec3, zoom: number): Promise<void> {
     const from = await page.evaluate((p) => {
         const { grid } = (window as never as { pliant: Session }).pliant.volume!;
@@ -201,7 +201,7 @@ export const kFeatures: readonly Feature[] = [
     },
 ];
 
-/// @param take  makes the picture
+/// Shows all features. @param take  takes the picture
 export async function showAll(
     page: Page,
     take: (feature: Feature) => Promise<void>,

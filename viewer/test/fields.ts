@@ -27,7 +27,7 @@ export function randomGrid(low: number, high: number): Grid {
     };
 }
 
-/// Smooth bumps: walls are thicker than the rays' step.
+/// Volume of smooth bumps: walls are thicker than the rays' step.
 export function smoothVolume(grid: Grid): VolumeData {
     const [nx, ny, nz] = grid.size;
     const waves = Array.from({ length: 5 }, () => ({

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Looks, instruments and X-rays for the page of results: one view alone, as a picture each.
+// Gallery of looks, instruments and X-rays for the page of results: pictures of one view.
 
 import { execFileSync } from 'node:child_process';
 import { mkdtempSync, rmSync } from 'node:fs';
@@ -28,7 +28,7 @@ interface Shot {
     readonly tool?: { readonly kind: ToolKind; readonly ahead: Vec3; readonly radius: number };
     readonly catheter?: boolean;
     readonly side?: boolean; ///< X-rays from the side
-    readonly near?: number; ///< share of the distance at which all of the scan is seen
+    readonly near?: number; ///< factor of the distance at which the whole scan is visible
 }
 
 const kSize = { width: 830, height: 520 }; // of the window; half of it is the view
@@ -40,7 +40,7 @@ const kTurbinate = { eye: [4.5, -42.5, -8], look: [0.297, 0.807, -0.51], up: [0,
 const kInAorta = { eye: [-0.4, -145.6, 587], look: [0.31, 0.28, 0.91], up: [0, -1, 0] } as const;
 const kBesideCatheter = { ...kInAorta, eye: [-0.4, -147.8, 584] } as const;
 
-/// Places are ahead, to the right and up of the lens [mm].
+/// Shot of an instrument. @param ahead  position ahead, to the right and up of the lens [mm]
 const tool = (kind: ToolKind, text: string, radius: number, ahead: Vec3 = [16, 1, 0]): Shot => ({
     name: `tool_${kind}`,
     caption: text,
@@ -125,7 +125,7 @@ export const kGallery: Readonly<Record<string, readonly Shot[]>> = {
     ],
 };
 
-/// All pictures, one server for each scan. @param out  the folder that they go to
+/// Takes all pictures, with one server for each scan. @param out  their folder
 export async function takeGallery(browser: Browser, out: string): Promise<void> {
     const folder = mkdtempSync(join(tmpdir(), 'pliant-gallery-'));
     const sinus = join(folder, 'sinus.nrrd');
@@ -155,7 +155,7 @@ async function take(page: Page, shot: Shot, path: string): Promise<void> {
     await insertCatheter(page, shot.catheter ? kAortaLumen : []);
     await page.evaluate(({ set, side, near }) => {
         const { store, stage, volume } = (window as never as Held).pliant;
-        (stage as never as { quality: number }).quality = 0; // however slow the machine is
+        (stage as never as { quality: number }).quality = 0; // full resolution, even if it is slow
         const { grid } = volume!;
         const size = Math.max(...grid.size.map((n, a) => n * grid.spacing[a]!));
         const orbit = {
@@ -165,7 +165,7 @@ async function take(page: Page, shot: Shot, path: string): Promise<void> {
         };
         store.set({ display: { fine: true, maximised: 'endoscope' }, view: { orbit } });
         store.set(set);
-        store.set({ sections: { cursor: store.state.view.camera.eye } }); // no crosshair in sight
+        store.set({ sections: { cursor: store.state.view.camera.eye } }); // hides the crosshair
     }, shot);
     await page.evaluate((tool) => {
         const { store, stage } = (window as never as Held).pliant;
@@ -190,7 +190,7 @@ async function take(page: Page, shot: Shot, path: string): Promise<void> {
     await page.screenshot({ path, clip, quality: 80 });
 }
 
-/// Two pictures in a row.
+/// Markdown table with two pictures in a row.
 export function galleryText(): string {
     const table = (shots: readonly Shot[]): string => {
         const rows: string[] = [];

@@ -1,15 +1,15 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// A catheter in a vessel, to and fro at the fastest speed, in two pages: how far beyond the wall it
-// comes, whether both pages go on to have what the server has, and how long it takes. The pages
-// draw nothing, as drawing in software would take what the simulation has.
+// Drives a catheter to and fro in a vessel at the highest speed, in two pages. Prints its largest
+// depth beyond the wall, whether both pages stay equal to the server, and the time taken. The pages
+// draw nothing, because software rendering would take time from the simulation.
 //
 //   PLIANT_SERVER=build/release/pliant PLIANT_SCENE=scenes/vessel_aorta_live.toml
 //       [PLIANT_SECONDS=40] [PLIANT_FAR_MM=80] npm run measure catheter
 //
-// PLIANT_SECONDS is simulated time; a page is told the state sixty times a second, and what lies
-// between is not seen here (`pliant vessel` looks at every step).
+// PLIANT_SECONDS is simulated time. A page receives the state sixty times a second; `pliant vessel`
+// examines every step.
 
 import type { Page } from 'playwright-core';
 import type { Command } from '../src/net/protocol.ts';
@@ -22,9 +22,9 @@ const kNear_mm = 5;
 const kFastest_mm_s = 100;
 
 interface Seen {
-    depth: number; ///< the most [mm]
-    wall: number; ///< likewise, of how far the wall moved
-    force: number; ///< likewise [N]
+    depth: number; ///< largest value [mm]
+    wall: number; ///< largest displacement of the wall [mm]
+    force: number; ///< largest force [N]
     states: number;
     failure: string;
 }

@@ -1,14 +1,14 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Ten minutes of a simulated device that pushes the phantom, with a second browser that looks on:
-// whether anything is lost. Both pages draw nothing, as drawing in software would take what the
-// server and the servo have. Printed once a minute, and at the end: news of the device in each
-// page, the longest time without any, checksums that were compared, the servo's numbers.
+// Endurance test: a simulated device pushes the phantom for ten minutes, with a second browser as a
+// viewer. Both pages draw nothing, because software rendering would take time from server and
+// servo. Prints once a minute and at the end: messages of the device in each page, the longest time
+// without one, compared checksums, and the servo's timing.
 //
 //   PLIANT_SERVER=… [PLIANT_MINUTES=10] [PLIANT_OUT=FILE] npm run measure haptics
 //
-// What is printed at the end also goes into the file, if one is named.
+// The final output is written to PLIANT_OUT as well.
 
 import { writeFileSync } from 'node:fs';
 import type { Page } from 'playwright-core';
@@ -21,8 +21,8 @@ const kCompareMs = 10_000;
 interface Watched {
     news: number;
     longestMs: number;
-    pushes: number; ///< contacts that were seen to begin
-    lost: number; ///< times that the line broke
+    pushes: number; ///< contacts begun
+    lost: number; ///< losses of the connection
 }
 
 const watch = (page: Page): Promise<void> =>
@@ -69,7 +69,7 @@ let different = 0;
 for (let n = 1; Date.now() < end; ++n) {
     await own.page.waitForTimeout(Math.min(kCompareMs, Math.max(end - Date.now(), 0)));
     const sums = await Promise.all([compare(own.page), compare(other.page)]);
-    // Each page against the server; both are of the same step only where nothing moves.
+    // Each page is compared with the server: the two pages have the same step only at rest.
     compared += 2;
     different += sums.filter((sum) => !sum?.same).length;
     if (n % 6) continue;

@@ -1,11 +1,11 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Prints how long it takes from a command to the texture (latency.ts says how that is measured):
-// pushes at 30 Hz in the middle of a CT's heart, in a browser that doesn't draw meanwhile.
+// Prints latencies from a command to the texture (latency.ts): pushes at 30 Hz in the heart of a
+// CT, in a browser that draws nothing.
 //
 //   PLIANT_SERVER=build/release/pliant npm run measure -- latency
-//   PLIANT_OVERLAY=jacobian            with displacement or jacobian asked for as well
+//   PLIANT_OVERLAY=jacobian            with the overlay displacement or jacobian
 
 import type { OverlayKind } from '../src/net/protocol.ts';
 import type { Session } from '../src/tools/session.ts';

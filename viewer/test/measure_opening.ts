@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The moving picture at the top of the README, and its still: a flight through the phantom's
-// airway, whose wall is then pushed. Needs ffmpeg on the PATH.
+// Makes the animation at the top of the README and its still: a flight through the phantom's
+// airway, then a push of its wall. Needs ffmpeg on the PATH.
 //
 //   PLIANT_SERVER=build/release/pliant PLIANT_OUT=docs/images npm run measure opening
 

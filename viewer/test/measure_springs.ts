@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Springs on a real abdomen: 20³ nodes under the belly's wall, pressed at 30 Hz by hand, for some
-// depths. Printed is what the page shows; the pictures show it before and after. Nothing is drawn
-// meanwhile, as drawing in software would be measured instead.
+// Springs on a CT of an abdomen: 20³ nodes under its wall, pressed at 30 Hz, for several depths.
+// Prints the numbers of the page; pictures show the state before and after. Nothing is drawn
+// meanwhile, because software rendering would dominate the times.
 //
 //   PLIANT_SERVER=build/release/pliant npm run measure springs
 
@@ -51,7 +51,7 @@ const run = (depth: number): Promise<unknown> =>
             const place = { centre, nodes: 20, cell_mm: 9 };
             await session.ask({ do: 'tissue', model: 'springs', ...place });
             await session.ask({ do: 'depth', layers: depth });
-            // To and fro for three seconds, as a hand does.
+            // To and fro for three seconds.
             let at = 0;
             const forward: number[] = [];
             const answers: number[] = [];
@@ -93,7 +93,7 @@ const run = (depth: number): Promise<unknown> =>
     );
 for (const depth of kDepths) console.log(JSON.stringify(await run(depth)));
 
-// A push that shows.
+// A visible push.
 await run(10);
 await page.evaluate(async (skin) => {
     const session = (window as never as { pliant: Session }).pliant;

@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The tip in the page, pushing: through a phantom with thick slices, and through the shared scans
-// where they are. After every step the eye is out of tissue, in the page's mirror of the volume.
-// Only with the program's server: the mock doesn't slide.
+// A pushing tip: through a phantom with thick slices and, if present, through the shared scans.
+// After every step the eye is outside of tissue in the page's mirror of the volume. Only with the
+// program's server: the mock doesn't slide.
 
 import assert from 'node:assert/strict';
 import { execFileSync } from 'node:child_process';
@@ -25,7 +25,7 @@ interface Flight {
     readonly scan: string; ///< file; empty: the phantom with thick slices
     readonly eye: Vec3; ///< in the lumen
     readonly way: Vec3; ///< of one step [mm]
-    readonly tip?: number; ///< [mm]; without it: the page's own
+    readonly tip?: number; ///< [mm]; absent: the page's default
     readonly materials?: Partial<Materials>;
     readonly iso?: number; ///< [HU]
 }
@@ -82,7 +82,7 @@ after(async () => {
     rmSync(folder, { recursive: true });
 });
 
-/// The page's mirror of the deformed volume [HU].
+/// Value of the page's mirror of the deformed volume at the eye [HU].
 const valueAt = (page: Page, place: Vec3): Promise<number> =>
     page.evaluate((at) => {
         const { volume } = (window as never as { pliant: Session }).pliant;
@@ -94,12 +94,12 @@ const valueAt = (page: Page, place: Vec3): Promise<number> =>
         return volume!.sample(ijk as never);
     }, place);
 
-/// One step, and all that the server answers to it. @returns the value at the eye [HU]
+/// Makes a step and waits for the server's answers. @returns the value at the eye [HU]
 async function step(page: Page, way: Vec3): Promise<number> {
     await page.evaluate(async (motion) => {
         const session = (window as never as { pliant: Session }).pliant;
         if (motion.some((x) => x !== 0)) session.endoscope.fly(motion);
-        // Answers come in order, and the voxels of a push before that of the next command.
+        // Answers are ordered: the voxels of a push arrive before the answer to the next command.
         for (let n = 0; n < 2; ++n) await session.connection.ask({ do: 'checksum' });
     }, way);
     return valueAt(page, (await stateOf(page)).view.camera.eye);
@@ -162,7 +162,7 @@ test('tissue that relaxes does not close over an eye in a dent', { skip: !progra
     }
     const { camera } = (await stateOf(page)).view;
     await picture(page, 'contact_dent');
-    // The tissue went around the eye; it did not carry the eye along.
+    // The tissue moves around the eye, and doesn't carry it along.
     assert.deepEqual(camera.eye, [9.5, -1.6, 35]);
     await page.evaluate(() =>
         (window as never as { pliant: Session }).pliant.endoscope.goTo([0, -1.6, 35], [1, 0, 0]),

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Files: scans that are dropped or chosen take the place of the one that is shown, what is saved is
-// what the server gives, and what goes wrong is one line.
+// Files: dropped or chosen scans replace the present one, saved files are the server's, and errors
+// are one line.
 
 import assert from 'node:assert/strict';
 import { readFile } from 'node:fs/promises';
@@ -47,7 +47,7 @@ function nrrd(): Buffer {
 const choose = (name: string, buffer: Buffer): Promise<void> =>
     page.locator('#files').setInputFiles({ name, mimeType: '', buffer });
 
-/// Drops files on the page as the browser does, with folders left out: those can't be made here.
+/// Drops files on the page like the browser, but without folders, which can't be created here.
 const drop = (files: { name: string; text: string }[]): Promise<void> =>
     page.evaluate((all) => {
         const data = new DataTransfer();
@@ -78,7 +78,7 @@ const untilSaid = (text: string): Promise<unknown> =>
         { timeout: 30_000 },
     );
 
-test('names of files that are dropped together can lie in one folder', () => {
+test('names of files that are dropped together fit into one folder', () => {
     const file = (path: string) => ({ path, file: new File(['x'], path.split('/').pop()!) });
     const scan = scanOf(
         ['CT/.DS_Store', 'CT/a/1.dcm', 'CT/b/1.dcm', 'CT/2.dcm', 'CT/Thumbs.db'].map(file),
@@ -92,7 +92,7 @@ test('names of files that are dropped together can lie in one folder', () => {
     assert.throws(() => scanOf(Array.from({ length: 5000 }, (_, n) => file(`${n}`))), /4096/);
 });
 
-test('a chosen scan takes the place of the one that is shown', async () => {
+test('a chosen scan replaces the present one', async () => {
     await page.evaluate(async () => {
         const { pliant } = window as never as { pliant: Session };
         const { cursor } = pliant.store.state.sections;
@@ -132,10 +132,10 @@ test('tissue of the new scan can be pushed, and its volume saved', async () => {
         const download = await coming;
         assert.equal(download.suggestedFilename(), name);
         const bytes = await readFile((await download.path())!);
-        const own = await page.evaluate(async (what) => {
+        const own = await page.evaluate(async (file) => {
             const { hash } = location;
             const token = new URLSearchParams(hash.slice(1)).get('token');
-            const response = await fetch(`save/${what}?token=${token}`);
+            const response = await fetch(`save/${file}?token=${token}`);
             return (await response.arrayBuffer()).byteLength;
         }, name);
         assert.equal(bytes.length, own);
@@ -162,7 +162,7 @@ const labelOf = (name: string): string =>
           ? 'transform for 3D Slicer (.nrrd)'
           : `${name.split('.')[0]} (.nrrd)`;
 
-test('what is no scan is said in one line, and nothing changes', async () => {
+test('a file that is no scan is refused with one line, and nothing changes', async () => {
     const { volume } = (await stateOf(page)).scan;
     await choose('bad.nrrd', Buffer.from('hello'));
     await untilSaid('bad.nrrd: is no NRRD file');
@@ -179,19 +179,19 @@ test('what is no scan is said in one line, and nothing changes', async () => {
     assert.equal((await compare(page))!.same, true);
 });
 
-test('Escape gives up a scan that is sent', async () => {
+test('Escape cancels the upload of a scan', async () => {
     const { volume } = (await stateOf(page)).scan;
     const stuck: (() => Promise<void>)[] = [];
     await page.route('**/open?*', (route) => void stuck.push(() => route.abort()));
     await choose('slow.nrrd', nrrd());
     await page.waitForFunction(() =>
-        document.querySelector('.notice')!.textContent!.includes('Esc gives up'),
+        document.querySelector('.notice')!.textContent!.includes('Esc cancels'),
     );
     await page.keyboard.press('Escape');
-    await untilSaid('opening was given up');
+    await untilSaid('opening was cancelled');
     assert.equal((await stateOf(page)).link.transfer, '');
     assert.equal((await stateOf(page)).scan.volume!.id, volume!.id);
-    // Ended first: a request that unroute() lets go on is a scan that the server opens.
+    // Ended first: unroute() would let the request continue, and the server would open the scan.
     await Promise.allSettled(stuck.map((end) => end()));
     await page.unroute('**/open?*');
 });
@@ -225,7 +225,7 @@ test('files are dropped together; a path that is dropped stays a path', async ()
     assert.ok(state.way.path);
 });
 
-test('of several DICOM series in a folder the user chooses one', async (t) => {
+test('the user chooses one of several DICOM series in a folder', async (t) => {
     if (served.mock) return t.skip('the mock reads no DICOM');
     const files = [0, 1, 2, 3, 4].map((z) => {
         const bytes =
@@ -244,7 +244,7 @@ test('of several DICOM series in a folder the user chooses one', async (t) => {
     await untilSaid('no series was chosen');
     assert.equal(await dialog.count(), 0);
     assert.equal((await stateOf(page)).scan.volume!.id, volume!.id);
-    // Again, and at once: nothing of the first attempt is in the way.
+    // At once again: nothing of the first attempt is left.
     await drop(files);
     await dialog.getByText('venous (2 slices)').click();
     await untilScan('scan');
@@ -252,7 +252,7 @@ test('of several DICOM series in a folder the user chooses one', async (t) => {
     assert.deepEqual((await stateOf(page)).scan.volume!.range_hu, [30, 40]);
 });
 
-test('who only views may save, but not open', async () => {
+test('a client that only views can save, but not open', async () => {
     const { page: other } = await visit(browser, served.link, '&notour&role=view');
     assert.equal(await other.locator('#open').isDisabled(), true);
     const coming = other.waitForEvent('download');
@@ -261,7 +261,7 @@ test('who only views may save, but not open', async () => {
     const before = await stateOf(other);
     await other.locator('#files').setInputFiles({ name: 'x.nrrd', mimeType: '', buffer: nrrd() });
     await other.waitForFunction(() =>
-        document.querySelector('.message')!.textContent!.includes('those who control'),
+        document.querySelector('.message')!.textContent!.includes('only clients that control'),
     );
     assert.equal((await stateOf(other)).scan.volume!.id, before.scan.volume!.id);
     await other.context().close();

@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// A catheter in fluoroscopy, in front of bone and of vessels with contrast agent: all along it the
-// picture is darker than without it, by far more than the noise. The scan is that of a person, the
-// catheter a curve through the aorta's lumen.
+// A catheter in fluoroscopy, in front of bone and of vessels with contrast medium: it is darker
+// than its surroundings over its whole length, by far more than the noise. The scan is a CT
+// angiography, the catheter a curve through the aorta's lumen.
 
 import assert from 'node:assert/strict';
 import { existsSync } from 'node:fs';
@@ -18,8 +18,8 @@ const kDarker = 20; // of 255; the noise there has a standard deviation of 3.5
 
 type Held = { pliant: Session; bare: Uint8ClampedArray };
 
-/// By how much the catheter is darker than the picture before, where it shows least: of the darkest
-/// pixels of all rows that it crosses the least, of 255; and how many rows those are.
+/// Visibility of the catheter: the smallest, over all rows that it crosses, of the largest
+/// darkening of a row's pixels, of 255; and the number of rows.
 async function darker(page: Page): Promise<{ least: number; rows: number }> {
     await page.waitForTimeout(300);
     await still(page);
@@ -41,7 +41,7 @@ async function darker(page: Page): Promise<{ least: number; rows: number }> {
                 if (most > 0) rows.push(most);
             }
         held.bare = data;
-        const inner = rows.slice(5, -5); // not the ends, and the collimator's edge
+        const inner = rows.slice(5, -5); // without the ends and the collimator's edge
         return { least: Math.min(...inner), rows: rows.length };
     });
 }
@@ -56,7 +56,7 @@ test(
         const served = await serve(kAorta);
         const { page, errors } = await visit(browser, served.link);
         for (const [name, look] of [
-            ['front', [0, 1, 0]], // before the spine, across the heart
+            ['front', [0, 1, 0]], // in front of the spine, across the heart
             ['side', [1, 0.2, 0]],
         ] as const) {
             await insertCatheter(page, []);

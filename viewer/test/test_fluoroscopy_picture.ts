@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Fluoroscopy in the browser and in the C++ renderer, of the same camera, on the phantom and, where
-// they are at hand, on CTs, one of them cut out of a body: less than 0.5 of 255 apart on the mean,
-// with the same noise in every pixel.
+// Fluoroscopy in the browser and in the C++ renderer, of the same camera, on the phantom and, if
+// present, on CTs, one of them cropped: the mean difference is less than 0.5 of 255, with the same
+// noise in every pixel.
 
 import assert from 'node:assert/strict';
 import { execFileSync } from 'node:child_process';
@@ -24,10 +24,10 @@ const kMean = 0.5; // of 255
 interface Kind {
     readonly fluoro?: Partial<Fluoro>;
     readonly look?: Orbit['direction'];
-    readonly seed?: number; ///< of C++
+    readonly seed?: number; ///< of the C++ renderer
 }
 
-/// Mean difference, of 255.
+/// Mean difference of both pictures, of 255.
 async function compare(page: Page, scan: string, name: string, kind: Kind): Promise<number> {
     await page.evaluate(({ fluoro, look }) => {
         const { store } = (window as never as { pliant: Session }).pliant;

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// One test for each row of the table of gestures (the habits of the programs that users come from).
+// One test for each row of the table of gestures.
 
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
@@ -86,7 +86,7 @@ test('crosshair: left click and Shift with move, in all four views', async () =>
         const { cursor } = (await stateOf(page)).sections;
         assert.ok(norm(sub(cursor, old)) > 1, `${view}: click`);
         assert.ok(Math.abs(cursor[kAxis[view]] - old[kAxis[view]]) < 1e-6);
-        // The lines of the view's own crosshair cross where it was clicked, once they are drawn.
+        // The lines of the view's crosshair cross at the click, once they are drawn.
         const line = page.locator(`.view.${view} line.along`).first();
         const box = await rectOf(page, view);
         const off = async () => Math.abs(Number(await line.getAttribute('x1')) - (x - box.x));
@@ -104,7 +104,7 @@ test('crosshair: left click and Shift with move, in all four views', async () =>
         view: { camera },
     } = await stateOf(page);
     assert.ok(norm(sub(cursor, old)) > 0.5, 'endoscope: click');
-    // What was clicked is a wall: as bright as the threshold.
+    // The click is on a wall: its value is the threshold.
     const value = await page.evaluate(() => document.querySelector('#pointer')!.textContent!);
     assert.match(value, /HU · LPS .* mm · ijk \d+, \d+, \d+/);
     assert.ok(dot(sub(cursor, camera.eye), camera.look) > 0);
@@ -256,7 +256,7 @@ test('endoscope: W and S fly, the mouse looks, Space stops, walls stop the tip',
     await page.keyboard.up('s');
     const back = sub((await stateOf(page)).view.camera.eye, flown.view.camera.eye);
     assert.ok(dot(normalized(back), start.view.camera.look) < -0.9, `S flies back: ${back}`);
-    // Turn to the wall and fly on: it must hold the tip.
+    // Turn to the wall and fly on: it stops the tip.
     await dragBy(page, await spot(page, 'endoscope', 0.2), [330, 0]);
     await picture(page, 'wall');
     await page.keyboard.down('w');

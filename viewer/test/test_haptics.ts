@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// A device that is simulated pushes the phantom: through the panel, with a second browser that
-// looks on. And what leads a tool in the browser itself, as numbers.
+// A simulated device pushes the phantom: by the panel, with a second browser as a viewer. And the
+// motions of the browser's own devices.
 
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
@@ -19,7 +19,7 @@ useOnePage({ name: 'Anna', size: 64 });
 const until = (on: Page, holds: (news: HapticsNews) => boolean): Promise<void> =>
     untilState(on, ({ device: { news } }) => Boolean(news && holds(news)));
 
-/// Drawing in software takes what a slow machine has.
+/// Switches drawing on or off: software rendering overloads a slow machine.
 const draw = (on: Page, draws: boolean): Promise<void> =>
     on.evaluate((yes) => {
         const { stage } = (window as never as { pliant: Session }).pliant;
@@ -27,14 +27,14 @@ const draw = (on: Page, draws: boolean): Promise<void> =>
         else stage.frame = () => false;
     }, draws);
 
-test('a device pushes the tissue, for all to see, until it is stopped', async (t) => {
+test('a device pushes the tissue in all browsers until it is stopped', async (t) => {
     const { features } = (await stateOf(page)).link;
     if (!features.includes('haptics')) return t.skip('the mock has none');
     const title = page.locator('summary', { hasText: /^Device$/ });
     const panel = page.locator('details', { has: title });
     await title.click();
     await panel.getByLabel('Device', { exact: true }).selectOption('virtual:tap');
-    // Straight at the carina, and so near that the tool's way of 8 mm ends in it.
+    // Close in front of the carina, so that the tool's motion of 8 mm ends in it.
     await page.evaluate(() => {
         const session = (window as never as { pliant: Session }).pliant;
         session.endoscope.goTo([0.3, -2.2, 22], [-0.019, 0.045, -0.999]);
@@ -88,7 +88,7 @@ test('a device pushes the tissue, for all to see, until it is stopped', async (t
     const seen = (await compare(other.page))!;
     assert.ok(after.same && seen.same);
     assert.equal(seen.own, after.own);
-    // It has come back by itself.
+    // The tissue has relaxed.
     assert.equal(after.tissue, before.tissue);
 
     await panel.getByRole('button', { name: 'Go on' }).click();
@@ -101,7 +101,7 @@ test('a device pushes the tissue, for all to see, until it is stopped', async (t
     await other.page.context().close();
 });
 
-test('sticks and caps are speeds, and stay within the workspace', () => {
+test('sticks and caps give speeds, and positions stay in the workspace', () => {
     const pad = (...axes: number[]): Parameters<typeof padMotion>[0] => ({ axes, buttons: [] });
     assert.deepEqual(padMotion(pad(0.1, -0.1, 0, 0.05)).map(Math.abs), [0, 0, 0]);
     const [right, up, back] = padMotion(pad(1, -1, 0, -1));
@@ -115,7 +115,7 @@ test('sticks and caps are speeds, and stay within the workspace', () => {
     assert.deepEqual(moved([99, 0, 0], [40, 0, 0], 1), [100, 0, 0]);
 });
 
-test('what is felt is said in words', () => {
+test('forces are described in words', () => {
     assert.equal(feltText(null, []), 'no device');
     const news = { t: 'haptics', on: true, force_n: [0, 0.3, 0.4], contact: true } as HapticsNews;
     const felt = [{ at: 0, newtons: 0.75 }];

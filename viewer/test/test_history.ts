@@ -8,7 +8,7 @@ import { History } from '../src/state/history.ts';
 import { initialState } from '../src/state/state.ts';
 import { Store } from '../src/state/store.ts';
 
-/// A server that only counts.
+/// History with a server that only counts steps.
 function setUp(): { store: Store; history: History; pushes: () => void; log: string[] } {
     const store = new Store(initialState());
     const log: string[] = [];
@@ -24,10 +24,10 @@ function setUp(): { store: Store; history: History; pushes: () => void; log: str
     let time = 0;
     const history = new History(
         store,
-        async (what) => {
-            log.push(what);
-            undo += what === 'undo' ? -1 : 1;
-            redo += what === 'undo' ? 1 : -1;
+        async (step) => {
+            log.push(step);
+            undo += step === 'undo' ? -1 : 1;
+            redo += step === 'undo' ? 1 : -1;
             tell();
         },
         () => (time += 1000),
@@ -66,7 +66,7 @@ test('undo takes back window, push and camera in the order in which they were do
     assert.equal(history.names().redo, '');
 });
 
-test('what changed nothing is no step, and something new ends what could be redone', async () => {
+test('a change without effect is no step, and a new step clears the steps to redo', async () => {
     const { store, history } = setUp();
     history.step('nothing', () => store.set({ sections: { window: store.state.sections.window } }));
     assert.equal(history.names().undo, '');
@@ -78,7 +78,7 @@ test('what changed nothing is no step, and something new ends what could be redo
     assert.equal(store.state.sections.window, 1500);
 });
 
-test('flying and looking around at the same time is one step', async () => {
+test('flying and looking around at the same time are one step', async () => {
     const { store, history } = setUp();
     history.begin();
     store.set({ view: { camera: { eye: [1, 0, 0], look: [0, 1, 0], up: [0, 0, 1] } } });

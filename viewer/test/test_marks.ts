@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Instruments in the sections: their shafts are outlined, three pixels wide at least, and dotted
-// where they go through the slice. Places are worked out from the crosshair and the scale alone.
+// Instruments in the sections: shafts are outlined, at least three pixels wide, with a dot where
+// they cross the slice. Positions are computed from the crosshair and the scale alone.
 
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
@@ -63,7 +63,7 @@ test('a shaft is outlined in the sections', { skip: kServer }, async () => {
     await page.keyboard.press('3');
     const [x, y] = await spot(page, 'endoscope', 0.6, 0.4);
     await page.mouse.move(x, y);
-    await page.mouse.down(); // the tool is there before it does anything
+    await page.mouse.down(); // the tool is shown before it acts
     const { balls } = await page.evaluate(() => {
         const { stage } = (window as never as { pliant: Session }).pliant;
         return { balls: stage.balls };
@@ -71,7 +71,7 @@ test('a shaft is outlined in the sections', { skip: kServer }, async () => {
     assert.equal(balls.length, 1);
     const { centre, radius, kind } = balls[0]!;
     assert.equal(kind, 'ball');
-    // From the working channel, below right of the lens, to the middle of the ball.
+    // From the working channel, below right of the lens, to the centre of the ball.
     const { camera } = start.view;
     const ahead = normalized(camera.look);
     const up = normalized(along(camera.up, -dot(camera.up, ahead), ahead));
@@ -84,7 +84,7 @@ test('a shaft is outlined in the sections', { skip: kServer }, async () => {
     const base = along(along(along(camera.eye, 3.2 * share, right), -3 * share, up), -share, ahead);
     await still(page);
     let dots = 0;
-    // The slice goes through the middle of the shaft, then beside it.
+    // The slice cuts the middle of the shaft, then lies beside it.
     for (const through of [true, false])
         for (const view of ['axial', 'coronal', 'sagittal'] as const) {
             const [u, v, across] = kAxes[view];
@@ -112,7 +112,7 @@ test('a shaft is outlined in the sections', { skip: kServer }, async () => {
                 const rim = rims.find((r) => String(r.points) === String(m.points));
                 assert.ok(rim && rim.width >= m.width + 2, `${view}: an outline`);
             }
-            // All of it, in pixels.
+            // The whole shaft in pixels.
             const length = norm([dot(sub(centre, base), u), dot(sub(centre, base), v), 0]) / scale;
             const [from, to] = [shafts[0]!.points[0]!, shafts[0]!.points.at(-1)!];
             assert.ok(Math.abs(Math.hypot(to[0] - from[0], to[1] - from[1]) - length) < 0.1);
@@ -120,7 +120,7 @@ test('a shaft is outlined in the sections', { skip: kServer }, async () => {
             assert.equal(pierced.length, through ? 1 : 0, view);
             if (!through) continue;
             ++dots;
-            // The crosshair is in the middle of the shaft, and so is the dot.
+            // Crosshair and dot are in the middle of the shaft.
             const crosshair = page.locator(`.view.${view} svg`);
             const cx = Number(await crosshair.locator('.along').first().getAttribute('x1'));
             const cy = Number(await crosshair.locator('.across').first().getAttribute('y1'));
@@ -135,7 +135,7 @@ test('a shaft is outlined in the sections', { skip: kServer }, async () => {
     await page.mouse.up();
     await page.waitForTimeout(150);
     assert.equal((await marksIn('axial')).filter((m) => m.kind.startsWith('shaft')).length, 0);
-    // A click with a tool is a click: nothing was pushed.
+    // A click with a tool pushes nothing.
     assert.equal((await stateOf(page)).shared!.undo.steps, 0);
 });
 

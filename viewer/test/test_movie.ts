@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Movies of keyframes: the sums, the file, and the panel.
+// Movies of keyframes: interpolation, file and panel.
 
 import assert from 'node:assert/strict';
 import { copyFileSync, readFileSync } from 'node:fs';
@@ -64,7 +64,7 @@ test('a movie passes its keyframes at their times, and never jumps', () => {
     }
 });
 
-test('half-way through a quarter turn is an eighth, and a straight way is flown evenly', () => {
+test('half-way through a quarter turn is an eighth, and a straight path is flown evenly', () => {
     const frames = [
         frame(0, [0, 0, 0], [0, 1, 0], [0, 0, 1]),
         frame(2, [20, 0, 0], [1, 0, 0], [0, 0, 1]),
@@ -76,7 +76,7 @@ test('half-way through a quarter turn is an eighth, and a straight way is flown 
     assert.ok(norm(sub(eye, [10, 0, 0])) < 1e-12);
 });
 
-test('keyframes are read as they were written, and what is none is refused with a line', () => {
+test('keyframes are read as written, and invalid ones are refused with a line', () => {
     const frames = randomFrames(4);
     const again = readKeyframes(writeKeyframes(frames), 'a');
     frames.forEach((f, i) => {
@@ -137,7 +137,7 @@ test('keyframes are added, ordered, played, recorded, saved and loaded', async (
     assert.equal((await session()).movie.keyframes[2]!.seconds, 0.5);
     await picture(page, 'movie_panel');
 
-    // Order: the second goes first, and back.
+    // The second keyframe moves to the front, and back.
     const eyes = (await session()).movie.keyframes.map((f) => f.camera.eye);
     await panel.getByRole('button', { name: '↑' }).nth(1).click();
     assert.deepEqual(
@@ -152,7 +152,7 @@ test('keyframes are added, ordered, played, recorded, saved and loaded', async (
     await panel.getByLabel('go to keyframe 1').click();
     assert.deepEqual((await session()).view.camera.eye, eyes[0]);
 
-    // Played, it ends at the last keyframe; undo takes the camera back to where it was.
+    // A movie ends at the last keyframe; undo restores the camera.
     const ended = (): Promise<unknown> =>
         page.waitForFunction(
             () => !(window as never as { pliant: Session }).pliant.store.state.movie.playing,
@@ -175,7 +175,7 @@ test('keyframes are added, ordered, played, recorded, saved and loaded', async (
     assert.ok(norm(sub((await session()).view.camera.eye, eyes[2]!)) < 1e-9);
     await page.keyboard.press('Control+z');
     assert.deepEqual((await session()).view.camera.eye, eyes[0]);
-    // Steering ends it, long before it is over.
+    // Steering ends the movie.
     await panel.getByLabel('seconds to keyframe 3').fill('600');
     await panel.getByLabel('seconds to keyframe 3').press('Enter');
     await page.locator('.view.endoscope').focus();
@@ -188,7 +188,7 @@ test('keyframes are added, ordered, played, recorded, saved and loaded', async (
     await panel.getByLabel('seconds to keyframe 3').fill('0.5');
     await panel.getByLabel('seconds to keyframe 3').press('Enter');
 
-    // Recorded, it is a file that is no stub. Longer, for machines that draw few pictures a second.
+    // A recording has several pictures. It is longer, for machines that draw few pictures a second.
     for (const at of [2, 3]) {
         await panel.getByLabel(`seconds to keyframe ${at}`).fill('3');
         await panel.getByLabel(`seconds to keyframe ${at}`).press('Enter');
@@ -198,13 +198,13 @@ test('keyframes are added, ordered, played, recorded, saved and loaded', async (
         panel.getByRole('button', { name: 'Record' }).click(),
     ]);
     assert.match(movie.suggestedFilename(), /^pliant\.(mp4|webm)$/);
-    // WebM begins with the mark of EBML, MP4 with a box named ftyp.
+    // WebM begins with the EBML identifier, MP4 with a box named ftyp.
     const bytes = readFileSync(await movie.path());
     assert.ok(bytes.readUInt32BE(0) === 0x1a45dfa3 || bytes.toString('latin1', 4, 8) === 'ftyp');
     assert.ok(bytes.length > 1000, `${bytes.length} bytes`);
     copyFileSync(await movie.path(), join(kPictures, movie.suggestedFilename()));
 
-    // Saved, deleted and loaded.
+    // Keyframes are saved, deleted and loaded.
     const [file] = await Promise.all([
         page.waitForEvent('download'),
         panel.getByRole('button', { name: 'Save' }).click(),

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Displacement and volume change in colours over the scan, with their legend and the number under
-// the pointer; presets that users name.
+// Overlays of displacement and volume change, with the legend and the value under the pointer; the
+// user's own presets.
 
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
@@ -24,7 +24,7 @@ async function push(visited: Page, by: [number, number, number]): Promise<void> 
         const point = volume!.landmarks[0]?.point_mm ?? camera.eye;
         session.store.set({ sections: { cursor: point } });
         await session.ask({ do: 'push', point, push: motion, radius: 8 });
-        // The answer to this comes after all boxes.
+        // Its answer comes after all boxes.
         await session.compare();
     }, by);
 }
@@ -39,7 +39,7 @@ const untilOverlay = (visited: Page, kind: string): Promise<unknown> =>
         { timeout: 20_000 },
     );
 
-/// The number at the crosshair as the status line has it.
+/// Value at the crosshair from the status bar.
 const told = async (): Promise<string> =>
     (await page.locator('#pointer').textContent({ timeout: 5000 })) ?? '';
 
@@ -65,7 +65,7 @@ test('the key M shows displacement, then volume change, then neither', async () 
     for (const view of ['axial', 'coronal', 'sagittal', 'endoscope'] as const)
         assert.notEqual((await pixels(page, view)).hash, plain[view].hash, view);
     const { extreme: overlayExtreme } = (await stateOf(page)).scan;
-    // The mock gives way to all of it, tissue to a part.
+    // The mock follows the whole push, tissue a part of it.
     assert.ok(overlayExtreme > (served.mock ? 4 : 1) && overlayExtreme < 8, `${overlayExtreme}`);
     const moved = Number(/moved ([\d.]+) mm/.exec(await told())![1]);
     assert.ok(moved > 0.3 && moved <= overlayExtreme + 0.01, `${moved} mm`);
@@ -87,7 +87,7 @@ test('the key M shows displacement, then volume change, then neither', async () 
         assert.equal((await pixels(page, view)).hash, plain[view].hash, view);
 });
 
-test('it follows pushes and undo, and its number is the one in the mirror', async () => {
+test('an overlay follows pushes and undo, and shows the value of the mirror', async () => {
     await page.keyboard.press('m');
     await untilOverlay(page, 'displacement');
     const before = (await stateOf(page)).scan.overlay;
@@ -96,7 +96,7 @@ test('it follows pushes and undo, and its number is the one in the mirror', asyn
         (old) => (window as never as { pliant: Session }).pliant.store.state.scan.overlay > old,
         before,
     );
-    // Under the pointer, in a section.
+    // Value under the pointer in a section.
     await page.mouse.move(...(await spot(page, 'coronal', 0.5, 0.45)));
     const [shown, held] = await page.evaluate(async () => {
         await new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)));
@@ -128,7 +128,7 @@ test('it follows pushes and undo, and its number is the one in the mirror', asyn
     if (served.mock) assert.ok(served.mock.overlaysSeen > 0);
 });
 
-test('opacity and range are set in the panel, by name, and the legend says so', async () => {
+test('opacity and range are set in the panel, and shown by the legend', async () => {
     await page.locator('summary', { hasText: 'Overlay' }).click();
     const strong = await pixels(page, 'coronal');
     await page.getByLabel('Opacity, number').fill('0.2');
@@ -149,7 +149,7 @@ test('opacity and range are set in the panel, by name, and the legend says so', 
     assert.ok(!(await most.isVisible()));
 });
 
-test('the legend can be read in light and in dark', async () => {
+test('the legend is readable in light and in dark', async () => {
     for (const theme of ['light', 'dark'] as const) {
         await page.evaluate(
             (wanted) =>
@@ -175,7 +175,7 @@ test('the legend can be read in light and in dark', async () => {
     );
 });
 
-test('somebody who comes later and only looks sees the same numbers', async () => {
+test('a later client that only views sees the same values', async () => {
     const second = await visit(browser, served.link, '&notour&role=view');
     await second.page.locator('.view.axial').focus();
     await second.page.keyboard.press('m');
@@ -199,7 +199,7 @@ test('somebody who comes later and only looks sees the same numbers', async () =
     await second.page.context().close();
 });
 
-test('after a reload, and after a broken line, the overlay is there again', async () => {
+test('the overlay is shown again after a reload and after a lost connection', async () => {
     const before = await stateOf(page);
     await page.reload();
     await loaded(page);
@@ -215,11 +215,11 @@ test('after a reload, and after a broken line, the overlay is there again', asyn
     assert.equal((await stateOf(page)).scan.extreme, before.scan.extreme);
 });
 
-test('own presets of window and threshold are named, kept, taken and deleted', async () => {
+test('own presets of window and threshold are named, kept, used and deleted', async () => {
     await page.getByLabel('Window, number').fill('777');
     await page.keyboard.press('Enter');
-    const name = page.getByLabel('Presets of window and level: name of an own one');
-    const save = page.getByLabel('Presets of window and level: save as an own one');
+    const name = page.getByLabel('Presets of window and level: name of an own preset');
+    const save = page.getByLabel('Presets of window and level: save as an own preset');
     assert.ok(await save.isDisabled());
     await name.fill('Nodules');
     await save.click();
@@ -235,7 +235,7 @@ test('own presets of window and threshold are named, kept, taken and deleted', a
     await page.waitForFunction(
         () => (window as never as { pliant: Session }).pliant.store.state.shared!.iso_hu === -333,
     );
-    await page.getByLabel('Presets of the threshold: name of an own one').fill('Mine');
+    await page.getByLabel('Presets of the threshold: name of an own preset').fill('Mine');
     await page.keyboard.press('Enter');
     await iso.selectOption({ label: 'Bone' });
     await page.waitForFunction(
@@ -255,7 +255,7 @@ test('own presets of window and threshold are named, kept, taken and deleted', a
     );
     await list.selectOption({ label: 'Nodules' });
     assert.equal((await stateOf(page)).sections.window, 777);
-    await page.getByLabel('Presets of window and level: delete the own one').click();
+    await page.getByLabel('Presets of window and level: delete the own preset').click();
     assert.equal(await list.locator('option', { hasText: 'Nodules' }).count(), 0);
     await page.reload();
     await loaded(page);

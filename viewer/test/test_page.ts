@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The page around the views: keyboard alone, help, tour, labels, colours, the smallest screen.
+// The page around the views: keyboard, help, tour, labels, themes, small screens.
 
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
@@ -24,7 +24,7 @@ test('the question mark shows all keys, Esc closes', async () => {
     assert.ok(!(await help.isVisible()));
 });
 
-test('every control has a name, and every view says what it is', async () => {
+test('every control and every view has a name', async () => {
     const nameless = await page.evaluate(() => {
         for (const d of document.querySelectorAll('details')) d.open = true;
         const controls = document.querySelectorAll<HTMLElement>('button, input, select, a');
@@ -46,7 +46,7 @@ test('every control has a name, and every view says what it is', async () => {
     await page.locator('.panels').evaluate((e) => e.scrollTo(0, 0));
 });
 
-test('with the keyboard alone: choose, scroll, push, take back', async () => {
+test('the keyboard alone can choose, scroll, push and undo', async () => {
     await page.mouse.move(1200, 3);
     await page.locator('.view.endoscope').focus();
     await page.keyboard.press('F6');
@@ -70,7 +70,7 @@ test('with the keyboard alone: choose, scroll, push, take back', async () => {
     await page.waitForFunction(
         () => (window as never as { pliant: Session }).pliant.store.state.shared!.undo.steps === 0,
     );
-    // From the first tool on, Tab reaches every control.
+    // Tab reaches every control after the first tool.
     await page.locator('[data-tool=look]').focus();
     const seen = new Set<string>();
     for (let i = 0; i < 90; ++i) {
@@ -87,7 +87,7 @@ test('with the keyboard alone: choose, scroll, push, take back', async () => {
     await page.keyboard.press('1');
 });
 
-test('typing a number into a field flies nowhere and changes no tool', async () => {
+test('typing a number into a field neither flies nor changes the tool', async () => {
     const {
         view: { camera },
         tool: { name: tool },
@@ -159,7 +159,7 @@ test('the real look gives way to the plain one where it is slow, unless chosen',
     assert.equal(await afterSlowFrame(true), 'real');
 });
 
-test('times are shown when asked for', async () => {
+test('times are shown on request', async () => {
     assert.ok(!(await page.locator('#times').isVisible()));
     await page.keyboard.press('t');
     await page.waitForFunction(() => document.querySelector('#times')!.textContent);
@@ -187,7 +187,7 @@ test('at 1280×720 nothing is cut off, and a smaller window keeps its views', as
     await page.setViewportSize({ width: 1280, height: 720 });
 });
 
-test('the tour comes once, leads through four things, and can be skipped', async () => {
+test('the tour is shown once, has four steps, and can be skipped', async () => {
     const first = await visit(browser, served.link, '');
     const tour = first.page.locator('.tour');
     assert.ok(await tour.isVisible());

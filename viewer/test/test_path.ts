@@ -19,7 +19,7 @@ const file = (points: number[][], coordinateSystem: unknown = 'LPS'): string =>
         markups: [{ coordinateSystem, controlPoints: points.map((position) => ({ position })) }],
     });
 
-test('a path is flown point by point at an even speed', () => {
+test('a path is flown at constant speed', () => {
     const path = readPath(
         file([
             [0, 0, 0],
@@ -39,7 +39,7 @@ test('a path is flown point by point at an even speed', () => {
     }
 });
 
-test('RAS is turned into LPS, and what is no path is refused with a line', () => {
+test('RAS is converted to LPS, and invalid paths are refused with a line', () => {
     for (const system of ['RAS', 0]) {
         const path = readPath(
             file(
@@ -73,7 +73,7 @@ test('RAS is turned into LPS, and what is no path is refused with a line', () =>
         );
 });
 
-test('what is written is read again', () => {
+test('a written path is read again', () => {
     const path = new Path(
         [
             [1.25, -2, 3],
@@ -86,14 +86,14 @@ test('what is written is read again', () => {
     assert.match(writePath(path), /radius 2\.50 mm/);
 });
 
-test('the tip and a click, or two clicks, give a way that can be flown', async () => {
+test('the tip and a click, or two clicks, give a path that can be flown', async () => {
     const found = (): Promise<unknown> =>
         page.waitForFunction(() => {
             const { path, busy: pathBusy } = (window as never as { pliant: Session }).pliant.store
                 .state.way;
             return path && !pathBusy;
         });
-    // From the tip to the wall that is seen far ahead.
+    // From the tip to a wall far ahead.
     await page.locator('.panels').getByRole('button', { name: 'From tip' }).click();
     const start = (await stateOf(page)).view.camera.eye;
     assert.deepEqual((await stateOf(page)).way.from, start);
@@ -104,7 +104,7 @@ test('the tip and a click, or two clicks, give a way that can be flown', async (
     assert.ok(norm(sub(first.points[0]!, start)) < 5, String(first.points[0]));
     assert.ok(first.points.length >= 2 && first.radii.length === first.points.length);
 
-    // Two clicks: at the crosshair of a section, and with Enter somewhere else.
+    // Two points: by a click on a section's crosshair, and by Enter at another position.
     const way = first.points;
     await page.evaluate(
         (place) => {
@@ -135,7 +135,7 @@ test('the tip and a click, or two clicks, give a way that can be flown', async (
     assert.ok(norm(sub(second.points[second.points.length - 1]!, start)) < 5);
     assert.ok((await page.locator('.view.axial polyline.way').count()) > 0);
 
-    // Saved, it is what other programs open.
+    // The saved file can be opened by other programs.
     const [download] = await Promise.all([
         page.waitForEvent('download'),
         page.locator('.panels .plain').getByRole('button', { name: 'Save' }).click(),
@@ -144,7 +144,7 @@ test('the tip and a click, or two clicks, give a way that can be flown', async (
     const saved = readPath(readFileSync(await download.path(), 'utf8'), 'saved');
     assert.equal(saved.points.length, second.points.length);
 
-    // Flown, paused, stepped off, and taken up again.
+    // The path is flown, paused, left by steering, and resumed.
     const flying = async (): Promise<boolean> => (await stateOf(page)).way.flying;
     const at = async (): Promise<number> => (await stateOf(page)).way.position;
     await page.locator('.view.endoscope').focus();
@@ -178,7 +178,7 @@ test('the tip and a click, or two clicks, give a way that can be flown', async (
     await picture(page, 'path_outside');
     await page.keyboard.press('o');
 
-    // A place in the tissue is refused with a line, and the way stays.
+    // A point in tissue is refused with a line, and the path stays.
     await page.evaluate(() => {
         const { store } = (window as never as { pliant: Session }).pliant;
         store.set({ tool: { name: 'path' }, way: { from: [-33, -29, 0] } });

@@ -1,12 +1,11 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The browser's picture and that of the C++ renderer, of the same camera: on the phantom, at rest
-// and deformed, with each table of colours, and, where it is at hand, on a CT. They share the
-// camera, the surface and the light, but not one line of code. Bounds, in 0…255: 0.5 on average
-// over all pixels and channels, and at most 0.5 % of the pixels off by more than 16 (edges, where
-// the two take their four rays per pixel differently). A camera that is off by half a degree is far
-// outside of them.
+// The browser's picture and the C++ renderer's, of the same camera: on the phantom, at rest and
+// deformed, with each table of colours, and, if present, on a CT. They share definitions of camera,
+// surface and light, but no code. Bounds, in 0…255: 0.5 on average over all pixels and channels,
+// and at most 0.5 % of the pixels off by more than 16 (edges, where the four rays per pixel
+// differ). An error of half a degree in the camera exceeds them by far.
 
 import assert from 'node:assert/strict';
 import { execFileSync } from 'node:child_process';
@@ -34,12 +33,12 @@ after(async () => {
 });
 
 const kMean = 0.5;
-const kMostFar = 0.005;
+const kMaxFar = 0.005;
 
-/// Style, degrees by which the other camera is off, other settings.
+/// Style, error of the other camera [degrees], other settings.
 type Wanted = readonly [Style, number, Shown?];
 
-/// The pictures of one scan. @param commands  to the tissue, before them
+/// Compares pictures of one scan. @param commands  to the tissue, before the pictures
 async function differences(
     scan: string,
     names: Record<string, Wanted>,
@@ -64,9 +63,9 @@ async function differences(
 }
 
 const bound = ({ mean, far }: Difference): void =>
-    assert.ok(mean < kMean && far < kMostFar, `mean ${mean}, far ${far}`);
+    assert.ok(mean < kMean && far < kMaxFar, `mean ${mean}, far ${far}`);
 
-/// The airway phantom. @returns its file
+/// Writes the airway phantom. @returns its file
 function airway(): string {
     const scan = join(folder, 'airway.nrrd');
     if (!existsSync(scan))
@@ -75,7 +74,7 @@ function airway(): string {
 }
 
 test(
-    'the phantom looks the same as in C++, and not with half a degree more',
+    'the phantom looks the same as in C++, but not with an error of half a degree',
     {
         skip: !program,
     },
@@ -140,7 +139,7 @@ test(
     async () => {
         const scan = airway();
         const radius = 3;
-        // A slit in the wall that nothing pulls at, one that gapes, and a hole.
+        // A closed slit in the wall, an open one, and a hole.
         const closed: Vec3[] = [
             [5.5, -4.5, 27],
             [5.5, -4.5, 12],

@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Numbers behind the real look. The pictures are compared with the C++ renderer's in
-// test_picture.ts.
+// Tables of the real look. test_picture.ts compares the pictures with the C++ renderer's.
 
 import assert from 'node:assert/strict';
 import { readFileSync } from 'node:fs';
@@ -15,7 +14,7 @@ import { noiseTile } from '../src/views/noise.ts';
 import { kFolder } from './browser.ts';
 
 // tests/render/test_real_look.cpp has the same numbers.
-test('the tile of noise is the one of the C++ renderer', () => {
+test('the noise tile is that of the C++ renderer', () => {
     const tile = noiseTile();
     const at = (i: number, j: number, k: number): number[] => {
         const begin = 4 * ((k * 64 + j) * 64 + i);
@@ -34,7 +33,8 @@ test('the tile of noise is the one of the C++ renderer', () => {
 });
 
 test('the colours of each lining are those of the C++ renderer', () => {
-    // lining.h has one block per lining, .snake_case = number or {r, g, b}; airway's is the last.
+    // lining.h has one block per lining, .snake_case = number or {r, g, b}; the last is for the
+    // airway.
     const text = readFileSync(join(kFolder, '../src/render/lining.h'), 'utf8');
     for (const lining of kLinings) {
         const name = lining[0]!.toUpperCase() + lining.slice(1);

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Springs through the page: chosen around the crosshair, pushed, their depth changed, and left.
+// Springs in the page: chosen around the crosshair, pushed, with another depth, and left.
 
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
@@ -19,7 +19,7 @@ const ask = (command: Command): Promise<unknown> =>
     );
 const model = async (): Promise<string> => (await stateOf(page)).shared!.tissue!.model;
 
-test('springs are chosen, pushed at 1 kHz or what it says, and left', async (t) => {
+test('springs are chosen, pushed at the displayed rate, and left', async (t) => {
     if (!(await stateOf(page)).link.features.includes('tissue')) return t.skip('the mock has none');
     const title = page.locator('summary', { hasText: /^Tissue$/ });
     const panel = page.locator('details', { has: title });

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// What changes the tissue, through the page: all four views show it, undo brings the same checksum
-// back, others see the same, and lost lines and contexts are taken up again.
+// Changes of the tissue: all four views show them, undo restores the checksum, other clients see
+// the same, and lost connections and contexts are restored.
 
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
@@ -36,7 +36,7 @@ const idle = (at: Page): Promise<unknown> =>
     at.evaluate(() =>
         (window as never as { pliant: Session }).pliant.connection.ask({ do: 'checksum' }),
     );
-/// Presses Ctrl+Z until the server has so many steps; the page's own steps are on the way.
+/// Presses Ctrl+Z until the server has a number of steps; own steps of the page are undone as well.
 const undo = async (steps: number): Promise<void> => {
     for (let i = 0; i < 30 && (await undoSteps()) > steps; ++i) {
         await page.keyboard.press('Control+z');
@@ -49,7 +49,7 @@ const undo = async (steps: number): Promise<void> => {
     await untilUndo(page, steps);
 };
 
-/// The crosshair on the wall of the lumen, right of the tip in the axial section.
+/// Sets the crosshair on the wall of the lumen, right of the tip in the axial section.
 async function cursorToWall(): Promise<void> {
     await page.evaluate(() => {
         const session = (window as never as { pliant: Session }).pliant;
@@ -71,7 +71,7 @@ async function cursorToWall(): Promise<void> {
     });
 }
 
-/// Where the crosshair is in a view.
+/// Position of the crosshair in a view.
 async function cursorSpot(view: ViewName): Promise<[number, number]> {
     await page.waitForTimeout(100);
     const box = (await page.locator(`.view.${view}`).boundingBox())!;
@@ -119,7 +119,7 @@ for (const { tool, view, by } of kDrags)
         await page.click('[data-tool=look]');
         const changed = await compare(page);
         assert.equal(changed?.same, true);
-        // Cut links alone move nothing; only the mock's blade leaves a gap.
+        // Cut links alone move nothing; the mock's blade leaves a gap.
         if (tool !== 'cut' || served.mock) assert.notEqual(changed?.own, sum?.own);
         assert.notEqual(changed?.tissue, sum?.tissue);
         const end = await all(page);
@@ -135,7 +135,7 @@ for (const { tool, view, by } of kDrags)
         assert.deepEqual(await all(page), start);
     });
 
-test('the threshold changes the endoscope, and its line in the sections', async () => {
+test('the threshold changes the endoscope’s picture and its line in the sections', async () => {
     const start = await all(page);
     await page.getByLabel('as a line in the sections').check();
     const lines = await all(page);
@@ -194,7 +194,7 @@ test('a tip that pushes moves the wall, and the eye goes on', async () => {
     );
 });
 
-test('tissue that is pushed over the eye moves the eye aside, and lets it back', async () => {
+test('tissue pushed over the eye moves it aside, and lets it back', async () => {
     const start = await stateOf(page);
     const value = (): Promise<number> =>
         page.evaluate(() => {
@@ -205,7 +205,7 @@ test('tissue that is pushed over the eye moves the eye aside, and lets it back',
                 eye.map((v, a) => (v - grid.origin[a]!) / grid.spacing[a]!) as never,
             );
         });
-    // The eye close to a wall, and the wall pushed over it.
+    // The eye is close to a wall, and the wall is pushed over it.
     const eye = await page.evaluate(async () => {
         const session = (window as never as { pliant: Session }).pliant;
         const { camera } = session.store.state.view;
@@ -235,7 +235,7 @@ test('tissue that is pushed over the eye moves the eye aside, and lets it back',
     );
 });
 
-test('a second browser joins late, and both agree after both have pushed', async () => {
+test('a second browser joins late, and both agree after pushes by both', async () => {
     const push = (at: Page, x: number): Promise<unknown> =>
         at.evaluate(async (dx) => {
             const session = (window as never as { pliant: Session }).pliant;
@@ -276,7 +276,7 @@ test('a view-only link can look, but not change anything', async () => {
     await viewer.page.context().close();
 });
 
-test('after a reload the place is kept and the voxels are the same', async () => {
+test('after a reload the view and the voxels are the same', async () => {
     await cursorToWall();
     const { client } = (await stateOf(page)).link;
     await page.locator('.view.axial').focus();
@@ -308,7 +308,7 @@ test('after a reload the place is kept and the voxels are the same', async () =>
 });
 
 test(
-    'a broken line is taken up again, with what was missed',
+    'a lost connection is resumed, with the changes since',
     { skip: !!process.env.PLIANT_SERVER },
     async () => {
         const before = await compare(page);

@@ -1,18 +1,19 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Colours for numbers, made in Oklab, where equal distances look equally large: lightness rises at
-// one rate from dark violet to light yellow, so that the order of values can be seen without
-// colours as well; or it falls to both sides of a light grey, at one rate, to blue and to red.
+// Colour maps, made in Oklab, where equal distances look equally large. The sequential map rises in
+// lightness at one rate from dark violet to light yellow, so that the order of values is seen
+// without colour vision, too. The diverging map falls at one rate from light grey to blue and to
+// red.
 
 import type { Vec3 } from './vec.ts';
 
-/// Colours of a map, sRGB 0…1, evenly spaced; between them linear, as CSS and the shader have it.
+/// Number of colours of a map, sRGB 0…1, evenly spaced; CSS and the shader interpolate linearly.
 export const kColours = 17;
 
 const kDegrees = Math.PI / 180;
 
-/// Lightness 0…1, chroma, hue [degrees] → sRGB, which may lie outside of 0…1.
+/// Converts Oklab lightness 0…1, chroma and hue [degrees] to sRGB, which may lie outside of 0…1.
 function srgbOf(lightness: number, chroma: number, hue: number): Vec3 {
     const a = chroma * Math.cos(hue * kDegrees);
     const b = chroma * Math.sin(hue * kDegrees);
@@ -28,7 +29,7 @@ function srgbOf(lightness: number, chroma: number, hue: number): Vec3 {
     ];
 }
 
-/// The same with as much of the chroma as a screen can show.
+/// Converts to sRGB with the largest share of the chroma that a screen can show.
 function shown(lightness: number, chroma: number, hue: number): Vec3 {
     for (let share = 1; ; share -= 0.02) {
         const colour = srgbOf(lightness, Math.max(share, 0) * chroma, hue);
@@ -40,12 +41,12 @@ function shown(lightness: number, chroma: number, hue: number): Vec3 {
 const spread = (colourAt: (t: number) => Vec3): readonly Vec3[] =>
     Array.from({ length: kColours }, (_, i) => colourAt(i / (kColours - 1)));
 
-/// From little to much.
+/// Sequential map, from small to large values.
 export const kRising = spread((t) =>
     shown(0.25 + 0.67 * t, 0.13 + 0.05 * Math.sin(Math.PI * t), 305 - 195 * t),
 );
 
-/// Less to the left, more to the right, and grey in the middle.
+/// Diverging map: blue below, grey in the middle, red above.
 export const kDiverging = spread((t) => {
     const side = Math.abs(2 * t - 1);
     return shown(0.93 - 0.43 * side, 0.19 * side ** 0.9, t < 0.5 ? 258 : 32);

@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Free flight through a lumen, without segmentation or centreline: the tip is a sphere that keeps
-// to places where the volume is on the lumen's side of the threshold. It is judged at points on the
-// sphere, in the mirror of the deformed volume, so a wall that has been pushed away makes room.
+// Free flight through a lumen, without segmentation or centreline. The tip is a sphere; collision
+// is tested at its centre and at 26 points of its surface against the threshold, in the mirror of
+// the deformed volume, so that a wall that was pushed away makes room.
 
 import { voxelFromWorld } from './grid.ts';
 import { firstHit, inTissue, type Surface, wallNormal } from './rays.ts';
@@ -23,7 +23,8 @@ const kDirections: readonly Vec3[] = (() => {
 const valueAt = (volume: VolumeData, place: Vec3): number =>
     volume.sample(voxelFromWorld(volume.grid, place));
 
-/// How much of the sphere is in tissue, 0…1, with 2 for the centre; and which way out is.
+/// Share of the sphere's points in tissue, 0…1, plus 2 for its centre; and the sum of the wall's
+/// normals at these points.
 export function contact(
     volume: VolumeData,
     place: Vec3,
@@ -42,14 +43,14 @@ export function contact(
     return { share: centre + touching / kDirections.length, out };
 }
 
-const kWayStep = 0.25; // voxels: between two places where a way is looked at
+const kWayStep = 0.25; // between two samples of a motion [voxels]
 
-/// Whether the tip's centre would come into tissue on its way. A thick tip that lies on both sides
-/// of a thin wall touches it no more on one side than on the other.
+/// Tests whether the tip's centre enters tissue during a motion. The contact of the sphere does not
+/// show that: a thick tip touches a thin wall as much on one side as on the other.
 function meetsWall(volume: VolumeData, from: Vec3, to: Vec3, surface: Surface): boolean {
     const way = sub(to, from);
     const count = Math.ceil(norm(way) / (kWayStep * Math.min(...volume.grid.spacing)));
-    let inside = inTissue(valueAt(volume, from), surface); // as after a change of the threshold
+    let inside = inTissue(valueAt(volume, from), surface); // after a change of the threshold
     for (let n = 1; n <= count; ++n) {
         const now = inTissue(valueAt(volume, along(from, n / count, way)), surface);
         if (now && !inside) return true;
@@ -58,8 +59,8 @@ function meetsWall(volume: VolumeData, from: Vec3, to: Vec3, surface: Surface): 
     return false;
 }
 
-/// Where a tip gets to from a place in free flight: it stops at walls, and slides along them. Where
-/// it is in tissue already (after a change of the threshold, say) it gets out, but not further in.
+/// End point of a motion of the tip: it stops at walls, and slides along them. A tip that is in
+/// tissue already (after a change of the threshold) moves out of it, but not deeper.
 export function flown(
     volume: VolumeData,
     from: Vec3,
@@ -92,8 +93,8 @@ export function flown(
     return place;
 }
 
-/// The nearest place where the volume shows no tissue, with as much room for the tip as there is
-/// nearby. @returns nothing within reach [mm]
+/// Nearest point outside of tissue, moved on to where the tip has most room. @returns undefined if
+/// there is none within reach [mm]
 export function freePlace(
     volume: VolumeData,
     place: Vec3,
@@ -108,7 +109,7 @@ export function freePlace(
         for (const direction of kDirections) {
             const edge = along(place, away, direction);
             if (!isFree(edge)) continue;
-            // On by the tip's radius at most, while less and less of the tip is in tissue.
+            // Go on by at most the tip's radius, while the share of the tip in tissue falls.
             let best = edge;
             let share = contact(volume, best, radius, surface).share;
             for (let on = step; on <= radius && share > 0; on += step) {
@@ -123,7 +124,8 @@ export function freePlace(
     return undefined;
 }
 
-/// Whether the sphere would touch tissue that it doesn't touch now, or its centre meets a wall.
+/// Tests whether a motion increases the sphere's contact with tissue, or takes its centre into a
+/// wall.
 export const wouldTouch = (
     volume: VolumeData,
     from: Vec3,
@@ -134,7 +136,7 @@ export const wouldTouch = (
     contact(volume, to, radius, surface).share > contact(volume, from, radius, surface).share ||
     meetsWall(volume, from, to, surface);
 
-/// Distance to the nearest wall around a place, at most reach [mm].
+/// Distance from a point to the nearest wall, at most reach [mm].
 export function clearance(
     volume: VolumeData,
     place: Vec3,
@@ -149,5 +151,5 @@ export function clearance(
     return nearest;
 }
 
-/// Speed that suits the room around the tip [mm/s].
+/// Speed for a clearance around the tip [mm/s].
 export const speedFor = (room: number): number => Math.min(Math.max(2.5 * room, 4), 80);

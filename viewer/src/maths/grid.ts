@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Where voxels are in the world, as the server tells it:
+// Geometry of the voxel grid, as the server sends it:
 //
 //   world [mm, LPS] = origin + direction · diag(spacing) · ijk
 
@@ -33,12 +33,12 @@ const divided = (v: Vec3, s: Vec3): Vec3 => [v[0] / s[0], v[1] / s[1], v[2] / s[
 
 export const worldFromVoxel = (g: Grid, ijk: Vec3): Vec3 =>
     add(g.origin, apply(g.direction, scaled(ijk, g.spacing)));
-/// Of a difference instead of a place.
+/// Converts a difference of world positions to voxel units.
 export const voxelVector = (g: Grid, v: Vec3): Vec3 =>
     divided(applyTransposed(g.direction, v), g.spacing);
 export const voxelFromWorld = (g: Grid, x: Vec3): Vec3 => voxelVector(g, sub(x, g.origin));
 
-/// Of the whole volume, outer faces of the outermost voxels [mm, LPS].
+/// Bounding box of the volume, to the outer faces of the outermost voxels [mm, LPS].
 export function worldBounds(g: Grid): { low: Vec3; high: Vec3 } {
     const low = [Infinity, Infinity, Infinity];
     const high = [-Infinity, -Infinity, -Infinity];
@@ -52,7 +52,7 @@ export function worldBounds(g: Grid): { low: Vec3; high: Vec3 } {
     return { low: low as unknown as Vec3, high: high as unknown as Vec3 };
 }
 
-/// The 4×4 matrix that takes world points to voxel indices, column by column.
+/// 4×4 matrix from world points to voxel indices, in column-major order.
 export function voxelFromWorldMatrix(g: Grid): number[] {
     const o = voxelFromWorld(g, [0, 0, 0]);
     const x = sub(voxelFromWorld(g, [1, 0, 0]), o);
@@ -61,7 +61,7 @@ export function voxelFromWorldMatrix(g: Grid): number[] {
     return [...x, 0, ...y, 0, ...z, 0, ...o, 1];
 }
 
-/// Patient's coordinates as text; Slicer's users expect RAS, files hold LPS, so it says which.
+/// Patient coordinate systems for display: files hold LPS, 3D Slicer shows RAS.
 export type Space = 'LPS' | 'RAS';
 export const shown = (x: Vec3, space: Space): Vec3 =>
     space === 'LPS' ? x : [0 - x[0], 0 - x[1], x[2]];

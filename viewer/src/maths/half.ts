@@ -1,8 +1,9 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Half floats: 16 bits that hold every whole number within ±2048, which is most of the Hounsfield
-// scale; beyond that, in metal, steps of 2 and more. The graphics processor reads them as they are.
+// Half floats: 16 bits that represent every integer within ±2048, which covers most of the
+// Hounsfield scale; larger values (metal) are rounded to steps of 2 and more. Textures hold them
+// unchanged.
 
 /// Value of each of the 65536 bit patterns.
 export const floatOfHalf: Float32Array = (() => {
@@ -21,7 +22,7 @@ export const floatOfHalf: Float32Array = (() => {
 const float = new Float32Array(1);
 const word = new Uint32Array(float.buffer);
 
-/// Nearest half, ties to even; too large a number becomes infinite.
+/// Rounds to the nearest half, ties to even; overflow becomes infinity.
 export function halfOfFloat(value: number): number {
     float[0] = value;
     const bits = word[0]!;
@@ -38,7 +39,7 @@ export function halfOfFloat(value: number): number {
     return sign | Math.min((rounded - 0x38000000) >>> 13, 0x7c00);
 }
 
-/// Half of each 16-bit integer; index it with value & 0xffff.
+/// Half of each 16-bit integer, indexed by value & 0xffff.
 export const halfOfInt16: Uint16Array = (() => {
     const table = new Uint16Array(65536);
     for (let value = -32768; value < 32768; ++value) table[value & 0xffff] = halfOfFloat(value);

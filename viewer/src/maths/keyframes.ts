@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// A movie as a few cameras and the times between them. The eye follows a Catmull-Rom curve through
-// them, the camera turns by slerp, and field of view, threshold and window change evenly. The same
-// sums are in apps/pliant/keyframes.cpp, so that `pliant render --keyframes` makes the same movie.
+// Movies as keyframes. The eye follows a Catmull-Rom curve through them, the camera turns by slerp;
+// field of view, threshold and window are interpolated linearly. apps/pliant/keyframes.cpp has the
+// same formulas, so that `pliant render --keyframes` makes the same movie.
 
 import { type Camera, frameOf } from './rays.ts';
 import { add, mul, norm, sub, type Vec3 } from './vec.ts';
@@ -17,12 +17,12 @@ export interface Shot {
 }
 
 export interface Keyframe extends Shot {
-    readonly seconds: number; ///< since the keyframe before; of the first: 0
+    readonly seconds: number; ///< since the previous keyframe; 0 for the first
 }
 
 type Quaternion = readonly [number, number, number, number]; // x, y, z, w
 
-/// When each keyframe is reached [s].
+/// Time of each keyframe [s].
 export function timesOf(frames: readonly Keyframe[]): number[] {
     let time = 0;
     return frames.map((frame, i) => (time += i > 0 ? frame.seconds : 0));
@@ -31,7 +31,7 @@ export function timesOf(frames: readonly Keyframe[]): number[] {
 export const lengthOf = (frames: readonly Keyframe[]): number =>
     frames.length ? timesOf(frames)[frames.length - 1]! : 0;
 
-/// What the movie shows at a time. @pre at least one keyframe
+/// Interpolates the movie at a time [s]. @pre at least one keyframe
 export function shotAt(frames: readonly Keyframe[], time: number): Shot {
     const times = timesOf(frames);
     const last = frames.length - 1;
@@ -63,7 +63,7 @@ export function shotAt(frames: readonly Keyframe[], time: number): Shot {
     };
 }
 
-/// The rotation whose columns are right, up and backward.
+/// Rotation with columns right, up and backward.
 function quaternionOf(camera: Camera): Quaternion {
     const { right, up, forward } = frameOf(camera);
     const m = [right, up, mul(-1, forward)];
@@ -86,7 +86,7 @@ function quaternionOf(camera: Camera): Quaternion {
 
 function slerp(a: Quaternion, b: Quaternion, s: number): Quaternion {
     let cosine = a.reduce((sum, x, i) => sum + x * b[i]!, 0);
-    const sign = cosine < 0 ? -1 : 1; // the shorter way round
+    const sign = cosine < 0 ? -1 : 1; // the shorter arc
     cosine = Math.min(cosine * sign, 1);
     const angle = Math.acos(cosine);
     const sine = Math.sin(angle);
@@ -104,7 +104,7 @@ function directionsOf([x, y, z, w]: Quaternion): { look: Vec3; up: Vec3 } {
     };
 }
 
-// --- as a file
+// --- files
 
 const kName = 'pliant keyframes';
 
@@ -135,7 +135,7 @@ export function isKeyframes(text: string): boolean {
     }
 }
 
-/// Reads what writeKeyframes wrote; throws an Error with one line that says what is wrong.
+/// Parses the text of writeKeyframes. @throws an Error that names the wrong field
 export function readKeyframes(text: string, name: string): Keyframe[] {
     let file: { what?: unknown; version?: unknown; keyframes?: unknown };
     try {

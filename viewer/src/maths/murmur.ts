@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// MurmurHash3, x86, 32 bits, seed 0: the checksum of the voxels that a client holds
-// (docs/protocol.md). A public domain algorithm by Austin Appleby; written from its description.
+// MurmurHash3, x86, 32 bits, seed 0: the checksum of a client's voxels (docs/protocol.md). The
+// algorithm is in the public domain, by Austin Appleby; written from its description.
 
 function scrambled(k: number): number {
     k = Math.imul(k, 0xcc9e2d51);
@@ -28,7 +28,7 @@ export function murmur32(bytes: Uint8Array): number {
     return (h ^ (h >>> 16)) >>> 0;
 }
 
-/// As the server writes it: 8 hex digits.
+/// Checksum in the server's notation: 8 hexadecimal digits.
 export const checksumOf = (halves: Uint16Array): string =>
     murmur32(new Uint8Array(halves.buffer, halves.byteOffset, halves.byteLength))
         .toString(16)

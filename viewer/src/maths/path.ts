@@ -1,9 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// A way through a lumen, as 3D Slicer's markups hold it (.mrk.json): points, joined by lines, flown
-// at an even speed. The endoscope looks to a place some millimetres ahead, so that it doesn't jerk
-// at each point.
+// Path through a lumen: a polyline, as in 3D Slicer's markups (.mrk.json), flown at constant speed.
+// The endoscope looks at a point some millimetres ahead, so that it doesn't jerk at each vertex.
 
 import { naturalUp } from './rays.ts';
 import { along, dot, norm, normalized, sub, type Vec3 } from './vec.ts';
@@ -11,10 +10,10 @@ import { along, dot, norm, normalized, sub, type Vec3 } from './vec.ts';
 const kLookAhead = 12; // [mm]
 
 export class Path {
-    /// Way from the first point to each [mm].
+    /// Arc length from the first point to each [mm].
     private readonly ways: readonly number[];
 
-    /// @param radii  distance of each point to the wall [mm]; none where that isn't known
+    /// @param radii  distance of each point to the wall [mm]; empty if unknown
     constructor(
         readonly points: readonly Vec3[],
         readonly radii: readonly number[] = [],
@@ -27,7 +26,7 @@ export class Path {
         return this.ways[this.ways.length - 1]!;
     }
 
-    /// The place after some way; the ends go on for ever.
+    /// Point at an arc length [mm], clamped to the path.
     at(way: number): Vec3 {
         const { points, ways } = this;
         const w = Math.min(Math.max(way, 0), this.length);
@@ -38,18 +37,18 @@ export class Path {
         return along(a, share, sub(b, a));
     }
 
-    /// Eye and direction after some way, up as far as can be.
+    /// Camera at an arc length [mm], with an up vector as near as possible to the given one.
     camera(way: number, up: Vec3): { eye: Vec3; look: Vec3; up: Vec3 } {
         const eye = this.at(way);
         const end = this.length - kLookAhead;
-        // At the end it goes on looking where it looked.
+        // Near the end the direction stays as it is.
         const from = Math.min(way, Math.max(end, 0));
         const look = normalized(sub(this.at(from + kLookAhead), this.at(from)));
         const across = along(up, -dot(up, look), look);
         return { eye, look, up: norm(across) > 0.05 ? normalized(across) : naturalUp(look) };
     }
 
-    /// The way to the point of the path that is nearest to a place.
+    /// Arc length of the path's point that is nearest to a position [mm].
     nearest(place: Vec3): number {
         let best = 0;
         let least = Infinity;
@@ -67,7 +66,7 @@ export class Path {
     }
 }
 
-/// A curve for 3D Slicer.
+/// Writes a curve for 3D Slicer.
 export function writePath(path: Path): string {
     const controlPoints = path.points.map((position, i) => ({
         id: String(i + 1),
@@ -86,7 +85,7 @@ export function writePath(path: Path): string {
     return JSON.stringify({ '@schema': schema, markups: [curve] }, null, 1) + '\n';
 }
 
-/// Reads a markups file; throws an Error that says what is missing.
+/// Parses a markups file. @throws an Error that names the missing field
 export function readPath(text: string, name: string): Path {
     let file: {
         markups?: {
@@ -102,7 +101,7 @@ export function readPath(text: string, name: string): Path {
     const markup = file?.markups?.[0];
     if (!Array.isArray(markup?.controlPoints))
         throw new Error(`${name}: expected markups[0].controlPoints`);
-    // Slicer's old files say 0 for RAS and 1 for LPS.
+    // Old files of Slicer have 0 for RAS and 1 for LPS.
     const system = markup.coordinateSystem ?? 'LPS';
     const ras = system === 'RAS' || system === 0 || system === '0';
     const points = markup.controlPoints.map(({ position }, i): Vec3 => {

@@ -1,10 +1,11 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// First-hit rays through the mirror of the volume, for picking and collision: the same walk as the
-// shader's (shaders/surface.glsl) and the same meaning as the C++ RayCaster's. Rising: from below
-// the threshold to at or above it; falling: the reverse. An origin inside of the tissue sees the
-// next wall after the ray has left the tissue. Beyond the outermost voxel centres is nothing.
+// First-hit rays through the mirror of the volume, for picking and collision: the same traversal as
+// in the shader (shaders/surface.glsl), the same definition of a hit as in the C++ RayCaster.
+// Rising: from below the threshold to at or above it; falling: the reverse. A ray that starts in
+// tissue hits the next wall after it has left the tissue. There is nothing beyond the outermost
+// voxel centres.
 
 import { voxelFromWorld, voxelVector } from './grid.ts';
 import { along, cross, dot, mul, norm, normalized, type Vec3 } from './vec.ts';
@@ -12,16 +13,16 @@ import { kBrick, type VolumeData } from './volume.ts';
 
 export interface Surface {
     readonly iso: number; ///< [HU]
-    readonly rising: boolean; ///< an air-filled lumen; else one with contrast medium
+    readonly rising: boolean; ///< the lumen is filled with air; false: with contrast medium
 }
 
 export interface Hit {
     readonly distance: number; ///< [mm]
     readonly point: Vec3; ///< [mm, LPS]
-    readonly normal: Vec3; ///< unit, towards the side of the camera
+    readonly normal: Vec3; ///< unit, towards the ray's origin
 }
 
-const kStep = 0.5; // voxels: a wall thinner than this may be missed
+const kStep = 0.5; // [voxels]; thinner walls may be missed
 
 export const inTissue = (value: number, s: Surface): boolean => value >= s.iso === s.rising;
 
@@ -41,7 +42,7 @@ export function firstHit(
     return { distance, point, normal: wallNormal(volume, point, unit, surface) };
 }
 
-/// Unit normal of the field at a place, towards the lumen and never along the ray.
+/// Unit normal of the wall at a point, towards the lumen and never along the ray.
 export function wallNormal(volume: VolumeData, point: Vec3, ray: Vec3, surface: Surface): Vec3 {
     const g = volume.grid;
     const slope = volume.gradient(voxelFromWorld(g, point)).map((s, a) => s / g.spacing[a]!);
@@ -103,7 +104,7 @@ function hitDistance(
     return undefined;
 }
 
-/// Where the ray leaves the brick that it is in, and the range of values there.
+/// End of the ray in its current brick, and the range of values in that brick.
 function brickAhead(
     volume: VolumeData,
     o: Vec3,
@@ -111,7 +112,7 @@ function brickAhead(
     t: number,
     exit: number,
 ): [number, number, number] {
-    const nudge = 1e-4 / norm(d); // a place just ahead decides between two bricks
+    const nudge = 1e-4 / norm(d); // a point just ahead decides between two bricks
     const p = along(o, t + nudge, d);
     let end = exit;
     let index = 0;
@@ -124,7 +125,7 @@ function brickAhead(
     return [end, volume.brickRange[2 * index]!, volume.brickRange[2 * index + 1]!];
 }
 
-/// Zero of f between a and b, where it changes sign: regula falsi that halves a stuck end's weight.
+/// Root of f between a and b, by the Illinois variant of regula falsi. @pre f changes sign
 function crossing(f: (t: number) => number, a: number, b: number): number {
     let fa = f(a);
     let fb = f(b);
@@ -145,14 +146,14 @@ function crossing(f: (t: number) => number, a: number, b: number): number {
     return 0.5 * (a + b);
 }
 
-/// A unit vector that isn't parallel to look and is up for the eye of a radiologist.
+/// Conventional up vector of radiology that is not parallel to look.
 export const naturalUp = (look: Vec3): Vec3 =>
     Math.abs(look[2]) < 0.9 * norm(look) ? [0, 0, 1] : [0, -1, 0];
 
 export interface Camera {
     readonly eye: Vec3; ///< [mm, LPS]
     readonly look: Vec3; ///< unit
-    readonly up: Vec3; ///< roughly up, not parallel to look
+    readonly up: Vec3; ///< approximate, not parallel to look
 }
 
 /// Right, up and forward of a camera, perpendicular unit vectors.
@@ -164,7 +165,7 @@ export function frameOf(camera: Camera): { right: Vec3; up: Vec3; forward: Vec3 
     return { right, up: cross(right, forward), forward };
 }
 
-/// Direction of the ray through a place of the picture. u, v: from the centre, to the right and up,
+/// Direction of the ray through a point of the picture. u, v: from the centre, to the right and up,
 /// ±1 at the middle of the upper and lower edge. r_ray = r·(1 + barrel·r²).
 export function rayThrough(
     camera: Camera,

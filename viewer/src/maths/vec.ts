@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Vectors in three dimensions, as plain triples: world coordinates [mm, LPS] or voxel indices. The
-// rest of the page uses three.js only to draw.
+// Vectors in three dimensions, as plain triples: world coordinates [mm, LPS] or voxel indices.
+// three.js is used to draw only.
 
 export type Vec3 = readonly [number, number, number];
 
@@ -17,7 +17,7 @@ export const cross = (a: Vec3, b: Vec3): Vec3 => [
     a[0] * b[1] - a[1] * b[0],
 ];
 
-/// Unit vector along a; (0, 0, 1) where a has no direction.
+/// Unit vector along a; (0, 0, 1) if a is zero.
 export function normalized(a: Vec3): Vec3 {
     const length = norm(a);
     return length > 0 ? mul(1 / length, a) : [0, 0, 1];
@@ -30,19 +30,19 @@ export const along = (a: Vec3, s: number, b: Vec3): Vec3 => [
     a[2] + s * b[2],
 ];
 
-/// v turned about a unit axis, right-handed [radians].
+/// Rotates v about a unit axis, right-handed [radians].
 export function turned(v: Vec3, axis: Vec3, angle: number): Vec3 {
     const c = Math.cos(angle);
     const s = Math.sin(angle);
     return add(add(mul(c, v), mul(s, cross(axis, v))), mul((1 - c) * dot(axis, v), axis));
 }
 
-/// Three columns; applied to a vector it mixes them.
+/// Matrix as three columns.
 export type Mat3 = readonly [Vec3, Vec3, Vec3];
 
 export const apply = (m: Mat3, v: Vec3): Vec3 =>
     add(add(mul(v[0], m[0]), mul(v[1], m[1])), mul(v[2], m[2]));
-/// The transpose, which is the inverse where the columns are perpendicular unit vectors.
+/// Applies the transpose: the inverse, if the columns are orthonormal.
 export const applyTransposed = (m: Mat3, v: Vec3): Vec3 => [
     dot(m[0], v),
     dot(m[1], v),

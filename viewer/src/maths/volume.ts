@@ -1,23 +1,22 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The deformed scan as the page knows it: a mirror of the server's volume in half floats, patched
-// by boxes as they arrive. The texture is fed from it (also after a lost graphics context), and
-// what the pointer shows, picking and collision read it, so nothing is ever read back from the
-// graphics processor.
+// Mirror of the server's deformed volume in half floats, patched by boxes as they arrive. Textures
+// are uploaded from it (also after a lost graphics context); the value under the pointer, picking
+// and collision are computed from it, so that nothing is read back from the graphics processor.
 //
-// Bricks of 4³ cells know the smallest and largest value at their corners: rays skip those without
-// the threshold.
+// Bricks of 4³ cells hold the minimum and maximum of their corners: rays skip bricks without the
+// threshold.
 
 import { type Box, type Grid, voxelCount } from './grid.ts';
-import { floatOfHalf, halfOfFloat as exactHalf } from './half.ts'; // values are halves already
+import { floatOfHalf, halfOfFloat as exactHalf } from './half.ts'; // exact: the values are halves
 import type { Vec3 } from './vec.ts';
 
 export const kBrick = 4; // cells along an edge
 
 const clamp = (x: number, low: number, high: number): number => Math.min(Math.max(x, low), high);
 
-/// Writes a box of values, i fastest, into those of a whole grid.
+/// Copies a box of values, i fastest, into the values of a whole grid.
 export function writeBox(halves: Uint16Array, size: Vec3, box: Box, values: Uint16Array): void {
     const [nx, ny] = size;
     const width = box.end[0] - box.begin[0];
@@ -33,10 +32,10 @@ export class VolumeData {
     readonly grid: Grid;
     readonly halves: Uint16Array; ///< i fastest
     readonly brickSize: Vec3; ///< bricks along each axis
-    readonly brickHalves: Uint16Array; ///< minimum and maximum, as halves, side by side
-    /// The same as numbers; a brick's index times two.
+    readonly brickHalves: Uint16Array; ///< minimum and maximum of each brick, interleaved
+    /// The same as floats.
     readonly brickRange: Float32Array;
-    /// Grows with each patch.
+    /// Number of patches so far.
     version = 0;
 
     constructor(grid: Grid, halves: Uint16Array) {
@@ -60,7 +59,7 @@ export class VolumeData {
         return this.updateBricks(box);
     }
 
-    /// Value at a continuous voxel index: trilinear, constant beyond the outermost centres [HU].
+    /// Trilinear value at a continuous voxel index, constant beyond the outermost centres [HU].
     sample(p: Vec3): number {
         const [nx, ny, nz] = this.grid.size;
         const x = clamp(p[0], 0, nx - 1);
@@ -84,7 +83,7 @@ export class VolumeData {
         return mix(slice(at), slice(at + dz), w);
     }
 
-    /// Value of the voxel whose box holds the index, or nothing outside of the scan [HU].
+    /// Value of the nearest voxel; undefined outside of the scan [HU].
     valueAt(ijk: Vec3): number | undefined {
         const [i, j, k] = [Math.round(ijk[0]), Math.round(ijk[1]), Math.round(ijk[2])];
         const [nx, ny, nz] = this.grid.size;
@@ -92,7 +91,7 @@ export class VolumeData {
         return floatOfHalf[this.halves[i + nx * (j + ny * k)]!];
     }
 
-    /// Change per voxel along i, j, k: central differences one voxel wide.
+    /// Central differences along i, j, k, per voxel.
     gradient(p: Vec3): Vec3 {
         return [0, 1, 2].map((a) => {
             const before = [...p];

@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The line to the server: one WebSocket, commands with answers, voxels as they come. When the line
-// breaks it is taken up again by itself, with the voxels that are still here; after a reload of the
-// page the place (and the undo steps) are kept, and the voxels are sent anew.
+// Connection to the server: one WebSocket for commands with answers and frames of voxels. A broken
+// connection is resumed, and the server sends the changes since. After a reload of the page the
+// session (with its undo steps) is resumed, and all voxels are sent again.
 
 import {
     type Answer,
@@ -38,9 +38,9 @@ export interface Listener {
     haptics(news: HapticsNews): void;
     vesselFrame(frame: SurfaceFrame | VesselFrame): void;
     refused(refusal: Refusal): void;
-    /// The line is broken. retryMs: when the next attempt starts; absent: there is none.
+    /// The connection is lost. retryMs: time until the next attempt; absent: there is none.
     lost(reason: string, retryMs?: number): void;
-    /// A command that was sent at a time [ms] is done.
+    /// A command is done. sent: its time of sending [ms]
     done(answer: Done, sent: number): void;
 }
 
@@ -49,7 +49,7 @@ export interface Memory {
     setItem(key: string, value: string): void;
 }
 
-/// Reasons to close after which another attempt would end the same way.
+/// Close codes after which another attempt would fail as well.
 const kFinal = new Set([4000, 4005]);
 const kRetryMs = [250, 500, 1000, 2000, 4000];
 const kResumeKey = 'pliant.resume';
@@ -64,10 +64,10 @@ export class Connection {
     private nextId = 1;
     private attempts = 0;
     private bye = '';
-    private heldVolume = 0; ///< id of the volume whose voxels are here
+    private heldVolume = 0; ///< id of the volume in the mirror
     private heldStep: number | undefined;
     private ended = false;
-    private listener!: Listener; // from open on
+    private listener!: Listener; // set by open()
 
     constructor(
         private readonly url: string,
@@ -75,7 +75,7 @@ export class Connection {
         private readonly memory: Memory,
     ) {}
 
-    /// Connects, and connects again whenever the line breaks.
+    /// Connects, and reconnects after each loss.
     open(listener: Listener): void {
         this.listener = listener;
         this.connect();
@@ -92,7 +92,7 @@ export class Connection {
                 else this.onFrame(event.data as ArrayBuffer);
             } catch (error) {
                 this.ended = true;
-                this.listener.lost(`the server sent rubbish: ${(error as Error).message}`);
+                this.listener.lost(`invalid message from the server: ${(error as Error).message}`);
                 socket.close();
             }
         };
@@ -108,8 +108,8 @@ export class Connection {
         return this.socket?.readyState === WebSocket.OPEN && this.client !== 0;
     }
 
-    /// Sends a command. The answer is undefined where the line broke before there was one.
-    /// @param arrived  called at once when the answer comes, before any later message
+    /// Sends a command. @returns the answer; undefined if the connection was lost before
+    /// @param arrived  called synchronously with the answer, before any later message
     ask(
         command: Command,
         arrived?: (answer: Answer | undefined) => void,

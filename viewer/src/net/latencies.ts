@@ -1,12 +1,12 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// From a command to the voxels that it changed: the time until the last box of its step was here,
-// and until it was drawn. Kept for the last thousand commands.
+// Latencies from a command to the arrival of the last box that it changed, and to the picture with
+// it, of the last thousand commands.
 
 import type { Done } from './protocol.ts';
 
-const kMost = 1000;
+const kMaxCount = 1000;
 
 export class Latencies {
     private readonly open: { step: number; start: number }[] = [];
@@ -15,15 +15,15 @@ export class Latencies {
     readonly drawnMs: number[] = [];
     private seenStep = 0;
 
-    /// A command that was sent at a time has been done.
+    /// Notes that a command is done. start: its time of sending [ms]
     done(answer: Done, start: number): void {
         if (!answer.moved_elements && !answer.cut_links && !answer.carved_elements) return;
         this.open.push({ step: answer.step, start });
-        if (this.open.length > kMost) this.open.shift();
+        if (this.open.length > kMaxCount) this.open.shift();
         this.arrived(this.seenStep);
     }
 
-    /// All voxels of a step are here.
+    /// Notes that all voxels of a step have arrived.
     arrived(step: number): void {
         this.seenStep = Math.max(this.seenStep, step);
         const now = performance.now();
@@ -43,10 +43,10 @@ export class Latencies {
 
 function keep(list: number[], value: number): void {
     list.push(value);
-    if (list.length > kMost) list.shift();
+    if (list.length > kMaxCount) list.shift();
 }
 
-/// The value below which a share of all lies; nothing where there are none.
+/// Quantile of the values; undefined if there are none.
 export function quantile(values: readonly number[], share: number): number | undefined {
     const sorted = [...values].sort((a, b) => a - b);
     return sorted[Math.min(Math.floor(share * sorted.length), sorted.length - 1)];

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The messages of docs/protocol.md as types, and its binary frames decoded. What doesn't look as
-// the protocol says is refused with an error that names the field: a page must not draw rubbish.
+// Messages of docs/protocol.md as types, and the decoder of its binary frames. Invalid frames are
+// refused with an error that names the field, so that no rubbish is drawn.
 
 import type { Box, Grid } from '../maths/grid.ts';
 import type { Mat3, Vec3 } from '../maths/vec.ts';
@@ -26,31 +26,31 @@ export interface Timing {
     moved_elements: number;
 }
 
-/// The model that moves the scan. Springs have all other fields, too.
+/// State of the tissue model. Springs have all optional fields.
 export interface TissueState extends Partial<SpringSettings> {
     model: 'chainmail' | 'springs' | 'vessel';
-    has_vessel?: boolean; ///< so that it may be chosen
+    has_vessel?: boolean; ///< the scene offers the model vessel
     centre?: Vec3;
     nodes?: Vec3;
     active_nodes?: number;
     update_hz?: number;
 }
 
-/// Motion of the hand on the catheter, and the forces on it.
+/// Drive of the catheter, and the forces on the hand.
 export interface VesselState extends Drive {
     inserted_mm: number;
     rotated_deg: number;
-    force_n: number; ///< on the hand that pushes
+    force_n: number; ///< on the hand, along the catheter
     torque_n_mm: number;
     contact_n: number;
-    depth_mm: number; ///< of the catheter beyond the wall; below 0: in front of it
+    depth_mm: number; ///< largest depth of the catheter beyond the wall; below 0: clearance
     wall_moved_mm: number;
     time_s: number;
-    pace: number; ///< simulated over real time; 0: not known yet
+    pace: number; ///< simulated over real time; 0: unknown
     radius_mm: number;
     length_mm: number;
     warnings: string[]; ///< faults of this state, a line each
-    failure: string; ///< why it has stopped until it is reset
+    failure: string; ///< reason of a stop that lasts until a reset
 }
 
 export interface SharedState {
@@ -66,7 +66,7 @@ export interface SharedState {
     undo: { steps: number; next: string };
     redo: { steps: number; next: string };
     clients: { client: number; name: string; role: Role }[];
-    recorded?: boolean; ///< false: the session's file lacks commands that are done
+    recorded?: boolean; ///< false: commands are missing in the session's file
     timing: Timing;
 }
 
@@ -120,7 +120,7 @@ export interface Done {
     carved_elements?: number;
     solve_ms?: number;
     force?: Vec3;
-    end?: Vec3; ///< of a slide: where the sphere's centre is, out of tissue [mm, LPS]
+    end?: Vec3; ///< of a slide: final centre of the sphere, outside of tissue [mm, LPS]
     message?: string;
 }
 
@@ -141,7 +141,7 @@ export interface Checksum {
     tissue: string;
 }
 
-/// A way through the lumen.
+/// Path through the lumen.
 export interface PathFound {
     t: 'path';
     id: number;
@@ -152,11 +152,12 @@ export interface PathFound {
     radii: number[]; ///< distance of each point to the wall [mm]
 }
 
-/// A device with force feedback, in whosever hand it is; all but the first two while it is on.
+/// State of the device with force feedback, of any client; all optional fields but why while it is
+/// on.
 export interface HapticsNews {
     t: 'haptics';
     on: boolean;
-    why?: string; ///< it ended
+    why?: string; ///< reason of its end
     client?: number;
     tool?: number;
     device?: string;
@@ -167,9 +168,9 @@ export interface HapticsNews {
     place_mm?: Vec3;
     proxy_mm?: Vec3;
     force_n?: Vec3;
-    largest_n?: number; ///< since the last of these messages
+    largest_n?: number; ///< largest force since the previous message
     depth_mm?: number;
-    holds?: 'catheter'; ///< of a vessel, instead of a tool
+    holds?: 'catheter'; ///< instead of a tool
     largest_force_n?: number;
     servo?: {
         rate_hz: number;
@@ -182,7 +183,7 @@ export interface HapticsNews {
     note?: string;
 }
 
-/// What comes back for a command.
+/// Answers to commands.
 export type Answer = Done | Refusal | Checksum | PathFound;
 
 export type ServerText =
@@ -194,7 +195,7 @@ export type ServerText =
     | { t: 'pong'; id: number }
     | { t: 'bye'; code: number; message: string };
 
-/// What clients ask for. Fields as in the protocol; the id is put in by the connection.
+/// Commands of clients, as in the protocol. The connection adds the id.
 export type Command =
     | { do: 'push' | 'slide'; point: Vec3; push: Vec3; radius: number; stroke?: number }
     | { do: 'grab'; point: Vec3; radius: number; reach?: number }
@@ -242,7 +243,7 @@ export interface Seen {
     format?: number;
 }
 
-/// Where a device in the browser is, in its own frame [mm].
+/// Position of a device in the browser, in its own frame [mm].
 export interface HapticPose {
     do: 'haptic_pose';
     position: Vec3;
@@ -262,8 +263,8 @@ export interface BoxFrame {
     kind: 'box';
     step: number;
     volume: number;
-    format: number; ///< 1: voxels [HU]; others: see overlay_kinds.ts, rest_field.ts
-    last: boolean; ///< with it, the voxels are those of the step
+    format: number; ///< 1: voxels [HU]; others: state/overlay_kinds.ts, kRestFormat
+    last: boolean; ///< last box of the step
     box: Box;
     halves: Uint16Array;
 }
@@ -286,7 +287,7 @@ export interface ToolsFrame {
     tools: Tool[];
 }
 
-/// Format of the rest field's boxes, the last one that there is.
+/// Format of the rest field's boxes; the largest format.
 export const kRestFormat = 4;
 
 const kHeader = 32;
@@ -295,7 +296,7 @@ const kHalvesOfNode = 4; // in a box of the rest field
 
 const littleEndian = new Uint8Array(new Uint16Array([1]).buffer)[0] === 1;
 
-/// Decodes a binary message; throws an Error with one line where it isn't as the protocol says.
+/// Decodes a binary message. @throws an Error that names the invalid field
 export function decodeFrame(
     buffer: ArrayBuffer,
 ): BoxFrame | ToolsFrame | SurfaceFrame | VesselFrame {

@@ -1,9 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// A vessel's inner surface and the catheter in it, as the server sends them (docs/protocol.md,
-// *Vessels*): the surface at rest once, then how far nodes have moved. Frames are checked before
-// anything is changed.
+// Inner surface of a vessel and the catheter in it (docs/protocol.md, *Vessels*): the server sends
+// the surface at rest once, then displacements of its nodes. Frames are validated before use.
 
 import { floatOfHalf } from '../maths/half.ts';
 import type { Vec3 } from '../maths/vec.ts';
@@ -20,17 +19,17 @@ export interface VesselFrame {
     volume: number;
     radius: number; ///< of the catheter [mm]
     catheter: Float32Array; ///< x, y, z from the guide to the tip [mm, LPS]
-    runs: Uint32Array; ///< first node and count, of those that have moved
-    moved: Uint16Array; ///< half floats, x, y, z of each of them [mm]
+    runs: Uint32Array; ///< runs of moved nodes: first node and count
+    moved: Uint16Array; ///< displacements of these nodes, x, y, z, half floats [mm]
 }
 
 const kHeader = 32;
-const kMostNodes = 1 << 18;
+const kMaxNodes = 1 << 18;
 
 export function decodeSurface(view: DataView, payload: number): SurfaceFrame {
     const nodes = payload >= 8 ? view.getUint32(kHeader, true) : 0;
     const cells = payload >= 8 ? view.getUint32(kHeader + 4, true) : 0;
-    if (nodes > kMostNodes || payload !== 8 + 12 * (nodes + cells))
+    if (nodes > kMaxNodes || payload !== 8 + 12 * (nodes + cells))
         throw new Error(`surface: ${payload} bytes for ${nodes} nodes and ${cells} triangles`);
     const buffer = view.buffer as ArrayBuffer;
     const corners = new Uint32Array(buffer, kHeader + 8 + 12 * nodes, 3 * cells);
@@ -48,7 +47,7 @@ export function decodeVessel(view: DataView, payload: number): VesselFrame {
     const points = payload >= 12 ? view.getUint32(kHeader + 4, true) : 0;
     const count = payload >= 12 ? view.getUint32(kHeader + 8, true) : 0;
     const before = 12 + 12 * points + 8 * count;
-    if (points > kMostNodes || count > kMostNodes || payload < before)
+    if (points > kMaxNodes || count > kMaxNodes || payload < before)
         throw new Error(`vessel: ${payload} bytes for ${points} points and ${count} runs`);
     const buffer = view.buffer as ArrayBuffer;
     const runs = new Uint32Array(buffer, kHeader + 12 + 12 * points, 2 * count);
@@ -67,7 +66,7 @@ export function decodeVessel(view: DataView, payload: number): VesselFrame {
 
 export class Vessel {
     readonly places: Float32Array;
-    readonly moved: Float32Array; ///< of each node, how far [mm]
+    readonly moved: Float32Array; ///< length of each node's displacement [mm]
     catheter: Vec3[] = [];
     radius = 1;
 

@@ -1,18 +1,18 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// A chain of points in a section, as a catheter or a shaft: all of it faintly, and strongly where
-// the section cuts it.
+// Marks of a polyline in a section, for catheters and shafts: its projection faint, the parts near
+// the section strong.
 
 import { along, dot, sub, type Vec3 } from '../maths/vec.ts';
 import { pixelOfWorld, type SectionPlane } from '../views/section_geometry.ts';
 
 export interface ChainMark {
     readonly points: readonly (readonly [number, number])[]; ///< [pixels]
-    readonly near: boolean; ///< it lies in the section
+    readonly near: boolean; ///< lies in the section
 }
 
-/// @param reach  from the section, up to which a point counts as in it [mm]
+/// Parts of a polyline to draw. @param reach  largest distance of a point in the section [mm]
 export function chainParts(
     points: readonly Vec3[],
     plane: SectionPlane,
@@ -23,7 +23,7 @@ export function chainParts(
     const off = points.map((p) => dot(sub(p, plane.centre), plane.axes.normal));
     const marks: ChainMark[] = [{ points: spots, near: false }];
     for (let i = 0; i + 1 < points.length; ++i) {
-        // The part of this piece that is within reach: off is linear along it.
+        // Part of the segment within reach: the distance is linear along it.
         const [a, b] = [off[i]!, off[i + 1]!];
         const bounds = [-reach, reach].map((r) => (a === b ? Infinity : (r - a) / (b - a)));
         const inside = Math.abs(a) <= reach && a === b;
@@ -39,7 +39,7 @@ export function chainParts(
     return marks;
 }
 
-/// Where a chain of points pierces the section [pixels].
+/// Points where a polyline crosses the section [pixels].
 export function crossings(
     points: readonly Vec3[],
     plane: SectionPlane,

@@ -1,12 +1,13 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Small helpers that make elements: a tag, its attributes, its children. No framework.
+// Creates elements and controls, without a framework.
 
 type Child = Node | string | undefined | false;
 type Attributes = Record<string, string | boolean | ((event: Event) => void)>;
 
-/// Attributes whose name starts with "on" are listeners; true is an attribute without a value.
+/// Creates an element. Functions are listeners, with "on" before the event's name; true is an
+/// attribute without a value.
 export function h<K extends keyof HTMLElementTagNameMap>(
     tag: K,
     attributes: Attributes = {},
@@ -31,12 +32,12 @@ export interface SliderSettings {
     high: number;
     step: number;
     value: () => number;
-    /// While the slider moves.
+    /// Called while the slider moves.
     input: (value: number) => void;
-    /// Around all moves of one gesture.
+    /// Called before and after a gesture.
     begin?: () => void;
     end?: () => void;
-    /// Where along the slider a value is: its square root suits sizes.
+    /// The position on the slider is the square root of the value, for sizes.
     curved?: boolean;
     hint?: string;
 }
@@ -46,8 +47,7 @@ export interface Control {
     refresh(): void;
 }
 
-/// A slider with its number beside it; both can be changed, and the number may leave the slider's
-/// range.
+/// Creates a slider with a number field, which may exceed the slider's range.
 export function slider(s: SliderSettings): Control {
     const id = `c${nextId++}`;
     const root = (v: number): number => (s.curved ? Math.sqrt(Math.max(v, 0)) : v);
@@ -94,7 +94,7 @@ export function slider(s: SliderSettings): Control {
     const refresh = (): void => {
         const value = s.value();
         if (document.activeElement !== number) number.value = String(rounded(value));
-        if (!open) range.value = String(root(value)); // else the hand has it
+        if (!open) range.value = String(root(value)); // else the user moves it
         range.setAttribute('aria-valuetext', `${rounded(value)} ${s.unit}`);
     };
     refresh();
@@ -108,7 +108,7 @@ export function slider(s: SliderSettings): Control {
     return { element, refresh };
 }
 
-/// Some words of which one holds.
+/// Creates radio buttons.
 export function choice<T extends string>(
     label: string,
     options: readonly { value: T; text: string; hint?: string }[],
@@ -153,7 +153,7 @@ export function checkbox(
     return { element, refresh };
 }
 
-/// A list that does something with what is chosen, and shows its own name.
+/// Creates a list that calls back with the chosen value and goes on showing its label.
 export function menu<T>(
     label: string,
     options: readonly { text: string; value: T }[],

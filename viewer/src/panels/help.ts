@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The table of keys and gestures, made from the keymap's own list.
+// Dialog with the table of keys and gestures, from the keymap's list.
 
 import { kHelp } from '../tools/keymap.ts';
 import { button, h } from './dom.ts';
@@ -21,9 +21,9 @@ export function helpDialog(startTour: () => void): HTMLDialogElement {
                     h(
                         'dl',
                         {},
-                        ...lines.flatMap(({ keys, what }) => [
+                        ...lines.flatMap(({ keys, text }) => [
                             h('dt', {}, keys),
-                            h('dd', {}, what),
+                            h('dd', {}, text),
                         ]),
                     ),
                 ),

@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// What the colours over the scan mean: the map with its ends, and a mark at the value under the
-// pointer.
+// Legend of the overlay: the colour map with its range, and a mark at the value under the pointer.
 
 import { cssOf } from '../maths/colour_map.ts';
 import { voxelFromWorld } from '../maths/grid.ts';
@@ -14,7 +13,7 @@ import { h } from './dom.ts';
 
 const kBehind = 0.7; // as in shaders/endoscope.frag.glsl [voxels]
 
-/// The overlay's number under the pointer, or at the crosshair.
+/// Value of the overlay under the pointer, else at the crosshair.
 export function overlayValue(session: Session): number | undefined {
     const { overlay } = session.stage;
     const { state } = session.store;
@@ -26,7 +25,7 @@ export function overlayValue(session: Session): number | undefined {
     return overlay.valueAt(onWall ? add(ijk, behind(session, point, state.view)) : ijk);
 }
 
-/// From the surface into the tissue [voxels].
+/// Step from the surface into the tissue [voxels].
 function behind(session: Session, point: Vec3, view: View): Vec3 {
     const { grid } = session.volume!;
     const eye = view.outside ? sub(point, view.orbit.direction) : view.camera.eye;
@@ -53,7 +52,7 @@ export class Legend {
         );
     }
 
-    /// Once per frame.
+    /// Updates the mark, once per frame.
     refresh(): void {
         if (this.element.hidden) return;
         const value = overlayValue(this.session);

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// What lies over the pictures: names, letters, crosshair, tools, the value under the pointer. Plain
-// elements, so that they stay sharp, can be read aloud and cost no redrawing of the volume.
+// Marks over the pictures: names, letters, crosshair, tools, paths. They are HTML and SVG elements:
+// sharp, accessible to screen readers, and cheap to update.
 
 import { shown, voxelFromWorld } from '../maths/grid.ts';
 import { type Camera, frameOf } from '../maths/rays.ts';
@@ -35,7 +35,7 @@ const kTitles: Record<ViewName, string> = {
     coronal: 'Coronal',
     sagittal: 'Sagittal',
 };
-const kNearSection = 2; // such parts of a way are drawn strongly [mm]
+const kNearSection = 2; // distance of path points that are drawn strong [mm]
 
 export class Overlay {
     readonly views: Record<ViewName, HTMLElement>;
@@ -77,7 +77,7 @@ export class Overlay {
         }).observe(this.element);
     }
 
-    /// Once per frame at most.
+    /// Redraws the marks after changes, once per frame.
     refresh(): void {
         const { balls } = this.session.stage;
         if (!this.wanted && balls === this.balls) return;
@@ -153,7 +153,7 @@ export class Overlay {
         this.captions[view].textContent = `${axis} ${at.toFixed(1)} mm`;
     }
 
-    /// The way through the lumen: all of it, and strongly where it is near the section.
+    /// Path through the lumen: its projection faint, parts near the section strong.
     private pathMarks({ path, from }: Way, plane: SectionPlane): SVGElement[] {
         const marks: SVGElement[] = [];
         if (path) {
@@ -178,7 +178,7 @@ export class Overlay {
         return marks;
     }
 
-    /// The way and its beginning in the endoscope's view: in front of everything.
+    /// Path and its start in the endoscope's view, in front of everything.
     private pathFrom(state: State, spot: (p: Vec3) => [number, number] | undefined): SVGElement[] {
         const marks: SVGElement[] = [];
         const { path, from } = state.way;
@@ -215,7 +215,7 @@ export class Overlay {
         return marks;
     }
 
-    /// Where the tip is and where it looks.
+    /// Position and direction of the endoscope.
     private endoscopeMark({ eye, look }: Camera, plane: SectionPlane): SVGElement {
         const [x, y] = pixelOfWorld(plane, eye);
         const length = 26;
@@ -277,7 +277,8 @@ export class Overlay {
         return [box.width / 2 + scale * dot(v, right), half - scale * dot(v, up)];
     }
 
-    /// The lens bends: r_ray = r·(1 + k·r²) is solved for r by Newton's steps.
+    /// Projects a point, with the lens's distortion: solves r_ray = r·(1 + k·r²) for r by Newton's
+    /// method.
     private spotInEndoscope(view: View, place: Vec3, box: DOMRect): [number, number] | undefined {
         const { camera, fieldOfView, barrel } = view;
         const { right, up, forward } = frameOf(camera);
@@ -305,7 +306,7 @@ export class Overlay {
 const line = (kind: string, x1: number, y1: number, x2: number, y2: number): SVGElement =>
     svg('line', { class: kind, x1, y1, x2, y2 });
 
-/// The line below the views: value, place and index under the pointer.
+/// Text of the status bar: value, position and index under the pointer.
 export function pointerText(session: Session): string {
     const { pointer, sections, display, overlay } = session.store.state;
     const { volume } = session;

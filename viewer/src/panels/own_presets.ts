@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Presets with names that the user gave, beside the built-in ones. They are kept in this browser,
-// for all scans; what a browser's storage holds may have been changed by anybody, so it is checked.
+// The user's own presets beside the built-in ones. They are kept in this browser's storage for all
+// scans, and validated when they are loaded.
 
 import type { Memory } from '../net/connection.ts';
 import { button, type Control, h } from './dom.ts';
@@ -12,14 +12,14 @@ export interface Preset<T> {
     readonly value: T;
 }
 
-const kMostPresets = 50;
+const kMaxPresets = 50;
 const kLongestName = 40;
 
 export class PresetShelf<T> {
     private list: Preset<T>[] = [];
     onChange: () => void = () => {};
 
-    /// @param isValue  whether something that was stored is a value
+    /// @param isValue  validates a stored value
     constructor(
         private readonly memory: Memory,
         readonly key: string,
@@ -37,21 +37,21 @@ export class PresetShelf<T> {
         try {
             const stored: unknown = JSON.parse(this.memory.getItem(this.key) ?? '[]');
             if (Array.isArray(stored))
-                for (const item of stored.slice(0, kMostPresets) as Partial<Preset<unknown>>[])
+                for (const item of stored.slice(0, kMaxPresets) as Partial<Preset<unknown>>[])
                     if (typeof item?.text === 'string' && item.text && this.isValue(item.value))
                         this.list.push({ text: cut(item.text), value: item.value });
         } catch {
-            // As if nothing had been stored.
+            // Invalid JSON counts as an empty list.
         }
         this.onChange();
     }
 
-    /// Takes the place of one with the same name. @returns why not, if not
+    /// Saves a preset, replacing one of the same name. @returns an error; undefined: saved
     save(name: string, value: T): string | undefined {
         const text = cut(name.trim());
         if (!text) return 'a preset needs a name';
         const others = this.list.filter((preset) => preset.text !== text);
-        if (others.length >= kMostPresets) return `there are ${kMostPresets} presets already`;
+        if (others.length >= kMaxPresets) return `there are ${kMaxPresets} presets already`;
         this.list = [...others, { text, value }].sort((a, b) => a.text.localeCompare(b.text));
         return this.keep();
     }
@@ -67,14 +67,14 @@ export class PresetShelf<T> {
             this.memory.setItem(this.key, JSON.stringify(this.list));
             return undefined;
         } catch {
-            return 'the browser keeps nothing: the preset is gone with the page';
+            return 'the browser stores nothing: the preset is lost with the page';
         }
     }
 }
 
 const cut = (name: string): string => [...name].slice(0, kLongestName).join('');
 
-/// A list to take a preset from, and what makes and deletes own ones.
+/// Creates a list of presets, with controls to save and delete own ones.
 /// @param label  "Presets of …"
 export function presetsWithOwn<T>(
     label: string,
@@ -100,7 +100,7 @@ export function presetsWithOwn<T>(
         type: 'text',
         maxlength: String(kLongestName),
         placeholder: 'name',
-        'aria-label': `${label}: name of an own one`,
+        'aria-label': `${label}: name of an own preset`,
         oninput: () => refreshButtons(),
         onkeydown: (event) => {
             if ((event as KeyboardEvent).key === 'Enter') save.click();
@@ -112,7 +112,7 @@ export function presetsWithOwn<T>(
             const problem = shelf.save(name.value, current());
             say(problem ?? `preset ${name.value.trim()} saved`);
         },
-        'what is set now becomes a preset of that name',
+        'saves the present settings under this name',
     );
     const remove = button(
         'Delete',
@@ -121,10 +121,10 @@ export function presetsWithOwn<T>(
             name.value = '';
             refreshButtons();
         },
-        'the own preset of that name',
+        'deletes the own preset of this name',
     );
-    save.setAttribute('aria-label', `${label}: save as an own one`);
-    remove.setAttribute('aria-label', `${label}: delete the own one`);
+    save.setAttribute('aria-label', `${label}: save as an own preset`);
+    remove.setAttribute('aria-label', `${label}: delete the own preset`);
     const options = (list: readonly Preset<T>[], kind: string): HTMLOptionElement[] =>
         list.map((preset, i) => h('option', { value: `${kind} ${i}` }, preset.text));
     const refreshButtons = (): void => {
@@ -143,7 +143,7 @@ export function presetsWithOwn<T>(
     };
     shelf.onChange = fill;
     fill();
-    // Another tab may have changed them.
+    // Changes by other tabs.
     window.addEventListener('storage', (event) => {
         if (event.key === shelf.key) shelf.load();
     });

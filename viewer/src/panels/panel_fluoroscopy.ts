@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The panel of X-rays through the scan: how dark what is in their way becomes.
+// Panel of fluoroscopy: contrast, exposure, noise and collimator.
 
 import { kFieldStops } from '../state/state.ts';
 import { button, checkbox, choice, h } from './dom.ts';
@@ -30,7 +30,7 @@ export function fluoroscopyPanel(parts: Parts): HTMLElement {
         high: 4,
         step: 0.05,
         curved: true,
-        hint: 'of what the picture needs by itself',
+        hint: 'factor of the automatic exposure',
         input: (value) => store.set({ fluoro: { exposure: Math.max(value, 0.01) } }),
     });
     const noise = parts.number('fluoro', 'noise', {

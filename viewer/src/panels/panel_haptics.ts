@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The panel of force feedback: which device, how large its workspace is, what it feels, how well
-// its servo keeps time, and a stop that is hard to miss.
+// Panel of devices with force feedback: choice of the device, workspace scale, force, timing of the
+// servo, and a large stop button.
 
 import type { HapticsNews } from '../net/protocol.ts';
 import type { Link } from '../state/state.ts';
@@ -12,11 +12,11 @@ import { type Parts, section, tissue } from './panel_parts.ts';
 
 const kWidth = 240; // of the plot [pixels]
 const kHeight = 72;
-const kSpeakMs = 1000; // between two texts of the plot
+const kSpeakMs = 1000; // between two updates of the plot's label
 
 const newtons = (n: number): string => `${n.toFixed(2)} N`;
 
-/// A round number that the plot can end at.
+/// Round number at or above the largest force, for the plot's axis.
 export function plotTop(largest: number): number {
     return [0.1, 0.2, 0.5, 1, 2, 5, 10].find((top) => largest <= top) ?? Math.ceil(largest);
 }
@@ -25,7 +25,7 @@ export function feltText(news: HapticsNews | null, felt: readonly Felt[]): strin
     if (!news) return 'no device';
     const now = Math.hypot(...news.force_n!);
     const most = Math.max(0, ...felt.map((f) => f.newtons));
-    const what = news.lost
+    const contact = news.lost
         ? 'the device can’t be read'
         : news.stopped
           ? 'stopped'
@@ -34,7 +34,7 @@ export function feltText(news: HapticsNews | null, felt: readonly Felt[]): strin
             : news.contact
               ? `${news.depth_mm!.toFixed(1)} mm deep`
               : 'free';
-    return `${newtons(now)} now, ${newtons(most)} at most in ${kPlotSeconds} s; ${what}`;
+    return `${newtons(now)} now, ${newtons(most)} at most in ${kPlotSeconds} s; ${contact}`;
 }
 
 export function servoRows(news: HapticsNews): [string, string][] {
@@ -94,13 +94,13 @@ export function hapticsPanel(parts: Parts): HTMLElement {
     const start = button(
         'Start',
         () => void haptics.start(),
-        'at the endoscope’s tip; the device’s middle is there',
+        'places the middle of the workspace at the endoscope’s tip',
     );
-    const end = button('End', () => haptics.end(), 'the device is closed');
+    const end = button('End', () => haptics.end(), 'closes the device');
     const puck = button(
         'SpaceMouse…',
         () => void haptics.openSpaceMouse(),
-        'lets the browser use one (WebHID); a game pad needs no choosing',
+        'lets the browser use a SpaceMouse (WebHID); game pads are found by themselves',
     );
     const stop = button('Stop', () => haptics.toggleStop());
     stop.className = 'stop';
@@ -135,7 +135,7 @@ export function hapticsPanel(parts: Parts): HTMLElement {
                     (on) => {
                         haptics.follows = on;
                     },
-                    'what the device holds is the endoscope',
+                    'the device holds the endoscope instead of a tool',
                 ),
             ),
             h('div', { class: 'row' }, start, end, puck),
@@ -158,7 +158,7 @@ export function hapticsPanel(parts: Parts): HTMLElement {
         stop.disabled = !news || role === 'view' || status !== 'open';
         const back = news?.stopped && haptics.isOwn;
         stop.textContent = back ? 'Go on' : 'Stop';
-        stop.title = `${back ? 'force comes back' : 'no force, at once'} (H)`;
+        stop.title = `${back ? 'resumes the force' : 'ends all force at once'} (H)`;
         note.textContent = news?.note ?? '';
         const said = feltText(news, haptics.felt);
         if (text.textContent !== said) text.textContent = said;

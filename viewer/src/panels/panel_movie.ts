@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The panel of keyframes: a line for each, with the time that it takes to get there.
+// Panel of movies: the list of keyframes, each with its time since the previous one.
 
 import { lengthOf } from '../maths/keyframes.ts';
 import { button, h } from './dom.ts';
@@ -12,16 +12,24 @@ export function moviePanel(parts: Parts): HTMLElement {
     const { movie, store } = session;
     const list = h('ol', { class: 'keyframes', 'aria-label': 'Keyframes' });
     const total = h('span', { class: 'hint' });
-    const play = button('Play', () => movie.play(), 'from the first keyframe, or stop (Shift+K)');
-    const record = button('Record', () => movie.record(), 'play, and save what the views show');
-    const save = button('Save', () => movie.saveFile(), 'the keyframes, for another time');
+    const play = button(
+        'Play',
+        () => movie.play(),
+        'plays from the first keyframe, or stops (Shift+K)',
+    );
+    const record = button(
+        'Record',
+        () => movie.record(),
+        'plays the movie and saves the pictures of the views',
+    );
+    const save = button('Save', () => movie.saveFile(), 'saves the keyframes');
     store.watch(
         ({ movie: { keyframes } }) => [keyframes],
         (keyframes) => {
             list.replaceChildren(...keyframes.map((_, i) => line(parts, i)));
             total.textContent = keyframes.length
                 ? `${keyframes.length} keyframes, ${lengthOf(keyframes).toFixed(1)} s`
-                : 'fly somewhere, Add; fly on, Add; Play';
+                : 'fly to a place and press Add; repeat; then Play';
             play.disabled = record.disabled = keyframes.length < 2;
             save.disabled = !keyframes.length;
         },
@@ -50,7 +58,7 @@ export function moviePanel(parts: Parts): HTMLElement {
         h(
             'div',
             { class: 'row' },
-            button('Add', () => movie.add(), 'what is shown now becomes a keyframe (K)'),
+            button('Add', () => movie.add(), 'adds the present view as a keyframe (K)'),
             play,
             record,
         ),

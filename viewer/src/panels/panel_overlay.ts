@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The panel of what is shown in colours over the scan.
+// Panel of the coloured overlay.
 
 import type { OverlayKind } from '../net/protocol.ts';
 import { kKinds } from '../state/overlay_kinds.ts';
@@ -60,7 +60,11 @@ export function overlayPanel(parts: Parts): HTMLElement {
         auto,
         most,
         growth,
-        h('small', { class: 'quiet' }, 'M goes through them. At rest nothing is coloured.'),
+        h(
+            'small',
+            { class: 'quiet' },
+            'Key M switches between them. Undeformed tissue is not coloured.',
+        ),
     );
     store.watch(
         ({ overlay, link }) => [overlay, link],

@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// What all panels are made of: controls that follow the store, numbers that can be undone, sections
-// that fold.
+// Parts of panels: controls that follow the store, numbers with undo, folding sections.
 
 import type { State } from '../state/state.ts';
 import type { Actions } from '../tools/actions.ts';
@@ -36,7 +35,7 @@ export class Parts {
         return control.element;
     }
 
-    /// A slider for a number of the state, whose changes can be undone.
+    /// Creates a slider for a number of the state, with undo.
     number<G extends Settings>(
         group: G,
         key: NumberOf<G>,
@@ -61,6 +60,6 @@ export function section(title: string, open: boolean, ...children: (Node | false
     return h('details', open ? { open: true } : {}, h('summary', {}, title), body);
 }
 
-/// Settings that change the tissue, or what all see: only for those who control.
+/// Groups controls that change the tissue or shared settings: disabled for clients that only view.
 export const tissue = (...children: Node[]): HTMLElement =>
     h('fieldset', { class: 'tissue' }, ...children);

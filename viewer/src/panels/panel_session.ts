@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Who is here, and whether page and server hold the same.
+// Panel of the session: its clients, and a comparison of the page's voxels with the server's.
 
 import { button, h } from './dom.ts';
 import { type Parts, section } from './panel_parts.ts';
@@ -37,7 +37,7 @@ export function sessionPanel(parts: Parts): HTMLElement {
                         ? `${sum.same ? 'equal' : 'DIFFERENT'}: ${sum.own}, ${sum.tissue}`
                         : 'no answer';
                 }),
-            'checksum of all voxels, here and there',
+            'compares checksums of all voxels',
         ),
         result,
     );

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The panel of the tissue's model: ChainMail, or springs with the depth that forces reach.
+// Panel of the tissue model: ChainMail, or springs with the depth that forces reach.
 
 import type { TissueState } from '../net/protocol.ts';
 import { choice, h, slider } from './dom.ts';
@@ -9,7 +9,7 @@ import { type Parts, section, tissue } from './panel_parts.ts';
 
 const kNodes = 20; ///< of the control lattice, along each axis
 
-/// What a user wants to know of springs: how many nodes, and whether they keep up with 1 kHz.
+/// Summary of springs: number of nodes and update rate.
 export function springsText(state: TissueState | undefined): string {
     if (state?.model !== 'springs') return '';
     const nodes = state.nodes!.join(' × ');
@@ -20,7 +20,7 @@ export function springsText(state: TissueState | undefined): string {
 
 export function tissuePanel(parts: Parts): HTMLElement {
     const { session } = parts;
-    let cell = 8; // of the next lattice
+    let cell = 8; // edge of the next lattice's cells [mm]
     let wish: number | undefined; // sent once, when the slider is let go
     const now = (): TissueState | undefined => parts.state.shared?.tissue;
     const choose = (model: TissueState['model']): void => {
@@ -38,7 +38,7 @@ export function tissuePanel(parts: Parts): HTMLElement {
             low: 0,
             high: 20,
             step: 1,
-            hint: 'nodes beyond it stay: fewer are faster',
+            hint: 'nodes beyond do not move; fewer layers are faster',
             value: () => wish ?? now()?.depth ?? 10,
             input: (value) => {
                 wish = Math.round(value);
@@ -58,11 +58,15 @@ export function tissuePanel(parts: Parts): HTMLElement {
                 choice<TissueState['model']>(
                     'Model',
                     [
-                        { value: 'chainmail', text: 'ChainMail', hint: 'every voxel, limits' },
+                        {
+                            value: 'chainmail',
+                            text: 'ChainMail',
+                            hint: 'one element per voxel, with limits of its links',
+                        },
                         {
                             value: 'springs',
                             text: 'springs',
-                            hint: `${kNodes}³ nodes around the crosshair; what was done is over`,
+                            hint: `${kNodes}³ nodes around the crosshair; clears the history`,
                         },
                     ],
                     () => now()?.model ?? 'chainmail',
@@ -76,7 +80,7 @@ export function tissuePanel(parts: Parts): HTMLElement {
                     low: 2,
                     high: 30,
                     step: 0.5,
-                    hint: 'of the next choice of springs',
+                    hint: 'for the next choice of springs',
                     value: () => cell,
                     input: (value) => {
                         cell = value;

@@ -1,30 +1,29 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The panel of the catheter: what the hand does, and what it feels. Only where the scene has a
-// vessel.
+// Panel of the catheter: drive and forces. Shown only if the scene has a vessel.
 
 import type { VesselState } from '../net/protocol.ts';
-import { kMostBend, kMostInsert } from '../tools/catheter_hand.ts';
+import { kMaxBend, kMaxInsert } from '../tools/catheter_hand.ts';
 import { button, h, slider } from './dom.ts';
 import { type Parts, section, tissue } from './panel_parts.ts';
 
-/// What is said of the catheter, by name.
+/// Numbers of the catheter as text, by name.
 export function numbersOf(vessel: VesselState): Record<string, string> {
     const began = vessel.time_s > 0;
     const beyond = vessel.depth_mm > 0;
-    const far = vessel.depth_mm <= -1; // the server doesn't look farther
+    const far = vessel.depth_mm <= -1; // the server's search ends there
     const depth = far ? '> 1' : Math.abs(vessel.depth_mm).toFixed(2);
     return {
         inserted: `${vessel.inserted_mm.toFixed(1)} mm`,
         'force on the hand': `${vessel.force_n.toFixed(3)} N`,
         'wall moved': `${vessel.wall_moved_mm.toFixed(2)} mm`,
         'deepest point': began ? `${depth} mm ${beyond ? 'outside' : 'inside'}` : '–',
-        'beside real time': vessel.pace > 0 ? `× ${vessel.pace.toPrecision(2)}` : '–',
+        pace: vessel.pace > 0 ? `${vessel.pace.toPrecision(2)} × real time` : '–',
     };
 }
 
-/// A warning without its numbers: told once, however they change.
+/// A warning without its numbers, to tell it once while they change.
 function kindOf(warning: string): string {
     return warning.replace(/[\d.]+/g, '');
 }
@@ -73,7 +72,7 @@ export function vesselPanel(parts: Parts): HTMLElement {
     return element;
 }
 
-/// Speeds come back to 0 when the slider is let go; bends stay.
+/// Creates the sliders: speeds return to 0 when a slider is released; bends stay.
 function handControls(parts: Parts): HTMLElement[] {
     const hand = parts.session.catheter;
     const rate = (key: 'insert' | 'rotate', label: string, most: number) =>
@@ -84,7 +83,7 @@ function handControls(parts: Parts): HTMLElement[] {
                 low: -most,
                 high: most,
                 step: 1,
-                hint: 'while the slider is held; or the arrow keys',
+                hint: 'moves while the slider is held; or use the arrow keys',
                 value: () => hand[key],
                 input: (value) => {
                     hand[key] = Math.min(Math.max(value, -most), most);
@@ -100,15 +99,15 @@ function handControls(parts: Parts): HTMLElement[] {
             slider({
                 label,
                 unit: '°',
-                low: -kMostBend,
-                high: kMostBend,
+                low: -kMaxBend,
+                high: kMaxBend,
                 step: 1,
                 value: () => hand.bend[which],
                 input: (value) => hand.setBend(which, value),
             }),
         );
     return [
-        rate('insert', 'Insert, mm/s', kMostInsert),
+        rate('insert', 'Insert, mm/s', kMaxInsert),
         rate('rotate', 'Rotate, °/s', 360),
         bend(0, 'Bend, first axis'),
         bend(1, 'Bend, second axis'),
@@ -117,20 +116,20 @@ function handControls(parts: Parts): HTMLElement[] {
                 label: 'Speed of keys, mm/s',
                 unit: '',
                 low: 1,
-                high: kMostInsert,
+                high: kMaxInsert,
                 step: 1,
                 value: () => hand.speed,
                 input: (value) => {
-                    hand.speed = Math.min(Math.max(value, 1), kMostInsert);
+                    hand.speed = Math.min(Math.max(value, 1), kMaxInsert);
                 },
             }),
         ),
         h(
             'div',
             { class: 'row' },
-            button('Stop', () => hand.stop(), 'Space'),
-            button('Straighten', () => hand.straighten(), 'the tip'),
-            button('Reset', () => void parts.session.ask({ do: 'reset' }), 'as it began'),
+            button('Stop', () => hand.stop(), 'stops insertion and rotation (Space)'),
+            button('Straighten', () => hand.straighten(), 'straightens the tip'),
+            button('Reset', () => void parts.session.ask({ do: 'reset' }), 'back to the start'),
         ),
     ];
 }

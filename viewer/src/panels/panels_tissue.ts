@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Panels that change the tissue or what is taken for its surface: tool, threshold, material.
+// Panels of tool, threshold and material.
 
 import type { Polarity } from '../net/protocol.ts';
 import { materialRows, type Materials } from '../net/settings.ts';
@@ -32,7 +32,7 @@ const kThresholds: readonly Preset<Threshold>[] = [
 
 export function toolPanel(parts: Parts): HTMLElement {
     const { session, actions } = parts;
-    const relax = button('Relax', () => actions.relax(), 'tissue springs back (X)');
+    const relax = button('Relax', () => actions.relax(), 'tissue relaxes towards rest (X)');
     session.store.watch(
         ({ shared }) => [shared],
         (shared) => {
@@ -58,7 +58,7 @@ export function toolPanel(parts: Parts): HTMLElement {
                 low: 0.1,
                 high: 2,
                 step: 0.1,
-                hint: 'how far the tool goes for a motion of the pointer',
+                hint: 'motion of the tool over motion of the pointer',
             }),
             parts.number('tool', 'depth', {
                 label: 'Cut depth',
@@ -73,7 +73,7 @@ export function toolPanel(parts: Parts): HTMLElement {
                     'tissue slides off the probe',
                     () => parts.state.tool.slide,
                     (slide) => session.store.set({ tool: { slide } }),
-                    'otherwise the probe takes along what it touches',
+                    'off: the probe drags the tissue that it touches',
                 ),
             ),
             h(
@@ -83,9 +83,13 @@ export function toolPanel(parts: Parts): HTMLElement {
                 button(
                     'Let go',
                     () => void session.ask({ do: 'release' }),
-                    'nothing is held any more (L)',
+                    'releases the tissue (L)',
                 ),
-                button('Reset', () => void session.ask({ do: 'reset' }), 'everything back to rest'),
+                button(
+                    'Reset',
+                    () => void session.ask({ do: 'reset' }),
+                    'moves all tissue back to rest',
+                ),
             ),
         ),
         h('p', { class: 'outcome', 'aria-live': 'polite' }, outcome(parts)),
@@ -194,7 +198,7 @@ export function materialPanel(parts: Parts): HTMLElement {
     );
 }
 
-/// A slider for a setting; unit, hint and range are those of its row.
+/// Creates a slider for a setting, with unit, hint and range of its row.
 function materialNumber(
     parts: Parts,
     key: keyof { [K in keyof Materials as Materials[K] extends number ? K : never]: 0 },

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Panels of what this browser alone sees: window, endoscope, places, colours.
+// Panels of this client's own view: window, endoscope, places, display.
 
 import { kFieldStops, kLinings } from '../state/state.ts';
 import { button, checkbox, choice, h, slider } from './dom.ts';
@@ -118,7 +118,7 @@ export function endoscopePanel(parts: Parts): HTMLElement {
         }),
         parts.add(
             checkbox(
-                'seen from outside, cut open',
+                'from outside, cut open',
                 () => parts.state.view.outside,
                 (on) => {
                     if (on !== store.state.view.outside) parts.actions.toggleOutside();
@@ -128,7 +128,7 @@ export function endoscopePanel(parts: Parts): HTMLElement {
     );
 }
 
-/// How the picture looks: lamps, colours of the tissue, the shape of the field.
+/// Creates the controls of the picture's style, colours and shape.
 function look(parts: Parts): HTMLElement[] {
     const { store } = parts.session;
     const lining = choice(
@@ -153,8 +153,8 @@ function look(parts: Parts): HTMLElement[] {
     const style = choice(
         'Look',
         [
-            { value: 'real', text: 'real', hint: 'lamps, colours of the tissue, wet' },
-            { value: 'plain', text: 'plain', hint: 'shape alone; takes less time to draw' },
+            { value: 'real', text: 'real', hint: 'lamps, tissue colours, wet surface' },
+            { value: 'plain', text: 'plain', hint: 'shaded shape; faster to draw' },
         ],
         () => parts.state.look.style,
         (chosen) => store.set({ look: { style: chosen, styleChosen: true } }),
@@ -175,7 +175,7 @@ function path(parts: Parts): HTMLElement {
             file.value = '';
         },
     });
-    const fly = button('Fly', () => session.path.toggle(), 'along the path, or pause');
+    const fly = button('Fly', () => session.path.toggle(), 'flies along the path, or pauses');
     const position = slider({
         label: 'Along the path',
         unit: 'mm',
@@ -190,9 +190,9 @@ function path(parts: Parts): HTMLElement {
     const fromTip = button(
         'From tip',
         () => session.path.fromTip(),
-        'a way from the endoscope to where you click next',
+        'finds a path from the endoscope to the next click',
     );
-    const save = button('Save', () => session.path.saveFile(), 'the path (.mrk.json)');
+    const save = button('Save', () => session.path.saveFile(), 'saves the path (.mrk.json)');
     session.store.watch(
         ({ way }) => [way.path, way.flying, way.busy],
         (known, flying, busy) => {
@@ -203,7 +203,7 @@ function path(parts: Parts): HTMLElement {
             fromTip.disabled = busy;
         },
     );
-    const load = button('Path…', () => file.click(), 'load a way through the lumen (.mrk.json)');
+    const load = button('Path…', () => file.click(), 'loads a path through the lumen (.mrk.json)');
     return h(
         'div',
         { class: 'body plain' },
@@ -277,7 +277,7 @@ export function displayPanel(parts: Parts): HTMLElement {
         h(
             'div',
             { class: 'row' },
-            button('Picture', () => void parts.actions.snapshot(), 'save the views as PNG (P)'),
+            button('Picture', () => void parts.actions.snapshot(), 'saves the views as PNG (P)'),
         ),
     );
 }

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Catheters and shafts of instruments in the sections: outlined, three pixels wide at least, with a
-// dot where they go through the slice.
+// Marks of catheters and shafts in the sections: outlined, at least three pixels wide, with a dot
+// where they cross the slice.
 
 import type { Vec3 } from '../maths/vec.ts';
 import { hasVessel, surfaceOf } from '../state/state.ts';
@@ -12,9 +12,9 @@ import type { SectionPlane } from '../views/section_geometry.ts';
 import { chainParts, crossings } from './chain_marks.ts';
 import { svg } from './dom.ts';
 
-const kLeastPixels = 3;
+const kMinPixels = 3;
 const kRim = 2.5; // both sides together [pixels]
-const kFarAway: Vec3 = [1e9, 1e9, 1e9]; // an eye that is in no shaft
+const kFarAway: Vec3 = [1e9, 1e9, 1e9]; // an eye outside of all shafts
 
 export function catheterMarks({ vessel, store }: Session, plane: SectionPlane): SVGElement[] {
     if (!vessel || !hasVessel(store.state)) return [];
@@ -45,10 +45,10 @@ function chainMarks(
             svg('polyline', {
                 class: near ? `${name} near` : name,
                 points: spots.join(' '),
-                'stroke-width': (near ? Math.max(wide, kLeastPixels) : kLeastPixels) + more,
+                'stroke-width': (near ? Math.max(wide, kMinPixels) : kMinPixels) + more,
             }),
         );
-    const r = Math.max(0.5 * wide, kLeastPixels);
+    const r = Math.max(0.5 * wide, kMinPixels);
     const dots = crossings(points, plane).map(([cx, cy]) =>
         svg('circle', { class: 'pierced', cx, cy, r }),
     );

@@ -1,12 +1,12 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The dialog that asks which of several DICOM series is meant.
+// Dialog to choose one of several DICOM series.
 
 import type { Series } from '../tools/series.ts';
 import { button, h } from './dom.ts';
 
-/// Asks for one of them. @returns nothing where the user wants none
+/// Lets the user choose a series. @returns its UID; undefined if cancelled
 export function chooseSeries(name: string, list: readonly Series[]): Promise<string | undefined> {
     return new Promise((resolve) => {
         let chosen: string | undefined;

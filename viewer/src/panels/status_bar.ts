@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The line below the views: what is under the pointer, the connection, times if wanted.
+// Status bar: value under the pointer, messages, times, connection.
 
 import { quantile } from '../net/latencies.ts';
 import type { Session } from '../tools/session.ts';
@@ -9,9 +9,9 @@ import { h } from './dom.ts';
 import { pointerText } from './overlay.ts';
 
 const kShowMs = 6000; // of a message
-const kTimesMs = 400; // between two looks at the times
+const kTimesMs = 400; // between two updates of the times
 
-/// The line of messages; each is shown for some seconds, and read by screen readers.
+/// Shows messages, each for some seconds; screen readers read them.
 export class MessageLine {
     readonly element = h('span', { class: 'message', role: 'status', 'aria-live': 'polite' });
     private fading = 0;
@@ -61,7 +61,7 @@ export class StatusBar {
         );
     }
 
-    /// Once per frame.
+    /// Updates the value under the pointer and the times, once per frame.
     refresh(now: number): void {
         const text = pointerText(this.session);
         if (this.pointer.textContent !== text) this.pointer.textContent = text;

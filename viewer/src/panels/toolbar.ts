@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The bar above the views: files, tools, undo and redo, layout, help.
+// Toolbar: files, tools, undo and redo, layout, help.
 
 import { kTools, type ToolName } from '../state/state.ts';
 import type { Actions } from '../tools/actions.ts';
@@ -10,14 +10,14 @@ import type { Session } from '../tools/session.ts';
 import { button, h, menu } from './dom.ts';
 
 const kTexts: Record<ToolName, { text: string; hint: string }> = {
-    look: { text: 'Look', hint: 'left drag looks around; a click sets the crosshair (1)' },
+    look: { text: 'Look', hint: 'left drag: look around; click: set the crosshair (1)' },
     window: { text: 'Window', hint: 'left drag in a section: window and level (2)' },
-    push: { text: 'Push', hint: 'left drag pushes with a sphere (3)' },
-    grab: { text: 'Grab', hint: 'left drag leads the tissue that it took hold of (4)' },
-    cut: { text: 'Cut', hint: 'left drag draws the line of a cut (5)' },
-    carve: { text: 'Carve', hint: 'left drag takes tissue out (6)' },
-    path: { text: 'Path', hint: 'two clicks give a way through the lumen (7)' },
-    catheter: { text: 'Catheter', hint: 'arrow keys insert, rotate and, with Shift, bend it (8)' },
+    push: { text: 'Push', hint: 'left drag: push with a sphere (3)' },
+    grab: { text: 'Grab', hint: 'left drag: grab tissue and drag it (4)' },
+    cut: { text: 'Cut', hint: 'left drag: draw the line of a cut (5)' },
+    carve: { text: 'Carve', hint: 'left drag: remove tissue (6)' },
+    path: { text: 'Path', hint: 'two clicks: find a path through the lumen between them (7)' },
+    catheter: { text: 'Catheter', hint: 'arrow keys: insert, rotate; with Shift: bend (8)' },
 };
 
 const kSaveTexts: Record<SavedName, string> = {
@@ -45,7 +45,7 @@ export function toolbar(
             ...kSaved.map((name) => ({ text: kSaveTexts[name], value: name })),
             { text: 'picture of the view', value: 'picture' as const },
         ],
-        (what) => void (what === 'picture' ? actions.snapshot() : files.save(what)),
+        (chosen) => void (chosen === 'picture' ? actions.snapshot() : files.save(chosen)),
     );
     save.id = 'save';
     save.title = 'Ctrl+S saves the volume';
@@ -78,7 +78,7 @@ export function toolbar(
             }
         },
     );
-    // Own steps change without the store's knowing, so any change is looked at.
+    // Own steps are no part of the state, so every change is checked.
     const refresh = (): void => {
         const names = history.names();
         undo.disabled = !names.undo;
@@ -110,9 +110,9 @@ export function toolbar(
             button(
                 'Outside',
                 () => actions.toggleOutside(),
-                'the lumen from outside, cut open at the tip (O)',
+                'shows the lumen from outside, cut open at the tip (O)',
             ),
-            button('Views', () => actions.cycleViews(), 'four views, or one alone (V)'),
+            button('Views', () => actions.cycleViews(), 'four views, or one maximised (V)'),
             button('?', hooks.help, 'keys and gestures (?)'),
         ),
     );

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// A short tour at the first start: flying, pushing, the threshold, undo. Each step waits for the
-// user to have done the thing, or to press Next.
+// Tour at the first start: flying, pushing, the threshold, undo. Each step waits until the user has
+// done it or presses Next.
 
 import type { State } from '../state/state.ts';
 import type { Session } from '../tools/session.ts';
@@ -32,14 +32,14 @@ const kSteps: readonly Step[] = [
     {
         title: 'Threshold',
         text:
-            'Move the Threshold slider on the right: it says which values are wall. ' +
-            'Nothing is segmented, so any value will do.',
+            'Move the Threshold slider on the right: it separates lumen and wall. ' +
+            'Nothing is segmented, so any value is possible.',
         done: (now, then) => now.shared?.iso_hu !== then.shared?.iso_hu,
     },
     {
         title: 'Undo',
         text:
-            'Ctrl+Z takes back anything: pushes, the threshold, the window, the flight. ' +
+            'Ctrl+Z undoes everything: pushes, the threshold, the window, the flight. ' +
             'The key ? shows all keys.',
         done: (now, then) =>
             (now.shared?.redo.steps ?? 0) > (then.shared?.redo.steps ?? 0) ||

@@ -17,7 +17,7 @@ interface Step {
     readonly serverSteps: number;
 }
 
-const kMostSteps = 200;
+const kMaxSteps = 200;
 const kMergeMs = 700;
 
 const ownOf = ({ view, sections }: State): Own => ({ view, sections });
@@ -72,7 +72,7 @@ export class History {
             this.now() - this.lastEnd < kMergeMs;
         if (merges) this.done[this.done.length - 1] = { ...last, after };
         else this.done.push({ name, before, after, serverSteps });
-        if (this.done.length > kMostSteps) this.done.shift();
+        if (this.done.length > kMaxSteps) this.done.shift();
         this.undone = [];
         this.lastName = merge ? name : '';
         this.lastEnd = this.now();

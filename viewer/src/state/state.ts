@@ -272,5 +272,5 @@ export const surfaceOf = (state: State): Surface => ({
     rising: state.shared?.polarity !== 'falling',
 });
 
-/// Whether the tissue in use is a vessel with its catheter, and not only the scan's voxels.
+/// Tests whether the tissue in use is a vessel with its catheter, and not only the scan's voxels.
 export const hasVessel = (state: State): boolean => state.shared?.tissue?.model === 'vessel';

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// What users can do that is neither a drag nor a slider; keys, buttons and wheels call these.
+// Actions of keys, buttons and wheels: everything but drags and sliders.
 
 import { worldBounds } from '../maths/grid.ts';
 import { readPath } from '../maths/path.ts';
@@ -22,7 +22,7 @@ import type { Patch } from '../state/store.ts';
 import { keptInside, kSectionAxes, sectionPlane } from '../views/section_geometry.ts';
 import { saveBlob } from './download.ts';
 import type { Session } from './session.ts';
-import { kLeastCarving, newStroke } from './strokes.ts';
+import { kMinCarving, newStroke } from './strokes.ts';
 
 const clamp = (x: number, low: number, high: number): number => Math.min(Math.max(x, low), high);
 
@@ -43,13 +43,13 @@ export class Actions {
         if (volume) this.set({ sections: { cursor: keptInside(volume.grid, place) } });
     }
 
-    /// Whole voxels along a section's normal; up is towards head, left or back.
+    /// Scrolls by whole voxels along a section's normal; up is towards head, left or back.
     scroll(view: SectionName, slices: number): void {
         const { volume } = this.session;
         if (!volume) return;
         const { normal } = kSectionAxes[view];
         const { low, high } = worldBounds(volume.grid);
-        // The thinnest way through voxels along the normal, whatever the grid's direction.
+        // Spacing along the normal, for oblique grids as well.
         const spacing = volume.grid.spacing.map(
             (s, a) => s * Math.abs(dotColumn(volume, a, normal)),
         );
@@ -97,7 +97,7 @@ export class Actions {
         });
     }
 
-    /// All sections show the whole volume again.
+    /// Shows the whole volume in all sections.
     fit(): void {
         const whole = { shift: [0, 0] as const, zoom: 1 };
         this.session.history.step('fit', () =>
@@ -105,7 +105,7 @@ export class Actions {
         );
     }
 
-    /// The next overlay; none after the last.
+    /// Switches to the next overlay; to none after the last.
     cycleOverlay(): void {
         if (!this.state.link.features.includes('overlay')) {
             this.session.say('this server has no overlays');
@@ -117,7 +117,7 @@ export class Actions {
         this.session.say(next === 'none' ? 'no overlay' : kKinds[next].title);
     }
 
-    /// The range stays as it is now, or follows the values.
+    /// Fixes the colours' range as it is now, or lets it follow the values.
     fixOverlayRange(fixed: boolean): void {
         const { kind } = this.state.overlay;
         if (fixed && kind !== 'none') {
@@ -157,7 +157,7 @@ export class Actions {
         );
     }
 
-    /// The outside view from a direction.
+    /// Shows the outside view from a direction.
     standardView(direction: Vec3, up: Vec3): void {
         const { view, display } = this.state;
         const hidden = display.maximised && display.maximised !== 'endoscope';
@@ -181,7 +181,7 @@ export class Actions {
 
     // --- tissue
 
-    /// The tool at the crosshair, for those who use no mouse.
+    /// Uses the tool at the crosshair, for users without a mouse.
     async applyAtCursor(): Promise<void> {
         const { name, radius, strength, depth, slide } = this.state.tool;
         const { cursor } = this.state.sections;
@@ -199,7 +199,7 @@ export class Actions {
                 do: 'carve',
                 from: cursor,
                 to: cursor,
-                radius: Math.max(radius, kLeastCarving),
+                radius: Math.max(radius, kMinCarving),
             });
         else if (name === 'cut')
             await this.session.ask({
@@ -214,7 +214,7 @@ export class Actions {
         else this.session.say('choose push, grab, cut or carve first');
     }
 
-    /// Grabs at the crosshair and leads it by millimetres right and up in the active view.
+    /// Grabs or pushes tissue at the crosshair, right and up in the active view [mm].
     async nudge(by: readonly [number, number]): Promise<void> {
         const { name, radius } = this.state.tool;
         const { cursor } = this.state.sections;
@@ -247,13 +247,13 @@ export class Actions {
 
     // --- files
 
-    /// What was dropped on the page or chosen: a path, or keyframes.
+    /// Opens a file of a path or of keyframes.
     async openFile(file: File): Promise<void> {
         try {
             const text = await file.text();
             if (this.session.movie.open(text, file.name)) return;
             this.session.path.use(readPath(text, file.name));
-            this.session.say(`${file.name}: a path; Fly it in the panel Endoscope`);
+            this.session.say(`${file.name}: a path; press Fly in the panel Endoscope`);
         } catch (error) {
             this.session.say((error as Error).message);
         }

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// What is under the pointer, in every view: a place in the world.
+// Picking: world positions under the pointer, in all views.
 
 import { firstHit, frameOf, rayThrough } from '../maths/rays.ts';
 import { along, dot, sub, type Vec3 } from '../maths/vec.ts';
@@ -10,7 +10,7 @@ import { type State, surfaceOf, type View, type ViewName } from '../state/state.
 import { kOutsideField, orbitCamera } from '../views/orbit.ts';
 import { sectionPlane, type SectionPlane, worldOfPixel } from '../views/section_geometry.ts';
 
-/// A place in a view [CSS pixels from its top left corner].
+/// Position in a view [CSS pixels from its top left corner].
 export interface Spot {
     readonly view: ViewName;
     readonly x: number;
@@ -36,13 +36,13 @@ export function rayAt(view: View, spot: Spot): { origin: Vec3; direction: Vec3 }
     }
     const camera = orbitCamera(view);
     const direction = rayThrough(camera, kOutsideField, 0, u, v);
-    // From outside the way begins at the plane through the tip that cuts the volume open.
+    // In the outside view rays begin at the plane through the tip that cuts the volume open.
     const ahead = dot(sub(view.camera.eye, camera.eye), camera.look);
     const start = Math.max(ahead / Math.max(dot(direction, camera.look), 1e-6), 0);
     return { origin: along(camera.eye, start, direction), direction };
 }
 
-/// The place in the world under a spot; nothing where a ray meets no wall.
+/// World position under a spot; undefined if its ray hits no wall.
 export function pointAt(volume: VolumeData, state: State, spot: Spot): Vec3 | undefined {
     const plane = planeAt(volume, state, spot);
     if (plane) return worldOfPixel(plane, spot.x, spot.y);
@@ -50,7 +50,7 @@ export function pointAt(volume: VolumeData, state: State, spot: Spot): Vec3 | un
     return firstHit(volume, origin, direction, surfaceOf(state))?.point;
 }
 
-/// Directions of a view's picture, and millimetres per pixel at a place: how a drag moves things.
+/// Axes of a view's picture and scale at a position, to convert drags to motions.
 export function dragFrame(
     volume: VolumeData,
     state: State,

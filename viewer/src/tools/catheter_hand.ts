@@ -1,41 +1,41 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The hand on the catheter: keys while the catheter tool is chosen, a game pad, and the panel's
-// sliders add up to what it does. The server is told when that changes, and at once when it ends; a
-// hand that does nothing says nothing, so that another client may drive.
+// Drive of the catheter: the sum of keys (while the tool Catheter is chosen), game pads and the
+// panel's sliders. Changes are sent to the server, the end of a motion at once. An idle hand sends
+// nothing, so that another client may drive.
 
 import type { Command } from '../net/protocol.ts';
 import { hasVessel, type State } from '../state/state.ts';
 import type { Haptics } from './haptics.ts';
 import type { Scene } from './scene.ts';
 
-/// Shares of full speed, −1…1, ahead or to one side.
+/// Wished motion, as shares of full speed, −1…1.
 export interface Wish {
     insert: number;
     rotate: number;
     bend: readonly [number, number];
 }
 
-/// What of a game pad is looked at. The left stick inserts and rotates, the right one bends. A
-/// SpaceMouse, which browsers take for one: its cap is shifted ahead, twisted, and tilted.
+/// State of a game pad. The left stick inserts and rotates, the right one bends. Browsers report a
+/// SpaceMouse as a game pad: its cap is shifted ahead, twisted, and tilted.
 export interface Pad {
     readonly id?: string;
     readonly axes: readonly number[];
     readonly buttons: readonly { readonly pressed: boolean }[];
 }
 
-export const kMostInsert = 100; // [mm/s]
-export const kMostBend = 180; // [degrees]
+export const kMaxInsert = 100; // [mm/s]
+export const kMaxBend = 180; // [degrees]
 const kRotateRate = 180; // of keys and sticks [degrees/s]
 const kBendRate = 60; // [degrees/s]
-const kDeadZone = 0.15; // of sticks that don't quite come back
+const kDeadZone = 0.15; // of sticks that don't return to exactly 0
 const kSendMs = 50;
 const kSpaceMouse = /3dconnexion|space ?(mouse|navigator|pilot)/i;
 
 export const drives = (state: State): boolean => state.link.role === 'control' && hasVessel(state);
 
-/// Whether arrow keys are the catheter's.
+/// Tests whether arrow keys drive the catheter.
 export const keysDrive = (state: State): boolean => state.tool.name === 'catheter' && drives(state);
 
 const clamp = (x: number, most: number): number => Math.min(Math.max(x, -most), most);
@@ -57,7 +57,7 @@ export function wishOfPad(pad: Pad): Wish {
         const beyond = (Math.abs(x) - kDeadZone) / (1 - kDeadZone);
         return beyond > 0 ? Math.sign(x) * Math.min(beyond, 1) : 0;
     };
-    // Sticks that are pushed ahead say −1.
+    // Sticks that are pushed ahead report −1.
     if (kSpaceMouse.test(pad.id ?? ''))
         return { insert: 0 - axis(1), rotate: axis(5), bend: [0 - axis(3), axis(4)] };
     return { insert: 0 - axis(1), rotate: axis(0), bend: [0 - axis(3), axis(2)] };
@@ -72,10 +72,10 @@ export const sumOf = (a: Wish, b: Wish): Wish => ({
 const kNothing: Wish = { insert: 0, rotate: 0, bend: [0, 0] };
 
 export class CatheterHand {
-    /// Of the panel's sliders, while they are held [mm/s], [degrees/s].
+    /// Speeds of the panel's sliders while they are held [mm/s], [degrees/s].
     insert = 0;
     rotate = 0;
-    /// That was asked for and isn't in the state yet [degrees].
+    /// Requested bends that the state doesn't have yet [degrees].
     bendWish: readonly [number, number] | undefined;
     speed = 20; ///< of keys and sticks [mm/s]
     private sentInsert = 0;
@@ -89,7 +89,7 @@ export class CatheterHand {
         private readonly device: Haptics,
     ) {}
 
-    /// As asked for, or as it is [degrees].
+    /// Bends as requested, else as in the state [degrees].
     get bend(): readonly [number, number] {
         const vessel = this.scene.store.state.shared?.vessel;
         return this.bendWish ?? [vessel?.bend_first_deg ?? 0, vessel?.bend_second_deg ?? 0];
@@ -97,11 +97,11 @@ export class CatheterHand {
 
     setBend(which: 0 | 1, degrees: number): void {
         const [first, second] = this.bend;
-        const to = clamp(degrees, kMostBend);
+        const to = clamp(degrees, kMaxBend);
         this.bendWish = which === 0 ? [to, second] : [first, to];
     }
 
-    /// Nothing moves any more; the tip stays bent.
+    /// Stops insertion and rotation; the tip stays bent.
     stop(): void {
         this.insert = this.rotate = 0;
         this.tell({ do: 'catheter', insert_mm_s: 0, rotate_deg_s: 0 });
@@ -112,7 +112,7 @@ export class CatheterHand {
         this.bendWish = [0, 0];
     }
 
-    /// Each frame.
+    /// Updates the drive, once per frame.
     tick(seconds: number, now: number): void {
         const { state } = this.scene.store;
         if (!drives(state) || state.link.status !== 'open') {
@@ -136,7 +136,7 @@ export class CatheterHand {
             this.setBend(0, first + by * wish.bend[0]);
             this.setBend(1, second + by * wish.bend[1]);
         }
-        const insert = clamp(this.insert + this.speed * wish.insert, kMostInsert);
+        const insert = clamp(this.insert + this.speed * wish.insert, kMaxInsert);
         const rotate = this.rotate + kRotateRate * wish.rotate;
         this.send(insert, rotate, now);
     }

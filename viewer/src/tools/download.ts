@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Gives files to the browser to save.
+// Downloads: files that the browser saves.
 
 export function download(url: string, name: string): void {
     const link = document.createElement('a');

@@ -1,20 +1,20 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Which files a scan is made of: what was dropped, with all that is in its folders, under names
-// that can lie in one folder.
+// Files of a scan: dropped files and the contents of dropped folders, renamed so that they fit into
+// one folder.
 
 export interface NamedFile {
-    readonly path: string; ///< with its folders
+    readonly path: string; ///< including folders
     readonly file: File;
 }
 
 export interface ScanFiles {
-    readonly name: string; ///< of the scan, to be shown
+    readonly name: string; ///< of the scan, for display
     readonly files: readonly NamedFile[];
 }
 
-export const kMostFiles = 4096;
+export const kMaxFiles = 4096;
 
 const kNoScan = /(^|\/)(\.[^/]*|Thumbs\.db|desktop\.ini)$/i;
 
@@ -25,19 +25,19 @@ const someOf = (reader: FileSystemDirectoryReader): Promise<FileSystemEntry[]> =
     new Promise((resolve, reject) => reader.readEntries(resolve, reject));
 
 async function collect(entry: FileSystemEntry, path: string, files: NamedFile[]): Promise<void> {
-    if (files.length > kMostFiles) throw new Error(`expected up to ${kMostFiles} files`);
+    if (files.length > kMaxFiles) throw new Error(`expected up to ${kMaxFiles} files`);
     const own = path + entry.name;
     if (entry.isFile) {
         files.push({ path: own, file: await fileOf(entry as FileSystemFileEntry) });
         return;
     }
-    // A reader hands out its entries bit by bit.
+    // A reader returns its entries in portions.
     const reader = (entry as FileSystemDirectoryEntry).createReader();
     for (let some = await someOf(reader); some.length; some = await someOf(reader))
         for (const inner of some) await collect(inner, `${own}/`, files);
 }
 
-/// All files that were dropped. To be called at once in the event: the list is gone afterwards.
+/// Collects all dropped files. @pre called synchronously in the event, which owns the list
 export async function droppedFiles(data: DataTransfer): Promise<NamedFile[]> {
     const items = [...data.items].filter((item) => item.kind === 'file');
     const entries = items.map((item) => item.webkitGetAsEntry());
@@ -49,14 +49,14 @@ export async function droppedFiles(data: DataTransfer): Promise<NamedFile[]> {
     return files;
 }
 
-/// @throws an Error with one line where they can't be a scan
+/// Selects the files of a scan. @throws an Error if they can't be one
 export function scanOf(all: readonly NamedFile[]): ScanFiles {
     const files = all.filter(({ path }) => !kNoScan.test(path));
     if (!files.length) throw new Error('expected a scan, found no file');
-    if (files.length > kMostFiles)
-        throw new Error(`expected up to ${kMostFiles} files, found ${files.length}`);
+    if (files.length > kMaxFiles)
+        throw new Error(`expected up to ${kMaxFiles} files, found ${files.length}`);
     if (files.length === 1) return { name: files[0]!.file.name, files };
-    // A header names its data by their base names; only those that come twice get another one.
+    // Headers name their data by base name; only duplicates are renamed.
     const seen = new Set<string>();
     const named = files.map(({ path, file }) => {
         const base = path.split('/').pop()!;

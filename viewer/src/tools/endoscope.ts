@@ -18,10 +18,10 @@ const kEscape = 40; // search radius for a free place, of an eye in tissue [mm]
 const kTurnRate = 70; // of the keyboard [degrees/s]
 
 export class Endoscope {
-    private pushing = false; // a push of the tip is under way
+    private pushing = false; // a push of the tip has no answer yet
     private tipStroke = 0;
     private flying = false;
-    private eyeIsFree = false; // it was put into the lumen, and has to stay there
+    private eyeIsFree = false; // the eye was in the lumen, and has to stay there
     private displaced: { from: Vec3; to: Vec3 } | undefined; // by tissue over the eye
 
     constructor(private readonly scene: Scene) {
@@ -32,8 +32,8 @@ export class Endoscope {
         });
     }
 
-    /// To be called after a change of the threshold, which doesn't move the eye: it may lie in
-    /// tissue from now on.
+    /// Updates whether the eye is free, after a change of the threshold: it doesn't move the eye,
+    /// which may lie in tissue from then on.
     judgeEye(): void {
         this.eyeIsFree = !this.scene.isInTissue(this.eye);
     }
@@ -53,7 +53,7 @@ export class Endoscope {
         return moves;
     }
 
-    /// Turns and flies as the keys say, at a speed that suits the room around the tip.
+    /// Turns and flies by the keys, at a speed that follows the clearance around the tip.
     steer({ move, yaw, pitch, roll }: Steering, seconds: number): void {
         const angle = (kTurnRate * Math.PI * seconds) / 180;
         this.turn(yaw * angle, pitch * angle, roll * angle);
@@ -89,7 +89,7 @@ export class Endoscope {
         else this.pushOn(from, motion);
     }
 
-    /// Goes to a place, whatever is there.
+    /// Moves the endoscope to a position, inside or outside of tissue.
     goTo(eye: Vec3, look: Vec3, up: Vec3 = naturalUp(look)): void {
         const { history, store } = this.scene;
         history.step('go to', () =>
@@ -100,8 +100,8 @@ export class Endoscope {
         );
     }
 
-    /// Keeps the eye out of tissue: it gives way to tissue that has come to lie over it, and goes
-    /// back when the tissue has gone.
+    /// Keeps the eye out of tissue: moves it out of tissue that was deformed over it, and back when
+    /// the tissue has gone.
     keepEyeFree(): void {
         const { scene } = this;
         const { flight, scan } = scene.store.state;

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Files from and to the server: scans that are opened, and what is saved. One at a time; what goes
-// wrong is one line for the user.
+// Transfers to and from the server: opening scans, and saving. One at a time; errors are shown as
+// one line.
 
 import { download } from './download.ts';
 import { droppedFiles, type NamedFile, scanOf } from './dropped.ts';
@@ -24,17 +24,17 @@ export interface FileHooks {
     chooseSeries(name: string, list: readonly Series[]): Promise<string | undefined>;
 }
 
-const kKeepMs = 60_000; // the browser may take its time to store a download
+const kKeepMs = 60_000; // time for the browser to store a download
 
 const mib = (bytes: number): string => `${Math.ceil(bytes / 2 ** 20)} MiB`;
 
 export class Files {
-    /// Files that can be chosen; hidden, and clicked by choose().
+    /// Hidden file input, clicked by choose().
     readonly input: HTMLInputElement;
-    /// The scan, or part of one, that is on its way.
+    /// Upload under way: a scan, or one file of it.
     private request: XMLHttpRequest | undefined;
 
-    /// @param query  the link's token
+    /// @param query  query string with the link's token
     constructor(
         private readonly scene: Scene,
         private readonly query: string,
@@ -53,7 +53,7 @@ export class Files {
         });
     }
 
-    /// Gives up the scan that is sent or read.
+    /// Cancels the upload or the reading of a scan.
     cancel(): void {
         this.request?.abort();
     }
@@ -75,8 +75,9 @@ export class Files {
         if (only && /\.json$/i.test(only.name)) return this.hooks.openPath(only);
         await this.during(async () => {
             const { role, features, openBytes } = this.scene.store.state.link;
-            if (role === 'view') throw new Error('a scan is opened by those who control');
-            if (!features.includes('open')) throw new Error('this server opens no scans');
+            if (role === 'view')
+                throw new Error('only clients that control the session can open scans');
+            if (!features.includes('open')) throw new Error('this server does not open scans');
             const scan = scanOf(files);
             const total = scan.files.reduce((sum, { file }) => sum + file.size, 0);
             if (openBytes && total > openBytes)
@@ -94,8 +95,8 @@ export class Files {
             const share = total ? Math.floor((100 * (sent + more)) / total) : 100;
             this.tell(
                 share < 100
-                    ? `Sending ${name}: ${share} % (Esc gives up)`
-                    : `Reading ${name}… (Esc gives up)`,
+                    ? `Sending ${name}: ${share} % (Esc cancels)`
+                    : `Reading ${name}… (Esc cancels)`,
             );
         };
         tell(0);
@@ -110,7 +111,7 @@ export class Files {
             await this.post('open/part', { upload, name: path }, file, tell);
             sent += file.size;
         }
-        this.tell(`Reading ${name}… (Esc gives up)`);
+        this.tell(`Reading ${name}… (Esc cancels)`);
         const asked = await this.post('open/done', { upload, name }, new Blob());
         if (asked === undefined) return;
         this.tell(`${name} holds several series`);
@@ -119,11 +120,12 @@ export class Files {
             await this.post('open/drop', { upload }, new Blob());
             throw new Error(`${name}: no series was chosen`);
         }
-        this.tell(`Reading ${name}… (Esc gives up)`);
+        this.tell(`Reading ${name}… (Esc cancels)`);
         await this.post('open/done', { upload, name, series }, new Blob());
     }
 
-    /// fetch() doesn't say how far it is; this does. @returns the text where there is a choice
+    /// Posts a file, with progress, which fetch() lacks. @returns the text of a choice of series,
+    /// if any
     private post(
         path: string,
         parameters: Record<string, string>,
@@ -138,8 +140,9 @@ export class Files {
                 request.status === 200 || request.status === 300
                     ? resolve(request.status === 300 ? request.responseText : undefined)
                     : reject(new Error(request.responseText.trim() || `${request.status}`));
-            request.onerror = () => reject(new Error('the file was not taken: the line broke'));
-            request.onabort = () => reject(new Error('opening was given up'));
+            request.onerror = () =>
+                reject(new Error('the file was not sent: the connection is lost'));
+            request.onabort = () => reject(new Error('opening was cancelled'));
             request.onloadend = () => {
                 this.request = undefined;
             };
@@ -152,7 +155,7 @@ export class Files {
     async save(name: SavedName): Promise<void> {
         await this.during(async () => {
             if (!this.scene.store.state.link.features.includes('save'))
-                throw new Error('this server saves no files');
+                throw new Error('this server does not save files');
             this.tell(`Saving ${name}…`);
             const response = await fetch(`save/${name}${this.query}`);
             if (!response.ok) throw new Error((await response.text()).trim());
@@ -169,7 +172,7 @@ export class Files {
 
     private async during(work: () => Promise<void>): Promise<void> {
         if (this.scene.store.state.link.transfer) {
-            this.scene.say('another file is on its way');
+            this.scene.say('another transfer is under way');
             return;
         }
         try {

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The own tool in the scene: poised before a stroke, moved by it, drawn, and told to the server.
+// The own tool in the scene: shown before a stroke, moved by it, drawn, and reported to the server.
 
 import { normalized, type Vec3 } from '../maths/vec.ts';
 import type { Tool } from '../net/protocol.ts';
@@ -74,7 +74,7 @@ export class Hand {
         this.scene.stage.setTools(balls);
     }
 
-    /// Sends the pose of the tool or of the endoscope, where it has changed and not too often.
+    /// Sends the pose of the tool or of the endoscope after changes, at most every kPoseMs.
     sendPose(now: number): void {
         const { connection, volume, store } = this.scene;
         if (now - this.lastPose <= kPoseMs || !connection.isOpen || !volume) return;
@@ -95,7 +95,7 @@ export class Hand {
         connection.tell(pose);
     }
 
-    /// Whether a tool is this endoscope itself, held by a device.
+    /// Tests whether a tool is this endoscope itself, held by a device.
     private isEye(tool: Tool): boolean {
         const { device } = this;
         return device.follows && device.isOwn && tool.client === device.news?.tool;

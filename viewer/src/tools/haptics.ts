@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// A device with force feedback in this browser's hand, or in another's: what the server says of it,
-// the last seconds of its force, and the places of a device that is in the browser itself (mouse,
-// game pad, SpaceMouse). The force is made by the server, a thousand times a second.
+// Device with force feedback, used by this client or another: its state from the server, the last
+// seconds of its force, and the poses of a device that is simulated by the browser (mouse, game
+// pad, SpaceMouse). The server computes the force at 1 kHz.
 
 import { flown } from '../maths/flight.ts';
 import { mul, type Vec3 } from '../maths/vec.ts';
@@ -12,26 +12,26 @@ import { buttonsOff, kNoMotion, type Motion, moved, padMotion, spaceMouse } from
 import type { Scene } from './scene.ts';
 
 export const kPlotSeconds = 10;
-const kAhead = 10; // of the tip, where a tool begins if there is room [mm]
-const kShowMs = 80; // between two pictures of the numbers
-const kLead = 0.1; // of the mouse [mm per pixel]
-const kLeadRoll = 0.5; // of a catheter, by the mouse [degrees per pixel]
-const kPadRoll = 4.5; // and by a stick, for its way to the side [degrees/mm]
+const kAhead = 10; // distance of the tool's start ahead of the tip, if there is room [mm]
+const kShowMs = 80; // between two updates of the shown numbers
+const kLead = 0.1; // motion of the mouse [mm per pixel]
+const kLeadRoll = 0.5; // rotation of a catheter by the mouse [degrees per pixel]
+const kPadRoll = 4.5; // rotation by a stick, per sideways motion [degrees/mm]
 
 export interface Felt {
-    readonly at: number; ///< [ms]
+    readonly at: number; ///< time [ms]
     readonly newtons: number;
 }
 
 export class Haptics {
-    /// Of the last seconds, oldest first.
+    /// Forces of the last seconds, oldest first.
     readonly felt: Felt[] = [];
     scale = 1;
     device = '';
-    follows = false; ///< the endoscope is where the tool is
+    follows = false; ///< the endoscope moves with the tool
     private place: Vec3 = [0, 0, 0]; // of a device in the browser, in its own frame [mm]
     private roll = 0; // [degrees]
-    private newest: HapticsNews | null = null; // that is not shown yet
+    private newest: HapticsNews | null = null; // not shown yet
     private shownAt = 0;
     private puck: (() => Motion) | undefined;
 
@@ -40,11 +40,11 @@ export class Haptics {
     get news(): HapticsNews | null {
         return this.scene.store.state.device.news;
     }
-    /// Whether it is in this browser's hand.
+    /// Tests whether this client uses the device.
     get isOwn(): boolean {
         return this.news?.on === true && this.news.client === this.scene.connection.client;
     }
-    /// Whether the mouse in the endoscope's view leads it.
+    /// Tests whether the mouse in the endoscope's view moves it.
     get isLed(): boolean {
         return this.isOwn && this.news!.device === 'browser';
     }
@@ -67,20 +67,20 @@ export class Haptics {
         }
     }
 
-    /// All of it comes up to 60 times a second; that many numbers nobody reads.
+    /// Shows the newest message; they come up to 60 times a second, too often to be read.
     private show(now: number): void {
         if (!this.newest) return;
         this.scene.store.set({ device: { news: this.newest.on ? this.newest : null } });
         this.newest = null;
         this.shownAt = now;
     }
-    /// The line is broken: nothing is known any more.
+    /// Forgets the state of the device, after a loss of the connection.
     forget(): void {
         this.newest = null;
         this.scene.store.set({ device: { news: null } });
     }
 
-    /// Begins at the endoscope's tip, or a little before it.
+    /// Starts the device at the endoscope's tip, or ahead of it. @returns whether it has started
     async start(): Promise<boolean> {
         const { volume, surface } = this.scene;
         const { view, flight, device, shared } = this.scene.store.state;
@@ -91,7 +91,7 @@ export class Haptics {
         const position = this.follows ? camera.eye : flown(volume, camera.eye, ahead, tip, surface);
         this.place = [0, 0, 0];
         this.roll = 0;
-        // What doesn't come back would be felt once only.
+        // Tissue that doesn't relax is felt only once.
         if (!shared.relaxing) await this.scene.ask({ do: 'relax', on: true });
         return this.scene.ask({
             do: 'haptics',
@@ -109,15 +109,15 @@ export class Haptics {
         void this.scene.ask({ do: 'haptics', wish: 'end' });
     }
 
-    /// No force, at once; again: it comes back.
+    /// Stops all force at once; called again: resumes it.
     toggleStop(): void {
         if (!this.news) return;
         const wish = this.news.stopped && this.isOwn ? 'go' : 'stop';
         void this.scene.ask({ do: 'haptics', wish });
     }
 
-    /// The mouse, held in the endoscope's view: pixels right and down, and millimetres ahead. A
-    /// catheter is pushed up and rolled aside.
+    /// Moves the device by the mouse: right and down [pixels], ahead [mm]. A catheter is inserted
+    /// by moving up and rotated by moving aside.
     lead(dx: number, dy: number, ahead = 0): void {
         if (this.news?.holds) {
             this.roll += kLeadRoll * dx;
@@ -127,7 +127,7 @@ export class Haptics {
         this.place = moved(this.place, [kLead * dx, -kLead * dy, -ahead], 1);
     }
 
-    /// Once the user has chosen it, in answer to a click: browsers ask for that.
+    /// Lets the user choose a SpaceMouse. @pre called by a click, as browsers require
     async openSpaceMouse(): Promise<void> {
         try {
             this.puck = await spaceMouse();
@@ -137,7 +137,7 @@ export class Haptics {
         }
     }
 
-    /// Each frame.
+    /// Updates the pose of a simulated device, once per frame.
     tick(seconds: number, now: number): void {
         if (now - this.shownAt > kShowMs) this.show(now);
         if (!this.isLed || document.hidden) return;

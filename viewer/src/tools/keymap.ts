@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The keyboard: which keys there are, what they do, and what the help shows of them and of the
-// mouse. Keys that are held (flying) are asked for each frame.
+// Keyboard: bindings of keys, and the help for keys and mouse. Keys that are held (flight) are
+// polled each frame (steering.ts).
 
 import { kTools, type SectionName, type State, type ToolName } from '../state/state.ts';
 import type { Actions } from './actions.ts';
@@ -11,9 +11,9 @@ import type { Session } from './session.ts';
 import { inEndoscope, isFlightKey } from './steering.ts';
 
 interface Binding {
-    readonly code: string; ///< of KeyboardEvent: the place on the keyboard
+    readonly code: string; ///< of KeyboardEvent: position on the keyboard
     readonly ctrl?: boolean;
-    readonly shift?: boolean; ///< absent: with or without
+    readonly shift?: boolean; ///< absent: either
     readonly alt?: boolean;
     readonly when?: (state: State) => boolean;
     readonly run: () => void;
@@ -21,7 +21,7 @@ interface Binding {
 
 export interface HelpLine {
     readonly keys: string;
-    readonly what: string;
+    readonly text: string;
 }
 
 const inSection = (state: State): boolean => !inEndoscope(state);
@@ -30,83 +30,83 @@ export const kHelp: readonly { title: string; lines: readonly HelpLine[] }[] = [
     {
         title: 'Endoscope',
         lines: [
-            { keys: 'W S', what: 'forward, back' },
-            { keys: 'A D, R F', what: 'left and right, up and down' },
-            { keys: 'Arrows, left drag', what: 'look around' },
-            { keys: 'Q E', what: 'roll' },
-            { keys: 'Space', what: 'stop' },
-            { keys: 'Wheel', what: 'forward and back in steps' },
-            { keys: 'Ctrl+Wheel, right drag', what: 'field of view' },
-            { keys: 'C', what: 'at walls: stop, push, pass' },
-            { keys: 'O', what: 'seen from outside, cut open at the tip' },
-            { keys: 'B', what: 'fluoroscopy: X-rays through the scan' },
-            { keys: '7, two clicks', what: 'a way through the lumen from one to the other' },
-            { keys: 'N', what: 'fly along the way, or pause' },
-            { keys: 'K, Shift+K', what: 'add a keyframe; play the movie, or stop' },
+            { keys: 'W S', text: 'forward, back' },
+            { keys: 'A D, R F', text: 'left and right, up and down' },
+            { keys: 'Arrows, left drag', text: 'look around' },
+            { keys: 'Q E', text: 'roll' },
+            { keys: 'Space', text: 'stop' },
+            { keys: 'Wheel', text: 'forward and back in steps' },
+            { keys: 'Ctrl+Wheel, right drag', text: 'field of view' },
+            { keys: 'C', text: 'at walls: stop, push, pass' },
+            { keys: 'O', text: 'view from outside, cut open at the tip' },
+            { keys: 'B', text: 'fluoroscopy: X-rays through the scan' },
+            { keys: '7, two clicks', text: 'a path through the lumen between two points' },
+            { keys: 'N', text: 'fly along the path, or pause' },
+            { keys: 'K, Shift+K', text: 'add a keyframe; play the movie, or stop' },
             {
                 keys: 'Keypad 1, 3, 7',
-                what: 'outside: front, right, top; with Ctrl from the other side',
+                text: 'outside: front, right, top; with Ctrl from the other side',
             },
         ],
     },
     {
         title: 'Sections',
         lines: [
-            { keys: 'Wheel, Up Down', what: 'one slice' },
-            { keys: 'PgUp PgDn', what: 'ten slices' },
-            { keys: 'Click, Shift+move', what: 'crosshair in all views' },
-            { keys: 'W+left drag', what: 'window (sideways) and level (up and down)' },
-            { keys: 'Shift+Wheel', what: 'window' },
-            { keys: 'Middle drag', what: 'pan' },
-            { keys: 'Right drag, Ctrl+Wheel', what: 'zoom' },
-            { keys: 'Home', what: 'show all' },
+            { keys: 'Wheel, Up Down', text: 'one slice' },
+            { keys: 'PgUp PgDn', text: 'ten slices' },
+            { keys: 'Click, Shift+move', text: 'crosshair in all views' },
+            { keys: 'W+left drag', text: 'window (sideways) and level (up and down)' },
+            { keys: 'Shift+Wheel', text: 'window' },
+            { keys: 'Middle drag', text: 'pan' },
+            { keys: 'Right drag, Ctrl+Wheel', text: 'zoom' },
+            { keys: 'Home', text: 'show all' },
         ],
     },
     {
         title: 'Tools',
         lines: [
-            { keys: '1 … 8', what: 'look, window, push, grab, cut, carve, path, catheter' },
-            { keys: 'Left drag', what: 'use the tool; the wheel takes it deeper meanwhile' },
-            { keys: 'Enter', what: 'use the tool at the crosshair' },
-            { keys: 'Alt+Arrows', what: 'push or lead the tissue at the crosshair by 1 mm' },
-            { keys: '[ ]', what: 'smaller, larger' },
-            { keys: 'X', what: 'tissue relaxes, on and off' },
-            { keys: 'L', what: 'let go' },
-            { keys: ', .', what: 'threshold lower, higher by 25' },
-            { keys: 'H', what: 'stop the device’s force; again: go on' },
+            { keys: '1 … 8', text: 'look, window, push, grab, cut, carve, path, catheter' },
+            { keys: 'Left drag', text: 'use the tool; the wheel moves it deeper' },
+            { keys: 'Enter', text: 'use the tool at the crosshair' },
+            { keys: 'Alt+Arrows', text: 'push or drag the tissue at the crosshair by 1 mm' },
+            { keys: '[ ]', text: 'smaller, larger' },
+            { keys: 'X', text: 'relaxation of the tissue on, off' },
+            { keys: 'L', text: 'release the tissue' },
+            { keys: ', .', text: 'threshold lower, higher by 25' },
+            { keys: 'H', text: 'stop the device’s force; again: resume' },
             {
                 keys: 'Left drag in the endoscope',
-                what: 'leads a device that is the mouse; the wheel goes ahead meanwhile',
+                text: 'moves the device that the mouse simulates; the wheel: forward, back',
             },
-            { keys: 'Ctrl+Z, Ctrl+Shift+Z', what: 'undo, redo: tissue, threshold, window, camera' },
+            { keys: 'Ctrl+Z, Ctrl+Shift+Z', text: 'undo, redo: tissue, threshold, window, camera' },
         ],
     },
     {
         title: 'Catheter, in the scene of a vessel',
         lines: [
-            { keys: '8, then Up Down', what: 'insert, withdraw while held; the left stick too' },
-            { keys: 'Left Right', what: 'rotate' },
-            { keys: 'Shift+Arrows', what: 'bend the tip; the right stick too' },
-            { keys: 'Space', what: 'stop' },
+            { keys: '8, then Up Down', text: 'insert, withdraw while held; or the left stick' },
+            { keys: 'Left Right', text: 'rotate' },
+            { keys: 'Shift+Arrows', text: 'bend the tip; or the right stick' },
+            { keys: 'Space', text: 'stop' },
         ],
     },
     {
         title: 'Page',
         lines: [
-            { keys: 'Double click, V', what: 'one view alone; the next one' },
-            { keys: 'G', what: 'coordinates in LPS or RAS' },
-            { keys: 'M', what: 'colours: displacement, volume change, none' },
-            { keys: 'T', what: 'frame, solve and resample times' },
-            { keys: 'Ctrl+O, Ctrl+S', what: 'open a scan; save the deformed volume' },
-            { keys: 'P', what: 'save a picture' },
-            { keys: 'Tab, F6', what: 'next control; next view' },
-            { keys: 'Esc', what: 'end what is going on; close' },
-            { keys: '?', what: 'this table' },
+            { keys: 'Double click, V', text: 'maximise a view; the next one' },
+            { keys: 'G', text: 'coordinates in LPS or RAS' },
+            { keys: 'M', text: 'colours: displacement, volume change, none' },
+            { keys: 'T', text: 'frame, solve and resample times' },
+            { keys: 'Ctrl+O, Ctrl+S', text: 'open a scan; save the deformed volume' },
+            { keys: 'P', text: 'save a picture' },
+            { keys: 'Tab, F6', text: 'next control; next view' },
+            { keys: 'Esc', text: 'cancel; close' },
+            { keys: '?', text: 'this table' },
         ],
     },
 ];
 
-/// Controls that take letters and numbers.
+/// Controls for typing.
 const kTyping = 'input:not([type=range], [type=checkbox], [type=radio], [type=file]), textarea';
 
 export class Keymap {
@@ -215,7 +215,7 @@ export class Keymap {
             event.preventDefault();
             return;
         }
-        // Controls keep the keys that they need themselves.
+        // Controls keep the keys that they use themselves.
         const control = typing.matches('input, select, button, summary, a, label');
         const own = /^(Arrow|Page|Home|Enter|Space)/.test(event.code);
         if (control && own && !event.altKey) return;
@@ -237,7 +237,7 @@ export class Keymap {
         }
     }
 
-    /// Arrows are the catheter's while it is the tool, but where a slider or a list has the focus.
+    /// Tests whether an arrow key drives the catheter: not while a slider or a list has the focus.
     private isForCatheter(event: KeyboardEvent): boolean {
         const { ctrlKey, altKey, metaKey, code } = event;
         const needs = (event.target as HTMLElement).matches('input, select');

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Makes, plays and records movies of keyframes. What is recorded is what the views show while the
-// movie plays: the canvas, without the lines that lie over it.
+// Makes, plays and records movies of keyframes. A recording has the canvas of all views while the
+// movie plays, without the lines over it.
 
 import {
     isKeyframes,
@@ -19,11 +19,11 @@ import type { PathTool } from './path_tool.ts';
 import type { Scene } from './scene.ts';
 import type { ThresholdTool } from './threshold.ts';
 
-const kSpeed = 20; // of the eye between keyframes that are new [mm/s]
+const kSpeed = 20; // of the eye, for the times of new keyframes [mm/s]
 const kShortest = 0.5; // between two keyframes [s]
 const kFrameRate = 30;
 const kBitsPerSecond = 8_000_000;
-// VP8 costs least and takes pictures of any size; H.264 wants even numbers of pixels.
+// VP8 is cheapest and takes any size; H.264 needs even numbers of pixels.
 const kTypes = ['video/webm;codecs=vp8', 'video/webm', 'video/mp4;codecs=avc1', 'video/mp4'];
 
 export class Movie {
@@ -54,7 +54,7 @@ export class Movie {
 
     // --- the list
 
-    /// What is shown now, after the last keyframe.
+    /// Appends the present view as a keyframe.
     add(): void {
         const { camera, fieldOfView } = this.state.view;
         const { window, level } = this.state.sections;
@@ -68,12 +68,12 @@ export class Movie {
     remove(at: number): void {
         this.set(this.frames.filter((_, i) => i !== at));
     }
-    /// Earlier (−1) or later (1) by one place.
+    /// Moves a keyframe to the front (−1) or to the back (1) by one position.
     move(at: number, by: -1 | 1): void {
         const frames = [...this.frames];
         const [frame, other] = [frames[at], frames[at + by]];
         if (!frame || !other) return;
-        // The times stay where they are, so that the movie stays as long.
+        // Times keep their positions, so that the length of the movie stays the same.
         frames[at + by] = { ...frame, seconds: other.seconds };
         frames[at] = { ...other, seconds: frame.seconds };
         this.set(frames);
@@ -98,7 +98,7 @@ export class Movie {
 
     private start(): boolean {
         if (this.frames.length < 2) {
-            this.scene.say('a movie needs two keyframes or more: fly somewhere, Add');
+            this.scene.say('a movie needs at least two keyframes: fly to a place and press Add');
             return false;
         }
         this.path.pause();
@@ -112,7 +112,7 @@ export class Movie {
         if (!this.state.movie.playing) return;
         this.scene.store.set({ movie: { playing: false } });
         this.scene.history.end('movie');
-        // The last picture is still being drawn.
+        // The last picture has not been drawn yet.
         const { recorder } = this;
         this.recorder = undefined;
         if (recorder) setTimeout(() => recorder.stop(), 400);
@@ -132,7 +132,7 @@ export class Movie {
             view: { camera, fieldOfView },
             sections: { cursor: camera.eye, window, level },
         });
-        // The threshold is shared, and only asked for where it is another one.
+        // The threshold is shared: it is sent only if it differs.
         const now = this.state.shared?.iso_hu ?? iso;
         if (this.state.link.role === 'control' && Math.abs(iso - now) >= 1)
             this.threshold.ask({ iso_hu: Math.round(iso) });
@@ -140,7 +140,7 @@ export class Movie {
 
     // --- recording
 
-    /// Plays the movie from its start and saves it as a file.
+    /// Plays the movie from its start and saves it as a file; called again: stops.
     record(): void {
         if (this.recorder) {
             this.stop();
@@ -159,7 +159,7 @@ export class Movie {
         }
         this.stop();
         if (this.frames.length < 2) {
-            this.start(); // says why not
+            this.start(); // shows the reason
             return;
         }
         const chunks: Blob[] = [];
@@ -191,7 +191,8 @@ export class Movie {
         const blob = new Blob([writeKeyframes(this.frames)], { type: 'application/json' });
         saveBlob(blob, 'pliant_keyframes.json');
     }
-    /// @returns whether the text is keyframes; throws an Error where they are wrong
+    /// Loads keyframes. @returns whether the text is of keyframes; @throws an Error for invalid
+    /// ones
     open(text: string, name: string): boolean {
         if (!isKeyframes(text)) return false;
         this.set(readKeyframes(text, name));

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Paths through the lumen: two clicks, or the tip and one click, and the server finds a path in the
-// deformed scan. The endoscope flies along it.
+// Paths through the lumen: the server finds one in the deformed scan between two clicks, or between
+// the tip and a click. The endoscope flies along it.
 
 import { Path, writePath } from '../maths/path.ts';
 import type { Vec3 } from '../maths/vec.ts';

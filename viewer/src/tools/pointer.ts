@@ -1,12 +1,12 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Mouse, pen and wheel in the views. The habits are those of the programs that users come from:
+// Mouse, pen and wheel in the views, with the conventions of common viewers:
 //
 //   wheel        slices; in the endoscope forward and back        Shift: window   Ctrl: zoom
-//   left drag    what the tool does; with W held in a section: window and level
+//   left drag    use of the tool; with W held in a section: window and level
 //   left click   crosshair                                        Shift and move: crosshair too
-//   middle drag  pan                right drag  zoom              double click: one view alone
+//   middle drag  pan                right drag  zoom              double click: maximise the view
 
 import { frameOf } from '../maths/rays.ts';
 import { add, along, mul, type Vec3 } from '../maths/vec.ts';
@@ -17,16 +17,16 @@ import { dragFrame, pointAt, type Spot } from './aim.ts';
 import type { Session } from './session.ts';
 import { CarveStroke, CutStroke, GrabStroke, PushStroke, type Stroke } from './strokes.ts';
 
-const kClickPixels = 3; // a pointer that moved less has clicked
+const kClickPixels = 3; // smallest motion of a drag; less is a click
 const kLookRate = 0.25; // degrees per pixel at 80 degrees of field
 const kWindowRate = 4; // HU per pixel
-const kWheelTurn = 100; // of a turn of the wheel by one notch
-const kWheelStep = 1.5; // of the endoscope per notch [mm]
-const kWheelDeep = 1; // of a device that the mouse leads [mm]
+const kWheelTurn = 100; // delta of one notch of the wheel
+const kWheelStep = 1.5; // motion of the endoscope per notch [mm]
+const kWheelDeep = 1; // motion of a device per notch [mm]
 
 type DragKind = 'look' | 'device' | 'orbit' | 'window' | 'pan' | 'zoom' | 'tissue' | 'none';
 
-/// What changes the view is one step of it.
+/// Tests whether a drag changes the view, as one step of undo.
 const hasUndo = (kind: DragKind): boolean =>
     kind !== 'tissue' && kind !== 'device' && kind !== 'none';
 
@@ -52,7 +52,7 @@ export class Pointer {
         for (const view of kViews) this.listen(view, views[view]);
     }
 
-    /// Ends what is going on, at once.
+    /// Ends the drag under way.
     cancel(): void {
         if (!this.drag) return;
         const { kind } = this.drag;
@@ -68,7 +68,7 @@ export class Pointer {
         element.addEventListener('pointerup', (e) => this.up(e));
         element.addEventListener('pointercancel', () => this.cancel());
         element.addEventListener('pointerenter', () => {
-            // Keys act on what is under the pointer.
+            // Keys act on the view under the pointer.
             if (!this.drag) this.activate(view);
         });
         element.addEventListener('pointerleave', () => {
@@ -209,7 +209,7 @@ export class Pointer {
         event.preventDefault();
         const { session, actions, drag } = this;
         if (!session.volume) return;
-        // Some browsers turn Shift and the wheel into sideways scrolling.
+        // With Shift some browsers report sideways scrolling.
         const delta = event.deltaY || event.deltaX;
         const notches = -(event.deltaMode === 0 ? delta / kWheelTurn : delta / 3);
         if (drag?.kind === 'tissue') {
@@ -225,7 +225,7 @@ export class Pointer {
         } else if (event.shiftKey) {
             session.history.step('window', () => actions.windowBy(-40 * notches, 0));
         } else {
-            // A touchpad turns by parts of a notch.
+            // Touchpads report fractions of a notch.
             this.wheelRest += notches;
             const whole = Math.trunc(this.wheelRest + 1e-6 * Math.sign(notches));
             this.wheelRest -= whole;
@@ -299,7 +299,7 @@ export class Pointer {
         session.hand.drag(drag.place);
     }
 
-    /// The wheel takes the tool away from the viewer or back, while the button is held.
+    /// Moves the tool away from the viewer or back by the wheel, while the button is held.
     private deepenStroke(drag: Drag, notches: number): void {
         const { session } = this;
         if (!drag.moved) {

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The scan that the page shows, and everything that acts on it needs: state, undo, pictures, and
-// the line to the server.
+// The scan on the page with its mirrors, and the objects that all tools need: state, undo, stage,
+// and connection.
 
 import { voxelFromWorld } from '../maths/grid.ts';
 import { inTissue, type Surface } from '../maths/rays.ts';
@@ -65,12 +65,12 @@ export class Scene {
         return inTissue(volume.sample(voxelFromWorld(volume.grid, place)), this.surface);
     }
 
-    /// To be called when a state message has arrived: it has the undo steps that are left.
+    /// Ends the wait of an undo or redo, when a state message with the remaining steps has arrived.
     protected tellSteps(): void {
         this.stepsArrived();
     }
 
-    /// Undoes or redoes; done when the server has also sent the steps that are left.
+    /// Undoes or redoes, and waits for the remaining steps.
     private async step(step: 'undo' | 'redo'): Promise<void> {
         const news = new Promise<void>((resolve) => {
             this.stepsArrived = resolve;

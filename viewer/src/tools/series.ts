@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// A folder may hold several DICOM series: the user says which one is meant.
+// DICOM series of a folder, from which the user chooses one.
 
 export interface Series {
     readonly uid: string;
@@ -9,7 +9,7 @@ export interface Series {
     readonly slices: number;
 }
 
-/// The server's list. @throws an Error with one line where it is none
+/// Parses the server's list. @throws an Error if it is none
 export function readSeries(text: string): Series[] {
     const { series } = JSON.parse(text) as { series?: Series[] };
     if (!Array.isArray(series) || !series.length) throw new Error('expected a list of series');

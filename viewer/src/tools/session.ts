@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The page's middle: takes the server's messages into the state, the mirror and the stage, and lets
-// everything that moves by itself do so each frame.
+// Session with the server: applies its messages to state, mirrors and stage, and advances
+// everything that moves, once per frame.
 
 import { voxelCount, worldFromVoxel } from '../maths/grid.ts';
 import { checksumOf } from '../maths/murmur.ts';
@@ -36,7 +36,7 @@ import { steeringOf } from './steering.ts';
 import { Subscriptions } from './subscriptions.ts';
 import { ThresholdTool } from './threshold.ts';
 
-const kLongestFrame = 0.1; // a page that was asleep doesn't leap [s]
+const kLongestFrame = 0.1; // time step limit after a pause [s]
 
 export interface SessionParts extends SceneParts {
     /// The tab's storage, which outlives a reload.
@@ -175,7 +175,7 @@ export class Session extends Scene implements Listener {
 
     // --- scans
 
-    /// Forgets everything that belongs to the scan shown, before another one takes its place.
+    /// Forgets everything that belongs to the present scan, before another one is shown.
     private forgetScan(): void {
         keepView(this.store, this.memory);
         this.hand.forget();
@@ -206,7 +206,7 @@ export class Session extends Scene implements Listener {
         const size = norm(sub(worldFromVoxel(grid, grid.size), worldFromVoxel(grid, [0, 0, 0])));
         const hasVessel = this.store.state.shared?.tissue?.has_vessel === true;
         this.subscriptions.expectVessel(hasVessel);
-        // A window for contrast agent and soft tissue.
+        // Window for contrast medium and soft tissue.
         if (hasVessel) this.store.set({ sections: { window: 700, level: 200 } });
         this.store.set({
             view: {
@@ -224,7 +224,7 @@ export class Session extends Scene implements Listener {
 
     // --- frames
 
-    /// Lets a frame's time pass, and draws.
+    /// Advances by a frame's time, and draws.
     tick(seconds: number, now: number): void {
         const dt = Math.min(seconds, kLongestFrame);
         if (this.volume && this.store.state.scan.loaded >= 1) this.move(dt);
@@ -237,7 +237,8 @@ export class Session extends Scene implements Listener {
         }
     }
 
-    /// Moves the endoscope: by keys, which end a movie and a flight along a path, or by those.
+    /// Moves the endoscope: by keys, which end movies and flights along paths, else by a movie or a
+    /// path.
     private move(seconds: number): void {
         const steering = steeringOf(this.held, this.store.state);
         if (this.endoscope.takeUp(steering)) {

@@ -37,7 +37,7 @@ export const isFlightKey = (code: string): boolean => code in kFlight;
 
 export const inEndoscope = ({ pointer }: State): boolean => pointer.active === 'endoscope';
 
-/// Sum of the held keys; nothing while the endoscope's view is not active or is seen from outside.
+/// Sum of the held keys; zero unless the endoscope's view is active and from inside.
 export function steeringOf(held: ReadonlySet<string>, state: State): Steering {
     const sum: Record<Axis, number> = { x: 0, y: 0, z: 0, yaw: 0, pitch: 0, roll: 0 };
     if (inEndoscope(state) && !state.view.outside)

@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// What a hand does with a tool: press, move, lift. A stroke follows the pointer as fast as the
-// server answers: one command is under way at a time, and what the pointer did meanwhile goes into
-// the next. So a slow server sees fewer and longer steps, never a queue.
+// Strokes of a tool: press, move, lift. A stroke follows the pointer at the server's pace: one
+// command is under way at a time, and the next one covers the motion since. A slow server gets
+// fewer and longer steps, never a queue.
 
 import { along, mul, norm, sub, type Vec3 } from '../maths/vec.ts';
 import type { Connection } from '../net/connection.ts';
@@ -14,23 +14,23 @@ import type { ToolKind } from '../views/instruments.ts';
 
 let nextStroke = 1 + Math.floor(Math.random() * 2 ** 30);
 
-/// A number for commands that are one step of undo.
+/// Creates a number for commands that share one step of undo.
 export const newStroke = (): number => nextStroke++;
 
 export interface Stroke {
-    /// The pointer is at another place [mm, LPS].
+    /// Moves the target of the stroke [mm, LPS].
     to(place: Vec3): void;
-    /// @returns a promise that is kept when the server has done everything
+    /// Ends the stroke. @returns a promise that resolves when the server has done everything
     end(): Promise<void>;
-    /// Where the tool is now, to be drawn; a line for a cut.
+    /// Position of the tool, to be drawn; a line for a cut.
     readonly path: readonly Vec3[];
     readonly radius: number;
     readonly kind: ToolKind;
-    readonly closed?: boolean; ///< it holds tissue
+    readonly closed?: boolean; ///< holds tissue
 }
 
-/// Tells the store what came of a command. Cut links don't show before something moves: that they
-/// are cut has to be said.
+/// Stores the outcome of a command as a line for the user. Cut links are invisible until something
+/// moves, so their number is shown.
 export function note(store: Store, answer: Answer | undefined): void {
     if (answer?.t !== 'done') return;
     let outcome = answer.message ?? '';
@@ -40,7 +40,7 @@ export function note(store: Store, answer: Answer | undefined): void {
     store.set({ tool: { outcome } });
 }
 
-/// Takes the newest target along, one command after the other.
+/// Follows the newest target, one command after the other.
 abstract class Follower implements Stroke {
     protected target: Vec3;
     path: readonly Vec3[];
@@ -70,7 +70,7 @@ abstract class Follower implements Stroke {
         this.store.set({ hands: { force: 0 } });
     }
 
-    /// Makes a part of the way to the target. @returns whether something is left to do
+    /// Makes one step towards the target. @returns whether to go on
     protected abstract advance(): Promise<boolean>;
     protected async finish(): Promise<void> {}
 
@@ -85,19 +85,19 @@ abstract class Follower implements Stroke {
     }
 }
 
-const kCellStep = 1; // [mm]
-export const kLeastCarving = 0.5; // radius; a cell can't be carved [mm]
-const kLeast = 0.02; // shorter motions are left to the next one [mm]
+const kCellStep = 1; // longest push of a single cell [mm]
+export const kMinCarving = 0.5; // smallest radius for carving: single cells can't be carved [mm]
+const kMinMotion = 0.02; // shorter motions are postponed [mm]
 
-/// Part of the way from a to b, at most so long.
+/// Step from a to b of limited length; undefined if it is too short.
 function stepTo(a: Vec3, b: Vec3, most: number): Vec3 | undefined {
     const way = sub(b, a);
     const length = norm(way);
-    if (length < kLeast) return undefined;
+    if (length < kMinMotion) return undefined;
     return length > most ? mul(most / length, way) : way;
 }
 
-/// A sphere that takes tissue along, or that tissue slides off.
+/// Stroke of a sphere that drags tissue along, or that tissue slides off.
 export class PushStroke extends Follower {
     private place: Vec3;
     private readonly stroke = newStroke();
@@ -111,7 +111,7 @@ export class PushStroke extends Follower {
     }
 
     protected async advance(): Promise<boolean> {
-        // The tool of radius 0 takes the eight elements of its cell, and steps of a millimetre.
+        // With radius 0 the tool moves the eight elements of its cell in steps of kCellStep.
         const push = stepTo(this.place, this.target, this.radius || kCellStep);
         if (!push) return false;
         const done = await this.ask({
@@ -125,7 +125,7 @@ export class PushStroke extends Follower {
         const fraction = done.grabbed_elements === 0 ? 1 : (done.step_fraction ?? 1);
         this.place = done.end ?? along(this.place, fraction, push);
         this.path = [this.place];
-        if (fraction < 1) this.target = this.place; // what stops the tool stops the stroke
+        if (fraction < 1) this.target = this.place; // an obstacle ends the stroke
         return fraction === 1;
     }
 
@@ -134,7 +134,7 @@ export class PushStroke extends Follower {
     }
 }
 
-/// Takes hold of tissue and leads it.
+/// Stroke of a grasper: grabs tissue and drags it.
 export class GrabStroke extends Follower {
     private readonly start: Vec3;
     private offset: Vec3 = [0, 0, 0];
@@ -156,7 +156,7 @@ export class GrabStroke extends Follower {
             if (!this.held) this.store.set({ tool: { outcome: 'nothing to hold here' } });
         }
         const offset = sub(this.target, this.start);
-        if (!this.held || norm(sub(offset, this.offset)) < kLeast) return false;
+        if (!this.held || norm(sub(offset, this.offset)) < kMinMotion) return false;
         const done = await this.ask({ do: 'drag', offset });
         if (!done) return false;
         this.offset = offset;
@@ -169,14 +169,14 @@ export class GrabStroke extends Follower {
     }
 }
 
-/// Takes tissue out along the pointer's way.
+/// Stroke of a scoop: removes tissue along the pointer's path.
 export class CarveStroke extends Follower {
     private place: Vec3;
     private begun = false;
     private readonly stroke = newStroke();
 
     constructor(connection: Connection, store: Store, start: Vec3) {
-        super(connection, store, start, Math.max(store.state.tool.radius, kLeastCarving), 'scoop');
+        super(connection, store, start, Math.max(store.state.tool.radius, kMinCarving), 'scoop');
         this.place = start;
     }
 
@@ -198,15 +198,16 @@ export class CarveStroke extends Follower {
     }
 }
 
-const kMostPoints = 500;
+const kMaxPoints = 500;
 
-/// A line that is drawn first and cut when the pointer is lifted.
+/// Stroke of a blade: a line that is cut when the pointer is lifted.
 export class CutStroke implements Stroke {
     readonly radius = 0;
     readonly kind = 'blade';
     path: Vec3[];
 
-    /// @param direction  where the blade goes from the line, unit
+    /// @param direction  from the line into the tissue, unit
+    /// @param centred  the line is in the middle of the cut, else near its front
     constructor(
         private readonly connection: Connection,
         private readonly store: Store,
@@ -219,14 +220,14 @@ export class CutStroke implements Stroke {
 
     to(place: Vec3): void {
         const last = this.path[this.path.length - 1]!;
-        if (norm(sub(place, last)) >= 0.5 && this.path.length < kMostPoints) this.path.push(place);
+        if (norm(sub(place, last)) >= 0.5 && this.path.length < kMaxPoints) this.path.push(place);
     }
 
     async end(): Promise<void> {
         if (this.path.length < 2) return;
         const depth = mul(this.store.state.tool.depth, this.direction);
-        // In a section the blade goes as far to its front as to its back; into a wall it starts
-        // just before it.
+        // In a section the cut extends equally to the front and to the back; at a wall it starts
+        // just in front of it.
         const shift = this.centred ? -0.5 : -0.15;
         const line = this.path.map((p) => along(p, shift, depth));
         note(this.store, await this.connection.ask({ do: 'cut', line, depth }));

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Data that the server sends on request, beside the voxels: an overlay, the rest field while the
-// style needs it, a vessel with its catheter. Fields are at rest until their boxes arrive.
+// Subscriptions to data beside the voxels: an overlay, the rest field while the style needs it, a
+// vessel with its catheter. Fields are at rest until their boxes arrive.
 
 import type { BoxFrame, OverlayKind } from '../net/protocol.ts';
 import { type SurfaceFrame, Vessel, type VesselFrame } from '../net/vessel.ts';
@@ -16,7 +16,7 @@ import type { Scene } from './scene.ts';
 export class Subscriptions {
     private askedOverlay: OverlayKind = 'none';
     private askedRest = false;
-    private vesselIsNew = false; // it has not been shown yet
+    private vesselIsNew = false; // not shown yet
 
     constructor(private readonly scene: Scene) {
         scene.store.listen((state, before) => {
@@ -25,13 +25,13 @@ export class Subscriptions {
         });
     }
 
-    /// Subscribes to the fields anew: they end with the connection and with the scan.
+    /// Renews the subscriptions to fields, which end with the connection and with the scan.
     askAgain(): void {
         this.askOverlay();
         this.askRest();
     }
 
-    /// Subscribes to the vessel, if there is one; it ends with the connection.
+    /// Subscribes to the vessel, if there is one. The subscription ends with the connection.
     askVessel(): void {
         const { link, shared } = this.scene.store.state;
         if (link.features.includes('vessel') && shared?.tissue?.has_vessel)
@@ -50,7 +50,7 @@ export class Subscriptions {
         this.scene.store.set({ versions: { vessel: 0 } });
     }
 
-    /// Notes that the camera is to go to the vessel when it and the voxels have arrived.
+    /// Sets whether the camera moves to the vessel when it and the voxels have arrived.
     expectVessel(expected: boolean): void {
         this.vesselIsNew = expected;
     }
@@ -81,7 +81,7 @@ export class Subscriptions {
         this.openVessel();
     }
 
-    /// Takes the first look at a new vessel, once it and the voxels have arrived.
+    /// Moves the camera to a new vessel, if it and the voxels have arrived.
     openVessel(): void {
         const { vessel, volume, store, surface } = this.scene;
         if (!this.vesselIsNew || !volume || !vessel?.catheter.length) return;
@@ -127,7 +127,7 @@ export class Subscriptions {
         if (on === this.askedRest || link.status !== 'open') return;
         this.askedRest = on;
         void connection.ask({ do: 'rest', on }, (answer) => {
-            // Where the server has no memory for the field, patterns don't move with the tissue.
+            // If the server has no memory for the field, patterns don't move with the tissue.
             if (answer?.t !== 'done' || this.askedRest !== on) return;
             const { volume } = this.scene;
             stage.setRest(on && volume ? new RestField(volume.grid) : undefined);

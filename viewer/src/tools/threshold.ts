@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The threshold, which all clients share. One command is under way at a time; of the wishes that
-// come meanwhile the newest is kept.
+// Threshold, shared by all clients. One command is under way at a time; of the requests since, only
+// the newest is sent.
 
 import type { Polarity } from '../net/protocol.ts';
 import type { Scene } from './scene.ts';
@@ -24,7 +24,7 @@ export class ThresholdTool {
         if (!this.busy) void this.send();
     }
 
-    /// The threshold that was asked for last, else the server's [HU].
+    /// Last requested threshold, else the server's [HU].
     get wanted(): number {
         return this.wish?.iso_hu ?? this.sent ?? this.scene.store.state.shared?.iso_hu ?? -500;
     }

@@ -1,18 +1,18 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// A catheter as shaders/catheter.glsl reads it: points of a smooth curve with the way from the tip,
-// and two rows of spheres around its pieces.
+// Texture of a catheter for shaders/catheter.glsl: points of a smooth curve with their arc lengths
+// from the tip, and two rows of bounding spheres of its segments.
 
 import * as THREE from 'three';
 import { norm, sub, type Vec3 } from '../maths/vec.ts';
 import { distanceToSegment } from './instruments.ts';
 
-export const kMostPoints = 1024;
+export const kMaxPoints = 1024;
 export const kGroup = 8; // as in the shader
-const kMostSwell = 2; // by which a catheter may be drawn thicker than it is [mm]
+const kMaxSwell = 2; // largest increase of the radius that a catheter is drawn with [mm]
 
-/// A curve of Catmull and Rom through the points, with so many parts from one to the next.
+/// Catmull-Rom curve through the points. @param parts  segments from one point to the next
 export function smoothed(points: readonly Vec3[], parts = 3): Vec3[] {
     const curve: Vec3[] = [];
     const at = (n: number): Vec3 => points[Math.min(Math.max(n, 0), points.length - 1)]!;
@@ -35,20 +35,21 @@ export function smoothed(points: readonly Vec3[], parts = 3): Vec3[] {
     return curve;
 }
 
-/// The points that are drawn: as smooth as there is room for.
+/// Curve to draw: as many points as fit into the texture.
 export function drawnCurve(points: readonly Vec3[]): Vec3[] {
     const pieces = Math.max(points.length - 1, 1);
-    const parts = Math.min(3, Math.floor((kMostPoints - 1) / pieces));
+    const parts = Math.min(3, Math.floor((kMaxPoints - 1) / pieces));
     if (parts > 0) return smoothed(points, parts);
     return Array.from(
-        { length: kMostPoints },
-        (_, i) => points[Math.round((i * pieces) / (kMostPoints - 1))]!,
+        { length: kMaxPoints },
+        (_, i) => points[Math.round((i * pieces) / (kMaxPoints - 1))]!,
     );
 }
 
-/// x, y, z [mm, LPS] and way from the tip [mm] of each point; then spheres: centre and radius.
+/// Rows of the texture: x, y, z [mm, LPS] and arc length from the tip [mm] of each point; centres
+/// and radii of the spheres.
 export function catheterRows(curve: readonly Vec3[], radius: number): Float32Array {
-    const rows = new Float32Array(3 * 4 * kMostPoints);
+    const rows = new Float32Array(3 * 4 * kMaxPoints);
     let way = 0;
     for (let i = curve.length - 1; i >= 0; --i) {
         if (i + 1 < curve.length) way += norm(sub(curve[i + 1]!, curve[i]!));
@@ -58,7 +59,7 @@ export function catheterRows(curve: readonly Vec3[], radius: number): Float32Arr
     for (let row = 1, each = kGroup; row <= 2; ++row, each *= kGroup)
         for (let g = 0; g * each < pieces; ++g) {
             const part = curve.slice(g * each, Math.min((g + 1) * each, pieces) + 1);
-            rows.set(sphereAround(part, radius), 4 * (row * kMostPoints + g));
+            rows.set(sphereAround(part, radius), 4 * (row * kMaxPoints + g));
         }
     return rows;
 }
@@ -69,10 +70,10 @@ function sphereAround(points: readonly Vec3[], radius: number): [number, number,
     const high = axes.map((a) => Math.max(...points.map((p) => p[a])));
     const centre = axes.map((a) => 0.5 * (low[a]! + high[a]!)) as unknown as Vec3;
     const farthest = Math.max(...points.map((p) => norm(sub(p, centre))));
-    return [...centre, farthest + radius + kMostSwell];
+    return [...centre, farthest + radius + kMaxSwell];
 }
 
-/// Pieces that are left out around an eye that lies in the catheter: from, and up to.
+/// Range of segments to leave out around an eye inside of the catheter: first, and past the last.
 export function gapAround(eye: Vec3, curve: readonly Vec3[], radius: number): [number, number] {
     const away = (i: number): number => distanceToSegment(eye, curve[i]!, curve[i + 1]!);
     let nearest = -1;
@@ -85,7 +86,7 @@ export function gapAround(eye: Vec3, curve: readonly Vec3[], radius: number): [n
     return [from, to];
 }
 
-/// Uniforms of the shader, to make the material.
+/// Uniforms without a catheter, to create the material.
 export const kNoCatheter = (): Record<string, unknown> => ({
     catheter: null,
     catheterCount: 0,
@@ -97,8 +98,8 @@ export class CatheterTexture {
     private curve: Vec3[] = [];
     private radius = 1;
     private readonly texture = new THREE.DataTexture(
-        new Float32Array(3 * 4 * kMostPoints),
-        kMostPoints,
+        new Float32Array(3 * 4 * kMaxPoints),
+        kMaxPoints,
         3,
         THREE.RGBAFormat,
         THREE.FloatType,
@@ -115,9 +116,10 @@ export class CatheterTexture {
         this.texture.dispose();
     }
 
-    /// @param least  radius that it is drawn with, so that it is seen from afar [mm]
+    /// Uniforms of the shader. @param least  smallest radius to draw, so that it is visible from
+    /// afar [mm]
     uniforms(eye: Vec3, least = 0): Record<string, unknown> {
-        const radius = Math.min(Math.max(this.radius, least), this.radius + kMostSwell);
+        const radius = Math.min(Math.max(this.radius, least), this.radius + kMaxSwell);
         return {
             catheter: this.texture,
             catheterCount: this.curve.length,

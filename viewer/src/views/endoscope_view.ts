@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The endoscope's picture, or the lumen cut open and seen from outside with the endoscope in it.
-// Drawn into a target of its own, which may have fewer pixels than the view (while something moves)
-// four times as many (when still), or is the mean of several with their rays beside each other.
+// Picture of the endoscope, of the lumen cut open and seen from outside, or of fluoroscopy. It is
+// drawn into a target with fewer pixels than the view (while something moves) or four times as many
+// (when still), or as the mean of several pictures with shifted rays.
 
 import * as THREE from 'three';
 import { frameOf } from '../maths/rays.ts';
@@ -24,17 +24,17 @@ import { kCopy, kEndoscope, kFluoroscopy } from './shaders.ts';
 import { VesselView } from './vessel_view.ts';
 import type { VolumeTexture } from './volume_texture.ts';
 
-const kReach = 2000; // depth 1 in the endoscope's picture, whose shader writes distances [mm]
-const kMostTools = 9; // as in the shader: eight and the endoscope from outside
-/// Offsets of the rays of successive pictures that are averaged [pixels]: a rotated grid.
+const kReach = 2000; // distance of depth 1 in the endoscope's picture [mm]
+const kMaxTools = 9; // as in the shader: eight, and the endoscope from outside
+/// Ray offsets of the pictures that are averaged: a rotated grid [pixels].
 export const kPasses: readonly (readonly [number, number])[] = [
     [-0.125, -0.375],
     [0.375, -0.125],
     [0.125, 0.375],
     [-0.375, 0.125],
 ];
-const kLightReach = 40; // [mm]
-const kCatheterPixels = 3; // width of a catheter from outside, at least
+const kLightReach = 40; // distance at which the light is halved [mm]
+const kCatheterPixels = 3; // smallest width of a catheter from outside
 const linear = (r: number, g: number, b: number): THREE.Vector3 =>
     new THREE.Vector3(
         ...[r, g, b].map((s) => (s <= 10 ? s / 255 / 12.92 : ((s / 255 + 0.055) / 1.055) ** 2.4)),
@@ -81,13 +81,13 @@ export class EndoscopeView {
             fogDistance: 0,
             surfaceColour: kSurface,
             fogColour: kFog,
-            tools: Array.from({ length: kMostTools }, () => new THREE.Vector4()),
-            toolColours: Array.from({ length: kMostTools }, () => new THREE.Vector3()),
-            toolBases: Array.from({ length: kMostTools }, () => new THREE.Vector4()),
-            toolWrists: Array.from({ length: kMostTools }, () => new THREE.Vector3()),
-            toolAxes: Array.from({ length: kMostTools }, () => new THREE.Vector3()),
-            toolSides: Array.from({ length: kMostTools }, () => new THREE.Vector4()),
-            toolKinds: Array.from({ length: kMostTools }, () => 0),
+            tools: Array.from({ length: kMaxTools }, () => new THREE.Vector4()),
+            toolColours: Array.from({ length: kMaxTools }, () => new THREE.Vector3()),
+            toolBases: Array.from({ length: kMaxTools }, () => new THREE.Vector4()),
+            toolWrists: Array.from({ length: kMaxTools }, () => new THREE.Vector3()),
+            toolAxes: Array.from({ length: kMaxTools }, () => new THREE.Vector3()),
+            toolSides: Array.from({ length: kMaxTools }, () => new THREE.Vector4()),
+            toolKinds: Array.from({ length: kMaxTools }, () => 0),
             toolCount: 0,
             ...liningUniforms('airway'),
             real: false,
@@ -151,9 +151,11 @@ export class EndoscopeView {
         this.noise.dispose();
     }
 
+    /// Draws into a rectangle of the canvas.
     /// @param scale  pixels of the target per pixel of the view
-    /// @param pass  which of kPasses, whose mean is shown so far; none: a picture of its own
-    /// @param seed  of the noise
+    /// @param pass  index of kPasses: the mean of the passes so far is shown; absent: a single
+    /// picture
+    /// @param seed  of the quantum noise
     draw(
         renderer: THREE.WebGLRenderer,
         state: State,
@@ -221,10 +223,10 @@ export class EndoscopeView {
     }
 
     private setTools(picture: Picture, state: State, balls: readonly ToolBall[], eye: Vec3): void {
-        // With a catheter there is no endoscope: its field of view is marked, and no more.
+        // Scenes with a catheter have no endoscope: only its field of view is marked.
         const { camera, outside } = state.view;
         const scope = outside && !hasVessel(state) ? [scopeOf(state)] : [];
-        const all = [...balls.slice(0, kMostTools - 1), ...scope];
+        const all = [...balls.slice(0, kMaxTools - 1), ...scope];
         picture.set({ toolCount: all.length });
         if (!all.length) return;
         const lumen = lumenOf(this.volume!.data, camera, surfaceOf(state));
@@ -319,7 +321,7 @@ export class EndoscopeView {
         this.aimLens(state, aspect);
         this.outside.set({
             cutPlace: vector(camera.eye),
-            cutNormal: vector(mul(-1, orbitCamera(state.view).look)), // it faces the viewer
+            cutNormal: vector(mul(-1, orbitCamera(state.view).look)), // towards the viewer
             window: state.sections.window,
             level: state.sections.level,
             clipFromWorld: this.clipFromWorld(),
@@ -333,7 +335,7 @@ export class EndoscopeView {
     }
 }
 
-/// The endoscope itself, from outside.
+/// The own endoscope as a tool, for the outside view.
 const scopeOf = ({ view: { camera }, flight: { tip } }: State): ToolBall => ({
     centre: camera.eye,
     radius: tip,
@@ -342,7 +344,7 @@ const scopeOf = ({ view: { camera }, flight: { tip } }: State): ToolBall => ({
     direction: frameOf(camera).forward,
 });
 
-/// What the endoscope sees: a cone along +y from the tip at the origin.
+/// Field of view of the endoscope: a cone along +y from the tip at the origin.
 function makeSight(): THREE.Scene {
     const scene = new THREE.Scene();
     const sight = new THREE.Mesh(
@@ -365,7 +367,7 @@ function placeSight(scene: THREE.Scene, { camera, fieldOfView }: View): void {
     const { forward } = frameOf(camera);
     const reach = 12;
     const wide = reach * Math.tan((Math.min(fieldOfView, 110) * Math.PI) / 360);
-    // Its point is at the tip: a cone of three.js points along +y.
+    // The apex is at the tip; cones of three.js point along +y.
     sight.quaternion.setFromUnitVectors(new THREE.Vector3(0, -1, 0), vector(forward));
     sight.position.set(...along(camera.eye, reach / 2, forward));
     sight.scale.set(wide, reach, wide);

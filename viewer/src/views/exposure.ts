@@ -1,22 +1,22 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Automatic exposure, metered over the picture: as src/render/exposure.cpp has it.
+// Automatic exposure, metered over the picture, as in src/render/exposure.cpp.
 
 import { type Camera, firstHit, rayThrough, type Surface } from '../maths/rays.ts';
 import type { VolumeData } from '../maths/volume.ts';
 import type { FieldStop } from '../state/state.ts';
 
-const kAcross = 11; // rays
+const kAcross = 11; // rays along each side of the picture
 const kKey = 0.75; // light on an average wall, as a share of its own colour
-const kPower = 0.75; // of the mean, between a mean and a median
-const kNear = 5; // [mm]: lowest power of the lamps
-const kFar = 45; // [mm]: highest power
+const kPower = 0.75; // exponent of the mean, between mean and median
+const kNear = 5; // distance at the lowest power of the lamps [mm]
+const kFar = 45; // distance at the highest power [mm]
 const kLampSize = 3; // [mm]
 
 const arriving = (far: number): number => 1 / (far * far + kLampSize * kLampSize);
 
-/// Exposure [mm²].
+/// Exposure for a camera [mm²].
 export function meteredExposure(
     volume: VolumeData,
     camera: Camera,

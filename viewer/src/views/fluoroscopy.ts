@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Parameters of the fluoroscopy shader: where its rays begin and end, and how bright the
-// picture is to be. Like the machines in hospitals it sets its exposure by itself, from a few rays
-// through the picture. Formulas are those of include/pliant/fluoroscopy.h.
+// Parameters of the fluoroscopy shader: the range of its rays, and the exposure. As in clinical
+// systems, the exposure is automatic, from a few rays through the picture. Formulas:
+// include/pliant/fluoroscopy.h.
 
 import { type Grid, voxelFromWorld, voxelVector, worldFromVoxel } from '../maths/grid.ts';
 import { type Camera, rayThrough } from '../maths/rays.ts';
@@ -13,17 +13,18 @@ import type { VolumeData } from '../maths/volume.ts';
 export const kWaterPerMm = 0.02; ///< absorption of water at about 60 keV [1/mm]
 const kBorderShare = 1 / 3;
 const kRays = 7; // along each side of the central third of the picture
-const kSamples = 192; // of each
+const kSamples = 192; // per ray
 
-/// The planes across the view between which rays are followed, and the border over which the
-/// outermost voxels fade out.
+/// Planes across the view that bound the rays, and the border in which the outermost voxels fade
+/// out.
 export interface Projection {
     readonly ahead: Vec3; ///< unit vector
-    readonly slab: readonly [number, number]; ///< of the planes, along it from the eye [mm]
-    readonly margin: Vec3; ///< [voxels]
+    readonly slab: readonly [number, number]; ///< distances of the planes from the eye [mm]
+    readonly margin: Vec3; ///< width of the border [voxels]
 }
 
-/// The planes touch the scan; the border is a third of the cube root of its volume.
+/// Projection for a camera: the planes touch the scan, and the border is a third of the cube root
+/// of its volume.
 export function projectionOf(grid: Grid, camera: Camera): Projection {
     const ahead = normalized(camera.look);
     const last = grid.size.map((n) => n - 1) as unknown as Vec3;
@@ -41,7 +42,7 @@ export function projectionOf(grid: Grid, camera: Camera): Projection {
     return { ahead, slab: [middle - half, middle + half], margin };
 }
 
-/// Share of the outermost voxels that is left at p [voxels]; 1 in the scan.
+/// Weight of the outermost voxels at p [voxels]; 1 in the scan.
 function leftAt(p: Vec3, size: Vec3, margin: Vec3): number {
     let e2 = 0;
     for (let a = 0; a < 3; ++a) {
@@ -51,7 +52,7 @@ function leftAt(p: Vec3, size: Vec3, margin: Vec3): number {
     return Math.max(0, 1 - e2) ** 2;
 }
 
-/// ∫ max(0, 1 + HU/1000) along a ray [mm of water].
+/// Integral of max(0, 1 + HU/1000) along a ray [mm of water].
 export function waterAlong(
     volume: VolumeData,
     eye: Vec3,
@@ -87,7 +88,7 @@ export function waterAlong(
     return sum * step * norm(ray);
 }
 
-/// Median over rays through the central third of the picture, without those that miss the scan
+/// Median of waterAlong over rays through the central third of the picture that hit the scan
 /// [mm of water].
 export function usualWater(
     volume: VolumeData,

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Half floats on a grid, one or four per node: a mirror that is patched by boxes, and its texture.
+// Mirror of half floats on a grid, one or four per node, patched by boxes, with its texture.
 
 import * as THREE from 'three';
 import type { Box } from '../maths/grid.ts';
@@ -14,9 +14,10 @@ export class HalfField {
     readonly texture: THREE.Data3DTexture;
     private readonly uploads: BoxUploads;
 
+    /// Creates a field of zeros.
     /// @param name  for messages
     /// @param counts  nodes along each axis
-    /// @param components  halves of a node
+    /// @param components  halves per node
     constructor(
         private readonly name: string,
         readonly counts: Vec3,
@@ -29,7 +30,7 @@ export class HalfField {
         this.uploads = new BoxUploads(this.texture, counts, components === 4 ? 'RGBA' : 'RED');
     }
 
-    /// @param box  of nodes
+    /// Writes the values of a box of nodes.
     patch(box: Box, values: Uint16Array): void {
         if (box.end.some((end, a) => end > this.counts[a]!)) {
             const [end, counts] = [box.end, this.counts].map((n) => n.join('×'));
@@ -41,11 +42,11 @@ export class HalfField {
         this.uploads.add(box);
     }
 
-    /// Sends patched boxes to the graphics processor. @returns nodes that were sent
+    /// Uploads patched boxes to the graphics processor. @returns the number of nodes
     upload(renderer: THREE.WebGLRenderer): number {
         return this.uploads.send(renderer);
     }
-    /// After the graphics context was lost.
+    /// Uploads everything again, after a loss of the graphics context.
     restore(): void {
         this.uploads.restore();
     }

@@ -1,13 +1,13 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Where an instrument is: its head at the sphere of a tool, its shaft from the endoscope's working
-// channel, below right of the lens. Others' instruments come from where their endoscope looks.
-// shaders/instrument.glsl draws them.
+// Pose of an instrument: the head at the sphere of a tool, the shaft from the endoscope's working
+// channel, below right of the lens. Instruments of other clients come from the direction of their
+// endoscopes. shaders/instrument.glsl draws them.
 //
-// Seen along the shaft, jaws and blades would be points. So a head leans at the wrist, kLean away
-// from the line of sight or as much as the lumen has room for; towards the wall that it touches,
-// else as the shaft comes.
+// Seen along the shaft, jaws and blades would be points. So a head leans at the wrist: by kLean
+// from the line of sight, or as far as the lumen has room; towards the wall that it touches, else
+// as the shaft.
 
 import { contact } from '../maths/flight.ts';
 import { voxelFromWorld } from '../maths/grid.ts';
@@ -15,7 +15,7 @@ import { type Camera, firstHit, frameOf, type Surface } from '../maths/rays.ts';
 import { add, along, cross, dot, mul, norm, normalized, sub, type Vec3 } from '../maths/vec.ts';
 import type { VolumeData } from '../maths/volume.ts';
 
-/// Numbers as in the shader.
+/// Numbers of the kinds in the shader.
 export const kKinds = { ball: 0, grasper: 1, blade: 2, scoop: 3, scope: 4 } as const;
 export type ToolKind = keyof typeof kKinds;
 
@@ -33,44 +33,45 @@ export interface ToolBall {
     readonly own: boolean;
     readonly kind: ToolKind;
     readonly closed?: boolean; ///< jaws hold something
-    readonly direction?: Vec3; ///< unit, from the shaft to the head; else it comes from the channel
+    readonly direction?: Vec3; ///< unit, of the shaft; absent: from the channel
 }
 
 export interface Instrument {
     readonly base: Vec3; ///< start of the shaft [mm, LPS]
     readonly wrist: Vec3; ///< its end
-    readonly thickness: number; ///< radius of the shaft [mm]; 0: the eye is in it
+    readonly thickness: number; ///< radius of the shaft [mm]; 0: the eye is inside
     readonly axis: Vec3; ///< unit, of the head, away from the wrist
     readonly side: Vec3; ///< unit, across the head and towards the lens
-    readonly angle: number; ///< half the opening of the jaws [radians]; blades: 1 or −1, see shader
+    readonly angle: number; ///< half opening of the jaws [radians]; side of a blade: 1 or −1
 }
 
-/// The lumen around a camera, as far as an instrument has to know it.
+/// Free space of the lumen around a camera.
 export interface Lumen {
-    readonly room: number; ///< free way from the lens towards the working channel's end [mm]
-    /// Out of the wall that a sphere touches; shorter than 1 where it touches little of one.
+    readonly room: number; ///< distance from the lens to the wall, towards the working channel [mm]
+    /// Direction out of the wall that a sphere touches; shorter than 1 for little contact.
     readonly out: (centre: Vec3, radius: number) => Vec3;
-    readonly excess: (place: Vec3) => number; ///< above 0 in tissue [HU]
+    readonly excess: (place: Vec3) => number; ///< positive in tissue [HU]
 }
 
 export const kBladeRadius = 2.5; // of a head whose tool is a line [mm]
 const kChannel = { right: 3.2, up: -3, ahead: -1 } as const; // from the lens [mm]
-const kShaftShare = 0.26; // of the head's radius
-const kMostThickness = 0.6; // [mm]
-const kLeastThickness = 0.2;
-const kFreeLength = 60; // of a shaft whose endoscope is elsewhere [mm]
+const kShaftShare = 0.26; // radius of the shaft over that of the head
+const kMaxThickness = 0.6; // [mm]
+const kMinThickness = 0.2;
+const kFreeLength = 60; // of the shafts of other clients [mm]
 const kOpen = 0.5;
-const kClosed = -0.03; // tips that touch
+const kClosed = -0.03; // the tips touch
 const kLean = (58 * Math.PI) / 180;
-const kLeastLean = (22 * Math.PI) / 180;
-const kLeans = 6; // that are tried
-const kShaftFree = 2; // of the shaft, behind the wrist [mm]
-const kMostTurn = (75 * Math.PI) / 180; // of a head about the line of sight, from its shaft
-const kTowardsWall = 2; // weight of the wall against the shaft's own way
-/// From the wrist to the sphere's centre, in radii.
+const kMinLean = (22 * Math.PI) / 180;
+const kLeans = 6; // number of angles to try
+const kShaftFree = 2; // length of shaft behind the wrist that is kept out of tissue [mm]
+const kMaxTurn = (75 * Math.PI) / 180; // of a head about the line of sight, relative to its shaft
+const kTowardsWall = 2; // weight of the wall's direction over the shaft's
+/// Distance from the wrist to the sphere's centre [radii].
 const kReach: Record<ToolKind, number> = { ball: 0, grasper: 1.55, blade: 2, scoop: 0.8, scope: 0 };
 
-/// Start of the working channel's instruments. room: free way from the eye towards it [mm]
+/// Start of an instrument in the working channel. @param room  distance to the wall from the eye
+/// [mm]
 export function channelOf(camera: Camera, size: number, room: number): Vec3 {
     const offset = channelOffset(camera);
     const share = Math.min(1, size, (0.8 * room) / norm(offset));
@@ -97,17 +98,18 @@ export function lumenOf(volume: VolumeData, camera: Camera, surface: Surface): L
     };
 }
 
-/// v without its part along a unit vector.
+/// Component of v perpendicular to a unit vector.
 const across = (v: Vec3, unit: Vec3): Vec3 => along(v, -dot(v, unit), unit);
 
-/// @param camera  of the endoscope, also where the picture is from outside
+/// Pose of an instrument.
+/// @param camera  of the endoscope, also for the outside view
 /// @param eye  of the picture
 export function instrumentOf(ball: ToolBall, camera: Camera, lumen: Lumen, eye: Vec3): Instrument {
     const { centre, radius, kind, direction } = ball;
     const scope = kind === 'scope';
     const share = scope ? 0.85 : kShaftShare;
-    const most = scope ? Infinity : kMostThickness;
-    let thickness = Math.max(Math.min(share * radius, most), kLeastThickness);
+    const most = scope ? Infinity : kMaxThickness;
+    let thickness = Math.max(Math.min(share * radius, most), kMinThickness);
     const base = direction
         ? along(centre, -kFreeLength, direction)
         : channelOf(camera, radius / 2, lumen.room);
@@ -117,7 +119,7 @@ export function instrumentOf(ball: ToolBall, camera: Camera, lumen: Lumen, eye: 
     const ray = normalized(sub(centre, camera.eye));
     const axis = reach > 0 ? freeLean(shaft, ray, out, centre, reach, lumen) : shaft;
     const wrist = along(centre, -reach, axis);
-    // Towards the lens: flat heads and open ones show themselves.
+    // Towards the lens, so that flat and open heads are recognisable.
     let side = across(sub(camera.eye, wrist), axis);
     if (norm(side) < 1e-3) side = cross(axis, Math.abs(axis[2]) < 0.9 ? [0, 0, 1] : [1, 0, 0]);
     side = normalized(side);
@@ -128,7 +130,7 @@ export function instrumentOf(ball: ToolBall, camera: Camera, lumen: Lumen, eye: 
     return { base, wrist, thickness, axis, side, angle: kind === 'blade' ? edge : jaws };
 }
 
-/// The axis of a head, which leans as far as its wrist is out of the tissue.
+/// Axis of a head at the largest angle that keeps its wrist out of tissue.
 function freeLean(
     shaft: Vec3,
     ray: Vec3,
@@ -150,24 +152,25 @@ function freeLean(
     const most = Math.max(natural, kLean);
     let [lean, excess] = [most, excessAt(most)];
     for (let n = 1; n < kLeans && excess > 0; ++n) {
-        const next = most + (n / (kLeans - 1)) * (kLeastLean - most);
+        const next = most + (n / (kLeans - 1)) * (kMinLean - most);
         const there = excessAt(next);
-        // Linear between two that were tried, so that the head doesn't leap.
+        // Interpolated between two angles, so that the head moves continuously.
         if (there <= 0) return axisAt(next + (there / (there - excess)) * (lean - next));
         [lean, excess] = [next, there];
     }
     return axisAt(lean);
 }
 
-/// Across the line of sight, where a head leans. @param ray  from the lens to it, unit
+/// Direction across the line of sight in which a head leans. @param ray  from the lens to it, unit
 function asideOf(shaft: Vec3, ray: Vec3, out: Vec3): Vec3 {
     const own = across(shaft, ray);
     const ahead = normalized(norm(own) > 1e-3 ? own : across([0.6, 0.64, 0.48], ray));
     const beside = cross(ray, ahead);
     const wished = along(own, -kTowardsWall, across(out, ray));
-    // A head that folded back would be behind its shaft. The sign keeps to one side of straight.
+    // A head that folds back would be hidden by its shaft. The sign is stable near the opposite
+    // direction.
     const [x, y] = [dot(wished, ahead), dot(wished, beside)];
-    const turn = Math.min(Math.acos(Math.min(Math.max(x / norm([x, y, 1e-9]), -1), 1)), kMostTurn);
+    const turn = Math.min(Math.acos(Math.min(Math.max(x / norm([x, y, 1e-9]), -1), 1)), kMaxTurn);
     const sign = y < -0.3 * norm(wished) || (x > 0 && y < 0) ? -1 : 1;
     return along(mul(Math.cos(turn), ahead), sign * Math.sin(turn), beside);
 }

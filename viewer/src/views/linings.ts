@@ -1,12 +1,12 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Colours of the tissues behind a wall, for each kind of lumen: the table of src/render/lining.h.
+// Colours of tissues behind a wall for each kind of lumen: the table of src/render/lining.h.
 
 import * as THREE from 'three';
 import type { Lining } from '../state/state.ts';
 
-/// The chosen lining, or the one that fits the threshold's polarity.
+/// Chosen lining, or the default for the threshold's polarity.
 export const liningOf = (chosen: Lining | 'auto', rising: boolean): Lining =>
     chosen !== 'auto' ? chosen : rising ? 'airway' : 'vessel';
 
@@ -86,7 +86,7 @@ export const kColours: Record<Lining, LiningColours> = {
     },
 };
 
-/// Uniforms of shaders/real.glsl for a lumen.
+/// Uniforms of shaders/real.glsl for a lining.
 export function liningUniforms(lining: Lining): Record<string, unknown> {
     return Object.fromEntries(
         Object.entries(kColours[lining]).map(([name, value]) => [

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Value noise that repeats every 16 cells, with its slope, four samples per cell: the same tile as
-// src/render/noise_tile.cpp bakes, as a texture.
+// Periodic value noise with its gradient: 16 cells, four samples per cell, as a texture. The same
+// tile as in src/render/noise_tile.cpp.
 
 import * as THREE from 'three';
 import { halfOfFloat } from '../maths/half.ts';
@@ -10,7 +10,7 @@ import { halfOfFloat } from '../maths/half.ts';
 const kCells = 16;
 const kSamples = 4 * kCells;
 
-/// Value of a lattice point: uniform in 0…1, nine bits.
+/// Value of a lattice point: uniform in 0…1, in steps of 1/256.
 export function latticeValue(x: number, y: number, z: number): number {
     const wrapped = (i: number): number => i & (kCells - 1);
     let h = wrapped(x) | (wrapped(y) << 4) | (wrapped(z) << 8);
@@ -24,7 +24,7 @@ export function latticeValue(x: number, y: number, z: number): number {
 const fade = (f: number): number => f * f * (3 - 2 * f);
 const fadeSlope = (f: number): number => 6 * f * (1 - f);
 
-/// Slope per cell and value of each sample, x fastest, as half floats.
+/// Gradient per cell and value of each sample, x fastest, as half floats.
 export function noiseTile(): Uint16Array {
     const lattice = new Float64Array(kCells ** 3);
     for (let n = 0; n < lattice.length; ++n)
@@ -40,7 +40,7 @@ export function noiseTile(): Uint16Array {
             for (let i = 0; i < kSamples; ++i) {
                 const [x, y, z] = [i >> 2, j >> 2, k >> 2];
                 const [fx, fy, fz] = [weight[i & 3]!, weight[j & 3]!, weight[k & 3]!];
-                // Along x first: values and slopes at the four edges.
+                // Along x first: values and slopes on the four edges.
                 const edge = (dy: number, dz: number): [number, number] => {
                     const a = at(x, y + dy, z + dz);
                     const d = at(x + 1, y + dy, z + dz) - a;

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The outside view's camera: it looks at a centre from a distance, and turns about it.
+// Camera of the outside view: it looks at a centre from a distance, and turns about it.
 
 import type { Camera } from '../maths/rays.ts';
 import { along, cross, normalized, turned } from '../maths/vec.ts';
@@ -15,7 +15,7 @@ export function orbitCamera({ orbit }: View): Camera {
     return { eye: along(centre, -distance, direction), look: direction, up };
 }
 
-/// Turns the outside view by angles about its own axes [radians].
+/// Turns the outside view about its own axes [radians].
 export function orbitTurned(orbit: Orbit, yaw: number, pitch: number): Orbit {
     const right = normalized(cross(orbit.direction, orbit.up));
     const side = turned(right, orbit.up, yaw);

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// An overlay's numbers on the scan's grid. There is one only while an overlay is shown.
+// Values of an overlay on the scan's grid. It exists only while an overlay is shown.
 
 import type { Box, Grid } from '../maths/grid.ts';
 import { floatOfHalf, halfOfFloat } from '../maths/half.ts';
@@ -9,7 +9,7 @@ import type { Vec3 } from '../maths/vec.ts';
 import { kKinds, type ShownKind } from '../state/overlay_kinds.ts';
 import { HalfField } from './half_field.ts';
 
-const kEdge = 8; // of blocks that know their extreme [voxels]
+const kEdge = 8; // of the blocks whose extremes are cached [voxels]
 
 export class OverlayField extends HalfField {
     /// Largest departure from rest in each block.
@@ -37,7 +37,7 @@ export class OverlayField extends HalfField {
         return this.extremes.reduce((most, x) => Math.max(most, x), 0);
     }
 
-    /// Value of the voxel whose box holds the index, or nothing outside of the scan.
+    /// Value of the nearest voxel; undefined outside of the scan.
     valueAt(ijk: Vec3): number | undefined {
         const at = ijk.map(Math.round);
         if (at.some((x, a) => x < 0 || x >= this.grid.size[a]!)) return undefined;

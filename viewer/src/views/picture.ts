@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// A shader over the whole of a rectangle: what all views are drawn with.
+// Fragment shader over a rectangle: all views are drawn with it.
 
 import * as THREE from 'three';
 import { kColours } from '../maths/colour_map.ts';
@@ -14,7 +14,7 @@ import type { VolumeTexture } from './volume_texture.ts';
 
 type Uniforms = Record<string, THREE.IUniform>;
 
-/// In pixels of the canvas, from its lower left corner.
+/// Rectangle in pixels of the canvas, from its lower left corner.
 export interface ViewRect {
     x: number;
     y: number;
@@ -67,7 +67,7 @@ export class Picture {
     }
 }
 
-/// Uniforms of shaders/field.glsl and surface.glsl, of a volume.
+/// Uniforms of shaders/field.glsl and surface.glsl for a volume.
 export function fieldUniforms(texture: VolumeTexture): Record<string, unknown> {
     const { grid, brickSize } = texture.data;
     return {
@@ -98,7 +98,7 @@ export function overlayUniforms(
     };
 }
 
-/// The same without a volume, to make the material.
+/// Uniforms without a volume, to create the material.
 export const kNoField: Record<string, unknown> = {
     overlayField: null,
     overlayOn: false,

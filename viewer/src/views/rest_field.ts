@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Positions of the tissue at rest, and raw tissue, at every 4th voxel of the deformed scan. There
-// is one only while the style that draws with it is shown.
+// Rest field: positions of the tissue at rest, and raw tissue, at every 4th voxel of the deformed
+// scan. It exists only while the style real needs it.
 
 import * as THREE from 'three';
 import type { Grid } from '../maths/grid.ts';
@@ -11,7 +11,7 @@ import type { Vec3 } from '../maths/vec.ts';
 import { HalfField } from './half_field.ts';
 
 export const kRestStep = 4; // from one node to the next [voxels]
-const kHalves = 4; // of a node: x, y, z of the offset, raw
+const kHalves = 4; // per node: x, y, z of the offset, raw
 
 /// Position at rest = position − offset [mm, LPS]; raw: 0…1, 1 where tissue was carved or cut.
 export interface RestSample {
@@ -24,12 +24,12 @@ export const restCounts = (grid: Grid): Vec3 =>
     grid.size.map((n) => Math.ceil((n - 1) / kRestStep) + 1) as unknown as Vec3;
 
 export class RestField extends HalfField {
-    /// At rest.
+    /// Creates a field at rest.
     constructor(readonly grid: Grid) {
         super('rest', restCounts(grid), kHalves);
     }
 
-    /// Trilinear between nodes, as the shaders read it. @param ijk  voxels
+    /// Trilinear sample, as in the shaders. @param ijk  [voxels]
     at(ijk: Vec3): RestSample {
         const low: number[] = [];
         const t: number[] = [];
@@ -57,7 +57,7 @@ export class RestField extends HalfField {
     }
 }
 
-/// For shaders/rest.glsl.
+/// Uniforms of shaders/rest.glsl.
 export function restUniforms(field: RestField | undefined): Record<string, unknown> {
     return {
         restOn: field !== undefined,

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Where a section's pixels are in the world, in the radiological convention (patient's right on
-// the left of the picture; anterior or head up), as src/render/section.cpp has it.
+// Geometry of the sections in the radiological convention: patient's right on the left of the
+// picture, anterior or head up, as in src/render/section.cpp.
 
 import { type Grid, worldBounds } from '../maths/grid.ts';
 import { add, along, dot, mul, sub, type Vec3 } from '../maths/vec.ts';
@@ -11,9 +11,9 @@ import type { SectionFrame, SectionName } from '../state/state.ts';
 export interface SectionAxes {
     readonly right: Vec3;
     readonly up: Vec3;
-    readonly normal: Vec3; ///< from the picture towards its viewer; scrolling forward goes along it
+    readonly normal: Vec3; ///< towards the viewer of the picture; scrolling forward moves along it
     readonly letters: string; ///< left, right, top, bottom
-    readonly axis: 'x' | 'y' | 'z'; ///< of the world, that the section is perpendicular to
+    readonly axis: 'x' | 'y' | 'z'; ///< world axis perpendicular to the section
 }
 
 export const kSectionAxes: Record<SectionName, SectionAxes> = {
@@ -30,7 +30,7 @@ export interface SectionPlane {
     readonly height: number;
 }
 
-/// @param cursor  a place on the section [mm, LPS]
+/// Plane of a section. @param cursor  point on the section [mm, LPS]
 export function sectionPlane(
     grid: Grid,
     name: SectionName,
@@ -52,7 +52,7 @@ export function sectionPlane(
     return { axes, centre, mmPerPixel: whole / frame.zoom, width, height };
 }
 
-/// x, y: pixels from the top left corner.
+/// World position of a pixel. x, y: from the top left corner
 export function worldOfPixel(plane: SectionPlane, x: number, y: number): Vec3 {
     const u = (x - 0.5 * plane.width) * plane.mmPerPixel;
     const v = (0.5 * plane.height - y) * plane.mmPerPixel;
@@ -67,7 +67,7 @@ export function pixelOfWorld(plane: SectionPlane, point: Vec3): [number, number]
     ];
 }
 
-/// A place that is kept inside of the volume along each axis of the world.
+/// Clamps a point to the volume along each world axis.
 export function keptInside(grid: Grid, point: Vec3): Vec3 {
     const { low, high } = worldBounds(grid);
     return point.map((x, a) =>

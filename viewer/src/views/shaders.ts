@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The shaders of src/shaders as text, put together. The bundler reads the files in.
+// Shaders, concatenated from the files of src/shaders. The bundler includes their text.
 
 import camera from '../shaders/camera.glsl';
 import catheter from '../shaders/catheter.glsl';

@@ -1,10 +1,10 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The canvas behind the four views. A view is drawn only when something that it shows has changed;
-// the others keep their pixels. While things move the endoscope's picture has fewer pixels, as many
-// as the last frames had time for; when all is still it is drawn once more in full. A frame begins
-// when the graphics processor has done the last one, so that a slow one is never given a queue.
+// Canvas behind the four views. A view is drawn only after a change of its contents; the others
+// keep their pixels. While something moves, the endoscope's picture is drawn with fewer pixels,
+// adapted to the last frame times; when all is still, it is drawn once more in full. A frame begins
+// when the graphics processor has finished the previous one, so that frames never queue up.
 
 import * as THREE from 'three';
 import type { VolumeData } from '../maths/volume.ts';
@@ -21,11 +21,11 @@ import { kSection } from './shaders.ts';
 import { VolumeTexture } from './volume_texture.ts';
 
 const kScales = [1, 0.66, 0.5, 0.35, 0.25];
-const kSlowMs = 45; // a frame that takes longer asks for fewer pixels
-const kQuickMs = 22; // and one that takes less may have more
-const kStillMs = 180; // without a change: time for the full picture
+const kSlowMs = 45; // frame time above which pixels are reduced
+const kQuickMs = 22; // frame time below which pixels are increased
+const kStillMs = 180; // time without a change before the full picture
 
-/// Groups of the state that each view shows; the threshold, the cut face and tools come apart.
+/// Groups of the state that the views depend on, apart from the threshold and the cut face.
 const inAllViews = ({ scan, overlay, display }: State): unknown[] => [scan, overlay, display];
 const inEndoscope = (state: State): unknown[] => {
     const { view, look, fluoro, flight, versions, hands } = state;
@@ -39,9 +39,9 @@ const differ = (a: readonly unknown[], b: readonly unknown[]): boolean =>
 export interface StageHooks {
     /// Position of a view on the page.
     rectOf(view: ViewName): DOMRect;
-    /// The graphics context was lost, or has come back.
+    /// The graphics context was lost or restored.
     onContext(lost: boolean): void;
-    /// A frame with the fewest pixels still takes too long.
+    /// Frames are too slow even with the fewest pixels.
     onTooSlow(): void;
 }
 
@@ -51,9 +51,7 @@ export class Stage {
     overlay: OverlayField | undefined;
     rest: RestField | undefined;
     vessel: Vessel | undefined;
-    /// Called after an upload to the graphics processor, with the number of voxels.
-    onUpload: (voxels: number) => void = () => {};
-    /// Time of the graphics processor for a frame while something moves [ms].
+    /// Mean time of the graphics processor for a frame in motion [ms].
     frameMs = 0;
     framesDrawn = 0;
     private readonly endoscope = new EndoscopeView();
@@ -73,9 +71,9 @@ export class Stage {
     private lastChange = 0;
     private fence: WebGLSync | null = null;
     private fenceStart = 0;
-    private fenceMoving = false; // whether that frame was one of a motion
-    private full = false; // whether the endoscope's picture is in full
-    private pass = 0; // of kPasses, to be drawn next while all is still
+    private fenceMoving = false; // the frame was drawn in motion
+    private full = false; // the endoscope's picture is complete
+    private pass = 0; // next index of kPasses while all is still
     private lost = false;
     balls: readonly ToolBall[] = [];
 
@@ -96,8 +94,8 @@ export class Stage {
         store.listen((state, before) => this.noteChange(state, before));
         canvas.addEventListener('webglcontextlost', () => {
             this.lost = true;
-            this.fence = null; // one of the lost context is never signalled
-            // three.js deletes handles when it makes them anew, and then in the wrong context.
+            this.fence = null; // fences of a lost context are never signalled
+            // three.js would delete stale handles later, in the new context.
             this.endoscope.dispose();
             for (const field of [this.texture, this.overlay, this.rest]) field?.dispose();
             hooks.onContext(true);
@@ -149,23 +147,23 @@ export class Stage {
         this.lastChange = performance.now();
     }
 
-    /// Whether everything is drawn as well as it will be.
+    /// Tests whether all views are drawn completely.
     get isStill(): boolean {
         return this.full && !this.stale.size && !this.fence;
     }
 
-    /// Draws what is stale. @returns whether anything was drawn
+    /// Draws the stale views. @returns whether anything was drawn
     frame(now: number): boolean {
         const { state } = this.store;
         if (this.lost || !this.texture || state.scan.loaded < 1) return false;
         if (!this.lastIsDone(now)) return false;
         this.fitCanvas();
-        this.onUpload(this.texture.upload(this.renderer));
+        this.texture.upload(this.renderer);
         this.overlay?.upload(this.renderer);
         this.rest?.upload(this.renderer);
         const still = now - this.lastChange > kStillMs;
         const { maximised } = state.display;
-        if (maximised && maximised !== 'endoscope') this.full = true; // not in sight
+        if (maximised && maximised !== 'endoscope') this.full = true; // hidden
         if (still && !this.full) this.stale.add('endoscope');
         if (!this.stale.size) return false;
         for (const view of this.stale) this.drawView(view, state, still);
@@ -189,7 +187,7 @@ export class Stage {
         return true;
     }
 
-    /// The canvas as a picture, once everything is drawn.
+    /// Encodes the canvas as PNG.
     toBlob(): Promise<Blob | null> {
         return new Promise((resolve) => this.canvas.toBlob(resolve, 'image/png'));
     }
@@ -232,7 +230,7 @@ export class Stage {
         const quick = this.frameMs < kQuickMs && this.quality > 0;
         if (!slow && !quick) return;
         this.quality += slow ? 1 : -1;
-        this.frameMs = 0; // what the new size takes is not known yet
+        this.frameMs = 0; // unknown for the new size
     }
 
     private drawView(view: ViewName, state: State, still: boolean): void {
@@ -241,14 +239,14 @@ export class Stage {
         const rect = this.pixelRect(view);
         if (rect.width < 1 || rect.height < 1) return;
         if (view === 'endoscope') {
-            // Four rays per pixel: at once where pixels are cheap, else one after the other.
+            // Four rays per pixel: at once where pixels are cheap, else in successive passes.
             const cheap = this.quality === 0;
             const scale = still ? (fine && cheap ? 2 : 1) : kScales[this.quality]!;
             const passes = still && fine && !cheap && !state.view.outside;
             this.endoscope.setOverlay(state, this.overlay);
             this.endoscope.setVessel(this.vessel, state.versions.vessel);
             const pass = passes ? this.pass++ : undefined;
-            const seed = still ? 0 : this.framesDrawn; // a view at rest is one picture
+            const seed = still ? 0 : this.framesDrawn; // a still picture doesn't flicker
             this.endoscope.draw(this.renderer, state, this.balls, rect, scale, seed, pass);
             this.full = still && (!passes || this.pass === kPasses.length);
         } else this.drawSection(view, state, rect);

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Where a scene with a catheter is first looked at from: the outside view shows all of the vessel
-// from its broad side, the endoscope is behind the catheter's tip and looks at it.
+// Initial cameras of a scene with a catheter: the outside view shows the whole vessel from its
+// broad side; the endoscope is behind the catheter's tip and looks at it.
 
 import { type Camera, firstHit, naturalUp, type Surface } from '../maths/rays.ts';
 import { add, along, cross, dot, mul, norm, normalized, sub, type Vec3 } from '../maths/vec.ts';
@@ -10,19 +10,19 @@ import type { VolumeData } from '../maths/volume.ts';
 import type { Vessel } from '../net/vessel.ts';
 import type { Orbit } from '../state/state.ts';
 
-const kBehind = 9; // the tip [mm]
-const kAside = 3; // of the catheter's surface at most [mm]
-const kAhead = 4; // of the tip, where it looks [mm]
+const kBehind = 9; // distance of the eye behind the tip [mm]
+const kAside = 3; // largest distance of the eye to the catheter's surface [mm]
+const kAhead = 4; // distance of the target ahead of the tip [mm]
 const kSides = 12;
 const kMargin = 1.15;
 
-/// @param slope  tan of half the field of view from outside
+/// Outside view of the whole vessel. @param slope  tangent of half the field of view
 export function outsideOf(vessel: Vessel, slope: number): Orbit {
     const nodes: Vec3[] = [...vessel.catheter];
     const { rest } = vessel;
     for (let n = 0; n < rest.length; n += 3) nodes.push([rest[n]!, rest[n + 1]!, rest[n + 2]!]);
     const [thin, , long] = principalAxes(nodes);
-    const direction = thin[1] < 0 ? mul(-1, thin) : thin; // as from the front, where it can be
+    const direction = thin[1] < 0 ? mul(-1, thin) : thin; // from the front if possible
     const head = along([0, 0, 1], -direction[2], direction);
     const flat = norm(head) > 0.3 ? head : long;
     const up = normalized(along(flat, -dot(flat, direction), direction));
@@ -44,7 +44,8 @@ interface Extent {
     readonly half: number;
 }
 
-/// @returns nothing where the lumen has no room beside the catheter
+/// Camera behind the catheter's tip. @returns undefined if the lumen has no room beside the
+/// catheter
 export function behindTip(
     vessel: Vessel,
     volume: VolumeData,
@@ -73,7 +74,7 @@ export function behindTip(
     return { eye, look, up: naturalUp(look) };
 }
 
-/// Axes of the places' scatter, from the least to the largest, by Jacobi's turns.
+/// Principal axes of points, by ascending variance, by Jacobi rotations.
 export function principalAxes(places: readonly Vec3[]): [Vec3, Vec3, Vec3] {
     const middle = mul(1 / places.length, places.reduce(add));
     const c = [0, 1, 2].map(() => [0, 0, 0]);

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The vessel's wall as a mesh that one sees through, drawn over the outside view. Only places
-// change. The catheter is cut by the pictures' own rays (catheter_texture.ts).
+// Wall of the vessel as a transparent mesh, drawn over the outside view. Only positions change. The
+// catheter is drawn by the ray casting shaders (catheter_texture.ts).
 
 import * as THREE from 'three';
 import type { Vessel } from '../net/vessel.ts';
@@ -42,7 +42,7 @@ export class VesselView {
         this.scene.add(mesh);
     }
 
-    /// @param version  grows with each change of the vessel
+    /// Takes over a vessel. @param version  differs after each change
     update(vessel: Vessel | undefined, version: number): void {
         if (version === this.shown) return;
         this.shown = version;
@@ -62,7 +62,7 @@ export class VesselView {
     }
 }
 
-/// Normals are those at rest: the wall moves little.
+/// Sets the mesh, with its normals at rest: the wall moves little.
 function setWall(geometry: THREE.BufferGeometry, vessel: Vessel): void {
     geometry.setIndex(new THREE.BufferAttribute(vessel.corners, 1));
     geometry.setAttribute('position', new THREE.BufferAttribute(vessel.rest, 3));

@@ -1,19 +1,19 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The mirror of the volume on the graphics processor: uploaded once as a 3-D texture of half
-// floats, then patched box by box, straight from the mirror. three.js has no cheap way for that
-// last step, so its texture's handle is used with texSubImage3D.
+// Texture of the volume: uploaded once as a 3-D texture of half floats, then patched box by box
+// from the mirror. three.js has no cheap way to patch, so texSubImage3D is called with its
+// texture's handle.
 
 import * as THREE from 'three';
 import { type Box, boxCount, isEmpty } from '../maths/grid.ts';
 import type { Vec3 } from '../maths/vec.ts';
 import type { VolumeData } from '../maths/volume.ts';
 
-/// How many boxes wait before they are joined into one.
-const kMostBoxes = 64;
+/// Number of pending boxes above which they are merged into one.
+const kMaxBoxes = 64;
 
-/// Boxes of a texture that are to be sent, from the memory that the texture was made of.
+/// Pending uploads of boxes of a texture, from the texture's own data.
 export class BoxUploads {
     private pending: Box[] = [];
 
@@ -25,17 +25,17 @@ export class BoxUploads {
 
     add(box: Box): void {
         this.pending.push(box);
-        if (this.pending.length > kMostBoxes) this.pending = [joined(this.pending)];
+        if (this.pending.length > kMaxBoxes) this.pending = [joined(this.pending)];
     }
 
-    /// @returns texels that were sent
+    /// Uploads the pending boxes. @returns the number of texels
     send(renderer: THREE.WebGLRenderer): number {
         const sent = uploadBoxes(renderer, this.texture, this.pending, this.size, this.format);
         this.pending = [];
         return sent;
     }
 
-    /// Everything is to be sent again.
+    /// Uploads everything again at the next use.
     restore(): void {
         this.texture.needsUpdate = true;
         this.pending = [];
@@ -61,13 +61,13 @@ export class VolumeTexture {
         this.voxelUploads.add(box);
     }
 
-    /// Sends what has been patched since the last call. @returns voxels that were sent
+    /// Uploads the boxes patched since the last call. @returns the number of voxels
     upload(renderer: THREE.WebGLRenderer): number {
         this.brickUploads.send(renderer);
         return this.voxelUploads.send(renderer);
     }
 
-    /// After the graphics context was lost: everything is sent again, from the mirror.
+    /// Uploads everything again from the mirror, after a loss of the graphics context.
     restore(): void {
         this.voxelUploads.restore();
         this.brickUploads.restore();
@@ -79,7 +79,7 @@ export class VolumeTexture {
     }
 }
 
-/// Half floats, linear between voxels.
+/// Creates a texture of half floats with linear interpolation.
 export function makeTexture(
     data: Uint16Array,
     size: Vec3,
@@ -109,7 +109,7 @@ function uploadBoxes(
 ): number {
     const properties = renderer.properties.get(texture) as { __webglTexture?: WebGLTexture };
     const handle = properties.__webglTexture;
-    if (!boxes.length || !handle) return 0; // not there yet: the first use sends the whole mirror
+    if (!boxes.length || !handle) return 0; // not created yet: the first use uploads everything
     const gl = renderer.getContext() as WebGL2RenderingContext;
     const state = renderer.state as unknown as {
         bindTexture(target: number, handle: WebGLTexture): void;
