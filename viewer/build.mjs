@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Bundles the page into dist/: index.html, app.js, app.css and the licences of what is in app.js.
+// Bundles the page into dist/: index.html, app.js, app.css and the licences of the packages in
+// app.js.
 //
 //   node build.mjs          small
 //   node build.mjs --debug  readable, with a source map

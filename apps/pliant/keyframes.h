@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // A movie as a few cameras and the times at which they are reached: the file that the page saves.
-// The same sums are in viewer/src/keyframes.ts, so that both make the same movie.
+// The same sums are in viewer/src/maths/keyframes.ts, so that both make the same movie.
 
 #pragma once
 

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // Colours of the tissues behind a wall, for each kind of lumen; linear red, green and blue. The
-// page has the same table (viewer/src/linings.ts).
+// page has the same table (viewer/src/views/linings.ts).
 
 #pragma once
 

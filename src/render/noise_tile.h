@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // Value noise that repeats every 16 cells, with its slope: baked once at four samples per cell,
-// then read by trilinear interpolation. The page bakes the same tile (viewer/src/noise.ts) into a
-// texture, so that both renderers draw the same blood vessels.
+// then read by trilinear interpolation. The page bakes the same tile (viewer/src/views/noise.ts)
+// into a texture, so that both renderers draw the same blood vessels.
 
 #pragma once
 

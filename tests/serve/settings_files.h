@@ -13,7 +13,7 @@ namespace pliant::test {
 
 /// Tables in Markdown by the name of their place, `<!-- settings: NAME -->` … `<!-- end -->`.
 std::map<std::string, std::string> settings_tables();
-/// viewer/src/settings.ts.
+/// viewer/src/net/settings.ts.
 std::string settings_types();
 /// A document with the text between its marks replaced. An unknown name leaves it as it is.
 std::string with_tables(const std::string& document);

@@ -47,7 +47,7 @@ TEST(SettingsFiles, DocumentsHaveTheTablesOfTheRows) {
 }
 
 TEST(SettingsFiles, ThePagesTypesAreThoseOfTheRows) {
-    expect_text("viewer/src/settings.ts", settings_types());
+    expect_text("viewer/src/net/settings.ts", settings_types());
 }
 
 TEST(SettingsFiles, AllFilesNameTheSameVersion) {

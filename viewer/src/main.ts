@@ -1,29 +1,56 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Starts the page: reads the link's token, connects, puts the parts together and draws.
+// Starts the page: reads the link's token, creates all parts, connects, and draws.
 
 import './style.css';
-import { Actions } from './actions.ts';
-import { CatheterHand } from './catheter_hand.ts';
-import { h } from './dom.ts';
-import { Files } from './files.ts';
-import { helpDialog } from './help.ts';
-import { keepView } from './kept_view.ts';
-import { Keymap } from './keymap.ts';
-import { Legend } from './legend.ts';
-import { Overlay } from './overlay.ts';
-import { panels } from './panels.ts';
-import { Pointer } from './pointer.ts';
-import { Session } from './session.ts';
-import { Stage } from './stage.ts';
-import { StatusBar } from './status_bar.ts';
-import { initialState, kViews, Store } from './store.ts';
-import { toolbar } from './toolbar.ts';
-import { Tour } from './tour.ts';
+import { Connection } from './net/connection.ts';
+import { h } from './panels/dom.ts';
+import { helpDialog } from './panels/help.ts';
+import { Legend } from './panels/legend.ts';
+import { Overlay } from './panels/overlay.ts';
+import { panels } from './panels/panels.ts';
+import { chooseSeries } from './panels/series_dialog.ts';
+import { MessageLine, StatusBar } from './panels/status_bar.ts';
+import { toolbar } from './panels/toolbar.ts';
+import { Tour } from './panels/tour.ts';
+import { keepView } from './state/kept_view.ts';
+import { initialState, kViews, type State } from './state/state.ts';
+import { Store } from './state/store.ts';
+import { Actions } from './tools/actions.ts';
+import { Files } from './tools/files.ts';
+import { Keymap } from './tools/keymap.ts';
+import { Pointer } from './tools/pointer.ts';
+import { Session } from './tools/session.ts';
+import { Stage } from './views/stage.ts';
 
 const kTourKey = 'pliant.tour';
 const kThemeKey = 'pliant.theme';
+
+/// Text over the pictures: connection and transfers; empty: none.
+function noticeOf({ link, scan }: State, contextLost: boolean): string {
+    if (contextLost)
+        return 'The graphics context is lost. It comes back by itself; if not, reload the page.';
+    if (link.status === 'ended') return `${link.text}. Reload the page to connect again.`;
+    if (link.status === 'lost') return `${link.text}. Connecting again…`;
+    if (!scan.volume) return 'Connecting…';
+    if (link.transfer) return link.transfer;
+    if (scan.loaded < 1) return `Loading ${scan.volume.name}: ${Math.round(100 * scan.loaded)} %`;
+    return '';
+}
+
+function keepTheme(store: Store): void {
+    store.watch(
+        ({ display: { theme } }) => [theme],
+        (theme) => {
+            document.documentElement.dataset.theme = theme;
+            if (theme !== 'system') localStorage.setItem(kThemeKey, theme);
+            else localStorage.removeItem(kThemeKey);
+        },
+    );
+    const theme = localStorage.getItem(kThemeKey);
+    if (theme === 'light' || theme === 'dark') store.set({ display: { theme } });
+}
 
 function start(): void {
     const link = new URLSearchParams(location.hash.slice(1));
@@ -32,117 +59,100 @@ function start(): void {
     const url = new URL(`ws?token=${encodeURIComponent(token)}`, location.href);
     url.protocol = url.protocol.replace('http', 'ws');
     url.hash = '';
-    const store = new Store(initialState());
     const name = link.get('name') ?? '';
-    const session = new Session(store, url.href, { role, name }, sessionStorage);
-    const actions = new Actions(session);
-    const overlay = new Overlay(session);
-    const held = new Set<string>(); // keys
-    const hand = new CatheterHand(session, held, () => navigator.getGamepads());
-    session.drive = (seconds, now) => hand.tick(seconds, now);
-    const canvas = h('canvas', { 'aria-hidden': 'true' });
-    const settings = panels(session, actions, hand);
-    const files = new Files(session, `?token=${encodeURIComponent(token)}`);
-    files.openPath = (file) => actions.openFile(file);
-    const status = new StatusBar(session);
-    const legend = new Legend(session);
-    const tour = new Tour(session, () => localStorage.setItem(kTourKey, 'seen'));
-    const help = helpDialog(() => tour.start());
+
+    const store = new Store(initialState());
+    const message = new MessageLine();
     const notice = h('div', { class: 'notice', role: 'alert', hidden: true });
-    const showHelp = (): void => {
-        if (!help.open) help.showModal();
-    };
-
-    document.body.append(
-        toolbar(session, actions, files, { help: showHelp }),
-        h(
-            'main',
-            {},
-            h(
-                'div',
-                { class: 'views' },
-                canvas,
-                overlay.element,
-                legend.element,
-                notice,
-                tour.element,
-            ),
-            settings,
-        ),
-        status.element,
-        help,
-    );
-
     let contextLost = false;
     const tell = (): void => {
-        const { state } = store;
-        const text = contextLost
-            ? 'The graphics context is lost. It comes back by itself; if not, reload the page.'
-            : state.link === 'ended'
-              ? `${state.linkText}. Reload the page to connect again.`
-              : state.link === 'lost'
-                ? `${state.linkText}. Connecting again…`
-                : !state.volume
-                  ? 'Connecting…'
-                  : state.transfer
-                    ? state.transfer
-                    : state.loaded < 1
-                      ? `Loading ${state.volume.name}: ${Math.round(100 * state.loaded)} %`
-                      : '';
+        const text = noticeOf(store.state, contextLost);
         notice.hidden = !text;
-        notice.textContent = text;
+        if (notice.textContent !== text) notice.textContent = text;
     };
-    try {
-        session.stage = new Stage(
-            canvas,
-            store,
-            (view) => overlay.views[view].getBoundingClientRect(),
-            (lost) => {
+    const canvas = h('canvas', { 'aria-hidden': 'true' });
+    const views = h('div', { class: 'views' }, canvas, notice);
+    const main = h('main', {}, views);
+    document.body.append(main);
+    const makeStage = (): Stage =>
+        new Stage(canvas, store, {
+            rectOf: (view) => overlay.views[view].getBoundingClientRect(),
+            onContext: (lost) => {
                 contextLost = lost;
                 tell();
             },
-        );
+            onTooSlow: () => {
+                const { style, styleChosen } = store.state.look;
+                if (style === 'plain' || styleChosen) return;
+                store.set({ look: { style: 'plain' } });
+                message.say('switched to the plain look: the real one is too slow here');
+            },
+        });
+    let stage: Stage;
+    try {
+        stage = makeStage();
     } catch (error) {
         notice.hidden = false;
         notice.textContent = `This page needs WebGL 2: ${(error as Error).message}`;
         return;
     }
-    session.stage.vesselOf = () => session.vessel;
-    session.stage.onTooSlow = () => {
-        if (store.state.style === 'plain' || store.state.styleChosen) return;
-        store.set({ style: 'plain' });
-        session.say('the plain look: the real one takes too long to draw here');
-    };
-    store.watch(['link', 'linkText', 'volume', 'loaded', 'transfer'], tell);
-    store.watch(['theme'], ({ theme }) => {
-        document.documentElement.dataset.theme = theme;
-        if (theme !== 'system') localStorage.setItem(kThemeKey, theme);
-        else localStorage.removeItem(kThemeKey);
-    });
-    const theme = localStorage.getItem(kThemeKey);
-    if (theme === 'light' || theme === 'dark') store.set({ theme });
 
-    const keymap = new Keymap(session, actions, held, {
+    const held = new Set<string>(); // codes of keys
+    let greeted = false;
+    const session = new Session({
+        store,
+        stage,
+        connection: new Connection(url.href, { role, name }, sessionStorage),
+        memory: sessionStorage,
+        held,
+        say: (text) => message.say(text),
+        onWelcome: () => {
+            const seen = greeted || localStorage.getItem(kTourKey) || link.has('notour');
+            greeted = true;
+            if (!seen && store.state.link.role === 'control') tour.start();
+        },
+    });
+    const actions = new Actions(session);
+    const files = new Files(session, `?token=${encodeURIComponent(token)}`, {
+        openPath: (file) => actions.openFile(file),
+        chooseSeries,
+    });
+    const overlay = new Overlay(session);
+    const legend = new Legend(session);
+    const status = new StatusBar(session, message);
+    const tour = new Tour(session, () => localStorage.setItem(kTourKey, 'seen'));
+    const help = helpDialog(() => tour.start());
+    const showHelp = (): void => {
+        if (!help.open) help.showModal();
+    };
+    views.replaceChildren(canvas, overlay.element, legend.element, notice, tour.element);
+    main.append(panels(session, actions));
+    main.before(toolbar(session, actions, files, { help: showHelp }));
+    document.body.append(status.element, help);
+    store.watch(({ link: line, scan }) => [line, scan], tell);
+    keepTheme(store);
+
+    new Keymap(session, actions, held, {
         help: showHelp,
         cancel: () => {
             pointer.cancel();
-            actions.way.cancel();
+            session.path.cancel();
             files.cancel();
-            session.stopMovie();
+            session.movie.stop();
             tour.stop();
         },
         nextView: () => {
             const shown = kViews.filter((view) => !overlay.views[view].hidden);
-            const at = shown.indexOf(store.state.active);
+            const at = shown.indexOf(store.state.pointer.active);
             overlay.views[shown[(at + 1) % shown.length]!].focus();
         },
         open: () => {
-            if (store.state.role === 'control') files.choose();
+            if (store.state.link.role === 'control') files.choose();
         },
         save: () => void files.save('volume.nrrd'),
-        stop: () => hand.stop(),
+        stop: () => session.catheter.stop(),
     });
-    const pointer = new Pointer(session, actions, overlay.views, keymap.held);
+    const pointer = new Pointer(session, actions, overlay.views, held);
     window.addEventListener('pagehide', () => keepView(store, sessionStorage));
     // Files may be dropped anywhere.
     document.addEventListener('dragover', (e) => e.preventDefault());
@@ -150,16 +160,7 @@ function start(): void {
         e.preventDefault();
         if (e.dataTransfer) void files.drop(e.dataTransfer);
     });
-    session.onWelcome = () => {
-        if (
-            !localStorage.getItem(kTourKey) &&
-            !link.has('notour') &&
-            store.state.role === 'control'
-        )
-            tour.start();
-        session.onWelcome = () => {};
-    };
-    session.connection.open();
+    session.open();
 
     let last = performance.now();
     const frame = (now: number): void => {
@@ -171,7 +172,7 @@ function start(): void {
         requestAnimationFrame(frame);
     };
     requestAnimationFrame(frame);
-    // For tests, and for the curious.
+    // For tests, and for the browser's console.
     (window as unknown as { pliant: Session }).pliant = session;
 }
 

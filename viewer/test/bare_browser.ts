@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// A browser for measurements. Playwright is told of each message on each WebSocket, with its bytes,
-// which costs half a core at 30 Hz; here the page is asked to run functions, and nothing else. One
-// page, spoken to in the DevTools protocol over two pipes.
+// Browser for measurements: one page, driven by the DevTools protocol over two pipes. Playwright
+// receives all WebSocket messages with their bytes, which costs half a core at 30 Hz; here
+// functions are run in the page, and nothing else.
 
 import { type ChildProcess, spawn } from 'node:child_process';
 import { mkdtempSync, rmSync } from 'node:fs';
@@ -14,10 +14,10 @@ import { findChromium, kArguments } from './browser.ts';
 
 const kPatience = 3000; // tenths of a second until a page is ready
 
-/// Something that runs functions in a page: Playwright's pages do, too.
+/// Runs functions in a page, as Playwright's pages do.
 export interface Evaluator {
-    evaluate<R>(what: () => R | Promise<R>): Promise<R>;
-    evaluate<R, A>(what: (argument: A) => R | Promise<R>, argument: A): Promise<R>;
+    evaluate<R>(run: () => R | Promise<R>): Promise<R>;
+    evaluate<R, A>(run: (argument: A) => R | Promise<R>, argument: A): Promise<R>;
 }
 
 interface Reply {
@@ -64,9 +64,9 @@ export class BareBrowser implements Evaluator {
         throw new Error(`the page was not ready within ${kPatience / 10} s`);
     }
 
-    async evaluate<R, A>(what: (argument: A) => R | Promise<R>, argument?: A): Promise<R> {
+    async evaluate<R, A>(run: (argument: A) => R | Promise<R>, argument?: A): Promise<R> {
         const { result, exceptionDetails } = await this.ask('Runtime.evaluate', {
-            expression: `(${what.toString()})(${JSON.stringify(argument)})`,
+            expression: `(${run.toString()})(${JSON.stringify(argument)})`,
             awaitPromise: true,
             returnByValue: true,
         });

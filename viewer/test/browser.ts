@@ -1,20 +1,20 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The browser that the tests drive, and what they all do with it. Debian's headless Chromium, with
-// WebGL in software, so that it runs without a graphics processor.
+// Browser of the tests, and their common operations. Debian's headless Chromium, with WebGL in
+// software, so that no graphics processor is needed.
 //
 //   PLIANT_CHROMIUM  another browser
 //   PLIANT_SERVER    the program `pliant`: the tests then run against its server, not the mock
-//   PLIANT_PAGE      with it: a folder whose page is shown instead of the one in the program
+//   PLIANT_PAGE      with PLIANT_SERVER: folder of a page to show instead of the program's own
 
 import { type ChildProcess, execFileSync, spawn } from 'node:child_process';
 import { existsSync, mkdirSync, mkdtempSync, rmSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
 import { type Browser, chromium, type Page } from 'playwright-core';
-import type { Session } from '../src/session.ts';
-import type { ViewName } from '../src/store.ts';
+import type { ViewName } from '../src/state/state.ts';
+import type { Session } from '../src/tools/session.ts';
 import { MockServer } from './mock_server.ts';
 
 export const kFolder = process.env.PLIANT_VIEWER!; // set by run.mjs
@@ -27,7 +27,7 @@ export interface Served {
     stop(): Promise<void>;
 }
 
-/// The program's server, on a port of its own choice, or the mock.
+/// Starts the program's server on a free port, or the mock.
 export async function serve(...args: string[]): Promise<Served> {
     const program = process.env.PLIANT_SERVER;
     if (!program) {
@@ -47,7 +47,7 @@ export async function serve(...args: string[]): Promise<Served> {
     };
 }
 
-/// The airway phantom with so many voxels along each side; the mock has one size only.
+/// Serves the airway phantom with a number of voxels along each side; the mock has one size only.
 export async function serveAirway(size: number): Promise<Served> {
     const program = process.env.PLIANT_SERVER;
     if (!program) return serve();
@@ -90,7 +90,7 @@ export const kArguments = [
     '--no-sandbox',
     '--use-angle=swiftshader',
     '--enable-unsafe-swiftshader',
-    // A page that is put in from a folder does not count as local.
+    // Pages fulfilled from a folder don't count as local.
     '--disable-features=LocalNetworkAccessChecks',
 ];
 
@@ -102,7 +102,7 @@ export interface Visit {
     readonly errors: string[];
 }
 
-/// Opens the page and waits until the scan is there. more: further parameters after the #.
+/// Opens the page and waits for the scan. @param more  further parameters after the #
 export async function visit(browser: Browser, link: string, more = '&notour'): Promise<Visit> {
     const context = await browser.newContext({ viewport: { width: 1280, height: 720 } });
     const folder = process.env.PLIANT_SERVER && process.env.PLIANT_PAGE;
@@ -115,15 +115,15 @@ export async function visit(browser: Browser, link: string, more = '&notour'): P
     const errors: string[] = [];
     page.on('pageerror', (error) => errors.push(String(error)));
     page.on('console', (message) => {
-        // Chromium's own remark on reading back pixels is no error of the page.
+        // Chromium's warning about reading back pixels is no error of the page.
         if (message.type() === 'error') errors.push(message.text());
     });
     await page.goto(link + more);
-    // Four rays per pixel take their time in software; the style stays as it is, however slow.
+    // Four rays per pixel are slow in software; the style is kept even if it is slow.
     await page.evaluate(() =>
         (window as unknown as { pliant: Session }).pliant.store.set({
-            fine: false,
-            styleChosen: true,
+            display: { fine: false },
+            look: { styleChosen: true },
         }),
     );
     await loaded(page);
@@ -134,7 +134,7 @@ export const loaded = async (page: Page): Promise<void> => {
     await page.waitForFunction(
         () => {
             const state = session().store.state;
-            return state.link === 'open' && state.loaded === 1;
+            return state.link.status === 'open' && state.scan.loaded === 1;
             function session(): Session {
                 return (window as unknown as { pliant: Session }).pliant;
             }
@@ -145,7 +145,7 @@ export const loaded = async (page: Page): Promise<void> => {
     await still(page);
 };
 
-/// Waits until the endoscope's picture is drawn in full and nothing is under way.
+/// Waits until all views are drawn completely.
 export const still = async (page: Page): Promise<void> => {
     await page.waitForFunction(
         () => (window as unknown as { pliant: Session }).pliant.stage.isStill,
@@ -154,7 +154,7 @@ export const still = async (page: Page): Promise<void> => {
     );
 };
 
-/// What the store holds now.
+/// Present state of the page.
 export const stateOf = (page: Page): Promise<Session['store']['state']> =>
     page.evaluate(() => (window as unknown as { pliant: Session }).pliant.store.state);
 
@@ -171,7 +171,7 @@ export async function rectOf(page: Page, view: ViewName): Promise<Rect> {
     return box;
 }
 
-/// A place in a view, as shares of its width and height.
+/// Page coordinates of a point in a view. u, v: shares of its width and height
 export async function spot(
     page: Page,
     view: ViewName,
@@ -182,7 +182,7 @@ export async function spot(
     return [Math.round(box.x + u * box.width), Math.round(box.y + v * box.height)];
 }
 
-/// The pixels of a view, without what lies over them, as a number that changes with any of them.
+/// Statistics of a view's pixels, without the marks over them; the hash changes with any pixel.
 export async function pixels(
     page: Page,
     view: ViewName,
@@ -212,7 +212,7 @@ export async function pixels(
     }, view);
 }
 
-/// Presses the left button, moves in steps and lets it go.
+/// Presses a button, moves in steps and releases it.
 export async function dragBy(
     page: Page,
     from: [number, number],
@@ -226,19 +226,19 @@ export async function dragBy(
     await page.mouse.up({ button });
 }
 
-/// Waits until the page's state is so. It is asked for from here: the page evaluates no text.
+/// Waits for a state of the page. It polls from here, because the page evaluates no code from text.
 export async function untilState(
     page: Page,
     holds: (state: Session['store']['state']) => boolean,
     seconds = 60,
 ): Promise<void> {
-    for (const end = Date.now() + 1000 * seconds; !holds(await stateOf(page)); ) {
+    for (const end = Date.now() + 1000 * seconds; !holds(await stateOf(page));) {
         if (Date.now() > end) throw new Error(`not within ${seconds} s: ${holds.toString()}`);
         await page.waitForTimeout(100);
     }
 }
 
-/// Waits until the server's undo steps are so many.
+/// Waits for a number of undo steps of the server.
 export const untilUndo = (page: Page, steps: number): Promise<unknown> =>
     page.waitForFunction(
         (n) =>

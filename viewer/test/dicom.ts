@@ -6,7 +6,7 @@
 const kSyntax = '1.2.840.10008.1.2.1'; // explicit, little-endian
 const kCt = '1.2.840.10008.5.1.4.1.1.2';
 
-/// One element with its type of value.
+/// Encodes an element with its value representation.
 function element(group: number, number: number, type: string, value: string | Buffer): Buffer {
     let bytes = typeof value === 'string' ? Buffer.from(value, 'latin1') : value;
     const fill = Buffer.alloc(bytes.length % 2, type === 'UI' ? 0 : ' ');
@@ -22,7 +22,7 @@ function element(group: number, number: number, type: string, value: string | Bu
 
 const u16 = (value: number): Buffer => Buffer.from(Uint16Array.of(value).buffer);
 
-/// A slice of a series at a height [mm]; all its pixels have one value [HU].
+/// Encodes a slice of a series at a height [mm]; all pixels have one value [HU].
 export function dicomSlice(series: string, description: string, z: number, hu: number): Buffer {
     const instance = `${series}.${z + 1}`;
     const meta = Buffer.concat([

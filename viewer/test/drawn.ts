@@ -1,27 +1,27 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The endoscope's picture, drawn by the page's own view into a corner of its canvas and read back,
-// with a state, tools and a catheter that the page itself doesn't have.
+// Pictures of the endoscope, drawn by the page's own view into a corner of its canvas and read
+// back, with any state, tools and catheter.
 
 import type { Page } from 'playwright-core';
-import type { EndoscopeView } from '../src/endoscope_view.ts';
-import type { ToolBall } from '../src/instruments.ts';
-import type { Session } from '../src/session.ts';
-import type { State } from '../src/store.ts';
-import type { Vec3 } from '../src/vec.ts';
+import type { Vec3 } from '../src/maths/vec.ts';
+import type { Patch } from '../src/state/store.ts';
+import type { Session } from '../src/tools/session.ts';
+import type { EndoscopeView } from '../src/views/endoscope_view.ts';
+import type { ToolBall } from '../src/views/instruments.ts';
 
 export interface Wanted {
     readonly width: number;
     readonly height: number;
-    readonly state: Partial<State>;
-    readonly iso?: number; ///< [HU]; 30000: there is no wall
+    readonly state: Patch;
+    readonly iso?: number; ///< [HU]; 30000: no wall
     readonly balls?: readonly ToolBall[];
     readonly catheter?: readonly Vec3[];
     readonly radius?: number; ///< of the catheter [mm]
 }
 
-/// Red, green, blue of each pixel, from the upper left corner row by row.
+/// Draws a picture. @returns red, green, blue of each pixel, row by row from the upper left corner
 export async function drawn(page: Page, wanted: Wanted): Promise<Uint8Array> {
     const text = await page.evaluate((w) => {
         const { stage, store } = (window as never as { pliant: Session }).pliant;
@@ -30,7 +30,15 @@ export async function drawn(page: Page, wanted: Wanted): Promise<Uint8Array> {
         const { shared } = store.state;
         const tissue = w.catheter ? { ...shared!.tissue, model: 'vessel' } : shared!.tissue;
         const iso_hu = w.iso ?? shared!.iso_hu;
-        const state = { ...store.state, ...w.state, shared: { ...shared, iso_hu, tissue } };
+        const groups = Object.entries(w.state).map(([name, values]) => [
+            name,
+            { ...store.state[name as 'view'], ...(values as object) },
+        ]);
+        const state = {
+            ...store.state,
+            ...Object.fromEntries(groups),
+            shared: { ...shared, iso_hu, tissue },
+        };
         const vessel = w.catheter && {
             rest: new Float32Array(9),
             corners: new Uint32Array([0, 1, 2]),
@@ -60,14 +68,14 @@ export async function drawn(page: Page, wanted: Wanted): Promise<Uint8Array> {
     return Uint8Array.from(Buffer.from(text, 'base64'));
 }
 
-/// Whether each pixel is another in two pictures.
+/// Mask of the pixels that differ between two pictures.
 export const different = (a: Uint8Array, b: Uint8Array): boolean[] =>
     Array.from({ length: a.length / 3 }, (_, i) =>
         [0, 1, 2].some((c) => a[3 * i + c] !== b[3 * i + c]),
     );
 
-/// Where two masks differ although the expected one is even in a pixel's 3 × 3 neighbours; single
-/// pixels may be hairline gaps, and do not count.
+/// Positions where two masks differ although the expected one is constant in the 3 × 3
+/// neighbourhood; single pixels may be hairline gaps, and do not count.
 export function misses(
     found: readonly boolean[],
     expected: readonly boolean[],

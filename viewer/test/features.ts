@@ -1,11 +1,11 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// What the page can do, once each on one scan, with a picture of it.
+// Features of the page, each shown once on one scan, with a picture.
 
 import type { Page } from 'playwright-core';
-import type { Session } from '../src/session.ts';
-import type { Vec3 } from '../src/vec.ts';
+import type { Vec3 } from '../src/maths/vec.ts';
+import type { Session } from '../src/tools/session.ts';
 import { loaded, stateOf, still } from './browser.ts';
 
 export interface Feature {
@@ -21,23 +21,24 @@ const ask = (page: Page, command: Command): Promise<unknown> =>
     page.evaluate(async (c) => {
         const { pliant } = window as never as { pliant: Session };
         await pliant.ask(c);
-        await pliant.compare(); // the answer to this comes after all boxes
+        await pliant.compare(); // its answer comes after all boxes
     }, command);
 const set = (page: Page, wish: Wish): Promise<void> =>
     page.evaluate((w) => (window as never as { pliant: Session }).pliant.store.set(w), wish);
 const key = (page: Page, name: string): Promise<void> => page.keyboard.press(name);
 
-/// Where the endoscope looks at the wall: a place on its ray, so far ahead [mm].
+/// Point ahead of the endoscope at a distance [mm].
 async function ahead(page: Page, mm: number): Promise<Vec3> {
-    const { camera } = await stateOf(page);
+    const { camera } = (await stateOf(page)).view;
     return [0, 1, 2].map((a) => camera.eye[a]! + mm * camera.look[a]!) as unknown as Vec3;
 }
 
-/// The wall that the endoscope looks at, as far as it is, and the crosshair there.
+/// Finds the wall ahead of the endoscope, and sets the crosshair on it.
 async function wallAhead(page: Page): Promise<Vec3> {
     const mm = await page.evaluate(() => {
         const { volume, store } = (window as never as { pliant: Session }).pliant;
-        const { camera, shared } = store.state;
+        const { shared } = store.state;
+        const { camera } = store.state.view;
         const { grid } = volume!;
         for (let way = 1; way < 200; way += 0.5) {
             const v = camera.eye.map((x, a) => x + way * camera.look[a]! - grid.origin[a]!);
@@ -49,12 +50,12 @@ async function wallAhead(page: Page): Promise<Vec3> {
         return 20;
     });
     const place = await ahead(page, mm);
-    await set(page, { cursor: place });
+    await set(page, { sections: { cursor: place } });
     return place;
 }
 
-/// A place in the wall on the right of the endoscope's picture, pushed into the lumen. Cartilage
-/// above 300 HU would stop the push after 3 mm.
+/// Push of the wall on the right of the endoscope's picture into the lumen. Cartilage above 300 HU
+/// would stop the push after 3 mm.
 const kWall = { point: [-1.5, 142, -438], push: [-9, 0, 0], radius: 6 } as const;
 const kBeforeWall: Vec3 = [-7, 142, -438]; // in the lumen at rest, in the wall once it is pushed
 const kSoft = { bone_threshold_hu: 2000, offset: 0.4 };
@@ -63,7 +64,7 @@ const kHard = { bone_threshold_hu: 300, offset: 0.2 };
 const kWhole = { shift: [0, 0], zoom: 1 } as const;
 const wholeSections = { axial: kWhole, coronal: kWhole, sagittal: kWhole };
 
-/// Sections through a place, which lies in their middle.
+/// Centres the sections on a point.
 async function lookCloser(page: Page, place: Vec3, zoom: number): Promise<void> {
     const from = await page.evaluate((p) => {
         const { grid } = (window as never as { pliant: Session }).pliant.volume!;
@@ -71,11 +72,13 @@ async function lookCloser(page: Page, place: Vec3, zoom: number): Promise<void> 
     }, place);
     const [x, y, z] = from as unknown as Vec3;
     await set(page, {
-        cursor: place,
         sections: {
-            axial: { shift: [x, -y], zoom },
-            coronal: { shift: [x, z], zoom },
-            sagittal: { shift: [y, z], zoom },
+            cursor: place,
+            frames: {
+                axial: { shift: [x, -y], zoom },
+                coronal: { shift: [x, z], zoom },
+                sagittal: { shift: [y, z], zoom },
+            },
         },
     });
 }
@@ -107,10 +110,9 @@ export const kFeatures: readonly Feature[] = [
         name: 'displacement',
         caption: 'Displacement in colours, with a legend',
         show: async (page) => {
-            await set(page, { overlay: 'displacement' });
+            await set(page, { overlay: { kind: 'displacement' } });
             await page.waitForFunction(
-                () =>
-                    (window as never as { pliant: Session }).pliant.store.state.overlayExtreme > 0,
+                () => (window as never as { pliant: Session }).pliant.store.state.scan.extreme > 0,
             );
         },
     },
@@ -118,10 +120,10 @@ export const kFeatures: readonly Feature[] = [
         name: 'volume_change',
         caption: 'Volume change in colours: blue is compressed, red stretched',
         show: async (page) => {
-            await set(page, { overlay: 'jacobian' });
+            await set(page, { overlay: { kind: 'jacobian' } });
             await page.waitForFunction(() => {
                 const { stage, store } = (window as never as { pliant: Session }).pliant;
-                return stage.overlay?.kind === 'jacobian' && store.state.overlayExtreme > 0;
+                return stage.overlay?.kind === 'jacobian' && store.state.scan.extreme > 0;
             });
         },
     },
@@ -129,12 +131,12 @@ export const kFeatures: readonly Feature[] = [
         name: 'carved',
         caption: 'Tissue carved out, the overlay switched off',
         show: async (page) => {
-            await set(page, { overlay: 'none' });
+            await set(page, { overlay: { kind: 'none' } });
             await ask(page, { do: 'reset' });
             await ask(page, { do: 'materials', ...kHard });
-            await set(page, { sections: wholeSections });
+            await set(page, { sections: { frames: wholeSections } });
             const from = await wallAhead(page);
-            const { camera } = await stateOf(page);
+            const { camera } = (await stateOf(page)).view;
             const to = from.map((x, a) => x + 10 * camera.look[a]!) as unknown as Vec3;
             await ask(page, { do: 'carve', from, to, radius: 6 });
         },
@@ -160,14 +162,17 @@ export const kFeatures: readonly Feature[] = [
         caption: 'One view alone, with the window for lungs',
         show: async (page) => {
             await key(page, 'o');
-            await set(page, { maximised: 'coronal', window: 1500, level: -600, contour: true });
+            await set(page, {
+                display: { maximised: 'coronal', contour: true },
+                sections: { window: 1500, level: -600 },
+            });
         },
     },
     {
         name: 'light',
         caption: 'The light theme, and the panel of the tissue',
         show: async (page) => {
-            await set(page, { maximised: null, theme: 'light', contour: false });
+            await set(page, { display: { maximised: null, theme: 'light', contour: false } });
             await panel(page, /^Tissue$/);
         },
     },
@@ -175,11 +180,11 @@ export const kFeatures: readonly Feature[] = [
         name: 'movie',
         caption: 'Keyframes of a movie',
         show: async (page) => {
-            await set(page, { theme: 'dark' });
+            await set(page, { display: { theme: 'dark' } });
             await key(page, 'k');
             const eye = await ahead(page, 8);
-            const { camera } = await stateOf(page);
-            await set(page, { camera: { ...camera, eye } });
+            const { camera } = (await stateOf(page)).view;
+            await set(page, { view: { camera: { ...camera, eye } } });
             await key(page, 'k');
             await panel(page, /^Movie/);
         },
@@ -196,7 +201,7 @@ export const kFeatures: readonly Feature[] = [
     },
 ];
 
-/// @param take  makes the picture
+/// Shows all features. @param take  takes the picture
 export async function showAll(
     page: Page,
     take: (feature: Feature) => Promise<void>,

@@ -3,10 +3,10 @@
 
 // Small random volumes on random grids, oblique and left-handed ones among them.
 
-import type { Grid } from '../src/grid.ts';
-import { halfOfFloat } from '../src/half.ts';
-import { cross, normalized, type Vec3 } from '../src/vec.ts';
-import { VolumeData } from '../src/volume.ts';
+import type { Grid } from '../src/maths/grid.ts';
+import { halfOfFloat } from '../src/maths/half.ts';
+import { cross, normalized, type Vec3 } from '../src/maths/vec.ts';
+import { VolumeData } from '../src/maths/volume.ts';
 import { between, random, whole } from './random.ts';
 
 export const randomVector = (size: number): Vec3 => [
@@ -27,7 +27,7 @@ export function randomGrid(low: number, high: number): Grid {
     };
 }
 
-/// Smooth bumps: walls are thicker than the rays' step.
+/// Volume of smooth bumps: walls are thicker than the rays' step.
 export function smoothVolume(grid: Grid): VolumeData {
     const [nx, ny, nz] = grid.size;
     const waves = Array.from({ length: 5 }, () => ({

@@ -1,17 +1,18 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Looks, instruments and X-rays for the page of results: one view alone, as a picture each.
+// Gallery of looks, instruments and X-rays for the page of results: pictures of one view.
 
 import { execFileSync } from 'node:child_process';
 import { mkdtempSync, rmSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
 import type { Browser, Page } from 'playwright-core';
-import type { ToolBall, ToolKind } from '../src/instruments.ts';
-import type { Session } from '../src/session.ts';
-import type { State } from '../src/store.ts';
-import type { Vec3 } from '../src/vec.ts';
+import type { Camera } from '../src/maths/rays.ts';
+import type { Vec3 } from '../src/maths/vec.ts';
+import type { Patch } from '../src/state/store.ts';
+import type { Session } from '../src/tools/session.ts';
+import type { ToolBall, ToolKind } from '../src/views/instruments.ts';
 import { serve, still, visit } from './browser.ts';
 import { insertCatheter, kAortaLumen } from './inserted_catheter.ts';
 import { kAorta, kThorax } from './setups.ts';
@@ -23,21 +24,23 @@ interface Shot {
     readonly name: string; ///< of its picture
     readonly caption: string;
     readonly scan: Scan;
-    readonly set: Partial<State>;
+    readonly set: Patch;
     readonly tool?: { readonly kind: ToolKind; readonly ahead: Vec3; readonly radius: number };
     readonly catheter?: boolean;
     readonly side?: boolean; ///< X-rays from the side
-    readonly near?: number; ///< share of the distance at which all of the scan is seen
+    readonly near?: number; ///< factor of the distance at which the whole scan is visible
 }
 
 const kSize = { width: 830, height: 520 }; // of the window; half of it is the view
-const inside = { outside: false, fluoroscopy: false, style: 'real', fieldStop: 'round' } as const;
-const shadow = { outside: true, fluoroscopy: true } as const;
+const look = { style: 'real', fieldStop: 'round' } as const;
+const inside = { view: { outside: false, fluoroscopy: false }, look } as const;
+const insideAt = (camera: Camera): Patch => ({ view: { ...inside.view, camera } });
+const shadow = { view: { outside: true, fluoroscopy: true } } as const;
 const kTurbinate = { eye: [4.5, -42.5, -8], look: [0.297, 0.807, -0.51], up: [0, 0, 1] } as const;
 const kInAorta = { eye: [-0.4, -145.6, 587], look: [0.31, 0.28, 0.91], up: [0, -1, 0] } as const;
 const kBesideCatheter = { ...kInAorta, eye: [-0.4, -147.8, 584] } as const;
 
-/// Places are ahead, to the right and up of the lens [mm].
+/// Shot of an instrument. @param ahead  position ahead, to the right and up of the lens [mm]
 const tool = (kind: ToolKind, text: string, radius: number, ahead: Vec3 = [16, 1, 0]): Shot => ({
     name: `tool_${kind}`,
     caption: text,
@@ -52,32 +55,32 @@ export const kGallery: Readonly<Record<string, readonly Shot[]>> = {
             name: 'look_plain',
             caption: 'An airway, *plain*: shape alone',
             scan: 'thorax',
-            set: { ...inside, style: 'plain' },
+            set: { ...inside, look: { ...look, style: 'plain' } },
         },
         { name: 'look_airway', caption: 'The same, *real*', scan: 'thorax', set: inside },
         {
             name: 'look_octagon',
             caption: '*Real*, octagonal field',
             scan: 'thorax',
-            set: { ...inside, fieldStop: 'octagon' },
+            set: { ...inside, look: { ...look, fieldStop: 'octagon' } },
         },
         {
             name: 'look_full',
             caption: '*Real*, full field',
             scan: 'thorax',
-            set: { ...inside, fieldStop: 'full' },
+            set: { ...inside, look: { ...look, fieldStop: 'full' } },
         },
         {
             name: 'look_sinus',
             caption: 'A turbinate of the sinus phantom, colours of a sinus',
             scan: 'sinus',
-            set: { ...inside, lining: 'sinus', camera: kTurbinate },
+            set: { ...insideAt(kTurbinate), look: { ...look, lining: 'sinus' } },
         },
         {
             name: 'look_vessel',
             caption: 'The aorta in a CT angiography, colours of a vessel',
             scan: 'aorta',
-            set: { ...inside, lining: 'vessel', camera: kInAorta },
+            set: { ...insideAt(kInAorta), look: { ...look, lining: 'vessel' } },
         },
     ],
     Instruments: [
@@ -90,7 +93,7 @@ export const kGallery: Readonly<Record<string, readonly Shot[]>> = {
             name: 'tool_catheter',
             caption: 'Catheter in the aorta',
             scan: 'aorta',
-            set: { ...inside, lining: 'vessel', camera: kBesideCatheter },
+            set: { ...insideAt(kBesideCatheter), look: { ...look, lining: 'vessel' } },
             catheter: true,
         },
     ],
@@ -122,7 +125,7 @@ export const kGallery: Readonly<Record<string, readonly Shot[]>> = {
     ],
 };
 
-/// All pictures, one server for each scan. @param out  the folder that they go to
+/// Takes all pictures, with one server for each scan. @param out  their folder
 export async function takeGallery(browser: Browser, out: string): Promise<void> {
     const folder = mkdtempSync(join(tmpdir(), 'pliant-gallery-'));
     const sinus = join(folder, 'sinus.nrrd');
@@ -152,20 +155,21 @@ async function take(page: Page, shot: Shot, path: string): Promise<void> {
     await insertCatheter(page, shot.catheter ? kAortaLumen : []);
     await page.evaluate(({ set, side, near }) => {
         const { store, stage, volume } = (window as never as Held).pliant;
-        (stage as never as { quality: number }).quality = 0; // however slow the machine is
+        (stage as never as { quality: number }).quality = 0; // full resolution, even if it is slow
         const { grid } = volume!;
         const size = Math.max(...grid.size.map((n, a) => n * grid.spacing[a]!));
         const orbit = {
-            ...store.state.orbit,
+            ...store.state.view.orbit,
             direction: (side ? [0.98, 0.199, 0] : [0, 1, 0]) as never,
             distance: 1.9 * size * (near ?? 1),
         };
-        store.set({ fine: true, maximised: 'endoscope', orbit, ...set });
-        store.set({ cursor: store.state.camera.eye }); // no crosshair in sight
+        store.set({ display: { fine: true, maximised: 'endoscope' }, view: { orbit } });
+        store.set(set);
+        store.set({ sections: { cursor: store.state.view.camera.eye } }); // hides the crosshair
     }, shot);
     await page.evaluate((tool) => {
         const { store, stage } = (window as never as Held).pliant;
-        const { eye, look, up } = store.state.camera;
+        const { eye, look, up } = store.state.view.camera;
         const right = [0, 1, 2].map(
             (a) => look[(a + 1) % 3]! * up[(a + 2) % 3]! - look[(a + 2) % 3]! * up[(a + 1) % 3]!,
         );
@@ -186,7 +190,7 @@ async function take(page: Page, shot: Shot, path: string): Promise<void> {
     await page.screenshot({ path, clip, quality: 80 });
 }
 
-/// Two pictures in a row.
+/// Markdown table with two pictures in a row.
 export function galleryText(): string {
     const table = (shots: readonly Shot[]): string => {
         const rows: string[] = [];

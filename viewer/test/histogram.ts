@@ -1,11 +1,11 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// A histogram as SVG, to be looked at on a page of results.
+// Histogram as SVG for a page of results.
 
 export interface HistogramSettings {
     readonly bin: number;
-    readonly end: number; ///< what is beyond goes into a last bar of its own
+    readonly end: number; ///< values beyond it go into a separate last bar
     readonly mark: number; ///< a dashed line, for a bound
     readonly markLabel: string;
     readonly label: string; ///< of the values, with their unit
@@ -23,8 +23,8 @@ export function histogram(values: readonly number[], settings: HistogramSettings
     const y = (count: number): number => top + (height - top - bottom) * (1 - count / most);
     const at = (number: number): string => number.toFixed(1);
     const middle = 0.5 * (top + height - bottom);
-    const text = (tx: number, ty: number, what: string, anchor = 'middle'): string =>
-        `<text x="${at(tx)}" y="${at(ty)}" text-anchor="${anchor}">${what}</text>`;
+    const text = (tx: number, ty: number, content: string, anchor = 'middle'): string =>
+        `<text x="${at(tx)}" y="${at(ty)}" text-anchor="${anchor}">${content}</text>`;
     const bars = counts.map((count, n) => {
         const [from, to] = [x(bin * n), x(bin * (n + 1))];
         const colour = n === counts.length - 1 ? '#b33' : '#37a';

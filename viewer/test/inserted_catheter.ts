@@ -1,13 +1,13 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// A catheter that no server simulates: a curve through the lumen of an aorta, for pictures of it.
+// Catheter without a simulation: a curve through the lumen of an aorta, for pictures.
 
 import type { Page } from 'playwright-core';
-import type { Session } from '../src/session.ts';
-import type { Vec3 } from '../src/vec.ts';
+import type { Vec3 } from '../src/maths/vec.ts';
+import type { Session } from '../src/tools/session.ts';
 
-/// From the abdomen to the arch of aorta_cta_1p5mm, by `pliant path` [mm, LPS].
+/// Curve from the abdomen to the arch of aorta_cta_1p5mm, by `pliant path` [mm, LPS].
 export const kAortaLumen: readonly Vec3[] = [
     [-3, -149, 545],
     [-1.3, -148.5, 566],
@@ -23,18 +23,21 @@ export const kAortaLumen: readonly Vec3[] = [
 ];
 const kRadius = 0.8; // [mm]
 
-/// The page believes that the scan has a vessel, and this catheter in it; without points none.
+/// Makes the page show a vessel with this catheter; without points: none.
 export const insertCatheter = (page: Page, catheter: readonly Vec3[]): Promise<void> =>
     page.evaluate(
         ({ catheter, radius }) => {
             const { store, stage } = (window as never as { pliant: Session }).pliant;
             const rest = new Float32Array();
             const wall = { rest, places: rest, moved: rest, corners: new Uint32Array() };
-            stage.vesselOf = () => ({ ...wall, catheter, radius }) as never;
-            const { shared, vessel } = store.state;
+            stage.vessel = { ...wall, catheter, radius } as never;
+            const { shared, versions } = store.state;
             const model = catheter.length ? 'vessel' : 'chainmail';
             const tissue = { ...shared!.tissue!, model };
-            store.set({ shared: { ...shared!, tissue } as never, vessel: vessel + 1 });
+            store.set({
+                shared: { ...shared!, tissue } as never,
+                versions: { vessel: versions.vessel + 1 },
+            });
         },
         { catheter, radius: kRadius },
     );

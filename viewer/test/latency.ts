@@ -1,13 +1,13 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// From a command to the texture: how long, and how many bytes. Views are not drawn meanwhile, for
-// without a graphics processor that takes most of the machine; everything else is done as ever. The
-// clock runs from just before the command is sent until the graphics process says (gl.finish) that
-// the last box of the command's step is in the texture. Whoever draws in hardware adds a frame.
+// Latency and number of bytes from a command to the texture. Views are not drawn meanwhile, because
+// software rendering would take most of the machine; everything else is as usual. The clock runs
+// from just before the command is sent until gl.finish reports that the last box of its step is in
+// the texture. Rendering in hardware adds a frame.
 
-import type { Session } from '../src/session.ts';
-import type { Vec3 } from '../src/vec.ts';
+import type { Vec3 } from '../src/maths/vec.ts';
+import type { Session } from '../src/tools/session.ts';
 import { BareBrowser, type Evaluator } from './bare_browser.ts';
 
 export interface Push {
@@ -17,36 +17,36 @@ export interface Push {
 }
 
 export interface LatencySettings extends Push {
-    readonly warmUp: number; ///< pushes before those that count, an even number
+    readonly warmUp: number; ///< number of pushes before the measured ones, even
     readonly count: number;
     readonly hertz: number;
 }
 
-/// One command of a run; times are from its sending [ms].
+/// Sample of one command; times since it was sent [ms].
 export interface Sample {
     answered: number;
-    mirrored: number; ///< the last box is in the page's mirror
-    textured: number; ///< and in the texture, as the graphics process says
+    mirrored: number; ///< until the last box is in the page's mirror
+    textured: number; ///< until it is in the texture
     moved: number; ///< elements
 }
 
 export interface LatencyRun {
     readonly samples: Sample[];
     readonly refused: number;
-    readonly hertz: number; ///< at which commands really went out
+    readonly hertz: number; ///< actual rate of commands
     readonly seconds: number;
     readonly boxBytes: number; ///< frames of boxes, with their headers
-    readonly server: { solve: number[]; resample: number[]; tick: number[] }; ///< [ms], each step
+    readonly server: { solve: number[]; resample: number[]; tick: number[] }; ///< of each step [ms]
 }
 
-/// A browser that shows the scan of a link.
+/// Opens a browser that shows the scan of a link.
 export const openBare = (link: string): Promise<BareBrowser> =>
     BareBrowser.open(`${link}&notour`, () => {
         const { pliant } = window as never as { pliant?: Session };
-        return Boolean(pliant && pliant.store.state.loaded === 1 && pliant.stage.isStill);
+        return Boolean(pliant && pliant.store.state.scan.loaded === 1 && pliant.stage.isStill);
     });
 
-/// Pushes a ball of tissue to and fro, at a rate that doesn't wait for answers.
+/// Pushes a ball of tissue to and fro at a fixed rate, without waiting for answers.
 export async function measureLatency(
     page: Evaluator,
     wanted: LatencySettings,
@@ -84,13 +84,16 @@ export async function measureLatency(
             settle();
         };
         let over = false;
-        store.watch(['shared'], ({ shared }) => {
-            if (over) return;
-            const { solve_ms, resample_ms, tick_ms } = shared!.timing;
-            server.solve.push(solve_ms);
-            server.resample.push(resample_ms);
-            server.tick.push(tick_ms);
-        });
+        store.watch(
+            ({ shared }) => [shared],
+            (shared) => {
+                if (over) return;
+                const { solve_ms, resample_ms, tick_ms } = shared!.timing;
+                server.solve.push(solve_ms);
+                server.resample.push(resample_ms);
+                server.tick.push(tick_ms);
+            },
+        );
         const samples: Sample[] = [];
         const answers: Promise<unknown>[] = [];
         const begin = performance.now();
@@ -135,11 +138,11 @@ export async function measureLatency(
     }, wanted);
 }
 
-/// How much is sent for one push, and how much of it is new.
+/// Numbers of voxels sent for one push, and of those that changed.
 export interface BytesRun {
     readonly moved: number; ///< elements
-    readonly changed: number; ///< voxels that are not what they were, as half floats
-    readonly hull: number; ///< voxels of the box around them
+    readonly changed: number; ///< voxels whose half floats changed
+    readonly hull: number; ///< voxels of their bounding box
     readonly sent: number; ///< voxels
     readonly boxes: number;
     readonly bytes: number;
@@ -190,7 +193,8 @@ export async function measureBytes(page: Evaluator, push: Push): Promise<BytesRu
     }, push);
 }
 
-/// Back at rest, and everything here; neither bone nor distance ends a push. (Runs in the page.)
+/// Resets the tissue, with materials that no push exceeds, and waits for all voxels. Runs in the
+/// page.
 async function prepare(): Promise<void> {
     const session = (window as never as { pliant: Session }).pliant;
     await session.ask({ do: 'materials', bone_threshold_hu: 30_000, max_movement_mm: 50 });

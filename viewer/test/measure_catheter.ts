@@ -1,19 +1,19 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// A catheter in a vessel, to and fro at the fastest speed, in two pages: how far beyond the wall it
-// comes, whether both pages go on to have what the server has, and how long it takes. The pages
-// draw nothing, as drawing in software would take what the simulation has.
+// Drives a catheter to and fro in a vessel at the highest speed, in two pages. Prints its largest
+// depth beyond the wall, whether both pages stay equal to the server, and the time taken. The pages
+// draw nothing, because software rendering would take time from the simulation.
 //
 //   PLIANT_SERVER=build/release/pliant PLIANT_SCENE=scenes/vessel_aorta_live.toml
 //       [PLIANT_SECONDS=40] [PLIANT_FAR_MM=80] npm run measure catheter
 //
-// PLIANT_SECONDS is simulated time; a page is told the state sixty times a second, and what lies
-// between is not seen here (`pliant vessel` looks at every step).
+// PLIANT_SECONDS is simulated time. A page receives the state sixty times a second; `pliant vessel`
+// examines every step.
 
 import type { Page } from 'playwright-core';
-import type { Command } from '../src/protocol.ts';
-import type { Session } from '../src/session.ts';
+import type { Command } from '../src/net/protocol.ts';
+import type { Session } from '../src/tools/session.ts';
 import { compare, launch, serve, stateOf, visit } from './browser.ts';
 
 const kSeconds = Number(process.env.PLIANT_SECONDS ?? 40);
@@ -22,9 +22,9 @@ const kNear_mm = 5;
 const kFastest_mm_s = 100;
 
 interface Seen {
-    depth: number; ///< the most [mm]
-    wall: number; ///< likewise, of how far the wall moved
-    force: number; ///< likewise [N]
+    depth: number; ///< largest value [mm]
+    wall: number; ///< largest displacement of the wall [mm]
+    force: number; ///< largest force [N]
     states: number;
     failure: string;
 }
@@ -35,15 +35,18 @@ const watch = (page: Page): Promise<void> =>
         session.stage.frame = () => false;
         const seen: Seen = { depth: -Infinity, wall: 0, force: 0, states: 0, failure: '' };
         (window as never as { seen: Seen }).seen = seen;
-        session.store.watch(['shared'], ({ shared }) => {
-            const vessel = shared?.vessel;
-            if (!vessel) return;
-            ++seen.states;
-            seen.depth = Math.max(seen.depth, vessel.depth_mm);
-            seen.wall = Math.max(seen.wall, vessel.wall_moved_mm);
-            seen.force = Math.max(seen.force, Math.abs(vessel.force_n));
-            seen.failure ||= vessel.failure;
-        });
+        session.store.watch(
+            ({ shared }) => [shared],
+            (shared) => {
+                const vessel = shared?.vessel;
+                if (!vessel) return;
+                ++seen.states;
+                seen.depth = Math.max(seen.depth, vessel.depth_mm);
+                seen.wall = Math.max(seen.wall, vessel.wall_moved_mm);
+                seen.force = Math.max(seen.force, Math.abs(vessel.force_n));
+                seen.failure ||= vessel.failure;
+            },
+        );
     });
 const seenBy = (page: Page): Promise<Seen> =>
     page.evaluate(() => (window as never as { seen: Seen }).seen);
@@ -69,7 +72,7 @@ for (; time < kSeconds; ++ways) {
     const away = ways % 2 === 0;
     const end = away ? kFar_mm : kNear_mm;
     await ask(own.page, { do: 'catheter', insert_mm_s: away ? kFastest_mm_s : -kFastest_mm_s });
-    for (let before = NaN, still = 0; still < 20; ) {
+    for (let before = NaN, still = 0; still < 20;) {
         await own.page.waitForTimeout(50);
         const { vessel } = (await stateOf(own.page)).shared!;
         time = vessel!.time_s;

@@ -1,12 +1,12 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// `./dev results endoscope`: what the page takes and sends, beside what it looks like, as a page of
-// documentation with its pictures.
+// `./dev results endoscope`: writes a page of documentation with the page's latencies, transfers
+// and pictures.
 //
-//   PLIANT_RESULTS  the folder of the page
-//   PLIANT_PARTS    of latency, bytes, pictures, features, gallery: measured anew; else all. The
-//                   others come from test/out, where each part leaves its numbers
+//   PLIANT_RESULTS  folder of that page
+//   PLIANT_PARTS    parts to measure, of latency, bytes, pictures, features, gallery; absent: all.
+//                   Results of the other parts are read from test/out, where each part stores them
 
 import { execFileSync } from 'node:child_process';
 import { mkdirSync, mkdtempSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
@@ -20,7 +20,7 @@ import { galleryText, takeGallery } from './gallery.ts';
 import { histogram } from './histogram.ts';
 import * as latency from './latency.ts';
 import { quantile } from './latency.ts';
-import { type Difference, difference, kFar } from './picture_difference.ts';
+import { difference, type Difference, kFar } from './picture_difference.ts';
 import { kBalls, kHeart, kHertz, kRun, thorax } from './setups.ts';
 import { watched } from './stolen.ts';
 
@@ -36,11 +36,11 @@ interface Numbers {
     latency: latency.LatencyRun & { load: number; stolen: number };
     bytes: latency.BytesRun[];
     pictures: { phantom: Difference; ct: Difference };
-    features: string; ///< when
-    gallery: string; ///< when
+    features: string; ///< date
+    gallery: string; ///< date
 }
 
-/// What a part has measured now, or had before.
+/// Result of a part, measured now or stored before.
 async function part<K extends keyof Numbers>(
     name: K,
     measure: () => Promise<Numbers[K]>,

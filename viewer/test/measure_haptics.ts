@@ -1,18 +1,18 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Ten minutes of a simulated device that pushes the phantom, with a second browser that looks on:
-// whether anything is lost. Both pages draw nothing, as drawing in software would take what the
-// server and the servo have. Printed once a minute, and at the end: news of the device in each
-// page, the longest time without any, checksums that were compared, the servo's numbers.
+// Endurance test: a simulated device pushes the phantom for ten minutes, with a second browser as a
+// viewer. Both pages draw nothing, because software rendering would take time from server and
+// servo. Prints once a minute and at the end: messages of the device in each page, the longest time
+// without one, compared checksums, and the servo's timing.
 //
 //   PLIANT_SERVER=… [PLIANT_MINUTES=10] [PLIANT_OUT=FILE] npm run measure haptics
 //
-// What is printed at the end also goes into the file, if one is named.
+// The final output is written to PLIANT_OUT as well.
 
 import { writeFileSync } from 'node:fs';
 import type { Page } from 'playwright-core';
-import type { Session } from '../src/session.ts';
+import type { Session } from '../src/tools/session.ts';
 import { compare, launch, serve, stateOf, visit } from './browser.ts';
 
 const kMinutes = Number(process.env.PLIANT_MINUTES ?? 10);
@@ -21,8 +21,8 @@ const kCompareMs = 10_000;
 interface Watched {
     news: number;
     longestMs: number;
-    pushes: number; ///< contacts that were seen to begin
-    lost: number; ///< times that the line broke
+    pushes: number; ///< contacts begun
+    lost: number; ///< losses of the connection
 }
 
 const watch = (page: Page): Promise<void> =>
@@ -33,15 +33,15 @@ const watch = (page: Page): Promise<void> =>
         (window as never as { seen: typeof seen }).seen = seen;
         let last = 0;
         let touches = false;
-        session.store.listen((state, changed) => {
-            if (changed.has('link') && state.link !== 'open') ++seen.lost;
-            if (!changed.has('haptics') || !state.haptics) return;
+        session.store.listen(({ link, device }, before) => {
+            if (link.status !== before.link.status && link.status !== 'open') ++seen.lost;
+            if (device.news === before.device.news || !device.news) return;
             const now = performance.now();
             if (last) seen.longestMs = Math.max(seen.longestMs, now - last);
             last = now;
             ++seen.news;
-            if (state.haptics.contact && !touches) ++seen.pushes;
-            touches = state.haptics.contact!;
+            if (device.news.contact && !touches) ++seen.pushes;
+            touches = device.news.contact!;
         });
     });
 const seenBy = (page: Page): Promise<Watched> =>
@@ -53,11 +53,11 @@ const own = await visit(browser, served.link);
 const other = await visit(browser, served.link, '&notour&role=view');
 await watch(own.page);
 await watch(other.page);
-const mark = (await stateOf(own.page)).volume!.landmarks[0]!;
+const mark = (await stateOf(own.page)).scan.volume!.landmarks[0]!;
 const started = await own.page.evaluate(async ({ eye_mm, look }) => {
     const session = (window as never as { pliant: Session }).pliant;
-    session.goTo(eye_mm, look);
-    session.fly(look.map((x) => 60 * x) as [number, number, number]);
+    session.endoscope.goTo(eye_mm, look);
+    session.endoscope.fly(look.map((x) => 60 * x) as [number, number, number]);
     session.device.device = 'virtual:tap';
     return session.device.start();
 }, mark);
@@ -69,12 +69,12 @@ let different = 0;
 for (let n = 1; Date.now() < end; ++n) {
     await own.page.waitForTimeout(Math.min(kCompareMs, Math.max(end - Date.now(), 0)));
     const sums = await Promise.all([compare(own.page), compare(other.page)]);
-    // Each page against the server; both are of the same step only where nothing moves.
+    // Each page is compared with the server: the two pages have the same step only at rest.
     compared += 2;
     different += sums.filter((sum) => !sum?.same).length;
     if (n % 6) continue;
-    const { haptics } = await stateOf(own.page);
-    console.log(JSON.stringify({ s: (n * kCompareMs) / 1000, ...haptics!.servo, different }));
+    const { news } = (await stateOf(own.page)).device;
+    console.log(JSON.stringify({ s: (n * kCompareMs) / 1000, ...news!.servo, different }));
 }
 const found = JSON.stringify({
     minutes: kMinutes,
@@ -84,7 +84,7 @@ const found = JSON.stringify({
     different,
     errors: [...own.errors, ...other.errors],
     undo: (await stateOf(own.page)).shared!.undo.steps,
-    servo: (await stateOf(own.page)).haptics?.servo,
+    servo: (await stateOf(own.page)).device.news?.servo,
 });
 console.log(found);
 if (process.env.PLIANT_OUT) writeFileSync(process.env.PLIANT_OUT, `${found}\n`);

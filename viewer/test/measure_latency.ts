@@ -1,14 +1,14 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Prints how long it takes from a command to the texture (latency.ts says how that is measured):
-// pushes at 30 Hz in the middle of a CT's heart, in a browser that doesn't draw meanwhile.
+// Prints latencies from a command to the texture (latency.ts): pushes at 30 Hz in the heart of a
+// CT, in a browser that draws nothing.
 //
 //   PLIANT_SERVER=build/release/pliant npm run measure -- latency
-//   PLIANT_OVERLAY=jacobian            with displacement or jacobian asked for as well
+//   PLIANT_OVERLAY=jacobian            with the overlay displacement or jacobian
 
-import type { OverlayKind } from '../src/overlay_kinds.ts';
-import type { Session } from '../src/session.ts';
+import type { OverlayKind } from '../src/net/protocol.ts';
+import type { Session } from '../src/tools/session.ts';
 import { serve } from './browser.ts';
 import { measureLatency, openBare, quantile } from './latency.ts';
 import { kRun, thorax } from './setups.ts';
@@ -19,7 +19,7 @@ const page = await openBare(served.link);
 await page.evaluate(
     (overlay) => {
         const { store } = (window as never as { pliant: Session }).pliant;
-        if (overlay) store.set({ overlay });
+        if (overlay) store.set({ overlay: { kind: overlay } });
     },
     (process.env.PLIANT_OVERLAY ?? '') as OverlayKind | '',
 );

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The moving picture at the top of the README, and its still: a flight through the phantom's
-// airway, whose wall is then pushed. Needs ffmpeg on the PATH.
+// Makes the animation at the top of the README and its still: a flight through the phantom's
+// airway, then a push of its wall. Needs ffmpeg on the PATH.
 //
 //   PLIANT_SERVER=build/release/pliant PLIANT_OUT=docs/images npm run measure opening
 
@@ -10,8 +10,8 @@ import { execFileSync } from 'node:child_process';
 import { copyFileSync, mkdtempSync, rmSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
-import type { Session } from '../src/session.ts';
-import type { Vec3 } from '../src/vec.ts';
+import type { Vec3 } from '../src/maths/vec.ts';
+import type { Session } from '../src/tools/session.ts';
 import { launch, rectOf, serve, still, visit } from './browser.ts';
 
 const program = process.env.PLIANT_SERVER;
@@ -32,7 +32,11 @@ const { page } = await visit(browser, served.link);
 await page.setViewportSize({ width: kSide + 360, height: kSide + 65 });
 await page.evaluate(() => {
     const { store } = (window as never as { pliant: Session }).pliant;
-    store.set({ maximised: 'endoscope', fine: true, radius: 4, tool: 'push', wall: 'pass' });
+    store.set({
+        display: { maximised: 'endoscope', fine: true },
+        tool: { radius: 4, name: 'push' },
+        flight: { wall: 'pass' },
+    });
 });
 await page.waitForTimeout(500);
 const box = await rectOf(page, 'endoscope');
@@ -58,7 +62,7 @@ for (let n = 0; n <= kFlight; ++n) {
         up: [0, -1, 0] as Vec3,
     };
     await page.evaluate((next) => {
-        (window as never as { pliant: Session }).pliant.store.set({ camera: next });
+        (window as never as { pliant: Session }).pliant.store.set({ view: { camera: next } });
     }, camera);
     await shoot();
 }

@@ -1,15 +1,15 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Springs on a real abdomen: 20³ nodes under the belly's wall, pressed at 30 Hz by hand, for some
-// depths. Printed is what the page shows; the pictures show it before and after. Nothing is drawn
-// meanwhile, as drawing in software would be measured instead.
+// Springs on a CT of an abdomen: 20³ nodes under its wall, pressed at 30 Hz, for several depths.
+// Prints the numbers of the page; pictures show the state before and after. Nothing is drawn
+// meanwhile, because software rendering would dominate the times.
 //
 //   PLIANT_SERVER=build/release/pliant npm run measure springs
 
 import { existsSync } from 'node:fs';
 import { join } from 'node:path';
-import type { Session } from '../src/session.ts';
+import type { Session } from '../src/tools/session.ts';
 import { kFolder, launch, picture, serve, stateOf, still, visit } from './browser.ts';
 
 const data = process.env.PLIANT_SHARED_DATA ?? join(kFolder, '../../shared/data');
@@ -26,9 +26,11 @@ const { page } = await visit(browser, served.link);
 await page.evaluate((cursor) => {
     const { store } = (window as never as { pliant: Session }).pliant;
     store.set({
-        cursor: [cursor[0], cursor[1] + 6, cursor[2]],
-        fog: 0,
-        camera: { eye: [110, -400, 300], look: [-0.61, 0.76, -0.23], up: [0, 0, 1] },
+        sections: { cursor: [cursor[0], cursor[1] + 6, cursor[2]] },
+        view: {
+            fog: 0,
+            camera: { eye: [110, -400, 300], look: [-0.61, 0.76, -0.23], up: [0, 0, 1] },
+        },
     });
 }, kSkin);
 await page.evaluate(() =>
@@ -49,7 +51,7 @@ const run = (depth: number): Promise<unknown> =>
             const place = { centre, nodes: 20, cell_mm: 9 };
             await session.ask({ do: 'tissue', model: 'springs', ...place });
             await session.ask({ do: 'depth', layers: depth });
-            // To and fro for three seconds, as a hand does.
+            // To and fro for three seconds.
             let at = 0;
             const forward: number[] = [];
             const answers: number[] = [];
@@ -59,7 +61,9 @@ const run = (depth: number): Promise<unknown> =>
                 const since = performance.now();
                 void session.connection
                     .ask({
-                        do: 'push', point: [skin[0], skin[1] + at, skin[2]], push: [0, to - at, 0],
+                        do: 'push',
+                        point: [skin[0], skin[1] + at, skin[2]],
+                        push: [0, to - at, 0],
                         radius: 25,
                     })
                     .then((a) => {
@@ -76,16 +80,20 @@ const run = (depth: number): Promise<unknown> =>
             const { timing } = store.state.shared!;
             answers.sort((a, b) => a - b);
             return {
-                depth, pushed, later: text(), pushes: answers.length,
+                depth,
+                pushed,
+                later: text(),
+                pushes: answers.length,
                 whole: forward.filter((f) => f === 1).length,
-                answer_ms: answers[Math.floor(answers.length / 2)], timing,
+                answer_ms: answers[Math.floor(answers.length / 2)],
+                timing,
             };
         },
         { depth, centre: kCentre, skin: kSkin },
     );
 for (const depth of kDepths) console.log(JSON.stringify(await run(depth)));
 
-// A push that shows.
+// A visible push.
 await run(10);
 await page.evaluate(async (skin) => {
     const session = (window as never as { pliant: Session }).pliant;

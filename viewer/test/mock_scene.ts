@@ -1,14 +1,20 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// A synthetic phantom and a stand-in for tissue, for tests of the page alone: a bent tube of air in
-// a block, which a push bends with a smooth bump. No ChainMail, and no claim to be like it; but
-// what it says of itself is true: boxes hold all that changed, undo brings back every bit.
+// Mock of a scene for tests of the page alone: a bent tube of air in a block, deformed by smooth
+// bumps, without ChainMail. It keeps the promises of the protocol: boxes have all changes, and undo
+// restores every bit.
 
-import { type Box, type Grid, voxelCount, voxelFromWorld, worldFromVoxel } from '../src/grid.ts';
-import { halfOfFloat } from '../src/half.ts';
-import { murmur32 } from '../src/murmur.ts';
-import { along, cross, dot, norm, sub, type Vec3 } from '../src/vec.ts';
+import {
+    type Box,
+    type Grid,
+    voxelCount,
+    voxelFromWorld,
+    worldFromVoxel,
+} from '../src/maths/grid.ts';
+import { halfOfFloat } from '../src/maths/half.ts';
+import { murmur32 } from '../src/maths/murmur.ts';
+import { along, cross, dot, norm, sub, type Vec3 } from '../src/maths/vec.ts';
 
 export const kGrid: Grid = {
     size: [72, 64, 80],
@@ -21,7 +27,7 @@ export const kGrid: Grid = {
     ],
 };
 
-/// The tube's centre at a height.
+/// Centre of the tube at a height [mm].
 export const tubeCentre = (z: number): Vec3 => [6 * Math.sin(z / 25), 4 * Math.cos(z / 30), z];
 export const kTubeRadius = 9;
 
@@ -60,7 +66,7 @@ export class MockScene {
     readonly undoSteps: Snapshot[] = [];
     redoSteps: Snapshot[] = [];
     onChange: (box: Box) => void = () => {};
-    /// From each voxel to the place whose value it shows [mm].
+    /// Offset from each voxel to the position whose value it shows [mm].
     private warp: Float32Array = new Float32Array(3 * voxelCount(kGrid));
     private gone: Uint8Array = new Uint8Array(voxelCount(kGrid));
     private grabbed: { point: Vec3; radius: number; offset: Vec3 } | undefined;
@@ -73,7 +79,7 @@ export class MockScene {
         return murmur32(new Uint8Array(this.halves.buffer)).toString(16).padStart(8, '0');
     }
 
-    /// What the protocol's overlays say of a voxel: how far it moved [mm], or how much it grew.
+    /// Value of an overlay at a voxel: displacement [mm], or volume change.
     overlayAt(kind: string, index: number): number {
         const { warp } = this;
         if (kind === 'displacement')
@@ -82,7 +88,7 @@ export class MockScene {
         const steps = [1, nx, nx * ny];
         const place = [index % nx, Math.floor(index / nx) % ny, Math.floor(index / (nx * ny))];
         if (place.some((p, a) => p === 0 || p === [nx, ny, nz][a]! - 1)) return 1;
-        // The warp leads back, so what it shrinks grew.
+        // The warp is the inverse deformation.
         const column = (a: number): Vec3 =>
             [0, 1, 2].map(
                 (c) =>
@@ -93,7 +99,7 @@ export class MockScene {
         return 1 / dot(column(0), cross(column(1), column(2)));
     }
 
-    /// A node's four numbers in the protocol's rest field, at a voxel.
+    /// Four values of the rest field at a voxel.
     restAt(index: number): number[] {
         const back = [0, 1, 2].map((a) => this.warp[3 * index + a]!);
         return [...back.map((x) => 0 - x), this.gone[index] ? 1 : 0];
@@ -119,7 +125,7 @@ export class MockScene {
         return true;
     }
 
-    /// Everything within three radii goes along, the less the farther.
+    /// Moves everything within three radii, with weights that fall with the distance.
     push(point: Vec3, motion: Vec3, radius: number): void {
         const reach = 3 * radius + norm(motion);
         const box = this.boxAround(point, point, reach);

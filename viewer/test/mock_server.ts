@@ -1,17 +1,18 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// A small server that speaks docs/protocol.md, for tests of the page where no `pliant serve` is at
-// hand: the files of dist/, one scene, several clients, undo, checksum, resume, files in and out.
+// Mock of `pliant serve` for tests of the page: docs/protocol.md with the files of dist/, one
+// scene, several clients, undo, checksums, resuming, opening and saving.
 
 import { readFile } from 'node:fs/promises';
 import { createServer, type IncomingMessage, type Server, type ServerResponse } from 'node:http';
 import { join } from 'node:path';
-import { type Box, boxCount } from '../src/grid.ts';
-import { halfOfFloat } from '../src/half.ts';
-import { Path } from '../src/path.ts';
-import { kRestFormat, kRestStep, restCounts } from '../src/rest_field.ts';
-import { norm, sub, type Vec3 } from '../src/vec.ts';
+import { type Box, boxCount } from '../src/maths/grid.ts';
+import { halfOfFloat } from '../src/maths/half.ts';
+import { Path } from '../src/maths/path.ts';
+import { norm, sub, type Vec3 } from '../src/maths/vec.ts';
+import { kRestFormat } from '../src/net/protocol.ts';
+import { kRestStep, restCounts } from '../src/views/rest_field.ts';
 import { kGrid, kTubeRadius, MockScene, tubeCentre } from './mock_scene.ts';
 import { MockSocket } from './mock_socket.ts';
 
@@ -23,7 +24,7 @@ const kTypes: Record<string, string> = {
     css: 'text/css',
     txt: 'text/plain',
 };
-// The page must do with what the real server allows.
+// The same policy as the real server's.
 const kPolicy =
     "default-src 'none'; script-src 'self'; style-src 'self' 'unsafe-inline'; " +
     "img-src 'self' blob: data:; connect-src 'self'; worker-src blob:";
@@ -39,7 +40,7 @@ interface Client {
     rest: boolean;
 }
 
-/// By a voxel on each side: volume changes look that far.
+/// Grows a box by a voxel on each side: volume changes depend on neighbours.
 const grown = (box: Box): Box => ({
     begin: box.begin.map((b) => Math.max(b - 1, 0)) as unknown as Vec3,
     end: box.end.map((e, a) => Math.min(e + 1, kGrid.size[a]!)) as unknown as Vec3,
@@ -48,7 +49,7 @@ const grown = (box: Box): Box => ({
 // eslint-disable-next-line @typescript-eslint/no-explicit-any
 type Message = Record<string, any>;
 
-/// The tube's middle from one height to another, or what is wrong with the ends.
+/// Path along the tube's centre, or an error about its ends.
 function tubeWay(from: Vec3, to: Vec3): object | string {
     for (const [name, end] of Object.entries({ from, to }))
         if (norm(sub(end, tubeCentre(end[2]))) > kTubeRadius + 5)
@@ -65,7 +66,7 @@ export class MockServer {
     scene = new MockScene();
     private volumeId = 1;
     private scanName = 'mock tube';
-    /// Names of the files of an upload in parts.
+    /// File names of uploads in parts.
     readonly parts: string[] = [];
     private readonly clients = new Set<Client>();
     private readonly known = new Map<string, { number: number; missed: boolean }>();
@@ -112,7 +113,7 @@ export class MockServer {
         };
     }
 
-    /// Any file that begins like a NRRD is the same tube again, under its own name.
+    /// Opens a file: anything that begins like a NRRD is the same tube under another name.
     private async transfer(request: IncomingMessage, response: ServerResponse): Promise<void> {
         const url = new URL(request.url!, 'http://mock');
         const name = url.searchParams.get('name') ?? '';
@@ -153,7 +154,7 @@ export class MockServer {
         this.sendState();
     }
 
-    /// @returns the link
+    /// Starts the server. @returns its link
     async start(): Promise<string> {
         await new Promise<void>((resolve) => this.server.listen(0, '127.0.0.1', resolve));
         const { port } = this.server.address() as { port: number };
@@ -166,7 +167,7 @@ export class MockServer {
         this.server.closeAllConnections();
     }
 
-    /// All connections end without a word.
+    /// Ends all connections without a close frame.
     breakLines(): void {
         for (const client of this.clients) client.socket.cut();
         this.clients.clear();
@@ -289,7 +290,7 @@ export class MockServer {
         );
     }
 
-    /// The nodes whose voxel lies in a box.
+    /// Box of the nodes whose voxels lie in a box.
     private sendRest(client: Client, voxels: Box): void {
         const counts = restCounts(kGrid);
         const begin = voxels.begin.map((b) => Math.ceil(b / kRestStep));

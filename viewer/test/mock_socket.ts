@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The server's side of a WebSocket, as little of it as the mock needs: whole frames from a client
-// that behaves, no extensions.
+// Server side of a WebSocket, as far as the mock needs it: unfragmented frames, no extensions.
 
 import { createHash } from 'node:crypto';
 import type { IncomingMessage } from 'node:http';
@@ -36,7 +35,7 @@ export class MockSocket {
     binary(data: Buffer): void {
         this.frame(2, data);
     }
-    /// Without a goodbye, as when a cable is pulled.
+    /// Ends the connection without a close frame.
     cut(): void {
         this.stream.destroy();
     }

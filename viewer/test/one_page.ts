@@ -1,13 +1,13 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// What most files of tests begin with: one browser, one server and one page for all their tests.
-// Whatever the page complains of fails the file.
+// Set-up of most test files: one browser, one server and one page for all tests of a file. Errors
+// of the page fail the file.
 
 import assert from 'node:assert/strict';
 import { after, before } from 'node:test';
 import type { Browser, Page } from 'playwright-core';
-import { launch, type Served, serve, serveAirway, visit } from './browser.ts';
+import { launch, serve, serveAirway, type Served, visit } from './browser.ts';
 
 export let browser: Browser;
 export let served: Served;
@@ -16,11 +16,11 @@ let errors: string[] = [];
 
 export interface Wishes {
     name?: string; ///< of the client, shown to others
-    expected?: string; ///< part of complaints that the tests bring about
-    size?: number; ///< of the phantom, along each side: a smaller one is done with sooner
+    expected?: string; ///< part of the errors that the tests provoke
+    size?: number; ///< voxels of the phantom along each side: smaller is faster
 }
 
-/// To be called once, before the tests.
+/// Sets up the page. Called once, before the tests.
 export function useOnePage({ name, expected, size }: Wishes = {}): void {
     before(async () => {
         browser = await launch();

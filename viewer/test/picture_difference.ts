@@ -1,40 +1,39 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The browser's picture of the endoscope and that of the C++ renderer, of the same camera, compared
-// pixel by pixel; and any other picture of the first view.
+// Compares the browser's picture of the endoscope, or any other picture of the first view, pixel by
+// pixel with the C++ renderer's of the same camera.
 
 import { execFileSync } from 'node:child_process';
 import { readFileSync } from 'node:fs';
 import { join } from 'node:path';
 import type { Page } from 'playwright-core';
-import type { Session } from '../src/session.ts';
-import type { Style } from '../src/store.ts';
-import type { FieldStop, Lining } from '../src/linings.ts';
-import type { Camera } from '../src/rays.ts';
+import type { Camera } from '../src/maths/rays.ts';
+import type { FieldStop, Lining, Style } from '../src/state/state.ts';
+import type { Session } from '../src/tools/session.ts';
 import { kPictures, picture, rectOf, stateOf, still } from './browser.ts';
 
-/// A pixel is far off where a channel differs by more, of 255.
+/// Difference of a channel above which a pixel is far off, of 255.
 export const kFar = 16;
 
 export interface Difference {
     readonly mean: number; ///< over all pixels and channels, of 255
     readonly far: number; ///< share of the pixels that are far off
-    readonly camera: string; ///< for people
+    readonly camera: string; ///< as text
 }
 
-/// Settings of both pictures; the page keeps the ones that are not given.
+/// Settings of both pictures; absent ones stay as they are in the page.
 export interface Shown {
     readonly lining?: Lining;
     readonly fieldStop?: FieldStop;
     readonly camera?: Camera;
-    readonly fine?: boolean; ///< four rays per pixel; as usual: true
-    readonly quality?: number; ///< how slow the machine is taken to be, 0: not at all
-    /// Of the tissue, a file of `pliant deform --save-state`; the page is in the same state.
+    readonly fine?: boolean; ///< four rays per pixel; default: true
+    readonly quality?: number; ///< level of reduced resolution; 0: full
+    /// File of `pliant deform --save-state` with the state of the page's tissue.
     readonly state?: string;
 }
 
-/// The canvas, which shows one view at its upper left corner, beside a picture in a file.
+/// Difference of the view in the canvas's upper left corner and a picture in a file.
 export async function pixelDifference(
     page: Page,
     file: string,
@@ -73,8 +72,9 @@ export async function pixelDifference(
     );
 }
 
-/// @param scan  that the page shows
-/// @param name  of the pictures, in test/out
+/// Draws both pictures and compares them.
+/// @param scan  file of the page's scan
+/// @param name  of the pictures in test/out
 /// @param offDegrees  added to the field of view of the C++ picture
 /// @param style  of both
 export async function difference(
@@ -90,7 +90,8 @@ export async function difference(
             const session = (window as never as { pliant: Session }).pliant;
             const { stage, store } = session;
             (stage as never as { quality: number }).quality = quality;
-            store.set({ fine: true, ...settings });
+            const { camera, fine = true, ...look } = settings;
+            store.set({ display: { fine }, look, view: camera ? { camera } : {} });
             await session.compare(); // its answer comes after the rest field
             stage.invalidate();
         },
@@ -98,7 +99,9 @@ export async function difference(
     );
     await page.waitForTimeout(300);
     await still(page);
-    const { camera, fieldOfView, barrel, fog, shared, lining, fieldStop } = await stateOf(page);
+    const { view, look, shared } = await stateOf(page);
+    const { camera, fieldOfView, barrel, fog } = view;
+    const { lining, fieldStop } = look;
     const box = await rectOf(page, 'endoscope');
     const file = join(kPictures, `${name}_cpp.png`);
     const size = `${Math.round(box.width)}x${Math.round(box.height)}`;

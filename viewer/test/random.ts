@@ -1,13 +1,13 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Random numbers that can be had again: the seed is printed, PLIANT_SEED sets it.
+// Reproducible random numbers: the seed is printed, and PLIANT_SEED sets it.
 
 const seed = Number(process.env.PLIANT_SEED ?? Math.floor(Math.random() * 2 ** 31));
 console.log(`# seed ${seed}`);
 let state = seed >>> 0;
 
-/// 0 ≤ x < 1 (a 32-bit mix of a counter).
+/// Uniform in 0 ≤ x < 1, by a 32-bit mix of a counter.
 export function random(): number {
     state = (state + 0x9e3779b9) >>> 0;
     let z = state;

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Bundles the tests and gives them to Node's test runner.
+// Bundles the tests and runs them with Node's test runner.
 //
 //   node test/run.mjs [NAME…]         all tests, or test_NAME.ts; with a browser they need dist/
 //   node test/run.mjs --measure NAME  measure_NAME.ts, which prints numbers and can't fail
@@ -43,7 +43,7 @@ if (measure) for (const f of files) await import(join(out, f.replace(/ts$/, 'mjs
 else
     run({
         files: files.map((f) => join(out, f.replace(/ts$/, 'mjs'))),
-        concurrency: 1, // browsers draw in software and need the whole machine
+        concurrency: 1, // software rendering needs the whole machine
         timeout: 600_000,
     })
         .on('test:fail', () => {

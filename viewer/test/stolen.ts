@@ -1,12 +1,12 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// How much of the processors' time the machine didn't get, being a virtual one among others. Times
-// that were taken meanwhile say more about those than about what was measured.
+// Steal time of a virtual machine: processor time taken by others. Times measured with a large
+// share of it are not meaningful.
 
 import { readFileSync } from 'node:fs';
 
-/// Of all processors since the start: what others took, and all of it. Zeros where nothing says so.
+/// Steal time and total time of all processors since the start; zeros if unknown.
 function ticks(): [number, number] {
     try {
         const all = readFileSync('/proc/stat', 'utf8').split('\n')[0]!.split(/\s+/).slice(1, 9);
@@ -16,7 +16,7 @@ function ticks(): [number, number] {
     }
 }
 
-/// The share of the time that was stolen while something was done.
+/// Runs a function. @returns the share of steal time meanwhile
 export async function watched<T>(work: () => Promise<T>): Promise<T & { stolen: number }> {
     const [stolen, all] = ticks();
     const result = await work();

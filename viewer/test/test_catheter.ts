@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// A catheter in the phantom of a vessel through the page: inserted with a key, seen in all views
-// and in fluoroscopy, by a second browser too, and played again to the same checksum. Only with the
-// program's server: the mock has no vessel.
+// A catheter in the phantom of a vessel: inserted by a key, shown in all views, in fluoroscopy and
+// in a second browser, and replayed to the same checksum. Only with the program's server: the mock
+// has no vessel.
 
 import assert from 'node:assert/strict';
 import { execFileSync } from 'node:child_process';
@@ -12,9 +12,9 @@ import { tmpdir } from 'node:os';
 import { join } from 'node:path';
 import { test } from 'node:test';
 import type { Page } from 'playwright-core';
-import type { SharedState, VesselState } from '../src/protocol.ts';
-import type { Session } from '../src/session.ts';
-import { cross, dot, sub, type Vec3 } from '../src/vec.ts';
+import { cross, dot, sub, type Vec3 } from '../src/maths/vec.ts';
+import type { SharedState, VesselState } from '../src/net/protocol.ts';
+import type { Session } from '../src/tools/session.ts';
 import {
     compare,
     launch,
@@ -27,8 +27,8 @@ import {
     visit,
 } from './browser.ts';
 
-// Stiff, and far enough in that the bend begins soon: 14 mm push the wall. In steps of 4 ms, so
-// that it is about as fast as the clock.
+// A stiff catheter, inserted so far that 14 mm more push the wall. Time steps of 4 ms run at about
+// real time.
 const kScene = `
 [vessel]
 phantom = "bend"
@@ -51,7 +51,7 @@ time_step_s = 0.004
 
 type Held = { pliant: Session };
 
-/// Waits for the vessel, and the shared state that it is part of.
+/// Waits for a state of the vessel.
 const untilVessel = (
     page: Page,
     holds: (vessel: VesselState, shared: SharedState) => boolean,
@@ -71,12 +71,15 @@ test('a catheter is driven, seen and played again', async (t) => {
         served = await serve(scene, '--session', record);
         const { page, errors } = await visit(browser, served.link);
         await page.keyboard.press('8');
-        assert.equal((await stateOf(page)).tool, 'catheter');
-        // It opens from outside, with the whole vessel in the picture, and the tip in the sections.
-        await untilState(page, (state) => state.outside);
+        assert.equal((await stateOf(page)).tool.name, 'catheter');
+        // The first view is from outside, with the whole vessel in the picture and the tip in the
+        // sections.
+        await untilState(page, (state) => state.view.outside);
         const first = await page.evaluate(() => {
             const { vessel, store } = (window as never as Held).pliant;
-            const { orbit, cursor } = store.state;
+            const { view, sections } = store.state;
+            const { orbit } = view;
+            const { cursor } = sections;
             return { orbit, cursor, tip: vessel!.catheter.at(-1)!, rest: [...vessel!.rest] };
         });
         assert.deepEqual(first.cursor, first.tip);
@@ -92,8 +95,8 @@ test('a catheter is driven, seen and played again', async (t) => {
         }
         await picture(page, 'catheter_first');
         await page.evaluate(() => {
-            // Where the bend begins, so that the sections show the wall that is pushed.
-            (window as never as Held).pliant.store.set({ cursor: [1, 0, 68] });
+            // Start of the bend, so that the sections show the pushed wall.
+            (window as never as Held).pliant.store.set({ sections: { cursor: [1, 0, 68] } });
         });
         const look = async (): Promise<Record<'outside' | 'coronal', number>> => ({
             outside: (await pixels(page, 'endoscope')).hash,
@@ -124,7 +127,7 @@ test('a catheter is driven, seen and played again', async (t) => {
         await picture(page, 'catheter_fluoroscopy');
         await page.keyboard.press('b');
 
-        // A device takes it in hand: 8 mm ahead and back again in two seconds.
+        // A device holds it: 8 mm ahead and back in two seconds.
         const panel = page.locator('details', {
             has: page.locator('summary', { hasText: /^Device$/ }),
         });
@@ -132,21 +135,21 @@ test('a catheter is driven, seen and played again', async (t) => {
         await panel.getByLabel('Device', { exact: true }).selectOption('virtual:tap');
         await panel.getByRole('button', { name: 'Start' }).click();
         const base = vessel!.inserted_mm;
-        await untilState(page, ({ haptics, shared }) =>
+        await untilState(page, ({ device: { news }, shared }) =>
             Boolean(
-                haptics?.holds === 'catheter' &&
-                    haptics.largest_n! > 0.005 &&
-                    Math.abs(shared!.vessel!.inserted_mm - base) > 2,
+                news?.holds === 'catheter' &&
+                news.largest_n! > 0.005 &&
+                Math.abs(shared!.vessel!.inserted_mm - base) > 2,
             ),
         );
         assert.match((await panel.locator('.felt').textContent())!, /holds the catheter/);
         await picture(page, 'catheter_device');
         await page.keyboard.press('h');
-        await untilState(page, ({ haptics }) => haptics!.stopped!);
+        await untilState(page, ({ device }) => device.news!.stopped!);
         await panel.getByRole('button', { name: 'End' }).click();
         await untilVessel(page, (v, { settled }) => v.insert_mm_s === 0 && settled);
 
-        // Who comes later sees the same, and may not drive with the other link.
+        // A later client sees the same, and can't drive with the link for viewing.
         const sums = (await compare(page))!;
         assert.ok(sums.same);
         const other = await visit(browser, served.link, '&notour&role=view');
@@ -168,7 +171,10 @@ test('a catheter is driven, seen and played again', async (t) => {
         served = undefined;
         const replayed = execFileSync(program, ['replay', record], { encoding: 'utf8' });
         assert.ok(replayed.includes(sums.tissue), replayed);
-        assert.deepEqual([...errors, ...other.errors].filter((e) => !/WebSocket/.test(e)), []);
+        assert.deepEqual(
+            [...errors, ...other.errors].filter((e) => !/WebSocket/.test(e)),
+            [],
+        );
     } finally {
         await browser.close();
         await served?.stop();

@@ -1,19 +1,19 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The colour maps against an independent measure of how colours look (CIE Lab, while they are made
-// in Oklab), the ranges, and what is kept of presets.
+// Colour maps, made in Oklab, against an independent colour space (CIE Lab); ranges of overlays;
+// storage of presets.
 
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import { kColours, kDiverging, kRising } from '../src/colour_map.ts';
-import type { Memory } from '../src/connection.ts';
-import { floatOfHalf, halfOfFloat } from '../src/half.ts';
-import { OverlayField } from '../src/overlay_field.ts';
-import { rangeOf, roundReach } from '../src/overlay_kinds.ts';
-import { PresetShelf } from '../src/own_presets.ts';
-import { initialState } from '../src/store.ts';
-import { norm, sub, type Vec3 } from '../src/vec.ts';
+import { kColours, kDiverging, kRising } from '../src/maths/colour_map.ts';
+import { floatOfHalf, halfOfFloat } from '../src/maths/half.ts';
+import { norm, sub, type Vec3 } from '../src/maths/vec.ts';
+import type { Memory } from '../src/net/connection.ts';
+import { PresetShelf } from '../src/panels/own_presets.ts';
+import { type Range, rangeOf, roundReach, type ShownKind } from '../src/state/overlay_kinds.ts';
+import { initialState } from '../src/state/state.ts';
+import { OverlayField } from '../src/views/overlay_field.ts';
 import { randomGrid } from './fields.ts';
 import { between, random, whole } from './random.ts';
 
@@ -28,7 +28,7 @@ function labOf(srgb: Vec3): Vec3 {
     return [116 * y - 16, 500 * (x - y), 200 * (y - z)];
 }
 
-test('the map from little to much grows lighter at nearly one rate', () => {
+test('the sequential map grows lighter at nearly one rate', () => {
     assert.equal(kRising.length, kColours);
     const labs = kRising.map(labOf);
     const steps = labs.slice(1).map((lab, i) => lab[0] - labs[i]![0]);
@@ -39,7 +39,7 @@ test('the map from little to much grows lighter at nearly one rate', () => {
     assert.ok(Math.max(...ways) < 3 * Math.min(...ways), ways.map((w) => w.toFixed(1)).join(' '));
 });
 
-test('the map around 1 is grey in the middle, as dark on both sides, and of two hues', () => {
+test('the diverging map is grey in the middle, symmetric in lightness, and has two hues', () => {
     const labs = kDiverging.map(labOf);
     const middle = labs[(kColours - 1) / 2]!;
     assert.ok(Math.hypot(middle[1], middle[2]) < 3 && middle[0] > 85);
@@ -52,22 +52,24 @@ test('the map around 1 is grey in the middle, as dark on both sides, and of two 
     }
 });
 
-test('a range ends at 1, 2 or 5 times a power of ten, just beyond the values', () => {
+test('a range ends at 1, 2 or 5 times a power of ten just beyond the values', () => {
     for (let i = 0; i < 2000; ++i) {
         const value = 10 ** between(-3, 3);
         const reach = roundReach(value);
         assert.ok(reach >= value * 0.999999 && reach <= 2.5 * value, `${value} ${reach}`);
         assert.match(reach.toExponential(), /^[125]e/);
     }
-    const state = { ...initialState(), overlay: 'jacobian' as const, overlayExtreme: 0.13 };
-    assert.deepEqual(rangeOf(state), { low: 0.8, high: 1.2 });
-    assert.deepEqual(rangeOf({ ...state, overlayExtreme: 40 }), { low: 0, high: 2 });
-    assert.deepEqual(rangeOf({ ...state, overlayAuto: false }), { low: 0.5, high: 1.5 });
-    const moved = { ...state, overlay: 'displacement' as const, overlayExtreme: 7.2 };
-    assert.deepEqual(rangeOf(moved), { low: 0, high: 10 });
+    const ranged = (kind: ShownKind, extreme: number, auto = true): Range => {
+        const { scan, overlay } = initialState();
+        return rangeOf({ scan: { ...scan, extreme }, overlay: { ...overlay, kind, auto } });
+    };
+    assert.deepEqual(ranged('jacobian', 0.13), { low: 0.8, high: 1.2 });
+    assert.deepEqual(ranged('jacobian', 40), { low: 0, high: 2 });
+    assert.deepEqual(ranged('jacobian', 0.13, false), { low: 0.5, high: 1.5 });
+    assert.deepEqual(ranged('displacement', 7.2), { low: 0, high: 10 });
 });
 
-test('random patches: the field holds them, and knows the largest departure', () => {
+test('the field holds random patches and knows the largest departure', () => {
     for (const kind of ['displacement', 'jacobian'] as const)
         for (let round = 0; round < 8; ++round) {
             const grid = randomGrid(3, 30);
@@ -117,7 +119,7 @@ const memoryOf = (text?: string): Memory & { text: string | null } => ({
 });
 const isNumber = (value: unknown): value is number => typeof value === 'number';
 
-test('presets are kept under their names, taken back, and sorted', () => {
+test('presets are stored, replaced, deleted and sorted by name', () => {
     const memory = memoryOf();
     const shelf = new PresetShelf(memory, 'key', isNumber);
     assert.equal(shelf.save(' Nodule ', 3), undefined);
@@ -137,9 +139,9 @@ test('presets are kept under their names, taken back, and sorted', () => {
     assert.equal(shelf.save('p7', 8), undefined);
 });
 
-test('rubbish in the storage is no preset, and a full storage is told', () => {
-    const rubbish = ['', 'null', '{', '7', '{"a":1}', '[1,null,"x",{"text":3}]', '[{"value":1}]'];
-    for (const text of rubbish)
+test('invalid stored presets are ignored, and a full storage is reported', () => {
+    const invalid = ['', 'null', '{', '7', '{"a":1}', '[1,null,"x",{"text":3}]', '[{"value":1}]'];
+    for (const text of invalid)
         assert.deepEqual(new PresetShelf(memoryOf(text), 'key', isNumber).presets, []);
     const mixed = '[{"text":"a","value":"x"},{"text":"b","value":2},{"text":"","value":3}]';
     const shelf = new PresetShelf(memoryOf(mixed), 'key', isNumber);
@@ -150,5 +152,5 @@ test('rubbish in the storage is no preset, and a full storage is told', () => {
             throw new Error('QuotaExceededError');
         },
     };
-    assert.match(new PresetShelf(full, 'key', isNumber).save('a', 1)!, /keeps nothing/);
+    assert.match(new PresetShelf(full, 'key', isNumber).save('a', 1)!, /stores nothing/);
 });

@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The tip in the page, pushing: through a phantom with thick slices, and through the shared scans
-// where they are. After every step the eye is out of tissue, in the page's mirror of the volume.
-// Only with the program's server: the mock doesn't slide.
+// A pushing tip: through a phantom with thick slices and, if present, through the shared scans.
+// After every step the eye is outside of tissue in the page's mirror of the volume. Only with the
+// program's server: the mock doesn't slide.
 
 import assert from 'node:assert/strict';
 import { execFileSync } from 'node:child_process';
@@ -12,9 +12,9 @@ import { tmpdir } from 'node:os';
 import { join } from 'node:path';
 import { after, before, test } from 'node:test';
 import type { Browser, Page } from 'playwright-core';
-import type { Session } from '../src/session.ts';
-import type { Materials } from '../src/settings.ts';
-import type { Vec3 } from '../src/vec.ts';
+import type { Vec3 } from '../src/maths/vec.ts';
+import type { Materials } from '../src/net/settings.ts';
+import type { Session } from '../src/tools/session.ts';
 import { kFolder, launch, picture, serve, stateOf, visit } from './browser.ts';
 
 const program = process.env.PLIANT_SERVER;
@@ -25,7 +25,7 @@ interface Flight {
     readonly scan: string; ///< file; empty: the phantom with thick slices
     readonly eye: Vec3; ///< in the lumen
     readonly way: Vec3; ///< of one step [mm]
-    readonly tip?: number; ///< [mm]; without it: the page's own
+    readonly tip?: number; ///< [mm]; absent: the page's default
     readonly materials?: Partial<Materials>;
     readonly iso?: number; ///< [HU]
 }
@@ -82,7 +82,7 @@ after(async () => {
     rmSync(folder, { recursive: true });
 });
 
-/// The page's mirror of the deformed volume [HU].
+/// Value of the page's mirror of the deformed volume at the eye [HU].
 const valueAt = (page: Page, place: Vec3): Promise<number> =>
     page.evaluate((at) => {
         const { volume } = (window as never as { pliant: Session }).pliant;
@@ -94,15 +94,15 @@ const valueAt = (page: Page, place: Vec3): Promise<number> =>
         return volume!.sample(ijk as never);
     }, place);
 
-/// One step, and all that the server answers to it. @returns the value at the eye [HU]
+/// Makes a step and waits for the server's answers. @returns the value at the eye [HU]
 async function step(page: Page, way: Vec3): Promise<number> {
     await page.evaluate(async (motion) => {
         const session = (window as never as { pliant: Session }).pliant;
-        if (motion.some((x) => x !== 0)) session.fly(motion);
-        // Answers come in order, and the voxels of a push before that of the next command.
+        if (motion.some((x) => x !== 0)) session.endoscope.fly(motion);
+        // Answers are ordered: the voxels of a push arrive before the answer to the next command.
         for (let n = 0; n < 2; ++n) await session.connection.ask({ do: 'checksum' });
     }, way);
-    return valueAt(page, (await stateOf(page)).camera.eye);
+    return valueAt(page, (await stateOf(page)).view.camera.eye);
 }
 
 for (const flight of kFlights) {
@@ -116,8 +116,8 @@ for (const flight of kFlights) {
             const session = (window as never as { pliant: Session }).pliant;
             if (materials) await session.ask({ do: 'materials', ...materials });
             if (iso) await session.ask({ do: 'iso', iso_hu: iso });
-            if (tip) session.store.set({ tip });
-            session.goTo(eye, way);
+            if (tip) session.store.set({ flight: { tip } });
+            session.endoscope.goTo(eye, way);
         }, flight);
         const start = await stateOf(page);
         const iso = flight.iso ?? start.shared!.iso_hu;
@@ -149,7 +149,7 @@ test('tissue that relaxes does not close over an eye in a dent', { skip: !progra
         const session = (window as never as { pliant: Session }).pliant;
         const point = [8, -1.6, 35] as const;
         await session.ask({ do: 'push', point, push: [5, 0, 0], radius: 4 });
-        session.goTo([9.5, -1.6, 35], [1, 0, 0]);
+        session.endoscope.goTo([9.5, -1.6, 35], [1, 0, 0]);
     });
     assert.ok((await step(page, [0, 0, 0])) < -500, 'the eye is in the dent');
     for (const button of ['Relax', 'Let go']) {
@@ -160,12 +160,12 @@ test('tissue that relaxes does not close over an eye in a dent', { skip: !progra
             await page.waitForTimeout(100);
         }
     }
-    const { camera } = await stateOf(page);
+    const { camera } = (await stateOf(page)).view;
     await picture(page, 'contact_dent');
-    // The tissue went around the eye; it did not carry the eye along.
+    // The tissue moves around the eye, and doesn't carry it along.
     assert.deepEqual(camera.eye, [9.5, -1.6, 35]);
     await page.evaluate(() =>
-        (window as never as { pliant: Session }).pliant.goTo([0, -1.6, 35], [1, 0, 0]),
+        (window as never as { pliant: Session }).pliant.endoscope.goTo([0, -1.6, 35], [1, 0, 0]),
     );
     let left = -1000;
     for (let n = 0; n < 60 && left < -500; ++n) {

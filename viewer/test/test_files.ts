@@ -1,15 +1,15 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Files: scans that are dropped or chosen take the place of the one that is shown, what is saved is
-// what the server gives, and what goes wrong is one line.
+// Files: dropped or chosen scans replace the present one, saved files are the server's, and errors
+// are one line.
 
 import assert from 'node:assert/strict';
 import { readFile } from 'node:fs/promises';
 import { test } from 'node:test';
 import { gunzipSync } from 'node:zlib';
-import { scanOf } from '../src/dropped.ts';
-import type { Session } from '../src/session.ts';
+import { scanOf } from '../src/tools/dropped.ts';
+import type { Session } from '../src/tools/session.ts';
 import { compare, loaded, picture, pixels, stateOf, untilUndo, visit } from './browser.ts';
 import { dicomSlice } from './dicom.ts';
 import { browser, page, served, useOnePage } from './one_page.ts';
@@ -47,7 +47,7 @@ function nrrd(): Buffer {
 const choose = (name: string, buffer: Buffer): Promise<void> =>
     page.locator('#files').setInputFiles({ name, mimeType: '', buffer });
 
-/// Drops files on the page as the browser does, with folders left out: those can't be made here.
+/// Drops files on the page like the browser, but without folders, which can't be created here.
 const drop = (files: { name: string; text: string }[]): Promise<void> =>
     page.evaluate((all) => {
         const data = new DataTransfer();
@@ -63,7 +63,7 @@ const untilScan = async (name: string): Promise<void> => {
     await page.waitForFunction(
         (wanted) => {
             const { store } = (window as never as { pliant: Session }).pliant;
-            return store.state.volume?.name === wanted && store.state.transfer === '';
+            return store.state.scan.volume?.name === wanted && store.state.link.transfer === '';
         },
         name,
         { timeout: 60_000 },
@@ -78,7 +78,7 @@ const untilSaid = (text: string): Promise<unknown> =>
         { timeout: 30_000 },
     );
 
-test('names of files that are dropped together can lie in one folder', () => {
+test('names of files that are dropped together fit into one folder', () => {
     const file = (path: string) => ({ path, file: new File(['x'], path.split('/').pop()!) });
     const scan = scanOf(
         ['CT/.DS_Store', 'CT/a/1.dcm', 'CT/b/1.dcm', 'CT/2.dcm', 'CT/Thumbs.db'].map(file),
@@ -92,10 +92,10 @@ test('names of files that are dropped together can lie in one folder', () => {
     assert.throws(() => scanOf(Array.from({ length: 5000 }, (_, n) => file(`${n}`))), /4096/);
 });
 
-test('a chosen scan takes the place of the one that is shown', async () => {
+test('a chosen scan replaces the present one', async () => {
     await page.evaluate(async () => {
         const { pliant } = window as never as { pliant: Session };
-        const { cursor } = pliant.store.state;
+        const { cursor } = pliant.store.state.sections;
         await pliant.ask({ do: 'push', point: cursor, push: [2, 0, 0], radius: 6 });
     });
     await untilUndo(page, 1);
@@ -103,9 +103,9 @@ test('a chosen scan takes the place of the one that is shown', async () => {
     await choose('ball.nrrd', nrrd());
     await untilScan('ball.nrrd');
     const state = await stateOf(page);
-    assert.equal(state.volume!.id, 2);
+    assert.equal(state.scan.volume!.id, 2);
     assert.equal(state.shared!.undo.steps, 0);
-    if (!served.mock) assert.deepEqual(state.volume!.size, [...kSize]);
+    if (!served.mock) assert.deepEqual(state.scan.volume!.size, [...kSize]);
     if (!served.mock) assert.notEqual((await pixels(page, 'axial')).hash, before.hash);
     assert.equal((await compare(page))!.same, true);
     assert.match(await page.title(), /ball\.nrrd/);
@@ -132,15 +132,15 @@ test('tissue of the new scan can be pushed, and its volume saved', async () => {
         const download = await coming;
         assert.equal(download.suggestedFilename(), name);
         const bytes = await readFile((await download.path())!);
-        const own = await page.evaluate(async (what) => {
+        const own = await page.evaluate(async (file) => {
             const { hash } = location;
             const token = new URLSearchParams(hash.slice(1)).get('token');
-            const response = await fetch(`save/${what}?token=${token}`);
+            const response = await fetch(`save/${file}?token=${token}`);
             return (await response.arrayBuffer()).byteLength;
         }, name);
         assert.equal(bytes.length, own);
         await page.waitForFunction(
-            () => !(window as never as { pliant: Session }).pliant.store.state.transfer,
+            () => !(window as never as { pliant: Session }).pliant.store.state.link.transfer,
         );
         if (served.mock || !name.endsWith('.nrrd')) continue;
         const end = bytes.indexOf('\n\n') + 2;
@@ -162,36 +162,36 @@ const labelOf = (name: string): string =>
           ? 'transform for 3D Slicer (.nrrd)'
           : `${name.split('.')[0]} (.nrrd)`;
 
-test('what is no scan is said in one line, and nothing changes', async () => {
-    const { volume } = await stateOf(page);
+test('a file that is no scan is refused with one line, and nothing changes', async () => {
+    const { volume } = (await stateOf(page)).scan;
     await choose('bad.nrrd', Buffer.from('hello'));
     await untilSaid('bad.nrrd: is no NRRD file');
     await picture(page, 'opened_bad');
-    assert.equal((await stateOf(page)).volume!.id, volume!.id);
+    assert.equal((await stateOf(page)).scan.volume!.id, volume!.id);
     await page.evaluate(() => {
-        (window as never as { pliant: Session }).pliant.store.set({ openBytes: 10 });
+        (window as never as { pliant: Session }).pliant.store.set({ link: { openBytes: 10 } });
     });
     await choose('large.nrrd', nrrd());
     await untilSaid('large.nrrd: 1 MiB, expected a scan of up to 1 MiB');
     await page.evaluate(() => {
-        (window as never as { pliant: Session }).pliant.store.set({ openBytes: 0 });
+        (window as never as { pliant: Session }).pliant.store.set({ link: { openBytes: 0 } });
     });
     assert.equal((await compare(page))!.same, true);
 });
 
-test('Escape gives up a scan that is sent', async () => {
-    const { volume } = await stateOf(page);
+test('Escape cancels the upload of a scan', async () => {
+    const { volume } = (await stateOf(page)).scan;
     const stuck: (() => Promise<void>)[] = [];
     await page.route('**/open?*', (route) => void stuck.push(() => route.abort()));
     await choose('slow.nrrd', nrrd());
     await page.waitForFunction(() =>
-        document.querySelector('.notice')!.textContent!.includes('Esc gives up'),
+        document.querySelector('.notice')!.textContent!.includes('Esc cancels'),
     );
     await page.keyboard.press('Escape');
-    await untilSaid('opening was given up');
-    assert.equal((await stateOf(page)).transfer, '');
-    assert.equal((await stateOf(page)).volume!.id, volume!.id);
-    // Ended first: a request that unroute() lets go on is a scan that the server opens.
+    await untilSaid('opening was cancelled');
+    assert.equal((await stateOf(page)).link.transfer, '');
+    assert.equal((await stateOf(page)).scan.volume!.id, volume!.id);
+    // Ended first: unroute() would let the request continue, and the server would open the scan.
     await Promise.allSettled(stuck.map((end) => end()));
     await page.unroute('**/open?*');
 });
@@ -207,7 +207,7 @@ test('files are dropped together; a path that is dropped stays a path', async ()
     await untilScan(served.mock ? 'scan' : 'ball.nhdr');
     if (served.mock) assert.deepEqual(served.mock.parts, ['ball.raw', 'ball.nhdr']);
     assert.equal((await compare(page))!.same, true);
-    const { volume } = await stateOf(page);
+    const { volume } = (await stateOf(page)).scan;
     const path = {
         markups: [
             {
@@ -221,11 +221,11 @@ test('files are dropped together; a path that is dropped stays a path', async ()
     await drop([{ name: 'way.mrk.json', text }]);
     await untilSaid('way.mrk.json: a path');
     const state = await stateOf(page);
-    assert.equal(state.volume!.id, volume!.id);
-    assert.ok(state.path);
+    assert.equal(state.scan.volume!.id, volume!.id);
+    assert.ok(state.way.path);
 });
 
-test('of several DICOM series in a folder the user chooses one', async (t) => {
+test('the user chooses one of several DICOM series in a folder', async (t) => {
     if (served.mock) return t.skip('the mock reads no DICOM');
     const files = [0, 1, 2, 3, 4].map((z) => {
         const bytes =
@@ -234,7 +234,7 @@ test('of several DICOM series in a folder the user chooses one', async (t) => {
                 : dicomSlice('1.2.4', 'venous', z, 10 * z);
         return { name: `IM${z}`, text: bytes.toString('base64') };
     });
-    const { volume } = await stateOf(page);
+    const { volume } = (await stateOf(page)).scan;
     const dialog = page.locator('dialog.series');
     await drop(files);
     await dialog.waitFor();
@@ -243,16 +243,16 @@ test('of several DICOM series in a folder the user chooses one', async (t) => {
     await page.keyboard.press('Escape');
     await untilSaid('no series was chosen');
     assert.equal(await dialog.count(), 0);
-    assert.equal((await stateOf(page)).volume!.id, volume!.id);
-    // Again, and at once: nothing of the first attempt is in the way.
+    assert.equal((await stateOf(page)).scan.volume!.id, volume!.id);
+    // At once again: nothing of the first attempt is left.
     await drop(files);
     await dialog.getByText('venous (2 slices)').click();
     await untilScan('scan');
-    assert.deepEqual((await stateOf(page)).volume!.size, [8, 6, 2]);
-    assert.deepEqual((await stateOf(page)).volume!.range_hu, [30, 40]);
+    assert.deepEqual((await stateOf(page)).scan.volume!.size, [8, 6, 2]);
+    assert.deepEqual((await stateOf(page)).scan.volume!.range_hu, [30, 40]);
 });
 
-test('who only views may save, but not open', async () => {
+test('a client that only views can save, but not open', async () => {
     const { page: other } = await visit(browser, served.link, '&notour&role=view');
     assert.equal(await other.locator('#open').isDisabled(), true);
     const coming = other.waitForEvent('download');
@@ -261,8 +261,8 @@ test('who only views may save, but not open', async () => {
     const before = await stateOf(other);
     await other.locator('#files').setInputFiles({ name: 'x.nrrd', mimeType: '', buffer: nrrd() });
     await other.waitForFunction(() =>
-        document.querySelector('.message')!.textContent!.includes('those who control'),
+        document.querySelector('.message')!.textContent!.includes('only clients that control'),
     );
-    assert.equal((await stateOf(other)).volume!.id, before.volume!.id);
+    assert.equal((await stateOf(other)).scan.volume!.id, before.scan.volume!.id);
     await other.context().close();
 });

@@ -3,13 +3,12 @@
 
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import { clearance, flown, speedFor, wouldTouch } from '../src/flight.ts';
-import type { Grid } from '../src/grid.ts';
-import { voxelFromWorld } from '../src/grid.ts';
-import { halfOfFloat } from '../src/half.ts';
-import { inTissue } from '../src/rays.ts';
-import { along, norm, normalized, sub, type Vec3 } from '../src/vec.ts';
-import { VolumeData } from '../src/volume.ts';
+import { clearance, flown, speedFor, wouldTouch } from '../src/maths/flight.ts';
+import { type Grid, voxelFromWorld } from '../src/maths/grid.ts';
+import { halfOfFloat } from '../src/maths/half.ts';
+import { inTissue } from '../src/maths/rays.ts';
+import { along, norm, normalized, sub, type Vec3 } from '../src/maths/vec.ts';
+import { VolumeData } from '../src/maths/volume.ts';
 import { randomVector } from './fields.ts';
 import { kGrid, kTubeRadius, MockScene, tubeCentre } from './mock_scene.ts';
 import { between } from './random.ts';
@@ -36,13 +35,13 @@ test('free flight stays in the lumen for 10,000 random steps', () => {
         const value = volume.sample(voxelFromWorld(volume.grid, place));
         assert.ok(!inTissue(value, kSurface), `step ${i}: ${value} HU at ${place}`);
         const off = norm(sub(place, tubeCentre(place[2])));
-        // The tip's sphere keeps away from the wall, but is judged at 26 points only.
+        // The tip's sphere keeps off the wall, but is tested at 26 points only.
         if (Math.abs(place[2]) < 40) assert.ok(off < kTubeRadius - 1.5, `step ${i}: ${off} mm`);
     }
     assert.ok(way > 500, `it only flew ${way} mm`);
 });
 
-test('a tip that is stuck in tissue gets out, but not further in', () => {
+test('a tip that is stuck in tissue gets out, but not deeper', () => {
     const volume = tube();
     const centre = tubeCentre(0);
     const stuck = [centre[0] + kTubeRadius, centre[1], 0] as const;
@@ -52,7 +51,7 @@ test('a tip that is stuck in tissue gets out, but not further in', () => {
     assert.ok(stuck[0] - out[0] > 7, `${stuck[0] - out[0]} mm back`);
 });
 
-test('the room around a place is the distance to the wall', () => {
+test('the clearance around a point is the distance to the wall', () => {
     const volume = tube();
     for (const off of [0, 2, 4, 6]) {
         const [x, y, z] = tubeCentre(0);
@@ -61,7 +60,7 @@ test('the room around a place is the distance to the wall', () => {
     }
 });
 
-/// Air with sheets of tissue across x, one voxel thick.
+/// Volume of air with sheets of tissue across x, one voxel thick.
 function sheets(spacing: number): VolumeData {
     const grid: Grid = {
         size: [60, 40, 40],
@@ -78,7 +77,7 @@ function sheets(spacing: number): VolumeData {
     return new VolumeData(grid, halves);
 }
 
-/// Whether a straight way passes through tissue.
+/// Tests whether a segment passes through tissue.
 function crosses(volume: VolumeData, from: Vec3, to: Vec3): boolean {
     for (let n = 0; n <= 200; ++n) {
         const place = along(from, n / 200, sub(to, from));
@@ -96,7 +95,7 @@ test('no tip leaps over a sheet of one voxel, whether it stops or pushes', () =>
         const radius = between(0.1, 8);
         const from = [59, 39, 39].map((last) => between(0.1, 0.9) * last * spacing) as never;
         if (inTissue(volume.sample(voxelFromWorld(volume.grid, from)), kSurface)) continue;
-        // As far as a slow page flies in one frame, at the highest speed.
+        // Longest motion of a slow page in one frame, at the highest speed.
         const way = 0.4 * speedFor(clearance(volume, from, kSurface, 60));
         const motion = normalized(randomVector(1)).map((x) => way * x) as never;
         const end = flown(volume, from, motion, radius, kSurface);

@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Fluoroscopy in the browser and in the C++ renderer, of the same camera, on the phantom and, where
-// they are at hand, on CTs, one of them cut out of a body: less than 0.5 of 255 apart on the mean,
-// with the same noise in every pixel.
+// Fluoroscopy in the browser and in the C++ renderer, of the same camera, on the phantom and, if
+// present, on CTs, one of them cropped: the mean difference is less than 0.5 of 255, with the same
+// noise in every pixel.
 
 import assert from 'node:assert/strict';
 import { execFileSync } from 'node:child_process';
@@ -12,8 +12,8 @@ import { tmpdir } from 'node:os';
 import { join } from 'node:path';
 import { test } from 'node:test';
 import type { Page } from 'playwright-core';
-import type { Session } from '../src/session.ts';
-import type { State } from '../src/store.ts';
+import type { Fluoro, Orbit } from '../src/state/state.ts';
+import type { Session } from '../src/tools/session.ts';
 import { kPictures, launch, picture, rectOf, serve, stateOf, still, visit } from './browser.ts';
 import { pixelDifference } from './picture_difference.ts';
 import { kAorta, kThorax } from './setups.ts';
@@ -22,23 +22,26 @@ const program = process.env.PLIANT_SERVER;
 const kMean = 0.5; // of 255
 
 interface Kind {
-    readonly set?: Partial<State>;
-    readonly look?: State['orbit']['direction'];
-    readonly seed?: number; ///< of C++
+    readonly fluoro?: Partial<Fluoro>;
+    readonly look?: Orbit['direction'];
+    readonly seed?: number; ///< of the C++ renderer
 }
 
-/// Mean difference, of 255.
+/// Mean difference of both pictures, of 255.
 async function compare(page: Page, scan: string, name: string, kind: Kind): Promise<number> {
-    await page.evaluate(({ set, look }) => {
+    await page.evaluate(({ fluoro, look }) => {
         const { store } = (window as never as { pliant: Session }).pliant;
-        const { orbit } = store.state;
+        const { orbit } = store.state.view;
         const direction = look ?? orbit.direction;
-        const wish = { outside: true, fluoroscopy: true, orbit: { ...orbit, direction } };
-        store.set({ ...wish, fluoroField: 'round', fluoroNoise: 1, ...set });
+        store.set({
+            view: { outside: true, fluoroscopy: true, orbit: { ...orbit, direction } },
+            fluoro: { field: 'round', noise: 1, ...fluoro },
+        });
     }, kind);
     await page.waitForTimeout(300);
     await still(page);
-    const { orbit, fluoroNoise, fluoroField, fluoroContrast } = await stateOf(page);
+    const { view, fluoro } = await stateOf(page);
+    const { orbit } = view;
     const box = await rectOf(page, 'endoscope');
     const [width, height] = [Math.round(box.width), Math.round(box.height)];
     const shown = (2 * orbit.distance * Math.tan(Math.PI / 12) * width) / height;
@@ -54,9 +57,9 @@ async function compare(page: Page, scan: string, name: string, kind: Kind): Prom
         `--source=${orbit.distance}`,
         `--width=${shown}`,
         `--size=${width}x${height}`,
-        `--field=${fluoroField}`,
-        `--noise=${fluoroNoise}`,
-        `--contrast=${fluoroContrast}`,
+        `--field=${fluoro.field}`,
+        `--noise=${fluoro.noise}`,
+        `--contrast=${fluoro.contrast}`,
         `--seed=${kind.seed ?? 0}`,
     ]);
     await picture(page, `${name}_browser`);
@@ -84,27 +87,35 @@ test('fluoroscopy of the phantom looks the same as in C++', { skip: !program }, 
     execFileSync(program!, ['phantom', 'airway', '--size', '96', '--out', scan]);
     const [round, octagon, full, otherNoise] = await compareAll(scan, {
         phantom: {},
-        octagon: { set: { fluoroField: 'octagon', fluoroContrast: 2.5 } },
-        full: { set: { fluoroField: 'full', fluoroNoise: 0, fluoroContrast: 1 } },
-        other_noise: { set: { fluoroField: 'full' }, seed: 1 },
+        octagon: { fluoro: { field: 'octagon', contrast: 2.5 } },
+        full: { fluoro: { field: 'full', noise: 0, contrast: 1 } },
+        other_noise: { fluoro: { field: 'full' }, seed: 1 },
     }).finally(() => rmSync(folder, { recursive: true }));
     for (const mean of [round, octagon, full]) assert.ok(mean! < kMean, `mean ${mean}`);
     assert.ok(otherNoise! > 2 * kMean, `mean ${otherNoise}: the noise is not compared`);
 });
 
-test('fluoroscopy of a CT looks the same as in C++', {
-    skip: !program || !existsSync(kThorax),
-}, async () => {
-    const [mean] = await compareAll(kThorax, { ct: {} });
-    assert.ok(mean! < kMean, `mean ${mean}`);
-});
+test(
+    'fluoroscopy of a CT looks the same as in C++',
+    {
+        skip: !program || !existsSync(kThorax),
+    },
+    async () => {
+        const [mean] = await compareAll(kThorax, { ct: {} });
+        assert.ok(mean! < kMean, `mean ${mean}`);
+    },
+);
 
-test('beyond the border of a cut scan fluoroscopy looks the same as in C++', {
-    skip: !program || !existsSync(kAorta),
-}, async () => {
-    const found = await compareAll(kAorta, {
-        cut: {},
-        cut_oblique: { look: [0.707, 0.507, -0.493] },
-    });
-    for (const mean of found) assert.ok(mean < kMean, `mean ${mean}`);
-});
+test(
+    'beyond the border of a cut scan fluoroscopy looks the same as in C++',
+    {
+        skip: !program || !existsSync(kAorta),
+    },
+    async () => {
+        const found = await compareAll(kAorta, {
+            cut: {},
+            cut_oblique: { look: [0.707, 0.507, -0.493] },
+        });
+        for (const mean of found) assert.ok(mean < kMean, `mean ${mean}`);
+    },
+);

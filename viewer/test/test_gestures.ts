@@ -1,13 +1,13 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// One test for each row of the table of gestures (the habits of the programs that users come from).
+// One test for each row of the table of gestures.
 
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import type { SectionName } from '../src/store.ts';
-import type { Session } from '../src/session.ts';
-import { add, dot, norm, normalized, sub, type Vec3 } from '../src/vec.ts';
+import { add, dot, norm, normalized, sub, type Vec3 } from '../src/maths/vec.ts';
+import type { SectionName } from '../src/state/state.ts';
+import type { Session } from '../src/tools/session.ts';
 import { dragBy, picture, pixels, rectOf, spot, stateOf, still } from './browser.ts';
 import { page, useOnePage } from './one_page.ts';
 
@@ -30,9 +30,12 @@ const focus = (view: string): Promise<void> => page.locator(`.view.${view}`).foc
 test('scroll slices: wheel, up and down, ten with page up and down', async () => {
     for (const view of kSections) {
         const axis = kAxis[view];
-        const { cursor, volume } = await stateOf(page);
+        const {
+            sections: { cursor },
+            scan: { volume },
+        } = await stateOf(page);
         const slice = volume!.spacing_mm[axis];
-        const at = async (): Promise<number> => (await stateOf(page)).cursor[axis];
+        const at = async (): Promise<number> => (await stateOf(page)).sections.cursor[axis];
         await hover(view);
         await page.mouse.wheel(0, -100);
         await page.waitForTimeout(50);
@@ -45,7 +48,7 @@ test('scroll slices: wheel, up and down, ten with page up and down', async () =>
         await page.keyboard.press('PageDown');
         await page.keyboard.press('ArrowUp');
         await page.keyboard.press('ArrowDown');
-        assert.ok(norm(sub((await stateOf(page)).cursor, cursor)) < 1e-6);
+        assert.ok(norm(sub((await stateOf(page)).sections.cursor, cursor)) < 1e-6);
     }
 });
 
@@ -56,13 +59,13 @@ test('window and level: left drag with W or the tool; window with Shift and whee
     await dragBy(page, await spot(page, 'axial'), [40, 25]);
     await page.keyboard.up('w');
     let state = await stateOf(page);
-    assert.equal(state.window, 1500 + 4 * 40);
-    assert.equal(state.level, -200 - 4 * 25);
+    assert.equal(state.sections.window, 1500 + 4 * 40);
+    assert.equal(state.sections.level, -200 - 4 * 25);
     assert.notEqual((await pixels(page, 'axial')).hash, before.hash);
     await page.click('[data-tool=window]');
     await dragBy(page, await spot(page, 'coronal'), [-40, -25]);
     state = await stateOf(page);
-    assert.deepEqual([state.window, state.level], [1500, -200]);
+    assert.deepEqual([state.sections.window, state.sections.level], [1500, -200]);
     await page.click('[data-tool=look]');
     await hover('sagittal');
     await page.keyboard.down('Shift');
@@ -70,20 +73,20 @@ test('window and level: left drag with W or the tool; window with Shift and whee
     await page.keyboard.up('Shift');
     await page.waitForTimeout(50);
     state = await stateOf(page);
-    assert.ok(state.window < 1500 && state.level === -200);
+    assert.ok(state.sections.window < 1500 && state.sections.level === -200);
     await page.keyboard.press('Control+z');
-    assert.equal((await stateOf(page)).window, 1500);
+    assert.equal((await stateOf(page)).sections.window, 1500);
 });
 
 test('crosshair: left click and Shift with move, in all four views', async () => {
     for (const view of kSections) {
         const [x, y] = await spot(page, view, 0.56, 0.44);
-        const old = (await stateOf(page)).cursor;
+        const old = (await stateOf(page)).sections.cursor;
         await page.mouse.click(x, y);
-        const { cursor } = await stateOf(page);
+        const { cursor } = (await stateOf(page)).sections;
         assert.ok(norm(sub(cursor, old)) > 1, `${view}: click`);
         assert.ok(Math.abs(cursor[kAxis[view]] - old[kAxis[view]]) < 1e-6);
-        // The lines of the view's own crosshair cross where it was clicked, once they are drawn.
+        // The lines of the view's crosshair cross at the click, once they are drawn.
         const line = page.locator(`.view.${view} line.along`).first();
         const box = await rectOf(page, view);
         const off = async () => Math.abs(Number(await line.getAttribute('x1')) - (x - box.x));
@@ -92,13 +95,16 @@ test('crosshair: left click and Shift with move, in all four views', async () =>
         await page.keyboard.down('Shift');
         await page.mouse.move(x + 30, y + 10);
         await page.keyboard.up('Shift');
-        assert.ok(norm(sub((await stateOf(page)).cursor, cursor)) > 1, `${view}: Shift`);
+        assert.ok(norm(sub((await stateOf(page)).sections.cursor, cursor)) > 1, `${view}: Shift`);
     }
-    const old = (await stateOf(page)).cursor;
+    const old = (await stateOf(page)).sections.cursor;
     await page.mouse.click(...(await spot(page, 'endoscope', 0.2, 0.5)));
-    const { cursor, camera } = await stateOf(page);
+    const {
+        sections: { cursor },
+        view: { camera },
+    } = await stateOf(page);
     assert.ok(norm(sub(cursor, old)) > 0.5, 'endoscope: click');
-    // What was clicked is a wall: as bright as the threshold.
+    // The click is on a wall: its value is the threshold.
     const value = await page.evaluate(() => document.querySelector('#pointer')!.textContent!);
     assert.match(value, /HU · LPS .* mm · ijk \d+, \d+, \d+/);
     assert.ok(dot(sub(cursor, camera.eye), camera.look) > 0);
@@ -110,28 +116,28 @@ test('pan with the middle button; zoom with the right one and Ctrl with the whee
         const before = await pixels(page, view);
         const middle = await spot(page, view);
         await dragBy(page, middle, [30, 12], 'middle');
-        const panned = (await stateOf(page)).sections[view];
+        const panned = (await stateOf(page)).sections.frames[view];
         assert.ok(panned.shift[0] < 0 && panned.shift[1] > 0, `${view}: pan`);
         await dragBy(page, middle, [0, -40], 'right');
-        const zoomed = (await stateOf(page)).sections[view].zoom;
+        const zoomed = (await stateOf(page)).sections.frames[view].zoom;
         assert.ok(zoomed > 1.3, `${view}: right drag ${zoomed}`);
         await page.keyboard.down('Control');
         await page.mouse.wheel(0, -100);
         await page.keyboard.up('Control');
         await page.waitForTimeout(50);
-        assert.ok((await stateOf(page)).sections[view].zoom > zoomed, `${view}: Ctrl+wheel`);
+        assert.ok((await stateOf(page)).sections.frames[view].zoom > zoomed, `${view}: Ctrl+wheel`);
         assert.notEqual((await pixels(page, view)).hash, before.hash);
     }
     await picture(page, 'zoomed');
     await focus('axial');
     await page.keyboard.press('Home');
-    assert.equal((await stateOf(page)).sections.axial.zoom, 1);
+    assert.equal((await stateOf(page)).sections.frames.axial.zoom, 1);
     await hover('endoscope');
     await page.keyboard.down('Control');
     await page.mouse.wheel(0, 100);
     await page.keyboard.up('Control');
     await page.waitForTimeout(50);
-    assert.ok((await stateOf(page)).fieldOfView > 80);
+    assert.ok((await stateOf(page)).view.fieldOfView > 80);
     await page.keyboard.press('Control+z');
 });
 
@@ -149,7 +155,7 @@ test('maximise: double click, and V goes through the views', async () => {
     const seen = [];
     for (let i = 0; i < 5; ++i) {
         await page.keyboard.press('v');
-        seen.push((await stateOf(page)).maximised);
+        seen.push((await stateOf(page)).display.maximised);
     }
     assert.deepEqual(seen, ['endoscope', 'axial', 'coronal', 'sagittal', null]);
 });
@@ -164,35 +170,35 @@ test('standard views: keypad 1, 3 and 7, with Ctrl from the other side', async (
     for (const [key, direction] of Object.entries(expected)) {
         await page.keyboard.press(key);
         let state = await stateOf(page);
-        assert.equal(state.outside, true);
-        assert.deepEqual(state.orbit.direction, direction);
+        assert.equal(state.view.outside, true);
+        assert.deepEqual(state.view.orbit.direction, direction);
         const seen = await pixels(page, 'endoscope');
         assert.ok(seen.lit > 0.05, `${key}: ${seen.lit}`);
         hashes.add(seen.hash);
         await picture(page, `outside_${key}`);
         await page.keyboard.press(`Control+${key}`);
         state = await stateOf(page);
-        assert.deepEqual(add(state.orbit.direction, direction).map(Math.abs), [0, 0, 0]);
+        assert.deepEqual(add(state.view.orbit.direction, direction).map(Math.abs), [0, 0, 0]);
     }
     assert.equal(hashes.size, 3);
-    const { orbit } = await stateOf(page);
+    const { orbit } = (await stateOf(page)).view;
     await dragBy(page, await spot(page, 'endoscope'), [60, 20]);
-    assert.notDeepEqual((await stateOf(page)).orbit.direction, orbit.direction);
+    assert.notDeepEqual((await stateOf(page)).view.orbit.direction, orbit.direction);
     await page.keyboard.press('o');
-    assert.equal((await stateOf(page)).outside, false);
+    assert.equal((await stateOf(page)).view.outside, false);
 });
 
 test('undo and redo: Ctrl+Z and Ctrl+Shift+Z, over camera, window and threshold', async () => {
     const start = await stateOf(page);
     await dragBy(page, await spot(page, 'endoscope'), [50, 10]);
     const turned = await stateOf(page);
-    assert.notDeepEqual(turned.camera.look, start.camera.look);
+    assert.notDeepEqual(turned.view.camera.look, start.view.camera.look);
     await hover('axial');
     await page.keyboard.down('w');
     await dragBy(page, await spot(page, 'axial'), [-20, 0]);
     await page.keyboard.up('w');
     const windowed = await stateOf(page);
-    assert.notEqual(windowed.window, start.window);
+    assert.notEqual(windowed.sections.window, start.sections.window);
     const iso = start.shared!.iso_hu;
     await page.keyboard.press('Period');
     await page.waitForFunction(
@@ -205,16 +211,16 @@ test('undo and redo: Ctrl+Z and Ctrl+Shift+Z, over camera, window and threshold'
     await settled();
     const undone = await stateOf(page);
     assert.equal(undone.shared!.iso_hu, iso);
-    assert.equal(undone.window, start.window);
-    assert.deepEqual(undone.camera.look, start.camera.look);
+    assert.equal(undone.sections.window, start.sections.window);
+    assert.deepEqual(undone.view.camera.look, start.view.camera.look);
     for (let i = 0; i < 3; ++i) {
         await page.keyboard.press('Control+Shift+z');
     }
     await settled();
     const redone = await stateOf(page);
     assert.equal(redone.shared!.iso_hu, iso + 25);
-    assert.equal(redone.window, windowed.window);
-    assert.deepEqual(redone.camera.look, turned.camera.look);
+    assert.equal(redone.sections.window, windowed.sections.window);
+    assert.deepEqual(redone.view.camera.look, turned.view.camera.look);
     for (let i = 0; i < 3; ++i) {
         await page.keyboard.press('Control+z');
     }
@@ -226,40 +232,47 @@ test('endoscope: W and S fly, the mouse looks, Space stops, walls stop the tip',
     const moved = (from: Vec3, least: number): Promise<unknown> =>
         page.waitForFunction(
             ([eye, mm]) => {
-                const now = (window as never as { pliant: Session }).pliant.store.state.camera.eye;
+                const now = (window as never as { pliant: Session }).pliant.store.state.view.camera
+                    .eye;
                 return Math.hypot(...now.map((x, a) => x - eye[a]!)) > mm;
             },
             [from, least] as const,
         );
     await page.keyboard.down('w');
-    await moved(start.camera.eye, 2);
+    await moved(start.view.camera.eye, 2);
     await page.keyboard.press('Space');
     const flown = await stateOf(page);
-    const way = sub(flown.camera.eye, start.camera.eye);
-    assert.ok(dot(normalized(way), start.camera.look) > 0.9, 'along the view');
+    const way = sub(flown.view.camera.eye, start.view.camera.eye);
+    assert.ok(dot(normalized(way), start.view.camera.look) > 0.9, 'along the view');
     await page.waitForTimeout(400);
-    assert.deepEqual((await stateOf(page)).camera.eye, flown.camera.eye, 'Space has stopped it');
+    assert.deepEqual(
+        (await stateOf(page)).view.camera.eye,
+        flown.view.camera.eye,
+        'Space has stopped it',
+    );
     await page.keyboard.up('w');
     await page.keyboard.down('s');
-    await moved(flown.camera.eye, 1);
+    await moved(flown.view.camera.eye, 1);
     await page.keyboard.up('s');
-    const back = sub((await stateOf(page)).camera.eye, flown.camera.eye);
-    assert.ok(dot(normalized(back), start.camera.look) < -0.9, `S flies back: ${back}`);
-    // Turn to the wall and fly on: it must hold the tip.
+    const back = sub((await stateOf(page)).view.camera.eye, flown.view.camera.eye);
+    assert.ok(dot(normalized(back), start.view.camera.look) < -0.9, `S flies back: ${back}`);
+    // Turn to the wall and fly on: it stops the tip.
     await dragBy(page, await spot(page, 'endoscope', 0.2), [330, 0]);
     await picture(page, 'wall');
     await page.keyboard.down('w');
     await page.waitForTimeout(2500);
-    const atWall = (await stateOf(page)).camera.eye;
+    const atWall = (await stateOf(page)).view.camera.eye;
     await page.waitForTimeout(500);
     await page.keyboard.up('w');
     const value = await page.evaluate(() => {
         const { volume, store } = (window as never as { pliant: Session }).pliant;
         const { grid } = volume!;
-        const ijk = store.state.camera.eye.map((x, a) => (x - grid.origin[a]!) / grid.spacing[a]!);
+        const ijk = store.state.view.camera.eye.map(
+            (x, a) => (x - grid.origin[a]!) / grid.spacing[a]!,
+        );
         return volume!.sample(ijk as never);
     });
     assert.ok(value < start.shared!.iso_hu, `${value} HU at the tip`);
-    assert.ok(norm(sub((await stateOf(page)).camera.eye, atWall)) < 15);
+    assert.ok(norm(sub((await stateOf(page)).view.camera.eye, atWall)) < 15);
     await still(page);
 });

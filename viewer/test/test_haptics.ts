@@ -1,25 +1,25 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// A device that is simulated pushes the phantom: through the panel, with a second browser that
-// looks on. And what leads a tool in the browser itself, as numbers.
+// A simulated device pushes the phantom: by the panel, with a second browser as a viewer. And the
+// motions of the browser's own devices.
 
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import type { Page } from 'playwright-core';
-import { capMotion, moved, padMotion } from '../src/pads.ts';
-import { feltText, plotTop } from '../src/panel_haptics.ts';
-import type { HapticsNews } from '../src/protocol.ts';
-import type { Session } from '../src/session.ts';
+import type { HapticsNews } from '../src/net/protocol.ts';
+import { feltText, plotTop } from '../src/panels/panel_haptics.ts';
+import { capMotion, moved, padMotion } from '../src/tools/pads.ts';
+import type { Session } from '../src/tools/session.ts';
 import { compare, picture, stateOf, untilState, visit } from './browser.ts';
 import { browser, page, served, useOnePage } from './one_page.ts';
 
 useOnePage({ name: 'Anna', size: 64 });
 
 const until = (on: Page, holds: (news: HapticsNews) => boolean): Promise<void> =>
-    untilState(on, ({ haptics }) => Boolean(haptics && holds(haptics)));
+    untilState(on, ({ device: { news } }) => Boolean(news && holds(news)));
 
-/// Drawing in software takes what a slow machine has.
+/// Switches drawing on or off: software rendering overloads a slow machine.
 const draw = (on: Page, draws: boolean): Promise<void> =>
     on.evaluate((yes) => {
         const { stage } = (window as never as { pliant: Session }).pliant;
@@ -27,20 +27,20 @@ const draw = (on: Page, draws: boolean): Promise<void> =>
         else stage.frame = () => false;
     }, draws);
 
-test('a device pushes the tissue, for all to see, until it is stopped', async (t) => {
-    const { features } = await stateOf(page);
+test('a device pushes the tissue in all browsers until it is stopped', async (t) => {
+    const { features } = (await stateOf(page)).link;
     if (!features.includes('haptics')) return t.skip('the mock has none');
     const title = page.locator('summary', { hasText: /^Device$/ });
     const panel = page.locator('details', { has: title });
     await title.click();
     await panel.getByLabel('Device', { exact: true }).selectOption('virtual:tap');
-    // Straight at the carina, and so near that the tool's way of 8 mm ends in it.
+    // Close in front of the carina, so that the tool's motion of 8 mm ends in it.
     await page.evaluate(() => {
         const session = (window as never as { pliant: Session }).pliant;
-        session.goTo([0.3, -2.2, 22], [-0.019, 0.045, -0.999]);
+        session.endoscope.goTo([0.3, -2.2, 22], [-0.019, 0.045, -0.999]);
     });
     await page.evaluate(() => {
-        (window as never as { pliant: Session }).pliant.fly([-1.1, 2.7, -60]);
+        (window as never as { pliant: Session }).pliant.endoscope.fly([-1.1, 2.7, -60]);
     });
     await draw(page, false);
     const other = await visit(browser, served.link, '&notour&role=view&name=Ben');
@@ -52,7 +52,9 @@ test('a device pushes the tissue, for all to see, until it is stopped', async (t
     await until(other.page, (news) => news.contact! && news.largest_n! > 0.01);
     assert.notEqual((await compare(page))!.tissue, before.tissue);
     await other.page.waitForFunction(() =>
-        (window as never as { pliant: Session }).pliant.store.state.others.some((t) => t.touches),
+        (window as never as { pliant: Session }).pliant.store.state.hands.others.some(
+            (t) => t.touches,
+        ),
     );
     assert.match((await panel.locator('.felt').textContent())!, /^\d\.\d\d N now, 0\.\d/);
     const lit = (): Promise<number> =>
@@ -86,20 +88,20 @@ test('a device pushes the tissue, for all to see, until it is stopped', async (t
     const seen = (await compare(other.page))!;
     assert.ok(after.same && seen.same);
     assert.equal(seen.own, after.own);
-    // It has come back by itself.
+    // The tissue has relaxed.
     assert.equal(after.tissue, before.tissue);
 
     await panel.getByRole('button', { name: 'Go on' }).click();
     await until(page, (news) => !news.stopped);
     await panel.getByRole('button', { name: 'End' }).click();
     await other.page.waitForFunction(
-        () => !(window as never as { pliant: Session }).pliant.store.state.haptics,
+        () => !(window as never as { pliant: Session }).pliant.store.state.device.news,
     );
     assert.deepEqual(other.errors, []);
     await other.page.context().close();
 });
 
-test('sticks and caps are speeds, and stay within the workspace', () => {
+test('sticks and caps give speeds, and positions stay in the workspace', () => {
     const pad = (...axes: number[]): Parameters<typeof padMotion>[0] => ({ axes, buttons: [] });
     assert.deepEqual(padMotion(pad(0.1, -0.1, 0, 0.05)).map(Math.abs), [0, 0, 0]);
     const [right, up, back] = padMotion(pad(1, -1, 0, -1));
@@ -113,7 +115,7 @@ test('sticks and caps are speeds, and stay within the workspace', () => {
     assert.deepEqual(moved([99, 0, 0], [40, 0, 0], 1), [100, 0, 0]);
 });
 
-test('what is felt is said in words', () => {
+test('forces are described in words', () => {
     assert.equal(feltText(null, []), 'no device');
     const news = { t: 'haptics', on: true, force_n: [0, 0.3, 0.4], contact: true } as HapticsNews;
     const felt = [{ at: 0, newtons: 0.75 }];

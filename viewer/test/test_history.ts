@@ -3,11 +3,12 @@
 
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import { History } from '../src/history.ts';
-import type { SharedState } from '../src/protocol.ts';
-import { initialState, Store } from '../src/store.ts';
+import type { SharedState } from '../src/net/protocol.ts';
+import { History } from '../src/state/history.ts';
+import { initialState } from '../src/state/state.ts';
+import { Store } from '../src/state/store.ts';
 
-/// A server that only counts.
+/// History with a server that only counts steps.
 function setUp(): { store: Store; history: History; pushes: () => void; log: string[] } {
     const store = new Store(initialState());
     const log: string[] = [];
@@ -23,10 +24,10 @@ function setUp(): { store: Store; history: History; pushes: () => void; log: str
     let time = 0;
     const history = new History(
         store,
-        async (what) => {
-            log.push(what);
-            undo += what === 'undo' ? -1 : 1;
-            redo += what === 'undo' ? 1 : -1;
+        async (step) => {
+            log.push(step);
+            undo += step === 'undo' ? -1 : 1;
+            redo += step === 'undo' ? 1 : -1;
             tell();
         },
         () => (time += 1000),
@@ -42,52 +43,52 @@ function setUp(): { store: Store; history: History; pushes: () => void; log: str
 
 test('undo takes back window, push and camera in the order in which they were done', async () => {
     const { store, history, pushes, log } = setUp();
-    history.step('window', () => store.set({ window: 100 }));
+    history.step('window', () => store.set({ sections: { window: 100 } }));
     pushes();
-    history.step('level', () => store.set({ level: 7 }));
-    history.step('view', () => store.set({ fieldOfView: 44 }));
+    history.step('level', () => store.set({ sections: { level: 7 } }));
+    history.step('view', () => store.set({ view: { fieldOfView: 44 } }));
     assert.equal(history.names().undo, 'view');
     await history.undo();
-    assert.equal(store.state.fieldOfView, 80);
+    assert.equal(store.state.view.fieldOfView, 80);
     await history.undo();
-    assert.equal(store.state.level, -200);
+    assert.equal(store.state.sections.level, -200);
     assert.deepEqual(log, []);
     await history.undo();
     assert.deepEqual(log, ['undo']);
-    assert.equal(store.state.window, 100);
+    assert.equal(store.state.sections.window, 100);
     await history.undo();
-    assert.equal(store.state.window, 1500);
+    assert.equal(store.state.sections.window, 1500);
     for (let i = 0; i < 4; ++i) await history.redo();
     assert.deepEqual(log, ['undo', 'redo']);
-    assert.equal(store.state.window, 100);
-    assert.equal(store.state.level, 7);
-    assert.equal(store.state.fieldOfView, 44);
+    assert.equal(store.state.sections.window, 100);
+    assert.equal(store.state.sections.level, 7);
+    assert.equal(store.state.view.fieldOfView, 44);
     assert.equal(history.names().redo, '');
 });
 
-test('what changed nothing is no step, and something new ends what could be redone', async () => {
+test('a change without effect is no step, and a new step clears the steps to redo', async () => {
     const { store, history } = setUp();
-    history.step('nothing', () => store.set({ window: store.state.window }));
+    history.step('nothing', () => store.set({ sections: { window: store.state.sections.window } }));
     assert.equal(history.names().undo, '');
-    history.step('window', () => store.set({ window: 10 }));
+    history.step('window', () => store.set({ sections: { window: 10 } }));
     await history.undo();
-    history.step('level', () => store.set({ level: 1 }));
+    history.step('level', () => store.set({ sections: { level: 1 } }));
     assert.equal(history.names().redo, '');
     await history.redo();
-    assert.equal(store.state.window, 1500);
+    assert.equal(store.state.sections.window, 1500);
 });
 
-test('flying and looking around at the same time is one step', async () => {
+test('flying and looking around at the same time are one step', async () => {
     const { store, history } = setUp();
     history.begin();
-    store.set({ camera: { eye: [1, 0, 0], look: [0, 1, 0], up: [0, 0, 1] } });
+    store.set({ view: { camera: { eye: [1, 0, 0], look: [0, 1, 0], up: [0, 0, 1] } } });
     history.begin();
-    store.set({ camera: { eye: [1, 0, 0], look: [1, 0, 0], up: [0, 0, 1] } });
+    store.set({ view: { camera: { eye: [1, 0, 0], look: [1, 0, 0], up: [0, 0, 1] } } });
     history.end('look');
-    store.set({ camera: { eye: [2, 0, 0], look: [1, 0, 0], up: [0, 0, 1] } });
+    store.set({ view: { camera: { eye: [2, 0, 0], look: [1, 0, 0], up: [0, 0, 1] } } });
     history.end('flight');
     assert.equal(history.names().undo, 'flight');
     await history.undo();
-    assert.deepEqual(store.state.camera.eye, [0, 0, 0]);
+    assert.deepEqual(store.state.view.camera.eye, [0, 0, 0]);
     assert.equal(history.names().undo, '');
 });

@@ -1,15 +1,17 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Silhouettes of instruments and catheters, pixel by pixel, beside shapes that are projected here:
-// points of each solid, written down anew from its description, through a pin-hole. The picture has
-// no wall and the lens no distortion, so a pixel either is an instrument or has the fog's colour.
+// Silhouettes of instruments and catheters, pixel by pixel, against projections computed here:
+// points of each solid, from its description, through a pinhole. The picture has no wall and the
+// lens no distortion, so that each pixel is either of an instrument or of the fog.
 
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import type { ToolBall, ToolKind } from '../src/instruments.ts';
-import type { Camera } from '../src/rays.ts';
-import { add, along, cross, dot, mul, norm, normalized, sub, type Vec3 } from '../src/vec.ts';
+import type { Camera } from '../src/maths/rays.ts';
+import { add, along, cross, dot, mul, norm, normalized, sub, type Vec3 } from '../src/maths/vec.ts';
+import type { Look } from '../src/state/state.ts';
+import type { Patch } from '../src/state/store.ts';
+import type { ToolBall, ToolKind } from '../src/views/instruments.ts';
 import { different, drawn, misses } from './drawn.ts';
 import { kTubeRadius, tubeCentre } from './mock_scene.ts';
 import { page, useOnePage } from './one_page.ts';
@@ -25,15 +27,11 @@ const kNothing = 30000; // threshold beyond all voxels [HU]
 const kCamera: Camera = { eye: [1, -2, 3], look: [0, 1, 0], up: [0, 0, 1] };
 const kField = 80;
 const kSlope = Math.tan((kField * Math.PI) / 360);
-const state = {
-    camera: kCamera,
-    fieldOfView: kField,
-    barrel: 0,
-    fog: 0,
-    style: 'plain',
-    outside: false,
-} as const;
-const empty = { width: kSize, height: kSize, state, iso: kNothing };
+const stateAt = (camera: Camera, look: Partial<Look> = { style: 'plain' }): Patch => ({
+    view: { camera, fieldOfView: kField, barrel: 0, fog: 0, outside: false },
+    look,
+});
+const empty = { width: kSize, height: kSize, state: stateAt(kCamera), iso: kNothing };
 
 /// Camera's axes of kCamera, by hand: x to the right, y ahead, z up.
 const pixelOf = (p: Vec3): [number, number] | undefined => {
@@ -43,7 +41,7 @@ const pixelOf = (p: Vec3): [number, number] | undefined => {
     return [half + (half * x) / (y * kSlope), half - (half * z) / (y * kSlope)];
 };
 
-/// A picture's mask, from points of solids.
+/// Mask of a picture from points of solids.
 class Mask {
     readonly pixels: boolean[] = new Array<boolean>(kSize * kSize).fill(false);
 
@@ -51,12 +49,12 @@ class Mask {
         const spot = pixelOf(p);
         if (!spot) return;
         const [x, y] = [Math.floor(spot[0]), Math.floor(spot[1])];
-        // Only near the middle of a pixel: narrow gaps stay open.
+        // Only points near a pixel's centre, so that narrow gaps stay open.
         if (Math.abs(spot[0] - x - 0.5) > 0.25 || Math.abs(spot[1] - y - 0.5) > 0.25) return;
         if (x >= 0 && y >= 0 && x < kSize && y < kSize) this.pixels[y * kSize + x] = true;
     }
 
-    /// Points of the box c ± half along axes that are in a solid.
+    /// Points of a solid in the box c ± half along axes.
     solid(c: Vec3, axes: [Vec3, Vec3, Vec3], half: Vec3, holds: (q: Vec3) => boolean): void {
         const count = half.map((h) => Math.ceil(h / 0.045));
         for (let i = -count[0]!; i <= count[0]!; ++i)
@@ -82,7 +80,7 @@ class Mask {
         this.solid(c, axes, [r, r, r], (q) => norm(q) <= r);
     }
 
-    /// Discs across the way from a to b, finer where they are near the lens.
+    /// Points of discs across the segment from a to b, denser near the lens.
     capsule(a: Vec3, b: Vec3, r: number): void {
         this.sphere(b, r);
         const way = sub(b, a);
@@ -113,7 +111,7 @@ const kShaft: Record<'ball' | 'grasper' | 'blade' | 'scoop', number> = {
     scoop: 0.8,
 };
 
-/// Where a tool of the endoscope's own is in free space, as instruments.ts describes it.
+/// Pose of an own tool in free space, as described in instruments.ts.
 function poseOf(kind: keyof typeof kShaft, centre: Vec3, radius: number) {
     const offset: Vec3 = [3.2, -1, -3]; // right, ahead, up
     const base = along(kCamera.eye, Math.min(1, radius / 2), offset);
@@ -121,10 +119,7 @@ function poseOf(kind: keyof typeof kShaft, centre: Vec3, radius: number) {
     const shaft = normalized(sub(centre, base));
     const aside = normalized(along(shaft, -dot(shaft, ray), ray));
     const lean = Math.max(Math.acos(dot(shaft, ray)), (58 * Math.PI) / 180);
-    const h =
-        kind === 'ball'
-            ? shaft
-            : add(mul(Math.cos(lean), ray), mul(Math.sin(lean), aside));
+    const h = kind === 'ball' ? shaft : add(mul(Math.cos(lean), ray), mul(Math.sin(lean), aside));
     const wrist = along(centre, -kShaft[kind] * radius, h);
     const off = sub(kCamera.eye, wrist);
     const e = normalized(along(off, -dot(off, h), h));
@@ -155,7 +150,7 @@ function expected(kind: keyof typeof kShaft, centre: Vec3, r: number, closed: bo
         }
     }
     if (kind === 'blade') {
-        // Back, point and edge: a rectangle 0.8 r wide that a slanting line cuts off.
+        // Back, point and edge: a rectangle 0.8 r wide, cut by a slanting line.
         const [x0, y0] = [0.15 * r, 0.3 * r];
         const half: Vec3 = [2.2 * r, 0.5 * r, 0.07 * r];
         mask.solid(
@@ -208,15 +203,18 @@ for (const [kind, radius, closed] of [
         }
     });
 
-test('jaws meet in the tissue that they hold, and leave most of it in sight', async () => {
+test('jaws meet in the tissue that they hold, and leave most of it visible', async () => {
     const centre: Vec3 = [1, 16, 3];
     const tool = { centre, radius: 4, own: true, kind: 'grasper' as const };
     const open = await silhouette([{ ...tool, closed: false }]);
     const shut = await silhouette([{ ...tool, closed: true }]);
     const [x, y] = pixelOf(centre)!;
     const middle = Math.floor(y) * kSize + Math.floor(x);
-    assert.ok(!open[middle] && shut[middle], 'the jaws meet in the middle of what they hold');
-    // Of the disc that is held, as far as the lens sees it, three quarters at least are free.
+    assert.ok(
+        !open[middle] && shut[middle],
+        'the jaws meet in the middle of the tissue that they hold',
+    );
+    // At least three quarters of the visible part of the held disc are free.
     const held = new Mask();
     held.sphere(centre, 4);
     const disc = held.pixels.filter(Boolean).length;
@@ -239,18 +237,18 @@ test('a catheter 0.3 mm beside the eye is drawn whole', async () => {
     const radius = 0.8;
     const off = radius + 0.3;
     const without = await drawn(page, empty);
-    // One picture's worth and a half, in all: some of them are mostly behind the eye.
+    // One and a half pictures in total: some catheters are mostly behind the eye.
     let covered = 0;
     for (let round = 0; round < 12 || covered < 1.5; ++round) {
         assert.ok(round < 100, `${covered} pictures in all`);
-        // A straight one, nearest to the eye at a place to its side or right before it.
+        // A straight catheter whose nearest point is beside or right in front of the eye.
         const unit = normalized([between(-1, 1), between(-1, 1), between(-1, 1)]);
         const aside = normalized(cross(unit, [random() - 0.5, random() - 0.5, random() - 0.5]));
         const nearest = along(kCamera.eye, off, aside);
         const catheter = Array.from({ length: 61 }, (_, i) => along(nearest, 3 * (i - 30), unit));
         const found = different(without, await drawn(page, { ...empty, catheter, radius }));
-        // Across its axis it is a disc, and a ray hits it within an angle about the way to its
-        // centre; along the axis it ends 90 mm away.
+        // Across the axis it is a disc: a ray hits it within an angle about the direction to its
+        // centre. Along the axis it ends 90 mm away.
         const u = aside;
         const v = cross(unit, u);
         const solid = found.map((_, i) => {
@@ -276,7 +274,7 @@ test('a band every centimetre, and a pale tip', async () => {
         const i = 3 * (Math.floor(y) * kSize + Math.floor(x));
         return rows[i]! + rows[i + 1]! + rows[i + 2]!;
     };
-    // The eye is at x = 1: places from 18 to 40 mm from the tip are in sight.
+    // The eye is at x = 1: points 18 to 40 mm from the tip are visible.
     for (const centimetre of [20, 30]) {
         const [before, band, after] = [-1.5, 0.6, 2.6].map((way) => at(centimetre + way));
         assert.ok(band! < 0.75 * before! && band! < 0.75 * after!, `${before} ${band} ${after}`);
@@ -294,7 +292,7 @@ test('a band every centimetre, and a pale tip', async () => {
 });
 
 test('instruments darken the wall that they touch alone', { skip: kServer }, async () => {
-    // Along the mock's tube, with instruments at its wall, x to the right of the eye.
+    // View along the mock's tube, with instruments at its wall, to the right of the eye.
     const camera: Camera = { eye: tubeCentre(20), look: [0, 0, -1], up: [0, 1, 0] };
     const wall = (z: number, angle: number): Vec3 =>
         add(tubeCentre(z), mul(kTubeRadius + 0.7, [Math.cos(angle), Math.sin(angle), 0]));
@@ -306,14 +304,14 @@ test('instruments darken the wall that they touch alone', { skip: kServer }, asy
         const scene = {
             width: kSize,
             height: kSize,
-            state: { ...state, camera, style, fieldStop: 'full' as const },
+            state: stateAt(camera, { style, fieldStop: 'full' }),
         };
         const bare = await drawn(page, scene);
-        for (const [name, what] of [
+        for (const [name, more] of [
             ['catheter', { catheter, radius: 0.8 }],
             ['ball', { balls: [ball] }],
         ] as const) {
-            const rows = await drawn(page, { ...scene, ...what });
+            const rows = await drawn(page, { ...scene, ...more });
             const share = (z: number, degrees: number): number => {
                 const p = wall(z, (degrees * Math.PI) / 180);
                 const [dx, dy, dz] = sub(p, camera.eye);
@@ -336,13 +334,13 @@ test('instruments darken the wall that they touch alone', { skip: kServer }, asy
 });
 
 test('a ray in a plane between bricks finds its wall', async () => {
-    // Bricks of 4 voxels meet at z = 0 and 45; the middle row is tilted by next to nothing.
+    // Bricks of 4 voxels meet at z = 0 and 45; the middle row is hardly tilted.
     const middle = (kSize - 1) / 2;
     for (const z of [0, 45])
         for (const tilt of [0, -1e-10, -3e-8, -1e-7, -3e-7, 1e-7]) {
             const [x0, y0] = tubeCentre(z);
             const camera: Camera = { eye: [x0, y0, z], look: [0, 1, tilt], up: [0, 0, 1] };
-            const wanted = { ...empty, state: { ...state, camera }, iso: -500 };
+            const wanted = { ...empty, state: stateAt(camera), iso: -500 };
             const rows = await drawn(page, wanted);
             for (let x = 10; x + 10 < kSize; ++x) {
                 const at = (y: number): number => rows[3 * (y * kSize + x)]!;

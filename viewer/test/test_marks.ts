@@ -1,17 +1,17 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Instruments in the sections: their shafts are outlined, three pixels wide at least, and dotted
-// where they go through the slice. Places are worked out from the crosshair and the scale alone.
+// Instruments in the sections: shafts are outlined, at least three pixels wide, with a dot where
+// they cross the slice. Positions are computed from the crosshair and the scale alone.
 
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import { kGrid } from './mock_scene.ts';
+import { along, dot, norm, normalized, sub, type Vec3 } from '../src/maths/vec.ts';
+import type { SectionName } from '../src/state/state.ts';
+import type { Session } from '../src/tools/session.ts';
 import { dragBy, picture, rectOf, spot, stateOf, still } from './browser.ts';
+import { kGrid } from './mock_scene.ts';
 import { page, useOnePage } from './one_page.ts';
-import type { Session } from '../src/session.ts';
-import type { SectionName } from '../src/store.ts';
-import { along, dot, norm, normalized, sub, type Vec3 } from '../src/vec.ts';
 
 // Distances are those of the mock's scan.
 const kServer = process.env.PLIANT_SERVER !== undefined;
@@ -20,9 +20,21 @@ useOnePage();
 
 // Right, up and across of each section's picture [LPS].
 const kAxes: Record<SectionName, [Vec3, Vec3, Vec3]> = {
-    axial: [[1, 0, 0], [0, -1, 0], [0, 0, 1]],
-    coronal: [[1, 0, 0], [0, 0, 1], [0, 1, 0]],
-    sagittal: [[0, 1, 0], [0, 0, 1], [1, 0, 0]],
+    axial: [
+        [1, 0, 0],
+        [0, -1, 0],
+        [0, 0, 1],
+    ],
+    coronal: [
+        [1, 0, 0],
+        [0, 0, 1],
+        [0, 1, 0],
+    ],
+    sagittal: [
+        [0, 1, 0],
+        [0, 0, 1],
+        [1, 0, 0],
+    ],
 };
 
 interface Mark {
@@ -51,7 +63,7 @@ test('a shaft is outlined in the sections', { skip: kServer }, async () => {
     await page.keyboard.press('3');
     const [x, y] = await spot(page, 'endoscope', 0.6, 0.4);
     await page.mouse.move(x, y);
-    await page.mouse.down(); // the tool is there before it does anything
+    await page.mouse.down(); // the tool is shown before it acts
     const { balls } = await page.evaluate(() => {
         const { stage } = (window as never as { pliant: Session }).pliant;
         return { balls: stage.balls };
@@ -59,8 +71,8 @@ test('a shaft is outlined in the sections', { skip: kServer }, async () => {
     assert.equal(balls.length, 1);
     const { centre, radius, kind } = balls[0]!;
     assert.equal(kind, 'ball');
-    // From the working channel, below right of the lens, to the middle of the ball.
-    const { camera } = start;
+    // From the working channel, below right of the lens, to the centre of the ball.
+    const { camera } = start.view;
     const ahead = normalized(camera.look);
     const up = normalized(along(camera.up, -dot(camera.up, ahead), ahead));
     const right: Vec3 = [
@@ -72,7 +84,7 @@ test('a shaft is outlined in the sections', { skip: kServer }, async () => {
     const base = along(along(along(camera.eye, 3.2 * share, right), -3 * share, up), -share, ahead);
     await still(page);
     let dots = 0;
-    // The slice goes through the middle of the shaft, then beside it.
+    // The slice cuts the middle of the shaft, then lies beside it.
     for (const through of [true, false])
         for (const view of ['axial', 'coronal', 'sagittal'] as const) {
             const [u, v, across] = kAxes[view];
@@ -81,7 +93,9 @@ test('a shaft is outlined in the sections', { skip: kServer }, async () => {
             const side = dot(middle, across) > 0 ? -1 : 1; // towards the middle of the scan
             const cursor = through ? middle : along(middle, side * away, across);
             await page.evaluate((c) => {
-                (window as never as { pliant: Session }).pliant.store.set({ cursor: c });
+                (window as never as { pliant: Session }).pliant.store.set({
+                    sections: { cursor: c },
+                });
             }, cursor);
             await page.waitForTimeout(150);
             const box = await rectOf(page, view);
@@ -98,7 +112,7 @@ test('a shaft is outlined in the sections', { skip: kServer }, async () => {
                 const rim = rims.find((r) => String(r.points) === String(m.points));
                 assert.ok(rim && rim.width >= m.width + 2, `${view}: an outline`);
             }
-            // All of it, in pixels.
+            // The whole shaft in pixels.
             const length = norm([dot(sub(centre, base), u), dot(sub(centre, base), v), 0]) / scale;
             const [from, to] = [shafts[0]!.points[0]!, shafts[0]!.points.at(-1)!];
             assert.ok(Math.abs(Math.hypot(to[0] - from[0], to[1] - from[1]) - length) < 0.1);
@@ -106,7 +120,7 @@ test('a shaft is outlined in the sections', { skip: kServer }, async () => {
             assert.equal(pierced.length, through ? 1 : 0, view);
             if (!through) continue;
             ++dots;
-            // The crosshair is in the middle of the shaft, and so is the dot.
+            // Crosshair and dot are in the middle of the shaft.
             const crosshair = page.locator(`.view.${view} svg`);
             const cx = Number(await crosshair.locator('.along').first().getAttribute('x1'));
             const cy = Number(await crosshair.locator('.across').first().getAttribute('y1'));
@@ -121,7 +135,7 @@ test('a shaft is outlined in the sections', { skip: kServer }, async () => {
     await page.mouse.up();
     await page.waitForTimeout(150);
     assert.equal((await marksIn('axial')).filter((m) => m.kind.startsWith('shaft')).length, 0);
-    // A click with a tool is a click: nothing was pushed.
+    // A click with a tool pushes nothing.
     assert.equal((await stateOf(page)).shared!.undo.steps, 0);
 });
 

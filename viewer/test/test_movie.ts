@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Movies of keyframes: the sums, the file, and the panel.
+// Movies of keyframes: interpolation, file and panel.
 
 import assert from 'node:assert/strict';
 import { copyFileSync, readFileSync } from 'node:fs';
@@ -14,9 +14,9 @@ import {
     shotAt,
     timesOf,
     writeKeyframes,
-} from '../src/keyframes.ts';
-import type { Session } from '../src/session.ts';
-import { dot, norm, normalized, sub, type Vec3 } from '../src/vec.ts';
+} from '../src/maths/keyframes.ts';
+import { dot, norm, normalized, sub, type Vec3 } from '../src/maths/vec.ts';
+import type { Session } from '../src/tools/session.ts';
 import { kPictures, picture, stateOf } from './browser.ts';
 import { randomVector } from './fields.ts';
 import { page, useOnePage } from './one_page.ts';
@@ -64,7 +64,7 @@ test('a movie passes its keyframes at their times, and never jumps', () => {
     }
 });
 
-test('half-way through a quarter turn is an eighth, and a straight way is flown evenly', () => {
+test('half-way through a quarter turn is an eighth, and a straight path is flown evenly', () => {
     const frames = [
         frame(0, [0, 0, 0], [0, 1, 0], [0, 0, 1]),
         frame(2, [20, 0, 0], [1, 0, 0], [0, 0, 1]),
@@ -76,7 +76,7 @@ test('half-way through a quarter turn is an eighth, and a straight way is flown 
     assert.ok(norm(sub(eye, [10, 0, 0])) < 1e-12);
 });
 
-test('keyframes are read as they were written, and what is none is refused with a line', () => {
+test('keyframes are read as written, and invalid ones are refused with a line', () => {
     const frames = randomFrames(4);
     const again = readKeyframes(writeKeyframes(frames), 'a');
     frames.forEach((f, i) => {
@@ -113,46 +113,49 @@ test('keyframes are added, ordered, played, recorded, saved and loaded', async (
     const fly = (by: number): Promise<void> =>
         page.evaluate((way) => {
             const { store } = (window as never as { pliant: Session }).pliant;
-            const { camera } = store.state;
+            const { camera } = store.state.view;
             const eye = camera.eye.map((x, a) => x + way * camera.look[a]!) as never;
-            store.set({ camera: { ...camera, eye } });
+            store.set({ view: { camera: { ...camera, eye } } });
         }, by);
     await page.locator('.panels summary', { hasText: 'Movie' }).click();
-    const panel = page.locator('.panels details', { hasText: 'Keyframes' }).or(
-        page.locator('.panels details', { has: page.locator('ol.keyframes') }),
-    );
+    const panel = page
+        .locator('.panels details', { hasText: 'Keyframes' })
+        .or(page.locator('.panels details', { has: page.locator('ol.keyframes') }));
     await panel.getByRole('button', { name: 'Add' }).click();
     await fly(6);
     await page.locator('.view.endoscope').focus();
     await page.keyboard.press('k');
     await fly(4);
     await page.keyboard.press('k');
-    assert.equal((await session()).keyframes.length, 3);
+    assert.equal((await session()).movie.keyframes.length, 3);
     assert.deepEqual(
-        (await session()).keyframes.map((f) => f.seconds),
+        (await session()).movie.keyframes.map((f) => f.seconds),
         [0, 1, 1],
     );
     await panel.getByLabel('seconds to keyframe 3').fill('0.5');
     await panel.getByLabel('seconds to keyframe 3').press('Enter');
-    assert.equal((await session()).keyframes[2]!.seconds, 0.5);
+    assert.equal((await session()).movie.keyframes[2]!.seconds, 0.5);
     await picture(page, 'movie_panel');
 
-    // Order: the second goes first, and back.
-    const eyes = (await session()).keyframes.map((f) => f.camera.eye);
+    // The second keyframe moves to the front, and back.
+    const eyes = (await session()).movie.keyframes.map((f) => f.camera.eye);
     await panel.getByRole('button', { name: '↑' }).nth(1).click();
     assert.deepEqual(
-        (await session()).keyframes.map((f) => f.camera.eye),
+        (await session()).movie.keyframes.map((f) => f.camera.eye),
         [eyes[1], eyes[0], eyes[2]],
     );
     await panel.getByRole('button', { name: '↓' }).nth(0).click();
-    assert.deepEqual((await session()).keyframes.map((f) => f.camera.eye), eyes);
+    assert.deepEqual(
+        (await session()).movie.keyframes.map((f) => f.camera.eye),
+        eyes,
+    );
     await panel.getByLabel('go to keyframe 1').click();
-    assert.deepEqual((await session()).camera.eye, eyes[0]);
+    assert.deepEqual((await session()).view.camera.eye, eyes[0]);
 
-    // Played, it ends at the last keyframe; undo takes the camera back to where it was.
+    // A movie ends at the last keyframe; undo restores the camera.
     const ended = (): Promise<unknown> =>
         page.waitForFunction(
-            () => !(window as never as { pliant: Session }).pliant.store.state.moviePlaying,
+            () => !(window as never as { pliant: Session }).pliant.store.state.movie.playing,
             undefined,
             { timeout: 60_000 },
         );
@@ -161,31 +164,31 @@ test('keyframes are added, ordered, played, recorded, saved and loaded', async (
         const { store } = (window as never as { pliant: Session }).pliant;
         const seen: string[] = [];
         (window as never as { seen: string[] }).seen = seen;
-        store.listen(({ moviePlaying, camera }) => {
-            if (moviePlaying) seen.push(camera.eye.join());
+        store.listen(({ movie, view }) => {
+            if (movie.playing) seen.push(view.camera.eye.join());
         });
     });
     await page.keyboard.press('Shift+K');
     await ended();
     const seen = await page.evaluate(() => (window as never as { seen: string[] }).seen);
     assert.ok(new Set(seen).size > 5, `${new Set(seen).size} places`);
-    assert.ok(norm(sub((await session()).camera.eye, eyes[2]!)) < 1e-9);
+    assert.ok(norm(sub((await session()).view.camera.eye, eyes[2]!)) < 1e-9);
     await page.keyboard.press('Control+z');
-    assert.deepEqual((await session()).camera.eye, eyes[0]);
-    // Steering ends it, long before it is over.
+    assert.deepEqual((await session()).view.camera.eye, eyes[0]);
+    // Steering ends the movie.
     await panel.getByLabel('seconds to keyframe 3').fill('600');
     await panel.getByLabel('seconds to keyframe 3').press('Enter');
     await page.locator('.view.endoscope').focus();
     await page.keyboard.press('Shift+K');
-    assert.equal((await session()).moviePlaying, true);
+    assert.equal((await session()).movie.playing, true);
     await page.keyboard.down('ArrowLeft');
     await ended();
     await page.keyboard.up('ArrowLeft');
-    assert.ok(norm(sub((await session()).camera.eye, eyes[2]!)) > 1);
+    assert.ok(norm(sub((await session()).view.camera.eye, eyes[2]!)) > 1);
     await panel.getByLabel('seconds to keyframe 3').fill('0.5');
     await panel.getByLabel('seconds to keyframe 3').press('Enter');
 
-    // Recorded, it is a file that is no stub. Longer, for machines that draw few pictures a second.
+    // A recording has several pictures. It is longer, for machines that draw few pictures a second.
     for (const at of [2, 3]) {
         await panel.getByLabel(`seconds to keyframe ${at}`).fill('3');
         await panel.getByLabel(`seconds to keyframe ${at}`).press('Enter');
@@ -195,13 +198,13 @@ test('keyframes are added, ordered, played, recorded, saved and loaded', async (
         panel.getByRole('button', { name: 'Record' }).click(),
     ]);
     assert.match(movie.suggestedFilename(), /^pliant\.(mp4|webm)$/);
-    // WebM begins with the mark of EBML, MP4 with a box named ftyp.
+    // WebM begins with the EBML identifier, MP4 with a box named ftyp.
     const bytes = readFileSync(await movie.path());
     assert.ok(bytes.readUInt32BE(0) === 0x1a45dfa3 || bytes.toString('latin1', 4, 8) === 'ftyp');
     assert.ok(bytes.length > 1000, `${bytes.length} bytes`);
     copyFileSync(await movie.path(), join(kPictures, movie.suggestedFilename()));
 
-    // Saved, deleted and loaded.
+    // Keyframes are saved, deleted and loaded.
     const [file] = await Promise.all([
         page.waitForEvent('download'),
         panel.getByRole('button', { name: 'Save' }).click(),
@@ -212,14 +215,16 @@ test('keyframes are added, ordered, played, recorded, saved and loaded', async (
         eyes,
     );
     await panel.getByRole('button', { name: '×' }).first().click();
-    assert.equal((await session()).keyframes.length, 2);
-    assert.equal((await session()).keyframes[0]!.seconds, 0);
+    assert.equal((await session()).movie.keyframes.length, 2);
+    assert.equal((await session()).movie.keyframes[0]!.seconds, 0);
     await page.setInputFiles('input[aria-label="keyframes file"]', {
         name: 'k.json',
         mimeType: 'application/json',
         buffer: Buffer.from(writeKeyframes(saved)),
     });
     await page.waitForFunction(
-        () => (window as never as { pliant: Session }).pliant.store.state.keyframes.length === 3,
+        () =>
+            (window as never as { pliant: Session }).pliant.store.state.movie.keyframes.length ===
+            3,
     );
 });

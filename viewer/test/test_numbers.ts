@@ -3,24 +3,24 @@
 
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import { floatOfHalf, halfOfFloat, halfOfInt16 } from '../src/half.ts';
-import { checksumOf, murmur32 } from '../src/murmur.ts';
-import { quantile } from '../src/latencies.ts';
+import { floatOfHalf, halfOfFloat, halfOfInt16 } from '../src/maths/half.ts';
+import { checksumOf, murmur32 } from '../src/maths/murmur.ts';
+import { quantile } from '../src/net/latencies.ts';
 import { between } from './random.ts';
 
-test('every half is the half of its own value', () => {
+test('every half is the nearest half of its value', () => {
     for (let bits = 0; bits < 65536; ++bits) {
         const value = floatOfHalf[bits]!;
         if (!Number.isNaN(value)) assert.equal(halfOfFloat(value), bits);
     }
 });
 
-test('the half of a number is the nearest one, the even one of two that are as near', () => {
+test('a number is rounded to the nearest half, ties to even', () => {
     const finite = [...floatOfHalf.keys()].filter((b) => b < 0x7c00);
     for (let i = 0; i < 20000; ++i) {
         const value = Math.fround(i % 2 ? between(0, 70) : 2 ** between(-26, 15.9));
         let best = 0;
-        // Positive halves grow with their bits, so the nearest is found by halving.
+        // Positive halves grow with their bits, so bisection finds the nearest.
         for (let step = 0x4000; step; step >>= 1)
             if (best + step < finite.length && floatOfHalf[best + step]! <= value) best += step;
         const low = floatOfHalf[best]!;
@@ -35,7 +35,7 @@ test('whole Hounsfield units within ±2048 are exact', () => {
     for (let hu = -2048; hu <= 2048; ++hu) assert.equal(floatOfHalf[halfOfInt16[hu & 0xffff]!], hu);
 });
 
-test('MurmurHash3 gives the values that others publish', () => {
+test('MurmurHash3 gives published values', () => {
     const hash = (text: string): number => murmur32(new TextEncoder().encode(text));
     assert.equal(hash(''), 0);
     assert.equal(hash('hello'), 0x248bfa47);

@@ -1,13 +1,13 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Displacement and volume change in colours over the scan, with their legend and the number under
-// the pointer; presets that users name.
+// Overlays of displacement and volume change, with the legend and the value under the pointer; the
+// user's own presets.
 
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import type { Page } from 'playwright-core';
-import type { Session } from '../src/session.ts';
+import type { Session } from '../src/tools/session.ts';
 import { loaded, picture, pixels, spot, stateOf, untilUndo, visit } from './browser.ts';
 import { browser, page, served, useOnePage } from './one_page.ts';
 
@@ -17,11 +17,14 @@ useOnePage();
 async function push(visited: Page, by: [number, number, number]): Promise<void> {
     await visited.evaluate(async (motion) => {
         const session = (window as never as { pliant: Session }).pliant;
-        const { volume, camera } = session.store.state;
+        const {
+            scan: { volume },
+            view: { camera },
+        } = session.store.state;
         const point = volume!.landmarks[0]?.point_mm ?? camera.eye;
-        session.store.set({ cursor: point });
+        session.store.set({ sections: { cursor: point } });
         await session.ask({ do: 'push', point, push: motion, radius: 8 });
-        // The answer to this comes after all boxes.
+        // Its answer comes after all boxes.
         await session.compare();
     }, by);
 }
@@ -30,20 +33,20 @@ const untilOverlay = (visited: Page, kind: string): Promise<unknown> =>
     visited.waitForFunction(
         (wanted) => {
             const { stage, store } = (window as never as { pliant: Session }).pliant;
-            return stage.overlay?.kind === wanted && store.state.overlayExtreme > 0;
+            return stage.overlay?.kind === wanted && store.state.scan.extreme > 0;
         },
         kind,
         { timeout: 20_000 },
     );
 
-/// The number at the crosshair as the status line has it.
+/// Value at the crosshair from the status bar.
 const told = async (): Promise<string> =>
     (await page.locator('#pointer').textContent({ timeout: 5000 })) ?? '';
 
 test('the key M shows displacement, then volume change, then neither', async () => {
     await page.mouse.move(640, 3);
     await page.evaluate(() =>
-        (window as never as { pliant: Session }).pliant.store.set({ fieldStop: 'full' }),
+        (window as never as { pliant: Session }).pliant.store.set({ look: { fieldStop: 'full' } }),
     );
     await push(page, [0, 0, 5]);
     await page.locator('.view.axial').focus();
@@ -61,8 +64,8 @@ test('the key M shows displacement, then volume change, then neither', async () 
     assert.match((await legend.getAttribute('aria-label'))!, /Displacement \[mm\], from 0 to \d/);
     for (const view of ['axial', 'coronal', 'sagittal', 'endoscope'] as const)
         assert.notEqual((await pixels(page, view)).hash, plain[view].hash, view);
-    const { overlayExtreme } = await stateOf(page);
-    // The mock gives way to all of it, tissue to a part.
+    const { extreme: overlayExtreme } = (await stateOf(page)).scan;
+    // The mock follows the whole push, tissue a part of it.
     assert.ok(overlayExtreme > (served.mock ? 4 : 1) && overlayExtreme < 8, `${overlayExtreme}`);
     const moved = Number(/moved ([\d.]+) mm/.exec(await told())![1]);
     assert.ok(moved > 0.3 && moved <= overlayExtreme + 0.01, `${moved} mm`);
@@ -84,23 +87,23 @@ test('the key M shows displacement, then volume change, then neither', async () 
         assert.equal((await pixels(page, view)).hash, plain[view].hash, view);
 });
 
-test('it follows pushes and undo, and its number is the one in the mirror', async () => {
+test('an overlay follows pushes and undo, and shows the value of the mirror', async () => {
     await page.keyboard.press('m');
     await untilOverlay(page, 'displacement');
-    const before = (await stateOf(page)).overlayVoxels;
+    const before = (await stateOf(page)).scan.overlay;
     await push(page, [0, 0, -2]);
     await page.waitForFunction(
-        (old) => (window as never as { pliant: Session }).pliant.store.state.overlayVoxels > old,
+        (old) => (window as never as { pliant: Session }).pliant.store.state.scan.overlay > old,
         before,
     );
-    // Under the pointer, in a section.
+    // Value under the pointer in a section.
     await page.mouse.move(...(await spot(page, 'coronal', 0.5, 0.45)));
     const [shown, held] = await page.evaluate(async () => {
         await new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)));
         const session = (window as never as { pliant: Session }).pliant;
         const text = document.querySelector('#pointer')!.textContent!;
         const [i, j, k] = /ijk (-?\d+), (-?\d+), (-?\d+)/.exec(text)!.slice(1).map(Number);
-        const { size } = session.store.state.volume!;
+        const { size } = session.store.state.scan.volume!;
         const at = i! + size[0]! * (j! + size[1]! * k!);
         const half = session.stage.overlay!.halves[at]!;
         const exponent = (half >> 10) & 31;
@@ -117,7 +120,7 @@ test('it follows pushes and undo, and its number is the one in the mirror', asyn
     await page.keyboard.press('Control+z');
     await untilUndo(page, 0);
     await page.waitForFunction(
-        () => (window as never as { pliant: Session }).pliant.store.state.overlayExtreme === 0,
+        () => (window as never as { pliant: Session }).pliant.store.state.scan.extreme === 0,
     );
     await page.keyboard.press('Control+Shift+z');
     await untilUndo(page, 1);
@@ -125,7 +128,7 @@ test('it follows pushes and undo, and its number is the one in the mirror', asyn
     if (served.mock) assert.ok(served.mock.overlaysSeen > 0);
 });
 
-test('opacity and range are set in the panel, by name, and the legend says so', async () => {
+test('opacity and range are set in the panel, and shown by the legend', async () => {
     await page.locator('summary', { hasText: 'Overlay' }).click();
     const strong = await pixels(page, 'coronal');
     await page.getByLabel('Opacity, number').fill('0.2');
@@ -146,11 +149,13 @@ test('opacity and range are set in the panel, by name, and the legend says so', 
     assert.ok(!(await most.isVisible()));
 });
 
-test('the legend can be read in light and in dark', async () => {
+test('the legend is readable in light and in dark', async () => {
     for (const theme of ['light', 'dark'] as const) {
         await page.evaluate(
             (wanted) =>
-                (window as never as { pliant: Session }).pliant.store.set({ theme: wanted }),
+                (window as never as { pliant: Session }).pliant.store.set({
+                    display: { theme: wanted },
+                }),
             theme,
         );
         const contrast = await page.locator('.legend').evaluate((e) => {
@@ -166,11 +171,11 @@ test('the legend can be read in light and in dark', async () => {
         await picture(page, `overlay_${theme}`);
     }
     await page.evaluate(() =>
-        (window as never as { pliant: Session }).pliant.store.set({ theme: 'system' }),
+        (window as never as { pliant: Session }).pliant.store.set({ display: { theme: 'system' } }),
     );
 });
 
-test('somebody who comes later and only looks sees the same numbers', async () => {
+test('a later client that only views sees the same values', async () => {
     const second = await visit(browser, served.link, '&notour&role=view');
     await second.page.locator('.view.axial').focus();
     await second.page.keyboard.press('m');
@@ -194,35 +199,35 @@ test('somebody who comes later and only looks sees the same numbers', async () =
     await second.page.context().close();
 });
 
-test('after a reload, and after a broken line, the overlay is there again', async () => {
+test('the overlay is shown again after a reload and after a lost connection', async () => {
     const before = await stateOf(page);
     await page.reload();
     await loaded(page);
     await untilOverlay(page, 'displacement');
-    assert.equal((await stateOf(page)).overlayExtreme, before.overlayExtreme);
+    assert.equal((await stateOf(page)).scan.extreme, before.scan.extreme);
     if (!served.mock) return;
     served.mock.breakLines();
     await page.waitForFunction(
-        () => (window as never as { pliant: Session }).pliant.store.state.link !== 'open',
+        () => (window as never as { pliant: Session }).pliant.store.state.link.status !== 'open',
     );
     await loaded(page);
     await untilOverlay(page, 'displacement');
-    assert.equal((await stateOf(page)).overlayExtreme, before.overlayExtreme);
+    assert.equal((await stateOf(page)).scan.extreme, before.scan.extreme);
 });
 
-test('own presets of window and threshold are named, kept, taken and deleted', async () => {
+test('own presets of window and threshold are named, kept, used and deleted', async () => {
     await page.getByLabel('Window, number').fill('777');
     await page.keyboard.press('Enter');
-    const name = page.getByLabel('Presets of window and level: name of an own one');
-    const save = page.getByLabel('Presets of window and level: save as an own one');
+    const name = page.getByLabel('Presets of window and level: name of an own preset');
+    const save = page.getByLabel('Presets of window and level: save as an own preset');
     assert.ok(await save.isDisabled());
     await name.fill('Nodules');
     await save.click();
     const list = page.getByLabel('Presets of window and level', { exact: true });
     await list.selectOption({ label: 'Bone' });
-    assert.equal((await stateOf(page)).window, 1000);
+    assert.equal((await stateOf(page)).sections.window, 1000);
     await list.selectOption({ label: 'Nodules' });
-    assert.equal((await stateOf(page)).window, 777);
+    assert.equal((await stateOf(page)).sections.window, 777);
 
     const iso = page.getByLabel('Presets of the threshold', { exact: true });
     await page.getByLabel('Threshold, number').fill('-333');
@@ -230,7 +235,7 @@ test('own presets of window and threshold are named, kept, taken and deleted', a
     await page.waitForFunction(
         () => (window as never as { pliant: Session }).pliant.store.state.shared!.iso_hu === -333,
     );
-    await page.getByLabel('Presets of the threshold: name of an own one').fill('Mine');
+    await page.getByLabel('Presets of the threshold: name of an own preset').fill('Mine');
     await page.keyboard.press('Enter');
     await iso.selectOption({ label: 'Bone' });
     await page.waitForFunction(
@@ -249,8 +254,8 @@ test('own presets of window and threshold are named, kept, taken and deleted', a
         () => (window as never as { pliant: Session }).pliant.store.state.shared!.iso_hu === -333,
     );
     await list.selectOption({ label: 'Nodules' });
-    assert.equal((await stateOf(page)).window, 777);
-    await page.getByLabel('Presets of window and level: delete the own one').click();
+    assert.equal((await stateOf(page)).sections.window, 777);
+    await page.getByLabel('Presets of window and level: delete the own preset').click();
     assert.equal(await list.locator('option', { hasText: 'Nodules' }).count(), 0);
     await page.reload();
     await loaded(page);

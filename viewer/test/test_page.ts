@@ -1,11 +1,12 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The page around the views: keyboard alone, help, tour, labels, colours, the smallest screen.
+// The page around the views: keyboard, help, tour, labels, themes, small screens.
 
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import type { Session } from '../src/session.ts';
+import type { Session } from '../src/tools/session.ts';
+import type { StageHooks } from '../src/views/stage.ts';
 import { picture, rectOf, spot, stateOf, visit } from './browser.ts';
 import { browser, page, served, useOnePage } from './one_page.ts';
 
@@ -23,7 +24,7 @@ test('the question mark shows all keys, Esc closes', async () => {
     assert.ok(!(await help.isVisible()));
 });
 
-test('every control has a name, and every view says what it is', async () => {
+test('every control and every view has a name', async () => {
     const nameless = await page.evaluate(() => {
         for (const d of document.querySelectorAll('details')) d.open = true;
         const controls = document.querySelectorAll<HTMLElement>('button, input, select, a');
@@ -45,20 +46,20 @@ test('every control has a name, and every view says what it is', async () => {
     await page.locator('.panels').evaluate((e) => e.scrollTo(0, 0));
 });
 
-test('with the keyboard alone: choose, scroll, push, take back', async () => {
+test('the keyboard alone can choose, scroll, push and undo', async () => {
     await page.mouse.move(1200, 3);
     await page.locator('.view.endoscope').focus();
     await page.keyboard.press('F6');
-    assert.equal((await stateOf(page)).active, 'axial');
+    assert.equal((await stateOf(page)).pointer.active, 'axial');
     await page.keyboard.press('3');
-    assert.equal((await stateOf(page)).tool, 'push');
+    assert.equal((await stateOf(page)).tool.name, 'push');
     await page.keyboard.press('BracketRight');
-    assert.equal((await stateOf(page)).radius, 5);
+    assert.equal((await stateOf(page)).tool.radius, 5);
     const before = await stateOf(page);
     await page.evaluate(() => {
         const { store } = (window as never as { pliant: Session }).pliant;
-        const { cursor } = store.state;
-        store.set({ cursor: [cursor[0] + 9, cursor[1], cursor[2]] });
+        const { cursor } = store.state.sections;
+        store.set({ sections: { cursor: [cursor[0] + 9, cursor[1], cursor[2]] } });
     });
     await page.keyboard.press('Alt+ArrowLeft');
     await page.waitForFunction(
@@ -69,7 +70,7 @@ test('with the keyboard alone: choose, scroll, push, take back', async () => {
     await page.waitForFunction(
         () => (window as never as { pliant: Session }).pliant.store.state.shared!.undo.steps === 0,
     );
-    // From the first tool on, Tab reaches every control.
+    // Tab reaches every control after the first tool.
     await page.locator('[data-tool=look]').focus();
     const seen = new Set<string>();
     for (let i = 0; i < 90; ++i) {
@@ -86,20 +87,23 @@ test('with the keyboard alone: choose, scroll, push, take back', async () => {
     await page.keyboard.press('1');
 });
 
-test('typing a number into a field flies nowhere and changes no tool', async () => {
-    const { camera, tool } = await stateOf(page);
+test('typing a number into a field neither flies nor changes the tool', async () => {
+    const {
+        view: { camera },
+        tool: { name: tool },
+    } = await stateOf(page);
     const field = page.getByLabel('Level, number');
     await field.click();
     await field.fill('');
     await page.keyboard.type('-345');
     await page.keyboard.press('Enter');
     const state = await stateOf(page);
-    assert.equal(state.level, -345);
-    assert.equal(state.tool, tool);
-    assert.deepEqual(state.camera.eye, camera.eye);
+    assert.equal(state.sections.level, -345);
+    assert.equal(state.tool.name, tool);
+    assert.deepEqual(state.view.camera.eye, camera.eye);
     await page.locator('.view.axial').focus();
     await page.keyboard.press('Control+z');
-    assert.equal((await stateOf(page)).level, -200);
+    assert.equal((await stateOf(page)).sections.level, -200);
 });
 
 test('value, place and index under the pointer; LPS and RAS differ in two signs', async () => {
@@ -125,12 +129,12 @@ test('value, place and index under the pointer; LPS and RAS differ in two signs'
 
 test('light and dark', async () => {
     await page.evaluate(() =>
-        (window as never as { pliant: Session }).pliant.store.set({ theme: 'dark' }),
+        (window as never as { pliant: Session }).pliant.store.set({ display: { theme: 'dark' } }),
     );
     const dark = await page.evaluate(() => getComputedStyle(document.body).backgroundColor);
     await picture(page, 'dark');
     await page.evaluate(() =>
-        (window as never as { pliant: Session }).pliant.store.set({ theme: 'light' }),
+        (window as never as { pliant: Session }).pliant.store.set({ display: { theme: 'light' } }),
     );
     const light = await page.evaluate(() => getComputedStyle(document.body).backgroundColor);
     assert.notEqual(dark, light);
@@ -140,9 +144,9 @@ test('the real look gives way to the plain one where it is slow, unless chosen',
     const afterSlowFrame = (styleChosen: boolean): Promise<string> =>
         page.evaluate((chosen) => {
             const { stage, store } = (window as never as { pliant: Session }).pliant;
-            store.set({ style: 'real', styleChosen: chosen });
-            stage.onTooSlow();
-            return store.state.style;
+            store.set({ look: { style: 'real', styleChosen: chosen } });
+            (stage as never as { hooks: StageHooks }).hooks.onTooSlow();
+            return store.state.look.style;
         }, styleChosen);
     assert.equal(await afterSlowFrame(true), 'real');
     assert.equal(await afterSlowFrame(false), 'plain');
@@ -151,11 +155,11 @@ test('the real look gives way to the plain one where it is slow, unless chosen',
     await octagon.waitFor({ state: 'hidden' });
     await page.locator('label', { hasText: /^real$/ }).click();
     await octagon.click();
-    assert.equal((await stateOf(page)).fieldStop, 'octagon');
+    assert.equal((await stateOf(page)).look.fieldStop, 'octagon');
     assert.equal(await afterSlowFrame(true), 'real');
 });
 
-test('times are shown when asked for', async () => {
+test('times are shown on request', async () => {
     assert.ok(!(await page.locator('#times').isVisible()));
     await page.keyboard.press('t');
     await page.waitForFunction(() => document.querySelector('#times')!.textContent);
@@ -183,7 +187,7 @@ test('at 1280×720 nothing is cut off, and a smaller window keeps its views', as
     await page.setViewportSize({ width: 1280, height: 720 });
 });
 
-test('the tour comes once, leads through four things, and can be skipped', async () => {
+test('the tour is shown once, has four steps, and can be skipped', async () => {
     const first = await visit(browser, served.link, '');
     const tour = first.page.locator('.tour');
     assert.ok(await tour.isVisible());
@@ -203,7 +207,7 @@ test('the tour comes once, leads through four things, and can be skipped', async
     assert.ok(!(await tour.isVisible()));
     await first.page.reload();
     await first.page.waitForFunction(
-        () => (window as never as { pliant: Session }).pliant?.store.state.loaded === 1,
+        () => (window as never as { pliant: Session }).pliant?.store.state.scan.loaded === 1,
         undefined,
         { timeout: 60_000 },
     );

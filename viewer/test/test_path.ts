@@ -5,12 +5,12 @@ import assert from 'node:assert/strict';
 import { existsSync, readFileSync } from 'node:fs';
 import { join } from 'node:path';
 import { test } from 'node:test';
-import { Path, readPath, writePath } from '../src/path.ts';
-import { dot, norm, sub, type Vec3 } from '../src/vec.ts';
+import { Path, readPath, writePath } from '../src/maths/path.ts';
+import { dot, norm, sub, type Vec3 } from '../src/maths/vec.ts';
+import type { Session } from '../src/tools/session.ts';
 import { picture, serve, spot, stateOf, still, visit } from './browser.ts';
 import { browser, page, useOnePage } from './one_page.ts';
 import { kData, kThorax } from './setups.ts';
-import type { Session } from '../src/session.ts';
 
 useOnePage();
 
@@ -19,7 +19,7 @@ const file = (points: number[][], coordinateSystem: unknown = 'LPS'): string =>
         markups: [{ coordinateSystem, controlPoints: points.map((position) => ({ position })) }],
     });
 
-test('a path is flown point by point at an even speed', () => {
+test('a path is flown at constant speed', () => {
     const path = readPath(
         file([
             [0, 0, 0],
@@ -39,7 +39,7 @@ test('a path is flown point by point at an even speed', () => {
     }
 });
 
-test('RAS is turned into LPS, and what is no path is refused with a line', () => {
+test('RAS is converted to LPS, and invalid paths are refused with a line', () => {
     for (const system of ['RAS', 0]) {
         const path = readPath(
             file(
@@ -73,7 +73,7 @@ test('RAS is turned into LPS, and what is no path is refused with a line', () =>
         );
 });
 
-test('what is written is read again', () => {
+test('a written path is read again', () => {
     const path = new Path(
         [
             [1.25, -2, 3],
@@ -86,29 +86,33 @@ test('what is written is read again', () => {
     assert.match(writePath(path), /radius 2\.50 mm/);
 });
 
-test('the tip and a click, or two clicks, give a way that can be flown', async () => {
+test('the tip and a click, or two clicks, give a path that can be flown', async () => {
     const found = (): Promise<unknown> =>
         page.waitForFunction(() => {
-            const { path, pathBusy } = (window as never as { pliant: Session }).pliant.store.state;
+            const { path, busy: pathBusy } = (window as never as { pliant: Session }).pliant.store
+                .state.way;
             return path && !pathBusy;
         });
-    // From the tip to the wall that is seen far ahead.
+    // From the tip to a wall far ahead.
     await page.locator('.panels').getByRole('button', { name: 'From tip' }).click();
-    const start = (await stateOf(page)).camera.eye;
-    assert.deepEqual((await stateOf(page)).pathFrom, start);
-    assert.equal((await stateOf(page)).tool, 'path');
+    const start = (await stateOf(page)).view.camera.eye;
+    assert.deepEqual((await stateOf(page)).way.from, start);
+    assert.equal((await stateOf(page)).tool.name, 'path');
     await page.mouse.click(...(await spot(page, 'endoscope', 0.5, 0.45)));
     await found();
-    const first = (await stateOf(page)).path!;
+    const first = (await stateOf(page)).way.path!;
     assert.ok(norm(sub(first.points[0]!, start)) < 5, String(first.points[0]));
     assert.ok(first.points.length >= 2 && first.radii.length === first.points.length);
 
-    // Two clicks: at the crosshair of a section, and with Enter somewhere else.
+    // Two points: by a click on a section's crosshair, and by Enter at another position.
     const way = first.points;
-    await page.evaluate((place) => {
-        const { store } = (window as never as { pliant: Session }).pliant;
-        store.set({ path: null, cursor: place });
-    }, way[way.length - 1]!);
+    await page.evaluate(
+        (place) => {
+            const { store } = (window as never as { pliant: Session }).pliant;
+            store.set({ way: { path: null }, sections: { cursor: place } });
+        },
+        way[way.length - 1]!,
+    );
     await page.waitForTimeout(100);
     const [x, y] = await page.evaluate(() => {
         const drawing = document.querySelector('.view.axial svg')!;
@@ -118,20 +122,20 @@ test('the tip and a click, or two clicks, give a way that can be flown', async (
         return [box.left + at('along', 'x1'), box.top + at('across', 'y1')];
     });
     await page.mouse.click(x!, y!);
-    assert.ok((await stateOf(page)).pathFrom);
+    assert.ok((await stateOf(page)).way.from);
     await page.evaluate((place) => {
         const { store } = (window as never as { pliant: Session }).pliant;
-        store.set({ cursor: place });
+        store.set({ sections: { cursor: place } });
     }, start);
     await page.locator('.view.axial').focus();
     await page.keyboard.press('Enter');
     await found();
-    const second = (await stateOf(page)).path!;
+    const second = (await stateOf(page)).way.path!;
     assert.ok(norm(sub(second.points[0]!, way[way.length - 1]!)) < 5);
     assert.ok(norm(sub(second.points[second.points.length - 1]!, start)) < 5);
     assert.ok((await page.locator('.view.axial polyline.way').count()) > 0);
 
-    // Saved, it is what other programs open.
+    // The saved file can be opened by other programs.
     const [download] = await Promise.all([
         page.waitForEvent('download'),
         page.locator('.panels .plain').getByRole('button', { name: 'Save' }).click(),
@@ -140,13 +144,13 @@ test('the tip and a click, or two clicks, give a way that can be flown', async (
     const saved = readPath(readFileSync(await download.path(), 'utf8'), 'saved');
     assert.equal(saved.points.length, second.points.length);
 
-    // Flown, paused, stepped off, and taken up again.
-    const flying = async (): Promise<boolean> => (await stateOf(page)).pathFlying;
-    const at = async (): Promise<number> => (await stateOf(page)).pathWay;
+    // The path is flown, paused, left by steering, and resumed.
+    const flying = async (): Promise<boolean> => (await stateOf(page)).way.flying;
+    const at = async (): Promise<number> => (await stateOf(page)).way.position;
     await page.locator('.view.endoscope').focus();
     await page.keyboard.press('n');
     await page.waitForFunction(
-        () => (window as never as { pliant: Session }).pliant.store.state.pathWay > 0.3,
+        () => (window as never as { pliant: Session }).pliant.store.state.way.position > 0.3,
     );
     await page.keyboard.press('n');
     assert.equal(await flying(), false);
@@ -156,16 +160,16 @@ test('the tip and a click, or two clicks, give a way that can be flown', async (
     await page.keyboard.press('n');
     await page.keyboard.down('ArrowLeft');
     await page.waitForFunction(
-        () => !(window as never as { pliant: Session }).pliant.store.state.pathFlying,
+        () => !(window as never as { pliant: Session }).pliant.store.state.way.flying,
     );
     await page.keyboard.up('ArrowLeft');
     await page.keyboard.press('n');
     await page.waitForFunction(
-        () => !(window as never as { pliant: Session }).pliant.store.state.pathFlying,
+        () => !(window as never as { pliant: Session }).pliant.store.state.way.flying,
         undefined,
         { timeout: 60_000 },
     );
-    assert.ok(norm(sub((await stateOf(page)).camera.eye, second.points.at(-1)!)) < 0.01);
+    assert.ok(norm(sub((await stateOf(page)).view.camera.eye, second.points.at(-1)!)) < 0.01);
 
     await page.keyboard.press('o');
     await page.waitForTimeout(100);
@@ -174,17 +178,17 @@ test('the tip and a click, or two clicks, give a way that can be flown', async (
     await picture(page, 'path_outside');
     await page.keyboard.press('o');
 
-    // A place in the tissue is refused with a line, and the way stays.
+    // A point in tissue is refused with a line, and the path stays.
     await page.evaluate(() => {
         const { store } = (window as never as { pliant: Session }).pliant;
-        store.set({ tool: 'path', pathFrom: [-33, -29, 0] });
+        store.set({ tool: { name: 'path' }, way: { from: [-33, -29, 0] } });
     });
     await page.keyboard.press('Enter');
     await page.waitForFunction(
-        () => !(window as never as { pliant: Session }).pliant.store.state.pathBusy,
+        () => !(window as never as { pliant: Session }).pliant.store.state.way.busy,
     );
-    assert.equal((await stateOf(page)).pathFrom, null);
-    assert.equal((await stateOf(page)).path!.points.length, second.points.length);
+    assert.equal((await stateOf(page)).way.from, null);
+    assert.equal((await stateOf(page)).way.path!.points.length, second.points.length);
     const said = (await page.locator('body').textContent()) ?? '';
     assert.match(said, /expected (a place in the|places in one) lumen/);
 });
@@ -199,16 +203,16 @@ test(
         const { page, errors } = await visit(browser, served.link);
         await page.setInputFiles('input[aria-label="path file"]', left);
         await page.waitForFunction(
-            () => (window as never as { pliant: Session }).pliant.store.state.path,
+            () => (window as never as { pliant: Session }).pliant.store.state.way.path,
         );
         const values = await page.evaluate(async () => {
             const { store, volume } = (window as never as { pliant: Session }).pliant;
             const session = (window as never as { pliant: Session }).pliant;
-            store.set({ speed: 4 });
+            store.set({ flight: { speed: 4 } });
             const found: number[] = [];
             const eyes: Vec3[] = [];
-            store.listen(({ camera }, changed) => {
-                if (!changed.has('camera')) return;
+            store.listen(({ view: { camera } }, before) => {
+                if (camera === before.view.camera) return;
                 const { grid } = volume!;
                 const v = camera.eye.map((x, a) => x - grid.origin[a]!);
                 const ijk = grid.direction.map(
@@ -218,8 +222,8 @@ test(
                 found.push(volume!.sample(ijk as never));
                 eyes.push(camera.eye);
             });
-            session.togglePath();
-            while (store.state.pathFlying) await new Promise((r) => setTimeout(r, 100));
+            session.path.toggle();
+            while (store.state.way.flying) await new Promise((r) => setTimeout(r, 100));
             return { found, end: eyes[eyes.length - 1]! };
         });
         await picture(page, 'path_end');

@@ -3,7 +3,7 @@
 
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import { decodeFrame } from '../src/protocol.ts';
+import { decodeFrame } from '../src/net/protocol.ts';
 import { random, whole } from './random.ts';
 
 function boxFrame(begin: number[], count: number[], flags: number, format = 1): Uint8Array {
@@ -23,7 +23,7 @@ function boxFrame(begin: number[], count: number[], flags: number, format = 1): 
     return bytes;
 }
 
-test('a box says where it is, of which step, and holds its values in order', () => {
+test('a box has its position, its step, and its values in order', () => {
     const frame = decodeFrame(boxFrame([5, 6, 7], [2, 3, 4], 2).buffer as ArrayBuffer);
     assert.ok(frame.kind === 'box');
     assert.deepEqual(frame.box, { begin: [5, 6, 7], end: [7, 9, 11] });
@@ -37,7 +37,7 @@ test('a box says where it is, of which step, and holds its values in order', () 
     );
 });
 
-test('overlays have formats of their own, and there are no others', () => {
+test('overlays have their own formats, and there are no others', () => {
     for (const format of [2, 3]) {
         const frame = decodeFrame(boxFrame([0, 0, 0], [1, 1, 1], 0, format).buffer as ArrayBuffer);
         assert.ok(frame.kind === 'box' && frame.format === format);
@@ -53,7 +53,7 @@ test('a box of the rest field has four half floats for each node', () => {
     const four = boxFrame([1, 0, 2], [4, 3, 2], 2, 4);
     assert.throws(() => decodeFrame(four.buffer as ArrayBuffer), /48 bytes for 4×3×2/);
     const view = new DataView(four.buffer as ArrayBuffer);
-    view.setUint16(22, 1, true); // one node along x, of four numbers
+    view.setUint16(22, 1, true); // one node of four values along x
     const frame = decodeFrame(four.buffer as ArrayBuffer);
     assert.ok(frame.kind === 'box' && frame.format === 4);
     assert.deepEqual(frame.box, { begin: [1, 0, 2], end: [2, 3, 4] });
@@ -87,7 +87,7 @@ test('tools are read field by field', () => {
     ]);
 });
 
-test('damaged frames are refused with a line, whatever is damaged', () => {
+test('damaged frames are refused with a line', () => {
     let refused = 0;
     for (let i = 0; i < 5000; ++i) {
         const good = boxFrame([1, 2, 3], [whole(1, 4), whole(1, 4), whole(1, 4)], 0);

@@ -3,20 +3,20 @@
 
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import { voxelFromWorld, voxelVector, worldFromVoxel } from '../src/grid.ts';
-import { floatOfHalf, halfOfFloat } from '../src/half.ts';
-import { firstHit, type Surface } from '../src/rays.ts';
-import { along, dot, norm, normalized, sub, type Vec3 } from '../src/vec.ts';
-import { VolumeData } from '../src/volume.ts';
+import { voxelFromWorld, voxelVector, worldFromVoxel } from '../src/maths/grid.ts';
+import { floatOfHalf, halfOfFloat } from '../src/maths/half.ts';
+import { firstHit, type Surface } from '../src/maths/rays.ts';
+import { along, dot, norm, normalized, sub, type Vec3 } from '../src/maths/vec.ts';
+import { VolumeData } from '../src/maths/volume.ts';
 import { randomGrid, randomVector, smoothVolume } from './fields.ts';
 import { between, random, whole } from './random.ts';
 
 interface Crossing {
     readonly t: number;
-    readonly sure: boolean; ///< the ray is long enough on both sides of it: nobody may miss it
+    readonly sure: boolean; ///< long enough on both sides of the wall: no method may miss it
 }
 
-/// Walks in tiny steps, without bricks and without a clever crossing.
+/// Reference: marches in tiny steps, without bricks and root finding.
 function crossings(v: VolumeData, origin: Vec3, unit: Vec3, s: Surface): Crossing[] {
     const step = 0.004;
     const least = 0.5 / norm(voxelVector(v.grid, unit)) + 2 * step;
@@ -39,7 +39,7 @@ function crossings(v: VolumeData, origin: Vec3, unit: Vec3, s: Surface): Crossin
     });
 }
 
-test('rays meet the surface where a patient walk does', () => {
+test('rays hit the surface where marching in tiny steps does', () => {
     let hits = 0;
     for (let i = 0; i < 120; ++i) {
         const volume = smoothVolume(randomGrid(9, 30));
@@ -66,7 +66,7 @@ test('rays meet the surface where a patient walk does', () => {
     assert.ok(hits > 30, `only ${hits} rays hit`);
 });
 
-test('patched bricks are those of a volume that is made anew', () => {
+test('patched bricks are those of a new volume', () => {
     for (let i = 0; i < 30; ++i) {
         const volume = smoothVolume(randomGrid(2, 30));
         const { size } = volume.grid;

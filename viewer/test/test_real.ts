@@ -1,20 +1,20 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Numbers behind the real look. The pictures are compared with the C++ renderer's in
-// test_picture.ts.
+// Tables of the real look. test_picture.ts compares the pictures with the C++ renderer's.
 
 import assert from 'node:assert/strict';
 import { readFileSync } from 'node:fs';
 import { join } from 'node:path';
 import { test } from 'node:test';
-import { floatOfHalf } from '../src/half.ts';
-import { kColours, kLinings } from '../src/linings.ts';
-import { noiseTile } from '../src/noise.ts';
+import { floatOfHalf } from '../src/maths/half.ts';
+import { kLinings } from '../src/state/state.ts';
+import { kColours } from '../src/views/linings.ts';
+import { noiseTile } from '../src/views/noise.ts';
 import { kFolder } from './browser.ts';
 
 // tests/render/test_real_look.cpp has the same numbers.
-test('the tile of noise is the one of the C++ renderer', () => {
+test('the noise tile is that of the C++ renderer', () => {
     const tile = noiseTile();
     const at = (i: number, j: number, k: number): number[] => {
         const begin = 4 * ((k * 64 + j) * 64 + i);
@@ -22,14 +22,19 @@ test('the tile of noise is the one of the C++ renderer', () => {
     };
     const near = (a: number, b: number): void =>
         assert.ok(Math.abs(a - b) < 1e-3 * Math.abs(b), `${a}, expected ${b}`);
-    assert.ok(at(0, 0, 0).slice(0, 3).every((slope) => slope === 0));
+    assert.ok(
+        at(0, 0, 0)
+            .slice(0, 3)
+            .every((slope) => slope === 0),
+    );
     near(at(0, 0, 0)[3]!, 0.068359375);
     near(at(5, 22, 63)[3]!, 0.35149574279785156);
     near(at(5, 22, 63)[0]!, 0.00611114501953125);
 });
 
 test('the colours of each lining are those of the C++ renderer', () => {
-    // lining.h has one block per lining, .snake_case = number or {r, g, b}; airway's is the last.
+    // lining.h has one block per lining, .snake_case = number or {r, g, b}; the last is for the
+    // airway.
     const text = readFileSync(join(kFolder, '../src/render/lining.h'), 'utf8');
     for (const lining of kLinings) {
         const name = lining[0]!.toUpperCase() + lining.slice(1);

@@ -1,17 +1,17 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The rest field in the page: asked for while the style needs it, patched by boxes, the same in the
-// mirror and on the graphics processor, and what the server says of the voxels otherwise.
+// The rest field in the page: requested while the style needs it, patched by boxes, equal in the
+// mirror and on the graphics processor, and consistent with the overlay.
 
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import type { ConsoleMessage, Page } from 'playwright-core';
-import { floatOfHalf, halfOfFloat } from '../src/half.ts';
-import { kRestStep, RestField } from '../src/rest_field.ts';
-import type { Session } from '../src/session.ts';
+import { floatOfHalf, halfOfFloat } from '../src/maths/half.ts';
+import type { Vec3 } from '../src/maths/vec.ts';
 import restShader from '../src/shaders/rest.glsl';
-import type { Vec3 } from '../src/vec.ts';
+import type { Session } from '../src/tools/session.ts';
+import { kRestStep, RestField } from '../src/views/rest_field.ts';
 import { loaded, pixels, visit } from './browser.ts';
 import { randomGrid } from './fields.ts';
 import { browser, page, served, useOnePage } from './one_page.ts';
@@ -19,7 +19,7 @@ import { between, whole } from './random.ts';
 
 useOnePage({ size: 64 });
 
-test('random patches: the field holds them, linear between nodes', () => {
+test('the field holds random patches, and is linear between nodes', () => {
     for (let round = 0; round < 10; ++round) {
         const grid = randomGrid(2, 40);
         const field = new RestField(grid);
@@ -73,7 +73,7 @@ test('random patches: the field holds them, linear between nodes', () => {
 const style = (visited: Page, wanted: 'real' | 'plain'): Promise<void> =>
     visited.evaluate(async (s) => {
         const session = (window as never as { pliant: Session }).pliant;
-        session.store.set({ style: s });
+        session.store.set({ look: { style: s } });
         await session.compare(); // its answer comes after all boxes
     }, wanted);
 
@@ -87,11 +87,14 @@ async function act(visited: Page, command: object): Promise<void> {
 
 const middle = (visited: Page): Promise<Vec3> =>
     visited.evaluate(() => {
-        const { volume, camera } = (window as never as { pliant: Session }).pliant.store.state;
+        const {
+            scan: { volume },
+            view: { camera },
+        } = (window as never as { pliant: Session }).pliant.store.state;
         return volume!.landmarks[0]?.point_mm ?? camera.eye;
     });
 
-/// The nodes of the mirror, and the greatest difference of the texture to it.
+/// Nodes of the mirror, and the largest difference of the texture to it.
 const fieldOf = (visited: Page): Promise<{ halves: number[]; apart: number } | null> =>
     visited.evaluate(async () => {
         const { stage } = (window as never as { pliant: Session }).pliant;
@@ -99,7 +102,7 @@ const fieldOf = (visited: Page): Promise<{ halves: number[]; apart: number } | n
         if (!rest) return null;
         stage.invalidate();
         const drawn = stage.framesDrawn;
-        // One frame is enough where the last one took so long that the next is a still one.
+        // One frame is enough if the last one took so long that the next is still.
         while (stage.framesDrawn === drawn || !stage.isStill)
             await new Promise((done) => requestAnimationFrame(done));
         const gl = renderer.getContext() as WebGL2RenderingContext;
@@ -108,11 +111,10 @@ const fieldOf = (visited: Page): Promise<{ halves: number[]; apart: number } | n
         const { __webglTexture } = renderer.properties.get(rest.texture) as {
             __webglTexture?: WebGLTexture;
         };
-        // A shader that does not read the field has no texture of it yet.
+        // A shader that doesn't use the field has no texture yet.
         if (!__webglTexture) renderer.initTexture(rest.texture);
-        const handle = (
-            renderer.properties.get(rest.texture) as { __webglTexture: WebGLTexture }
-        ).__webglTexture;
+        const handle = (renderer.properties.get(rest.texture) as { __webglTexture: WebGLTexture })
+            .__webglTexture;
         const [nx, ny, nz] = rest.counts;
         const frame = gl.createFramebuffer();
         gl.bindFramebuffer(gl.FRAMEBUFFER, frame);
@@ -139,15 +141,15 @@ const fieldOf = (visited: Page): Promise<{ halves: number[]; apart: number } | n
         return { halves: [...rest.halves], apart };
     });
 
-/// Each node's offset is as long as the server says that its voxel has moved.
+/// Checks that each node's offset is as long as the overlay's displacement of its voxel.
 async function compareWithOverlay(visited: Page): Promise<{ moved: number; raw: number }> {
     return visited.evaluate(async () => {
         const session = (window as never as { pliant: Session }).pliant;
-        session.store.set({ overlay: 'displacement' });
+        session.store.set({ overlay: { kind: 'displacement' } });
         await session.compare();
         const { rest, overlay } = session.stage;
         const [nx, ny, nz] = rest!.counts;
-        const { size } = session.store.state.volume!;
+        const { size } = session.store.state.scan.volume!;
         let moved = 0;
         let raw = 0;
         for (let k = 0; k < nz; ++k)
@@ -162,12 +164,12 @@ async function compareWithOverlay(visited: Page): Promise<{ moved: number; raw: 
                     if (far > 0.1) ++moved;
                     if (sample.raw > 0) ++raw;
                 }
-        session.store.set({ overlay: 'none' });
+        session.store.set({ overlay: { kind: 'none' } });
         return { moved, raw };
     });
 }
 
-test('it comes with the style, follows what is done, and is as the overlay says', async () => {
+test('it comes with the style, follows deformations and agrees with the overlay', async () => {
     await style(page, 'plain');
     assert.equal(await fieldOf(page), null);
     const point = await middle(page);
@@ -177,7 +179,7 @@ test('it comes with the style, follows what is done, and is as the overlay says'
     assert.equal(first.apart, 0);
     const pushed = await compareWithOverlay(page);
     assert.ok(pushed.moved > 20 && pushed.raw === 0, JSON.stringify(pushed));
-    // Patches of a texture that is there.
+    // Patches of an existing texture.
     await act(page, { do: 'push', point, push: [3, 0, 0], radius: 8 });
     await act(page, { do: 'carve', from: point, to: point, radius: 10 });
     const second = (await fieldOf(page))!;
@@ -193,7 +195,7 @@ test('it comes with the style, follows what is done, and is as the overlay says'
     if (served.mock) assert.ok(served.mock.restsSeen > 0);
 });
 
-test('shaders read it as the page does, between nodes and beyond them', async () => {
+test('shaders sample the field like the page, between nodes and beyond them', async () => {
     const points: Vec3[] = Array.from({ length: 60 }, () => [
         between(-4, 70),
         between(-4, 70),
@@ -205,7 +207,7 @@ test('shaders read it as the page does, between nodes and beyond them', async ()
             const { stage, volume } = (window as never as { pliant: Session }).pliant;
             const { rest, renderer } = stage;
             const { origin, spacing } = volume!.grid;
-            // Most of them where something has moved.
+            // Most of the points are in moved tissue.
             const spots = at.map((p, n) =>
                 n % 4
                     ? p.map((x, a) => (near[a]! - origin[a]!) / spacing[a]! + (x - 33) / 4)
@@ -242,13 +244,7 @@ test('shaders read it as the page does, between nodes and beyond them', async ()
             gl.bindTexture(gl.TEXTURE_3D, __webglTexture);
             const frame = gl.createFramebuffer();
             gl.bindFramebuffer(gl.FRAMEBUFFER, frame);
-            gl.framebufferTexture2D(
-                gl.FRAMEBUFFER,
-                gl.COLOR_ATTACHMENT0,
-                gl.TEXTURE_2D,
-                target,
-                0,
-            );
+            gl.framebufferTexture2D(gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT0, gl.TEXTURE_2D, target, 0);
             gl.bindVertexArray(null);
             gl.disable(gl.SCISSOR_TEST);
             gl.disable(gl.DEPTH_TEST);
@@ -281,7 +277,7 @@ test('shaders read it as the page does, between nodes and beyond them', async ()
     );
     let moved = 0;
     held.forEach((own, n) => {
-        // Weights of a texture unit may have as few as eight bits.
+        // Weights of a texture unit may have eight bits only.
         const size = Math.max(...own.map(Math.abs));
         own.forEach((x, c) => assert.ok(Math.abs(x - read[n]![c]!) < 0.02, `${own} ${read[n]}`));
         if (size > 0.3) ++moved;
@@ -289,7 +285,7 @@ test('shaders read it as the page does, between nodes and beyond them', async ()
     assert.ok(moved > 10, `${moved} points`);
 });
 
-test('somebody who comes later and only looks has the same field', async () => {
+test('a later client that only views has the same field', async () => {
     const own = (await fieldOf(page))!;
     const second = await visit(browser, served.link, '&notour&role=view');
     await style(second.page, 'real');
@@ -298,7 +294,7 @@ test('somebody who comes later and only looks has the same field', async () => {
     await second.page.context().close();
 });
 
-test('it comes back after a lost context and a broken line, and goes with the style', async () => {
+test('it survives a lost context and a lost connection, and ends with the style', async () => {
     const own = (await fieldOf(page))!;
     const drawn = await pixels(page, 'endoscope');
     const complaints: string[] = [];
@@ -327,7 +323,8 @@ test('it comes back after a lost context and a broken line, and goes with the st
     if (served.mock) {
         served.mock.breakLines();
         await page.waitForFunction(
-            () => (window as never as { pliant: Session }).pliant.store.state.link !== 'open',
+            () =>
+                (window as never as { pliant: Session }).pliant.store.state.link.status !== 'open',
         );
         await loaded(page);
         await style(page, 'real');

@@ -1,11 +1,11 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Springs through the page: chosen around the crosshair, pushed, their depth changed, and left.
+// Springs in the page: chosen around the crosshair, pushed, with another depth, and left.
 
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import type { Session } from '../src/session.ts';
+import type { Session } from '../src/tools/session.ts';
 import { compare, picture, stateOf } from './browser.ts';
 import { page, useOnePage } from './one_page.ts';
 
@@ -19,8 +19,8 @@ const ask = (command: Command): Promise<unknown> =>
     );
 const model = async (): Promise<string> => (await stateOf(page)).shared!.tissue!.model;
 
-test('springs are chosen, pushed at 1 kHz or what it says, and left', async (t) => {
-    if (!(await stateOf(page)).features.includes('tissue')) return t.skip('the mock has none');
+test('springs are chosen, pushed at the displayed rate, and left', async (t) => {
+    if (!(await stateOf(page)).link.features.includes('tissue')) return t.skip('the mock has none');
     const title = page.locator('summary', { hasText: /^Tissue$/ });
     const panel = page.locator('details', { has: title });
     await panel.locator('summary').click();
@@ -31,7 +31,7 @@ test('springs are chosen, pushed at 1 kHz or what it says, and left', async (t) 
             (window as never as { pliant: Session }).pliant.store.state.shared!.tissue?.model ===
             'springs',
     );
-    const { cursor } = await stateOf(page);
+    const { cursor } = (await stateOf(page)).sections;
     const answer = (await ask({
         do: 'push',
         point: cursor,

@@ -1,14 +1,14 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// What changes the tissue, through the page: all four views show it, undo brings the same checksum
-// back, others see the same, and lost lines and contexts are taken up again.
+// Changes of the tissue: all four views show them, undo restores the checksum, other clients see
+// the same, and lost connections and contexts are restored.
 
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import type { Page } from 'playwright-core';
-import type { Session } from '../src/session.ts';
-import { kViews, type ToolName, type ViewName } from '../src/store.ts';
+import { kViews, type ToolName, type ViewName } from '../src/state/state.ts';
+import type { Session } from '../src/tools/session.ts';
 import {
     compare,
     dragBy,
@@ -36,7 +36,7 @@ const idle = (at: Page): Promise<unknown> =>
     at.evaluate(() =>
         (window as never as { pliant: Session }).pliant.connection.ask({ do: 'checksum' }),
     );
-/// Presses Ctrl+Z until the server has so many steps; the page's own steps are on the way.
+/// Presses Ctrl+Z until the server has a number of steps; own steps of the page are undone as well.
 const undo = async (steps: number): Promise<void> => {
     for (let i = 0; i < 30 && (await undoSteps()) > steps; ++i) {
         await page.keyboard.press('Control+z');
@@ -49,11 +49,14 @@ const undo = async (steps: number): Promise<void> => {
     await untilUndo(page, steps);
 };
 
-/// The crosshair on the wall of the lumen, right of the tip in the axial section.
+/// Sets the crosshair on the wall of the lumen, right of the tip in the axial section.
 async function cursorToWall(): Promise<void> {
     await page.evaluate(() => {
         const session = (window as never as { pliant: Session }).pliant;
-        const { camera, shared } = session.store.state;
+        const {
+            view: { camera },
+            shared,
+        } = session.store.state;
         const { volume } = session;
         const { grid } = volume!;
         let x = camera.eye[0];
@@ -64,11 +67,11 @@ async function cursorToWall(): Promise<void> {
                 ) as never,
             );
         while (value() < shared!.iso_hu) x += 0.25;
-        session.store.set({ cursor: [x, camera.eye[1], camera.eye[2]] });
+        session.store.set({ sections: { cursor: [x, camera.eye[1], camera.eye[2]] } });
     });
 }
 
-/// Where the crosshair is in a view.
+/// Position of the crosshair in a view.
 async function cursorSpot(view: ViewName): Promise<[number, number]> {
     await page.waitForTimeout(100);
     const box = (await page.locator(`.view.${view}`).boundingBox())!;
@@ -97,7 +100,7 @@ for (const { tool, view, by } of kDrags)
     test(`${tool} in the ${view} view changes voxels; undo brings the checksum back`, async () => {
         await cursorToWall();
         await page.evaluate(() =>
-            (window as never as { pliant: Session }).pliant.store.set({ radius: 5 }),
+            (window as never as { pliant: Session }).pliant.store.set({ tool: { radius: 5 } }),
         );
         const steps = await undoSteps();
         const sum = await compare(page);
@@ -116,7 +119,7 @@ for (const { tool, view, by } of kDrags)
         await page.click('[data-tool=look]');
         const changed = await compare(page);
         assert.equal(changed?.same, true);
-        // Cut links alone move nothing; only the mock's blade leaves a gap.
+        // Cut links alone move nothing; the mock's blade leaves a gap.
         if (tool !== 'cut' || served.mock) assert.notEqual(changed?.own, sum?.own);
         assert.notEqual(changed?.tissue, sum?.tissue);
         const end = await all(page);
@@ -132,7 +135,7 @@ for (const { tool, view, by } of kDrags)
         assert.deepEqual(await all(page), start);
     });
 
-test('the threshold changes the endoscope, and its line in the sections', async () => {
+test('the threshold changes the endoscope’s picture and its line in the sections', async () => {
     const start = await all(page);
     await page.getByLabel('as a line in the sections').check();
     const lines = await all(page);
@@ -186,26 +189,26 @@ test('a tip that pushes moves the wall, and the eye goes on', async () => {
     await undo(start.shared!.undo.steps);
     assert.equal((await compare(page))?.own, sum?.own);
     await page.evaluate(
-        (camera) => (window as never as { pliant: Session }).pliant.store.set({ camera }),
-        start.camera,
+        (camera) => (window as never as { pliant: Session }).pliant.store.set({ view: { camera } }),
+        start.view.camera,
     );
 });
 
-test('tissue that is pushed over the eye moves the eye aside, and lets it back', async () => {
+test('tissue pushed over the eye moves it aside, and lets it back', async () => {
     const start = await stateOf(page);
     const value = (): Promise<number> =>
         page.evaluate(() => {
             const session = (window as never as { pliant: Session }).pliant;
             const { grid } = session.volume!;
-            const { eye } = session.store.state.camera;
+            const { eye } = session.store.state.view.camera;
             return session.volume!.sample(
                 eye.map((v, a) => (v - grid.origin[a]!) / grid.spacing[a]!) as never,
             );
         });
-    // The eye close to a wall, and the wall pushed over it.
+    // The eye is close to a wall, and the wall is pushed over it.
     const eye = await page.evaluate(async () => {
         const session = (window as never as { pliant: Session }).pliant;
-        const { camera } = session.store.state;
+        const { camera } = session.store.state.view;
         const wall = [...camera.eye] as [number, number, number];
         const { grid } = session.volume!;
         const at = (): number =>
@@ -214,29 +217,29 @@ test('tissue that is pushed over the eye moves the eye aside, and lets it back',
             );
         while (at() < -500) wall[0] += 0.1;
         const near: [number, number, number] = [wall[0] - 0.5, wall[1], wall[2]];
-        session.goTo(near, camera.look, camera.up);
+        session.endoscope.goTo(near, camera.look, camera.up);
         const point = [wall[0] + 2, wall[1], wall[2]] as const;
         await session.ask({ do: 'push', point, push: [-3, 0, 0], radius: 4 });
         return near;
     });
     await idle(page);
     assert.ok((await value()) < -500, 'the eye is in tissue');
-    const aside = (await stateOf(page)).camera.eye;
+    const aside = (await stateOf(page)).view.camera.eye;
     assert.notDeepEqual(aside, eye, 'nothing was pushed over the eye');
     await undo(start.shared!.undo.steps);
     await idle(page);
-    assert.deepEqual((await stateOf(page)).camera.eye, eye);
+    assert.deepEqual((await stateOf(page)).view.camera.eye, eye);
     await page.evaluate(
-        (camera) => (window as never as { pliant: Session }).pliant.store.set({ camera }),
-        start.camera,
+        (camera) => (window as never as { pliant: Session }).pliant.store.set({ view: { camera } }),
+        start.view.camera,
     );
 });
 
-test('a second browser joins late, and both agree after both have pushed', async () => {
+test('a second browser joins late, and both agree after pushes by both', async () => {
     const push = (at: Page, x: number): Promise<unknown> =>
         at.evaluate(async (dx) => {
             const session = (window as never as { pliant: Session }).pliant;
-            const { camera } = session.store.state;
+            const { camera } = session.store.state.view;
             const point = [camera.eye[0] + dx, camera.eye[1], camera.eye[2]] as const;
             await session.ask({ do: 'push', point, push: [dx / 4, 1, 0], radius: 8 });
         }, x);
@@ -259,7 +262,7 @@ test('a second browser joins late, and both agree after both have pushed', async
 
 test('a view-only link can look, but not change anything', async () => {
     const viewer = await visit(browser, served.link, '&notour&role=view');
-    assert.equal((await stateOf(viewer.page)).role, 'view');
+    assert.equal((await stateOf(viewer.page)).link.role, 'view');
     assert.equal(await viewer.page.locator('[data-tool=push]').isDisabled(), true);
     assert.equal(await viewer.page.getByLabel('Threshold, number').isDisabled(), true);
     const sum = await compare(viewer.page);
@@ -273,9 +276,9 @@ test('a view-only link can look, but not change anything', async () => {
     await viewer.page.context().close();
 });
 
-test('after a reload the place is kept and the voxels are the same', async () => {
+test('after a reload the view and the voxels are the same', async () => {
     await cursorToWall();
-    const { client } = await stateOf(page);
+    const { client } = (await stateOf(page)).link;
     await page.locator('.view.axial').focus();
     await page.keyboard.press('3');
     await page.keyboard.press('Alt+ArrowLeft');
@@ -284,35 +287,40 @@ test('after a reload the place is kept and the voxels are the same', async () =>
     );
     await idle(page);
     const sum = await compare(page);
-    const { camera, window: width } = await stateOf(page);
+    const {
+        view: { camera },
+        sections: { window: width },
+    } = await stateOf(page);
     await page.reload();
     await page.evaluate(() =>
-        (window as never as { pliant: Session }).pliant.store.set({ fine: false }),
+        (window as never as { pliant: Session }).pliant.store.set({ display: { fine: false } }),
     );
     await loaded(page);
     const again = await compare(page);
     assert.equal(again?.same, true);
     assert.equal(again?.own, sum?.own);
     const state = await stateOf(page);
-    assert.equal(state.client, client);
-    assert.deepEqual(state.camera, camera);
-    assert.deepEqual([state.window, state.tool], [width, 'push']);
+    assert.equal(state.link.client, client);
+    assert.deepEqual(state.view.camera, camera);
+    assert.deepEqual([state.sections.window, state.tool.name], [width, 'push']);
     await page.locator('.view.axial').focus();
     await undo(0);
 });
 
 test(
-    'a broken line is taken up again, with what was missed',
+    'a lost connection is resumed, with the changes since',
     { skip: !!process.env.PLIANT_SERVER },
     async () => {
         const before = await compare(page);
         served.mock!.breakLines();
         await page.waitForFunction(
-            () => (window as never as { pliant: Session }).pliant.store.state.link === 'lost',
+            () =>
+                (window as never as { pliant: Session }).pliant.store.state.link.status === 'lost',
         );
         served.mock!.scene.carve([0, 0, 0], [4, 0, 0], 5);
         await page.waitForFunction(
-            () => (window as never as { pliant: Session }).pliant.store.state.link === 'open',
+            () =>
+                (window as never as { pliant: Session }).pliant.store.state.link.status === 'open',
             undefined,
             { timeout: 20_000 },
         );

@@ -1,30 +1,30 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// What the page makes of a vessel's frames, of keys and sticks, and of a curve.
+// Vessels: frames, keys and sticks, curves of catheters, cameras.
 
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import { sumOf, wishOfKeys, wishOfPad } from '../src/catheter_hand.ts';
-import { projectionOf, usualWater, waterAlong } from '../src/fluoroscopy.ts';
-import { voxelFromWorld } from '../src/grid.ts';
-import { halfOfFloat } from '../src/half.ts';
-import { decodeFrame } from '../src/protocol.ts';
-import { distanceToSegment } from '../src/instruments.ts';
-import { firstHit } from '../src/rays.ts';
-import { add, along, cross, dot, mul, norm, normalized, sub, type Vec3 } from '../src/vec.ts';
-import { Vessel } from '../src/vessel.ts';
-import { behindTip, outsideOf, principalAxes } from '../src/vessel_camera.ts';
-import { chainParts, crossings } from '../src/chain_marks.ts';
+import { voxelFromWorld } from '../src/maths/grid.ts';
+import { halfOfFloat } from '../src/maths/half.ts';
+import { firstHit } from '../src/maths/rays.ts';
+import { add, along, cross, dot, mul, norm, normalized, sub, type Vec3 } from '../src/maths/vec.ts';
+import { VolumeData } from '../src/maths/volume.ts';
+import { decodeFrame } from '../src/net/protocol.ts';
+import { Vessel } from '../src/net/vessel.ts';
+import { chainParts, crossings } from '../src/panels/chain_marks.ts';
+import { sumOf, wishOfKeys, wishOfPad } from '../src/tools/catheter_hand.ts';
 import {
     catheterRows,
     drawnCurve,
     gapAround,
     kGroup,
-    kMostPoints,
+    kMaxPoints,
     smoothed,
-} from '../src/catheter_texture.ts';
-import { VolumeData } from '../src/volume.ts';
+} from '../src/views/catheter_texture.ts';
+import { projectionOf, usualWater, waterAlong } from '../src/views/fluoroscopy.ts';
+import { distanceToSegment } from '../src/views/instruments.ts';
+import { behindTip, outsideOf, principalAxes } from '../src/views/vessel_camera.ts';
 import { kGrid, MockScene, tubeCentre } from './mock_scene.ts';
 import { between, random, whole } from './random.ts';
 
@@ -69,7 +69,7 @@ function vesselFrame(
     });
 }
 
-test('a surface comes once, and then what has moved of it', () => {
+test('a surface is sent once, then displacements of its nodes', () => {
     const rest = Array.from({ length: 15 }, (_, i) => i + 0.25);
     const surface = decodeFrame(surfaceFrame(rest, [0, 1, 2, 2, 3, 4]));
     assert.ok(surface.kind === 'surface' && surface.volume === 3);
@@ -141,7 +141,7 @@ test('arrows insert and rotate, with Shift they bend, and sticks do both', () =>
     assert.deepEqual(wishOfPad(cap), { insert: 1, rotate: -1, bend: [-1, 0] });
 });
 
-test('a catheter is a chain of points in spheres, whatever its length', () => {
+test('a catheter of any length is a chain of points in bounding spheres', () => {
     for (const count of [2, 3, 12, 300, 700, 3000]) {
         const points: Vec3[] = Array.from({ length: count }, (_, i) => [
             10 * Math.cos(i / 4),
@@ -149,19 +149,19 @@ test('a catheter is a chain of points in spheres, whatever its length', () => {
             0.3 * i,
         ]);
         const curve = drawnCurve(points);
-        assert.ok(curve.length <= kMostPoints && curve.length >= Math.min(count, kMostPoints));
+        assert.ok(curve.length <= kMaxPoints && curve.length >= Math.min(count, kMaxPoints));
         assert.deepEqual(curve.at(-1), points.at(-1));
         if (count < 300)
             for (const p of points) assert.ok(curve.some((q) => norm(sub(p, q)) < 1e-9));
         const rows = catheterRows(curve, 0.8);
-        assert.equal(rows[4 * (curve.length - 1) + 3], 0); // the way begins at the tip
+        assert.equal(rows[4 * (curve.length - 1) + 3], 0); // arc lengths begin at the tip
         for (let i = 1; i < curve.length; ++i) assert.ok(rows[4 * i + 3]! < rows[4 * i - 1]!);
         for (let i = 0; i + 1 < curve.length; ++i)
             for (const [row, each] of [
                 [1, kGroup],
                 [2, kGroup ** 2],
             ] as const) {
-                const at = 4 * (row * kMostPoints + Math.floor(i / each));
+                const at = 4 * (row * kMaxPoints + Math.floor(i / each));
                 const centre: Vec3 = [rows[at]!, rows[at + 1]!, rows[at + 2]!];
                 for (const p of [curve[i]!, curve[i + 1]!])
                     assert.ok(norm(sub(p, centre)) + 0.8 <= rows[at + 3]!);
@@ -170,7 +170,7 @@ test('a catheter is a chain of points in spheres, whatever its length', () => {
     assert.deepEqual(smoothed([]), []);
 });
 
-test('pieces around an eye in the catheter are left out, and no others', () => {
+test('only segments around an eye in the catheter are left out', () => {
     const curve: Vec3[] = Array.from({ length: 41 }, (_, i) => [0, 0, i]);
     assert.deepEqual(gapAround([1.1, 0, 20], curve, 1), [0, 0]);
     assert.deepEqual(gapAround([0.9, 0, 20.5], curve, 1), [17, 24]);
@@ -178,7 +178,7 @@ test('pieces around an eye in the catheter are left out, and no others', () => {
     assert.deepEqual(gapAround([0, 0, 0], [], 1), [0, 0]);
 });
 
-test('a section shows the catheter where it cuts it', () => {
+test('a section marks the catheter where it cuts it', () => {
     const plane = {
         centre: [0, 0, 5] as Vec3,
         axes: { right: [1, 0, 0], up: [0, 1, 0], normal: [0, 0, 1] },
@@ -194,17 +194,17 @@ test('a section shows the catheter where it cuts it', () => {
     const marks = chainParts(straight, plane, 1);
     assert.equal(marks.filter((m) => !m.near).length, 1);
     const near = marks.filter((m) => m.near);
-    assert.equal(near.length, 1); // the first piece only touches what is near
-    // From z = 4 to z = 6, which is y = 0 to y = 2.
+    assert.equal(near.length, 1); // the first segment only touches the range
+    // From z = 4 to z = 6: y = 0 to y = 2.
     const heights = near[0]!.points.map(([, y]) => y);
     assert.ok(Math.abs(Math.abs(heights[0]! - heights[1]!) - 2) < 1e-9);
     assert.deepEqual(chainParts([[0, 0, 0]], plane, 1), []);
-    // z = 5 is a quarter of the way along the second piece: y = 1, a millimetre per pixel.
+    // z = 5 is a quarter of the second segment: y = 1, at a millimetre per pixel.
     assert.deepEqual(crossings(straight, plane), [[50, 49]]);
     assert.deepEqual(crossings(straight.slice(0, 2), plane), []);
 });
 
-test('X-rays are dimmed by what they go through', () => {
+test('X-rays are attenuated by the tissue along them', () => {
     const grid = {
         size: [21, 21, 21] as Vec3,
         spacing: [2, 1, 1] as Vec3,
@@ -221,7 +221,7 @@ test('X-rays are dimmed by what they go through', () => {
         waterAlong(volume, eye, ray, projectionOf(volume.grid, { eye, look: ray, up: [0, 0, 1] }));
     assert.ok(Math.abs(along([0, -500, 0], [0, 1, 0]) - 1.5 * 20) < 1e-6);
     assert.ok(Math.abs(along([-500, 0, 0], [1, 0, 0]) - 1.5 * 40) < 1e-6);
-    // Beyond the scan's side they fade, and end at the border.
+    // Beyond the scan the values fade out towards the end of the border.
     const border = Math.cbrt(40 * 20 * 20) / 3;
     for (const e of [0.1, 3, 0.9 * border]) {
         const left = (1 - (e / border) ** 2) ** 2;
@@ -233,7 +233,7 @@ test('X-rays are dimmed by what they go through', () => {
     assert.equal(usualWater(volume, { ...camera, look: [0, -1, 0] }, 2, 1), 0);
 });
 
-/// A tube about a bent line in any direction, as a vessel's inner surface.
+/// Inner surface of a vessel: a tube about a bent line in any direction.
 function bentVessel(): { vessel: Vessel; line: Vec3[] } {
     const [u, v, w] = frame();
     const bend = between(-0.6, 0.6);
@@ -260,7 +260,7 @@ function frame(): [Vec3, Vec3, Vec3] {
     return [u, v, cross(u, v)];
 }
 
-test('axes of a scatter are perpendicular and in the order of its widths', () => {
+test('principal axes are perpendicular and sorted by variance', () => {
     for (let round = 0; round < 30; ++round) {
         const axes = frame();
         const places = Array.from({ length: 200 }, () =>
@@ -276,7 +276,7 @@ test('axes of a scatter are perpendicular and in the order of its widths', () =>
     }
 });
 
-test('from outside, all of a vessel and its catheter are in the first picture', () => {
+test('the first outside view shows a whole vessel with its catheter', () => {
     const slope = Math.tan((15 * Math.PI) / 180);
     for (let round = 0; round < 30; ++round) {
         const { vessel } = bentVessel();
@@ -299,7 +299,7 @@ test('from outside, all of a vessel and its catheter are in the first picture', 
     }
 });
 
-test('the first look in a vessel is at the catheter’s tip, from the lumen beside it', () => {
+test('the first view in a vessel is of the catheter’s tip, from the lumen beside it', () => {
     const scene = new MockScene();
     const volume = new VolumeData(kGrid, scene.halves);
     const surface = { iso: -500, rising: true };
@@ -324,7 +324,7 @@ test('the first look in a vessel is at the catheter’s tip, from the lumen besi
         assert.ok(dot(normalized(way), camera.look) > Math.cos(0.7), 'the tip is in the picture');
         assert.equal(firstHit(volume, camera.eye, way, surface, norm(way)), undefined);
     }
-    // A catheter that fills its vessel leaves no room.
+    // A catheter that fills its vessel leaves no room for the camera.
     vessel.radius = 9.5;
     vessel.catheter = [tubeCentre(0), tubeCentre(3)];
     assert.equal(behindTip(vessel, volume, surface), undefined);

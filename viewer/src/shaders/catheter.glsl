@@ -1,17 +1,17 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// A catheter, cut by rays: a chain of capsules. Rows of the texture: points with the way from the
-// tip [mm]; spheres around groups of 8 pieces; spheres around 8 of those. So a ray that passes
-// beside it tests few spheres, and no piece.
+// Intersection of rays with a catheter: a chain of capsules. Rows of the texture: points with their
+// arc lengths from the tip [mm]; bounding spheres of groups of 8 segments; bounding spheres of 8
+// groups. A ray that misses the catheter tests few spheres and no segment.
 
 uniform highp sampler2D catheter;  // floats, not interpolated
-uniform int catheterCount;         // points; fewer than 2: there is none
+uniform int catheterCount;         // points; fewer than 2: no catheter
 uniform float catheterRadius;      // [mm]
-uniform ivec2 catheterGap;         // pieces from, and up to, that are left out: the eye is in them
+uniform ivec2 catheterGap;         // range of segments left out around the eye
 
 const int kGroup = 8;
-const float kTipMark = 2.5;    // length of the tip that X-rays show well [mm]
+const float kTipMark = 2.5;    // length of the radiopaque tip [mm]
 const float kBandEvery = 10.0; // [mm]
 const float kBand = 1.2;
 
@@ -26,7 +26,7 @@ vec4 catheterPoint(int i) {
     return texelFetch(catheter, ivec2(clamp(i, 0, catheterCount - 1), 0), 0);
 }
 
-// Of the curve at a point, unit, towards the tip.
+// Unit tangent of the curve at a point, towards the tip.
 vec3 catheterTangent(int i) {
     vec3 along = catheterPoint(i + 1).xyz - catheterPoint(i - 1).xyz;
     return along / max(length(along), 1e-9);
@@ -37,8 +37,8 @@ bool leftOut(int piece) {
     return piece >= catheterGap.x && piece < catheterGap.y;
 }
 
-// Distance [mm], or kFar; way: from the tip [mm]. Normals are interpolated along the curve: no
-// piece is seen as one.
+// Distance of the first hit [mm], or kFar; way: arc length from the tip [mm]. Normals are
+// interpolated along the curve, so that segments are not visible.
 float catheterHit(vec3 o, vec3 d, out vec3 normal, out float way) {
     float best = kFar, place = 0.0;
     int found = -1;
@@ -97,7 +97,7 @@ void addCatheter(inout vec3 light, inout float nearest, vec3 o, vec3 d, vec3 upw
     nearest = min(nearest, t);
 }
 
-// 1: neither instrument nor catheter is near; less where one touches or nearly touches the wall.
+// Contact shading, 0…1: 1 far from instruments and catheters, less where they touch the wall.
 float contactAt(vec3 world) {
     float open = nearInstruments(world);
     float reach = 3.2 * catheterRadius, away = reach;
@@ -113,8 +113,8 @@ float contactAt(vec3 world) {
     return open * mix(0.45, 1.0, smoothstep(catheterRadius, reach, away));
 }
 
-// Share of a lamp's light that arrives past instruments and catheter. A catheter beside the lens
-// keeps nothing away, or a lamp in it would leave the whole picture dark.
+// Share of a lamp's light that passes instruments and catheter. A catheter close to the lens casts
+// no shadow: a lamp inside of it would leave the whole picture dark.
 float shadowAt(vec3 world, vec3 toLamp, float far) {
     float lit = 1.0;
     int last = catheterCount - 1;
@@ -135,8 +135,8 @@ float shadowAt(vec3 world, vec3 toLamp, float far) {
 }
 #endif
 
-// Length of the ray in the catheter [mm]; its tip counts fourfold. Each piece is cut by the planes
-// halfway between it and its neighbours, so nothing counts twice.
+// Length of the ray in the catheter [mm]; the tip counts fourfold. Each segment is clipped by the
+// bisecting planes to its neighbours, so that nothing counts twice.
 float catheterThickness_mm(vec3 eye, vec3 ray) {
     float sum = 0.0;
     int last = catheterCount - 1;

@@ -1,23 +1,23 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The endoscope's picture, with the camera and the light of the C++ renderer
-// (src/render/endoscope.cpp): what faces the camera is bright, wet tissue shines there, light falls
-// off with the distance and fades into the fog. Instruments and catheters are cut by the same rays
+// Picture of the endoscope, with the camera and the light of the C++ renderer
+// (src/render/endoscope.cpp): a lamp at the camera, specular highlights on wet tissue, light that
+// falls off with the distance and fades into fog. The same rays hit instruments and catheters
 // (instrument.glsl, catheter.glsl).
 //
 // OUTSIDE: the same scene from outside, cut open at a plane. Tissue on the plane is grey as in a
-// section; behind the plane the lumen lies open.
+// section; the lumen is open behind the plane.
 
 uniform vec2 jitter;       // of all rays, -1...1 across the picture
-uniform float lightReach;  // light is halved here [mm]
+uniform float lightReach;  // distance at which the light is halved [mm]
 uniform float fogDistance; // [mm]; 0: none
 uniform vec3 surfaceColour, fogColour;  // linear
 #ifdef DEPTH
-uniform float reach;  // depth 1 for meshes [mm]
+uniform float reach;  // distance of depth 1, for meshes [mm]
 #endif
 #ifdef OUTSIDE
-uniform vec3 cutPlace, cutNormal;  // what lies before this plane is not drawn [mm, LPS]
+uniform vec3 cutPlace, cutNormal;  // nothing in front of this plane is drawn [mm, LPS]
 uniform float window, level;       // of the cut face [HU]
 uniform mat4 clipFromWorld;        // for the depth of meshes
 #endif
@@ -40,13 +40,13 @@ vec3 linearOf(vec3 srgb) {
                vec3(greaterThan(srgb, vec3(0.04045))));
 }
 
-// The wall's own colour; an overlay's number is that of the tissue behind the surface.
+// Colour of the wall; an overlay shows the value of the tissue behind the surface.
 vec3 wallColour(vec3 p, vec3 normal) {
     vec4 over = overlayAt(p - kBehind * normalize(voxelVectorOf(normal)));
     return mix(surfaceColour, linearOf(over.rgb), over.a);
 }
 
-// How open the place is, 0…1: tissue a few millimetres off the surface keeps light away.
+// Ambient occlusion, 1: open … 0: closed, from the tissue up to 4 mm off the surface.
 float openness(vec3 p, vec3 normal) {
     vec3 n = voxelVectorOf(normal);
     float closed = 0.0;
@@ -64,7 +64,7 @@ vec3 lit(vec3 own, float t, vec3 normal, vec3 ray, float open) {
     float diffuse = falloff * (0.4 + 0.6 * open) * ((1.0 - kAmbient) * facing + kAmbient);
     float shine = falloff * (kSheen * pow(facing, 16.0) + kGlint * pow(facing, 80.0));
     float brightest = max(max(own.r, own.g), max(own.b, 1e-6));
-    float share = 1.0 - kDepth * (1.0 - diffuse);  // the rest came through the tissue
+    float share = 1.0 - kDepth * (1.0 - diffuse);  // the rest passed through the tissue
     vec3 light = diffuse * mix(own * own / brightest, own, share) + shine * vec3(1.0, 0.97, 0.95);
     float clear = fogDistance > 0.0 ? exp(-t / fogDistance) : 1.0;
     return mix(fogColour, light, clear);
@@ -89,7 +89,7 @@ void main() {
     float shown = real ? fieldAt(uv) : 1.0;
 #ifdef DEPTH
     if (shown <= 0.0) {
-        gl_FragDepth = 0.0;  // meshes are cut off there, too
+        gl_FragDepth = 0.0;  // hides meshes as well
         colour = vec4(0.0, 0.0, 0.0, 1.0);
         return;
     }

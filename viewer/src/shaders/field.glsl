@@ -2,9 +2,9 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // The volume as a continuous field over voxel indices: trilinear between voxel centres, constant
-// beyond the outermost ones. quickSample lets the texture unit interpolate, whose weights may have
-// as few as eight bits: good enough to look and to shade. Where the surface is, is found from the
-// voxels themselves (surface.glsl).
+// beyond the outermost ones. quickSample uses the texture unit, whose weights may have eight bits
+// only: enough for sections and shading. The surface is located by the voxels themselves
+// (surface.glsl).
 
 precision highp float;
 precision highp int;

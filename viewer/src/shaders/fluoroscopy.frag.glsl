@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The scan as an image intensifier shows it: each ray is dimmed by what it goes through, as in
-// include/pliant/fluoroscopy.h; noise, curve and collimator as in src/render/detector.h. Dense is
-// dark; the exposure is 45 % grey.
+// Fluoroscopy: each ray is attenuated by the tissue along it, as in include/pliant/fluoroscopy.h;
+// noise, characteristic curve and collimator as in src/render/detector.h. Dense tissue is dark; the
+// exposure is 45 % grey.
 
 in vec2 place;
 out vec4 colour;
@@ -13,29 +13,29 @@ uniform float aspect;                // width / height
 uniform float slope;                 // tan of half the field of view
 uniform float absorption;            // of water [1/mm]
 uniform float contrast;              // factor of the line integral
-uniform float exposure;              // water that is 45 % grey [mm]
-uniform vec2 slab;                   // along ahead, between the planes that touch the scan [mm]
-uniform vec3 margin;                 // over which the outermost voxels fade out [voxels]
+uniform float exposure;              // depth of water that is 45 % grey [mm]
+uniform vec2 slab;                   // range along ahead between the planes [mm]
+uniform vec3 margin;                 // border in which the outermost voxels fade out [voxels]
 uniform int fieldStop;               // 0: round, 1: octagon, 2: full
 uniform float noise;                 // factor
 uniform uint seed;
-uniform vec2 pixels;  // of the view, whatever the target has
+uniform vec2 pixels;  // of the view, not of the target
 
-const int kMostSteps = 2048;
+const int kMaxSteps = 2048;
 const float kStep = 1.0, kBorderStep = 2.0;  // voxels
-const float kCatheterWater = 50.0;  // a catheter with a core of steel, as so much water
+const float kCatheterWater = 50.0;  // absorption of a catheter with a steel core over that of water
 const float kQuantumNoise = 0.05, kNoisiest = 4.0;
 const float kBlade = 0.975, kOpen = 1.0;  // [radii]
 
-// Integral from t mm to end. o [voxels], d [voxels per mm]; faded: beyond the scan
+// Integral from t to end [mm]. o [voxels], d [voxels per mm]; faded: outside of the scan
 float integral(vec3 o, vec3 d, float t, float end, float step_voxels, bool faded) {
     float length_mm = end - t;
     if (!(length_mm > 0.0)) return 0.0;
-    float count = min(ceil(length_mm * length(d) / step_voxels), float(kMostSteps));
+    float count = min(ceil(length_mm * length(d) / step_voxels), float(kMaxSteps));
     float step_mm = length_mm / count;
     vec3 fade = 1.0 / max(margin, 1e-6);
     float sum = 0.0;
-    for (int n = 0; n < kMostSteps; ++n) {
+    for (int n = 0; n < kMaxSteps; ++n) {
         if (float(n) >= count) break;
         vec3 p = o + (t + (float(n) + 0.5) * step_mm) * d;
         float density = max(0.0, 1.0 + quickSample(p) / 1000.0);
@@ -49,7 +49,7 @@ float integral(vec3 o, vec3 d, float t, float end, float step_voxels, bool faded
     return sum * step_mm;
 }
 
-// Where a ray is in the scan, made larger by so many voxels [mm].
+// Range of a ray in the scan, enlarged by more voxels [mm].
 vec2 stretchIn(vec3 o, vec3 d, vec3 more) {
     vec3 t0 = (-more - o) / d, t1 = (size - 1.0 + more - o) / d;
     vec3 enter = min(t0, t1), leave = max(t0, t1);
@@ -57,7 +57,7 @@ vec2 stretchIn(vec3 o, vec3 d, vec3 more) {
                 min(min(leave.x, leave.y), leave.z));
 }
 
-// Water that a ray goes through [mm], with the border. part: of the ray that is ahead
+// Depth of water along a ray [mm], with the border. part: cosine between ray and view
 float waterAlong(vec3 o, vec3 d, float part) {
     d += vec3(equal(d, vec3(0.0))) * 1e-9;
     vec2 scan = stretchIn(o, d, vec3(0.0));
@@ -85,7 +85,7 @@ float pixelNoise(uvec2 p) {
     return 1.7320508 * (sum - 2.0);
 }
 
-// Share of light that the collimator lets through. uv: halves of the picture's height
+// Transmission of the collimator. uv: half heights of the picture
 float openAt(vec2 uv) {
     uv = abs(uv) / min(1.0, aspect);
     float away = fieldStop == 0   ? length(uv)

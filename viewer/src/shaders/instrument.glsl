@@ -1,10 +1,10 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Instruments, cut by the endoscope's own rays, so that the lens bends them as it bends the wall
-// and no near plane tears them. A shaft is a capsule from the working channel to the wrist; there
-// the head begins, which ends about where the tool's sphere has its centre. Heads lean away from
-// the line of sight (instruments.ts), so that their kind is seen and not only their back.
+// Instruments, hit by the endoscope's own rays: the lens distorts them like the wall, and no near
+// plane clips them. A shaft is a capsule from the working channel to the wrist. The head begins at
+// the wrist and ends near the centre of the tool's sphere. Heads lean away from the line of sight
+// (views/instruments.ts), so that their kind is recognisable.
 //
 //                     jaw ⟋            h: axis of the head, unit
 //   shaft ═══════ wrist ⟨   h →  o     e: side, unit, across the head and towards the lens
@@ -12,21 +12,21 @@
 //                                      o: centre of the sphere
 
 const float kFar = 1e9;
-const int kMostTools = 9;
+const int kMaxTools = 9;
 const int kBall = 0, kGrasper = 1, kBlade = 2, kScoop = 3, kScope = 4;
-uniform vec4 tools[kMostTools];       // centre and radius of the head's sphere [mm]
-uniform vec4 toolBases[kMostTools];   // start of the shaft, and its radius [mm]; 0: no shaft
-uniform vec3 toolWrists[kMostTools];  // end of the shaft
-uniform vec3 toolAxes[kMostTools];    // h
-uniform vec4 toolSides[kMostTools];   // e, and half the angle between the jaws [radians]; of blades
-                                      // 1, or -1 where the back lies towards -v
-uniform vec3 toolColours[kMostTools]; // of the user, linear
-uniform int toolKinds[kMostTools];
+uniform vec4 tools[kMaxTools];       // centre and radius of the head's sphere [mm]
+uniform vec4 toolBases[kMaxTools];   // start of the shaft, and its radius [mm]; 0: no shaft
+uniform vec3 toolWrists[kMaxTools];  // end of the shaft
+uniform vec3 toolAxes[kMaxTools];    // h
+uniform vec4 toolSides[kMaxTools];   // e, and half the opening of the jaws [radians]; side of a
+                                      // blade: 1, or -1 with its back towards -v
+uniform vec3 toolColours[kMaxTools]; // of the user, linear
+uniform int toolKinds[kMaxTools];
 uniform int toolCount;
 
 const vec3 kSteel = vec3(0.56, 0.59, 0.64);
 const vec3 kTissueGlow = vec3(0.55, 0.16, 0.12);
-const float kHeadBehind = 0.14;   // share of the light, through the wall
+const float kHeadBehind = 0.14;   // weight of a head behind the wall
 const float kShaftBehind = 0.05;
 
 struct Hit {
@@ -37,7 +37,7 @@ struct Hit {
     bool head;
 };
 
-// Near side of a sphere. From within: kFar
+// Hit of the near side of a sphere; kFar from inside.
 float sphereHit(vec3 o, vec3 d, vec3 c, float r) {
     vec3 m = o - c;
     float b = dot(m, d), q = b * b - dot(m, m) + r * r;
@@ -45,8 +45,8 @@ float sphereHit(vec3 o, vec3 d, vec3 c, float r) {
     return q > 0.0 && t > 0.0 ? t : kFar;
 }
 
-// Near side of a capsule; place: 0 at a … 1 at b. From within: kFar. The origin is first moved next
-// to the capsule: seen from afar, a thin one is lost in the squares otherwise.
+// Hit of the near side of a capsule, kFar from inside; place: 0 at a … 1 at b. The origin is first
+// moved next to the capsule: the squares would lose a thin capsule far away to rounding.
 float capsuleHit(vec3 o, vec3 d, vec3 a, vec3 b, float r, out float place) {
     float shift = dot(0.5 * (a + b) - o, d);
     vec3 ba = b - a, oa = o + shift * d - a;
@@ -63,7 +63,7 @@ float capsuleHit(vec3 o, vec3 d, vec3 a, vec3 b, float r, out float place) {
     return sphereHit(o, d, place > 0.5 ? b : a, r);
 }
 
-// The half axes of an ellipsoid are the columns of axes; the normal is not of unit length.
+// Hit of an ellipsoid. Its half axes are the columns of axes; the normal has no unit length.
 float ellipsoidHit(vec3 o, vec3 d, vec3 c, mat3 axes, vec3 lengths, out vec3 normal) {
     vec3 m = ((o - c) * axes) / lengths, n = (d * axes) / lengths;
     float a = dot(n, n), b = dot(m, n), q = b * b - a * (dot(m, m) - 1.0);
@@ -77,7 +77,7 @@ void keep(inout Hit best, float t, vec3 normal, vec3 own, float gloss) {
     best = Hit(t, normal, own, gloss, true);
 }
 
-// Two jaws on a hinge. Open ones are as wide as the sphere; their tips meet in its centre.
+// Two jaws on a hinge. Open jaws are as wide as the sphere; their tips meet in its centre.
 void grasperHit(inout Hit best, vec3 o, vec3 d, vec4 head, vec3 hinge, vec3 h, vec4 side) {
     float r = head.w;
     float t = sphereHit(o, d, hinge, 0.28 * r);
@@ -100,7 +100,7 @@ void grasperHit(inout Hit best, vec3 o, vec3 d, vec4 head, vec3 hinge, vec3 h, v
     }
 }
 
-// A scalpel: what lies behind six planes. Its cutting edge is ground bright.
+// A scalpel: the intersection of six half-spaces, with a bright ground edge.
 void bladeHit(inout Hit best, vec3 o, vec3 d, vec4 head, vec3 h, vec4 side) {
     float r = head.w;
     vec3 e = side.xyz, v = side.w * cross(h, e);
@@ -133,9 +133,9 @@ void bladeHit(inout Hit best, vec3 o, vec3 d, vec4 head, vec3 h, vec4 side) {
     keep(best, enter, normal, kSteel * (ground ? 1.6 : 0.75), ground ? 1.6 : 1.0);
 }
 
-const float kSpoon = 0.85;  // radius of the spoon, of the sphere's
+const float kSpoon = 0.85;  // radius of the spoon over that of the sphere
 
-// A spoon: the part of a sphere below its mouth, seen from outside or through the mouth.
+// A spoon: part of a sphere, visible from outside or through its mouth.
 void scoopHit(inout Hit best, vec3 o, vec3 d, vec4 head, vec3 h, vec3 e) {
     float r = kSpoon * head.w;
     vec3 m = o - head.xyz;
@@ -154,7 +154,8 @@ void scoopHit(inout Hit best, vec3 o, vec3 d, vec4 head, vec3 h, vec3 e) {
     }
 }
 
-// The shaft with the user's ring behind the head. Scopes are dark, with a bright tip.
+// The shaft, with a ring in the user's colour behind the head. Endoscopes are dark with a bright
+// tip.
 void shaftHit(inout Hit best, vec3 o, vec3 d, int i) {
     vec4 head = tools[i], base = toolBases[i];
     if (base.w <= 0.0) return;
@@ -192,8 +193,8 @@ Hit toolHit(int i, vec3 o, vec3 d) {
     return best;
 }
 
-// Light of a metal beside the lamps: dim, a bright band as of a window, the tissue's red where the
-// ray grazes it. upward: of the picture, unit. t: way of the light [mm]
+// Light of metal: dim, with a bright band like a window's reflection, and reddish at grazing
+// angles. upward: up vector of the picture, unit. t: distance to the lamp [mm]
 vec3 steel(Hit hit, vec3 d, float t, vec3 upward) {
     float f = max(0.0, -dot(hit.normal, d));
     vec3 mirrored = reflect(d, hit.normal);
@@ -206,7 +207,7 @@ vec3 steel(Hit hit, vec3 d, float t, vec3 upward) {
     return light / (1.0 + reach * reach);
 }
 
-// light and nearest are those of the wall, then of the nearest.
+// Adds the instruments to the light and the distance of the wall.
 void addInstruments(inout vec3 light, inout float nearest, vec3 o, vec3 d, vec3 upward, bool lamp) {
     for (int i = 0; i < toolCount; ++i) {
         Hit hit = toolHit(i, o, d);
@@ -220,16 +221,16 @@ void addInstruments(inout vec3 light, inout float nearest, vec3 o, vec3 d, vec3 
     }
 }
 
-// Distance of a place to the way from a to b.
+// Distance of a point to the segment from a to b.
 float awayFrom(vec3 p, vec3 a, vec3 b) {
     vec3 ba = b - a;
     return length(p - a - clamp(dot(p - a, ba) / max(dot(ba, ba), 1e-9), 0.0, 1.0) * ba);
 }
 
-// Share of a lamp's light that passes a capsule on its way to a place on the wall. toLamp: unit;
-// far: to the lamp [mm]. Shadows are softer, the farther the caster is from the wall.
+// Share of a lamp's light that passes a capsule on the way to a point of the wall. toLamp: unit;
+// far: distance to the lamp [mm]. Shadows are softer, the farther the capsule is from the wall.
 float pastCapsule(vec3 world, vec3 toLamp, float far, vec3 a, vec3 b, float r, out float s) {
-    // Nearest places of the ray and the axis.
+    // Closest points of ray and axis.
     vec3 ba = b - a, w = world - a;
     float along = dot(toLamp, ba), c = max(dot(ba, ba), 1e-9), g = dot(toLamp, w);
     float h = dot(ba, w);
@@ -240,7 +241,7 @@ float pastCapsule(vec3 world, vec3 toLamp, float far, vec3 a, vec3 b, float r, o
     return smoothstep(r - soft, r + soft, length(w + s * toLamp - k * ba));
 }
 
-// A head as a capsule: where it begins, and its radius.
+// Bounding capsule of a head: its start and radius.
 vec4 headCapsule(int i) {
     int kind = toolKinds[i];
     float r = tools[i].w;
@@ -249,7 +250,7 @@ vec4 headCapsule(int i) {
     return vec4(tools[i].xyz, kind == kScoop ? kSpoon * r : r);
 }
 
-// 1: no tool is near; less where one touches or nearly touches the wall.
+// Contact shading, 0…1: 1 far from instruments, less where one touches the wall.
 float nearInstruments(vec3 world) {
     float open = 1.0;
     for (int i = 0; i < toolCount; ++i) {

@@ -1,19 +1,19 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The colour of a number that is shown over the scan. What is near rest stays as it is.
+// Colour of an overlay's value. Tissue near rest keeps its own colour.
 
 uniform sampler3D overlayField;  // half floats, linear
 uniform bool overlayOn;
-uniform float overlayRest;      // the value where nothing is deformed
+uniform float overlayRest;      // value of undeformed tissue
 uniform vec2 overlayRange;      // values at the ends of the map
 uniform float overlayOpacity;
 const int kColours = 17;
 uniform vec3 overlayColours[kColours];  // sRGB
 
-const float kFaint = 0.06;  // of the range from rest on, in which the colour comes in
+const float kFaint = 0.06;  // share of the range, from rest on, in which the colour fades in
 
-// sRGB, and how much of it covers what is below. p [voxels]
+// sRGB and opacity. p [voxels]
 vec4 overlayAt(vec3 p) {
     if (!overlayOn) return vec4(0.0);
     float value = texture(overlayField, (p + 0.5) / size).r;

@@ -1,14 +1,14 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The light of the style "real", as in src/render/real_look.cpp, which explains it: lamps beside
-// the lens, colour of the scan behind the wall, blood vessels anchored to the tissue at rest, light
-// through the tissue, a film of liquid. Names are the same there.
+// Light of the style "real", explained in src/render/real_look.cpp: lamps beside the lens, colours
+// by the scan behind the wall, blood vessels anchored to the tissue at rest, translucency, a film
+// of liquid. Names are the same there.
 
 uniform bool real;
-uniform sampler3D noiseTile;  // slope per cell, value; 16 cells, repeats
+uniform sampler3D noiseTile;  // gradient per cell, value; periodic, 16 cells
 uniform float exposure;       // [mm²]
-uniform float spacingMm;      // of the voxels, geometric mean
+uniform float spacingMm;      // geometric mean of the voxel spacing
 uniform float voxelMm;        // step behind the wall
 uniform int fieldStop;        // 0: round, 1: octagon, 2: full
 uniform vec3 mucosa, pale, fatty, bony, thinWall;  // linear
@@ -18,7 +18,7 @@ const float kLampAside = 1.6, kLampAbove = 0.5, kLampSize = 3.0;  // [mm]
 const float kSoftHu = 300.0;
 const vec3 kWrap = vec3(0.38, 0.14, 0.10);
 const vec3 kClosedTint = vec3(0.30, 0.15, 0.13);
-const float kAcross = 4.0;  // from a slit to the samples beside it [voxels]
+const float kAcross = 4.0;  // distance of the samples beside a slit [voxels]
 const vec3 kSlit = vec3(0.045, 0.004, 0.005);
 const vec3 kFlesh = vec3(0.46, 0.036, 0.038);
 const vec3 kBlood = vec3(0.42, 0.10, 0.14);
@@ -35,7 +35,7 @@ float excessAt(vec3 p) {
     return rising ? above : -above;
 }
 
-// A line on the wall where a noise is 0.5.
+// A line on the wall along the level 0.5 of a noise.
 float lineAtHalf(vec4 n, vec3 normal, float halfWidth) {
     float along = length(n.xyz - dot(n.xyz, normal) * normal);
     float width = halfWidth * smoothstep(0.25, 0.7, along);
@@ -43,7 +43,7 @@ float lineAtHalf(vec4 n, vec3 normal, float halfWidth) {
     return width > 0.0 ? 1.0 - smoothstep(0.3 * width, width, away) : 0.0;
 }
 
-// Share of light of a lamp that arrives. p [voxels]
+// Share of a lamp's light that reaches a point. p [voxels]
 float litBy(vec3 p, vec3 normal, vec3 toLamp, float far) {
     float step = min(far / 8.0, 1.5);
     float dark = 0.0;
@@ -60,8 +60,7 @@ float fatAt(float hu) {
     return smoothstep(-135.0, -95.0, hu) * (1.0 - smoothstep(-55.0, -20.0, hu));
 }
 
-// A cut that nothing holds open. @returns along the wall towards it, longest at its lips; and 0…1,
-// how dark
+// A closed cut. xyz: along the wall towards it, longest at its lips; w: darkness 0…1
 vec4 slitAt(vec3 p, vec3 normal, float raw) {
     vec3 u = normalize(cross(normal, abs(normal.z) < 0.7 ? vec3(0, 0, 1) : vec3(1, 0, 0)));
     vec3 v = cross(normal, u);
@@ -73,7 +72,7 @@ vec4 slitAt(vec3 p, vec3 normal, float raw) {
                 clamp(ridge / 0.3, 0.0, 1.0) * smoothstep(0.85, 1.0, raw));
 }
 
-// Colour of the wall; its normal, bent at the lips of a slit; normal and wetness of its film of
+// Colour of the wall; its normal, bent at the lips of a slit; normal and wetness of the film of
 // liquid.
 vec3 coatAt(float t, vec3 p, vec3 world, inout vec3 normal, out vec3 film, out float wetness) {
     vec3 n = voxelVectorOf(voxelMm * normal);
@@ -110,7 +109,7 @@ vec3 coatAt(float t, vec3 p, vec3 world, inout vec3 normal, out vec3 film, out f
             0.34 * lineAtHalf(hair, normal, 0.080 * smoothstep(0.34, 0.6, twig.w)) *
                 (1.0 - smoothstep(8.0, 24.0, t))));
     own = mix(own, own * kBlood, veinShare * veins * (1.0 - bone));
-    // Cut or carved: flesh, without a lining.
+    // Cut or carved tissue has no lining.
     float ragged = offset.w + 0.15 * (fine.w - 0.5);
     float raw = offset.w > 0.0 ? smoothstep(0.65, 0.95, ragged) : 0.0;
     own = mix(own, (0.7 + 0.6 * fine.w) * kFlesh, raw);
@@ -140,7 +139,7 @@ vec3 tone(vec3 x) {
     return clamp(x * (2.51 * x + 0.03) / (x * (2.43 * x + 0.59) + 0.14), 0.0, 1.0);
 }
 
-// Light of a wall at p [voxels], t mm from the eye; linear, after the tone curve.
+// Light of the wall at p [voxels], at a distance of t mm; linear, after the tone curve.
 vec3 realLight(vec3 p, float t, vec3 normal, vec3 ray, float open) {
     vec3 world = eye + t * ray;
     vec3 film;
@@ -170,7 +169,7 @@ vec3 realLight(vec3 p, float t, vec3 normal, vec3 ray, float open) {
     return tone(total);
 }
 
-// Share of light that the field stop and the vignette leave. uv: halves of the picture's height
+// Transmission of field stop and vignette. uv: half heights of the picture
 float fieldAt(vec2 uv) {
     uv /= min(1.0, aspect);
     float away = length(uv);

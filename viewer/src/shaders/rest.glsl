@@ -1,11 +1,11 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Where the tissue was at rest, for patterns that move, stretch and are cut with it.
+// Rest positions of the tissue, for patterns that move, stretch and are cut with it.
 
 uniform sampler3D restField;  // half floats, linear: offset [mm, LPS] and raw, every 4th voxel
 uniform bool restOn;
-uniform vec3 restCount;  // nodes
+uniform vec3 restCount;  // nodes along each axis
 
 const float kRestStep = 4.0;  // from one node to the next [voxels]
 

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// A section through the volume: window and level to grey, the threshold as a line if wanted.
+// Section through the volume: window and level to grey; optionally the threshold as a line.
 
 in vec2 place;
 out vec4 colour;
@@ -11,7 +11,7 @@ uniform vec2 halfExtent;         // of the picture [mm]
 uniform float window, level;     // [HU]
 uniform float iso;               // [HU]
 uniform bool contour;
-uniform float pixel;  // [mm]
+uniform float pixel;  // size [mm]
 
 void main() {
     vec3 world = centre + place.x * halfExtent.x * right + place.y * halfExtent.y * up;

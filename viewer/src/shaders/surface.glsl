@@ -1,10 +1,10 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// First hit of a ray with the iso surface. Bricks of 4³ cells without the threshold are crossed in
-// one step; in the others the ray is sampled every half voxel until it changes sides in the wanted
-// sense, and the crossing between two samples is then found in the exact trilinear field. A wall
-// thinner than half a voxel may be missed. The same walk as rays.ts.
+// First hit of a ray with the iso surface. Bricks of 4³ cells without the threshold are skipped; in
+// the others the ray is sampled every half voxel until it crosses the threshold in the required
+// direction. The crossing between two samples is then located in the exact trilinear field. Walls
+// thinner than half a voxel may be missed. The same traversal as in maths/rays.ts.
 
 uniform sampler3D bricks;  // minimum and maximum of each brick, not interpolated
 uniform vec3 brickCount;
@@ -13,13 +13,13 @@ uniform bool rising;  // the wall is brighter than the lumen
 
 const float kBrick = 4.0;
 const float kStep = 0.5;   // voxels
-const int kMostBricks = 1024;
-const int kMostSteps = 32;  // in a brick: its diagonal is 4·√3 voxels
+const int kMaxBricks = 1024;
+const int kMaxSteps = 32;  // in a brick: its diagonal is 4·√3 voxels
 const int kRefinements = 3;
 const float kNothing = -1.0;
 
-// The zero of the field minus the threshold between a and b, where it changes sign: a chord says
-// which cell it is in, and Newton's steps find it in that cell's exact trilinear field.
+// Root of the field minus the threshold between a and b, which have different signs: the secant
+// selects a cell, and Newton's method finds the root in its exact trilinear field.
 float crossing(vec3 o, vec3 d, float a, float b, float fa, float fb) {
     float t = mix(a, b, clamp(fa / (fa - fb), 0.0, 1.0));
     ivec3 last = ivec3(size) - 1;
@@ -47,7 +47,7 @@ float crossing(vec3 o, vec3 d, float a, float b, float fa, float fb) {
     return t;
 }
 
-// Distance along the ray [mm], or kNothing. o [voxels], d [voxels per mm]
+// Distance of the first hit along the ray [mm], or kNothing. o [voxels], d [voxels per mm]
 float firstHit(vec3 o, vec3 d) {
     d += vec3(equal(d, vec3(0.0))) * 1e-9;
     vec3 inverse = 1.0 / d;
@@ -63,8 +63,8 @@ float firstHit(vec3 o, vec3 d) {
     vec3 forward = vec3(greaterThan(d, vec3(0.0)));
     float before = quickSample(o + t * d) - iso;
     bool above = before >= 0.0;
-    for (int b = 0; b < kMostBricks && t < exit; ++b) {
-        // In the plane between two bricks the direction decides: rounding may lose the nudge.
+    for (int b = 0; b < kMaxBricks && t < exit; ++b) {
+        // On the plane between two bricks the direction decides: rounding may lose the nudge.
         vec3 p = (o + (t + nudge) * d) / kBrick;
         vec3 brick = clamp(mix(ceil(p) - 1.0, floor(p), forward), vec3(0.0), brickCount - 1.0);
         vec3 faces = ((brick + forward) * kBrick - o) * inverse;
@@ -74,11 +74,11 @@ float firstHit(vec3 o, vec3 d) {
             bool now = range.x >= iso;
             if (now != above && now == rising) return t;
             above = now;
-            before = now ? 1.0 : -1.0;  // its sign is all that is known
+            before = now ? 1.0 : -1.0;  // only its sign is known
             t = end;
             continue;
         }
-        for (int i = 0; i < kMostSteps && t < end; ++i) {
+        for (int i = 0; i < kMaxSteps && t < end; ++i) {
             float next = min(t + stride, end);
             float after = quickSample(o + next * d) - iso;
             bool now = after >= 0.0;
@@ -91,7 +91,7 @@ float firstHit(vec3 o, vec3 d) {
     return kNothing;
 }
 
-// Unit normal of the field, towards the lumen and never along the ray.
+// Unit normal of the wall, towards the lumen and never along the ray.
 vec3 wallNormal(vec3 p, vec3 ray) {
     vec3 last = size - 1.0;
     vec3 slope;

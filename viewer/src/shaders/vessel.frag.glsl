@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// A wall that one sees through, clearer where it faces the camera, warmer where it has given way.
+// Transparent wall: clearer where it faces the camera, warmer where it was displaced.
 
 precision highp float;
 
@@ -13,7 +13,7 @@ out vec4 colour;
 uniform vec3 eye;
 uniform vec3 own, warm;   // sRGB
 uniform float warmAt;     // [mm]
-uniform float clear, rim; // opacities: where it faces the camera, and at its rim
+uniform float clear, rim; // opacities at normal and at grazing incidence
 
 void main() {
     vec3 ray = normalize(world - eye);

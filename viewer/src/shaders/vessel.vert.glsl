@@ -1,16 +1,16 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// A mesh in the outside view.
+// Vertices of the vessel's wall in the outside view.
 
 precision highp float;
 
 in vec3 position;  // [mm, LPS]
 in vec3 normal;
-in float moved;  // [mm]
+in float moved;  // displacement [mm]
 out vec3 world;
 out vec3 facing;
-out float far;  // how far it has moved [mm]
+out float far;  // displacement [mm]
 
 uniform mat4 clipFromWorld;
 

@@ -1,0 +1,145 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// Mirror of the server's deformed volume in half floats, patched by boxes as they arrive. Textures
+// are uploaded from it (also after a lost graphics context); the value under the pointer, picking
+// and collision are computed from it, so that nothing is read back from the graphics processor.
+//
+// Bricks of 4³ cells hold the minimum and maximum of their corners: rays skip bricks without the
+// threshold.
+
+import { type Box, type Grid, voxelCount } from './grid.ts';
+import { floatOfHalf, halfOfFloat as exactHalf } from './half.ts'; // exact: the values are halves
+import type { Vec3 } from './vec.ts';
+
+export const kBrick = 4; // cells along an edge
+
+const clamp = (x: number, low: number, high: number): number => Math.min(Math.max(x, low), high);
+
+/// Copies a box of values, i fastest, into the values of a whole grid.
+export function writeBox(halves: Uint16Array, size: Vec3, box: Box, values: Uint16Array): void {
+    const [nx, ny] = size;
+    const width = box.end[0] - box.begin[0];
+    let from = 0;
+    for (let k = box.begin[2]; k < box.end[2]; ++k)
+        for (let j = box.begin[1]; j < box.end[1]; ++j) {
+            halves.set(values.subarray(from, from + width), box.begin[0] + nx * (j + ny * k));
+            from += width;
+        }
+}
+
+export class VolumeData {
+    readonly grid: Grid;
+    readonly halves: Uint16Array; ///< i fastest
+    readonly brickSize: Vec3; ///< bricks along each axis
+    readonly brickHalves: Uint16Array; ///< minimum and maximum of each brick, interleaved
+    /// The same as floats.
+    readonly brickRange: Float32Array;
+    /// Number of patches so far.
+    version = 0;
+
+    constructor(grid: Grid, halves: Uint16Array) {
+        if (halves.length !== voxelCount(grid))
+            throw new Error(`volume: ${halves.length} voxels, expected ${voxelCount(grid)}`);
+        this.grid = grid;
+        this.halves = halves;
+        this.brickSize = grid.size.map((n) =>
+            Math.max(Math.ceil((n - 1) / kBrick), 1),
+        ) as unknown as Vec3;
+        const count = this.brickSize[0] * this.brickSize[1] * this.brickSize[2];
+        this.brickHalves = new Uint16Array(2 * count);
+        this.brickRange = new Float32Array(2 * count);
+        this.updateBricks({ begin: [0, 0, 0], end: grid.size });
+    }
+
+    /// Writes a box of values, i fastest, and returns the box of bricks that changed.
+    patch(box: Box, values: Uint16Array): Box {
+        writeBox(this.halves, this.grid.size, box, values);
+        ++this.version;
+        return this.updateBricks(box);
+    }
+
+    /// Trilinear value at a continuous voxel index, constant beyond the outermost centres [HU].
+    sample(p: Vec3): number {
+        const [nx, ny, nz] = this.grid.size;
+        const x = clamp(p[0], 0, nx - 1);
+        const y = clamp(p[1], 0, ny - 1);
+        const z = clamp(p[2], 0, nz - 1);
+        const i = Math.min(Math.floor(x), Math.max(nx - 2, 0));
+        const j = Math.min(Math.floor(y), Math.max(ny - 2, 0));
+        const k = Math.min(Math.floor(z), Math.max(nz - 2, 0));
+        const dx = nx > 1 ? 1 : 0;
+        const dy = ny > 1 ? nx : 0;
+        const dz = nz > 1 ? nx * ny : 0;
+        const at = i + nx * (j + ny * k);
+        const h = this.halves;
+        const f = floatOfHalf;
+        const u = x - i;
+        const v = y - j;
+        const w = z - k;
+        const mix = (a: number, b: number, s: number): number => a + s * (b - a);
+        const row = (o: number): number => mix(f[h[o]!]!, f[h[o + dx]!]!, u);
+        const slice = (o: number): number => mix(row(o), row(o + dy), v);
+        return mix(slice(at), slice(at + dz), w);
+    }
+
+    /// Value of the nearest voxel; undefined outside of the scan [HU].
+    valueAt(ijk: Vec3): number | undefined {
+        const [i, j, k] = [Math.round(ijk[0]), Math.round(ijk[1]), Math.round(ijk[2])];
+        const [nx, ny, nz] = this.grid.size;
+        if (i < 0 || j < 0 || k < 0 || i >= nx || j >= ny || k >= nz) return undefined;
+        return floatOfHalf[this.halves[i + nx * (j + ny * k)]!];
+    }
+
+    /// Central differences along i, j, k, per voxel.
+    gradient(p: Vec3): Vec3 {
+        return [0, 1, 2].map((a) => {
+            const before = [...p];
+            const after = [...p];
+            before[a] = clamp(p[a]! - 1, 0, this.grid.size[a]! - 1);
+            after[a] = clamp(p[a]! + 1, 0, this.grid.size[a]! - 1);
+            const width = after[a]! - before[a]!;
+            if (!(width > 0)) return 0;
+            const rise =
+                this.sample(after as unknown as Vec3) - this.sample(before as unknown as Vec3);
+            return rise / width;
+        }) as unknown as Vec3;
+    }
+
+    private updateBricks(box: Box): Box {
+        const begin = box.begin.map((b) => Math.max(Math.floor((b - 1) / kBrick), 0));
+        const end = box.end.map((e, a) =>
+            Math.min(Math.floor((e - 1) / kBrick) + 1, this.brickSize[a]!),
+        );
+        const [nx, ny, nz] = this.grid.size;
+        const h = this.halves;
+        for (let bz = begin[2]!; bz < end[2]!; ++bz)
+            for (let by = begin[1]!; by < end[1]!; ++by)
+                for (let bx = begin[0]!; bx < end[0]!; ++bx) {
+                    let low = Infinity;
+                    let high = -Infinity;
+                    const x1 = Math.min((bx + 1) * kBrick, nx - 1);
+                    const y1 = Math.min((by + 1) * kBrick, ny - 1);
+                    const z1 = Math.min((bz + 1) * kBrick, nz - 1);
+                    for (let z = bz * kBrick; z <= z1; ++z)
+                        for (let y = by * kBrick; y <= y1; ++y) {
+                            const row = nx * (y + ny * z);
+                            for (let o = row + bx * kBrick; o <= row + x1; ++o) {
+                                const value = floatOfHalf[h[o]!]!;
+                                if (value < low) low = value;
+                                if (value > high) high = value;
+                            }
+                        }
+                    this.setBrick(bx, by, bz, low, high);
+                }
+        return { begin: begin as unknown as Vec3, end: end as unknown as Vec3 };
+    }
+
+    private setBrick(bx: number, by: number, bz: number, low: number, high: number): void {
+        const index = 2 * (bx + this.brickSize[0] * (by + this.brickSize[1] * bz));
+        this.brickRange[index] = low;
+        this.brickRange[index + 1] = high;
+        this.brickHalves[index] = exactHalf(low);
+        this.brickHalves[index + 1] = exactHalf(high);
+    }
+}

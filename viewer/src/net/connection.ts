@@ -1,0 +1,238 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// Connection to the server: one WebSocket for commands with answers and frames of voxels. A broken
+// connection is resumed, and the server sends the changes since. After a reload of the page the
+// session (with its undo steps) is resumed, and all voxels are sent again.
+
+import {
+    type Answer,
+    type BoxFrame,
+    type Command,
+    decodeFrame,
+    type Done,
+    type HapticPose,
+    type HapticsNews,
+    kProtocol,
+    kRestFormat,
+    type Pose,
+    type Refusal,
+    type Role,
+    type Seen,
+    type ServerText,
+    type SharedState,
+    type Tool,
+    type VolumeInfo,
+    type Welcome,
+} from './protocol.ts';
+import type { SurfaceFrame, VesselFrame } from './vessel.ts';
+
+export interface Listener {
+    welcome(message: Welcome): void;
+    newVolume(info: VolumeInfo): void;
+    state(state: SharedState): void;
+    box(frame: BoxFrame): void;
+    overlayBox(frame: BoxFrame): void;
+    restBox(frame: BoxFrame): void;
+    tools(tools: Tool[]): void;
+    haptics(news: HapticsNews): void;
+    vesselFrame(frame: SurfaceFrame | VesselFrame): void;
+    refused(refusal: Refusal): void;
+    /// The connection is lost. retryMs: time until the next attempt; absent: there is none.
+    lost(reason: string, retryMs?: number): void;
+    /// A command is done. sent: its time of sending [ms]
+    done(answer: Done, sent: number): void;
+}
+
+export interface Memory {
+    getItem(key: string): string | null;
+    setItem(key: string, value: string): void;
+}
+
+/// Close codes after which another attempt would fail as well.
+const kFinal = new Set([4000, 4005]);
+const kRetryMs = [250, 500, 1000, 2000, 4000];
+const kResumeKey = 'pliant.resume';
+
+type Waiting = (answer: Answer | undefined) => void;
+
+export class Connection {
+    role: Role = 'view';
+    client = 0;
+    private socket: WebSocket | undefined;
+    private readonly waiting = new Map<number, { sent: number; resolve: Waiting }>();
+    private nextId = 1;
+    private attempts = 0;
+    private bye = '';
+    private heldVolume = 0; ///< id of the volume in the mirror
+    private heldStep: number | undefined;
+    private ended = false;
+    private listener!: Listener; // set by open()
+
+    constructor(
+        private readonly url: string,
+        private readonly hello: { role: Role; name: string },
+        private readonly memory: Memory,
+    ) {}
+
+    /// Connects, and reconnects after each loss.
+    open(listener: Listener): void {
+        this.listener = listener;
+        this.connect();
+    }
+
+    private connect(): void {
+        const socket = new WebSocket(this.url);
+        this.socket = socket;
+        socket.binaryType = 'arraybuffer';
+        socket.onopen = () => this.greet(socket);
+        socket.onmessage = (event: MessageEvent) => {
+            try {
+                if (typeof event.data === 'string') this.onText(JSON.parse(event.data));
+                else this.onFrame(event.data as ArrayBuffer);
+            } catch (error) {
+                this.ended = true;
+                this.listener.lost(`invalid message from the server: ${(error as Error).message}`);
+                socket.close();
+            }
+        };
+        socket.onclose = (event: CloseEvent) => this.onClose(socket, event);
+    }
+
+    close(): void {
+        this.ended = true;
+        this.socket?.close();
+    }
+
+    get isOpen(): boolean {
+        return this.socket?.readyState === WebSocket.OPEN && this.client !== 0;
+    }
+
+    /// Sends a command. @returns the answer; undefined if the connection was lost before
+    /// @param arrived  called synchronously with the answer, before any later message
+    ask(
+        command: Command,
+        arrived?: (answer: Answer | undefined) => void,
+    ): Promise<Answer | undefined> {
+        if (!this.isOpen) return Promise.resolve(undefined);
+        const id = this.nextId++;
+        this.socket!.send(JSON.stringify({ ...command, id }));
+        return new Promise((resolve) =>
+            this.waiting.set(id, {
+                sent: performance.now(),
+                resolve: (answer) => {
+                    arrived?.(answer);
+                    resolve(answer);
+                },
+            }),
+        );
+    }
+
+    tell(message: Pose | Seen | HapticPose): void {
+        if (this.isOpen) this.socket!.send(JSON.stringify(message));
+    }
+
+    private greet(socket: WebSocket): void {
+        const resume = this.memory.getItem(kResumeKey) ?? undefined;
+        const step = resume && this.heldStep !== undefined ? { step: this.heldStep } : {};
+        socket.send(
+            JSON.stringify({
+                do: 'hello',
+                protocol: kProtocol,
+                lz4: false,
+                ...this.hello,
+                ...(resume ? { resume } : {}),
+                ...step,
+            }),
+        );
+    }
+
+    private onText(message: ServerText): void {
+        switch (message.t) {
+            case 'welcome':
+                this.attempts = 0;
+                this.client = message.client;
+                this.role = message.role;
+                this.memory.setItem(kResumeKey, message.resume);
+                if (!message.resumed || message.volume.id !== this.heldVolume)
+                    this.heldStep = undefined;
+                this.heldVolume = message.volume.id;
+                this.listener.welcome(message);
+                break;
+            case 'volume':
+                this.heldVolume = message.id;
+                this.heldStep = undefined;
+                this.listener.newVolume(message);
+                break;
+            case 'state':
+                this.listener.state(message);
+                break;
+            case 'haptics':
+                this.listener.haptics(message);
+                break;
+            case 'error':
+                this.answer(message.id, message);
+                this.listener.refused(message);
+                break;
+            case 'done':
+            case 'checksum':
+            case 'path':
+                this.answer(message.id, message);
+                break;
+            case 'bye':
+                this.bye = message.message;
+                break;
+            case 'pong':
+                break;
+        }
+    }
+
+    private answer(id: number, message: Answer): void {
+        const asked = this.waiting.get(id);
+        this.waiting.delete(id);
+        if (asked && message.t === 'done') this.listener.done(message, asked.sent);
+        asked?.resolve(message);
+    }
+
+    private onFrame(buffer: ArrayBuffer): void {
+        const frame = decodeFrame(buffer);
+        if (frame.kind === 'tools') {
+            this.listener.tools(frame.tools);
+            return;
+        }
+        if (frame.volume !== this.heldVolume) return;
+        if (frame.kind !== 'box') {
+            this.listener.vesselFrame(frame);
+            return;
+        }
+        if (frame.format !== 1) {
+            if (frame.format === kRestFormat) this.listener.restBox(frame);
+            else this.listener.overlayBox(frame);
+            const { step, format } = frame;
+            if (frame.last) this.tell({ do: 'seen', step, format });
+            return;
+        }
+        this.listener.box(frame);
+        if (frame.last) {
+            this.heldStep = frame.step;
+            this.tell({ do: 'seen', step: frame.step });
+        }
+    }
+
+    private onClose(socket: WebSocket, event: CloseEvent): void {
+        if (socket !== this.socket) return;
+        this.client = 0;
+        for (const { resolve } of this.waiting.values()) resolve(undefined);
+        this.waiting.clear();
+        if (this.ended) return;
+        const why = this.bye || event.reason || 'the connection to the server is lost';
+        this.bye = '';
+        if (kFinal.has(event.code)) {
+            this.listener.lost(why);
+            return;
+        }
+        const wait = kRetryMs[Math.min(this.attempts++, kRetryMs.length - 1)]!;
+        this.listener.lost(why, wait);
+        setTimeout(() => this.connect(), wait);
+    }
+}

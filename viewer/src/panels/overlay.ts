@@ -1,0 +1,326 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// Marks over the pictures: names, letters, crosshair, tools, paths. They are HTML and SVG elements:
+// sharp, accessible to screen readers, and cheap to update.
+
+import { shown, voxelFromWorld } from '../maths/grid.ts';
+import { type Camera, frameOf } from '../maths/rays.ts';
+import { dot, sub, type Vec3 } from '../maths/vec.ts';
+import type { Tool } from '../net/protocol.ts';
+import { kKinds, type ShownKind } from '../state/overlay_kinds.ts';
+import {
+    kViews,
+    type SectionName,
+    type State,
+    type View,
+    type ViewName,
+    type Way,
+} from '../state/state.ts';
+import type { Session } from '../tools/session.ts';
+import { kOutsideField, orbitCamera } from '../views/orbit.ts';
+import {
+    kSectionAxes,
+    pixelOfWorld,
+    sectionPlane,
+    type SectionPlane,
+} from '../views/section_geometry.ts';
+import { h, svg } from './dom.ts';
+import { overlayValue } from './legend.ts';
+import { catheterMarks, shaftMarks } from './section_marks.ts';
+
+const kTitles: Record<ViewName, string> = {
+    endoscope: 'Endoscope',
+    axial: 'Axial',
+    coronal: 'Coronal',
+    sagittal: 'Sagittal',
+};
+const kNearSection = 2; // distance of path points that are drawn strong [mm]
+
+export class Overlay {
+    readonly views: Record<ViewName, HTMLElement>;
+    readonly element: HTMLElement;
+    private readonly drawings: Record<ViewName, SVGSVGElement>;
+    private readonly captions: Record<ViewName, HTMLElement>;
+    private readonly names = Object.fromEntries(
+        kViews.map((view) => [view, h('span', { class: 'name' }, kTitles[view])]),
+    ) as Record<ViewName, HTMLElement>;
+    private readonly force = h(
+        'div',
+        { class: 'force', role: 'meter', 'aria-label': 'force' },
+        h('i'),
+    );
+    private wanted = true;
+    private balls: readonly unknown[] = [];
+
+    constructor(private readonly session: Session) {
+        this.drawings = Object.fromEntries(
+            kViews.map((view) => [view, svg('svg') as SVGSVGElement]),
+        ) as Record<ViewName, SVGSVGElement>;
+        this.captions = Object.fromEntries(
+            kViews.map((view) => [view, h('span', { class: 'caption' })]),
+        ) as Record<ViewName, HTMLElement>;
+        this.views = Object.fromEntries(
+            kViews.map((view) => [view, this.makeView(view)]),
+        ) as Record<ViewName, HTMLElement>;
+        this.views.endoscope.append(this.force);
+        this.element = h('div', { class: 'grid' }, ...kViews.map((view) => this.views[view]));
+        session.store.watch(
+            ({ display, pointer }) => [display.maximised, pointer.active],
+            (maximised, active) => this.layOut(maximised, active),
+        );
+        session.store.listen(() => {
+            this.wanted = true;
+        });
+        new ResizeObserver(() => {
+            this.wanted = true;
+        }).observe(this.element);
+    }
+
+    /// Redraws the marks after changes, once per frame.
+    refresh(): void {
+        const { balls } = this.session.stage;
+        if (!this.wanted && balls === this.balls) return;
+        this.wanted = false;
+        this.balls = balls;
+        const { state } = this.session.store;
+        if (!this.session.volume) return;
+        const { maximised } = state.display;
+        for (const view of kViews) {
+            if (maximised && maximised !== view) continue;
+            const box = this.views[view].getBoundingClientRect();
+            if (view === 'endoscope') this.drawEndoscope(state, box);
+            else this.drawSection(view, state, box);
+        }
+        const { force } = state.hands;
+        const bar = Math.min(Math.log10(1 + force) * 20, 100);
+        (this.force.firstElementChild as HTMLElement).style.width = `${bar}%`;
+        this.force.setAttribute('aria-valuenow', force.toFixed(1));
+        this.force.title = `force ${force.toFixed(1)}`;
+    }
+
+    private makeView(view: ViewName): HTMLElement {
+        const letters = view === 'endoscope' ? '' : kSectionAxes[view].letters;
+        this.drawings[view].setAttribute('aria-hidden', 'true');
+        return h(
+            'section',
+            {
+                class: `view ${view}`,
+                tabindex: '0',
+                role: 'application',
+                'aria-roledescription': 'view',
+                'aria-label': `${kTitles[view]}. ${
+                    view === 'endoscope' ? 'W and S fly, arrows look' : 'Up and Down scroll'
+                }; question mark lists all keys`,
+            },
+            this.drawings[view] as unknown as HTMLElement,
+            this.names[view],
+            this.captions[view],
+            ...[...letters].map((letter, i) =>
+                h('span', { class: `letter ${['left', 'right', 'top', 'bottom'][i]}` }, letter),
+            ),
+        );
+    }
+
+    private layOut(maximised: ViewName | null, active: ViewName): void {
+        this.element.classList.toggle('single', maximised !== null);
+        for (const view of kViews) {
+            this.views[view].hidden = maximised !== null && maximised !== view;
+            this.views[view].classList.toggle('active', active === view);
+        }
+    }
+
+    private drawSection(view: SectionName, state: State, box: DOMRect): void {
+        const { grid } = this.session.volume!;
+        const { frames, cursor } = state.sections;
+        const plane = sectionPlane(grid, view, frames[view], cursor, box.width, box.height);
+        const [x, y] = pixelOfWorld(plane, cursor);
+        const gap = 12;
+        const parts = [
+            line('across', 0, y, x - gap, y),
+            line('across', x + gap, y, box.width, y),
+            line('along', x, 0, x, y - gap),
+            line('along', x, y + gap, x, box.height),
+            ...this.pathMarks(state.way, plane),
+            ...catheterMarks(this.session, plane),
+            ...shaftMarks(this.session, plane),
+            ...this.toolMarks(state.hands.others, plane),
+            this.endoscopeMark(state.view.camera, plane),
+        ];
+        this.show(view, parts, box);
+        const { axis } = plane.axes;
+        const at = shown(cursor, state.display.space)['xyz'.indexOf(axis)]!;
+        this.captions[view].textContent = `${axis} ${at.toFixed(1)} mm`;
+    }
+
+    /// Path through the lumen: its projection faint, parts near the section strong.
+    private pathMarks({ path, from }: Way, plane: SectionPlane): SVGElement[] {
+        const marks: SVGElement[] = [];
+        if (path) {
+            const spots = path.points.map((p) => pixelOfWorld(plane, p));
+            const near = path.points.map(
+                (p) => Math.abs(dot(sub(p, plane.centre), plane.axes.normal)) < kNearSection,
+            );
+            marks.push(svg('polyline', { class: 'way', points: spots.join(' ') }));
+            for (let i = 0; i < spots.length; ++i) {
+                if (!near[i]) continue;
+                let end = i;
+                while (near[end + 1]) ++end;
+                const points = spots.slice(i, end + 1).join(' ');
+                marks.push(svg('polyline', { class: 'way near', points }));
+                i = end;
+            }
+        }
+        if (from) {
+            const [cx, cy] = pixelOfWorld(plane, from);
+            marks.push(svg('circle', { class: 'way near', cx, cy, r: 5 }));
+        }
+        return marks;
+    }
+
+    /// Path and its start in the endoscope's view, in front of everything.
+    private pathFrom(state: State, spot: (p: Vec3) => [number, number] | undefined): SVGElement[] {
+        const marks: SVGElement[] = [];
+        const { path, from } = state.way;
+        if (path && state.view.outside) {
+            const points = path.points.map(spot).filter(Boolean).join(' ');
+            marks.push(svg('polyline', { class: 'way near', points }));
+        }
+        const begin = from && spot(from);
+        if (begin) {
+            const [cx, cy] = begin;
+            marks.push(svg('circle', { class: 'way near', cx, cy, r: 5 }));
+        }
+        return marks;
+    }
+
+    private toolMarks(others: readonly Tool[], plane: SectionPlane): SVGElement[] {
+        const marks: SVGElement[] = [];
+        const circle = (centre: Vec3, radius: number, kind: string): void => {
+            const off = dot(sub(centre, plane.centre), plane.axes.normal);
+            if (Math.abs(off) >= radius) return;
+            const r = Math.sqrt(radius * radius - off * off) / plane.mmPerPixel;
+            const [cx, cy] = pixelOfWorld(plane, centre);
+            marks.push(svg('circle', { class: 'rim near', cx, cy, r, 'stroke-width': 5.5 }));
+            marks.push(svg('circle', { class: kind, cx, cy, r }));
+        };
+        const { stroke } = this.session.hand;
+        if (stroke && stroke.radius > 0)
+            circle(stroke.path[stroke.path.length - 1]!, stroke.radius, 'tool own');
+        if (stroke && stroke.radius === 0) {
+            const points = stroke.path.map((p) => pixelOfWorld(plane, p).join(',')).join(' ');
+            marks.push(svg('polyline', { class: 'blade', points }));
+        }
+        for (const other of others) circle(other.position, Math.max(other.radius, 1), 'tool');
+        return marks;
+    }
+
+    /// Position and direction of the endoscope.
+    private endoscopeMark({ eye, look }: Camera, plane: SectionPlane): SVGElement {
+        const [x, y] = pixelOfWorld(plane, eye);
+        const length = 26;
+        return line(
+            'sight',
+            x,
+            y,
+            x + length * dot(look, plane.axes.right),
+            y - length * dot(look, plane.axes.up),
+        );
+    }
+
+    private drawEndoscope(state: State, box: DOMRect): void {
+        const parts: SVGElement[] = [];
+        const { view } = state;
+        if (!view.outside) {
+            const spot = this.spotInEndoscope(view, state.sections.cursor, box);
+            if (spot) {
+                const [x, y] = spot;
+                parts.push(line('across', x - 8, y, x + 8, y), line('along', x, y - 8, x, y + 8));
+            }
+            const { stroke } = this.session.hand;
+            if (stroke?.radius === 0) {
+                const points = stroke.path
+                    .map((p) => this.spotInEndoscope(view, p, box)?.join(','))
+                    .filter(Boolean)
+                    .join(' ');
+                parts.push(svg('polyline', { class: 'blade', points }));
+            }
+        }
+        parts.push(
+            ...this.pathFrom(state, (p) =>
+                view.outside
+                    ? this.spotFromOutside(view, p, box)
+                    : this.spotInEndoscope(view, p, box),
+            ),
+        );
+        this.show('endoscope', parts, box);
+        const wall = { stop: 'stops at walls', push: 'pushes walls', pass: 'passes walls' }[
+            state.flight.wall
+        ];
+        const shadow = view.outside && view.fluoroscopy;
+        this.names.endoscope.textContent = shadow ? 'Fluoroscopy' : kTitles.endoscope;
+        this.captions.endoscope.textContent = view.outside
+            ? shadow
+                ? 'X-rays through the scan'
+                : 'from outside, cut open at the tip'
+            : `${Math.round(view.fieldOfView)}°, ${wall}`;
+    }
+
+    private spotFromOutside(view: View, place: Vec3, box: DOMRect): [number, number] | undefined {
+        const camera = orbitCamera(view);
+        const { right, up, forward } = frameOf(camera);
+        const v = sub(place, camera.eye);
+        const depth = dot(v, forward);
+        if (depth < 0.5) return undefined;
+        const half = box.height / 2;
+        const scale = half / (depth * Math.tan((kOutsideField * Math.PI) / 360));
+        return [box.width / 2 + scale * dot(v, right), half - scale * dot(v, up)];
+    }
+
+    /// Projects a point, with the lens's distortion: solves r_ray = r·(1 + k·r²) for r by Newton's
+    /// method.
+    private spotInEndoscope(view: View, place: Vec3, box: DOMRect): [number, number] | undefined {
+        const { camera, fieldOfView, barrel } = view;
+        const { right, up, forward } = frameOf(camera);
+        const v = sub(place, camera.eye);
+        const depth = dot(v, forward);
+        if (depth < 0.5) return undefined;
+        const slope = Math.tan((fieldOfView * Math.PI) / 360);
+        const a = dot(v, right) / depth / slope;
+        const b = dot(v, up) / depth / slope;
+        const bent = Math.hypot(a, b);
+        let r = bent;
+        for (let i = 0; i < 6; ++i)
+            r -= (r * (1 + barrel * r * r) - bent) / (1 + 3 * barrel * r * r);
+        const share = bent > 0 ? r / bent : 1;
+        const half = box.height / 2;
+        return [box.width / 2 + share * a * half, half - share * b * half];
+    }
+
+    private show(view: ViewName, parts: SVGElement[], box: DOMRect): void {
+        this.drawings[view].setAttribute('viewBox', `0 0 ${box.width} ${box.height}`);
+        this.drawings[view].replaceChildren(...parts);
+    }
+}
+
+const line = (kind: string, x1: number, y1: number, x2: number, y2: number): SVGElement =>
+    svg('line', { class: kind, x1, y1, x2, y2 });
+
+/// Text of the status bar: value, position and index under the pointer.
+export function pointerText(session: Session): string {
+    const { pointer, sections, display, overlay } = session.store.state;
+    const { volume } = session;
+    if (!volume) return '';
+    const { space } = display;
+    const point = pointer.under?.point ?? sections.cursor;
+    const ijk = voxelFromWorld(volume.grid, point);
+    const value = volume.valueAt(ijk);
+    const mm = shown(point, space).map((x) => x.toFixed(1));
+    const index = ijk.map((i) => Math.round(i));
+    const where = pointer.under ? '' : 'crosshair: ';
+    const hu = value === undefined ? 'outside' : `${Math.round(value)} HU`;
+    const number = overlay.kind === 'none' ? undefined : overlayValue(session);
+    const kind = overlay.kind as ShownKind;
+    const more = number === undefined ? '' : ` · ${kKinds[kind].text(number)}`;
+    return `${where}${hu}${more} · ${space} ${mm.join(', ')} mm · ijk ${index.join(', ')}`;
+}

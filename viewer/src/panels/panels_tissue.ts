@@ -1,0 +1,229 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// Panels of tool, threshold and material.
+
+import type { Polarity } from '../net/protocol.ts';
+import { materialRows, type Materials } from '../net/settings.ts';
+import { button, checkbox, choice, h, slider } from './dom.ts';
+import { type Preset, PresetShelf, presetsWithOwn } from './own_presets.ts';
+import { type Parts, section, tissue } from './panel_parts.ts';
+
+interface Threshold {
+    iso_hu: number;
+    polarity: Polarity;
+}
+
+function isThreshold(value: unknown): value is Threshold {
+    const { iso_hu, polarity } = (value ?? {}) as Partial<Threshold>;
+    return (
+        Number.isFinite(iso_hu) &&
+        Math.abs(iso_hu!) <= 32767 &&
+        (polarity === 'rising' || polarity === 'falling')
+    );
+}
+
+const kThresholds: readonly Preset<Threshold>[] = [
+    { text: 'Airway, bowel, sinus', value: { iso_hu: -500, polarity: 'rising' } },
+    { text: 'Skin', value: { iso_hu: -300, polarity: 'rising' } },
+    { text: 'Bone', value: { iso_hu: 250, polarity: 'rising' } },
+    { text: 'Vessel with contrast', value: { iso_hu: 170, polarity: 'falling' } },
+];
+
+export function toolPanel(parts: Parts): HTMLElement {
+    const { session, actions } = parts;
+    const relax = button('Relax', () => actions.relax(), 'tissue relaxes towards rest (X)');
+    session.store.watch(
+        ({ shared }) => [shared],
+        (shared) => {
+            relax.setAttribute('aria-pressed', String(shared?.relaxing ?? false));
+        },
+    );
+    return section(
+        'Tool',
+        true,
+        tissue(
+            parts.number('tool', 'radius', {
+                label: 'Size',
+                unit: 'mm',
+                low: 0,
+                high: 30,
+                step: 0.5,
+                curved: true,
+                hint: 'radius of the tool; 0: the eight elements of one cell, for Push and Grab',
+            }),
+            parts.number('tool', 'strength', {
+                label: 'Strength',
+                unit: '×',
+                low: 0.1,
+                high: 2,
+                step: 0.1,
+                hint: 'motion of the tool over motion of the pointer',
+            }),
+            parts.number('tool', 'depth', {
+                label: 'Cut depth',
+                unit: 'mm',
+                low: 1,
+                high: 60,
+                step: 1,
+                curved: true,
+            }),
+            parts.add(
+                checkbox(
+                    'tissue slides off the probe',
+                    () => parts.state.tool.slide,
+                    (slide) => session.store.set({ tool: { slide } }),
+                    'off: the probe drags the tissue that it touches',
+                ),
+            ),
+            h(
+                'div',
+                { class: 'row' },
+                relax,
+                button(
+                    'Let go',
+                    () => void session.ask({ do: 'release' }),
+                    'releases the tissue (L)',
+                ),
+                button(
+                    'Reset',
+                    () => void session.ask({ do: 'reset' }),
+                    'moves all tissue back to rest',
+                ),
+            ),
+        ),
+        h('p', { class: 'outcome', 'aria-live': 'polite' }, outcome(parts)),
+    );
+}
+
+function outcome(parts: Parts): HTMLElement {
+    const text = h('span');
+    parts.session.store.watch(
+        ({ tool: { outcome } }) => [outcome],
+        (said) => {
+            text.textContent = said;
+        },
+    );
+    return text;
+}
+
+export function surfacePanel(parts: Parts): HTMLElement {
+    const { threshold } = parts.session;
+    const iso = slider({
+        label: 'Threshold',
+        unit: 'HU',
+        low: -1000,
+        high: 1000,
+        step: 5,
+        value: () => threshold.wanted,
+        input: (iso_hu) => threshold.ask({ iso_hu }),
+    });
+    return section(
+        'Surface',
+        true,
+        tissue(
+            parts.add(iso),
+            parts.add(
+                choice(
+                    'Lumen',
+                    [
+                        {
+                            value: 'rising',
+                            text: 'air',
+                            hint: 'the wall is brighter than the lumen',
+                        },
+                        {
+                            value: 'falling',
+                            text: 'contrast',
+                            hint: 'the wall is darker than the lumen',
+                        },
+                    ],
+                    () => parts.state.shared?.polarity ?? 'rising',
+                    (polarity) => threshold.ask({ polarity }),
+                ),
+            ),
+            parts.add(
+                presetsWithOwn<Threshold>(
+                    'Presets of the threshold',
+                    kThresholds,
+                    new PresetShelf(localStorage, 'pliant.presets.iso', isThreshold),
+                    () => ({
+                        iso_hu: threshold.wanted,
+                        polarity: parts.state.shared?.polarity ?? 'rising',
+                    }),
+                    (value) => threshold.ask(value),
+                    (text) => parts.session.say(text),
+                ),
+            ),
+        ),
+        parts.add(
+            checkbox(
+                'as a line in the sections',
+                () => parts.state.display.contour,
+                (contour) => parts.session.store.set({ display: { contour } }),
+            ),
+        ),
+    );
+}
+
+export function materialPanel(parts: Parts): HTMLElement {
+    return section(
+        'Material',
+        false,
+        tissue(
+            materialNumber(parts, 'offset', 'Slack', 0.01),
+            materialNumber(parts, 'max_movement_mm', 'Largest movement', 1, 0, 100),
+            materialNumber(parts, 'bone_threshold_hu', 'Bone above', 10, 0, 2000),
+            materialNumber(parts, 'yield', 'Yield', 0.01),
+            parts.add(
+                checkbox(
+                    'air is a material of its own',
+                    () => parts.state.shared?.materials.air_enabled ?? false,
+                    (on) => void parts.session.ask({ do: 'materials', air_enabled: on }),
+                ),
+            ),
+            materialNumber(parts, 'air_threshold_hu', 'Air below', 10, -1000, 0),
+            parts.add(
+                checkbox(
+                    'rounded limits',
+                    () => parts.state.shared?.materials.limits === 'rounded',
+                    (on) =>
+                        void parts.session.ask({
+                            do: 'materials',
+                            limits: on ? 'rounded' : 'box',
+                        }),
+                ),
+            ),
+        ),
+    );
+}
+
+/// Creates a slider for a setting, with unit, hint and range of its row.
+function materialNumber(
+    parts: Parts,
+    key: keyof { [K in keyof Materials as Materials[K] extends number ? K : never]: 0 },
+    label: string,
+    step: number,
+    low = materialRows[key].low ?? 0,
+    high = materialRows[key].high ?? 1,
+): HTMLElement {
+    let wish: number | undefined; // sent once, when the slider is let go
+    return parts.add(
+        slider({
+            label,
+            unit: materialRows[key].unit,
+            low,
+            high,
+            step,
+            hint: materialRows[key].text,
+            value: () => wish ?? parts.state.shared?.materials[key] ?? low,
+            input: (value) => {
+                wish = value;
+            },
+            end: () => {
+                if (wish !== undefined) void parts.session.ask({ do: 'materials', [key]: wish });
+                wish = undefined;
+            },
+        }),
+    );
+}

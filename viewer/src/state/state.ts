@@ -1,0 +1,276 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// The state of the page in groups of values that change together, and its initial values. Views and
+// panels depend on whole groups. `shared` is the server's: it comes with its state messages and is
+// only asked for, never set here.
+
+import type { Space } from '../maths/grid.ts';
+import type { Keyframe } from '../maths/keyframes.ts';
+import type { Path } from '../maths/path.ts';
+import type { Camera, Surface } from '../maths/rays.ts';
+import type { Vec3 } from '../maths/vec.ts';
+import type {
+    HapticsNews,
+    OverlayKind,
+    Role,
+    SharedState,
+    Tool,
+    VolumeInfo,
+} from '../net/protocol.ts';
+
+export const kViews = ['endoscope', 'axial', 'coronal', 'sagittal'] as const;
+export type ViewName = (typeof kViews)[number];
+export type SectionName = Exclude<ViewName, 'endoscope'>;
+
+export const kTools = [
+    'look',
+    'window',
+    'push',
+    'grab',
+    'cut',
+    'carve',
+    'path',
+    'catheter',
+] as const;
+export type ToolName = (typeof kTools)[number];
+
+/// Behaviour of the tip at a wall.
+export const kWalls = ['stop', 'push', 'pass'] as const;
+export type Wall = (typeof kWalls)[number];
+
+/// Shaded shape, or the picture of a real endoscope.
+export type Style = 'plain' | 'real';
+
+/// Kinds of lumen, each with its colours.
+export const kLinings = ['airway', 'colon', 'sinus', 'vessel'] as const;
+export type Lining = (typeof kLinings)[number];
+
+/// Shapes of the picture's edge.
+export const kFieldStops = ['round', 'octagon', 'full'] as const;
+export type FieldStop = (typeof kFieldStops)[number];
+
+/// The connection, and the server's abilities.
+export interface Link {
+    readonly status: 'connecting' | 'open' | 'lost' | 'ended';
+    readonly text: string; ///< reason for a status other than open
+    readonly role: Role;
+    readonly client: number;
+    readonly program: string;
+    readonly features: readonly string[];
+    readonly openBytes: number; ///< largest scan that may be opened; 0: unknown
+    readonly transfer: string; ///< file being sent or saved, as a line for the user; empty: none
+}
+
+/// The scan, and the overlay on its grid. Drawn in all views.
+export interface Scan {
+    readonly volume: VolumeInfo | null;
+    readonly loaded: number; ///< share of the first snapshot that has arrived, 0…1
+    readonly voxels: number; ///< version of the voxels: grows with each change
+    readonly overlay: number; ///< version of the overlay's values
+    readonly extreme: number; ///< their largest departure from rest
+}
+
+/// Versions of the data that the endoscope's view alone draws; they grow with each change.
+export interface Versions {
+    readonly rest: number; ///< the rest field
+    readonly vessel: number; ///< the vessel and its catheter; 0: none
+}
+
+/// Devices with force feedback.
+export interface Device {
+    readonly offered: readonly string[]; ///< names that the server offers
+    readonly news: HapticsNews | null; ///< of the device in use, by any client
+}
+
+/// Tools at work.
+export interface Hands {
+    readonly others: readonly Tool[]; ///< tools of other clients
+    readonly force: number; ///< on the own tool
+}
+
+/// Camera of the outside view.
+export interface Orbit {
+    readonly centre: Vec3;
+    readonly direction: Vec3; ///< unit, from the eye to the centre
+    readonly up: Vec3;
+    readonly distance: number; ///< [mm]
+}
+
+/// The endoscope's view. Can be undone.
+export interface View {
+    readonly camera: Camera;
+    readonly fieldOfView: number; ///< [degrees]
+    readonly barrel: number; ///< distortion of the lens
+    readonly fog: number; ///< [mm]; 0: none
+    readonly outside: boolean; ///< the lumen is seen from outside
+    readonly fluoroscopy: boolean; ///< from outside: X-rays through the scan
+    readonly orbit: Orbit;
+}
+
+export interface SectionFrame {
+    readonly shift: readonly [number, number]; ///< of the picture's centre, right and up [mm]
+    readonly zoom: number; ///< 1: the whole volume is in the picture
+}
+
+/// The three sections. Can be undone.
+export interface Sections {
+    readonly cursor: Vec3; ///< the crosshair [mm, LPS]
+    readonly frames: Readonly<Record<SectionName, SectionFrame>>;
+    readonly window: number; ///< [HU]
+    readonly level: number; ///< [HU]
+}
+
+/// Style of the endoscope's picture.
+export interface Look {
+    readonly style: Style;
+    readonly styleChosen: boolean; ///< by the user: kept on slow machines
+    readonly lining: Lining | 'auto'; ///< of the style real
+    readonly fieldStop: FieldStop; ///< of the style real
+}
+
+/// Fluoroscopy.
+export interface Fluoro {
+    readonly contrast: number; ///< factor of the absorption
+    readonly exposure: number; ///< factor of the automatic exposure
+    readonly noise: number; ///< factor of the quantum noise
+    readonly field: FieldStop; ///< collimator
+}
+
+/// Settings of free flight.
+export interface Flight {
+    readonly speed: number; ///< factor
+    readonly wall: Wall;
+    readonly tip: number; ///< radius of the endoscope's tip [mm]
+}
+
+/// A path through the lumen.
+export interface Way {
+    readonly path: Path | null;
+    readonly position: number; ///< of the endoscope, from the path's start [mm]
+    readonly flying: boolean;
+    readonly from: Vec3 | null; ///< chosen start of a path without an end
+    readonly busy: boolean; ///< the server computes a path
+}
+
+export interface MovieState {
+    readonly keyframes: readonly Keyframe[];
+    readonly playing: boolean;
+}
+
+/// Settings of the coloured overlay.
+export interface OverlaySettings {
+    readonly kind: OverlayKind;
+    readonly opacity: number;
+    readonly auto: boolean; ///< the range of the colours follows the values
+    readonly mm: number; ///< else: its end, for displacements [mm]
+    readonly growth: number; ///< else: its half width around 1, for volume changes
+}
+
+export interface ToolSettings {
+    readonly name: ToolName;
+    readonly radius: number; ///< of the sphere probe [mm]
+    readonly strength: number; ///< motion of the tool over motion of the pointer
+    readonly slide: boolean; ///< tissue slides off the sphere
+    readonly depth: number; ///< of a cut [mm]
+    readonly outcome: string; ///< message about the last command; empty: none
+}
+
+/// Arrangement of the page.
+export interface Display {
+    readonly maximised: ViewName | null;
+    readonly contour: boolean; ///< the threshold as a line in the sections
+    readonly space: Space;
+    readonly theme: 'light' | 'dark' | 'system';
+    readonly timings: boolean;
+    readonly fine: boolean; ///< four rays per pixel when still
+}
+
+export interface PointerState {
+    readonly active: ViewName; ///< target of keys
+    readonly under: { readonly view: ViewName; readonly point: Vec3 } | null;
+}
+
+export interface State {
+    readonly link: Link;
+    readonly scan: Scan;
+    readonly versions: Versions;
+    readonly shared: SharedState | null;
+    readonly device: Device;
+    readonly hands: Hands;
+    readonly view: View;
+    readonly sections: Sections;
+    readonly look: Look;
+    readonly fluoro: Fluoro;
+    readonly flight: Flight;
+    readonly way: Way;
+    readonly movie: MovieState;
+    readonly overlay: OverlaySettings;
+    readonly tool: ToolSettings;
+    readonly display: Display;
+    readonly pointer: PointerState;
+}
+
+const kWhole: SectionFrame = { shift: [0, 0], zoom: 1 };
+
+export const initialState = (): State => ({
+    link: {
+        status: 'connecting',
+        text: '',
+        role: 'view',
+        client: 0,
+        program: '',
+        features: [],
+        openBytes: 0,
+        transfer: '',
+    },
+    scan: { volume: null, loaded: 0, voxels: 0, overlay: 0, extreme: 0 },
+    versions: { rest: 0, vessel: 0 },
+    shared: null,
+    device: { offered: [], news: null },
+    hands: { others: [], force: 0 },
+    view: {
+        camera: { eye: [0, 0, 0], look: [0, 1, 0], up: [0, 0, 1] },
+        fieldOfView: 80,
+        barrel: 0.15,
+        fog: 120,
+        outside: false,
+        fluoroscopy: false,
+        orbit: { centre: [0, 0, 0], direction: [0, 1, 0], up: [0, 0, 1], distance: 300 },
+    },
+    sections: {
+        cursor: [0, 0, 0],
+        frames: { axial: kWhole, coronal: kWhole, sagittal: kWhole },
+        window: 1500,
+        level: -200,
+    },
+    look: { style: 'real', styleChosen: false, lining: 'auto', fieldStop: 'round' },
+    fluoro: { contrast: 1, exposure: 1, noise: 1, field: 'round' },
+    flight: { speed: 1, wall: 'stop', tip: 2.5 },
+    way: { path: null, position: 0, flying: false, from: null, busy: false },
+    movie: { keyframes: [], playing: false },
+    overlay: { kind: 'none', opacity: 0.65, auto: true, mm: 5, growth: 0.5 },
+    tool: { name: 'look', radius: 4, strength: 1, slide: false, depth: 10, outcome: '' },
+    display: {
+        maximised: null,
+        contour: false,
+        space: 'LPS',
+        theme: 'system',
+        timings: false,
+        fine: true,
+    },
+    pointer: { active: 'endoscope', under: null },
+});
+
+/// Command that moves a sphere through the tissue: springs know no sliding and are pushed.
+export const pushOrSlide = (state: State, slide: boolean): 'push' | 'slide' =>
+    slide && state.shared?.tissue?.model !== 'springs' ? 'slide' : 'push';
+
+/// The wall at the state's threshold.
+export const surfaceOf = (state: State): Surface => ({
+    iso: state.shared?.iso_hu ?? -500,
+    rising: state.shared?.polarity !== 'falling',
+});
+
+/// Tests whether the tissue in use is a vessel with its catheter, and not only the scan's voxels.
+export const hasVessel = (state: State): boolean => state.shared?.tissue?.model === 'vessel';

@@ -1,0 +1,272 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// Actions of keys, buttons and wheels: everything but drags and sliders.
+
+import { worldBounds } from '../maths/grid.ts';
+import { readPath } from '../maths/path.ts';
+import { frameOf } from '../maths/rays.ts';
+import { add, along, dot, mul, sub, type Vec3 } from '../maths/vec.ts';
+import { kOverlays } from '../net/protocol.ts';
+import { kKinds, rangeOf } from '../state/overlay_kinds.ts';
+import {
+    kViews,
+    kWalls,
+    pushOrSlide,
+    type SectionName,
+    type State,
+    type ViewName,
+    type Wall,
+} from '../state/state.ts';
+import type { Patch } from '../state/store.ts';
+import { keptInside, kSectionAxes, sectionPlane } from '../views/section_geometry.ts';
+import { saveBlob } from './download.ts';
+import type { Session } from './session.ts';
+import { kMinCarving, newStroke } from './strokes.ts';
+
+const clamp = (x: number, low: number, high: number): number => Math.min(Math.max(x, low), high);
+
+export class Actions {
+    constructor(private readonly session: Session) {}
+
+    private get state(): State {
+        return this.session.store.state;
+    }
+    private set(patch: Patch): void {
+        this.session.store.set(patch);
+    }
+
+    // --- sections
+
+    setCursor(place: Vec3): void {
+        const { volume } = this.session;
+        if (volume) this.set({ sections: { cursor: keptInside(volume.grid, place) } });
+    }
+
+    /// Scrolls by whole voxels along a section's normal; up is towards head, left or back.
+    scroll(view: SectionName, slices: number): void {
+        const { volume } = this.session;
+        if (!volume) return;
+        const { normal } = kSectionAxes[view];
+        const { low, high } = worldBounds(volume.grid);
+        // Spacing along the normal, for oblique grids as well.
+        const spacing = volume.grid.spacing.map(
+            (s, a) => s * Math.abs(dotColumn(volume, a, normal)),
+        );
+        const step = Math.max(...spacing);
+        const most = dot(sub(high, low), normal) / step;
+        const { cursor } = this.state.sections;
+        this.session.history.step('scroll', () =>
+            this.setCursor(along(cursor, clamp(slices, -most, most) * step, normal)),
+        );
+    }
+
+    pan(view: SectionName, dx: number, dy: number, width: number, height: number): void {
+        const { volume } = this.session;
+        if (!volume) return;
+        const { frames, cursor } = this.state.sections;
+        const frame = frames[view];
+        const plane = sectionPlane(volume.grid, view, frame, cursor, width, height);
+        const shift = [
+            frame.shift[0] - dx * plane.mmPerPixel,
+            frame.shift[1] + dy * plane.mmPerPixel,
+        ] as const;
+        this.set({ sections: { frames: { ...frames, [view]: { ...frame, shift } } } });
+    }
+
+    zoom(view: ViewName, factor: number): void {
+        if (view === 'endoscope') {
+            const { outside, orbit, fieldOfView } = this.state.view;
+            const distance = clamp(orbit.distance / factor, 20, 5000);
+            if (outside) this.set({ view: { orbit: { ...orbit, distance } } });
+            else this.set({ view: { fieldOfView: clamp(fieldOfView / factor, 30, 120) } });
+            return;
+        }
+        const { frames } = this.state.sections;
+        const zoom = clamp(frames[view].zoom * factor, 0.5, 20);
+        this.set({ sections: { frames: { ...frames, [view]: { ...frames[view], zoom } } } });
+    }
+
+    windowBy(dWindow: number, dLevel: number): void {
+        const { window, level } = this.state.sections;
+        this.set({
+            sections: {
+                window: clamp(window + dWindow, 1, 8000),
+                level: clamp(level + dLevel, -2000, 4000),
+            },
+        });
+    }
+
+    /// Shows the whole volume in all sections.
+    fit(): void {
+        const whole = { shift: [0, 0] as const, zoom: 1 };
+        this.session.history.step('fit', () =>
+            this.set({ sections: { frames: { axial: whole, coronal: whole, sagittal: whole } } }),
+        );
+    }
+
+    /// Switches to the next overlay; to none after the last.
+    cycleOverlay(): void {
+        if (!this.state.link.features.includes('overlay')) {
+            this.session.say('this server has no overlays');
+            return;
+        }
+        const { kind } = this.state.overlay;
+        const next = kOverlays[(kOverlays.indexOf(kind) + 1) % kOverlays.length]!;
+        this.set({ overlay: { kind: next } });
+        this.session.say(next === 'none' ? 'no overlay' : kKinds[next].title);
+    }
+
+    /// Fixes the colours' range as it is now, or lets it follow the values.
+    fixOverlayRange(fixed: boolean): void {
+        const { kind } = this.state.overlay;
+        if (fixed && kind !== 'none') {
+            const { reachKey, rest } = kKinds[kind];
+            this.set({ overlay: { [reachKey]: rangeOf(this.state).high - rest } });
+        }
+        this.set({ overlay: { auto: !fixed } });
+    }
+
+    // --- views
+
+    maximise(view: ViewName | null): void {
+        this.set({ display: { maximised: view }, ...(view ? { pointer: { active: view } } : {}) });
+    }
+    toggleMaximised(view: ViewName): void {
+        this.maximise(this.state.display.maximised === view ? null : view);
+    }
+    cycleViews(): void {
+        const order: (ViewName | null)[] = [null, ...kViews];
+        const next = order[(order.indexOf(this.state.display.maximised) + 1) % order.length]!;
+        this.maximise(next);
+    }
+
+    toggleOutside(): void {
+        const { outside, fluoroscopy } = this.state.view;
+        const next = fluoroscopy || !outside;
+        this.session.history.step('outside', () =>
+            this.set({ view: { outside: next, fluoroscopy: false } }),
+        );
+    }
+
+    toggleFluoroscopy(): void {
+        const { view } = this.state;
+        const fluoroscopy = !(view.fluoroscopy && view.outside);
+        this.session.history.step('fluoroscopy', () =>
+            this.set({ view: { fluoroscopy, outside: fluoroscopy } }),
+        );
+    }
+
+    /// Shows the outside view from a direction.
+    standardView(direction: Vec3, up: Vec3): void {
+        const { view, display } = this.state;
+        const hidden = display.maximised && display.maximised !== 'endoscope';
+        this.session.history.step('standard view', () =>
+            this.set({
+                view: { outside: true, orbit: { ...view.orbit, direction, up } },
+                ...(hidden ? { display: { maximised: null } } : {}),
+            }),
+        );
+    }
+
+    cycleWall(): void {
+        const next = kWalls[(kWalls.indexOf(this.state.flight.wall) + 1) % kWalls.length]!;
+        this.setWall(next);
+    }
+    setWall(wall: Wall): void {
+        const pushed = this.state.flight.wall === 'push';
+        if (pushed && wall !== 'push') void this.session.ask({ do: 'release' });
+        this.set({ flight: { wall } });
+    }
+
+    // --- tissue
+
+    /// Uses the tool at the crosshair, for users without a mouse.
+    async applyAtCursor(): Promise<void> {
+        const { name, radius, strength, depth, slide } = this.state.tool;
+        const { cursor } = this.state.sections;
+        const { active } = this.state.pointer;
+        const { right, ahead } = this.frameOfActive();
+        if (name === 'push')
+            await this.session.ask({
+                do: pushOrSlide(this.state, slide),
+                point: cursor,
+                push: mul(strength * (radius || 1), active === 'endoscope' ? ahead : right),
+                radius,
+            });
+        else if (name === 'carve')
+            await this.session.ask({
+                do: 'carve',
+                from: cursor,
+                to: cursor,
+                radius: Math.max(radius, kMinCarving),
+            });
+        else if (name === 'cut')
+            await this.session.ask({
+                do: 'cut',
+                line: [-2, 2].map((s) =>
+                    along(along(cursor, s * radius, right), -depth / 2, ahead),
+                ),
+                depth: mul(depth, ahead),
+            });
+        else if (name === 'grab') await this.nudge([0, radius / 2]);
+        else if (name === 'path') await this.session.path.click(cursor);
+        else this.session.say('choose push, grab, cut or carve first');
+    }
+
+    /// Grabs or pushes tissue at the crosshair, right and up in the active view [mm].
+    async nudge(by: readonly [number, number]): Promise<void> {
+        const { name, radius } = this.state.tool;
+        const { cursor } = this.state.sections;
+        const { right, up } = this.frameOfActive();
+        const motion = add(mul(by[0], right), mul(by[1], up));
+        if (name === 'grab') {
+            if (!(await this.session.ask({ do: 'grab', point: cursor, radius }))) return;
+            await this.session.ask({ do: 'drag', offset: motion });
+            await this.session.ask({ do: 'let_go' });
+        } else {
+            const stroke = newStroke();
+            await this.session.ask({ do: 'push', point: cursor, push: motion, radius, stroke });
+        }
+        this.setCursor(add(cursor, motion));
+    }
+
+    private frameOfActive(): { right: Vec3; up: Vec3; ahead: Vec3 } {
+        const { active } = this.state.pointer;
+        if (active !== 'endoscope') {
+            const { right, up, normal } = kSectionAxes[active];
+            return { right, up, ahead: normal };
+        }
+        const { right, up, forward } = frameOf(this.state.view.camera);
+        return { right, up, ahead: forward };
+    }
+
+    relax(): void {
+        void this.session.ask({ do: 'relax', on: !this.state.shared?.relaxing });
+    }
+
+    // --- files
+
+    /// Opens a file of a path or of keyframes.
+    async openFile(file: File): Promise<void> {
+        try {
+            const text = await file.text();
+            if (this.session.movie.open(text, file.name)) return;
+            this.session.path.use(readPath(text, file.name));
+            this.session.say(`${file.name}: a path; press Fly in the panel Endoscope`);
+        } catch (error) {
+            this.session.say((error as Error).message);
+        }
+    }
+
+    async snapshot(): Promise<void> {
+        const blob = await this.session.stage.toBlob();
+        if (blob) saveBlob(blob, 'pliant.png');
+    }
+}
+
+const dotColumn = (
+    volume: { grid: { direction: readonly Vec3[] } },
+    axis: number,
+    normal: Vec3,
+): number => dot(volume.grid.direction[axis]!, normal);

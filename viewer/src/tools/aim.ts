@@ -1,0 +1,72 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// Picking: world positions under the pointer, in all views.
+
+import { firstHit, frameOf, rayThrough } from '../maths/rays.ts';
+import { along, dot, sub, type Vec3 } from '../maths/vec.ts';
+import type { VolumeData } from '../maths/volume.ts';
+import { type State, surfaceOf, type View, type ViewName } from '../state/state.ts';
+import { kOutsideField, orbitCamera } from '../views/orbit.ts';
+import { sectionPlane, type SectionPlane, worldOfPixel } from '../views/section_geometry.ts';
+
+/// Position in a view [CSS pixels from its top left corner].
+export interface Spot {
+    readonly view: ViewName;
+    readonly x: number;
+    readonly y: number;
+    readonly width: number;
+    readonly height: number;
+}
+
+export function planeAt(volume: VolumeData, state: State, spot: Spot): SectionPlane | undefined {
+    if (spot.view === 'endoscope') return undefined;
+    const { frames, cursor } = state.sections;
+    const { view, width, height } = spot;
+    return sectionPlane(volume.grid, view, frames[view], cursor, width, height);
+}
+
+/// Origin and direction of the ray through a spot of the endoscope's view.
+export function rayAt(view: View, spot: Spot): { origin: Vec3; direction: Vec3 } {
+    const u = (2 * spot.x - spot.width) / spot.height;
+    const v = 1 - (2 * spot.y) / spot.height;
+    if (!view.outside) {
+        const { camera, fieldOfView, barrel } = view;
+        return { origin: camera.eye, direction: rayThrough(camera, fieldOfView, barrel, u, v) };
+    }
+    const camera = orbitCamera(view);
+    const direction = rayThrough(camera, kOutsideField, 0, u, v);
+    // In the outside view rays begin at the plane through the tip that cuts the volume open.
+    const ahead = dot(sub(view.camera.eye, camera.eye), camera.look);
+    const start = Math.max(ahead / Math.max(dot(direction, camera.look), 1e-6), 0);
+    return { origin: along(camera.eye, start, direction), direction };
+}
+
+/// World position under a spot; undefined if its ray hits no wall.
+export function pointAt(volume: VolumeData, state: State, spot: Spot): Vec3 | undefined {
+    const plane = planeAt(volume, state, spot);
+    if (plane) return worldOfPixel(plane, spot.x, spot.y);
+    const { origin, direction } = rayAt(state.view, spot);
+    return firstHit(volume, origin, direction, surfaceOf(state))?.point;
+}
+
+/// Axes of a view's picture and scale at a position, to convert drags to motions.
+export function dragFrame(
+    volume: VolumeData,
+    state: State,
+    spot: Spot,
+    place: Vec3,
+): { right: Vec3; up: Vec3; ahead: Vec3; mmPerPixel: number } {
+    const plane = planeAt(volume, state, spot);
+    if (plane) {
+        const { right, up, normal } = plane.axes;
+        return { right, up, ahead: normal, mmPerPixel: plane.mmPerPixel };
+    }
+    const { outside, fieldOfView } = state.view;
+    const camera = outside ? orbitCamera(state.view) : state.view.camera;
+    const field = outside ? kOutsideField : fieldOfView;
+    const { right, up, forward } = frameOf(camera);
+    const depth = Math.max(dot(sub(place, camera.eye), forward), 0.1);
+    const slope = Math.tan((field * Math.PI) / 360);
+    return { right, up, ahead: forward, mmPerPixel: (2 * depth * slope) / spot.height };
+}

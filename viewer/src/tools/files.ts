@@ -1,0 +1,186 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// Transfers to and from the server: opening scans, and saving. One at a time; errors are shown as
+// one line.
+
+import { download } from './download.ts';
+import { droppedFiles, type NamedFile, scanOf } from './dropped.ts';
+import type { Scene } from './scene.ts';
+import { readSeries, type Series } from './series.ts';
+
+export const kSaved = [
+    'volume.nrrd',
+    'displacement.nrrd',
+    'transform.nrrd',
+    'session.pls',
+] as const;
+export type SavedName = (typeof kSaved)[number];
+
+export interface FileHooks {
+    /// Opens a path or keyframes, which stay in the page.
+    openPath(file: File): Promise<void>;
+    /// Lets the user choose one of several series. @returns its UID; undefined: none
+    chooseSeries(name: string, list: readonly Series[]): Promise<string | undefined>;
+}
+
+const kKeepMs = 60_000; // time for the browser to store a download
+
+const mib = (bytes: number): string => `${Math.ceil(bytes / 2 ** 20)} MiB`;
+
+export class Files {
+    /// Hidden file input, clicked by choose().
+    readonly input: HTMLInputElement;
+    /// Upload under way: a scan, or one file of it.
+    private request: XMLHttpRequest | undefined;
+
+    /// @param query  query string with the link's token
+    constructor(
+        private readonly scene: Scene,
+        private readonly query: string,
+        private readonly hooks: FileHooks,
+    ) {
+        this.input = document.createElement('input');
+        this.input.type = 'file';
+        this.input.id = 'files';
+        this.input.multiple = true;
+        this.input.hidden = true;
+        this.input.setAttribute('aria-label', 'scan or path to open');
+        this.input.addEventListener('change', () => {
+            const files = [...(this.input.files ?? [])];
+            this.input.value = '';
+            void this.open(files.map((file) => ({ path: file.name, file })));
+        });
+    }
+
+    /// Cancels the upload or the reading of a scan.
+    cancel(): void {
+        this.request?.abort();
+    }
+
+    choose(): void {
+        this.input.click();
+    }
+
+    async drop(data: DataTransfer): Promise<void> {
+        try {
+            await this.open(await droppedFiles(data));
+        } catch (error) {
+            this.scene.say((error as Error).message);
+        }
+    }
+
+    async open(files: readonly NamedFile[]): Promise<void> {
+        const only = files.length === 1 ? files[0]!.file : undefined;
+        if (only && /\.json$/i.test(only.name)) return this.hooks.openPath(only);
+        await this.during(async () => {
+            const { role, features, openBytes } = this.scene.store.state.link;
+            if (role === 'view')
+                throw new Error('only clients that control the session can open scans');
+            if (!features.includes('open')) throw new Error('this server does not open scans');
+            const scan = scanOf(files);
+            const total = scan.files.reduce((sum, { file }) => sum + file.size, 0);
+            if (openBytes && total > openBytes)
+                throw new Error(
+                    `${scan.name}: ${mib(total)}, expected a scan of up to ${mib(openBytes)}`,
+                );
+            await this.send(scan.name, scan.files, total);
+            this.scene.say(`opened ${scan.name}`);
+        });
+    }
+
+    private async send(name: string, files: readonly NamedFile[], total: number): Promise<void> {
+        let sent = 0;
+        const tell = (more: number): void => {
+            const share = total ? Math.floor((100 * (sent + more)) / total) : 100;
+            this.tell(
+                share < 100
+                    ? `Sending ${name}: ${share} % (Esc cancels)`
+                    : `Reading ${name}… (Esc cancels)`,
+            );
+        };
+        tell(0);
+        if (files.length === 1) {
+            await this.post('open', { name: files[0]!.path }, files[0]!.file, tell);
+            return;
+        }
+        const upload = [...crypto.getRandomValues(new Uint8Array(16))]
+            .map((byte) => byte.toString(16).padStart(2, '0'))
+            .join('');
+        for (const { path, file } of files) {
+            await this.post('open/part', { upload, name: path }, file, tell);
+            sent += file.size;
+        }
+        this.tell(`Reading ${name}… (Esc cancels)`);
+        const asked = await this.post('open/done', { upload, name }, new Blob());
+        if (asked === undefined) return;
+        this.tell(`${name} holds several series`);
+        const series = await this.hooks.chooseSeries(name, readSeries(asked));
+        if (series === undefined) {
+            await this.post('open/drop', { upload }, new Blob());
+            throw new Error(`${name}: no series was chosen`);
+        }
+        this.tell(`Reading ${name}… (Esc cancels)`);
+        await this.post('open/done', { upload, name, series }, new Blob());
+    }
+
+    /// Posts a file, with progress, which fetch() lacks. @returns the text of a choice of series,
+    /// if any
+    private post(
+        path: string,
+        parameters: Record<string, string>,
+        body: Blob,
+        tell?: (bytes: number) => void,
+    ): Promise<string | undefined> {
+        const request = new XMLHttpRequest();
+        const more = new URLSearchParams(parameters).toString();
+        return new Promise((resolve, reject) => {
+            if (tell) request.upload.onprogress = (event) => tell(event.loaded);
+            request.onload = () =>
+                request.status === 200 || request.status === 300
+                    ? resolve(request.status === 300 ? request.responseText : undefined)
+                    : reject(new Error(request.responseText.trim() || `${request.status}`));
+            request.onerror = () =>
+                reject(new Error('the file was not sent: the connection is lost'));
+            request.onabort = () => reject(new Error('opening was cancelled'));
+            request.onloadend = () => {
+                this.request = undefined;
+            };
+            this.request = request;
+            request.open('POST', `${path}${this.query}&${more}`);
+            request.send(body);
+        });
+    }
+
+    async save(name: SavedName): Promise<void> {
+        await this.during(async () => {
+            if (!this.scene.store.state.link.features.includes('save'))
+                throw new Error('this server does not save files');
+            this.tell(`Saving ${name}…`);
+            const response = await fetch(`save/${name}${this.query}`);
+            if (!response.ok) throw new Error((await response.text()).trim());
+            const url = URL.createObjectURL(await response.blob());
+            download(url, name);
+            setTimeout(() => URL.revokeObjectURL(url), kKeepMs);
+            this.scene.say(`saved ${name}`);
+        });
+    }
+
+    private tell(transfer: string): void {
+        this.scene.store.set({ link: { transfer } });
+    }
+
+    private async during(work: () => Promise<void>): Promise<void> {
+        if (this.scene.store.state.link.transfer) {
+            this.scene.say('another transfer is under way');
+            return;
+        }
+        try {
+            await work();
+        } catch (error) {
+            this.scene.say((error as Error).message);
+        } finally {
+            this.tell('');
+        }
+    }
+}

@@ -1,0 +1,152 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// Device with force feedback, used by this client or another: its state from the server, the last
+// seconds of its force, and the poses of a device that is simulated by the browser (mouse, game
+// pad, SpaceMouse). The server computes the force at 1 kHz.
+
+import { flown } from '../maths/flight.ts';
+import { mul, type Vec3 } from '../maths/vec.ts';
+import type { HapticsNews } from '../net/protocol.ts';
+import { buttonsOff, kNoMotion, type Motion, moved, padMotion, spaceMouse } from './pads.ts';
+import type { Scene } from './scene.ts';
+
+export const kPlotSeconds = 10;
+const kAhead = 10; // distance of the tool's start ahead of the tip, if there is room [mm]
+const kShowMs = 80; // between two updates of the shown numbers
+const kLead = 0.1; // motion of the mouse [mm per pixel]
+const kLeadRoll = 0.5; // rotation of a catheter by the mouse [degrees per pixel]
+const kPadRoll = 4.5; // rotation by a stick, per sideways motion [degrees/mm]
+
+export interface Felt {
+    readonly at: number; ///< time [ms]
+    readonly newtons: number;
+}
+
+export class Haptics {
+    /// Forces of the last seconds, oldest first.
+    readonly felt: Felt[] = [];
+    scale = 1;
+    device = '';
+    follows = false; ///< the endoscope moves with the tool
+    private place: Vec3 = [0, 0, 0]; // of a device in the browser, in its own frame [mm]
+    private roll = 0; // [degrees]
+    private newest: HapticsNews | null = null; // not shown yet
+    private shownAt = 0;
+    private puck: (() => Motion) | undefined;
+
+    constructor(private readonly scene: Scene) {}
+
+    get news(): HapticsNews | null {
+        return this.scene.store.state.device.news;
+    }
+    /// Tests whether this client uses the device.
+    get isOwn(): boolean {
+        return this.news?.on === true && this.news.client === this.scene.connection.client;
+    }
+    /// Tests whether the mouse in the endoscope's view moves it.
+    get isLed(): boolean {
+        return this.isOwn && this.news!.device === 'browser';
+    }
+
+    take(news: HapticsNews, now: number): void {
+        const before = this.newest ?? this.news;
+        if (before && !news.on && news.why) this.scene.say(`device: ${news.why}`);
+        this.newest = news;
+        const same = (['on', 'tool', 'stopped', 'lost'] as const).every(
+            (key) => news[key] === before?.[key],
+        );
+        if (!same || now - this.shownAt > kShowMs) this.show(now);
+        if (!news.on) return;
+        if (before?.tool !== news.tool) this.felt.length = 0;
+        this.felt.push({ at: now, newtons: news.largest_n! });
+        while (this.felt[0]!.at < now - 1000 * kPlotSeconds) this.felt.shift();
+        if (this.follows && this.isOwn && !news.holds) {
+            const { camera } = this.scene.store.state.view;
+            this.scene.store.set({ view: { camera: { ...camera, eye: news.proxy_mm! } } });
+        }
+    }
+
+    /// Shows the newest message; they come up to 60 times a second, too often to be read.
+    private show(now: number): void {
+        if (!this.newest) return;
+        this.scene.store.set({ device: { news: this.newest.on ? this.newest : null } });
+        this.newest = null;
+        this.shownAt = now;
+    }
+    /// Forgets the state of the device, after a loss of the connection.
+    forget(): void {
+        this.newest = null;
+        this.scene.store.set({ device: { news: null } });
+    }
+
+    /// Starts the device at the endoscope's tip, or ahead of it. @returns whether it has started
+    async start(): Promise<boolean> {
+        const { volume, surface } = this.scene;
+        const { view, flight, device, shared } = this.scene.store.state;
+        if (!volume || !shared) return false;
+        const { camera } = view;
+        const { tip } = flight;
+        const ahead = mul(kAhead, camera.look);
+        const position = this.follows ? camera.eye : flown(volume, camera.eye, ahead, tip, surface);
+        this.place = [0, 0, 0];
+        this.roll = 0;
+        // Tissue that doesn't relax is felt only once.
+        if (!shared.relaxing) await this.scene.ask({ do: 'relax', on: true });
+        return this.scene.ask({
+            do: 'haptics',
+            wish: 'start',
+            device: this.device || device.offered[0]!,
+            position,
+            look: camera.look,
+            up: camera.up,
+            scale: this.scale,
+            radius: Math.min(Math.max(tip, 0.5), 20),
+        });
+    }
+
+    end(): void {
+        void this.scene.ask({ do: 'haptics', wish: 'end' });
+    }
+
+    /// Stops all force at once; called again: resumes it.
+    toggleStop(): void {
+        if (!this.news) return;
+        const wish = this.news.stopped && this.isOwn ? 'go' : 'stop';
+        void this.scene.ask({ do: 'haptics', wish });
+    }
+
+    /// Moves the device by the mouse: right and down [pixels], ahead [mm]. A catheter is inserted
+    /// by moving up and rotated by moving aside.
+    lead(dx: number, dy: number, ahead = 0): void {
+        if (this.news?.holds) {
+            this.roll += kLeadRoll * dx;
+            this.place = moved(this.place, [0, 0, kLead * dy - ahead], 1);
+            return;
+        }
+        this.place = moved(this.place, [kLead * dx, -kLead * dy, -ahead], 1);
+    }
+
+    /// Lets the user choose a SpaceMouse. @pre called by a click, as browsers require
+    async openSpaceMouse(): Promise<void> {
+        try {
+            this.puck = await spaceMouse();
+            this.scene.say(this.puck ? 'SpaceMouse: ready' : 'SpaceMouse: none was chosen');
+        } catch (error) {
+            this.scene.say(`SpaceMouse: ${(error as Error).message}`);
+        }
+    }
+
+    /// Updates the pose of a simulated device, once per frame.
+    tick(seconds: number, now: number): void {
+        if (now - this.shownAt > kShowMs) this.show(now);
+        if (!this.isLed || document.hidden) return;
+        const pads = navigator.getGamepads?.() ?? [];
+        const pad = pads.find((p) => p && !buttonsOff(p)) ?? pads.find((p) => p);
+        const motion = this.puck?.() ?? (pad ? padMotion(pad) : kNoMotion);
+        if (this.news!.holds) this.roll += kPadRoll * motion[0] * seconds;
+        this.place = moved(this.place, this.news!.holds ? [0, 0, motion[2]] : motion, seconds);
+        const roll_deg = Math.round(100 * this.roll) / 100;
+        this.scene.connection.tell({ do: 'haptic_pose', position: this.place, roll_deg });
+    }
+}

@@ -1,0 +1,314 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// Mouse, pen and wheel in the views, with the conventions of common viewers:
+//
+//   wheel        slices; in the endoscope forward and back        Shift: window   Ctrl: zoom
+//   left drag    use of the tool; with W held in a section: window and level
+//   left click   crosshair                                        Shift and move: crosshair too
+//   middle drag  pan                right drag  zoom              double click: maximise the view
+
+import { frameOf } from '../maths/rays.ts';
+import { add, along, mul, type Vec3 } from '../maths/vec.ts';
+import { kViews, type SectionName, type ViewName } from '../state/state.ts';
+import { orbitTurned } from '../views/orbit.ts';
+import type { Actions } from './actions.ts';
+import { dragFrame, pointAt, type Spot } from './aim.ts';
+import type { Session } from './session.ts';
+import { CarveStroke, CutStroke, GrabStroke, PushStroke, type Stroke } from './strokes.ts';
+
+const kClickPixels = 3; // smallest motion of a drag; less is a click
+const kLookRate = 0.25; // degrees per pixel at 80 degrees of field
+const kWindowRate = 4; // HU per pixel
+const kWheelTurn = 100; // delta of one notch of the wheel
+const kWheelStep = 1.5; // motion of the endoscope per notch [mm]
+const kWheelDeep = 1; // motion of a device per notch [mm]
+
+type DragKind = 'look' | 'device' | 'orbit' | 'window' | 'pan' | 'zoom' | 'tissue' | 'none';
+
+/// Tests whether a drag changes the view, as one step of undo.
+const hasUndo = (kind: DragKind): boolean =>
+    kind !== 'tissue' && kind !== 'device' && kind !== 'none';
+
+interface Drag {
+    readonly kind: DragKind;
+    readonly button: number;
+    readonly start: Spot;
+    last: Spot;
+    moved: boolean;
+    place: Vec3 | undefined; ///< of the tool
+}
+
+export class Pointer {
+    private drag: Drag | undefined;
+    private wheelRest = 0;
+
+    constructor(
+        private readonly session: Session,
+        private readonly actions: Actions,
+        private readonly views: Record<ViewName, HTMLElement>,
+        private readonly held: ReadonlySet<string>,
+    ) {
+        for (const view of kViews) this.listen(view, views[view]);
+    }
+
+    /// Ends the drag under way.
+    cancel(): void {
+        if (!this.drag) return;
+        const { kind } = this.drag;
+        this.drag = undefined;
+        this.session.hand.poise(undefined);
+        if (kind === 'tissue') void this.session.hand.end();
+        else if (hasUndo(kind)) this.session.history.end(kind);
+    }
+
+    private listen(view: ViewName, element: HTMLElement): void {
+        element.addEventListener('pointerdown', (e) => this.down(view, e));
+        element.addEventListener('pointermove', (e) => this.move(view, e));
+        element.addEventListener('pointerup', (e) => this.up(e));
+        element.addEventListener('pointercancel', () => this.cancel());
+        element.addEventListener('pointerenter', () => {
+            // Keys act on the view under the pointer.
+            if (!this.drag) this.activate(view);
+        });
+        element.addEventListener('pointerleave', () => {
+            if (!this.drag) this.session.store.set({ pointer: { under: null } });
+        });
+        element.addEventListener('wheel', (e) => this.wheel(view, e), { passive: false });
+        element.addEventListener('dblclick', () => this.actions.toggleMaximised(view));
+        element.addEventListener('contextmenu', (e) => e.preventDefault());
+        element.addEventListener('focus', () => this.activate(view));
+    }
+
+    private activate(view: ViewName): void {
+        this.session.store.set({ pointer: { active: view } });
+    }
+
+    private spot(view: ViewName, event: MouseEvent): Spot {
+        const box = this.views[view].getBoundingClientRect();
+        return {
+            view,
+            x: event.clientX - box.left,
+            y: event.clientY - box.top,
+            width: box.width,
+            height: box.height,
+        };
+    }
+
+    private down(view: ViewName, event: PointerEvent): void {
+        if (this.drag || (event.target as HTMLElement).closest('button')) return;
+        const element = this.views[view];
+        element.setPointerCapture(event.pointerId);
+        element.focus({ preventScroll: true });
+        this.activate(view);
+        const spot = this.spot(view, event);
+        const kind = this.kindOf(view, event);
+        if (event.button === 1) event.preventDefault(); // no automatic scrolling
+        const { button } = event;
+        this.drag = { kind, button, start: spot, last: spot, moved: false, place: undefined };
+        if (hasUndo(kind)) this.session.history.begin();
+        const { volume, store } = this.session;
+        if (kind === 'tissue' && volume && store.state.scan.loaded === 1)
+            this.session.hand.poise(pointAt(volume, store.state, spot));
+    }
+
+    private kindOf(view: ViewName, event: PointerEvent): DragKind {
+        const { tool, view: shown, link } = this.session.store.state;
+        if (event.button === 1) return 'pan';
+        if (event.button === 2) return 'zoom';
+        if (event.shiftKey) return 'none'; // the crosshair follows
+        const section = view !== 'endoscope';
+        if (section && (tool.name === 'window' || this.held.has('KeyW'))) return 'window';
+        const looks = ['look', 'window', 'path', 'catheter'].includes(tool.name);
+        if (!looks && link.role === 'control') return 'tissue';
+        if (section) return 'none';
+        if (this.session.device.isLed && !shown.outside) return 'device';
+        return shown.outside ? 'orbit' : 'look';
+    }
+
+    private move(view: ViewName, event: PointerEvent): void {
+        const spot = this.spot(view, event);
+        const { session, drag } = this;
+        if (!session.volume || session.store.state.scan.loaded < 1) return;
+        if (!drag) {
+            const point = pointAt(session.volume, session.store.state, spot);
+            session.store.set({ pointer: { under: point ? { view, point } : null } });
+            if (event.shiftKey && point) this.actions.setCursor(point);
+            return;
+        }
+        const dx = spot.x - drag.last.x;
+        const dy = spot.y - drag.last.y;
+        const far = Math.hypot(spot.x - drag.start.x, spot.y - drag.start.y) >= kClickPixels;
+        if (!drag.moved && !far) return;
+        if (!drag.moved && drag.kind === 'tissue') this.beginStroke(drag);
+        drag.moved = true;
+        drag.last = spot;
+        this.continueDrag(drag, spot, dx, dy, event.shiftKey);
+    }
+
+    private continueDrag(drag: Drag, spot: Spot, dx: number, dy: number, shift: boolean): void {
+        const { session, actions } = this;
+        const { state } = session.store;
+        const rate = (kLookRate * Math.PI) / 180;
+        const section = spot.view as SectionName;
+        switch (drag.kind) {
+            case 'look': {
+                const slower = state.view.fieldOfView / 80;
+                session.endoscope.turn(dx * rate * slower, -dy * rate * slower);
+                break;
+            }
+            case 'device':
+                session.device.lead(dx, dy);
+                break;
+            case 'orbit':
+                session.store.set({
+                    view: { orbit: orbitTurned(state.view.orbit, -2 * dx * rate, -2 * dy * rate) },
+                });
+                break;
+            case 'window':
+                actions.windowBy(kWindowRate * dx, -kWindowRate * dy);
+                break;
+            case 'pan':
+                if (spot.view === 'endoscope') this.panEndoscope(spot, dx, dy);
+                else actions.pan(section, dx, dy, spot.width, spot.height);
+                break;
+            case 'zoom':
+                actions.zoom(spot.view, Math.exp(-0.01 * dy));
+                break;
+            case 'tissue':
+                this.moveStroke(drag, spot, dx, dy);
+                break;
+            case 'none': {
+                const point = shift && pointAt(session.volume!, state, spot);
+                if (point) actions.setCursor(point);
+                break;
+            }
+        }
+    }
+
+    private up(event: PointerEvent): void {
+        const { drag, session } = this;
+        if (!drag || event.button !== drag.button) return;
+        this.drag = undefined;
+        session.hand.poise(undefined);
+        if (drag.kind === 'tissue' && drag.moved) void session.hand.end();
+        else if (hasUndo(drag.kind)) session.history.end(drag.kind);
+        if (!drag.moved && drag.button === 0) this.click(drag.start);
+    }
+
+    private click(spot: Spot): void {
+        const { volume, store, history } = this.session;
+        if (!volume || store.state.scan.loaded < 1) return;
+        const point = pointAt(volume, store.state, spot);
+        if (!point) return;
+        history.step('crosshair', () => this.actions.setCursor(point));
+        if (store.state.tool.name === 'path') void this.session.path.click(point);
+    }
+
+    private wheel(view: ViewName, event: WheelEvent): void {
+        event.preventDefault();
+        const { session, actions, drag } = this;
+        if (!session.volume) return;
+        // With Shift some browsers report sideways scrolling.
+        const delta = event.deltaY || event.deltaX;
+        const notches = -(event.deltaMode === 0 ? delta / kWheelTurn : delta / 3);
+        if (drag?.kind === 'tissue') {
+            this.deepenStroke(drag, notches);
+        } else if (drag?.kind === 'device') {
+            session.device.lead(0, 0, notches * kWheelDeep);
+        } else if (event.ctrlKey || event.metaKey) {
+            session.history.step('zoom', () => actions.zoom(view, Math.exp(0.15 * notches)));
+        } else if (view === 'endoscope') {
+            if (session.store.state.view.outside)
+                session.history.step('zoom', () => actions.zoom(view, Math.exp(0.15 * notches)));
+            else this.flyBy(notches * kWheelStep);
+        } else if (event.shiftKey) {
+            session.history.step('window', () => actions.windowBy(-40 * notches, 0));
+        } else {
+            // Touchpads report fractions of a notch.
+            this.wheelRest += notches;
+            const whole = Math.trunc(this.wheelRest + 1e-6 * Math.sign(notches));
+            this.wheelRest -= whole;
+            if (whole) actions.scroll(view, whole);
+        }
+    }
+
+    private flyBy(way: number): void {
+        const { session } = this;
+        const { view, flight } = session.store.state;
+        const { forward } = frameOf(view.camera);
+        session.history.step('flight', () =>
+            session.endoscope.fly(mul(way * flight.speed, forward)),
+        );
+    }
+
+    private panEndoscope(spot: Spot, dx: number, dy: number): void {
+        const { session } = this;
+        const { state } = session.store;
+        const { camera, outside, orbit } = state.view;
+        const point = add(camera.eye, mul(10, frameOf(camera).forward));
+        const place = outside ? orbit.centre : point;
+        const { right, up, mmPerPixel } = dragFrame(session.volume!, state, spot, place);
+        const motion = along(mul(-dx * mmPerPixel, right), dy * mmPerPixel, up);
+        if (outside)
+            session.store.set({ view: { orbit: { ...orbit, centre: add(place, motion) } } });
+        else session.endoscope.fly(motion);
+    }
+
+    // --- strokes
+
+    private beginStroke(drag: Drag): void {
+        const { session } = this;
+        const { connection, store } = session;
+        const place = pointAt(session.volume!, store.state, drag.start);
+        if (!place) return;
+        drag.place = place;
+        const frame = dragFrame(session.volume!, store.state, drag.start, place);
+        const make = (): Stroke => {
+            switch (store.state.tool.name) {
+                case 'grab':
+                    return new GrabStroke(connection, store, place);
+                case 'carve':
+                    return new CarveStroke(connection, store, place);
+                case 'cut': {
+                    const centred = drag.start.view !== 'endoscope';
+                    return new CutStroke(connection, store, place, frame.ahead, centred);
+                }
+                default:
+                    return new PushStroke(connection, store, place);
+            }
+        };
+        session.hand.begin(make());
+    }
+
+    private moveStroke(drag: Drag, spot: Spot, dx: number, dy: number): void {
+        const { session } = this;
+        const { state } = session.store;
+        if (!drag.place || !session.hand.stroke) return;
+        const { name, strength } = state.tool;
+        const onSurface = name === 'cut' || name === 'carve';
+        if (onSurface) {
+            const point = pointAt(session.volume!, state, spot);
+            if (point) session.hand.drag(point);
+            return;
+        }
+        const { right, up, mmPerPixel } = dragFrame(session.volume!, state, spot, drag.place);
+        const share = name === 'push' ? strength : 1;
+        const across = share * dx * mmPerPixel;
+        drag.place = along(along(drag.place, across, right), -share * dy * mmPerPixel, up);
+        session.hand.drag(drag.place);
+    }
+
+    /// Moves the tool away from the viewer or back by the wheel, while the button is held.
+    private deepenStroke(drag: Drag, notches: number): void {
+        const { session } = this;
+        if (!drag.moved) {
+            this.beginStroke(drag);
+            drag.moved = true;
+        }
+        if (!drag.place || !session.hand.stroke) return;
+        const { ahead } = dragFrame(session.volume!, session.store.state, drag.last, drag.place);
+        drag.place = along(drag.place, notches * 0.5, ahead);
+        session.hand.drag(drag.place);
+    }
+}

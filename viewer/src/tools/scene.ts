@@ -1,0 +1,81 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// The scan on the page with its mirrors, and the objects that all tools need: state, undo, stage,
+// and connection.
+
+import { voxelFromWorld } from '../maths/grid.ts';
+import { inTissue, type Surface } from '../maths/rays.ts';
+import type { Vec3 } from '../maths/vec.ts';
+import type { VolumeData } from '../maths/volume.ts';
+import type { Connection } from '../net/connection.ts';
+import type { Command } from '../net/protocol.ts';
+import type { Vessel } from '../net/vessel.ts';
+import { History } from '../state/history.ts';
+import { surfaceOf } from '../state/state.ts';
+import type { Store } from '../state/store.ts';
+import type { Stage } from '../views/stage.ts';
+import { note } from './strokes.ts';
+
+const kNewsMs = 2000; // longest wait for the state after an undo
+
+export interface SceneParts {
+    readonly store: Store;
+    readonly stage: Stage;
+    readonly connection: Connection;
+    /// Shows a line for some seconds, and gives it to screen readers.
+    say(text: string): void;
+}
+
+export class Scene {
+    readonly store: Store;
+    readonly stage: Stage;
+    readonly connection: Connection;
+    readonly history: History;
+    volume: VolumeData | undefined;
+    vessel: Vessel | undefined;
+    private stepsArrived: () => void = () => {};
+
+    constructor(private readonly parts: SceneParts) {
+        this.store = parts.store;
+        this.stage = parts.stage;
+        this.connection = parts.connection;
+        this.history = new History(parts.store, (step) => this.step(step));
+    }
+
+    /// Shows a line for some seconds, and gives it to screen readers.
+    say(text: string): void {
+        this.parts.say(text);
+    }
+
+    /// Sends a command, and shows its outcome. @returns whether it was done
+    async ask(command: Command): Promise<boolean> {
+        const answer = await this.connection.ask(command);
+        note(this.store, answer);
+        return answer?.t === 'done';
+    }
+
+    get surface(): Surface {
+        return surfaceOf(this.store.state);
+    }
+
+    isInTissue(place: Vec3): boolean {
+        const { volume } = this;
+        if (!volume) return false;
+        return inTissue(volume.sample(voxelFromWorld(volume.grid, place)), this.surface);
+    }
+
+    /// Ends the wait of an undo or redo, when a state message with the remaining steps has arrived.
+    protected tellSteps(): void {
+        this.stepsArrived();
+    }
+
+    /// Undoes or redoes, and waits for the remaining steps.
+    private async step(step: 'undo' | 'redo'): Promise<void> {
+        const news = new Promise<void>((resolve) => {
+            this.stepsArrived = resolve;
+            setTimeout(resolve, kNewsMs);
+        });
+        if (await this.ask({ do: step })) await news;
+    }
+}

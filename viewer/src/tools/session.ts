@@ -1,0 +1,260 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// Session with the server: applies its messages to state, mirrors and stage, and advances
+// everything that moves, once per frame.
+
+import { voxelCount, worldFromVoxel } from '../maths/grid.ts';
+import { checksumOf } from '../maths/murmur.ts';
+import { mul, norm, normalized, sub } from '../maths/vec.ts';
+import { VolumeData } from '../maths/volume.ts';
+import type { Listener, Memory } from '../net/connection.ts';
+import { Latencies } from '../net/latencies.ts';
+import {
+    type BoxFrame,
+    type Checksum,
+    type Done,
+    gridOf,
+    type HapticsNews,
+    type Refusal,
+    type SharedState,
+    type Tool,
+    type VolumeInfo,
+    type Welcome,
+} from '../net/protocol.ts';
+import type { SurfaceFrame, VesselFrame } from '../net/vessel.ts';
+import { keepView, takeUpView } from '../state/kept_view.ts';
+import { initialState } from '../state/state.ts';
+import { CatheterHand } from './catheter_hand.ts';
+import { Endoscope } from './endoscope.ts';
+import { Hand } from './hand.ts';
+import { Haptics } from './haptics.ts';
+import { Movie } from './movie.ts';
+import { PathTool } from './path_tool.ts';
+import { Scene, type SceneParts } from './scene.ts';
+import { steeringOf } from './steering.ts';
+import { Subscriptions } from './subscriptions.ts';
+import { ThresholdTool } from './threshold.ts';
+
+const kLongestFrame = 0.1; // time step limit after a pause [s]
+
+export interface SessionParts extends SceneParts {
+    /// The tab's storage, which outlives a reload.
+    readonly memory: Memory;
+    /// Codes of the keys that are held.
+    readonly held: ReadonlySet<string>;
+    /// Called after the server's welcome.
+    onWelcome(): void;
+}
+
+export class Session extends Scene implements Listener {
+    readonly latencies = new Latencies();
+    readonly device = new Haptics(this);
+    readonly hand = new Hand(this, this.device);
+    readonly endoscope = new Endoscope(this);
+    readonly threshold = new ThresholdTool(this);
+    readonly path = new PathTool(this);
+    readonly movie = new Movie(this, this.path, this.threshold);
+    readonly catheter: CatheterHand;
+    private readonly subscriptions = new Subscriptions(this);
+    private readonly memory: Memory;
+    private readonly held: ReadonlySet<string>;
+    private readonly onWelcome: () => void;
+    private received = 0; // voxels of the first snapshot
+    private boxesSinceDraw = 0;
+
+    constructor(parts: SessionParts) {
+        super(parts);
+        this.memory = parts.memory;
+        this.held = parts.held;
+        this.onWelcome = () => parts.onWelcome();
+        this.catheter = new CatheterHand(this, parts.held, this.device);
+    }
+
+    /// Connects to the server.
+    open(): void {
+        this.connection.open(this);
+    }
+
+    // --- messages of the server
+
+    welcome(message: Welcome): void {
+        this.store.set({
+            link: {
+                status: 'open',
+                text: '',
+                role: message.role,
+                client: message.client,
+                program: message.program,
+                features: message.features,
+                openBytes: message.open_bytes ?? 0,
+            },
+            device: { offered: message.haptic_devices ?? [], news: null },
+            shared: message.state,
+        });
+        const held = this.volume && this.store.state.scan.volume?.id === message.volume.id;
+        if (this.volume && !held) this.forgetScan();
+        this.subscriptions.forgetFields();
+        if (!message.resumed || !held) this.takeVolume(message.volume, held === true);
+        this.subscriptions.askAgain();
+        this.subscriptions.askVessel();
+        this.onWelcome();
+    }
+
+    newVolume(info: VolumeInfo): void {
+        this.forgetScan();
+        this.subscriptions.forgetFields();
+        this.takeVolume(info, false);
+        this.subscriptions.askAgain();
+    }
+
+    state(shared: SharedState): void {
+        const before = this.surface;
+        this.store.set({ shared });
+        const { iso, rising } = this.surface;
+        if (iso !== before.iso || rising !== before.rising) this.endoscope.judgeEye();
+        this.tellSteps();
+    }
+
+    box(frame: BoxFrame): void {
+        const texture = this.stage.texture;
+        if (!texture || !this.volume) return;
+        texture.patch(frame.box, frame.halves);
+        ++this.boxesSinceDraw;
+        const { loaded, voxels } = this.store.state.scan;
+        if (loaded < 1) {
+            this.received += frame.halves.length;
+            const share = this.received / voxelCount(this.volume.grid);
+            this.store.set({ scan: { loaded: frame.last ? 1 : Math.min(share, 0.99) } });
+        }
+        if (!frame.last) return;
+        this.latencies.arrived(frame.step);
+        this.store.set({ scan: { voxels: voxels + 1 } });
+        this.subscriptions.openVessel();
+        this.endoscope.keepEyeFree();
+    }
+
+    overlayBox(frame: BoxFrame): void {
+        this.subscriptions.overlayBox(frame);
+    }
+
+    restBox(frame: BoxFrame): void {
+        this.subscriptions.restBox(frame);
+    }
+
+    vesselFrame(frame: SurfaceFrame | VesselFrame): void {
+        this.subscriptions.vesselFrame(frame);
+    }
+
+    tools(tools: Tool[]): void {
+        const { client } = this.connection;
+        const own = tools.find((tool) => tool.client === client);
+        const others = tools.filter((tool) => tool.client !== client);
+        this.store.set({ hands: { others, force: own ? norm(own.force) : 0 } });
+        this.hand.placeBalls();
+    }
+
+    haptics(news: HapticsNews): void {
+        this.device.take(news, performance.now());
+    }
+
+    refused(refusal: Refusal): void {
+        if (refusal.code !== 'nothing') this.say(refusal.message);
+    }
+
+    lost(reason: string, retryMs?: number): void {
+        this.hand.forget();
+        const status = retryMs === undefined ? 'ended' : 'lost';
+        this.store.set({ link: { status, text: reason } });
+        this.device.forget();
+    }
+
+    done(answer: Done, sent: number): void {
+        this.latencies.done(answer, sent);
+    }
+
+    // --- scans
+
+    /// Forgets everything that belongs to the present scan, before another one is shown.
+    private forgetScan(): void {
+        keepView(this.store, this.memory);
+        this.hand.forget();
+        this.endoscope.forget();
+        this.history.clear();
+        this.subscriptions.forgetVessel();
+        const { frames } = initialState().sections;
+        this.store.set({
+            way: { path: null, flying: false, position: 0 },
+            tool: { outcome: '' },
+            hands: { force: 0 },
+            sections: { frames },
+        });
+        this.hand.placeBalls();
+    }
+
+    private takeVolume(info: VolumeInfo, keepsView: boolean): void {
+        const grid = gridOf(info);
+        this.volume = new VolumeData(grid, new Uint16Array(voxelCount(grid)));
+        this.stage.setVolume(this.volume);
+        this.stage.setOverlay(undefined);
+        this.stage.setRest(undefined);
+        this.received = 0;
+        this.store.set({ scan: { volume: info, loaded: 0 }, way: { from: null } });
+        if (keepsView || takeUpView(this.store, this.memory)) return;
+        const middle = worldFromVoxel(grid, mul(0.5, sub(grid.size, [1, 1, 1])));
+        const start = info.start ?? { eye_mm: middle, look: [0, 1, 0], up: [0, 0, 1] };
+        const size = norm(sub(worldFromVoxel(grid, grid.size), worldFromVoxel(grid, [0, 0, 0])));
+        const hasVessel = this.store.state.shared?.tissue?.has_vessel === true;
+        this.subscriptions.expectVessel(hasVessel);
+        // Window for contrast medium and soft tissue.
+        if (hasVessel) this.store.set({ sections: { window: 700, level: 200 } });
+        this.store.set({
+            view: {
+                camera: { eye: start.eye_mm, look: normalized(start.look), up: start.up },
+                orbit: {
+                    centre: middle,
+                    direction: [0, 1, 0],
+                    up: [0, 0, 1],
+                    distance: 1.5 * size,
+                },
+            },
+            sections: { cursor: start.eye_mm },
+        });
+    }
+
+    // --- frames
+
+    /// Advances by a frame's time, and draws.
+    tick(seconds: number, now: number): void {
+        const dt = Math.min(seconds, kLongestFrame);
+        if (this.volume && this.store.state.scan.loaded >= 1) this.move(dt);
+        this.device.tick(dt, now);
+        this.catheter.tick(dt, now);
+        this.hand.sendPose(now);
+        if (this.stage.frame(now) && this.boxesSinceDraw) {
+            this.boxesSinceDraw = 0;
+            this.latencies.drawn();
+        }
+    }
+
+    /// Moves the endoscope: by keys, which end movies and flights along paths, else by a movie or a
+    /// path.
+    private move(seconds: number): void {
+        const steering = steeringOf(this.held, this.store.state);
+        if (this.endoscope.takeUp(steering)) {
+            this.movie.stop();
+            this.path.pause();
+            this.endoscope.steer(steering, seconds);
+        } else if (!this.movie.tick(seconds)) this.path.follow(seconds);
+    }
+
+    /// Compares the voxels of the page with the server's, by their checksum.
+    async compare(): Promise<(Checksum & { same: boolean; own: string }) | undefined> {
+        let own = '';
+        const answer = await this.connection.ask({ do: 'checksum' }, () => {
+            own = this.volume ? checksumOf(this.volume.halves) : '';
+        });
+        if (answer?.t !== 'checksum') return undefined;
+        return { ...answer, own, same: own === answer.voxels };
+    }
+}

@@ -1,0 +1,235 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// Strokes of a tool: press, move, lift. A stroke follows the pointer at the server's pace: one
+// command is under way at a time, and the next one covers the motion since. A slow server gets
+// fewer and longer steps, never a queue.
+
+import { along, mul, norm, sub, type Vec3 } from '../maths/vec.ts';
+import type { Connection } from '../net/connection.ts';
+import type { Answer, Command, Done } from '../net/protocol.ts';
+import { pushOrSlide } from '../state/state.ts';
+import type { Store } from '../state/store.ts';
+import type { ToolKind } from '../views/instruments.ts';
+
+let nextStroke = 1 + Math.floor(Math.random() * 2 ** 30);
+
+/// Creates a number for commands that share one step of undo.
+export const newStroke = (): number => nextStroke++;
+
+export interface Stroke {
+    /// Moves the target of the stroke [mm, LPS].
+    to(place: Vec3): void;
+    /// Ends the stroke. @returns a promise that resolves when the server has done everything
+    end(): Promise<void>;
+    /// Position of the tool, to be drawn; a line for a cut.
+    readonly path: readonly Vec3[];
+    readonly radius: number;
+    readonly kind: ToolKind;
+    readonly closed?: boolean; ///< holds tissue
+}
+
+/// Stores the outcome of a command as a line for the user. Cut links are invisible until something
+/// moves, so their number is shown.
+export function note(store: Store, answer: Answer | undefined): void {
+    if (answer?.t !== 'done') return;
+    let outcome = answer.message ?? '';
+    if (answer.cut_links !== undefined) outcome ||= `${answer.cut_links} links cut`;
+    if (answer.status && answer.status !== 'applied')
+        outcome ||= `${answer.status} by ${answer.limited_by ?? 'something'}`;
+    store.set({ tool: { outcome } });
+}
+
+/// Follows the newest target, one command after the other.
+abstract class Follower implements Stroke {
+    protected target: Vec3;
+    path: readonly Vec3[];
+    private busy: Promise<void> | undefined;
+
+    constructor(
+        protected readonly connection: Connection,
+        protected readonly store: Store,
+        start: Vec3,
+        readonly radius: number,
+        readonly kind: ToolKind,
+    ) {
+        this.target = start;
+        this.path = [start];
+    }
+
+    to(place: Vec3): void {
+        this.target = place;
+        this.busy ??= this.follow().finally(() => {
+            this.busy = undefined;
+        });
+    }
+
+    async end(): Promise<void> {
+        await this.busy;
+        await this.finish();
+        this.store.set({ hands: { force: 0 } });
+    }
+
+    /// Makes one step towards the target. @returns whether to go on
+    protected abstract advance(): Promise<boolean>;
+    protected async finish(): Promise<void> {}
+
+    protected async ask(command: Command): Promise<Done | undefined> {
+        const answer = await this.connection.ask(command);
+        note(this.store, answer);
+        return answer?.t === 'done' ? answer : undefined;
+    }
+
+    private async follow(): Promise<void> {
+        while (await this.advance());
+    }
+}
+
+const kCellStep = 1; // longest push of a single cell [mm]
+export const kMinCarving = 0.5; // smallest radius for carving: single cells can't be carved [mm]
+const kMinMotion = 0.02; // shorter motions are postponed [mm]
+
+/// Step from a to b of limited length; undefined if it is too short.
+function stepTo(a: Vec3, b: Vec3, most: number): Vec3 | undefined {
+    const way = sub(b, a);
+    const length = norm(way);
+    if (length < kMinMotion) return undefined;
+    return length > most ? mul(most / length, way) : way;
+}
+
+/// Stroke of a sphere that drags tissue along, or that tissue slides off.
+export class PushStroke extends Follower {
+    private place: Vec3;
+    private readonly stroke = newStroke();
+    private readonly verb: 'push' | 'slide';
+
+    constructor(connection: Connection, store: Store, start: Vec3) {
+        super(connection, store, start, store.state.tool.radius, 'ball');
+        this.place = start;
+        const slides = store.state.tool.slide && this.radius > 0;
+        this.verb = pushOrSlide(store.state, slides);
+    }
+
+    protected async advance(): Promise<boolean> {
+        // With radius 0 the tool moves the eight elements of its cell in steps of kCellStep.
+        const push = stepTo(this.place, this.target, this.radius || kCellStep);
+        if (!push) return false;
+        const done = await this.ask({
+            do: this.verb,
+            point: this.place,
+            push,
+            radius: this.radius,
+            stroke: this.stroke,
+        });
+        if (!done) return false;
+        const fraction = done.grabbed_elements === 0 ? 1 : (done.step_fraction ?? 1);
+        this.place = done.end ?? along(this.place, fraction, push);
+        this.path = [this.place];
+        if (fraction < 1) this.target = this.place; // an obstacle ends the stroke
+        return fraction === 1;
+    }
+
+    protected override async finish(): Promise<void> {
+        await this.ask({ do: 'release' });
+    }
+}
+
+/// Stroke of a grasper: grabs tissue and drags it.
+export class GrabStroke extends Follower {
+    private readonly start: Vec3;
+    private offset: Vec3 = [0, 0, 0];
+    private held: boolean | undefined;
+
+    get closed(): boolean {
+        return this.held === true;
+    }
+
+    constructor(connection: Connection, store: Store, start: Vec3) {
+        super(connection, store, start, store.state.tool.radius, 'grasper');
+        this.start = start;
+    }
+
+    protected async advance(): Promise<boolean> {
+        if (this.held === undefined) {
+            const done = await this.ask({ do: 'grab', point: this.start, radius: this.radius });
+            this.held = (done?.grabbed_elements ?? 0) > 0;
+            if (!this.held) this.store.set({ tool: { outcome: 'nothing to hold here' } });
+        }
+        const offset = sub(this.target, this.start);
+        if (!this.held || norm(sub(offset, this.offset)) < kMinMotion) return false;
+        const done = await this.ask({ do: 'drag', offset });
+        if (!done) return false;
+        this.offset = offset;
+        this.path = [along(this.start, 1, offset)];
+        return true;
+    }
+
+    protected override async finish(): Promise<void> {
+        if (this.held) await this.ask({ do: 'let_go' });
+    }
+}
+
+/// Stroke of a scoop: removes tissue along the pointer's path.
+export class CarveStroke extends Follower {
+    private place: Vec3;
+    private begun = false;
+    private readonly stroke = newStroke();
+
+    constructor(connection: Connection, store: Store, start: Vec3) {
+        super(connection, store, start, Math.max(store.state.tool.radius, kMinCarving), 'scoop');
+        this.place = start;
+    }
+
+    protected async advance(): Promise<boolean> {
+        const way = stepTo(this.place, this.target, Infinity);
+        if (this.begun && !way) return false;
+        this.begun = true;
+        const to = way ? along(this.place, 1, way) : this.place;
+        const done = await this.ask({
+            do: 'carve',
+            from: this.place,
+            to,
+            radius: this.radius,
+            stroke: this.stroke,
+        });
+        this.place = to;
+        this.path = [to];
+        return done !== undefined;
+    }
+}
+
+const kMaxPoints = 500;
+
+/// Stroke of a blade: a line that is cut when the pointer is lifted.
+export class CutStroke implements Stroke {
+    readonly radius = 0;
+    readonly kind = 'blade';
+    path: Vec3[];
+
+    /// @param direction  from the line into the tissue, unit
+    /// @param centred  the line is in the middle of the cut, else near its front
+    constructor(
+        private readonly connection: Connection,
+        private readonly store: Store,
+        start: Vec3,
+        private readonly direction: Vec3,
+        private readonly centred: boolean,
+    ) {
+        this.path = [start];
+    }
+
+    to(place: Vec3): void {
+        const last = this.path[this.path.length - 1]!;
+        if (norm(sub(place, last)) >= 0.5 && this.path.length < kMaxPoints) this.path.push(place);
+    }
+
+    async end(): Promise<void> {
+        if (this.path.length < 2) return;
+        const depth = mul(this.store.state.tool.depth, this.direction);
+        // In a section the cut extends equally to the front and to the back; at a wall it starts
+        // just in front of it.
+        const shift = this.centred ? -0.5 : -0.15;
+        const line = this.path.map((p) => along(p, shift, depth));
+        note(this.store, await this.connection.ask({ do: 'cut', line, depth }));
+    }
+}

@@ -1,0 +1,46 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// Automatic exposure, metered over the picture, as in src/render/exposure.cpp.
+
+import { type Camera, firstHit, rayThrough, type Surface } from '../maths/rays.ts';
+import type { VolumeData } from '../maths/volume.ts';
+import type { FieldStop } from '../state/state.ts';
+
+const kAcross = 11; // rays along each side of the picture
+const kKey = 0.75; // light on an average wall, as a share of its own colour
+const kPower = 0.75; // exponent of the mean, between mean and median
+const kNear = 5; // distance at the lowest power of the lamps [mm]
+const kFar = 45; // distance at the highest power [mm]
+const kLampSize = 3; // [mm]
+
+const arriving = (far: number): number => 1 / (far * far + kLampSize * kLampSize);
+
+/// Exposure for a camera [mm²].
+export function meteredExposure(
+    volume: VolumeData,
+    camera: Camera,
+    fieldOfView: number,
+    barrel: number,
+    aspect: number,
+    surface: Surface,
+    fieldStop: FieldStop,
+): number {
+    const full = fieldStop === 'full';
+    const radius = Math.min(1, aspect);
+    const [halfWidth, halfHeight] = full ? [aspect, 1] : [radius, radius];
+    let sum = 0;
+    let count = 0;
+    for (let j = 0; j < kAcross; ++j)
+        for (let i = 0; i < kAcross; ++i) {
+            const u = (2 * i + 1) / kAcross - 1;
+            const v = (2 * j + 1) / kAcross - 1;
+            if (!full && u * u + v * v > 1) continue;
+            ++count;
+            const ray = rayThrough(camera, fieldOfView, barrel, halfWidth * u, halfHeight * v);
+            const hit = firstHit(volume, camera.eye, ray, surface);
+            if (hit) sum += arriving(hit.distance) ** kPower;
+        }
+    const mean = (sum / count) ** (1 / kPower);
+    return kKey / Math.min(Math.max(mean, arriving(kFar)), arriving(kNear));
+}

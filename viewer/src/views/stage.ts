@@ -1,0 +1,294 @@
+// SPDX-FileCopyrightText: 2026 The Pliant authors
+// SPDX-License-Identifier: Apache-2.0
+
+// Canvas behind the four views. A view is drawn only after a change of its contents; the others
+// keep their pixels. While something moves, the endoscope's picture is drawn with fewer pixels,
+// adapted to the last frame times; when all is still, it is drawn once more in full. A frame begins
+// when the graphics processor has finished the previous one, so that frames never queue up.
+
+import * as THREE from 'three';
+import type { VolumeData } from '../maths/volume.ts';
+import type { Vessel } from '../net/vessel.ts';
+import { kViews, type SectionName, type State, type ViewName } from '../state/state.ts';
+import type { Store } from '../state/store.ts';
+import { EndoscopeView, kPasses } from './endoscope_view.ts';
+import type { ToolBall } from './instruments.ts';
+import type { OverlayField } from './overlay_field.ts';
+import { fieldUniforms, kNoField, overlayUniforms, Picture, type ViewRect } from './picture.ts';
+import type { RestField } from './rest_field.ts';
+import { sectionPlane } from './section_geometry.ts';
+import { kSection } from './shaders.ts';
+import { VolumeTexture } from './volume_texture.ts';
+
+const kScales = [1, 0.66, 0.5, 0.35, 0.25];
+const kSlowMs = 45; // frame time above which pixels are reduced
+const kQuickMs = 22; // frame time below which pixels are increased
+const kStillMs = 180; // time without a change before the full picture
+
+/// Groups of the state that the views depend on, apart from the threshold and the cut face.
+const inAllViews = ({ scan, overlay, display }: State): unknown[] => [scan, overlay, display];
+const inEndoscope = (state: State): unknown[] => {
+    const { view, look, fluoro, flight, versions, hands } = state;
+    return [...inAllViews(state), view, look, fluoro, flight, versions, hands];
+};
+const inSections = (state: State): unknown[] => [...inAllViews(state), state.sections];
+
+const differ = (a: readonly unknown[], b: readonly unknown[]): boolean =>
+    a.some((part, i) => part !== b[i]);
+
+export interface StageHooks {
+    /// Position of a view on the page.
+    rectOf(view: ViewName): DOMRect;
+    /// The graphics context was lost or restored.
+    onContext(lost: boolean): void;
+    /// Frames are too slow even with the fewest pixels.
+    onTooSlow(): void;
+}
+
+export class Stage {
+    readonly renderer: THREE.WebGLRenderer;
+    texture: VolumeTexture | undefined;
+    overlay: OverlayField | undefined;
+    rest: RestField | undefined;
+    vessel: Vessel | undefined;
+    /// Mean time of the graphics processor for a frame in motion [ms].
+    frameMs = 0;
+    framesDrawn = 0;
+    private readonly endoscope = new EndoscopeView();
+    private readonly section = new Picture(kSection, {
+        ...kNoField,
+        centre: new THREE.Vector3(),
+        right: new THREE.Vector3(),
+        up: new THREE.Vector3(),
+        halfExtent: new THREE.Vector2(),
+        window: 1,
+        level: 0,
+        contour: false,
+        pixel: 1,
+    });
+    private readonly stale = new Set<ViewName>(kViews);
+    private quality = 0; // index of kScales
+    private lastChange = 0;
+    private fence: WebGLSync | null = null;
+    private fenceStart = 0;
+    private fenceMoving = false; // the frame was drawn in motion
+    private full = false; // the endoscope's picture is complete
+    private pass = 0; // next index of kPasses while all is still
+    private lost = false;
+    balls: readonly ToolBall[] = [];
+
+    constructor(
+        private readonly canvas: HTMLCanvasElement,
+        private readonly store: Store,
+        private readonly hooks: StageHooks,
+    ) {
+        this.renderer = new THREE.WebGLRenderer({
+            canvas,
+            antialias: false,
+            alpha: false,
+            preserveDrawingBuffer: true,
+            powerPreference: 'high-performance',
+        });
+        this.renderer.autoClear = false;
+        this.renderer.setScissorTest(true);
+        store.listen((state, before) => this.noteChange(state, before));
+        canvas.addEventListener('webglcontextlost', () => {
+            this.lost = true;
+            this.fence = null; // fences of a lost context are never signalled
+            // three.js would delete stale handles later, in the new context.
+            this.endoscope.dispose();
+            for (const field of [this.texture, this.overlay, this.rest]) field?.dispose();
+            hooks.onContext(true);
+        });
+        canvas.addEventListener('webglcontextrestored', () => {
+            this.lost = false;
+            this.renderer.setScissorTest(true);
+            this.texture?.restore();
+            this.overlay?.restore();
+            this.rest?.restore();
+            this.invalidate();
+            hooks.onContext(false);
+        });
+        new ResizeObserver(() => this.invalidate()).observe(canvas);
+    }
+
+    setVolume(data: VolumeData): void {
+        this.texture?.dispose();
+        this.texture = new VolumeTexture(data);
+        this.endoscope.setVolume(this.texture);
+        this.section.set(fieldUniforms(this.texture));
+        this.invalidate();
+    }
+
+    setOverlay(field: OverlayField | undefined): void {
+        this.overlay?.dispose();
+        this.overlay = field;
+        this.invalidate();
+    }
+
+    setRest(field: RestField | undefined): void {
+        if (field === this.rest) return;
+        this.rest?.dispose();
+        this.rest = field;
+        this.endoscope.setRest(field);
+        this.markEndoscope();
+    }
+
+    setTools(balls: readonly ToolBall[]): void {
+        if (!balls.length && !this.balls.length) return;
+        this.balls = balls;
+        this.markEndoscope();
+    }
+
+    invalidate(): void {
+        for (const view of kViews) this.stale.add(view);
+        this.full = false;
+        this.pass = 0;
+        this.lastChange = performance.now();
+    }
+
+    /// Tests whether all views are drawn completely.
+    get isStill(): boolean {
+        return this.full && !this.stale.size && !this.fence;
+    }
+
+    /// Draws the stale views. @returns whether anything was drawn
+    frame(now: number): boolean {
+        const { state } = this.store;
+        if (this.lost || !this.texture || state.scan.loaded < 1) return false;
+        if (!this.lastIsDone(now)) return false;
+        this.fitCanvas();
+        this.texture.upload(this.renderer);
+        this.overlay?.upload(this.renderer);
+        this.rest?.upload(this.renderer);
+        const still = now - this.lastChange > kStillMs;
+        const { maximised } = state.display;
+        if (maximised && maximised !== 'endoscope') this.full = true; // hidden
+        if (still && !this.full) this.stale.add('endoscope');
+        if (!this.stale.size) return false;
+        for (const view of this.stale) this.drawView(view, state, still);
+        this.fenceMoving = !still && this.stale.has('endoscope');
+        this.stale.clear();
+        const gl = this.renderer.getContext() as WebGL2RenderingContext;
+        this.fence = gl.fenceSync(gl.SYNC_GPU_COMMANDS_COMPLETE, 0);
+        this.fenceStart = now;
+        gl.flush();
+        ++this.framesDrawn;
+        return true;
+    }
+
+    private lastIsDone(now: number): boolean {
+        if (!this.fence) return true;
+        const gl = this.renderer.getContext() as WebGL2RenderingContext;
+        if (gl.getSyncParameter(this.fence, gl.SYNC_STATUS) !== gl.SIGNALED) return false;
+        gl.deleteSync(this.fence);
+        this.fence = null;
+        if (this.fenceMoving) this.adapt(now - this.fenceStart);
+        return true;
+    }
+
+    /// Encodes the canvas as PNG.
+    toBlob(): Promise<Blob | null> {
+        return new Promise((resolve) => this.canvas.toBlob(resolve, 'image/png'));
+    }
+
+    private noteChange(state: State, before: State): void {
+        const wall =
+            state.shared?.iso_hu !== before.shared?.iso_hu ||
+            state.shared?.polarity !== before.shared?.polarity;
+        const { sections: now, view } = state;
+        const then = before.sections;
+        const cutFace = view.outside && (now.window !== then.window || now.level !== then.level);
+        if (wall || cutFace || differ(inEndoscope(state), inEndoscope(before)))
+            this.markEndoscope();
+        if (wall || differ(inSections(state), inSections(before)))
+            for (const name of kViews.slice(1)) this.stale.add(name);
+    }
+
+    private markEndoscope(): void {
+        this.stale.add('endoscope');
+        this.full = false;
+        this.pass = 0;
+        this.lastChange = performance.now();
+    }
+
+    private fitCanvas(): void {
+        const ratio = Math.min(window.devicePixelRatio || 1, 2);
+        const box = this.canvas.getBoundingClientRect();
+        const width = Math.max(Math.round(box.width * ratio), 1);
+        const height = Math.max(Math.round(box.height * ratio), 1);
+        if (this.canvas.width === width && this.canvas.height === height) return;
+        this.renderer.setPixelRatio(1);
+        this.renderer.setSize(width, height, false);
+        this.invalidate();
+    }
+
+    private adapt(frameMs: number): void {
+        this.frameMs = this.frameMs ? 0.7 * this.frameMs + 0.3 * frameMs : frameMs;
+        const slow = this.frameMs > kSlowMs && this.quality + 1 < kScales.length;
+        if (this.frameMs > kSlowMs && !slow) this.hooks.onTooSlow();
+        const quick = this.frameMs < kQuickMs && this.quality > 0;
+        if (!slow && !quick) return;
+        this.quality += slow ? 1 : -1;
+        this.frameMs = 0; // unknown for the new size
+    }
+
+    private drawView(view: ViewName, state: State, still: boolean): void {
+        const { maximised, fine } = state.display;
+        if (maximised && maximised !== view) return;
+        const rect = this.pixelRect(view);
+        if (rect.width < 1 || rect.height < 1) return;
+        if (view === 'endoscope') {
+            // Four rays per pixel: at once where pixels are cheap, else in successive passes.
+            const cheap = this.quality === 0;
+            const scale = still ? (fine && cheap ? 2 : 1) : kScales[this.quality]!;
+            const passes = still && fine && !cheap && !state.view.outside;
+            this.endoscope.setOverlay(state, this.overlay);
+            this.endoscope.setVessel(this.vessel, state.versions.vessel);
+            const pass = passes ? this.pass++ : undefined;
+            const seed = still ? 0 : this.framesDrawn; // a still picture doesn't flicker
+            this.endoscope.draw(this.renderer, state, this.balls, rect, scale, seed, pass);
+            this.full = still && (!passes || this.pass === kPasses.length);
+        } else this.drawSection(view, state, rect);
+    }
+
+    private drawSection(view: SectionName, state: State, rect: ViewRect): void {
+        const { grid } = this.texture!.data;
+        const { frames, cursor, window, level } = state.sections;
+        const plane = sectionPlane(grid, view, frames[view], cursor, rect.width, rect.height);
+        this.section.set(overlayUniforms(state, this.overlay));
+        this.section.set({
+            centre: new THREE.Vector3(...plane.centre),
+            right: new THREE.Vector3(...plane.axes.right),
+            up: new THREE.Vector3(...plane.axes.up),
+            halfExtent: new THREE.Vector2(
+                0.5 * rect.width * plane.mmPerPixel,
+                0.5 * rect.height * plane.mmPerPixel,
+            ),
+            window,
+            level,
+            iso: state.shared?.iso_hu ?? 0,
+            contour: state.display.contour,
+            pixel: plane.mmPerPixel,
+        });
+        this.renderer.setViewport(rect.x, rect.y, rect.width, rect.height);
+        this.renderer.setScissor(rect.x, rect.y, rect.width, rect.height);
+        this.section.draw(this.renderer);
+    }
+
+    private pixelRect(view: ViewName): ViewRect {
+        const box = this.canvas.getBoundingClientRect();
+        const rect = this.hooks.rectOf(view);
+        const ratio = this.canvas.width / box.width;
+        const left = Math.round((rect.left - box.left) * ratio);
+        const right = Math.round((rect.right - box.left) * ratio);
+        const top = Math.round((rect.top - box.top) * ratio);
+        const bottom = Math.round((rect.bottom - box.top) * ratio);
+        return {
+            x: left,
+            y: this.canvas.height - bottom,
+            width: right - left,
+            height: bottom - top,
+        };
+    }
+}
