@@ -12,7 +12,6 @@ namespace pliant {
 namespace {
 
 constexpr double kDegrees = 180 / std::numbers::pi;
-
 // Dead zone: smaller motions don't move the base. The threshold to start is larger, so that a
 // vibrating wire doesn't wake a base at rest.
 constexpr double kStill_mm = 0.02, kWakes_mm = 0.06;

@@ -38,8 +38,7 @@ void wall_law(const ChainMailFeel::Give& give, double bone_n_m, double depth_mm,
         stiffness_n_m = k;
         return;
     }
-    const double last =
-        limit * (1 - std::sqrt(k / bone_n_m));  // the law is as stiff as bone from here on
+    const double last = limit * (1 - std::sqrt(k / bone_n_m));  // as stiff as bone beyond
     const double bent = std::min(depth_mm, last);
     const double share = limit > 0 ? 1 - bent / limit : 1;
     force_n = 1e-3 * (k * bent / share + bone_n_m * std::max(0.0, depth_mm - last));

@@ -41,8 +41,7 @@ void LearntStiffness::begin_with(const Mat3d& change_n_m) {
 }
 
 void LearntStiffness::add(Vec3d place_mm, Vec3d force_n) {
-    constexpr double kLeastStep_mm =
-        0.01;  // smaller steps are rounding, or the tissue's own motion
+    constexpr double kLeastStep_mm = 0.01;  // below: rounding or own motion
     if (m_has_place) {
         const Vec3d step = place_mm - m_place_mm;
         if (norm(step) < kLeastStep_mm) return;

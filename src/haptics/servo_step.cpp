@@ -123,8 +123,7 @@ bool bound_energy(double period_s, const HapticState& s, Vec3d& force) {
 HapticForce servo_step(const HapticSettings& settings, const HapticModel* fresh,
                        const HapticReading& reading, HapticState& s) {
     const HapticWorkspace& w = settings.workspace;
-    const double felt =
-        w.scale * w.force_scale;  // ratio of a stiffness at the device to one in the scene
+    const double felt = w.scale * w.force_scale;  // stiffness at the device / in the scene
     const double largest_n_m = felt > 0 ? settings.max_stiffness_n_m / felt : 0;
     const Vec3d x = w.origin_mm + w.scale * (w.rotation * reading.position_mm);
     const double passed_s = s.time_ns < 0 ? 0 : 1e-9 * double(reading.time_ns - s.time_ns);

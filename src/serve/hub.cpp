@@ -359,8 +359,7 @@ void Hub::note(SessionRecord record) noexcept {
         } catch (const std::bad_alloc&) {
         }
     }
-    m_unlogged.push_back(
-        std::move(record));  // space is reserved: no work is done while records wait
+    m_unlogged.push_back(std::move(record));  // reserved: no work while records wait
 }
 
 /// Whether all changes of the scene are recorded, at least in memory. If not, no command may be

@@ -89,8 +89,7 @@ Transfer::Transfer(Transfers::Desk& desk, Guest guest)
       m_port(guest.port),
       m_target(m_parser->get().target()) {
     ++*m_count;
-    m_parser->body_limit(
-        std::numeric_limits<std::uint64_t>::max());  // uploads have a separate limit
+    m_parser->body_limit(std::numeric_limits<std::uint64_t>::max());  // Upload has limits
 }
 
 Transfer::~Transfer() {
