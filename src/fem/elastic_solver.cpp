@@ -54,8 +54,8 @@ struct ElasticSolver::Impl {
             },
             solid);
     }
-    /// Returns the preconditioner of the method.
     Preconditioner preconditioner() const;
+    /// Free part of f − K u.
     NodeVector residual(const NodeVector& force, const NodeVector& inner) const {
         NodeVector r(force.node_count());
         for (std::size_t n = 0; n < std::size_t(force.node_count()); ++n)
