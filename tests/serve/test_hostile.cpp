@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Clients that mean no good, or are broken: they are dropped with a reason, and the scene goes on
+// Hostile and faulty clients: they are disconnected with a reason, and the scene goes on
 // for the others.
 
 #include <gtest/gtest.h>
