@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// A catheter that is pushed round a bend, its vessel of more than 20,000 tetrahedra all active, and
-// with the boxes near the catheter alone. A step is what pliant vessel makes: five sub-steps of
-// wall, contact and wire.
+// A catheter is pushed round a bend in a vessel of more than 20,000 tetrahedra, either all active
+// or only the boxes near the catheter. A step is that of pliant vessel: five sub-steps of wall,
+// contact and wire.
 
 #include <pliant/catheter.h>
 
@@ -33,8 +33,8 @@ VesselWall long_bend() {
     return std::move(*wall);
 }
 
-/// One item is a tetrahedron of the vessel; subject and reference are the boxes and all of it.
-/// Arguments: how far the catheter is in [mm], threads.
+/// One item is a tetrahedron of the vessel; the subject uses the boxes, the reference the whole
+/// vessel. Arguments: inserted length [mm], threads.
 void pbd_catheter(benchmark::State& state) {
     const TaskArena arena(int(state.range(1)));
     const VesselWall wall = long_bend();

@@ -1,10 +1,10 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// ChainMail's solves. One item is a moved element. A moving contact is all of a push from rest:
-// bricks made, the solve, the step's limits, the move; memory is warm, as in any push but the
-// first. Each row has its reference in the same run, and floor_ns/item: the bytes that must be
-// moved at the bandwidth that a plain copy reaches in the same run.
+// ChainMail's solves. One item is a moved element. A moving contact is a complete push from rest:
+// creation of bricks, solve, limits of the step, move; memory is warm, as in every push but the
+// first. Each row has its reference in the same run, and floor_ns/item: the necessary memory
+// traffic at the bandwidth of a plain copy in the same run.
 
 #include <pliant/chainmail.h>
 #include <pliant/chainmail_orderings.h>
@@ -27,9 +27,9 @@ ChainMail tissue_of(const Contact& contact, const ChainMailSettings& settings,
     return std::move(ChainMail::create(contact.volume(), settings, arena)).value();
 }
 
-/// Dijkstra's heap on the graph of the same lattice: each element once and component by component,
-/// with every neighbour and limit looked up beforehand. It is kept for the next case, since a large
-/// one takes seconds to make.
+/// Dijkstra's algorithm with a heap on the graph of the same lattice: each element once per
+/// component, with precomputed neighbours and limits. It is cached for the next case, because a
+/// large one takes seconds to build.
 class Heap {
   public:
     static Heap& of(const Contact& contact) {
@@ -86,7 +86,7 @@ class Heap {
     Vec3d m_push_mm;
 };
 
-/// The heap's graph of the 10 M lattice would take 12 GB: there its figure is that of the 1 M one.
+/// The heap's graph of the 10 M lattice would take 12 GB: there the figure of the 1 M one is used.
 constexpr int kLargestHeap = 3;
 
 void moving_contact_against_heap(benchmark::State& state) {
@@ -114,7 +114,7 @@ void moving_contact_against_heap(benchmark::State& state) {
         return;
     }
     turns.count(double(items), smaller ? double(heap_items) : 0);
-    // Each link is looked at for it, which takes long; the larger ones have the same bricks.
+    // The check visits each link, which takes long; the larger cases have the same bricks.
     if (contact.decade < kLargestHeap)
         state.counters["bytes/resident_element"] = tissue.state().bytes_per_resident_element;
     add_floor(state, arena, kPushBytes);
@@ -149,7 +149,7 @@ void moving_contact_against_plain_loops(benchmark::State& state) {
                 settings_of(heterogeneous, ChainMailSolver::PlainSweep));
 }
 
-/// What undo adds: the subject keeps steps, the reference doesn't.
+/// Cost of undo: the subject keeps steps, the reference doesn't.
 void moving_contact_with_undo(benchmark::State& state) {
     const ChainMailSettings without =
         settings_of(Contact(state).heterogeneous, ChainMailSolver::Sweep);
@@ -159,7 +159,7 @@ void moving_contact_with_undo(benchmark::State& state) {
 }
 
 /// The 50³ lattice on which other programs were measured: one element in the middle of a face is
-/// pulled outwards. Arguments: pull [elements]. The reference are Gibson's lists.
+/// pulled outwards. Argument: pull [elements]. The reference uses Gibson's lists.
 void bounded_lattice(benchmark::State& state) {
     const TaskArena arena(1);
     const Volume volume = layered_volume(50, false);

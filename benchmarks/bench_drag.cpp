@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Drags with the fields of their pick at hand, and the pick. One item is an element that moves, or
-// that the fields of the pick reach. The reference pushes the same elements by the same step.
+// Drags with precomputed fields, and the grab that computes them. One item is an element that
+// moves, or that the fields reach. The reference pushes the same elements by the same step.
 
 #include <pliant/chainmail.h>
 
@@ -48,7 +48,7 @@ struct Drag {
     }
 };
 
-/// One frame that goes all the way out.
+/// One frame of a drag through the whole reach.
 void drag_frame(benchmark::State& state) {
     Drag drag(state);
     drag.grab();
@@ -61,7 +61,7 @@ void drag_frame(benchmark::State& state) {
     add_floor(state, drag.arena, kFrameBytes);
 }
 
-/// The grab before it, which belongs to no frame.
+/// The preceding grab, which is not part of a frame.
 void drag_pick(benchmark::State& state) {
     Drag drag(state);
     const std::int64_t items = drag.grab();
@@ -72,7 +72,7 @@ void drag_pick(benchmark::State& state) {
     add_floor(state, drag.arena, kPushBytes);
 }
 
-/// Tissue of many values with airways, so that most bricks near the pick differ by direction.
+/// Tissue of many values with airways, so that most bricks near the grab differ by direction.
 Volume tissue_with_air(int side) {
     Volume volume;
     volume.grid.size = {side, side, side};
@@ -89,10 +89,10 @@ Volume tissue_with_air(int side) {
     return volume;
 }
 
-/// A pick in tissue with air; one item is an element of the reach. First: in tissue that nothing
-/// was done to before, so that bricks and materials are made as well. Deformed: after a drag to the
-/// side. The reference is two pushes by the whole reach, all components forth and all back, which
-/// is what the fields say.
+/// A grab in tissue with air; one item is an element of the reach. First: in new tissue, so that
+/// bricks and materials are created as well. Deformed: after a drag to the side. The reference is
+/// two pushes by the whole reach, all components forwards and backwards, which is equivalent to the
+/// fields.
 void pick_through_air(benchmark::State& state) {
     const TaskArena arena(int(state.range(2)));
     const Volume volume = tissue_with_air(int(state.range(0)));

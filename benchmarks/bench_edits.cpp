@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// What the history and a cut cost. The push is the second one at its place, so that all that moves
-// has moved before: each brick is copied before the solve writes it, and packed after it. One item
-// is a moved element. The reference is the same push without a history.
+// Cost of the history and of a cut. The push is the second one at its position, so that its
+// elements have moved before: each brick is copied before the solve writes to it, and packed
+// afterwards. One item is a moved element. The reference is the same push without a history.
 
 #include <pliant/chainmail.h>
 
@@ -96,7 +96,7 @@ BENCHMARK(history_step)
     ->Iterations(8)
     ->Unit(benchmark::kMillisecond);
 
-/// A plane through the middle of a lattice at rest. Argument: side. One item is a link that is cut.
+/// A plane through the middle of a lattice at rest. Argument: side. One item is a cut link.
 void cut_plane(benchmark::State& state) {
     const int side = int(state.range(0));
     const TaskArena arena(1);

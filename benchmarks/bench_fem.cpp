@@ -1,12 +1,12 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The finite-element reference on a cube that is held at its foot and pushed at its top: assembly
-// of the matrix, its Cholesky factor and a solve with it, and conjugate gradients on the lattice,
-// which have no matrix. One item is a node (of an iteration: once). The floor of an iteration reads
-// and writes what conjugate gradients must without any preconditioner, at the speed at which a
-// plain loop over arrays of that size does it in the same run. The multigrid cycle is in the time
-// and not in the floor: it multiplies with the matrix four times more.
+// The finite-element reference on a cube fixed at its bottom and pushed at its top: assembly of the
+// matrix, its Cholesky factor, a solve with it, and matrix-free conjugate gradients on the lattice.
+// One item is a node (per iteration). The floor of an iteration is the memory traffic of conjugate
+// gradients without a preconditioner, at the speed of a plain loop over arrays of that size in the
+// same run. The multigrid cycle is part of the time but not of the floor: it multiplies with the
+// matrix four more times.
 
 #include <pliant/fem.h>
 
@@ -38,7 +38,7 @@ ElasticLoads push_on(const HexLattice& l) {
 
 const std::vector<ElasticMaterial> kElastin = {{6e5, 0.45, 1040}};
 
-/// @param method  conjugate gradients: assembly alone
+/// @param method  conjugate gradients: assembly only
 void assemble(benchmark::State& state, ElasticMethod method) {
     const HexLattice lattice = cube(int(state.range(0)));
     const TaskArena arena(int(state.range(1)));
@@ -90,7 +90,7 @@ void fem_iteration(benchmark::State& state) {
     if (!first) std::abort();
     const int iterations = first->iterations;
     const double nodes = double(node_count(lattice));
-    // What an iteration must read and write: search direction, its product, displacement, residual.
+    // Memory traffic of an iteration: search direction, its product, displacement, residual.
     const std::int64_t doubles = 8 * node_count(lattice);
     MemoryFloor floor(12 * doubles, 9 * doubles, arena);
     const int floor_turns = std::max(1, std::min(iterations, 30));

@@ -1,10 +1,10 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// What identification asks for again and again: how far a lattice of springs with other values is
-// from its reference. One item is an evaluation of the elastin cube of [Choi2004, 4.3] with three
-// values and three loads; linear motion (a factor and a substitution for each load) against the
-// equilibrium by Newton's method and conjugate gradients.
+// The inner step of identification: the distance of a spring lattice with other values from its
+// reference. One item is an evaluation of the elastin cube of [Choi2004, 4.3] with three values and
+// three loads; linear motion (a factor and a substitution for each load) against the equilibrium by
+// Newton's method and conjugate gradients.
 
 #include <pliant/fit_box.h>
 
@@ -17,7 +17,7 @@
 namespace pliant::bench {
 namespace {
 
-constexpr int kPoints = 4;  // at once
+constexpr int kPoints = 4;  // simultaneous evaluations
 
 FitBoxProblem cube(int side, FitMotion motion, const TaskArena& arena) {
     const double spacing = 100.0 / (side - 1);

@@ -1,12 +1,12 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// A scan of 512 × 512 × 1024 voxels (537 MB), opened and pushed once by the program as a user
-// starts it: seconds, and the most memory that it had in use, as a multiple of the scan's file. The
-// page cache counts where the program has mapped it. One item is a voxel of the scan. The reference
-// reads the bytes of the scan's file, and where the program writes, writes a copy.
+// A scan of 512 × 512 × 1024 voxels (537 MB), opened and pushed once by the program from the
+// command line: seconds, and peak memory as a multiple of the scan's file. Mapped page cache counts
+// as memory. One item is a voxel of the scan. The reference reads the bytes of the scan's file, and
+// writes a copy if the program writes.
 //
-// Everything is in the folder bench-large-scan, which is removed at the end: 8 GB for the case with
+// All files are in the folder bench-large-scan, which is removed at the end: 8 GB for the case with
 // both fields, 2.5 GB for the others.
 
 #include <fcntl.h>
@@ -45,7 +45,7 @@ std::string text_of(Vec3d v) {
     return text;
 }
 
-/// The scan and all that is made of it.
+/// Folder of the scan and all files derived from it.
 class Folder {
   public:
     static Folder& get() {
@@ -57,13 +57,13 @@ class Folder {
         fs::remove_all(m_path, ignored);
     }
     fs::path operator/(const char* name) const { return m_path / name; }
-    /// @returns why the scan can't be made here; empty if it is there
+    /// @returns reason why the scan can't be made here; empty if it exists
     const std::string& trouble() const { return m_trouble; }
 
-    /// Runs the program in this folder. The program /usr/bin/time stands between, because the
-    /// largest memory of a process counts what it was before it became this program, too.
+    /// Runs the program in this folder, started by /usr/bin/time, because the peak memory of a
+    /// process includes that of its parent before exec.
     /// @param[out] peak_bytes  may be null
-    /// @returns false where it fails
+    /// @returns false on failure
     bool run(const std::vector<std::string>& arguments, double* peak_bytes = nullptr) const {
         std::vector<std::string> words = {
             "/usr/bin/time", "-o",          m_path / "peak.txt", "-f", "%M", "env", "-C",
@@ -98,7 +98,7 @@ class Folder {
             return;
         }
         std::ofstream(m_path / "soft.toml")
-            << "[material]\nbone_threshold_hu = 3000\n";  // contrast is no bone
+            << "[material]\nbone_threshold_hu = 3000\n";  // contrast agent is no bone
         if (!run({"phantom", "vessel", "--size", "512x512x1024", "--spacing", "0.7,0.7,0.6",
                   "--raw", "--out", "scan.nrrd"}))
             m_trouble = "the scan could not be made (is /usr/bin/time there?)";
@@ -108,7 +108,7 @@ class Folder {
     std::string m_trouble;
 };
 
-/// Reads a file, and writes what was read if to has a name. @returns bytes; 0 where it fails
+/// Reads a file, and writes a copy if `to` isn't empty. @returns bytes; 0 on failure
 double read_file(const fs::path& from, const fs::path& to) {
     std::vector<char> piece(std::size_t(1) << 20);
     std::ifstream in(from, std::ios::binary);
@@ -124,14 +124,14 @@ double read_file(const fs::path& from, const fs::path& to) {
 
 struct LargeScanCase {
     const char* name;
-    const char* scan;  ///< the file that is read
+    const char* scan;  ///< input file
     bool pushed;
     std::vector<std::string> options;  ///< of the push
 };
 
-/// The program's arguments for the push that the phantom names.
+/// The program's arguments for the phantom's suggested push.
 std::vector<std::string> pushed(const std::string& scan, const std::string& out) {
-    // Landmarks don't depend on the grid.
+    // Landmarks are independent of the grid.
     const auto phantom = make_phantom({.name = "vessel", .size = {32, 32, 32}}, TaskArena(1));
     const PhantomLandmark& place = phantom->landmarks.at(0);
     return {"deform",
@@ -168,7 +168,7 @@ void large_scan(benchmark::State& state, const LargeScanCase& what) {
         most_bytes = std::max(most_bytes, peak_bytes);
     }
     turns.count(kVoxels);
-    // Of the voxels, packed or not.
+    // Relative to the raw voxels, compressed or not.
     state.counters["peak_memory/scan"] = most_bytes / (2 * kVoxels);
     state.counters["peak_memory_mb"] = most_bytes / 1e6;
 }

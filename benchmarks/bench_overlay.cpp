@@ -1,10 +1,10 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// What an overlay adds to a frame: soft tissue of a CT is pushed to and fro, as by
-// viewer/test/measure_latency.ts, and two live deformations follow it in turn, one that keeps where
-// voxels come from and one that doesn't. The numbers are made for the bricks that changed, as when
-// they are sent. Reference: the frame without an overlay.
+// Cost of an overlay per frame: soft tissue of a CT is pushed to and fro, as in
+// viewer/test/measure_latency.ts. Two live deformations follow it alternately, one with sources and
+// one without. The overlay is computed for the changed bricks, as for sending. Reference: the frame
+// without an overlay.
 
 #include <pliant/resample.h>
 
@@ -59,7 +59,7 @@ void overlay_frame(benchmark::State& state) {
             state.SkipWithError("the push failed");
             return;
         }
-        // Who comes second finds the lattice in the caches.
+        // The second one finds the lattice in the caches.
         double without = 0, with = 0;
         LiveUpdate update;
         const auto run_plain = [&] { without = plain.update().value().resample_ms; };

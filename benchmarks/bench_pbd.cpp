@@ -1,11 +1,10 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Position-based blocks: cubes of 0.25 m, five tetrahedra each, the face x = 0 held, 1 kg a node,
-// gravity, steps of 5 ms with ten sub-steps of one iteration; edges of 1e-5 m/N and volumes of
-// 1e-9. One item is a projection, prediction and velocities included. The reference is the plain
-// loop that everybody writes first: structures of floats, constraints in the mesh's order, one
-// after the other.
+// Position-based blocks: cubes of 0.25 m, five tetrahedra each, the face x = 0 fixed, 1 kg per
+// node, gravity, steps of 5 ms with ten sub-steps of one iteration; edges of 1e-5 m/N and volumes
+// of 1e-9. One item is a projection, including prediction and velocities. The reference is the
+// naive loop: structures of floats, constraints in the mesh's order, one after the other.
 
 #include <pliant/pbd.h>
 #include <pliant/pbd_rod.h>
@@ -132,7 +131,7 @@ void compare(benchmark::State& state, Vec3i cells, bool vectors, int threads) {
     state.counters["ms/step"] = state.counters["ns/item"].value * constraints * kSubSteps * 1e-6;
 }
 
-/// The two blocks that others were timed with. Arguments: which one, vector instructions, threads.
+/// The two blocks of published timings. Arguments: block, vector instructions, threads.
 void pbd_block(benchmark::State& state) {
     compare(state, state.range(0) ? kLarge : kSmall, state.range(1) != 0, int(state.range(2)));
 }
@@ -143,7 +142,7 @@ BENCHMARK(pbd_block)
     ->UseManualTime()
     ->Unit(benchmark::kMillisecond);
 
-/// Cost against size. Arguments: thousands of tetrahedra (about), threads.
+/// Scaling with size. Arguments: thousands of tetrahedra (about), threads.
 void pbd_size(benchmark::State& state) {
     const int side = int(std::lround(std::cbrt(double(state.range(0)) * 200)));
     compare(state, {side, side, side}, true, int(state.range(1)));
@@ -155,9 +154,9 @@ BENCHMARK(pbd_size)
     ->UseManualTime()
     ->Unit(benchmark::kMillisecond);
 
-/// Volume error against time: a neo-Hookean block of 3840 tetrahedra that fell to the floor, after
-/// two seconds. Argument: sub-steps of a sixtieth of a second. One item is a tetrahedron's pair of
-/// constraints; the reference is the same without vector instructions.
+/// Volume error against time: a neo-Hookean block of 3840 tetrahedra, two seconds after it fell to
+/// the floor. Argument: sub-steps of a sixtieth of a second. One item is a tetrahedron's pair of
+/// constraints; the reference is the scalar version.
 void pbd_volume(benchmark::State& state) {
     const TaskArena arena(1);
     PbdParts parts = *pbd_of_mesh(five_tet_block({12, 8, 8}, 0.1), {.density = 1000,

@@ -1,10 +1,10 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Contact of a rod with the ghost surface of a vessel round a quarter of a circle, whose wall is
-// held. What is timed is the whole step: the rod's, the search in the grid, and the projections.
-// The reference makes the rod's step, and tests the box of each segment with that of every
-// triangle, which is the least that a search without a grid has to do; it projects nothing.
+// Contact of a rod with the ghost surface of a vessel with a quarter bend and a fixed wall. The
+// time is that of the whole step: rod, search in the grid, and projections. The reference makes the
+// rod's step, and tests the box of each segment with that of every triangle, the minimum of a
+// search without a grid; it projects nothing.
 
 #include <pliant/pbd_contact.h>
 #include <pliant/vessel_wall.h>
@@ -56,7 +56,7 @@ class RodInTube {
         push();
         return m_contact.step(1, m_rod, m_body, arena).ok();
     }
-    /// Stands where the other is: only what is looked at, not what it costs to get there.
+    /// Copies the state of the other: measures the search only, not the way to this state.
     std::int64_t without_grid(const RodInTube& other, const TaskArena& arena) {
         push();
         if (!m_rod.step(1).ok() || !m_body.step(1, arena).ok()) std::abort();
@@ -120,8 +120,8 @@ class RodInTube {
     double m_fed = 0;
 };
 
-/// One item is a segment. Argument: sectors of the wall around, whose triangles are with the
-/// square.
+/// One item is a segment. Argument: sectors of the wall around; the number of triangles grows with
+/// its square.
 void pbd_contact(benchmark::State& state) {
     const TaskArena arena(1);
     const VesselWall wall = quarter(int(state.range(0)));

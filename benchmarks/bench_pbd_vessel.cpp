@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// A vessel of 23,040 tetrahedra, its ends held, under a pulsing pressure: steps a second with all
-// of it movable and with the boxes around a tip only, and what its tetrahedra do to their volumes.
-// And nodes in tetrahedra, for two vessels as large as those of [Teschner2003].
+// A vessel of 23,040 tetrahedra with fixed ends under a pulsing pressure: steps per second with all
+// tetrahedra movable and with only the boxes around a tip, and changes of volume. Also nodes in
+// tetrahedra, for two vessels as large as those of [Teschner2003].
 
 #include <pliant/mesh_overlap.h>
 #include <pliant/pbd.h>
@@ -53,13 +53,13 @@ void press(const Vessel& vessel, double pressure, PbdBody& body) {
     for (const Vec3d& f : vessel.forces) forces.push_back(pressure * f);
     (void)body.load(vessel.inner, forces);
 }
-/// Pressures that widen the vessel by about a tenth and back, four times a second.
+/// Pressure that widens the vessel by about a tenth and back, four times a second.
 void pulse(const Vessel& vessel, int step, PbdBody& body) {
     press(vessel, 20 * (1 - std::cos(2 * std::numbers::pi * 4 * step * kStep)), body);
 }
 
-/// One item is a tetrahedron. The reference is the same without vector instructions on one thread.
-/// Arguments: sub-steps, threads.
+/// One item is a tetrahedron. The reference is the scalar version on one thread. Arguments:
+/// sub-steps, threads.
 void pbd_vessel(benchmark::State& state) {
     const TaskArena arena(int(state.range(1))), one(1);
     const Vessel vessel;
@@ -99,8 +99,8 @@ BENCHMARK(pbd_vessel)
     ->UseManualTime()
     ->Unit(benchmark::kMillisecond);
 
-/// All of it under a pressure of 20 that has lasted for 1.5 s, with recovery; as heavy as the wall
-/// of pliant vessel. One item is a tetrahedron; the reference is the same without recovery.
+/// The whole vessel under a pressure of 20 that has lasted for 1.5 s, with recovery; its mass is
+/// that of the wall in pliant vessel. One item is a tetrahedron; the reference is without recovery.
 /// Argument: threads.
 void pbd_vessel_lasting(benchmark::State& state) {
     const TaskArena arena(int(state.range(0)));
@@ -144,14 +144,14 @@ BENCHMARK(pbd_vessel_lasting)
     ->UseManualTime()
     ->Unit(benchmark::kMillisecond);
 
-/// The boxes around a tip in the middle, against all of the vessel. One item is a tetrahedron of
-/// the vessel. Argument: reach of the tip.
+/// The boxes around a tip in the middle, against the whole vessel. One item is a tetrahedron of the
+/// vessel. Argument: reach of the tip.
 void pbd_active_part(benchmark::State& state) {
     const TaskArena arena(1);
     const Vessel vessel;
     PbdSettings settings{.time_step = kStep, .sub_steps = 10, .damping = 2};
     auto all = PbdBody::create(vessel.parts, settings);
-    settings.packs_anew = true;  // as pliant vessel asks for
+    settings.packs_anew = true;  // as in pliant vessel
     auto local = PbdBody::create(vessel.parts, settings);
     auto boxes = PbdBoxes::create(vessel.mesh, {.side = 6, .blend_steps = 1});
     const Vec3d tip{kVessel.inner, 0, 0.5 * kVessel.length};
@@ -185,7 +185,7 @@ BENCHMARK(pbd_active_part)
     ->UseManualTime()
     ->Unit(benchmark::kMillisecond);
 
-/// One item is a tetrahedron. The reference tests every node with every tetrahedron's box first.
+/// One item is a tetrahedron. The reference first tests every node with every tetrahedron's box.
 void pbd_overlap(benchmark::State& state) {
     TetMesh mesh = tube_mesh({.around = 23, .across = 1, .along = 56, .length = 56});
     const TetMesh other = tube_mesh({.around = 26, .across = 2, .along = 41, .length = 41});

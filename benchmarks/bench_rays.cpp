@@ -2,14 +2,15 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // First hits of a picture's rays, 512 × 512, on one core: beams on the volume. An item is a ray.
-// The table's reference is Embree, 16 rays at a time on the mesh of the same surface, where it was
-// found when this was built; else the scalar twin (first_hit, which finds the normal as well). All
-// are timed turn by turn, by the processor time of the thread. Ours includes what a new threshold
-// costs (the leap map); what it costs the mesh is beside it (mesh_ms, tree_ms), and is in no ratio.
+// The table's reference is Embree, 16 rays at a time on the mesh of the same surface, if it was
+// found at build time; otherwise the scalar version (first_hit, which also computes the normal).
+// The timing alternates, by the processor time of the thread. Ours includes the cost of a new
+// threshold (the leap map); the mesh's cost is listed separately (mesh_ms, tree_ms), and not part
+// of the ratio.
 //
-// The floor is the time that the vector instructions of the last cells alone would take: each ray
-// crosses at least one cell that holds the threshold (some 60 operations for its cubic, 60 for
-// three Newton steps), and a core does two operations on eight doubles a cycle, at 2.4 GHz or less.
+// The floor is the time of the vector instructions for the last cells alone: each ray crosses at
+// least one cell with the threshold (some 60 operations for its cubic, 60 for three Newton steps),
+// and a core does two operations on eight doubles per cycle, at 2.4 GHz or less.
 
 #include <benchmark/benchmark.h>
 #include <pliant/phantom.h>
@@ -105,7 +106,7 @@ void first_hits(benchmark::State& state) {
         caster.first_hits(scene->eye_mm, rays, scene->iso_hu, Polarity::Rising, ours);
     };
     const auto cast_twin = [&] {
-        for (std::size_t n = 0; n < rays.size(); n += 16) {  // every sixteenth: it is slow
+        for (std::size_t n = 0; n < rays.size(); n += 16) {  // every sixteenth ray: slow
             const auto hit =
                 caster.first_hit(scene->eye_mm, rays[n], scene->iso_hu, Polarity::Rising);
             twin[n] = hit ? hit->distance_mm : std::numeric_limits<double>::infinity();

@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Sweeps of relaxation beside their floor: what memory must move. One item is an element, swept
-// once. The floor reads and writes the displacements once and, where materials are mixed, reads the
-// links, at the speed at which a plain loop over arrays of that size does it in the same run.
+// Sweeps of relaxation beside their memory floor. One item is an element, swept once. The floor
+// reads and writes the displacements once and, for mixed materials, reads the links, at the speed
+// of a plain loop over arrays of that size in the same run.
 
 #include <pliant/chainmail.h>
 
@@ -19,7 +19,7 @@
 namespace pliant::bench {
 namespace {
 
-/// One material, or noise about it as a scan has.
+/// One material, or the noise of a scan around it.
 Volume noisy_volume(int side, bool mixed) {
     Volume volume;
     volume.grid.size = {side, side, side};
@@ -52,7 +52,8 @@ void chainmail_relax(benchmark::State& state) {
     const auto fresh = [&] {
         tissue.emplace(std::move(ChainMail::create(volume, settings, arena)).value());
         if (!tissue->push_elements(pushed, {0.25, -0.2, 0.15}).ok()) std::abort();
-        // From the surface into the depth, so that there is work everywhere; and the workspace.
+        // Pushes from the surface inwards, so that the whole lattice relaxes; also allocates the
+        // workspace.
         for (int n = 0; n < 4; ++n)
             if (!tissue->relax(options).ok()) std::abort();
     };

@@ -1,10 +1,10 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// From the lattice back to the grid: vectors of cells against twelve tetrahedra, and against their
-// scalar twin; and whole frames. One item is a written voxel. Beside it the floor: the bytes that
-// must be moved for a voxel (displacement and original value read, new value written) over the
-// bandwidth that the same threads reach in the same run, copying.
+// Resampling of the lattice to the grid: vectorised cells against twelve tetrahedra, and against
+// the scalar version; and whole frames. One item is a written voxel. The floor is the necessary
+// memory traffic per voxel (displacement and original value read, new value written) over the
+// bandwidth of a copy by the same threads in the same run.
 
 #include <pliant/resample.h>
 #include <sys/resource.h>
@@ -21,7 +21,7 @@ namespace {
 
 constexpr double kBytesPerVoxel = 3 * 4 + 2 + 2;
 
-/// One value, or values whose limits differ by some per cent.
+/// One value, or values whose limits differ by some percent.
 Volume wavy_volume(int side, bool heterogeneous) {
     Volume volume;
     volume.grid.size = {side, side, side};
@@ -39,12 +39,12 @@ Volume wavy_volume(int side, bool heterogeneous) {
 /// About 1 k to 10 M written voxels.
 struct Size {
     int side;  ///< of the scan
-    int push;  ///< its length in voxels
+    int push;  ///< length in voxels
     int turns;
 };
 constexpr Size kSizes[] = {{64, 2, 101}, {96, 5, 51}, {128, 12, 21}, {192, 26, 21}, {320, 58, 5}};
 
-/// Read and written by all threads of an arena [bytes/ns].
+/// Bandwidth of reads and writes by all threads of an arena [bytes/ns].
 double copy_bandwidth(const TaskArena& arena) {
     constexpr std::int64_t kBytes = 64 << 20, kPiece = 1 << 20;
     static const std::vector<char> from(kBytes, 1);
@@ -57,22 +57,22 @@ double copy_bandwidth(const TaskArena& arena) {
     return 2 * kBytes / seconds * 1e-9;
 }
 
-/// Of five copies, to be made before what is measured: in between they would push everything out
-/// of the caches.
+/// Median of five copies. Call it before the measurement, because the copies evict everything from
+/// the caches.
 double median_bandwidth(const TaskArena& arena) {
     std::vector<double> copies;
     for (int n = 0; n < 5; ++n) copies.push_back(copy_bandwidth(arena));
     return median(copies);
 }
 
-/// Pages that this process has been given so far.
+/// Number of page faults of this process so far.
 std::int64_t pages_made() {
     rusage usage{};
     getrusage(RUSAGE_SELF, &usage);
     return usage.ru_minflt;
 }
 
-/// So many pages of a fresh copy written to by all threads: what the system takes for them alone.
+/// Time to write to so many pages of a fresh copy by all threads: the system's cost of the pages.
 double seconds_of_pages(const Volume& volume, std::int64_t pages, const TaskArena& arena) {
     constexpr std::int64_t kPage = 4096 / sizeof(std::int16_t), kPiece = 64;
     Volume copy = volume;
@@ -130,9 +130,9 @@ void resample(benchmark::State& state) {
     state.counters["floor_ns/item"] = kBytesPerVoxel / bandwidth;
 }
 
-/// A drag that swings from one side to the other, since on a way back by less most elements stay
-/// where they are: each frame clamps them all and writes their voxels. The reference pushes the
-/// same elements and maps them in plain loops. Arguments as above.
+/// A drag that swings from one side to the other: on a shorter way back most elements would not
+/// move. Each frame clamps all elements and writes their voxels. The reference pushes the same
+/// elements and maps them in plain loops. Arguments as above.
 void whole_frame(benchmark::State& state) {
     const TaskArena arena(int(state.range(3)));
     const Volume volume = wavy_volume(int(state.range(0)), state.range(2) != 0);

@@ -3,7 +3,7 @@
 
 // Force transmittal against a naive port of [Choi2004] (naive_springs.h). One item is a node of a
 // step. The cases of Table 3 are a sheet of 50 × 50 nodes pressed in its middle; search and update
-// are apart, as there.
+// are separate, as in the table.
 
 #include <pliant/springs.h>
 #include <pliant/springs_builders.h>
@@ -58,7 +58,7 @@ void compare_steps(benchmark::State& state, const SpringNetwork& network,
     state.counters["reference_us/step"] = state.counters["reference_ns/item"].value * nodes * 1e-3;
 }
 
-/// Arguments: layers, what a node sees (SeenPositions).
+/// Arguments: layers, SeenPositions.
 void springs_update(benchmark::State& state) {
     const TaskArena arena(1);
     compare_steps(state, paper_sheet(),
@@ -98,7 +98,7 @@ BENCHMARK(springs_search)
     ->UseManualTime()
     ->Unit(benchmark::kMicrosecond);
 
-/// A contact that was never there before: search, numbering and one step.
+/// A new contact: search, numbering and one step.
 void springs_new_contact(benchmark::State& state) {
     const TaskArena arena(1);
     const SpringNetwork network = paper_sheet();
@@ -155,7 +155,7 @@ BENCHMARK(springs_lattice)
     ->UseManualTime()
     ->Unit(benchmark::kMillisecond);
 
-/// The deepest region under the surface of a cube of 80³ nodes whose step takes no longer than a
+/// The deepest region under the surface of a cube of 80³ nodes with a step of at most a
 /// millisecond: its layers and nodes are counters.
 void springs_1khz(benchmark::State& state) {
     const TaskArena arena(int(state.range(0)));

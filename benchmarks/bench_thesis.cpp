@@ -3,7 +3,8 @@
 
 // [Draeger2005, 6.1]: the push of 392 elements that took 170 ms, and 441 ms for the mapping to the
 // grid. One item is a moved element; a turn is a push from rest and the update of the deformed
-// scan. The reference does what he did, in order of the raise and by twelve tetrahedra a cell.
+// scan. The reference uses the thesis's method, in order of the raise and with twelve tetrahedra
+// per cell.
 
 #include <pliant/resample.h>
 
@@ -18,8 +19,8 @@ namespace {
 constexpr std::int64_t kElements2005 = 392;
 constexpr double kPush2005_ms = 170, kMapping2005_ms = 441;
 
-/// As in results_chainmail/setups.cpp: with slices so far apart the number of moved elements is
-/// his.
+/// As in results_chainmail/setups.cpp: at this slice distance the number of moved elements equals
+/// the thesis's.
 Volume thesis_volume() {
     Volume volume;
     volume.grid.size = {64, 64, 32};

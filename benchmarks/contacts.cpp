@@ -27,7 +27,7 @@ constexpr std::array<Size, 5> kHeterogeneous = {
     {{40, 0.45}, {60, 1.0}, {104, 2.3}, {220, 5.2}, {440, 11.3}}};
 constexpr std::array<int, 5> kTurns = {301, 101, 31, 11, 5};
 
-/// Copies memory that no cache holds. @returns seconds per byte read or written
+/// Copies memory that exceeds all caches. @returns seconds per byte read or written
 double seconds_per_byte(const TaskArena& arena) {
     constexpr std::int64_t kBytes = std::int64_t(96) << 20, kPiece = 1 << 20;
     static std::vector<char> from(std::size_t(kBytes), 1), to(std::size_t(kBytes), 2);
@@ -68,14 +68,14 @@ std::vector<ElementLimits> limits_of(bool heterogeneous) {
 
 ChainMailSettings settings_of(bool heterogeneous, ChainMailSolver solver) {
     ChainMailSettings settings;
-    // Values below 0 are beyond the scan.
+    // Values below 0 are outside of the scan.
     settings.custom_law = [limits = limits_of(heterogeneous)](int value) {
         return value >= 0
                    ? limits[std::size_t(value) % limits.size()]
                    : ElementLimits{{.2, .2, .2}, {.2, .2, .2}, {.2, .2, .2}, kFarthest_mm, false};
     };
     settings.solver = solver;
-    settings.history_max_steps = 0;  // what undo costs has rows of its own
+    settings.history_max_steps = 0;  // undo has separate rows
     return settings;
 }
 
@@ -113,7 +113,7 @@ bool register_contacts(const char* name, Case run, const std::vector<int>& decad
                          ->Iterations(kTurns[std::size_t(decade)])
                          ->UseManualTime()
                          ->Unit(benchmark::kMillisecond);
-        // Threads change first: what is kept for the next case can be used again.
+        // Threads vary fastest, so that cached data of the last case can be reused.
         for (const int heterogeneous : {0, 1})
             for (const int threads : {1, 2}) made->Args({decade, heterogeneous, threads});
     }

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The lattices on which solves are timed: five sizes, of about 1 k, 10 k, 100 k, 1 M and 10 M moved
-// elements, of one material or of four; and the bandwidth that is the floor beside them.
+// The lattices for timing solves: five sizes, of about 1 k, 10 k, 100 k, 1 M and 10 M moved
+// elements, of one material or of four; and the bandwidth of the floor.
 
 #pragma once
 
@@ -20,13 +20,13 @@ Volume layered_volume(int side, bool heterogeneous);
 std::vector<ElementLimits> limits_of(bool heterogeneous);
 ChainMailSettings settings_of(bool heterogeneous, ChainMailSolver solver);
 
-/// What a case's three arguments say.
+/// Meaning of a case's three arguments.
 struct Contact {
     explicit Contact(const benchmark::State& state);
     Contact(int decade, bool heterogeneous, int threads);
 
     Push diagonal_push() const;
-    /// Kept until another one is asked for: the largest take seconds to make.
+    /// Cached until another one is requested: the largest take seconds to make.
     const Volume& volume() const;
 
     int decade;  ///< 0…4
@@ -36,23 +36,23 @@ struct Contact {
     double push_mm;  ///< along its diagonal
 };
 
-/// Registers a case for some decades, one and four materials, one and two threads. It runs as often
-/// as its size allows, without trial runs before it.
+/// Registers a case for some decades, one and four materials, one and two threads. The number of
+/// runs depends on its size; there are no trial runs.
 using Case = void (*)(benchmark::State&);
 bool register_contacts(const char* name, Case run, const std::vector<int>& decades);
 
-/// Aborts where a push on these lattices isn't done.
+/// Aborts if a push on these lattices isn't applied.
 std::int64_t moved_by(const Result<PushReport>& report);
 
-/// Bytes per moved element that a push from rest can't do without: the value read, the material
-/// and the place written.
+/// Necessary bytes per moved element of a push from rest: the value is read, the material and the
+/// position are written.
 inline constexpr double kPushBytes = 2 + 2 + 12;
-/// And a frame of a drag from rest, along all axes: the field read, and places written, which can
-/// be done without reading them.
+/// The same for a frame of a drag from rest, along all axes: the field is read, and positions are
+/// written without being read.
 inline constexpr double kFrameBytes = 4 + 12;
 
-/// Adds the floor of a case whose ns/item are counted: the bytes that must be moved, at the
-/// bandwidth of a plain copy by the same threads that no cache holds.
+/// Adds the floor of a case with ns/item: the necessary bytes at the bandwidth of a plain uncached
+/// copy by the same threads.
 void add_floor(benchmark::State& state, const TaskArena& arena, double bytes_per_item);
 
 }  // namespace pliant::bench

@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// How many cores the threads of a benchmark have in truth. What a virtual machine calls two
-// processors may be one core by turns, or the system puts two threads on one: the same program then
-// takes half as long again, or twice as long, and nothing else tells.
+// Measures the number of cores that a benchmark's threads really have. Two processors of a virtual
+// machine may share one core, or the system schedules two threads on one core: the same program
+// then takes 1.5 to 2 times as long, without any other sign.
 
 #pragma once
 
@@ -19,7 +19,7 @@
 
 namespace pliant::bench {
 
-/// Multiplications that keep the multiplier of a core busy, and touch no memory.
+/// Multiplications that saturate the multiplier of a core without memory accesses.
 /// @returns seconds
 inline double multiply_for_a_while() {
     constexpr int kTurns = 20'000;
@@ -35,7 +35,7 @@ inline double multiply_for_a_while() {
     return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
-/// Cores at hand for so many threads: `threads` where each has one of its own.
+/// Number of available cores for so many threads: `threads` if each has a separate core.
 class Cores {
   public:
     explicit Cores(int threads) : m_seconds(std::size_t(threads)) {}

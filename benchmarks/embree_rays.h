@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// First hits on a mesh by Embree, 16 rays at a time: what ours are measured against.
+// First hits on a mesh by Embree, 16 rays at a time: the reference of our ray caster.
 
 #pragma once
 

@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// A subject and its reference, timed turn by turn in one run, so that a noisy machine disturbs both
-// alike. The benchmark's own time is the subject's; counters give the medians and their ratio. A
-// reference that takes seconds doesn't run in every turn: only until its time is spent.
+// Alternating timing of a subject and its reference in one run, so that noise of the machine
+// affects both alike. The benchmark's time is the subject's; counters give the medians and their
+// ratio. A slow reference doesn't run in every turn, only until its time share is spent.
 
 #pragma once
 
@@ -34,12 +34,12 @@ double seconds_of(Work&& work) {
     return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
-/// The seconds of each turn, and what they say per item.
+/// Times of the turns, and their statistics per item.
 class Turns {
   public:
-    /// @param reference  what it is, for the heading of the table
-    /// @param threads  of the subject: how many cores they have is counted beside each turn, but
-    /// for turns so short that looking would disturb them
+    /// @param reference  its name, for the heading of the table
+    /// @param threads  of the subject: their available cores are counted beside each turn, except
+    ///                 for turns so short that counting would disturb them
     Turns(benchmark::State& state, const std::string& reference, int threads = 1) : m_state(state) {
         state.SetLabel("reference: " + reference);
         if (threads > 1) m_cores.emplace(threads);
@@ -54,11 +54,11 @@ class Turns {
         m_reference_s.push_back(seconds);
         m_spent_s += seconds;
     }
-    /// At least once; then as long as it has taken less than its share.
+    /// At least once; then until its share of the time is used up.
     bool wants_reference() const { return m_spent_s < kReferenceShare_s; }
 
-    /// @param items  what one turn of the subject works on
-    /// @param reference_items  where the reference works on another number of them
+    /// @param items  number of items in one turn of the subject
+    /// @param reference_items  the reference's number, if it differs
     void count(double items, double reference_items = 0) const {
         const double a = median(m_subject_s) / items;
         const double b = median(m_reference_s) / (reference_items > 0 ? reference_items : items);
@@ -82,7 +82,7 @@ class Turns {
     double m_spent_s = 0;
 };
 
-/// @param prepare  untimed, before each timed piece of work. @param threads  of the subject
+/// @param prepare  untimed, before each timed run. @param threads  of the subject
 template <class Prepare, class Subject, class Reference>
 Turns run_interleaved(benchmark::State& state, const std::string& name, Prepare&& prepare,
                       Subject&& subject, Reference&& reference, int threads = 1) {

@@ -1,10 +1,10 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The triangles of each of the 256 cases are not tabulated but found: on every face of a cell, the
-// edges that cross the threshold are joined two by two; the joints form loops, and each loop is
-// split into a fan. Where all four edges of a face cross, the corners above are kept apart, which
-// depends on the face alone: so neighbours agree, and the surface has no holes.
+// The triangles of the 256 cases are computed instead of tabulated: on every face of a cell, the
+// edges that cross the threshold are joined in pairs. The joints form loops, and each loop is split
+// into a fan. If all four edges of a face cross, the corners above are separated, which depends on
+// the face alone: so neighbours agree, and the surface has no holes.
 
 #include "iso_mesh.h"
 
@@ -14,7 +14,7 @@
 namespace pliant::bench {
 namespace {
 
-/// An edge of a cell: the corner where it begins (bits: x, y, z) and its axis.
+/// Edge of a cell: its first corner (bits: x, y, z) and its axis.
 struct Edge {
     int corner, axis;
     int other() const { return corner | 1 << axis; }
@@ -96,7 +96,7 @@ IsoMesh march(const Grid& grid, const T* voxels, double iso) {
     for (int c = 0; c < 8; ++c)
         offset[c] = (c & 1) + (c >> 1 & 1) * stride[1] + (c >> 2) * stride[2];
     IsoMesh mesh;
-    // Points on the edges that begin at the voxels of two slices, by axis.
+    // Points on the edges from the voxels of two slices, by axis.
     std::array<std::vector<std::int32_t>, 6> known;
     for (auto& slice : known) slice.assign(std::size_t(stride[2]), -1);
     for (int z = 0; z + 1 < n.z; ++z) {

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The surface of a threshold as triangles, by marching cubes: what a renderer of meshes needs, and
-// has to make anew for each threshold.
+// The surface of a threshold as triangles, by marching cubes: the input of a mesh renderer, which
+// must be rebuilt for each threshold.
 
 #pragma once
 

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// pliant_bench [GROUP] [Google Benchmark's options]: with a group, only its cases, as a table and
-// as JSON in bench-GROUP.json in the working directory.
+// pliant_bench [GROUP] [Google Benchmark's options]: with a group, runs only its cases, and prints
+// a table and writes JSON to bench-GROUP.json in the working directory.
 
 #include <benchmark/benchmark.h>
 

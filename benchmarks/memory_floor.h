@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// How long memory alone takes: as many bytes read and written, and only read, as a step of the
-// subject must, by plain loops over arrays of that size.
+// Memory floor: time of plain loops over arrays of the same size that read and write, or only read,
+// as many bytes as a step of the subject must.
 
 #pragma once
 

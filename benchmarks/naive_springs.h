@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// A naive port of [Choi2004], to measure against: nodes as objects with their links, places seen
-// as soon as they are new, a root and a division for each link.
+// A naive port of [Choi2004] as a reference: nodes as objects with their links, new positions are
+// used immediately, a root and a division for each link.
 
 #pragma once
 

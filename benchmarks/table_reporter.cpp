@@ -16,7 +16,7 @@ constexpr int kNameWidth = 46;
 constexpr std::string_view kColumns[] = {"items", "ns/item", "reference_ns/item", "times_faster",
                                          "floor_ns/item"};
 
-/// Four significant digits, or "-" where the case has no such number.
+/// Four significant digits, or "-" for a missing number.
 std::string counter_text(const benchmark::BenchmarkReporter::Run& run, const std::string& name) {
     const auto found = run.counters.find(name);
     if (found == run.counters.end()) return "-";
@@ -25,7 +25,7 @@ std::string counter_text(const benchmark::BenchmarkReporter::Run& run, const std
     return text;
 }
 
-/// Of all turns where they are counted by the item; else Google Benchmark's mean.
+/// Median of the turns for cases with items; otherwise Google Benchmark's mean.
 double median_ms(const benchmark::BenchmarkReporter::Run& run) {
     const auto items = run.counters.find("items"), ns = run.counters.find("ns/item");
     if (items != run.counters.end() && ns != run.counters.end())

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// A table for people: one line per case, with the reference of the same run and the floor beside
-// it. The same numbers go to a JSON file by Google Benchmark's own reporter.
+// A readable table: one line per case, with the reference of the same run and the floor. Google
+// Benchmark's own reporter writes the same numbers to a JSON file.
 
 #pragma once
 
@@ -19,7 +19,7 @@ class TableReporter : public benchmark::BenchmarkReporter {
     void ReportRuns(const std::vector<Run>& runs) override;
 
   private:
-    std::string m_family;  ///< of the last line: a new one gets a heading
+    std::string m_family;  ///< of the last line: a change starts a heading
 };
 
 }  // namespace pliant::bench

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Read before every file that uses ITK when Clang compiles it (see itk_with_clang.cmake). ITK's
-// header finds out what the compiler can do; its guard keeps it from being read again.
+// Included before every file that uses ITK with Clang (see itk_with_clang.cmake). ITK's header
+// detects the compiler's features; its include guard prevents a second inclusion.
 
 #pragma once
 

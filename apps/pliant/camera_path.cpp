@@ -26,12 +26,12 @@ Error wrong(const std::string& file, const std::string& what) {
     return {ErrorCode::Unreadable, file + ": " + what};
 }
 
-/// Also a text whose bytes are no UTF-8.
+/// Quotes a value; invalid UTF-8 is replaced.
 std::string found(const json& value) {
     return shown(value.dump(-1, ' ', false, json::error_handler_t::replace));
 }
 
-/// @returns 1 or −1, by which x and y are multiplied to be LPS; 0: another system
+/// @returns factor of x and y that converts to LPS, 1 or −1; 0: unknown system
 int lps_sign(const json& curve) {
     const json name = curve.value("coordinateSystem", json("LPS"));
     if (name == "LPS" || name == "1" || name == 1) return 1;
@@ -39,7 +39,7 @@ int lps_sign(const json& curve) {
     return 0;
 }
 
-/// A polyline by the length along it.
+/// A polyline parametrised by arc length.
 class Polyline {
   public:
     explicit Polyline(std::vector<Vec3d> points) : m_points(std::move(points)), m_at{0} {
@@ -61,14 +61,15 @@ class Polyline {
     std::vector<double> m_at;
 };
 
-/// The points, evenly spaced, each the weighted mean of those around it; the ends stay.
+/// Resamples and smooths: evenly spaced points, each the weighted mean of its neighbours; the ends
+/// don't move.
 std::vector<Vec3d> smoothed(const Polyline& line) {
     const int count = std::max(2, int(std::ceil(line.length() / kFineMm)) + 1);
     const double step = line.length() / (count - 1);
     std::vector<Vec3d> points;
     for (int n = 0; n < count; ++n) {
         const double s = n * step;
-        // As wide on both sides, and narrower towards the ends.
+        // Symmetric window that narrows towards the ends.
         const double reach = std::min({3 * kSmoothMm, s, line.length() - s});
         const int most = int(reach / step);
         Vec3d sum{0, 0, 0};
@@ -181,11 +182,11 @@ std::vector<CameraPose> fly(const std::vector<Vec3d>& points_mm, double step_mm)
     for (std::int64_t n = 0; n < count; ++n) {
         const double s = double(n) * step_mm;
         const Vec3d eye = path(s), ahead = path(std::min(s + kAheadMm, path.length())) - eye;
-        // Near the end there is too little path ahead to look along.
+        // Near the end the path ahead is too short for a direction.
         if (n == 0 || path.length() - s > 0.25 * kAheadMm)
             if (norm(ahead) > 0) look = normalized(ahead);
         if (n == 0) up = std::abs(look.z) < 0.9 ? Vec3d{0, 0, 1} : Vec3d{0, -1, 0};
-        up = up - dot(up, look) * look;  // what was up stays up as far as it can: no roll
+        up = up - dot(up, look) * look;  // parallel transport of the up vector: no roll
         if (norm(up) > 1e-9) up = normalized(up);
         poses.push_back({eye, look, up});
     }

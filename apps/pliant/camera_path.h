@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// A way for the endoscope: the control points of a curve that 3D Slicer saved (.mrk.json), and the
-// smooth flight along it.
+// A flight of the endoscope: the control points of a curve saved by 3D Slicer (.mrk.json), and the
+// smooth camera path along it.
 
 #pragma once
 
@@ -14,11 +14,11 @@
 
 namespace pliant::app {
 
-/// @returns the control points of the file's first curve [mm, LPS], at least two different ones
+/// Reads the file's first curve. @returns control points [mm, LPS], at least two different ones
 Result<std::vector<Vec3d>> read_camera_path(const std::string& file);
 
 /// Writes a curve for 3D Slicer, LPS.
-/// @param radius_mm  of the lumen at each point: kept as the points' descriptions
+/// @param radius_mm  lumen radius at each point, stored in the points' descriptions
 Status write_camera_path(const std::string& file, const std::vector<Vec3d>& points_mm,
                          const std::vector<double>& radius_mm);
 
@@ -26,8 +26,8 @@ struct CameraPose {
     Vec3d eye_mm, look, up;  ///< LPS
 };
 
-/// Poses along the smoothed path, each the same way from the one before. The camera looks at where
-/// it will be a little later, and doesn't roll.
+/// Poses along the smoothed path at equal distances. The camera looks at a later point of the path,
+/// and doesn't roll.
 /// @param step_mm  between poses, > 0
 std::vector<CameraPose> fly(const std::vector<Vec3d>& points_mm, double step_mm);
 

@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Each command with its options. What fit takes is in fit_options.h, as it comes from files, too.
+// One function per command that adds its options. Those of fit are in fit_options.h, because they
+// may also come from files.
 
 #pragma once
 

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// What several commands' options share.
+// Options that several commands share.
 
 #pragma once
 
@@ -15,18 +15,18 @@
 
 namespace pliant::app {
 
-/// Numbers separated by a character, whatever the locale.
+/// Parses numbers separated by a character, independent of the locale.
 /// @throws CLI::ValidationError that names the option, unless there are `count` finite ones
 std::vector<double> parse_numbers(std::string_view text, char separator, std::size_t count,
                                   const std::string& option);
-/// Three numbers separated by commas. @throws likewise
+/// Parses three numbers separated by commas. @throws as parse_numbers
 Vec3d parse_vector(std::string_view text, const std::string& option);
 
 CLI::Option* add_vector(CLI::App* command, const std::string& name, std::optional<Vec3d>& target,
                         const std::string& help);
 void add_series(CLI::App* command, std::string& series);
 void add_threads(CLI::App* command, int& threads);
-/// --style, --lining and --field.
+/// Adds --style, --lining and --field.
 void add_look(CLI::App* command, LookOptions& look);
 
 }  // namespace pliant::app

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// What `pliant deform` takes.
+// Options of `pliant deform`.
 
 #include <pliant/spring_deformation.h>
 
@@ -15,7 +15,7 @@
 namespace pliant::app {
 namespace {
 
-/// @returns the parts before and after the one colon
+/// @returns parts before and after the only colon
 std::pair<std::string, std::string> halves_of(const std::string& text, const std::string& option,
                                               const std::string& expected) {
     const auto colon = text.find(':');
@@ -34,7 +34,7 @@ SlideOption parse_slide(const std::string& text) {
     return {parse_vector(point, "--slide"), parse_vector(way, "--slide")};
 }
 
-/// Points separated by semicolons.
+/// Parses points separated by semicolons.
 std::vector<Vec3d> parse_points(std::string_view text, const std::string& option) {
     std::vector<Vec3d> points;
     for (;;) {
@@ -64,8 +64,8 @@ CarveTool parse_carve(const std::string& text) {
     return {.from_mm = points.front(), .to_mm = points.back(), .radius_mm = radius_mm};
 }
 
-/// Options whose order among each other counts. CLI11 hands over one option at a time, so the texts
-/// are taken in the order in which they were parsed.
+/// Adds options whose relative order matters. CLI11 hands over one option at a time, so the texts
+/// are taken in the order of parsing.
 void add_actions(CLI::App* command, DeformOptions& o) {
     using Parse = DeformAction (*)(const std::string&);
     const auto add = [&](const char* name, const char* type, const std::string& help) {
@@ -76,22 +76,20 @@ void add_actions(CLI::App* command, DeformOptions& o) {
             ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
     };
     const std::vector<std::pair<CLI::Option*, Parse>> kinds = {
-        {add("--push", "X,Y,Z:DX,DY,DZ", "where, and how far, in LPS mm; may be given again"),
+        {add("--push", "X,Y,Z:DX,DY,DZ", "point and displacement, in LPS mm; repeatable"),
          [](const std::string& text) -> DeformAction { return parse_push(text); }},
         {add("--slide", "X,Y,Z:DX,DY,DZ",
-             "leads the sphere of --tool along, and tissue slides off it; may be given again"),
+             "moves the sphere of --tool; tissue slides off it; repeatable"),
          [](const std::string& text) -> DeformAction { return parse_slide(text); }},
         {add("--cut", "X,Y,Z;X,Y,Z[;...]:DX,DY,DZ",
-             "a line swept along a vector cuts the links that it crosses; may be given again"),
+             "cuts the links across a line swept along a vector; repeatable"),
          [](const std::string& text) -> DeformAction { return parse_cut(text); }},
         {add("--carve", "X,Y,Z[;X,Y,Z]:R",
-             "a sphere, or one that moves from place to place, takes out the tissue in it; may be "
-             "given again"),
+             "takes out the tissue in a sphere, or in a capsule; repeatable"),
          [](const std::string& text) -> DeformAction { return parse_carve(text); }},
     };
     command->add_option("--load-state", o.load_state, "start from a saved state (.plst)");
-    command->add_option("--save-state", o.save_state,
-                        "lattice and settings, to go on from (.plst)");
+    command->add_option("--save-state", o.save_state, "save the lattice and its settings (.plst)");
     command->callback([command, kinds, &o] {
         std::map<const CLI::Option*, std::size_t> taken;
         for (const CLI::Option* parsed : command->parse_order())
@@ -105,7 +103,7 @@ void add_actions(CLI::App* command, DeformOptions& o) {
     });
 }
 
-/// Two corners of a box; they may be given in any order.
+/// Parses two opposite corners of a box, in any order.
 std::pair<Vec3d, Vec3d> parse_region(const std::string& text) {
     const auto [one, other] = halves_of(text, "--region", "X,Y,Z:X,Y,Z in LPS mm");
     return {parse_vector(one, "--region"), parse_vector(other, "--region")};
@@ -123,7 +121,7 @@ void add_springs(CLI::App* c, DeformOptions& o) {
     add("cell_mm", "MM");
     c->add_option_function<std::string>(
          "--region", [&o](const std::string& text) { o.springs.region_mm = parse_region(text); },
-         "opposite corners of what may move, in LPS mm (default: the scan)")
+         "opposite corners of the movable region, in LPS mm (default: the scan)")
         ->type_name("X,Y,Z:X,Y,Z")
         ->group(group);
     add("young_modulus_pa", "PA", ",--young-pa");
@@ -165,19 +163,19 @@ void add_deform(CLI::App& app, DeformOptions& o) {
     c->add_option("--labels", o.labels, "label map on the scan's grid, for [[label]] settings");
     c->add_option("--directions", o.directions,
                   "vector field (NRRD, LPS) on the scan's grid, for frame = \"direction\"");
-    c->add_option("--relax", o.relax_ms, "let the tissue relax for so many milliseconds at most")
+    c->add_option("--relax", o.relax_ms, "relax the tissue for at most so many milliseconds")
         ->check(CLI::NonNegativeNumber)
         ->type_name("MS");
-    c->add_option("--relax-sweeps", o.relax_sweeps, "likewise, so many sweeps at most")
+    c->add_option("--relax-sweeps", o.relax_sweeps, "relax the tissue for at most so many sweeps")
         ->check(CLI::NonNegativeNumber)
         ->type_name("N");
-    c->add_flag("--release", o.release, "relax without the tool; else what it holds stays");
+    c->add_flag("--release", o.release, "relax without the tool (default: it holds its elements)");
     c->add_option("--out", o.out, "deformed scan (.nrrd or .nhdr; .vti for ParaView)")->required();
     c->add_option("--displacement", o.displacement, "forward displacement field (NRRD, LPS mm)");
     c->add_option("--transform", o.transform, "inverse: a grid transform of 3D Slicer (NRRD)");
     c->add_option("--jacobian", o.jacobian, "growth of the tissue's volume, 1: none (NRRD)");
     c->add_option("--strain", o.strain, "largest principal Green-Lagrange strain (NRRD)");
-    c->add_option("--report", o.report, "what happened, JSON; -: to standard output");
+    c->add_option("--report", o.report, "report, JSON; -: to standard output");
     c->add_option("--png", o.png, "before and after, four views each");
     add_vector(c, "--eye", o.eye_mm, "of the picture's endoscope (default: chosen in the lumen)");
     add_vector(c, "--look", o.look, "of the picture's endoscope (default: towards the push)");

@@ -20,7 +20,7 @@ namespace fs = std::filesystem;
 
 constexpr int kPictureSide = 800;  ///< pixels of each of the two four-ups
 
-/// @param endings  none: any name will do
+/// @param endings  allowed extensions; empty: all
 Status check_name(const std::string& option, const fs::path& path,
                   const std::vector<std::string>& endings) {
     std::string expected, found = path.extension().string();
@@ -34,7 +34,7 @@ Status check_name(const std::string& option, const fs::path& path,
                                                  ", found " + path.string()};
 }
 
-/// Before and after, with the same camera and the same sections through the place of the push.
+/// Draws before and after, with the same camera and the same sections through the pushed point.
 Image before_and_after(const DeformOptions& o, const MovingScan& scan, const DeformResult& result,
                        const PushOption& push) {
     const Volume& after = result.deformed.volume;
@@ -45,7 +45,7 @@ Image before_and_after(const DeformOptions& o, const MovingScan& scan, const Def
     if (o.eye_mm) {
         view.endoscope.eye_mm = *o.eye_mm;
         view.endoscope.look = o.look.value_or(push.point_mm - *o.eye_mm);
-        // An eye in bright contrast looks at a wall that is darker.
+        // An eye in bright contrast agent looks at a darker wall.
         const Vec3d eye_ijk = voxel_from_world(before.grid, *o.eye_mm);
         if (sample_linear(before, eye_ijk) >= iso_hu) view.endoscope.polarity = Polarity::Falling;
     } else {
@@ -56,12 +56,12 @@ Image before_and_after(const DeformOptions& o, const MovingScan& scan, const Def
     view.endoscope.iso_hu = iso_hu;
     set_look(o.look_of, view.endoscope);
     view.section.point_mm = push.point_mm;
-    // Near enough to see the wall move: the push is a tenth of the picture, or more.
+    // Zoom such that the push is at least a tenth of the picture.
     const double width_mm = before.grid.size.x * before.grid.spacing_mm.x;
     view.section.width_mm = std::min(width_mm, std::max(80.0, 10 * norm(push.push_mm)));
     view.caption = "before";
     const Image left = four_up_view(before, view, kPictureSide, kPictureSide, arena);
-    // Most pages are those of the other scan, too, and would count twice.
+    // Most pages are shared with the other scan and would count twice.
     std::visit([](const auto& voxels) { voxels.let_go(); }, before.voxels);
     view.caption = "after";
     view.endoscope.rest = &result.rest;
@@ -80,7 +80,7 @@ Status write_text(const fs::path& path, const std::string& text) {
 
 namespace {
 
-/// Without links; as it is where that can't be told, which staging reports.
+/// Resolves links. If that fails, the path is unchanged, and staging reports the error.
 fs::path whole_path(const fs::path& path) {
     std::error_code error;
     fs::path whole = fs::weakly_canonical(path, error);
@@ -131,7 +131,7 @@ Error about(const fs::path& path, const Error& error) {
     return {error.code, path.string() + ": " + error.message};
 }
 
-/// Writes a volume that is made for this. @param path  empty: it isn't wanted
+/// Writes a volume that is computed on demand. @param path  empty: not requested
 template <class Make>
 Status write_made(const fs::path& path, Encoding encoding, const Make& make) {
     if (path.empty()) return Ok{};

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The files of `pliant deform`: written beside their places, and all put there at the end.
+// The output files of `pliant deform`. They are staged, and committed together at the end.
 
 #pragma once
 
@@ -17,7 +17,7 @@
 
 namespace pliant::app {
 
-/// Where each output is written until all are there.
+/// Staged paths of the outputs.
 struct Outputs {
     StagedFiles files;
     std::filesystem::path out, displacement, transform, jacobian, strain, report, png, state;
@@ -25,13 +25,13 @@ struct Outputs {
 
 Status stage_outputs(const DeformOptions& options, Outputs& outputs);
 
-/// Whether a picture is wanted whose blood vessels move with the tissue.
+/// Whether a picture is requested whose blood vessels move with the tissue.
 inline bool shows_rest(const DeformOptions& options) {
     return !options.png.empty() && options.look_of.style == "real";
 }
 
-/// @param place  where the picture looks, and along what
-/// @param save_state  writes what --save-state asked for
+/// @param place  point and direction of the picture
+/// @param save_state  writes the file of --save-state
 Status write_outputs(const DeformOptions& options, const MovingScan& scan,
                      const DeformResult& result, const PushOption& place,
                      const std::function<Status(const std::filesystem::path&)>& save_state,

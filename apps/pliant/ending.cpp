@@ -24,14 +24,14 @@ std::atomic<pid_t> g_child{kNone};
 std::atomic<int> g_waiting_signal{0};
 
 void on_signal(int number) {
-    g_waiting_signal = number;  // before g_child is read: end_with_program does it the other way
+    g_waiting_signal = number;  // before g_child is read: end_with_program uses the opposite order
     const pid_t child = g_child;
     if (child == kExpected) return;
     if (child > 0) ::kill(child, SIGKILL);
-    end_process(128 + number);  // returns while outputs are being put in their places
+    end_process(128 + number);  // returns during a commit of outputs
 }
 
-/// Where memory has run out, nothing more can be had.
+/// Prints the line once. Doesn't allocate, because memory may be exhausted.
 void write_line(const char* why) noexcept {
     static std::atomic_flag was_said;
     if (was_said.test_and_set()) return;
@@ -45,7 +45,7 @@ void write_line(const char* why) noexcept {
 }
 
 [[noreturn]] void on_terminate() {
-    // One thread speaks; others wait for the end.
+    // One thread prints; others wait for the end.
     static std::atomic_flag taken;
     while (taken.test_and_set()) ::pause();
     const char* why = "ended by an error of the program";
@@ -54,7 +54,7 @@ void write_line(const char* why) noexcept {
     } catch (const std::bad_alloc&) {
         why = "out of memory";
     } catch (const std::exception& error) {
-        // Its text may go with the exception.
+        // Copy the text, because it may be destroyed with the exception.
         static std::array<char, 300> text;
         std::strncpy(text.data(), error.what(), text.size() - 1);
         why = text.data();
@@ -67,7 +67,7 @@ void write_line(const char* why) noexcept {
 }
 
 #if defined(__ELF__) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
-/// Before the initialisation of shared libraries, which may run out of memory as well.
+/// Runs before the initialisation of shared libraries, which may run out of memory too.
 void guard_initialisation() {
     std::set_terminate(on_terminate);
 }
@@ -86,7 +86,7 @@ void guard_process() noexcept {
     for (const int number : {SIGPIPE, SIGXFSZ}) std::signal(number, SIG_IGN);
     struct sigaction action {};
     action.sa_handler = on_signal;
-    action.sa_flags = SA_RESTART;  // it returns where outputs are being put in their places
+    action.sa_flags = SA_RESTART;  // the handler returns during a commit of outputs
     constexpr int kEnding[] = {SIGINT, SIGTERM, SIGHUP};
     for (const int number : kEnding) sigaddset(&action.sa_mask, number);
     for (const int number : kEnding) {

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// How the program ends when a signal, or an exception that nothing catches, ends it: at once, with
-// one line or none, and without staged files.
+// Termination by a signal or an uncaught exception: immediate, with at most one line, and with
+// removal of staged files.
 
 #pragma once
 
@@ -10,21 +10,21 @@
 
 namespace pliant::app {
 
-/// SIGINT, SIGTERM and SIGHUP end the program with 128 + their number, unless they were ignored
-/// before. SIGPIPE and SIGXFSZ are ignored: writing fails instead. std::terminate prints one line
-/// and ends the program with kExitBadInput.
+/// Installs the handlers. SIGINT, SIGTERM and SIGHUP end the program with 128 + their number,
+/// unless they were ignored before. SIGPIPE and SIGXFSZ are ignored: writing fails instead.
+/// std::terminate prints one line and ends the program with kExitBadInput.
 void guard_process() noexcept;
 
-/// Prints the line that says why the program ends; only the first one. Allocates nothing.
+/// Prints the reason of the program's end; only the first call prints. Doesn't allocate.
 /// @returns kExitBadInput
 int say_why(const char* why) noexcept;
 
-/// Called before a child is started: a signal ends the program after the next end_with_program, so
-/// that no child remains that it doesn't know.
+/// Call it before a child is started: a signal then ends the program after the next
+/// end_with_program, so that no unknown child survives.
 void expect_child() noexcept;
 
-/// Names the child that a signal ends together with the program; −1: none.
-/// @pre a child that was named before is not reaped yet
+/// Sets the child that a signal kills together with the program; −1: none.
+/// @pre the previous child is not reaped yet
 void end_with_program(pid_t child) noexcept;
 
 }  // namespace pliant::app

@@ -11,7 +11,7 @@
 namespace pliant::app {
 namespace {
 
-/// Options that weren't given on the command line, from lines NAME = VALUE of a TOML file.
+/// Reads options that are not on the command line from lines NAME = VALUE of a TOML file.
 void read_fit_config(CLI::App* command, const std::string& file) {
     std::vector<CLI::ConfigItem> items;
     const auto text = read_small_file(file, kMaxSmallFileBytes, "a settings file");
@@ -54,18 +54,17 @@ void add_fit(CLI::App& app, FitOptions& o) {
     c->add_option("--held", o.held, "face that doesn't move (default -z)")->check(face);
     const char* load = "FACE:FX,FY,FZ[:ACROSS,ALONG[:NODES]]";
     c->add_option("--load", o.loads,
-                  "newtons in total, on NODES x NODES nodes (default 2) of a face, around a place "
-                  "from 0,0 to 1,1 on it (default 0.5,0.5); may be given again (default "
-                  "+z:0,0,-40)")
+                  "total force [N] on NODES x NODES nodes (default 2) of a face, around a point "
+                  "from 0,0 to 1,1 on it (default 0.5,0.5); repeatable (default +z:0,0,-40)")
         ->type_name(load);
-    c->add_option("--held-out", o.held_out, "likewise, only judged by")->type_name(load);
+    c->add_option("--held-out", o.held_out, "a load for evaluation only")->type_name(load);
     c->add_option("--links", o.links, "of the lattice (default edges+faces)")
         ->check(CLI::IsMember({"edges", "edges+faces", "edges+faces+body"}));
-    c->add_option("--groups", o.groups, "links with a value of their own (default uniform)")
+    c->add_option("--groups", o.groups, "partition of the links (default uniform)")
         ->check(CLI::IsMember({"uniform", "kinds", "directions"}));
-    c->add_flag("--volume", o.volume, "and a volume energy of the cells");
+    c->add_flag("--volume", o.volume, "add a volume energy of the cells");
     c->add_flag("--by-cells", o.by_cells, "each cell has its own springs");
-    c->add_option("--damping", o.damping_kg_s, "a value for the nodes' damping, from here [kg/s]")
+    c->add_option("--damping", o.damping_kg_s, "fit the nodes' damping, starting here [kg/s]")
         ->check(CLI::NonNegativeNumber);
     c->add_option("--motion", o.motion, "linear, equilibrium, or run: stopped after a time")
         ->check(CLI::IsMember({"linear", "equilibrium", "run"}));
@@ -75,15 +74,15 @@ void add_fit(CLI::App& app, FitOptions& o) {
     c->add_option("--cost", o.cost, "sum of distances, or of their squares")
         ->check(CLI::IsMember({"distances", "squares"}));
     c->add_option("--range", o.range, "bounds: the start over this and times this (default 10)");
-    c->add_option("--method", o.methods, "may be given again (default closed-form, gauss-newton)")
+    c->add_option("--method", o.methods, "repeatable (default closed-form, gauss-newton)")
         ->check(CLI::IsMember(
             {"closed-form", "gauss-newton", "bobyqa", "nelder-mead", "subplex", "annealing"}));
     c->add_option("--evaluations", o.evaluations, "at most, of a search (default 400)")
         ->check(CLI::Range(1, 1000000));
     c->add_option("--seed", o.seed, "of annealing (default 1)");
-    c->add_option("--temperature", o.start_temperature, "of annealing at the start; 0: found");
-    c->add_option("--cooling", o.cooling, "of annealing, beta; 0: found");
-    c->add_option("--report", o.report, "what was found, JSON");
+    c->add_option("--temperature", o.start_temperature, "start of annealing; 0: automatic");
+    c->add_option("--cooling", o.cooling, "of annealing, beta; 0: automatic");
+    c->add_option("--report", o.report, "report, JSON");
     c->add_option("--threads", o.threads, "threads to use; 0: all")->check(CLI::Range(0, 256));
     c->final_callback([c, &o] {
         if (!o.config.empty()) read_fit_config(c, o.config);

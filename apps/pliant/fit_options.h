@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// What `pliant fit` takes, on the command line and as a TOML file of the same names.
+// Options of `pliant fit`, on the command line and as a TOML file with the same names.
 
 #pragma once
 
@@ -13,7 +13,7 @@ class App;
 
 namespace pliant::app {
 
-/// The file is read as the last thing that parsing does, so that what the command line says counts.
+/// The file is read after the command line, whose options take precedence.
 /// @throws CLI::Error from parsing, whose line names the option, or the file and its setting
 void add_fit(CLI::App& app, FitOptions& options);
 

@@ -21,7 +21,7 @@ struct Quaternion {
     double v[4];  ///< x, y, z, w
 };
 
-/// The rotation whose columns are right, up and backward.
+/// Rotation with the columns right, up and backward.
 Quaternion quaternion_of(const Keyframe& frame) {
     const Vec3d forward = normalized(frame.look);
     Vec3d right = cross(forward, frame.up);
@@ -49,7 +49,7 @@ Quaternion quaternion_of(const Keyframe& frame) {
 Quaternion slerp(const Quaternion& a, const Quaternion& b, double s) {
     double cosine = 0;
     for (int n = 0; n < 4; ++n) cosine += a.v[n] * b.v[n];
-    const double sign = cosine < 0 ? -1 : 1;  // the shorter way round
+    const double sign = cosine < 0 ? -1 : 1;  // the shorter arc
     const double angle = std::acos(std::min(cosine * sign, 1.0)), sine = std::sin(angle);
     const double u = sine > 1e-6 ? std::sin((1 - s) * angle) / sine : 1 - s;
     const double v = sine > 1e-6 ? std::sin(s * angle) / sine : s;
@@ -63,7 +63,7 @@ Quaternion slerp(const Quaternion& a, const Quaternion& b, double s) {
     return q;
 }
 
-/// The fields of one keyframe; the first mistake is kept.
+/// The fields of one keyframe. Keeps the first mistake.
 struct Fields {
     const json& object;
     std::string where;

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// A movie as a few cameras and the times at which they are reached: the file that the page saves.
-// The same sums are in viewer/src/maths/keyframes.ts, so that both make the same movie.
+// A movie as a list of cameras with times: the file that the page saves.
+// viewer/src/maths/keyframes.ts has the same formulas, so that both make the same movie.
 
 #pragma once
 
@@ -22,11 +22,11 @@ struct Keyframe {
     double window_hu = 1500, level_hu = -200;
 };
 
-/// @returns at least one, the first at 0 s, the others each later than the one before
+/// @returns at least one keyframe, the first at 0 s, in ascending order
 Result<std::vector<Keyframe>> read_keyframes(const std::string& file);
 
-/// What the movie shows at a time: the eye on a Catmull-Rom curve through the keyframes, the camera
-/// turned by slerp, the numbers changed evenly.
+/// Camera at a time: the eye on a Catmull-Rom curve through the keyframes, orientation by slerp,
+/// numbers by linear interpolation.
 Keyframe shot_at(const std::vector<Keyframe>& frames, double seconds);
 
 }  // namespace pliant::app

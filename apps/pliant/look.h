@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// From the options' words to the endoscope.
+// Conversion of the options' words to an endoscope.
 
 #pragma once
 
@@ -17,7 +17,8 @@ inline FieldStop field_stop_of(const LookOptions& look) {
                                         : FieldStop::Round;
 }
 
-/// auto: by the endoscope's polarity. @pre the words are those that add_look lets through
+/// Sets style, lining and field stop. auto chooses by the endoscope's polarity. @pre the words
+/// passed add_look
 inline void set_look(const LookOptions& look, Endoscope& endoscope) {
     endoscope.style = look.style == "real" ? Style::Real : Style::Plain;
     const bool vessel = endoscope.polarity == Polarity::Falling;

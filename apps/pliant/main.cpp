@@ -88,20 +88,20 @@ int run(int argc, char** argv) {
     return run_render(render);
 }
 
-/// Where other errors are reported, a file or an option is named. Allocates nothing.
+/// Ends after an error without a file or option to name. Doesn't allocate.
 int failed(const char* why) noexcept {
     clear_progress_line();
     return say_why(why);
 }
 
-/// Prints a line on the outputs of an earlier run.
+/// Prints a line about the outputs of an earlier run.
 void tell(const char* line) {
     clear_progress_line();
     std::fprintf(stderr, "pliant: %s\n", one_line(line).c_str());
 }
 
-/// Standard output goes to a full disk, or to a program that has ended. Files are as they should
-/// be.
+/// Flushes standard output; its disk may be full or its reader gone. The output files are complete
+/// then.
 int finished(int status) {
     errno = 0;
     const bool is_written = std::fflush(stdout) == 0 && std::ferror(stdout) == 0;
@@ -123,7 +123,7 @@ int main(int argc, char** argv) {
         return failed("out of memory");
     } catch (const std::length_error&) {
         return failed("out of memory");
-    } catch (const std::system_error& error) {  // of threads and of files
+    } catch (const std::system_error& error) {  // from threads and files
         return failed(error.what());
     } catch (const std::exception& error) {
         return failed(error.what());

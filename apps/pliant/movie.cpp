@@ -27,8 +27,8 @@ Error unwritable(const std::filesystem::path& target, const std::string& what) {
     return {ErrorCode::Unwritable, target.string() + ": " + what};
 }
 
-/// Waits until a child has ended. It stays unreaped, so that its number is no other process's.
-/// @param flags  WNOHANG: only asks
+/// Waits until a child has ended. It stays unreaped, so that its process id isn't reused.
+/// @param flags  WNOHANG: polls
 /// @returns whether it has ended
 bool has_ended(pid_t child, int flags) {
     siginfo_t info{};
@@ -38,7 +38,7 @@ bool has_ended(pid_t child, int flags) {
     return result != 0 || info.si_pid == child;
 }
 
-/// Kills a child that hasn't ended after half a second.
+/// Kills a child after half a second.
 void kill_later(pid_t child) {
     constexpr std::chrono::milliseconds kPatience(500), kPause(5);
     const auto last = std::chrono::steady_clock::now() + kPatience;
@@ -77,7 +77,7 @@ Status Movie::start_ffmpeg(const std::filesystem::path& file, int width, int hei
         "ffmpeg", "-y", "-loglevel", "error", "-f", "rawvideo", "-pixel_format", "rgb24",
         "-video_size", std::to_string(width) + "x" + std::to_string(height), "-framerate",
         std::to_string(kFramesPerSecond), "-i", "-",
-        // Most players want four pixels to share a colour, so numbers of pixels must be even.
+        // Most players need 4:2:0 subsampling, so width and height must be even.
         "-vf", "pad=ceil(iw/2)*2:ceil(ih/2)*2", "-pix_fmt", "yuv420p", file.string()};
     std::vector<char*> arguments;
     for (std::string& word : words) arguments.push_back(word.data());
@@ -87,9 +87,9 @@ Status Movie::start_ffmpeg(const std::filesystem::path& file, int width, int hei
     posix_spawn_file_actions_t actions;
     posix_spawn_file_actions_init(&actions);
     posix_spawn_file_actions_adddup2(&actions, ends[0], STDIN_FILENO);
-    // What goes wrong is said here, in one line.
+    // The program reports errors itself, in one line.
     posix_spawn_file_actions_addopen(&actions, STDERR_FILENO, "/dev/null", O_WRONLY, 0);
-    // Signals that are ignored here are not there.
+    // Restores the default action of the signals that this program ignores.
     sigset_t ignored;
     sigemptyset(&ignored);
     for (const int number : {SIGPIPE, SIGXFSZ}) sigaddset(&ignored, number);
@@ -125,7 +125,7 @@ Status Movie::add(const Image& frame) {
         const ssize_t written = write(m_pipe, at, left);
         if (written < 0 && errno == EINTR) continue;
         if (written <= 0) {
-            kill_later(m_ffmpeg);  // it reads no further, whether it goes on or not
+            kill_later(m_ffmpeg);  // it reads no more, even if it is still running
             if (const Status ended = wait(); !ended) return ended;
             return unwritable(m_target, "ffmpeg ended before the last frame");
         }

@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Pictures one after the other: through a pipe to ffmpeg, which makes the file, or as numbered PNG
-// files in a folder.
+// Writes frames to a movie: through a pipe to ffmpeg, or as numbered PNG files in a folder.
 
 #pragma once
 
@@ -22,14 +21,13 @@ class Movie {
     Movie() = default;
     Movie(const Movie&) = delete;
     Movie& operator=(const Movie&) = delete;
-    /// Ends ffmpeg, by force after half a second, and leaves no file, if finish() has not been
-    /// called.
+    /// Ends ffmpeg, by force after half a second, and removes the file, unless finish() was called.
     ~Movie();
 
-    /// @param target  a folder (there already, or ending in /): frames as 00000.png, …; else a file
-    ///                of a kind that ffmpeg knows by its name
+    /// @param target  an existing folder or a name ending in /: frames as 00000.png, …; otherwise a
+    ///                file of a type known to ffmpeg
     Status open(const std::filesystem::path& target, int width, int height);
-    /// @pre of the size given to open
+    /// @pre the size is that of open()
     Status add(const Image& frame);
     Status finish();
 
@@ -39,7 +37,7 @@ class Movie {
     int reap();  ///< waits for ffmpeg; @returns its status, as waitpid does
 
     std::filesystem::path m_target;
-    std::filesystem::path m_folder;  ///< that frames are written to until all are there
+    std::filesystem::path m_folder;  ///< temporary folder of the frames
     bool m_is_folder = false;
     int m_count = 0;
     int m_pipe = -1;

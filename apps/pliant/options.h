@@ -1,11 +1,11 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// What the command line says, as plain values. The …_options.cpp fill them; each run_… does the
-// work.
+// Options of the command line as plain values. The …_options.cpp files fill them; each run_…
+// function does the work.
 //
-// Exit status: 0 done, 2 bad input (one line on standard error that names the file or option and
-// what was expected; no output file touched).
+// Exit status: 0 done, 2 bad input (one line on standard error with the file or option and the
+// expected value; no output file is touched).
 
 #pragma once
 
@@ -46,23 +46,23 @@ struct PushOption {
     Vec3d push_mm;
 };
 
-/// The sphere's way, from a point along a vector; tissue slides off it.
+/// A sphere's path along a vector; tissue slides off it.
 struct SlideOption {
     Vec3d point_mm;
     Vec3d way_mm;
 };
 
-/// What is done to the tissue, one after the other.
+/// Actions on the tissue, in order.
 using DeformAction = std::variant<PushOption, SlideOption, CutSurface, CarveTool>;
 
 /// Options of --model springs.
 struct SpringOptions {
     Record settings;                                   ///< by the names of spring_rows()
     std::optional<std::pair<Vec3d, Vec3d>> region_mm;  ///< two opposite corners
-    std::optional<int> steps;                          ///< none: until it is at rest
+    std::optional<int> steps;                          ///< nullopt: until it is at rest
 };
 
-/// The endoscope's picture: what it is lit and coloured by.
+/// Lighting and colours of the endoscope's picture.
 struct LookOptions {
     std::string style = "plain", lining = "auto", field_stop = "round";
 };
@@ -76,15 +76,18 @@ struct DeformOptions {
     double sphere_radius_mm = 0;        ///< 0: the point tool
     std::string config;
     std::string labels, directions;   ///< for [[label]] of the config
-    std::optional<double> relax_ms;   ///< budget of the relaxation after all actions
-    std::optional<int> relax_sweeps;  ///< likewise; both: whichever ends first; none: no relaxation
-    bool release = false;             ///< the tool has gone before it; else it stays
-    LookOptions look_of;              ///< of the picture
+    std::optional<double> relax_ms;   ///< budget of the relaxation after all actions; nullopt:
+                                      ///< unlimited
+    std::optional<int> relax_sweeps;  ///< with both limits, the first one ends it; neither: no
+                                      ///< relaxation
+    bool release = false;             ///< the tool is removed before the relaxation; otherwise it
+                                      ///< stays
+    LookOptions look_of;              ///< for the picture
     std::string solver;               ///< "sweep" or "heap"; empty: sweep
     std::string mapping = "cells";    ///< or "tetrahedra"
     std::string load_state, save_state;
     std::string out, displacement, transform, jacobian, strain, report, png;
-    std::optional<Vec3d> eye_mm, look;  ///< of the picture
+    std::optional<Vec3d> eye_mm, look;  ///< camera of the picture
     std::optional<double> iso_hu;
     bool raw = false;
     int threads = 0;
@@ -93,10 +96,10 @@ struct DeformOptions {
 struct RenderOptions {
     std::string file;
     std::string series;
-    std::string load_state;  ///< of the tissue; empty: at rest
+    std::string load_state;  ///< state of the tissue; empty: at rest
     std::string out;
-    std::string path, movie;       ///< a flight along a curve; then out and eye aren't used
-    std::string keyframes;         ///< a movie of the page's keyframes, instead of a path
+    std::string path, movie;       ///< a flight along a curve; out and eye are then ignored
+    std::string keyframes;         ///< a movie from the page's keyframes, instead of a path
     double speed_mm_s = 20;        ///< of the flight
     std::string view = "four-up";  ///< endoscope | blended | fluoroscopy | axial | coronal | …
     int width = 0, height = 0;     ///< 0: 1024×1024 for four-up, 512×512 for one view
@@ -107,10 +110,11 @@ struct RenderOptions {
     double barrel_distortion = 0.15;
     double fog_distance_mm = 120;
     std::optional<std::string> colour;          ///< "R,G,B" 0…255
-    LookOptions look_of;                        ///< of the endoscope's picture
-    std::optional<double> window_hu, level_hu;  ///< of sections, or of the blended view's opacity
+    LookOptions look_of;                        ///< for the endoscope's picture
+    std::optional<double> window_hu, level_hu;  ///< of sections, or of the opacity in the blended
+                                                ///< view
     double opacity_per_mm = 0.25;
-    // Of fluoroscopy; no width: the whole scan.
+    // Fluoroscopy; without a width the whole scan is shown.
     double source_mm = 1000, contrast = 1, noise = 1;
     std::uint32_t seed = 0;
     std::optional<double> width_mm, exposure_water_mm, border_mm;
@@ -133,18 +137,18 @@ struct PathOptions {
 struct MeshOptions {
     std::string file;  ///< a scan, a surface, a centreline or tetrahedra
     std::string series;
-    std::string out, ghost, surface;  ///< outputs; none: the file's mesh is only judged
+    std::string out, ghost, surface;  ///< outputs; none: only report on the file's mesh
     double thickness_mm = 1.5, cell_mm = 0, ghost_mm = 0;
     int layers = 2;
-    std::string ends;   ///< a centreline whose ends are the wall's
-    double trim = 0.5;  ///< radii that the ends are moved inwards
+    std::string ends;   ///< a centreline that defines the wall's ends
+    double trim = 0.5;  ///< distance by which ends move inwards, in radii
     bool sweep = false;
     int sectors = 24;
     std::optional<Vec3d> seed_mm;  ///< of region growing
-    double low = 0, high = 0;      ///< its window
-    std::optional<Vec3d> to_mm;    ///< the region stays near the way from the seed to there
+    double low = 0, high = 0;      ///< range of its values
+    std::optional<Vec3d> to_mm;    ///< limits the region to the path from the seed to this point
     double within_mm = 15, most_ml = 500;
-    std::vector<int> labels;  ///< instead: voxels with one of them
+    std::vector<int> labels;  ///< alternative to the seed: voxels with these labels
     double smoothing_voxels = 0.8;
     bool json = false;
     int threads = 0;
@@ -152,8 +156,8 @@ struct MeshOptions {
 
 struct VesselOptions {
     std::string scene;
-    std::string report, csv, frames, record, replay, volume;  ///< outputs, and a log to play again
-    int every = 50;                                           ///< steps from frame to frame
+    std::string report, csv, frames, record, replay, volume;  ///< outputs, and a log to replay
+    int every = 50;                                           ///< steps per frame
     bool json = false;
     int threads = 0;
 };
@@ -162,12 +166,12 @@ struct ServeOptions {
     std::string file;  ///< empty: the airway phantom
     std::string series;
     int port = 8765;
-    bool port_given = false;  ///< else any free one will do
+    bool port_given = false;  ///< false: a free port may replace it
     std::string session;
     double checkpoint_s = 30;
     int spring_nodes = 32;
     bool no_open = false;
-    std::vector<std::string> haptics;  ///< devices beside those in the tree
+    std::vector<std::string> haptics;  ///< devices beside the built-in ones
     int threads = 0;
 };
 
@@ -183,7 +187,7 @@ struct BenchOptions {
     bool compare = false;          ///< published orderings beside the exact solvers
     bool json = false;             ///< one object per case and solver, one on each line
     int size = 50;                 ///< elements along each edge of the lattice
-    double pull_voxels = 5;        ///< length of the push; of the longest step of the drag
+    double pull_voxels = 5;        ///< length of the push, and of the drag's longest step
     std::string grab = "element";  ///< or "cell"
     bool homogeneous = false, heterogeneous = false;  ///< neither: both
     double shear_ratio = 0.5;  ///< shear / stretch of the heterogeneous materials
@@ -191,8 +195,8 @@ struct BenchOptions {
     int threads = 1;
 };
 
-/// A box of elastic material and a lattice of springs for it; text as the user gave it where it is
-/// more than a number.
+/// A box of elastic material and its lattice of springs. Composite values are kept as the user's
+/// text.
 struct FitOptions {
     std::string config;
     std::string size = "10,10,10", spacing_mm = "11.111111";
@@ -203,7 +207,7 @@ struct FitOptions {
     std::string links = "edges+faces";
     std::string groups = "uniform";
     bool volume = false, by_cells = false;
-    double damping_kg_s = 0;  ///< above 0: a value of its own, that starts here
+    double damping_kg_s = 0;  ///< above 0: fitted as a separate value, with this initial value
     std::string motion = "linear";
     double duration_s = 1;
     int depth = 10;
@@ -222,7 +226,7 @@ struct HapticsOptions {
     std::string device = "virtual:active";
     double minutes = 10;
     double rate_hz = 1000;
-    double update_hz = 30;  ///< of the tissue
+    double update_hz = 30;  ///< solution rate of the tissue
     bool load = false;
     std::string out, record;
     bool json = false;

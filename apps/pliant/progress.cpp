@@ -30,7 +30,7 @@ ProgressBar::ProgressBar(std::string what)
         draw(0);
         return;
     }
-    // Signals are the other threads' affair.
+    // Signals are handled by the other threads.
     sigset_t all, before;
     sigfillset(&all);
     ::pthread_sigmask(SIG_BLOCK, &all, &before);

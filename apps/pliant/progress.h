@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// A progress bar on standard error. Where that is no terminal, lines every few seconds, from the
+// A progress bar on standard error. If that is not a terminal, a line every few seconds, from the
 // second second on.
 
 #pragma once
@@ -17,7 +17,7 @@ namespace pliant::app {
 
 class ProgressBar {
   public:
-    /// @param what  the work, as in "making airway"
+    /// @param what  name of the work, as in "making airway"
     explicit ProgressBar(std::string what);
     ~ProgressBar();
     ProgressBar(const ProgressBar&) = delete;
@@ -38,10 +38,10 @@ class ProgressBar {
     std::mutex m_mutex;
     std::condition_variable m_over_changed;
     bool m_over = false;
-    std::thread m_teller;  ///< also while a single step takes long; none where it can't be started
+    std::thread m_teller;  ///< updates during long steps too; absent if no thread is available
 };
 
-/// Clears the line of a bar on a terminal, so that a message has it for itself.
+/// Clears the bar's line on a terminal, before a message.
 void clear_progress_line() noexcept;
 
 }  // namespace pliant::app

@@ -76,7 +76,7 @@ Json springs_json(const SpringResult& springs) {
     return json;
 }
 
-/// Its way is what was asked for.
+/// Converts a slide to a push along its path.
 PushReport as_push(const SlideReport& slide) {
     PushReport push;
     push.status = slide.limited_by == LimitedBy::None            ? PushStatus::Applied
@@ -88,7 +88,8 @@ PushReport as_push(const SlideReport& slide) {
     return push;
 }
 
-/// All pushes and slides as one: rejected if none did anything, applied if all were done in full.
+/// Summary of all pushes and slides: rejected if all were rejected, applied if all were applied in
+/// full.
 PushReport summary_of(const DeformResult& result) {
     std::vector<PushReport> pushes = result.pushes;
     for (const SlideReport& slide : result.slides) pushes.push_back(as_push(slide));
@@ -112,9 +113,9 @@ PushReport summary_of(const DeformResult& result) {
     return all;
 }
 
-/// What the summary's fraction is of.
+/// Name of the quantity that the summary's fraction refers to.
 const char* name_of_ways(std::size_t pushes, std::size_t slides) {
-    if (pushes + slides == 0) return "what was asked for";
+    if (pushes + slides == 0) return "the request";
     if (pushes + slides > 1) return slides == 0 ? "the shortest push" : "the shortest way";
     return slides == 0 ? "the push" : "the sphere's way";
 }

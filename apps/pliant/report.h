@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// What `pliant deform` did, as one JSON object (docs/conventions.md, "The report").
+// Report of `pliant deform` as one JSON object (docs/conventions.md, "The report").
 
 #pragma once
 
@@ -18,7 +18,7 @@
 
 namespace pliant::app {
 
-/// What is to be said of --model springs.
+/// Report of --model springs.
 struct SpringResult {
     Vec3i cell_voxels{0, 0, 0};
     Vec3i nodes{0, 0, 0};
@@ -33,10 +33,10 @@ struct DeformResult {
     std::vector<PushReport> pushes;
     std::vector<SlideReport> slides;
     double edit_ms = 0;                   ///< of cuts and carvings
-    std::optional<RelaxReport> relax;     ///< none: not asked for
-    std::optional<SpringResult> springs;  ///< none: ChainMail
+    std::optional<RelaxReport> relax;     ///< nullopt: not requested
+    std::optional<SpringResult> springs;  ///< nullopt: ChainMail
     LatticeState state;
-    FoldCertificate certificate;  ///< of ChainMail
+    FoldCertificate certificate;  ///< ChainMail only
     Deformed deformed;
     RestField rest;  ///< for a picture in the style real
     std::uint64_t hash = 0;
@@ -45,7 +45,7 @@ struct DeformResult {
 
 std::string report_json(const DeformOptions& options, const DeformResult& result);
 
-/// A few lines for a person.
+/// A few lines of readable text.
 std::string report_text(const DeformResult& result);
 
 }  // namespace pliant::app

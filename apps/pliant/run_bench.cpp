@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Solvers side by side on one lattice: how long they take, how many links they leave outside of
-// their limits, how far they end from the exact place. Timed turn by turn, so that a noisy machine
-// disturbs all alike; judged in a run of their own. Lengths are in voxels of 1 mm.
+// Compares solvers on one lattice: time, number of violated links, distance from the exact
+// solution. Timing alternates between the solvers, so that noise of the machine affects all
+// equally; quality is evaluated in a separate run. Lengths are in voxels of 1 mm.
 
 #include <pliant/chainmail_orderings.h>
 
@@ -23,7 +23,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-/// Smaller differences do not count: limits are rounded to 10⁻⁶, places in floats to 10⁻⁵.
+/// Smaller differences are ignored: limits are rounded to 10⁻⁶, float positions to 10⁻⁵.
 constexpr double kNoticed = 1e-4;
 
 constexpr double kMaxMs = 2000;  ///< for all timed runs of one solver on one case
@@ -36,11 +36,11 @@ struct Case {
     std::vector<Vec3d> steps;
 };
 
-/// One solver, whatever it is made of.
+/// Uniform interface to a solver.
 struct Contestant {
     std::string name;
     std::function<void()> reset;
-    std::function<bool(Vec3d)> push;  ///< false: it gave up, or does not do this
+    std::function<bool(Vec3d)> push;  ///< false: it stopped early, or doesn't support the push
     std::function<Vec3d(std::int32_t)> displacement;
     std::vector<double> times_ms{};
     double used_ms = 0;
@@ -49,11 +49,12 @@ struct Contestant {
 struct Verdict {
     std::int64_t moved_elements = 0;  ///< all steps together
     LinkState links;
-    double max_distance = 0, mean_distance = 0;  ///< mean of the elements that are away from rest
+    double max_distance = 0, mean_distance = 0;  ///< mean over the elements away from rest
     bool complete = true;
 };
 
-/// Wavy layers of four materials, slack from 0.02 to 0.4 of a link, or one of 0.2.
+/// Makes wavy layers of four materials with slack from 0.02 to 0.4 of a link, or one material of
+/// 0.2.
 ChainLattice make_lattice(const BenchOptions& o, bool heterogeneous) {
     ChainLattice lattice{.size = {o.size, o.size, o.size}};
     for (const double slack : {0.02, 0.05, 0.15, 0.4}) {
@@ -85,7 +86,7 @@ Case make_case(const BenchOptions& o, bool heterogeneous, bool drag) {
                 voxel_index(grid, {low + (c & 1), low + (c >> 1 & 1), low + (c >> 2)})));
     }
     if (!drag) {
-        // Straight outwards, as in published measurements; oblique where components may differ.
+        // Straight outwards, as in published measurements; oblique for different components.
         made.steps = {o.pull_voxels * (heterogeneous ? Vec3d{0.48, -0.36, 0.8} : Vec3d{0, 0, 1})};
     } else {
         const Vec3d path[] = {{0, 0, 0.5},    {0.25, 0, 0.5},       {0.25, 0.25, -0.5},
@@ -95,7 +96,7 @@ Case make_case(const BenchOptions& o, bool heterogeneous, bool drag) {
     return made;
 }
 
-/// ChainMail itself works on a scan: labels as values, the lattice ends at its border.
+/// ChainMail needs a scan: voxel values are labels, and the lattice ends at its border.
 class ScanOfLabels {
   public:
     explicit ScanOfLabels(const ChainLattice& lattice) {
@@ -215,8 +216,8 @@ double run_once(const Case& c, const Contestant& contestant) {
     return elapsed.count();
 }
 
-/// A turn is two runs, of which the second counts: caches are warm, as in a drag. Who has used up
-/// its time takes no more turns.
+/// Times two runs per round, of which the second counts, with warm caches as in a drag. A
+/// contestant that has used up its time is skipped.
 void time_in_turns(const Case& c, std::span<Contestant> contestants, int rounds) {
     for (int round = 0; round < rounds; ++round)
         for (Contestant& contestant : contestants) {
@@ -274,7 +275,7 @@ void print_heading(const BenchOptions& o, const Case& c) {
                 "at most", "largest", "mean");
 }
 
-/// @returns the error's line, empty if all went well
+/// @returns line of the error; empty on success
 std::string compare(const BenchOptions& o, const TaskArena& arena, bool heterogeneous, bool drag) {
     const Case c = make_case(o, heterogeneous, drag);
     const auto graph = graph_of_lattice(c.lattice, Neighbours::Faces);

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The whole pipeline: read, push, write back to the grid, draw. Outputs appear together at the end.
+// The whole pipeline: read, push, resample, draw. Outputs appear together at the end.
 
 #include <pliant/chainmail.h>
 #include <pliant/chainmail_slide.h>
@@ -31,7 +31,7 @@ Result<ChainMailSettings> settings_of(const DeformOptions& o, std::vector<std::s
     return settings;
 }
 
-/// Label map and direction field, where they are asked for.
+/// Reads the label map and the direction field, if requested.
 Status read_maps(const DeformOptions& o, ChainMailSettings& settings) {
     if (!o.labels.empty()) {
         auto labels = read_volume(o.labels);
@@ -50,7 +50,7 @@ Status read_maps(const DeformOptions& o, ChainMailSettings& settings) {
     return Ok{};
 }
 
-/// What the last tool leaves to the relaxation: the elements that it holds, or where it lies.
+/// The last tool during relaxation: the elements that it holds, or its position.
 struct LeftTool {
     std::vector<Vec3i> held;
     std::vector<RelaxTool> lying;
@@ -117,7 +117,7 @@ Status apply_relaxation(const DeformOptions& o, ChainMail& tissue, LeftTool left
     return Ok{};
 }
 
-/// A push, or a slide from where it ends; of other actions none.
+/// Returns a push, or a slide as a push at its end; nullopt for other actions.
 std::optional<PushOption> pushed_by(const DeformAction& action) {
     if (const auto* push = std::get_if<PushOption>(&action)) return *push;
     if (const auto* slide = std::get_if<SlideOption>(&action))
@@ -125,7 +125,7 @@ std::optional<PushOption> pushed_by(const DeformAction& action) {
     return std::nullopt;
 }
 
-/// Where the picture looks, and along what: the last push or slide, or the last cut or carving.
+/// Point and direction of the picture: the last push or slide, otherwise the last cut or carving.
 PushOption place_of_picture(const DeformOptions& o, const ChainMail& tissue) {
     for (auto at = o.actions.rbegin(); at != o.actions.rend(); ++at)
         if (const auto push = pushed_by(*at)) return *push;

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// `pliant deform --model springs`: each push is a tool that takes hold of control nodes and stays,
-// then time goes on until the tissue is at rest.
+// `pliant deform --model springs`: each push is a tool that grabs control nodes and stays; then
+// time advances until the tissue is at rest.
 
 #include <pliant/spring_deformation.h>
 
@@ -19,7 +19,7 @@ namespace pliant::app {
 namespace {
 
 constexpr int kStepsAtATime = 20;
-constexpr std::int64_t kMostSteps = 100'000;  ///< to come to rest
+constexpr std::int64_t kMostSteps = 100'000;  ///< limit to come to rest
 
 Status check_spring_options(const DeformOptions& o) {
     const std::pair<const char*, bool> given[] = {
@@ -49,7 +49,7 @@ Status check_spring_options(const DeformOptions& o) {
     return Ok{};
 }
 
-/// The voxels between two corners.
+/// Box of voxels between two corners.
 Result<Box3i> region_of(const std::pair<Vec3d, Vec3d>& corners_mm, const Grid& grid) {
     const Vec3d one = voxel_from_world(grid, corners_mm.first);
     const Vec3d other = voxel_from_world(grid, corners_mm.second);

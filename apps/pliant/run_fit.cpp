@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Identification of a lattice of springs, as a table and as a report.
+// Identification of spring lattices: table and report.
 
 #include <pliant/fit_box.h>
 #include <pliant/staged_files.h>
@@ -23,7 +23,7 @@ namespace {
 using Json = nlohmann::ordered_json;
 constexpr const char* kFaces[] = {"-x", "+x", "-y", "+y", "-z", "+z"};
 
-/// Numbers between commas; none where there is anything else.
+/// Parses numbers separated by commas; empty for invalid text.
 std::vector<double> numbers_of(std::string_view text) {
     std::vector<double> numbers;
     for (;;) {
@@ -44,7 +44,7 @@ std::optional<BoxFace> face_of(std::string_view text) {
     return std::nullopt;
 }
 
-/// FACE:FX,FY,FZ[:ACROSS,ALONG[:NODES]]
+/// Parses FACE:FX,FY,FZ[:ACROSS,ALONG[:NODES]].
 std::optional<FitBoxLoad> load_of(const std::string& text) {
     std::vector<std::string> parts{""};
     for (const char c : text) {
@@ -142,7 +142,7 @@ const char* name_of(FitBound bound) {
     return bound == FitBound::Low ? "lower" : "upper";
 }
 
-/// Empty, or a limit of the method that this box is beyond.
+/// Warning if the box violates an assumption of the method; otherwise empty.
 std::string note_on(const std::string& method, const FitBoxProblem& box) {
     if (method != "closed-form" || box.cubic_cells) return {};
     return "the closed form is derived for cubic cells; these are not, and it may be far off";
@@ -235,7 +235,7 @@ Status write_report(const std::filesystem::path& path, const Json& report) {
 int run_fit(const FitOptions& o) {
     const auto settings = box_of(o);
     if (!settings) return bad_input(settings.error().message);
-    // Before the work, which may take long.
+    // Stage the report before the long work.
     StagedFiles files;
     std::filesystem::path report_file;
     if (!o.report.empty()) {

@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// pliant haptics: how steady the servo is on this machine. A tissue that is solved some thirty
-// times a second is felt by a device, and everything that a period took is kept; a loop that does
-// nothing runs beside it, for what the machine alone would miss.
+// pliant haptics: jitter of the servo on this machine. A device touches a tissue that is solved
+// some thirty times a second, and the timing of each period is recorded. An idle loop runs in
+// parallel to measure the jitter of the machine alone.
 
 #include <pliant/chainmail.h>
 #include <pliant/haptics_servo.h>
@@ -32,7 +32,7 @@ namespace {
 using Clock = std::chrono::steady_clock;
 using Json = nlohmann::ordered_json;
 
-/// Tissue whose surface is at z = 0, ever stiffer: F = 80 d + 30'000 d² [N, m].
+/// Tissue with its surface at z = 0 and increasing stiffness: F = 80 d + 30'000 d² [N, m].
 HapticModel tissue_at(Vec3d tool_mm, double largest_n_m) {
     const double d = std::max(0.0, -1e-3 * tool_mm.z);
     Mat3d change{};
@@ -43,7 +43,7 @@ HapticModel tissue_at(Vec3d tool_mm, double largest_n_m) {
     return checked_model(model, largest_n_m).value();
 }
 
-/// What the program does elsewhere at the same time: pushes, resamples and draws a phantom.
+/// Background load typical of the program: pushes, resamples and draws a phantom.
 class Load {
   public:
     explicit Load(int threads) : m_thread([this, threads] { run(threads); }) {}
@@ -88,7 +88,7 @@ Json spread_of(std::vector<double> values) {
     return {{"p50", at(0.5)}, {"p99", at(0.99)}, {"p99.9", at(0.999)}, {"max", values.back()}};
 }
 
-/// Longer than a limit, of a million.
+/// Number of values above a limit, per million.
 double per_million(const std::vector<double>& values, double limit) {
     const auto over =
         std::count_if(values.begin(), values.end(), [=](double v) { return v > limit; });
@@ -97,7 +97,7 @@ double per_million(const std::vector<double>& values, double limit) {
 
 struct Collected {
     std::vector<double> period_us, compute_us, age_ms, unblended_n, felt_n, idle_us;
-    std::vector<HapticRecord> records;  ///< if wanted
+    std::vector<HapticRecord> records;  ///< if requested
     std::int64_t late = 0, contact = 0, stale = 0, rate_limited = 0, energy_limited = 0;
     std::uint64_t lost = 0;
     double lowest_energy_j = 0, last_energy_j = 0;
@@ -226,7 +226,7 @@ Error about_option(const char* option, const Error& error) {
     return {error.code, std::string(option) + ": " + error.message};
 }
 
-/// Both files or none, and known to be possible before the minutes of the check.
+/// Both output files, staged before the minutes of the check, so that errors are reported early.
 struct HapticsOutputs {
     StagedFiles files;
     std::filesystem::path record, out;
@@ -267,7 +267,7 @@ int run_haptics(const HapticsOptions& o) {
     if (const Status s = outputs.stage(o); !s) return bad_input(s.error().message);
     HapticServoSettings settings;
     settings.rate_hz = o.rate_hz;
-    settings.step.max_force_n = 1000;  // the device's own limits hold
+    settings.step.max_force_n = 1000;  // the device's limits apply
     settings.step.max_stiffness_n_m = 1e5;
     auto servo = HapticServo::start(std::move(*device), settings);
     if (!servo.ok()) return bad_input(servo.error().message);

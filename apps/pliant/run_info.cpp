@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// What a scan holds, for people or as one JSON object.
+// Description of a scan, as text or as one JSON object.
 
 #include "options.h"
 #include "progress.h"
@@ -24,7 +24,7 @@
 namespace pliant::app {
 namespace {
 
-/// Letter of the direction that an axis points to, most of all.
+/// Letter of an axis's dominant direction.
 char letter_of(Vec3d axis) {
     int largest = 0;
     for (int a = 1; a < 3; ++a)
@@ -38,7 +38,7 @@ std::string orientation_of(const Grid& grid) {
     return letters;
 }
 
-/// Largest angle between an axis of the grid and the axis of the body that is next to it.
+/// Largest angle between an axis of the grid and the nearest axis of the body.
 double oblique_angle_deg(const Grid& grid) {
     double smallest = 1;
     for (const Vec3d& v : grid.direction.columns)
@@ -56,7 +56,7 @@ double memory_mb(const Volume& volume) {
     return double(voxel_count(volume.grid)) * (volume.is_16_bit() ? 2 : 4) / 1e6;
 }
 
-/// Six digits, in every locale.
+/// Six digits, independent of the locale.
 std::string digits(double number) {
     char buffer[32];
     const auto end =
@@ -83,7 +83,7 @@ void print_json(const InfoOptions& options, const Volume& volume, const ReadNote
     json["spacing_mm"] = list_of(grid.spacing_mm);
     json["extent_mm"] = list_of(extent_mm(grid));
     json["origin_mm"] = list_of(grid.origin_mm);
-    for (int row = 0; row < 3; ++row) {  // the matrix, not a list of axes
+    for (int row = 0; row < 3; ++row) {  // rows of the matrix, not a list of axes
         const auto& c = grid.direction.columns;
         json["direction"].push_back({c[0][row], c[1][row], c[2][row]});
     }
@@ -102,7 +102,7 @@ void print_json(const InfoOptions& options, const Volume& volume, const ReadNote
         json["suggested_push"] = {{"point_mm", list_of(push->point_mm)},
                                   {"push_mm", list_of(push->push_mm)},
                                   {"sphere_radius_mm", kSuggestedRadiusMm}};
-    // Bytes of a file that are no UTF-8 are replaced, not refused.
+    // Invalid UTF-8 in a file is replaced, not refused.
     const std::string text =
         json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
     std::printf("%s\n", text.c_str());
@@ -127,7 +127,7 @@ void print_geometry(const Grid& grid) {
     print_line("origin", digits(grid.origin_mm, ", ") + " mm (LPS)");
 }
 
-/// Commands that work with this scan.
+/// Prints commands for this scan.
 void print_next(const InfoOptions& options, const std::optional<PushOption>& push) {
     const std::string file = shell_word(options.file);
     std::printf("\nTry next:    pliant render %s --out view.png\n", file.c_str());

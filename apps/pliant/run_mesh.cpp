@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// A vessel's wall from a scan, a surface or a centreline; and what any mesh is worth.
+// A vessel's wall from a scan, a surface or a centreline, and reports on meshes.
 
 #include <pliant/lumen_path.h>
 #include <pliant/staged_files.h>
@@ -75,7 +75,7 @@ void tell(const MeshOptions& o, const VesselWall& wall, const TetQuality& qualit
                     end.centre_mm.y, end.centre_mm.z, end.radius_mm);
 }
 
-/// What a file holds, without making anything.
+/// Reports on a file's mesh without making a wall.
 int judge(const MeshOptions& o, const MeshData& mesh) {
     if (!mesh.tetrahedra.empty()) {
         const TetQuality q = tet_quality(with_used_nodes({mesh.nodes_mm, mesh.tetrahedra}));
@@ -160,7 +160,7 @@ Result<VesselWall> wall_from_mesh(const MeshOptions& o, const MeshData& mesh,
     return wall_around_surface(joined({mesh.nodes_mm, mesh.triangles}), ends, settings, arena);
 }
 
-/// @param[out] surface  the lumen's
+/// @param[out] surface  surface of the lumen
 Result<VesselWall> wall_from_scan(const MeshOptions& o, const WallSettings& settings,
                                   const TaskArena& arena, TriangleMesh& surface, ProgressBar& bar) {
     if (!o.seed_mm && o.labels.empty())
@@ -203,7 +203,7 @@ struct MeshOutputs {
     std::filesystem::path out, ghost, surface;
 };
 
-/// @param has_surface  of a scan's lumen
+/// @param has_surface  whether there is a lumen's surface, from a scan
 Status stage_outputs(const MeshOptions& o, MeshOutputs& outputs, bool has_surface) {
     for (const auto& [name, place] : {std::pair(&o.out, &outputs.out),
                                       {&o.ghost, &outputs.ghost},

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The way through a lumen, as a curve that 3D Slicer, `pliant render --path` and the page open.
+// The path through a lumen, as a curve for 3D Slicer, `pliant render --path` and the page.
 
 #include <pliant/lumen_path.h>
 

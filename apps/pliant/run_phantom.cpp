@@ -15,7 +15,7 @@
 namespace pliant::app {
 namespace {
 
-/// Nine numbers, separated by commas or blanks: the columns of the matrix.
+/// Parses nine numbers, separated by commas or blanks: the columns of the matrix.
 std::optional<Mat3d> parse_direction(const std::string& text) {
     std::array<double, 9> n{};
     const char* at = text.data();
@@ -51,7 +51,7 @@ std::string value_of(const KeyValues& pairs, const std::string& key) {
     return {};
 }
 
-/// Says what was written, and for each landmark the command that pushes there.
+/// Prints a summary, and for each landmark the command that pushes there.
 void tell(const std::string& path, const Volume& volume) {
     const Grid& g = volume.grid;
     std::string text = path + ": " + std::to_string(g.size.x) + "x" + std::to_string(g.size.y) +

@@ -23,7 +23,7 @@
 namespace pliant::app {
 namespace {
 
-/// "R,G,B", each 0…255.
+/// Parses "R,G,B", each 0…255.
 std::optional<Rgb8> parse_colour(const std::string& text) {
     std::array<std::uint8_t, 3> parts{};
     const char* at = text.data();
@@ -43,7 +43,7 @@ Vec3d volume_centre_mm(const Grid& g) {
     return world_from_voxel(g, {0.5 * (g.size.x - 1), 0.5 * (g.size.y - 1), 0.5 * (g.size.z - 1)});
 }
 
-/// The endoscope that the options ask for; what they leave open is found in the scan.
+/// Builds the endoscope of the options; open parameters are found in the scan.
 /// @returns InvalidArgument if there is no lumen to start from
 Result<Endoscope> place_endoscope(const RenderOptions& o, const Volume& volume, Endoscope e,
                                   const TaskArena& arena) {
@@ -70,13 +70,13 @@ Result<Endoscope> place_endoscope(const RenderOptions& o, const Volume& volume, 
     return e;
 }
 
-/// The deformed scan, and positions at rest for the style real.
+/// A deformed scan, with rest positions for the style real.
 struct LoadedState {
     Deformed deformed;
     RestField rest;
 };
 
-/// The scan as --load-state has it. @returns bad data of the state; LimitExceeded
+/// Deforms the scan by the state of --load-state. @returns a fault of the state; LimitExceeded
 Result<LoadedState> load_state(const RenderOptions& o, const Volume& scan, const TaskArena& arena) {
     auto tissue = ChainMail::create(scan, {}, arena);
     if (!tissue) return tissue.error();
@@ -94,7 +94,7 @@ Result<LoadedState> load_state(const RenderOptions& o, const Volume& scan, const
     return loaded;
 }
 
-/// @returns the fault of the options, or an empty text
+/// @returns fault of the options, or an empty text
 std::string check(const RenderOptions& o) {
     const std::pair<const char*, double> numbers[] = {{"--iso", o.iso_hu},
                                                       {"--fov", o.field_of_view_deg},
@@ -130,7 +130,7 @@ Image draw_section(const RenderOptions& o, const Volume& volume, Section section
     return section_view(volume, section, width, height, arena);
 }
 
-/// From the front, the whole scan, where nothing else is asked for.
+/// Draws the fluoroscopy; by default from the front, the whole scan.
 Image draw_fluoroscopy(const RenderOptions& o, const Volume& volume, int width, int height,
                        const TaskArena& arena) {
     Fluoroscopy f{.centre_mm = o.at_mm.value_or(volume_centre_mm(volume.grid)),
@@ -151,7 +151,7 @@ Image draw_fluoroscopy(const RenderOptions& o, const Volume& volume, int width, 
 }
 
 struct Views {
-    Endoscope endoscope;  ///< without its place
+    Endoscope endoscope;  ///< without its position
     Section section;
     TransferFunction transfer;
     int width, height;
@@ -184,7 +184,7 @@ Image draw_four(const RenderOptions& o, const Volume& volume, const Views& v,
     return four_up_view(volume, {v.endoscope, v.section, name}, v.width, v.height, arena);
 }
 
-/// @param rest  of a deformed volume, or null
+/// @param rest  rest field of a deformed volume, or null
 Result<Image> draw(const RenderOptions& o, const Volume& volume, const RestField* rest,
                    const TaskArena& arena) {
     const bool section_only = o.view == "axial" || o.view == "coronal" || o.view == "sagittal";
@@ -196,7 +196,7 @@ Result<Image> draw(const RenderOptions& o, const Volume& volume, const RestField
     }
     if (o.view == "fluoroscopy") return draw_fluoroscopy(o, volume, v.width, v.height, arena);
     const auto placed = place_endoscope(o, volume, v.endoscope, arena);
-    // A section has something to show where no endoscope fits.
+    // A section can be drawn even if no endoscope fits.
     if (!placed && !section_only) return placed.error();
     v.section.point_mm = o.at_mm  ? *o.at_mm
                          : placed ? placed->eye_mm
@@ -209,8 +209,8 @@ Result<Image> draw(const RenderOptions& o, const Volume& volume, const RestField
     return caster.endoscope_view(v.endoscope, v.width, v.height);
 }
 
-/// The cameras of a movie, frame by frame: along a path, with the numbers of the options, or
-/// through keyframes, with their own.
+/// Cameras of a movie, frame by frame: along a path with the options' parameters, or through
+/// keyframes with their own.
 Result<std::vector<Keyframe>> read_shots(const RenderOptions& o) {
     std::vector<Keyframe> shots;
     if (!o.keyframes.empty()) {
@@ -236,7 +236,7 @@ Result<std::vector<Keyframe>> read_shots(const RenderOptions& o) {
     return shots;
 }
 
-/// One caster for all frames.
+/// Draws all frames with one caster.
 Status draw_movie(const RenderOptions& o, const std::vector<Keyframe>& shots, const Volume& volume,
                   const RestField* rest, const TaskArena& arena, ProgressBar& bar) {
     Views v = make_views(o);

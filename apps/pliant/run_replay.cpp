@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// pliant replay: a recorded session again, with the same result or an error.
+// pliant replay: replays a recorded session; a different result is an error.
 
 #include <pliant/serve.h>
 

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// pliant serve: the server, until somebody presses Ctrl+C.
+// pliant serve: runs the server until Ctrl+C.
 
 #include <fcntl.h>
 #include <pliant/serve.h>
@@ -35,16 +35,16 @@ namespace {
 int g_ends[2];
 volatile sig_atomic_t g_is_serving = 0;
 
-/// Memory that is given back when there is none left. A large allocation fails all the same, but
-/// the small ones succeed that follow it: nlohmann::json ends the process where its destructors
-/// can't get any.
+/// Memory reserve, freed when an allocation fails. The large allocation fails nevertheless, but the
+/// small ones after it succeed: nlohmann::json's destructors end the process if they can't
+/// allocate.
 std::atomic<void*> g_reserve = nullptr;
 constexpr std::size_t kReserveBytes = std::size_t(4) << 20;
 
 void refill_reserve() {
     if (g_reserve) return;
     void* memory = std::malloc(kReserveBytes);
-    if (memory) std::memset(memory, 1, kReserveBytes);  // resident from now on
+    if (memory) std::memset(memory, 1, kReserveBytes);  // makes it resident
     g_reserve = memory;
 }
 
@@ -54,7 +54,7 @@ void give_reserve_back() {
     std::free(memory);
 }
 
-/// Ends the server in good order; before there is one, the program.
+/// Stops the server cleanly; before it runs, ends the program.
 void on_signal(int number) {
     if (!g_is_serving) return end_process(128 + number);
     const int kept = errno;
@@ -62,9 +62,9 @@ void on_signal(int number) {
     errno = kept;
 }
 
-/// Opens the browser where there is a display; if that fails, there is still the link. The link has
-/// a secret, and other users can read command lines: the browser is given a file that only this
-/// user can read and that leads on to the link.
+/// Opens the browser if there is a display; otherwise the user has the link. The link contains a
+/// secret, and other users can read command lines. So the browser gets a file that only this user
+/// can read, which redirects to the link.
 class Browser {
   public:
     explicit Browser(const std::string& link) {
@@ -77,7 +77,7 @@ class Browser {
         m_folder = own;
         const fs::path file = m_folder / "open.html";
         {
-            std::ofstream page(file);  // in a folder of this user alone
+            std::ofstream page(file);  // in a private folder of this user
             page << "<!doctype html><meta http-equiv=\"refresh\" content=\"0;url=" << link
                  << "\"><a href=\"" << link << "\">Pliant</a>\n";
         }
@@ -99,7 +99,7 @@ class Browser {
     Browser(const Browser&) = delete;
     Browser& operator=(const Browser&) = delete;
 
-    /// Takes note of the end of the program that opens the browser.
+    /// Reaps the process that opened the browser.
     void reap() {
         if (m_opener > 0 && ::waitpid(m_opener, nullptr, WNOHANG) != 0) m_opener = 0;
     }
@@ -143,7 +143,7 @@ int run_serve(const ServeOptions& options) {
     g_is_serving = 1;
     for (const std::string& note : server->notes()) std::printf("%s\n", note.c_str());
     std::printf("Open  %s\n", server->link().c_str());
-    std::printf("View  %s  (for those who may only look)\n", server->view_link().c_str());
+    std::printf("View  %s  (view only)\n", server->view_link().c_str());
     std::printf("Ctrl+C ends the server.\n");
     std::fflush(stdout);
     std::optional<Browser> browser;

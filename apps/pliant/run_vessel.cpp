@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// A catheter in a vessel, from a scene file: what the hand does, what is written.
+// Simulation of a catheter in a vessel from a scene file: motion of the hand, outputs.
 
 #include <pliant/carried_scan.h>
 #include <pliant/vessel_scene.h>
@@ -74,7 +74,7 @@ nlohmann::ordered_json report_of(const CatheterScene& scene, const Extremes& mos
             {"hash", hash}};
 }
 
-/// The script, or a log instead of it.
+/// Source of commands: the script, or a log.
 class Hand {
   public:
     Hand(const VesselFile& file, const std::vector<Vec3d>& way, const HandLog* log)
@@ -99,12 +99,12 @@ class Hand {
     std::size_t m_line = 0;
 };
 
-/// All files of the command, which appear together at its end.
+/// All output files of the command, committed together at its end.
 struct VesselOutputs {
     StagedFiles staged;
     TextFile csv, report;
     Frames frames;
-    std::string record, volume;  ///< where they are written until then
+    std::string record, volume;  ///< staged paths
 
     Status open(const VesselOptions& o) {
         if (!o.csv.empty())
@@ -141,7 +141,7 @@ int run_vessel(const VesselOptions& o) {
     auto file = read_vessel_file(o.scene);
     if (!file) return bad_input(file.error().message);
     if (file->acts.empty())
-        return bad_input(o.scene + ": [[script]]: expected what the hand does, found none");
+        return bad_input(o.scene + ": [[script]]: expected one or more acts, found none");
     if (!o.volume.empty() && file->scan.empty())
         return bad_input("--volume: expected a scene with [vessel] scan, found none in " + o.scene);
     std::optional<HandLog> replayed;
@@ -264,7 +264,7 @@ int run_vessel(const VesselOptions& o) {
         const double wide = wide_reach_mm(scene->wall(), scene->settings().wall);
         if (scene->settings().local && scene->settings().reach_mm < wide)
             std::printf(
-                "reach               %g mm; %.1f mm keep what boxes change below 2 %% on this "
+                "reach               %g mm; %.1f mm keep the error of boxes below 2 %% on this "
                 "support\n",
                 scene->settings().reach_mm, wide);
         std::printf("energy              %.3f mJ at most\n", most.energy_mj);

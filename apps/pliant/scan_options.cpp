@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// What the commands take that work on a scan and end: all but `pliant deform`.
+// Options of the commands that process a scan, except `pliant deform`.
 
 #include <cmath>
 
@@ -11,10 +11,10 @@
 namespace pliant::app {
 
 void add_info(CLI::App& app, InfoOptions& o) {
-    auto* c = app.add_subcommand("info", "Show what a scan holds");
+    auto* c = app.add_subcommand("info", "Describe a scan");
     c->add_option("FILE", o.file, "NRRD, MetaImage, NIfTI or DICOM folder")->required();
     add_series(c, o.series);
-    c->add_flag("--suggest-push", o.suggest_push, "a place on a wall that gives way");
+    c->add_flag("--suggest-push", o.suggest_push, "a point on a wall that gives way");
     c->add_flag("--json", o.json, "one JSON object");
     c->footer("Example:\n  pliant info scan.nrrd --suggest-push");
 }
@@ -61,7 +61,7 @@ void add_render(CLI::App& app, RenderOptions& o) {
     c->add_option("FILE", o.file, "NRRD, MetaImage, NIfTI or DICOM folder")->required();
     add_series(c, o.series);
     c->add_option("--load-state", o.load_state,
-                  "draw the scan as deform --save-state left it (.plst)");
+                  "deform the scan by a state of deform --save-state (.plst)");
     c->add_option("--out", o.out, "PNG file to write");
     c->add_option("--path", o.path, "curve of 3D Slicer (.mrk.json) to fly along");
     c->add_option("--keyframes", o.keyframes, "cameras that the page saved (.json), for a movie");
@@ -176,7 +176,8 @@ void add_mesh(CLI::App& app, MeshOptions& o) {
         ->check(CLI::Range(0.01, 100.0));
     c->add_option("--layers", o.layers, "tetrahedra across it, at least (default 2)")
         ->check(CLI::Range(1, 16));
-    c->add_option("--cell", o.cell_mm, "of the lattice [mm] (default: what the layers allow)")
+    c->add_option("--cell", o.cell_mm,
+                  "of the lattice [mm] (default: the largest that the layers allow)")
         ->check(CLI::Range(0.001, 100.0));
     c->add_option("--ghost-cell", o.ghost_mm,
                   "of a coarser inner surface [mm] (default: the wall's)")

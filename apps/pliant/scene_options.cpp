@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// What the commands take that run a scene, or measure.
+// Options of the commands that run a scene or measure.
 
 #include "commands.h"
 #include "common_options.h"
@@ -20,20 +20,20 @@ void add_serve(CLI::App& app, ServeOptions& o) {
              o.port = port;
              o.port_given = true;
          },
-         "where to listen on this machine; 0: any free one (default 8765, or any free one)")
+         "port on this machine; 0: any free one (default 8765, or any free one)")
         ->check(CLI::Range(0, 65535));
     c->add_option("--session", o.session,
-                  "record what is done to this file; if it is there, go on where it ended. Scans "
-                  "that are opened in the page are kept beside it, in SESSION.scans");
+                  "record the session in this file, or continue it. Scans that are opened in the "
+                  "page are kept beside it, in SESSION.scans");
     c->add_option("--checkpoint", o.checkpoint_s,
-                  "with a session: save the state beside it after so many seconds of work, so that "
-                  "it opens as quickly (default 30)")
+                  "with a session: save its state after so many seconds of work, which bounds the "
+                  "time to open it (default 30)")
         ->check(CLI::Range(0.0, 1e6));
     c->add_option("--spring-nodes", o.spring_nodes,
                   "control nodes along an axis that a client may choose for springs (default 32); "
                   "with 64 a push may hold up everybody for a second")
         ->check(CLI::Range(3, 64));
-    c->add_flag("--no-open", o.no_open, "print the link, and open no browser");
+    c->add_flag("--no-open", o.no_open, "print the link only");
     c->add_option("--haptics", o.haptics,
                   "a device with force feedback that the page may choose, as pliant haptics check "
                   "--device has it: a plug-in's file with :WHICH, or replay:FILE. May be repeated");
@@ -47,9 +47,8 @@ void add_serve(CLI::App& app, ServeOptions& o) {
 void add_replay(CLI::App& app, ReplayOptions& o) {
     auto* c = app.add_subcommand("replay", "Do a recorded session again, and compare the results");
     c->add_option("SESSION", o.session, "file of pliant serve --session")->required();
-    c->add_flag(
-        "--from-checkpoint", o.from_checkpoint,
-        "from the state that was saved last but one, as pliant serve does, not from the start");
+    c->add_flag("--from-checkpoint", o.from_checkpoint,
+                "start from the checkpoint before the last, as pliant serve does");
     c->add_flag("--json", o.json, "one JSON object");
     add_threads(c, o.threads);
     c->footer("Example:\n  pliant replay scan.pls");
@@ -79,18 +78,17 @@ void add_bench(CLI::App& app, BenchOptions& o) {
 
 void add_vessel(CLI::App& app, VesselOptions& o) {
     auto* c = app.add_subcommand("vessel", "Feed a catheter into a vessel, without a window");
-    c->add_option("SCENE", o.scene, "vessel, catheter and what the hand does, TOML: docs/vessel.md")
+    c->add_option("SCENE", o.scene, "vessel, catheter and the hand's script, TOML: docs/vessel.md")
         ->required();
-    c->add_option("--report", o.report, "what came of it, JSON; -: to standard output");
+    c->add_option("--report", o.report, "report, JSON; -: to standard output");
     c->add_option("--csv", o.csv, "measures of each step");
     c->add_option("--frames", o.frames,
                   "folder for wall, ghost and catheter in time (.vtu, .vtp, .pvd)");
     c->add_option("--every", o.every, "steps from frame to frame (default 50)")
         ->check(CLI::Range(1, 1000000));
-    c->add_option("--volume", o.volume,
-                  "the scan as the wall carries it at the end (.nrrd, .nhdr, .vti)");
-    auto* record = c->add_option("--record", o.record, "log of what the hand did");
-    c->add_option("--replay", o.replay, "such a log, instead of the scene's script")
+    c->add_option("--volume", o.volume, "final scan, deformed with the wall (.nrrd, .nhdr, .vti)");
+    auto* record = c->add_option("--record", o.record, "log of the hand's motion");
+    c->add_option("--replay", o.replay, "replay a log instead of the scene's script")
         ->excludes(record);
     c->add_flag("--json", o.json, "print the report instead of a summary");
     add_threads(c, o.threads);
@@ -103,8 +101,8 @@ void add_vessel(CLI::App& app, VesselOptions& o) {
 }
 
 void add_haptics(CLI::App& app, HapticsOptions& o) {
-    auto* c = app.add_subcommand("haptics", "How steady force feedback is on this machine");
-    c->add_option("WHAT", o.what, "check, or devices: what is known of some")
+    auto* c = app.add_subcommand("haptics", "Measure the jitter of force feedback on this machine");
+    c->add_option("WHAT", o.what, "check, or devices: list known devices")
         ->required()
         ->check(CLI::IsMember({"check", "devices"}));
     c->add_option("--device", o.device,

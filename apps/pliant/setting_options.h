@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Settings of the library as options: their text, unit, range and default are those of its rows.
+// Settings of the library as options; text, unit, range and default come from its rows.
 
 #pragma once
 
@@ -17,18 +17,18 @@ class Option;
 
 namespace pliant::app {
 
-/// "--cell-mm" for cell_mm.
+/// Option name of a setting: "--cell-mm" for cell_mm.
 std::string option_of(std::string_view name);
 
-/// The same error, about the option instead of the setting.
+/// The same error with the option's name instead of the setting's.
 Error named_by_option(Error error);
 
-/// An option whose value is added to a record, to be applied later.
-/// @param other_names  of the option, with a comma in front; may be empty
+/// Adds an option whose value is added to a record, to be applied later.
+/// @param other_names  aliases with a comma in front; may be empty
 CLI::Option* add_setting(CLI::App* command, const SettingInfo& row, const SettingValue& missing,
                          Record& given, const std::string& other_names = {});
 
-/// Likewise, of the row with a name.
+/// Adds the option of a named row.
 template <class T>
 CLI::Option* add_setting(CLI::App* command, SettingRows<T> rows, std::string_view name,
                          Record& given, const std::string& other_names = {}) {

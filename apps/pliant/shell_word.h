@@ -7,8 +7,8 @@
 
 namespace pliant::app {
 
-/// A file's name as one word of a POSIX shell's command: in quotes where it needs them, and never
-/// an option.
+/// Quotes a file name as one word of a POSIX shell's command, if needed. The word is never an
+/// option.
 inline std::string shell_word(const std::string& name) {
     const std::string whole = name.starts_with('-') ? "./" + name : name;
     constexpr const char* kPlain =

@@ -7,7 +7,7 @@
 
 namespace pliant::app {
 
-/// Whether an output's name means standard output, where a summary would then be in the way.
+/// Whether an output's name means standard output; a summary must not be printed there too.
 inline bool is_standard_output(std::string_view name) {
     return name == "-" || name == "/dev/stdout" || name == "/dev/fd/1" || name == "/proc/self/fd/1";
 }

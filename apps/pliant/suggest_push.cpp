@@ -22,17 +22,17 @@ constexpr int kDirections = 160;
 
 struct Candidate {
     PushOption push;
-    double ahead;  ///< cosine between the way there and the view
+    double ahead;  ///< cosine of the angle to the viewing direction
 };
 
-/// Directions spread evenly over the sphere (a golden spiral).
+/// Evenly distributed directions on the sphere (golden spiral).
 Vec3d direction(int n) {
     const double z = 1 - (2 * n + 1.0) / kDirections, r = std::sqrt(1 - z * z);
     const double turn = 2 * std::numbers::pi * n / std::numbers::phi;
     return {r * std::cos(turn), r * std::sin(turn), z};
 }
 
-/// Walls in view, those straight ahead first.
+/// Visible walls, those straight ahead first.
 std::vector<Candidate> walls_in_view(const Volume& volume, const Endoscope& view,
                                      const TaskArena& arena) {
     const RayCaster caster(volume, arena);
@@ -52,7 +52,7 @@ std::vector<Candidate> walls_in_view(const Volume& volume, const Endoscope& view
     return candidates;
 }
 
-/// How much of the push the tissue allows; 0 if it can't be tried.
+/// Fraction of the push that the tissue allows; 0 if it can't be tested.
 double step_fraction(const Volume& volume, const PushOption& push, const TaskArena& arena) {
     auto tissue = ChainMail::create(volume, {}, arena);
     if (!tissue) return 0;
@@ -62,7 +62,7 @@ double step_fraction(const Volume& volume, const PushOption& push, const TaskAre
     return report ? report->step_fraction : 0;
 }
 
-/// To a tenth of a millimetre: a place that a person can type.
+/// Rounds to tenths of a millimetre, for typing.
 PushOption rounded(const PushOption& push) {
     const auto tenths = [](Vec3d v) {
         return Vec3d{std::round(10 * v.x) / 10, std::round(10 * v.y) / 10,

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// A first place to push in a scan that nobody has looked at yet.
+// Suggests a first push in a scan.
 
 #pragma once
 
@@ -14,11 +14,11 @@
 
 namespace pliant::app {
 
-/// Radius of the sphere that the suggestion is made for [mm].
+/// Radius of the suggested sphere [mm].
 inline constexpr double kSuggestedRadiusMm = 4;
 
-/// A wall that the first view into the lumen shows, and that gives way to a push of 6 mm into it.
-/// @returns nothing if there is no lumen, or every wall in view is held by bone
+/// Finds a wall in the first view of the lumen that gives way to a push of 6 mm into it.
+/// @returns nullopt if there is no lumen, or bone holds every visible wall
 std::optional<PushOption> suggest_push(const Volume& volume, const TaskArena& arena);
 
 }  // namespace pliant::app

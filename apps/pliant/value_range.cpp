@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The value of each rank, by counting. Values become whole numbers in the same order; the upper 16
-// bits are counted first, and then, for each upper half that holds a wanted rank, the lower 16
-// bits. Each pass reads the scan once and keeps nothing of it.
+// Percentiles by counting (radix selection). Values are mapped to whole numbers in the same order.
+// The upper 16 bits are counted first, then the lower 16 bits for each upper half that contains a
+// wanted rank. Each pass streams over the scan once.
 
 #include "value_range.h"
 
@@ -18,9 +18,9 @@ namespace pliant::app {
 namespace {
 
 constexpr std::size_t kHalves = 1 << 16;
-constexpr std::size_t kRankCount = kPercentCount + 2;  // the least, the percentiles, the greatest
+constexpr std::size_t kRankCount = kPercentCount + 2;  // minimum, percentiles, maximum
 
-/// Whole numbers in the order of the values; those of 16 bits have nothing in the lower half.
+/// Order-preserving integer of a value; 16-bit values have zero lower halves.
 std::uint32_t key_of(std::int16_t value) {
     return std::uint32_t(value + 32768) << 16;
 }
@@ -36,8 +36,8 @@ double value_of(std::uint32_t key, float) {
 }
 
 struct Place {
-    std::size_t half = 0;    ///< where a rank's value is counted
-    std::uint64_t rank = 0;  ///< among those counted there
+    std::size_t half = 0;    ///< half that contains the rank's value
+    std::uint64_t rank = 0;  ///< rank within that half
 };
 
 Place find_rank(const std::vector<std::uint64_t>& counts, std::uint64_t rank) {
@@ -46,10 +46,10 @@ Place find_rank(const std::vector<std::uint64_t>& counts, std::uint64_t rank) {
     return {half, rank};
 }
 
-/// How often each upper half occurs.
+/// Histogram of the upper halves.
 template <class T>
 std::vector<std::uint64_t> count_upper(const VoxelArray<T>& voxels) {
-    // Two tables in turn: neighbours are often equal, and one counter would wait for itself.
+    // Two alternating tables, because equal neighbours would cause store-to-load stalls on one.
     std::array<std::vector<std::uint64_t>, 2> counts;
     for (auto& table : counts) table.resize(kHalves);
     voxels.for_each_piece([&](std::span<const T> piece) {

@@ -18,7 +18,7 @@ struct ValueRange {
     double percentiles_hu[kPercentCount] = {};
 };
 
-/// Exact, without a copy of the values. @pre there are voxels, and all are finite
+/// Exact, without a copy of the values. @pre there are voxels, all finite
 ValueRange value_range(const Volume& volume);
 
 }  // namespace pliant::app

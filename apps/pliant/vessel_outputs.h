@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// What `pliant vessel` writes: measures of each step, frames for ParaView and 3D Slicer, and the
-// log that plays the same hand again.
+// Outputs of `pliant vessel`: measures of each step, frames for ParaView and 3D Slicer, and the log
+// of the hand's motion for replays.
 
 #pragma once
 
@@ -17,10 +17,10 @@
 
 namespace pliant::app {
 
-/// Numbers so that they come back the same.
+/// Shortest digits that round-trip.
 std::string exact(double value);
 
-/// Lines of a text file that appears whole or not at all.
+/// A text file, written atomically.
 class TextFile {
   public:
     /// @returns Unwritable
@@ -37,8 +37,8 @@ class TextFile {
 std::string csv_names();
 std::string csv_line(const CatheterMeasures& measures);
 
-/// A folder with wall_….vtu, ghost_….vtp, catheter_….vtp, of a catheter of tetrahedra
-/// tetrahedra_….vtu too, and a .pvd of each.
+/// A folder of frames: wall_….vtu, ghost_….vtp, catheter_….vtp, for a catheter of tetrahedra also
+/// tetrahedra_….vtu, and a .pvd for each.
 class Frames {
   public:
     /// @returns Unwritable
@@ -51,7 +51,7 @@ class Frames {
     std::vector<SeriesFile> m_wall, m_ghost, m_catheter, m_body;
 };
 
-/// The hand's log: `step insert rotate bend bend`, a line for each change.
+/// Log of the hand's motion: `step insert rotate bend bend`, one line per change.
 struct HandLog {
     struct Line {
         std::int64_t step;

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// [Gibson1996], figures 1 to 3, and [Draeger2005], figure 3.4: the rule in one dimension and in
-// two. All positions are the solver's.
+// [Gibson1996], figures 1 to 3, and [Draeger2005], figure 3.4: the rule in one and two dimensions.
+// All positions come from the solver.
 
 #include <algorithm>
 #include <cmath>
@@ -13,7 +13,7 @@
 namespace pliant::results {
 namespace {
 
-constexpr double kTight = 1e-5;  ///< [mm], of a link at its limit
+constexpr double kTight = 1e-5;  ///< [mm], tolerance of a link at its limit
 const Ink kTaut{kBlue, 4}, kCompressed{kOrange, 4}, kSlack{{170, 176, 186}, 2};
 
 const Ink& ink_of_link(double length_mm) {

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// [Draeger2005, 5.2]: the cubes. Each picture is the deformed scan itself, seen from outside by ray
-// casting or cut by a plane with the deformed lattice on it.
+// [Draeger2005, 5.2]: the cubes. Each picture shows the deformed scan, from outside by ray casting
+// or in a section with the deformed lattice.
 
 #include <pliant/phantom.h>
 #include <pliant/resample.h>
@@ -41,7 +41,7 @@ View close_view(Vec3d place_mm) {
     return {place_mm + Vec3d{-17, -13, 13}, place_mm, 46};
 }
 
-/// The plane z = constant or x = constant through a place: the deformed scan, and the lattice.
+/// Section z = constant or x = constant through a position: the deformed scan, and the lattice.
 Image cut_picture(const Scenario& s, Vec3d place_mm, int across, int down, double half_mm,
                   double largest_mm) {
     const Vec3d ijk = voxel_from_world(s.scan->grid, place_mm);
@@ -57,15 +57,15 @@ Image cut_picture(const Scenario& s, Vec3d place_mm, int across, int down, doubl
     return plot.image();
 }
 
-/// A cutting plane of the deformed scan, as the thesis shows it: its grey values, its surface (red)
-/// and the surface at rest (blue).
+/// Section of the deformed scan in the thesis's style: grey values, the surface (red) and the
+/// surface at rest (blue).
 Image section_picture(const Scenario& s, Vec3d place_mm, int across, int down, double half_mm) {
     const Grid& grid = s.scan->grid;
     const Vec3d ijk = voxel_from_world(grid, place_mm);
     Slice slice{across, down, 0};
     slice.index = int(std::floor(ijk[slice.third()]));
     const Point2 middle{ijk[across] * grid.spacing_mm[across], ijk[down] * grid.spacing_mm[down]};
-    constexpr double kFlat = 0.45;  // height of the picture over its width
+    constexpr double kFlat = 0.45;  // ratio of the picture's height to its width
     Plot plot(kView, int(kFlat * kView), {middle.x - half_mm, middle.y - kFlat * half_mm},
               {middle.x + half_mm, middle.y + kFlat * half_mm});
     const Volume deformed = deform_volume(*s.tissue).value().volume;
@@ -189,7 +189,7 @@ void add_angular(Page& page, const TaskArena& arena) {
         cut_picture(angular, kFace_mm + Vec3d{0, 6, 0}, 0, 1, 13, 1.5),
         cut_picture(straight, kFace_mm + Vec3d{0, 6, 0}, 0, 1, 13, 1.5)};
     page.picture("draeger-5-4-angular", "an angular push and a straight one", row_of(pictures));
-    // The face's elements in the row through the tool; slopes as depth over distance.
+    // The face's elements in the row through the tool; slopes are depth over distance.
     const Vec3d ijk = voxel_from_world(angular.scan->grid, kFace_mm);
     double steepest[2] = {0, 0};
     for (int x = 20; x < 80; ++x) {
@@ -210,7 +210,7 @@ void add_angular(Page& page, const TaskArena& arena) {
 
 constexpr double kDeepest_mm = 1.5;  ///< depth of the darkest colour in figure 5.5
 
-/// The face from the front, by a lamp at its upper left: relief, and depth in colours.
+/// Frontal view of the face with a lamp at its upper left: relief, and depth in colours.
 Image relief(const Scenario& s, const std::string& caption, const TaskArena& arena) {
     constexpr double kAway_mm = 60, kAngle_deg = 46;
     const Volume deformed = deform_volume(*s.tissue).value().volume;
@@ -346,7 +346,7 @@ void add_dents(Page& page, const TaskArena& arena) {
                rows);
 }
 
-/// The dents of points that move with the elements, in a sentence.
+/// The dents from displacements of the elements, without resampling, in a sentence.
 std::string unresampled_dents(const TaskArena& arena) {
     const auto dent = [&](StiffHalf stiff, Vec3d place_mm) {
         Scenario s = layers_scenario(stiff, arena);

@@ -24,7 +24,7 @@ struct Drag {
     const char* file;
     const char* organ;
     const char* picture;
-    Vec3d place_mm;  ///< where the tool holds the tissue
+    Vec3d place_mm;  ///< position of the grab
     double radius_mm, reach_mm, offset;
 };
 
@@ -33,8 +33,8 @@ struct Frames {
     std::vector<double> solve_ms, resample_ms, both_ms, processor_ms, moved;
 };
 
-/// The tool's way from where it grabbed: round and round, five seconds for each. The three
-/// components reverse one after the other, so that much is taut at all times.
+/// The tool's path relative to the grab: circles of five seconds. The three components reverse one
+/// after the other, so that many links are taut at all times.
 Vec3d tool_at(double share, double reach_mm) {
     const auto wave = [&](double phase) {
         return reach_mm * std::cos(2 * std::numbers::pi * (share + phase));
@@ -54,11 +54,11 @@ std::vector<Vec3i> elements_in_tool(const Grid& grid, const Drag& drag) {
 }
 
 Frames run_drag(Scenario& s, const Drag& drag) {
-    constexpr int kFirstRound = 24;  // steps of the round that is not timed
+    constexpr int kFirstRound = 24;  // steps of the untimed first circle
     const std::vector<Vec3i> held = elements_in_tool(s.scan->grid, drag);
     LiveDeformation live = LiveDeformation::create(*s.tissue).value();
     Frames frames;
-    // From one side to the other is twice the way to each.
+    // From one side to the other is twice the distance to each.
     frames.pick_ms = must(s.tissue->grab_elements(held, 2 * drag.reach_mm)).pick_ms;
     const auto move_to = [&](double share) {
         return must(s.tissue->drag_to(tool_at(share, drag.reach_mm))).moved_elements;
@@ -128,7 +128,7 @@ Image sections_of(const Scenario& s, const Drag& drag, const TaskArena& arena) {
     return row_of(pictures);
 }
 
-/// Bars up to the slowest frame, but not to a single one far away.
+/// Bars up to the slowest frame, except for a single outlier.
 Image histogram_of(const Frames& f) {
     const double most = std::max(quantile(f.both_ms, 0.99), 1.2 * kFrame_ms);
     const double step = most > 200 ? 50 : most > 80 ? 20 : most > 40 ? 10 : 5;

@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// [Gibson1996]: sheets and a cube, seen as the paper shows them, as points, grid lines and
-// polygons.
+// [Gibson1996]: sheets and a cube in the paper's style, as points, grid lines and polygons.
 
 #include <algorithm>
 #include <cmath>
@@ -26,7 +25,7 @@ bool everywhere(Vec3i) {
     return true;
 }
 
-/// A sheet of paper with room around the object, which may leave its window.
+/// A sheet of paper with a margin around the object, which may leave its window.
 Plot paper_for(int side, double margin, int pixels) {
     return Plot(pixels, pixels, {-margin, -margin}, {side - 1 + margin, side - 1 + margin});
 }
@@ -38,7 +37,7 @@ Image lattice_picture(const Scenario& scenario, double margin, int pixels, Latti
     return plot.image();
 }
 
-/// Four-sided polygons between elements, lit by how far each is stretched.
+/// Quadrilaterals between elements, shaded by their stretch.
 Image polygon_picture(const Scenario& scenario, double margin, int pixels) {
     const int side = scenario.scan->grid.size.x;
     Plot plot = paper_for(side, margin, pixels);
@@ -112,7 +111,7 @@ void add_renderings(Page& page, const TaskArena& arena) {
                  row_of(pictures));
 }
 
-/// An open ring: not convex, so that motion has to go round.
+/// An open ring: not convex, so that motion must go round.
 bool in_open_ring(Vec3i e) {
     const double x = e.x - 39.5, y = e.y - 39.5, r = std::hypot(x, y);
     return r < 36 && r > 20 && !(x > 0 && std::abs(y) < 9);
@@ -147,7 +146,7 @@ void add_objects(Page& page, const TaskArena& arena) {
         "fraction is computed, and the next larger one would move a fixed element.");
 }
 
-/// The surface points of a cube, seen from a corner; far ones paler.
+/// The surface points of a cube, seen from a corner; distant ones are paler.
 Image surface_points(const Scenario& scenario, int pixels) {
     const int side = scenario.scan->grid.size.x;
     struct Drawn {
@@ -247,7 +246,7 @@ void add_recovery(Page& page, const TaskArena& arena) {
         "Then the tool lets go, and the sheet is relaxed until nothing moves. Without a yield "
         "limit it goes back to where it was. With `yield` = 0.4, strain beyond 40 % of the limits "
         "stays: an imprint of 1 − 0.4 of the pull.");
-    std::vector<Image> seen;  // held and let go, elastic and then plastic
+    std::vector<Image> seen;  // held and released, elastic and then plastic
     std::vector<std::vector<std::string>> rows;
     for (const double yield : {0.0, kYield}) {
         const Recovery found = recovery_of(yield, arena, [&](const Scenario& sheet) {

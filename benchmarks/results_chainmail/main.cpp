@@ -1,13 +1,13 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Writes the page that sets ChainMail beside its papers:
+// Writes the page that compares ChainMail with its papers:
 //
 //   results_chainmail FOLDER SCANS [PART…]
 //
-// FOLDER gets README.md and its pictures; SCANS has the head of figure 5.9, which may be missing,
-// and the real scans of the drag; parts are gibson, cubes, passages, timings and drags, by default
-// all. Pictures and counts are the same on each run; times are not.
+// FOLDER gets README.md and its pictures; SCANS has the head of figure 5.9 (optional) and the real
+// scans of the drag; parts are gibson, cubes, passages, timings and drags, by default all. Pictures
+// and counts are reproducible; times are not.
 
 #include <pliant/tasks.h>
 

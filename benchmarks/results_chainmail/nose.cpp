@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// [Draeger2005], figure 5.9: an endoscope advances through the nose, and pushes aside the walls
-// that it meets. In a CT of a head, and in a phantom.
+// [Draeger2005], figure 5.9: an endoscope advances through the nose and pushes the walls aside. In
+// a CT of a head, and in a phantom.
 
 #include <pliant/phantom.h>
 #include <pliant/resample.h>
@@ -19,19 +19,19 @@ namespace {
 constexpr int kSide_px = 300;
 constexpr double kColourOf_mm = 3;  ///< displacement of the darkest colour
 
-/// Where the endoscope is, and the wall that it pushes from there.
+/// Position of the endoscope, and its push of a wall.
 struct Step {
     Vec3d eye_mm, target_mm;
-    Vec3d aim_mm;   ///< the wall is where a ray from the eye to here meets it
-    Vec3d push_mm;  ///< none: looks only
+    Vec3d aim_mm;   ///< the wall's point is on the ray from the eye to here
+    Vec3d push_mm;  ///< none: only a view
 };
 struct Way {
     double iso_hu, bone_hu, tool_mm, field_of_view_deg;
     std::vector<Step> steps;
 };
 
-/// Through a real nose. Voxels of 3.2 × 3.2 × 1.5 mm close the passage at −500 HU, so the threshold
-/// is −200 HU; thin bone is an average with its mucosa, so that bone begins at 1000 HU.
+/// Path through a real nose. Voxels of 3.2 × 3.2 × 1.5 mm close the passage at −500 HU, so the
+/// threshold is −200 HU. Thin bone is averaged with its mucosa, so bone begins at 1000 HU.
 Way way_through_head() {
     return {-200,
             1000,
@@ -58,7 +58,7 @@ struct Passage {
     std::vector<PushReport> reports;
 };
 
-/// The surface in view, coloured by how far it has moved.
+/// The visible surface, coloured by displacement.
 Image displacement_view(const RayCaster& caster, const Endoscope& camera, const Image& view,
                         const LiveDeformation& live) {
     const Grid& grid = live.volume().grid;

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// [Draeger2005], figures 5.11 and 5.12: walls that face each other, and a bump that stands out into
+// [Draeger2005], figures 5.11 and 5.12: walls that face each other, and a bump that protrudes into
 // the air.
 
 #include <pliant/resample.h>
@@ -20,7 +20,7 @@ constexpr double kIso_hu = -500;
 
 // --- Figure 5.11 ---
 
-/// Pushes the near wall in half millimetres, and reads the far wall's element opposite the tool.
+/// Pushes the near wall in steps of 0.5 mm, and records the far wall's element opposite the tool.
 /// @returns x: the push, y: the far wall's motion [mm]
 std::vector<Point2> far_wall_motion(Scenario& s, double sign) {
     constexpr double kStep_mm = 0.5;
@@ -44,7 +44,7 @@ Image passage_picture(const Scenario& s, int pixels) {
     return plot.image();
 }
 
-/// The first push after which the far wall has moved by more than a tenth of a millimetre.
+/// First push after which the far wall has moved by more than 0.1 mm.
 std::string onset_of(const std::vector<Point2>& motion) {
     constexpr double kMoved_mm = 0.1;
     for (const Point2 p : motion)
@@ -97,7 +97,7 @@ void add_opposite_walls(Page& page, const TaskArena& arena) {
 
 // --- Figure 5.12 ---
 
-/// How far the bump stands out of the wall around it, where nothing moved.
+/// Height of the bump above the surrounding wall at rest.
 double bump_height_mm(const Volume& volume, const TaskArena& arena) {
     const RayCaster caster(volume, arena);
     const auto surface = [&](int x, int z) {
@@ -131,7 +131,7 @@ Image bump_view(const Volume& volume, const TaskArena& arena, int pixels) {
 
 constexpr int kBumpSide_px = 400;
 
-/// A bump at rest and pushed into the wall, air as a tissue and air of its own.
+/// A bump at rest and pushed into the wall, with air as tissue and as a separate material.
 void add_bump_pushes(Page& page, Bump bump, const TaskArena& arena) {
     const bool overhanging = bump == Bump::Overhang;
     const Vec3i tip = overhanging ? kHeadEnd : kBumpTip;
@@ -159,7 +159,7 @@ void add_bump_pushes(Page& page, Bump bump, const TaskArena& arena) {
                rows);
 }
 
-/// The finger at rest, pushed, and bent aside by a tool that it slides off.
+/// The finger at rest, pushed, and bent aside by a sliding tool.
 void add_finger(Page& page, const TaskArena& arena) {
     std::vector<Image> views, cuts;
     std::vector<std::vector<std::string>> rows;

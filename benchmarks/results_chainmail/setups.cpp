@@ -68,7 +68,7 @@ Scenario gibson_object(const ObjectShape& shape, double range, double shear, con
     settings.max_movement_mm = 500;
     settings.bounded = true;
     settings.custom_law = [=](int value) {
-        // Around the object is almost nothing: it gives way until it is flat.
+        // The surroundings have almost no resistance: they can be flattened completely.
         constexpr double kFlat = 1, kFree = 1000;
         if (value < kTissue)
             return ElementLimits{.compress = {kFlat, kFlat, kFlat},
@@ -163,7 +163,7 @@ Scenario layers_scenario(StiffHalf stiff, const TaskArena& arena) {
 
 namespace {
 
-/// @param depth  [mm] at a distance from the tool along x and z [mm]
+/// @param depth  [mm] as a function of the distance from the tool along x and z [mm]
 Dent measured_dent(const std::function<double(double x_mm, double z_mm)>& depth) {
     constexpr double kStep_mm = 0.25, kFar_mm = 12;
     constexpr int kSteps = int(kFar_mm / kStep_mm);
@@ -204,7 +204,7 @@ double moved_along_y(const ChainMail& tissue, Vec3d place_mm) {
     return moved;
 }
 
-constexpr double kRayStart_mm = 10;  ///< before the surface
+constexpr double kRayStart_mm = 10;  ///< in front of the surface
 
 }  // namespace
 
@@ -238,7 +238,7 @@ Roundness roundness_of(const Scenario& scenario, Vec3d grabbed_mm, double push_m
         slice.index = int(std::floor(ijk[slice.third()]));
         const auto field = displacement_along(*scenario.tissue, slice,
                                               window_around(slice, grid, ijk, 1e3), kThesisPush_mm);
-        // The grabbed cell's own middle, so that the contour is centred.
+        // Middle of the grabbed cell, so that the contour is centred.
         const auto middle = [&](int axis) {
             return (std::floor(ijk[axis]) + 0.5) * grid.spacing_mm[axis];
         };
@@ -254,7 +254,7 @@ std::vector<TimingCase> timing_cases() {
 
 Scenario timing_scenario(const TimingCase& timing, int brick_size, const TaskArena& arena) {
     // With slices 2.22 to 2.25 pixels apart, and links of exactly the offset, the numbers of moved
-    // elements are those of the thesis; it names a z-scale of 2.2.
+    // elements equal those of the thesis, which states a z-scale of 2.2.
     constexpr double kZScale = 2.23;
     ChainMailSettings settings;
     settings.scale = timing.scale;
@@ -335,7 +335,8 @@ Push bump_push(Bump bump) {
 }
 
 namespace {
-constexpr double kAboveFinger_mm = kBumpTip.y - kFingerTool_mm;  ///< where the tool touches the tip
+constexpr double kAboveFinger_mm = kBumpTip.y - kFingerTool_mm;  ///< contact of the tool with the
+                                                                 ///< tip
 constexpr double kFingerDepth_mm = 9;
 Push finger_path(double from_mm) {
     return {{kBumpTip.x + kBesideFinger_mm, kAboveFinger_mm + from_mm, double(kBumpTip.z)},

@@ -18,7 +18,7 @@ Point2 place_of(const ChainMail& tissue, const Slice& slice, Vec3i element, doub
             grid.spacing_mm[slice.down] * element[slice.down] + u[slice.down]};
 }
 
-/// Where a value between two ends reaches a level, as a share of the way.
+/// Fraction of the way at which a value between two ends reaches a level.
 double crossing(double from, double to, double level) {
     return from == to ? 0.5 : (level - from) / (to - from);
 }
@@ -133,7 +133,7 @@ void draw_contour(Plot& plot, const PlaneField& field, double level, const Ink& 
     const double sa = field.spacing_mm[field.slice.across], sd = field.spacing_mm[field.slice.down];
     for (int d = w.down_begin; d + 1 < w.down_end; ++d)
         for (int a = w.across_begin; a + 1 < w.across_end; ++a) {
-            // Around the cell: where its four sides cross the level, in pairs.
+            // Crossings of the level on the four sides of the cell, in pairs.
             const int ca[] = {a, a + 1, a + 1, a, a}, cd[] = {d, d, d + 1, d + 1, d};
             std::vector<Point2> ends;
             for (int n = 0; n < 4; ++n) {

@@ -2,9 +2,9 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // Planes of the lattice as pictures and as numbers: elements and links, the deformed scan below
-// them, contours of equal displacement, and how far a contour is from a circle.
+// them, contours of equal displacement, and the deviation of a contour from a circle.
 //
-// A plane holds elements with one common index. Its picture has one lattice axis to the right and
+// The elements of a plane share one index. Its picture has one lattice axis to the right and
 // another downwards, in millimetres along the lattice's axes from element (0,0,0).
 
 #pragma once
@@ -18,8 +18,8 @@
 namespace pliant::results {
 
 struct Slice {
-    int across = 0;  ///< lattice axis that goes to the right
-    int down = 1;    ///< lattice axis that goes down
+    int across = 0;  ///< lattice axis to the right
+    int down = 1;    ///< lattice axis downwards
     int index = 0;   ///< along the third axis
     int third() const { return 3 - across - down; }
     Vec3i element(int a, int d) const;
@@ -35,25 +35,25 @@ struct LatticeStyle {
     double largest_mm = 1;  ///< displacement of the darkest colour
     double link_px = 1;
     double dot_px = 1.6;         ///< radius; 0: none
-    double threshold_hu = -500;  ///< elements below it are not drawn
-    int every = 1;               ///< of so many grid lines one is drawn
+    double threshold_hu = -500;  ///< smaller elements are not drawn
+    int every = 1;               ///< draws one of so many grid lines
 };
-/// Elements and links of a slice where they are now, coloured by their displacement.
+/// Draws elements and links of a slice in their current positions, coloured by displacement.
 void draw_lattice(Plot& plot, const ChainMail& tissue, const Slice& slice, const Window& window,
                   const LatticeStyle& style);
 
-/// Grey values of a scan in a slice.
+/// Draws grey values of a scan in a slice.
 void draw_values(Plot& plot, const Volume& volume, const Slice& slice, double window_hu,
                  double level_hu);
 
-/// One number per element of a window, a the fastest.
+/// One number per element of a window, a fastest.
 struct PlaneField {
     Slice slice;
     Window window;
     Vec3d spacing_mm;
     std::vector<double> values;
     double at(int a, int d) const;
-    /// Bilinear. @param p_mm  along the lattice's axes; zero outside of the window
+    /// Bilinear interpolation. @param p_mm  along the lattice's axes; zero outside of the window
     double sample(Point2 p_mm) const;
 };
 /// Component of the displacement along a unit vector [LPS].
@@ -70,7 +70,7 @@ struct Contour {
     /// (largest − smallest radius) / mean radius: 0 for a circle, 0.37 for a square.
     double deviation = 0;
 };
-/// The first place along each ray from the centre where the field falls to a level.
+/// First position along each ray from the centre at which the field falls to a level.
 Contour contour_around(const PlaneField& field, Point2 centre_mm, double level, int rays = 360);
 
 }  // namespace pliant::results

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// [Draeger2005, 6.1]: the tables of timings, his of 2005 and ours on as many moved elements.
+// [Draeger2005, 6.1]: the tables of timings, those of 2005 and ours for as many moved elements.
 
 #include <pliant/resample.h>
 
@@ -18,7 +18,7 @@ struct Times {
     std::vector<double> solve_ms, resample_ms, both_ms;
 };
 
-/// Fresh tissue each time: making the bricks is part of the push, as loading is in the thesis.
+/// New tissue for each push: creation of bricks is part of the push, like loading in the thesis.
 Times time_pushes(const TimingCase& timing, const TaskArena& arena) {
     Times times;
     for (int n = 0; n < kRuns; ++n) {

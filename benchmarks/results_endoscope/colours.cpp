@@ -25,7 +25,7 @@ double value_of_pixel(Rgb8 c) {
     return std::max({c.r, c.g, c.b}) / 255.0;
 }
 
-/// Mean of green over a square about each pixel, cut off at the picture's edge.
+/// Mean of green over a square around each pixel, clipped at the picture's edge.
 class GreenAround {
   public:
     explicit GreenAround(const Image& image)

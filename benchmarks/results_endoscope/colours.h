@@ -11,7 +11,7 @@
 
 namespace pliant::results {
 
-/// Colour of a pixel or, in each quantity, the median of many.
+/// Colour of a pixel, or the median of many in each quantity.
 struct Colour {
     double hue_deg = 0;      ///< −180…180; 0: red, 30: orange
     double saturation = 0;   ///< HSV, 0…1
@@ -24,28 +24,27 @@ Colour colour_of(Rgb8 pixel);
 struct ColourStatistics {
     Colour median;
     /// Share of highlights: value ≥ 0.8, saturation below ¾ of the median, and green at least 1.15
-    /// times its mean over 25 × 25 pixels. Bright, pale, and contrasted with its surroundings, the
-    /// criteria of [Arnold2010], with thresholds of our own.
+    /// times its mean over 25 × 25 pixels. Bright, pale, and contrasted with the surroundings: the
+    /// criteria of [Arnold2010], with our thresholds.
     double highlights = 0;
     double clipped = 0;       ///< share: a channel ≥ 250 of 255
-    std::int64_t pixels = 0;  ///< that were counted
+    std::int64_t pixels = 0;  ///< number of pixels in the statistics
 };
 
 /// @param field  radius of the field [halves of the picture's height]
 ColourStatistics measure_colours(const Image& image, double field = 0.97);
 
-/// Linear light of a channel before RealLook's tone curve, which is inverted by bisection.
+/// Linear light of a channel before RealLook's tone curve, inverted by bisection.
 /// @param value  0…255; ≥ 254 is clipped, and the result a lower bound
 double light_before_tone(std::uint8_t value);
 
-/// One step of stairs that lie across the view.
+/// One step of stairs across the view.
 struct Stair {
     double distance_mm;  ///< from the lens, median
     double light;        ///< of the red channel before the tone curve, median
 };
 
-/// Median light on walls at 8…60 mm in one picture of the style Real, none of them shaded or
-/// dimmed by the vignette.
+/// Median light on walls at 8…60 mm in one picture of the style Real, without shadows and vignette.
 std::vector<Stair> light_on_stairs(const TaskArena& arena);
 
 /// n of light ~ distance⁻ⁿ, least squares over logarithms.

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Writes colours.md: results_colours FOLDER SCANS. Colours, highlights and falloff of the style
-// Real, beside published figures of endoscopic pictures.
+// Writes colours.md: results_colours FOLDER SCANS. Compares colours, highlights and falloff of the
+// style Real with published figures of endoscopic pictures.
 
 #include <pliant/phantom.h>
 #include <pliant/render.h>
@@ -26,8 +26,8 @@ struct View {
     const char* name;
     const char* scan;  ///< a phantom's name, or a file
     Lining lining;
-    std::optional<Vec3d> eye_mm;  ///< none: found in the scan
-    std::optional<Vec3d> look;    ///< none: the longest free way
+    std::optional<Vec3d> eye_mm;  ///< nullopt: found in the scan
+    std::optional<Vec3d> look;    ///< nullopt: the longest free path
     double iso_hu = -500;
     Polarity polarity = Polarity::Rising;
 };

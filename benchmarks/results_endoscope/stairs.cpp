@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Walls at eight distances in one picture, as the sectors of a spiral staircase seen from above:
-// the same exposure for all of them, each seen straight on.
+// Walls at eight distances in one picture, as the sectors of a spiral staircase seen from above,
+// with a common exposure and frontal views.
 
 #include <algorithm>
 #include <array>
@@ -22,7 +22,7 @@ constexpr double kEye_mm = 2;
 std::pair<std::size_t, double> sector_of(double x, double z) {
     const double turn = std::atan2(z, x) / (2 * std::numbers::pi) + 0.5;
     const double at = std::min(turn * double(kSteps_mm.size()), 7.999999);
-    // Neighbours in the picture are not neighbours in distance: 8, 27, 11, 36, …
+    // Neighbours in the picture have different distances: 8, 27, 11, 36, …
     const auto n = std::size_t(at);
     return {n % 2 * 4 + n / 2, at - std::floor(at) - 0.5};
 }

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Force against depth, pressed slowly.
+// Force against depth under slow pressure.
 
 #include <algorithm>
 #include <cmath>

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The passivity observer: for each tissue with each hand, and for what loses it.
+// The passivity observer, for each tissue with each hand, and for settings that violate passivity.
 
 #include <algorithm>
 #include <cmath>

@@ -14,7 +14,7 @@ TimeInHand in_hand(Hand hand, const HapticTissue& tissue, const HandSettings& ho
     HapticRun run;
     run.settings.scheme = how.scheme;
     run.settings.max_force_n = 7.9;
-    run.settings.max_stiffness_n_m = 800;  // of 1000 N/m that the device is stable at
+    run.settings.max_stiffness_n_m = 800;  // the device is stable up to 1000 N/m
     run.settings.bounded_energy = how.bounded_energy;
     run.delay_periods = how.delay_periods;
     VirtualDeviceSettings settings;
@@ -33,7 +33,7 @@ TimeInHand in_hand(Hand hand, const HapticTissue& tissue, const HandSettings& ho
                     const double t = 1e-9 * double(reading.time_ns);
                     if (hand == Hand::Spring)
                         device.hand().target_mm.z = 5 * std::cos(2 * std::numbers::pi * 0.7 * t);
-                    if (hand == Hand::Free)  // its weight, lifted and dropped
+                    if (hand == Hand::Free)  // the device's weight, lifted and dropped
                         device.hand().steady_n.z = std::fmod(t, 2) < 1.7 ? -0.3 : 1;
                     if (reading.time_ns % 20'000'000 == 0)
                         felt.passivity.emplace_back(t, 1000 * device.passivity_j());

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Writes the page of force feedback: results_haptics FOLDER. All of it is in simulated time, and
-// the same on each run.
+// Writes the page of force feedback: results_haptics FOLDER. All of it is in simulated time and
+// reproducible.
 
 #include <pliant/tasks.h>
 

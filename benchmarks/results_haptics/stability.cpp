@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Where a wall begins to swing, and what a free device does that is thrown at one.
+// Onset of a wall's oscillation, and impacts of a free device.
 
 #include <algorithm>
 #include <array>
@@ -20,7 +20,7 @@ struct Case {
     const char* name;
     HapticScheme scheme;
     int update_periods;
-    double period_s;  ///< for which the force is held
+    double period_s;  ///< hold time of the force
 };
 constexpr std::array<Case, 3> kCases = {{
     {"local model, 30 Hz", HapticScheme::LinearLaw, 33, 1e-3},
@@ -33,7 +33,7 @@ HapticTissue tissue_of(HapticScheme scheme, double k) {
         [=](Vec3d x) { return scheme == HapticScheme::LinearLaw ? wall(k) : force_of_wall(k, x); };
 }
 
-/// Of a swing around 2 mm, 1/s.
+/// Growth rate of an oscillation around 2 mm [1/s].
 double growth(const Case& c, double stiffness_n_m) {
     HapticRun run;
     run.settings.scheme = c.scheme;
@@ -71,7 +71,7 @@ double boundary(const Case& c) {
     return low;
 }
 
-/// Of a mass whose force −K x is held for T: the determinant of its map is 1.
+/// Stability boundary of a mass with a force −K x held for T: the determinant of its map is 1.
 double exact_boundary(double period) {
     const double a = std::exp(-kDamping * period / kMass_kg);
     const double alpha = kMass_kg / kDamping * (1 - a), gamma = (1 - a) / kDamping;

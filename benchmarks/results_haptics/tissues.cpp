@@ -25,7 +25,7 @@ class SpringBlock {
     SpringBlock() : m_tissue(make()) { value_of(m_tissue.hold(kHeld)); }
 
     SpringTissue& at(double depth_mm) {
-        const double depth = std::clamp(depth_mm, 0.0, 6.0);  // deeper, cells turn inside out
+        const double depth = std::clamp(depth_mm, 0.0, 6.0);  // cells invert at larger depths
         value_of(m_tissue.shift_held({0, 0, m_depth_mm - depth}));
         m_depth_mm = depth;
         value_of(m_tissue.find_equilibrium(1e-6));
@@ -46,7 +46,7 @@ class SpringBlock {
     double m_depth_mm = 0;
 };
 
-/// SI units; the tool is attached to a node of the top.
+/// Uses SI units; the tool is attached to a node of the top.
 class PbdBlock {
   public:
     PbdBlock() : m_body(make(m_surface)) {}
@@ -147,7 +147,7 @@ std::shared_ptr<const Volume> layers(double bone_depth_mm) {
     for (int k = 0; k < 48; ++k) {
         const double z = -28 + 0.8 * k;
         const double share = std::clamp(0.5 - z / 0.8, 0.0, 1.0);  // −300 HU at z = 0
-        const bool is_bone = bone_depth_mm < 0;  // all of it, with its surface there, too
+        const bool is_bone = bone_depth_mm < 0;  // bone everywhere, including its surface
         const double value = is_bone              ? -1800 + share * 3000
                              : z < -bone_depth_mm ? 1200
                                                   : -640 + share * 680;
@@ -163,7 +163,7 @@ HapticTissue chainmail(std::shared_ptr<const Volume> volume, const TaskArena& ar
         value_of(ChainMailFeel::create(*volume, {}, settings, arena));
     const double radius = settings.tool_radius_mm;
     return [volume, feel, radius](Vec3d tool) {
-        // In the middle of the phantom, as the others are without an end.
+        // In the middle of the phantom, like the other tissues.
         const Vec3d above{0, 0, radius};
         const Vec3d x = Vec3d{0, 0, tool.z} + above;
         HapticModel model = feel->model(x, {0, 0, std::max(x.z, radius)});
@@ -199,7 +199,7 @@ HapticTissue pbd(const TaskArena& arena) {
 }
 
 CatheterScene wire_in_bend() {
-    // Straight for 60 mm, then a quarter of a circle, and on.
+    // Straight for 60 mm, a quarter circle, then straight.
     constexpr double kRadius_mm = 40, kInner_mm = 4;
     std::vector<CentrePoint> branch{{{0, 0, 0}, kInner_mm}};
     for (int n = 0; n <= 16; ++n) {

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The tissues that are felt: each has its surface at z = 0 and is below.
+// Tissues for force feedback, below a surface at z = 0.
 
 #pragma once
 
@@ -18,24 +18,24 @@ namespace pliant::results {
 
 inline constexpr double kDevice_n_m = 1000;  ///< the Phantom Desktop's largest stiffness
 
-/// Yields nothing: K alone.
+/// Rigid wall: K alone.
 HapticModel wall(double stiffness_n_m);
-/// What a simulation hands over that knows forces only.
+/// Model of a simulation that provides forces only.
 HapticModel force_of_wall(double stiffness_n_m, Vec3d tool_mm);
 /// F = 80 d + 30'000 d² [N, m].
 HapticTissue hardening();
 
 /// Air over tissue of 40 HU over bone from a depth on.
 std::shared_ptr<const Volume> layers(double bone_depth_mm);
-/// The scan's wall, as ChainMail feels it; the tool's radius is above the surface.
+/// The wall of a scan with ChainMail's model; the tool's radius is above the surface.
 HapticTissue chainmail(std::shared_ptr<const Volume> volume, const TaskArena& arena);
 /// A lattice of 6 × 6 × 6 nodes, four of them pressed, at its equilibrium.
 HapticTissue springs();
-/// Force of the same at its equilibrium [N].
+/// Force of the same lattice at its equilibrium [N].
 double static_force_of_springs_n(double depth_mm);
 /// A stiff wire in a soft bend of few elements, in steps of 4 ms.
 CatheterScene wire_in_bend();
-/// It in the hand: down is ahead.
+/// The wire in the hand: down is forward.
 HapticTissue vessel(const TaskArena& arena);
 /// A neo-Hookean block of 4 × 4 × 4 cells, in time steps of 33 ms.
 HapticTissue pbd(const TaskArena& arena);

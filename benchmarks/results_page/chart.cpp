@@ -13,10 +13,10 @@ namespace pliant::results {
 namespace {
 
 constexpr double kLeft_px = 52, kBottom_px = 52, kRight_px = 20, kTop_px = 32;
-constexpr double kFarApart_px = 8;  ///< mean distance of points that get dots
+constexpr double kFarApart_px = 8;  ///< mean distance of points above which they get dots
 constexpr Rgb8 kGreyText{90, 96, 106};
 
-/// The sheet's own corners, so that the axes leave room for their numbers.
+/// Corners of the sheet, with margins for the axes' numbers.
 Plot sheet(int width, int height, const Axis& x, const Axis& y) {
     const double x_scale = (x.high - x.low) / (width - kLeft_px - kRight_px);
     const double y_scale = (y.high - y.low) / (height - kBottom_px - kTop_px);
@@ -24,7 +24,7 @@ Plot sheet(int width, int height, const Axis& x, const Axis& y) {
                 {x.high + kRight_px * x_scale, y.low - kBottom_px * y_scale});
 }
 
-/// The part of a segment that lies within the axes. @returns false if there is none
+/// Clips a segment to the axes. @returns false if it is outside
 bool clip(Point2& a, Point2& b, const Axis& x, const Axis& y) {
     double begin = 0, end = 1;
     const auto within = [&](double from, double to, double low, double high) {

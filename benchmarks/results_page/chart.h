@@ -16,7 +16,7 @@ namespace pliant::results {
 
 struct Axis {
     std::string name;        ///< with its unit, such as "depth [mm]"
-    double low, high, step;  ///< step: between grid lines, each with its number
+    double low, high, step;  ///< step: between numbered grid lines
     int decimals = 0;
 };
 
@@ -24,11 +24,11 @@ class Chart {
   public:
     Chart(int width, int height, const Axis& x, const Axis& y);
 
-    /// A line, with dots where points lie far apart; parts beyond the axes are cut off.
-    /// @param name  in the legend; empty: not in it
+    /// A line, with dots at distant points; clipped at the axes.
+    /// @param name  in the legend; empty: no entry
     void curve(std::span<const Point2> points, const Ink& ink, std::string_view name = "");
     void dots(std::span<const Point2> points, const Ink& ink, std::string_view name = "");
-    /// A dashed upright line over the whole height.
+    /// A dashed vertical line over the whole height.
     void mark(double x, const Ink& ink, std::string_view name = "");
     /// A bar from the lower end of the y axis.
     void bar(double x_begin, double x_end, double y, Rgb8 colour);
@@ -43,7 +43,7 @@ class Chart {
     std::vector<LegendEntry> m_legend;
 };
 
-/// Shares [%] of values in equally wide classes; those beyond the last are counted in it.
+/// Shares [%] of values in classes of equal width; larger values count in the last class.
 /// @param marked  a value that is marked in red. @param mark_name  in the legend
 Image histogram(std::span<const double> values, const Axis& x, double class_width, double marked,
                 std::string_view mark_name, int width, int height);

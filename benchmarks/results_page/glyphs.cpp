@@ -13,8 +13,8 @@ namespace {
 
 struct Entry {
     std::string_view character;
-    /// Vertices as pairs of digits, x and y; strokes are separated by ' ', and '~' marks a stroke
-    /// whose inner corners are rounded.
+    /// Vertices as pairs of digits, x and y. ' ' separates strokes; '~' marks a stroke with rounded
+    /// inner corners.
     std::string_view strokes;
 };
 
@@ -113,7 +113,7 @@ constexpr Entry kFont[] = {
 
 constexpr double kSpaceWidth = 1.5;
 
-/// Chaikin's corner cutting; the ends stay.
+/// Chaikin's corner cutting; the ends don't move.
 void round_corners(std::vector<GlyphStroke::Vertex>& line) {
     if (line.size() < 3) return;
     std::vector<GlyphStroke::Vertex> cut{line.front()};

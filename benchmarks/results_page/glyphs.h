@@ -28,8 +28,8 @@ struct Glyph {
     double width = 0;  ///< [units], without the gap to the next glyph
 };
 
-/// Splits a character off the front of a UTF-8 text and returns its glyph; '?' for characters that
-/// the font does not have. @pre text is not empty
+/// Removes the first character of a UTF-8 text and returns its glyph; '?' for characters that are
+/// not in the font. @pre text is not empty
 Glyph take_glyph(std::string_view& text);
 
 }  // namespace pliant::results

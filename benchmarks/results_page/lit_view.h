@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Surfaces of scans in the light of a distant lamp. The lamp at an endoscope's lens shows no
-// relief where it looks straight at a wall; a lamp at the side does.
+// Surfaces of scans in the light of a distant lamp. The lamp at an endoscope's lens shows no relief
+// in a frontal view of a wall; a lamp at the side does.
 
 #pragma once
 
@@ -20,8 +20,8 @@ using SurfaceColour = std::function<Rgb8(const RayHit& hit, int x, int y)>;
 
 /// First hits of the camera's rays, diffuse and without shadows; pixels without a hit are pale.
 /// @param towards_lamp  LPS, any length > 0
-/// @param gain  of the lamp: above 1 for one at a flat angle
-/// @param colour  without it: kSkin
+/// @param gain  of the lamp: above 1 for grazing light
+/// @param colour  default: kSkin
 Image lit_view(const RayCaster& caster, const Endoscope& camera, int width, int height,
                Vec3d towards_lamp, double gain = 1, const SurfaceColour& colour = {});
 

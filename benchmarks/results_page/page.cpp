@@ -62,7 +62,7 @@ void Page::picture(std::string_view name, std::string_view description, const Im
 
 namespace {
 
-/// "model name, n logical processors", as the system names them.
+/// "model name, n logical processors", with the system's name.
 std::string machine_text() {
     std::ifstream file("/proc/cpuinfo");
     std::string line, model = "unknown processor";
@@ -80,7 +80,7 @@ double now_s() {
     return std::chrono::duration<double>(now).count();
 }
 
-/// What all processors together have been busy with that isn't this process [s].
+/// Busy time of all processors without this process [s].
 double busy_with_others_s() {
     std::ifstream file("/proc/stat");
     std::string name;
@@ -92,7 +92,7 @@ double busy_with_others_s() {
            double(std::clock()) / CLOCKS_PER_SEC;
 }
 
-constexpr const char* kLoadPlace = "@load@";  ///< until finish() knows
+constexpr const char* kLoadPlace = "@load@";  ///< placeholder until finish()
 
 /// ISO 8601, UTC.
 std::string date_text() {

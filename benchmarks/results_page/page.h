@@ -16,7 +16,7 @@
 
 namespace pliant::results {
 
-/// Fixed notation, whatever the locale.
+/// Fixed notation, independent of the locale.
 std::string text_of(double number, int decimals);
 /// With a thin space between groups of three digits.
 std::string text_of(std::int64_t count);
@@ -28,14 +28,14 @@ class Page {
 
     void heading(int level, std::string_view text);
     void paragraph(std::string_view text);
-    /// A table of the command that made the page, when and where it ran, and what else did from
-    /// now on until finish().
+    /// Adds a table with the page's command, date and machine, and the load by other processes
+    /// until finish().
     void origin(const std::string& command);
     void table(std::initializer_list<std::string> head,
                const std::vector<std::vector<std::string>>& rows);
-    /// @param name  of the file, without its ending
+    /// @param name  of the file, without its extension
     void picture(std::string_view name, std::string_view description, const Image& image);
-    /// Writes the page; pictures and page appear together.
+    /// Writes pictures and page atomically.
     Status finish();
 
   private:
@@ -43,8 +43,8 @@ class Page {
     std::string m_name;
     StagedFiles m_files;
     std::string m_text;
-    std::string m_failure;               ///< the first picture that couldn't be written
-    double m_start_s = 0, m_busy_s = 0;  ///< at origin(): time, and that of processors not our own
+    std::string m_failure;               ///< first picture that couldn't be written
+    double m_start_s = 0, m_busy_s = 0;  ///< at origin(): time, and busy time of other processes
 };
 
 }  // namespace pliant::results

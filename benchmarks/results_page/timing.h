@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Times of single pieces of work, and what is said of many of them.
+// Times of single runs, and their statistics.
 
 #pragma once
 
@@ -21,7 +21,7 @@ double milliseconds_of(Work&& work) {
         .count();
 }
 
-/// Of all threads together; other work on the machine does not count.
+/// Processor time of all threads together; independent of other load on the machine.
 template <class Work>
 double processor_ms_of(Work&& work) {
     const std::clock_t start = std::clock();
@@ -29,7 +29,7 @@ double processor_ms_of(Work&& work) {
     return 1000.0 * double(std::clock() - start) / CLOCKS_PER_SEC;
 }
 
-/// The smallest value that a share of all does not exceed. @param share  0…1
+/// The smallest value that is not exceeded by the given share of all. @param share  0…1
 inline double quantile(std::vector<double> values, double share) {
     if (values.empty()) return 0;
     const auto last = double(values.size() - 1);

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Set-ups of results are fixed: what fails there is a defect, and ends the program.
+// Set-ups of results are fixed: a failure is a bug, and ends the program.
 
 #pragma once
 

@@ -12,12 +12,12 @@ namespace pliant::results {
 
 inline constexpr struct {
     double young, nu, density, gravity;
-    double exact_mm;  ///< of a beam, with shear
+    double exact_mm;  ///< beam theory, with shear
 } kCantilever{1e7, 0.3, 1100, 9.81, 6.541};
 
-/// Of `across`² × `along` boxes of five tetrahedra each [m].
+/// `across`² × `along` boxes of five tetrahedra each [m].
 TetMesh cantilever_of(int along, int across);
-/// How far its tip sags, by position-based solids or by finite elements of 5 × 5 × 30 nodes [mm].
+/// Deflection of its tip, by position-based solids or by finite elements of 5 × 5 × 30 nodes [mm].
 double sag_of_solids(int along, int across, const TaskArena& arena);
 double sag_of_hexahedra(HexElement element, const TaskArena& arena);
 

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Case 5 on several grids: how much linear tetrahedra lock, and elements that don't.
+// Case 5 on several grids: locking of linear tetrahedra, and elements without locking.
 
 #include "cantilever.h"
 #include "figures.h"

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// A catheter that deforms a vessel: before and after, all and boxes, rod and tetrahedra.
+// A catheter that deforms a vessel: before and after, whole and local, rod and tetrahedra.
 
 #include "catheters.h"
 
@@ -17,7 +17,7 @@ namespace {
 
 constexpr Rgb8 kCatheter{226, 160, 60};
 constexpr double kLargest_mm = 3;
-/// The bend's plane; the cut is beside the nodes that lie in it.
+/// The bend's plane; the cut is beside the nodes in the plane.
 constexpr Camera kBend{.low = {-9, 52}, .high = {71, 104}, .px_per_mm = 6.4, .cut_mm = 0.3};
 
 struct Bend {
@@ -48,7 +48,7 @@ Image moved_bar(double largest, int width) {
     return row_of(parts);
 }
 
-/// NaN where a corner is held.
+/// NaN at held corners.
 CornerValues with_held(const TetMesh& mesh, const BendRun& run, CornerValues values) {
     for (std::size_t c = 0; c < values.size(); ++c)
         for (std::size_t n = 0; n < 4; ++n)
@@ -97,7 +97,7 @@ void add_before_and_after(Page& page, const Bend& bend, const BendRun& run,
         "camera and the same colours.");
 }
 
-/// Three pictures, each with its legend below.
+/// Three pictures with legends below.
 Image boxes_picture(const Bend& bend, const BendRun& all, const BendRun& boxes, double full_um) {
     constexpr double kSmall_px_mm = 4.8;
     const CornerValues moved = displacements_of(bend.mesh(), boxes.wall_mm);

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Plays a scene file's script to its end and keeps the final scene.
+// Runs a scene file's script to its end and keeps the final scene.
 
 #pragma once
 
@@ -13,21 +13,21 @@
 namespace pliant::results {
 
 struct BendRun {
-    std::vector<Vec3d> wall_mm, wire_mm;  ///< nodes; of the wire those that the guide has let go
+    std::vector<Vec3d> wall_mm, wire_mm;  ///< nodes; of the wire only those outside of the guide
     std::vector<bool> is_held;            ///< nodes of the wall
-    TetMesh catheter;                     ///< empty where it is a rod
+    TetMesh catheter;                     ///< empty for a rod
     double radius_mm = 0;
-    double reach_mm = 0;          ///< of the boxes
+    double reach_mm = 0;          ///< reach of the boxes
     CatheterMeasures measures{};  ///< at the end
-    double moved_mm = 0;          ///< farthest node of the wall from rest, at the end
-    double depth_mm = -1e9;       ///< largest beyond the wall in any step
+    double moved_mm = 0;          ///< largest displacement of a wall node at the end
+    double depth_mm = -1e9;       ///< largest penetration in any step
     std::int64_t inverted = 0;    ///< tetrahedra, largest number
     std::int32_t active = 0;      ///< tetrahedra, largest number
     double ms = 0;                ///< processor time
 };
 BendRun run_bend(const VesselFile& file, const MadeVessel& vessel, const TaskArena& arena);
 
-/// Largest distance of nodes with the same number.
+/// Largest distance of corresponding nodes.
 double farthest_mm(std::span<const Vec3d> a, std::span<const Vec3d> b);
 
 }  // namespace pliant::results

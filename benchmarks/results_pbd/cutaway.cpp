@@ -34,7 +34,7 @@ double volume_of(const TetMesh& mesh, std::span<const Vec3d> places, std::size_t
     return dot(cross(p(1) - p(0), p(2) - p(0)), p(3) - p(0)) / 6;
 }
 
-/// A triangle of the boundary: its cell, and which of the cell's corners are its own.
+/// A triangle of the boundary: its cell, and the cell's corners in it.
 struct Face {
     std::size_t cell;
     std::array<std::size_t, 3> corners;
@@ -65,7 +65,8 @@ struct Valued {
     Vec3d p;
     double value;
 };
-/// Where the segment crosses the plane. @param u, v  the ends' distances from it, of unlike signs
+/// Intersection of the segment and the plane. @param u, v  distances of the ends from it, of
+/// opposite signs
 Valued between(const Valued& a, const Valued& b, double u, double v) {
     const double t = u / (u - v);
     return {a.p + t * (b.p - a.p), a.value + t * (b.value - a.value)};
@@ -154,7 +155,7 @@ Cutaway::Corner Cutaway::corner_of(Vec3d p, double value) const {
             dot(p, m_toward), value};
 }
 
-/// Both sides alike, from the upper left.
+/// Two-sided light from the upper left.
 double Cutaway::light_on(Vec3d normal) const {
     const double length = norm(normal);
     if (!(length > 0)) return 1;
@@ -231,7 +232,7 @@ void Cutaway::wall(const TetMesh& mesh, std::span<const Vec3d> places, const Cor
             const Valued corner{places[std::size_t(mesh.cells[c][n])], values[c][n]};
             (before_cut(corner.p) <= 0 ? behind : before).push_back(corner);
         }
-        // In an order in which neighbours differ in one corner only, so that it is a polygon.
+        // In an order in which neighbours differ in one corner, so that it is a polygon.
         for (std::size_t a = 0; a < behind.size(); ++a)
             for (std::size_t k = 0; k < before.size(); ++k) {
                 const std::size_t b = a % 2 == 0 ? k : before.size() - 1 - k;
@@ -314,7 +315,7 @@ Image Cutaway::image(std::string_view title) const {
     Plot plot(width + kLeft + kRight, height + kTop + kBottom, low, high);
     for (int y = 0; y < m_height; ++y)
         for (int x = 0; x < m_width; ++x) {
-            // The mean of all samples: each one is mixed in by its share of those so far.
+            // Running mean of all samples.
             const int seen = (y % kSamples) * kSamples + x % kSamples + 1;
             const std::size_t at = std::size_t(y) * std::size_t(m_width) + std::size_t(x);
             plot.dab(kLeft + x / kSamples, kTop + y / kSamples, m_colours[at], 1.0 / seen);

@@ -1,15 +1,15 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// A vessel that is cut open along a plane, with a catheter in it, seen at right angles to the
-// plane:
+// A vessel cut open along a plane, with a catheter in it, seen perpendicularly to the plane:
 //
-//     ▒▒▒▒▒▒▒▒▒▒▒▒▒▒  cut through the tetrahedra, in its own colours
+//     ▒▒▒▒▒▒▒▒▒▒▒▒▒▒  cut through the tetrahedra, in separate colours
 //     ░░░░░░░░░░░░░░  inner surface behind the plane, lit
 //     ══════════●     catheter
 //     ▒▒▒▒▒▒▒▒▒▒▒▒▒▒
 //
-// with both axes in mm and a scale bar. Parallel projection, a depth buffer, nine samples a pixel.
+// with both axes in mm and a scale bar. Parallel projection, a depth buffer, nine samples per
+// pixel.
 
 #pragma once
 
@@ -26,10 +26,10 @@
 namespace pliant::results {
 
 struct Camera {
-    int right = 0, up = 2;  ///< axes of space that are horizontal and vertical in the picture
+    int right = 0, up = 2;  ///< horizontal and vertical axes of the picture
     Point2 low, high;       ///< visible rectangle [mm], lower left and upper right
     double px_per_mm = 5;
-    double cut_mm = 0;  ///< position of the plane on the third axis; nearer parts are cut off
+    double cut_mm = 0;  ///< position of the plane on the third axis; nearer parts are removed
     double tick_mm = 10;
     double bar_mm = 10;  ///< length of the scale bar
 };
@@ -48,7 +48,7 @@ using Colouring = std::function<Rgb8(double)>;
 inline constexpr Rgb8 kHeld{196, 192, 184};
 /// shade_of, dark at `largest`; kHeld for NaN.
 Colouring shaded_to(double largest);
-/// Red: less; blue: more; full at `largest`.
+/// Red: smaller; blue: larger; saturated at `largest`.
 Colouring signed_to(double largest);
 /// The colours of signed_to with the ends of their scale. @param name  with its unit
 Image signed_bar(double largest, int decimals, std::string_view name);
@@ -57,14 +57,14 @@ class Cutaway {
   public:
     explicit Cutaway(const Camera& camera);
 
-    /// The half of a wall that is behind the plane, and its cut.
+    /// Draws the half of a wall behind the plane, and its cut.
     void wall(const TetMesh& mesh, std::span<const Vec3d> places, const CornerValues& values,
               const Colouring& colouring);
     /// A wire of round sections.
     void wire(std::span<const Vec3d> places, double radius_mm, Rgb8 colour);
-    /// A whole body of tetrahedra, with the edges of its surface.
+    /// Draws a whole body of tetrahedra, with the edges of its surface.
     void body(const TetMesh& mesh, Rgb8 colour);
-    /// The edge of a wall's cut as a red line, such as that at rest.
+    /// Draws the edge of a wall's cut as a red line, for example at rest.
     void outline(const TetMesh& mesh, std::span<const Vec3d> places);
     /// With axes. @param title  a line above it
     Image image(std::string_view title) const;

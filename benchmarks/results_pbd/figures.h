@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The parts of the page, in its order.
+// Parts of the page, in order.
 
 #pragma once
 
@@ -22,7 +22,7 @@ void add_volumes(Page& page, const TaskArena& arena);
 void add_walls(Page& page, const std::string& scenes, const TaskArena& arena);
 /// A vessel under pressure, with and without volume conservation.
 void add_pressure(Page& page, const TaskArena& arena);
-/// A vessel whose wall is pushed, with and without locality.
+/// A vessel whose wall is pushed, with and without local simulation.
 void add_push(Page& page, const TaskArena& arena);
 /// Cases 1 to 15: expected, measured, tolerance.
 void add_published(Page& page);

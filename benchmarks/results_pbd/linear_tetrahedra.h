@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Small displacements of linear tetrahedra by finite elements, written plainly: what a body of the
-// same tetrahedra is compared with.
+// Small displacements of linear tetrahedra by a plain finite-element code: the reference for a body
+// of the same tetrahedra.
 
 #pragma once
 
@@ -32,7 +32,7 @@ class LinearTetrahedra {
     }
     double volume(std::size_t cell) const { return m_volumes[cell]; }
 
-    /// Where nodes are held, u stays 0.
+    /// Solves; u is 0 at held nodes.
     std::vector<Vec3d> solve(const std::vector<Vec3d>& loads, const std::vector<bool>& held) const {
         std::vector<Vec3d> u(loads.size(), Vec3d{0, 0, 0}), r = loads;
         const auto product = [&](const auto& a, const auto& b) {

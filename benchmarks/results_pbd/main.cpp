@@ -1,12 +1,12 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Writes the page that sets position-based vessels beside their paper:
+// Writes the page that compares position-based vessels with their paper:
 //
 //   results_pbd FOLDER SCENES
 //
 // FOLDER gets README.md and its pictures, SCENES has the scene files of vessels. Pictures and
-// errors are the same on each run; ratios of times are not.
+// errors are reproducible; ratios of times are not.
 
 #include <pliant/tasks.h>
 

@@ -22,7 +22,7 @@ std::string short_number(double value, int digits) {
 bool holds(const Case& c) {
     const double most = c.is_share ? c.tolerance * std::abs(c.expected) : c.tolerance;
     if (c.is_at_most && c.measured <= c.expected) return true;
-    return std::abs(c.measured - c.expected) <= most;  // false for what is no number
+    return std::abs(c.measured - c.expected) <= most;  // false for NaN
 }
 
 std::vector<std::string> row_of(const Case& c) {

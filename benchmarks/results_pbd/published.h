@@ -1,9 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Cases in closed form, or with figures that others published: what is expected, what comes out,
-// and how far they may be apart. The page shows them, the tests hold them; numbers are those of the
-// page's table.
+// Cases with closed forms or published figures: expected and measured values, and the tolerance.
+// The page shows them, and the tests check them, with the same numbering.
 
 #pragma once
 
@@ -22,18 +21,18 @@ struct Case {
     std::string what;
     double expected = 0, measured = 0;
     double tolerance = 0;     ///< of the difference
-    bool is_share = false;    ///< of what is expected, not of the difference itself
-    bool is_at_most = false;  ///< what is less than expected holds as well
+    bool is_share = false;    ///< relative to the expected value
+    bool is_at_most = false;  ///< smaller values pass too
 };
 using Cases = std::vector<Case>;
 
 bool holds(const Case& c);
-/// Number, what, expected, measured, tolerance, holds.
+/// Columns: number, quantity, expected, measured, tolerance, passed.
 std::vector<std::string> row_of(const Case& c);
 
 Case within_share(int number, std::string what, double expected, double measured, double share);
 Case within(int number, std::string what, double expected, double measured, double difference);
-/// Something that ought to be 0.
+/// A quantity with the expected value 0.
 Case at_most(int number, std::string what, double measured, double most);
 
 Cases gradient_cases();      // 1
@@ -52,7 +51,7 @@ Cases turned_cases();        // 13
 Cases hash_cases();          // 14
 Cases overlap_cases();       // 15
 
-/// Random numbers that are the same on every machine.
+/// Random numbers that are identical on every machine.
 class Numbers {
   public:
     explicit Numbers(std::uint64_t seed) : m_engine(seed) {}

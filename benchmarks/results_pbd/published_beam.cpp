@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Case 10: the beam that SOFA's BeamAdapter is tested with, together with its own elements and time
-// integration, written anew here.
+// Case 10: the test beam of SOFA's BeamAdapter, with an independent implementation of its elements
+// and time integration.
 
 #include <pliant/pbd_rod.h>
 
@@ -20,7 +20,8 @@ namespace {
 
 using std::numbers::pi;
 
-/// The published beam: 200 nodes on 100 m, radius 0.1, E 1e5, density 10; it falls, one end held.
+/// The published beam: 200 nodes on 100 m, radius 0.1, E 1e5, density 10; it falls with one end
+/// fixed.
 struct Beam {
     static constexpr int kNodes = 200;
     static constexpr double kLength = 100, kRadius = 0.1, kYoung = 1e5, kDensity = 10, kG = -9.81;
@@ -29,9 +30,10 @@ struct Beam {
     static constexpr double inertia() { return pi * kRadius * kRadius * kRadius * kRadius / 4; }
 };
 
-/// In a plane, as in BeamAdapter: elements after Euler and Bernoulli with consistent masses, in a
-/// frame that goes with the middle of a cubic through their ends; one linear step of backward
-/// Euler, without the stiffness of what is already stretched:
+/// In a plane, as in BeamAdapter: Euler-Bernoulli elements with consistent masses, in a
+/// corotational frame at the middle of a cubic through their ends; one linear step of backward
+/// Euler, without
+/// the stiffness of the present stretch:
 ///   (M + h² K) Δv = h (f − h K v),  v ← v + Δv,  x ← x + h v
 class BeamAdapterBeam {
   public:
@@ -72,8 +74,8 @@ class BeamAdapterBeam {
     static constexpr double l = Beam::kLength / (Beam::kNodes - 1);
     using Matrix = std::array<std::array<double, 6>, 6>;
 
-    /// Of x, y and the angle at both ends: the pairs x x, y y, y angle, angle angle of an end with
-    /// itself and with the other end.
+    /// Adds the entries of x, y and the angle at both ends: the pairs x x, y y, y angle, angle
+    /// angle of an end with itself and with the other end.
     static void put(Matrix& m, const std::array<double, 8>& n) {
         m = {};
         m[0][0] = m[3][3] = n[0];
@@ -113,7 +115,7 @@ class BeamAdapterBeam {
         for (std::size_t r = 0; r < 6; ++r) {
             double force = m[r][1] * Beam::kG + m[r][4] * Beam::kG;
             for (std::size_t j = 0; j < 6; ++j) {
-                // Back to the world: the transposed rotation of both ends.
+                // To the world: the transposed rotation of both ends.
                 const std::size_t base = r / 3 * 3, axis = r % 3;
                 double share = 0;
                 if (axis == 0) share = c * m_stiffness[base][j] - s * m_stiffness[base + 1][j];
@@ -188,8 +190,8 @@ Vec3d tip_of_our_rod(double step) {
 
 }  // namespace
 
-// Steps of 10 ms are long for this beam, whatever its model: their own tip is then 1.1 % of the
-// length away from where it is in steps of 1 ms, and ours 2 % on the other side.
+// Steps of 10 ms are long for this beam in every model: BeamAdapter's tip then deviates by 1.1 % of
+// the length from the result with steps of 1 ms, and ours by 2 % in the opposite direction.
 Cases falling_beam_cases() {
     const Vec3d published{-1.34228, -110.274221, 0};
     const Vec3d same = tip_of_their_beam(0.01), theirs = tip_of_their_beam(0.001);

@@ -1,9 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Cases 1, 2 and 13, through the public face: a constraint's force over its multiplier is its
-// gradient; what a step moves of a free body has no momentum; a body turned as a whole feels no
-// force.
+// Cases 1, 2 and 13, through the public interface: a constraint's force over its multiplier is its
+// gradient; a step of a free body has no momentum; a rigidly rotated body has no forces.
 
 #include <pliant/pbd.h>
 #include <pliant/pbd_rod.h>
@@ -21,7 +20,7 @@ double volume_of(const std::array<Vec3d, 4>& x) {
     return dot(cross(x[1] - x[0], x[2] - x[0]), x[3] - x[0]) / 6;
 }
 
-/// Four places of some volume.
+/// Four positions with a nonzero volume.
 std::vector<Vec3d> tetrahedron(Numbers& random) {
     std::array<Vec3d, 4> x{};
     while (!(volume_of(x) > 0.02))
@@ -40,7 +39,7 @@ double slope(std::array<Vec3d, 4> x, std::size_t node, int axis) {
     return (8 * (value(1) - value(-1)) - (value(2) - value(-2))) / (12 * kStep);
 }
 
-/// One constraint that wants to move four free particles.
+/// One violated constraint on four free particles.
 PbdParts one_constraint(Numbers& random, PbdKind kind) {
     PbdParts parts;
     parts.places = tetrahedron(random);
@@ -100,7 +99,7 @@ Cases momentum_cases() {
             auto body = value_of(PbdBody::create(
                 parts, {.time_step = 0.1, .sub_steps = 1, .numbers = PbdNumbers::Double}));
             std::vector<Vec3d> x = parts.places;
-            if (k.kind == PbdKind::Solid)  // at rest it would stay
+            if (k.kind == PbdKind::Solid)  // at rest there would be no force
                 for (std::size_t n = 0; n < 4; ++n) {
                     x[n] = x[n] + random.vector(0.2);
                     must(body.set_state(std::int32_t(n), x[n], {0, 0, 0}));
@@ -147,7 +146,7 @@ Cases turned_cases() {
                 must(body.set_state(std::int32_t(n), rotated(turn, parts.places[n]) + shift,
                                     {0, 0, 0}));
             must(body.step(1, one_thread()));
-            // Of the force that a strain of 1 makes on a tetrahedron's face.
+            // Relative to the force of a strain of 1 on a tetrahedron's face.
             for (const Vec3d& f : body.constraint_forces()) {
                 double& most = force[numbers == PbdNumbers::Float];
                 most = std::max(most, norm(f) / (young * 0.02 * 0.02));

@@ -15,7 +15,7 @@
 namespace pliant::results {
 namespace {
 
-/// Backward Euler of a chain by Newton's method on places and multipliers at once:
+/// Backward Euler of a chain by Newton's method on positions and multipliers together:
 ///   M (x − x̃) = ∇Cᵀλ,  C + α̃λ = 0
 class ChainByNewton {
   public:
@@ -52,7 +52,7 @@ class ChainByNewton {
             b[std::size_t(free + l)] -= length - 1 + m_alpha / (m_h * m_h) * force;
             at(free + l, free + l) = m_alpha / (m_h * m_h);
             for (int p = 0; p < 2; ++p) {
-                const int node = l + p - 1;  // of the unknowns
+                const int node = l + p - 1;  // index of the unknowns
                 if (node < 0) continue;
                 const double sign = p == 0 ? 1 : -1;
                 for (int c = 0; c < 3; ++c) {
@@ -110,7 +110,7 @@ double period_of_a_spring(int iterations) {
     const double step = 5e-4;
     auto body = value_of(
         PbdBody::create(parts, {.time_step = step, .sub_steps = 1, .iterations = iterations}));
-    // Between crossings of the rest length in the same direction.
+    // Intervals between crossings of the rest length in the same direction.
     std::vector<double> crossings;
     double last = 0.5;
     for (int n = 1; crossings.size() < 6 && n < 10000; ++n) {
@@ -165,7 +165,7 @@ Cases chain_cases() {
             largest = std::max(largest, std::abs(theirs));
             worst = std::max(worst, std::abs(ours - theirs));
         }
-        // More than its weight, since it swings: otherwise this would say nothing.
+        // It must exceed its weight, because it swings: otherwise this would prove nothing.
         cases.push_back(at_most(4,
                                 "chain of 20, compliance 1e-8: force at its support against "
                                 "Newton's, relative, with iterations " +

@@ -19,13 +19,13 @@ namespace {
 
 using std::numbers::pi;
 
-/// A ring of length 1 in the plane z = 0, EI = GJ = 1, cut at (R, 0, 0) and joined again after its
-/// end has been turned by `twist`; held there, where a ring may be held as it may lie anywhere.
+/// A ring of length 1 in the plane z = 0, EI = GJ = 1, cut at (R, 0, 0) and closed again after its
+/// end was rotated by `twist`. It is held there, which fixes only rigid motions.
 class TwistedRing {
   public:
     TwistedRing(int segments, double twist)
         : m_segments(segments), m_radius(0.5 / (segments * std::sin(pi / segments))) {
-        // All velocity is taken away in each step, so that what grows grows by a constant factor.
+        // All velocity is removed in each step, so that perturbations grow by a constant factor.
         auto rod = value_of(Rod::create({.segments = segments,
                                          .stretch_stiffness = 1e6,
                                          .shear_stiffness = 1e6,
@@ -50,7 +50,7 @@ class TwistedRing {
         must(m_rod->hold_tip({m_radius, 0, 0}, frame(2 * pi, twist)));
     }
 
-    /// How fast the distance from a plane grows; below 0: it shrinks.
+    /// Growth rate of the distance from a plane; negative: it shrinks.
     double growth() {
         must(m_rod->step(300));
         const double before = out_of_plane();
@@ -62,13 +62,13 @@ class TwistedRing {
   private:
     static constexpr double kStep = 0.01;
 
-    /// Of a section at an angle around the ring: its third axis is the tangent.
+    /// Frame of a section at an angle around the ring: its third axis is the tangent.
     static Rotation frame(double angle, double twist) {
         return rotation_by({0, 0, angle}) * rotation_by({-pi / 2, 0, 0}) *
                rotation_by({0, 0, twist});
     }
-    /// Root mean square distance from the best plane z = a + bx + cy: the ring may tilt about the
-    /// tangent where it is held, which costs no energy.
+    /// Root mean square distance from the best plane z = a + bx + cy, because the ring may tilt
+    /// about its tangent at the held point without energy.
     double out_of_plane() const {
         double m[3][4] = {};
         for (int n = 0; n < m_segments; ++n) {
@@ -129,7 +129,7 @@ Cases elastica_cases() {
     return cases;
 }
 
-// Joints of k = EI/h, the one at the base of twice that: the sum over joints, and the beam.
+// Joints of k = EI/h, the base's joint twice that: the sum over joints, and the beam.
 Cases joint_cases() {
     Cases cases;
     for (const int n : {7, 14, 28, 56}) {
@@ -182,9 +182,9 @@ Cases ring_cases() {
     const double expected = 2 * pi * std::sqrt(3.0);
     TwistedRing below(60, 0.985 * expected), above(60, 1.015 * expected);
     const double shrinks = below.growth(), grows = above.growth();
-    // Bent to a circle and twisted evenly: ½(2π)² + ½φ², but for the polygon's sides.
+    // Bent to a circle and uniformly twisted: ½(2π)² + ½φ², up to the polygon's sides.
     const double energy = 2 * pi * pi + 0.5 * std::pow(0.985 * expected, 2);
-    // Between a twist at which it comes back to its plane and one at which it leaves it.
+    // Between a twist with a stable plane and one with an unstable plane.
     const bool between = shrinks < 0 && grows > 0;
     return {within_share(
                 9, "ring, EI = GJ, 60 segments: twist at which it leaves its plane [rad]", expected,

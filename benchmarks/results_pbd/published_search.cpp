@@ -51,7 +51,7 @@ Cases overlap_cases() {
             const auto expected = all_pairs(mesh, places);
             const bool equal =
                 std::equal(found.begin(), found.end(), expected.begin(), expected.end());
-            // Pairs that are both found and expected; none would be no test.
+            // Number of pairs both found and expected; zero would be no test.
             cases.push_back(within(15,
                                    "two vessels of 20514 tetrahedra and 5898 nodes, seed " +
                                        std::to_string(seed) + (moved > 0 ? ", moved" : "") +

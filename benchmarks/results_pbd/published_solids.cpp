@@ -83,9 +83,9 @@ Cases cantilever_cases() {
                          sag_of_solids(15, 2, one_thread()), 0.01)};
 }
 
-// With a twentieth of the pressure and twenty times the displacement, since the formula is for
-// small strains. In plane strain a link from each node to the one above keeps the tube as long as
-// it is: it would shorten.
+// With 1/20 of the pressure and 20 times the displacement, because the formula is for small
+// strains. For plane strain a link from each node to the one above keeps the tube's length, which
+// would otherwise decrease.
 Cases tube_cases() {
     const double inner = 2, outer = 3, height = 0.15, young = 0.6e6, nu = 0.45;
     const double pressure = 13332.0 / 20, ratio = outer * outer / (inner * inner);
@@ -102,8 +102,8 @@ Cases tube_cases() {
         const int layer = kAround * (kAcross + 1);
         for (int n = 0; keeps_length && n < layer; ++n)
             parts.distances.push_back({.nodes = {n, n + layer}});
-        // Sub-steps in which waves pass a third of a cell: under a load that lasts, longer ones are
-        // too soft; and so small that floats lose a twentieth of the widening.
+        // Sub-steps in which waves cross a third of a cell: longer ones are too soft under a
+        // lasting load; shorter ones lose a twentieth of the widening to float rounding.
         auto body = value_of(PbdBody::create(
             parts,
             {.time_step = 0.01, .sub_steps = 20, .damping = 20, .numbers = PbdNumbers::Double}));

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Two vessels as in [Teschner2003], and which of their nodes are in which tetrahedra, by all pairs.
+// Two vessels as in [Teschner2003], and the nodes in their tetrahedra by all pairs.
 
 #pragma once
 
@@ -16,7 +16,7 @@
 
 namespace pliant::results {
 
-/// Without a box around the tetrahedron, so that nothing is left out by it.
+/// Without bounding boxes, so that nothing can be missed.
 inline std::vector<NodeInCell> all_pairs(const TetMesh& mesh, std::span<const Vec3d> places) {
     std::vector<NodeInCell> found;
     for (std::size_t c = 0; c < mesh.cells.size(); ++c) {
@@ -36,7 +36,7 @@ inline std::vector<NodeInCell> all_pairs(const TetMesh& mesh, std::span<const Ve
     return found;
 }
 
-/// A vessel along z of hexahedra, six tetrahedra each; its nodes are a little off their places.
+/// A vessel along z of hexahedra, six tetrahedra each; its nodes are slightly perturbed.
 template <class Random>
 void add_vessel(TetMesh& mesh, Random& random, int around, int across, int along, Vec3d middle,
                 Rotation turn) {

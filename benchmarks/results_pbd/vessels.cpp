@@ -22,7 +22,7 @@ namespace {
 using bench::Tube;
 constexpr double kStep = 1.0 / 256;
 
-/// Lengths in mm, masses in g, moduli in Pa. Its ends are held.
+/// Lengths in mm, masses in g, moduli in Pa. The ends are held.
 PbdParts vessel(const Tube& tube, const TetMesh& mesh, bool volumes) {
     PbdParts parts = value_of(pbd_of_mesh(mesh, {.density = 1e-3,
                                                  .edge_compliance = 1e-3,
@@ -57,7 +57,7 @@ Image across(const Tube& tube, const TetMesh& mesh, const std::vector<Vec3d>& pl
     return cutaway.image(title);
 }
 
-/// A cut along the vessel, beside the nodes that lie in the plane of its axis.
+/// A cut along the vessel, beside the nodes in the plane of its axis.
 Image along(const TetMesh& mesh, const std::vector<Vec3d>& places, const CornerValues& values,
             double largest_mm, std::string_view title) {
     Cutaway cutaway({.right = 2,
@@ -166,7 +166,7 @@ void add_sub_steps(Page& page, const Tube& tube, const TetMesh& mesh, const Task
         "kept.");
 }
 
-/// A wall that a patch of nodes is taken outwards in.
+/// A wall in which a patch of nodes moves outwards.
 struct Push {
     Tube tube{};
     TetMesh mesh = bench::tube_mesh(tube);
@@ -177,7 +177,7 @@ struct Push {
     Push() {
         for (int k = 0; k <= tube.along; ++k)
             for (int a = 0; a < tube.around; ++a) {
-                // The tissue around: outer nodes are tied to their positions at rest.
+                // Surrounding tissue: outer nodes are attached to their rest positions.
                 const std::int32_t outer = tube.node(a, tube.across, k);
                 parts.attachments.push_back({.nodes = {outer, 0, 0, 0},
                                              .target = parts.places[std::size_t(outer)],
@@ -193,7 +193,7 @@ struct PushRun {
     std::vector<bool> is_held;               ///< [tetrahedron]
     double share = 1, ms = 0;                ///< active tetrahedra; processor time
 };
-/// @param reach  of the boxes; 0: all of the wall moves
+/// @param reach  of the boxes; 0: the whole wall moves
 PushRun run_push(const Push& push, double reach, const TaskArena& arena) {
     PushRun run;
     auto body = value_of(PbdBody::create(push.parts, {.time_step = kStep, .damping = 20}));

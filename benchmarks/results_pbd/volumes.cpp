@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The paper's constraints under a catheter's tip, with and without those of volume.
+// The paper's constraints under a catheter's tip, with and without volume constraints.
 
 #include "cutaway.h"
 #include "figures.h"

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The scene files of real vessels, played as `pliant vessel` does.
+// The scene files of real vessels, run as by `pliant vessel`.
 
 #include <pliant/vessel_scene.h>
 

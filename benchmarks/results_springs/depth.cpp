@@ -21,7 +21,7 @@ constexpr int kSide = 25, kDeep = 13, kMiddle = kSide / 2;
 constexpr std::int32_t kTop = kSide * kSide * (kDeep - 1);
 constexpr std::int32_t kPressed = kMiddle + kSide * kMiddle + kTop;
 
-/// Its bottom is held; edges and face diagonals, spacing and masses 1.
+/// The bottom is fixed; edges and face diagonals, spacing and masses 1.
 SpringNetwork lattice(double stiffness, double damping) {
     auto parts = value_of(springs_of_lattice({.size = {kSide, kSide, kDeep},
                                               .stiffness = {stiffness, stiffness, stiffness},
@@ -30,7 +30,7 @@ SpringNetwork lattice(double stiffness, double damping) {
     return value_of(SpringNetwork::create(std::move(parts)));
 }
 
-/// How far the row through the pressed node has gone down, at the equilibrium of a depth.
+/// Displacement of the row through the pressed node, at the equilibrium of a depth.
 std::vector<Point2> profile(const SpringNetwork& network, double force, int depth) {
     SpringTissue tissue = value_of(SpringTissue::create(network, {.depth = depth}));
     must(tissue.load(std::array{kPressed}, std::array{Vec3d{0, 0, -force}}));
@@ -50,7 +50,7 @@ std::vector<double> changes(const SpringNetwork& network, double force, double d
         .changes;
 }
 
-/// As find_depth: the first depth from which one layer more changes less. 0: none.
+/// As in find_depth: the first depth from which one more layer changes less. 0: none.
 int depth_of(const std::vector<double>& changes, double threshold) {
     for (std::size_t n = 0; n < changes.size(); ++n)
         if (changes[n] < threshold) return int(n) + 1;
@@ -93,7 +93,7 @@ void add_figure_9(Page& page) {
         "beyond four spacings stands still.");
 }
 
-/// Thresholds that give 4, 6 and 8, if there are any.
+/// Thresholds that give 4, 6 and 8, if they exist.
 std::string thresholds_for_the_paper(const std::array<std::vector<double>, 3>& changes) {
     const int wanted[] = {4, 6, 8};
     double low = 0, high = 1e9;

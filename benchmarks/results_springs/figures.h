@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The parts of the page, in its order.
+// Parts of the page, in order.
 
 #pragma once
 
@@ -14,11 +14,11 @@
 
 namespace pliant::results {
 
-/// Figures 9 and 10: how deep forces must go.
+/// Figures 9 and 10: the necessary depth of forces.
 void add_depth(Page& page, const TaskArena& arena);
 /// Figures 11 and 12: creep, hysteresis, the load curve; anisotropy.
 void add_responses(Page& page, const TaskArena& arena);
-/// Figure 13: scans deformed by springs. @param scans  a folder
+/// Figure 13: scans deformed by springs. @param scans  folder
 void add_scans(Page& page, const std::filesystem::path& scans, const TaskArena& arena);
 /// Tables 1 and 2: identification.
 void add_identification(Page& page, const TaskArena& arena);

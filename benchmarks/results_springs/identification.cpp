@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// [Choi2004, 4.3]: the elastin cube; what each method finds, and what it costs; Table 2 in all
-// readings of its load.
+// [Choi2004, 4.3]: the elastin cube; results and costs of the methods; Table 2 in all
+// interpretations of its load.
 
 #include <pliant/fit_box.h>
 
@@ -18,7 +18,7 @@ namespace {
 
 constexpr std::array kNewtons{10.0, 20.0, 40.0};
 
-/// The paper's forces on the four nodes. @param share  of the named force that each node gets
+/// The paper's forces on the four nodes. @param share  fraction of the stated force per node
 std::vector<FitBoxLoad> table_2_loads(bool normal, double share, bool held_out) {
     std::vector<FitBoxLoad> loads;
     for (const double newtons : kNewtons) {
@@ -30,7 +30,7 @@ std::vector<FitBoxLoad> table_2_loads(bool normal, double share, bool held_out) 
     return loads;
 }
 
-/// Off the middle and along all axes, to fit to what Table 2 doesn't have.
+/// Loads off the middle and along all axes, which are not in Table 2.
 std::vector<FitBoxLoad> other_loads() {
     return {{.name = "press", .force_n = {0, 0, -40}, .across = 0.2, .along = 0.3},
             {.name = "push x", .force_n = {40, 0, 0}, .across = 0.7, .along = 0.3},
@@ -52,7 +52,7 @@ struct Contestant {
     FitMethod method;
 };
 
-/// Annealing four times, the rest once.
+/// Annealing four times, the other methods once.
 std::vector<Contestant> contestants(const FitBoxProblem& box, int evaluations) {
     std::vector<Contestant> all{
         {"closed form", GivenValues{box.closed_form}},
@@ -175,7 +175,7 @@ std::vector<std::string> row(std::string name, std::string values, const FitPoin
     return {std::move(name), std::move(values), percents(point, false), percents(point, true)};
 }
 
-/// One load at a time: for a large one an equilibrium may not be found.
+/// One load at a time: large loads may have no equilibrium.
 std::vector<std::string> at_equilibrium(std::string name, const FitBox& box,
                                         const std::vector<double>& values, const TaskArena& arena) {
     std::string average, largest;

@@ -1,13 +1,13 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Writes the page that sets mass-spring networks and force transmittal beside their paper:
+// Writes the page that compares mass-spring networks and force transmittal with their paper:
 //
 //   results_springs FOLDER SCANS [PART…]
 //
-// FOLDER gets README.md and its pictures; SCANS has abdomen_ct_3mm.nii.gz, or not; parts are depth,
-// responses, scan, identification and timings, by default all. Pictures and errors are the same on
-// each run; times are not.
+// FOLDER gets README.md and its pictures; SCANS may have abdomen_ct_3mm.nii.gz; parts are depth,
+// responses, scan, identification and timings, by default all. Pictures and errors are
+// reproducible; times are not.
 
 #include <pliant/tasks.h>
 

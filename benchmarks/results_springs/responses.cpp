@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// [Choi2004, 4.1.2 and 4.1.3]: a bar of springs under a force that stays, comes and goes, and
-// grows; a block that is stiffer along one axis than along the others.
+// [Choi2004, 4.1.2 and 4.1.3]: a bar of springs under a constant, a periodic and a growing force; a
+// block with one stiff axis.
 
 #include <pliant/springs.h>
 #include <pliant/springs_builders.h>
@@ -24,7 +24,7 @@ std::string damping_text(std::size_t n) {
     return "damping " + text_of(kDampings[n], 0);
 }
 
-/// 5 × 5 × 9 nodes, k = 1, spacing and masses 1; its foot is held, its top drawn.
+/// 5 × 5 × 9 nodes, k = 1, spacing and masses 1; the bottom is fixed, the top is loaded.
 class Bar {
   public:
     explicit Bar(double damping) : m_tissue(make(damping)) {
@@ -117,7 +117,7 @@ void add_hysteresis(Page& page, const TaskArena& arena) {
             most = std::max(most, points[p].y);
         }
         chart.curve(points, {kColours[n], 2, 1}, damping_text(n));
-        // The loop's area; what is left of the strain at the end closes it at no force.
+        // Area of the loop; the remaining strain at zero force closes it.
         rows.push_back({text_of(kDampings[n], 1), text_of(area, 3), text_of(most, 3),
                         text_of(points.back().y, 3)});
     }
@@ -170,7 +170,8 @@ void add_load_curve(Page& page, const TaskArena& arena) {
     page.table({"strain", "force at equilibrium", "slope there"}, rows);
 }
 
-/// Along the pressed face, from the middle; pressed along z on the top or along x on a side.
+/// Profile along the pressed face, from the middle; pressed along z on the top or along x on a
+/// side.
 std::vector<Point2> profile(Vec3d stiffness, bool down) {
     constexpr int kSide = 11, kMiddle = 5;
     auto parts =

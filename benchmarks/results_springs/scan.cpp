@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Figure 13: scans deformed through a control lattice of springs.
+// Figure 13: scans deformed by a control lattice of springs.
 
 #include <pliant/phantom.h>
 #include <pliant/spring_deformation.h>
@@ -21,7 +21,7 @@ constexpr int kSide = 360;
 constexpr std::int64_t kMostSteps = 4000;
 constexpr double kSkin_hu = -300;
 
-/// One scan, one push, and how it is looked at.
+/// One scan, one push, and its views.
 struct Case {
     std::string name;
     Push push;
@@ -37,14 +37,14 @@ struct Found {
     std::vector<std::string> row;
 };
 
-/// A scan in one state, and how far each of its voxels has moved.
+/// A scan in one state, and the displacement of its voxels.
 struct State {
     const Volume& shown;
     const Volume& moved_mm;
     double done;  ///< share of the push
 };
 
-/// How far the tissue that each voxel shows has moved [mm].
+/// Displacement of the tissue in each voxel [mm].
 Volume displacement_of(const MovingScan& tissue) {
     LiveDeformation live = LiveDeformation::create(tissue).value();
     live.update().value();
@@ -138,7 +138,7 @@ Point2 pixel_of(const Endoscope& camera, Vec3d place_mm) {
             0.5 * kSide - f * dot(v, up) / dot(v, look)};
 }
 
-/// The skin in front of the camera, by a lamp from above, with the push as an arrow.
+/// The skin in front of the camera, lit from above, with the push as an arrow.
 Image skin_of(const Case& c, const State& state, bool colours, const TaskArena& arena) {
     const RayCaster caster(state.shown, arena);
     const Endoscope camera = camera_of(c);
@@ -159,7 +159,7 @@ Image blended_of(const Case& c, const State& state, const TaskArena& arena) {
     return RayCaster(state.shown, arena).blended_view(camera_of(c), transfer, kSide, kSide);
 }
 
-/// Absolute difference of two pictures: white where there is none.
+/// Absolute difference of two pictures: white is zero.
 Image difference_of(const Image& a, const Image& b) {
     Image image = a;
     for (std::size_t n = 0; n < image.pixels.size(); ++n) {
@@ -191,7 +191,7 @@ Image pictures_of(const Case& c, const State& rest, const State& now, const Task
     return column_of(rows, 6);
 }
 
-/// Largest movement of voxels above the value that holds nodes [mm].
+/// Largest movement of voxels above the threshold of fixed nodes [mm].
 double hard_movement_mm(const SpringDeformation& tissue) {
     const Grid& grid = tissue.volume().grid;
     const FieldSlices slices = displacement_slices(tissue).value();

@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // [Choi2004, 4.5]: search and update of one step for depths of 1 to 20 layers, beside the paper's
-// Pentium III and beside a naive port on the machine that writes the page. A turn does all three
-// programs' work, so that a noisy machine disturbs them alike.
+// Pentium III and a naive port on this machine. A turn runs all three programs, so that noise of
+// the machine affects them alike.
 
 #include <pliant/springs.h>
 #include <pliant/springs_builders.h>

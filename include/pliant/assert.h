@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// PLIANT_ASSERT: for the programmer's mistakes only. On in Debug and sanitizer builds; bad data is
-// never asserted, it becomes an Error. The handler can be replaced; the default one prints and
-// aborts.
+// PLIANT_ASSERT reports programming errors only. It is active in Debug and sanitizer builds. Bad
+// data is never asserted: it becomes an Error. The handler is replaceable; the default one prints
+// and aborts.
 
 #pragma once
 
@@ -11,7 +11,7 @@ namespace pliant {
 
 using AssertHandler = void (*)(const char* expression, const char* file, int line);
 
-/// @returns the handler that was set before
+/// Replaces the handler. @returns the previous one
 AssertHandler set_assert_handler(AssertHandler handler);
 void assert_failed(const char* expression, const char* file, int line);
 

@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The scan around a vessel goes where its wall goes: every voxel near the wall moves by a mean of
-// what the wall's nodes next to it have moved, less and less with the distance, and those beyond
-// `reach_mm` not at all. It is a control lattice (control_lattice.h), so the deformed volume, its
+// Moves the scan around a vessel with the vessel's wall. The displacement of a voxel near the wall
+// is a weighted mean over the nearby wall nodes. It fades out with the distance and is zero beyond
+// `reach_mm`. The deformation is a control lattice (control_lattice.h), so the deformed volume, its
 // fields and pictures come as with every tissue.
 //
 //   auto carried = CarriedScan::create(volume, wall.mesh, {}, arena);
@@ -21,14 +21,15 @@
 namespace pliant {
 
 struct CarriedScanSettings {
-    double reach_mm = 20;  ///< from the wall's nodes
-    double cell_mm = 3;    ///< of the control lattice: the nearest number of voxels, at least one
+    double reach_mm = 20;  ///< distance from the wall's nodes
+    double cell_mm = 3;    ///< edge of a cell of the control lattice, rounded to whole voxels, at
+                           ///< least one
 };
 
 class CarriedScan {
   public:
     /// Keeps references: volume and arena must outlive it.
-    /// @returns InvalidArgument where the wall isn't in the scan or a setting is wrong
+    /// @returns InvalidArgument if the wall lies outside of the scan or a setting is invalid
     static Result<CarriedScan> create(const Volume& volume, const TetMesh& wall,
                                       const CarriedScanSettings& settings,
                                       const TaskArena& arena) noexcept;
@@ -36,10 +37,10 @@ class CarriedScan {
     CarriedScan(CarriedScan&&) noexcept;
     CarriedScan& operator=(CarriedScan&&) noexcept;
 
-    /// Where the wall's nodes are now.
-    /// @returns with nothing changed, InvalidArgument for another number of them, LimitExceeded
-    /// where
-    ///          memory runs out
+    /// Moves the scan with the wall's nodes.
+    /// @param wall_places  current positions of all wall nodes [mm, LPS]
+    /// @returns InvalidArgument if their number is wrong, LimitExceeded if memory runs out; then
+    ///          nothing has changed
     Status update(std::span<const Vec3d> wall_places) noexcept;
     const ControlLattice& scan() const;
 

@@ -1,15 +1,15 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Cutting and carving: links and elements that are taken out of a lattice.
+// Cutting and carving remove links and elements from a lattice.
 //
 //        line[0]      line[1]   line[2]
-//           +-----------+---------+        a blade's way through the deformed scan: a line that is
+//           +-----------+---------+        The path of a blade through the deformed scan: a line
 //          /           /         /         swept along the depth vector. Links that cross this
-//         /           /         /          ribbon vanish.
+//         /           /         /          ribbon are cut.
 //        +-----------+---------+
 //
-// Both act on where the elements are now, and are undone exactly by ChainMail::undo.
+// Both use the current positions of the elements. ChainMail::undo reverts both exactly.
 
 #pragma once
 
@@ -27,21 +27,21 @@ struct CutSurface {
 };
 
 struct CutReport {
-    std::int64_t cut_links = 0;  ///< that this cut added
+    std::int64_t cut_links = 0;  ///< links that this cut added
     double cut_ms = 0;
     int forgotten_steps = 0;  ///< oldest steps that can't be undone any more
 };
 
-/// A sphere that moves from one place to another: a capsule, or a sphere where they are equal.
+/// Sphere that sweeps from one position to another: a capsule.
 struct CarveTool {
     Vec3d from_mm{0, 0, 0};  ///< centre, in the deformed scan, LPS
     Vec3d to_mm{0, 0, 0};
     double radius_mm = 0;      ///< above 0, up to 500
-    bool spare_fixed = false;  ///< leaves elements that never move (bone) where they are
+    bool spare_fixed = false;  ///< leaves elements that never move (bone) intact
 };
 
 struct CarveReport {
-    std::int64_t carved_elements = 0;  ///< that this carving added
+    std::int64_t carved_elements = 0;  ///< elements that this carving added
     double carve_ms = 0;
     int forgotten_steps = 0;
 };

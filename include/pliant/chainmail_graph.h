@@ -3,19 +3,21 @@
 
 // ChainMail on any graph, solved exactly.
 //
-// Elements have rest places; links join any two of them. For component a of the displacement u, a
-// link from i to j says
+// Elements have rest positions. A link joins any two of them. For component a of the displacement
+// u, a link from i to j requires
 //
 //   low_a ≤ u_a(j) − u_a(i) ≤ high_a,     low_a ≤ 0 ≤ high_a
 //
-// From materials, with the rest offset d = X_j − X_i, generalised ChainMail [Li2003] gives
+// Generalised ChainMail [Li2003] derives the limits from materials and the rest offset d = X_j −
+// X_i:
 //
 //   d_a > 0:  −(|d_a|·compress_a + S) ≤ u_a(j) − u_a(i) ≤ |d_a|·stretch_a + S,
 //             S = Σ |d_b|·shear_b over the other components b ≠ a
-//   d_a < 0:  compress and stretch change places
+//    d_a < 0:  compress and stretch are exchanged
 //
-// where a link takes the mean of its two ends. A lattice with six neighbours is the special case
-// with one component in d: its graph gives the same bits as ChainMail itself.
+// The material of a link is the mean of the materials at its two ends. A lattice with six
+// neighbours is the special case in which d has one component: its graph gives the same bits as
+// ChainMail.
 //
 //   const auto graph =
 //       graph_of_lattice({.size = {20, 20, 1}, .materials = {limits}}, Neighbours::All);
@@ -36,7 +38,7 @@ namespace pliant {
 
 struct ChainElement {
     Vec3d rest_mm{0, 0, 0};
-    double max_movement_mm = 500;  ///< largest distance from the rest place, 0…500
+    double max_movement_mm = 500;  ///< largest distance from the rest position, 0…500
     bool fixed = false;            ///< never moves
 };
 
@@ -52,7 +54,7 @@ struct ChainEdge {
     friend constexpr auto operator<=>(const ChainEdge&, const ChainEdge&) = default;
 };
 
-/// A link as one of its ends sees it: low ≤ u(element) − u(this end) ≤ high [2⁻²⁰ mm]. 28 bytes.
+/// A link seen from one of its ends: low ≤ u(element) − u(this end) ≤ high [2⁻²⁰ mm]. 28 bytes.
 struct ChainNeighbour {
     std::int32_t element;
     Vec3i low, high;
@@ -64,7 +66,7 @@ class ChainGraph {
     /// @returns InvalidArgument that names the element or link
     static Result<ChainGraph> create(std::vector<ChainElement> elements,
                                      std::span<const ChainLink> links);
-    /// @param material_of  index into the materials for each element; empty: all have the first
+    /// @param material_of  index into the materials for each element; empty: the first material
     /// @returns InvalidArgument that names the element, edge or material
     static Result<ChainGraph> create(std::span<const Vec3d> rest_mm,
                                      std::span<const ElementLimits> materials,
@@ -74,7 +76,7 @@ class ChainGraph {
     std::int32_t element_count() const { return std::int32_t(m_elements.size()); }
     std::int64_t link_count() const { return std::int64_t(m_neighbours.size() / 2); }
     std::span<const ChainElement> elements() const { return m_elements; }
-    /// In the order in which the links were given.
+    /// Neighbours of an element, in the order in which the links were given.
     std::span<const ChainNeighbour> neighbours(std::int32_t element) const {
         const auto e = std::size_t(element);
         return {m_neighbours.data() + m_first[e], m_neighbours.data() + m_first[e + 1]};
@@ -82,17 +84,17 @@ class ChainGraph {
 
   private:
     std::vector<ChainElement> m_elements;
-    std::vector<std::int64_t> m_first;  ///< of each element's neighbours, and the end
+    std::vector<std::int64_t> m_first;  ///< offset of each element's first neighbour, and the total
     std::vector<ChainNeighbour> m_neighbours;
 };
 
-/// A dense box of elements, i fastest: what the published orderings work on.
+/// Dense box of elements, i fastest: the input of the published orderings.
 struct ChainLattice {
     Vec3i size{1, 1, 1};  ///< size.z = 1: a plane
     Vec3d spacing_mm{1, 1, 1};
     std::vector<ElementLimits> materials{};  ///< at least one, 256 at most
-    std::vector<std::uint8_t> material{};    ///< of each element; empty: all have the first
-    std::vector<std::uint8_t> present{};     ///< 0: there is no element; empty: all are there
+    std::vector<std::uint8_t> material{};    ///< of each element; empty: the first material
+    std::vector<std::uint8_t> present{};     ///< 0: the element is absent; empty: all are present
 };
 
 /// @returns InvalidArgument that names the field
@@ -104,14 +106,15 @@ enum class Neighbours {
     All,    ///< 26; in a plane 8
 };
 
-/// Elements keep their number i + size.x·(j + size.y·k); one that isn't present has no links.
+/// Builds a graph in which element (i, j, k) has the number i + size.x·(j + size.y·k). An absent
+/// element has no links.
 Result<ChainGraph> graph_of_lattice(const ChainLattice& lattice, Neighbours neighbours);
 
 /// The edges of a mesh, each once, in ascending order.
 std::vector<ChainEdge> edges_of_triangles(std::span<const std::array<std::int32_t, 3>> triangles);
 std::vector<ChainEdge> edges_of_tetrahedra(std::span<const std::array<std::int32_t, 4>> tetrahedra);
 
-/// Links that a displacement leaves outside of their limits.
+/// Links outside of their limits.
 struct LinkState {
     std::int64_t violated_links = 0;  ///< by more than the tolerance, in any component
     double max_violation_mm = 0;
@@ -120,11 +123,11 @@ struct LinkState {
 LinkState check_links(const ChainGraph& graph, std::span<const Vec3d> displacement_mm,
                       double tolerance_mm);
 
-/// In which order candidates are taken. All give the same bits.
+/// Order in which candidates are processed. All give the same bits.
 enum class GraphQueue {
-    Buckets,  ///< coarse classes of the raise; an element taken too early is taken again
+    Buckets,  ///< coarse classes of the raise; an element may be processed more than once
     Heap,     ///< the largest raise first [Dijkstra1959]: each element once
-    Fifo,     ///< as they come [Bellman1958]: short, and slow
+    Fifo,     ///< first in, first out [Bellman1958]: short code, slow
 };
 
 class GraphChainMail {
@@ -137,15 +140,15 @@ class GraphChainMail {
 
     /// Moves the elements together, as far as fixed elements and movement limits allow. The three
     /// components are solved in parallel.
-    /// @returns InvalidArgument for an element that isn't there or a push that is no number or
-    ///          longer than 500 mm
+    /// @returns InvalidArgument if an element doesn't exist, or the push isn't finite or exceeds
+    ///          500 mm
     Result<PushReport> push(std::span<const std::int32_t> elements, Vec3d push_mm,
                             const TaskArena& arena);
     Vec3d displacement_mm(std::int32_t element) const;
     std::vector<Vec3d> displacements_mm() const;
-    /// Of all displacements: equal for every queue and number of threads.
+    /// Hash of all displacements, equal for every queue and number of threads.
     std::uint64_t hash() const;
-    /// Everything back to its rest place.
+    /// Returns every element to its rest position.
     void reset();
 
   private:

@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Linear elasticity by finite elements, at rest: the reference that faster models are fitted to and
-// measured against. Small displacements of isotropic, possibly mixed materials on 8-node
-// hexahedra; docs/fem.md has the equations.
+// Static linear elasticity by finite elements: the reference for fitting and measuring faster
+// models. Small displacements of isotropic, possibly mixed materials on 8-node hexahedra;
+// docs/fem.md has the equations.
 //
 //   ElasticSolid solid{hex_mesh({.size = {10, 10, 10}}), {{.young_modulus_pa = 6e5,
 //                                                          .poisson_ratio = 0.45}}};
@@ -29,27 +29,27 @@ namespace pliant {
 struct ElasticMaterial {
     double young_modulus_pa = 0;   ///< above 0
     double poisson_ratio = 0;      ///< −1 < ν < 0.5
-    double density_kg_per_m3 = 0;  ///< for gravity only
+    double density_kg_per_m3 = 0;  ///< used by gravity only
 };
 
 struct ElasticSolid {
     HexMesh mesh;
     std::vector<ElasticMaterial> materials;
-    std::vector<std::int32_t> material_of{};  ///< [cell]; empty: all have the first
+    std::vector<std::int32_t> material_of{};  ///< [cell]; empty: the first material
 };
 
-/// The same on a regular lattice, where nothing but the displacement needs memory.
+/// Solid on a regular lattice. Only the displacement needs memory.
 struct ElasticLattice {
     HexLattice lattice;
     std::vector<ElasticMaterial> materials;
-    std::vector<std::int32_t> material_of{};  ///< [cell]; empty: all have the first
+    std::vector<std::int32_t> material_of{};  ///< [cell]; empty: the first material
 };
 
-/// A node that is held, or brought to another place, along some axes.
+/// A node with prescribed displacements along some axes.
 struct Support {
     std::int32_t node = 0;
     std::array<bool, 3> held{true, true, true};  ///< x, y, z
-    Vec3d displacement_mm{0, 0, 0};              ///< where held
+    Vec3d displacement_mm{0, 0, 0};              ///< prescribed along the held axes
 };
 
 struct NodalForce {
@@ -57,7 +57,7 @@ struct NodalForce {
     Vec3d force_n{0, 0, 0};
 };
 
-/// On a face, which need not lie on the boundary: traction − pressure · outward normal.
+/// Load on a face, inside or on the boundary: traction − pressure · outward normal.
 struct SurfaceLoad {
     HexFace face;
     Vec3d traction_pa{0, 0, 0};
@@ -72,7 +72,7 @@ struct ElasticLoads {
 
 enum class HexElement {
     Trilinear,  ///< fully integrated, 2×2×2 [Choi2004, 3.2.2]; stiff in bending and near ν = ½
-    IncompatibleModes,  ///< with nine inner modes [Wilson1973; Taylor1976]: bends as it should
+    IncompatibleModes,  ///< with nine inner modes [Wilson1973; Taylor1976]: accurate in bending
 };
 
 enum class ElasticMethod {
@@ -83,39 +83,41 @@ enum class ElasticMethod {
 struct ElasticSettings {
     HexElement element = HexElement::Trilinear;
     ElasticMethod method = ElasticMethod::Cholesky;
-    // Of conjugate gradients:
+    // Conjugate gradients:
     double tolerance = 1e-9;  ///< residual relative to the load, both in the 2-norm; above 0
     int max_iterations = 20000;
 };
 
 struct ElasticSolution {
     std::vector<Vec3d> displacement_mm;  ///< [node]
-    std::vector<Vec3d> reaction_n;       ///< [node] of the supports on the solid; 0 where free
+    std::vector<Vec3d> reaction_n;       ///< [node] force of the supports on the solid; 0 at free
+                                         ///< nodes
     double strain_energy_j = 0;
     int iterations = 0;            ///< 0 with Cholesky
-    double relative_residual = 0;  ///< ‖f − K u‖ / ‖f‖ over what is free
+    double relative_residual = 0;  ///< ‖f − K u‖ / ‖f‖ over the free components
 };
 
-/// Immutable; bit for bit the same answers for any number of threads.
+/// Immutable. The answers are bit-identical for any number of threads.
 class ElasticSolver {
   public:
-    /// Any mesh. The arena must outlive the solver.
-    /// @returns InvalidArgument that names what is wrong with the solid, the supports or the
-    ///          settings: an inverted cell, a modulus, supports that leave a piece free to move
+    /// Creates a solver for any mesh. The arena must outlive the solver.
+    /// @returns InvalidArgument that names the fault of the solid, the supports or the settings: an
+    ///          inverted cell, a modulus, supports that leave a rigid motion free
     static Result<ElasticSolver> create(ElasticSolid solid, std::vector<Support> supports,
                                         const ElasticSettings& settings, const TaskArena& arena);
-    /// A regular lattice, without any matrix: conjugate gradients on trilinear elements.
+    /// Creates a matrix-free solver for a regular lattice: conjugate gradients on trilinear
+    /// elements.
     static Result<ElasticSolver> create(ElasticLattice solid, std::vector<Support> supports,
                                         const ElasticSettings& settings, const TaskArena& arena);
     ~ElasticSolver();
     ElasticSolver(ElasticSolver&&) noexcept;
     ElasticSolver& operator=(ElasticSolver&&) noexcept;
 
-    /// @returns InvalidArgument that names the load (an unknown node, a force where a node is
-    ///          held), LimitExceeded where the iterations don't suffice
+    /// @returns InvalidArgument that names the load (an unknown node, a force on a held node),
+    ///          LimitExceeded if max_iterations don't suffice
     Result<ElasticSolution> solve(const ElasticLoads& loads) const;
 
-    /// K u: the forces [N] that hold the solid in a displacement [mm], supports left aside.
+    /// Computes K u: the forces [N] that hold the solid in a displacement [mm], ignoring supports.
     /// @pre one vector for each node
     std::vector<Vec3d> forces_n(std::span<const Vec3d> displacement_mm) const;
 
@@ -128,12 +130,12 @@ class ElasticSolver {
     std::unique_ptr<Impl> m_impl;
 };
 
-/// Symmetric tensor; shear as in the tensor, half of the engineering strain.
+/// Symmetric tensor. Shear components are tensor components, half of the engineering strain.
 struct SymmetricTensor {
     double xx = 0, yy = 0, zz = 0, yz = 0, zx = 0, xy = 0;
 };
 
-/// At one of a cell's 2×2×2 Gauss points.
+/// State at one of a cell's 2×2×2 Gauss points.
 struct ElasticState {
     Vec3d place_mm{0, 0, 0};
     SymmetricTensor strain;
@@ -141,12 +143,12 @@ struct ElasticState {
 };
 
 /// Strain and stress at the Gauss points, eight for each cell, r fastest.
-/// @returns InvalidArgument as ElasticSolver::create; also where the displacement's length is wrong
+/// @returns InvalidArgument as ElasticSolver::create, or if the displacement's length is wrong
 Result<std::vector<ElasticState>> elastic_states(const ElasticSolid& solid,
                                                  std::span<const Vec3d> displacement_mm,
                                                  HexElement element, const TaskArena& arena);
 
-/// √(3/2 s:s) of the deviator s.
+/// Von Mises stress √(3/2 s:s), with s the deviator.
 double von_mises(const SymmetricTensor& stress);
 
 }  // namespace pliant

@@ -1,18 +1,18 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Identification: the stiffness of a spring network's links, such that it moves as a reference
-// does [Choi2004, 3.2]. The reference are displacements of the network's nodes under some loads,
-// by finite elements (fit_box.h) or measured.
+// Identification of link stiffnesses, such that a spring network moves as a reference does
+// [Choi2004, 3.2]. The reference consists of displacements of the network's nodes under some loads,
+// computed by finite elements (fit_box.h) or measured.
 //
 //   auto box = fit_box({.young_modulus_pa = 6e5, .poisson_ratio = 0.45, …}, arena);
 //   auto found = fit(box->problem, GaussNewton{}, arena);
 //   found->values[0]                    // stiffness of the first group
-//   found->at.cases[0].average_percent  // how far nodes are from the reference
+//   found->at.cases[0].average_percent  // distance of nodes from the reference
 //
-// Parameters are the values of groups: a group's links, cells and nodes have value times the
-// stiffness, bulk and damping that the parts say. All methods search in their logarithms, between
-// bounds. docs/fit.md compares them.
+// The parameters are one value per group. It multiplies the stiffness, bulk and damping that the
+// parts give for the group's links, cells and nodes. All methods search over the logarithms of the
+// values, between bounds. docs/fit.md compares them.
 
 #pragma once
 
@@ -30,35 +30,35 @@ namespace pliant {
 struct FitGroup {
     std::string name;
     std::vector<std::int32_t> links{}, cells{}, nodes{};
-    double start = 1;          ///< where methods begin that need a point to begin at
+    double start = 1;          ///< initial value for methods that need one
     double low = 0, high = 0;  ///< bounds, 0 < low ≤ start ≤ high
 };
 
 struct FitCase {
     std::string name;
-    std::vector<std::int32_t> held{};   ///< nodes that don't move, besides those fixed in the parts
-    std::vector<std::int32_t> nodes{};  ///< that are loaded
-    std::vector<Vec3d> forces{};        ///< on them
+    std::vector<std::int32_t> held{};   ///< immobile nodes, besides those fixed in the parts
+    std::vector<std::int32_t> nodes{};  ///< loaded nodes
+    std::vector<Vec3d> forces{};        ///< forces on these nodes
     std::vector<Vec3d> target{};        ///< [node] displacement of the reference
-    double weight = 1;                  ///< of its distances in the cost
-    bool held_out = false;              ///< only judged by, not fitted to
+    double weight = 1;                  ///< weight of its distances in the cost
+    bool held_out = false;              ///< used for evaluation only
 };
 
-/// How the network's displacement under a load is found.
+/// Method that computes the network's displacement under a load.
 enum class FitMotion {
-    Linear,       ///< K u = F at the rest shape: what a linear reference can be compared with
-    Equilibrium,  ///< where all forces balance, however far it moves
-    Run,          ///< where force transmittal is after a given time: here damping counts
+    Linear,       ///< K u = F at the rest shape: comparable with a linear reference
+    Equilibrium,  ///< all forces balance at any displacement
+    Run,          ///< state of force transmittal after a given time: here damping matters
 };
 enum class FitCost {
     Distances,  ///< Σ over cases and nodes of weight · |x − x_reference| [Choi2004, Eq. 17]
-    Squares,    ///< of weight · |x − x_reference|²
+    Squares,    ///< Σ over cases and nodes of weight · |x − x_reference|²
 };
 
 struct FitSettings {
     FitMotion motion = FitMotion::Linear;
     FitCost cost = FitCost::Distances;
-    double spring_length = 0;  ///< that errors are given in percent of; 0: the shortest link's
+    double spring_length = 0;  ///< errors are given in percent of this length; 0: the shortest link
     SpringSettings run{};      ///< of Run: depth, seen positions, time step
     double duration = 1;       ///< of Run
 };
@@ -67,21 +67,21 @@ struct FitCaseErrors {
     std::string name;
     bool held_out = false;
     double average_percent = 0, largest_percent = 0;  ///< of the spring length
-    /// The same errors of a network that doesn't move at all: a fit near these has failed.
+    /// The errors of a network that doesn't move at all. A fit near these has failed.
     double still_average_percent = 0, still_largest_percent = 0;
 };
 struct FitPoint {
-    double cost = 0;  ///< of the cases that aren't held out
+    double cost = 0;  ///< of the cases with held_out = false
     std::vector<FitCaseErrors> cases;
 };
 
-/// What a network is fitted to. Immutable.
+/// A network, its groups and the reference. Immutable.
 class FitProblem {
   public:
-    /// @returns InvalidArgument that names the group, case or node: a group without members, one
-    ///          that has what another has already, bounds that aren't in order, a load on a held
-    ///          node, targets that aren't one for each node, no case to fit to, and whatever
-    ///          SpringNetwork::create refuses
+    /// @returns InvalidArgument that names the group, case or node: a group without members, a
+    ///          member of two groups, unordered bounds, a load on a held node, a number of targets
+    ///          other than the number of nodes, no case to fit, and every error of
+    ///          SpringNetwork::create
     static Result<FitProblem> create(SpringParts parts, std::vector<FitGroup> groups,
                                      std::vector<FitCase> cases, const FitSettings& settings);
     ~FitProblem();
@@ -93,13 +93,13 @@ class FitProblem {
     const FitSettings& settings() const;
     double spring_length() const;
 
-    /// @param values  of the groups, above 0, bounds aside
-    /// @returns InvalidArgument for values that aren't above 0, or that leave the network loose
+    /// @param values  one per group, above 0; the bounds don't apply
+    /// @returns InvalidArgument if a value isn't above 0 or the network has a free rigid motion
     Result<FitPoint> evaluate(std::span<const double> values) const;
     /// The network's displacements in a case, [node].
     Result<std::vector<Vec3d>> displacements(std::span<const double> values,
                                              std::size_t fit_case) const;
-    /// The parts with the groups' values in them.
+    /// Parts with the groups' values inserted.
     SpringParts parts_at(std::span<const double> values) const;
 
     struct Impl;
@@ -110,49 +110,50 @@ class FitProblem {
     std::unique_ptr<Impl> m_impl;
 };
 
-/// No search: values that are known otherwise, for example in closed form.
+/// No search: values that are known from elsewhere, for example in closed form.
 struct GivenValues {
     std::vector<double> values;
 };
 
-/// Least squares with sensitivities: of a linear motion K ∂u/∂p = −∂K/∂p u, of others by central
-/// differences. For FitCost::Distances the squares are weighted anew in each step [Weiszfeld1937].
-/// Directions that the displacements don't show are not moved along.
+/// Least squares with sensitivities. For a linear motion they solve K ∂u/∂p = −∂K/∂p u; for the
+/// others they are central differences. FitCost::Distances is solved by iteratively reweighted
+/// least squares [Weiszfeld1937]. Steps leave out directions without influence on the
+/// displacements.
 struct GaussNewton {
     int max_steps = 60;
-    double tolerance = 1e-5;  ///< ends when no logarithm changes by more
+    double tolerance = 1e-5;  ///< stops when all logarithms change by less
 };
 
-/// Simulated annealing as the paper has it: a random start, random neighbours, Metropolis'
-/// criterion, T ← T/(1 + βT) [Lundy1986], one iteration at each temperature. What the paper leaves
-/// open is found by looking at a few random moves beforehand; 0 stands for that.
+/// Simulated annealing as in the paper: a random start, random neighbours, Metropolis' criterion, T
+/// ← T/(1 + βT) [Lundy1986], one iteration at each temperature. A setting of 0 stands for a value
+/// that the paper leaves open; some random moves beforehand determine it.
 struct Annealing {
     std::uint64_t seed = 1;
-    double start_temperature = 0;  ///< unit of the cost; 0: four of five uphill moves are taken
-    double end_temperature = 0;    ///< 0: a thousandth of it
+    double start_temperature = 0;  ///< unit of the cost; 0: four of five uphill moves are accepted
+    double end_temperature = 0;    ///< 0: a thousandth of the start
     double cooling = 0;            ///< β; 0: such that `evaluations` lead from start to end
     double neighbourhood = 0.1;    ///< largest move of a logarithm, in parts of its range
-    int evaluations = 400;         ///< at most, those of the preparation aside
-    int preparation = 16;          ///< moves looked at beforehand
-    /// The paper's answer is where the search ends; true: the best place that it has seen.
+    int evaluations = 400;         ///< maximum, without those of the preparation
+    int preparation = 16;          ///< random moves beforehand
+    /// false: the answer is the last point, as in the paper; true: the best point of the search.
     bool best_seen = false;
 };
 
-/// Methods of NLopt that need no derivatives [Johnson2007]: quadratic models [Powell2009], and the
-/// simplex as a whole [Nelder1965] or in subspaces [Rowan1990].
+/// Derivative-free methods of NLopt [Johnson2007]: quadratic models [Powell2009], and the simplex
+/// in the full space [Nelder1965] or in subspaces [Rowan1990].
 enum class DirectMethod { Bobyqa, NelderMead, Subplex };
 struct DirectSearch {
     DirectMethod method = DirectMethod::Bobyqa;
-    int evaluations = 400;    ///< at most
-    double tolerance = 1e-5;  ///< ends when no logarithm changes by more
+    int evaluations = 400;    ///< maximum
+    double tolerance = 1e-5;  ///< stops when all logarithms change by less
 };
 
 using FitMethod = std::variant<GivenValues, GaussNewton, Annealing, DirectSearch>;
 
-/// One direction in the space of the logarithms, and how much the fitted displacements change
-/// along it: their root mean square, relative to the reference's, per unit of the logarithms.
-/// Stiffer by a factor all over has an influence of 1 in a linear motion; damping has none at an
-/// equilibrium.
+/// A direction in the space of the logarithms and its influence: the root mean square of the change
+/// of the fitted displacements, relative to the reference's, per unit of the logarithms. A uniform
+/// factor of all stiffnesses has an influence of 1 in a linear motion. Damping has no influence on
+/// an equilibrium.
 struct FitDirection {
     std::vector<double> direction;  ///< unit vector, [group]
     double influence = 0;
@@ -160,22 +161,23 @@ struct FitDirection {
 /// Directions with a smaller influence are not identifiable.
 inline constexpr double kLeastInfluence = 1e-3;
 
-/// The best cost found so far, when it was found.
+/// A point of the history of the best cost.
 struct FitTrace {
     std::int64_t evaluation;
     double cost;
     double seconds;
 };
 
-/// Whether a value ended on a bound of its group. The cost may then be lower beyond it, and the
-/// value says more about the bound than about the network.
+/// Whether a value ended on a bound of its group. The cost may be lower beyond the bound, so the
+/// value then reflects the bound more than the network.
 enum class FitBound { None, Low, High };
 
 struct FitResult {
     std::vector<double> values;        ///< [group]
     std::vector<FitBound> at_bound{};  ///< [group]; within 10⁻⁴ of the value
     FitPoint at;
-    std::int64_t evaluations = 0;  ///< of all cases at one point; a derivative counts for one too
+    std::int64_t evaluations = 0;  ///< evaluations of all cases at one point; a derivative counts
+                                   ///< as one
     std::int64_t refused = 0;      ///< evaluations of networks without an equilibrium
     double seconds = 0;
     std::vector<FitTrace> trace;
@@ -183,11 +185,11 @@ struct FitResult {
     double start_temperature = 0, end_temperature = 0, cooling = 0;  ///< of Annealing
 };
 
-/// The same for any number of threads, apart from the seconds.
+/// Fits the values. The result, apart from the seconds, is equal for any number of threads.
 /// @returns InvalidArgument that names a setting
 Result<FitResult> fit(const FitProblem& problem, const FitMethod& method, const TaskArena& arena);
 
-/// At some values, by ascending influence.
+/// Directions at the given values, by ascending influence.
 Result<std::vector<FitDirection>> fit_directions(const FitProblem& problem,
                                                  std::span<const double> values,
                                                  const TaskArena& arena);

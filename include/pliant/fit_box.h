@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The set-up of [Choi2004, 4.3], with any numbers: a box of elastic material, held at a face and
-// pressed or drawn at nodes of another, by finite elements and as a lattice of springs.
+// The set-up of [Choi2004, 4.3] with any numbers: a box of elastic material, held at a face and
+// loaded at nodes of another face, by finite elements and as a lattice of springs.
 //
 //          +z, pressed            the four nodes around the middle of a face
 //        ┌──▪▪──┐
@@ -11,8 +11,8 @@
 //      │      │╱
 //      └──────┘  −z, held
 //
-// Lengths are in mm outside; the network is in m, kg, s, so that stiffness is in N/m, bulk in Pa,
-// damping in kg/s and the cost in m.
+// The interface uses mm. The network uses m, kg, s: stiffness in N/m, bulk in Pa, damping in kg/s,
+// cost in m.
 
 #pragma once
 
@@ -26,15 +26,16 @@ enum class BoxFace { LowX, HighX, LowY, HighY, LowZ, HighZ };
 
 struct FitBoxLoad {
     std::string name{};
-    Vec3d force_n{0, 0, -10};  ///< in total, spread evenly over the nodes
+    Vec3d force_n{0, 0, -10};  ///< total force, spread evenly over the nodes
     BoxFace face = BoxFace::HighZ;
-    double across = 0.5, along = 0.5;  ///< where on the face, 0…1 on its two axes in their order
+    double across = 0.5, along = 0.5;  ///< centre of the load on the face, 0…1 along its two axes
+                                       ///< in their order
     std::int32_t nodes_across = 2;     ///< loaded nodes on either axis
     double weight = 1;
     bool held_out = false;
 };
 
-/// Which links and cells have a value of their own.
+/// Partition of links and cells into groups.
 enum class FitBoxGroups {
     Uniform,     ///< "links"
     Kinds,       ///< "edges", "face diagonals", "body diagonals"
@@ -63,10 +64,11 @@ struct FitBox {
 
 struct FitBoxProblem {
     FitProblem problem;
-    /// k = 0.4·E·a without volume energy, µa and λ − µ with it; a of a cube of a cell's volume.
-    /// Methods start there. It is derived for cubic cells, and far off for others.
+    /// k = 0.4·E·a without volume energy; µa and λ − µ with it. a is the edge of a cube with a
+    /// cell's volume. Methods start there. It is derived for cubic cells, and inaccurate for
+    /// others.
     std::vector<double> closed_form;
-    bool cubic_cells = true;  ///< spacings that differ by less than 1 %
+    bool cubic_cells = true;  ///< whether spacings differ by less than 1 %
 };
 
 /// @returns InvalidArgument that names the field; Poisson's ratio must be above 1/4 for a volume

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Where voxels are in the world.
+// The map between voxels and the world.
 //
 //   world [mm, LPS] = origin_mm + direction · diag(spacing_mm) · ijk
 //

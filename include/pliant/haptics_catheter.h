@@ -1,20 +1,23 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// A catheter in the hand: the device is a rail on which the hand holds the base of the wire.
+// Force feedback of a catheter: the device is a rail on which the hand holds the base of the wire.
 //
 //     hand ●──/\/\/──■═══════ guide ═══════╗────────● tip        forward: into the vessel
 //          x   k_c   s                     ╚
 //
-// What the device goes along the rail is inserted, what it turns about it is rotated. Between the
-// hand at x and the wire's base at s is a virtual coupling k_c; the base goes to where the coupling
-// holds the wire's own force F, which it expects to change with s as it last did, by k_w:
+// Motion along the rail inserts the wire, rotation about the rail rotates it. A virtual coupling
+// k_c joins the hand at x to the wire's base at s. The base moves to s*, where the coupling
+// balances the wire's force F. F is extrapolated with the stiffness k_w of its last change:
 //
-//   k_c (x − s*) = F + k_w (s* − s)              the hand feels F + k_w (s* − s), and between two
-//                                                solutions k = k_c k_w/(k_c + k_w) ≤ k_c
+//   k_c (x − s*) = F + k_w (s* − s)
 //
-// So a wire that goes freely isn't felt, one that is stuck is as stiff as the coupling, and at rest
-// the hand feels F itself, the force at the wire's base. docs/haptics.md, "Catheters".
+// The hand feels F + k_w (s* − s). Between two solutions the stiffness is
+//
+//   k = k_c k_w/(k_c + k_w) ≤ k_c
+//
+// So a free wire isn't felt, and a stuck one is as stiff as the coupling. At rest the hand feels F,
+// the force at the wire's base. docs/haptics.md, "Catheters".
 
 #pragma once
 
@@ -24,12 +27,12 @@
 namespace pliant {
 
 struct CatheterFeelSettings {
-    Vec3d forward{0, 0, -1};    ///< along the rail, in the scene; unit
-    double coupling_n_m = 300;  ///< k_c; the servo caps it at what the device can do
-    double length_mm = 600;     ///< of the wire: no more can be inserted
-    double most_mm_s = 100;     ///< faster hands feel the coupling
+    Vec3d forward{0, 0, -1};    ///< direction of the rail in the scene; unit
+    double coupling_n_m = 300;  ///< k_c; the servo caps it at the device's limit
+    double length_mm = 600;     ///< length of the wire, the limit of insertion
+    double most_mm_s = 100;     ///< at higher speeds the hand feels the coupling
     double most_deg_s = 720;
-    double follow_s = 1.0 / 30;  ///< of the simulation, in which the base goes to s*
+    double follow_s = 1.0 / 30;  ///< simulation time in which the base goes to s*
 };
 
 class CatheterFeel {
@@ -37,7 +40,7 @@ class CatheterFeel {
     /// @returns InvalidArgument that names the setting
     static Result<CatheterFeel> create(const CatheterFeelSettings& settings);
 
-    /// The hand takes hold of the wire: from here on its ways are the wire's.
+    /// Couples the hand to the wire at their current positions.
     void take_hold(Vec3d tool_mm, double roll_rad, const CatheterMeasures& now);
     void let_go() { m_holds = false; }
     bool holds() const { return m_holds; }
@@ -45,21 +48,21 @@ class CatheterFeel {
     struct Motion {
         double insert_mm_s = 0, rotate_deg_s = 0;
     };
-    /// What the hand does to the wire until this is asked again. @pre holds()
-    /// @param now  what the simulation has come to
+    /// Speeds of the wire's base until the next call. @pre holds()
+    /// @param now  current measures of the simulation
     Motion follow(Vec3d tool_mm, double roll_rad, const CatheterMeasures& now);
-    /// What the hand feels; of one that holds nothing: no force.
+    /// Local model at the hand; without force if it holds no wire.
     HapticModel model(Vec3d tool_mm, const CatheterMeasures& now) const;
 
-    /// How far the hand is ahead of the wire's base.
+    /// Distance of the hand ahead of the wire's base.
     double ahead_mm(Vec3d tool_mm, const CatheterMeasures& now) const;
-    /// k_w.
+    /// Estimated stiffness k_w of the wire.
     double wire_n_m() const { return 1000 * m_wire_n_mm; }
 
   private:
-    /// What becomes of a hand ahead of the wire's base.
+    /// Response to the distance between the hand and the wire's base.
     struct Pull {
-        double way_mm = 0;  ///< that the base is to go
+        double way_mm = 0;  ///< motion of the base to s*
         double felt_n = 0, stiffness_n_mm = 0;
     };
     explicit CatheterFeel(const CatheterFeelSettings& settings) : m_settings(settings) {}
@@ -67,13 +70,13 @@ class CatheterFeel {
     void learn(const CatheterMeasures& now);
 
     CatheterFeelSettings m_settings;
-    bool m_holds = false, m_moves = false;    ///< the wire; its base is on its way
-    Vec3d m_first_mm{0, 0, 0};                ///< where the hand took hold
-    double m_start_mm = 0, m_start_deg = 0;   ///< of the wire, then
-    double m_roll_deg = 0, m_turned_deg = 0;  ///< of the hand: as read last; since then
-    double m_time_s = 0, m_span_s = 0;        ///< of the last follow(), and until the next
+    bool m_holds = false, m_moves = false;    ///< the hand holds the wire; the base is moving
+    Vec3d m_first_mm{0, 0, 0};                ///< position of the hand at the start of the hold
+    double m_start_mm = 0, m_start_deg = 0;   ///< of the wire at the start of the hold
+    double m_roll_deg = 0, m_turned_deg = 0;  ///< of the hand: last reading; sum since the start
+    double m_time_s = 0, m_span_s = 0;        ///< time of the last follow(), and its period
     double m_wire_n_mm = 0;                   ///< k_w
-    double m_known_mm = 0, m_known_n = 0;     ///< F at some s before
+    double m_known_mm = 0, m_known_n = 0;     ///< F at an earlier s
 };
 
 }  // namespace pliant

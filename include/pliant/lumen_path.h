@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The way through a lumen from one place to another, along the middle: no segmentation, just the
-// threshold that the pictures are drawn with (docs/lumen_path.md).
+// A path along the middle of a lumen between two points. It needs no segmentation, only the
+// threshold of the pictures (docs/lumen_path.md).
 
 #pragma once
 
@@ -20,27 +20,28 @@ namespace pliant {
 struct LumenPathSettings {
     double iso_hu = -500;
     Polarity polarity = Polarity::Rising;
-    /// An end in the tissue, as a click on a wall is, is moved into a lumen this near [mm].
+    /// An end in the tissue, for example a click on a wall, is moved into a lumen within this
+    /// distance [mm].
     double reach_mm = 0;
-    double spacing_mm = 2;  ///< between the way's points, at most
-    /// Voxels that may be looked at before the search is given up; 13 bytes each.
+    double spacing_mm = 2;  ///< maximal distance between the path's points
+    /// Limit of visited voxels; 13 bytes each.
     std::int64_t max_voxels = 48'000'000;
-    std::function<bool()> give_up{};  ///< asked now and then; may be empty
+    std::function<bool()> give_up{};  ///< polled now and then; may be empty
 };
 
 struct LumenPath {
-    std::vector<Vec3d> points_mm;   ///< LPS, from the one end to the other
+    std::vector<Vec3d> points_mm;   ///< LPS, from start to end
     std::vector<double> radius_mm;  ///< distance of each point to the wall
     double length_mm = 0;
 };
 
-/// The shortest route that keeps a little off the walls, led to the middle of the lumen along it.
-/// It stays in the lumen, and is the same for any number of threads. Of the volume, only what is
-/// about as near as the other end is looked at.
+/// Finds the shortest path that keeps some distance from the walls, then centres it in the lumen.
+/// The path stays in the lumen, and is equal for any number of threads. The search visits only
+/// voxels up to about the distance of the other end.
 /// @pre the volume doesn't change meanwhile
-/// @returns InvalidArgument if an end is outside the volume or in the tissue (the message says how
-///          far from the lumen), NotFound if no way leads from one to the other, LimitExceeded if
-///          max_voxels are not enough or give_up said so. Messages begin with "from" or "to"
+/// @returns InvalidArgument if an end is outside of the volume or in the tissue (the message has
+///          the distance to the lumen), NotFound if the ends aren't connected, LimitExceeded if
+///          max_voxels are not enough or give_up returned true. Messages begin with "from" or "to"
 Result<LumenPath> find_lumen_path(const Volume& volume, Vec3d from_mm, Vec3d to_mm,
                                   const LumenPathSettings& settings, const TaskArena& arena);
 

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Meshes as plain values: hexahedra, tetrahedra, triangles. Nodes are places in the world, elements
-// name their corners. Hexahedra have VTK's corner order:
+// Meshes as plain values: hexahedra, tetrahedra, triangles. Nodes are positions in the world; cells
+// are lists of corners. Hexahedra have VTK's corner order:
 //
 //        7───────6        local axes   face   its corners, outward by the right hand
 //       /|      /|         t            0     −r: 0 4 7 3
@@ -37,8 +37,7 @@ struct HexMesh {
 
 struct TetMesh {
     std::vector<Vec3d> nodes_mm;
-    /// Positive: the last corner sees the other three counter-clockwise from behind, (b−a)×(c−a)
-    /// points to it.
+    /// Positive orientation: (b−a)×(c−a) points to the last corner.
     std::vector<std::array<std::int32_t, 4>> cells;
 };
 
@@ -47,11 +46,11 @@ struct TriangleMesh {
     std::vector<std::array<std::int32_t, 3>> cells;
 };
 
-/// A box of nodes along the world's axes, i fastest: what large regular solids are made of.
+/// Box of nodes along the world's axes, i fastest, for large regular solids.
 struct HexLattice {
-    Vec3i size{2, 2, 2};  ///< nodes along x, y, z; cells are one fewer
+    Vec3i size{2, 2, 2};  ///< nodes along x, y, z; one cell less
     Vec3d spacing_mm{1, 1, 1};
-    Vec3d origin_mm{0, 0, 0};  ///< of node (0, 0, 0)
+    Vec3d origin_mm{0, 0, 0};  ///< position of node (0, 0, 0)
 };
 
 constexpr std::int64_t node_count(const HexLattice& l) {
@@ -73,18 +72,19 @@ std::array<std::int32_t, 8> cell_corners(const HexLattice& lattice, std::int32_t
 /// @returns InvalidArgument that names the field; at most 2³⁰ nodes
 Status check_lattice(const HexLattice& lattice);
 
-// The lattice must be one that check_lattice accepts.
+// @pre check_lattice accepts the lattice.
 
-/// Nodes and cells keep their numbers.
+/// Converts a lattice. Nodes and cells keep their numbers.
 HexMesh hex_mesh(const HexLattice& lattice);
-/// Six tetrahedra per cell around the diagonal from corner 0 to corner 6, so that neighbours fit.
+/// Splits each cell into six tetrahedra around the diagonal from corner 0 to corner 6, so that
+/// neighbours conform.
 TetMesh tet_mesh(const HexLattice& lattice);
 /// A sheet in the plane z = 0 where each inner node has six neighbours [Choi2004, 4.1]: rows of
 /// equilateral triangles, every second row shifted by half of a side.
 /// @pre columns, rows ≥ 2
 TriangleMesh triangle_sheet(int columns, int rows, double side_mm);
 
-/// One of a hexahedron's six quadrilaterals, see above.
+/// One of a hexahedron's six quadrilaterals; see the drawing.
 struct HexFace {
     std::int32_t cell = 0;
     int face = 0;
@@ -93,33 +93,33 @@ struct HexFace {
 inline constexpr int kHexFaceCorners[6][4] = {{0, 4, 7, 3}, {1, 2, 6, 5}, {0, 1, 5, 4},
                                               {3, 7, 6, 2}, {0, 3, 2, 1}, {4, 5, 6, 7}};
 
-/// Faces that belong to one cell only, in the cells' order.
+/// Faces of one cell only, in the order of the cells.
 std::vector<HexFace> boundary_faces(const HexMesh& mesh);
 /// The boundary, each quadrilateral as two triangles; unused nodes are left out.
 TriangleMesh boundary_triangles(const HexMesh& mesh);
 
-/// For each node the number of its connected piece, from 0 in the order of their first nodes;
-/// nodes that no cell uses are pieces of their own. @pre check_cells accepts the mesh
+/// For each node, the number of its connected piece, from 0 in the order of their first nodes. A
+/// node without cells is a piece. @pre check_cells accepts the mesh
 std::vector<std::int32_t> pieces(const HexMesh& mesh);
 std::vector<std::int32_t> pieces(const TetMesh& mesh);
 std::vector<std::int32_t> pieces(const TriangleMesh& mesh);
 
-/// Flatter elements are refused: determinant at a corner (of triangles: the cross product) over the
-/// product of the lengths of the edges there.
+/// Flatter cells are refused. Ratio of the determinant at a corner (triangles: the cross product)
+/// to the product of the lengths of the edges there.
 inline constexpr double kFlattestCorner = 1e-6;
 
-/// Whether each cell can be worked with: its nodes exist, are finite and distinct, and it is
-/// neither inverted nor flat. @returns InvalidArgument that names the cell and node
+/// Checks each cell: its nodes exist, are finite and distinct, and it is neither inverted nor flat.
+/// @returns InvalidArgument that names the cell and node
 Status check_cells(const HexMesh& mesh);
 Status check_cells(const TetMesh& mesh);
 Status check_cells(const TriangleMesh& mesh);
 
-/// The same, and that each node is used and all is one piece.
+/// Also checks that each node is used and the mesh is one piece.
 Status check_mesh(const HexMesh& mesh);
 Status check_mesh(const TetMesh& mesh);
 Status check_mesh(const TriangleMesh& mesh);
 
-/// Vectors or numbers at the nodes or in the cells, for a file.
+/// Named vectors or numbers at the nodes or in the cells of a file.
 struct VtuVectors {
     std::string name;
     std::span<const Vec3d> values;
@@ -133,9 +133,9 @@ struct VtuFields {
     std::vector<VtuNumbers> cell_numbers{};
 };
 
-/// VTK's XML file of an unstructured grid, which ParaView and 3D Slicer open: numbers as 64-bit
-/// floats, appended in base64. Appears whole or not at all.
-/// @returns InvalidArgument for a field whose length is wrong or a cell with an unknown node,
+/// Writes VTK's XML file of an unstructured grid, for ParaView and 3D Slicer: 64-bit floats,
+/// appended in base64. Atomic.
+/// @returns InvalidArgument for a field of the wrong length or a cell with an unknown node,
 ///          Unwritable
 Status write_vtu(const std::filesystem::path& path, const HexMesh& mesh,
                  const VtuFields& fields = {});

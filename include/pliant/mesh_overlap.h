@@ -1,9 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Which nodes of a deforming mesh are inside of tetrahedra that they don't belong to: where bodies,
-// or parts of one, have gone through each other. Found by hashing the cells of a grid
-// [Teschner2003].
+// Self-collision of a deforming mesh: finds nodes inside of tetrahedra that don't contain them,
+// where bodies or parts of one interpenetrate. Uses spatial hashing of a grid [Teschner2003].
 //
 //   OverlapSearch search(mesh);                  // two vessels in one mesh
 //   for (const NodeInCell& n : search.find(places)) …n.node, n.cell
@@ -26,13 +25,13 @@ struct NodeInCell {
 
 class OverlapSearch {
   public:
-    /// The grid's cells are as long as the mesh's edges are on the average. Positive and inverted
-    /// tetrahedra are searched alike; flat ones hold nothing.
-    /// @pre check_cells(mesh).ok()
+    /// The grid's cell size is the mean edge length of the mesh. Positive and inverted tetrahedra
+    /// are searched alike; flat ones contain no points.
     explicit OverlapSearch(const TetMesh& mesh);
 
-    /// By cell, then by node, until the next call. A node on a face is inside; one whose place is
-    /// no number is nowhere. @pre places.size() is the number of the mesh's nodes
+    /// Returns pairs by cell, then by node, valid until the next call. A node on a face is inside;
+    /// a node with a position that isn't finite is skipped. @pre places.size() is the number of the
+    /// mesh's nodes
     std::span<const NodeInCell> find(std::span<const Vec3d> places);
 
   private:
@@ -52,7 +51,8 @@ class OverlapSearch {
     std::vector<NodeInCell> m_found;
 };
 
-/// Whether a place is inside of a tetrahedron or on its boundary; never where that is flat.
+/// Whether a position is inside of a tetrahedron or on its boundary; false if the tetrahedron is
+/// flat.
 bool is_inside_tetrahedron(Vec3d place, const std::array<Vec3d, 4>& corners);
 
 }  // namespace pliant

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// How good tetrahedra are, what bounds them, and points that ride on them.
+// Quality and boundary of tetrahedral meshes, and points embedded in them.
 
 #pragma once
 
@@ -14,49 +14,48 @@
 
 namespace pliant {
 
-/// Faces that only one tetrahedron has, outward, by the mesh's own nodes, in the cells' order.
-/// @param[out] cells  the tetrahedron of each; may be null
+/// Faces of one tetrahedron only, outward, with the mesh's node numbers, in the order of the cells.
+/// @param[out] cells  tetrahedron of each face; may be null
 std::vector<std::array<std::int32_t, 3>> boundary_faces(const TetMesh& mesh,
                                                         std::vector<std::int32_t>* cells = nullptr);
-/// The same as a mesh of its own. @param[out] nodes  the tetrahedral mesh's node of each; may be
+/// Boundary as a separate mesh. @param[out] nodes  the tetrahedral mesh's node for each; may be
 /// null
 TriangleMesh boundary_triangles(const TetMesh& mesh, std::vector<std::int32_t>* nodes = nullptr);
-/// Some of a mesh's triangles, with the nodes that they use in their order.
+/// Extracts triangles, with the nodes that they use in their order.
 TriangleMesh part_of(std::span<const Vec3d> nodes_mm,
                      std::span<const std::array<std::int32_t, 3>> triangles,
                      std::vector<std::int32_t>* nodes = nullptr);
 
 struct TetQuality {
     std::int64_t nodes = 0, tetrahedra = 0;
-    std::int64_t inverted = 0;  ///< of no or negative volume
+    std::int64_t inverted = 0;  ///< of zero or negative volume
     double volume_mm3 = 0;
     double least_dihedral_deg = 180, largest_dihedral_deg = 0;
     double least_radius_ratio = 1;  ///< 3 · inscribed / circumscribed radius, 1 where regular
     double mean_radius_ratio = 0;
     double shortest_edge_mm = 0, longest_edge_mm = 0;
     std::int64_t pieces = 0;
-    std::int64_t crowded_faces = 0;  ///< of three tetrahedra or more
+    std::int64_t crowded_faces = 0;  ///< shared by three or more tetrahedra
     SurfaceTopology boundary;
 };
 /// @pre the cells name nodes that exist
 TetQuality tet_quality(const TetMesh& mesh);
-/// Whether simulation can work with it: no inverted cells, and a boundary that is a closed
-/// manifold.
-/// @returns InvalidArgument that says what was found
+/// Checks that a mesh suits simulation: no inverted cells, and a closed manifold boundary.
+/// @returns InvalidArgument that names the fault
 Status check_quality(const TetQuality& quality);
-/// For people, a line each, without a newline at the end.
+/// Readable text, one line per figure, without a newline at the end.
 std::string describe(const TetQuality& quality);
 
-/// The same cells without nodes that none of them uses.
+/// Removes unused nodes.
 TetMesh with_used_nodes(const TetMesh& mesh);
-/// Takes cells away where the boundary touches itself in an edge or a node, until it is a manifold.
-/// @returns how many went
+/// Removes cells at edges and nodes where the boundary touches itself, until it is a manifold.
+/// @returns number of removed cells
 std::int64_t make_manifold(TetMesh& mesh);
 
-/// A point that rides on a tetrahedron: the weighted mean of its corners.
+/// A point embedded in a tetrahedron: the weighted mean of its corners.
 struct Embedded {
     std::int32_t tetrahedron = 0;
-    std::array<double, 4> weights{};  ///< sum 1; some negative where the point is a little outside
+    std::array<double, 4> weights{};  ///< sum 1; some are negative if the point is slightly outside
 };
 constexpr Vec3d place_of(const Embedded& e, const TetMesh& mesh) {
     Vec3d sum{0, 0, 0};
@@ -65,7 +64,7 @@ constexpr Vec3d place_of(const Embedded& e, const TetMesh& mesh) {
               e.weights[n] * mesh.nodes_mm[std::size_t(mesh.cells[std::size_t(e.tetrahedron)][n])];
     return sum;
 }
-/// The tetrahedron that holds each point, or the nearest one. Of several the first.
+/// Finds the tetrahedron that contains each point, or the nearest one; the first of several.
 /// @pre the mesh has cells, none inverted or flat
 std::vector<Embedded> embed(std::span<const Vec3d> points_mm, const TetMesh& mesh,
                             const TaskArena& arena);

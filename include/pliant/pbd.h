@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Position-based dynamics: particles and constraints between them, projected one after the other in
-// small sub-steps [Mueller2007, Macklin2016, Macklin2019].
+// Position-based dynamics: particles and constraints, projected one after the other in small
+// sub-steps [Mueller2007, Macklin2016, Macklin2019].
 //
 //   PbdParts parts = *pbd_of_mesh(mesh, {.density = 1000, .edge_compliance = 1e-5});
 //   parts.inverse_masses[0] = 0;                                // held
@@ -10,7 +10,7 @@
 //   body->step(100, arena);
 //   Vec3d place = body->position(7);
 //
-// Any consistent units will do. docs/pbd.md says what each constraint is, and what it costs.
+// Any consistent units apply. docs/pbd.md defines each constraint and its cost.
 
 #pragma once
 
@@ -28,24 +28,24 @@
 
 namespace pliant {
 
-/// How far a constraint gives way.
-///   Compliance α: energy C²/2α, whatever the step and the number of iterations [Macklin2016].
-///   Stiffness k: the share of C that each projection takes away, 0…1 [Mueller2007, VesselPbd2016].
+/// Softness of a constraint.
+///   Compliance α: energy C²/2α, for every step and number of iterations [Macklin2016].
+///   Stiffness k: the share of C that each projection removes, 0…1 [Mueller2007, VesselPbd2016].
 enum class PbdMethod { Compliance, Stiffness };
 
 /// C = distance of two nodes − rest length; α in length/force.
 struct PbdDistance {
     std::array<std::int32_t, 2> nodes{};
-    double rest_length = -1;  ///< below 0: that of the rest places
+    double rest_length = -1;  ///< negative: the distance at rest
     double compliance = 0;
     double stiffness = 1;
 };
 
-/// C = angle between the triangles (0, 1, 2) and (1, 0, 3) − rest angle, 0 where they are flat; α
-/// in 1/(force · length).
+/// C = angle between the triangles (0, 1, 2) and (1, 0, 3) − rest angle; 0 is flat; α in 1/(force ·
+/// length).
 struct PbdBend {
     std::array<std::int32_t, 4> nodes{};  ///< the common edge, then the two other corners
-    double rest_angle = std::numeric_limits<double>::quiet_NaN();  ///< NaN: of the rest places
+    double rest_angle = std::numeric_limits<double>::quiet_NaN();  ///< NaN: the angle at rest
     double compliance = 0;
     double stiffness = 1;
 };
@@ -53,7 +53,7 @@ struct PbdBend {
 /// C = volume − rest volume [VesselPbd2016, Eq. 2]; α is volume/bulk modulus.
 struct PbdVolume {
     std::array<std::int32_t, 4> nodes{};
-    double rest_volume = -1;  ///< below 0: that of the rest places
+    double rest_volume = -1;  ///< negative: the volume at rest
     double compliance = 0;
     double stiffness = 1;
 };
@@ -65,23 +65,23 @@ struct PbdSolid {
     double poisson_ratio = 0.45;  ///< above 0 and below 0.5
 };
 
-/// Σ weight · place = target, for all three axes. The force on the body is attachment_force().
+/// Σ weight · position = target on all three axes. attachment_force() is the force on the body.
 struct PbdAttachment {
-    std::array<std::int32_t, 4> nodes{};  ///< a node with weight 0 isn't looked at
+    std::array<std::int32_t, 4> nodes{};  ///< a node with weight 0 is ignored
     std::array<double, 4> weights{1, 0, 0, 0};
     Vec3d target{0, 0, 0};
     double compliance = 0;
 };
 
-/// Particles stay on the side that the normal points to.
+/// Particles stay on the side to which the normal points.
 struct PbdPlane {
     Vec3d point{0, 0, 0}, normal{0, 0, 1};
-    double friction = 0;  ///< Coulomb's
+    double friction = 0;  ///< Coulomb friction coefficient
 };
 
 struct PbdParts {
-    std::vector<Vec3d> places{};           ///< at rest
-    std::vector<double> inverse_masses{};  ///< 0: held where it is put
+    std::vector<Vec3d> places{};           ///< rest positions
+    std::vector<double> inverse_masses{};  ///< 0: fixed
     std::vector<PbdDistance> distances{};
     std::vector<PbdBend> bends{};
     std::vector<PbdVolume> volumes{};
@@ -91,30 +91,32 @@ struct PbdParts {
 };
 
 enum class PbdNumbers {
-    Float,   ///< places and constraints as 32-bit floats, in vectors
-    Double,  ///< as 64-bit floats, one by one: where compliances are tiny, or to compare with
+    Float,   ///< 32-bit floats, vectorised
+    Double,  ///< 64-bit floats, scalar: for tiny compliances and comparisons
 };
 
 struct PbdSettings {
     double time_step = 1.0 / 60;
     std::int32_t sub_steps = 10;
-    std::int32_t iterations = 1;  ///< of each sub-step; one is enough where sub-steps are small
+    std::int32_t iterations = 1;  ///< per sub-step; one is enough for small sub-steps
     Vec3d gravity{0, 0, 0};
     double damping = 0;  ///< of velocities, in 1/time
     PbdMethod method = PbdMethod::Compliance;
     PbdNumbers numbers = PbdNumbers::Float;
-    bool vectors = true;                   ///< vector instructions; the bits are the same without
-    std::int32_t domain_particles = 1024;  ///< about as many stay in the first cache together
-    /// Every second iteration of a sub-step goes through all constraints in the opposite order;
-    /// there must be an even number of iterations. Always in the same order, many hard constraints
-    /// begin to shake by themselves (docs/pbd.md).
+    bool vectors = true;                   ///< vector instructions; the scalar code gives the same
+                                           ///< bits
+    std::int32_t domain_particles = 1024;  ///< particles per domain, such that a domain fits the L1
+                                           ///< cache
+    /// Alternating sweeps: every second iteration of a sub-step visits all constraints in the
+    /// opposite order; needs an even number of iterations. In a constant order, many hard
+    /// constraints can start to oscillate (docs/pbd.md).
     bool to_and_fro = false;
-    /// How fast [1/time] a load that lasts stops showing in hard volumes: the share of its error by
-    /// which each one's target is moved the other way. At most the damping, or they begin to
-    /// shake; 0: not at all. Volumes with a compliance are left as they are.
+    /// Rate [1/time] at which hard volumes recover under a lasting load: the share of the volume
+    /// error by which the target moves the other way. At most the damping, otherwise they can
+    /// oscillate; 0: none. Volumes with a compliance are unchanged.
     double volume_recovery = 0;
-    /// Where much is held, pack the rest anew: faster, but in another order, on which a body that
-    /// sub-steps don't solve depends.
+    /// Repacks the free constraints if many particles are held: faster, but the order changes,
+    /// which affects bodies that the sub-steps don't solve completely.
     bool packs_anew = false;
 };
 
@@ -134,34 +136,36 @@ class PbdBody {
     /// Replaces the step settings. @returns InvalidArgument for settings that create refuses
     Status set_time_step(double time_step);
 
-    /// @returns LimitExceeded, and everything as it was before this call's last step, where a place
-    ///          is no number any more, or where memory is short
+    /// @returns LimitExceeded if a position is no longer finite or memory is short; then the failed
+    ///          step changes nothing
     Status step(std::int32_t count, const TaskArena& arena);
 
     std::int32_t particle_count() const;
     Vec3d position(std::int32_t particle) const;
     Vec3d velocity(std::int32_t particle) const;
     double inverse_mass(std::int32_t particle) const;
-    /// All places. @pre positions.size() == particle_count()
+    /// Copies all positions. @pre positions.size() == particle_count()
     void get_positions(std::span<Vec3d> positions) const;
 
     Status set_state(std::int32_t particle, Vec3d position, Vec3d velocity);
-    /// 0 holds the particle from now on.
+    /// Changes a particle's mass. 0 fixes the particle.
     Status set_inverse_mass(std::int32_t particle, double inverse_mass);
-    /// Forces on particles, instead of those before, until they are changed.
+    /// Sets the forces on particles and removes the previous ones. They last until the next call.
     Status load(std::span<const std::int32_t> particles, std::span<const Vec3d> forces);
     Status move_attachment(std::int32_t attachment, Vec3d target);
 
     /// λ/h² of the last sub-step: minus the tension of a distance, minus the moment of a bend, the
-    /// pressure of a volume. Where all is held around, as it was when that began.
+    /// pressure of a volume. Constraints between held particles keep their last value.
     /// @pre a constraint of a kind other than Solid
     double multiplier(PbdKind kind, std::int32_t constraint) const;
-    /// On the body.
+    /// Force of the attachment on the body.
     Vec3d attachment_force(std::int32_t attachment) const;
-    /// Of all constraints but attachments on each particle, with the last sub-step's multipliers.
+    /// Force on each particle of all constraints except attachments, from the last sub-step's
+    /// multipliers.
     std::vector<Vec3d> constraint_forces() const;
 
-    /// Of all places: equal for every number of threads, with and without vectors.
+    /// Hash of all positions, equal for any number of threads, with and without vector
+    /// instructions.
     std::uint64_t hash() const;
 
   private:
@@ -171,32 +175,32 @@ class PbdBody {
     std::unique_ptr<Impl> m_impl;
 };
 
-/// How far tetrahedra are from their rest volume.
+/// Deviation of tetrahedra from their rest volume.
 struct VolumeChange {
     double total = 0;    ///< of the sum, relative
-    double mean = 0;     ///< of each one's size of the change, relative to its own rest volume
-    double largest = 0;  ///< the same
+    double mean = 0;     ///< mean of the absolute relative changes
+    double largest = 0;  ///< largest absolute relative change
 };
-/// Of the parts' volumes and solids. @pre positions.size() == parts.places.size()
+/// Volume change of the parts' volumes and solids. @pre positions.size() == parts.places.size()
 VolumeChange volume_change(const PbdParts& parts, std::span<const Vec3d> positions);
 
-/// Tissue, before it is made of a mesh.
+/// Material for pbd_of_mesh.
 struct PbdMaterial {
     double density = 1;
     double edge_compliance = 0;    ///< of each edge
     double volume_compliance = 0;  ///< of each tetrahedron
     double bend_compliance = 0;    ///< of each edge of the boundary
     bool edges = true, volumes = true, bends = false;
-    bool solids = false;  ///< neo-Hookean tetrahedra, best without the others
+    bool solids = false;  ///< neo-Hookean tetrahedra, best as the only constraints
     double young_modulus = 1e5, poisson_ratio = 0.45;
 };
-/// A particle for each node, with a quarter of its tetrahedra's mass. Edges come once each, in
-/// lexical order; bends where two triangles of the boundary share an edge.
+/// Makes a particle of each node, with a quarter of its tetrahedra's mass. Each edge occurs once,
+/// in lexical order. Bends join two boundary triangles with a common edge.
 /// @returns InvalidArgument that names the mesh's cell or the material's field
 Result<PbdParts> pbd_of_mesh(const TetMesh& mesh, const PbdMaterial& material);
 
-/// Cubes of five tetrahedra, mirrored in turn so that they fit: what position-based solvers are
-/// timed with. Nodes x fastest. @pre cells and side above 0
+/// Block of cubes with five tetrahedra each, mirrored alternately so that they conform: the usual
+/// benchmark of position-based solvers. Nodes x fastest. @pre cells and side above 0
 TetMesh five_tet_block(Vec3i cells, double side);
 
 }  // namespace pliant

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Test scans from analytic shapes, in Hounsfield units, the same on every machine.
+// Test scans from analytic shapes, in Hounsfield units, identical on every machine.
 
 #pragma once
 
@@ -16,21 +16,21 @@
 
 namespace pliant {
 
-/// A good place to push a phantom, and to look at it from [mm, LPS].
+/// A recommended push and view of a phantom [mm, LPS].
 struct PhantomLandmark {
     std::string name;     ///< "carina", "septum", …
     Vec3d push_point_mm;  ///< on the tissue's surface
-    Vec3d push_mm;        ///< a push that shows well
-    Vec3d eye_mm;         ///< in the lumen, with the pushed place in view
+    Vec3d push_mm;        ///< a push with a clear effect
+    Vec3d eye_mm;         ///< in the lumen, with the pushed point in view
     Vec3d look;           ///< unit vector from the eye
 };
 
 struct PhantomSettings {
     std::string name;           ///< one of phantom_names()
     Vec3i size{128, 128, 128};  ///< voxels
-    /// [mm]; zero: the phantom's own extent divided by the size
+    /// [mm]; zero: the phantom's extent divided by the size
     Vec3d spacing_mm{0, 0, 0};
-    Mat3d direction = kIdentity3;  ///< the grid's axes in LPS; the shapes stay where they are
+    Mat3d direction = kIdentity3;  ///< axes of the grid in LPS; the shapes don't rotate
 };
 
 struct Phantom {
@@ -40,10 +40,10 @@ struct Phantom {
 
 std::span<const std::string_view> phantom_names();
 
-/// Makes a phantom. The shapes are fixed in the world; size, spacing and direction only say where
-/// they are sampled. Edges are anti-aliased: over one voxel in cube and layers, over two, as a
-/// scanner does, in the others.
-/// @returns InvalidArgument with the names that exist, or the field that is out of range
+/// Makes a phantom. The shapes are fixed in the world; size, spacing and direction define the
+/// sampling. Edges are anti-aliased: over one voxel in cube and layers, over two, as in a scanner,
+/// in the others.
+/// @returns InvalidArgument with the valid names, or the field that is out of range
 Result<Phantom> make_phantom(const PhantomSettings& settings, const TaskArena& arena,
                              const Progress& progress = {});
 

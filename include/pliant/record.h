@@ -2,13 +2,13 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // Settings as data. A table has one row for each field of a settings struct: name, unit, range and
-// a line of text; the default is the struct's own. Files, messages, range checks, help texts, the
-// tables of docs/ and the page's types are made from the rows.
+// a line of text. The default is the struct's own. Files, messages, range checks, help texts, the
+// tables of docs/ and the page's types are generated from the rows.
 //
 //   ChainMailSettings settings;
 //   Status changed = apply({{"offset", 0.1}, {"limits", "rounded"}}, chainmail_rows(), settings);
 //
-// A table is an array of rows; setting() takes the member, or the members that lead to it:
+// A table is an array of rows. setting() takes the member, or the path of members to it:
 //
 //   constexpr Setting<MySettings> kFields[] = {
 //       setting<&MySettings::stiffness_pa>({.name = "stiffness_pa", .unit = "Pa", .low = 1,
@@ -33,12 +33,12 @@
 
 namespace pliant {
 
-/// Value of a field. The first alternative stands for an optional field that is not set, and for
-/// text of a file that is none of the others.
+/// Value of a field. monostate is an optional field without a value, or text in a file of no other
+/// kind.
 using SettingValue = std::variant<std::monostate, bool, std::int64_t, double, std::string,
                                   std::vector<double>, std::vector<Vec3d>>;
 
-/// A value by the name of its field.
+/// A field's name and value.
 struct NamedValue {
     std::string name;
     SettingValue value;
@@ -56,61 +56,61 @@ enum class SettingKind {
     Flag,
     Whole,
     Number,
-    Text,     ///< any, or one of the choices
-    Choice,   ///< text that stands for a number from 0 on
-    Numbers,  ///< two or three; one number stands for three equal ones
-    Wholes,   ///< whole numbers, one or more
+    Text,     ///< free text, or one of the choices
+    Choice,   ///< text for an enumerator, numbered from 0
+    Numbers,  ///< two or three; one number means three equal ones
+    Wholes,   ///< one or more whole numbers
     Points,   ///< any number of points [mm, LPS]
 };
 
-/// A row without the struct that it belongs to.
+/// Row without its struct.
 struct SettingInfo {
-    std::string_view table{};  ///< of a settings file; empty: none
-    std::string_view key{};    ///< in that table; empty: the name
+    std::string_view table{};  ///< table of a settings file; empty: none
+    std::string_view key{};    ///< key in that table; empty: the name
     std::string_view name{};   ///< unique in the struct
     std::string_view unit{};   ///< empty: a pure number, a text or a flag
-    double low = -std::numeric_limits<double>::infinity();  ///< of each number
+    double low = -std::numeric_limits<double>::infinity();  ///< range of each number
     double high = std::numeric_limits<double>::infinity();
-    bool above_low = false;      ///< whether low itself is out of range
-    int count = 0;               ///< of Numbers
-    std::string_view choices{};  ///< with '|' between them
-    std::string_view text{};     ///< meaning, in one line
+    bool above_low = false;      ///< whether low is excluded
+    int count = 0;               ///< length of Numbers
+    std::string_view choices{};  ///< separated by '|'
+    std::string_view text{};     ///< meaning, one line
     SettingKind kind{};          ///< set by setting()
-    bool is_optional = false;    ///< likewise
+    bool is_optional = false;    ///< set by setting()
 
     constexpr std::string_view key_in_file() const { return key.empty() ? name : key; }
 };
 
-/// A row of the table of T.
+/// Row of the table of T.
 template <class T>
 struct Setting : SettingInfo {
-    SettingValue (*get)(const T&) = nullptr;  ///< choices as their number
+    SettingValue (*get)(const T&) = nullptr;  ///< choices as numbers
     /// @pre the value was returned by checked_value
     void (*set)(T&, const SettingValue& value) = nullptr;
 };
 template <class T>
 using SettingRows = std::span<const Setting<T>>;
 
-/// Name in messages: "[material] offset", or the name alone where there is no table.
+/// Name in messages: "[material] offset", or the name alone without a table.
 std::string title_of(const SettingInfo& field);
 /// Range or choices: "0 to 500 mm", "\"box\" or \"rounded\"".
 std::string expected_of(const SettingInfo& field);
-/// A value as in a TOML file, with the shortest digits that give the same number again.
+/// A value in TOML syntax, with the shortest digits that round-trip.
 std::string toml_text(const SettingValue& value);
 
 /// Converts a value to the kind of a field: whole numbers to numbers, one number to a list, the
 /// text of a choice to its number.
-/// @returns InvalidArgument where the kind is another
+/// @returns InvalidArgument for an inconvertible kind
 Result<SettingValue> value_of_kind(const SettingInfo& field, SettingValue value);
-/// @param value  as value_of_kind returns it
-/// @returns InvalidArgument where it is outside of the range
+/// @param value  result of value_of_kind
+/// @returns InvalidArgument if it is out of range
 Status check_range(const SettingInfo& field, const SettingValue& value);
-/// Both.
+/// Both: value_of_kind, then check_range.
 Result<SettingValue> checked_value(const SettingInfo& field, SettingValue value);
-/// A stored value with the text of a choice instead of its number.
+/// Converts a stored choice to its text; other values are unchanged.
 SettingValue shown_value(const SettingInfo& field, SettingValue stored);
 
-/// Error about a name that no row has. @param names  of all rows
+/// Error about an unknown name. @param names  of all rows
 Error unknown_setting(std::string_view name, const std::string& names);
 
 template <class T>
@@ -120,13 +120,13 @@ const Setting<T>* find_setting(std::string_view name, SettingRows<T> rows) {
     return nullptr;
 }
 
-/// Value of a field: choices as text.
+/// Value of a field, choices as text.
 template <class T>
 SettingValue value_of(const T& object, const Setting<T>& field) {
     return shown_value(field, field.get(object));
 }
 
-/// Sets a field. @returns InvalidArgument, and the object is as it was
+/// Sets a field. @returns InvalidArgument, and the object is unchanged
 template <class T>
 Status assign(T& object, const Setting<T>& field, SettingValue value) {
     Result<SettingValue> checked = checked_value(field, std::move(value));
@@ -135,7 +135,7 @@ Status assign(T& object, const Setting<T>& field, SettingValue value) {
     return Ok{};
 }
 
-/// Holds all settings against their ranges.
+/// Checks all settings against their ranges.
 template <class T>
 Status check(const T& object, SettingRows<T> rows) {
     for (const Setting<T>& field : rows)
@@ -143,7 +143,7 @@ Status check(const T& object, SettingRows<T> rows) {
     return Ok{};
 }
 
-/// All settings by name; optional ones only where they are set.
+/// All settings by name, without optional ones that aren't set.
 template <class T>
 Record record_of(const T& object, SettingRows<T> rows) {
     Record record;
@@ -155,7 +155,7 @@ Record record_of(const T& object, SettingRows<T> rows) {
 }
 
 /// Sets the named settings of an object, all or none.
-/// @returns InvalidArgument that names the field, also one that is unknown
+/// @returns InvalidArgument that names the field, for unknown names too
 template <class T>
 Status apply(const Record& record, std::type_identity_t<SettingRows<T>> rows, T& object) {
     T changed = object;
@@ -173,7 +173,7 @@ Status apply(const Record& record, std::type_identity_t<SettingRows<T>> rows, T&
     return Ok{};
 }
 
-/// How rows reach the members of a struct.
+/// Access of rows to the members of a struct.
 namespace record {
 
 template <class Value>
@@ -256,7 +256,7 @@ auto& member(T& object) {
 
 }  // namespace record
 
-/// Makes a row for the member that First and Rest lead to.
+/// Makes a row for the member at the path First, Rest.
 template <auto First, auto... Rest>
 constexpr auto setting(SettingInfo info) {
     using T = decltype(record::owner(First));

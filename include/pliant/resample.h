@@ -1,12 +1,12 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// From the deformed lattice back to the grid.
+// Resampling of the deformed lattice to the grid.
 //
-// The new value at grid point p is the original scan's value at φ⁻¹(p), where φ(X) = X + u(X). It
-// is always the original that is read, so repeated pushes don't blur.
+// The new value at grid point p is the original scan's value at φ⁻¹(p), where φ(X) = X + u(X). The
+// source is always the original, so repeated pushes don't blur.
 //
-// Where memory runs out, functions return LimitExceeded.
+// If memory runs out, functions return LimitExceeded.
 
 #pragma once
 
@@ -20,18 +20,18 @@
 
 namespace pliant {
 
-/// A scan whose elements move, whatever moves them: all that the resampler asks of a tissue.
+/// A scan with moving elements: the resampler's interface to a tissue model.
 class MovingScan {
   public:
     virtual ~MovingScan() = default;
-    virtual const Volume& volume() const = 0;  ///< at rest
+    virtual const Volume& volume() const = 0;  ///< rest state
     virtual const Lattice& lattice() const = 0;
     virtual const TaskArena& arena() const = 0;
-    /// Moves the elements to where the tissue is now, if they don't follow it all the time.
+    /// Brings the elements up to date with the tissue, if they don't follow continuously.
     virtual Status update_lattice() const { return Ok{}; }
 };
 
-/// ChainMail's elements. Keeps a reference.
+/// MovingScan of a ChainMail. Keeps a reference.
 class ChainMailScan : public MovingScan {
   public:
     explicit ChainMailScan(const ChainMail& tissue) : m_tissue(tissue) {}
@@ -43,60 +43,60 @@ class ChainMailScan : public MovingScan {
     const ChainMail& m_tissue;
 };
 
-/// How φ⁻¹ is found inside a deformed cell.
+/// Method that computes φ⁻¹ inside of a deformed cell.
 enum class Mapping {
-    Cells,  ///< the trilinear map of the whole cell, inverted in vectors; the value is trilinear
-            ///< too
-    CellsScalar,  ///< the same in double precision, one voxel at a time: its readable twin
+    Cells,        ///< inverse of the cell's trilinear map, vectorised; the value is trilinear too
+    CellsScalar,  ///< the same in double precision, voxel by voxel: the readable reference
     Tetrahedra,   ///< twelve tetrahedra, barycentric [Draeger2005, 3.6.3]: the reference
 };
 
 struct Deformed {
-    Volume volume;  ///< on the grid of the original, with its key/value pairs
-    /// Smallest box with every voxel that was written; empty if nothing moved inside the scan.
+    Volume volume;  ///< on the original's grid, with its key/value pairs
+    /// Smallest box around all written voxels; empty if nothing moved inside of the scan.
     Box3i dirty_box;
     std::int64_t written_voxels = 0;
-    std::int64_t gap_voxels = 0;  ///< of these: covered by no cell, filled with air
+    std::int64_t gap_voxels = 0;  ///< written voxels that no cell covers, filled with air
     double resample_ms = 0;
-    /// φ⁻¹(p) − p [mm, LPS] for the voxels of dirty_box, i fastest; zero where p is at rest. Empty
-    /// unless asked for.
+    /// φ⁻¹(p) − p [mm, LPS] for the voxels of dirty_box, i fastest; zero at rest. Empty unless
+    /// requested.
     std::vector<Vec3f> inverse_mm;
 };
 
-/// Writes the deformed scan. The same bits for any number of threads.
+/// Computes the deformed scan. Bit-identical for any number of threads.
 Result<Deformed> deform_volume(const ChainMail& tissue, Mapping mapping = Mapping::Cells,
                                bool with_inverse = false) noexcept;
 Result<Deformed> deform_volume(const MovingScan& scan, Mapping mapping = Mapping::Cells,
                                bool with_inverse = false) noexcept;
 
-/// What one update of a LiveDeformation did.
+/// Result of one update of a LiveDeformation.
 struct LiveUpdate {
-    /// Boxes of voxels that may have changed: whole bricks of the lattice, cut to the scan, with
-    /// neighbours along i joined. Valid until the next update.
+    /// Boxes of voxels that may have changed: whole bricks of the lattice, clipped to the scan,
+    /// with neighbours along i joined. Valid until the next update.
     std::span<const Box3i> boxes;
-    /// Smallest box with every voxel that was computed; empty if there was none.
+    /// Smallest box around all computed voxels; empty if there are none.
     Box3i dirty_box;
-    std::int64_t written_voxels = 0;  ///< computed; voxels that are at rest again are put back too
-    std::int64_t gap_voxels = 0;      ///< of these: covered by no cell, filled with air
+    std::int64_t written_voxels = 0;  ///< computed voxels, without those restored to their rest
+                                      ///< value
+    std::int64_t gap_voxels = 0;      ///< computed voxels that no cell covers, filled with air
     double resample_ms = 0;
 };
 
-/// A deformed scan that is kept up to date while the tissue is pushed.
+/// Incrementally updated deformed scan.
 ///
 ///   Result<LiveDeformation> live = LiveDeformation::create(tissue);
 ///   tissue.push(…);
 ///   if (const Result<LiveUpdate> update = live->update())
 ///       for (const Box3i& box : update->boxes) show(live->volume(), box);
 ///
-/// The first update writes all that is deformed, each later one only what cells that changed since
-/// then have left or entered. After any number of updates the volume is, bit for bit, that of
-/// deform_volume(tissue). Once the largest deformation has been seen, an update allocates nothing.
+/// The first update writes all deformed voxels. Each later one writes only the voxels that changed
+/// cells have left or entered. After any number of updates, the volume is bit-identical to
+/// deform_volume(tissue). An update doesn't allocate unless the deformation is the largest so far.
 ///
-/// After an update that failed, the volume shows neither the state before nor the one after; the
-/// next one that succeeds writes all that is deformed, and its boxes hold all that was or is.
+/// After a failed update, the volume is in an intermediate state. The next successful update writes
+/// all deformed voxels, and its boxes contain all voxels that were or are deformed.
 class LiveDeformation {
   public:
-    /// Copies the scan, and keeps a reference: the tissue must outlive it, and stay where it is.
+    /// Copies the scan, and keeps a reference: the tissue must outlive it, at a constant address.
     static Result<LiveDeformation> create(const ChainMail& tissue) noexcept;
     static Result<LiveDeformation> create(const MovingScan& scan) noexcept;
     ~LiveDeformation();
@@ -104,30 +104,30 @@ class LiveDeformation {
     LiveDeformation& operator=(LiveDeformation&&) noexcept;
 
     Result<LiveUpdate> update() noexcept;
-    /// Puts the scan's voxels back, and forgets the state of the tissue: another may take its place
-    /// before the next update, whose boxes hold the voxels that were put back as well.
+    /// Restores the scan's voxels and discards the state of the tissue. Another tissue may then
+    /// replace it before the next update, whose boxes also contain the restored voxels.
     void start_over() noexcept;
     const Volume& volume() const;
 
-    /// Whether updates also keep, from now on, where each voxel's value came from: twelve bytes for
-    /// each voxel of the scan, of which those that were ever deformed become resident. Keeping
-    /// begins with writing all that is deformed once more, with the same values.
+    /// Switches the storage of each voxel's source position for future updates: twelve bytes per
+    /// voxel of the scan, resident for voxels that were ever deformed. Switching on rewrites all
+    /// deformed voxels with the same values.
     /// @pre nothing has changed since the last update
-    /// @returns whether they are kept; false also where there isn't enough memory
+    /// @returns whether sources are kept; false if memory is lacking
     bool keep_sources(bool keep) noexcept;
     bool keeps_sources() const;
     /// φ⁻¹(p) − p at a voxel p [mm, LPS]; 0 at rest, and in gaps. @pre keeps_sources()
     Vec3f source_offset_mm(Vec3i voxel) const;
-    /// The tissue that is shown.
+    /// The source of this deformation.
     const MovingScan& scan() const;
 
-    // Of the tissue that is shown at each voxel p of a box, i fastest. @pre keeps_sources(), and
-    // nothing has changed since the last update. @param[out] values  one for each
+    // Fields at the voxels p of a box, i fastest. @pre keeps_sources(), and
+    // nothing has changed since the last update. @param[out] values  one per voxel
 
-    /// How far it has moved, |p − φ⁻¹(p)| [mm]; 0 at rest, and in gaps.
+    /// Displacement |p − φ⁻¹(p)| [mm]; 0 at rest, and in gaps.
     void displacement_mm(const Box3i& box, std::span<float> values) const;
-    /// By how much it grew there: det ∂φ/∂X at φ⁻¹(p), of the trilinear map of the cell that the
-    /// voxel lies in. 1 where p has not moved, and in gaps; below 0 where space is inside out.
+    /// Volume ratio det ∂φ/∂X at φ⁻¹(p), of the trilinear map of the cell around p. 1 at rest and
+    /// in gaps; negative in folded space.
     void jacobian(const Box3i& box, std::span<float> values) const;
 
   private:
@@ -139,32 +139,32 @@ class LiveDeformation {
 /// Forward displacement at every rest voxel centre of the scan.
 Result<VectorField> displacement_field(const ChainMail& tissue) noexcept;
 
-/// Inverse displacement on the whole grid, in the direction that resampling filters expect.
+/// Inverse displacement on the whole grid, as resampling filters expect.
 /// @pre deformed was made with_inverse
 Result<VectorField> inverse_field(const Deformed& deformed) noexcept;
 
-/// The same fields slice by slice, for write_vector_field. They keep references: tissue and
-/// deformed must outlive them unchanged.
+/// Fields slice by slice, for write_vector_field. Keep references: tissue and deformed must outlive
+/// them unchanged.
 Result<FieldSlices> displacement_slices(const ChainMail& tissue) noexcept;
 Result<FieldSlices> displacement_slices(const MovingScan& scan) noexcept;
 FieldSlices inverse_slices(const Deformed& deformed) noexcept;
 
-/// By how much the tissue around each rest voxel centre grew: det F with F = I + ∂u/∂X, from
-/// central differences along the lattice's axes, one-sided beside a cut link or a void element.
-/// @returns float, dimensionless: 1 at rest and at void elements, below 0 where space is inside out
+/// Volume ratio det F of the tissue at each rest voxel centre, with F = I + ∂u/∂X from central
+/// differences along the lattice's axes, one-sided beside a cut link or a void element.
+/// @returns float, dimensionless: 1 at rest and at void elements, negative in folded space
 Result<Volume> jacobian_field(const ChainMail& tissue) noexcept;
 Result<Volume> jacobian_field(const MovingScan& scan) noexcept;
 
-/// By how much the tissue is stretched where it is stretched most: the largest eigenvalue of the
-/// Green–Lagrange strain E = ½(FᵀF − I), F as above.
+/// Largest principal stretch: the largest eigenvalue of the Green–Lagrange strain E = ½(FᵀF − I), F
+/// as above.
 /// @returns float, dimensionless: 0 at rest and at void elements
 Result<Volume> strain_field(const ChainMail& tissue) noexcept;
 Result<Volume> strain_field(const MovingScan& scan) noexcept;
 
-/// What there is to say of the elements where no limits hold: all but violations and cuts.
+/// State of elements without limits: all fields except violations and cuts.
 Result<LatticeState> state_of(const MovingScan& scan) noexcept;
 
-/// Of all voxels and their grid's size: to compare results.
+/// Hash of all voxels and the grid's size, for comparisons.
 std::uint64_t hash_volume(const Volume& volume);
 
 }  // namespace pliant

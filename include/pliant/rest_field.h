@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Where the tissue of a deformed scan was at rest, coarsely: for patterns on a wall (vessels,
-// folds) that move, stretch and are cut with the tissue.
+// Coarse field of rest positions in a deformed scan. Patterns on a wall (vessels, folds) use it to
+// move, stretch and be cut with the tissue.
 //
 //   position at rest = position − offset      offset(p) = p − φ⁻¹(p), φ from rest to deformed
 //
@@ -10,8 +10,8 @@
 //     nodes    0       1       2       3  one may lie beyond the border, and has the value of the
 //                                         border's voxel
 //
-// A node holds four half floats: the offset [mm, LPS], and whether the tissue is raw: carved or cut
-// open. That is 8 bytes for 64 voxels; at rest there are none.
+// A node holds four half floats: the offset [mm, LPS], and whether the tissue is raw (carved or cut
+// open). That is 8 bytes for 64 voxels. A field at rest has no memory.
 
 #pragma once
 
@@ -23,30 +23,30 @@
 
 namespace pliant {
 
-/// From one node to the next [voxels].
+/// Spacing of the nodes [voxels].
 inline constexpr int kRestStep = 4;
-/// Tissue is raw up to two voxels from a carved element or a cut link, and less and less so until
-/// here [voxels at rest].
+/// Tissue is raw up to two voxels from a carved element or a cut link. The rawness fades out up to
+/// this distance [voxels at rest].
 inline constexpr double kRawReach = 6;
 
 class RestField {
   public:
     struct Sample {
         Vec3f offset_mm{0, 0, 0};  ///< LPS; position at rest = position − offset
-        float raw = 0;             ///< 0…1: 1 where tissue was carved or cut
+        float raw = 0;             ///< 0…1: 1 at carved or cut tissue
     };
 
     RestField() = default;
-    /// At rest.
+    /// Creates a field at rest.
     explicit RestField(const Grid& grid);
 
-    /// The field of a scan that was deformed at once.
+    /// Creates the field of a scan after a complete deformation.
     /// @param deformed  deform_volume(scan, …, with_inverse = true)
-    /// @returns InvalidArgument where it has no inverse, or another grid; LimitExceeded
+    /// @returns InvalidArgument if it has no inverse or another grid; LimitExceeded
     static Result<RestField> create(const MovingScan& scan, const Deformed& deformed) noexcept;
     static Result<RestField> create(const ChainMail& tissue, const Deformed& deformed) noexcept;
 
-    /// Takes in an update, to the bits of a field that is made anew.
+    /// Follows an update. The result is bit-identical to a new field.
     ///
     ///   live.keep_sources(true);
     ///   RestField rest(grid);  rest.update(live, everything that is deformed);
@@ -54,13 +54,12 @@ class RestField {
     ///   const Result<LiveUpdate> update = live.update();
     ///   rest.update(live, update->boxes);
     ///
-    /// To be called after each update of live, also after one without boxes: a cut that opens
-    /// nothing changes no voxel, but the tissue at it is raw. Another tissue of the same scan needs
-    /// a new field.
+    /// Call it after each update of live, even one without boxes: a closed cut changes no voxel,
+    /// but its tissue is raw. Another tissue of the same scan needs a new field.
     /// @pre live.keeps_sources()
-    /// @param boxes  voxels that may have changed since the last call; no two overlap
-    /// @returns boxes of nodes that changed, valid until the next call; LimitExceeded, after which
-    ///          a new field is needed
+    /// @param boxes  disjoint boxes of voxels that may have changed since the last call
+    /// @returns boxes of changed nodes, valid until the next call; LimitExceeded, after which a new
+    ///          field is needed
     Result<std::span<const Box3i>> update(const LiveDeformation& live,
                                           std::span<const Box3i> boxes) noexcept;
 
@@ -69,12 +68,13 @@ class RestField {
     Vec3i counts() const { return m_counts; }
     /// Whether every node is zero.
     bool at_rest() const { return m_halves.empty(); }
-    /// Trilinear between nodes, constant beyond them. @param ijk  voxels of the deformed scan
+    /// Interpolates trilinearly between nodes, constant beyond them. @param ijk  voxels of the
+    /// deformed scan
     Sample at(Vec3d ijk) const;
-    /// Four half floats (IEEE 754 binary16) for each node, i fastest: x, y, z of the offset, raw.
-    /// Empty at rest.
+    /// Four half floats (IEEE 754 binary16) per node, i fastest: x, y, z of the offset, raw. Empty
+    /// at rest.
     std::span<const std::uint16_t> halves() const { return m_halves; }
-    /// The halves of a box of nodes, also at rest. @param[out] halves  four for each node
+    /// Copies the halves of a box of nodes; zeros at rest. @param[out] halves  four per node
     void copy(const Box3i& nodes, std::span<std::uint16_t> halves) const;
 
   private:
@@ -88,9 +88,9 @@ class RestField {
     Grid m_grid;
     Vec3i m_counts{0, 0, 0};
     std::vector<std::uint16_t> m_halves;
-    std::int64_t m_moved = 0;                           ///< nodes that are not zero
+    std::int64_t m_moved = 0;                           ///< nodes other than zero
     std::uint64_t m_links_version = ~std::uint64_t(0);  ///< of the lattice, at the last update
-    bool m_had_edits = false;                           ///< likewise: anything was cut or carved
+    bool m_had_edits = false;                           ///< likewise: there were cuts or carvings
     std::vector<Box3i> m_boxes;
 };
 

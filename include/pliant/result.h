@@ -1,11 +1,10 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Errors as values. Everything that depends on data (a file, a setting, a message) returns a
-// Result: either the value, or an Error with one line of text that names the file or field, what
-// was found and what was expected. One exception crosses the face of the library: const functions
-// that return a container by value throw std::bad_alloc, as a copy of the container would. They
-// change nothing.
+// Errors as values. A function that depends on data (a file, a setting, a message) returns a
+// Result: the value, or an Error with one line of text that names the file or field, the found and
+// the expected value. One exception crosses the library's interface: const functions that return a
+// container by value throw std::bad_alloc, as a copy of the container would. They change nothing.
 
 #pragma once
 
@@ -17,23 +16,24 @@
 namespace pliant {
 
 enum class ErrorCode {
-    InvalidArgument,  ///< a setting or an option is outside what it may be
+    InvalidArgument,  ///< a setting or an option is out of range
     NotFound,         ///< a file, folder or part of it is missing
-    Unreadable,       ///< the file is there but damaged, truncated or not what its name says
-    Unsupported,      ///< well-formed, but of a kind that Pliant doesn't handle
+    Unreadable,       ///< a file exists but is damaged, truncated or of another kind than its name
+                      ///< says
+    Unsupported,      ///< well-formed, but not supported by Pliant
     Unwritable,       ///< the output can't be written
-    LimitExceeded,    ///< would need more memory or time than allowed, or than there is
+    LimitExceeded,    ///< needs more memory or time than allowed or available
 };
 
 struct Error {
     ErrorCode code = ErrorCode::InvalidArgument;
     std::string message;  ///< one line, no trailing full stop or newline
-    // Its parts, where it is about one field: "field: expected …, found …".
+    // Parts of a message about one field: "field: expected …, found …".
     std::string field{};  ///< of a settings struct, or of a command: "depth_mm", "[air] stretch"
     std::string expected{}, found{};
 };
 
-/// The same error with another name of its field: of the option that a user gave.
+/// The same error under another field name, for example that of a command-line option.
 inline Error renamed(Error error, std::string field) {
     if (error.field.empty() || !error.message.starts_with(error.field)) return error;
     error.message.replace(0, error.field.size(), field);

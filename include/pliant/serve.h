@@ -1,14 +1,14 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// A server for browsers: one scene that several people see, push and cut at once.
+// A server for browsers: several people view, push and cut one scene.
 //
 //   const TaskArena arena;
 //   auto server = Server::start({.file = "/data/scan.nrrd"}, arena);
 //   std::puts(server->link().c_str());
 //   server->wait();
 //
-// docs/protocol.md says what clients and server tell each other.
+// docs/protocol.md defines the messages.
 
 #pragma once
 
@@ -26,47 +26,48 @@ namespace pliant {
 
 struct ServerSettings {
     std::string file{};    ///< scan, or folder of DICOM slices; empty: the airway phantom
-    std::string series{};  ///< DICOM series, where a folder has several
+    std::string series{};  ///< DICOM series, for a folder with several
     Vec3i phantom_size{128, 128, 128};
-    int port = 0;  ///< 0: one that is free
-    /// File of the session: recorded there; goes on where it ended. Empty: not recorded.
+    int port = 0;  ///< 0: a free port
+    /// File of the session: it is continued and recorded there. Empty: no recording.
     std::filesystem::path session{};
-    int rate_hz = 60;  ///< steps of the scene per second at most, 1…1000
-    /// With a session: its state is saved beside it after so many seconds of work, so that opening
-    /// it again takes about as long, and not as long as all of it. ≥ 0
+    int rate_hz = 60;  ///< maximum steps of the scene per second, 1…1000
+    /// Interval of checkpoints in seconds of work. They are saved beside the session and bound the
+    /// time to reopen it. ≥ 0
     double checkpoint_s = 30;
-    /// Of a scan that is opened through the page. With a session it is kept in a folder beside it.
+    /// Size limit of a scan uploaded through the page. With a session it is kept in a folder beside
+    /// it.
     std::uint64_t max_upload_bytes = std::uint64_t(8) << 30;
-    /// Devices with force feedback that the page offers beside those that are simulated, as
-    /// open_haptic_device (haptics_servo.h) wants them.
+    /// Force-feedback devices that the page offers beside simulated ones, in the syntax of
+    /// open_haptic_device (haptics_servo.h).
     std::vector<std::string> haptic_devices{};
-    /// Control nodes along an axis that a client may ask for with the springs model, 3…64. The time
-    /// of a push grows with the third power, and all clients wait for it.
+    /// Limit of a client's control nodes along an axis in the springs model, 3…64. The time of a
+    /// push grows with the third power, and all clients wait for it.
     int max_spring_nodes = 32;
 };
 
 class Server {
   public:
-    /// Loads the scan, replays the session if there is one, and starts to listen on 127.0.0.1.
-    /// Keeps a reference: the arena must outlive it.
-    /// @returns what is wrong with the scan, the session or the port
+    /// Loads the scan, replays the session if there is one, and listens on 127.0.0.1. Keeps a
+    /// reference: the arena must outlive it.
+    /// @returns an error about the scan, the session or the port
     static Result<Server> start(const ServerSettings& settings, const TaskArena& arena) noexcept;
-    /// Stops.
+    /// Stops the server.
     ~Server();
     Server(Server&&) noexcept;
     Server& operator=(Server&&) noexcept;
 
     int port() const;
-    std::string link() const;       ///< for those who may change the scene
-    std::string view_link() const;  ///< for those who may look
-    /// One line each: what was loaded, what of a session was cut off.
+    std::string link() const;       ///< grants permission to change the scene
+    std::string view_link() const;  ///< grants permission to view
+    /// One line each about the loaded scan and a session's dropped remainder.
     const std::vector<std::string>& notes() const;
-    /// Steps that the scene's owner has made, also those in which nothing was to be done: rate_hz
-    /// each second while clients are connected and there is time.
+    /// Number of ticks so far, idle ones included: up to rate_hz per second while clients are
+    /// connected.
     std::int64_t ticks() const;
-    /// Returns once stop() was called.
+    /// Waits for stop().
     void wait();
-    /// From any thread.
+    /// Stops the server. Thread-safe.
     void stop();
 
   private:
@@ -78,17 +79,17 @@ class Server {
 
 struct ReplayReport {
     std::int64_t commands = 0;
-    std::int64_t marks = 0;  ///< places where the state was recorded, all of them met
+    std::int64_t marks = 0;  ///< recorded states that were compared; all agreed
     std::uint64_t cut_off_bytes = 0;
     int from_checkpoint = 0;        ///< 0: from the start
     std::uint64_t volume_hash = 0;  ///< hash_volume of the deformed volume
     std::uint64_t tissue_hash = 0;  ///< ChainMail::hash
 };
 
-/// Does a recorded session again, without a server.
-/// @param from_checkpoint  as Server::start would: from the last state but one that was saved, if
-///                         it is whole; otherwise all of it, compared at each mark
-/// @returns NotFound; Unreadable where the file is damaged, or the result is another than recorded
+/// Replays a recorded session without a server.
+/// @param from_checkpoint  starts at the last but one checkpoint if it is valid, as Server::start
+///                         does; otherwise replays everything and compares the state at each mark
+/// @returns NotFound; Unreadable if the file is damaged or a result differs from the recording
 Result<ReplayReport> replay_session(const std::filesystem::path& path, const TaskArena& arena,
                                     const Progress& progress = {}, bool from_checkpoint = false);
 

@@ -2,19 +2,20 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // Tissue as a mass-spring network that moves in time steps, by force transmittal [Choi2004] or by
-// one of three solvers that it can be compared with.
+// one of three solvers for comparison.
 //
 //   auto tissue = SpringTissue::create(std::move(*network), {.depth = 10});
-//   tissue->load(std::array{55}, std::array{Vec3d{0, 0, -10}});     // where the tool presses
+//   tissue->load(std::array{55}, std::array{Vec3d{0, 0, -10}});     // the tool's force
 //   tissue->step(100, arena);
 //   Vec3d place = tissue->position(55);
 //
-// Force transmittal: from the nodes in contact, breadth-first over links, to a depth of n layers.
-// In each step these nodes, and only these, are moved by central differences, layer by layer:
+// Force transmittal traverses the links breadth-first from the nodes in contact, to a depth of n
+// layers. In each step only these nodes move, by central differences, layer by layer:
 //
 //   m (x⁺ − 2x + x⁻)/h² + d (x⁺ − x⁻)/2h = F − Σ f        [Choi2004, Eq. 5, 7, 8]
 //
-// The order is kept for each contact. docs/springs.md has what the paper leaves open, and costs.
+// The order is computed once per contact. docs/springs.md has the paper's open points, and the
+// costs.
 
 #pragma once
 
@@ -28,70 +29,70 @@ namespace pliant {
 
 enum class SpringSolver {
     ForceTransmittal,  ///< the nodes within `depth` layers of the contact
-    Explicit,          ///< the same, all nodes
-    ImplicitEuler,     ///< all nodes, backward Euler by conjugate gradients [Baraff1998]
-    LocalGlobal,       ///< all nodes, backward Euler by a matrix factored once [Liu2013]
+    Explicit,          ///< all nodes by central differences
+    ImplicitEuler,     ///< all nodes; backward Euler by conjugate gradients [Baraff1998]
+    LocalGlobal,       ///< all nodes; backward Euler by a matrix factored once [Liu2013]
 };
 
-/// Which of its neighbours' positions a node sees, where the text of [Choi2004, 3.1.4] is open.
+/// Positions of the neighbours in a node's update; the text of [Choi2004, 3.1.4] leaves this open.
 enum class SeenPositions {
-    Old,        ///< all of the last step: any order gives the same bits, and momentum is kept
-    NewLayers,  ///< new ones of earlier layers, old ones of its own: order in a layer is free
-    NewNodes,   ///< new ones of all nodes before it, node by node
+    Old,        ///< last step's positions (Jacobi): independent of the order, conserves momentum
+    NewLayers,  ///< new in earlier layers, old in the node's layer: independent of the order in a
+                ///< layer
+    NewNodes,   ///< new for all earlier nodes (Gauss-Seidel)
 };
 
 struct SpringSettings {
     SpringSolver solver = SpringSolver::ForceTransmittal;
     SeenPositions seen = SeenPositions::Old;  ///< of ForceTransmittal
     std::int32_t depth = 10;                  ///< layers beyond the contact
-    /// 0: nine tenths of the longest stable one. ImplicitEuler and LocalGlobal take any.
+    /// 0: 90 % of the stability bound. ImplicitEuler and LocalGlobal take any step.
     double time_step = 0;
-    bool vectors = true;            ///< vector instructions; the bits are the same without
-    double solve_tolerance = 1e-8;  ///< ImplicitEuler: of the residual, relative
+    bool vectors = true;            ///< vector instructions; the scalar code gives the same bits
+    double solve_tolerance = 1e-8;  ///< ImplicitEuler: relative residual
     std::int32_t solve_iterations = 1000;
     std::int32_t local_global_iterations = 20;
 };
 
 struct SpringStep {
     std::int64_t steps = 0;
-    std::int32_t active_nodes = 0;  ///< moved or could have
-    std::int64_t iterations = 0;    ///< of conjugate gradients, or of local and global steps
+    std::int32_t active_nodes = 0;  ///< nodes that could move
+    std::int64_t iterations = 0;    ///< of conjugate gradients, or of local/global steps
 };
 
-/// The force of the tissue on what touches it, and how it changes with a common shift of the
-/// touched nodes: force(shift) ≈ force + stiffness · shift.
+/// Force of the tissue on the tool, and its linearisation in a common shift of the touched nodes:
+/// force(shift) ≈ force + stiffness · shift.
 struct SpringReaction {
     Vec3d force{0, 0, 0};
     Mat3d stiffness{};  ///< symmetric, negative definite or 0
 };
 enum class ReactionLaw {
-    Held,     ///< the other nodes stay: right within a step, and too stiff after it
+    Held,     ///< the other nodes are held: exact within a step, too stiff later
     Relaxed,  ///< the other nodes follow to their equilibrium (to first order)
 };
 
 /// Nodes in the order in which forces reach them.
 struct TransmittalOrder {
     std::vector<std::int32_t> nodes;
-    std::vector<std::int32_t> layers;  ///< first node of each layer, and the end
+    std::vector<std::int32_t> layers;  ///< first node of each layer, and the total
 };
-/// Breadth-first from all sources at once; layers at the same distance are one [Choi2004, 3.1.6].
-/// Fixed nodes pass nothing on and are left out.
-/// @returns InvalidArgument for a source that isn't there or is fixed, or a negative depth
+/// Breadth-first order from all sources at once; layers of equal distance are merged [Choi2004,
+/// 3.1.6]. Fixed nodes transmit no force and are left out.
+/// @returns InvalidArgument for a source that doesn't exist or is fixed, or a negative depth
 Result<TransmittalOrder> transmittal_order(const SpringNetwork& network,
                                            std::span<const std::int32_t> sources,
                                            std::int32_t depth) noexcept;
 
-/// For SpringSettings::seen: SpringNetwork::stable_time_step() where old positions are seen. New
-/// ones act like negative damping, h·k of each link whose other end is seen too early, so that a
-/// step is stable only up to about a node's damping over its stiffness. 0: none is.
+/// Stability bound for SpringSettings::seen. It is SpringNetwork::stable_time_step() for old
+/// positions. New positions act like negative damping, h·k for each link to an updated neighbour,
+/// so the bound is about a node's damping over its stiffness. 0: no stable step.
 double stable_time_step(const SpringNetwork& network, SeenPositions seen);
 
-/// Where memory runs out, calls return LimitExceeded, and the tissue is as if they had not been
-/// made.
+/// If memory runs out, calls return LimitExceeded and the tissue is unchanged.
 class SpringTissue {
   public:
     /// @returns InvalidArgument that names the setting; for a time step beyond the stability bound
-    ///          the longest stable one
+    ///          it names the bound
     static Result<SpringTissue> create(SpringNetwork network,
                                        const SpringSettings& settings) noexcept;
     ~SpringTissue();
@@ -101,48 +102,48 @@ class SpringTissue {
     const SpringNetwork& network() const;
     double time_step() const;
 
-    /// Sets the loads, instead of those before. Force transmittal starts at these nodes.
-    /// @returns InvalidArgument for a node that isn't there, is fixed or comes twice, or a force
-    ///          that is no number
+    /// Replaces the loads. Force transmittal starts at these nodes.
+    /// @returns InvalidArgument for a node that doesn't exist, is fixed or occurs twice, or a force
+    ///          that isn't finite
     Status load(std::span<const std::int32_t> nodes, std::span<const Vec3d> forces) noexcept;
-    /// Nodes that a tool holds, instead of those before: they go only where move_held puts them.
+    /// Replaces the nodes that a tool holds: only move_held moves them.
     Status hold(std::span<const std::int32_t> nodes) noexcept;
-    /// @param positions  of the held nodes, in the order in which they were given
+    /// @param positions  of the held nodes, in the order of hold()
     Status move_held(std::span<const Vec3d> positions) noexcept;
-    /// A common shift of the held nodes.
+    /// Shifts all held nodes.
     Status shift_held(Vec3d shift) noexcept;
-    /// How many layers forces reach from now on.
+    /// Sets the number of layers that forces reach.
     Status set_depth(std::int32_t depth) noexcept;
 
-    /// Nodes that are no longer reached stay where they are, at rest.
-    /// @returns InvalidArgument where the shape has become so distorted that the time step isn't
-    ///          stable any more: one line with the longest step that is. The last step is taken
-    ///          back
+    /// Advances by `count` time steps. Nodes that are no longer reached stay at their positions, at
+    /// rest.
+    /// @returns InvalidArgument if the distorted shape makes the time step unstable: one line with
+    ///          the new bound. The last step is undone
     Result<SpringStep> step(std::int32_t count, const TaskArena& arena) noexcept;
 
-    /// Goes to a static equilibrium of the nodes that steps move, downhill in energy by Newton's
-    /// method within a trusted radius; velocities become 0. Large loads may push nodes through the
-    /// lattice, to where it holds them from the other side: see folded_cells().
-    /// @param tolerance  largest force left on a node, relative to the largest load or reaction;
-    ///                   less than rounding leaves isn't asked for
-    /// @returns LimitExceeded where it isn't reached
+    /// Finds a static equilibrium of the active nodes: minimises the energy by Newton's method with
+    /// a trust region; velocities become 0. Large loads may push nodes through the lattice into a
+    /// folded equilibrium: see folded_cells().
+    /// @param tolerance  largest remaining force on a node, relative to the largest load or
+    ///                   reaction; clamped to the rounding error
+    /// @returns LimitExceeded if it isn't reached
     Status find_equilibrium(double tolerance = 1e-9) noexcept;
 
     Vec3d position(std::int32_t node) const;
     Vec3d velocity(std::int32_t node) const;
     Vec3d displacement(std::int32_t node) const;
     std::vector<Vec3d> displacements() const;
-    /// Puts a node somewhere, for initial conditions.
+    /// Sets a node's state, for initial conditions.
     Status set_state(std::int32_t node, Vec3d position, Vec3d velocity) noexcept;
 
-    /// −Σ over the nodes of Σ f over their links, and of the volume energy's force
+    /// Computes −Σ over the nodes of Σ f over their links, plus the force of the volume energy
     /// [Choi2004, Eq. 19].
     Result<SpringReaction> reaction(std::span<const std::int32_t> nodes, ReactionLaw law) noexcept;
 
-    /// Cells that have a corner turned inside out. Springs alone resist that so little that they
-    /// may snap through, and stay.
+    /// Number of cells with an inverted corner. Springs alone resist inversion weakly, so a cell
+    /// may snap through and stay inverted.
     std::int64_t folded_cells() const;
-    /// Of links and volumes.
+    /// Energy of links and volumes.
     double elastic_energy() const;
     double kinetic_energy() const;
     Vec3d momentum() const;
@@ -150,9 +151,9 @@ class SpringTissue {
     Result<SpringCut> cut_links(std::span<const std::int32_t> links) noexcept;
     Result<SpringCut> cut_cells(std::span<const std::int32_t> cells) noexcept;
 
-    /// Of all places: equal for every number of threads.
+    /// Hash of all positions, equal for any number of threads.
     std::uint64_t hash() const noexcept;
-    /// Everything back to its rest place; loads and held nodes stay what they are.
+    /// Returns all nodes to their rest positions; loads and held nodes stay.
     void reset() noexcept;
 
   private:
@@ -162,17 +163,17 @@ class SpringTissue {
     std::unique_ptr<Impl> m_impl;
 };
 
-/// How deep forces must reach [Choi2004, 3.1.3]: the depth is raised by one layer until that
-/// changes the shape by less than the threshold.
+/// Search for the necessary depth [Choi2004, 3.1.3]: raises the depth by one layer until the shape
+/// changes by less than the threshold.
 struct DepthSearch {
-    double threshold = 0.01;  ///< of the largest change of a node's place, absolute (a length)
+    double threshold = 0.01;  ///< of the largest change of a node's position, absolute (a length)
     std::int32_t max_depth = 64;
-    /// Each depth is simulated for so long; 0: until the equilibrium of the nodes it reaches.
-    /// In a given time forces travel farther in a stiffer network.
+    /// Simulated time per depth; 0: until the reached nodes are in equilibrium. In a given time,
+    /// forces travel farther in a stiffer network.
     double duration = 0;
 };
 struct DepthFound {
-    std::int32_t depth = 0;       ///< 0: none up to max_depth
+    std::int32_t depth = 0;       ///< 0: not found up to max_depth
     std::vector<double> changes;  ///< [n]: from n to n + 1 layers
 };
 Result<DepthFound> find_depth(const SpringNetwork& network, const SpringSettings& settings,

@@ -1,17 +1,17 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Outputs that appear together or not at all: each file is written under a temporary folder beside
-// its place, and all are renamed when everything is written and on the disk.
+// Atomic output of several files. Each file is written to a temporary folder beside its target. All
+// are renamed once everything is written and synced to the disk.
 //
 //     StagedFiles files;
 //     const auto picture = files.stage("view.png");         // .pliant-out-Xa81Qe/0/view.png
-//     …                                                     // written there
+//     …                                                     // write to it
 //     const Status done = files.commit();                   // view.png
 //
-// A process that is killed leaves old files or new ones, and a temporary folder. The next one that
-// stages a file there removes it; where the kill fell into a commit of several files, it finishes
-// the commit. Temporary folders of living processes are locked, and left alone.
+// A process that is killed leaves old or new files, and a temporary folder. The next process that
+// stages a file there removes the folder, or completes an interrupted commit. Temporary folders of
+// living processes are locked and not touched.
 
 #pragma once
 
@@ -31,22 +31,22 @@ class StagedFiles {
     /// Removes staged files that were not committed.
     ~StagedFiles();
 
-    /// Where to write the file that shall become target. The name stays the same, so formats that
-    /// name a second file (.nhdr and its data) can be staged too. A symbolic link is followed: the
-    /// file that it names is written. `-`, /dev/stdout, /dev/fd/N, pipes and character devices are
-    /// written to at the commit, and never replaced. A target that is itself a staged path is
-    /// returned as it is: the object that staged it commits it.
-    /// @returns Unwritable if target's folder is missing, is no folder, or can't be written
+    /// Returns the temporary path for a target. The file name stays the same, so formats that name
+    /// a second file (.nhdr and its data) can be staged too. A symbolic link is followed to the
+    /// file that it names. `-`, /dev/stdout, /dev/fd/N, pipes and character devices are written to
+    /// at the commit, and never replaced. A target that is itself a staged path is returned
+    /// unchanged: the object that staged it commits it.
+    /// @returns Unwritable if target's folder is missing, not a folder, or not writable
     Result<std::filesystem::path> stage(const std::filesystem::path& target);
 
-    /// A folder in which to write any number of files that shall be in the folder target, which is
-    /// made if it isn't there; other files there stay.
-    /// @returns Unwritable likewise
+    /// Returns a temporary folder for any number of files of the folder target. The commit creates
+    /// target if needed; other files in it stay.
+    /// @returns Unwritable as stage()
     Result<std::filesystem::path> stage_folder(const std::filesystem::path& target);
 
-    /// Writes to streams, then renames everything to its place. Data files go before the headers
+    /// Writes to streams, then renames all files to their targets. Data files precede the headers
     /// that name them.
-    /// @returns Unwritable, and the files are as they were
+    /// @returns Unwritable, and all files are unchanged
     Status commit();
 
   private:
@@ -54,19 +54,19 @@ class StagedFiles {
     std::unique_ptr<Impl> m_impl;
 };
 
-/// A message about staged files, as one about their places.
+/// Replaces staged paths in a message by their targets.
 std::string about_places(std::string message);
 
-/// Called with one line of text when a commit of an earlier process was finished or taken back, or
-/// could not be.
+/// Called with one line of text when a commit of an earlier process was completed, rolled back, or
+/// couldn't be.
 using RecoveryListener = void (*)(const char* line);
-/// @returns the listener that was set before; at first there is none
+/// Replaces the listener. @returns the previous one, initially null
 RecoveryListener set_recovery_listener(RecoveryListener listener) noexcept;
 RecoveryListener recovery_listener() noexcept;
 
-/// Removes all staged files and ends the process at once, without destructors. For signal handlers
-/// and terminate handlers of programs; async-signal-safe. During a commit it returns, and the
-/// commit ends the process when it is done.
+/// Removes all staged files and ends the process immediately, without destructors. For signal
+/// handlers and terminate handlers of programs; async-signal-safe. During a commit it returns, and
+/// the commit ends the process when it is done.
 void end_process(int status) noexcept;
 
 }  // namespace pliant

@@ -1,9 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Threads for data-parallel loops. One arena is made by the program and lent to every call that can
-// use it; nothing in the library starts threads of its own. Results never depend on the number of
-// threads.
+// Threads for data-parallel loops. The program creates one arena and passes it to the calls; the
+// library starts no other threads for them. Results never depend on the number of threads.
 
 #pragma once
 
@@ -15,7 +14,7 @@ namespace pliant {
 
 class TaskArena {
   public:
-    /// @param thread_count  0: as many as the machine has
+    /// @param thread_count  0: all hardware threads
     explicit TaskArena(int thread_count = 0);
     ~TaskArena();
     TaskArena(TaskArena&&) noexcept;
@@ -23,9 +22,9 @@ class TaskArena {
 
     int thread_count() const;
 
-    /// Calls body(begin, end) for pieces of 0…count, each at most grain long, on all threads, and
-    /// returns when all are done. An exception of the body is passed on when no piece runs
-    /// any more; pieces may be left out then.
+    /// Calls body(begin, end) for ranges of 0…count, each at most grain long, on all threads, and
+    /// waits for them. An exception of the body is rethrown after all running ranges have ended;
+    /// the others may be skipped.
     void for_each(std::int64_t count, std::int64_t grain,
                   const std::function<void(std::int64_t begin, std::int64_t end)>& body) const;
 

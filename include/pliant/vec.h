@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Small vectors and 3×3 matrices: aggregates, no constructors, just what the rooms need.
+// Small vectors and 3×3 matrices: aggregates without constructors.
 
 #pragma once
 

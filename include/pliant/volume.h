@@ -3,8 +3,8 @@
 
 // A scan: voxel values on a grid, with the key/value pairs of its file.
 //
-// Values are Hounsfield units where the modality is CT. They are kept in 16 bits where every value
-// is a whole number in −32768…32767, and as float otherwise.
+// CT values are Hounsfield units. They are stored in 16 bits if all are whole numbers in
+// −32768…32767, and as float otherwise.
 
 #pragma once
 
@@ -23,7 +23,7 @@
 
 namespace pliant {
 
-/// Value of air [HU]: outside of every scan, and in gaps of the deformed tissue.
+/// Value of air [HU], assumed outside of every scan and in gaps of the deformed tissue.
 inline constexpr int kAirHu = -1000;
 
 using KeyValues = std::vector<std::pair<std::string, std::string>>;
@@ -42,49 +42,48 @@ struct Volume {
     }
 };
 
-/// Checks a volume that a program filled in itself, in constant time: the size of each axis
-/// (1…65536), spacing (10⁻⁶…10⁴ mm), origin (within 10⁸ mm), direction (perpendicular unit columns,
-/// to within 0.001), and that there are as many voxels as the grid says. Every function of the
-/// library that takes a volume and can fail calls it; functions that return a picture treat a
-/// volume that fails it as air.
+/// Checks a volume that a program has filled in, in constant time: the size of each axis (1…65536),
+/// spacing (10⁻⁶…10⁴ mm), origin (within 10⁸ mm), direction (perpendicular unit columns, to within
+/// 0.001), and the number of voxels. Every function of the library that takes a volume and can fail
+/// calls it. Functions that return a picture treat an invalid volume as air.
 ///
-/// Voxel values are not looked at. A value that is no number counts as air where a material is
-/// looked up, makes the values interpolated from it no numbers, and is never a wall to a ray.
+/// Voxel values are not checked. A NaN counts as air in material lookups, propagates through
+/// interpolation, and is never a wall to a ray.
 /// @param name  of the volume, for the message
 /// @returns InvalidArgument with the field, the expected and the found value
 Status check_volume(const Volume& volume, const std::string& name = "volume");
-/// The same of a grid alone.
+/// Checks a grid alone.
 Status check_grid(const Grid& grid, const std::string& name = "volume");
 
 /// Trilinear interpolation at a continuous voxel index; voxels outside of the grid are air.
 float sample_linear(const Volume& volume, Vec3d ijk);
 
-/// Told how far long work has come, 0…1. Called from the calling thread.
+/// Progress of long work, 0…1. Called on the calling thread.
 using Progress = std::function<void(double fraction)>;
 
-/// What a reader has to say beside the volume.
+/// A reader's remarks on the volume.
 struct ReadNotes {
     std::string format;              ///< "NRRD", "NIfTI", "MetaImage", "DICOM"
     std::string stored_type;         ///< "int16", "uint8", "float32", …
-    std::vector<std::string> notes;  ///< what was changed or assumed, one line each
+    std::vector<std::string> notes;  ///< changes and assumptions, one line each
 };
 
 struct ReadOptions {
-    /// DICOM series to read, "none" for one without an UID; empty: the only one that can be read.
+    /// DICOM series to read, "none" for a series without an UID; empty: the only readable one.
     std::string series_uid{};
     bool may_map = true;  ///< false: the file may change while the volume lives
     Progress progress{};  ///< called while voxels are read; may be empty
-    /// Asked between pieces of a file, a few milliseconds each; true ends the reading with
+    /// Polled between pieces of a file, a few milliseconds each; true cancels the reading with
     /// LimitExceeded. May be empty.
     std::function<bool()> give_up{};
 };
 
 /// Reads NRRD, NHDR, MetaImage, NIfTI, or a folder of DICOM slices (sorted by position along the
-/// slice normal). Compressed DICOM pixels are decoded by a program of Pliant's,
-/// pliant-decode-pixels, which is looked for beside the running program and where Pliant is
-/// installed. Voxels that lie in the file as they are in memory (raw, 16-bit integers or floats,
-/// not scaled) are mapped instead of read: then the file must not be cut short while the volume
-/// lives, nor written to in place (VoxelMemory::mapped). Replacing it is safe.
+/// slice normal). Compressed DICOM pixels are decoded by the separate program pliant-decode-pixels,
+/// which is searched beside the running program and in Pliant's installation. Voxels stored in a
+/// file in their memory layout (raw, 16-bit integers or floats, not scaled) are mapped instead of
+/// read. Such a file must not be truncated while the volume lives, nor written to in place
+/// (VoxelMemory::mapped). Replacing it is safe.
 /// @param[out] notes  format, stored type and remarks; may be null
 /// @returns NotFound, Unreadable or Unsupported with one line that names the file
 Result<Volume> read_volume(const std::filesystem::path& path, const ReadOptions& options = {},
@@ -109,7 +108,7 @@ struct VectorField {
     std::vector<Vec3f> vectors_mm;
 };
 
-/// As check_volume: the grid, and that there are as many vectors as voxels.
+/// Checks the grid as check_volume, and the number of vectors.
 Status check_field(const VectorField& field, const std::string& name = "field");
 
 /// Writes a NRRD vector image (float32, `kinds: vector domain domain domain`) with the key
@@ -121,7 +120,7 @@ Status write_vector_field(const std::filesystem::path& path, const VectorField& 
 /// @param[out] vectors_mm  grid.size.x · grid.size.y vectors [mm, LPS], zero before
 using FieldSlices = std::function<void(int k, std::span<Vec3f> vectors_mm)>;
 
-/// The same for a field that is made as it is written, and never in memory as a whole.
+/// Writes a field that is generated slice by slice, and never in memory as a whole.
 Status write_vector_field(const std::filesystem::path& path, const Grid& grid, FieldKind kind,
                           const FieldSlices& fill_slice, Encoding encoding = Encoding::Gzip);
 Result<VectorField> read_vector_field(const std::filesystem::path& path);

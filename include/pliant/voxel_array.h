@@ -1,15 +1,15 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The values of a scan: one array, contiguous, as large as a scan is, and cheap to copy.
+// The values of a scan: one contiguous array that is cheap to copy.
 //
-//   scan.nrrd ──┬── the original: pages of the file, read when they are touched
-//               └── a deformed copy: the same pages, and its own where it was written to
+//   scan.nrrd ──┬── the original: pages of the file, read on demand
+//               └── a deformed copy: the same pages, and private ones where it was written to
 //
-// A large array stands on a file, which is the scan's own or lies in memory and has no name. The
-// array maps it privately, so that writing changes this array alone, page by page; a copy is one
-// more private mapping, and only pages that were written to are copied. Below 1 MiB, and where the
-// system has no such files, an array is plain memory.
+// A large array is backed by a file: the scan's, or an anonymous file in memory. The array maps it
+// privately, so a write changes only this array, page by page. A copy is one more private mapping,
+// and only written pages are copied. Below 1 MiB, or on systems without such files, an array is
+// plain memory.
 
 #pragma once
 
@@ -27,18 +27,17 @@
 
 namespace pliant {
 
-/// The bytes below a VoxelArray. Copies may be made while others read; like those of any
-/// container, not while somebody writes. Where memory is short, std::bad_alloc is thrown.
+/// Storage of a VoxelArray. Copies may be made during concurrent reads, but not during writes, as
+/// for every container. Throws std::bad_alloc if memory is short.
 class VoxelMemory {
   public:
     VoxelMemory() = default;
-    /// Zeros. Copies of it are deep until it is frozen.
+    /// Zeros. Copies are deep until freeze().
     explicit VoxelMemory(std::size_t size);
-    /// Bytes offset…offset + size of a file. It must keep its length: touching pages beyond the end
-    /// of a file that was cut short afterwards ends the process. Whether what others write into it
-    /// later shows in the array is up to the system; a file that is replaced under its name is
-    /// safe.
-    /// @returns nothing where the file can't be mapped, or ends before
+    /// Maps bytes offset…offset + size of a file. The file must keep its length: touching pages
+    /// beyond the end of a truncated file ends the process. Whether later writes to the file show
+    /// in the array depends on the system. Replacing the file under its name is safe.
+    /// @returns nullopt if the file can't be mapped or is too short
     static std::optional<VoxelMemory> mapped(const std::filesystem::path& file,
                                              std::uint64_t offset, std::size_t size);
     VoxelMemory(const VoxelMemory& other);
@@ -60,19 +59,19 @@ class VoxelMemory {
     const std::byte* data() const { return m_data; }
     std::size_t size() const { return m_size; }
 
-    /// What is there now becomes the common ground of all copies, which are cheap from here on.
-    /// Pointers from before are void.
+    /// Makes the current contents the shared base of all copies, which are cheap afterwards.
+    /// Invalidates pointers.
     void freeze();
 
-    /// Hands out all bytes in order, in pieces of kPieceBytes (the last may be shorter). Pages that
-    /// nobody wrote to are read from the file, and need no place in this process's memory.
-    /// @returns false if the file has been cut short; missing bytes are zero
+    /// Visits all bytes in order, in pieces of kPieceBytes (the last may be shorter). Unmodified
+    /// pages are read from the file and don't become resident.
+    /// @returns false if the file was truncated; missing bytes are zero
     bool for_each_piece(const std::function<void(std::span<const std::byte>)>& visit) const;
     static constexpr std::size_t kPieceBytes = 1 << 18;
 
-    /// Pages that nobody wrote to leave this process's memory, and come back when they are touched:
-    /// for those who have read all of a large array and won't for a while.
-    /// @pre nobody writes to the array meanwhile: what he writes could be lost
+    /// Releases unmodified pages from this process's memory; they are reloaded on access. Useful
+    /// after a complete pass over a large array.
+    /// @pre no concurrent writes to the array: they could be lost
     void let_go() const;
 
   private:
@@ -87,7 +86,7 @@ class VoxelMemory {
     std::byte* m_mapping = nullptr;  ///< whole pages, with m_data in the first of them
     std::size_t m_mapping_size = 0;
     std::uint64_t m_mapping_offset = 0;  ///< of the mapping in the file
-    bool m_shared = false;               ///< not frozen yet: writing changes the file
+    bool m_shared = false;               ///< not frozen yet: writes change the file
 };
 
 /// Like std::vector, but of fixed size, and cheap to copy.
@@ -108,9 +107,9 @@ class VoxelArray {
         for (const T& value : values) *out++ = value;
         freeze();
     }
-    /// Zeros, to be filled; then freeze() makes copies cheap.
+    /// Zeros. After filling, freeze() makes copies cheap.
     explicit VoxelArray(std::size_t size) : m_memory(size * sizeof(T)) {}
-    /// Numbers in a file, in the byte order of this machine; see VoxelMemory::mapped.
+    /// Maps numbers in a file, in the byte order of this machine; see VoxelMemory::mapped.
     /// @param offset  of the first of them [bytes]
     static std::optional<VoxelArray> mapped(const std::filesystem::path& file, std::uint64_t offset,
                                             std::size_t size) {
@@ -135,9 +134,9 @@ class VoxelArray {
 
     void freeze() { m_memory.freeze(); }
 
-    /// visit(std::span<const T>) for all values in order, piece by piece: for those who need each
-    /// value once. What nobody wrote to doesn't become resident by it.
-    /// @returns false if the file below has been cut short; missing values are zero
+    /// Calls visit(std::span<const T>) for all values in order, piece by piece, for single passes.
+    /// Unmodified pages don't become resident.
+    /// @returns false if the file was truncated; missing values are zero
     template <class Visit>
     bool for_each_piece(Visit&& visit) const {
         return m_memory.for_each_piece([&](std::span<const std::byte> bytes) {

@@ -1,11 +1,11 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// A control node's displacement is fade(d) · Σ w u / Σ w over the wall's nearest nodes, with
+// The displacement of a control node is fade(d) · Σ w u / Σ w over the wall's nearest nodes, with
 //
-//   w = 1/(distance² + ε²)²,  fade(d) = (1 − (d/reach)²)², d to the nearest of them
+//   w = 1/(distance² + ε²)²,  fade(d) = (1 − (d/reach)²)², d to the nearest node
 //
-// which are found once: only the sum is made again when the wall has moved.
+// The weights are computed once; an update only evaluates the sums.
 
 #include <pliant/carried_scan.h>
 
@@ -36,9 +36,9 @@ struct CarriedScan::Impl {
     };
     std::unique_ptr<ControlLattice> lattice;
     std::vector<Vec3d> rest;
-    std::vector<std::int32_t> starts;  ///< [control node], and one more
+    std::vector<std::int32_t> starts;  ///< [control node], and the total
     std::vector<Weight> weights;
-    std::vector<Vec3d> moved;  ///< of the last update
+    std::vector<Vec3d> moved;  ///< displacements of the last update
 
     void weigh(double reach);
     Status update(std::span<const Vec3d> wall_places);
@@ -49,7 +49,7 @@ void CarriedScan::Impl::weigh(double reach) {
     const ControlGrid& grid = lattice->grid();
     std::vector<std::vector<Nearest>> near(count);
     const Grid& voxels = lattice->volume().grid;
-    // From each of the wall's nodes to the control nodes around it.
+    // From each wall node to the control nodes around it.
     for (std::size_t n = 0; n < rest.size(); ++n) {
         const Vec3d ijk = voxel_from_world(voxels, rest[n]);
         Vec3i low{}, high{};

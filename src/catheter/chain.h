@@ -1,16 +1,16 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// A symmetric positive definite matrix of n × n blocks, each coupled to its neighbours only, and
-// the right side of its equations; eliminated from one end to the other [Deul2018]:
+// Block tridiagonal symmetric positive definite system of n × n blocks with its right side,
+// eliminated from one end to the other [Deul2018]:
 //
 //   A₀ U₀                 A_{i+1} ← A_{i+1} − Wᵢᵀ Dᵢ⁻¹ Wᵢ
-//   U₀ᵀ A₁ U₁             where rows of Aᵢ | Uᵢ have been eliminated among themselves
-//       U₁ᵀ A₂            to an upper triangle with the diagonal Dᵢ, and Wᵢ
+//   U₀ᵀ A₁ U₁             where elimination within the rows of Aᵢ | Uᵢ has given
+//       U₁ᵀ A₂            an upper triangle with the diagonal Dᵢ, and Wᵢ
 //
-// Beside pbd/block_chain.h this one has a count that changes, and works on 3 × 3 parts as they
-// come. A row is as long as whole vectors, and its first spare column is the right side, so that
-// what is done to rows is done to all of it at once (chain_solve.inc).
+// Unlike pbd/block_chain.h, this system has a variable number of blocks, and is assembled from 3 ×
+// 3 parts. A row is padded to whole vectors. Its first spare column is the right side, so that row
+// operations include it (chain_solve.inc).
 
 #pragma once
 
@@ -21,16 +21,16 @@
 
 namespace pliant::catheter {
 
-/// Of a row, in doubles: columns, the right side, and as many more as vectors of four want.
+/// Doubles per row: columns, the right side, and padding to vectors of four.
 template <std::size_t kSize>
 inline constexpr std::size_t kChainRow = (kSize / 4 + 1) * 4;
 
-/// By rows.
+/// Block in row-major order.
 template <std::size_t kSize>
 struct alignas(64) ChainBlock {
     double at[kSize][kChainRow<kSize>];
 
-    /// += m in the part that begins at this row and column.
+    /// Adds m to the part that begins at this row and column.
     void add(std::size_t row, std::size_t column, const Mat3d& m) {
         for (std::size_t c = 0; c < 3; ++c) {
             at[row][column + c] += m.columns[c].x;
@@ -38,11 +38,11 @@ struct alignas(64) ChainBlock {
             at[row + 2][column + c] += m.columns[c].z;
         }
     }
-    /// += s times the identity
+    /// Adds s times the identity.
     void add_same(std::size_t row, std::size_t column, double s) {
         for (std::size_t c = 0; c < 3; ++c) at[row + c][column + c] += s;
     }
-    /// += the matrix of v ↦ a × v
+    /// Adds the matrix of v ↦ a × v.
     void add_crossing(std::size_t row, std::size_t column, Vec3d a) {
         at[row][column + 1] -= a.z;
         at[row][column + 2] += a.y;
@@ -51,7 +51,7 @@ struct alignas(64) ChainBlock {
         at[row + 2][column] -= a.y;
         at[row + 2][column + 1] += a.x;
     }
-    /// += s v vᵀ
+    /// Adds s v vᵀ.
     void add_outer(std::size_t row, std::size_t column, double s, Vec3d v) {
         const Vec3d sv = s * v;
         for (std::size_t r = 0; r < 3; ++r) {
@@ -62,10 +62,11 @@ struct alignas(64) ChainBlock {
     }
 };
 
-/// [block][row][column]; the right side becomes the solution. @pre positive definite
+/// Solves in place: [block][row][column]; the right side becomes the solution. @pre positive
+/// definite
 template <std::size_t kSize>
 void solve_chain(ChainBlock<kSize>* diagonal, ChainBlock<kSize>* upper, std::size_t count);
-/// The same without vector instructions: the same bits.
+/// Scalar version, with the same bits.
 template <std::size_t kSize>
 void solve_chain_plain(ChainBlock<kSize>* diagonal, ChainBlock<kSize>* upper, std::size_t count);
 
@@ -74,7 +75,7 @@ class Chain {
   public:
     using Block = ChainBlock<kSize>;
 
-    std::vector<Block> diagonal;  ///< of which the upper half is read
+    std::vector<Block> diagonal;  ///< only its upper half is read
     std::vector<Block> upper;     ///< [i] couples i (rows) and i + 1 (columns)
 
     void reserve(std::size_t count) {
@@ -86,12 +87,12 @@ class Chain {
         upper.resize(count);
         for (std::size_t i = 0; i < count; ++i) diagonal[i] = upper[i] = Block{};
     }
-    /// On the right side.
+    /// Adds to the right side.
     void add_right(std::size_t block, std::size_t row, Vec3d v) {
         for (std::size_t c = 0; c < 3; ++c) diagonal[block].at[row + c][kSize] += v[int(c)];
     }
 
-    /// The matrix is used up. @pre positive definite
+    /// Solves and destroys the matrix. @pre positive definite
     void solve() { solve_chain<kSize>(diagonal.data(), upper.data(), diagonal.size()); }
     Vec3d solution(std::size_t block, std::size_t row) const {
         const auto& at = diagonal[block].at;
@@ -99,8 +100,8 @@ class Chain {
     }
 };
 
-/// A chain that is built anew before each solution: copies begin empty, and an assignment changes
-/// nothing and makes no allocation.
+/// A chain that is rebuilt before each solution: copies start empty, and assignments change nothing
+/// and don't allocate.
 template <std::size_t kSize>
 class ScratchChain : public Chain<kSize> {
   public:

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// chain_solve.inc with one number at a time.
+// Scalar version of chain_solve.inc.
 
 #include "catheter/chain.h"
 

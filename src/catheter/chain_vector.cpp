@@ -1,14 +1,13 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// chain_solve.inc with vector instructions, once for each instruction set; the program chooses at
-// run time.
+// Vectorised chain_solve.inc, compiled for each instruction set and dispatched at run time.
 
 #include <cstddef>
 
 #include "catheter/chain.h"
 
-// Vectors of a size known only at run time can't be kept in arrays.
+// Vectors of a size known only at run time can't be stored in arrays.
 #define HWY_DISABLED_TARGETS (HWY_SVE | HWY_SVE2 | HWY_SVE_256 | HWY_SVE2_128 | HWY_RVV)
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "catheter/chain_vector.cpp"

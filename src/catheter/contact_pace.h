@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Adaptive sub-steps. Contact moves the wall's particles by h² w F in a sub-step as if they were
-// free; the constraints that hold them act in the next sub-steps only. So the dent of one sub-step
-// must be small. Where it is too large, sub-steps get shorter at once and then longer gradually.
+// Adaptive sub-steps. In a sub-step, contact moves the wall's particles by h² w F as if they were
+// free; the constraints that hold them act only in the next sub-steps. So the dent of one sub-step
+// must be small. If it is too large, sub-steps shrink at once and grow again gradually.
 
 #pragma once
 
@@ -14,15 +14,15 @@ namespace pliant::catheter {
 
 class ContactPace {
   public:
-    /// @param longest_s  a sub-step's, without contact
+    /// @param longest_s  maximum length of a sub-step
     explicit ContactPace(double longest_s) : m_longest(longest_s), m_wanted(longest_s) {}
 
-    /// How many sub-steps of at most the wanted length a time takes.
+    /// Number of sub-steps of at most the wanted length in a time.
     int sub_steps(double time_s) const {
         return std::max(1, int(std::ceil(time_s / m_wanted - kRounding)));
     }
-    /// After a sub-step in which contact pushed a particle so far. @returns whether the next ones
-    /// have to be shorter
+    /// Updates the wanted length after a sub-step. @param pushed_mm  largest displacement of a
+    /// particle by contact. @returns whether the next sub-steps must be shorter
     bool is_too_long_after(double h, double pushed_mm) {
         const double fits = pushed_mm > 0 ? h * std::sqrt(kMostPush_mm / pushed_mm) : m_longest;
         m_wanted = std::clamp(std::min(fits, kGrowth * m_wanted), kShortest * m_longest, m_longest);

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The frame nearest to the world's whose third axis is a given direction.
+// The frame with a given third axis that is nearest to the world's frame.
 
 #pragma once
 

@@ -13,10 +13,10 @@ namespace {
 
 using pbd::GhostSurface;
 
-/// Of one node or segment, contacts with normals that differ by more than this cosine.
+/// Contacts of one node or segment are distinct if the cosine of their normals is below this.
 constexpr double kAlike = 0.95;
 constexpr std::size_t kMostOfOne = 4;
-/// Of a segment, looked at for the depth.
+/// Sample points of a segment for the depth.
 constexpr int kPlaces = 3;
 
 std::array<Vec3d, 3> corners_of(const GhostSurface& ghost, std::int32_t triangle) {
@@ -25,7 +25,7 @@ std::array<Vec3d, 3> corners_of(const GhostSurface& ghost, std::int32_t triangle
             ghost.places()[std::size_t(t[2])]};
 }
 
-/// By the ball around the triangle's middle.
+/// Rejection test by the bounding sphere of the triangle.
 bool is_out_of_reach(Vec3d a, Vec3d b, const std::array<Vec3d, 3>& p, double reach) {
     const Vec3d middle = (1.0 / 3) * (p[0] + p[1] + p[2]), u = b - a;
     double ball2 = 0;
@@ -80,7 +80,7 @@ void NearWall::look(Vec3d a, Vec3d b, double moves, const WallContactSettings& s
     std::sort(m_pairs.begin(), m_pairs.end(), [](const Pair& p, const Pair& q) {
         return p.distance != q.distance ? p.distance < q.distance : p.triangle < q.triangle;
     });
-    // A wire that has gone through the wall looks at all of it, to find its way back.
+    // A wire that has penetrated the wall searches all triangles to find its way back.
     m_is_beyond = !m_pairs.empty() && !(least > 0.5 * settings.radius_mm &&
                                         dot(off, ghost.normal(nearest, feature)) >= 0);
 }
@@ -93,7 +93,7 @@ bool NearWall::is_nearest(Vec3d on_wire, double distance, const GhostSurface& gh
     });
 }
 
-/// Triangles around a corner or an edge find the same place there.
+/// Whether the spot is the first at its corner or edge: adjacent triangles find the same point.
 bool NearWall::is_new(const Spot& spot, const GhostSurface& ghost) {
     if (spot.feature == 6) return true;
     const auto& t = ghost.triangles()[std::size_t(spot.triangle)];
@@ -110,19 +110,19 @@ void NearWall::consider(const SegmentOutside& segment, const Spot& spot,
                         const WallContactSettings& settings, const GhostSurface& ghost) {
     const Vec3d d = spot.on_wire - spot.on_wall;
     const double distance = norm(d);
-    // Farther away it may only be beyond the wall, which a segment in the lumen isn't.
+    // A point farther away is a candidate only for a segment beyond the wall.
     const double most = settings.radius_mm + settings.skin_mm + (m_is_beyond ? kLook : kOpen);
     if (distance > most || !is_new(spot, ghost)) return;
     const Vec3d out = ghost.normal(spot.triangle, spot.feature);
     double height = distance;
     if (out != Vec3d{0, 0, 0} && dot(d, out) < 0) height = -distance;
-    // Beyond a ridge are triangles that are seen from behind; only the nearest one knows the side.
+    // Beyond a ridge, triangles are seen from behind; only the nearest one determines the side.
     if (height < 0 && !is_nearest(spot.on_wire, distance, ghost)) return;
     if (!(distance > 1e-9) && out == Vec3d{0, 0, 0}) return;
     Found f;
     f.gap = height - settings.radius_mm - settings.skin_mm;
     if (f.gap > kOpen) return;
-    // The direction in between is right wherever there is a distance to speak of.
+    // The connecting direction is accurate unless the distance is tiny.
     const Vec3d normal = distance > 1e-3 || out == Vec3d{0, 0, 0} ? (1 / height) * d : out;
     f.place = spot.on_wall;
     f.triangle = spot.triangle;
@@ -137,7 +137,7 @@ void NearWall::consider(const SegmentOutside& segment, const Spot& spot,
     m_found.push_back(f);
 }
 
-/// Of those from here on: the deepest first, then such that point elsewhere.
+/// Keeps a few of the spots from here on: the deepest first, then others with distinct normals.
 void NearWall::keep_some(std::size_t from) {
     const auto begin = m_found.begin() + std::ptrdiff_t(from);
     std::sort(begin, m_found.end(), [](const Found& a, const Found& b) {
@@ -163,7 +163,7 @@ void NearWall::find(const SegmentOutside& segment, double nearer,
         m_triangles.push_back(pair.triangle);
     }
     std::sort(m_triangles.begin(), m_triangles.end());
-    // The segment's second node, and what is in between; its first node is the one before's.
+    // The segment's second node and its interior; its first node belongs to the previous segment.
     m_features.clear();
     for (const std::int32_t t : m_triangles) {
         const auto p = corners_of(ghost, t);
@@ -192,7 +192,7 @@ double NearWall::depth(const SegmentOutside& segment, double nearer, double radi
     for (int k = segment.is_first ? 0 : 1; k <= kPlaces; ++k) {
         const double along = double(k) / kPlaces;
         const Vec3d p = (1 - along) * segment.begin + along * segment.end;
-        // The nearest triangle says on which side a place is.
+        // The nearest triangle determines the side.
         double least = 1e300;
         std::int32_t triangle = 0;
         mesh::NearestOnTriangle nearest{};

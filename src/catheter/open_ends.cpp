@@ -11,7 +11,7 @@
 namespace pliant::catheter {
 namespace {
 
-/// Of the vessel's ends the one nearest to an opening, from 1 on; without ends the opening's own.
+/// Number of the vessel's end nearest to an opening, from 1 on; without ends the opening's index.
 std::int32_t number_of(const std::vector<VesselEnd>& ends, Vec3d hub, std::size_t opening) {
     if (ends.empty()) return std::int32_t(opening) + 1;
     const auto nearest =
@@ -21,7 +21,7 @@ std::int32_t number_of(const std::vector<VesselEnd>& ends, Vec3d hub, std::size_
     return std::int32_t(nearest - ends.begin()) + 1;
 }
 
-/// Six times the volume of a tetrahedron: positive where d is in front of a b c.
+/// Six times the volume of a tetrahedron: positive if d is in front of a b c.
 double side_of(Vec3d a, Vec3d b, Vec3d c, Vec3d d) {
     return dot(cross(b - a, c - a), d - a);
 }
@@ -47,7 +47,7 @@ Result<OpenEnds> OpenEnds::create(const VesselWall& wall) {
     return ends;
 }
 
-/// Outwards less inwards.
+/// Number of outward crossings minus inward crossings.
 int OpenEnds::crossings(const Lid& lid, Vec3d from, Vec3d to) {
     if (norm(0.5 * (from + to) - lid.hub) > lid.reach_mm + 0.5 * norm(to - from)) return 0;
     int out = 0;
@@ -55,7 +55,7 @@ int OpenEnds::crossings(const Lid& lid, Vec3d from, Vec3d to) {
         const Vec3d a = lid.hub, b = lid.rim[n], c = lid.rim[(n + 1) % lid.rim.size()];
         const bool front = side_of(a, b, c, to) > 0;
         if (front == (side_of(a, b, c, from) > 0)) continue;
-        // The line passes the triangle's three edges on the same side.
+        // The line passes all three edges of the triangle on the same side.
         const bool ab = side_of(from, to, a, b) > 0, bc = side_of(from, to, b, c) > 0,
                    ca = side_of(from, to, c, a) > 0;
         if (ab == bc && bc == ca) out += front ? 1 : -1;

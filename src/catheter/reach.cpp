@@ -1,13 +1,13 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// How wide boxes have to be. What a push does to a tube on a foundation dies away along it; slowest
-// of all that a push contains is the tube bent as a beam, over
+// Minimum reach of local steps. The displacement by a push decays along a tube on an elastic
+// foundation. The slowest component is bending of the tube as a beam, with the length
 //
 //   l = (4 E I/K)^¼,   I = π R³ t,  K = π R k   →   l = (4 E t R²/k)^¼
 //
-// for a wall of modulus E, thickness t and mean radius R, and a foundation of k pressure for a
-// displacement [Hetenyi1946]. Most of a local push is in narrower waves, so one l is enough.
+// for a wall of modulus E, thickness t and mean radius R, and a foundation with pressure k per
+// displacement [Hetenyi1946]. Most of a local push has shorter waves, so one l is enough.
 
 #include <pliant/catheter.h>
 
@@ -19,7 +19,7 @@
 namespace pliant {
 namespace {
 
-/// Somebody's own wall may come without it.
+/// A user's wall may lack the volume.
 double lumen_mm3_of(const VesselWall& wall) {
     return wall.lumen_mm3 > 0 ? wall.lumen_mm3 : vessel::enclosed_with_lids_mm3(wall.ghost);
 }

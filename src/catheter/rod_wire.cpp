@@ -21,7 +21,7 @@ using pbd::turn_by;
 using pbd::turn_of;
 using pbd::unit;
 
-/// Of a turn in one Newton step [rad]; only a wire that is far from rest wants more.
+/// Limit of a rotation in one Newton step [rad]; only a wire far from rest reaches it.
 constexpr double kMostTurn = 0.5;
 
 }  // namespace
@@ -42,13 +42,14 @@ RodWire::RodWire(const WireSettings& settings, double inserted_mm) : Wire(settin
 void RodWire::bend_tip(double first_rad, double second_rad) {
     const auto tip = std::size_t(m_settings.tip_segments);
     if (tip == 0) return;
-    // Towards the first axis is a turn about the second one.
+    // Bending towards the first axis is a rotation about the second one.
     const double share = 1 / double(tip);
     for (std::size_t i = m_count - tip; i < m_count; ++i)
         m_rest[i] = {-share * second_rad, share * first_rad, 0};
 }
 
-/// In the guide: along its axis, turned as it says. What came in beside it is led there smoothly.
+/// Places the nodes in the guide along its axis, with its rotation. Nodes that entered off the axis
+/// are led there smoothly.
 void RodWire::hold() {
     const Vec3d axis = rotated(m_settings.frame, {0, 0, 1});
     const Rotation frame = m_settings.frame * rotation_by({0, 0, m_turned});
@@ -78,7 +79,7 @@ void RodWire::predict(double h) {
     m_predicted_q = m_q;
 }
 
-/// What a segment's joint turns against: the segment before, or the guide.
+/// Reference frame of a segment's joint: the previous segment, or the guide.
 Rotation RodWire::before(std::size_t i) const {
     return i > 0 ? m_q[i - 1] : m_settings.frame * rotation_by({0, 0, m_turned});
 }
@@ -88,12 +89,12 @@ Vec3d RodWire::turn(std::int32_t segment) const {
     return turn_of(inverse_of(before(i)) * m_q[i]);
 }
 
-/// R D Γ: what the segment pulls its nodes together with.
+/// R D Γ: the segment's force on its nodes.
 Vec3d RodWire::stretch_force(std::size_t i) const {
     const Vec3d e = (1 / m_settings.segment_mm) * (m_x[i + 1] - m_x[i]);
     return m_settings.stretch * (e - rotated(m_q[i], {0, 0, 1}));
 }
-/// B (r − r₀)/l, in the frame of the segment before. @param turned  r
+/// B (r − r₀)/l, in the frame of the previous segment. @param turned  r
 Vec3d RodWire::bend_moment(std::size_t i, Vec3d turned) const {
     const Vec3d off = turned - m_rest[i];
     const double l = m_settings.segment_mm;
@@ -101,7 +102,7 @@ Vec3d RodWire::bend_moment(std::size_t i, Vec3d turned) const {
             m_settings.twist[i] / l * off.z};
 }
 
-/// ½ l |e − R e₃|² EA, e = (x₊ − x₋)/l: with GA = EA the energy doesn't care about directions.
+/// ½ l |e − R e₃|² EA, e = (x₊ − x₋)/l: with GA = EA the energy is isotropic.
 void RodWire::add_segment(std::size_t i) {
     const std::size_t k = i - std::size_t(m_first);
     const double l = m_settings.segment_mm, s = m_settings.stretch;
@@ -124,8 +125,8 @@ void RodWire::add_segment(std::size_t i) {
     m_chain.add_right(k - 1, 0, f);
 }
 
-/// With P = R L(r)ᵀ, L the derivative of the logarithm: P B Pᵀ/l of the turns and P m. Because
-/// L = 1 − ½[r]ₓ + s[r]ₓ², P Pᵀ is (1 − k r²) + k Rr (Rr)ᵀ with k = 2s − ¼ − s² r².
+/// With P = R L(r)ᵀ, L the derivative of the logarithm: adds P B Pᵀ/l for the rotations, and P m.
+/// With L = 1 − ½[r]ₓ + s[r]ₓ², P Pᵀ is (1 − k r²) + k Rr (Rr)ᵀ with k = 2s − ¼ − s² r².
 void RodWire::add_joint(std::size_t i) {
     const std::size_t k = i - std::size_t(m_first);
     const Rotation frame = before(i);
@@ -145,7 +146,7 @@ void RodWire::add_joint(std::size_t i) {
     m_chain.add_right(k - 1, 3, moment);
 }
 
-/// @returns the stiffness of friction
+/// @returns stiffness of the friction
 double RodWire::touch(WireContact& c) const {
     c.force = {0, 0, 0};
     if (c.segment < m_first) return 0;
@@ -199,7 +200,7 @@ void RodWire::solve(std::span<WireContact> contacts) {
         const double size = norm(by);
         m_q[i] = unit(turn_by(size > kMostTurn ? (kMostTurn / size) * by : by) * m_q[i]);
     }
-    // Of the places as they have become, which is what the wall gets.
+    // Forces at the final positions, which the wall receives.
     for (WireContact& c : contacts) touch(c);
 }
 

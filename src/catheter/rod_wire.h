@@ -1,16 +1,16 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// A wire with the energy of docs/pbd.md's rod, and with contact in the same Newton step.
+// A wire with the energy of the rod in docs/pbd.md, and with contact in the same Newton step.
 //
 // One step of implicit Euler minimises
 //
 //   ½ (x − x̃)ᵀ M/h² (x − x̃) + stretch, shear, bend and twist + contact
 //
-// by Gauss–Newton in places and turns: a chain of 6 × 6 blocks, one for each segment and the node
-// at its end. A contact somewhere on a segment couples the two nodes of that segment and no others,
-// so it fits into the chain; that is why the unknowns are not the multipliers, as they are in
-// pbd/rod.cpp. Without contact, both make the same step.
+// by Gauss–Newton in positions and rotations: a chain of 6 × 6 blocks, one per segment and its end
+// node. A contact on a segment couples only the two nodes of that segment, so it fits into the
+// chain. For this reason the unknowns are not the multipliers, as in pbd/rod.cpp. Without contact,
+// both make the same step.
 
 #pragma once
 
@@ -21,7 +21,7 @@ namespace pliant::catheter {
 
 class RodWire : public Wire {
   public:
-    /// All of it in the guide but `inserted_mm`, straight.
+    /// Straight, with all but `inserted_mm` in the guide.
     RodWire(const WireSettings& settings, double inserted_mm);
     std::unique_ptr<Wire> copy() const override { return std::make_unique<RodWire>(*this); }
     void assign(const Wire& other) noexcept override { *this = static_cast<const RodWire&>(other); }

@@ -15,7 +15,7 @@ namespace {
 
 using catheter::kMicronewtons;
 
-constexpr double kNanojoules = 1e6;  ///< in a millijoule
+constexpr double kNanojoules = 1e6;  ///< nJ per mJ
 
 }  // namespace
 
@@ -40,8 +40,8 @@ std::vector<std::string> warnings_of(const CatheterMeasures& m) {
     return warnings;
 }
 
-/// Calls work with a function from a particle to its place: from a copy of them all, or where there
-/// is no memory for that, one by one.
+/// Calls work with a function from a particle to its position: from a copy of all positions, or
+/// without memory for that, one by one.
 template <class Work>
 void CatheterScene::Impl::with_places(const Work& work) const {
     const auto count = std::size_t(body.particle_count());

@@ -1,13 +1,12 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// A step: boxes near the wire wake up; which triangles are near; then sub-steps, in each of which
-// wall and wire are moved freely and meet in the wire's Newton step. Where one of these fails, all
-// that a step changes is put back from copies made at its beginning, for which there is memory.
-// What contact has found isn't copied: where it has changed, the next step begins by finding it
-// anew.
+// A step wakes boxes near the wire, runs the broad phase, then makes sub-steps. In each sub-step
+// wall and wire move freely, and contact is solved in the wire's Newton step. If a step fails, the
+// changed state is restored from copies in preallocated memory. Contact isn't copied: if it has
+// changed, the next step finds it again.
 //
-// Units inside are g, mm, s: forces in µN, moduli in Pa, energies in nJ.
+// Internal units are g, mm, s: forces in µN, moduli in Pa, energies in nJ.
 
 #pragma once
 
@@ -51,11 +50,11 @@ struct CatheterScene::Impl {
         PbdRollback::reserve(body);
     }
 
-    /// What a step changes beside wire, body, boxes and contact.
+    /// State that a step changes, except wire, body, boxes and contact.
     struct Progress {
         catheter::ContactPace pace;
         double inserted = 0, rotated = 0, depth = 0;
-        double contact = 0;  ///< all that the wall is pushed with [µN]
+        double contact = 0;  ///< total contact force on the wall [µN]
         std::int64_t steps = 0;
         std::int32_t awake = -1;
         std::int32_t left_end = 0;
@@ -69,14 +68,15 @@ struct CatheterScene::Impl {
     catheter::OpenEnds ends;
     std::unique_ptr<PbdBoxes> boxes;
     catheter::WallContact contact;
-    bool is_contact_old = false;  ///< it is that of another state: a step begins by finding it anew
+    bool is_contact_old = false;  ///< contact belongs to another state, so the next step finds it
+                                  ///< again
     CatheterCommand command;
     Progress now, kept;
     std::vector<Vec3d> places;
 
     using Cell = std::array<std::int32_t, 4>;
     Vec3d rest_place(std::int32_t node) const { return wall.mesh.nodes_mm[std::size_t(node)]; }
-    // Of measures (scene.cpp).
+    // Measures (scene.cpp).
     template <class Work>
     void with_places(const Work& work) const;
     template <class Place>
@@ -86,7 +86,7 @@ struct CatheterScene::Impl {
     template <class Place>
     double wall_energy(const Place& place) const;
 
-    /// With nothing of the former one: the body is elsewhere.
+    /// Rebuilds contact from scratch after the body was repositioned.
     void renew_contact(const TaskArena& arena) {
         contact = catheter::WallContact(
             wall.mesh, wall.ghost, wall.ghost_places,
@@ -106,7 +106,7 @@ struct CatheterScene::Impl {
         places.assign(x.begin() + wire.first(), x.end());
         const double reach = settings.reach_mm + settings.catheter.radius_mm;
         if (const Status s = boxes->update(places, reach, body); !s.ok()) return s;
-        // Particles that have just begun to be blended in are held for this step still.
+        // Particles at the start of their blend are still held in this step.
         if (now.awake != boxes->active_tetrahedra()) contact.wake(body, arena);
         now.awake = boxes->active_tetrahedra();
         return Ok{};
@@ -148,7 +148,7 @@ struct CatheterScene::Impl {
         return Ok{};
     }
 
-    /// A step, of which half may be made where it fails.
+    /// Makes a step; it may be incomplete on failure.
     Status go_on(const TaskArena& arena) {
         if (is_contact_old) renew_contact(arena);
         if (const Status s = wake_boxes(arena); !s.ok()) return s;
@@ -162,7 +162,7 @@ struct CatheterScene::Impl {
         return Ok{};
     }
 
-    /// All of a step, or nothing.
+    /// Makes a step or changes nothing.
     Status step(const TaskArena& arena) noexcept {
         kept = now;
         kept_wire->assign(wire);

@@ -47,7 +47,7 @@ WireSettings wire_settings(const CatheterSettings& s) {
     const auto count = std::size_t(w.segments), tip = std::size_t(w.tip_segments);
     w.bend.assign(count, c.bend_n_mm2 * kMicronewtons);
     w.twist.assign(count, c.twist_n_mm2 * kMicronewtons);
-    // From stiff to soft over as long a way as the tip.
+    // The transition from stiff to soft is as long as the tip.
     for (std::size_t n = 0; n < std::min(count, 2 * tip); ++n) {
         const double share = n < tip ? 0 : double(n - tip + 1) / double(tip + 1);
         w.bend[count - 1 - n] =
@@ -105,8 +105,9 @@ Status check_entry(const VesselWall& wall, const CatheterEntry& entry, double se
     return Ok{};
 }
 
-/// A sub-step h moves a free node of the tip by h² EI/(l³ m) times its residual, a factor of 3 at
-/// most, and a wave in the wall by h √(E/ρ), which may be 1.3 edges.
+/// Minimum number of sub-steps. In a sub-step h, a free node of the tip moves by h² EI/(l³ m) times
+/// its residual, limited to a factor of 3, and a wave in the wall by h √(E/ρ), limited to 1.3
+/// edges.
 int sub_steps_of(const VesselWall& wall, const CatheterSettings& s) {
     constexpr double kTip = 3, kEdges = 1.3, kMost = 1000;
     const CatheterShape& c = s.catheter;
@@ -135,7 +136,7 @@ Result<PbdParts> parts_of(const VesselWall& wall, const WallTissue& tissue) {
                 parts->inverse_masses[n] = 0;
         }
     if (tissue.support_pa_per_mm == 0) return parts;
-    // The outer surface, which is the boundary without the lumen's side.
+    // The outer surface is the boundary without the faces to the lumen.
     const auto closed = vessel::with_lids(wall.ghost);
     if (!closed) return closed.error();
     const auto lumen = SurfaceDistance::create(*closed);

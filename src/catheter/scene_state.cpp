@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The state of a catheter in its vessel as numbers, for undo and for files.
+// State of a catheter in its vessel as numbers, for undo and files.
 
 #include "catheter/scene_impl.h"
 #include "catheter/state_numbers.h"
@@ -10,7 +10,7 @@
 namespace pliant {
 namespace {
 
-/// Of everything that a step changes.
+/// The state that a step changes.
 struct CatheterState {
     CatheterCommand command;
     double inserted = 0, rotated = 0, depth = 0, sub_step_s = 0;
@@ -58,7 +58,7 @@ std::vector<double> CatheterScene::state() const {
 
 Status CatheterScene::restore(std::span<const double> numbers, const TaskArena& arena) noexcept {
     const Status status = attempt([&] { return put(numbers); });
-    // Without memory for it the next step finds contact.
+    // Without memory, the next step finds contact.
     if (status.ok())
         (void)attempt([&]() -> Status {
             m_impl->renew_contact(arena);
@@ -86,7 +86,7 @@ Status CatheterScene::put(std::span<const double> numbers) {
             return s;
     if (i.boxes)
         if (const Status s = i.boxes->restore(state.boxes, i.body); !s.ok()) return s;
-    // Nothing fails from here on.
+    // The rest can't fail.
     PbdRollback::put_all(i.body, state.places, state.velocities);
     i.wire.assign(*state.wire);
     i.command = state.command;

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Rows of the settings of a catheter in a vessel, and of the scene files that have them.
+// Rows of the settings of a catheter in a vessel, and of scene files.
 
 #include <pliant/catheter.h>
 #include <pliant/vessel_scene.h>

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// A state as a row of numbers: the same functions write it and read it back, bit for bit.
+// Serialises a state as numbers: the same functions write it and read it back, bit for bit.
 
 #pragma once
 
@@ -17,7 +17,7 @@ namespace pliant::catheter {
 
 class StateNumbers {
   public:
-    StateNumbers() = default;  ///< writes
+    StateNumbers() = default;  ///< for writing
     explicit StateNumbers(std::span<const double> numbers) : m_left(numbers), m_reads(true) {}
 
     void value(double& v) {
@@ -48,11 +48,11 @@ class StateNumbers {
         const double square = q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z;
         if (!(std::abs(square - 1) <= kNotUnit)) m_good = false;
     }
-    /// As many as there are.
+    /// Exchanges all elements; the count is fixed.
     void places(std::vector<Vec3d>& all) {
         for (Vec3d& v : all) place(v);
     }
-    /// What is left is all that there is.
+    /// Exchanges all remaining numbers.
     template <class Whole>
     void wholes_to_the_end(std::vector<Whole>& all) {
         if (m_reads) all.assign(m_left.size(), 0);
@@ -60,14 +60,15 @@ class StateNumbers {
     }
 
     bool reads() const { return m_reads; }
-    /// Nothing was missing, no number, beyond all bounds, or too much. @pre all has been read
+    /// Whether all numbers were present, finite and in range, and none is left. @pre everything was
+    /// read
     bool is_good() const { return m_good && m_left.empty(); }
     std::vector<double> take() { return std::move(m_numbers); }
 
   private:
-    static constexpr double kLargest = 0x1p31;  ///< what is larger, no simulation comes to
-    static constexpr double kFarthest = 1e6;    ///< [mm], also of a velocity [mm/s]
-    static constexpr double kNotUnit = 1e-6;    ///< squared length of a rotation, less 1
+    static constexpr double kLargest = 0x1p31;  ///< limit of all values
+    static constexpr double kFarthest = 1e6;    ///< limit of positions [mm] and velocities [mm/s]
+    static constexpr double kNotUnit = 1e-6;    ///< tolerance of a rotation's squared length
 
     std::vector<double> m_numbers;
     std::span<const double> m_left;

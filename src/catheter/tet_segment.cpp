@@ -12,37 +12,38 @@
 namespace pliant::catheter {
 namespace {
 
-/// Of EI, what volumes have; of it, what GJ may be at least and at most beside them.
+/// Fraction of EI due to volumes, and limits of GJ as fractions of EI.
 constexpr double kBulkShare = 0.03, kLeastTwist = 0.05, kMostTwist = 4;
 
-/// A side is cut from behind at the column that comes first here, to the one ahead that comes
-/// later.
+/// Orders the columns of a side's diagonals: each is cut from the ring behind at the earlier column
+/// to the ring ahead at the later column.
 std::array<std::uint8_t, kRing> order_of_columns(bool odd) {
     return odd ? std::array<std::uint8_t, kRing>{1, 3, 2, 0}
                : std::array<std::uint8_t, kRing>{0, 2, 1, 3};
 }
 
-/// EI and GJ of a segment whose bars along, bars aslant or bulk modulus are 1, and rings rigid.
+/// EI and GJ of a segment for unit stiffness of axial bars, diagonal bars or bulk, with rigid
+/// rings.
 struct Shares {
     SegmentStiffness bend, twist;
 };
 Shares shares_of(double radius, double length) {
     Shares s;
     const Corners x = corners_at_rest(radius, length, {0, 0, 0});
-    // Both kinds of segments, and two directions of bending: the mean.
+    // Mean over both kinds of segments and two bending directions.
     for (const bool odd : {false, true})
         for (const Vec3d& turn : {Vec3d{1, 0, 0}, Vec3d{0, 1, 0}, Vec3d{0, 0, 1}}) {
             SegmentStiffness& to = turn.z != 0 ? s.twist : s.bend;
             const double part = 1 / length / (turn.z != 0 ? 2 : 4);
-            // Of a curvature or twist of 1: half of it ahead, half of it behind.
+            // Curvature or twist of 1: half of it ahead, half of it behind.
             Corners moved;
             for (std::size_t n = 0; n < x.size(); ++n)
                 moved[n] =
                     (n < kRing ? -0.5 : 0.5) * length * cross(turn, x[n] - Vec3d{0, 0, x[n].z});
             for (const Bar& b : bars_across(odd)) {
                 const double longer = dot(normalized(x[b.b] - x[b.a]), moved[b.b] - moved[b.a]);
-                // Bars aslant don't bend: rings move aside, one after the other, and they are
-                // slack.
+                // Diagonal bars don't resist bending: rings shift sideways and
+                // relax them.
                 if (b.is_along || turn.z != 0)
                     (b.is_along ? to.along : to.aslant) += part * longer * longer;
             }
@@ -125,7 +126,7 @@ SegmentStiffness stiffness_for(double bend, double twist, double radius, double 
     k.bulk = kBulkShare * bend / s.bend.bulk;
     k.aslant = (twist - k.bulk * s.twist.bulk) / s.twist.aslant;
     k.along = (1 - kBulkShare) * bend / s.bend.along;
-    // Rings keep their shape whatever else gives way.
+    // Rings are stiffer than all other parts, so they keep their shape.
     k.ring = 10 * (k.along + k.aslant);
     return k;
 }

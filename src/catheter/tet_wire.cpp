@@ -11,7 +11,7 @@
 namespace pliant::catheter {
 namespace {
 
-/// Of a node in one Newton step, as a share of a segment's length.
+/// Limit of a node's motion in one Newton step, as a fraction of a segment's length.
 constexpr double kMostMove = 0.5;
 const auto kRingBars = bars_in_ring();
 const std::array<std::array<Bar, kAcross>, 2> kBars{bars_across(false), bars_across(true)};
@@ -23,7 +23,7 @@ Vec3d middle_of(const std::vector<Vec3d>& nodes, std::size_t ring) {
     return (1.0 / kRing) * sum;
 }
 
-/// What a bar pulls its second node with, for a change of its length.
+/// Force of a bar on its second node.
 Vec3d pull_of(Vec3d from, Vec3d to, double rest, double stiffness) {
     const Vec3d d = to - from;
     const double length = norm(d);
@@ -63,7 +63,7 @@ const TetWire::Rest& TetWire::rest(std::size_t segment) const {
 
 void TetWire::bend_tip(double first_rad, double second_rad) {
     if (m_settings.tip_segments == 0) return;
-    // Towards the first axis is a turn about the second one.
+    // Bending towards the first axis is a rotation about the second one.
     const double share = 1 / double(m_settings.tip_segments);
     for (const bool odd : {false, true})
         m_bent[odd] = rest_of(odd, {-share * second_rad, share * first_rad, 0});
@@ -76,7 +76,7 @@ Vec3d TetWire::in_guide(std::size_t node, double fed_mm, double turned_rad) cons
            rotated(m_settings.frame, {r * std::cos(angle), r * std::sin(angle), fed_mm});
 }
 
-/// In the guide: where it says. What came in beside is led there smoothly.
+/// Places the nodes in the guide. Nodes that entered off their position are led there smoothly.
 void TetWire::hold() {
     const double keep = std::exp(-m_h / kSettle);
     for (std::size_t n = 0; n < kRing * (std::size_t(m_first) + 1); ++n) {
@@ -110,7 +110,7 @@ Corners TetWire::corners(const std::vector<Vec3d>& nodes, std::size_t segment) c
     return x;
 }
 
-/// Nodes in the guide are no unknowns.
+/// Adds a coupling of two nodes. Nodes in the guide are no unknowns.
 void TetWire::add_pair(std::size_t a, std::size_t b, const Mat3d& m) {
     const std::size_t held = kRing * (std::size_t(m_first) + 1);
     if (a < held || b < held) return;
@@ -127,7 +127,8 @@ void TetWire::add_force(std::size_t node, Vec3d force) {
     m_chain.add_right((node - held) / kRing, 3 * (node % kRing), force);
 }
 
-/// The second derivative across the bar is left out where it is pushed: it would be negative.
+/// Adds a bar. The second derivative across a compressed bar is left out, because it would be
+/// negative.
 void TetWire::add_bar(std::size_t a, std::size_t b, double rest, double stiffness) {
     const Vec3d d = m_nodes[b] - m_nodes[a],
                 pull = pull_of(m_nodes[a], m_nodes[b], rest, stiffness);
@@ -170,7 +171,7 @@ void TetWire::add_segment(std::size_t i) {
     }
 }
 
-/// Of the places of the segment's nodes: those of the axis, and those of where it touches.
+/// Weights of the segment's nodes: in a point on the axis, and in the contact point.
 TetWire::Weights TetWire::weights(const WireContact& c) const {
     Weights w;
     const auto i = std::size_t(c.segment);
@@ -185,7 +186,7 @@ TetWire::Weights TetWire::weights(const WireContact& c) const {
     return w;
 }
 
-/// @returns the stiffness of friction
+/// @returns stiffness of the friction
 double TetWire::touch(WireContact& c, const Weights& w) const {
     c.force = {0, 0, 0};
     if (c.segment < m_first) return 0;
@@ -239,7 +240,7 @@ void TetWire::solve(std::span<WireContact> contacts) {
         m_nodes[n] = m_nodes[n] + (size > most ? most / size : 1.0) * by;
     }
     find_axis();
-    // Of the places as they have become, which is what the wall gets.
+    // Forces at the final positions, which the wall receives.
     for (WireContact& c : contacts) touch(c, weights(c));
 }
 

@@ -1,17 +1,17 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// A catheter of tetrahedra [VesselPbd2016], fed and turned at its base, whose tip bends about two
-// axes across: three rotations and a translation along the axis.
+// A catheter of tetrahedra [VesselPbd2016], fed and rotated at its base. Its tip bends about two
+// perpendicular axes. So it has three rotations and a translation along the axis.
 //
-// The paper moves its tip and lets the rest follow by what contact pushes. Here the whole body is
-// solved: one step of implicit Euler minimises
+// The paper moves the tip, and the rest follows the contact forces. Here the whole body is solved.
+// One step of implicit Euler minimises
 //
 //   ½ (x − x̃)ᵀ M/h² (x − x̃) + Σ ½ k (length − rest)² + Σ ½ K (V − V₀)²/V₀ + contact
 //
-// by Gauss–Newton in the places of all nodes: a chain of 12 × 12 blocks, one for each ring. The
-// surface that touches the wall is round, the one through the rings' nodes. A push acts on the
-// axis, friction where it touches.
+// by Gauss–Newton in the positions of all nodes: a chain of 12 × 12 blocks, one per ring. The
+// surface for contact is the round one through the rings' nodes. Normal force acts on the axis,
+// friction at the contact point.
 
 #pragma once
 
@@ -23,7 +23,7 @@ namespace pliant::catheter {
 
 class TetWire : public Wire {
   public:
-    /// All of it in the guide but `inserted_mm`, straight. @pre settings within twist_bounds()
+    /// Straight, with all but `inserted_mm` in the guide. @pre settings within twist_bounds()
     TetWire(const WireSettings& settings, double inserted_mm);
     std::unique_ptr<Wire> copy() const override { return std::make_unique<TetWire>(*this); }
     void assign(const Wire& other) noexcept override { *this = static_cast<const TetWire&>(other); }
@@ -44,7 +44,7 @@ class TetWire : public Wire {
     std::int64_t inverted() const override;
     void exchange(StateNumbers& state) override;
 
-    /// Four for each node of the axis.
+    /// Four nodes for each node of the axis.
     const std::vector<Vec3d>& nodes() const { return m_nodes; }
 
   private:
@@ -72,9 +72,9 @@ class TetWire : public Wire {
     void find_axis();
 
     std::vector<SegmentStiffness> m_stiffness;
-    std::array<Rest, 2> m_straight, m_bent;  ///< of even and odd segments
+    std::array<Rest, 2> m_straight, m_bent;  ///< for even and odd segments
     std::array<double, kInRing> m_ring;      ///< rest lengths
-    double m_held_mm, m_held_rad;            ///< where the guide held it before
+    double m_held_mm, m_held_rad;            ///< last position and rotation in the guide
     std::vector<Vec3d> m_nodes, m_old_nodes, m_predicted, m_node_v;
     ScratchChain<kBlock> m_chain;
 };

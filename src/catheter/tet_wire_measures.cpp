@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// What is asked of a catheter of tetrahedra: forces, energies, its mesh.
+// Measures of a catheter of tetrahedra: forces, energies, its mesh.
 
 #include <algorithm>
 #include <cmath>
@@ -12,7 +12,8 @@
 
 namespace pliant::catheter {
 
-/// Of bars between rings and of volumes on the segment's nodes. Bars of rings are in balance.
+/// Forces of the bars between rings and of the volumes on the segment's nodes. Bars of rings are in
+/// balance.
 Corners TetWire::segment_forces(std::size_t i) const {
     const bool odd = i % 2;
     const SegmentStiffness& k = m_stiffness[i];
@@ -123,7 +124,7 @@ std::int64_t TetWire::inverted() const {
     return count;
 }
 
-/// The rest shape of the tip follows from the next command.
+/// The tip's rest shape isn't included: the next command sets it.
 void TetWire::exchange(StateNumbers& state) {
     Wire::exchange(state);
     state.value(m_held_mm);

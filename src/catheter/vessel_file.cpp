@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// TOML to a VesselFile, and the rules between its settings.
+// Conversion of TOML to a VesselFile, and the rules between its settings.
 
 #include <pliant/text_input.h>
 #include <pliant/vessel_scene.h>
@@ -66,7 +66,7 @@ Status check_act(const TomlTable& table, const VesselAct& act, const VesselFile&
     return Ok{};
 }
 
-/// Steps of all acts together, as far as for_s bounds them.
+/// Checks the total number of steps of all acts with a for_s bound.
 Status check_steps(const VesselFile& v) {
     double seconds = 0;
     for (const VesselAct& act : v.acts) seconds += act.for_s.value_or(0);
@@ -80,7 +80,7 @@ Status check_steps(const VesselFile& v) {
                      std::to_string(kMaxVesselSteps)};
 }
 
-/// Sets the values of one table: those of the catheter, and the file's others.
+/// Sets the values of one table, for the catheter and for the rest of the file.
 Status read_values(const TomlTable& table, VesselFile& v) {
     TomlTable catheter{table.name, table.number, {}}, others = catheter;
     std::string known;
@@ -111,7 +111,7 @@ Status read_act(const TomlTable& table, VesselFile& v) {
     return Ok{};
 }
 
-/// The table with a name; where the file has none, an empty one.
+/// Finds a table by its name; empty if absent.
 TomlTable find_table(const std::vector<TomlTable>& tables, std::string_view name) {
     for (const TomlTable& table : tables)
         if (table.name == name) return table;

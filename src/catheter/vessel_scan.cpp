@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Each voxel's value follows from its distance to the wall's boundary, and outside of the wall from
-// the side of the ghost surface, closed with lids, that it is on. Where a block of voxels is far
-// from both, its middle tells for all of them.
+// The value of a voxel depends on its distance to the wall's boundary, and outside of the wall on
+// its side of the ghost surface, closed with lids. If a block of voxels is far from both surfaces,
+// its middle determines all of its values.
 
 #include <pliant/mesh_distance.h>
 #include <pliant/mesh_quality.h>
@@ -23,13 +23,13 @@ constexpr double kLumenHu = 300, kWallHu = 90, kTissueHu = 40, kPatternHu = 20;
 constexpr double kPattern_mm = 12;
 constexpr int kBlock = 8;
 
-/// −1…1 and back along a period; exact on every machine, which a cosine isn't.
+/// Triangle wave in −1…1; bit-identical on every machine, unlike a cosine.
 double wave(double x) {
     const double part = x / kPattern_mm - std::floor(x / kPattern_mm);
     return 4 * std::abs(part - 0.5) - 1;
 }
 
-/// What the space around a wall is made of.
+/// Distances to the wall and to the lumen.
 class Around {
   public:
     static Result<Around> create(const VesselWall& wall) {
@@ -44,7 +44,7 @@ class Around {
     }
 
     struct Place {
-        double wall_mm, lumen_mm;  ///< below 0: in it
+        double wall_mm, lumen_mm;  ///< negative inside
         bool is_far(double reach_mm) const {
             return std::abs(wall_mm) > reach_mm && std::abs(lumen_mm) > reach_mm;
         }

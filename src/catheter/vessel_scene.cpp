@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// From a scene file to the wall, the way through its lumen, and where the guide ends.
+// Construction of the wall, the path through its lumen, and the guide's end from a scene file.
 
 #include <pliant/lumen_path.h>
 #include <pliant/vessel_scene.h>
@@ -15,7 +15,7 @@
 namespace pliant {
 namespace {
 
-/// The phantoms: "bend" is a tube with a quarter of a circle in it, "arch" one that turns back.
+/// The phantoms: "bend" is a tube with a quarter circle, "arch" one with a half circle.
 std::vector<CentrePoint> phantom_branch(const std::string& name) {
     const double bend = name == "arch" ? std::numbers::pi : std::numbers::pi / 2,
                  radius = name == "arch" ? 35 : 30, tube = name == "arch" ? 10 : 4;

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The acts of a scene file: commands, and the bounds at which each of them ends.
+// The acts of a scene file: commands, and the bounds at which they end.
 
 #include <pliant/vessel_scene.h>
 

@@ -12,13 +12,12 @@
 namespace pliant::catheter {
 namespace {
 
-constexpr std::int64_t kSegmentGrain = 4;  ///< that a thread takes at once
-/// What was found near is kept until something has moved by more than this [mm], or for so many
-/// steps.
+constexpr std::int64_t kSegmentGrain = 4;  ///< segments per task
+/// The broad phase is reused until a node has moved by more than this [mm], or for so many steps.
 constexpr double kKept = 0.3;
 constexpr int kMostKept = 20;
 
-/// In a step, as fast as it goes.
+/// Distance of a segment in a step at its present speed.
 double way_of(const Wire& wire, std::int32_t segment, double duration_s) {
     const auto& v = wire.velocities();
     const auto s = std::size_t(segment);
@@ -69,7 +68,7 @@ void WallContact::look_anew(const Wire& wire, const PbdBody& body, double durati
     m_age = 0;
     m_is_new = true;
     m_ghost.update(body, m_awake, arena);
-    // With the one that may come out of the guide in this step.
+    // Includes the segment that may leave the guide in this step.
     m_first = std::max(0, wire.first() - 1);
     const std::int64_t count = wire.segments() - m_first;
     m_near.resize(std::size_t(count));
@@ -91,7 +90,7 @@ void WallContact::look_anew(const Wire& wire, const PbdBody& body, double durati
     m_wall_moved = 0;
 }
 
-/// The normals of corners and edges need the triangles around.
+/// The normals of corners and edges need the adjacent triangles.
 void WallContact::find_near_nodes() {
     m_near_nodes.clear();
     ++m_turn;
@@ -109,14 +108,14 @@ void WallContact::find_near_nodes() {
             }
 }
 
-/// By how much a segment and a triangle have come nearer since `look`, at most.
+/// Upper bound of the approach of a segment and a triangle since `look`.
 double WallContact::moved(const Wire& wire, std::int32_t segment) const {
     const auto s = std::size_t(segment);
     const auto of = [&](std::size_t n) { return norm(wire.places()[n] - m_places_seen[n]); };
     return m_wall_moved + std::max(of(s), of(s + 1));
 }
 
-/// The grid of triangles may be filled anew: half of it is none.
+/// The grid of triangles may be incomplete after a failure.
 double WallContact::update_near(const PbdBody& body, const TaskArena& arena) {
     const bool was_new = m_is_new;
     m_is_new = true;
@@ -125,8 +124,7 @@ double WallContact::update_near(const PbdBody& body, const TaskArena& arena) {
     return moved;
 }
 
-/// Whether something has gone farther than `look` allowed for: a blow, or a wall that gives way at
-/// once.
+/// Whether a motion exceeds the bound of `look`: an impact, or a wall that gives way suddenly.
 bool WallContact::is_outrun(const Wire& wire) const {
     if (wire.first() < m_first) return true;
     for (std::int32_t s = wire.first(); s < wire.segments(); ++s)
@@ -134,7 +132,7 @@ bool WallContact::is_outrun(const Wire& wire) const {
     return false;
 }
 
-/// work(segment, number in m_near) for all of which a part is out of the guide.
+/// Calls work(segment, number in m_near) for all segments with a part outside of the guide.
 template <class Work>
 void WallContact::for_outside(const Wire& wire, const TaskArena& arena, const Work& work) {
     const std::int64_t skipped = std::max(0, wire.first() - m_first);
@@ -164,7 +162,7 @@ std::span<WireContact> WallContact::gather(const Wire& wire, const PbdBody& body
     return m_contacts;
 }
 
-/// What a contact rests on, and where that goes by itself.
+/// Computes the particles that bear a contact, and their unconstrained motion.
 void WallContact::rest_on(const NearWall::Found& found, const PbdBody& body, double h) {
     const auto& t = m_ghost.triangles()[std::size_t(found.triangle)];
     const auto place = [&](std::size_t k) { return m_ghost.places()[std::size_t(t[k])]; };
@@ -210,7 +208,7 @@ void WallContact::find_compliances(double h) {
     }
 }
 
-/// Forces on particles.
+/// Sums up the forces on particles.
 void WallContact::sum_up() {
     for (const std::int32_t p : m_borne) m_share[std::size_t(p)] = 0;
     m_borne.clear();
@@ -234,7 +232,7 @@ void WallContact::yield(double h) {
     for (std::size_t c = 0; c < m_contacts.size(); ++c) {
         WireContact& contact = m_contacts[c];
         contact.pushed = dot(contact.force, contact.normal);
-        // The surfaces' own compliance is what may be left between them.
+        // The surfaces' compliance allows this remaining gap.
         contact.yielded = (-m_settings.compliance * contact.pushed) * contact.normal;
         for (const Bearing& b : bearings(c)) {
             if (m_share[std::size_t(b.particle)] == 0) continue;

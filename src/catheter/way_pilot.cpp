@@ -1,8 +1,9 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The tip's rest shape is bent about the two axes across it by a share of the angle between where
-// it points and the way ahead; what is not enough adds up, within bounds.
+// Bends the tip's rest shape about its two transverse axes by a share of the angle between the
+// tip's direction and the path ahead. The bends integrate the remaining angle, within bounds
+// (integral control).
 
 #include <pliant/catheter.h>
 
@@ -24,7 +25,7 @@ WayPilot::WayPilot(std::vector<Vec3d> way_mm, double ahead_mm, double gain, doub
 Vec3d WayPilot::at(double length_mm) const {
     const auto after = std::upper_bound(m_length.begin(), m_length.end(), length_mm);
     if (after == m_length.begin()) return m_way.front();
-    if (after == m_length.end()) {  // straight on
+    if (after == m_length.end()) {  // extrapolate
         const std::size_t n = m_way.size();
         if (n < 2) return m_way.back();
         return m_way[n - 1] +
@@ -58,7 +59,7 @@ void WayPilot::steer(const CatheterScene& scene, CatheterCommand& command) {
     const double across = std::hypot(local.x, local.y);
     if (!(across > 1e-9)) return;
     const double off = std::atan2(across, local.z) * 180 / std::numbers::pi;
-    // Slowly, as a hand does: what is missing is made good over some tenths of a second.
+    // Slow like a hand: the error is corrected over some tenths of a second.
     const double share = m_gain * off * scene.settings().time_step_s * 10;
     m_first += share * local.x / across;
     m_second += share * local.y / across;

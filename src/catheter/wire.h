@@ -1,16 +1,15 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// What is fed through a guide into a vessel, whatever it is made of: a chain of segments along its
-// axis, which is all that contact with the wall has to know.
+// Interface of a wire that is fed through a guide into a vessel: a chain of segments along its
+// axis, which is all that contact needs.
 //
 //     guide                  in the vessel
 //   ═══●════●════●═╗
-//      n    n+1  first ●────●────●────●   nodes up to `first` are in the guide and go where it says
+//      n    n+1  first ●────●────●────●   nodes up to `first` are in the guide and follow it
 //   ═══════════════╝
 //
-// A step of h seconds: predict, then Newton steps with what the predicted places touch, then
-// finish.
+// A step of h seconds: predict, find contacts at the predicted positions, Newton steps, finish.
 
 #pragma once
 
@@ -31,37 +30,37 @@ struct WireSettings {
     std::int32_t segments = 100;
     double segment_mm = 3;
     double mass_g_mm = 2e-3;
-    std::vector<double> bend;   ///< [segment]: EI of the joint before it [µN mm²]
-    std::vector<double> twist;  ///< GJ, likewise
-    double stretch = 1e9;       ///< EA [µN], and GA; of the rod
-    double radius_mm = 0.9;     ///< where the nodes of tetrahedra are
+    std::vector<double> bend;   ///< [segment]: EI of the joint in front of it [µN mm²]
+    std::vector<double> twist;  ///< [segment]: GJ [µN mm²]
+    double stretch = 1e9;       ///< EA and GA of the rod [µN]
+    double radius_mm = 0.9;     ///< distance of the tetrahedra's nodes from the axis
     double damping = 0;         ///< of velocities [1/s]
     std::int32_t tip_segments = 0;
-    Vec3d entry{0, 0, 0};  ///< the end of the guide; it leads straight there along the third axis
+    Vec3d entry{0, 0, 0};  ///< end of the guide, which leads there along the third axis
     Rotation frame{};
 };
 
-/// Somewhere on a segment the wire must stay on one side of a plane, and slides along it: a spring
-/// that only pushes, and along the wall what Coulomb's friction allows.
+/// Contact at a point of a segment: the wire stays on one side of a plane and slides along it. A
+/// unilateral spring, with Coulomb friction.
 struct WireContact {
     std::int32_t segment = 0;
     double along = 0;        ///< 0…1
-    Vec3d normal{0, 0, 0};   ///< to the side where the wire may be
-    Vec3d lever{0, 0, 0};    ///< from the axis to where it touches
-    double least = 0;        ///< normal · (place on the axis) is at least this
+    Vec3d normal{0, 0, 0};   ///< towards the free side
+    Vec3d lever{0, 0, 0};    ///< from the axis to the contact point
+    double least = 0;        ///< lower bound of normal · (position on the axis)
     double compliance = 0;   ///< [mm/µN]
-    double friction = 0;     ///< Coulomb's
-    Vec3d sticks{0, 0, 0};   ///< where the place on the axis would be if nothing slid nor turned
-    double sticking_mm = 0;  ///< up to here friction grows with the way slid
+    double friction = 0;     ///< Coulomb friction coefficient
+    Vec3d sticks{0, 0, 0};   ///< position on the axis without sliding and rotation
+    double sticking_mm = 0;  ///< friction grows with the sliding distance up to here
     Vec3d force{0, 0, 0};    ///< on the wire [µN], after solve
-    // What the last iteration has found: how hard it pushes, and how far the wall has given way.
+    // State of the last iteration: normal force, and displacement of the wall.
     double pushed = 0;
     Vec3d yielded{0, 0, 0};
 
-    /// Finds the force. A way slid of `sticking_mm` or more has all of the friction.
-    /// @param place  on the axis
-    /// @param slid  where the wire touches, from where it would be if nothing slid nor turned
-    /// @returns the stiffness of friction; 0 with a force of 0 where nothing pushes
+    /// Computes the force. Friction is complete from a sliding distance of `sticking_mm` on.
+    /// @param place  position on the axis
+    /// @param slid  sliding distance of the contact point, as a vector
+    /// @returns stiffness of the friction; 0 with a force of 0 for an open contact
     double touch(Vec3d place, Vec3d slid);
 };
 
@@ -69,49 +68,49 @@ class Wire {
   public:
     virtual ~Wire() = default;
     virtual std::unique_ptr<Wire> copy() const = 0;
-    /// Becomes like another one of the same kind and settings, without asking for memory.
+    /// Copies another wire of the same kind and settings without allocating.
     virtual void assign(const Wire& other) noexcept = 0;
 
     std::int32_t segments() const { return m_settings.segments; }
-    std::int32_t first() const { return m_first; }  ///< the last node in the guide
-    /// Where the guide ends on segment `first`, 0…1 along it.
+    std::int32_t first() const { return m_first; }  ///< index of the last node in the guide
+    /// Position of the guide's end on segment `first`, 0…1.
     double guide_end() const;
     double length() const { return m_settings.segment_mm * m_settings.segments; }
 
-    /// Where the guide holds it at the end of the next step.
+    /// Sets the guide's position and rotation at the end of the next step.
     void feed(double inserted_mm, double turned_rad);
-    /// The rest shape of the tip: bent towards the first and the second axis, all in all.
+    /// Sets the rest shape of the tip: total bends towards the first and the second axis.
     virtual void bend_tip(double first_rad, double second_rad) = 0;
 
     virtual void predict(double h) = 0;
     virtual void solve(std::span<WireContact> contacts) = 0;
     virtual void finish() = 0;
 
-    /// Of the nodes along the axis.
+    /// Positions of the nodes along the axis.
     const std::vector<Vec3d>& places() const { return m_x; }
     const std::vector<Vec3d>& places_before() const { return m_old_x; }
     const std::vector<Vec3d>& velocities() const { return m_v; }
-    /// Its third axis points ahead, the first two are those of bends.
+    /// Frame of the tip: the third axis points ahead, the tip bends about the first two.
     virtual Rotation tip_frame() const = 0;
-    /// Of the wire on the guide [µN], [µN mm].
+    /// Force [µN] and moment [µN mm] of the wire on the guide.
     virtual Vec3d base_force() const = 0;
     virtual Vec3d base_moment() const = 0;
     virtual double elastic_energy() const = 0;  ///< [nJ = µN mm]
     virtual double kinetic_energy() const = 0;
     virtual bool is_good() const = 0;
-    /// Places and velocities.
+    /// Adds positions and velocities.
     virtual void add_to(Hash64& hash) const;
-    /// Between two steps.
+    /// Writes or reads the state between two steps.
     virtual void exchange(StateNumbers& state);
-    /// What it is made of, as it is now; empty where that is no tetrahedra.
+    /// Tetrahedra in the present shape; empty for a rod.
     virtual TetMesh mesh() const { return {}; }
-    virtual std::int64_t inverted() const { return 0; }  ///< of these tetrahedra
+    virtual std::int64_t inverted() const { return 0; }  ///< number of inverted tetrahedra
 
   protected:
     Wire(const WireSettings& settings, double inserted_mm);
     Wire(const Wire&) = default;
     Wire& operator=(const Wire&) = default;
-    /// Along the axis, of a node in the guide.
+    /// Coordinate of a node in the guide along its axis.
     double fed_mm(std::size_t node) const {
         return m_inserted - m_settings.segment_mm * double(m_count - node);
     }
@@ -123,7 +122,7 @@ class Wire {
     std::vector<Vec3d> m_x, m_old_x, m_v;
 };
 
-/// What is off its place in the guide when it is drawn in comes back to it in about this time [s].
+/// Time constant by which nodes drawn into the guide settle on its axis [s].
 inline constexpr double kSettle = 0.02;
 
 }  // namespace pliant::catheter

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Arrays that start at a cache line, as vector loads like them.
+// Cache-line-aligned vectors.
 
 #pragma once
 

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Half floats (IEEE 754 binary16): the numbers that textures of the page hold.
+// Half floats (IEEE 754 binary16): the format of the page's textures.
 
 #pragma once
 
@@ -10,7 +10,7 @@
 
 namespace pliant {
 
-/// To nearest, ties to even. What is beyond ±65504 is clamped; no number stays no number.
+/// Rounds to nearest, ties to even. Values beyond ±65504 are clamped; NaN stays NaN.
 inline std::uint16_t half_from_float(float value) {
     const auto bits = std::bit_cast<std::uint32_t>(value);
     const auto sign = std::uint16_t((bits >> 16) & 0x8000U);
@@ -18,7 +18,7 @@ inline std::uint16_t half_from_float(float value) {
     if (size > 0x7f800000U) return std::uint16_t(sign | 0x7e00U);
     if (size > 0x477fe000U) return std::uint16_t(sign | 0x7bffU);  // 65504
     if (size < 0x38800000U) {
-        // Below 2⁻¹⁴ halves are multiples of 2⁻²⁴, as floats are from 0.5 on: adding rounds.
+        // Below 2⁻¹⁴ halves are multiples of 2⁻²⁴, like floats from 0.5 on, so an addition rounds.
         const float sum = std::bit_cast<float>(size) + 0.5F;
         return std::uint16_t(sign | (std::bit_cast<std::uint32_t>(sum) - 0x3f000000U));
     }

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// 64-bit hash of bytes, for golden results: order matters, equal on every machine of one byte
+// 64-bit hash of bytes for golden results: order-dependent, equal on all machines of one byte
 // order. The mixing step is the finaliser of MurmurHash3 [Appleby2011], applied to whole words.
 
 #pragma once
@@ -25,8 +25,8 @@ class Hash64 {
         add_part(values);
         add_word(values.size_bytes());
     }
-    /// Values that are followed by more of the same span. Parts of whole words, and the count
-    /// after the last, give what add would give for all.
+    /// Adds a part of a span. Parts of whole words, with the total count after the last one, are
+    /// equivalent to one call of add.
     template <class T>
     void add_part(std::span<const T> values) {
         const auto* bytes = reinterpret_cast<const unsigned char*>(values.data());

@@ -50,7 +50,7 @@ bool is_number(const std::string& place) {
     return !place.empty() && place.find_first_not_of("0123456789") == place.npos;
 }
 
-/// @returns nothing unless the text is whole, and all its names lie in one folder
+/// @returns nullopt unless the text is complete, and all its names lie in one folder
 std::optional<Journal> parse(std::string_view text) {
     Journal journal;
     const auto word = [&] {

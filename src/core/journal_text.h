@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The journal of a commit as a file: words that end in a zero byte, which no name has.
+// The journal of a commit as a file: words terminated by a zero byte, which file names can't
+// contain.
 
 #pragma once
 
@@ -16,15 +17,15 @@
 namespace pliant::staging {
 
 struct Journal {
-    std::vector<std::string> parts{};  ///< temporary folders of the other places
-    std::string first{};               ///< of a part: the folder with the journal that decides
+    std::vector<std::string> parts{};  ///< temporary folders of the other folders with outputs
+    std::string first{};               ///< in a part: the folder with the deciding journal
     std::vector<Move> moves{};
 };
 
-/// @returns nothing unless the file is whole, and all its names lie in one folder
+/// @returns nullopt unless the file is complete, and all its names lie in one folder
 std::optional<Journal> read_journal(const std::filesystem::path& file);
 
-/// Written under another name, synced, renamed.
+/// Writes to a temporary name, syncs and renames.
 std::error_code write_journal(const std::filesystem::path& folder, const char* name,
                               const Journal& journal);
 

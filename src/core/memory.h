@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Large pieces of uninitialised memory with an alignment of their own. They come from operator new,
-// so that a program that replaces it sees every allocation of the library.
+// Large blocks of uninitialised memory with a given alignment. They come from operator new, so that
+// a program that replaces it sees all allocations of the library.
 
 #pragma once
 
@@ -22,9 +22,8 @@ struct FreeAligned {
 template <class T>
 using AlignedMemory = std::unique_ptr<T, FreeAligned>;
 
-/// Memory for trivial objects; nothing is written to it.
+/// Allocates uninitialised memory for trivial objects. Throws std::bad_alloc.
 /// @param alignment  [bytes] a power of two
-/// Throws std::bad_alloc.
 template <class T>
 AlignedMemory<T> allocate_aligned(std::size_t bytes, std::size_t alignment) {
     return AlignedMemory<T>(static_cast<T*>(::operator new(bytes, std::align_val_t(alignment))),

@@ -18,7 +18,7 @@ namespace pliant {
 namespace fs = std::filesystem;
 namespace {
 
-/// Requests that aren't worth a look [bytes].
+/// Smaller requests are not checked [bytes].
 constexpr std::uint64_t kSmall = 1 << 22;
 
 std::atomic<const MemorySources*> g_other_sources = nullptr;
@@ -33,7 +33,7 @@ std::optional<std::uint64_t> number_in(const fs::path& file) {
     return number;
 }
 
-/// The number behind a word.
+/// Reads the number after a word.
 std::optional<std::uint64_t> number_behind(const fs::path& file, std::string_view name) {
     std::ifstream stream(file);
     std::string word;
@@ -46,10 +46,10 @@ std::optional<std::uint64_t> number_behind(const fs::path& file, std::string_vie
 struct GroupFiles {
     const char* limit;
     const char* usage;
-    const char* files;  ///< in memory.stat: pages of files that can be given back
+    const char* files;  ///< in memory.stat: reclaimable page cache
 };
 
-/// Room under the limits of a group and of all above it.
+/// Room under the limits of a group and its ancestors.
 std::uint64_t room_in(const fs::path& hierarchy, fs::path group, const GroupFiles& files) {
     std::uint64_t room = kUnlimited;
     for (group = group.relative_path();; group = group.parent_path()) {
@@ -72,8 +72,8 @@ std::uint64_t room_in_groups(const fs::path& root) {
     const fs::path groups = root / "sys/fs/cgroup";
     std::uint64_t room = kUnlimited;
     std::ifstream stream(root / "proc/self/cgroup");
-    // "0::/path" of version 2, "4:memory:/path" or "4:cpu,memory:/path" of version 1. Within a
-    // container the path may be the host's: then it isn't there, but its parents are.
+    // Entries are "0::/path" in version 2, "4:memory:/path" or "4:cpu,memory:/path" in version 1.
+    // In a container the path may be the host's: it then doesn't exist, but its ancestors do.
     for (std::string line; std::getline(stream, line);) {
         const std::size_t first = line.find(':'), second = line.find(':', first + 1);
         if (second == line.npos) continue;

@@ -27,7 +27,7 @@ Error not_written(const fs::path& path, int number) {
     return not_written(path, std::generic_category().message(number));
 }
 
-/// Also to a descriptor that doesn't block: another process may have set that.
+/// Also supports non-blocking descriptors: another process may have set that mode.
 int write_all(int descriptor, const char* bytes, std::size_t count) {
     while (count > 0) {
         const ssize_t written = ::write(descriptor, bytes, count);
@@ -44,7 +44,7 @@ int write_all(int descriptor, const char* bytes, std::size_t count) {
     return 0;
 }
 
-/// A pipe that nothing reads can't be opened for writing, and may get a reader soon.
+/// Opens a stream. A pipe without a reader can't be opened for writing, so this is retried.
 staging::Descriptor open_stream(const fs::path& path) {
     constexpr int kTries = 40, kPause_ms = 50;
     for (int n = 0;; ++n) {
@@ -99,7 +99,7 @@ Status OutputStream::write(const fs::path& file) const {
         return errno == ENXIO ? not_written(m_path, "no process reads it")
                               : not_written(m_path, errno);
     const int to = m_descriptor < 0 ? own.number() : m_descriptor;
-    if (to == STDOUT_FILENO) std::fflush(stdout);  // earlier text goes before
+    if (to == STDOUT_FILENO) std::fflush(stdout);  // flush earlier text first
     std::array<char, 1 << 16> piece;
     for (;;) {
         const ssize_t count = ::read(from.number(), piece.data(), piece.size());

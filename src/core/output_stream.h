@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Outputs that are no files to be replaced: standard output, pipes, character devices.
+// Outputs other than regular files: standard output, pipes, character devices.
 
 #pragma once
 
@@ -12,19 +12,19 @@
 
 namespace pliant {
 
-/// The file descriptor that /dev/stdout, /dev/stderr, /dev/fd/N or /proc/self/fd/N stands for.
+/// File descriptor named by /dev/stdout, /dev/stderr, /dev/fd/N or /proc/self/fd/N.
 std::optional<int> descriptor_of(const std::filesystem::path& path);
 
 class OutputStream {
   public:
-    /// @param is_standard_output  true for any path
-    /// @returns nothing if path is neither a descriptor's name, nor a pipe or character device
+    /// @param is_standard_output  true for every path
+    /// @returns nullopt unless path names a descriptor, a pipe or a character device
     static std::optional<OutputStream> of(const std::filesystem::path& path,
                                           bool is_standard_output);
 
-    /// @returns Unwritable, for a descriptor that is closed or only read
+    /// @returns Unwritable for a descriptor that is closed or read-only
     Status check() const;
-    /// Writes all of a file. A pipe without a reader is waited for, for two seconds.
+    /// Copies a file to the stream. Waits up to two seconds for a pipe's reader.
     Status write(const std::filesystem::path& file) const;
 
   private:

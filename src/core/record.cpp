@@ -15,7 +15,7 @@
 namespace pliant {
 namespace {
 
-/// The choice with a number, from 0 on; empty: there is none.
+/// Choice with a number, from 0 on; empty: none.
 std::string_view choice_at(std::string_view choices, std::int64_t number) {
     for (std::int64_t n = 0; !choices.empty(); ++n) {
         const std::string_view choice = choices.substr(0, choices.find('|'));
@@ -25,7 +25,7 @@ std::string_view choice_at(std::string_view choices, std::int64_t number) {
     return {};
 }
 
-/// Number of a choice; −1: there is none.
+/// Number of a choice; −1: none.
 std::int64_t number_of_choice(std::string_view choices, std::string_view text) {
     for (std::int64_t n = 0;; ++n) {
         const std::string_view choice = choice_at(choices, n);
@@ -44,7 +44,7 @@ std::string list_of_choices(std::string_view choices) {
     }
 }
 
-/// A bound as people write it: 0.0001, 100000, 1e9.
+/// Readable text of a bound: 0.0001, 100000, 1e9.
 std::string bound_text(double bound) {
     char buffer[400];
     const auto fixed =
@@ -59,7 +59,7 @@ std::string bound_text(double bound) {
     return text;
 }
 
-/// A value as messages show it.
+/// Text of a value in messages.
 std::string found_text(const SettingValue& value) {
     if (const auto* text = std::get_if<std::string>(&value)) return "\"" + shown(*text) + "\"";
     const auto* numbers = std::get_if<std::vector<double>>(&value);

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The only place that knows toml++.
+// The only user of toml++.
 
 #include "core/record_toml.h"
 
@@ -19,15 +19,15 @@
 namespace pliant {
 namespace {
 
-/// toml::parse ends the process where memory runs out: seeing that there is enough of it before
-/// leaves that to other threads, and to very unusual files. Tables take up to seventy bytes for
-/// each of its own. Throws std::bad_alloc.
+/// toml::parse ends the process if memory runs out. This test allocation makes that improbable,
+/// except for concurrent threads and very unusual files. toml++ uses up to seventy bytes per byte
+/// of text. Throws std::bad_alloc.
 void get_memory_for_tables(std::size_t bytes) {
     constexpr std::size_t kPerByte = 100, kAtLeast = std::size_t(1) << 20;
     ::operator delete(::operator new(kAtLeast + kPerByte * bytes));
 }
 
-/// Numbers, or points; nothing where it is neither.
+/// Converts numbers or points; monostate for other arrays.
 SettingValue list_of(const toml::array& array) {
     std::vector<double> numbers;
     std::vector<Vec3d> points;
@@ -67,7 +67,7 @@ TomlTable table_of(std::string_view name, int number, const toml::table& table) 
     return read;
 }
 
-/// A number, true, false, or a text in quotes; nothing where it is none of these.
+/// Parses a number, true, false, or a quoted text; nullopt for other text.
 std::optional<SettingValue> plain_value(std::string_view text) {
     const char *begin = text.data(), *end = begin + text.size();
     if (text.size() >= 2 && text.front() == '"' && text.back() == '"' &&

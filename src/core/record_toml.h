@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Settings in TOML: a file as named values, table by table, and a struct as the text of a file.
+// Settings in TOML: reading a file as tables of named values, and writing a struct.
 
 #pragma once
 
@@ -14,28 +14,28 @@
 
 namespace pliant {
 
-/// The values of [name], or of one of several [[name]].
+/// Values of [name], or of one of several [[name]].
 struct TomlTable {
     std::string name;
-    int number = 0;  ///< of [[name]], from 1 on; 0: [name]
+    int number = 0;  ///< index of [[name]], from 1 on; 0: [name]
     Record values;   ///< in the order of the file's keys
 };
 
 /// "[material]", or "[[label]] 2".
 std::string title_of(const TomlTable& table);
 
-/// Reads a text of tables. Where memory is short it throws std::bad_alloc.
+/// Parses a text to tables. Throws std::bad_alloc if memory is short.
 /// @returns Unreadable or InvalidArgument, without the name of the file
 Result<std::vector<TomlTable>> parse_toml(const std::string& text);
 
-/// Reads the output of toml_text; empty where it finds anything else. The parser behind
-/// parse_toml ends the process where memory is short; this one throws std::bad_alloc.
+/// Parses the output of toml_text; empty for other text. Unlike parse_toml's parser, which ends the
+/// process, it throws std::bad_alloc if memory is short.
 std::vector<TomlTable> parse_plain_toml(std::string_view text);
 
-/// The error about a key, with the title of this table.
+/// Adds the table's title to an error about a key.
 Error in_table(const TomlTable& table, std::string_view key, const Error& error);
 
-/// Keys of all rows: "law, offset", with their tables where there are several.
+/// Keys of all rows: "law, offset", with their tables if there are several.
 template <class T>
 std::string keys_of(SettingRows<T> rows) {
     const bool has_tables = rows.front().table != rows.back().table;
@@ -50,7 +50,7 @@ std::string keys_of(SettingRows<T> rows) {
     return keys;
 }
 
-/// Keys that one table of a file may have, by the rows of all structs that it sets.
+/// Allowed keys of a table, from the rows of all structs that it sets.
 template <class... T>
 std::string keys_in_table(std::string_view table, SettingRows<T>... rows) {
     std::string keys;
@@ -79,8 +79,7 @@ Status read_table(const TomlTable& table, std::type_identity_t<SettingRows<T>> r
     return Ok{};
 }
 
-/// Text of a file with all settings, in the order of the rows. read_table reads it back, bit for
-/// bit.
+/// Text of a file with all settings, in the order of the rows. read_table restores it bit for bit.
 template <class T>
 std::string toml_text(const T& object, SettingRows<T> rows) {
     std::string text;

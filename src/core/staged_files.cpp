@@ -29,7 +29,7 @@ Error unwritable(const fs::path& target, const std::string& what) {
     return {ErrorCode::Unwritable, target.string() + ": " + what};
 }
 
-/// The file that a chain of symbolic links names, whether it is there or not; or a name such as
+/// Resolves a chain of symbolic links to the final name, which need not exist, or to a name such as
 /// /dev/stdout on the way.
 Result<fs::path> followed(const fs::path& target) {
     constexpr int kMaxLinks = 40;
@@ -46,8 +46,8 @@ Result<fs::path> followed(const fs::path& target) {
     return unwritable(target, "can't be written (" + error.message() + ")");
 }
 
-/// Calls visit(name) for each file of a folder. Unlike a directory_iterator it doesn't end the
-/// process where memory is short.
+/// Calls visit(name) for each file of a folder. Unlike a directory_iterator, it doesn't end the
+/// process if memory is short.
 template <class Visit>
 std::error_code for_each_file(const fs::path& folder, const Visit& visit) {
     struct Close {
@@ -60,7 +60,7 @@ std::error_code for_each_file(const fs::path& folder, const Visit& visit) {
     return {};
 }
 
-/// Many files at once: waiting for each would take longer.
+/// Syncs many files at once, which is faster than one by one.
 std::error_code sync_file_system(const fs::path& folder) {
     staging::before_step();
     const staging::Descriptor opened(::open(folder.c_str(), O_RDONLY | O_CLOEXEC));
@@ -74,15 +74,15 @@ std::error_code sync_file_system(const fs::path& folder) {
 struct StagedFiles::Impl {
     struct Place {
         staging::Folder* folder;
-        std::string number;  ///< of the folder in it
-        std::string name;    ///< the output's; empty: all that is there
+        std::string number;  ///< number of the staging folder
+        std::string name;    ///< name of the output; empty: the whole folder
         fs::path target;     ///< for messages
         std::optional<OutputStream> stream{};
     };
     std::vector<std::unique_ptr<staging::Folder>> folders;
     std::vector<Place> places;
 
-    /// @returns a new folder in the temporary one beside parent
+    /// @returns a new folder in the temporary folder beside parent
     Result<fs::path> add(const fs::path& parent, const fs::path& target, const std::string& name) {
         std::error_code error;
         auto known = std::find_if(folders.begin(), folders.end(),
@@ -110,7 +110,7 @@ struct StagedFiles::Impl {
         auto place = add(error ? fs::path("/tmp") : temporary, target, "output");
         if (!place) return place;
         places.back().stream = std::move(stream);
-        // Writers know the kind of file by its name.
+        // Writers detect the file type by its name.
         const fs::path name = target.filename();
         places.back().name = name == "-" ? "output" : name.string();
         return *place / places.back().name;
@@ -125,7 +125,7 @@ Result<std::vector<staging::Moves>> StagedFiles::Impl::moves() const {
     std::set<fs::path> taken;
     for (const auto& folder : folders) {
         staging::Moves of{folder.get(), {}};
-        // Data files first, then the headers that name them.
+        // Data files precede the headers that name them.
         for (const bool outputs : {false, true})
             for (const Place& place : places) {
                 if (place.folder != folder.get() || place.stream) continue;
@@ -155,7 +155,7 @@ Status StagedFiles::Impl::sync(const std::vector<staging::Moves>& all) const {
     constexpr std::size_t kOneByOne = 32;
     std::size_t count = 0;
     for (const staging::Moves& of : all) count += of.moves.size();
-    // New folders hold more than is counted.
+    // New folders contain an unknown number of files.
     const bool one_by_one =
         count <= kOneByOne &&
         std::none_of(places.begin(), places.end(), [](const Place& p) { return p.name.empty(); });
@@ -213,7 +213,7 @@ Result<fs::path> StagedFiles::stage_folder(const fs::path& target) {
         std::error_code error;
         if (target.empty()) return unwritable(target, "expected a folder");
         if (fs::is_directory(target, error)) return m_impl->add(target, target, {});
-        // The nearest folder that is there gets the first of the new ones, with the others in it.
+        // The nearest existing folder receives the first new one, which contains the others.
         fs::path parent = target.lexically_normal(), made;
         if (!parent.has_filename()) parent = parent.parent_path();
         do {

@@ -22,15 +22,15 @@ namespace pliant::staging {
 namespace fs = std::filesystem;
 namespace {
 
-/// A folder that end_process removes. It allocates nothing, so the paths lie here.
+/// A folder that end_process removes. end_process can't allocate, so the path is stored here.
 struct Slot {
     enum : int { Free, Taken, Ready };
     std::atomic<int> state{Free};
     char path[PATH_MAX];
 };
-constexpr int kSlotCount = 64;  // further folders are swept away by the next run
+constexpr int kSlotCount = 64;  // the next run removes further folders
 Slot g_slots[kSlotCount];
-std::mutex g_slots_mutex;  ///< of all but end_process, which must not wait
+std::mutex g_slots_mutex;  ///< guards all accesses except those of end_process, which must not wait
 
 int take_slot(const fs::path& path) {
     const std::string& text = path.native();
@@ -46,10 +46,10 @@ int take_slot(const fs::path& path) {
     return -1;
 }
 
-/// Number of commits under way, or kEnding.
+/// Number of running commits, or kEnding.
 std::atomic<int> g_commits{0};
 constexpr int kEnding = -1;
-/// Exit status that a signal asked for during a commit; −1: none.
+/// Exit status requested by a signal during a commit; −1: none.
 std::atomic<int> g_wanted_status{-1};
 
 [[noreturn]] void wait_for_the_end() noexcept {
@@ -64,7 +64,7 @@ struct Entry {  // of getdents64: the kernel's layout
     char name[1];
 };
 
-/// readdir allocates, which a signal handler may not.
+/// Empties a folder without readdir, which allocates and so is forbidden in signal handlers.
 void empty_folder(int folder, int depth) noexcept {
     alignas(Entry) char buffer[2048];
     for (bool removed = true; removed;) {
@@ -111,7 +111,7 @@ void remove_tree(const char* folder) noexcept {
     constexpr int kDeepest = 40;
     const int opened = ::open(folder, O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC | O_NONBLOCK);
     if (opened < 0) return;
-    // Another thread may still be writing; its new files go in the next turn.
+    // Another thread may still be writing; its new files are removed in the next round.
     constexpr int kTurns = 100;
     for (int turn = 0; turn < kTurns; ++turn) {
         empty_folder(opened, kDeepest);
@@ -137,14 +137,14 @@ std::optional<Descriptor> open_and_lock(const fs::path& folder, bool waits, Lock
         ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC | O_NONBLOCK));
     struct stat status {};
     if (!opened.is_open() || ::fstat(opened.number(), &status) != 0) return std::nullopt;
-    // A journal in another user's folder would rename files with the rights of this one.
+    // A journal in another user's folder would rename files with this user's rights.
     if (status.st_uid != ::geteuid() || (status.st_mode & 0077) != 0) return std::nullopt;
     int result = -1;
     do result = ::flock(opened.number(), LOCK_EX | (waits ? 0 : LOCK_NB));
     while (result != 0 && errno == EINTR);
     lock = result == 0 ? Lock::Taken : errno == EWOULDBLOCK ? Lock::Busy : Lock::Impossible;
     if (lock != Lock::Taken) return opened;
-    // Removed meanwhile.
+    // Removed in the meantime.
     if (::fstat(opened.number(), &status) != 0 || status.st_nlink == 0) return std::nullopt;
     return opened;
 }
@@ -154,7 +154,7 @@ std::unique_ptr<Folder> Folder::create(const fs::path& parent, std::error_code& 
     for (int n = 0; n < kTries; ++n) {
         std::string name =
             (parent == "." ? fs::path() : parent) / (std::string(kPrefix) + "XXXXXX");
-        // A signal, in any thread, ends the process when the folder has its slot, not before.
+        // A signal ends the process only after the folder has its slot.
         const Commit registered;
         before_step();
         if (!::mkdtemp(name.data())) {
@@ -164,7 +164,7 @@ std::unique_ptr<Folder> Folder::create(const fs::path& parent, std::error_code& 
         before_step();
         Lock lock{};
         auto opened = open_and_lock(name, false, lock);
-        // Taken for a leftover before it was locked, and swept away: another one.
+        // Another process removed it as a leftover before it was locked: retry.
         if (!opened || lock == Lock::Busy) continue;
         return std::unique_ptr<Folder>(new Folder(parent, name, std::move(*opened)));
     }

@@ -1,17 +1,17 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The temporary folder that outputs are written to, beside their places:
+// The temporary folder of outputs, beside their targets:
 //
-//     scan.nrrd                    the place of an output
+//     scan.nrrd                    target of an output
 //     .pliant-out-Xa81Qe/          locked (flock) while its process lives
 //         0/scan.nrrd              becomes scan.nrrd
-//         0/...                    files that go with it
-//         before-0/scan.nrrd       a second name of the old file, during the commit
-//         journal                  from here on the commit is decided (staging_journal.h)
+//         0/...                    accompanying files
+//         before-0/scan.nrrd       hard link to the old file, during the commit
+//         journal                  decides the commit (staging_journal.h)
 //
-// The lock ends with the process, however that ends. So a folder without a lock is a leftover,
-// whatever the process identifiers are.
+// The lock ends with the process in every case. So a folder without a lock is a leftover,
+// independent of process identifiers.
 
 #pragma once
 
@@ -27,7 +27,7 @@ namespace pliant::staging {
 
 inline constexpr std::string_view kPrefix = ".pliant-out-";
 
-/// Called before each step that changes a file or folder; a test ends the process there.
+/// Called before each step that changes a file or folder; tests end the process there.
 inline void (*g_before_step)() = nullptr;
 inline void before_step() {
     if (g_before_step) g_before_step();
@@ -55,23 +55,22 @@ class Descriptor {
 
 enum class Lock { Taken, Busy, Impossible };
 
-/// A temporary folder that exists already, of this user, and no link.
-/// @param waits  for another process that holds it
-/// @returns nothing where there is none, or it is another user's
+/// Opens an existing temporary folder of this user, without following a link.
+/// @param waits  for another process that holds the lock
+/// @returns nullopt if it doesn't exist, or belongs to another user
 std::optional<Descriptor> open_and_lock(const std::filesystem::path& folder, bool waits,
                                         Lock& lock);
 
-/// Removes all that a folder holds, and then the folder. Async-signal-safe.
+/// Removes a folder recursively. Async-signal-safe.
 void remove_tree(const char* folder) noexcept;
 
-/// Writes a folder's or file's bytes and names to the disk; where a file system can't, that is no
-/// error.
+/// Syncs a folder or file to the disk; file systems without support are no error.
 std::error_code sync_to_disk(const std::filesystem::path& path) noexcept;
 
-/// A temporary folder of this process. It is removed with the object, and by end_process.
+/// A temporary folder of this process. The destructor and end_process remove it.
 class Folder {
   public:
-    /// @returns nothing, with the reason, where parent can't be written
+    /// @returns null, with the error, if parent isn't writable
     static std::unique_ptr<Folder> create(const std::filesystem::path& parent,
                                           std::error_code& error);
     ~Folder();
@@ -80,7 +79,7 @@ class Folder {
 
     const std::filesystem::path& path() const { return m_path; }
     const std::filesystem::path& parent() const { return m_parent; }
-    /// Another folder in it, for one output and the files that go with it.
+    /// Adds a folder for one output and its accompanying files.
     std::filesystem::path add_place(std::error_code& error);
     int place_count() const { return m_place_count; }
 
@@ -96,8 +95,8 @@ class Folder {
 /// Whether a path lies in a temporary folder of this process.
 bool is_staged(const std::filesystem::path& path);
 
-/// While one of these exists, end_process waits for its end: during commits, and while a folder is
-/// made that end_process doesn't know yet.
+/// Defers end_process during its lifetime: during commits, and during the creation of a folder that
+/// isn't registered yet.
 class Commit {
   public:
     Commit();

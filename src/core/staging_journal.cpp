@@ -23,13 +23,13 @@ namespace pliant::staging {
 namespace fs = std::filesystem;
 namespace {
 
-// The first folder's journal is `redo`, renamed to `undo` where a move failed. The others have
+// The first folder's journal is `redo`, renamed to `undo` after a failed move. The others have
 // `part`, which names the first one.
 constexpr const char* kRedo = "redo";
 constexpr const char* kUndo = "undo";
 constexpr const char* kPart = "part";
 
-/// A move's paths, made before the commit begins: from then on nothing is allocated.
+/// Paths of a move, allocated before the commit: nothing is allocated later.
 struct Paths {
     fs::path from, to, backup;
     bool replaces;
@@ -55,20 +55,20 @@ std::error_code rename_file(const fs::path& from, const fs::path& to) noexcept {
     return {errno, std::generic_category()};
 }
 
-/// Repeatable: a file that isn't there any more is in its place.
+/// Idempotent: a file that no longer exists is already at its target.
 std::error_code redo(const Paths& p) noexcept {
     return is_there(p.from) ? rename_file(p.from, p.to) : std::error_code();
 }
 
-/// Repeatable, too.
+/// Idempotent.
 std::error_code undo(const Paths& p) noexcept {
     if (p.replaces) return is_there(p.backup) ? rename_file(p.backup, p.to) : std::error_code();
     if (is_there(p.from) || !is_there(p.to)) return {};
     return rename_file(p.to, p.from);
 }
 
-/// A second name for the old file, so that its place is never empty; where a file system has none,
-/// the old file itself is moved.
+/// Links the old file to a backup name, so that the target always exists. On file systems without
+/// hard links, the old file is moved.
 std::error_code keep_old(const Paths& p) noexcept {
     if (!p.replaces) return {};
     before_step();
@@ -85,12 +85,12 @@ void remove_file(const fs::path& file) noexcept {
     ::unlink(file.c_str());
 }
 
-// Leftovers of processes that have ended
+// Leftovers of ended processes
 
 void tell(const std::string& line) noexcept {
     try {
         if (const RecoveryListener listener = recovery_listener()) listener(line.c_str());
-    } catch (...) {  // a listener's
+    } catch (...) {  // thrown by a listener
     }
 }
 
@@ -117,7 +117,7 @@ std::vector<Part> parts_of(const fs::path& folder, const Journal& journal) {
         Lock lock{};
         auto opened = open_and_lock(part, true, lock);
         auto own = opened ? read_journal(fs::path(part) / kPart) : std::nullopt;
-        // It must point back here: a name alone isn't enough.
+        // It must refer to this folder: a name alone isn't sufficient.
         std::error_code ignored;
         if (own && fs::equivalent(own->first, folder, ignored))
             parts.push_back({part, std::move(*opened), std::move(*own)});
@@ -125,7 +125,7 @@ std::vector<Part> parts_of(const fs::path& folder, const Journal& journal) {
     return parts;
 }
 
-/// Parts first, as commit does.
+/// Carries out the parts first, as commit does.
 std::error_code carry_out(const fs::path& folder, const Journal& journal,
                           const std::vector<Part>& parts, bool forwards) {
     std::error_code error;
@@ -134,7 +134,7 @@ std::error_code carry_out(const fs::path& folder, const Journal& journal,
     return error ? error : carry_out(folder, journal, forwards);
 }
 
-/// Of a folder that is locked, and has a journal. @returns false where it can't be done now
+/// Finishes a locked folder with a journal. @returns false if that isn't possible now
 bool finish(const fs::path& folder) {
     bool forwards = is_there(folder / kRedo);
     fs::path file = folder / (forwards ? kRedo : kUndo);
@@ -157,7 +157,7 @@ bool finish(const fs::path& folder) {
              error.message() + "); they are in " + folder.filename().string());
         return false;
     }
-    // The journal goes last: until then all of it can be done again.
+    // The journal is removed last: until then everything is repeatable.
     for (const Part& part : parts) remove_tree(part.folder.c_str());
     remove_file(file);
     remove_tree(folder.c_str());
@@ -181,7 +181,7 @@ void sweep_folder(const fs::path& folder) {
         const fs::path first = part->first;
         if (first.filename().native().starts_with(kPrefix) &&
             (is_there(first / kRedo) || is_there(first / kUndo))) {
-            opened.reset();  // the first one's turn takes it
+            opened.reset();  // the first folder's turn locks it again
             auto lead = open_and_lock(first, false, lock);
             if (lead && lock == Lock::Taken && (is_there(first / kRedo) || is_there(first / kUndo)))
                 finish(first);
@@ -194,7 +194,7 @@ void sweep_folder(const fs::path& folder) {
 }  // namespace
 
 void sweep(const fs::path& parent) {
-    // A directory_iterator ends the process where memory is short.
+    // A directory_iterator ends the process if memory is short.
     DIR* listing = ::opendir(parent.c_str());
     if (!listing) return;
     std::vector<fs::path> found;
@@ -213,7 +213,7 @@ void sweep(const fs::path& parent) {
 
 namespace {
 
-/// @returns the first error, and the number of the move that failed
+/// @returns the first error; `failed` is the index of the failed move
 std::error_code carry_out(std::span<Paths> all, std::size_t& failed) noexcept {
     for (failed = 0; failed < all.size(); ++failed) {
         auto error = keep_old(all[failed]);
@@ -228,8 +228,8 @@ Error failed_at(const Paths& paths, const std::error_code& error) {
             paths.to.string() + ": can't be written (" + error.message() + ")"};
 }
 
-/// Second names lie in folders of their own, since a name may be as long as names can be.
-/// @param keeps  old files; a single rename is all or nothing without that
+/// Backup names lie in separate folders, because a name may already have the maximum length.
+/// @param keeps  backs up old files; a single rename is atomic without a backup
 Status prepare(std::vector<Moves>& all, bool keeps) {
     for (Moves& of : all)
         for (Move& move : of.moves) {
@@ -270,7 +270,7 @@ Status commit(std::vector<Moves>& all) {
     const bool has_journal = count > 1;
     if (Status s = prepare(all, has_journal); !s) return s;
     std::vector<Paths> paths;
-    // The other folders' files first, as the next run would do it.
+    // The other folders' files first, in the same order as in a recovery.
     for (auto of = all.rbegin(); of != all.rend(); ++of)
         for (const Move& move : of->moves) paths.push_back(paths_of(of->folder->path(), move));
     const fs::path &folder = all.front().folder->path(), redo_file = folder / kRedo,

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The only place that knows oneTBB.
+// The only user of oneTBB.
 
 #include <pliant/tasks.h>
 
@@ -13,10 +13,10 @@
 
 #include <optional>
 
-// ThreadSanitizer can't see the synchronisation inside the system's oneTBB, which is not
-// instrumented, so its fork and join are told to it here. oneTBB's templates must not be
-// instrumented either, so this file isn't (src/CMakeLists.txt, which also sets PLIANT_TSAN). Races
-// between pieces of one loop are still found: the bodies are in other files.
+// ThreadSanitizer doesn't see the synchronisation in the system's uninstrumented oneTBB, so its
+// fork and join are annotated here. oneTBB's templates must not be instrumented either, so this
+// file isn't (src/CMakeLists.txt, which also sets PLIANT_TSAN). Races between pieces of one loop
+// are still found, because the bodies are in other files.
 #ifdef PLIANT_TSAN
 #include <sanitizer/tsan_interface.h>
 #endif
@@ -38,7 +38,7 @@ void join_happens_here([[maybe_unused]] void* token) {
 }  // namespace
 
 struct TaskArena::Impl {
-    /// oneTBB keeps to the machine's cores unless it is told that more are wanted.
+    /// Allows more threads than cores, to which oneTBB otherwise limits itself.
     std::optional<tbb::global_control> more_threads_than_cores;
     tbb::task_arena arena;
 };

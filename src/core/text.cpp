@@ -71,7 +71,7 @@ std::optional<std::vector<double>> numbers_from(std::string_view text, char sepa
 }
 
 std::string text_of(double number) {
-    if (std::isnan(number)) return "nan";  // whatever its sign
+    if (std::isnan(number)) return "nan";  // for both signs
     char buffer[40];
     const auto result = std::to_chars(buffer, buffer + sizeof buffer, number);
     return {buffer, result.ptr};

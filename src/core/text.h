@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Words and numbers of header texts, read and printed the same way in every locale.
+// Parsing and printing of words and numbers in header texts, independent of the locale.
 
 #pragma once
 
@@ -19,18 +19,18 @@ namespace pliant {
 std::string_view trimmed(std::string_view text);
 std::string lower_case(std::string_view text);
 
-/// A number that fills the whole text, "nan" and "inf" included.
+/// Parses a number from the whole text, including "nan" and "inf".
 std::optional<double> number_from(std::string_view text);
 std::optional<std::int64_t> whole_number_from(std::string_view text);
 
-/// Texts between separators (runs of blanks count as one), without empty ones.
+/// Splits a text at separators (runs of blanks count as one), without empty parts.
 std::vector<std::string_view> split(std::string_view text, char separator);
-/// Numbers between separators, or nothing if one of them is no number.
+/// Parses numbers between separators; nullopt if one of them is no number.
 std::optional<std::vector<double>> numbers_from(std::string_view text, char separator = ' ');
 
-/// Shortest text that reads back as the same number.
+/// Shortest text that round-trips.
 std::string text_of(double number);
-/// With six digits at most, as messages show numbers.
+/// Text with at most six digits, for messages.
 std::string short_text(double number);
 /// "a, b, c"
 std::string text_of(Vec3d vector);

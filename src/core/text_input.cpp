@@ -53,7 +53,7 @@ Result<std::string> read_small_file(const fs::path& path, std::size_t max_bytes,
 
 namespace {
 
-/// Counts brackets and dots, and steps over texts and comments.
+/// Counts brackets and dots; skips strings and comments.
 class NestingScan {
   public:
     NestingScan(std::string_view text, TextSyntax syntax)
@@ -86,13 +86,13 @@ class NestingScan {
     }
 
   private:
-    /// A text that isn't closed ends with its line, or the file: the parser refuses it.
+    /// Skips a string. An unterminated one ends with its line, or the file; the parser refuses it.
     void skip_text(char quote) {
         const std::string three(3, quote);
         if (m_is_toml && m_text.substr(m_at, 3) == three) {
             m_at += 3;
             while (m_at < m_text.size() && m_text.substr(m_at, 3) != three) skip_one(quote);
-            // Up to two more quotes are the text's own.
+            // Up to two more quotes belong to the string.
             while (m_at < m_text.size() && m_text[m_at] == quote) ++m_at;
             return;
         }
@@ -115,7 +115,7 @@ class NestingScan {
     std::size_t m_at = 0;
 };
 
-/// Length of the well-formed UTF-8 sequence at the start; 0: there is none.
+/// Length of the well-formed UTF-8 sequence at the start; 0: none.
 std::size_t sequence_length(std::string_view text) {
     const auto byte = [&](std::size_t n) { return static_cast<unsigned char>(text[n]); };
     const unsigned char first = byte(0);
@@ -139,8 +139,8 @@ std::size_t sequence_length(std::string_view text) {
 bool is_control(std::string_view sequence) {
     const auto first = static_cast<unsigned char>(sequence[0]);
     if (sequence.size() == 1) return first < 0x20 || first == 0x7f;
-    // U+0080 to U+009F, which some terminals obey; U+2028 and U+2029 end lines, U+202A to U+202E
-    // and U+2066 to U+2069 turn the direction of text.
+    // U+0080 to U+009F are control characters in some terminals; U+2028 and U+2029 end lines,
+    // U+202A to U+202E and U+2066 to U+2069 change the text direction.
     if (sequence.size() == 2 && first == 0xc2)
         return static_cast<unsigned char>(sequence[1]) < 0xa0;
     return sequence.size() == 3 && ((sequence.substr(0, 2) == "\xe2\x80" && sequence[2] >= '\xa8' &&

@@ -17,7 +17,7 @@
 namespace pliant::decoder {
 namespace {
 
-/// A stream of bytes that lie in memory.
+/// Stream buffer over bytes in memory.
 class Memory : public std::streambuf {
   public:
     explicit Memory(std::span<char> bytes) {
@@ -39,8 +39,8 @@ class Memory : public std::streambuf {
     }
 };
 
-/// Spreads pixels of fewer bytes over more, from the last to the first, in place.
-/// @param is_signed  the highest bit is repeated
+/// Widens pixels in place, from the last to the first.
+/// @param is_signed  sign-extends
 void widen(std::vector<char>& pixels, std::size_t count, std::size_t from, std::size_t to,
            bool is_signed) {
     pixels.resize(count * to);
@@ -65,7 +65,7 @@ PixelStatus decode_or_throw(const PixelRequest& request, std::span<char> dicom,
     if (image.GetNumberOfDimensions() != 2 || image.GetDimension(0) != request.columns ||
         image.GetDimension(1) != request.rows)
         return PixelStatus::Undecodable;
-    // Uncompressed once more, so that GDCM sets the bits that don't count: to zero, or to the sign.
+    // Converting to uncompressed makes GDCM set the unused bits, to zero or to the sign.
     gdcm::ImageChangeTransferSyntax change;
     change.SetInput(image);
     change.SetTransferSyntax(gdcm::TransferSyntax::ImplicitVRLittleEndian);

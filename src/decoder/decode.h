@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// A DICOM file in memory becomes pixels, by GDCM.
+// Decodes a DICOM file in memory by GDCM.
 
 #pragma once
 
@@ -14,7 +14,7 @@
 namespace pliant::decoder {
 
 /// @param[out] pixels  columns·rows numbers of bytes_per_pixel, little endian
-/// @param[out] is_signed  whether they are
+/// @param[out] is_signed  whether these are signed
 PixelStatus decode(const PixelRequest& request, std::span<char> dicom, std::vector<char>& pixels,
                    bool& is_signed);
 

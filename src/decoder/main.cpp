@@ -1,10 +1,10 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// pliant-decode-pixels MEMORY_BYTES SECONDS: Pliant starts it where DICOM pixels are compressed,
-// with a socket as descriptor 3 (volume/pixel_messages.h). It gives up all that it doesn't need
-// before it reads the first byte. Errors that have no answer end it: the other side takes that for
-// one.
+// pliant-decode-pixels MEMORY_BYTES SECONDS: started by Pliant for compressed DICOM pixels, with a
+// socket as descriptor 3 (volume/pixel_messages.h). It drops all unneeded privileges before it
+// reads the first byte. It exits on errors without an answer; the other side treats that as a
+// failure.
 
 #include <gdcmGlobal.h>
 #include <gdcmTrace.h>
@@ -57,7 +57,7 @@ bool write_answer(PixelStatus status, bool is_signed, const std::vector<char>& p
            (status != PixelStatus::Decoded || write_all(pixels.data(), pixels.size()));
 }
 
-/// @returns whether another may follow
+/// @returns whether another request may follow
 bool serve_one() {
     PixelRequest request;
     char bytes[sizeof request];
@@ -89,13 +89,13 @@ int main(int count, char** arguments) {
     }
     const std::uint64_t memory_bytes = std::strtoull(arguments[1], nullptr, 10);
     const std::uint64_t seconds = std::strtoull(arguments[2], nullptr, 10);
-    // Threads that decode need little, and share their heaps.
+    // Decoding threads need small stacks, and share their heaps.
     pthread_attr_t attributes;
     pthread_attr_init(&attributes);
     pthread_attr_setstacksize(&attributes, std::size_t(1) << 20);
     pthread_setattr_default_np(&attributes);
     ::mallopt(M_ARENA_MAX, 2);
-    // What GDCM makes when it is used first, it makes now.
+    // Initialises GDCM before the sandbox closes.
     gdcm::Trace::DebugOff();
     gdcm::Trace::WarningOff();
     gdcm::Trace::ErrorOff();

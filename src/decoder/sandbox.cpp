@@ -29,19 +29,19 @@ constexpr std::uint32_t kArchitecture = AUDIT_ARCH_X86_64;
 #elif defined(__aarch64__)
 constexpr std::uint32_t kArchitecture = AUDIT_ARCH_AARCH64;
 #else
-constexpr std::uint32_t kArchitecture = 0;  // no filter for others
+constexpr std::uint32_t kArchitecture = 0;  // no filter on others
 #endif
-/// Calls from here on are x32's, which have the same architecture as x86-64's.
+/// First call number of x32, which has the same architecture id as x86-64.
 constexpr std::uint32_t kX32 = 0x40000000;
 
 constexpr std::uint32_t kAllow = SECCOMP_RET_ALLOW, kKill = SECCOMP_RET_KILL_PROCESS,
                         kRefuse = SECCOMP_RET_ERRNO | EPERM, kMissing = SECCOMP_RET_ERRNO | ENOSYS;
 
-/// Flags of a new thread, as the C library starts it; another process has others.
+/// Flags of a new thread in the C library; new processes have other flags.
 constexpr int kThread = CLONE_VM | CLONE_FS | CLONE_FILES | CLONE_SYSVSEM | CLONE_SIGHAND |
                         CLONE_THREAD | CLONE_SETTLS | CLONE_PARENT_SETTID | CLONE_CHILD_CLEARTID;
 
-/// Program for the kernel's filter machine: it looks at a seccomp_data, 32 bits at a time.
+/// Builds a program for the kernel's BPF filter, which reads a seccomp_data in units of 32 bits.
 class Filter {
   public:
     Filter() {
@@ -55,12 +55,12 @@ class Filter {
         jump(BPF_JEQ, call, 0, 1);
         end(kAllow);
     }
-    /// Lets a call look as if the kernel didn't have it.
+    /// Makes a call fail as if the kernel didn't implement it.
     void hide(std::uint32_t call) {
         jump(BPF_JEQ, call, 0, 1);
         end(kMissing);
     }
-    /// Allows a call whose argument is one of these numbers.
+    /// Allows a call if the argument is one of these numbers.
     void allow_if_one_of(std::uint32_t call, int argument, std::initializer_list<int> numbers) {
         begin(call, argument, 1 + 2 * numbers.size());
         for (const int number : numbers) {
@@ -69,7 +69,7 @@ class Filter {
         }
         end(kRefuse);
     }
-    /// Allows a call whose argument has none of these bits.
+    /// Allows a call if the argument has none of these bits.
     void allow_without(std::uint32_t call, int argument, std::uint32_t bits) {
         begin(call, argument, 3);
         jump(BPF_JSET, bits, 1, 0);
@@ -109,9 +109,9 @@ class Filter {
         jump(BPF_JEQ, number, 1, 0);
         end(action);
     }
-    /// Goes past what follows unless it is this call; otherwise its argument is loaded. What
-    /// follows must end in a decision, since the call's number is loaded no more.
-    /// @param count  of instructions that follow
+    /// Skips the following instructions unless it is this call; otherwise loads the argument. The
+    /// instructions must end in a decision, because the call's number is no longer loaded.
+    /// @param count  number of these instructions
     void begin(std::uint32_t call, int argument, std::size_t count) {
         jump(BPF_JEQ, call, 0, std::uint8_t(count + 1));
         load(low_word(argument));
@@ -170,7 +170,7 @@ bool forbid_system_calls(int descriptor) {
     filter.allow_if_one_of(SYS_write, 0, {descriptor, 2});  // messages of libraries
     filter.allow_anonymous_memory(SYS_mmap);
     filter.allow_without(SYS_mprotect, 2, PROT_EXEC);
-    // OpenJPEG decodes on several threads. The flags of clone3 are in memory, out of reach.
+    // OpenJPEG uses threads. The flags of clone3 are in memory, invisible to the filter.
     filter.hide(SYS_clone3);
     filter.allow_if_one_of(SYS_clone, 0, {kThread});
     for (const long call : {SYS_brk, SYS_munmap, SYS_mremap, SYS_madvise, SYS_exit, SYS_exit_group,

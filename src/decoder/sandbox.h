@@ -1,8 +1,9 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// What takes from a process all that it doesn't need to decode pixels. Damaged codestreams may make
-// a decoder run code of their choice; here that code can compute, and write to one socket.
+// Sandbox that drops everything a process doesn't need to decode pixels. A damaged codestream may
+// exploit a decoder to run arbitrary code; here such code can only compute, and write to one
+// socket.
 //
 //   limits     address space, processor time, no core dumps, no files longer than 0, no more
 //              descriptors
@@ -11,7 +12,7 @@
 //              executable, threads, exit. Others fail with EPERM; another architecture's kill the
 //              process
 //
-// Linux only. Where the kernel has no seccomp, the rest holds.
+// Linux only. On kernels without seccomp, the other measures still apply.
 
 #pragma once
 
@@ -19,15 +20,15 @@
 
 namespace pliant::decoder {
 
-/// @param memory_bytes  address space beside what the process has already
+/// @param memory_bytes  address space beyond the present size of the process
 void set_limits(std::uint64_t memory_bytes, std::uint64_t seconds);
 
-/// Closes all descriptors but those below first.
+/// Closes all descriptors from `first` on.
 void close_descriptors_from(int first);
 
-/// Allows this process to read and write one descriptor, to allocate, to start threads and to exit;
-/// nothing else.
-/// @returns whether the kernel does so
+/// Restricts this process to reading and writing one descriptor, allocating, starting threads and
+/// exiting.
+/// @returns whether the kernel enforces it
 bool forbid_system_calls(int descriptor);
 
 }  // namespace pliant::decoder

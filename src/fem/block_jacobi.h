@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The inverse D⁻¹ of each node's own 3 × 3 block of a stiffness matrix: a preconditioner, and what
-// smoothers are made of.
+// The inverse D⁻¹ of the 3 × 3 diagonal blocks of a stiffness matrix: a preconditioner, and the
+// basis of smoothers.
 
 #pragma once
 
@@ -17,7 +17,7 @@ namespace pliant {
 /// xx, yy, zz, yz, zx, xy.
 using SymmetricBlock = std::array<double, 6>;
 
-/// The inverse of the free part of a symmetric positive block; zero where held.
+/// Inverse of the free part of a symmetric positive block; zero in held components.
 SymmetricBlock free_inverse(const Block3& block, std::uint8_t held);
 
 inline Vec3d multiply(const SymmetricBlock& m, Vec3d v) {
@@ -30,7 +30,7 @@ class BlockJacobi {
     BlockJacobi(const Stiffness& stiffness, const HeldNodes& held, const TaskArena& arena);
     std::int64_t bytes() const { return std::int64_t(m_values.size() * sizeof(double)); }
 
-    /// to = factor · D⁻¹ from + keep · to; zero where held.
+    /// Computes to = factor · D⁻¹ from + keep · to; zero in held components.
     void renew(const NodeVector& from, double factor, double keep, NodeVector& to,
                const TaskArena& arena) const;
 
@@ -38,7 +38,8 @@ class BlockJacobi {
     const double* entry(int n) const { return m_values.data() + std::size_t(n) * m_count; }
 
     std::size_t m_count;
-    std::vector<double> m_values;  ///< one of the six numbers of all nodes, then the next
+    std::vector<double> m_values;  ///< structure of arrays: one of the six numbers for all nodes,
+                                   ///< then the next
 };
 
 }  // namespace pliant

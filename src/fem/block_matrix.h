@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The stiffness of any mesh of hexahedra: compressed rows of 3 × 3 blocks, one row per node,
+// Stiffness matrix of a mesh of hexahedra: compressed rows of 3 × 3 blocks, one row per node,
 // columns ascending.
 
 #pragma once
@@ -38,7 +38,7 @@ class BlockMatrix : public Stiffness {
   private:
     void find_columns(const HexMesh& mesh);
 
-    std::vector<std::int64_t> m_first;  ///< block of each row, and the end
+    std::vector<std::int64_t> m_first;  ///< first block of each row, and the total
     std::vector<std::int32_t> m_columns;
     std::vector<Block3> m_blocks;
 };

@@ -42,7 +42,7 @@ Status check_materials(std::span<const ElasticMaterial> materials,
     return Ok{};
 }
 
-/// A cell can be sound at its corners and turned inside out between them.
+/// Checks the Gauss points: a cell can be valid at its corners and inverted between them.
 Status check_gauss_points(const HexMesh& mesh) {
     for (std::size_t cell = 0; cell < mesh.cells.size(); ++cell) {
         HexCorners corners;

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// What can be wrong with a solid: its mesh, its materials, which cell has which.
+// Checks of a solid: its mesh, its materials, their assignment to cells.
 
 #pragma once
 

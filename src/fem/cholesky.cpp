@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The only place that knows Eigen: its simplicial LDLᵀ with an approximate minimum degree ordering.
-// One thread, so the bits don't depend on their number.
+// The only user of Eigen: its simplicial LDLᵀ with an approximate minimum degree ordering.
+// Single-threaded, so that the bits are independent of threads.
 
 #include "fem/cholesky.h"
 
@@ -22,11 +22,10 @@ using Index = std::int64_t;
 using Matrix = Eigen::SparseMatrix<double, Eigen::ColMajor, Index>;
 using Vector = Eigen::VectorXd;
 
-/// A pivot that is so much smaller than the diagonal it comes from is rounding: the solid has a
-/// hinge.
+/// A pivot with a smaller ratio to its diagonal is rounding: the solid has a hinge.
 constexpr double kLeastPivot = 1e-13;
 
-/// The number of each free component, −1 where held: [3 · node + axis].
+/// Number of each free component, −1 if held: [3 · node + axis].
 std::vector<Index> number_free(const HeldNodes& held) {
     std::vector<Index> numbers(3 * held.axes.size());
     Index count = 0;
@@ -36,7 +35,7 @@ std::vector<Index> number_free(const HeldNodes& held) {
     return numbers;
 }
 
-/// The lower triangle of the free part. The matrix is symmetric, so columns are rows.
+/// Lower triangle of the free part. The matrix is symmetric, so columns are rows.
 Matrix lower_triangle(const BlockMatrix& blocks, const std::vector<Index>& numbers, Index count) {
     Matrix lower(count, count);
     const auto for_each_entry = [&](auto&& use) {

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The factor of what is free of a stiffness matrix. Its source is the only place that knows Eigen.
+// Factor of the free part of a stiffness matrix. Its source is the only user of Eigen.
 
 #pragma once
 
@@ -17,13 +17,13 @@ namespace pliant {
 
 class CholeskyFactor {
   public:
-    /// @returns InvalidArgument where the matrix is singular, LimitExceeded where memory is short
+    /// @returns InvalidArgument if the matrix is singular, LimitExceeded if memory is short
     static Result<CholeskyFactor> create(const BlockMatrix& matrix, const HeldNodes& held);
     ~CholeskyFactor();
     CholeskyFactor(CholeskyFactor&&) noexcept;
     CholeskyFactor& operator=(CholeskyFactor&&) noexcept;
 
-    /// Zero where held.
+    /// Solves; zero in held components.
     NodeVector solve(const NodeVector& force) const;
     std::int64_t bytes() const;
 

@@ -9,9 +9,9 @@
 namespace pliant {
 namespace {
 
-/// Nodes that are summed up together.
+/// Nodes per partial sum.
 constexpr std::int64_t kPiece = 2048;
-/// Sums in four lanes, which compilers can keep in vectors without changing the order.
+/// Sums have four lanes, which compilers can vectorise without changing the order.
 constexpr std::int64_t kLanes = 4;
 
 struct Lanes {
@@ -19,7 +19,7 @@ struct Lanes {
     double total() const { return (sum[0] + sum[1]) + (sum[2] + sum[3]); }
 };
 
-/// body(begin, end) gives the sum of a piece.
+/// Sums over pieces; body(begin, end) returns the sum of a piece.
 template <class Body>
 double sum_of_pieces(std::int64_t count, const TaskArena& arena, std::vector<double>& sums,
                      Body&& body) {
@@ -95,7 +95,7 @@ Convergence conjugate_gradients(const Stiffness& stiffness, const Preconditioner
         stiffness.multiply(p, q, arena);
         held.clear(q);
         const double curvature = ordered_dot(p, q, arena);
-        if (!(curvature > 0)) return found;  // rounding: no direction is left
+        if (!(curvature > 0)) return found;  // rounding: no descent direction is left
         const double step = slope / curvature;
         found.residual =
             std::sqrt(sum_of_pieces(count, arena, sums, [&](std::int64_t begin, std::int64_t end) {

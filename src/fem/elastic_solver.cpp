@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// From loads to equilibrium: K u = f with u given where nodes are held. Inside, moduli in Pa and
-// lengths in mm make forces in µN and energies in nJ.
+// From loads to equilibrium: K u = f with prescribed u at held nodes. Moduli in Pa and lengths in
+// mm give forces in µN and energies in nJ.
 
 #include <algorithm>
 #include <cmath>
@@ -24,10 +24,10 @@
 namespace pliant {
 namespace {
 
-constexpr double kNewton = 1e-6;  // of a µN
-constexpr double kJoule = 1e-9;   // of a nJ
+constexpr double kNewton = 1e-6;  // N per µN
+constexpr double kJoule = 1e-9;   // J per nJ
 
-/// More nodes would need many minutes and gigabytes for their factor (docs/fem.md).
+/// Beyond this, the factor takes many minutes and gigabytes (docs/fem.md).
 constexpr std::int64_t kMostCholeskyNodes = 20'000;
 
 }  // namespace
@@ -39,8 +39,8 @@ struct ElasticSolver::Impl {
     HeldNodes held;
     std::unique_ptr<Stiffness> stiffness{};
     std::optional<CholeskyFactor> factor{};
-    std::optional<BlockJacobi> blocks{};     ///< preconditions on meshes
-    std::unique_ptr<Multigrid> multigrid{};  ///< and on lattices
+    std::optional<BlockJacobi> blocks{};     ///< preconditioner on meshes
+    std::unique_ptr<Multigrid> multigrid{};  ///< preconditioner on lattices
 
     SolidShape shape() const {
         if (const auto* lattice = std::get_if<ElasticLattice>(&solid))
@@ -54,8 +54,8 @@ struct ElasticSolver::Impl {
             },
             solid);
     }
-    /// The free part of f − K u.
     Preconditioner preconditioner() const;
+    /// Free part of f − K u.
     NodeVector residual(const NodeVector& force, const NodeVector& inner) const {
         NodeVector r(force.node_count());
         for (std::size_t n = 0; n < std::size_t(force.node_count()); ++n)
@@ -130,7 +130,7 @@ Result<ElasticSolver> ElasticSolver::create(ElasticLattice solid, std::vector<Su
 Preconditioner ElasticSolver::Impl::preconditioner() const {
     if (blocks)
         return [this](const NodeVector& r, NodeVector& z) { blocks->renew(r, 1, 0, z, *arena); };
-    // A function object must be one that can be copied.
+    // std::function requires copyable function objects.
     const auto work = std::make_shared<Multigrid::Work>(*multigrid);
     return
         [this, work](const NodeVector& r, NodeVector& z) { multigrid->apply(r, z, *work, *arena); };
@@ -176,7 +176,7 @@ Result<ElasticSolution> ElasticSolver::solve(const ElasticLoads& loads) const {
     const Impl& impl = *m_impl;
     const auto force = impl.forces_of(loads);
     if (!force) return force.error();
-    // What the given displacements ask of the free nodes goes to the right-hand side.
+    // Prescribed displacements move to the right-hand side.
     NodeVector displacement = impl.held.displacement_mm;
     NodeVector inner(force->node_count());
     impl.stiffness->multiply(displacement, inner, *impl.arena);

@@ -13,8 +13,8 @@
 namespace pliant {
 namespace {
 
-/// A piece can move rigidly in six ways. Each held component forbids one combination of them; if
-/// all six are forbidden, the sum of the combinations' squares (a Gram matrix) has full rank.
+/// A piece has six rigid motions. Each held component forbids one linear combination of them. If
+/// all six are forbidden, the Gram matrix of the combinations has full rank.
 struct RigidMotions {
     double gram[6][6] = {};
 
@@ -26,7 +26,7 @@ struct RigidMotions {
         for (int i = 0; i < 6; ++i)
             for (int j = 0; j < 6; ++j) gram[i][j] += row[i] * row[j];
     }
-    /// By Cholesky's method with pivots. Arms are about 1 long.
+    /// Rank by pivoted Cholesky. Arms are scaled to about 1.
     int rank() {
         constexpr double kLeast = 1e-12;  // relative: directions that differ by 1e-6
         double scale = 0;
@@ -51,7 +51,7 @@ struct Piece {
     std::int32_t first_node = -1;
     std::int64_t nodes = 0;
     Vec3d sum{0, 0, 0};
-    double reach = 0;  ///< of held nodes from the middle
+    double reach = 0;  ///< largest distance of held nodes from the middle
     RigidMotions motions;
     Vec3d middle() const { return (1.0 / double(nodes)) * sum; }
 };

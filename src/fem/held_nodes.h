@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// What supports hold, checked: that they name nodes that exist, don't contradict each other, and
-// leave no piece of the solid a rigid motion.
+// Supports, checked: they name existing nodes, don't contradict each other, and leave no rigid
+// motion to any piece.
 
 #pragma once
 
@@ -18,11 +18,11 @@ namespace pliant {
 
 struct HeldNodes {
     std::vector<std::uint8_t> axes;     ///< [node], bit a: component a is held
-    NodeVector displacement_mm;         ///< where held, else 0
-    std::vector<std::int32_t> nodes{};  ///< those with any
+    NodeVector displacement_mm;         ///< 0 in free components
+    std::vector<std::int32_t> nodes{};  ///< nodes with held components
 
     bool holds(std::size_t node, int axis) const { return axes[node] >> axis & 1; }
-    /// Sets what is held to zero.
+    /// Sets held components to zero.
     void clear(NodeVector& v) const;
 };
 

@@ -9,8 +9,8 @@
 namespace pliant {
 namespace {
 
-/// Numbers of one Gauss point's work are 3 × 3 blocks between two functions with gradients a and b:
-/// ∫ λ a_i b_j + μ (a_j b_i + δ_ij a·b).
+/// Adds a Gauss point's 3 × 3 block of two functions with gradients a and b: ∫ λ a_i b_j + μ (a_j
+/// b_i + δ_ij a·b).
 void add_block(double* block, std::size_t stride, Vec3d a, Vec3d b, double lambda, double mu) {
     const double trace = mu * dot(a, b);
     for (int i = 0; i < 3; ++i)
@@ -19,7 +19,7 @@ void add_block(double* block, std::size_t stride, Vec3d a, Vec3d b, double lambd
                 lambda * a[i] * b[j] + mu * a[j] * b[i] + (i == j ? trace : 0);
 }
 
-/// The nine inner modes: their own stiffness (lower factor of Cholesky after `factor`), and their
+/// The nine incompatible modes: their stiffness (lower Cholesky factor after `factor`), and their
 /// coupling with the 24 displacements.
 struct InnerModes {
     double own[9][9] = {};
@@ -33,7 +33,7 @@ struct InnerModes {
                 own[i][j] = i == j ? std::sqrt(sum) : sum / own[j][j];
             }
     }
-    /// L x = b in place, for the columns of an array.
+    /// Solves L x = b in place for the columns of an array.
     template <std::size_t columns>
     void solve_lower(double (&b)[9][columns]) const {
         for (int i = 0; i < 9; ++i)
@@ -55,7 +55,7 @@ InnerModes inner_modes(const HexCorners& corners, const LameParameters& m) {
     const double centre_weight = hex_point(corners, {0, 0, 0}).weight;
     for (int g = 0; g < 8; ++g) {
         const HexPoint p = hex_point(corners, gauss_place(g));
-        // The modes' gradients carry centre weight / weight, so that their integral is zero.
+        // The factor centre weight / weight makes the integral of the modes' gradients zero.
         Vec3d gradients[3];
         for (int n = 0; n < 3; ++n) gradients[n] = (centre_weight / p.weight) * p.mode_gradients[n];
         for (int n = 0; n < 3; ++n) {
@@ -134,7 +134,7 @@ std::array<Vec3d, 3> hex_modes(const HexCorners& corners, const LameParameters& 
     modes.solve_lower(a);
     modes.solve_upper(a);
     for (int i = 0; i < 9; ++i) amplitudes[std::size_t(i / 3)][i % 3] = a[i][0];
-    // What strain_at needs is the amplitude times the centre's weight.
+    // strain_at needs the amplitudes times the centre's weight.
     const double centre_weight = hex_point(corners, {0, 0, 0}).weight;
     for (Vec3d& v : amplitudes) v = centre_weight * v;
     return amplitudes;

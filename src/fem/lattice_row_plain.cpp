@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// lattice_row.inc with one cell at a time.
+// Scalar version of lattice_row.inc.
 
 #include <hwy/base.h>
 

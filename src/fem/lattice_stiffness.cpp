@@ -11,7 +11,7 @@
 namespace pliant {
 namespace {
 
-/// Planes of nodes that a task owns; it computes one layer of cells more than it would alone.
+/// Planes of nodes per task; a task computes one extra layer of cells.
 constexpr int kPlanes = 8;
 
 /// Corner n of a lattice cell (x + 2y + 4z) in VTK's order.
@@ -82,7 +82,7 @@ void LatticeStiffness::find_corner_blocks() {
             }
 }
 
-/// Cells of layer k, for the planes of nodes begin ≤ k < end.
+/// Adds the cells of layer k to the planes of nodes begin ≤ k < end.
 void LatticeStiffness::add_layer(const NodeVector& u, NodeVector& f, int k, int begin, int end,
                                  double* workspace) const {
     const Vec3i n = m_lattice.size;

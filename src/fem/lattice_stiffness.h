@@ -1,22 +1,22 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The stiffness of a regular lattice, never formed.
+// Matrix-free stiffness of a regular lattice.
 //
-// On a box, the trilinear element is a product of three one-dimensional ones. Write the values at
-// the two ends of each of those as their sum s and difference d (three times two additions for
+// On a box, the trilinear element is a tensor product of three one-dimensional elements. Convert
+// the values at the two ends of each to their sum s and difference d (three times two additions for
 // eight corners). Then u = s/2 + d·(ξ − ½) on 0 ≤ ξ ≤ 1, and with length h
 //
 //   ∫ v u = h (v_s u_s / 4 + v_d u_d / 12),   ∫ v′ u′ = v_d u_d / h,   ∫ v′ u = v_d u_s / 2:
 //
-// nearly everything is diagonal. Of the element's 576 numbers 21 + 24 are left, each λ or μ times a
-// number of the lattice, and a cell costs 256 operations instead of 1152. Each cell may have its
-// own λ and μ. Exact up to rounding, as 2×2×2 Gauss points are on a box.
+// which is nearly diagonal. Of the element's 576 numbers 21 + 24 remain, each λ or μ times a number
+// of the lattice, and a cell costs 256 operations instead of 1152. Each cell may have a separate λ
+// and μ. The result is exact up to rounding, like 2×2×2 Gauss points on a box.
 //
-// Cells of a row lie side by side in vector registers. A task owns some planes of nodes and
-// computes all cells that touch them, so nothing is written twice, and each node sums up its cells
-// in the same order however the planes are shared out. No fused multiplications: the same bits on
-// each instruction set.
+// Cells of a row are adjacent in vector registers. A task owns some planes of nodes and computes
+// all cells at them, so writes never conflict, and each node sums its cells in the same order for
+// every partition. There are no fused multiplications, so the bits are equal on every instruction
+// set.
 
 #pragma once
 
@@ -28,11 +28,12 @@
 
 namespace pliant {
 
-/// What a kernel needs to know; all factors of one box.
+/// Constants of a kernel for one box.
 struct LatticeFactors {
-    double mode[8];      ///< of μ: Σ over axes b of the next
-    double along[3][8];  ///< of λ + μ: ∫ ∂_a v ∂_a u for mode m = (d along x) + 2 (y) + 4 (z)
-    double across[3][2];  ///< of λ and μ: a quarter of ∫ v u along axis c for s and d
+    double mode[8];  ///< factor of μ: Σ of `along` over the axes
+    double along[3][8];  ///< factor of λ + μ: ∫ ∂_a v ∂_a u for mode m = (d along x) + 2 (y) + 4
+                         ///< (z)
+    double across[3][2];  ///< factor of λ and μ: a quarter of ∫ v u along axis c for s and d
 };
 LatticeFactors lattice_factors(Vec3d spacing);
 
@@ -65,14 +66,14 @@ class LatticeStiffness : public Stiffness {
     HexLattice m_lattice;
     LatticeFactors m_factors;
     bool m_uniform;
-    std::vector<double> m_lambda, m_mu;  ///< [cell], or one row of cells where all are the same
+    std::vector<double> m_lambda, m_mu;  ///< [cell], or one row of cells for uniform materials
     Block3 m_corner_lambda[8], m_corner_mu[8];  ///< diagonal blocks of a cell for λ = 1, μ = 1
 };
 
 /// One row of cells, and the four rows of nodes around it.
 struct LatticeRow {
     const double* displacement[3][4];  ///< [component][node row: +1 along y, +2 along z]
-    double* force[3][4];               ///< is added to; null: not wanted
+    double* force[3][4];               ///< accumulated; null: not wanted
     const double *lambda, *mu;         ///< [cell]
     int cells;
     double* workspace;  ///< lattice_row_workspace(cells) numbers
@@ -85,7 +86,7 @@ constexpr std::size_t lattice_row_workspace(int cells) {
 }
 
 void add_lattice_row(const LatticeFactors& factors, const LatticeRow& row);
-/// The same without vector instructions.
+/// Scalar version.
 void add_lattice_row_plain(const LatticeFactors& factors, const LatticeRow& row);
 
 }  // namespace pliant

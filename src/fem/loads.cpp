@@ -11,7 +11,7 @@
 namespace pliant {
 namespace {
 
-constexpr double kMicronewton = 1e6;  // in a newton
+constexpr double kMicronewton = 1e6;  // µN per N
 constexpr double kPerCubicMm = 1e-3;  // N/m³ · mm³ = 1e-9 N = 1e-3 µN
 
 void add(NodeVector& forces, std::int32_t node, Vec3d force) {
@@ -19,7 +19,7 @@ void add(NodeVector& forces, std::int32_t node, Vec3d force) {
     forces.set(n, forces.at(n) + force);
 }
 
-/// ∫ N_c (traction − pressure n) dA over a bilinear face, 2 × 2 Gauss points.
+/// Adds ∫ N_c (traction − pressure n) dA over a bilinear face, 2 × 2 Gauss points.
 void add_surface(const SolidShape& shape, const SurfaceLoad& load, NodeVector& forces) {
     const auto nodes = shape.nodes_of(load.face.cell);
     constexpr double kSigns[4][2] = {{-1, -1}, {1, -1}, {1, 1}, {-1, 1}};

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Loads as forces on nodes, so that they do the same work on every displacement that the elements
-// can have.
+// Consistent nodal forces: they do the same work as the loads on every displacement in the element
+// space.
 
 #pragma once
 
@@ -16,7 +16,7 @@
 
 namespace pliant {
 
-/// @returns in µN; InvalidArgument that names the load
+/// @returns forces in µN; InvalidArgument that names the load
 Result<NodeVector> nodal_forces(const SolidShape& shape, std::span<const ElasticMaterial> materials,
                                 std::span<const std::int32_t> material_of, const HeldNodes& held,
                                 const ElasticLoads& loads);

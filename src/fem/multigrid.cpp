@@ -12,9 +12,9 @@
 namespace pliant {
 namespace {
 
-constexpr std::int64_t kLastNodes = 400;  ///< so few are factored
-constexpr int kDegree = 2;                ///< of the smoother's polynomial
-constexpr double kUpperPart = 8;          ///< the spectrum from λ_max over this is smoothed
+constexpr std::int64_t kLastNodes = 400;  ///< levels of this size are factored
+constexpr int kDegree = 2;                ///< degree of the smoother's polynomial
+constexpr double kUpperPart = 8;          ///< the spectrum above λ_max divided by this is smoothed
 constexpr std::int64_t kGrain = 4096;
 
 HexCorners box_corners(Vec3d h) {
@@ -25,7 +25,7 @@ HexCorners box_corners(Vec3d h) {
     return corners;
 }
 
-/// The greatest λ with K_e x = λ D_e x for one box, by power iteration; a little above it.
+/// Slight overestimate of the largest λ with K_e x = λ D_e x for one box, by power iteration.
 double element_bound(Vec3d spacing, const ElasticMaterial& material) {
     constexpr int kIterations = 100;
     constexpr double kSafety = 1.05;
@@ -50,7 +50,7 @@ double element_bound(Vec3d spacing, const ElasticMaterial& material) {
             const Vec3d v = multiply(inverse[c], {y[3 * c], y[3 * c + 1], y[3 * c + 2]});
             for (int a = 0; a < 3; ++a) z[3 * c + std::size_t(a)] = v[a];
         }
-        double zy = 0, xy = 0;  // z = D⁻¹K x: zᵀK x / xᵀK x is at most λ
+        double zy = 0, xy = 0;  // z = D⁻¹K x: zᵀK x / xᵀK x is a lower bound of λ
         for (int n = 0; n < 24; ++n) {
             zy += z[n] * y[n];
             xy += x[n] * y[n];
@@ -76,7 +76,7 @@ void add_scaled(NodeVector& a, double factor, const NodeVector& b, const TaskAre
 }  // namespace
 
 struct Multigrid::Level {
-    LatticePair pair;  ///< from the level above; of the first one only coarse is meant
+    LatticePair pair;  ///< from the level above; only `coarse` is valid for the first level
     double greatest;   ///< bound of the spectrum
     const LatticeStiffness* stiffness;
     const HeldNodes* held;
@@ -119,7 +119,7 @@ Multigrid::Multigrid(const LatticeStiffness& stiffness, const HeldNodes& held,
     factor_last(arena);
 }
 
-/// Without a factor (the last level is large, or singular) its smoother has to do.
+/// Factors the last level. Without a factor (the level is large or singular) its smoother is used.
 void Multigrid::factor_last(const TaskArena& arena) {
     const Level& last = *m_levels.back();
     const HexLattice& lattice = last.pair.coarse;
@@ -145,7 +145,7 @@ Multigrid::Work::Work(const Multigrid& multigrid) {
 }
 
 /// displacement += polynomial(D⁻¹K) D⁻¹ residual.
-/// @param with_residual  the residual is wanted afterwards
+/// @param with_residual  updates the residual too
 void Multigrid::smooth(std::size_t level, bool with_residual, Work::Level& w,
                        const TaskArena& arena) const {
     const Level& l = *m_levels[level];
@@ -169,7 +169,7 @@ void Multigrid::smooth(std::size_t level, bool with_residual, Work::Level& w,
     }
 }
 
-/// Solves roughly for the level's force, from zero.
+/// Approximate solution for the level's force, from zero.
 void Multigrid::cycle(std::size_t level, Work& work, const TaskArena& arena) const {
     Work::Level& w = work.m_levels[level];
     if (level + 1 == m_levels.size() && m_factor) {

@@ -1,22 +1,22 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// A geometric multigrid cycle for lattices, as preconditioner of conjugate gradients
-// [Briggs2000]. What neighbours disagree on is smoothed out on each level; what is left is smooth,
-// and is solved for on a lattice with half the cells along each axis, where it costs an eighth.
+// A geometric multigrid cycle for lattices, as preconditioner of conjugate gradients [Briggs2000].
+// Each level smooths the high frequencies of the error. The rest is smooth, and is solved on a
+// lattice with half the cells along each axis, at an eighth of the cost.
 //
 //   level 0   o─o─o─o─o─o      smooth, residual ↓   ↑ add, smooth
-//   level 1   o───o───o───o    smooth, residual ↓   ↑ add, smooth      (may stand out beyond)
+//   level 1   o───o───o───o    smooth, residual ↓   ↑ add, smooth      (may extend beyond)
 //   level 2   o───────o───────o    factor
 //
-// Coarse cells have the mean of their eight cells' moduli (where the lattice ends, of nothing), so
-// no level has a matrix but the last. An axis whose spacing is much larger than another's is left
-// as it is until they are alike. The smoother is Chebyshev's polynomial over the blocks of the
-// nodes, for the upper part of the spectrum. Its bound comes from the single elements:
-// λ(D⁻¹K) ≤ max λ(D_e⁻¹K_e) for whatever is assembled of them, held nodes or not.
+// Coarse cells have the mean moduli of their eight cells (0 beyond the lattice), so only the last
+// level has a matrix. An axis with a much larger spacing is not coarsened until the spacings are
+// similar. The smoother is a Chebyshev polynomial over the nodes' blocks for the upper part of the
+// spectrum. Its bound comes from single elements: λ(D⁻¹K) ≤ max λ(D_e⁻¹K_e) for every assembly of
+// them, with or without held nodes.
 //
-// The cycle is symmetric and positive: restriction is the transpose of interpolation, and the same
-// polynomial is used before and after.
+// The cycle is symmetric and positive: restriction is the transpose of interpolation, and pre- and
+// post-smoothing use the same polynomial.
 
 #pragma once
 
@@ -40,7 +40,7 @@ class Multigrid {
               std::span<const ElasticMaterial> materials, const TaskArena& arena);
     ~Multigrid();
 
-    /// The vectors of all levels; one for each thread that solves.
+    /// Vectors of all levels; one object per solving thread.
     class Work {
       public:
         explicit Work(const Multigrid& multigrid);
@@ -52,7 +52,7 @@ class Multigrid {
         };
         std::vector<Level> m_levels;
     };
-    /// displacement ≈ K⁻¹ force. @param force  zero where held, as the displacement will be
+    /// displacement ≈ K⁻¹ force. @param force  zero in held components, as the displacement will be
     void apply(const NodeVector& force, NodeVector& displacement, Work& work,
                const TaskArena& arena) const;
 
@@ -66,7 +66,7 @@ class Multigrid {
                 const TaskArena& arena) const;
 
     std::vector<std::unique_ptr<Level>> m_levels;
-    std::optional<CholeskyFactor> m_factor;  ///< of the last level
+    std::optional<CholeskyFactor> m_factor;  ///< factor of the last level
 };
 
 }  // namespace pliant

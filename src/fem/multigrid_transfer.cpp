@@ -9,16 +9,16 @@
 namespace pliant {
 namespace {
 
-/// The one or two nodes of the other lattice along an axis, and their weight; from first to last.
+/// Range of the one or two related nodes of the other lattice along an axis.
 struct Span {
     int first, last;
 };
 
-/// Fine nodes that coarse node i moves, cut to the lattice.
+/// Fine nodes that coarse node i affects, clipped to the lattice.
 Span moved_by(int i, int factor, int fine_size) {
     return {std::max(0, factor * (i - 1) + 1), std::min(fine_size - 1, factor * (i + 1) - 1)};
 }
-/// Coarse nodes that move fine node i.
+/// Coarse nodes that affect fine node i.
 Span movers_of(int i, int factor) {
     return {i / factor, (i + factor - 1) / factor};
 }

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Between a lattice and one with half the cells along some axes: displacements are interpolated,
-// forces are gathered with the same weights.
+// Transfer between a lattice and one with half the cells along some axes: displacements are
+// interpolated, forces are restricted by the transpose.
 
 #pragma once
 
@@ -20,13 +20,13 @@ struct LatticePair {
     Vec3i factor{2, 2, 2};  ///< each 1 or 2
 };
 
-/// Along which axes to halve, or {1, 1, 1} where that would not help.
+/// Axes to halve, or {1, 1, 1} if coarsening would not help.
 Vec3i coarsening_factor(const HexLattice& lattice);
 LatticePair coarsened(const HexLattice& lattice, Vec3i factor);
 
-/// Means of the fine cells' values; what is beyond the end counts as 0. @param fine  [cell]
+/// Means of the fine cells' values; cells beyond the end count as 0. @param fine  [cell]
 std::vector<double> coarse_means(const LatticePair& pair, std::span<const double> fine);
-/// A coarse node is held where it would move a held fine one.
+/// Holds each coarse node that would move a held fine node.
 HeldNodes coarse_held(const LatticePair& pair, const HeldNodes& fine);
 
 /// coarse = Pᵀ fine

@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Vectors of nodes as the solvers keep them: all x, then all y, then all z, so that neighbours
-// along a lattice's row are neighbours in memory. Behind each is room for one vector register,
-// which kernels may read and must not write; it is zero.
+// Vectors of nodes in the solvers: all x, then all y, then all z, so that neighbours along a
+// lattice's row are adjacent in memory. Each component is padded by one vector register of zeros,
+// which kernels may read but not write.
 
 #pragma once
 

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Where nodes are and what cells join them, of a mesh or of a lattice alike.
+// Common view of a mesh or lattice: nodes and cells.
 
 #pragma once
 
@@ -11,7 +11,7 @@
 
 namespace pliant {
 
-/// Keeps a reference to what it is made from.
+/// Keeps a reference to its source.
 class SolidShape {
   public:
     explicit SolidShape(const HexMesh& mesh) : m_mesh(&mesh) {}
@@ -35,7 +35,7 @@ class SolidShape {
         for (std::size_t c = 0; c < 8; ++c) corners[c] = place(nodes[c]);
         return corners;
     }
-    /// The piece that each node belongs to; empty: all is one.
+    /// Piece of each node; empty: one piece.
     std::vector<std::int32_t> piece_of_nodes() const {
         return m_mesh ? pieces(*m_mesh) : std::vector<std::int32_t>{};
     }

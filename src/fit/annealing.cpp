@@ -1,15 +1,15 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Simulated annealing as [Choi2004, 3.2.4] has it, its Figure 7 with one iteration at each
-// temperature, and T ← T/(1 + βT) [Lundy1986]:
+// Simulated annealing of [Choi2004, 3.2.4], as in its Figure 7, with one iteration at each
+// temperature and T ← T/(1 + βT) [Lundy1986]:
 //
 //   1/T after n iterations = 1/T₀ + nβ
 //
-// so that β follows from both ends of the range and the number of iterations between them. What is
-// a neighbour, where the range lies and what the Boltzmann constant is in are left open there:
-// here a neighbour differs in all logarithms, by at most a part of their ranges; temperatures have
-// the cost's unit; and the range is found from the uphill moves of a few random pairs.
+// So β follows from both ends of the range and the number of iterations. The paper leaves
+// neighbours, range and the Boltzmann constant's unit open. Here a neighbour differs in all
+// logarithms, by at most a fraction of their ranges; temperatures have the cost's unit; and the
+// range is determined from the uphill moves of a few random pairs.
 
 #include <cmath>
 #include <random>
@@ -20,14 +20,14 @@
 namespace pliant {
 namespace {
 
-constexpr double kTaken = 0.8;   // share of uphill moves at the start
-constexpr double kRange = 1000;  // start over end temperature
+constexpr double kTaken = 0.8;   // accepted share of uphill moves at the start
+constexpr double kRange = 1000;  // ratio of start to end temperature
 
-/// The same numbers with every standard library.
+/// Random numbers that are identical in every standard library.
 class Numbers {
   public:
     explicit Numbers(std::uint64_t seed) : m_engine(seed) {}
-    /// 0 ≤ x < 1.
+    /// Uniform in 0 ≤ x < 1.
     double next() { return double(m_engine() >> 11) * 0x1p-53; }
 
   private:
@@ -41,7 +41,7 @@ Search::Point anywhere(const Search& search, Numbers& numbers) {
     return point;
 }
 
-/// Reflected at the bounds.
+/// Random neighbour, reflected at the bounds.
 Search::Point neighbour_of(const Search& search, const Search::Point& point, double reach,
                            Numbers& numbers) {
     Search::Point next(point);
@@ -77,7 +77,7 @@ Status check(const Annealing& s) {
     return Ok{};
 }
 
-/// Of the moves between random points and their neighbours. 0 where all are flat.
+/// Mean uphill move between random points and their neighbours; 0 if there is none.
 double mean_uphill(Search& search, const Annealing& settings, Numbers& numbers) {
     std::vector<Search::Point> points;
     for (int n = 0; n < settings.preparation; ++n) {

@@ -10,8 +10,8 @@
 namespace pliant {
 namespace {
 
-constexpr double kMetres = 1e-3;  // in a millimetre
-/// Larger references are solved by conjugate gradients, to a residual relative to the load.
+constexpr double kMetres = 1e-3;  // m per mm
+/// Larger references use conjugate gradients; the residual is relative to the load.
 constexpr std::int64_t kMostCholeskyNodes = 2000;
 constexpr double kReferenceTolerance = 1e-11;
 
@@ -37,7 +37,7 @@ std::vector<std::int32_t> nodes_of_face(const FitBox& box, const HexLattice& lat
     return nodes;
 }
 
-/// As many as asked for, around a place of the face.
+/// Selects the requested number of nodes around a position on the face.
 Result<std::vector<std::int32_t>> loaded_nodes(const FitBox& box, const FitBoxLoad& load,
                                                const HexLattice& lattice) {
     const int axis = axis_of(load.face);
@@ -67,7 +67,7 @@ Result<std::vector<std::int32_t>> loaded_nodes(const FitBox& box, const FitBoxLo
     return nodes;
 }
 
-/// Which axes a link goes along, as bits.
+/// Axes along which a link extends, as bits.
 int axes_of(const SpringParts& parts, const SpringLink& link) {
     const Vec3d r = parts.nodes[std::size_t(link.b)].rest - parts.nodes[std::size_t(link.a)].rest;
     int axes = 0;
@@ -124,7 +124,7 @@ Status check(const FitBox& box) {
     return Ok{};
 }
 
-/// Up to some thousand nodes by Cholesky, beyond by conjugate gradients.
+/// Cholesky up to some thousand nodes, conjugate gradients beyond.
 Result<ElasticSolver> reference_solver(const FitBox& box, const HexLattice& lattice,
                                        std::span<const std::int32_t> held, const TaskArena& arena) {
     const ElasticMaterial material{box.young_modulus_pa, box.poisson_ratio};

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The only place that knows NLopt: searches that only ask for costs.
+// The only user of NLopt: derivative-free searches.
 
 #include <nlopt.h>
 
@@ -31,7 +31,8 @@ struct Asked {
     double worst = 0;
 };
 
-/// Models of the cost want numbers: a network that was refused is worse than all others.
+/// Cost function for NLopt. Models of the cost need finite numbers: a refused network is worse than
+/// all others.
 double ask(unsigned size, const double* point, double*, void* data) {
     Asked& asked = *static_cast<Asked*>(data);
     const double cost = asked.search.cost(Search::Point(point, point + size));
@@ -57,7 +58,7 @@ Result<FitResult> search_direct(Search& search, const DirectSearch& settings) {
     for (std::size_t g = 0; g < search.size(); ++g) {
         low.push_back(search.low(g));
         high.push_back(search.high(g));
-        // A factor of e^½ at first, and less where the bounds are near.
+        // Initial step: a factor of e^½, less for narrow bounds.
         first.push_back(std::max(1e-9, std::min(0.5, (high[g] - low[g]) / 4)));
     }
     const std::unique_ptr<nlopt_opt_s, void (*)(nlopt_opt)> solver(
@@ -74,7 +75,7 @@ Result<FitResult> search_direct(Search& search, const DirectSearch& settings) {
     Search::Point point = search.start();
     double cost = 0;
     const nlopt_result ended = nlopt_optimize(solver.get(), point.data(), &cost);
-    // What rounding stops has come as far as rounding lets it.
+    // A search stopped by rounding has converged.
     if (ended < 0 && ended != NLOPT_ROUNDOFF_LIMITED)
         return bad("NLopt ends with its code " + std::to_string(int(ended)));
     return search.finish(search.best().empty() ? point : search.best());

@@ -9,7 +9,7 @@
 namespace pliant {
 namespace {
 
-/// A part of so few nodes is a block.
+/// Maximum size of a part that is a single block.
 constexpr std::size_t kBlockNodes = 24;
 
 }  // namespace
@@ -47,7 +47,7 @@ int DissectedCholesky::add_block(std::span<const std::int32_t> nodes, std::vecto
     return int(m_blocks.size()) - 1;
 }
 
-/// @param next  place of the next node in the order. @returns the last block of this part
+/// @param next  next position in the order. @returns the last block of this part
 int DissectedCholesky::dissect(const Graph& graph, std::vector<std::int32_t> nodes, int& next) {
     if (nodes.size() <= kBlockNodes) return add_block(nodes, {}, next);
     const auto place = [&](std::int32_t n) { return graph.places[std::size_t(n)]; };
@@ -65,7 +65,7 @@ int DissectedCholesky::dissect(const Graph& graph, std::vector<std::int32_t> nod
     for (const std::int32_t n : nodes) along.push_back(place(n)[axis]);
     std::nth_element(along.begin(), along.begin() + std::ptrdiff_t(along.size() / 2), along.end());
     double cut = along[along.size() / 2];
-    if (cut == low[axis]) {  // most nodes lie there: the next plane
+    if (cut == low[axis]) {  // most nodes are there: use the next plane
         cut = high[axis];
         for (const double c : along)
             if (c > low[axis]) cut = std::min(cut, c);
@@ -111,7 +111,7 @@ std::unique_ptr<DissectedCholesky::Factor> DissectedCholesky::factor(const Matri
                                                                      double least_pivot) const {
     auto made = std::make_unique<Factor>(m_blocks.size());
     std::vector<Eigen::MatrixXd> updates(m_blocks.size());  // for the parents
-    std::vector<int> place(std::size_t(lower.rows()));      // in the front
+    std::vector<int> place(std::size_t(lower.rows()));      // index in the front
     for (std::size_t b = 0; b < m_blocks.size(); ++b) {
         const Block& block = m_blocks[b];
         const int own = block.end - block.begin, later = int(block.rows.size());
@@ -122,7 +122,7 @@ std::unique_ptr<DissectedCholesky::Factor> DissectedCholesky::factor(const Matri
             for (Matrix::InnerIterator at(lower, block.begin + n); at; ++at)
                 front(place[std::size_t(at.row())], n) += at.value();
         for (const int child : block.children) {
-            // Rows ascend in both, so the lower triangle stays the lower one.
+            // Rows ascend in both, so the lower triangle is preserved.
             const std::vector<int>& rows = m_blocks[std::size_t(child)].rows;
             Eigen::MatrixXd& update = updates[std::size_t(child)];
             for (int c = 0; c < int(rows.size()); ++c)

@@ -1,18 +1,18 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Cholesky factors of large networks: nested dissection [George1973] and the multifrontal method
+// Cholesky factors of large networks by nested dissection [George1973] and the multifrontal method
 // [Duff1983].
 //
-//        left     │ s │    right          The nodes beside a plane are a separator s: without them
-//     ┌───────────┼───┼───────────┐       left and right don't touch. Both sides are eliminated
-//     │   ──s──   │   │           │       first, each in the same way, and s last. Each small part
-//     │           │   │   ──s──   │       and each separator is a block of the factor. Its front is
-//     └───────────┴───┴───────────┘       a dense matrix over its own unknowns and the later ones
-//                                         that it touches.
+//        left     │ s │    right          The nodes beside a plane are a separator s: it separates
+//     ┌───────────┼───┼───────────┐       left from right. Both sides are eliminated first,
+//     │   ──s──   │   │           │       recursively, and s last. Each small part and each
+//     │           │   │   ──s──   │       separator is a block of the factor. Its front is a
+//     └───────────┴───┴───────────┘       dense matrix over its own unknowns and the later
+//                                         unknowns that it is coupled to.
 //
-// All arithmetic is in dense matrices, whose products use vector registers. For n nodes in three
-// dimensions the work grows with n², as little as any order allows.
+// All arithmetic is in dense matrices, whose products are vectorised. For n nodes in three
+// dimensions the work grows with n², which is optimal.
 
 #pragma once
 
@@ -31,33 +31,34 @@ namespace pliant {
 
 class DissectedCholesky {
   public:
-    /// Nodes that an element joins; a range of them for each.
+    /// Nodes of each element.
     using Joined = std::vector<std::vector<std::int32_t>>;
 
-    /// @param places  of all nodes
+    /// @param places  positions of all nodes
     /// @param joined  nodes of each link and cell
     /// @param free    [node]: whether the node has unknowns, three each
     DissectedCholesky(std::span<const Vec3d> places, const Joined& joined,
                       std::span<const std::uint8_t> free);
 
-    /// Place of each free node in the order of elimination; −1 for others. Unknown 3·place + axis.
+    /// Position of each free node in the order of elimination; −1 for others. Unknowns are
+    /// 3·position + axis.
     const std::vector<int>& order() const { return m_order; }
 
     using Matrix = Eigen::SparseMatrix<double>;
-    /// The fronts' unknowns, from the lower triangle's pattern in that order.
+    /// Determines the fronts' unknowns from the pattern of the reordered lower triangle.
     void analyse(const Matrix& lower);
 
     using Factor = std::vector<Eigen::MatrixXd>;  ///< [block]: its columns of L
-    /// @param least_pivot  relative to the diagonal's
-    /// @returns null where the matrix isn't positive definite. @pre analyse() of this pattern
+    /// @param least_pivot  relative to the diagonal
+    /// @returns null if the matrix isn't positive definite. @pre analyse() of this pattern
     std::unique_ptr<Factor> factor(const Matrix& lower, double least_pivot) const;
     Eigen::VectorXd solve(const Factor& factor, Eigen::VectorXd right) const;
 
   private:
     struct Block {
         int begin, end;             ///< own unknowns
-        std::vector<int> children;  ///< blocks that are eliminated before
-        std::vector<int> rows;      ///< later unknowns that it touches, ascending
+        std::vector<int> children;  ///< blocks eliminated before
+        std::vector<int> rows;      ///< coupled later unknowns, ascending
     };
     struct Graph;
     int dissect(const Graph& graph, std::vector<std::int32_t> nodes, int& next);

@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Gauss and Newton: with r the distances from the reference and J = ∂u/∂ln p, a step s solves
-// JᵀW J s = −JᵀW r. W is the cases' weights; for a sum of distances (not squares) each node's
-// distance is weighted with 1/|r| of the last step, whose fixed points are the minima of that sum
+// Gauss-Newton: with r the distances from the reference and J = ∂u/∂ln p, a step s solves JᵀW J s =
+// −JᵀW r. W contains the cases' weights. For a sum of distances (not squares), each node's weight
+// is divided by |r| of the last step; the fixed points of this iteration are the minima of that sum
 // [Weiszfeld1937].
 
 #include <algorithm>
@@ -17,8 +17,7 @@ namespace pliant {
 namespace {
 
 constexpr int kHalvings = 30;
-/// Nodes that are nearer to their reference than this, in spring lengths, count as if they were as
-/// far: else a node that fits by chance would hold the rest.
+/// Lower clamp of |r|, in spring lengths: otherwise a node that fits by chance would dominate.
 constexpr double kNearest = 1e-9;
 
 struct Normal {
@@ -26,7 +25,7 @@ struct Normal {
     std::vector<double> right;
 };
 
-/// @param distances  with weights 1/|r|
+/// @param distances  uses weights 1/|r|
 Normal normal_equations(const FitProblem::Impl& problem, const FitProblem::Impl::Derivatives& d,
                         bool distances) {
     const std::size_t size = problem.groups.size();
@@ -69,7 +68,7 @@ double dot_of(const std::vector<double>& a, const std::vector<double>& b) {
     return sum;
 }
 
-/// The step in the span of what is identifiable.
+/// Step in the span of the identifiable directions.
 std::vector<double> step_of(const Normal& normal, const std::vector<FitDirection>& directions) {
     std::vector<std::vector<double>> basis;
     for (const FitDirection& d : directions)

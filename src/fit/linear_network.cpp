@@ -21,10 +21,10 @@ using Matrix = Eigen::SparseMatrix<double>;
 using Vector = Eigen::VectorXd;
 using Entries = std::vector<Eigen::Triplet<double>>;
 
-/// A pivot that is so much smaller than the diagonal it comes from is rounding.
+/// A pivot with a smaller ratio to its diagonal is rounding.
 constexpr double kLeastPivot = 1e-13;
 
-/// Adds s · v vᵀ, v given by vectors at nodes, to the lower triangle of the unknowns.
+/// Adds s · v vᵀ, with v given by vectors at nodes, to the lower triangle of the unknowns.
 template <std::size_t kMost>
 void add_outer(std::span<const int> unknowns, int count, const std::array<std::int32_t, kMost>& at,
                const std::array<Vec3d, kMost>& v, double s, Entries& to) {
@@ -59,19 +59,21 @@ void add_cell(const SpringParts& parts, std::span<const int> unknowns, std::size
 
 struct LinearNetwork::Factor {
     Eigen::SimplicialLDLT<Matrix, Eigen::Lower, Eigen::NaturalOrdering<int>> factor;
-    std::shared_ptr<const DissectedCholesky::Factor> dissected;  ///< of large networks, instead
-    double scale = 1;  ///< of the matrix, over the factor's
+    std::shared_ptr<const DissectedCholesky::Factor> dissected;  ///< for large networks, instead of
+                                                                 ///< `factor`
+    double scale = 1;  ///< scale of the matrix relative to the factor
 };
 
 struct LinearNetwork::Impl {
-    std::vector<int> unknowns;           ///< [3·node + axis] number in the matrices; −1: held
-    std::vector<std::uint8_t> is_empty;  ///< [group]: its matrix
-    std::optional<DissectedCholesky> dissection;  ///< of large networks
-    // The last factor of a large network: a step's derivatives need the factor of its cost.
+    std::vector<int> unknowns;           ///< [3·node + axis]: index in the matrices; −1: held
+    std::vector<std::uint8_t> is_empty;  ///< [group]: its matrix is zero
+    std::optional<DissectedCholesky> dissection;  ///< for large networks
+    // Cache of the last factor of a large network: the derivatives of a step need the factor of its
+    // cost.
     std::mutex last_mutex;
     std::vector<double> last_values;
     std::shared_ptr<const Factor> last;
-    std::vector<Matrix> matrices;  ///< of each group, and of what is in none; lower triangles
+    std::vector<Matrix> matrices;  ///< of each group, and of the rest; lower triangles
     int count = 0;
 
     Vector gather(std::span<const Vec3d> from) const {
@@ -92,7 +94,7 @@ LinearNetwork::~LinearNetwork() = default;
 LinearNetwork::LinearNetwork(LinearNetwork&&) noexcept = default;
 LinearNetwork& LinearNetwork::operator=(LinearNetwork&&) noexcept = default;
 
-/// In which order to eliminate, for all values at once. @returns the place of each unknown
+/// Computes one elimination order for all values. @returns position of each unknown
 std::vector<int> LinearNetwork::minimum_degree(const SpringParts& parts) const {
     const Impl& m = *m_impl;
     Entries all;
@@ -107,7 +109,7 @@ std::vector<int> LinearNetwork::minimum_degree(const SpringParts& parts) const {
     return place;
 }
 
-/// The same by nested dissection.
+/// Elimination order by nested dissection.
 std::vector<int> LinearNetwork::dissect(const SpringParts& parts,
                                         std::span<const std::uint8_t> held) {
     Impl& m = *m_impl;
@@ -150,7 +152,7 @@ LinearNetwork::LinearNetwork(const SpringParts& parts, std::span<const FitGroup>
         add_link(parts, m.unknowns, l, entries[link_group[l]]);
     for (std::size_t c = 0; c < parts.cells.size(); ++c)
         add_cell(parts, m.unknowns, c, entries[cell_group[c]]);
-    // Zeros where another group has something, so that all have the same pattern.
+    // Explicit zeros at the entries of other groups, so that all matrices share a pattern.
     Entries pattern;
     for (const Entries& of_group : entries)
         for (const auto& e : of_group) pattern.emplace_back(e.row(), e.col(), 0.0);
@@ -173,12 +175,12 @@ LinearNetwork::LinearNetwork(const SpringParts& parts, std::span<const FitGroup>
 std::shared_ptr<const LinearNetwork::Factor> LinearNetwork::factor(
     std::span<const double> given) const {
     Impl& m = *m_impl;
-    // A small factor is made faster in the memory of the one before than it is kept beside it.
+    // Recomputing a small factor in the same memory is faster than caching it.
     if (!m.dissection) return make_factor(given);
     std::vector<double> values(given.begin(), given.end());
     for (std::size_t g = 0; g < values.size(); ++g)
         if (m.is_empty[g]) values[g] = 0;
-    // K(c·p) = c·K(p): a large network that is only stiffer or softer all over keeps its factor.
+    // K(c·p) = c·K(p): a large network with a uniform change of stiffness keeps its factor.
     double scale = 1;
     if (m.is_empty.back()) {
         for (std::size_t g = values.size(); g-- > 0;)

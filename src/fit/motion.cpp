@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Displacements of a network with given values, and their derivatives.
+// Displacements of a network for given values, and their derivatives.
 
 #include <cmath>
 #include <string>
@@ -11,8 +11,8 @@
 namespace pliant {
 namespace {
 
-/// Of a logarithm, for central differences: errors of 1e-8 from the third derivative, and of the
-/// equilibrium's own tolerance divided by it.
+/// Step of a logarithm in central differences: the third derivative causes errors of 1e-8, and the
+/// equilibrium's tolerance is divided by the step.
 constexpr double kDifference = 1e-4;
 constexpr double kEquilibrium = 1e-10;
 

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// What a problem must be, and how far a network is from its reference.
+// Checks of a problem, and the distance of a network from its reference.
 
 #include <algorithm>
 #include <cmath>

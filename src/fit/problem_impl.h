@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// A problem as the methods see it: costs, displacements and their derivatives.
+// Interface of a problem to the methods: costs, displacements and their derivatives.
 
 #pragma once
 
@@ -17,20 +17,20 @@ struct FitProblem::Impl {
     std::vector<FitCase> cases;
     FitSettings settings;
     double spring_length = 0;
-    /// The sets of nodes that don't move in some case, each once.
+    /// Distinct sets of nodes that are fixed in some case.
     std::vector<std::vector<std::uint8_t>> held;
     std::vector<std::size_t> held_of;   ///< [case]
-    std::vector<LinearNetwork> linear;  ///< [set], where the motion is linear
+    std::vector<LinearNetwork> linear;  ///< [set], for linear motion
 
     Status check_values(std::span<const double> values) const;
     SpringParts parts_at(std::span<const double> values) const;
     std::vector<Vec3d> force_of(const FitCase& fit_case) const;
 
-    /// @param all  cases that are held out, too
+    /// @param all  includes cases that are held out
     Result<Displacements> move(std::span<const double> values, bool all) const;
     double cost_of(const Displacements& displacements) const;
 
-    /// Of the displacements of the fitted cases by the logarithms of the values.
+    /// Derivatives of the fitted cases' displacements with respect to the logarithms of the values.
     struct Derivatives {
         Displacements at;
         std::vector<Displacements> by;  ///< [group][case][node]

@@ -11,7 +11,7 @@
 namespace pliant {
 namespace {
 
-constexpr double kOnBound = 1e-4;  ///< of a logarithm
+constexpr double kOnBound = 1e-4;  ///< tolerance of a logarithm
 
 }  // namespace
 

@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// What all methods share: they ask for costs at points given by logarithms; what that took, and the
-// best that was found on the way, is kept. Costs of several points are found at the same time and
-// counted in their order, so that nothing depends on threads.
+// Common part of all methods: they request costs at points given by logarithms. It records the
+// effort and the best point so far. Costs of several points are computed concurrently and recorded
+// in their order, so that results are independent of threads.
 
 #pragma once
 
@@ -28,14 +28,14 @@ class Search {
     Point within_bounds(Point point) const;
     Point values(const Point& point) const;
 
-    /// Infinite where the network has no equilibrium.
+    /// Cost at a point; infinite if the network has no equilibrium.
     double cost(const Point& point);
     std::vector<double> costs(const std::vector<Point>& points);
     void count(std::int64_t evaluations) { m_result.evaluations += evaluations; }
 
     const Point& best() const { return m_best; }
     FitResult& result() { return m_result; }
-    /// Judges the point with all cases, and ends the clock.
+    /// Evaluates the point with all cases, and stops the clock.
     Result<FitResult> finish(const Point& point);
 
   private:

@@ -10,9 +10,9 @@
 namespace pliant {
 namespace {
 
-constexpr int kSweeps = 60;  // a handful is enough
+constexpr int kSweeps = 60;  // a handful suffices
 
-/// Rotates rows and columns p and q so that a[p][q] becomes 0.
+/// Rotates rows and columns p and q such that a[p][q] becomes 0.
 void rotate(SmallMatrix& a, SmallMatrix& vectors, std::size_t p, std::size_t q) {
     const double apart = (a[q][q] - a[p][p]) / (2 * a[p][q]);
     const double t = (apart < 0 ? -1 : 1) / (std::abs(apart) + std::sqrt(1 + apart * apart));

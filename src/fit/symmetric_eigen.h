@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Eigenvalues of small symmetric matrices, one row and column for each group.
+// Eigenvalues of small symmetric matrices, with one row and column per group.
 
 #pragma once
 
@@ -16,7 +16,7 @@ struct SymmetricEigen {
     SmallMatrix vectors;         ///< [value][component], of length 1
 };
 
-/// By Jacobi's rotations [Golub2013], which find small eigenvalues beside large ones.
+/// Jacobi's method [Golub2013], which is accurate for small eigenvalues beside large ones.
 SymmetricEigen symmetric_eigen(SmallMatrix matrix);
 
 }  // namespace pliant

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The devices in the tree, and which one a text means. Plug-ins are in plugin_device.cpp.
+// Built-in devices, and the syntax of device names. Plug-ins are in plugin_device.cpp.
 
 #include <pliant/haptics_servo.h>
 #include <pliant/staged_files.h>
@@ -29,7 +29,7 @@ constexpr std::array<HapticDeviceKind, 6> kKinds = {{
     {"any other", {6, 1000, 8, {150, 150, 150}}},
 }};
 
-/// The simulated one, in real time: it goes on by the time since it was last asked.
+/// The simulated device in real time: each read advances it by the elapsed time.
 class RealTimeVirtualDevice : public HapticDevice {
   public:
     explicit RealTimeVirtualDevice(const VirtualDeviceSettings& settings) : m_device(settings) {}
@@ -50,7 +50,7 @@ class RealTimeVirtualDevice : public HapticDevice {
     }
 
   private:
-    static constexpr double kLongest_s = 0.02;  ///< of a step, after the machine was busy
+    static constexpr double kLongest_s = 0.02;  ///< maximum step after a delay of the machine
 
     /// 2b/T at 1 kHz [Colgate1997].
     double stable_n_m() const { return 2 * m_device.settings().damping_n_s_m / 1e-3; }
@@ -60,7 +60,7 @@ class RealTimeVirtualDevice : public HapticDevice {
     std::int64_t m_last_ns = 0;
 };
 
-/// Places from a file, one in each period; at its end it stays.
+/// Positions from a file, one per period; it stays at the last one.
 class ReplayDevice : public HapticDevice {
   public:
     struct Place {
@@ -95,12 +95,12 @@ Result<std::unique_ptr<HapticDevice>> open_virtual(const std::string& hand) {
     if (hand == "spring" || hand.empty())
         settings.hand = spring_hand({0, 0, 0});
     else if (hand == "active") {
-        // It shakes around a place: nothing else would keep it there.
+        // The spring keeps the oscillation around a fixed position.
         settings.hand = spring_hand({0, 0, 0}, 100, 1);
         settings.hand.sine_n = {0, 0, 2};
         settings.hand.frequency_hz = 10;
     } else if (hand == "tap") {
-        // It goes forward and back, by some 8 mm in free space, once in two seconds.
+        // Moves to and fro by some 8 mm in free space, once in two seconds.
         settings.hand = spring_hand({0, 0, 0});
         settings.hand.sine_n = {0, 0, -2.4};
         settings.hand.frequency_hz = 0.5;

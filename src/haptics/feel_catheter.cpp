@@ -12,12 +12,12 @@ namespace pliant {
 namespace {
 
 constexpr double kDegrees = 180 / std::numbers::pi;
-// Nearer than that the base stays where it is; what rests there isn't woken by a wire that
-// trembles.
+// Dead zone: smaller motions don't move the base. The threshold to start is larger, so that a
+// vibrating wire doesn't wake a base at rest.
 constexpr double kStill_mm = 0.02, kWakes_mm = 0.06;
-constexpr double kLearnt_mm = 0.05;  ///< a way on which a change of force says something
+constexpr double kLearnt_mm = 0.05;  ///< minimum way for an estimate of the stiffness
 constexpr double kStiffest_n_mm = 10;
-constexpr double kForgets = 0.8;  ///< a stiffness that isn't found again fades, in each update
+constexpr double kForgets = 0.8;  ///< decay of an estimate that isn't confirmed, per update
 constexpr double kStill_deg = 0.05;
 
 Error bad_feel(const std::string& what) {
@@ -60,8 +60,8 @@ void CatheterFeel::take_hold(Vec3d tool_mm, double roll_rad, const CatheterMeasu
     m_moves = false;
 }
 
-/// k_w from the way that the base went and what became of its force: at once where it is stiffer
-/// than was known, slowly where it is softer, so that the base is never sent too far.
+/// Estimates k_w from the way of the base and the change of its force. A stiffer value is used at
+/// once, a softer one gradually, so that the base never overshoots.
 void CatheterFeel::learn(const CatheterMeasures& now) {
     const double way = now.inserted_mm - m_known_mm;
     if (std::abs(way) < kLearnt_mm) return;
@@ -84,8 +84,8 @@ CatheterFeel::Pull CatheterFeel::pull(Vec3d tool_mm, const CatheterMeasures& now
     const double wanted = (coupling * ahead - now.force_n) / both;
     if (std::abs(wanted) < (m_moves ? kStill_mm : kWakes_mm))
         return {0, now.force_n, coupling * m_wire_n_mm / both};
-    // Beyond what the base can do in time, or at all, the hand feels the coupling alone; else this
-    // is F + k_w (s* − s).
+    // Beyond the base's limits of speed or length, the hand feels the coupling alone; otherwise
+    // this is F + k_w (s* − s).
     Pull pull;
     pull.way_mm = std::clamp(wanted, low, high);
     pull.felt_n = coupling * (ahead - pull.way_mm);
@@ -96,7 +96,7 @@ CatheterFeel::Pull CatheterFeel::pull(Vec3d tool_mm, const CatheterMeasures& now
 CatheterFeel::Motion CatheterFeel::follow(Vec3d tool_mm, double roll_rad,
                                           const CatheterMeasures& now) {
     learn(now);
-    // What the simulation does before this is asked again must not be more than the way to go.
+    // The motion until the next call must not exceed the way to go.
     m_span_s = std::max(m_settings.follow_s, 2 * (now.time_s - m_time_s));
     m_time_s = now.time_s;
     const double roll_deg = kDegrees * roll_rad;

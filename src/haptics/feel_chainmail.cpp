@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// ChainMail knows no forces, but exactly how far it can be pushed: a push by the whole reach is
-// done up to the fraction at which links or movement limits are used up. That fraction is L; the
-// grey values say how stiff the wall is before.
+// ChainMail has no forces, but an exact limit of motion: a push by the whole reach is done up to
+// the fraction at which links or movement limits are exhausted. That fraction is L. The grey values
+// determine the stiffness below L.
 
 #include <pliant/haptics_models.h>
 
@@ -19,8 +19,8 @@ namespace pliant {
 namespace {
 
 constexpr double kPoisson = 0.45, kReference_hu = 40;
-constexpr double kTangential = 0.7;  ///< of the stiffness along the normal: 2(1 − ν)/(2 − ν)
-constexpr double kSame_mm = 0.5;     ///< a contact that moved by less keeps what it knows
+constexpr double kTangential = 0.7;  ///< ratio to the stiffness along the normal: 2(1 − ν)/(2 − ν)
+constexpr double kSame_mm = 0.5;  ///< a contact that moved by less keeps its values
 constexpr double kSameDirection = 0.98;
 
 /// Dräger's softness of a value, 1 − w² [Draeger2005, 3.5.5].
@@ -29,7 +29,7 @@ double softness(double hu) {
     return 1 - w * w;
 }
 
-/// F = k d/(1 − d/L) as long as it is softer than bone, then straight on.
+/// F = k d/(1 − d/L) as long as it is softer than bone, then linear.
 void wall_law(const ChainMailFeel::Give& give, double bone_n_m, double depth_mm, double& force_n,
               double& stiffness_n_m) {
     const double k = std::min(give.stiffness_n_m, bone_n_m), limit = give.limit_mm;
@@ -38,7 +38,7 @@ void wall_law(const ChainMailFeel::Give& give, double bone_n_m, double depth_mm,
         stiffness_n_m = k;
         return;
     }
-    const double last = limit * (1 - std::sqrt(k / bone_n_m));  // as stiff as bone from here on
+    const double last = limit * (1 - std::sqrt(k / bone_n_m));  // as stiff as bone beyond
     const double bent = std::min(depth_mm, last);
     const double share = limit > 0 ? 1 - bent / limit : 1;
     force_n = 1e-3 * (k * bent / share + bone_n_m * std::max(0.0, depth_mm - last));
@@ -95,7 +95,7 @@ struct ChainMailFeel::Impl {
     ChainMailFeelSettings settings;
     Walls walls;
 
-    // The contact that was looked at last.
+    // Cache of the last contact.
     bool has_contact = false;
     Vec3d contact_mm{0, 0, 0}, contact_normal{0, 0, 0};
     Give contact_give;
@@ -104,7 +104,7 @@ struct ChainMailFeel::Impl {
     double pushed_mm(Vec3d surface_mm, Vec3d normal) const;
 };
 
-/// Of a punch on the mean value within two radii below the surface.
+/// Stiffness of a punch on tissue with the mean value within two radii below the surface.
 double ChainMailFeel::Impl::stiffness_below(Vec3d surface_mm, Vec3d normal) const {
     constexpr int kSamples = 8;
     const double a = settings.tool_radius_mm;
@@ -119,7 +119,7 @@ double ChainMailFeel::Impl::stiffness_below(Vec3d surface_mm, Vec3d normal) cons
     return 2e-3 * a * young_pa / (1 - kPoisson * kPoisson);
 }
 
-/// How far the wall has been pushed already, from where it was in the scan.
+/// Displacement of the wall so far, from its position in the scan.
 double ChainMailFeel::Impl::pushed_mm(Vec3d surface_mm, Vec3d normal) const {
     if (&scan == &shown) return 0;
     const Vec3d spacing = scan.grid.spacing_mm;
@@ -129,7 +129,7 @@ double ChainMailFeel::Impl::pushed_mm(Vec3d surface_mm, Vec3d normal) const {
             sample_linear(scan, voxel_from_world(scan.grid, surface_mm + way * normal));
         return settings.polarity == Polarity::Rising ? hu >= settings.iso_hu : hu < settings.iso_hu;
     };
-    double way = step;  // the surface itself is neither
+    double way = step;  // the surface itself is neither tissue nor lumen
     while (way < settings.reach_mm && is_tissue(way)) way += step;
     return way - step;
 }

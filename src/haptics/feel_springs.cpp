@@ -1,15 +1,15 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Local models of tissues that know forces.
+// Local models of tissues with forces.
 
 #include <pliant/haptics_models.h>
 
 namespace pliant {
 namespace {
 
-constexpr double kNewton = 1e-6;          ///< of a µN, which is g·mm/s²
-constexpr double kNewtonPerMetre = 1e-3;  ///< of a µN/mm
+constexpr double kNewton = 1e-6;          ///< N per µN (g·mm/s²)
+constexpr double kNewtonPerMetre = 1e-3;  ///< N/m per µN/mm
 
 }  // namespace
 
@@ -41,7 +41,7 @@ void LearntStiffness::begin_with(const Mat3d& change_n_m) {
 }
 
 void LearntStiffness::add(Vec3d place_mm, Vec3d force_n) {
-    constexpr double kLeastStep_mm = 0.01;  // less is rounding, or the tissue's own motion
+    constexpr double kLeastStep_mm = 0.01;  // below: rounding or own motion
     if (m_has_place) {
         const Vec3d step = place_mm - m_place_mm;
         if (norm(step) < kLeastStep_mm) return;

@@ -10,7 +10,7 @@
 namespace pliant {
 namespace {
 
-/// What was copied from is of the same grid and the same type.
+/// Copies a box between volumes of the same grid and type.
 template <class T>
 void copy_box(const Grid& grid, const VoxelArray<T>& from, VoxelArray<T>& to, const Box3i& box) {
     const std::ptrdiff_t length = box.end.x - box.begin.x;
@@ -19,7 +19,7 @@ void copy_box(const Grid& grid, const VoxelArray<T>& from, VoxelArray<T>& to, co
     for (int k = box.begin.z; k < box.end.z; ++k)
         for (int j = box.begin.y; j < box.end.y; ++j) {
             const std::size_t row = voxel_index(grid, {box.begin.x, j, k});
-            // Pages that stay the same are left as they are: they belong to all copies.
+            // Equal pages are not written, so that they stay shared with all copies.
             if (!std::equal(source + row, source + row + length, target + row))
                 std::copy_n(source + row, length, target + row);
         }
@@ -55,7 +55,7 @@ Result<std::unique_ptr<LiveFeel>> LiveFeel::create(const Volume& scan, const Vol
 
 void LiveFeel::changed(std::span<const Box3i> boxes) {
     m_waiting.insert(m_waiting.end(), boxes.begin(), boxes.end());
-    // A long contact: the same boxes again and again.
+    // A long contact collects equal boxes; remove duplicates.
     constexpr std::size_t kMany = 4096;
     if (m_waiting.size() < kMany) return;
     const auto order = [](const Box3i& a, const Box3i& b) {
@@ -96,14 +96,14 @@ bool LiveFeel::follow(Vec3d tool_mm, Vec3d proxy_mm) {
 
 HapticModel LiveFeel::model(Tissue& tissue, Vec3d pushed_mm) {
     const auto force = m_touches ? tissue.force_n(m_tool) : std::nullopt;
-    // What no spring holds back, outside of their lattice, is felt as ChainMail would have it.
+    // Outside of the springs' lattice, ChainMail's law applies.
     if (!force || !tissue.is_touched_by(m_tool)) return m_model;
     m_learnt.add(pushed_mm, *force);
     HapticModel model = m_model;
     const Mat3d change = m_learnt.change_n_m();
     model.force_n = *force;
     for (int c = 0; c < 3; ++c) model.stiffness_n_m.columns[c] = -change.columns[c];
-    // The springs' tool was stopped: the rest of the way is as stiff as anything.
+    // The springs' tool was stopped: the rest of the way has the largest stiffness.
     constexpr double kStopped_mm = 0.05;
     const Vec3d rest_mm = pushed_mm - m_place_mm;
     if (norm(rest_mm) < kStopped_mm) return model;

@@ -1,18 +1,18 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// What is felt of a tissue that the same tool pushes, and others may too, while it is shown.
+// Local models of a tissue that tools push and clients view at the same time.
 //
-// A wall that gives way would be felt no more, as the tool never gets beyond it. So what is felt is
-// how far the tool has come beyond the wall as it was when the tool touched it: the shown volume is
-// followed as long as nothing touches, and stands still while something does.
+// A wall that gives way would not be felt, because the tool never gets beyond it. The depth is
+// therefore measured from the wall before the contact: the model's volume follows the shown volume
+// while the tool is free, and is frozen during a contact.
 //
-//     shown  ───.   .───  the wall now, around the tool         depth: from the tool to the
-//                '-'                                            wall of before
-//     before ───────────  what is felt of it
+//     shown  ───.   .───  the present wall around the tool      depth: from the tool to the
+//                '-'                                            frozen wall
+//     before ───────────  the frozen wall
 //
-// ChainMail knows no forces: law and limit are those of ChainMailFeel. Springs do: their force on
-// the tool, with the stiffness learnt from the last two.
+// ChainMail has no forces: law and limit come from ChainMailFeel. Springs have a force on the tool;
+// its stiffness is estimated from successive forces.
 
 #pragma once
 
@@ -29,26 +29,26 @@ namespace pliant {
 
 class LiveFeel {
   public:
-    /// Keeps references: scan, shown (the deformed scan, which is kept up to date) and arena must
-    /// outlive it. @param tool  the number under which it pushes
-    /// @returns the errors of ChainMailFeel::create
+    /// Keeps references: scan, shown (the deformed scan, updated by its owner) and arena must
+    /// outlive it. @param tool  number of the tool that pushes
+    /// @returns an error of ChainMailFeel::create
     static Result<std::unique_ptr<LiveFeel>> create(const Volume& scan, const Volume& shown,
                                                     const ChainMailSettings& materials,
                                                     const ChainMailFeelSettings& settings,
                                                     std::uint32_t tool, const TaskArena& arena);
 
-    /// The shown volume has changed in these boxes of voxels.
+    /// Tells that the shown volume has changed in these boxes of voxels.
     void changed(std::span<const Box3i> boxes);
     void set_wall(double iso_hu, Polarity polarity);
 
-    /// Where the tool and its proxy are now. @returns whether it is beyond the wall
+    /// Moves the tool and its proxy. @returns whether the tool is beyond the wall
     bool follow(Vec3d tool_mm, Vec3d proxy_mm);
     bool touches() const { return m_touches; }
-    /// Of the wall that the tool is beyond. @pre touches()
+    /// Contact with the wall. @pre touches()
     const WallContact& contact() const { return m_contact; }
 
-    /// Of the place that follow() was told last. @param pushed_mm  where the tissue's own tool is,
-    /// which may have been stopped before the tool
+    /// Model at the tool's position in the last follow(). @param pushed_mm  position of the
+    /// tissue's tool, which may have been stopped earlier
     HapticModel model(Tissue& tissue, Vec3d pushed_mm);
 
   private:
@@ -56,12 +56,12 @@ class LiveFeel {
     void take_over();
 
     const Volume& m_shown;
-    Volume m_before;  ///< the shown one, as it was when the tool didn't touch
+    Volume m_before;  ///< the shown volume, frozen during a contact
     ChainMailFeelSettings m_settings;
     std::uint32_t m_tool;
     std::unique_ptr<ChainMailFeel> m_feel;
-    std::vector<Box3i> m_waiting;  ///< that have changed since
-    HapticModel m_model;           ///< by ChainMail's law
+    std::vector<Box3i> m_waiting;  ///< changed during the contact
+    HapticModel m_model;           ///< from ChainMail's law
     WallContact m_contact;
     Vec3d m_place_mm{0, 0, 0};
     bool m_touches = false;

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Local models: made and judged by whoever solves the tissue, before the servo sees them.
+// Local models: built and checked on the tissue's thread, before the servo receives them.
 
 #include <pliant/haptics.h>
 

@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The nearest point of a convex polyhedron. It lies on at most three planes with independent
-// normals, and x is then x + Σ λ n with λ ≥ 0; there are 92 sets of up to three among eight planes,
-// so all are tried, the small ones first. Nothing iterates, so the time has a bound.
+// Nearest point of a convex polyhedron. It lies on at most three planes with independent normals,
+// and x is then x + Σ λ n with λ ≥ 0. Eight planes have 92 sets of up to three, so all are tried,
+// small ones first. There is no iteration, so the time is bounded.
 
 #include <pliant/haptics.h>
 
@@ -12,8 +12,8 @@
 namespace pliant {
 namespace {
 
-constexpr double kTouching_mm = 1e-9;  ///< rounding at places some metres from the origin
-constexpr double kParallel = 1e-12;    ///< of a Gram determinant: planes that have no common edge
+constexpr double kTouching_mm = 1e-9;  ///< rounding at coordinates of some metres
+constexpr double kParallel = 1e-12;    ///< Gram determinant of parallel planes
 
 bool is_free(const HapticModel& model, Vec3d p) {
     for (int k = 0; k < model.plane_count; ++k)
@@ -21,7 +21,7 @@ bool is_free(const HapticModel& model, Vec3d p) {
     return true;
 }
 
-/// λ of one, two or three planes; false where they have no common point or λ < 0.
+/// Computes λ of one, two or three planes; false if they have no common point or λ < 0.
 bool find_multipliers(const Vec3d* n, const double* d, int count, double* lambda) {
     if (count == 1) {
         lambda[0] = d[0];

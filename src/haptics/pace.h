@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// A steady beat: absolute wake-up times, so that nothing adds up. Beats that were missed are left
-// out rather than made up for: two periods in a row would be felt.
+// Periodic timer with absolute wake-up times, so that errors don't accumulate. Missed periods are
+// skipped, because two periods in a row would be felt.
 
 #pragma once
 
@@ -27,7 +27,7 @@ class Pace {
     explicit Pace(double rate_hz)
         : m_period_ns(std::int64_t(1e9 / rate_hz + 0.5)), m_next_ns(steady_now_ns()) {}
 
-    /// Sleeps until the next beat. @returns whether beats were left out
+    /// Sleeps until the next period. @returns whether periods were skipped
     bool wait() {
         m_next_ns += m_period_ns;
         const std::int64_t now = steady_now_ns();
@@ -42,7 +42,8 @@ class Pace {
     std::int64_t m_period_ns, m_next_ns;
 };
 
-/// Asks for SCHED_FIFO for a thread. @returns an empty text, or why not and what would help
+/// Requests SCHED_FIFO for a thread. @returns an empty text, or the reason of a refusal and its
+/// remedy
 inline std::string ask_for_real_time(pthread_t thread, int priority) {
     if (priority <= 0) return "real-time priority: not asked for";
     sched_param parameter{};

@@ -14,7 +14,7 @@ namespace {
 
 constexpr double kPi = std::numbers::pi;
 
-/// How far a rotation turns about z, leaving out what it tilts.
+/// Angle of a rotation about z, without its tilt (swing-twist decomposition).
 double roll_of(const double (&q)[4]) {
     return q[0] == 0 && q[3] == 0 ? 0 : std::remainder(2 * std::atan2(q[3], q[0]), 2 * kPi);
 }
@@ -51,7 +51,7 @@ class PluginDevice : public HapticDevice {
     HapticLimits m_limits;
 };
 
-/// What the plug-in says of its device; false where it can't be meant.
+/// Reads the limits of the plug-in's device; false if they are implausible.
 bool get_limits(const pliant_haptic_device& plugin, void* device, HapticLimits& limits) {
     pliant_haptic_limits l{};
     if (plugin.get_limits(device, &l) != 0) return false;
@@ -64,7 +64,7 @@ bool get_limits(const pliant_haptic_device& plugin, void* device, HapticLimits& 
            is_good(limits.max_damping_n_s_m);
 }
 
-/// What the library exports, if it suits this version of Pliant.
+/// Returns the library's export if it suits this version of Pliant.
 Result<const pliant_haptic_device*> plugin_of(void* library, const std::string& name) {
     const auto wrong = [&](const std::string& what) -> Error {
         return {ErrorCode::Unsupported, "haptic device '" + name + "': " + what};

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Devices of others, loaded at run time (pliant/haptics_device.h).
+// Device plug-ins, loaded at run time (pliant/haptics_device.h).
 
 #pragma once
 

@@ -11,7 +11,7 @@
 namespace pliant {
 namespace {
 
-constexpr double kSmooth_s = 0.012;  ///< in which 1 − 1/e of the way to a new place is gone
+constexpr double kSmooth_s = 0.012;  ///< time constant of the smoothing
 constexpr std::int64_t kLost_ns = 500'000'000;
 
 class PosedDevice : public HapticDevice {

@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// A device whose place somebody else says, some 60 times a second: a game pad, a SpaceMouse or a
-// mouse in a browser. It shows no force to the hand. Between two places it goes on smoothly, a few
-// milliseconds late; where none comes for half a second, it is lost, and there is no force.
+// A device with externally supplied positions, some 60 per second: a game pad, a SpaceMouse or a
+// mouse in a browser. It displays no force. Positions are smoothed with a delay of a few
+// milliseconds. Without a new position for half a second the device is lost, and there is no force.
 
 #pragma once
 
@@ -16,20 +16,20 @@
 namespace pliant {
 
 struct PosedPlace {
-    std::int64_t said_ns = 0;  ///< steady_now_ns(); 0: not yet
+    std::int64_t said_ns = 0;  ///< time of arrival, steady_now_ns(); 0: none yet
     Vec3d position_mm{0, 0, 0};
-    double roll_rad = 0;  ///< as often round as it was turned
+    double roll_rad = 0;  ///< accumulated over full turns
     std::uint32_t buttons = 0;
 };
 
-/// By the thread that says it; the device reads it on the servo's.
+/// Written by the supplier's thread, read by the device on the servo's thread.
 using PosedPlaces = TripleBuffer<PosedPlace>;
 
-/// @param name  of the device; a literal
+/// @param name  of the device; a string literal
 std::unique_ptr<HapticDevice> make_posed_device(std::shared_ptr<PosedPlaces> places,
                                                 const char* name = "browser");
 
-/// One step of the way to the last place that was said. @param passed_s  since the last step
+/// Smoothed motion towards the last supplied position. @param passed_s  since the last step
 Vec3d posed_step(Vec3d from_mm, Vec3d to_mm, double passed_s);
 
 }  // namespace pliant

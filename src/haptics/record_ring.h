@@ -1,10 +1,10 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// What one thread did, for any number of readers that it never waits for. Each place has a number
-// that is odd while it is written; a reader that is overtaken takes what it read for lost. Words
-// are atomic, stored with release and loaded with acquire: who sees a newer word sees the newer
-// number too.
+// Ring buffer from one writer to any number of readers; the writer never waits. Each slot has a
+// sequence number that is odd during a write. A reader that is overtaken discards its copy. Words
+// are atomic, stored with release and loaded with acquire: a reader of a newer word also sees the
+// newer number.
 
 #pragma once
 
@@ -23,7 +23,7 @@ class RecordRing {
     static_assert((kCount & (kCount - 1)) == 0, "a power of two");
 
   public:
-    /// By the writer, one thread.
+    /// Appends a record. One writer thread only.
     void write(const T& record) {
         const std::uint64_t n = m_written.load(std::memory_order_relaxed);
         Place& place = (*m_places)[n % kCount];
@@ -36,7 +36,7 @@ class RecordRing {
         m_written.store(n + 1, std::memory_order_release);
     }
     std::uint64_t written() const { return m_written.load(std::memory_order_acquire); }
-    /// Record n, from 0. @returns false where it isn't there yet or any more
+    /// Reads record n, from 0. @returns false if it isn't written yet or already overwritten
     bool read(std::uint64_t n, T& record) const {
         const Place& place = (*m_places)[n % kCount];
         if (place.number.load(std::memory_order_acquire) != 2 * n + 2) return false;

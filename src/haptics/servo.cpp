@@ -36,7 +36,7 @@ struct HapticServo::Impl {
     void period(std::int64_t start_ns, bool is_late, HapticState& state, HapticRecord& record);
 };
 
-/// One period. Nothing in here may wait, allocate, print or throw.
+/// One period. It must not wait, allocate, print or throw.
 void HapticServo::Impl::period(std::int64_t start_ns, bool is_late, HapticState& state,
                                HapticRecord& record) {
     const std::int64_t begin_ns = steady_now_ns();
@@ -74,7 +74,7 @@ void HapticServo::Impl::period(std::int64_t start_ns, bool is_late, HapticState&
 }
 
 void HapticServo::Impl::run() noexcept {
-    // By the thread itself: whoever made it may have to wait for its turn.
+    // Called by the thread itself, because its creator may have to wait.
     note = ask_for_real_time(pthread_self(), settings.priority);
     is_begun.store(true, std::memory_order_release);
     is_begun.notify_one();

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// One period: proxy, law, blending, safe stop, energy, limits; in this order.
+// One period, in this order: proxy, law, blending, safe stop, energy, limits.
 
 #include <pliant/haptics.h>
 
@@ -11,11 +11,12 @@
 namespace pliant {
 namespace {
 
-constexpr double kMetres = 1e-3;                         ///< in a millimetre
-constexpr double kVelocityTime_s = 0.005;                ///< of the filter: encoders make steps
-constexpr double kShortest_s = 1e-4, kLongest_s = 0.01;  ///< periods that the rates believe in
+constexpr double kMetres = 1e-3;                         ///< m per mm
+constexpr double kVelocityTime_s = 0.005;                ///< of the velocity filter, because
+                                                         ///< encoders are quantised
+constexpr double kShortest_s = 1e-4, kLongest_s = 0.01;  ///< range of the periods used for rates
 
-/// Where the proxy goes, and whether the tool is beyond the surface.
+/// Position of the proxy, and the contact's normal.
 struct Contact {
     Vec3d proxy_mm{0, 0, 0};
     Vec3d normal{0, 0, 0};  ///< from the tool to the free side; 0: no contact
@@ -30,8 +31,8 @@ Contact find_contact(const HapticModel& model, Vec3d x, Vec3d earlier_proxy) {
     if (!(depth > 0)) return contact;
     contact.normal = (1 / depth) * (nearest - x);
     if (!(model.friction > 0)) return contact;
-    // The free side lies beyond the plane through `nearest`: so the proxy stays on it, where
-    // friction can hold it, or comes after the tool until it can.
+    // The free side lies beyond the plane through `nearest`. The proxy sticks to its position on
+    // that plane within the friction cone, and otherwise slides until it is within it.
     Vec3d behind = nearest_free_place(model, earlier_proxy) - nearest;
     behind = behind - dot(behind, contact.normal) * contact.normal;
     const double length = norm(behind), held = model.friction * depth;
@@ -40,7 +41,7 @@ Contact find_contact(const HapticModel& model, Vec3d x, Vec3d earlier_proxy) {
     return contact;
 }
 
-/// F = f₀ + K (δ − δ₀), within what a contact can do.
+/// F = f₀ + K (δ − δ₀), limited to feasible contact forces.
 Vec3d law(const HapticModel& model, double largest_n_m, const Contact& contact, Vec3d x) {
     const Vec3d proxy = model.held ? model.anchor_mm : contact.proxy_mm;
     const Vec3d depth = proxy - x;
@@ -56,7 +57,7 @@ Vec3d law(const HapticModel& model, double largest_n_m, const Contact& contact, 
     return normal * n + tangential;
 }
 
-/// What the scheme makes of the last two forces.
+/// Force of the schemes Hold and Extrapolate.
 Vec3d extended(const HapticSettings& settings, const HapticState& s) {
     if (settings.scheme == HapticScheme::Hold || s.update_ns <= 0) return s.model.force_n;
     const double updates = std::min(double(s.time_ns - s.model_time_ns) / double(s.update_ns),
@@ -64,7 +65,7 @@ Vec3d extended(const HapticSettings& settings, const HapticState& s) {
     return s.model.force_n + updates * (s.model.force_n - s.earlier_force_n);
 }
 
-/// The force at x, before blending. Moves the proxy.
+/// Computes the force at x, before blending. Moves the proxy.
 Vec3d force_at(const HapticSettings& settings, double largest_n_m, Vec3d x, HapticState& s,
                std::uint32_t& flags) {
     if (settings.scheme != HapticScheme::LinearLaw) {
@@ -109,7 +110,7 @@ void follow(Vec3d x, double period_s, HapticState& s) {
     s.position_mm = x;
 }
 
-/// Force along the motion costs energy; no more is spent than was taken.
+/// Limits the energy spent by force along the motion to the energy taken.
 bool bound_energy(double period_s, const HapticState& s, Vec3d& force) {
     const double spent = kMetres * period_s * dot(force, s.velocity_mm_s);
     if (spent <= 0 || spent <= s.energy_j) return false;
@@ -122,7 +123,7 @@ bool bound_energy(double period_s, const HapticState& s, Vec3d& force) {
 HapticForce servo_step(const HapticSettings& settings, const HapticModel* fresh,
                        const HapticReading& reading, HapticState& s) {
     const HapticWorkspace& w = settings.workspace;
-    const double felt = w.scale * w.force_scale;  // a stiffness at the device over one in the scene
+    const double felt = w.scale * w.force_scale;  // stiffness at the device / in the scene
     const double largest_n_m = felt > 0 ? settings.max_stiffness_n_m / felt : 0;
     const Vec3d x = w.origin_mm + w.scale * (w.rotation * reading.position_mm);
     const double passed_s = s.time_ns < 0 ? 0 : 1e-9 * double(reading.time_ns - s.time_ns);
@@ -134,7 +135,7 @@ HapticForce servo_step(const HapticSettings& settings, const HapticModel* fresh,
 
     const bool was_in_contact = s.in_contact;
     Vec3d force = force_at(settings, largest_n_m, x, s, out.flags);
-    if (!s.in_contact && was_in_contact) {  // the tool itself went
+    if (!s.in_contact && was_in_contact) {  // the tool left the contact
         s.correction_n = {0, 0, 0};
         s.energy_j = std::min(s.energy_j, 0.0);
     }
@@ -172,7 +173,7 @@ HapticForce servo_step(const HapticSettings& settings, const HapticModel* fresh,
     const double most_change =
         w.force_scale > 0 ? settings.max_force_rate_n_s * period_s / w.force_scale : 0;
     const Vec3d step = force - s.force_n;
-    // Away from all tissue there is no force, whatever it was a period ago.
+    // In free space the force is zero at once.
     const bool is_free = force == Vec3d{0, 0, 0} && !s.in_contact;
     if (const double size = norm(step); size > most_change && !is_free) {
         force = s.force_n + (most_change / size) * step;

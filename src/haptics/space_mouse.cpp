@@ -18,7 +18,7 @@
 namespace pliant {
 namespace {
 
-// As libspnav's documentation has them; its own header isn't needed.
+// From libspnav's documentation; its header isn't needed.
 constexpr int kMotion = 1, kButton = 2;
 struct SpnavMotion {
     int type, x, y, z, rx, ry, rz;
@@ -32,10 +32,10 @@ union SpnavEvent {
     int type;
     SpnavMotion motion;
     SpnavButton button;
-    char room[256];  // newer versions know longer ones
+    char room[256];  // newer versions have longer events
 };
 
-constexpr double kFull = 350;  ///< of the cap's numbers
+constexpr double kFull = 350;  ///< full deflection of the cap
 constexpr double kDeadZone = 0.05;
 constexpr double kFastest_mm_s = 40, kFastest_rad_s = 3;
 constexpr double kFarthest_mm = 100;
@@ -64,7 +64,7 @@ class SpaceMouse : public HapticDevice {
         m_close();
         dlclose(m_library);
     }
-    /// @returns false where the system has no thread left
+    /// @returns false if the system has no thread left
     bool start() {
         try {
             m_thread = std::thread([this] { follow(); });
@@ -80,7 +80,7 @@ class SpaceMouse : public HapticDevice {
     bool write(Vec3d force_n) noexcept override { return m_device->write(force_n); }
 
   private:
-    /// libspnav reads a socket: nothing for the servo's thread.
+    /// Reads libspnav's socket, which the servo's thread must not do.
     void follow() {
         CapPlace place;
         CapMotion motion;
@@ -129,7 +129,7 @@ void* load(const std::string& library, std::string& why) {
 }  // namespace
 
 CapPlace cap_moved(const CapPlace& from, const CapMotion& motion, double passed_s) {
-    // libspnav's third axis leads away from the user; its own helper moves objects like that.
+    // libspnav's third axis points away from the user; its helper moves objects that way.
     const Vec3d speed =
         kFastest_mm_s * Vec3d{curved(motion.x), curved(motion.y), -curved(motion.z)};
     CapPlace to = from;

@@ -1,11 +1,11 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// A SpaceMouse at this machine, through libspnav and its daemon spacenavd. The library is looked
-// for when the device is opened, so no build needs it. It shows no force to the hand.
+// A local SpaceMouse, through libspnav and its daemon spacenavd. The library is loaded when the
+// device is opened, so no build needs it. It displays no force.
 //
-//   libspnav ──events──► a thread: the cap is a speed ──places──► the servo, as of a browser's
-//   device
+//   libspnav ──events──► a thread: the cap's deflection is a speed ──positions──► the servo, as for
+//   a browser's device
 
 #pragma once
 
@@ -13,12 +13,12 @@
 
 namespace pliant {
 
-/// @param library  a file, or empty for the system's
-/// @returns NotFound or Unsupported, with one line that says what is missing and what to do
+/// @param library  a file; empty: the system's library
+/// @returns NotFound or Unsupported, with one line that names the missing part and the remedy
 Result<std::unique_ptr<HapticDevice>> open_space_mouse(const std::string& library);
 
-/// How the cap is held, in libspnav's numbers: to the right, up and away, and turned about the
-/// last.
+/// Deflection of the cap in libspnav's units: to the right, up, away from the user, and rotation
+/// about the last axis.
 struct CapMotion {
     double x = 0, y = 0, z = 0, roll = 0;
 };
@@ -26,7 +26,7 @@ struct CapPlace {
     Vec3d position_mm{0, 0, 0};
     double roll_rad = 0;
 };
-/// Where the device is after some time, within 100 mm of the middle.
+/// Integrates the motion, within 100 mm of the middle.
 CapPlace cap_moved(const CapPlace& from, const CapMotion& motion, double passed_s);
 
 }  // namespace pliant

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The newest value from one thread to another, which never wait for each other: of three places one
-// is written, one is read, and the third changes hands by one atomic exchange.
+// Triple buffer: hands the newest value from one thread to another without waiting. One slot is
+// written, one is read, and an atomic exchange passes on the third.
 
 #pragma once
 
@@ -15,14 +15,14 @@ namespace pliant {
 template <class T>
 class TripleBuffer {
   public:
-    /// By the writer, one thread.
+    /// Writes a value. One writer thread only.
     void write(const T& value) {
         m_places[m_back] = value;
         m_back = m_middle.exchange(std::uint8_t(m_back | kFresh), std::memory_order_acq_rel) &
                  std::uint8_t(3);
     }
-    /// By the reader, one thread. @returns null where nothing came since the last call; else what
-    /// came last, until the next call
+    /// Takes the newest value. One reader thread only. @returns null if no value came since the
+    /// last call; otherwise valid until the next call
     const T* read() {
         if (!(m_middle.load(std::memory_order_relaxed) & kFresh)) return nullptr;
         m_front = m_middle.exchange(m_front, std::memory_order_acq_rel) & std::uint8_t(3);
@@ -33,9 +33,9 @@ class TripleBuffer {
     static constexpr std::uint8_t kFresh = 4;
 
     std::array<T, 3> m_places{};
-    std::uint8_t m_back = 0;  ///< the writer's
+    std::uint8_t m_back = 0;  ///< the writer's slot
     std::atomic<std::uint8_t> m_middle{1};
-    std::uint8_t m_front = 2;  ///< the reader's
+    std::uint8_t m_front = 2;  ///< the reader's slot
     static_assert(std::atomic<std::uint8_t>::is_always_lock_free);
 };
 

@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// A mass in small steps of equal time: half a kick, drift, half a kick, so that the integrator
-// itself loses and gains nothing that would show; friction takes its part exactly. What each force
-// did is counted from the speed that it changed, so the sum of all is the kinetic energy.
+// A mass in equal small steps: half kick, drift, half kick (leapfrog), with negligible energy error
+// of the integrator; friction is exact. The work of each force is computed from its change of
+// speed, so the sum of all work is the kinetic energy.
 
 #include <pliant/haptics_virtual.h>
 

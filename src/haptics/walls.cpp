@@ -8,7 +8,7 @@
 namespace pliant {
 namespace {
 
-constexpr double kBump_mm = 0.5;  ///< a plane that would cut off other walls by more is no wall
+constexpr double kBump_mm = 0.5;  ///< a plane that would cut off other walls by more is discarded
 constexpr double kTouch_mm = 1e-9;
 
 /// The directions of a cube's faces, edges and corners.
@@ -24,7 +24,7 @@ std::vector<Vec3d> directions() {
 Walls::Walls(const Volume& volume, const TaskArena& arena)
     : m_caster(volume, arena), m_rays(directions()), m_distances(m_rays.size()) {}
 
-/// The nearest first.
+/// Hits, the nearest first.
 std::vector<RayHit> Walls::hits(const ChainMailFeelSettings& s, Vec3d place_mm) {
     std::vector<RayHit> walls;
     const double within = s.reach_mm + s.tool_radius_mm;
@@ -73,7 +73,7 @@ WallContact Walls::contact(const HapticModel& planes, Vec3d tool_mm, double radi
         contact.normal = (1 / depth) * (contact.entry_mm - tool_mm);
         contact.surface_mm = contact.entry_mm - radius_mm * contact.normal;
     } else {
-        // Before it touches, the nearest wall is the one that it will.
+        // Before contact, the nearest wall is the candidate.
         contact.normal = planes.planes[0].normal;
         contact.surface_mm = planes.planes[0].point_mm - radius_mm * contact.normal;
     }

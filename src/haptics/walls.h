@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The walls around a tool, as planes that its centre stays in front of: tangents of the iso
-// surface, moved by the tool's radius. The nearest one, and those that rays in 26 directions meet
-// and that don't cut off another.
+// The walls around a tool, as planes that bound its centre: tangents of the iso surface, offset by
+// the tool's radius. They are the nearest one, and hits of rays in 26 directions that don't cut off
+// another wall.
 
 #pragma once
 
@@ -15,13 +15,12 @@
 
 namespace pliant {
 
-/// Of the planes, the place that a tool has gone beyond; or, where it is in front of all, the
-/// nearest.
+/// Contact with the plane that the tool has crossed, or the nearest plane if it has crossed none.
 struct WallContact {
-    Vec3d entry_mm{0, 0, 0};    ///< of the tool's centre
-    Vec3d surface_mm{0, 0, 0};  ///< below it
+    Vec3d entry_mm{0, 0, 0};    ///< entry point of the tool's centre
+    Vec3d surface_mm{0, 0, 0};  ///< surface point below it
     Vec3d normal{0, 0, 1};
-    double depth_mm = 0;  ///< 0: in front of all
+    double depth_mm = 0;  ///< 0: no plane is crossed
 };
 
 class Walls {
@@ -29,11 +28,11 @@ class Walls {
     /// Keeps references: volume and arena must outlive it.
     Walls(const Volume& volume, const TaskArena& arena);
 
-    /// Planes and friction of a model, and nothing else of it.
+    /// Model with planes and friction only.
     HapticModel around(const ChainMailFeelSettings& settings, Vec3d proxy_mm);
-    /// Where a tool touches that is at `tool`, given planes of around(). @pre there are planes
+    /// Contact of a tool at `tool` with the planes of around(). @pre there are planes
     static WallContact contact(const HapticModel& planes, Vec3d tool_mm, double radius_mm);
-    /// The volume has changed in these boxes.
+    /// Tells that the volume has changed in these boxes.
     void update(std::span<const Box3i> boxes) { m_caster.update(boxes); }
     const RayCaster& caster() const { return m_caster; }
 

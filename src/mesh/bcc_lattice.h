@@ -2,9 +2,9 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // The body-centred cubic lattice: two interlaced cubic grids, corners (grid 0) and centres (grid
-// 1). Each node has 14 edges, named by slots: 0…5 long, ±x ±y ±z; 6…13 short, to the other grid,
-// one bit per axis. Each edge belongs to one of its ends: a long one to the lower, a short one to
-// the corner. Nodes are numbered cell by cell, corner before centre.
+// 1). Each node has 14 edges, identified by slots: 0…5 long, ±x ±y ±z; 6…13 short, to the other
+// grid, one bit per axis. One end owns each edge: the lower end of a long one, the corner of a
+// short one. Nodes are numbered cell by cell, corner before centre.
 
 #pragma once
 
@@ -46,7 +46,7 @@ struct BccLattice {
     }
     static bool is_long(int slot) { return slot < 6; }
     static bool owns(int grid, int slot) { return is_long(slot) ? slot % 2 == 0 : grid == 0; }
-    /// The same edge seen from its other end.
+    /// Slot of the same edge at its other end.
     static int opposite(int slot) { return is_long(slot) ? slot ^ 1 : slot; }
     static BccNode neighbour(BccNode n, int slot) {
         if (is_long(slot)) {
@@ -59,7 +59,7 @@ struct BccLattice {
         n.grid = 1 - n.grid;
         return n;
     }
-    /// The slot of the edge between two neighbours, seen from the first.
+    /// Slot of the edge between two neighbours, at the first.
     static int slot_between(BccNode a, BccNode b) {
         const Vec3i d = b.cell - a.cell;
         if (a.grid == b.grid) {
@@ -68,7 +68,7 @@ struct BccLattice {
         }
         return 6 + (d.x != 0) + 2 * (d.y != 0) + 4 * (d.z != 0);
     }
-    /// Neighbours along long edges differ in it.
+    /// Parity, which alternates along long edges.
     static bool is_even(BccNode n) { return (n.cell.x + n.cell.y + n.cell.z) % 2 == 0; }
 };
 

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The faces that only one hexahedron has: faces are sorted by their nodes, and equal ones meet.
+// Faces of one hexahedron only: faces are sorted by their nodes, so that equal ones are adjacent.
 
 #include <pliant/mesh.h>
 

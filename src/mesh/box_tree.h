@@ -1,12 +1,12 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// A bounding volume hierarchy: things with boxes, halved at the median of their centres along the
-// longest axis until few are left. Nodes lie in one array, the first child right behind its parent:
+// A bounding volume hierarchy: items with boxes, split recursively at the median of their centres
+// along the longest axis. Nodes lie in one array, the first child right after its parent:
 //
 //     0 root ── 1 first half ── 2 … ── n second half …
 //
-// The tree depends on the boxes alone, not on threads.
+// The tree depends only on the boxes, not on threads.
 
 #pragma once
 
@@ -51,8 +51,8 @@ class BoxTree {
     explicit BoxTree(std::span<const Bounds> boxes);
 
     /// Calls visit(item, best) for items whose box may be nearer than best [squared], nearest boxes
-    /// first; visit lowers best where it finds something. Boxes at the very same distance are
-    /// visited too, so that ties can be settled by the items' numbers.
+    /// first; visit lowers best on a hit. Boxes at equal distance are visited too, so that the
+    /// caller can break ties by item numbers.
     template <class Visit>
     void nearest(Vec3d p, double best, const Visit& visit) const {
         if (m_nodes.empty()) return;
@@ -77,11 +77,11 @@ class BoxTree {
 
   private:
     static constexpr int kLeaf = 4;
-    static constexpr int kDepth = 64;  // halving: far more than 2³¹ items need
+    static constexpr int kDepth = 64;  // halving: sufficient for far more than 2³¹ items
     struct Node {
         Bounds box;
-        std::int32_t second = 0;  ///< the second child, or the leaf's first item
-        std::int32_t count = 0;   ///< of a leaf's items
+        std::int32_t second = 0;  ///< second child, or first item of a leaf
+        std::int32_t count = 0;   ///< number of a leaf's items
     };
     void build(std::span<const Bounds> boxes, std::int32_t begin, std::int32_t end);
 

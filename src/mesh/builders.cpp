@@ -10,12 +10,12 @@
 namespace pliant {
 namespace {
 
-/// Where corner c of a hexahedron is, in cells.
+/// Position of corner c of a hexahedron, in cells.
 constexpr Vec3i kCorner[8] = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0},
                               {0, 0, 1}, {1, 0, 1}, {1, 1, 1}, {0, 1, 1}};
 
-/// The ways from corner 0 to corner 6 along three edges, one per order of the axes: with both ends
-/// each is a tetrahedron, and all are positive.
+/// Paths from corner 0 to corner 6 along three edges, one per order of the axes. Each path is a
+/// positive tetrahedron.
 constexpr int kTetrahedra[6][4] = {{0, 1, 2, 6}, {0, 2, 3, 6}, {0, 3, 7, 6},
                                    {0, 7, 4, 6}, {0, 4, 5, 6}, {0, 5, 1, 6}};
 

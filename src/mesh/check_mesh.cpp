@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// What can be wrong with a mesh, one line for the first thing that is.
+// Checks of meshes; they report the first fault in one line.
 
 #include <pliant/mesh.h>
 
@@ -11,7 +11,7 @@
 namespace pliant {
 namespace {
 
-/// A corner, and its neighbours along r, s and t so that they are right-handed.
+/// Corners with their neighbours along r, s and t in right-handed order.
 constexpr int kHexEdges[8][4] = {{0, 1, 3, 4}, {1, 2, 0, 5}, {2, 3, 1, 6}, {3, 0, 2, 7},
                                  {4, 7, 5, 0}, {5, 4, 6, 1}, {6, 5, 7, 2}, {7, 6, 4, 3}};
 
@@ -19,7 +19,7 @@ double relative(double determinant, double lengths) {
     return lengths > 0 ? determinant / lengths : 0;
 }
 
-/// 1 where the edges are perpendicular, 0 where they are flat, negative where they are inverted.
+/// 1 for perpendicular edges, 0 for coplanar ones, negative for inverted ones.
 double squareness(Vec3d a, Vec3d b, Vec3d c) {
     return relative(dot(a, cross(b, c)), norm(a) * norm(b) * norm(c));
 }
@@ -82,7 +82,7 @@ Status check_cells_of(const Mesh& mesh) {
 
 template <class Mesh>
 std::vector<std::int32_t> pieces_of(const Mesh& mesh) {
-    // Union-find; a piece is known by its least node.
+    // Union-find; the smallest node represents a piece.
     std::vector<std::int32_t> parent(mesh.nodes_mm.size());
     std::iota(parent.begin(), parent.end(), 0);
     const auto root = [&](std::int32_t n) {

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Points that ride on tetrahedra. A hierarchy of boxes finds those around a point; where none holds
-// it, the one with the nearest boundary face carries it from outside.
+// Embedding of points in tetrahedra. A bounding volume hierarchy finds the tetrahedra around a
+// point. If none contains it, the one with the nearest boundary face is used.
 
 #include <pliant/mesh_quality.h>
 
@@ -14,7 +14,7 @@
 namespace pliant {
 namespace {
 
-/// Rounding may leave a point of a face outside of both neighbours.
+/// Tolerance for points on a face, which rounding may place outside of both neighbours.
 constexpr double kTolerance = 1e-9;
 
 std::array<double, 4> weights_of(Vec3d x, const TetMesh& mesh, std::int32_t tetrahedron) {

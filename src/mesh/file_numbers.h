@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// What the readers of mesh files share: text word by word, and arrays of numbers of any type and
-// byte order. A reader gets the file's bytes, and returns errors that don't name it yet.
+// Shared parts of the mesh file readers: text word by word, and arrays of numbers of any type and
+// byte order. A reader gets the file's bytes. Its errors don't name the file.
 
 #pragma once
 
@@ -26,12 +26,12 @@ inline Error unsupported(const std::string& what) {
     return {ErrorCode::Unsupported, what};
 }
 
-/// Throws std::bad_alloc, as the request itself would, where there isn't so much memory.
+/// Throws std::bad_alloc if so much memory isn't available.
 inline void ask_for(std::uint64_t bytes) {
     if (!has_memory_for(bytes)) throw std::bad_alloc();
 }
 
-/// Words and lines of a text, from the front.
+/// Cursor over the words and lines of a text.
 class TextCursor {
   public:
     explicit TextCursor(std::string_view text) : m_text(text) {}
@@ -41,14 +41,14 @@ class TextCursor {
         return m_text.empty();
     }
     std::string_view rest() const { return m_text; }
-    /// Empty at the end.
+    /// Takes the next word; empty at the end.
     std::string_view word() {
         skip_blanks();
         std::size_t end = 0;
         while (end < m_text.size() && !blank(m_text[end])) ++end;
         return take(end);
     }
-    /// Up to the end of the line, which is taken too.
+    /// Takes the rest of the line, including its end.
     std::string_view line() {
         const std::size_t end = std::min(m_text.find('\n'), m_text.size());
         std::string_view line = take(end);
@@ -68,7 +68,7 @@ class TextCursor {
         if (!m_text.empty() && !blank(m_text[0])) return std::nullopt;
         return value;
     }
-    /// Nothing where fewer are left.
+    /// Takes bytes; nullopt if fewer are left.
     std::optional<std::string_view> bytes(std::size_t count) {
         if (count > m_text.size()) return std::nullopt;
         return take(count);
@@ -106,8 +106,8 @@ constexpr std::size_t size_of(NumberType type) {
     constexpr std::size_t kSizes[] = {1, 1, 2, 2, 4, 4, 8, 8, 4, 8};
     return kSizes[std::size_t(type)];
 }
-/// By VTK's XML names (Float32, …), VTK's legacy names (float, vtktypeint64, …) and PLY's (uchar,
-/// float32, …).
+/// Type by VTK's XML names (Float32, …), VTK's legacy names (float, vtktypeint64, …) and PLY's
+/// (uchar, float32, …).
 std::optional<NumberType> number_type(std::string_view name);
 
 template <class T>
@@ -119,7 +119,7 @@ T value_at(const char* bytes, bool swap) {
     return value;
 }
 
-/// @tparam To  double, or std::int64_t: then a fraction or what is beyond its range becomes −1
+/// @tparam To  double, or std::int64_t, for which fractions and values out of range become −1
 template <class To>
 To number_at(const char* bytes, NumberType type, bool swap) {
     const auto whole = [](double value) {
@@ -166,8 +166,8 @@ std::vector<To> numbers_of(std::string_view bytes, NumberType type, bool big_end
     return numbers;
 }
 
-/// Numbers in text: exactly count of them. Each takes two characters at least, which is seen to
-/// before memory is asked for.
+/// Parses exactly count numbers. Each needs at least two characters, which is checked before memory
+/// is allocated.
 template <class To>
 std::optional<std::vector<To>> numbers_in(TextCursor& text, std::size_t count) {
     if (count > text.rest().size() / 2 + 1) return std::nullopt;
@@ -181,8 +181,8 @@ std::optional<std::vector<To>> numbers_in(TextCursor& text, std::size_t count) {
     return numbers;
 }
 
-/// Cells that wait until all nodes are known, one behind the other: the smallest files would need
-/// the most memory otherwise. Empty cells are left out.
+/// Cells that wait until all nodes are known, concatenated, because small files would otherwise
+/// need much memory. Empty cells are left out.
 class CellList {
   public:
     void add(std::span<const std::int64_t> nodes) {
@@ -190,11 +190,11 @@ class CellList {
         m_numbers.push_back(std::int64_t(nodes.size()));
         m_numbers.insert(m_numbers.end(), nodes.begin(), nodes.end());
     }
-    /// Adds all of them. @param type  VTK's number
+    /// Adds all cells to a mesh. @param type  VTK's cell type
     Status add_to(MeshData& mesh, int type) const;
 
   private:
-    std::vector<std::int64_t> m_numbers;  ///< of each cell: how many nodes, and which
+    std::vector<std::int64_t> m_numbers;  ///< for each cell: number of nodes, then the nodes
 };
 
 /// Adds a cell of VTK's numbering (1, 2 vertices, 3, 4 lines, 5 triangle, 6 strip, 7 polygon,
@@ -202,18 +202,18 @@ class CellList {
 /// a wrong number of them, Unsupported for other cells
 Status add_cell(MeshData& mesh, int vtk_type, std::span<const std::int64_t> nodes);
 
-/// Nodes from their coordinates. @returns Unreadable where one is not finite or there are more than
+/// Sets the nodes from coordinates. @returns Unreadable if one isn't finite or there are more than
 /// 2³¹
 Status set_nodes(MeshData& mesh, std::span<const double> coordinates);
 
-// The readers, each given all of a file.
+// The readers, each for the contents of a file.
 Result<MeshData> parse_vtk_xml(std::string_view file);
 Result<MeshData> parse_vtk_legacy(std::string_view file);
 Result<MeshData> parse_msh(std::string_view file);
 Result<MeshData> parse_stl(std::string_view file);
 Result<MeshData> parse_obj(std::string_view file);
 Result<MeshData> parse_ply(std::string_view file);
-/// Chooses by the first bytes. @param ending  of the file's name, for OBJ, which has no mark
+/// Chooses a reader by the first bytes. @param ending  extension, for OBJ, which has no signature
 Result<MeshData> parse_mesh(std::string_view file, std::string_view ending);
 
 }  // namespace pliant::mesh

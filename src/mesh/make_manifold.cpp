@@ -1,10 +1,10 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Where the boundary touches itself in an edge or a node, tetrahedra go: around it they fall into
-// groups that hang together through faces, and all but the largest group is taken away; where there
-// is one group only, two hollows touch, and the whole group goes. Taking away may bring out new
-// places, so it is repeated; each round takes something, so it ends.
+// Removes tetrahedra where the boundary touches itself at an edge or a node. The tetrahedra there
+// form groups connected through faces. All but the largest group are removed. A single group means
+// that two hollows touch, and the whole group is removed. Each removal may create new such
+// positions, so it is repeated; it terminates because each round removes tetrahedra.
 
 #include <pliant/mesh_quality.h>
 
@@ -20,7 +20,7 @@ struct Touching {
     std::vector<std::pair<std::int32_t, std::int32_t>> edges;
 };
 
-/// Edges of four boundary triangles or more, and nodes whose triangles are more than one fan.
+/// Finds edges of four or more boundary triangles, and nodes with more than one fan of triangles.
 Touching touching_places(const std::vector<std::array<std::int32_t, 3>>& faces) {
     Touching found;
     std::map<std::pair<std::int32_t, std::int32_t>, int> edges;
@@ -33,7 +33,7 @@ Touching touching_places(const std::vector<std::array<std::int32_t, 3>>& faces) 
     for (const auto& [edge, count] : edges)
         if (count > 2) found.edges.push_back(edge);
     for (const auto& [node, own] : around) {
-        // One fan: walking from triangle to triangle across edges at the node reaches all.
+        // One fan: a walk across edges at the node reaches all triangles.
         std::vector<std::size_t> reached{own[0]};
         std::vector<bool> done(own.size(), false);
         done[0] = true;
@@ -52,7 +52,7 @@ Touching touching_places(const std::vector<std::array<std::int32_t, 3>>& faces) 
     return found;
 }
 
-/// Marks all cells of a list but those of its largest group; all where there is one group.
+/// Marks the cells of a list except its largest group; all cells if there is one group.
 void mark(const TetMesh& mesh, const std::vector<std::int32_t>& cells, std::vector<bool>& gone) {
     std::vector<std::vector<std::int32_t>> groups;
     std::vector<bool> done(cells.size(), false);
@@ -66,7 +66,7 @@ void mark(const TetMesh& mesh, const std::vector<std::int32_t>& cells, std::vect
                 std::size_t shared = 0;
                 for (const std::int32_t a : mesh.cells[std::size_t(group[g])])
                     for (const std::int32_t b : mesh.cells[std::size_t(cells[k])]) shared += a == b;
-                if (shared < 3) continue;  // all hold the place, so the face does too
+                if (shared < 3) continue;  // all contain the edge or node, so the face does too
                 done[k] = true;
                 group.push_back(cells[k]);
             }

@@ -1,11 +1,10 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Two passes, as in [Teschner2003]: nodes are put into a table by the hash of the grid's cell that
-// they are in, then each tetrahedron looks into all cells that its box meets. Slots carry the
-// number of the search they were filled in, so that nothing is cleared. Unlike there, a slot's
-// nodes know their grid cell: others with the same hash are passed over without a test, and none
-// comes twice.
+// Two passes, as in [Teschner2003]: nodes are hashed by their grid cell, then each tetrahedron
+// visits all cells that its box intersects. Slots have a time stamp, so that the table need not be
+// cleared. Unlike in the paper, nodes store their grid cell: nodes of other cells with the same
+// hash are skipped without a test, and no pair is found twice.
 
 #include <pliant/mesh_overlap.h>
 
@@ -18,9 +17,10 @@ namespace pliant {
 namespace {
 
 constexpr std::uint32_t kPrimes[3] = {73856093, 19349663, 83492791};
-/// Grid cells along an axis; beyond, all share the outermost.
+/// Clamp of the grid cell along an axis.
 constexpr double kFarthest = 1e9;
-/// Slots are prime numbers, and so many more than nodes that few of them are shared.
+/// Numbers of slots: primes, larger than the number of nodes by a factor that keeps collisions
+/// rare.
 constexpr std::size_t kSlots[] = {9973,    19997,   49999,   99991,    199999,   499979,  999983,
                                   1999993, 4999999, 9999991, 19999999, 49999991, 99999989};
 
@@ -120,7 +120,7 @@ void OverlapSearch::test(std::int32_t cell, std::span<const Vec3d> places) {
     const Vec3i low = cell_of(box.low), high = cell_of(box.high);
     double count = 1;
     for (int a = 0; a < 3; ++a) count *= double(high[a]) - low[a] + 1;
-    if (count > double(places.size())) {  // drawn out over more cells than there are nodes
+    if (count > double(places.size())) {  // an elongated box: more cells than nodes
         for (std::size_t n = 0; n < places.size(); ++n) test_node(std::int32_t(n));
         return;
     }

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Gmsh's meshes, versions 2.2, 4.0 and 4.1, text or binary: nodes have numbers of their own, which
-// cells name. Sections are framed by $Name and $EndName; those that aren't needed are passed over.
+// Gmsh's meshes, versions 2.2, 4.0 and 4.1, text or binary. Nodes have file-specific numbers, used
+// by cells. Sections are framed by $Name and $EndName; other sections are skipped.
 
 #include <algorithm>
 #include <array>
@@ -14,7 +14,7 @@
 namespace pliant::mesh {
 namespace {
 
-/// Gmsh's types of elements that are read or passed over, VTK's number (0: passed over), and nodes.
+/// Supported element types: Gmsh's number, VTK's number, and number of nodes.
 constexpr struct {
     int gmsh, vtk;
     std::size_t nodes;
@@ -26,7 +26,7 @@ class Msh {
     Result<MeshData> read();
 
   private:
-    /// One number, from text or bytes; −1 where there is none or it isn't a whole one from 0.
+    /// Reads a number from text or bytes; −1 if it is missing or not a whole number ≥ 0.
     std::int64_t whole(NumberType type) {
         if (!m_binary) return m_text.number<std::int64_t>().value_or(-1);
         const auto bytes = m_text.bytes(size_of(type));
@@ -39,7 +39,8 @@ class Msh {
     }
     std::int64_t integer() { return whole(NumberType::Int32); }
     std::int64_t size() { return whole(NumberType::UInt64); }
-    /// Whether so many things of so many bytes (two characters at least in text) can follow.
+    /// Whether the rest of the file can contain so many items of so many bytes (two characters in
+    /// text).
     bool can_follow(std::int64_t count, std::int64_t bytes) const {
         return count >= 0 &&
                count <= std::int64_t(m_text.rest().size()) / (m_binary ? bytes : 2) + 1;
@@ -55,7 +56,8 @@ class Msh {
 
     TextCursor m_text;
     bool m_binary = false, m_big_endian = false, m_four = false, m_is_4_0 = false;
-    std::vector<std::pair<std::int64_t, std::int64_t>> m_numbers;  ///< the file's, ours; sorted
+    std::vector<std::pair<std::int64_t, std::int64_t>> m_numbers;  ///< number in the file and
+                                                                   ///< index; sorted
     std::vector<double> m_places;
     struct Element {
         int type;
@@ -83,7 +85,7 @@ Status Msh::read_format() {
     return Ok{};
 }
 
-/// Ends where a number is missing, so that no more nodes are kept than the file has.
+/// Reads a position. Stops at a missing number, so that no more nodes are stored than the file has.
 Status Msh::read_place(std::int64_t node) {
     for (int a = 0; a < 3; ++a) {
         m_places.push_back(real());
@@ -104,8 +106,8 @@ Status Msh::read_nodes_2() {
     return Ok{};
 }
 
-/// In 4.0 the least and largest numbers are missing, a block names its entity before the dimension,
-/// and a node's number is a 32-bit one right before its place.
+/// In 4.0 the minimum and maximum node numbers are missing, a block has its entity before the
+/// dimension, and a node's number is a 32-bit number in front of its position.
 Status Msh::read_nodes_4() {
     const std::int64_t blocks = size(), count = size();
     if (!m_is_4_0) size(), size();
@@ -148,7 +150,7 @@ Status Msh::read_elements_2() {
     m_text.line();
     if (!can_follow(count, 8)) return unreadable("$Elements is shorter than it says");
     for (std::int64_t done = 0; done < count;) {
-        // In binary files several of one type have one head.
+        // In binary files, consecutive elements of one type share a header.
         std::int64_t type = 0, own = 1, tags = 0;
         if (m_binary) {
             type = integer();
@@ -210,7 +212,7 @@ Result<MeshData> Msh::read() {
         else if (name == "$Elements")
             s = m_four ? read_elements_4() : read_elements_2();
         if (!s) return s.error();
-        // On to the section's end: of one that was passed over, bytes may hold anything.
+        // Skips to the section's end: an unknown section may contain any bytes.
         const std::string end = "$End" + (name.empty() ? name : name.substr(1));
         const auto at = m_text.rest().find(end);
         if (!name.starts_with('$') || at == std::string_view::npos)

@@ -16,7 +16,7 @@ void turn_if_ras(MeshData& mesh, std::string_view comments) {
     for (Vec3d& p : mesh.nodes_mm) p = {-p.x, -p.y, p.z};
 }
 
-/// Three corners for each triangle, in turn.
+/// Makes a mesh of triangles with three separate corners each.
 Result<MeshData> corners_to_mesh(const std::vector<double>& places) {
     MeshData mesh;
     if (const Status s = set_nodes(mesh, places); !s) return s.error();
@@ -45,7 +45,8 @@ Result<MeshData> parse_text_stl(std::string_view file) {
     return mesh;
 }
 
-/// A corner of an OBJ's face, "7", "7/1" or "7//3"; negative ones count from the last node.
+/// Parses a corner of an OBJ's face, "7", "7/1" or "7//3"; negative numbers count from the last
+/// node.
 std::int64_t obj_node(std::string_view word, std::size_t nodes) {
     std::int64_t value = 0;
     const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
@@ -56,7 +57,7 @@ std::int64_t obj_node(std::string_view word, std::size_t nodes) {
 struct PlyProperty {
     std::string name;
     NumberType type = NumberType::Float32;
-    std::optional<NumberType> length;  ///< of a list
+    std::optional<NumberType> length;  ///< length type of a list
 };
 struct PlyElement {
     std::string name;
@@ -80,7 +81,7 @@ class Ply {
     std::string m_comments;
     std::vector<double> m_places;
     CellList m_faces;
-    std::vector<std::int64_t> m_list;  ///< that is read
+    std::vector<std::int64_t> m_list;  ///< the current list
 };
 
 Status Ply::read_header() {
@@ -136,7 +137,7 @@ Result<double> Ply::value(NumberType type) {
 
 Status Ply::read_element(const PlyElement& element) {
     if (element.properties.empty()) return Ok{};
-    // Each takes a byte at least, so that a wrong count ends soon.
+    // Each property needs at least a byte, so that a wrong count ends soon.
     for (std::int64_t n = 0; n < element.count; ++n) {
         double place[3] = {NAN, NAN, NAN};
         for (const PlyProperty& p : element.properties) {
@@ -180,7 +181,8 @@ Result<MeshData> Ply::read() {
 Result<MeshData> parse_stl(std::string_view file) {
     constexpr std::size_t kHead = 84, kFacet = 50;
     if (file.size() >= kHead) {
-        // A binary file's length follows from its count; texts that begin with "solid" don't fit.
+        // The count determines a binary file's length; texts that begin with "solid" don't match
+        // it.
         const auto count =
             value_at<std::uint32_t>(file.data() + 80, std::endian::native == std::endian::big);
         if (file.size() == kHead + kFacet * std::size_t(count)) {

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// VTK's legacy files of polygons and unstructured grids, text or binary (which is big-endian).
-// Cells are lists that begin with their length, or since version 5 offsets and connectivity apart.
+// VTK's legacy files of polygons and unstructured grids, text or binary (big-endian). Cells are
+// lists with a leading length, or from version 5 on separate offsets and connectivity.
 
 #include <algorithm>
 #include <cmath>
@@ -42,11 +42,11 @@ class Legacy {
     bool m_at_points = false;
     std::uint64_t m_attribute_count = 0;
     MeshData m_mesh;
-    /// Where a cell's nodes are in a list of numbers.
+    /// A cell's range in the list of nodes.
     struct Cell {
         std::uint32_t begin, count;
     };
-    /// Of an unstructured grid: its cells wait for their types.
+    /// Unstructured grids: the cells wait for their types.
     std::vector<std::int64_t> m_nodes;
     std::vector<Cell> m_cells;
 };
@@ -64,7 +64,7 @@ Result<std::vector<To>> Legacy::numbers(std::uint64_t count, std::string_view ty
     if (count > m_text.rest().size()) return unreadable("the file ends within numbers");
     const auto bytes = m_text.bytes(std::size_t(count) * size_of(*type));
     if (!bytes) return unreadable("the file ends within numbers");
-    // In binary files vtkIdType is 32 bits, and vtktypeint64 says that it is 64.
+    // In binary files vtkIdType has 32 bits, and vtktypeint64 has 64.
     return numbers_of<To>(*bytes, *type, true);
 }
 
@@ -261,7 +261,7 @@ Result<MeshData> Legacy::read() {
     while (!m_text.at_end()) {
         const std::string keyword = upper(m_text.word());
         const Status s = section(keyword);
-        // What comes behind the cells is fields, which nobody may need.
+        // Sections after the cells are fields, which are optional.
         if (!s && s.error().code == ErrorCode::Unsupported && m_attribute_count > 0) break;
         if (!s) return s.error();
     }

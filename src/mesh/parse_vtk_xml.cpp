@@ -1,11 +1,11 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// VTK's XML files of polygons and unstructured grids: the only file that knows pugixml. Data that
-// are appended behind an underscore may be raw bytes, which no XML has, so the document is cut off
-// there and closed by hand. An array is text, or bytes (in base64 where not raw): its length, then
-// its numbers; if compressed, the number of blocks, the blocks' length, the last block's, and the
-// length of each in the file.
+// VTK's XML files of polygons and unstructured grids; the only user of pugixml. Appended data after
+// an underscore may be raw bytes, which are invalid XML, so the document is truncated there and
+// closed manually. An array is text, or bytes (in base64 unless raw): its length, then its numbers;
+// if compressed, the number of blocks, the blocks' length, the last block's length, and the
+// compressed length of each block.
 
 #include <zlib.h>
 
@@ -17,13 +17,13 @@
 namespace pliant::mesh {
 namespace {
 
-/// Bytes from the front, out of base64 or raw. Padding within base64 is passed over: some writers
-/// encode an array's length apart from its numbers.
+/// Reads bytes from base64 or raw text. Padding within base64 is skipped: some writers encode an
+/// array's length separately from its numbers.
 class ByteSource {
   public:
     ByteSource(std::string_view text, bool base64) : m_text(text), m_base64(base64) {}
 
-    /// At least as many as can be taken.
+    /// Upper bound of the remaining bytes.
     std::uint64_t left() const {
         return m_base64 ? m_kept.size() + 3 * (m_text.size() / 4 + 1) : m_text.size();
     }
@@ -126,7 +126,7 @@ Status Document::open() {
     } else {
         text = m_file;
     }
-    // A node or an attribute of the document takes some hundred bytes, however short it is.
+    // A node or an attribute of the document takes some hundred bytes, even for a short name.
     constexpr std::uint64_t kNodeBytes = 100;
     ask_for(text.size() +
             kNodeBytes * std::uint64_t(std::count_if(text.begin(), text.end(),
@@ -162,10 +162,10 @@ std::optional<std::uint64_t> Document::header_number(ByteSource& source) const {
     return std::uint64_t(value);
 }
 
-/// Deflate makes nothing smaller than to about a thousandth.
+/// Maximum ratio of deflate's compression.
 constexpr std::uint64_t kMostInflated = 1100;
-/// Numbers of a compressed array: the coordinates of 16,777,216 nodes. A small file would take much
-/// memory otherwise.
+/// Maximum number of numbers in a compressed array: the coordinates of 16,777,216 nodes. Limits the
+/// memory that a small file can cause.
 constexpr std::uint64_t kMaxInflatedNumbers = 3 * (std::uint64_t(1) << 24);
 
 Result<std::string> Document::bytes_of(const pugi::xml_node& node, ByteSource source,
@@ -196,7 +196,7 @@ Result<std::string> Document::bytes_of(const pugi::xml_node& node, ByteSource so
         total += length;
     }
     if (total > source.left()) return ends();
-    // Blocks are full but for the last one; 0 says that it is full too.
+    // All blocks but the last are full; 0 means that the last one is full too.
     const std::uint64_t most = kMostInflated * (total + 64);
     if ((*first > 1 && *block > most) || *last > *block) return ends();
     const std::uint64_t size =
@@ -328,7 +328,7 @@ Status Document::read_piece(const pugi::xml_node& piece, MeshData& mesh) {
         for (const auto& g : kGroups)
             if (const Status s = read_cells(piece.child(g.name), g.type, part); !s) return s;
     }
-    // Pieces one behind the other; fields only where one piece has them all.
+    // Concatenates pieces; fields are dropped unless a single piece contains the whole mesh.
     const auto first = std::int32_t(mesh.nodes_mm.size());
     if (first == 0) {
         mesh = std::move(part);
@@ -352,7 +352,7 @@ bool Document::says_ras() {
     const pugi::xml_node data = m_xml.child("VTKFile").first_child().child("FieldData");
     const pugi::xml_node space = data.find_child_by_attribute("Array", "Name", "SPACE");
     if (!space) return false;
-    // A string is its characters as numbers, and a zero.
+    // A string is stored as its character codes and a zero.
     const std::string_view format = space.attribute("format").value();
     std::string text;
     if (format == "ascii") {

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Which reader a file is for, and what all readers have in common.
+// Choice of the reader, and checks common to all.
 
 #include <pliant/mesh_files.h>
 #include <pliant/mesh_quality.h>
@@ -152,7 +152,7 @@ Result<MeshData> parse_mesh(std::string_view file, std::string_view ending) {
 
 namespace {
 
-/// A far node stretches all lattices and trees that are laid around the mesh.
+/// A distant node would enlarge all lattices and trees around the mesh.
 Status check_distances(const MeshData& mesh) {
     for (std::size_t n = 0; n < mesh.nodes_mm.size(); ++n) {
         const Vec3d p = mesh.nodes_mm[n];
@@ -179,7 +179,7 @@ Result<MeshData> read_mesh(const std::filesystem::path& path) {
             return Error{ErrorCode::NotFound, path.string() + ": expected a file, found none"};
         std::ifstream stream(path, std::ios::binary | std::ios::ate);
         const auto size = stream ? std::streamoff(stream.tellg()) : -1;
-        // The bytes, and about as much again for the mesh; more is asked for later.
+        // The bytes, and about as much again for the mesh; more is checked later.
         if (size > 0 && !has_memory_for(2 * std::uint64_t(size))) return too_large();
         std::string bytes(std::size_t(std::max<std::streamoff>(size, 0)), '\0');
         stream.seekg(0);
@@ -202,7 +202,7 @@ Result<MeshData> read_mesh(const std::filesystem::path& path) {
 }
 
 TriangleMesh joined(const TriangleMesh& surface) {
-    // Sorted by place, then by number: the first of equal ones stands for all.
+    // Sorted by position, then by number: the first of equal nodes represents all.
     std::vector<std::int32_t> order(surface.nodes_mm.size());
     std::iota(order.begin(), order.end(), 0);
     const auto key = [&](std::int32_t n) {

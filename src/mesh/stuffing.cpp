@@ -2,9 +2,9 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // Isosurface stuffing in five passes over the lattice: signs, cuts, warping, stencils, numbering.
-// Warping decides node by node, as published: who moves takes the cuts on its edges away from its
-// neighbours. Here the order is that of four colours (corners and centres, even and odd), within
-// which no two nodes share an edge, so that threads can't change the outcome.
+// As published, warping is decided node by node: a node that moves removes the cuts of its edges
+// from its neighbours. Here the order is that of four colours (corners and centres, even and odd).
+// Nodes of one colour share no edge, so the result is independent of threads.
 
 #include <pliant/mesh_stuffing.h>
 
@@ -57,7 +57,7 @@ class Stuffing {
     }
     std::int8_t sign(BccNode n) const { return m_sign[std::size_t(m_lattice.index(n))]; }
     double cut_of(BccNode a, BccNode b) const;
-    /// The number of the cut on a crossing edge.
+    /// Index of the cut on a crossing edge.
     std::int32_t cut_index(BccNode n, int slot) const {
         if (!BccLattice::owns(n.grid, slot)) {
             n = BccLattice::neighbour(n, slot);
@@ -95,14 +95,15 @@ class Stuffing {
     const StuffingSettings& m_settings;
     const TaskArena& m_arena;
     BccLattice m_lattice;
-    // For each lattice node:
-    std::vector<float> m_value;            ///< of the function; far away only its sign counts
+    // Per lattice node:
+    std::vector<float> m_value;            ///< value of the function; only its sign is valid far
+                                           ///< away
     std::vector<std::int8_t> m_sign;       ///< 0: on the surface, or warped onto it
-    std::vector<std::uint16_t> m_crossed;  ///< bits of the edges it owns that cross the surface
+    std::vector<std::uint16_t> m_crossed;  ///< bits of owned edges that cross the surface
     std::vector<std::int32_t> m_first_cut;
-    std::vector<std::int8_t> m_warp;  ///< the slot whose cut it moved to; −1: none
-    // For each cut:
-    std::vector<double> m_cuts;  ///< where, 0…1 from the edge's owner
+    std::vector<std::int8_t> m_warp;  ///< slot of the cut that it was warped to; −1: none
+    // Per cut:
+    std::vector<double> m_cuts;  ///< position 0…1 from the edge's owner
     std::vector<std::int32_t> m_cut_owner;
     std::vector<std::int8_t> m_cut_slot;
 };
@@ -128,7 +129,7 @@ Status Stuffing::lay_lattice() {
     for (int a = 0; a < 3; ++a) {
         if (!(s.begin_mm[a] < s.end_mm[a]))
             return bad_field("the box ends before it begins along " + std::string(1, "xyz"[a]));
-        // One cell around, and the centres' grid is one row shorter in effect.
+        // One cell of margin; the grid of centres is one row shorter in effect.
         const double cells = std::ceil((s.end_mm[a] - s.begin_mm[a]) / s.cell_mm) + 4;
         nodes *= cells;
         if (nodes > 2.0 * double(s.most_cells) || nodes > double(1 << 30))
@@ -144,13 +145,13 @@ Status Stuffing::lay_lattice() {
     return Ok{};
 }
 
-/// A block of 8³ cells: one call where the function says that its surface is far from there.
+/// Evaluates a block of 8³ cells, by one call if the surface is certainly far away.
 void Stuffing::fill_block(Vec3i first, std::atomic<std::int32_t>& wrong_node) {
     constexpr int kBlock = 8;
     const auto evaluate = [&](BccNode n) {
         const double value = m_level(m_lattice.place(n));
         if (!std::isfinite(value)) {
-            // The least node, so that the message is the same for any number of threads.
+            // The smallest node, so that the message is independent of threads.
             const std::int32_t v = m_lattice.index(n);
             std::int32_t least = wrong_node.load();
             while (v < least && !wrong_node.compare_exchange_weak(least, v)) {
@@ -162,7 +163,7 @@ void Stuffing::fill_block(Vec3i first, std::atomic<std::int32_t>& wrong_node) {
     if (m_settings.changes_as_distance) {
         constexpr int kHalf = kBlock / 2;
         const double value = evaluate({0, first + Vec3i{kHalf, kHalf, kHalf}});
-        // To the farthest node of the block, and one edge more: their edges can't cross.
+        // Distance to the farthest node of the block plus one edge: the block's edges can't cross.
         const double reach = (std::sqrt(3.0) * kHalf + 1.01) * m_lattice.cell_mm;
         if (std::abs(value) > reach) all = value;
     }
@@ -219,8 +220,7 @@ Status Stuffing::find_signs() {
     return Ok{};
 }
 
-/// Where the function crosses zero between two nodes, 0…1: false position, made to close in from
-/// both sides by halving the value that stays (the Illinois rule).
+/// Zero of the function between two nodes, 0…1, by regula falsi with the Illinois rule.
 double Stuffing::cut_of(BccNode a, BccNode b) const {
     const Vec3d from = m_lattice.place(a), way = m_lattice.place(b) - from;
     double low = 0, high = 1;
@@ -346,7 +346,8 @@ TetMesh Stuffing::stuff() const {
         for_nodes_of(k, [&](BccNode n, std::int32_t) {
             if (n.grid == 0) return;
             for (int axis = 0; axis < 3; ++axis) {
-                // Around the edge between two centres, the face of the cubes between them.
+                // The tetrahedra around an edge between two centres share the face of the two
+                // cubes.
                 const BccNode next = BccLattice::neighbour(n, 2 * axis);
                 if (!m_lattice.inside(next)) continue;
                 const int u = (axis + 1) % 3, v = (axis + 2) % 3;
@@ -368,7 +369,7 @@ TetMesh Stuffing::stuff() const {
     mesh.cells.reserve(count);
     for (const auto& layer : layers)
         mesh.cells.insert(mesh.cells.end(), layer.begin(), layer.end());
-    // Lattice nodes keep their order, and cuts come behind them.
+    // Lattice nodes keep their order; cuts follow.
     std::vector<std::int32_t> number(std::size_t(m_lattice.node_count()) + m_cuts.size(), -1);
     for (const auto& cell : mesh.cells)
         for (const std::int32_t k : cell) number[std::size_t(k)] = 0;

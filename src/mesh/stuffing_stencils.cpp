@@ -1,11 +1,11 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The table is made once, from the rules: 81 patterns of signs, each with the four parities. A cut
+// The table is computed once from the rules: 81 patterns of signs, each with four parities. A cut
 // tetrahedron is a smaller tetrahedron, a pyramid or a prism:
 //
 //      a0──b0      columns a–b; a quadrilateral's diagonal goes from a of one column to b of
-//      | \  | \    another. As long as the three don't turn in a circle they order the columns,
+//      | \  | \    another. Unless the three form a cycle they order the columns,
 //      |  a2┼──b2  and with columns in that order the three tetrahedra are
 //      | /  | /    a0 a1 a2 b2,  a0 a1 b1 b2,  a0 b0 b1 b2.
 //      a1──b1
@@ -19,7 +19,8 @@
 namespace pliant::mesh {
 namespace {
 
-/// A lattice tetrahedron, positive: centres at (0,0,0) and (2,0,0), an edge of the face between.
+/// A positive lattice tetrahedron: centres at (0,0,0) and (2,0,0), then an edge of the face between
+/// them.
 constexpr Vec3i kReference[4] = {{0, 0, 0}, {2, 0, 0}, {1, -1, -1}, {1, 1, -1}};
 
 constexpr bool is_long(int a, int b) {
@@ -32,7 +33,7 @@ StencilCorner cut(int a, int b) {
     return {std::int8_t(a), std::int8_t(b)};
 }
 
-/// Corners in an order that makes it positive, judged where every cut is in the middle.
+/// Orders the corners positively, evaluated with all cuts at midpoints.
 StencilTet positive(StencilTet t) {
     Vec3i p[4];
     for (std::size_t n = 0; n < 4; ++n) p[n] = kReference[t[n].first] + kReference[t[n].second];
@@ -72,7 +73,7 @@ class Maker {
             const int p = m_in[0], q = m_in[1], m = m_out[0], n = m_out[1];
             const StencilCorner a[3] = {corner(p), cut(p, m), cut(p, n)};
             const StencilCorner b[3] = {corner(q), cut(q, m), cut(q, n)};
-            // Column 0 before column 1, column 0 before column 2.
+            // column 0 before column 1, and column 0 before column 2
             const bool first = starts_at_first(p, q, m), second = starts_at_first(p, q, n);
             if (first != second) {
                 s.tetrahedra = first ? prism(a, b, 2, 0, 1) : prism(a, b, 1, 0, 2);
@@ -96,7 +97,7 @@ class Maker {
                     before[c][d] = !before[d][c];
                 }
             }
-            int place[3];  // of each column in the order; no circle: all differ
+            int place[3];  // of each column in the order; without a cycle all differ
             for (int c = 0; c < 3; ++c) place[before[0][c] + before[1][c] + before[2][c]] = c;
             s.tetrahedra = prism(a, b, place[0], place[1], place[2]);
         }

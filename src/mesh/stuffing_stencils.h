@@ -1,13 +1,13 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// What a lattice tetrahedron becomes, by the signs of its corners [Labelle2007, figure 3]. Corners
-// 0 and 1 are joined by a long edge, 2 and 3 by the other one; the remaining four edges are short.
+// Stencils of a lattice tetrahedron by the signs of its corners [Labelle2007, figure 3]. Corners 0
+// and 1 are joined by a long edge, 2 and 3 by the other one; the remaining four edges are short.
 //
 // A face with two positive corners p, q and a negative one is cut to a quadrilateral, and both
-// tetrahedra at the face must halve it alike. Where pq is long, the diagonal starts at the even one
-// of the two (the parity rule); else one of the cut edges is long, and the diagonal ends at its
-// cut. (The other way round the least angle is 8.5° and not 10.7°.)
+// tetrahedra at the face must split it alike. If pq is long, the diagonal starts at the even one of
+// the two (parity rule). Otherwise one of the cut edges is long, and the diagonal ends at its cut.
+// (The opposite choice gives a minimum angle of 8.5° instead of 10.7°.)
 
 #pragma once
 
@@ -17,16 +17,16 @@
 
 namespace pliant::mesh {
 
-/// A corner (both the same) or the cut on the edge between two.
+/// A corner (both equal), or the cut on the edge between two corners.
 struct StencilCorner {
     std::int8_t first, second;
 };
 using StencilTet = std::array<StencilCorner, 4>;
 
 struct Stencil {
-    /// Positive like the lattice tetrahedron.
+    /// Positively oriented.
     std::vector<StencilTet> tetrahedra;
-    /// Where one quadrilateral on the surface may be halved either way: the other way, and the two
+    /// Alternative split if a quadrilateral on the surface may be split either way, with the two
     /// diagonals to choose from.
     std::vector<StencilTet> other;
     StencilCorner diagonal[2]{}, other_diagonal[2]{};

@@ -15,7 +15,7 @@ namespace pliant {
 struct SurfaceDistance::Impl {
     TriangleMesh surface;
     mesh::BoxTree tree;
-    /// Outward, not of unit length: of each triangle's three edges, itself, and each node.
+    /// Outward normals, not normalised: of each triangle's three edges, then of the triangle.
     std::vector<std::array<Vec3d, 4>> normals;
     std::vector<Vec3d> node_normals;
 
@@ -36,7 +36,7 @@ void SurfaceDistance::Impl::prepare() {
     std::vector<mesh::Bounds> boxes(count);
     normals.resize(count);
     node_normals.assign(surface.nodes_mm.size(), {0, 0, 0});
-    // An edge's two triangles lie side by side once the edges are sorted by their ends.
+    // After sorting the edges by their ends, an edge's two triangles are adjacent.
     struct Side {
         std::int32_t low, high, triangle, edge;
         bool operator<(const Side& s) const {

@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// What a surface's edges say of it: sides of triangles are sorted by their ends, and those of one
-// edge meet. A node is pinched where its triangles, joined across shared edges, are more than one
-// fan: counted with union-find over (triangle, corner).
+// Edge statistics of a surface: sides of triangles are sorted by their ends, so that those of one
+// edge are adjacent. A node is pinched if its triangles, joined across shared edges, form more than
+// one fan: counted by union-find over (triangle, corner).
 
 #include <pliant/mesh_distance.h>
 
@@ -17,7 +17,7 @@ namespace {
 struct Side {
     std::int32_t low, high;
     std::int32_t corner;  ///< 3·triangle + number of the side
-    bool along;           ///< from low to high
+    bool along;           ///< oriented from low to high
 };
 
 class Groups {
@@ -62,7 +62,7 @@ SurfaceTopology surface_topology(std::span<const std::array<std::int32_t, 3>> tr
     std::sort(sides.begin(), sides.end(), [](const Side& a, const Side& b) {
         return std::pair(a.low, a.high) < std::pair(b.low, b.high);
     });
-    /// The corner of side s's triangle at one of the side's ends.
+    /// Corner of side s's triangle at one of the side's ends.
     const auto corner_at = [&](const Side& s, std::int32_t node) {
         const std::int32_t first = s.corner - s.corner % 3;
         const auto& t = triangles[std::size_t(s.corner / 3)];
@@ -115,8 +115,8 @@ Status check_closed(const TriangleMesh& surface) {
     if (t.disagreeing_edges)
         return wrong(t.disagreeing_edges, "edges where the triangles face different ways",
                      "all to face outwards");
-    // Pinched nodes pass: the surface still has an inside, and only the nearest point's being that
-    // very node leaves the sign to the mean of the fans.
+    // Pinched nodes are accepted: the surface still has an inside. Only if such a node is the
+    // nearest point, the sign comes from the mean of its fans.
     return Ok{};
 }
 

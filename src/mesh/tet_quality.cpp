@@ -13,7 +13,7 @@
 namespace pliant {
 namespace {
 
-/// The face opposite to each corner, outward.
+/// Face opposite to each corner, outward.
 constexpr int kFaces[4][3] = {{1, 2, 3}, {0, 3, 2}, {0, 1, 3}, {0, 2, 1}};
 
 struct Face {
@@ -39,7 +39,7 @@ std::vector<Face> sorted_faces(const TetMesh& mesh) {
     return faces;
 }
 
-/// Calls body(first, count) for each face with all that share it.
+/// Calls body(first, count) for each group of equal faces.
 template <class Body>
 void for_each_face(const std::vector<Face>& faces, const Body& body) {
     for (std::size_t n = 0; n < faces.size();) {
@@ -70,7 +70,7 @@ std::vector<std::array<std::int32_t, 3>> single_faces(const TetMesh& mesh,
     return triangles;
 }
 
-/// 3 · inscribed / circumscribed radius, 0 where flat.
+/// 3 · inscribed / circumscribed radius, 0 if flat.
 double radius_ratio(const std::array<Vec3d, 4>& p, double volume) {
     double area = 0;
     for (const auto& f : kFaces)
@@ -88,7 +88,7 @@ double radius_ratio(const std::array<Vec3d, 4>& p, double volume) {
 std::string rounded(double value, int digits) {
     char text[64];
     auto end = std::to_chars(text, text + sizeof text, value, std::chars_format::fixed, digits);
-    if (end.ec != std::errc{})  // longer than the text
+    if (end.ec != std::errc{})  // too long for fixed notation
         end = std::to_chars(text, text + sizeof text, value, std::chars_format::scientific, digits);
     return {text, end.ptr};
 }
@@ -167,7 +167,8 @@ TetQuality tet_quality(const TetMesh& mesh) {
                 const double length = norm(p[a] - p[b]);
                 least_edge = std::min(least_edge, length);
                 largest_edge = std::max(largest_edge, length);
-                // Between the faces opposite to a and b, along the edge of the other two corners.
+                // Angle between the faces opposite to a and b, at the edge of the other two
+                // corners.
                 const double cosine = -dot(normals[a], normals[b]);
                 least_cosine = std::min(least_cosine, cosine);
                 largest_cosine = std::max(largest_cosine, cosine);

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The point of a triangle that is nearest to another, and which part of the triangle it lies on:
-// the plane is divided into seven regions by the signs of a few dot products [Ericson2005, 5.1.5].
+// Nearest point of a triangle, and the feature of the triangle that contains it: dot products
+// divide the plane into seven regions [Ericson2005, 5.1.5].
 
 #pragma once
 
@@ -39,7 +39,7 @@ inline NearestOnTriangle nearest_on_triangle(Vec3d p, Vec3d a, Vec3d b, Vec3d c)
     return {a + (vb / sum) * ab + (vc / sum) * ac, 6};
 }
 
-/// Of the corners, at a point in the triangle's plane; they sum to 1.
+/// Barycentric weights of a point in the triangle's plane; they sum to 1.
 inline std::array<double, 3> weights_on_triangle(Vec3d x, Vec3d a, Vec3d b, Vec3d c) {
     const Vec3d normal = cross(b - a, c - a);
     const double scale = 1 / dot(normal, normal);

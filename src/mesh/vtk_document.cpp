@@ -26,7 +26,7 @@ void append_base64(std::string& text, std::span<const std::byte> bytes) {
     }
 }
 
-/// Names come from callers: what XML means otherwise is written in its own way.
+/// Escapes XML metacharacters, because names come from callers.
 std::string escaped(const std::string& name) {
     std::string text;
     for (const char c : name)
@@ -46,8 +46,8 @@ VtkDocument::VtkDocument(const std::string& type) : m_type(type) {
     add("<VTKFile type=\"" + type + "\" version=\"1.0\" byte_order=\"" + order +
         "\" header_type=\"UInt64\">");
     add("<" + type + ">");
-    // "LPS" and a zero. Grids go without: LPS is what 3D Slicer takes them for, and meshio refuses
-    // to read files that hold text.
+    // Character codes of "LPS" and a zero. Grids don't have this array: 3D Slicer assumes LPS for
+    // them, and meshio refuses files with text.
     if (type == "PolyData")
         add("<FieldData>\n<Array type=\"String\" Name=\"SPACE\" NumberOfTuples=\"1\" "
             "format=\"ascii\">76 80 83 0</Array>\n</FieldData>");

@@ -1,10 +1,10 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// VTK's XML files as they are written: a header in XML that says which arrays there are, then all
-// numbers in base64. Each array is preceded by its length in bytes (64 bits) and encoded by itself;
-// the offsets in the header count characters behind the underscore. In files of
-// polygons SPACE says to 3D Slicer that places are LPS.
+// Writer of VTK's XML files: an XML header that describes the arrays, then all numbers in base64.
+// Each array has its length in bytes (64 bits) in front and is encoded separately; the offsets in
+// the header count characters after the underscore. In files of polygons SPACE tells 3D Slicer that
+// positions are LPS.
 
 #pragma once
 
@@ -33,7 +33,7 @@ class VtkDocument {
         static_assert(sizeof(Vec3d) == 3 * sizeof(double));
         add_array("Float64", name, 3, values);
     }
-    /// Closes the set and writes the file, whole or not at all.
+    /// Closes the set and writes the file atomically.
     Status write(const std::filesystem::path& target) const;
 
   private:
@@ -46,7 +46,7 @@ class VtkDocument {
 Status check_length(const std::filesystem::path& path, const std::string& name, std::size_t found,
                     std::size_t expected, const char* of);
 
-/// Text or bytes as a file that appears whole or not at all.
+/// Writes text or bytes to a file atomically.
 Status write_file(const std::filesystem::path& target, std::string_view bytes);
 
 }  // namespace pliant::mesh

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Surfaces, curves and series as others read them. Each file says that its places are LPS where the
-// format has room for it: 3D Slicer looks for SPACE=LPS.
+// Writers of surfaces, curves and series. Each file declares LPS if the format allows: 3D Slicer
+// looks for SPACE=LPS.
 
 #include <pliant/mesh_files.h>
 
@@ -15,7 +15,7 @@
 namespace pliant {
 namespace {
 
-/// The shortest text that is read back as the same number.
+/// Appends the shortest text that round-trips.
 void append_number(std::string& text, double value) {
     char buffer[32];
     const auto end = std::to_chars(buffer, buffer + sizeof buffer, value).ptr;
@@ -46,7 +46,7 @@ Status check(const std::filesystem::path& path, std::size_t nodes, const Surface
     return Ok{};
 }
 
-/// The cells all of one kind, as connectivity and ends; "Polys" or "Lines".
+/// Writes cells of one kind, as connectivity and ends; "Polys" or "Lines".
 Status write_vtp(const std::filesystem::path& path, std::span<const Vec3d> nodes, const char* kind,
                  std::span<const std::int32_t> connectivity, std::span<const std::int64_t> ends,
                  const SurfaceFields& fields) {

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The constraints for plain numbers, float and double.
+// The constraints for scalar numbers, float and double.
 
 #pragma once
 

@@ -1,14 +1,14 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// What is projected of a plan while part of a body is held: packs with a particle that may move. Or
-// constraints with such a particle, packed anew domain by domain: in a vessel of which only what is
-// near the catheter moves, half of the lanes of the plan's own packs are spent on what doesn't. But
-// the order of constraints is another one then, and where sub-steps are too few for a load, what
-// comes out depends on that.
+// Active packs of a plan while part of a body is held: packs with a particle that may move.
+// Optionally the constraints with such a particle are repacked domain by domain. In a vessel that
+// moves only near the catheter, half of the lanes of the plan's packs are inactive. Repacking
+// changes the order of the constraints, though, and results depend on the order if the sub-steps
+// are too few for a load.
 //
-// A domain's packs stay where the plan has them, in copies that are made when they are first
-// needed. Which constraint is in which pack follows from what is held, not from how it came to be.
+// A domain's packs keep their positions in the plan, in copies made on demand. The assignment of
+// constraints to packs depends only on the held particles, not on the history.
 
 #pragma once
 
@@ -27,7 +27,7 @@ namespace pliant::pbd {
 template <class Real>
 class AwakePacks {
   public:
-    /// @param numbers  of each kind, in the plan's packs; all outlive it
+    /// @param numbers  of each kind, in the plan's packs. All arguments outlive the object
     AwakePacks(const PbdParts& parts, const Plan& plan, const AlignedVector<Real>* numbers,
                bool anew)
         : m_plan(plan), m_all_numbers(numbers) {
@@ -57,7 +57,7 @@ class AwakePacks {
         }
     }
 
-    /// Of one of the plan's domains, one after the other.
+    /// Active packs of one of the plan's domains, in sequence.
     std::span<const Domain> of_domain(std::size_t d) const {
         const std::size_t begin = d == 0 ? 0 : m_ends[d - 1];
         return std::span<const Domain>(m_list).subspan(begin, m_ends[d] - begin);
@@ -68,11 +68,11 @@ class AwakePacks {
     const Real* numbers(int kind) const {
         return m_copies[kind] ? m_numbers[kind].data() : m_all_numbers[kind].data();
     }
-    /// Of what has been packed anew; the plan's own is the caller's.
+    /// Sets a number of a repacked kind; the caller owns the plan's numbers.
     void set_number(int kind, std::size_t at, Real number) {
         if (m_copies[kind]) m_numbers[kind][at] = number;
     }
-    /// Of a constraint, or −1 where all of its particles are held.
+    /// Slot of a constraint, or −1 if all of its particles are held.
     std::int32_t slot(int kind, std::int32_t constraint) const {
         const KindPlan& at = m_copies[kind] ? *m_copies[kind] : m_plan.kinds[kind];
         return at.slots[std::size_t(constraint)];
@@ -81,12 +81,12 @@ class AwakePacks {
   private:
     struct State {
         PackRange packs;
-        std::vector<std::int32_t> members;  ///< that are packed anew, unless none are
+        std::vector<std::int32_t> members;  ///< repacked constraints; empty if none are
         bool is_as_planned;
     };
 
-    /// Packs of which everything is held are left out, each with its pair.
-    /// @param together  packs that are awake or left out together
+    /// Removes packs of held particles only, together with their pair.
+    /// @param together  number of packs that are kept or removed together
     void leave_out(const Real* x, int kind, std::pair<std::int32_t, std::int32_t> packs,
                    std::int32_t together) {
         const auto corners_of = [&](std::int32_t pack) {
@@ -110,7 +110,7 @@ class AwakePacks {
         }
     }
 
-    /// @returns false where the plan's packs are as good
+    /// @returns false if the plan's packs are as good
     bool pack_anew(const Real* x, int kind, PackRange all, std::size_t d) {
         State& state = m_states[d * kKinds + std::size_t(kind)];
         find_members(x, kind, all);
@@ -120,7 +120,7 @@ class AwakePacks {
             return false;
         }
         if (!state.is_as_planned && m_members == state.members) return true;
-        state.members.reserve(m_members.size());  // where memory runs out, the state stays
+        state.members.reserve(m_members.size());  // if memory runs out, the state is unchanged
         state.is_as_planned = !repack(kind, all, m_plan.spares[d], state.packs);
         state.members = m_members;
         return !state.is_as_planned;
@@ -161,7 +161,7 @@ class AwakePacks {
                    std::size_t(range.end) * kPack);
     }
 
-    /// @returns false where that takes more packs, which has never been seen
+    /// @returns false if that needs more packs, which has never occurred
     bool repack(int kind, PackRange all, std::int32_t spare, PackRange& packs) {
         make_copies(kind);
         KindPlan& to = *m_copies[kind];
@@ -189,7 +189,7 @@ class AwakePacks {
         packs = {all.begin, all.begin + found.paired_end, all.begin + found.end};
         return true;
     }
-    /// Empty lanes keep what was there: numbers that can be worked with.
+    /// Empty lanes keep their old numbers, which are valid.
     void copy_numbers(int kind, std::size_t from, std::size_t to) {
         const auto count = std::size_t(kNumbers[kind]);
         for (std::size_t n = 0; n < count; ++n)

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// A symmetric positive definite matrix of 6 × 6 blocks, each coupled to the one before and after it
-// only: factored once from one end to the other, without fill.
+// Block tridiagonal symmetric positive definite matrix of 6 × 6 blocks: factored once from one end
+// to the other, without fill-in.
 //
 //   S₀ = A₀₀,  S_{i+1} = A_{i+1,i+1} − Uᵀ S_i⁻¹ U,  U = A_{i,i+1}
 
@@ -25,7 +25,7 @@ class BlockChain {
     std::vector<Block> diagonal;
     std::vector<Block> upper;  ///< [i] couples i and i + 1
 
-    /// b becomes the solution; the matrix is used up. @pre positive definite
+    /// Replaces b by the solution; destroys the matrix. @pre positive definite
     void solve(std::vector<BlockVector>& b) {
         const std::size_t count = diagonal.size();
         for (std::size_t i = 0; i < count; ++i) {

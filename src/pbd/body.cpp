@@ -69,7 +69,7 @@ Status PbdBody::step(std::int32_t count, const TaskArena& arena) {
     if (count < 0)
         return Error{ErrorCode::InvalidArgument,
                      "step: expected 0 steps or more, found " + std::to_string(count)};
-    // The solver allocates before anything has moved, if at all.
+    // The solver allocates before any motion, if at all.
     return attempt([&]() -> Status {
         for (std::int32_t n = 0; n < count; ++n)
             if (const Status s = m_impl->solver->step(arena); !s.ok()) return s;

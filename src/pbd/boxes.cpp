@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// A tetrahedron is in a box where its own box of axes meets the expanded one. A particle is movable
-// while all of its tetrahedra are active, so the active part ends in held particles on all sides.
+// A tetrahedron belongs to a box if its bounding box intersects the expanded box. A particle is
+// movable while all of its tetrahedra are active, so held particles surround the active part.
 
 #include <pliant/pbd_boxes.h>
 
@@ -84,7 +84,7 @@ Result<PbdBoxes> PbdBoxes::create(const TetMesh& mesh, const PbdBoxSettings& set
     made.m_is_active.assign(boxes, 0);
     made.m_is_wanted.assign(boxes, 0);
 
-    // Count, sum up, put in: those of a box are in rising order.
+    // Counting sort: the tetrahedra of a box are ascending.
     const Vec3d span{made.m_settings.span, made.m_settings.span, made.m_settings.span};
     const auto of_tetrahedron = [&](std::size_t t, const auto& body) {
         Vec3d from = mesh.nodes_mm[std::size_t(mesh.cells[t][0])], to = from;
@@ -194,7 +194,7 @@ Status PbdBoxes::update(std::span<const Vec3d> places, double reach, PbdBody& bo
         return Ok{};
     });
     if (!listed.ok()) return listed;
-    // No more memory is asked for from here on.
+    // No allocation from here on.
     if (!m_has_begun)
         for (std::int32_t n = 0; n < body.particle_count(); ++n)
             if (const Status s = body.set_inverse_mass(n, 0); !s.ok()) return s;

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Boxes as numbers: how many are active, which, and pairs of a particle and its age on the way from
-// held to movable.
+// State of boxes as numbers: the number of active boxes, the boxes, then pairs of a particle in
+// transition from held to movable and its age.
 
 #include <pliant/pbd_boxes.h>
 
@@ -32,7 +32,7 @@ std::vector<std::int32_t> PbdBoxes::state() const {
     return state;
 }
 
-/// Boxes, and particles whose tetrahedra are all in these boxes, none twice.
+/// Checks that boxes are valid and ascending, and that all tetrahedra of each particle are in them.
 Status PbdBoxes::check_state(std::span<const std::int32_t> boxes,
                              std::span<const std::int32_t> blends) const {
     for (std::size_t n = 0; n < boxes.size(); ++n)
@@ -62,7 +62,7 @@ Status PbdBoxes::restore(std::span<const std::int32_t> state, PbdBody& body) {
     if (blends.size() % 2) return wrong();
     if (const Status s = check_state(boxes, blends); !s.ok()) return s;
     m_blends.reserve(m_rest.size());
-    // Nothing fails from here on.
+    // The rest can't fail.
     m_changed_count = 0;
     for (std::int32_t n = 0; n < body.particle_count(); ++n)
         if (const Status s = body.set_inverse_mass(n, 0); !s.ok()) return s;
@@ -72,7 +72,7 @@ Status PbdBoxes::restore(std::span<const std::int32_t> state, PbdBody& body) {
             if (const Status s = wake(box, false, body); !s.ok()) return s;
     for (const std::int32_t box : boxes)
         if (const Status s = wake(std::size_t(box), true, body); !s.ok()) return s;
-    // All of them are now on their way; most had arrived.
+    // All particles are in transition now; those that had completed it get their full mass.
     for (const Blend& blend : m_blends)
         if (const Status s = body.set_inverse_mass(
                 blend.particle, body.parts().inverse_masses[std::size_t(blend.particle)]);

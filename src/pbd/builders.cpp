@@ -15,7 +15,7 @@ namespace {
 
 using Face = std::array<std::int32_t, 3>;
 
-/// Faces of one tetrahedron only, outward by the right hand.
+/// Faces of one tetrahedron only, outward by the right-hand rule.
 std::vector<Face> boundary_of(const TetMesh& mesh) {
     constexpr int kFaces[4][3] = {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {0, 3, 2}};
     struct Entry {
@@ -61,7 +61,7 @@ void add_bends(const TetMesh& mesh, const PbdMaterial& material, PbdParts& parts
         while (end < sides.size() && sides[end].low == sides[n].low &&
                sides[end].high == sides[n].high)
             ++end;
-        if (end - n != 2) continue;  // where more than two triangles meet there is no one angle
+        if (end - n != 2) continue;  // edges of more than two triangles have no unique angle
         parts.bends.push_back(
             {.nodes = {sides[n].low, sides[n].high, sides[n].other, sides[n + 1].other},
              .compliance = material.bend_compliance});
@@ -111,7 +111,8 @@ Result<PbdParts> pbd_of_mesh(const TetMesh& mesh, const PbdMaterial& material) {
 
 TetMesh five_tet_block(Vec3i cells, double side) {
     PLIANT_ASSERT(cells.x > 0 && cells.y > 0 && cells.z > 0 && side > 0);
-    // Corners by their bits x, y, z; the middle one last. The second is the first mirrored along x.
+    // Corners by their bits x, y, z; the central one last. The second cube mirrors the first along
+    // x.
     constexpr int kCorners[2][5][4] = {
         {{0, 1, 2, 4}, {3, 2, 1, 7}, {5, 4, 7, 1}, {6, 7, 4, 2}, {1, 2, 4, 7}},
         {{1, 5, 3, 0}, {2, 6, 0, 3}, {4, 0, 6, 5}, {7, 3, 5, 6}, {0, 6, 3, 5}}};

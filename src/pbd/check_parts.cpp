@@ -20,7 +20,7 @@ bool is_amount(double value) {
     return std::isfinite(value) && value >= 0;
 }
 
-/// Looks at one constraint; says what is wrong by its kind and number.
+/// Checks one constraint; errors have its kind and number.
 struct Checker {
     const PbdParts& parts;
     PbdMethod method;

@@ -1,17 +1,17 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Contact is projected after both have made their sub-step. A touch is a point p of the rod's axis
-// and a point q of a ghost triangle, p being a node (a sphere) or between two (a capsule):
+// Contact is projected after the sub-steps of rod and wall. A touch is a point p of the rod's axis
+// and a point q of a ghost triangle; p is a node (a sphere) or between two (a capsule):
 //
 //   C = (p − q)·n − radius ≥ 0,  Δp = w_p λ n,  Δq = −w_q λ n,  λ ≥ 0
 //
-// What the surface of the rod has slid along the wall since the sub-step before is taken back as
-// far as friction · λ can. Friction acts at the rod's surface, so that it also turns the segment:
-// that keeps the angular momentum, and a twisted wire feels the wall.
+// The sliding of the rod's surface along the wall since the previous sub-step is undone up to
+// friction · λ. Friction acts at the rod's surface, so it also rotates the segment. That conserves
+// angular momentum, and a twisted wire feels the wall.
 //
-// n comes from the side of the ghost that faces the lumen, also where p is beyond it. Touches are
-// looked for as far beyond as anything has moved in the sub-step, so nothing passes through.
+// n points to the side of the ghost that faces the lumen, even if p is beyond it. The search
+// distance includes the largest motion in the sub-step, so no contact is missed.
 
 #include <pliant/pbd_contact.h>
 
@@ -30,27 +30,27 @@ namespace {
 using pbd::GhostSurface;
 using pbd::NearestPair;
 
-constexpr std::size_t kMostParticles = 12;  ///< of a triangle: three nodes on tetrahedra
-constexpr std::size_t kTouches = 32;        ///< of a segment, for which there is memory at once
+constexpr std::size_t kMostParticles = 12;  ///< per triangle: three nodes in tetrahedra
+constexpr std::size_t kTouches = 32;        ///< per segment, preallocated
 
 struct Touch {
     std::int32_t segment, triangle;
     double along, depth;
     Vec3d place, normal;
-    Vec3d lever;                             ///< from the axis to the place
-    std::int32_t particles[kMostParticles];  ///< numbers of those touched
+    Vec3d lever;                             ///< from the axis to the contact point
+    std::int32_t particles[kMostParticles];  ///< indices of the affected particles
     double weights[kMostParticles];
     int count;
-    double weight;  ///< 1/mass of both sides together, along the normal
+    double weight;  ///< effective inverse mass of both sides along the normal
     double turn_weight;
     double push;  ///< λ
-    Vec3d drag;   ///< λ of friction
+    Vec3d drag;   ///< friction's λ
 };
 
 struct WallParticle {
     std::int32_t particle;
     double inverse_mass;
-    Vec3d moved;  ///< since the step before, without contact
+    Vec3d moved;  ///< free motion since the previous step
     Vec3d place, by;
 };
 
@@ -66,7 +66,7 @@ Status check(const RodContactSettings& s) {
     return Ok{};
 }
 
-/// Of a point in the triangle's plane.
+/// Barycentric weights of a point in the triangle's plane.
 }  // namespace
 
 struct RodContact::Impl {
@@ -83,11 +83,12 @@ struct RodContact::Impl {
     RodContactSettings settings;
     std::size_t particle_count;
     GhostSurface ghost;
-    std::vector<std::int32_t> number_of;            ///< [particle]: in `wall`, or −1
-    std::vector<WallParticle> wall;                 ///< what touches bear on
-    std::vector<Vec3d> rod_before, rod, rod_start;  ///< [node]; before the step, now, at the round
-    std::vector<Vec3d> turned;                      ///< [segment] in the step
-    std::vector<Vec3d> turned_by;                   ///< [segment] by contact
+    std::vector<std::int32_t> number_of;            ///< [particle]: index in `wall`, or −1
+    std::vector<WallParticle> wall;                 ///< particles that bear touches
+    std::vector<Vec3d> rod_before, rod, rod_start;  ///< [node]: before the step, now, at the start
+                                                    ///< of the round
+    std::vector<Vec3d> turned;                      ///< [segment]: rotation in the step
+    std::vector<Vec3d> turned_by;                   ///< [segment]: rotation by contact
     std::vector<std::int32_t> near;
     std::vector<Touch> touches;
     std::vector<WallTouch> reported;
@@ -115,7 +116,7 @@ struct RodContact::Impl {
     Status round(Rod& rod_, PbdBody& body, double h, bool last);
 };
 
-/// Which pairs of a segment (or one of its nodes) and a triangle are too near.
+/// Finds segments (or their nodes) and triangles that are too near.
 void RodContact::Impl::find(double wall_moved) {
     touches.clear();
     const std::size_t segments = rod.size() - 1;
@@ -169,7 +170,7 @@ void RodContact::Impl::add(std::int32_t segment, std::int32_t triangle, const Ne
         if (!(distance > 0 && distance < settings.radius)) return;
         normal = (1 / distance) * d;
     }
-    // Corners and edges are found once for each of their triangles.
+    // Adjacent triangles find the same corner or edge.
     for (std::size_t n = touches.size(); n-- > 0 && touches[n].segment == segment;)
         if (touches[n].along == pair.along && touches[n].place == pair.on_triangle) return;
     Touch t{};
@@ -217,7 +218,7 @@ void RodContact::Impl::weigh(Touch& t, const Rod& rod_, const PbdBody& body, dou
     t.drag = {0, 0, 0};
 }
 
-/// On the rod, and the opposite on the wall.
+/// Applies an impulse to the rod and its opposite to the wall.
 void RodContact::Impl::apply(const Touch& t, Vec3d impulse, const Rod& rod_) {
     const auto s = std::size_t(t.segment);
     rod[s] = rod[s] + (1 - t.along) * rod_.inverse_mass(t.segment) * impulse;

@@ -15,7 +15,7 @@
 namespace pliant::pbd {
 namespace {
 
-constexpr std::size_t kNodeGrain = 256;  ///< nodes that a thread takes at once
+constexpr std::size_t kNodeGrain = 256;  ///< nodes per task
 
 Vec3d unit_or_zero(Vec3d v) {
     const double length = norm(v);
@@ -96,8 +96,8 @@ GhostSurface::GhostSurface(const TetMesh& mesh, const TriangleMesh& ghost,
     m_grid.fill(m_places, m_triangles, m_margin);
 }
 
-/// Of as many nodes. @param node_of  their numbers, none twice
-/// @param since  where they were
+/// Updates so many nodes. @param node_of  their numbers, without duplicates
+/// @param since  reference positions
 template <class NodeOf>
 double GhostSurface::update_some(const PbdBody& body, std::size_t count, const TaskArena& arena,
                                  const std::vector<Vec3d>& since, const NodeOf& node_of) {

@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The ghost surface on its way with the wall: where its nodes are, which triangles are near, and
-// which side of it a point is on: that of the face, or at an edge or a corner that of the
-// angle-weighted mean of the faces there [Baerentzen2005]. The rim of an open end has no sides.
+// The ghost surface moving with the wall: positions of its nodes, search for nearby triangles, and
+// the side of a point. The side comes from the face's normal, or at an edge or corner from the
+// angle-weighted mean of the adjacent faces [Baerentzen2005]. The rim of an open end has no sides.
 
 #pragma once
 
@@ -29,15 +29,16 @@ class GhostSurface {
     /// @returns InvalidArgument that names the triangle or node
     static Status check(const TetMesh& mesh, const TriangleMesh& ghost,
                         std::span<const Embedded> ghost_places);
-    /// @pre check accepts them. @param margin  how far nodes may move before the grid is renewed
+    /// @pre check accepts the arguments. @param margin  motion of nodes after which the grid is
+    /// refilled
     GhostSurface(const TetMesh& mesh, const TriangleMesh& ghost,
                  std::span<const Embedded> ghost_places, double margin);
 
-    /// Places of the nodes as the body is now. @returns how far a node is from where it was, at
-    /// most
+    /// Updates the nodes' positions from the body. @returns the largest distance of a node from its
+    /// previous position
     double update(const PbdBody& body, const TaskArena& arena);
-    /// Of these nodes alone; the others stay where they were seen last. @returns how far one is
-    /// from where it was at `mark`, at most
+    /// Updates these nodes only; the others keep their last position. @returns the largest distance
+    /// of a node from its position at `mark`
     double update(const PbdBody& body, std::span<const std::int32_t> nodes, const TaskArena& arena);
 
     void mark() { m_marked = m_places; }
@@ -49,8 +50,8 @@ class GhostSurface {
         m_grid.near(low, high, found);
     }
 
-    /// Of a part of a triangle, numbered as in mesh::NearestOnTriangle, towards the lumen and of
-    /// length 1; zero at a rim, or where triangles are flat.
+    /// Unit normal of a triangle's feature, numbered as in mesh::NearestOnTriangle, towards the
+    /// lumen; zero at a rim, or if triangles are degenerate.
     Vec3d normal(std::int32_t triangle, int feature) const;
 
     /// Triangles at a node.
@@ -67,12 +68,12 @@ class GhostSurface {
                        const std::vector<Vec3d>& since, const NodeOf& node_of);
 
     std::vector<std::array<std::int32_t, 3>> m_triangles;
-    std::vector<std::array<std::int32_t, 3>> m_neighbours;  ///< beyond each edge; −1: none
+    std::vector<std::array<std::int32_t, 3>> m_neighbours;  ///< across each edge; −1: none
     std::vector<std::int32_t> m_ring_starts, m_rings;       ///< triangles at each node
     std::vector<bool> m_at_rim;                             ///< [node]
     std::vector<Ride> m_rides;
     std::vector<Vec3d> m_places, m_in_grid, m_marked;
-    std::vector<double> m_moved;  ///< [piece of nodes], then since the grid was filled
+    std::vector<double> m_moved;  ///< [piece of nodes]; then since the grid was filled
     TriangleGrid m_grid;
     double m_margin;
 };

@@ -23,7 +23,7 @@ PackRange Packer::pack(std::span<const std::int32_t> members, int kind, std::int
     return {first, first + 2 * pairs, m_next};
 }
 
-/// One after the other; where memory runs out, no particle is in a pack.
+/// Packs all members; if memory runs out, no particle is in a pack.
 void Packer::pack_all(std::span<const std::int32_t> members, int kind, KindPlan& to) {
     m_first = m_next = std::int32_t(to.constraints.size() / kPack);
     m_open = 0;
@@ -40,7 +40,7 @@ void Packer::add(KindPlan& to, int kind, std::int32_t constraint) {
     const auto nodes = nodes_of(m_parts, kind, std::size_t(constraint));
     std::uint64_t taken = 0;
     for (const std::int32_t n : nodes) taken |= m_packs_of[std::size_t(n)];
-    // In the order of their making: the oldest of the window is at its first bit.
+    // In the order of creation: the oldest pack of the window is at its first bit.
     const int turn = m_first % kWindow;
     std::uint64_t free = std::rotr(m_open & ~taken, turn);
     if (free == 0) {
@@ -71,8 +71,8 @@ void Packer::forget_first(const KindPlan& to, int kind) {
     ++m_first;
 }
 
-/// Puts packs that share no particle side by side, those that find no partner last. A pack's loads,
-/// sums and stores are longer than what a processor looks ahead; two at once fill its gaps.
+/// Puts packs without common particles side by side, packs without a partner last. The dependency
+/// chain of a pack exceeds a processor's out-of-order window; two interleaved packs fill its gaps.
 /// @returns the number of pairs
 std::int32_t Packer::pair_up(KindPlan& to, int kind, std::int32_t first) {
     const auto pack_begin = [&](std::int32_t pack) {
@@ -93,7 +93,7 @@ std::int32_t Packer::pair_up(KindPlan& to, int kind, std::int32_t first) {
     while (!m_left.empty()) {
         const std::int32_t pack = m_left.back();
         m_left.pop_back();
-        ++m_pair;  // a number that no particle has yet
+        ++m_pair;  // unused mark
         each_particle(pack, [&](std::int32_t& pair) { pair = m_pair; });
         const auto other =
             std::find_if(m_left.rbegin(), m_left.rend(), [&](std::int32_t candidate) {

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Puts constraints of a domain into packs that share no particle, for the plan of a whole body and
-// again for what is awake of it.
+// Assigns constraints of a domain to packs without common particles, for the plan of a whole body
+// and for its active part.
 
 #pragma once
 
@@ -15,19 +15,19 @@
 
 namespace pliant::pbd {
 
-/// Each constraint comes into the first pack that none of its particles is in.
+/// Greedy: each constraint goes to the first pack that contains none of its particles.
 class Packer {
   public:
-    /// @param particle_of  as in Plan; both outlive it
+    /// @param particle_of  as in Plan. Both arguments outlive the object
     Packer(const std::vector<std::int32_t>& particle_of, const PbdParts& parts);
 
-    /// Appends packs to the constraints and corners. @param members  constraints, all of one kind.
-    /// @param spare  the particle of empty lanes
+    /// Appends packs to the constraints and corners. @param members  constraints of one kind.
+    /// @param spare  particle of empty lanes
     PackRange pack(std::span<const std::int32_t> members, int kind, std::int32_t spare,
                    KindPlan& to);
 
   private:
-    static constexpr int kWindow = 64;  ///< packs that are looked at
+    static constexpr int kWindow = 64;  ///< packs considered
 
     void pack_all(std::span<const std::int32_t> members, int kind, KindPlan& to);
     void add(KindPlan& to, int kind, std::int32_t constraint);
@@ -37,11 +37,11 @@ class Packer {
 
     const std::vector<std::int32_t>& m_particle_of;
     const PbdParts& m_parts;
-    std::vector<std::uint64_t> m_packs_of;  ///< of each particle: packs of the window
+    std::vector<std::uint64_t> m_packs_of;  ///< [particle]: packs of the window
     std::int32_t m_first = 0, m_next = 0;   ///< of the window
     std::uint64_t m_open = 0;
     std::array<int, kWindow> m_used{};
-    std::vector<std::int32_t> m_pair_of;  ///< of each particle
+    std::vector<std::int32_t> m_pair_of;  ///< [particle]
     std::int32_t m_pair = 0;
     std::vector<std::int32_t> m_left, m_order, m_alone, m_packs;
 };

@@ -12,14 +12,14 @@
 namespace pliant::pbd {
 namespace {
 
-/// How far the domains of a phase are moved, in domains. A constraint shorter than a quarter of a
-/// domain crosses borders of at most one phase along each axis, so one of the four has it whole.
+/// Offsets of the phases' domains, in domains. A constraint shorter than a quarter of a domain
+/// crosses borders of at most one phase along each axis, so one of the four phases contains it.
 constexpr double kShifts[] = {0, 0.5, 0.25, 0.75};
 constexpr int kPhases = 4;
-/// Small domains share packs, since alone they don't fill them.
+/// Smaller domains share packs, because they don't fill them alone.
 constexpr std::size_t kSmallDomain = 1024;
 constexpr std::int32_t kMostCells = 1 << 16;  ///< along an axis
-/// Particles of the size of a cache line, so that threads don't share one.
+/// Particles per cache line, to avoid false sharing.
 constexpr std::int32_t kLineParticles = 4;
 
 struct Cells {
@@ -40,7 +40,7 @@ struct Cells {
     }
 };
 
-/// In how large a domain a particle is, on the average.
+/// Mean domain size seen by a particle.
 double particles_of_domain(const Cells& cells, const std::vector<Vec3d>& places,
                            std::vector<std::int64_t>& keys) {
     keys.resize(places.size());
@@ -97,7 +97,7 @@ void number_particles(const Cells& cells, const PbdParts& parts, Plan& plan) {
         std::int32_t((count + kLineParticles - 1) / kLineParticles) * kLineParticles;
 }
 
-/// Takes those of the members that are whole in one domain of the phase, in the order of domains.
+/// Takes the members that lie completely in one domain of the phase, in the order of domains.
 std::vector<Member> take_whole(const Cells& cells, const PbdParts& parts, int phase,
                                std::vector<Member>& members) {
     std::vector<Member> taken;
@@ -121,7 +121,7 @@ std::vector<Member> take_whole(const Cells& cells, const PbdParts& parts, int ph
     return taken;
 }
 
-/// Ends of groups: a domain each, or several small ones.
+/// Ends of groups: one domain each, or several small ones.
 std::vector<std::size_t> group_domains(const std::vector<Member>& members, bool join) {
     std::vector<std::size_t> ends;
     std::size_t begin = 0;

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The inner loops: one iteration over a domain's packs, kind by kind, and what comes between two
+// The inner loops: one iteration over a domain's packs, kind by kind, and the update between two
 // sub-steps. The formulas are in constraints.inc.
 
 #pragma once
@@ -10,7 +10,7 @@
 
 namespace pliant::pbd {
 
-/// Of one kind, [pack][…][lane].
+/// Arrays of one kind, [pack][…][lane].
 template <class Real>
 struct PackArrays {
     const std::uint32_t* corners;
@@ -24,15 +24,15 @@ struct ProjectArrays {
     PackArrays<Real> kinds[kKinds];
     Real compliance_scale;  ///< 1/h²
     bool compliant;         ///< PbdMethod
-    bool first;             ///< iteration of the sub-step: multipliers are 0, whatever is there
-    bool backward;          ///< all in the opposite order
+    bool first;             ///< first iteration of the sub-step: multipliers count as 0
+    bool backward;          ///< opposite order of all constraints
 };
 
-/// Of particles [particle][4], whose fourth is the inverse mass in x and 0 in v:
+/// Update of particles [particle][4]; the fourth component is the inverse mass in x and 0 in v:
 ///
 ///   v ← (v + (x − before) · per_h) · keep + push,  x ← before ← x + h v
 ///
-/// where the inverse mass isn't 0; otherwise v ← 0.
+/// if the inverse mass isn't 0; otherwise v ← 0.
 template <class Real>
 struct MoveArrays {
     Real *x, *before, *v;
@@ -49,7 +49,7 @@ struct Kernels {
 
 template <class Real>
 Kernels<Real> plain_kernels();
-/// The best that this processor has.
+/// Kernels for the best instruction set of this processor.
 Kernels<float> vector_kernels();
 
 }  // namespace pliant::pbd

@@ -18,7 +18,7 @@ void store(const Corner<Real>& c, Real* p) {
     p[2] = c.p.z;
 }
 
-/// One lane of a pack: where its numbers are.
+/// Access to the numbers of one lane of a pack.
 template <class Real, int Kind>
 struct Lane {
     const PackArrays<Real>& arrays;

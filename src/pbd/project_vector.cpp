@@ -1,19 +1,19 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The inner loop with vector instructions, once for each instruction set; the program chooses at
-// run time. The plain twin is project_plain.cpp.
+// The vectorised inner loop, compiled for each instruction set and dispatched at run time. The
+// scalar version is project_plain.cpp.
 //
-// A particle is sixteen bytes, x y z w, so that one load brings all of it; four particles in a
-// vector register are turned into x's, y's, z's and w's by shuffles within blocks of sixteen bytes.
-// That is several times as fast as gathering each component.
+// A particle is sixteen bytes, x y z w, so one load reads all of it. Four particles in a vector
+// register are transposed to x's, y's, z's and w's by shuffles within blocks of sixteen bytes. That
+// is several times as fast as gathering each component.
 
 #include <cstddef>
 #include <cstdint>
 
 #include "pbd/project.h"
 
-// Vectors of a size known only at run time can't be kept in arrays.
+// Vectors of a size known only at run time can't be stored in arrays.
 #define HWY_DISABLED_TARGETS (HWY_SVE | HWY_SVE2 | HWY_SVE_256 | HWY_SVE2_128 | HWY_RVV)
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "pbd/project_vector.cpp"
@@ -44,7 +44,7 @@ HWY_INLINE V constant(double number) {
 HWY_INLINE V root(V v) {
     return hn::Sqrt(v);
 }
-/// As a > b ? a : b.
+/// Same as a > b ? a : b.
 HWY_INLINE V larger(V a, V b) {
     return hn::IfThenElse(hn::Gt(a, b), a, b);
 }
@@ -63,7 +63,7 @@ HWY_INLINE V arc_tangent(V y, V x) {
 
 #include "pbd/constraints.inc"
 
-/// Particles 0, 4, 8, 12 of a list, one a block.
+/// Loads particles 0, 4, 8, 12 of a list, one per block.
 template <class Tag>
 HWY_INLINE hn::Vec<Tag> load_every_fourth(Tag d, const float* particles,
                                           const std::uint32_t* list) {
@@ -89,7 +89,7 @@ HWY_INLINE void store_every_fourth(Tag d, hn::Vec<Tag> v, float* particles,
     }
 }
 
-/// 4 × 4 within each block of sixteen bytes; its own inverse.
+/// Transposes 4 × 4 within each block of sixteen bytes; involutory.
 HWY_INLINE void transpose(V& a, V& b, V& c, V& d) {
     const D tag;
     const V ac_low = hn::InterleaveLower(tag, a, c), ac_high = hn::InterleaveUpper(tag, a, c);
@@ -118,7 +118,7 @@ HWY_INLINE void store_corner(const Corner<V>& corner, float* particles, const st
     store_every_fourth(tag, d, particles, list + 3);
 }
 
-/// A pack's lanes on their way: loaded, projected, stored.
+/// Processing of a pack's lanes: load, project, store.
 template <int Kind, bool Compliant>
 struct Lanes {
     static constexpr int kCount = kCorners[Kind];

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// What constraints take from the rest places.
+// Rest values of constraints.
 
 #include <cmath>
 

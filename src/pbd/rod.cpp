@@ -47,7 +47,7 @@ Status check(const RodSettings& s) {
     return Ok{};
 }
 
-/// Of length 1, or an error.
+/// Returns a unit quaternion, or an error.
 Result<Rotation> checked(const char* what, Rotation q) {
     const double length = std::sqrt(q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z);
     if (!pbd::is_of_length_1(q))
@@ -114,7 +114,7 @@ Status Rod::steer(double angle, double direction) {
         return invalid("steer: expected two numbers");
     const auto tip = std::size_t(m_impl->settings.tip_segments);
     if (tip == 0) return invalid("steer: expected a rod with tip_segments above 0");
-    // Towards the first axis is a turn about the second one.
+    // Bending towards the first axis is a rotation about the second one.
     const double share = angle / double(tip);
     for (std::size_t i = m_impl->count - tip; i < m_impl->count; ++i)
         m_impl->rest[i] = {-share * std::sin(direction), share * std::cos(direction), 0};

@@ -1,18 +1,18 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Constraints of segment i, a block of six:
+// Constraints of segment i form a block of six:
 //
 //   stretch and shear   Γ = Rᵢᵀ (x_{i+1} − x_i)/l − e₃,   energy ½ l Γᵀ diag(GA, GA, EA) Γ
-//   bend and twist      r − r₀, r = log(q_{i−1}⁻¹ q_i),   energy ½ (r − r₀)ᵀ diag(EI, EI, GJ) (r −
-//   r₀)/l
+//   bend and twist      r − r₀, r = log(q_{i−1}⁻¹ q_i)
+//                       energy ½ (r − r₀)ᵀ diag(EI, EI, GJ) (r − r₀)/l
 //
-// with l/2 for the joint of the base, since bending is sampled at nodes: the error is of second
-// order. A held tip is one more block: a joint of l/2 to the frame that holds it. [Kugelstadt2016]
-// takes the imaginary part of q⁻¹q for r; the logarithm holds for any angle. Blocks i and i + 1
-// share x_{i+1} and q_i, no others do, so the Newton step of [Macklin2016] is a chain of blocks,
-// solved directly as in [Deul2018]. Segments turn like balls: their inertia is the same about all
-// axes, m l²/12 and no less about the rod.
+// with l/2 for the joint of the base, because bending is sampled at nodes: the error is of second
+// order. A held tip adds a block: a joint of l/2 to the frame that holds it. [Kugelstadt2016] uses
+// the imaginary part of q⁻¹q for r; the logarithm is valid for any angle. Only adjacent blocks i
+// and i + 1 share variables, x_{i+1} and q_i. So the Newton step of [Macklin2016] is a chain of
+// blocks, solved directly as in [Deul2018]. Segments rotate like balls: their inertia is m l²/12
+// about all axes, the rod's own axis included.
 
 #pragma once
 
@@ -27,15 +27,15 @@
 
 namespace pliant::pbd {
 
-/// What a block's constraints depend on.
+/// Variables of a block's constraints.
 enum Variable { kNodeBefore, kNodeAfter, kTurnBefore, kTurn, kVariables };
 
 struct SegmentDerivatives {
     Mat3d stretch[kVariables];  ///< of Γ; none with respect to kTurnBefore
-    Mat3d bend[kVariables];     ///< of r; with respect to turns only
+    Mat3d bend[kVariables];     ///< of r; with respect to rotations only
 };
 
-/// Nearly, and a number.
+/// Whether a quaternion is finite and nearly of unit length.
 inline bool is_of_length_1(Rotation q) {
     return std::abs(std::sqrt(q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z) - 1) < 1e-3;
 }
@@ -74,7 +74,7 @@ struct RodSolver {
     Vec3d turn_of(std::size_t i) const {
         return rotation_vector(inverse_of(frame_before(i)) * frame_of(i));
     }
-    /// Where the rod isn't bent.
+    /// Rest rotation of a joint.
     Vec3d rest_of(std::size_t i) const { return i == count ? Vec3d{0, 0, 0} : rest[i]; }
     Vec3d strain_of(std::size_t i) const {
         if (i == count) return {0, 0, 0};
@@ -118,7 +118,7 @@ struct RodSolver {
         d.bend[kTurnBefore] = scaled(-1, d.bend[kTurn]);
     }
 
-    /// block += w · J_a J_bᵀ, J's rows being those of Γ and of r.
+    /// block += w · J_a J_bᵀ, where the rows of J are those of Γ and of r.
     static void add_product(Block& block, double w, const SegmentDerivatives& a, Variable of_a,
                             const SegmentDerivatives& b, Variable of_b) {
         if (w == 0) return;
@@ -134,8 +134,8 @@ struct RodSolver {
             }
     }
 
-    /// One Newton step of all constraints at once. Moments come with the first, not before it: a
-    /// segment alone would be turned by them many times round.
+    /// One Newton step of all constraints. Moments are applied in the first iteration, not in the
+    /// prediction, where a single segment would rotate by many turns.
     void solve(bool first) {
         for (std::size_t i = 0; i < count; ++i)
             push[i] = first ? h * h * w_turn * moment[i] : Vec3d{0, 0, 0};
@@ -174,7 +174,7 @@ struct RodSolver {
             x[i] = x[i] + pulled(right, i, kNodeBefore);
             x[i + 1] = x[i + 1] + pulled(right, i, kNodeAfter);
         }
-        // Turns change all that the derivatives have been taken of, so they come last.
+        // Rotations invalidate the derivatives, so they are applied last.
         for (std::size_t i = 0; i < count; ++i) {
             Vec3d by = push[i] + pulled(right, i, kTurn);
             if (i + 1 < blocks) by = by + pulled(right, i + 1, kTurnBefore);
@@ -197,8 +197,7 @@ struct RodSolver {
         const double keep = 1 - settings.damping * h;
         old_x = x;
         old_q = q;
-        const std::size_t free =
-            count + (tip_is_held() ? 0 : 1);  // the node after the last free one
+        const std::size_t free = count + (tip_is_held() ? 0 : 1);  // index after the last free node
         for (std::size_t n = 1; n < free; ++n) {
             v[n] = keep * v[n] + h * (settings.gravity + w_node[n] * force[n]);
             x[n] = x[n] + h * v[n];

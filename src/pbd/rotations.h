@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// What rods and wires need of rotations and 3 × 3 matrices. A small turn δ is applied from the
-// left, q ← exp(δ) q, so derivatives with respect to turns are taken at δ = 0.
+// Rotations and 3 × 3 matrices for rods and wires. A small rotation δ is applied from the left, q ←
+// exp(δ) q, so derivatives with respect to rotations are taken at δ = 0.
 
 #pragma once
 
@@ -23,7 +23,7 @@ inline Mat3d matrix_of(Rotation q) {
     return {{rotated(q, {1, 0, 0}), rotated(q, {0, 1, 0}), rotated(q, {0, 0, 1})}};
 }
 
-/// a × v as a matrix of v.
+/// Matrix of v ↦ a × v.
 inline Mat3d crossing(Vec3d a) {
     return {{{0, a.z, -a.y}, {-a.z, 0, a.x}, {a.y, -a.x, 0}}};
 }
@@ -42,11 +42,11 @@ inline Mat3d sandwich(const Mat3d& m, Vec3d d) {
     return m * transposed({{d.x * m.columns[0], d.y * m.columns[1], d.z * m.columns[2]}});
 }
 
-/// Squares of sines of half a turn up to which series are as exact as functions: turns of 0.2, as
-/// joints and steps make them [rad²].
+/// Limit of the squared sine of half a rotation up to which the series are as exact as the
+/// functions: rotations of 0.2, typical of joints and steps [rad²].
 inline constexpr double kSmallTurn2 = 0.01;
 
-/// rotation_by, without functions where the turn is small.
+/// rotation_by, with a series for small rotations.
 inline Rotation turn_by(Vec3d vector) {
     const double h2 = 0.25 * dot(vector, vector);
     if (h2 > kSmallTurn2) return rotation_by(vector);
@@ -55,7 +55,7 @@ inline Rotation turn_by(Vec3d vector) {
     const double w = 1 - h2 / 2 * (1 - h2 / 12 * (1 - h2 / 30 * (1 - h2 / 56 * (1 - h2 / 90))));
     return {w, s * vector.x, s * vector.y, s * vector.z};
 }
-/// rotation_vector, likewise: 2 arcsin(s)/s. @pre of length 1
+/// rotation_vector, with a series for small rotations: 2 arcsin(s)/s. @pre unit length
 inline Vec3d turn_of(Rotation q) {
     const Vec3d u{q.x, q.y, q.z};
     const double s2 = dot(u, u);
@@ -67,7 +67,7 @@ inline Vec3d turn_of(Rotation q) {
     return std::copysign(2 * half, q.w) * u;
 }
 
-/// (1 − (a/2) cot(a/2))/a² of an angle's square.
+/// (1 − (a/2) cot(a/2))/a² as a function of the angle's square.
 inline double log_curvature(double a2) {
     const double x2 = 0.25 * a2;
     if (x2 > kSmallTurn2) {
@@ -85,7 +85,7 @@ inline Mat3d log_derivative(Vec3d r) {
     const Mat3d c = crossing(r);
     return sum(sum(kIdentity3, scaled(-0.5, c)), scaled(log_curvature(dot(r, r)), c * c));
 }
-/// The same, transposed, of v: v + ½ r × v + s r × (r × v).
+/// Product of the transpose with v: v + ½ r × v + s r × (r × v).
 inline Vec3d log_transposed(Vec3d r, double curvature, Vec3d v) {
     const Vec3d rv = cross(r, v);
     return v + 0.5 * rv + curvature * cross(r, rv);

@@ -1,9 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The pair of points of a segment and a triangle that are nearest to each other. Unless the segment
-// goes through the triangle, one of them is an end of the segment or lies on an edge of the
-// triangle [Ericson2005, 5.1.9, 5.3.6].
+// Nearest points of a segment and a triangle. Unless they intersect, one of the points is an end of
+// the segment or lies on an edge of the triangle [Ericson2005, 5.1.9, 5.3.6].
 
 #pragma once
 
@@ -16,7 +15,7 @@ namespace pliant::pbd {
 struct NearestPair {
     double along;  ///< 0…1 from the segment's first end
     Vec3d on_segment, on_triangle;
-    int feature;  ///< of the triangle, as in mesh::NearestOnTriangle
+    int feature;  ///< feature of the triangle, as in mesh::NearestOnTriangle
 };
 
 inline double distance2(const NearestPair& pair) {
@@ -24,7 +23,7 @@ inline double distance2(const NearestPair& pair) {
     return dot(d, d);
 }
 
-/// Of the segments p…p + u and q…q + v, 0…1 along each; u and v may be zero.
+/// Nearest points of the segments p…p + u and q…q + v, 0…1 along each; u and v may be zero.
 struct AlongBoth {
     double s, t;
 };
@@ -47,7 +46,7 @@ inline AlongBoth nearest_of_segments(Vec3d p, Vec3d u, Vec3d q, Vec3d v) {
     return {s, t};
 }
 
-/// Where the segment goes through the triangle, if it does.
+/// Whether the segment intersects the triangle, and where.
 inline bool goes_through(Vec3d p, Vec3d u, Vec3d a, Vec3d b, Vec3d c, double& along) {
     const Vec3d normal = cross(b - a, c - a);
     const double height = dot(p - a, normal), change = dot(u, normal);

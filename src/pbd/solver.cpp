@@ -16,14 +16,14 @@
 namespace pliant::pbd {
 namespace {
 
-constexpr std::int64_t kGrain = 4096;    ///< particles that a thread takes at once
-constexpr std::int64_t kPinGrain = 512;  ///< and attachments
-/// Vectors of four particles start at a cache line, wherever threads divide them.
+constexpr std::int64_t kGrain = 4096;    ///< particles per task
+constexpr std::int64_t kPinGrain = 512;  ///< attachments per task
+/// Particles per cache line; ranges of threads start at such multiples.
 constexpr std::int64_t kLine = 4;
-/// Of a target's shift, in rest volumes: where held particles keep a volume from its target.
+/// Limit of a target's shift, in rest volumes: held particles may keep a volume from its target.
 constexpr double kMostShift = 0.5;
 
-/// Without the allocation that a std::function of more than a reference costs.
+/// Passes the body by std::cref, so that std::function doesn't allocate.
 template <class Body>
 void for_each(const TaskArena& arena, std::int64_t count, std::int64_t grain, const Body& body) {
     arena.for_each(count, grain, std::cref(body));
@@ -127,7 +127,8 @@ class SolverOf final : public Solver {
         m_kept_x.resize(m_x.size());
         m_kept_v.resize(m_v.size());
     }
-    /// What is asleep is copied when the first particle falls asleep or wakes up.
+    /// Copies the active particles; the others are copied when the first particle changes its
+    /// state.
     void keep() noexcept override {
         m_keeps = true;
         m_kept_all = false;
@@ -170,7 +171,7 @@ class SolverOf final : public Solver {
         Real* to = values.data() + at(particle);
         for (int c = 0; c < 3; ++c) to[c] = Real(v[c]);
     }
-    /// The middle of the body, where floats are finest.
+    /// Sets the origin to the middle of the body, where floats are finest.
     void choose_origin() {
         Vec3d low = m_parts.places[0], high = low;
         for (const Vec3d& p : m_parts.places)
@@ -181,7 +182,7 @@ class SolverOf final : public Solver {
         m_origin = 0.5 * (low + high);
     }
 
-    /// Empty lanes get numbers that can be worked with.
+    /// Empty lanes get valid numbers.
     void fill_numbers(int kind) {
         const auto& constraints = m_plan.kinds[kind].constraints;
         const auto per_pack = std::size_t(kNumbers[kind]);
@@ -225,8 +226,7 @@ class SolverOf final : public Solver {
         to[10] = s.e_compliance;
     }
 
-    /// The end of a sub-step and the beginning of the next; before the first one what there was is
-    /// kept.
+    /// Ends a sub-step and starts the next; before the first one, velocities are kept.
     void move(const TaskArena& arena, bool ends_one) {
         const Vec3d g = h() * m_settings.gravity;
         const MoveArrays<Real> arrays{m_x.data(),
@@ -255,7 +255,8 @@ class SolverOf final : public Solver {
         const Real per_h = Real(1 / h());
         m_is_bad.store(false);
         for_awake(arena, [&](std::int64_t begin, std::int64_t end) {
-            // All four components alike, though the fourth is 0 in v and a mass less itself in x.
+            // All four components alike: the fourth is 0 in v, and a difference of equal masses in
+            // x.
             int bad = 0;
             for (auto c = std::size_t(4 * begin); c < std::size_t(4 * end); ++c) {
                 m_v[c] = m_v[c] + (m_x[c] - m_before[c]) * per_h;
@@ -276,10 +277,10 @@ class SolverOf final : public Solver {
                      "damping or compliance"};
     }
 
-    /// Integral control of hard volumes: what a lasting load leaves of C after the projections of a
-    /// sub-step is made up for by a target that is off by as much the other way. The slower ones of
-    /// them are oscillators with the damping c of velocities; their error grows where the rate is
-    /// above c (docs/pbd.md).
+    /// Integral control of hard volumes: the error C that a lasting load leaves after the
+    /// projections of a sub-step is compensated by shifting the target by as much in the other
+    /// direction. The slow modes are oscillators with the damping c of velocities; their error
+    /// grows if the rate is above c (docs/pbd.md).
     void recover_volumes(const TaskArena& arena) {
         constexpr int kVolume = int(PbdKind::Volume);
         const double share = m_settings.volume_recovery * m_settings.time_step;
@@ -309,21 +310,21 @@ class SolverOf final : public Solver {
         return std::none_of(nodes.begin(), nodes.end(),
                             [&](std::int32_t n) { return m_x[at(n) + 3] > 0; });
     }
-    /// Of a volume, where the numbers are.
+    /// Index of a volume's first number.
     static std::size_t first_number(std::int32_t slot) {
         const auto at = std::size_t(slot);
         return at / kPack * std::size_t(kNumbers[int(PbdKind::Volume)]) * kPack + at % kPack;
     }
 
     struct Range {
-        std::int64_t begin, end;  ///< particles, multiples of kLine
+        std::int64_t begin, end;  ///< range of particles, multiples of kLine
     };
     struct AwakeAttachment {
         std::int32_t number;
-        bool is_pin;  ///< of one particle, which is at…
+        bool is_pin;  ///< attaches a single particle, at…
         std::size_t at;
     };
-    /// body(begin, end) for the particles that may move, and some in between.
+    /// Calls body(begin, end) for ranges with all movable particles, and some others.
     template <class Body>
     void for_awake(const TaskArena& arena, const Body& body) {
         for_each(arena, std::int64_t(m_awake_ranges.size()), 1,
@@ -343,7 +344,7 @@ class SolverOf final : public Solver {
         return true;
     }
 
-    /// Only what may move is worked on.
+    /// Finds the movable particles, packs and attachments.
     void find_awake() {
         m_packs->update(m_x.data());
         m_awake_ranges.clear();
@@ -371,7 +372,7 @@ class SolverOf final : public Solver {
         std::sort(m_pinned.begin(), m_pinned.end());
         m_pins_only = m_pinned.size() == m_awake_attachments.size() &&
                       std::adjacent_find(m_pinned.begin(), m_pinned.end()) == m_pinned.end();
-        m_has_woken = false;  // not before: where memory runs out, the next step begins anew
+        m_has_woken = false;  // not before: if memory runs out, the next step repeats this
     }
     void stop_held() noexcept {
         for (std::size_t n = 0; n < m_x.size(); n += 4)
@@ -383,7 +384,7 @@ class SolverOf final : public Solver {
         copy(m_x, m_kept_x, begin, end);
         copy(m_v, m_kept_v, begin, end);
     }
-    /// Of all particles outside of the awake ranges, which are still those of keep().
+    /// Copies all particles outside of the awake ranges, which are still those of keep().
     void keep_others() noexcept {
         if (m_kept_all) return;
         std::int64_t from = 0;
@@ -418,7 +419,7 @@ class SolverOf final : public Solver {
     double compliance_of(const PbdAttachment& attachment) const {
         return m_settings.method == PbdMethod::Compliance ? attachment.compliance / (h() * h()) : 0;
     }
-    /// What an attachment to held particles would pull with: it has no part in the steps.
+    /// Force of an attachment to held particles, which takes no part in the steps.
     Vec3d held_pull(std::size_t a) const {
         const PbdAttachment& attachment = m_parts.attachments[a];
         const double alpha = compliance_of(attachment);
@@ -437,7 +438,7 @@ class SolverOf final : public Solver {
         return c + (sum - 1) * m_origin;
     }
 
-    /// Pins of one particle each are the same in any order.
+    /// Projects the attachments; pins of different particles commute.
     void project_attachments(const TaskArena& arena, bool first) {
         const auto some = [&](std::int64_t begin, std::int64_t end) {
             for (std::int64_t n = begin; n < end; ++n) {
@@ -449,7 +450,7 @@ class SolverOf final : public Solver {
         const auto count = std::int64_t(m_awake_attachments.size());
         m_pins_only ? for_each(arena, count, kPinGrain, some) : some(0, count);
     }
-    /// All three components have the same weight, so this is exact for each.
+    /// Projects a pin. All three components have the same weight, so this is exact for each.
     void project_pin(const AwakeAttachment& awake) {
         const PbdAttachment& attachment = m_parts.attachments[std::size_t(awake.number)];
         Vec3d& multiplier = m_forces[std::size_t(awake.number)];
@@ -482,7 +483,7 @@ class SolverOf final : public Solver {
         }
     }
 
-    /// Out of the plane, and back along it by as much as friction can.
+    /// Moves particles out of the planes, and back along them within the friction limit.
     void project_planes(const TaskArena& arena) {
         const auto count = std::int64_t(m_parts.places.size());
         for_each(arena, count, kGrain, [&](std::int64_t begin, std::int64_t end) {
@@ -508,7 +509,10 @@ class SolverOf final : public Solver {
         for (std::size_t c = 0; c < 3; ++c) m_x[n + c] = Real(x[int(c)]);
     }
 
-    double h() const { return m_settings.time_step / m_settings.sub_steps; }  ///< of a sub-step
+    double h() const {
+        return m_settings.time_step / m_settings.sub_steps;
+    }  ///< duration of a
+       ///< sub-step
 
     struct Load {
         std::size_t at;
@@ -520,24 +524,24 @@ class SolverOf final : public Solver {
     const Plan& m_plan;
     Kernels<Real> m_kernels;
     Vec3d m_origin{0, 0, 0};
-    /// [particle][4]: x, y, z and, of m_x, the inverse mass. m_before is before the constraints.
+    /// [particle][4]: x, y, z, inverse mass in m_x. m_before is the state before the constraints.
     AlignedVector<Real> m_x, m_before, m_v, m_good_x, m_good_v;
     AlignedVector<Real> m_numbers[kKinds], m_multipliers[kKinds];
-    std::vector<double> m_rest_volumes, m_volume_shifts;  ///< [volume], where they recover
+    std::vector<double> m_rest_volumes, m_volume_shifts;  ///< [volume], with volume recovery
     std::optional<AwakePacks<Real>> m_packs;
     std::vector<Range> m_awake_ranges;
     std::vector<AwakeAttachment> m_awake_attachments;
-    bool m_pins_only = false;             ///< of these, each of another particle
-    std::vector<std::size_t> m_pinned;    ///< where those are
+    bool m_pins_only = false;             ///< all are pins of different particles
+    std::vector<std::size_t> m_pinned;    ///< particles of the pins
     std::vector<std::size_t> m_set_held;  ///< held particles that may have been given velocities
-    bool m_all_set = false;               ///< any of them may have been
-    bool m_has_woken = true;              ///< or has been put to rest: some particle
+    bool m_all_set = false;               ///< any held particle may have been
+    bool m_has_woken = true;              ///< some particle has become movable or held
     std::vector<Load> m_loads;
     std::vector<Vec3d> m_forces;  ///< multipliers of attachments
     AlignedVector<Real> m_kept_x, m_kept_v;
-    bool m_keeps = false;     ///< there has been a keep(), and no take_back() since
-    bool m_kept_all = false;  ///< not the awake ranges alone
-    bool m_kept_set = false;  ///< whether held particles may have had velocities
+    bool m_keeps = false;     ///< keep() was called, and take_back() not since then
+    bool m_kept_all = false;  ///< includes particles outside of the awake ranges
+    bool m_kept_set = false;  ///< held particles may have had velocities
     std::atomic<bool> m_is_bad = false;
 };
 

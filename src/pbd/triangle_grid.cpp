@@ -27,7 +27,7 @@ Box box_of(std::span<const Vec3d> places, const std::array<std::int32_t, 3>& t, 
     return {box.low - m, box.high + m};
 }
 
-/// A finer grid than this costs more to clear than it saves.
+/// A finer grid costs more to clear than it saves.
 constexpr double kMostCubesPerTriangle = 64;
 
 }  // namespace
@@ -64,7 +64,7 @@ void TriangleGrid::fill(std::span<const Vec3d> places,
     while (count(0) * count(1) * count(2) > most) m_cube *= 1.25;
     m_size = {int(count(0)), int(count(1)), int(count(2))};
 
-    // Count, sum up, put in: those of a cube are in rising order.
+    // Counting sort: the triangles of a cube are ascending.
     m_starts.assign(index_of(0, 0, m_size.z) + 1, 0);
     const auto for_each_cube = [&](const Range& r, auto&& body) {
         for (int k = r.low.z; k <= r.high.z; ++k)
@@ -79,7 +79,7 @@ void TriangleGrid::fill(std::span<const Vec3d> places,
         for_each_cube(range_of(t), [&](std::size_t cube) { ++m_starts[cube]; });
     std::int32_t sum = 0;
     for (std::int32_t& start : m_starts) start = sum += start;
-    // A wall that moves fills a few more cubes later on.
+    // Reserve for a moving wall, which fills more cubes later.
     if (std::size_t(sum) > m_entries.capacity()) m_entries.reserve(std::size_t(sum) * 2);
     m_entries.resize(std::size_t(sum));
     m_lows.resize(triangles.size());
@@ -95,7 +95,7 @@ void TriangleGrid::fill(std::span<const Vec3d> places,
 void TriangleGrid::near(Vec3d low, Vec3d high, std::vector<std::int32_t>& found) const {
     found.clear();
     const Range r = cubes_of(low, high);
-    // A triangle is taken in the first cube that it and the box have in common.
+    // A triangle is reported in the first cube that it shares with the box.
     const auto is_first = [](int cube, int of_triangle, int of_box) {
         return cube == std::max(of_triangle, of_box);
     };

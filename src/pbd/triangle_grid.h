@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Which triangles are near a box: space in cubes, each with the triangles whose boxes meet it.
-// Cubes are numbered i + j N_x + k N_x N_y [VesselPbd2016, Eq. 10], so that no two share a number.
-// Memory is kept from one filling to the next.
+// Uniform grid for finding triangles near a box: each cube lists the triangles whose bounding boxes
+// intersect it. Cubes have unique numbers i + j N_x + k N_x N_y [VesselPbd2016, Eq. 10]. Memory is
+// reused.
 
 #pragma once
 
@@ -17,11 +17,11 @@ namespace pliant::pbd {
 
 class TriangleGrid {
   public:
-    /// Triangles as they are now, each with a margin all around.
+    /// Fills the grid with the triangles' present positions and a margin.
     void fill(std::span<const Vec3d> places, std::span<const std::array<std::int32_t, 3>> triangles,
               double margin);
 
-    /// All triangles that meet the box, and some others, in rising order.
+    /// Finds all triangles that intersect the box, and some others, in ascending order.
     /// @param[out] found  is cleared first
     void near(Vec3d low, Vec3d high, std::vector<std::int32_t>& found) const;
 
@@ -38,9 +38,9 @@ class TriangleGrid {
     Vec3d m_origin{0, 0, 0};
     double m_cube = 1;
     Vec3i m_size{0, 0, 0};
-    std::vector<std::int32_t> m_starts;   ///< [cube], and one more
+    std::vector<std::int32_t> m_starts;   ///< [cube], and the total
     std::vector<std::int32_t> m_entries;  ///< triangles, cube by cube
-    std::vector<Vec3i> m_lows;            ///< [triangle]: the first of its cubes
+    std::vector<Vec3i> m_lows;            ///< [triangle]: its first cube
 };
 
 }  // namespace pliant::pbd

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Volumes of tetrahedra whose places are asked for one by one: nothing is copied.
+// Volumes of tetrahedra from a function for positions, without copies.
 
 #pragma once
 
@@ -12,7 +12,7 @@
 
 namespace pliant::pbd {
 
-/// @param place  of a particle
+/// @param place  position of a particle
 template <class Place>
 double volume_at(const std::array<std::int32_t, 4>& nodes, const Place& place) {
     const Vec3d corners[] = {place(nodes[0]), place(nodes[1]), place(nodes[2]), place(nodes[3])};

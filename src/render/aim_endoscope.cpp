@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// A view of one place on the tissue: rays leave it in all directions, and each free stretch along
-// them offers places for the eye. The best is at an endoscope's usual distance, sees the surface
-// from the front, stands against the push or beside it, and has room around it.
+// View of a point on the tissue. Rays leave the point in all directions; positions for the eye are
+// sampled on each free ray. The best position is at an endoscope's usual distance, sees the surface
+// from the front, is against the push or beside it, and has room around it.
 
 #include <algorithm>
 #include <cmath>
@@ -19,8 +19,8 @@ constexpr int kDirections = 600;
 constexpr double kDistancesMm[] = {24, 20, 29, 16, 35, 12, 45, 9, 6};
 constexpr double kClearanceMm = 3;           // between the eye and any wall
 constexpr double kDepthsMm[] = {4, 12, 30};  // of the target in the tissue
-constexpr double kPureAirHu = -900;  // darker is the lumen of an airway, brighter may be lung
-constexpr double kSurfaceMm = 0.01;  // steps off the surface that a ray has just left
+constexpr double kPureAirHu = -900;          // smaller: airway lumen; larger: possibly lung
+constexpr double kSurfaceMm = 0.01;          // offset from the surface at the start of a ray
 
 struct Candidate {
     Vec3d eye_mm;
@@ -53,14 +53,15 @@ double distance_score(double distance_mm) {
     return distance_mm > kFar ? kFar / distance_mm : 1;
 }
 
-/// Best at some 50° from straight against the push, where its way is seen from the side.
+/// Maximal at some 50° from the direction against the push, where the motion is visible from the
+/// side.
 double direction_score(Vec3d away, Vec3d push) {
     const double against = -dot(away, push);
     if (against < 0) return 0.7 * (1 + against) * (1 + against);
     return 1 - 0.5 * std::abs(against - 0.6);
 }
 
-/// Share of places on the way that are surely free: in CT, air rather than lung.
+/// Share of samples on the ray that are certainly free: in CT, air rather than lung.
 double free_score(const Aim& aim, Vec3d eye_mm) {
     if (aim.polarity != Polarity::Rising || aim.iso_hu <= kPureAirHu || aim.iso_hu >= 0) return 1;
     constexpr int kSteps = 8;

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <limits>
 
-// Vectors without a size at compile time can't be kept in structs.
+// Vectors of a size unknown at compile time can't be stored in structs.
 #define HWY_DISABLED_TARGETS (HWY_SVE | HWY_SVE2 | HWY_SVE_256 | HWY_SVE2_128 | HWY_RVV)
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "render/beam.cpp"  // this file, compiled again for each target
@@ -27,8 +27,8 @@ struct Reach {
     int first, last;
 };
 
-/// Where a beam is between two planes across its main axis, on another axis.
-/// @param near, far  from the eye to the planes; 0 ≤ near < far
+/// Range of a beam on another axis between two planes across its main axis.
+/// @param near, far  distances from the eye to the planes; 0 ≤ near < far
 HWY_INLINE Reach reach_of(double eye, const Slopes& slopes, double near, double far, int block,
                           int blocks) {
     constexpr double kMargin = 1e-6;  // cells: more than all rounding
@@ -39,7 +39,7 @@ HWY_INLINE Reach reach_of(double eye, const Slopes& slopes, double near, double 
             int(std::floor(std::clamp(high * scale, -1.0, blocks - 1.0)))};
 }
 
-/// A beam's way through the grid.
+/// Traversal of the grid by a beam.
 template <class T>
 class Beam {
   public:
@@ -51,7 +51,7 @@ class Beam {
         m_stride[2] = std::ptrdiff_t(n.x) * n.y;
     }
 
-    /// Casts the rays that are in use, all of which go towards one octant.
+    /// Casts the rays in use, all of which point to one octant.
     /// @param first, end  vectors of rays
     HWY_INLINE void cast(std::size_t first, std::size_t end) {
         const Vec3d middle = m_rays.direction_of(m_rays.first_in_use(first, end));
@@ -71,7 +71,7 @@ class Beam {
     }
 
   private:
-    /// Signed distance from the eye to a plane across the main axis, forwards, at least 0.
+    /// Distance from the eye to a plane across the main axis, forwards, at least 0.
     HWY_INLINE double ahead(int place) const {
         const double d = place - m_scene.eye[m_axis[0]];
         return std::max(m_forward[m_axis[0]] ? d : -d, 0.0);
@@ -85,7 +85,7 @@ class Beam {
         return m_forward[m_axis[0]] ? Slab{ahead(low), ahead(high)} : Slab{ahead(high), ahead(low)};
     }
 
-    /// From slice to slice of bricks. @param may_split  into beams of one vector
+    /// Traverses slices of bricks. @param may_split  splits wide beams into beams of one vector
     HWY_NOINLINE void follow(std::size_t first, std::size_t end, int brick, bool may_split) {
         const int main = m_axis[0], u = m_axis[1], v = m_axis[2];
         const Slopes su = m_rays.slopes(u, main, m_forward[main], first, end);
@@ -107,7 +107,7 @@ class Beam {
                 for (int i = ru.first; i <= ru.last; ++i)
                     least = std::min(
                         least, codes[i * brick_stride[u] + j * brick_stride[v]] & ~LeapMap::kAbove);
-            if (ru.last < ru.first || rv.last < rv.first) least = 1;  // beside the grid
+            if (ru.last < ru.first || rv.last < rv.first) least = 1;  // outside of the grid
             if (least > 0) {
                 brick += step * (1 + int((least - 1) / across_per_slice));
                 continue;
@@ -126,7 +126,7 @@ class Beam {
         }
     }
 
-    /// Through the slices of cells in a slice of bricks. @returns whether rays are left
+    /// Traverses the slices of cells in a slice of bricks. @returns whether rays are left
     HWY_INLINE bool through_bricks(std::size_t first, std::size_t end, int brick, const Slopes& su,
                                    const Slopes& sv) {
         const int main = m_axis[0], u = m_axis[1], v = m_axis[2];
@@ -150,7 +150,8 @@ class Beam {
         return true;
     }
 
-    /// Tries the rays in a cell if it holds the threshold. @returns whether some of them ended
+    /// Intersects the rays with a cell if it contains the threshold. @returns whether some of them
+    /// ended
     HWY_INLINE bool in_cell(std::size_t first, std::size_t end, Vec3i cell) {
         const T* p = m_scene.voxels + cell.x + cell.y * m_stride[1] + cell.z * m_stride[2];
         const T* q = p + m_stride[2];
@@ -172,7 +173,7 @@ class Beam {
     Rays& m_rays;
     Vec3i m_cells;
     std::ptrdiff_t m_stride[3];
-    int m_axis[3];      // the main one first
+    int m_axis[3];      // the main axis first
     bool m_forward[3];  // along x, y, z
 };
 

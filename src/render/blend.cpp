@@ -12,12 +12,12 @@
 namespace pliant::render {
 namespace {
 
-constexpr double kDark = 1e-3;       // transmittance below which nothing more is seen
-constexpr double kAmbient = 0.35;    // of light that doesn't ask which way a surface faces
-constexpr double kSteepShare = 0.1;  // of the window per millimetre: from here on it is a surface
+constexpr double kDark = 1e-3;       // rays end below this transmittance
+constexpr double kAmbient = 0.35;    // ambient light, independent of the surface's orientation
+constexpr double kSteepShare = 0.1;  // of the window per millimetre: a surface
 
-/// How far a ray may go from a point without meeting a brick that reaches the threshold.
-/// @returns t of the end of the leap, or 0 where the point's own brick reaches it
+/// Length that a ray can leap from a point without meeting a brick that reaches the threshold.
+/// @returns t of the end of the leap, or 0 if the point's own brick reaches it
 double leap_from(const LeapMap& leaps, const VoxelRay& ray, Vec3d p) {
     Vec3i brick;
     for (int a = 0; a < 3; ++a)
@@ -74,7 +74,7 @@ Blended Blender::through(const Field<T>& field, const VoxelRay& ray, Vec3d direc
         const Vec3d p = ray.at(span->begin + (double(i) + 0.5) * step);
         if (!m_leaps.codes.empty()) {
             const double leap = leap_from(m_leaps, ray, p);
-            if (leap > 0) {  // to the last step that is surely inside the leap
+            if (leap > 0) {  // to the last step that is certainly inside of the leap
                 const double inside = (leap - span->begin) / step - 0.5;
                 i = std::max(i, std::min(steps, std::int64_t(std::floor(inside - 1e-6))));
                 continue;

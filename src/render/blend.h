@@ -1,13 +1,13 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Light that comes along one ray through a medium that dims and shines by its values: the volume
-// rendering integral of [Max1995], front to back, in equal steps of at most half a voxel. The
-// opacity of a step is 1 − exp(−extinction · step), so a uniform medium comes out as the law of
-// Beer and Lambert has it, whatever the steps.
+// Light along a ray through an emitting and absorbing medium: the volume rendering integral of
+// [Max1995], front to back, in equal steps of at most half a voxel. The opacity of a step is 1 −
+// exp(−extinction · step), so a uniform medium obeys the law of Beer and Lambert for every step
+// size.
 //
-// Steps in bricks that are below the opacity ramp altogether are left out. They would add nothing,
-// so the picture stays the same, bit for bit.
+// Steps in bricks entirely below the opacity ramp are skipped. They contribute nothing, so the
+// picture is bit-identical.
 
 #pragma once
 
@@ -20,12 +20,12 @@ namespace pliant::render {
 
 struct Blended {
     Vec3d light;           ///< linear, without the background
-    double transmittance;  ///< share of the background's light that comes through
+    double transmittance;  ///< transmitted share of the background's light
 };
 
 class Blender {
   public:
-    /// @param may_skip  false: all steps are taken, for comparison
+    /// @param may_skip  false: makes all steps, for comparison
     Blender(const VolumeRays& rays, const TransferFunction& transfer, bool may_skip = true);
 
     /// @param direction  world, unit
@@ -39,7 +39,7 @@ class Blender {
     const VolumeRays& m_rays;
     double m_low_hu, m_window_hu, m_extinction, m_step_mm;
     Vec3d m_dim, m_bright;
-    LeapMap m_leaps;  // empty: no brick is skipped
+    LeapMap m_leaps;  // empty: no skipping
 };
 
 }  // namespace pliant::render

@@ -14,7 +14,7 @@ void include(Range<T>& range, T low, T high) {
     range.max = high > range.max ? high : range.max;
 }
 
-/// A level whose bricks are `step` of the smaller parts long on each axis.
+/// Makes a level whose bricks have `step` parts of the finer level on each axis.
 template <class T>
 BrickLevel<T> empty_level(Vec3i parts, int step) {
     BrickLevel<T> level;
@@ -49,7 +49,7 @@ Range<T> range_of_bricks(const BrickLevel<T>& fine, Vec3i begin, Vec3i end) {
     return range;
 }
 
-/// Fills a level's rows of bricks in parallel. @param range_at  (first part, one past) → range
+/// Computes a level's bricks in parallel rows. @param range_at  (first part, one past) → range
 template <class T, class RangeAt>
 void fill(BrickLevel<T>& level, Vec3i parts, int step, const TaskArena& arena,
           const RangeAt& range_at) {
@@ -69,7 +69,7 @@ void fill(BrickLevel<T>& level, Vec3i parts, int step, const TaskArena& arena,
     });
 }
 
-/// The parts that brick b of a level is made of.
+/// The parts of brick b of a level.
 Box3i parts_of(Vec3i b, int step, Vec3i parts) {
     const Vec3i begin = step * b;
     return {begin,
@@ -82,7 +82,7 @@ Vec3i brick_of(const BrickLevel<T>& level, std::int32_t n) {
     return {n % level.size.x, n / level.size.x % level.size.y, n / level.size.x / level.size.y};
 }
 
-/// Numbers of a level's bricks in boxes of bricks, each once.
+/// Lists the numbers of a level's bricks in boxes of bricks, each once.
 template <class T>
 void list_bricks(const BrickLevel<T>& level, std::span<const Box3i> boxes, const auto& bricks_of,
                  std::vector<std::int32_t>& list) {

@@ -1,13 +1,13 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Least and greatest value of each brick of cells, on two levels. A cell lies between eight voxels,
-// so a brick of 8³ cells covers 9³ voxels; inside it the trilinear field can't leave the range.
+// Minimum and maximum of each brick of cells, on two levels. A cell lies between eight voxels, so a
+// brick of 8³ cells covers 9³ voxels; the trilinear field inside of it stays within the range.
 //
 //   coarse brick, 64³ cells ─┬─ fine brick, 8³ cells ─┬─ cell ─ 8 voxels
 //                            ├─ …                     ├─ …
 //
-// A ray that asks for a threshold walks only through bricks whose range holds it.
+// A ray only enters bricks whose range contains the threshold.
 
 #pragma once
 
@@ -47,13 +47,13 @@ struct Bricks {
     BrickLevel<T> fine, coarse;
 };
 
-/// @returns bricks without any cell if the field is thinner than two voxels
+/// @returns bricks without cells if the field is thinner than two voxels
 template <class T>
 Bricks<T> make_bricks(const Field<T>& field, const TaskArena& arena);
 
-/// Brings up to date what covers boxes of voxels that have changed; like making the bricks anew.
+/// Updates the bricks that cover changed boxes of voxels. The result equals that of make_bricks.
 /// @param boxes  inside the grid
-/// @param[in,out] scratch  kept from one update to the next, so that these allocate nothing
+/// @param[in,out] scratch  reused by updates to avoid allocations
 template <class T>
 void update_bricks(Bricks<T>& bricks, const Field<T>& field, std::span<const Box3i> boxes,
                    std::vector<std::int32_t>& scratch, const TaskArena& arena);

@@ -1,11 +1,11 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Which way a pixel of the endoscope looks.
+// Ray of an endoscope's pixel.
 //
 // A pixel at distance r from the picture's centre (r = 1 at the middle of the upper edge) belongs
-// to the ray that leaves the axis by r·(1 + k·r²)·tan(field of view / 2): the farther out, the more
-// is squeezed in, as wide-angle lenses do.
+// to the ray that leaves the axis by r·(1 + k·r²)·tan(field of view / 2): barrel distortion, as in
+// wide-angle lenses.
 
 #pragma once
 
@@ -16,7 +16,7 @@
 
 namespace pliant::render {
 
-/// A direction that isn't parallel to look and is up for the eye of a radiologist.
+/// Conventional up direction in radiology that isn't parallel to look.
 inline Vec3d natural_up(Vec3d look) {
     const Vec3d superior{0, 0, 1}, anterior{0, -1, 0};
     return std::abs(look.z) < 0.9 * norm(look) ? superior : anterior;
@@ -43,13 +43,13 @@ class Camera {
         const Vec2 p = place(x, y);
         return through(p.u, p.v);
     }
-    /// A point of the picture [pixels, from the top left corner] in halves of its height, from its
-    /// centre, to the right and up.
+    /// Converts a point of the picture [pixels, from the top left corner] to halves of its height,
+    /// from its centre, to the right and up.
     Vec2 place(double x, double y) const {
         const double half = 0.5 * m_height;
         return {(x - 0.5 * m_width) / half, (half - y) / half};
     }
-    /// Likewise, through a place.
+    /// Unit direction of the ray through a point in these units.
     Vec3d through(double u, double v) const {
         const double scale = m_slope * (1 + m_barrel * (u * u + v * v));
         return normalized(m_forward + scale * u * m_right + scale * v * m_up);

@@ -18,7 +18,7 @@ Rgb8& pixel(Image& image, Pixel p) {
     return image.pixels[std::size_t(p.y) * std::size_t(image.width) + std::size_t(p.x)];
 }
 
-/// Calls body(character, index); bytes that continue a UTF-8 character are no character.
+/// Calls body(character, index); UTF-8 continuation bytes are skipped.
 template <class Body>
 void for_each_character(std::string_view text, const Body& body) {
     int index = 0;

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Drawing on pictures: lines, text, pictures into pictures. Whatever lies outside is left out.
+// Drawing on pictures: lines, text, pictures into pictures. Everything is clipped.
 
 #pragma once
 
@@ -15,7 +15,7 @@ struct Pixel {
     int x, y;
 };
 
-/// Height and advance of a character at scale 1 [pixels], without what hangs below the line.
+/// Height and advance of a character at scale 1 [pixels], without descenders.
 inline constexpr int kGlyphHeight = 7;
 inline constexpr int kGlyphAdvance = 6;
 
@@ -28,10 +28,10 @@ void fill_box(Image& image, Pixel begin, Pixel end, Rgb8 colour, double opacity 
 /// Pastes a picture with its top left corner at a pixel.
 void paste(Image& image, const Image& part, Pixel at);
 
-/// Width of a text [pixels]. UTF-8; every character takes the same room.
+/// Width of a text [pixels]. UTF-8; all characters have the same width.
 int text_width(std::string_view text, int scale);
-/// Draws text with a dark rim, its top left corner at a pixel. Characters that the built-in font
-/// doesn't have become '?'.
+/// Draws text with a dark rim, its top left corner at a pixel. '?' replaces characters that are not
+/// in the built-in font.
 void draw_text(Image& image, Pixel at, std::string_view text, Rgb8 colour, int scale);
 
 }  // namespace pliant::render

@@ -1,13 +1,13 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// One ray through the bricks: a walk through the coarse bricks that the ray meets, in those that
-// hold the threshold through the fine bricks, in those through the cells, and in cells whose
-// corners straddle the threshold the exact crossing.
+// Casts one ray through the bricks: it traverses coarse bricks, fine bricks inside of those with
+// the threshold, and cells inside of these. In cells whose corners straddle the threshold it
+// computes the exact crossing.
 //
-// All three walks compute where the ray meets a plane by the same expression, so that the parts of
-// the ray join without gap or overlap. The side of the threshold on which the ray is travels along,
-// through skipped bricks too, so nothing slips through a face between two cells.
+// All three traversals compute the intersection of the ray and a plane by the same expression, so
+// the parts of the ray join without gap or overlap. The ray's side of the threshold is carried
+// along, through skipped bricks too, so no crossing is lost on a face between two cells.
 
 #pragma once
 
@@ -27,7 +27,7 @@ struct VoxelRay {
     Vec3d origin, direction, inverse;
 
     Vec3d at(double t) const { return origin + t * direction; }
-    /// t at which the ray meets the plane p[axis] = place; infinite if it runs along it.
+    /// t at which the ray intersects the plane p[axis] = place; infinite if it is parallel.
     double meets(int axis, double place) const {
         if (direction[axis] == 0) return std::numeric_limits<double>::infinity();
         return (place - origin[axis]) * inverse[axis];
@@ -42,7 +42,7 @@ struct Span {
     double begin, end;
 };
 
-/// The part of the ray, t ≥ 0, between the outermost voxel centres.
+/// Part of the ray, t ≥ 0, between the outermost voxel centres.
 inline std::optional<Span> clip(const VoxelRay& ray, Vec3i cells) {
     Span span{0, std::numeric_limits<double>::infinity()};
     for (int a = 0; a < 3; ++a) {
@@ -75,9 +75,9 @@ class Walk {
     }
 
     Vec3i block() const { return {m_block[0], m_block[1], m_block[2]}; }
-    /// Where the ray leaves the block.
+    /// t at which the ray leaves the block.
     double exit() const { return std::min({m_exit[0], m_exit[1], m_exit[2]}); }
-    /// Goes to the next block. @returns false if that is outside of the box
+    /// Advances to the next block. @returns false if it is outside of the box
     bool advance() {
         const int axis = m_exit[0] <= m_exit[1] ? (m_exit[0] <= m_exit[2] ? 0 : 2)
                                                 : (m_exit[1] <= m_exit[2] ? 1 : 2);
@@ -99,7 +99,7 @@ class Walk {
     std::array<double, 3> m_exit;
 };
 
-/// The cubic of a cell's values minus iso between two of its points, s = 0…1.
+/// Cubic of a cell's values minus iso between two of its points, s = 0…1.
 inline Cubic cubic_between(const CellCorners& corners, double iso, Vec3d a, Vec3d b) {
     const double* v = corners.v;
     const Vec3d d = b - a;
@@ -118,7 +118,7 @@ inline Cubic cubic_between(const CellCorners& corners, double iso, Vec3d a, Vec3
 template <class T>
 class Cast {
   public:
-    /// @param rising  looks for the turn from below iso to ≥ iso, else for the reverse
+    /// @param rising  searches the crossing from below iso to ≥ iso, otherwise the reverse
     Cast(const Field<T>& field, const Bricks<T>& bricks, const VoxelRay& ray, double iso,
          bool rising)
         : m_field(field), m_bricks(bricks), m_ray(ray), m_iso(iso), m_rising(rising) {}
@@ -143,7 +143,7 @@ class Cast {
   private:
     static constexpr int kFinePerCoarse = kCoarseCells / kFineCells;
 
-    /// Passes a brick if it lies on one side of iso, else looks inside. @returns whether it hit
+    /// Skips a brick on one side of iso, otherwise enters it. @returns whether there was a hit
     template <class Inside>
     bool enter(const Range<T>& range, double t, const Inside& inside) {
         const bool above = double(range.min) >= m_iso;

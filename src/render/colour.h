@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Light is added up in linear red, green and blue, 0…1; pictures are stored in sRGB.
+// Light is summed in linear red, green and blue, 0…1; pictures are stored in sRGB.
 
 #pragma once
 

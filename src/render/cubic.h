@@ -1,13 +1,13 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Along a ray, the trilinear field of one cell is a cubic. It is split at its extrema into pieces
-// on which it can cross zero only once; the first piece whose ends lie on different sides of zero
-// holds the first crossing.
+// Along a ray, the trilinear field of one cell is a cubic. It is split at its extrema into monotone
+// pieces, each with at most one zero. The first piece whose ends lie on different sides of zero
+// contains the first crossing.
 //
-// "Above" means ≥ 0 everywhere. The side on which the ray was before the cell comes in from
-// outside, so that a crossing on a cell's face can't be lost to rounding: if the cubic starts on
-// the other side, it crossed on the face.
+// "Above" means ≥ 0 everywhere. The ray's side before the cell is an input, so that rounding can't
+// lose a crossing on a cell's face: if the cubic starts on the other side, the crossing was on the
+// face.
 
 #pragma once
 
@@ -26,11 +26,11 @@ struct Cubic {
     double slope(double s) const { return (3 * c3 * s + 2 * c2) * s + c1; }
 };
 
-/// Root of a cubic between a and b, where it is monotone and changes sign: Newton steps, bisection
-/// where they leave the bracket, down to neighbouring numbers.
+/// Root of a cubic between a and b, where it is monotone and changes sign: Newton's method
+/// safeguarded by bisection, to adjacent numbers.
 inline double bracketed_root(const Cubic& f, double a, double b) {
     constexpr int kMaxSteps = 80;
-    constexpr double kTolerance = 1e-15;  // of the cell's share of the ray, 0…1
+    constexpr double kTolerance = 1e-15;  // of the ray's part in the cell, 0…1
     const bool above_a = f(a) >= 0;
     double s = 0.5 * (a + b);
     for (int step = 0; step < kMaxSteps && b - a > kTolerance; ++step) {
@@ -45,7 +45,7 @@ inline double bracketed_root(const Cubic& f, double a, double b) {
     return s;
 }
 
-/// Where in 0…1 the cubic's slope is zero, ascending; ends with 1.
+/// Zeros of the cubic's slope in 0…1, ascending, then 1.
 struct MonotonePieces {
     std::array<double, 3> ends;
     int count;
@@ -68,7 +68,7 @@ inline MonotonePieces monotone_pieces(const Cubic& f) {
     return pieces;
 }
 
-/// First s in 0…1 at which the cubic turns to the wanted side of zero.
+/// First s in 0…1 at which the cubic crosses to the requested side of zero.
 /// @param[in,out] above  the side before s = 0; afterwards the side at the hit or at s = 1
 inline std::optional<double> first_turn(const Cubic& f, bool to_above, bool& above) {
     const auto turns = [&](bool now_above) {

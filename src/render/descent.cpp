@@ -14,8 +14,8 @@ namespace {
 
 constexpr double kNever = std::numeric_limits<double>::infinity();
 constexpr double kStepVoxels = 0.5;  // of the smallest spacing
-constexpr int kMostHalvings = 6;     // of a piece of a line that may touch the wall
-constexpr double kOnPlane = 1e-9;    // so near to a plane of voxels is on it
+constexpr int kMostHalvings = 6;     // of a line's piece that may touch the wall
+constexpr double kOnPlane = 1e-9;    // tolerance of points on a plane of voxels
 constexpr std::size_t kMostPoints = 2'000'000;
 
 Vec3d to_double(Vec3i v) {
@@ -28,12 +28,12 @@ Vec3i corner(Vec3i cell, int n) {
     return cell + Vec3i{n & 1, n >> 1 & 1, n >> 2 & 1};
 }
 
-/// The field along a line in one cell: control values after Bernstein, between which it stays.
+/// Bernstein coefficients of the field along a line in one cell; they bound its values.
 struct BernsteinCubic {
     double b[4];
 };
 
-/// Whether a cubic is in the lumen everywhere; no if that can't be told.
+/// Whether a cubic is in the lumen everywhere; false if undecided.
 bool stays_inside(const BernsteinCubic& c, const LumenSide& lumen, int halvings) {
     if (!lumen.contains(c.b[0]) || !lumen.contains(c.b[3])) return false;
     if (lumen.contains(c.b[1]) && lumen.contains(c.b[2])) return true;
@@ -45,7 +45,7 @@ bool stays_inside(const BernsteinCubic& c, const LumenSide& lumen, int halvings)
            stays_inside({{middle, qr, r, c.b[3]}}, lumen, halvings - 1);
 }
 
-/// Down the arrival times, which are made a continuous field.
+/// Descends the arrival times, interpolated continuously.
 class Descent {
   public:
     explicit Descent(const LumenTiles& tiles)
@@ -62,7 +62,7 @@ class Descent {
     }
 
   private:
-    /// Near enough for a last straight line.
+    /// Whether the point is near enough for a final straight line.
     bool arrives(Vec3d to) {
         const Vec3d p = m_points.back(), d = to - p;
         const bool is_near = std::max({std::abs(d.x), std::abs(d.y), std::abs(d.z)}) <= 1;
@@ -73,7 +73,7 @@ class Descent {
         return true;
     }
 
-    /// A step against the gradient, after looking at it again half a step ahead.
+    /// Makes a midpoint step against the gradient.
     bool step_down() {
         if (m_voxels_only) return false;
         const Vec3d p = m_points.back();
@@ -85,7 +85,7 @@ class Descent {
         return true;
     }
 
-    /// @returns the place a step from p, against the gradient at another place
+    /// @returns the position a step from p, against the gradient at another position
     std::optional<Vec3d> along(Vec3d p, Vec3d at, double step_mm) const {
         const Vec3d g = gradient(at);
         const double length = norm(g);
@@ -98,8 +98,8 @@ class Descent {
         return next;
     }
 
-    /// To the voxel nearby with the least arrival; if that is not down, only voxels from now on, so
-    /// that it comes to an end.
+    /// Moves to the nearby voxel with the earliest arrival. If that is not a descent, only voxel
+    /// steps follow, so that the descent terminates.
     bool step_to_voxel() {
         const Vec3d p = m_points.back();
         const Vec3i here = cell_of(p);
@@ -130,7 +130,7 @@ class Descent {
         return true;
     }
 
-    /// Trilinear; corners that the front has not come to don't count.
+    /// Trilinear interpolation without corners that the front has not reached.
     template <class Value>
     auto blend(Vec3d p, const Value& value) const {
         const Vec3i cell = cell_of(p);
@@ -187,7 +187,7 @@ bool is_clear(const LumenTiles& tiles, Vec3d a, Vec3d b) {
     return with_field(tiles.volume(), [&](const auto& field) {
         const auto value = [&](double t) { return field.sample(a + t * (b - a)); };
         if (!lumen.contains(value(0)) || !lumen.contains(value(1))) return false;
-        // One piece in each cell that the line crosses.
+        // One piece for each cell that the line crosses.
         for (double begin = 0; begin < 1;) {
             double end = 1;
             for (int axis = 0; axis < 3; ++axis) {

@@ -1,14 +1,15 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// From a line integral to a grey: quantum noise, the curve and the collimator. The page's shader
-// (viewer/src/shaders/fluoroscopy.frag.glsl) computes the same, the hash to the last bit.
+// Conversion of a line integral to a grey value: quantum noise, characteristic curve and
+// collimator. The page's shader (viewer/src/shaders/fluoroscopy.frag.glsl) computes the same; the
+// hash is bit-identical.
 //
-// A detector counts N photons, N = N₀ exp(−p) on average with a standard deviation of √N. So the
-// logarithm p has one of 1/√N = σ₀ exp((p − p₀)/2): dark places are noisier. A photon's light
-// reaches into the neighbouring pixels, so noise of a detector is correlated. Both, and nearly a
-// normal distribution, come from one sum over a pixel's four corners, each a number of its own in
-// 0…1:
+// A detector counts N photons, N = N₀ exp(−p) on average with a standard deviation of √N. The
+// logarithm p then has the standard deviation 1/√N = σ₀ exp((p − p₀)/2): dark regions are noisier.
+// A photon's light spreads to neighbouring pixels, so a detector's noise is correlated. Correlation
+// and a nearly normal distribution both come from one sum over a pixel's four corners, each with an
+// independent number in 0…1:
 //
 //      u00 ─── u10
 //       │ pixel │      n = √3 (u00 + u10 + u01 + u11 − 2),   mean 0, variance 1
@@ -25,15 +26,15 @@
 
 namespace pliant::render {
 
-/// Noise where the picture is 45 % grey, at a factor of 1: standard deviation of the line integral,
-/// 400 photons a pixel.
+/// Standard deviation of the line integral at 45 % grey with a noise factor of 1: 400 photons per
+/// pixel.
 inline constexpr double kQuantumNoise = 0.05;
-inline constexpr double kNoisiest = 4;                ///< times that, where it is dark
-inline constexpr double kMedianOdds = 0.55 / 0.45;    ///< of black to white at 45 % grey
+inline constexpr double kNoisiest = 4;                ///< maximum factor in dark regions
+inline constexpr double kMedianOdds = 0.55 / 0.45;    ///< ratio of black to white at 45 % grey
 inline constexpr double kCurveWindow = 4;             ///< width of the curve, in line integral
 inline constexpr double kBlade = 0.975, kOpen = 1.0;  ///< the collimator's soft edge [radii]
 
-/// Number of a pixel's corner, uniform in 0…1 in steps of 2⁻²⁴.
+/// Random number of a pixel's corner, uniform in 0…1 in steps of 2⁻²⁴.
 inline double corner_noise(std::uint32_t x, std::uint32_t y, std::uint32_t seed) {
     std::uint32_t h = x * 0x8da6b343U ^ y * 0xd8163841U ^ seed * 0xcb1ab31fU;
     h = (h + 1) * 0x9e3779b1U;
@@ -43,7 +44,7 @@ inline double corner_noise(std::uint32_t x, std::uint32_t y, std::uint32_t seed)
     return double(h >> 8) / 16777216.0;
 }
 
-/// Noise of a pixel, mean 0, variance 1; 1/2 of it is shared with a neighbour.
+/// Noise of a pixel: mean 0, variance 1, correlation 1/2 with a neighbour.
 /// @param x, y  pixel, from the top left corner
 inline double pixel_noise(int x, int y, std::uint32_t seed) {
     const auto i = std::uint32_t(x), j = std::uint32_t(y);
@@ -62,7 +63,7 @@ inline double curve(double excess) {
     return 1 / (1 + kMedianOdds * std::exp(4 * excess / kCurveWindow));
 }
 
-/// Share of light that the collimator lets through. @param u, v  place in the picture [halves of
+/// Share of light that the collimator transmits. @param u, v  position in the picture [halves of
 /// its height, from its centre]
 inline double collimator(FieldStop stop, double aspect, double u, double v) {
     const double radius = std::min(1.0, aspect);

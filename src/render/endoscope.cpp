@@ -1,10 +1,10 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The endoscope's picture, tile by tile, a beam of rays after the other. One ray per pixel first;
-// then four for each pixel at an edge, where its colour or depth differs from a neighbour's. In the
-// style Plain the light sits at the lens: what faces the camera is bright, wet tissue shines there,
-// light falls off with the distance and fades into the fog. The style Real is RealLook's.
+// The endoscope's picture, tile by tile, in beams of rays. First one ray per pixel, then four for
+// each pixel at an edge, where its colour or depth differs from a neighbour's. In the style Plain
+// the light is at the lens: surfaces facing the camera are bright, wet tissue has highlights, light
+// falls off with the distance and fades into the fog. The style Real is RealLook's.
 
 #include "render/camera.h"
 #include "render/colour.h"
@@ -15,13 +15,13 @@ namespace pliant {
 namespace {
 
 constexpr int kTile = 16;             // pixels: rays of a tile meet the same bricks
-constexpr double kLightReachMm = 40;  // light is halved here, fog aside
-constexpr double kAmbient = 0.10;     // light that comes from all sides
+constexpr double kLightReachMm = 40;  // distance at which light is halved, without fog
+constexpr double kAmbient = 0.10;     // ambient light
 constexpr double kSheen = 0.10;       // broad and narrow highlight of wet tissue
 constexpr double kGlint = 0.22;
 constexpr double kDepth = 0.6;         // how much redder dim tissue is
-constexpr double kColourEdge = 0.035;  // difference of linear light that asks for more rays
-constexpr double kDepthEdge = 0.04;    // share of the distance, likewise
+constexpr double kColourEdge = 0.035;  // difference of linear light that triggers supersampling
+constexpr double kDepthEdge = 0.04;    // relative difference of the depth that triggers it
 
 struct Sample {
     Vec3f light;     ///< linear
@@ -49,10 +49,10 @@ class Painter {
         if (endoscope.style == Style::Real) m_real.emplace(caster, m_rays, endoscope, m_camera);
     }
 
-    /// What is seen at points of the picture [pixels]; neighbours one after the other.
+    /// Samples points of the picture [pixels] in an order of neighbours.
     void look(std::span<const Point> points, std::vector<Sample>& samples) const {
         std::vector<Vec3d> directions;
-        for (const Point& p : points)  // beyond the field stop is no direction, and no hit
+        for (const Point& p : points)  // outside of the field stop: no direction, so no hit
             directions.push_back(field(p) > 0 ? m_camera.direction(p.x, p.y) : Vec3d{0, 0, 0});
         std::vector<double> distances(points.size());
         m_rays.hit_distances(directions, distances.data());
@@ -80,7 +80,7 @@ class Painter {
 
     static Vec3f to_float(Vec3d v) { return {float(v.x), float(v.y), float(v.z)}; }
 
-    /// How open the place is, 0…1: tissue a few millimetres off the surface keeps light away.
+    /// Ambient occlusion, 0…1: tissue a few millimetres off the surface blocks light.
     double openness(Vec3d point, Vec3d normal) const {
         constexpr double kStepsMm[] = {1.0, 2.0, 4.0};
         constexpr double kSoftnessHu = 400;
@@ -103,7 +103,7 @@ class Painter {
         const double f4 = facing * facing * facing * facing;
         const double f16 = f4 * f4 * f4 * f4;
         const double shine = falloff * (kSheen * f16 + kGlint * f16 * f16 * f16 * f16 * f16);
-        const double own = 1 - kDepth * (1 - diffuse);  // the rest came through the tissue
+        const double own = 1 - kDepth * (1 - diffuse);  // the rest is transmitted
         const Vec3d light =
             diffuse * (own * m_surface + (1 - own) * m_deep) + shine * Vec3d{1, 0.97, 0.95};
         const double clear =
@@ -117,10 +117,10 @@ class Painter {
     render::Camera m_camera;
     Vec3d m_surface, m_fog;
     std::optional<render::RealLook> m_real;
-    Vec3d m_deep;  // colour of light that has passed through tissue: its own, more saturated
+    Vec3d m_deep;  // colour of light transmitted through tissue, more saturated
 };
 
-/// Pixel n of a tile, inside of it: blocks of 8 × 8 pixels, in them blocks of 4 × 4.
+/// Position of pixel n in a tile: blocks of 8 × 8 pixels with blocks of 4 × 4.
 Pixel tile_pixel(int n) {
     return {(n >> 6 & 1) * 8 + (n >> 4 & 1) * 4 + (n & 3),
             (n >> 7 & 1) * 8 + (n >> 5 & 1) * 4 + (n >> 2 & 3)};

@@ -11,7 +11,7 @@ namespace pliant::render {
 namespace {
 
 constexpr int kAcross = 11;    // rays
-constexpr double kKey = 0.75;  // light on an average wall, as a share of its own colour
+constexpr double kKey = 0.75;  // light on an average wall, as a share of its albedo
 constexpr double kPower = 0.75;
 constexpr double kNear_mm = 5, kFar_mm = 45;
 
@@ -34,8 +34,8 @@ double metered_exposure(const EyeRays& rays, const Camera& camera, FieldStop fie
         }
     std::vector<double> far_mm(directions.size());
     rays.hit_distances(directions, far_mm.data());
-    // Power mean of exponent 3/4: a near fold counts for less than in a mean, so that it does not
-    // blacken the lumen, and for more than in a median, so that it is not bleached.
+    // Power mean of exponent 3/4: a near fold has less weight than in a mean, so that it doesn't
+    // darken the lumen, and more than in a median, so that it is not overexposed.
     double sum = 0;
     for (const double d : far_mm) sum += std::isinf(d) ? 0 : std::pow(arriving(d), kPower);
     const double mean = std::pow(sum / double(far_mm.size()), 1 / kPower);

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Hands rays that start at one eye to the vector kernel, and to its scalar twin what that leaves.
+// Passes rays from one eye to the vector kernel, and undecided ones to the scalar version.
 
 #include <cmath>
 #include <limits>
@@ -68,7 +68,7 @@ void EyeRays::hit_distances(std::span<const Vec3d> directions, double* distances
     for (std::ptrdiff_t i = 0; i < count; ++i) {
         if (!std::isnan(distances[i])) continue;
         const Vec3d direction = directions[std::size_t(i)];
-        const double per_mm = 1 / norm(direction);  // as in first_hit, to decide the same
+        const double per_mm = 1 / norm(direction);  // as in first_hit, for the same decision
         const auto t = m_rays.hit_distance(m_eye_mm, per_mm * direction, m_iso_hu, m_polarity);
         distances[i] = t ? *t * per_mm : kInfinity;
     }

@@ -90,7 +90,7 @@ class Field {
     std::ptrdiff_t m_row, m_slice;
 };
 
-/// Calls body with the volume's Field, of whichever type.
+/// Calls body with the volume's Field of either type.
 template <class Body>
 auto with_field(const Volume& volume, const Body& body) {
     if (const auto* v = std::get_if<0>(&volume.voxels))

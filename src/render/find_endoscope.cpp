@@ -1,12 +1,10 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// A first view into a scan that nobody has looked at yet: deep inside a lumen, along its longest
-// free way.
+// Suggests a first view of a scan: deep inside a lumen, along its longest free path.
 //
-// Lung is darker than the threshold of a wall too, so in CT the lumen is first sought where there
-// is nothing but air; only if there is none, below the threshold itself. The air around the patient
-// comes last.
+// Lung is below a wall's threshold too. So in CT the lumen is first searched in pure air; only if
+// there is none, below the threshold. The air around the patient is the last choice.
 
 #include <algorithm>
 #include <cmath>
@@ -18,20 +16,20 @@
 namespace pliant {
 namespace {
 
-constexpr double kPureAirHu = -925;   // lung is about −850, air −1000
-constexpr double kLungHu = -820;      // noisy lung reaches this every few millimetres, air doesn't
-constexpr double kLeastRadiusMm = 2;  // of a lumen that an endoscope fits in
-constexpr double kWideMm = 8;         // radius beyond which a lumen is wide enough
-constexpr double kHallMm = 15;        // … and from which it is a hall rather than a tube
-constexpr double kFarMm = 60;         // free way that is long enough
+constexpr double kPureAirHu = -925;  // lung is about −850, air −1000
+constexpr double kLungHu = -820;  // noisy lung reaches this every few millimetres, air never does
+constexpr double kLeastRadiusMm = 2;  // minimum radius for an endoscope
+constexpr double kWideMm = 8;         // larger radii give no higher score
+constexpr double kHallMm = 15;        // from here on it is a hall rather than a tube
+constexpr double kFarMm = 60;         // a sufficient free path
 constexpr int kMaxPlaces = 300;
 constexpr int kLooks = 240;
-constexpr int kFinalists = 12;  // places that are looked at more closely
+constexpr int kFinalists = 12;  // positions for the fine search
 constexpr int kFinalDirections = 1500;
 
 struct Stage {
     double threshold_hu;  ///< of the lumen
-    double wall_hu;       ///< where the way through it ends
+    double wall_hu;       ///< wall that ends the free path
     bool allow_outside;
 };
 
@@ -56,7 +54,7 @@ struct Place {
     View view = {};
 };
 
-/// Cells farther from the wall than their neighbours, widest first, not too close to each other.
+/// Local maxima of the distance to the wall, widest first, at a minimum distance from each other.
 std::vector<Place> deep_places(const render::CoarseVolume& coarse,
                                const std::vector<float>& distance_mm) {
     std::vector<Place> peaks;
@@ -90,8 +88,8 @@ std::vector<Place> deep_places(const render::CoarseVolume& coarse,
     return places;
 }
 
-/// Directions to try, and for each the indices of those that a view along it has in its picture
-/// and in its middle.
+/// Candidate directions; for each the indices of the directions in its picture, and in the middle
+/// of the picture.
 struct Directions {
     std::vector<Vec3d> all;
     std::vector<std::vector<std::size_t>> around, middle;
@@ -118,13 +116,13 @@ View best_view(const render::VolumeRays& rays, Vec3d eye_mm, double radius_mm, d
     int walls = 0;
     for (std::size_t i = 0; i < directions.all.size(); ++i) {
         const auto t = rays.hit_distance(eye_mm, directions.all[i], iso_hu, polarity);
-        if (!t) continue;  // looks out of the volume
+        if (!t) continue;  // the ray leaves the volume
         ++walls;
         free[i] = *t;
     }
-    // The end of a lumen is worth a view, a hole where the scan ends isn't.
+    // The end of a lumen is a good view, a hole at the scan's border isn't.
     constexpr double kHole = 0.4;
-    constexpr double kDownwards = 1.2;  // most scopes come from the head's side
+    constexpr double kDownwards = 1.2;  // prefers views towards the feet, as in most endoscopies
     const auto closed = [&](const std::vector<std::size_t>& indices) {
         const auto count = std::count_if(indices.begin(), indices.end(),
                                          [&](std::size_t k) { return free[k] > 0; });
@@ -133,7 +131,7 @@ View best_view(const render::VolumeRays& rays, Vec3d eye_mm, double radius_mm, d
     View best;
     double longest = 0;
     for (std::size_t i = 0; i < free.size(); ++i) {
-        double sum = 0;  // one ray through a gap is no view: the middle of the picture counts
+        double sum = 0;  // over the middle of the picture, because of gaps
         for (std::size_t k : directions.middle[i]) sum += std::min(free[k], kFarMm);
         const double mean = sum / double(directions.middle[i].size());
         if (kDownwards * mean <= longest) continue;
@@ -150,7 +148,7 @@ View best_view(const render::VolumeRays& rays, Vec3d eye_mm, double radius_mm, d
     return best;
 }
 
-/// Scores all places, keeps the best few and looks around there more closely.
+/// Scores all positions, and searches around the best ones with more directions.
 std::optional<Endoscope> search(const render::VolumeRays& rays, const render::CoarseVolume& coarse,
                                 std::vector<Place> places, double iso_hu, Polarity polarity) {
     Endoscope endoscope;

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The midpoint rule along each ray, in steps of at most half a voxel: exact where the scan is even.
+// Midpoint rule along each ray, in steps of at most half a voxel; exact for a uniform scan.
 
 #include <pliant/fluoroscopy.h>
 
@@ -19,9 +19,9 @@ namespace pliant {
 namespace {
 
 constexpr double kSampleVoxels = 0.5;  ///< step in the scan [voxels]
-constexpr double kBorderVoxels = 2;    ///< and beyond it
+constexpr double kBorderVoxels = 2;    ///< step beyond the scan [voxels]
 constexpr double kBorderShare = 1.0 / 3;
-constexpr int kMeterRays = 7;  ///< along each side of the central third
+constexpr int kMeterRays = 7;  ///< rays along each side of the central third
 
 Endoscope source_of(const Fluoroscopy& s, int width, int height) {
     const Vec3d ahead = norm(s.look) > 0 ? normalized(s.look) : Vec3d{0, 1, 0};
@@ -34,12 +34,12 @@ Endoscope source_of(const Fluoroscopy& s, int width, int height) {
         .barrel_distortion = 0};
 }
 
-/// A span of a ray's length; empty where end ≤ begin.
+/// Interval of a ray's length; empty if end ≤ begin.
 struct Stretch {
     double begin, end;
 };
 
-/// Between the outermost voxel centres, moved outwards by so many voxels.
+/// Interval between the outermost voxel centres, extended by a margin [voxels].
 Stretch stretch_in(Vec3i size, Vec3d margin, Vec3d origin, Vec3d direction) {
     Stretch span{0, 1e300};
     for (int a = 0; a < 3; ++a) {
@@ -99,7 +99,7 @@ class Projection {
     }
 
   private:
-    /// @param share  of the density, at a place [voxels]
+    /// @param share  factor of the density at a position [voxels]
     template <class Field, class Share>
     double integral(const Field& field, Vec3d direction, Stretch span, double step_voxels,
                     const Share& share) const {
@@ -115,7 +115,7 @@ class Projection {
         return sum * step;
     }
 
-    /// Share of the outermost voxels that is left at p [voxels]; 1 in the scan.
+    /// Fade-out factor of the outermost voxels at p [voxels]; 1 in the scan.
     double left_at(Vec3d p) const {
         double e2 = 0;
         for (int a = 0; a < 3; ++a) {
@@ -134,8 +134,8 @@ class Projection {
     Vec3d m_margin;  ///< the border [voxels]
 };
 
-/// Median over a grid of rays through the central third of the picture, without those that miss
-/// the scan [mm of water]; 0 if all miss.
+/// Median over a grid of rays through the central third of the picture, without rays that miss the
+/// scan [mm of water]; 0 if all miss.
 double metered_water_mm(const Volume& scan, const Fluoroscopy& settings, int width, int height) {
     const Volume& volume = render::volume_or_air(scan);
     const Endoscope source = source_of(settings, width, height);
@@ -157,7 +157,7 @@ double metered_water_mm(const Volume& scan, const Fluoroscopy& settings, int wid
     return *middle;
 }
 
-/// Along the rays of the pixels (x, y) that are wanted; 0 along others.
+/// Water lengths of the rays of the wanted pixels (x, y); 0 for the others.
 template <class Wanted>
 std::vector<float> lengths_of(const Volume& scan, const Fluoroscopy& settings, int width,
                               int height, const TaskArena& arena, const Wanted& wanted) {

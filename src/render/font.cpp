@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The font as it looks: six blocks of sixteen characters each, from the space on, in the order of
-// ASCII.
+// Picture of the font: six blocks of sixteen characters each, from the space on, in ASCII order.
 
 #include "render/font.h"
 

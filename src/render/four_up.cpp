@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Several pictures in one.
+// Combined pictures.
 //
 //   endoscope │ axial
 //   ──────────┼─────────
@@ -21,7 +21,7 @@ using render::Pixel;
 constexpr Rgb8 kSeparator{70, 70, 74};
 constexpr Rgb8 kInk{235, 235, 235};
 
-/// Fixed point, whatever the locale.
+/// Fixed-point text, independent of the locale.
 std::string number(double value, int digits) {
     std::array<char, 64> text{};
     const auto end = std::to_chars(text.data(), text.data() + text.size(), value,
@@ -33,7 +33,7 @@ int label_scale(int panel_height) {
     return std::max(1, (panel_height + 8) / 256);
 }
 
-/// @param line  0: the topmost
+/// @param line  0: the top line
 void label_top(Image& panel, const std::string& text, Rgb8 colour, int line = 0) {
     const int scale = label_scale(panel.height);
     render::draw_text(panel, {4 * scale, (4 + line * (render::kGlyphHeight + 4)) * scale}, text,

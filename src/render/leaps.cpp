@@ -10,7 +10,7 @@
 namespace pliant::render {
 namespace {
 
-/// Rows of distances inside a frame of kFarthest, so that each has neighbours on all sides.
+/// Rows of distances with a border of kFarthest, so that each element has neighbours on all sides.
 class Distances {
   public:
     explicit Distances(Vec3i size)
@@ -28,8 +28,8 @@ class Distances {
     std::vector<std::uint8_t> m_values;
 };
 
-/// One raster scan of the exact distance in the maximum norm: a brick takes the least of the
-/// neighbours that were scanned before it, plus one. @param step  1: forwards; −1: backwards
+/// One raster scan of the exact chessboard distance: a brick takes the minimum of its already
+/// scanned neighbours, plus one. @param step  1: forwards; −1: backwards
 void scan(Distances& distances, Vec3i size, int step) {
     std::vector<std::uint8_t> near(std::size_t(size.x) + 2);
     const auto first = [&](int n) { return step > 0 ? 0 : n - 1; };

@@ -1,16 +1,16 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// For one threshold: how far a ray may leap from each fine brick. A brick that holds the threshold
-// is marked; any other says on which side of it it lies, and how many bricks away, in the maximum
-// norm, the nearest marked one is. A ray may then pass all bricks that are nearer at once:
+// Empty-space skipping for one threshold. A brick that contains the threshold is marked. Every
+// other brick stores its side of the threshold, and the chessboard distance to the nearest marked
+// brick. A ray can then leap over all nearer bricks at once:
 //
-//   2 2 2 2 2        from the brick in the middle, two bricks away from the marked one (0),
-//   2 1 1 1 2        the ray goes straight to where it leaves the 3 × 3 bricks around
-//   2 1 0 1 2
+//   2 2 2 2 2        in the middle brick of distance two, the ray
+//   2 1 1 1 2        leaps to its exit from the surrounding
+//   2 1 0 1 2        3 × 3 bricks (0: marked)
 //
-// One byte per brick of 8³ cells. It is made from the bricks' ranges for each picture: some tens of
-// microseconds for a scan of 256³ voxels, so a change of the threshold costs nothing that is felt.
+// One byte per brick of 8³ cells, computed from the bricks' ranges for each picture. That takes
+// some tens of microseconds for a scan of 256³ voxels, so changes of the threshold are free.
 
 #pragma once
 
@@ -22,18 +22,18 @@
 
 namespace pliant::render {
 
-/// The least value of the voxels' type that is ≥ iso: v ≥ threshold is v ≥ iso, exactly.
-/// @returns nothing if all or no values are, so that there is nothing to cross
+/// The smallest value of the voxels' type that is ≥ iso: v ≥ threshold is equivalent to v ≥ iso.
+/// @returns nullopt if all or no values are ≥ iso, so that there are no crossings
 template <class T>
 std::optional<T> threshold_of(double iso);
 
 struct LeapMap {
     static constexpr std::uint8_t kAbove = 128;  ///< bit: values ≥ threshold
-    static constexpr int kFarthest = 127;        ///< distances end here
+    static constexpr int kFarthest = 127;        ///< distances are clamped to this
 
     Vec3i size{0, 0, 0};  ///< bricks along i, j, k
-    /// i fastest; 0: holds the threshold; else the distance, with kAbove. Four bytes more, so that
-    /// 32 bits can be read at each.
+    /// i fastest; 0: contains the threshold; otherwise the distance, with kAbove. Padded by four
+    /// bytes, so that 32 bits can be read at each element.
     std::vector<std::uint8_t> codes;
 };
 

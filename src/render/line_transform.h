@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Squared distances along one line: the lower envelope of the parabolas that stand on its cells
-// [Felzenszwalb2012]. Runs along each axis in turn give the exact distance in space.
+// Squared distance transform along one line: the lower envelope of parabolas at its cells
+// [Felzenszwalb2012]. Passes along each axis give the exact distance in space.
 
 #pragma once
 
@@ -20,7 +20,7 @@ class LineTransform {
           m_foot(std::size_t(longest)),
           m_from(std::size_t(longest) + 1) {}
 
-    /// line[i·stride] becomes the least of line[j·stride] + ((i − j)·spacing)² over all j.
+    /// Replaces line[i·stride] by the minimum of line[j·stride] + ((i − j)·spacing)² over all j.
     void run(float* line, std::size_t stride, int count, double spacing) {
         const double kFar = std::numeric_limits<double>::infinity();
         int top = -1;

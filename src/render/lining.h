@@ -16,7 +16,7 @@ struct LiningColours {
     Vec3d fatty;      ///< over fat
     Vec3d bony;       ///< over bone
     Vec3d thin_wall;  ///< with air behind
-    /// Largest share of the mucosa's colour that each of them replaces.
+    /// Maximum share by which each tissue replaces the mucosa's colour.
     double fat_share, pale_share, bone_share, thin_share;
     double vein_share;  ///< opacity of blood vessels
     double mottle;      ///< contrast of patches
@@ -81,7 +81,7 @@ inline LiningColours lining_colours(Lining lining) {
             .gloss = 1.0};
 }
 
-/// Tissue that was cut or carved, everywhere.
+/// Colour of cut or carved tissue in every lumen.
 inline constexpr Vec3d kFlesh{0.46, 0.036, 0.038};
 
 }  // namespace pliant::render

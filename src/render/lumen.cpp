@@ -45,7 +45,7 @@ struct Part {
     std::size_t border_cells = 0;
 };
 
-/// Collects the cells that are connected to a seed by faces, and marks them as seen (2).
+/// Flood fill: collects the cells connected to a seed by faces, and marks them (2).
 Part collect(const CoarseVolume& coarse, std::vector<std::uint8_t>& mask, std::size_t seed) {
     Part part;
     part.cells.push_back(seed);
@@ -110,7 +110,7 @@ Vec3d voxel_of_cell(const CoarseVolume& coarse, const Grid& grid, std::size_t ce
 
 std::vector<std::uint8_t> lumen_mask(const CoarseVolume& coarse, double threshold_hu,
                                      Polarity polarity, bool allow_outside) {
-    // A trachea that the scan cuts takes well below 1 % of the border; air around a body far more.
+    // A trachea cut by the scan's border takes well below 1 % of it; air around a body far more.
     constexpr double kOutsideShare = 0.015;
     const auto n = coarse.size;
     const double border = 2.0 * (double(n.x) * n.y + double(n.y) * n.z + double(n.z) * n.x);

@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The hollow spaces of a scan, roughly: block means on a coarse lattice, connected parts, and how
-// far each place is from the nearest wall.
+// Coarse hollow spaces of a scan: block means, connected parts, and distances to the nearest wall.
 
 #pragma once
 
@@ -28,22 +27,22 @@ struct CoarseVolume {
     }
 };
 
-/// Block means, as fine as a few million cells allow.
+/// Computes block means at the resolution that a few million cells allow.
 CoarseVolume make_coarse(const Volume& volume, const TaskArena& arena);
 /// Continuous voxel index of a cell's centre.
 Vec3d voxel_of_cell(const CoarseVolume& coarse, const Grid& grid, std::size_t cell);
 
-/// One byte per cell: 1 where the mean is on the lumen's side of the threshold. Parts that spread
-/// over the volume's border, as the air around a patient does, are left out unless allowed.
+/// One byte per cell: 1 if the mean is on the lumen's side of the threshold. Parts with a large
+/// share of the volume's border, like the air around a patient, are left out unless allowed.
 std::vector<std::uint8_t> lumen_mask(const CoarseVolume& coarse, double threshold_hu,
                                      Polarity polarity, bool allow_outside);
 
-/// Euclidean distance [mm] of each cell of the mask to the nearest cell that isn't in it; 0 outside
-/// of the mask. The volume's border is no wall.
+/// Euclidean distance [mm] of each cell of the mask to the nearest cell outside of it; 0 outside of
+/// the mask. The volume's border is no wall.
 std::vector<float> wall_distance_mm(const CoarseVolume& coarse,
                                     const std::vector<std::uint8_t>& mask, const TaskArena& arena);
 
-/// Unit vectors spread evenly over the sphere.
+/// Unit vectors, evenly distributed on the sphere.
 std::vector<Vec3d> sphere_directions(int count);
 
 }  // namespace pliant::render

@@ -1,10 +1,11 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Twice a front marches from the one end until it has come to the other, and the way that it took
-// is followed back (docs/lumen_path.md). The first is slowed down right beside walls only: it finds
-// the shortest route. One that is drawn to wide places would rather leave a bronchus through a hole
-// in its wall, which scans have, and go through the lung. The second is, but is kept to the route.
+// Fast marching runs twice from the one end to the other, and the path is traced back
+// (docs/lumen_path.md). The first run is slowed down only right beside walls: it finds the shortest
+// route. A cost that attracts the path to wide regions would instead leave a bronchus through a
+// hole in its wall, which scans have, and cross the lung. The second run has this cost, but is
+// confined to the route's neighbourhood.
 
 #include <pliant/lumen_path.h>
 
@@ -23,13 +24,13 @@
 namespace pliant {
 namespace {
 
-constexpr int kPower = 2;             // of 1 / distance to the wall
-constexpr int kRouteVoxels = 2;       // a wall that is farther doesn't matter for the route
-constexpr int kCentreVoxels = 32;     // nor this one for the middle
-constexpr int kCentreRounds = 8;      // at most
-constexpr double kWorthIt = 1.01;     // growth of the room for which there is another one
-constexpr int kSmoothRounds = 12;     // of steps half a voxel long: some 1.2 voxels wide
-constexpr double kTellWithinMm = 30;  // how far around an end in the tissue a lumen is looked for
+constexpr int kPower = 2;          // exponent of 1 / distance to the wall
+constexpr int kRouteVoxels = 2;    // walls farther away don't affect the route
+constexpr int kCentreVoxels = 32;  // walls farther away don't affect the centring
+constexpr int kCentreRounds = 8;   // maximum
+constexpr double kWorthIt = 1.01;  // relative growth of the clearance that justifies another round
+constexpr int kSmoothRounds = 12;  // in steps of half a voxel: a width of some 1.2 voxels
+constexpr double kTellWithinMm = 30;  // search radius around an end in the tissue, for the message
 
 std::string text_of(Vec3d p) {
     char text[96];
@@ -46,7 +47,7 @@ struct NearVoxel {
     double distance_mm;
 };
 
-/// The voxel in the lumen that is nearest to a place in voxel space.
+/// Lumen voxel nearest to a position in voxel space.
 std::optional<NearVoxel> nearest_lumen(const Volume& volume, const render::LumenSide& lumen,
                                        Vec3d place, double within_mm) {
     const Vec3d s = volume.grid.spacing_mm;
@@ -70,7 +71,7 @@ std::optional<NearVoxel> nearest_lumen(const Volume& volume, const render::Lumen
     return best;
 }
 
-/// One end of the way in voxel space, in the lumen.
+/// Moves one end of the path into the lumen, in voxel space.
 Result<Vec3d> place_end(const render::LumenTiles& tiles, const std::string& name, Vec3d point_mm,
                         double reach_mm) {
     const Volume& volume = tiles.volume();
@@ -89,7 +90,7 @@ Result<Vec3d> place_end(const render::LumenTiles& tiles, const std::string& name
         nearest_lumen(volume, tiles.lumen(), place, std::max(kTellWithinMm, reach_mm));
     if (near && near->distance_mm <= reach_mm) {
         const Vec3d at{double(near->voxel.x), double(near->voxel.y), double(near->voxel.z)};
-        // Beside a voxel that is no finite number, a lumen voxel has no clear corner.
+        // Beside a NaN voxel, a lumen voxel has no clear corner.
         if (render::clear_corners(tiles, at).empty())
             return about(name, ErrorCode::InvalidArgument,
                          "expected a place among finite voxel values, found " + text_of(point_mm));
@@ -102,7 +103,7 @@ Result<Vec3d> place_end(const render::LumenTiles& tiles, const std::string& name
                      how_far + " at " + text_of(tiles.lumen().iso_hu) + " HU");
 }
 
-/// Leaves out points, as many as the lumen and the wanted spacing allow.
+/// Removes points as far as the lumen and the spacing allow.
 std::vector<Vec3d> thinned(const render::LumenTiles& tiles, const std::vector<Vec3d>& points,
                            double spacing_mm) {
     const Grid& grid = tiles.volume().grid;
@@ -124,9 +125,9 @@ std::vector<Vec3d> thinned(const render::LumenTiles& tiles, const std::vector<Ve
     return kept;
 }
 
-/// Distance to the nearest crossing of the wall between neighbours, by looking at all that are
-/// near.
-/// @param at_least, at_most  between which it is known to be [mm]
+/// Distance to the nearest crossing of the wall between neighbours, by exhaustive search of nearby
+/// voxels.
+/// @param at_least, at_most  known bounds of it [mm]
 double wall_distance_at(const Volume& volume, const render::LumenSide& lumen, Vec3d place,
                         double at_least, double at_most) {
     const Vec3d s = volume.grid.spacing_mm;
@@ -167,7 +168,7 @@ LumenPath path_along(render::LumenTiles& tiles, const std::vector<Vec3d>& points
         const Vec3d at{double(near.x), double(near.y), double(near.z)};
         const Vec3d x = world_from_voxel(grid, p);
         const double off = norm(world_from_voxel(grid, at) - x);
-        // A voxel of the lumen knows how far the wall is; one of the tissue is beyond it.
+        // A lumen voxel stores the distance to the wall; a tissue voxel is beyond it.
         path.radius_mm.push_back(wall_distance_at(tiles.volume(), tiles.lumen(), p,
                                                   tiles.wall_mm(near) - off,
                                                   tiles.wall_mm(near) + off));
@@ -186,7 +187,7 @@ void seed(render::March& march, render::LumenTiles& tiles, Vec3d place) {
     }
 }
 
-/// The shortest way that keeps a little off the walls, where it can.
+/// Finds the shortest path that keeps some distance from the walls if possible.
 Result<std::vector<Vec3d>> find_route(render::LumenTiles& tiles, Vec3d from, Vec3d to,
                                       const LumenPathSettings& settings) {
     render::March march(tiles, kPower);
@@ -212,7 +213,7 @@ Result<std::vector<Vec3d>> find_route(render::LumenTiles& tiles, Vec3d from, Vec
     return points;
 }
 
-/// Distance to the wall at a place, by that of the voxels around it; no more than it is.
+/// Lower bound of the distance to the wall at a position, from the voxels around it.
 double room_at(render::LumenTiles& tiles, Vec3d place) {
     const Vec3d s = tiles.volume().grid.spacing_mm;
     double room = 0;
@@ -243,8 +244,8 @@ void open_ball(render::LumenTiles& tiles, Vec3d place, double radius_mm) {
                     tiles.open({x, y, z});
 }
 
-/// Opens the largest balls in the lumen around the points of a way, and a little more, so that the
-/// way itself is open throughout. @returns the mean of their radii
+/// Opens the largest balls in the lumen around a path's points, and small ones in between, so that
+/// the whole path is open. @returns mean of their radii
 double open_around(render::LumenTiles& tiles, const std::vector<Vec3d>& points) {
     const Vec3d s = tiles.volume().grid.spacing_mm;
     const double least = 1.5 * std::max({s.x, s.y, s.z});
@@ -257,7 +258,7 @@ double open_around(render::LumenTiles& tiles, const std::vector<Vec3d>& points) 
             const Vec3d d = points[n] - points[n - 1];
             since += norm({d.x * s.x, d.y * s.y, d.z * s.z});
         }
-        // Balls that overlap by nearly all of them would open nothing new.
+        // Balls that overlap almost completely would open no new voxels.
         if (room > least && since < 0.2 * room) {
             open_ball(tiles, points[n], least);
             continue;
@@ -268,9 +269,9 @@ double open_around(render::LumenTiles& tiles, const std::vector<Vec3d>& points) 
     return sum / double(points.size());
 }
 
-/// Leads a way to the middle: the front marches anew, fast where the wall is far, in the balls
-/// around the way, and so on until that gives no more room. Balls in the lumen lead through no hole
-/// in its wall, however wide it is beyond.
+/// Centres a path: the front marches again, fast far from walls, within balls around the path, and
+/// repeats until the clearance no longer grows. Balls in the lumen don't reach through holes in its
+/// wall.
 void centre(render::LumenTiles& tiles, const LumenPathSettings& settings,
             std::vector<Vec3d>& points) {
     double room = 0;

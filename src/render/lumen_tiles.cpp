@@ -77,7 +77,7 @@ LumenTile* LumenTiles::make(Vec3i voxel) {
     return kept.get();
 }
 
-/// @returns whether the margin was wide enough
+/// @returns whether the margin was sufficient
 bool LumenTiles::fill(const Box3i& box, LumenTile& tile, double margin_mm, bool last) const {
     bool any = false;
     with_field(m_volume, [&](const auto& field) {

@@ -1,12 +1,11 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The lumen in tiles of 32³ voxels that are made when somebody comes there: a way through the
-// airways looks at a hundredth of a scan, and pays for that much.
+// The lumen in tiles of 32³ voxels that are created on demand: a path through the airways visits
+// about 1 % of a scan, and needs memory for that part only.
 //
-// A tile's distances to the wall need the walls around it too. They are searched in a margin that
-// is widened until no distance is longer than it, so all are exact; up to far_voxels, where a
-// distance is cut short and a place counts as merely far from any wall.
+// A tile's distances depend on the walls around it. They are searched in a margin that grows until
+// it exceeds all distances, so they are exact, up to far_voxels. Larger distances are clamped.
 
 #pragma once
 
@@ -21,7 +20,7 @@ namespace pliant::render {
 
 struct LumenTile {
     std::vector<float> wall_mm;     ///< distance to the wall; 0: in the tissue
-    std::vector<double> arrival;    ///< of the front that marches; infinite: not yet
+    std::vector<double> arrival;    ///< arrival of the front; infinite: not yet
     std::vector<std::uint8_t> set;  ///< kOpen, kFinal or kClosed
 };
 
@@ -34,17 +33,18 @@ class LumenTiles {
     static constexpr int kSide = 32;
 
     /// Keeps references.
-    /// @param far_voxels  of the smallest spacing: longer distances to the wall don't matter
+    /// @param far_voxels  in units of the smallest spacing: larger distances to the wall don't
+    ///                    matter
     LumenTiles(const Volume& volume, const LumenSide& lumen, int far_voxels,
                std::int64_t max_voxels, const TaskArena& arena);
 
     const Volume& volume() const { return m_volume; }
     const LumenSide& lumen() const { return m_lumen; }
     bool is_inside(Vec3i voxel) const { return contains(voxel_box(m_volume.grid), voxel); }
-    /// Whether a tile could not be made, because there are too many voxels already.
+    /// Whether a tile could not be made for lack of voxels.
     bool is_full() const { return m_is_full; }
 
-    /// The tile of a voxel, made if need be; null if it can't be.
+    /// The tile of a voxel, created on demand; null if that fails.
     /// @pre the voxel is inside the volume
     LumenTile* tile_of(Vec3i voxel) {
         LumenTile* tile = m_tiles[tile_index(voxel)].get();
@@ -56,20 +56,21 @@ class LumenTiles {
                kSide * (std::size_t(voxel.y & kMask) + kSide * std::size_t(voxel.z & kMask));
     }
 
-    /// Infinite where no tile has been made, and outside of the volume.
+    /// Arrival at a voxel; infinite in missing tiles and outside of the volume.
     double arrival(Vec3i voxel) const {
         if (!is_inside(voxel)) return std::numeric_limits<double>::infinity();
         const LumenTile* tile = m_tiles[tile_index(voxel)].get();
         return tile ? tile->arrival[place_in_tile(voxel)] : std::numeric_limits<double>::infinity();
     }
-    /// 0 in the tissue, and where no tile can be made. @pre inside the volume
+    /// Distance to the wall; 0 in the tissue, and in tiles that can't be made. @pre inside the
+    /// volume
     double wall_mm(Vec3i voxel) {
         const LumenTile* tile = tile_of(voxel);
         return tile ? double(tile->wall_mm[place_in_tile(voxel)]) : 0;
     }
 
     double far_mm() const { return m_far_voxels * m_unit_mm; }
-    /// Nothing has arrived anywhere, and nothing may, but where open() says so.
+    /// Resets all arrivals and closes all voxels; open() opens single ones.
     void close();
     void open(Vec3i voxel) {
         if (LumenTile* tile = tile_of(voxel)) tile->set[place_in_tile(voxel)] = kOpen;
@@ -89,7 +90,7 @@ class LumenTiles {
     const TaskArena& m_arena;
     int m_far_voxels;
     double m_unit_mm;            // the smallest spacing
-    std::uint8_t m_new = kOpen;  // what voxels of new tiles are
+    std::uint8_t m_new = kOpen;  // state of voxels in new tiles
     std::int64_t m_voxels_left;
     bool m_is_full = false;
     Vec3i m_size;  // in tiles

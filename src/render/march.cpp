@@ -9,7 +9,7 @@
 namespace pliant::render {
 namespace {
 
-constexpr double kNearestVoxels = 0.25;      // what is nearer to the wall costs no more
+constexpr double kNearestVoxels = 0.25;  // smaller distances to the wall don't increase the cost
 constexpr std::int64_t kAskEvery = 1 << 14;  // voxels
 
 }  // namespace
@@ -17,11 +17,11 @@ constexpr std::int64_t kAskEvery = 1 << 14;  // voxels
 double eikonal_arrival(Vec3d arrival, Vec3d spacing_mm, double cost) {
     int order[3] = {0, 1, 2};
     std::sort(order, order + 3, [&](int a, int b) { return arrival[a] < arrival[b]; });
-    // Σ w (T − t)² = cost², w = 1 / spacing², over the first one, two or three.
+    // Σ w (T − t)² = cost², w = 1 / spacing², over the first one, two or three neighbours.
     double w = 0, wt = 0, wtt = 0, best = std::numeric_limits<double>::infinity();
     for (int a : order) {
         const double t = arrival[a];
-        if (!(t < best)) break;  // it would come later than the arrival that it is to tell
+        if (!(t < best)) break;  // it would be later than the result
         const double weight = 1 / (spacing_mm[a] * spacing_mm[a]);
         w += weight;
         wt += weight * t;
@@ -80,7 +80,7 @@ double March::final_arrival(Vec3i voxel) {
     return tile->set[at] == kFinal ? tile->arrival[at] : kNone;
 }
 
-/// A neighbour of a voxel that has just been passed. @returns false if the tiles are full
+/// Updates a neighbour of a passed voxel. @returns false if the tiles are full
 bool March::reach(Vec3i voxel) {
     LumenTile* tile = m_tiles.tile_of(voxel);
     if (!tile) return false;
@@ -118,7 +118,7 @@ MarchEnd March::run(std::span<const Vec3i> goals, const std::function<bool()>& g
         m_waiting.pop();
         LumenTile* tile = m_tiles.tile_of(voxel);
         const std::size_t at = LumenTiles::place_in_tile(voxel);
-        if (!tile || tile->set[at] != kOpen) continue;  // it came earlier another way
+        if (!tile || tile->set[at] != kOpen) continue;  // already reached by an earlier path
         tile->set[at] = kFinal;
         if (m_passed_count++ % kAskEvery == 0 && give_up && give_up()) return MarchEnd::GivenUp;
         left -= std::size_t(std::count(goals.begin(), goals.end(), voxel));

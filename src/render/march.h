@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Fast marching [Sethian1996]: a front leaves its seeds and passes each voxel of the lumen once, in
-// the order of arrival. |∇arrival| = cost, first order, upwind, over the six neighbours.
+// Fast marching [Sethian1996]: a front starts at seeds and passes each lumen voxel once, in the
+// order of arrival. |∇arrival| = cost, first-order upwind, over the six neighbours.
 
 #pragma once
 
@@ -16,15 +16,15 @@
 
 namespace pliant::render {
 
-/// The arrival at a voxel, from those of its neighbours: the least T with
+/// Arrival at a voxel from its neighbours: the smallest T with
 ///     Σ_a (max(0, T − arrival_a) / spacing_a)² = cost²
-/// @param arrival  the lesser one along each axis, infinite where there is none
+/// @param arrival  the smaller one along each axis; infinite: none
 double eikonal_arrival(Vec3d arrival, Vec3d spacing_mm, double cost);
 
 enum class MarchEnd {
     Reached,    ///< all goals
-    Exhausted,  ///< all that is connected to the seeds, and not all goals
-    Full,       ///< the tiles are
+    Exhausted,  ///< the connected region, but not all goals
+    Full,       ///< the tiles are full
     GivenUp
 };
 
@@ -34,20 +34,20 @@ class March {
     March(LumenTiles& tiles, int power);
 
     double cost(double wall_mm) const;
-    /// @pre in the lumen
+    /// Adds a seed. @pre it is in the lumen
     void seed(Vec3i voxel, double arrival);
-    /// Until the goals' arrivals are final; without goals, until the front has been everywhere.
+    /// Runs until the goals' arrivals are final; without goals, until the region is exhausted.
     MarchEnd run(std::span<const Vec3i> goals, const std::function<bool()>& give_up = {});
 
-    /// From now on, places nearer to this goal come first, by the least that the way there can
-    /// cost. Far fewer are passed; arrivals may be a little late.
-    /// @param least_cost  per mm, anywhere
+    /// Switches to A*: voxels nearer to the goal come first, by a lower bound of the remaining
+    /// cost. Far fewer voxels are passed; arrivals may be slightly late.
+    /// @param least_cost  lower bound of the cost per mm
     void aim_at(Vec3i goal, double least_cost);
 
     std::int64_t passed_count() const { return m_passed_count; }
 
   private:
-    /// Arrival, with the way to the goal; equal ones in the order of the voxels.
+    /// Arrival plus remaining cost, then index as a tie-break.
     using Entry = std::pair<double, std::size_t>;
 
     Vec3i voxel_of(std::size_t index) const;

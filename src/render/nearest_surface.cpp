@@ -1,11 +1,11 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The place on the surface that is nearest to a point, by branch and bound. The extremes of a
-// trilinear field over a box inside a cell are at the box's corners. So a box whose corners are all
-// on one side of the threshold holds no surface and is dropped; another one is halved on each
-// axis. Boxes wait in the order of their distance: the first that is small enough to be called a
-// point is the answer, and no other box can hold a nearer one.
+// Nearest point of the surface, by branch and bound. The extrema of a trilinear field over a box
+// inside of a cell are at the box's corners. A box with all corners on one side of the threshold
+// contains no surface and is dropped; every other box is halved on each axis. Boxes are processed
+// in the order of their distance. The first box below the size limit is the answer, because no
+// other box can be nearer.
 
 #include <algorithm>
 #include <queue>
@@ -16,8 +16,8 @@
 namespace pliant {
 namespace {
 
-// Diagonal of a box that counts as a point, the larger of two: finer ones are too many where much
-// of the surface is about as near as the nearest place.
+// Diagonal of a box that counts as a point, the larger of two limits: finer boxes are too many if
+// much of the surface is nearly equidistant.
 constexpr double kSmallestMm = 0.02;
 constexpr double kSmallestShare = 0.01;  // of the distance
 
@@ -42,7 +42,7 @@ class Search {
           m_point(rays.to_voxel(point_mm)),
           m_iso(iso) {}
 
-    /// @returns the place in voxel space
+    /// @returns position in voxel space
     std::optional<Vec3d> nearest(double within_mm) {
         m_within = within_mm;
         add_cells();
@@ -84,7 +84,7 @@ class Search {
         if (box.distance_mm <= m_within) m_waiting.push(box);
     }
 
-    /// Cells within reach, in bricks that hold the threshold.
+    /// Adds the cells within reach, in bricks with the threshold.
     void add_cells() {
         using render::kFineCells;
         const Vec3i n = m_bricks.cells, bricks = m_bricks.fine.size;

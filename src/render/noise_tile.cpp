@@ -12,14 +12,14 @@ namespace {
 double lattice_value(int x, int y, int z) {
     const auto wrapped = [](int i) { return std::uint32_t(i & (NoiseTile::kCells - 1)); };
     std::uint32_t h = wrapped(x) | wrapped(y) << 4 | wrapped(z) << 8;
-    h = (h + 1) * 0x9E3779B1u;  // multiply and shift, as the finaliser of MurmurHash3 does
+    h = (h + 1) * 0x9E3779B1u;  // multiply and shift, as in the finaliser of MurmurHash3
     h = (h ^ h >> 16) * 0x85EBCA6Bu;
     h = (h ^ h >> 13) * 0xC2B2AE35u;
     h ^= h >> 16;
     return (double(h >> 24) + 0.5) / 256;
 }
 
-/// 3f² − 2f³: weight of the upper neighbour at a share f of the cell; and its slope.
+/// 3f² − 2f³: weight of the upper neighbour at a fraction f of the cell; then its slope.
 constexpr double fade(double f) {
     return f * f * (3 - 2 * f);
 }

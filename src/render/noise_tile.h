@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Value noise that repeats every 16 cells, with its slope: baked once at four samples per cell,
-// then read by trilinear interpolation. The page bakes the same tile (viewer/src/views/noise.ts)
-// into a texture, so that both renderers draw the same blood vessels.
+// Value noise with a period of 16 cells, and its gradient: baked at four samples per cell, then
+// interpolated trilinearly. The page bakes the same tile (viewer/src/views/noise.ts) into a
+// texture, so that both renderers draw the same blood vessels.
 
 #pragma once
 
@@ -28,10 +28,10 @@ class NoiseTile {
         float value;  ///< 0…1, 0.5 on average
     };
 
-    /// The one tile, baked at the first call.
+    /// The shared tile, baked at the first call.
     static const NoiseTile& instance();
 
-    /// @param q  [cells], anywhere
+    /// @param q  any position [cells]
     Value at(Vec3d q) const;
     const std::vector<Value>& samples() const { return m_samples; }  ///< x fastest
 

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// PNG files, the only place that knows libpng. Its simplified interface keeps its long jumps to
-// itself and reports errors as text.
+// PNG files; the only user of libpng. Its simplified interface handles the long jumps internally
+// and returns errors as text.
 
 #include <pliant/render.h>
 #include <pliant/staged_files.h>

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Rays between the world and the voxels: the cast itself is in caster.h.
+// Conversions between world and voxels for rays; the cast itself is in caster.h.
 
 #include "render/camera.h"
 #include "render/caster.h"
@@ -41,7 +41,7 @@ Vec3d VolumeRays::normal(Vec3d point_mm, Vec3d direction, Polarity polarity) con
     if (!(length > kLeastSlope)) return -direction;
     Vec3d n = (polarity == Polarity::Rising ? -1 / length : 1 / length) * slope;
     const double along = dot(n, direction);
-    if (along > 0) {  // smoothing turned it past the silhouette: keep it on it
+    if (along > 0) {  // smoothing turned it past the silhouette: project it back
         n = n - along * direction;
         const double left = norm(n);
         n = left > kLeastSlope ? (1 / left) * n : -direction;

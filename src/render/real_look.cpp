@@ -16,11 +16,11 @@ namespace {
 
 constexpr double kLampAside_mm = 1.6, kLampAbove_mm = 0.5;
 constexpr double kSoftHu = 300;                 // width of a shadow's edge
-constexpr Vec3d kWrap{0.38, 0.14, 0.10};        // red light reaches farther through tissue
-constexpr Vec3d kClosedTint{0.30, 0.15, 0.13};  // share of light left in closed places
+constexpr Vec3d kWrap{0.38, 0.14, 0.10};        // red light penetrates tissue farther
+constexpr Vec3d kClosedTint{0.30, 0.15, 0.13};  // share of light left in occluded places
 constexpr Vec3d kBlood{0.42, 0.10, 0.14};       // transmission of a blood vessel
 constexpr Vec3d kLampColour{1.0, 0.97, 0.94};
-constexpr double kAcross = 4;                // from a slit to the samples beside it [voxels]
+constexpr double kAcross = 4;                // distance of the samples beside a slit [voxels]
 constexpr Vec3d kSlit{0.045, 0.004, 0.005};  // blood in a slit
 constexpr double kShadow = 0.35;             // share of light left in a shadow
 constexpr int kShadowTaps = 6;
@@ -45,14 +45,14 @@ double facets(double cosine, double a) {
     return a / (std::numbers::pi * d * d);
 }
 
-/// Tone curve of [Narkowicz2015]: near white in highlights, without clipping.
+/// Tone curve of [Narkowicz2015]: highlights approach white without clipping.
 double tone(double x) {
     x *= 0.9;
     return std::clamp(x * (2.51 * x + 0.03) / (x * (2.43 * x + 0.59) + 0.14), 0.0, 1.0);
 }
 
-/// A line on the wall where a noise is 0.5, of a given half width [cells]. It tapers off where the
-/// noise changes little along the wall, and would be a patch.
+/// A line on the wall along the noise's level 0.5, with a given half width [cells]. It fades out
+/// where the noise is flat along the wall, because it would widen to a patch.
 double line_at_half(const NoiseTile::Value& n, Vec3d normal, double half_width) {
     const Vec3d slope = to_double(n.slope);
     const double along = norm(slope - dot(slope, normal) * normal);
@@ -115,7 +115,7 @@ RealLook::Slit RealLook::slit_at(Vec3d point_mm, Vec3d normal, double raw) const
         return double(m_endoscope.rest->at(m_rays.to_voxel(point_mm + step_mm * way)).raw);
     };
     const double u0 = raw_at(-1.0 * u), u1 = raw_at(u), v0 = raw_at(-1.0 * v), v1 = raw_at(v);
-    // A ridge of the field; a face that lies open is no ridge.
+    // A ridge of the field; an open face is no ridge.
     const double ridge = raw - std::min(std::max(u0, u1), std::max(v0, v1));
     return {std::clamp(ridge / 0.3, 0.0, 1.0) * smooth_step(0.85, 1, raw),
             (u1 - u0) * u + (v1 - v0) * v};
@@ -125,7 +125,7 @@ RealLook::Coat RealLook::coat(double t, Vec3d point_mm, Vec3d normal) const {
     const LiningColours& c = m_colours;
     const double shallow = value_behind(point_mm, normal, 2.5);
     const double deep = value_behind(point_mm, normal, 4);
-    // Between air and tissue every value occurs once: fat is where the scan stays at fat's values.
+    // Between air and tissue every value occurs once, so fat requires two depths with fat's values.
     const auto fat_at = [](double hu) {
         return smooth_step(-135, -95, hu) * (1 - smooth_step(-55, -20, hu));
     };
@@ -151,8 +151,8 @@ RealLook::Coat RealLook::coat(double t, Vec3d point_mm, Vec3d normal) const {
         0.5 * double(wide.value) + 0.3 * double(middle.value) + 0.2 * double(fine.value) - 0.5;
     own = (1 + c.mottle * patches) * own;
 
-    // Blood vessels: lines of a noise whose place another noise bends. Small ones are seen near
-    // large ones.
+    // Blood vessels: level lines of a noise in a domain warped by another noise. Small vessels
+    // appear near large ones.
     const Vec3d bent = rest + 1.3 * to_double(middle.slope) + 0.2 * to_double(fine.slope);
     const NoiseTile::Value trunk = m_noise.at(0.13 * bent + Vec3d{9.1, 4.3, 6.7});
     const NoiseTile::Value twig = m_noise.at(0.36 * bent + Vec3d{1.9, 3.3, 0.7});
@@ -166,18 +166,18 @@ RealLook::Coat RealLook::coat(double t, Vec3d point_mm, Vec3d normal) const {
          0.34 * line_at_half(hair, normal, 0.080 * smooth_step(0.34, 0.6, double(twig.value))) *
              (1 - smooth_step(8, 24, t))});
     own = mix(own, times(own, kBlood), c.vein_share * veins * (1 - bone));
-    // Cut or carved: no lining.
+    // Cut or carved tissue has no lining.
     const double ragged = double(moved.raw) + 0.15 * (double(fine.value) - 0.5);
     const double raw = double(moved.raw) > 0 ? smooth_step(0.65, 0.95, ragged) : 0;
     own = mix(own, (0.7 + 0.6 * double(fine.value)) * kFlesh, raw);
-    Vec3d bent_normal = normal;  // at the lips of a slit, towards it
+    Vec3d bent_normal = normal;  // bent towards a slit at its lips
     if (raw > 0) {
         const Slit slit = slit_at(point_mm, normal, double(moved.raw));
         own = mix(own, kSlit, slit.depth);
         bent_normal = normalized(normal + raw * slit.towards);
     }
 
-    // Film of liquid: it follows folds that are finer than voxels.
+    // Film of liquid: it follows folds below the voxel size.
     const NoiseTile::Value ripple = m_noise.at(1.9 * rest + Vec3d{2.2, 6.1, 4.4});
     const Vec3d bump = 0.19 * 0.9 * to_double(fine.slope) + 0.14 * 1.9 * to_double(ripple.slope);
     const double fade = 1 - smooth_step(8, 60, t);

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The light of the style "real": the picture of a camera at the end of an endoscope.
+// Shading of the style "real": the picture of a camera at the end of an endoscope.
 //
 //        lamp   lens   lamp        two lamps beside the lens, inverse-square falloff, a shadow each
 //          \     |     /
@@ -9,8 +9,8 @@
 //      ______\___|___/______       patches anchored to the tissue at rest, light through the
 //        ~ ~ ~ ~ ~ ~ ~ ~ ~         tissue (wrapped diffuse, per channel), a film of liquid (GGX)
 //
-// Exposure follows the picture. A tone curve and a round field end it. The page's shader
-// (viewer/src/shaders/real.glsl) computes the same.
+// The exposure adapts to the picture; a tone curve and a round field stop are applied last. The
+// page's shader (viewer/src/shaders/real.glsl) computes the same.
 
 #pragma once
 
@@ -28,25 +28,25 @@ class RealLook {
     RealLook(const VolumeRays& rays, const EyeRays& eye_rays, const Endoscope& endoscope,
              const Camera& camera);
 
-    /// Light of a wall that a ray meets, linear, 0…1, after the tone curve.
+    /// Light of a wall at a ray's hit, linear, 0…1, after the tone curve.
     /// @param normal, direction  unit vectors
     Vec3d shade(double t, Vec3d point_mm, Vec3d normal, Vec3d direction) const;
 
-    /// Share of the light that the field stop and the vignette leave, at a place of the picture
-    /// [halves of its height, from its centre].
+    /// Transmission of the field stop and the vignette at a position of the picture [halves of its
+    /// height, from its centre].
     double field(double u, double v) const;
 
     double exposure() const { return m_exposure; }
 
   private:
-    /// A cut that nothing holds open: the voxels do not show it, only the field of raw tissue.
+    /// A closed cut: not visible in the voxels, only in the field of raw tissue.
     struct Slit {
-        double depth;   ///< 0…1: how dark
-        Vec3d towards;  ///< along the wall, longest at its lips
+        double depth;   ///< 0…1: darkness
+        Vec3d towards;  ///< direction to the slit along the wall, longest at its lips
     };
     struct Coat {
         Vec3d colour;
-        Vec3d normal;  ///< of the wall, bent at the lips of a slit
+        Vec3d normal;  ///< normal of the wall, bent at the lips of a slit
         Vec3d film;    ///< normal of the film of liquid
         double wetness;
     };

@@ -17,7 +17,7 @@ struct Bounds {
     Vec3d low, high;
 };
 
-/// Of the whole volume, outer faces of the outermost voxels.
+/// Bounds of the whole volume, to the outer faces of its voxels.
 Bounds world_bounds(const Grid& grid) {
     constexpr double kFar = std::numeric_limits<double>::infinity();
     Bounds b{{kFar, kFar, kFar}, {-kFar, -kFar, -kFar}};
@@ -34,7 +34,7 @@ Bounds world_bounds(const Grid& grid) {
     return b;
 }
 
-/// Voxels are boxes to their outer faces; beyond them is nothing.
+/// Whether a position is in a voxel, up to the outer faces.
 bool holds(const Grid& grid, Vec3d ijk) {
     for (int a = 0; a < 3; ++a)
         if (!(ijk[a] >= -0.5 && ijk[a] <= grid.size[a] - 0.5)) return false;
@@ -44,7 +44,7 @@ bool holds(const Grid& grid, Vec3d ijk) {
 Rgb8 grey(double value_hu, const Section& section) {
     const double bottom = section.level_hu - 0.5 * section.window_hu;
     const double share = (value_hu - bottom) / std::max(section.window_hu, 1e-6);
-    // No number is black.
+    // NaN is black.
     const auto g = std::uint8_t((share > 0 ? std::min(share, 1.0) : 0.0) * 255 + 0.5);
     return {g, g, g};
 }

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Where a section's pixels are in the world, LPS (x to the patient's left, y to the back, z to the
+// World positions of a section's pixels, LPS (x to the patient's left, y to the back, z to the
 // head):
 //
 //            picture's right   picture's up   crossed by
@@ -26,21 +26,22 @@ struct SectionStyle {
     Vec3d right, up;      ///< of the picture, world
     const char* name;     ///< "axial", …
     const char* letters;  ///< at the left, right, upper, lower border
-    char axis;            ///< world axis that the section is perpendicular to
+    char axis;            ///< world axis perpendicular to the section
     Rgb8 colour, horizontal, vertical;
 };
 
 SectionStyle section_style(Orientation orientation);
 
-/// Between pixels and the world.
+/// Conversions between pixels and the world.
 class SectionPlane {
   public:
     SectionPlane(const Grid& grid, const Section& section, int width, int height);
 
     double mm_per_pixel() const { return m_mm_per_pixel; }
-    /// World point at a place of the picture [pixels from its top left corner; centres at halves].
+    /// World point at a position of the picture [pixels from its top left corner; centres at
+    /// halves].
     Vec3d world_from_picture(double x, double y) const;
-    /// Pixel that holds a world point's projection; may be far outside.
+    /// Pixel of a world point's projection; may be far outside of the picture.
     Pixel pixel_of(Vec3d point_mm) const;
 
   private:
@@ -49,7 +50,7 @@ class SectionPlane {
     double m_half_width, m_half_height;  // pixels
 };
 
-/// Size of the letters for a picture of this height.
+/// Scale of the letters for a picture of this height.
 int text_scale(int height);
 
 }  // namespace pliant::render

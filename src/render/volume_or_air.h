@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// For functions that return a picture or a place and have no error to return: air in place of a
-// volume that check_volume refuses.
+// For functions that return a picture or a position and no error: air replaces a volume that
+// check_volume refuses.
 
 #pragma once
 

@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Rays in the world and the voxels they meet: what a RayCaster holds, for the files that draw.
+// Rays in the world and their intersection with voxels: the data of a RayCaster, for the files that
+// draw.
 
 #pragma once
 
@@ -21,7 +22,7 @@ struct VolumeRays {
     /// First crossing: distance only. @param direction  world, unit
     std::optional<double> hit_distance(Vec3d origin_mm, Vec3d direction, double iso_hu,
                                        Polarity polarity) const;
-    /// Unit normal of the field at a world point, against the way from the lumen into the wall.
+    /// Unit normal of the field at a world point, from the wall to the lumen.
     /// @param direction  of the ray, unit; the normal never points along it
     Vec3d normal(Vec3d point_mm, Vec3d direction, Polarity polarity) const;
     /// Value at a world point [HU].
@@ -34,18 +35,18 @@ struct VolumeRays {
 
     const Volume& volume;
     const TaskArena& arena;
-    Mat3d voxel_from_world;  ///< of vectors
+    Mat3d voxel_from_world;  ///< for vectors
     std::variant<Bricks<std::int16_t>, Bricks<float>> bricks;
 };
 
-/// Many rays from one eye to one threshold: what they share is found out once.
+/// Many rays from one eye at one threshold, with shared precomputation.
 class EyeRays {
   public:
     EyeRays(const VolumeRays& rays, Vec3d eye_mm, double iso_hu, Polarity polarity);
 
-    /// First crossings of rays that lie close together. One thread's work.
-    /// @param directions  world; those without a length or a direction hit nothing
-    /// @param[out] distances  in lengths of each direction; infinite: no hit
+    /// First crossings of neighbouring rays, on one thread.
+    /// @param directions  world; zero or invalid directions hit nothing
+    /// @param[out] distances  in multiples of each direction's length; infinite: no hit
     void hit_distances(std::span<const Vec3d> directions, double* distances) const;
 
   private:
@@ -66,7 +67,7 @@ namespace pliant {
 
 struct RayCaster::Impl {
     render::VolumeRays rays;
-    std::vector<std::int32_t> scratch;  // of updates
+    std::vector<std::int32_t> scratch;  // for updates
 };
 
 }  // namespace pliant

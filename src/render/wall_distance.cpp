@@ -1,11 +1,10 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The crossings on lines along x are places in between along x, but whole along y and z; those on
-// the other lines likewise. So each of the three families is met by a search along its own axis
-// (where is the nearest crossing on this line?), after which everything stands on voxels, and two
-// runs of the line transform along the other axes spread it. Taking the least of two families
-// before a run that both need spares one of the six:
+// Crossings on lines along x have fractional x but whole y and z, and likewise for y and z. So each
+// of the three families is first searched along its axis (nearest crossing on the line). The
+// results are on voxels, and two passes of the line transform along the other axes propagate them.
+// Taking the minimum of two families before a common pass saves one of the six passes:
 //
 //   d² = min( Z( min( Y(x), X(y) ) ), Y( X(z) ) )
 
@@ -83,7 +82,7 @@ class BoxTransform {
             float& s = square[std::size_t(i) * stride];
             s = std::min(s, float(d * d));
         };
-        // To and fro: the last crossing behind, then the next one ahead.
+        // Two passes: the last crossing behind, then the next one ahead.
         double crossing = -std::numeric_limits<double>::infinity();
         for (int i = 0; i < n; ++i) {
             if (i > 0) crossing = between(value, step, i - 1, crossing);
@@ -97,7 +96,7 @@ class BoxTransform {
         }
     }
 
-    /// Where the field crosses the threshold between voxels i and i + 1, or else.
+    /// Position of the crossing between voxels i and i + 1, or `otherwise`.
     template <class T>
     double between(const T* value, std::ptrdiff_t step, int i, double otherwise) const {
         const double a = double(value[i * step]), b = double(value[(i + 1) * step]);

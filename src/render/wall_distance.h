@@ -1,9 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// How far the voxels of a box are from the wall of the lumen. The wall is where the field crosses
-// the threshold between two voxels that are neighbours along an axis: places between voxel centres,
-// not voxels. To this set of places the distance is exact.
+// Distance of a box's voxels to the wall of the lumen. The wall is the set of threshold crossings
+// between neighbouring voxels along an axis. The distance to this set is exact.
 
 #pragma once
 
@@ -13,7 +12,7 @@
 
 namespace pliant::render {
 
-/// Which values are in the lumen: as first hits have it.
+/// Values in the lumen, as for first hits.
 struct LumenSide {
     double iso_hu = -500;
     Polarity polarity = Polarity::Rising;
@@ -25,7 +24,7 @@ struct LumenSide {
 
 /// @param box  inside the volume, not empty
 /// @param[out] wall_mm  one for each voxel of the box, i fastest: distance to the nearest crossing
-///                      in the box, of voxels in the lumen and in the tissue; infinite: none
+///                      in the box, for voxels in the lumen and in the tissue; infinite: none
 void wall_distance(const Volume& volume, const Box3i& box, const LumenSide& lumen,
                    const TaskArena& arena, std::vector<float>& wall_mm);
 

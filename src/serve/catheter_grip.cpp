@@ -13,10 +13,10 @@ namespace pliant::serve {
 namespace {
 
 constexpr double kCoupling_n_m = 300;  ///< at the device
-// Changes of speed that aren't worth a command.
+// Smaller changes of speed cause no command.
 constexpr double kSame_mm_s = 0.2, kSame_deg_s = 1;
 
-/// In hundredths, so that what is recorded is short.
+/// Rounds to hundredths, for short records.
 double in_hundredths(double value) {
     return std::round(100 * value) / 100;
 }
@@ -50,7 +50,7 @@ std::optional<Action> CatheterGrip::next(const HapticRecord& now, bool lets_go,
         return {};
     }
     const CatheterMeasures measures = vessel.measures();
-    // After a reset the wire is somewhere else, and the hand holds it there.
+    // After a reset the wire's position has changed, so the hand takes a new hold.
     if (!m_feel.holds() || measures.time_s < m_time_s)
         m_feel.take_hold(now.position_mm, now.roll_rad, measures);
     m_time_s = measures.time_s;
@@ -60,7 +60,7 @@ std::optional<Action> CatheterGrip::next(const HapticRecord& now, bool lets_go,
     const double rotate = in_hundredths(motion.rotate_deg_s);
     DriveCommand drive;
     if (differs(insert, vessel.hand().insert_mm_s, kSame_mm_s)) drive.insert_mm_s = insert;
-    // Without a device that turns, the keys do.
+    // Without a device that measures rotation, the keys rotate the wire.
     if (m_turns && differs(rotate, vessel.hand().rotate_deg_s, kSame_deg_s))
         drive.rotate_deg_s = rotate;
     if (!drive.insert_mm_s && !drive.rotate_deg_s) return {};

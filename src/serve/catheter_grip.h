@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The catheter of a served vessel in the hand of a device: what the hand does to it, as commands
-// like any client's, and what it feels of it. While the first button is held, the hand has let go
-// of the wire, to reach back for more of it.
+// Force feedback for the catheter of a served vessel. The hand's motion becomes commands like those
+// of any client. While the first button is held, the hand is decoupled from the wire, to reach
+// back.
 
 #pragma once
 
@@ -19,14 +19,14 @@ namespace pliant::serve {
 
 class CatheterGrip {
   public:
-    /// @param tool  the number under which it drives
-    /// @param scale  mm in the scene for each of the device's
+    /// @param tool   number of the tool that drives
+    /// @param scale  mm in the scene per mm of the device
     static Result<CatheterGrip> create(const VesselTissue& vessel, std::uint32_t tool,
                                        double scale);
 
-    /// @param lets_go  somebody stopped it, or the device is lost
+    /// @param lets_go  a client stopped the device, or it is lost
     std::optional<Action> next(const HapticRecord& now, bool lets_go, const Scene& scene);
-    /// None where the simulation has come to its end.
+    /// Model of the force on the hand; none after the simulation has failed.
     std::optional<HapticModel> model(const HapticRecord& now, const VesselTissue& vessel) const;
     double ahead_mm(const HapticRecord& now, const VesselTissue& vessel) const;
 
@@ -35,11 +35,11 @@ class CatheterGrip {
 
     CatheterFeel m_feel;
     std::uint32_t m_tool;
-    bool m_turns = false;  ///< the device knows how it is turned
+    bool m_turns = false;  ///< the device measures rotation
     double m_time_s = 0;
 };
 
-/// The rail's direction: where the guide leads.
+/// Direction of the rail: that of the guide.
 Vec3d forward_of(const VesselTissue& vessel);
 
 }  // namespace pliant::serve

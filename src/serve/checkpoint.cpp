@@ -16,7 +16,7 @@ namespace {
 
 constexpr std::streamoff kChecksumBytes = 8;
 
-/// What a state's file ends with: loading it compares all else with this.
+/// Checksum at the end of a state's file, which loading verifies.
 std::optional<std::uint64_t> checksum_of(const std::filesystem::path& state) {
     std::ifstream stream(state, std::ios::binary);
     stream.seekg(-kChecksumBytes, std::ios::end);
@@ -55,7 +55,7 @@ std::filesystem::path checkpoint_path(const std::filesystem::path& session, int 
 
 Result<SessionCheckpoint> save_checkpoint(Scene& scene, const std::filesystem::path& session,
                                           int number, Status& saved) {
-    // The rest of the scene has to be recorded even if the checkpoint fails.
+    // The rest of the scene must be recorded even if the checkpoint fails.
     return attempt([&]() -> Result<SessionCheckpoint> {
         const auto state = checkpoint_path(session, number);
         const std::uint64_t volume = hash_volume(scene.deformed());
@@ -88,7 +88,7 @@ Result<Reopened> reopen(const SessionFile& file, const std::filesystem::path& se
         if (std::holds_alternative<SessionCheckpoint>(file.records[n])) points.push_back(n);
     Reopened reopened;
     const std::span records(file.records);
-    // With one alone, the session is still short.
+    // With only one checkpoint, the session is still short.
     if (points.size() >= 2)
         for (const std::size_t at : {points[points.size() - 2], points.back()}) {
             const auto& point = *std::get_if<SessionCheckpoint>(&records[at]);

@@ -1,11 +1,12 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Checkpoints of a session: the tissue's state in a file beside it, so that opening a session of
-// hours does not do hours of work again. The session alone stays the truth. A checkpoint is used
-// where its file is whole and is the one that the session names; otherwise an earlier one, or none.
+// Checkpoints of a session: the tissue's state in a file beside it. They shorten the replay of a
+// long session when it is opened. The session stays authoritative: a checkpoint is used only if its
+// file is intact and matches the session's record; otherwise an earlier one, or none.
 //
-// There are two files, written in turn. Opening takes the last checkpoint but one: what was done
+// There are two files, written alternately. Opening uses the last checkpoint but one, so that steps
+// after it can still be undone.
 // since then can be undone, as it could before.
 
 #pragma once
@@ -22,24 +23,24 @@ namespace pliant::serve {
 
 std::filesystem::path checkpoint_path(const std::filesystem::path& session, int number);
 
-/// Lets the scene rest, and saves it. What is returned belongs into the session in any case: it
-/// says that the scene rested. Its file is 0 where it could not be saved.
+/// Brings the scene to rest and saves it. Record the result in the session in any case, because the
+/// scene has come to rest. Its file is 0 if it couldn't be saved.
 /// @pre scene.is_quiet(), and its deformed volume is up to date
-/// @returns LimitExceeded where memory runs out: the scene then rests only in that no step goes on
+/// @returns LimitExceeded if memory runs out; then the only change is that the open step has ended
 Result<SessionCheckpoint> save_checkpoint(Scene& scene, const std::filesystem::path& session,
                                           int number, Status& saved);
 
 struct Reopened {
     std::unique_ptr<Scene> scene;
-    int number = 0;                    ///< of the checkpoint; 0: from the start
+    int number = 0;                    ///< number of the checkpoint; 0: full replay
     std::int64_t forgot = 0;           ///< with a checkpoint: SessionForget::steps
-    std::vector<std::string> notes{};  ///< about checkpoints that were of no use
+    std::vector<std::string> notes{};  ///< remarks on unusable checkpoints
 };
-/// The scene at the end of a session: that of the scan that was opened last.
+/// Returns the scene at the end of a session: that of its last scan.
 Result<Reopened> reopen(const SessionFile& file, const std::filesystem::path& session,
                         const TaskArena& arena);
 
-/// The session's scan. @returns InvalidArgument where it is another one now
+/// Opens the session's scan. @returns InvalidArgument if the scan has changed
 Result<std::unique_ptr<Scene>> open_recorded(const SessionHeader& header, const TaskArena& arena);
 
 }  // namespace pliant::serve

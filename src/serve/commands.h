@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// What a client may say (docs/protocol.md), as plain values. Whatever comes in as text becomes one
-// of these, or a failure; nothing behind the parser sees JSON.
+// Messages of a client (docs/protocol.md), as plain values. The parser converts every text to one
+// of these, or to a failure; the code behind it sees no JSON.
 
 #pragma once
 
@@ -30,13 +30,13 @@ struct HelloMessage {
     std::string name{};
     bool lz4 = false;
     std::string resume{};
-    std::optional<std::uint32_t> step{};  ///< whose voxels the client still has
+    std::optional<std::uint32_t> step{};  ///< step of the voxels that the client still has
 };
 
 struct PushCommand {
     Push push{};
-    bool slide = false;        ///< tissue slides off the sphere instead of following it
-    std::uint32_t stroke = 0;  ///< pushes of one stroke are one step of undo; 0: none
+    bool slide = false;        ///< tissue slides off the sphere
+    std::uint32_t stroke = 0;  ///< pushes of one stroke form one step of undo; 0: none
 };
 struct GrabCommand {
     Push place{};
@@ -57,42 +57,43 @@ struct RelaxCommand {
     bool on = false;
 };
 struct ReleaseCommand {};
-/// Where the client's endoscope stands: relaxation keeps out of it. The server makes these from the
-/// poses of tools, so that a recorded session has them.
+/// Position of the client's endoscope, an obstacle of relaxation. The server derives it from tool
+/// poses, so that a recorded session contains it.
 struct EyeCommand {
     Vec3d place_mm{0, 0, 0};
-    double radius_mm = 0;  ///< 0: it is gone
+    double radius_mm = 0;  ///< 0: removed
 
     friend bool operator==(const EyeCommand&, const EyeCommand&) = default;
 };
 struct ResetCommand {};
-/// Materials that change, by the names of material_rows().
+/// Changed materials, by the names of material_rows().
 struct MaterialsCommand {
     Record values{};
 };
 struct IsoCommand {
     std::optional<double> iso_hu{};
     std::optional<Polarity> polarity{};
-    std::uint32_t stroke = 0;  ///< given by the server, not by the client
+    std::uint32_t stroke = 0;  ///< set by the server, not by the client
 };
 struct UndoCommand {};
 struct RedoCommand {};
-/// Another tissue, at rest; what was done is over.
+/// Switches to another tissue model; history is cleared.
 struct TissueCommand {
     TissueChoice choice{};
-    bool is_centred = false;  ///< else in the middle of the scan, whatever the choice says
+    bool is_centred = false;  ///< otherwise in the middle of the scan, and the choice's centre is
+                              ///< ignored
 };
 struct DepthCommand {
-    int layers = 0;  ///< that forces reach
+    int layers = 0;  ///< layers that forces reach
 };
 
-/// The hand on the catheter. What is empty stays as it is.
+/// Motion of the hand on the catheter. Empty fields don't change.
 struct DriveCommand {
     std::optional<double> insert_mm_s{}, rotate_deg_s{}, bend_first_deg{}, bend_second_deg{};
 };
 
 struct ToolMessage {
-    ToolPose pose;  ///< client, force and so on are not the client's to say
+    ToolPose pose;  ///< the server sets client, force and contact
 };
 struct ChecksumMessage {};
 struct SeenMessage {
@@ -100,27 +101,27 @@ struct SeenMessage {
     std::uint32_t format = kFormatVoxels;
 };
 struct PingMessage {};
-/// What the client wants to be sent beside the voxels.
+/// Requests an overlay beside the voxels.
 struct OverlayMessage {
     OverlayKind kind = OverlayKind::None;
 };
-/// Whether the client wants the vessel's surface and the catheter.
+/// Requests the vessel's surface and the catheter, or cancels them.
 struct VesselMessage {
     bool on = false;
 };
-/// Whether the client wants the rest field.
+/// Requests the rest field, or cancels it.
 struct RestMessage {
     bool on = false;
 };
-/// What is empty is as the scene has it.
+/// Empty fields take the scene's values.
 struct PathMessage {
     Vec3d from_mm{0, 0, 0}, to_mm{0, 0, 0};
-    double reach_mm = 0;  ///< how far an end in the tissue may be moved into a lumen
+    double reach_mm = 0;  ///< distance by which an end in the tissue may be moved into a lumen
     std::optional<double> iso_hu{};
     std::optional<Polarity> polarity{};
 };
 
-/// Commands to the scene come first; then what the server answers by itself.
+/// Commands to the scene come first, then messages that the server answers itself.
 using Action = std::variant<PushCommand, GrabCommand, DragCommand, LetGoCommand, CutCommand,
                             CarveCommand, RelaxCommand, ReleaseCommand, EyeCommand, ResetCommand,
                             MaterialsCommand, IsoCommand, UndoCommand, RedoCommand, TissueCommand,
@@ -133,20 +134,20 @@ struct Message {
     Action action;
 };
 
-/// "push", "let_go", …: the field `do`.
+/// Value of the field `do`: "push", "let_go", …
 std::string_view name_of(const Action& action);
-/// Whether it changes the scene, so that the role must be control.
+/// Whether it changes the scene and so requires the role control.
 bool is_command(const Action& action);
 
 struct ParseFailure {
-    bool rubbish = true;  ///< the connection is to be closed; else a field is out of its range
+    bool rubbish = true;  ///< closes the connection; false: a field is out of range
     std::string message;
     std::uint32_t id = 0;
-    std::string name{};  ///< of the command, where it is known
+    std::string name{};  ///< name of the command, if known
 };
 
 std::variant<Message, ParseFailure> parse_message(std::string_view text);
-/// The same message as text: for the session's file, and for clients.
+/// Converts a message to text, for the session's file and for clients.
 std::string text_of(const Message& message);
 
 }  // namespace pliant::serve

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Clients' messages from and to JSON. Every field is looked at before it is used: its type (rubbish
-// otherwise), then its range.
+// Clients' messages from and to JSON. The type of every field is checked before its use (a wrong
+// type is rubbish), then its range.
 
 #include <array>
 #include <cmath>
@@ -23,7 +23,7 @@ constexpr int kMaxNesting = 4;
 constexpr std::size_t kMaxLinePoints = 1000;
 constexpr double kMaxPlaceMm = 1e5;
 
-/// @returns whether brackets are nested too deep, without a look at anything else
+/// @returns whether brackets are nested too deep; checks nothing else
 bool is_too_deep(std::string_view text) {
     int depth = 0;
     bool in_string = false;
@@ -49,7 +49,7 @@ std::string short_text(const Json& value) {
     return text;
 }
 
-/// The fields of one message. The first mistake is kept; what is read after it has no meaning.
+/// The fields of one message. Keeps the first failure; values read after it are meaningless.
 class Fields {
   public:
     Fields(const Json& object, std::string name) : m_object(object), m_name(std::move(name)) {}
@@ -111,7 +111,7 @@ class Fields {
         for (const Json& point : *value) points.push_back(vector_of(key, point, kMaxPlaceMm));
         return points;
     }
-    /// @returns the index of the text in the list
+    /// @returns index of the text in the list
     std::size_t choice(const char* key, std::initializer_list<const char*> names) {
         const std::string found = text(key, 40, {});
         std::string expected;
@@ -122,7 +122,7 @@ class Fields {
         if (!m_failure) wrong_type(key, expected, Json(found));
         return 0;
     }
-    /// The value of a setting, checked; nothing where it isn't there.
+    /// Reads and checks the value of a setting; nullopt if absent.
     std::optional<SettingValue> setting(const SettingInfo& row) {
         const auto found = m_object.find(std::string(row.name));
         if (found == m_object.end()) return {};
@@ -141,7 +141,7 @@ class Fields {
         for (const Setting<T>& row : rows)
             if (const auto value = setting(row)) row.set(object, *value);
     }
-    /// Any field but these, "do", "id" and those of a session's lines is out of range.
+    /// Fails for every field except these, "do", "id" and those of a session's lines.
     template <class T>
     void only(SettingRows<T> rows) {
         std::string expected;
@@ -185,7 +185,7 @@ class Fields {
         fail(false, std::string(key) + ": expected " + expected + ", found " + short_text(found));
     }
     void fail(bool rubbish, const std::string& message) {
-        // A mistake of type counts for more than one of range.
+        // A type failure overrides a range failure.
         if (m_failure && (m_failure->rubbish || !rubbish)) return;
         m_failure = {.rubbish = rubbish, .message = m_name + ": " + message, .name = m_name};
     }
@@ -195,7 +195,7 @@ class Fields {
     std::optional<ParseFailure> m_failure;
 };
 
-/// @param least_mm  0 where the cell around the point can be meant
+/// @param least_mm  minimum radius; 0 allows the cell around the point
 Action read_push(Fields& f, bool slide, double least_mm) {
     return PushCommand{.push = {.point_mm = f.vector("point", kMaxPlaceMm),
                                 .push_mm = f.vector("push", 500),
@@ -220,7 +220,7 @@ Action read_materials(Fields& f) {
     for (const auto& row : material_rows())
         if (auto value = f.setting(row))
             materials.values.emplace_back(std::string(row.name), shown_value(row, *value));
-    // As older sessions have it.
+    // Key of older sessions.
     if (f.has("rounded"))
         materials.values.emplace_back("limits", f.flag("rounded", {}) ? "rounded" : "box");
     return materials;
@@ -309,7 +309,7 @@ Action nothing(Fields&) {
     return T{};
 }
 
-/// In the order of Action's alternatives, but for slide, which is a push.
+/// In the order of Action's alternatives, plus slide, which is a push.
 const std::array<std::pair<const char*, Reader>, 29> kReaders = {{
     {"push", [](Fields& f) { return read_push(f, false, 0); }},
     {"grab", read_grab},

@@ -8,8 +8,8 @@
 namespace pliant::serve {
 namespace {
 
-/// A box of blocks may hold this many times the blocks of the boxes that it replaces: fewer
-/// messages for a few more bytes.
+/// Factor by which a joined box may exceed the blocks of the boxes that it replaces: fewer messages
+/// for a few more bytes.
 constexpr double kSlack = 1.3;
 
 std::int64_t volume_of(const Box3i& b) {
@@ -25,11 +25,11 @@ Box3i around(const Box3i& a, const Box3i& b) {
     return both;
 }
 
-/// Joins each box to the last one of the same neighbourhood where that wastes little.
-/// @param axis  along which two boxes must touch
+/// Joins a box with one of the last boxes if the excess is small.
+/// @param axis  along which the two boxes must touch
 void join(std::vector<Box3i>& boxes, std::vector<std::int64_t>& filled, const Box3i& box,
           std::int64_t blocks, int axis, std::int64_t max_blocks) {
-    // The newest few are enough: boxes come in order.
+    // The newest boxes suffice, because boxes come in order.
     constexpr std::size_t kLookBack = 8;
     const std::size_t first = boxes.size() - std::min(boxes.size(), kLookBack);
     for (std::size_t n = boxes.size(); n-- > first;) {

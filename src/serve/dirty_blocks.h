@@ -1,9 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// What a client has not been sent yet: one bit for each 8³ voxels, and no more, however long it
-// doesn't read. New changes of a block that is due anyway cost nothing; it is sent with its newest
-// values.
+// The pending changes of a client: one bit per 8³ voxels, independent of the client's speed.
+// Further changes of a dirty block are free; it is sent with its newest values.
 
 #pragma once
 
@@ -17,14 +16,14 @@ namespace pliant::serve {
 class DirtyBlocks {
   public:
     static constexpr int kEdge = 8;  ///< voxels along a block's edge
-    /// No box that take() returns has more voxels, but for one row of blocks.
+    /// Limit of the voxels in a box of take(), except for one row of blocks.
     static constexpr std::int64_t kMaxBoxVoxels = 1 << 19;
 
     DirtyBlocks() = default;
-    /// Nothing is dirty. @param size  of the volume [voxels]
+    /// Starts clean. @param size  of the volume [voxels]
     explicit DirtyBlocks(Vec3i size);
 
-    /// @param box  cut to the volume
+    /// @param box  clipped to the volume
     void mark(const Box3i& box);
     void mark_all();
     void mark(const DirtyBlocks& other);
@@ -32,9 +31,9 @@ class DirtyBlocks {
     bool empty() const { return m_count == 0; }
     bool contains(Vec3i voxel) const;
 
-    /// Boxes that cover what is dirty, and little else, from the lowest k on. What they cover is
-    /// clean afterwards.
-    /// @param max_voxels  no more boxes once there are so many
+    /// Takes boxes that cover the dirty blocks with little excess, in order of k. Covered blocks
+    /// become clean.
+    /// @param max_voxels  stops once the boxes have so many voxels
     std::vector<Box3i> take(std::int64_t max_voxels);
 
   private:
@@ -48,8 +47,8 @@ class DirtyBlocks {
     Vec3i m_size{0, 0, 0};    ///< voxels
     Vec3i m_blocks{0, 0, 0};  ///< blocks along each axis
     std::vector<bool> m_dirty;
-    std::size_t m_count = 0;         ///< of dirty blocks
-    std::vector<int> m_layer_count;  ///< of those in each layer of blocks
+    std::size_t m_count = 0;         ///< dirty blocks
+    std::vector<int> m_layer_count;  ///< dirty blocks in each layer
 };
 
 }  // namespace pliant::serve

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Who may come in: what a request must say before anything is done for it.
+// Access control: checks of a request before it is processed.
 
 #pragma once
 
@@ -14,27 +14,27 @@
 
 namespace pliant::serve {
 
-/// A request's target, without and with its query.
+/// The path of a request's target, without its query.
 std::string_view path_of(std::string_view target);
-/// @returns the query's value as it stands; empty if there is none
+/// @returns the raw query value; empty if there is none
 std::string_view query_value(std::string_view target, std::string_view key);
 
-/// With %20 and the like as they are meant, and + as a blank. @returns nothing where that is wrong
+/// Percent-decodes a query value; '+' is a space. @returns nullopt for malformed input
 std::optional<std::string> decoded(std::string_view query_value);
 
-/// Whether a Host names this machine and this port, however a browser may write that. A page of
-/// another site whose name leads here (DNS rebinding) says its own name.
+/// Whether a Host header names this machine and port, in any spelling of a browser. Guards against
+/// DNS rebinding: a page of another site sends its own name.
 bool is_own_host(std::string_view host, int port);
-/// Whether an Origin is a page of this server.
+/// Whether an Origin header names a page of this server.
 bool is_own_origin(std::string_view origin, int port);
-/// In a time that says nothing about where they differ.
+/// Constant-time comparison.
 bool is_same_secret(std::string_view a, std::string_view b);
 
-/// How much a connection may still say: refilled as time goes by.
+/// Rate limiter of a connection: a token bucket that refills with time.
 class Allowance {
   public:
     explicit Allowance(std::chrono::steady_clock::time_point now) : m_at(now) {}
-    /// @returns whether this message is within the limits
+    /// @returns whether the message is within the limits
     bool take(std::size_t bytes, std::chrono::steady_clock::time_point now);
 
   private:

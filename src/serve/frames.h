@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The binary messages of docs/protocol.md, byte by byte: 32 bytes of header, then voxels or tools.
+// The binary messages of docs/protocol.md: 32 bytes of header, then voxels or tools.
 
 #pragma once
 
@@ -18,16 +18,16 @@ namespace pliant::serve {
 
 enum class FrameType : std::uint8_t { Box = 1, Tools = 2, Surface = 3, Vessel = 4 };
 inline constexpr std::uint8_t kFramePacked = 1;      ///< with LZ4
-inline constexpr std::uint8_t kFrameLastOfStep = 2;  ///< the client is up to date with it
+inline constexpr std::uint8_t kFrameLastOfStep = 2;  ///< the client is then up to date
 inline constexpr std::size_t kFrameHeaderBytes = 32;
 inline constexpr std::size_t kToolBytes = 64;
 
-/// What the numbers of a box are: half floats all of them.
+/// Contents of a box; all are half floats.
 inline constexpr std::uint16_t kFormatVoxels = 1;  ///< [HU]
 enum class OverlayKind : std::uint8_t { None = 0, Displacement = 1, Jacobian = 2 };
-/// A rest field's nodes, four half floats each; the box is one of nodes (pliant/rest_field.h).
+/// Nodes of a rest field, four half floats each; the box is in nodes (pliant/rest_field.h).
 inline constexpr std::uint16_t kFormatRest = 4;
-/// Half floats for each voxel or node of a box.
+/// Half floats per voxel or node of a box.
 constexpr std::uint64_t halves_each(std::uint16_t format) {
     return format == kFormatRest ? 4 : 1;
 }
@@ -39,46 +39,48 @@ constexpr std::uint16_t format_of(OverlayKind kind) {
 struct FrameHeader {
     FrameType type = FrameType::Box;
     std::uint8_t flags = 0;
-    std::uint16_t count = 1;  ///< of tools; of a box: its format
+    std::uint16_t count = 1;  ///< tools: their number; box: its format
     std::uint32_t step = 0;
     std::uint32_t volume = 0;
     Box3i box{};
-    std::uint32_t payload_bytes = 0;  ///< after unpacking
+    std::uint32_t payload_bytes = 0;  ///< uncompressed size
 };
 
 enum class ToolKind : std::uint8_t { None = 0, Endoscope = 1, Sphere = 2 };
 
-/// Where a client's tool is, and what it feels.
+/// Pose of a client's tool, and its force.
 struct ToolPose {
     std::uint32_t client = 0;
     ToolKind kind = ToolKind::None;
     bool touches = false;
-    bool limited = false;  ///< its last motion
+    bool limited = false;  ///< whether its last motion was limited
     Vec3f position_mm{0, 0, 0};
     Vec3f direction{0, 0, 1};
     Vec3f up{0, 1, 0};
     float radius_mm = 0;
-    Vec3f force{0, 0, 0};  ///< energy per millimetre of way; docs/protocol.md
-    float fraction = 1;    ///< of the last motion that was done
+    Vec3f force{0, 0, 0};  ///< energy per millimetre; docs/protocol.md
+    float fraction = 1;    ///< done fraction of the last motion
 
     friend bool operator==(const ToolPose&, const ToolPose&) = default;
 };
 
-/// @param halves  of the box, i fastest; as many for each voxel as the format has
-/// @param header  its type, box and payload_bytes are filled in; count is the format
-/// @param pack    with LZ4, where that saves a fifth
+/// Encodes a box.
+/// @param halves  of the box, i fastest; halves_each(format) per voxel or node
+/// @param header  type, box and payload_bytes are filled in; count is the format
+/// @param pack    compresses with LZ4 if that saves 20 %
 std::string box_frame(std::span<const std::uint16_t> halves, const Box3i& box, FrameHeader header,
                       bool pack);
-/// Of the volume's voxels.
+/// Encodes a box of the volume's voxels.
 std::string box_frame(const Volume& volume, const Box3i& box, FrameHeader header, bool pack);
 std::string tools_frame(std::span<const ToolPose> tools, FrameHeader header);
 
-/// A header in front of what is already there. @pre frame.size() >= kFrameHeaderBytes
+/// Writes the header in front of an existing payload. @pre frame.size() >= kFrameHeaderBytes
 void put_frame_header(std::string& frame, FrameHeader header);
 
-/// What a client reads. @returns nothing for what is no frame
+/// Decodes a header. @returns nullopt for an invalid frame
 std::optional<FrameHeader> read_frame_header(std::string_view frame);
-/// The payload of a box. @returns nothing where it is empty, or not as long as the header says
+/// Decodes the payload of a box. @returns nullopt if it is empty or its length contradicts the
+/// header
 std::optional<std::vector<std::uint16_t>> read_box(std::string_view frame);
 std::optional<std::vector<ToolPose>> read_tools(std::string_view frame);
 

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The last line of defence of the server's threads: no exception ends the process.
+// Last line of defence of the server's threads: no exception ends the process.
 
 #pragma once
 
@@ -18,9 +18,9 @@ inline void print_fault(const char* thread, const char* what) noexcept {
                  what);
 }
 
-/// Runs work on a thread of the server. Lack of memory or threads is expected there and answered by
-/// the caller; any other exception is a fault of the program and printed in one line.
-/// @param thread  its name, for the line
+/// Runs work on a server thread. Lack of memory or threads is expected and handled by the caller.
+/// Any other exception is a bug and printed in one line.
+/// @param thread  name of the thread, for the line
 /// @returns whether work ended without an exception
 template <class Work>
 bool guarded(const char* thread, const Work& work) noexcept {

@@ -12,7 +12,7 @@
 namespace pliant::serve {
 namespace {
 
-/// Of all 16-bit values: most scans have no others.
+/// Table of all 16-bit values: most scans have no others.
 const std::array<std::uint16_t, 65536>& half_of_int16() {
     static const auto table = [] {
         auto made = std::make_unique<std::array<std::uint16_t, 65536>>();
@@ -72,7 +72,7 @@ std::uint32_t Murmur32::value() const {
 }
 
 std::uint32_t checksum_of_halves(const Volume& volume) {
-    // Parts of whole words: two voxels of one row are one, so rows are put together in a buffer.
+    // Parts must be whole words (two voxels), so rows are concatenated in a buffer.
     constexpr std::size_t kPart = 1 << 14;
     std::vector<std::uint16_t> buffer;
     buffer.reserve(kPart + std::size_t(volume.grid.size.x));

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Voxels as the page's texture wants them: half floats (IEEE 754 binary16), and their checksum.
+// Voxels in the format of the page's texture: half floats (IEEE 754 binary16), and their checksum.
 
 #pragma once
 
@@ -18,11 +18,11 @@ namespace pliant::serve {
 using pliant::float_from_half;
 using pliant::half_from_float;
 
-/// The voxels of a box, i fastest. @pre the box lies in the volume
-/// @param[out] halves  one for each
+/// Converts the voxels of a box, i fastest. @pre the box lies in the volume
+/// @param[out] halves  one per voxel
 void halves_of_box(const Volume& volume, const Box3i& box, std::span<std::uint16_t> halves);
 
-/// MurmurHash3_x86_32 with seed 0 [Appleby2011], in parts of whole words but the last.
+/// MurmurHash3_x86_32 with seed 0 [Appleby2011]. All parts except the last are whole words.
 class Murmur32 {
   public:
     void add(std::span<const std::byte> bytes);
@@ -33,7 +33,7 @@ class Murmur32 {
     std::uint32_t m_size = 0;
 };
 
-/// Of all voxels as half floats, i fastest: what a client that has seen everything holds.
+/// Checksum of all voxels as half floats, i fastest: that of an up-to-date client.
 std::uint32_t checksum_of_halves(const Volume& volume);
 
 }  // namespace pliant::serve

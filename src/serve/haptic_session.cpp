@@ -20,13 +20,13 @@ constexpr std::array<const char*, 4> kVirtual = {"virtual:tap", "virtual:spring"
                                                  "virtual:free"};
 constexpr const char* kBrowser = "browser";
 constexpr const char* kSpaceMouse = "spacemouse";
-constexpr std::size_t kWindow = 4096;  ///< periods that the statistics are of
+constexpr std::size_t kWindow = 4096;  ///< periods in the statistics
 constexpr std::chrono::milliseconds kMeasure{250};
 constexpr std::chrono::milliseconds kEnd{200};  ///< twice the ramp of the servo
 constexpr double kRadians = std::numbers::pi / 180;
-constexpr double kStill_mm = 0.02;  ///< a way that isn't worth a command
+constexpr double kStill_mm = 0.02;  ///< shorter ways cause no command
 
-/// Without the folders: they are nobody's business.
+/// File name only; server paths are not sent to clients.
 std::string name_of_given(const std::string& given) {
     const auto last_of = [](const std::string& path) {
         return std::filesystem::path(path).filename().string();
@@ -36,7 +36,7 @@ std::string name_of_given(const std::string& given) {
     return last_of(given.substr(0, colon)) + ":" + last_of(given.substr(colon + 1));
 }
 
-/// x to the right, y up, z towards the user, as devices have it.
+/// Frame of a device: x to the right, y up, z towards the user.
 Mat3d frame_of(Vec3d look, Vec3d up) {
     const Vec3d back = -1.0 * normalized(look);
     Vec3d right = cross(up, back);
@@ -106,7 +106,7 @@ Result<std::unique_ptr<HapticSession>> HapticSession::start(const HapticsMessage
         auto grip = CatheterGrip::create(*vessel, tool, wish.scale);
         if (!grip.ok()) return grip.error();
         session->m_grip.emplace(std::move(*grip));
-        // Ahead is into the vessel, wherever one looks from.
+        // Forward is into the vessel, for every viewing direction.
         workspace.rotation = frame_of(forward_of(*vessel), wish.up);
         workspace.origin_mm = vessel->vessel().settings.entry.place_mm;
     } else {
@@ -139,7 +139,7 @@ Result<std::unique_ptr<LiveFeel>> HapticSession::make_feel(Scene& scene) const {
                             m_tool, scene.tissue().arena());
 }
 
-/// Reads what the servo did since the last time.
+/// Reads the servo's records since the last call.
 void HapticSession::read_records() {
     std::uint64_t lost = 0;
     for (;;) {
@@ -171,7 +171,7 @@ std::optional<Action> HapticSession::next_push(Scene& scene) {
     return m_grip ? m_grip->next(m_now, is_free, scene) : next_push_of(scene, is_free);
 }
 
-/// What a tool does to a scan's tissue.
+/// Next push of a scan's tissue.
 std::optional<Action> HapticSession::next_push_of(Scene& scene, bool is_free) {
     const bool touches = !is_free && m_feel->follow(m_now.position_mm, m_now.proxy_mm);
     if (!touches) {
@@ -217,7 +217,7 @@ void HapticSession::changed(std::span<const Box3i> boxes) {
 void HapticSession::feel(Scene& scene) {
     if (is_ending() || !m_has_place || m_is_stopped) return;
     const auto found = model_of(scene);
-    if (!found) return;  // the servo then stops by itself
+    if (!found) return;  // the servo then ramps the force down by itself
     const auto model = checked_model(*found, m_servo->largest_stiffness_n_m());
     if (!model.ok()) return;
     HapticModel numbered = *model;
@@ -302,7 +302,7 @@ HapticState HapticSession::state(const Scene& scene) {
 ToolPose HapticSession::pose_of_tool() const {
     const auto floats = [](Vec3d v) { return Vec3f{float(v.x), float(v.y), float(v.z)}; };
     return {.client = m_tool,
-            // A catheter is seen itself.
+            // A catheter has its own picture.
             .kind = m_has_place && !m_grip ? ToolKind::Sphere : ToolKind::None,
             .touches = (m_now.flags & kHapticContact) != 0,
             .position_mm = floats(m_now.position_mm),

@@ -1,13 +1,14 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// A device in a client's hand, for the owner of the scene: its servo, what it feels of the present
-// tissue, and the commands by which its tool pushes the tissue, as any client's tool would.
+// A force-feedback device of a client, on the side of the scene's owner: its servo, its local
+// models of the present tissue, and the commands by which its tool pushes the tissue like any
+// client's tool.
 //
 //   each step   next_push() ──► the scene      feel() ──► local model ──► servo
 //
-// The tool goes through free space without a command. Beyond a wall it pushes: ChainMail slides off
-// it, springs are taken along; one contact is one step of undo. In a vessel it holds the catheter.
+// The tool moves through free space without commands. Beyond a wall it pushes: ChainMail slides off
+// it, springs follow it; one contact is one step of undo. In a vessel it holds the catheter.
 
 #pragma once
 
@@ -30,18 +31,19 @@ namespace pliant::serve {
 
 struct OpenedDevice {
     std::unique_ptr<HapticDevice> device;
-    std::shared_ptr<PosedPlaces> places;  ///< of one whose place the client says; null for others
+    std::shared_ptr<PosedPlaces> places;  ///< set if the client supplies the position; null for
+                                          ///< others
 };
 
-/// Devices that a client may choose by name: those in the tree, and those that the command line
-/// named. So no client makes the server load a file.
+/// Devices that a client may choose by name: built-in ones, and those on the command line. So a
+/// client can't make the server load a file.
 class HapticDevices {
   public:
-    /// @param given  as open_haptic_device() wants them
+    /// @param given  in the syntax of open_haptic_device()
     explicit HapticDevices(std::vector<std::string> given = {}) : m_given(std::move(given)) {}
 
     std::vector<std::string> names() const;
-    /// May take as long as the device does. From any thread.
+    /// Opens a device; takes as long as the device needs. Thread-safe.
     Result<OpenedDevice> open(const std::string& name) const;
 
   private:
@@ -50,7 +52,7 @@ class HapticDevices {
 
 class HapticSession {
   public:
-    /// @param client  who begins it  @param tool  a number that no client has
+    /// @param client  owner of the session  @param tool  a number that no client has
     static Result<std::unique_ptr<HapticSession>> start(const HapticsMessage& wish,
                                                         OpenedDevice opened, Scene& scene,
                                                         std::uint32_t client, std::uint32_t tool);
@@ -58,23 +60,23 @@ class HapticSession {
     std::uint32_t client() const { return m_client; }
     std::uint32_t tool() const { return m_tool; }
 
-    /// What the tool does to the tissue now.
+    /// The tool's next command to the tissue.
     std::optional<Action> next_push(Scene& scene);
     void pushed(const Outcome& outcome);
-    /// The voxels have changed in these boxes.
+    /// Tells that the voxels have changed in these boxes.
     void changed(std::span<const Box3i> boxes);
-    /// Hands the servo what is felt of the present tissue.
+    /// Posts the local model of the present tissue to the servo.
     void feel(Scene& scene);
     void pose(const HapticPoseMessage& pose);
-    /// Whether it is for the tissue that there is now: a vessel's catheter is held otherwise.
+    /// Whether the session suits the present tissue: vessels need a catheter grip, scans don't.
     bool suits(const Scene& scene) const {
         return (scene.vessel() != nullptr) == m_grip.has_value();
     }
 
     void set_stop(bool stop);
     bool is_stopped() const { return m_is_stopped; }
-    /// No force and no feeling any more; the scene may go. The servo needs a moment to let go
-    /// without a jump: then it is to be destroyed.
+    /// Ends force and models; the scene may be destroyed. The servo ramps the force down first.
+    /// Destroy the session once is_over().
     void end(Clock::time_point now);
     bool is_ending() const { return m_is_ending; }
     bool is_over(Clock::time_point now) const { return is_ending() && now > m_over_at; }
@@ -96,27 +98,28 @@ class HapticSession {
     double m_largest_force_n = 0;
     std::shared_ptr<PosedPlaces> m_places;
     std::unique_ptr<HapticServo> m_servo;
-    std::unique_ptr<LiveFeel> m_feel;    ///< of a scan; null in a vessel
+    std::unique_ptr<LiveFeel> m_feel;    ///< in a scan; null in a vessel
     std::optional<CatheterGrip> m_grip;  ///< in a vessel
     bool m_is_ending = false;
     std::int64_t m_models = 0;
     HapticRecord m_now;
     bool m_has_place = false;
 
-    Vec3d m_pushed_mm{0, 0, 0};  ///< where the tissue's tool is
-    Vec3d m_way_mm{0, 0, 0};     ///< of the push that is under way
-    Vec3d m_tried_mm{0, 0, 0};   ///< where it was to go last
-    bool m_pushes = false;       ///< a contact has begun
-    bool m_is_refused = false;  ///< the tissue can't be pushed here, as beyond the springs' lattice
+    Vec3d m_pushed_mm{0, 0, 0};  ///< position of the tissue's tool
+    Vec3d m_way_mm{0, 0, 0};     ///< way of the current push
+    Vec3d m_tried_mm{0, 0, 0};   ///< target of the last push
+    bool m_pushes = false;       ///< in contact
+    bool m_is_refused = false;   ///< pushes are refused here, for example beyond the springs'
+                                 ///< lattice
     std::uint32_t m_stroke = 0;
-    ChainMailSettings m_materials;  ///< that the feeling was made with
+    ChainMailSettings m_materials;  ///< materials of m_feel
 
     bool m_is_stopped = false;
     Clock::time_point m_over_at{};
     std::uint64_t m_next_record = 0;
     double m_largest_n = 0;
     std::vector<HapticRecord> m_records;
-    std::vector<std::int64_t> m_periods_ns, m_computes_ns;  ///< of the last seconds, in turn
+    std::vector<std::int64_t> m_periods_ns, m_computes_ns;  ///< of the last seconds, ring buffer
     std::size_t m_at = 0;
     double m_age_ms = 0;
     Clock::time_point m_measured_at{};

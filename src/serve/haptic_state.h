@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Force feedback as clients ask for it and are told of it (docs/protocol.md, "Force feedback").
+// Requests and states of force feedback (docs/protocol.md, "Force feedback").
 
 #pragma once
 
@@ -16,38 +16,38 @@ namespace pliant::serve {
 
 enum class HapticWish { Start, Stop, Go, End };
 
-/// What a client asks for. All but the first is of Start.
+/// A client's request. All fields but the first belong to Start.
 struct HapticsMessage {
     HapticWish wish = HapticWish::End;
     std::string device{};  ///< a name of the server's list
-    /// Where the middle of the device's workspace is, and what its −z axis and y axis are there.
+    /// Centre of the device's workspace, and directions of its −z and y axes, in the scene.
     Vec3d position_mm{0, 0, 0}, look{0, 1, 0}, up{0, 0, 1};
     double scale = 1;
-    double radius_mm = 1.5;  ///< of the tool
+    double radius_mm = 1.5;  ///< radius of the tool
 };
 
-/// Where a device is whose place the client says [mm, in the device's frame].
+/// Pose of a device that the client positions [mm, in the device's frame].
 struct HapticPoseMessage {
     Vec3d position_mm{0, 0, 0};
-    double roll_deg = 0;  ///< about its z axis, as often round as it was turned
+    double roll_deg = 0;  ///< about its z axis, accumulated over full turns
 };
 
-/// Of the servo, over the last seconds.
+/// Timing of the servo over the last seconds.
 struct HapticStatistics {
     double rate_hz = 0;
     double period_p99_us = 0, period_max_us = 0;
     double misses_per_million = 0;  ///< periods above 1.5 ms
     double compute_p99_us = 0;
-    double age_ms = 0;  ///< of the model, at most
+    double age_ms = 0;  ///< largest age of the model
 
     friend bool operator==(const HapticStatistics&, const HapticStatistics&) = default;
 };
 
 struct HapticState {
     bool on = false;
-    std::string why{};         ///< where it isn't any more
-    std::uint32_t client = 0;  ///< who began it
-    std::uint32_t tool = 0;    ///< the number of its tool, as in frames of tools
+    std::string why{};         ///< reason why it ended
+    std::uint32_t client = 0;  ///< owner of the session
+    std::uint32_t tool = 0;    ///< number of the tool in tool frames
     std::string device{};
     double scale = 1;
     bool stopped = false;
@@ -56,12 +56,12 @@ struct HapticState {
     Vec3d place_mm{0, 0, 0};  ///< of the tool
     Vec3d proxy_mm{0, 0, 0};  ///< on the free side of the wall
     Vec3d force_n{0, 0, 0};   ///< on the tool
-    double largest_n = 0;     ///< since the last state
-    double depth_mm = 0;      ///< beyond the wall; with a catheter, ahead of its base
+    double largest_n = 0;     ///< largest force since the last state
+    double depth_mm = 0;      ///< depth beyond the wall; catheter: distance ahead of its base
     bool holds_catheter = false;
-    double largest_force_n = 0;  ///< that the device can show
+    double largest_force_n = 0;  ///< limit of the device
     HapticStatistics servo{};
-    std::string note{};  ///< what would make it better
+    std::string note{};  ///< hint for the user
 
     friend bool operator==(const HapticState&, const HapticState&) = default;
 };

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// What clients are told of a device with force feedback, as JSON.
+// State of a force-feedback device as JSON.
 
 #include <cmath>
 #include <nlohmann/json.hpp>
@@ -15,7 +15,7 @@ double in_steps(double value, double per_unit) {
     return std::round(value * per_unit) / per_unit;
 }
 
-/// Micrometres, or micronewtons: as fine as anybody needs, and few digits.
+/// Rounds to micrometres or micronewtons: few digits.
 nlohmann::json short_vector(Vec3d v, double per_unit) {
     return {in_steps(v.x, per_unit), in_steps(v.y, per_unit), in_steps(v.z, per_unit)};
 }

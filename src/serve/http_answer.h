@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// What all answers have in common: what a browser may do with them.
+// Header fields of all answers: the browser's security policy.
 
 #pragma once
 

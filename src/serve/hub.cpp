@@ -33,7 +33,7 @@ Hub::Hub(std::unique_ptr<Scene> scene, std::unique_ptr<SessionLog> log, int rate
       m_last_client(m_scene->last_client()) {
     m_unlogged.reserve(kMaxUnlogged);
     m_untold.reserve(kMaxUntold);
-    // Those who had hold of tissue when a recorded session ended are gone.
+    // Clients that held tissue at the end of a recorded session are gone.
     for (std::uint32_t client = 1; client <= m_last_client; ++client) {
         if (m_scene->has_contact(client)) act(client, ReleaseCommand{});
         if (m_scene->has_eye(client)) act(client, EyeCommand{});
@@ -82,7 +82,7 @@ void Hub::run(const std::stop_token& stop, Outlet& outlet) {
         m_worked = false;
         step();
         ++m_ticks;
-        // Steps in which nothing was done don't hold up the next command.
+        // Idle steps don't delay the next command.
         if (m_worked) last = m_now;
     }
     for (Client& client : m_clients)
@@ -127,7 +127,7 @@ void Hub::step() {
     m_overlay_ms = 0;
     for (Client& client : m_clients)
         if (!guarded("owner", [&] { publish(client); })) {
-            // Frames that were taken from it may not have been sent.
+            // Boxes taken from it may not have been sent.
             client.delivery.come_back({});
             client.overlay_delivery.come_back({});
             if (client.rest) client.rest->come_back({});
@@ -138,8 +138,8 @@ void Hub::step() {
 
 // Work.
 
-/// The client whose commands took the least time lately goes first, so that quick commands don't
-/// wait for another client's slow ones.
+/// The client with the least recent computing time goes first, so that quick commands don't wait
+/// for another client's slow ones.
 void Hub::carry_out_commands() {
     constexpr double kShareKept = 0.9;  // per step
     for (Client& client : m_clients) client.spent_ms *= kShareKept;
@@ -171,8 +171,8 @@ void Hub::carry_out(Client& client) {
     m_outcomes.push_back(std::move(done));
 }
 
-/// Carries out a command, and records it. Where memory runs out, the scene is as it was, and the
-/// session says at most that a step has ended.
+/// Carries out a command and records it. If memory runs out, the scene is unchanged, except that
+/// the open step may have ended, which is recorded.
 Outcome Hub::act(std::uint32_t client, const Action& action) {
     const Outcome ran_out{.error_code = "limit", .message = "out of memory", .ran_out = true};
     if (m_log && m_log->is_full())
@@ -204,7 +204,7 @@ Outcome Hub::act(std::uint32_t client, const Action& action) {
     const bool moves_nothing =
         std::holds_alternative<IsoCommand>(action) || std::holds_alternative<EyeCommand>(action);
     m_moved = m_moved || !moves_nothing;
-    // Another tissue has seen no eyes.
+    // A new tissue has no eyes.
     if (std::holds_alternative<TissueCommand>(action)) {
         for (Client& other : m_clients) other.eye = {};
         m_rest_is_stale = true;
@@ -233,7 +233,7 @@ void Hub::feel(Client& client, const Action& action, const Outcome& outcome) {
         tool.force = {float(outcome.force->x), float(outcome.force->y), float(outcome.force->z)};
 }
 
-/// When nobody waits for a picture, but not too rarely; tools show it a tick later.
+/// Measures while no picture is due, but at a minimum rate; tools show the force a tick later.
 void Hub::measure_force() {
     constexpr int kMostBusyTicks = 4;
     if (m_worked && ++m_busy_ticks < kMostBusyTicks) return;
@@ -263,13 +263,13 @@ void Hub::tell_eyes() {
 }
 
 void Hub::relax() {
-    // A model that knows time goes as fast as the clock on the wall, if it can.
+    // A model with simulated time runs in real time, if it can.
     const double each_ms = m_scene->sweep_time_ms();
     const double passed_ms = m_was_moving ? ms_between(m_relaxed_at, m_now) : each_ms;
     m_owed_ms = std::min(m_owed_ms + passed_ms, std::max(each_ms, kMostOwedMs));
     m_relaxed_at = m_now;
-    // It gets what it needs for that, commands and pictures or not: fewer pictures rather than
-    // tissue in slow motion. One that knows no time takes what commands have left.
+    // It gets the time for that before commands and pictures: fewer pictures are better than
+    // tissue in slow motion. A model without time uses the time left by the commands.
     const Clock::time_point begin = each_ms > 0 ? Clock::now() : m_now;
     const std::chrono::milliseconds most = each_ms > 0 ? kMotionTime : kRelaxTime;
     int sweeps = 0;
@@ -289,7 +289,7 @@ void Hub::relax() {
     if (m_scene->take_lost()) note(SessionLost{m_scene->steps()});
 }
 
-/// The rate of node updates, over half a second of motion at a time.
+/// Measures the rate of node updates, over half a second of motion.
 void Hub::measure_updates(int sweeps, double each_ms, double passed_ms) {
     constexpr double kWindowMs = 500, kUpdatesPerSecond = SpringScanTissue::kRate_hz;
     if (m_was_moving) {
@@ -299,7 +299,7 @@ void Hub::measure_updates(int sweeps, double each_ms, double passed_ms) {
     m_was_moving = each_ms > 0 && m_scene->wants_sweep();
     if (!m_was_moving) m_owed_ms = 0;
     if (m_window_ms < kWindowMs && m_was_moving) return;
-    // Short motions tell little.
+    // Short motions are not representative.
     if (m_window_ms > kWindowMs / 5) {
         m_timing.pace = m_window_sweeps_ms / m_window_ms;
         m_timing.update_hz = std::round(kUpdatesPerSecond * m_timing.pace);
@@ -309,7 +309,7 @@ void Hub::measure_updates(int sweeps, double each_ms, double passed_ms) {
 
 void Hub::resample() {
     if (!m_moved && !m_is_behind) return;
-    m_checksums.reset();  // a cut that nothing opens changes the tissue, and no voxel
+    m_checksums.reset();  // a closed cut changes the tissue, but no voxel
     m_is_behind = true;
     const Result<LiveUpdate> update = m_scene->update();
     m_is_behind = !update || !update_rest(update->boxes);
@@ -329,14 +329,14 @@ void Hub::resample() {
 void Hub::checkpoint() {
     m_unsaved_ms += m_solve_ms;
     m_is_unsaved = m_is_unsaved || m_worked;
-    // At a moment when nobody waits for anything.
+    // Save while no work is waiting.
     const bool is_due = m_is_unsaved && m_unsaved_ms >= m_checkpoint_ms;
     if (!m_log || !m_is_recorded || m_log->is_nameless()) return;
     if (!is_due || m_worked || m_is_behind || !m_scene->is_quiet() || !log_is_ready()) return;
     m_is_unsaved = false;
     m_unsaved_ms = 0;
     Status saved = Ok{};
-    for (Client& client : m_clients) client.eye = {};  // at rest the scene has none
+    for (Client& client : m_clients) client.eye = {};  // a resting scene has no eyes
     auto point = save_checkpoint(*m_scene, m_log->path(), m_checkpoints + 1, saved);
     if (!point.ok()) {
         m_scene->interrupt(0);
@@ -350,7 +350,7 @@ void Hub::checkpoint() {
                      saved.error().message.c_str());
 }
 
-/// Records the finished commands. Without memory they are recorded later: see log_is_ready().
+/// Adds a record. Without memory it is added later: see log_is_ready().
 void Hub::note(SessionRecord record) noexcept {
     if (!m_log) return;
     if (log_is_ready()) {
@@ -359,11 +359,11 @@ void Hub::note(SessionRecord record) noexcept {
         } catch (const std::bad_alloc&) {
         }
     }
-    m_unlogged.push_back(std::move(record));  // has a place: nothing is done while others wait
+    m_unlogged.push_back(std::move(record));  // reserved: no work while records wait
 }
 
-/// Whether all changes of the scene are recorded, if only in memory. If not, nothing else may be
-/// done.
+/// Whether all changes of the scene are recorded, at least in memory. If not, no command may be
+/// carried out.
 bool Hub::log_is_ready() noexcept {
     if (m_log && m_log->is_full()) return false;
     while (!m_unlogged.empty()) {
@@ -377,8 +377,8 @@ bool Hub::log_is_ready() noexcept {
     return true;
 }
 
-/// Writes the session. Where that fails its records stay in memory, clients are told, and it is
-/// tried again each second.
+/// Writes the session. On failure its records stay in memory, clients are informed, and the write
+/// is retried each second.
 void Hub::write_log() {
     constexpr auto kPause = std::chrono::seconds(1);
     if (!m_log) return;

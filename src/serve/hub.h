@@ -1,15 +1,15 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The owner of the scene: one thread that takes what clients want, does it, and tells them what
-// changed, at a fixed rate.
+// The owner of the scene: one thread that carries out the clients' commands and publishes the
+// changes, at a fixed rate.
 //
 //   network ──events──► inbox ──► [ commands · relaxation · resampling · publishing ] ──► outlet
 //
-// In each step it carries out what has come in, as far as time goes; lets the tissue relax; brings
-// the deformed volume up to date; and gives each client that has taken its last batch a new one,
-// encoded here, while the volume stands still. Who is slow gets fewer, with what has changed
-// meanwhile: nothing queues up, and nobody waits for anybody else.
+// Each step carries out waiting commands within a time budget, relaxes the tissue, updates the
+// deformed volume, and encodes a new batch for each client that has received its last one. The
+// volume doesn't change during the encoding. Slow clients get fewer, larger updates: queues stay
+// bounded, and clients never wait for each other.
 
 #pragma once
 
@@ -40,43 +40,43 @@
 
 namespace pliant::serve {
 
-/// A scene that is to take the place of the present one.
+/// A scene that replaces the present one.
 struct NewScene {
     std::unique_ptr<Scene> scene;
-    SessionHeader recorded;  ///< as the session shall name its scan
+    SessionHeader recorded;  ///< the scan's record in the session
 };
 
 class Hub {
   public:
     /// @param log  may be null
-    /// @param open_bytes  told to clients: how large a scan may be that they open
+    /// @param open_bytes  size limit of scans, for clients
     Hub(std::unique_ptr<Scene> scene, std::unique_ptr<SessionLog> log, int rate_hz,
         std::uint64_t open_bytes = 0);
-    /// Before run().
-    /// @param seconds  of work from one to the next
-    /// @param so_far   that the session has
+    /// Enables checkpoints. Call it before run().
+    /// @param seconds  of work between two checkpoints
+    /// @param so_far   number of checkpoints in the session
     void keep_checkpoints(double seconds, int so_far);
-    /// Before run(), too. @param nodes  along an axis, that a client may ask for
+    /// Limits the spring nodes along an axis. Call it before run().
     void bound_springs(int nodes) { m_max_spring_nodes = nodes; }
-    /// Before run(), too: devices beside those in the tree.
+    /// Offers devices beside the built-in ones. Call it before run().
     void offer_devices(HapticDevices devices) { m_haptic_devices = std::move(devices); }
 
-    // From the network's thread; none of them waits.
+    // Called on the network's thread; none of them blocks.
     void opened(ConnectionId connection, bool may_control);
     void received(ConnectionId connection, Message message);
-    /// A field of a command is out of its range.
+    /// Reports a command with a field out of range.
     void refused(ConnectionId connection, ParseFailure failure);
     void written(ConnectionId connection);
     void closed(ConnectionId connection);
-    /// Takes what is to be saved as it is now. Calls back on the owner's thread.
+    /// Copies the present state for saving. Calls back on the owner's thread.
     void save(SaveKind kind, std::function<void(Result<FileWriter>)> ready);
-    /// Calls back on the owner's thread with the scene that was there before: it takes its time to
-    /// free, which somebody else shall spend.
+    /// Replaces the scene. Calls back on the owner's thread with the old scene, because freeing it
+    /// takes time that another thread should spend.
     void open(NewScene scene, std::function<void(std::unique_ptr<Scene> old)> done);
 
-    /// Steps so far; from any thread.
+    /// Number of steps so far. Thread-safe.
     std::int64_t ticks() const { return m_ticks; }
-    /// Runs until it is to stop; then all connections are closed.
+    /// Runs until a stop is requested, then closes all connections.
     void run(const std::stop_token& stop, Outlet& outlet);
 
   private:
@@ -126,7 +126,7 @@ class Hub {
         std::shared_ptr<const std::string> bytes;
     };
 
-    /// A message that was refused because memory ran out, and whose sender doesn't know yet.
+    /// A message that was refused for lack of memory; its sender isn't informed yet.
     struct Untold {
         ConnectionId connection;
         std::uint32_t id;
@@ -222,19 +222,19 @@ class Hub {
     std::condition_variable_any m_wake;
     std::vector<Event> m_inbox;
 
-    // The rest belongs to the owner's thread.
-    std::vector<Event> m_events;  ///< that were taken from the inbox
-    std::size_t m_taken = 0;      ///< how many of them are dealt with
+    // Members below belong to the owner's thread.
+    std::vector<Event> m_events;  ///< taken from the inbox
+    std::size_t m_taken = 0;      ///< number of processed ones
     std::vector<Untold> m_untold;
     std::unique_ptr<Scene> m_scene;
     std::unique_ptr<SessionLog> m_log;
     bool m_is_recorded = true;              ///< whether the session's file has all records
-    Clock::time_point m_flush_at{};         ///< when it was last written to
-    std::vector<SessionRecord> m_unlogged;  ///< records for which there was no memory yet
-    double m_checkpoint_ms = 0;             ///< of work from one to the next
-    double m_unsaved_ms = 0;                ///< of work since the last one
-    bool m_is_unsaved = false;              ///< whether there was any
-    int m_checkpoints = 0;                  ///< of the session
+    Clock::time_point m_flush_at{};         ///< time of the last write
+    std::vector<SessionRecord> m_unlogged;  ///< records that wait for memory
+    double m_checkpoint_ms = 0;             ///< work between two checkpoints
+    double m_unsaved_ms = 0;                ///< work since the last checkpoint
+    bool m_is_unsaved = false;              ///< whether there was work
+    int m_checkpoints = 0;                  ///< number in the session
     Clock::duration m_period;
     std::uint64_t m_open_bytes;
     int m_max_spring_nodes = 32;
@@ -244,42 +244,42 @@ class Hub {
     std::uint32_t m_last_client;
     std::uint32_t m_step = 0;
     Clock::time_point m_now{};
-    bool m_moved = false;      ///< in this step, so that the volume may have changed
-    bool m_is_behind = false;  ///< the volume: there was no memory to update it
+    bool m_moved = false;      ///< the volume may have changed in this step
+    bool m_is_behind = false;  ///< the volume's update failed for lack of memory
     bool m_worked = false;
-    int m_busy_ticks = 0;       ///< since a force was measured last
-    bool m_was_moving = false;  ///< by itself, of a model that knows time
-    double m_owed_ms = 0;       ///< that the model is behind
+    int m_busy_ticks = 0;       ///< ticks since the last force measurement
+    bool m_was_moving = false;  ///< a model with simulated time was in motion
+    double m_owed_ms = 0;       ///< lag of the model's time
     Clock::time_point m_relaxed_at{};
     double m_window_ms = 0, m_window_sweeps_ms = 0;  ///< for update_hz
     std::vector<Done> m_outcomes;                    ///< of this step
     double m_solve_ms = 0;                           ///< of this step
     std::int64_t m_moved_elements = 0;
-    SharedState m_timing;  ///< its timing is of the last step in which something moved
+    SharedState m_timing;  ///< timing of the last step with motion
     std::string m_state_text;
     std::uint64_t m_state_version = 0;
     std::vector<ToolPose> m_tools;
     std::string m_tools_frame;
     std::uint64_t m_tools_version = 0;
-    std::vector<std::unique_ptr<PathSearch>> m_paths;  ///< that are looked for
+    std::vector<std::unique_ptr<PathSearch>> m_paths;  ///< running searches
     HapticDevices m_haptic_devices;
-    std::unique_ptr<HapticSession> m_haptics;  ///< null: there is none
-    std::optional<DeviceQuestion> m_wish;      ///< that waits for the one before to be closed
-    std::unique_ptr<DeviceOpening> m_opening;  ///< a device that is opened or closed now
-    std::string m_haptics_why;                 ///< it has ended
+    std::unique_ptr<HapticSession> m_haptics;  ///< null: no device
+    std::optional<DeviceQuestion> m_wish;      ///< waits until the previous device is closed
+    std::unique_ptr<DeviceOpening> m_opening;  ///< device being opened or closed
+    std::string m_haptics_why;                 ///< reason of the last end
     std::string m_haptics_text;
     std::uint64_t m_haptics_version = 0;
     VesselFrames m_vessel;
-    std::vector<SharedBox> m_boxes;             ///< that were encoded in this step
+    std::vector<SharedBox> m_boxes;             ///< encoded in this step
     std::vector<OverlayWish> m_overlay_wishes;  ///< of this step
-    DirtyBlocks m_deformed;                     ///< voxels that have not always been at rest
-    std::int64_t m_overlay_left = 0;            ///< voxels that overlays may take in this step
+    DirtyBlocks m_deformed;                     ///< voxels that were ever deformed
+    std::int64_t m_overlay_left = 0;            ///< budget of overlay voxels in this step
     double m_overlay_ms = 0;                    ///< of this step
-    Clock::time_point m_overlay_at{};           ///< when one was last wanted
+    Clock::time_point m_overlay_at{};           ///< time of the last request
     std::vector<RestWish> m_rest_wishes;        ///< of this step
-    std::optional<RestField> m_rest;            ///< while a client wants it
-    bool m_rest_is_stale = false;               ///< it has to be made anew
-    std::int64_t m_rest_left = 0;               ///< nodes that may be sent in this step
+    std::optional<RestField> m_rest;            ///< present while a client requests it
+    bool m_rest_is_stale = false;               ///< must be rebuilt
+    std::int64_t m_rest_left = 0;               ///< budget of nodes in this step
     std::optional<Checksums> m_checksums;
     Clock::time_point m_checksums_at{};
 };

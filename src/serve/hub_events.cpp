@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// What comes in from clients: who they are, what they ask for, and who has to go.
+// Events from clients: connections, messages, and timeouts.
 
 #include <algorithm>
 #include <random>
@@ -20,7 +20,7 @@ std::string random_text() {
     return text;
 }
 
-/// What cuts a name to so many bytes leaves no half of a character.
+/// Truncates a name at a character boundary (UTF-8).
 std::string shortened(std::string name) {
     constexpr std::size_t kLongest = 80;
     if (name.size() <= kLongest) return name;
@@ -31,7 +31,7 @@ std::string shortened(std::string name) {
 
 }  // namespace
 
-/// Those for which there is no memory now wait for the next step; messages are refused instead.
+/// Takes events. Those without memory wait for the next step; messages are refused instead.
 void Hub::take_events() {
     if (m_taken == m_events.size()) {
         m_events.clear();
@@ -52,7 +52,7 @@ void Hub::take_events() {
     }
 }
 
-/// That a message was refused because memory ran out.
+/// Notes that a message was refused for lack of memory.
 void Hub::tell_later(const Untold& untold) noexcept {
     if (m_untold.size() < m_untold.capacity()) m_untold.push_back(untold);
 }
@@ -117,7 +117,7 @@ void Hub::say_hello(ConnectionId connection, const HelloMessage& hello) {
         return m_outlet->close(connection, kCloseFull, "expected up to 32 clients, found more");
     if (is_new) {
         if (m_clients.size() >= kMaxPlaces) {
-            // Those that are away make room, who has been away longest first.
+            // Absent clients are evicted, those with the longest absence first.
             const auto away = std::min_element(m_clients.begin(), m_clients.end(),
                                                [](const Client& a, const Client& b) {
                                                    return std::pair(a.connection != 0, a.since) <
@@ -253,7 +253,7 @@ void Hub::park(Client& client) {
     release(client);
 }
 
-/// Whoever is away holds nothing.
+/// An absent client holds no tissue.
 void Hub::release(Client& client) {
     if (m_scene->has_contact(client.info.number)) act(client.info.number, ReleaseCommand{});
     if (m_scene->has_eye(client.info.number)) act(client.info.number, EyeCommand{});
@@ -268,7 +268,7 @@ void Hub::drop_who_is_late() {
     });
     for (Client& client : m_clients) {
         if (!client.connection) {
-            release(client);  // there may have been no memory before
+            release(client);  // memory may have been lacking before
             continue;
         }
         auto unseen = client.delivery.unseen_since();

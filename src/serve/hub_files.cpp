@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// What goes out of the scene into files, and a scene that comes in from one. The owner only takes
-// and puts: copies that cost what was changed, and a pointer. Reading and writing are others' work.
+// Saving and opening files. The owner only copies the changed state, or swaps a pointer. Other
+// threads read and write.
 
 #include <new>
 
@@ -35,7 +35,7 @@ void Hub::take(ConnectionId, Saving& saving) {
     saving.ready(writer());
 }
 
-/// Begins once its memory is there and all earlier commands are recorded.
+/// Begins once memory is available and all earlier commands are recorded.
 void Hub::take(ConnectionId, Opening& opening) {
     if (!log_is_ready()) throw std::bad_alloc();
     opening.scene.scene->set_volume_id(m_scene->info().id + 1);
@@ -53,10 +53,10 @@ void Hub::take(ConnectionId, Opening& opening) {
     m_overlay_wishes.clear();
     forget_rest();
     m_tools.clear();
-    m_tools_version = 0;  // so that it is made again, for the new scan
+    m_tools_version = 0;  // forces a new frame for the new scan
     for (Client& client : m_clients) {
         give_up_paths(client.info.number);
-        // A client that can't be told has to come in again.
+        // A client that can't be informed must reconnect.
         if (!guarded("owner", [&] { begin_anew(client); }) && client.connection)
             guarded("owner", [&] { drop(client, kCloseStalled, "out of memory"); });
     }
@@ -70,7 +70,7 @@ void Hub::take(ConnectionId, Opening& opening) {
     guarded("owner", [&] { opening.done(std::move(opening.scene.scene)); });
 }
 
-/// Nothing that a client had, asked for or was shown is of the new scan.
+/// Resets a client's state for a new scan.
 void Hub::begin_anew(Client& client) {
     client.delivery = Delivery(m_scene->info().grid.size);
     client.delivery.mark_all();

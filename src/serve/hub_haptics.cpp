@@ -1,9 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// A device with force feedback in one client's hand. Its tool's pushes are commands of the scene
-// like all others, under a number of its own: recorded, replayed, undone. Everybody is told what it
-// feels.
+// A force-feedback device of one client. The pushes of its tool are ordinary commands of the scene,
+// under a separate client number: recorded, replayed, undone. All clients receive its force.
 
 #include <string>
 #include <utility>
@@ -32,7 +31,7 @@ void Hub::take_haptics(Client& client, std::uint32_t id, const HapticsMessage& h
     if (!m_haptics || m_haptics->is_ending())
         return answer({.error_code = "nothing",
                        .message = "haptics: expected a device in somebody's hand, found none"});
-    // Whoever may control may stop it; force comes back only for whom it is.
+    // Every client with control may stop it; only its owner may resume the force.
     if (haptics.wish == HapticWish::Go && m_haptics->client() != client.info.number)
         return answer({.error_code = "held_by_other",
                        .message = "haptics: expected who began it, found client " +
@@ -55,20 +54,20 @@ void Hub::start_haptics(Client& client, std::uint32_t id, const HapticsMessage& 
                           std::to_string(m_haptics->client()));
     if (m_wish || (m_opening && m_opening->question().client))
         return refuse("busy", "haptics: expected one device at a time, found one that is opened");
-    // The device may be the same one: it is to be closed before it is opened again.
+    // The device may be the same one, so it is closed before it is opened again.
     end_haptics("");
     m_wish = {client.info.number, id, haptics};
     open_device();
 }
 
-/// What is asked for, once the one before is closed.
+/// Opens the requested device, once the previous one is closed.
 void Hub::open_device() {
     if (m_opening || !m_wish) return;
     m_opening = std::make_unique<DeviceOpening>(*std::exchange(m_wish, {}), std::move(m_haptics),
                                                 &m_haptic_devices);
 }
 
-/// The device that was opened is taken into the hand, if whoever asked for it is still there.
+/// Starts a session on the opened device, if the client is still connected.
 void Hub::take_device() {
     if (!m_opening || !m_opening->is_done()) return;
     const auto opening = std::move(m_opening);
@@ -95,7 +94,7 @@ void Hub::take_device() {
     open_device();
 }
 
-/// Whoever waits for a device doesn't get it. @param client  0: any
+/// Cancels requests for a device. @param client  0: any
 void Hub::give_up_device(std::uint32_t client, const Outcome& why) {
     const auto is_meant = [&](const DeviceQuestion& asked) {
         return asked.client != 0 && (client == 0 || asked.client == client);
@@ -125,7 +124,7 @@ void Hub::end_haptics(const std::string& why) {
 void Hub::push_by_device() {
     take_device();
     if (!m_haptics) return;
-    if (m_haptics->is_over(m_now) && !m_opening) {  // it is closed beside, too
+    if (m_haptics->is_over(m_now) && !m_opening) {  // closed in the background too
         m_opening =
             std::make_unique<DeviceOpening>(DeviceQuestion{}, std::move(m_haptics), nullptr);
         return;
@@ -136,7 +135,7 @@ void Hub::push_by_device() {
         m_haptics->pushed(act(m_haptics->tool(), *push));
 }
 
-/// To be called while the volume is up to date.
+/// Call it while the volume is up to date.
 void Hub::feel_device() {
     if (m_haptics && m_haptics->suits(*m_scene)) m_haptics->feel(*m_scene);
 }

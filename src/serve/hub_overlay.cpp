@@ -1,10 +1,9 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Numbers of the deformation beside the voxels, for clients that ask for them: how far the tissue
-// that is shown at a voxel has moved, or by how much it grew. They go the way of the voxels, but
-// after them, and no more in one step than a step has time for. A client takes everything for at
-// rest when it asks, so it is sent only what has ever been deformed.
+// Overlays: numbers of the deformation beside the voxels, displacement or volume ratio of the
+// tissue at a voxel. They are sent like voxels, but after them, within a budget per step. A client
+// starts with an overlay at rest, so it receives only voxels that were ever deformed.
 
 #include <algorithm>
 #include <utility>
@@ -15,13 +14,13 @@
 
 namespace pliant::serve {
 
-/// Of a scan that is new.
+/// Resets overlays for a new scan.
 void Hub::forget_overlays() {
     m_deformed = DirtyBlocks(m_scene->info().grid.size);
     for (Client& client : m_clients) client.overlay = OverlayKind::None;
 }
 
-/// To be called while the volume is up to date.
+/// Call it while the volume is up to date.
 void Hub::begin_overlays() {
     for (; !m_overlay_wishes.empty(); m_overlay_wishes.erase(m_overlay_wishes.begin())) {
         const OverlayWish wish = m_overlay_wishes.front();
@@ -56,7 +55,7 @@ void Hub::mark_overlays(std::span<const Box3i> boxes) {
 }
 
 void Hub::add_overlay_boxes(Client& client, std::vector<Outgoing>& batch) {
-    // The voxels come first.
+    // Voxels have priority.
     Delivery& delivery = client.overlay_delivery;
     if (client.overlay == OverlayKind::None || client.delivery.is_due() || !delivery.is_due() ||
         !delivery.may_send() || m_overlay_left <= 0)
@@ -90,7 +89,7 @@ std::string Hub::make_overlay_box(const Box3i& box, std::uint8_t flags, bool pac
     return box_frame(halves, box, header, pack);
 }
 
-/// Where nobody has wanted an overlay for a while, nothing is computed for one either.
+/// Stops the computation of overlays a while after the last request.
 void Hub::rest_overlays() {
     if (!m_scene->live().keeps_sources()) return;
     for (const Client& client : m_clients)

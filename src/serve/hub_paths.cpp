@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Ways through the lumen that clients ask for: who may have one looked for, and the answers.
+// Path searches that clients request: admission, and answers.
 
 #include <algorithm>
 

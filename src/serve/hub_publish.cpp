@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// What the owner of the scene tells its clients at the end of each step.
+// Publishing at the end of each step.
 
 #include <algorithm>
 
@@ -96,7 +96,7 @@ void Hub::publish(Client& client) {
     }
     if (batch.empty()) return;
     m_outlet->send(client.connection, std::move(batch));
-    // Nothing that could fail from here on.
+    // The rest can't fail.
     client.writing = true;
     client.since = m_now;
     client.texts.clear();
@@ -140,7 +140,7 @@ std::string Hub::make_box(const Box3i& box, std::uint8_t flags, bool pack, Overl
 }
 
 const Checksums* Hub::current_checksums() {
-    // All voxels are looked at: no client can make that happen more often.
+    // Needs a pass over all voxels, so its rate is limited for all clients together.
     if (m_checksums) return &*m_checksums;
     if (m_now - m_checksums_at < kChecksumPause) return nullptr;
     if (m_is_behind || !log_is_ready()) return nullptr;

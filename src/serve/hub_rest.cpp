@@ -1,10 +1,9 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The rest field, for clients that ask for it: where the tissue was at rest, and what is raw, at
-// every 4th voxel. It is one for all clients, updated with the volume, and goes the way of the
-// overlays: after the voxels, in boxes of nodes. A client takes everything for at rest when it
-// asks.
+// The rest field for clients that request it: rest positions and raw tissue at every 4th voxel. One
+// field serves all clients, follows the volume, and is sent like overlays: after the voxels, in
+// boxes of nodes. A client starts with a field at rest.
 
 #include <algorithm>
 #include <utility>
@@ -15,7 +14,7 @@
 namespace pliant::serve {
 namespace {
 
-/// Boxes of at most kMaxRestNodes nodes, in order.
+/// Splits a box into boxes of at most kMaxRestNodes nodes, in order.
 void add_split(const Box3i& nodes, std::vector<Box3i>& boxes) {
     if (node_count(nodes) <= kMaxRestNodes) return boxes.push_back(nodes);
     const Vec3i n = nodes.end - nodes.begin;
@@ -26,7 +25,7 @@ void add_split(const Box3i& nodes, std::vector<Box3i>& boxes) {
     add_split(high, boxes);
 }
 
-/// The parts of rows that are not at rest.
+/// Marks the parts of rows that are not at rest.
 void mark_moved(const RestField& field, Delivery& delivery) {
     if (field.at_rest()) return;
     const Vec3i n = field.counts();
@@ -41,7 +40,7 @@ void mark_moved(const RestField& field, Delivery& delivery) {
 
 }  // namespace
 
-/// Nothing of it means anything in a scan that is new.
+/// Resets the field for a new scan.
 void Hub::forget_rest() noexcept {
     m_rest.reset();
     m_rest_is_stale = false;
@@ -49,7 +48,7 @@ void Hub::forget_rest() noexcept {
     for (Client& client : m_clients) client.rest.reset();
 }
 
-/// To be called while the volume is up to date.
+/// Call it while the volume is up to date.
 void Hub::begin_rest() {
     for (; !m_rest_wishes.empty(); m_rest_wishes.erase(m_rest_wishes.begin())) {
         const RestWish wish = m_rest_wishes.front();
@@ -74,8 +73,8 @@ void Hub::set_rest(Client& client, std::uint32_t id, bool on) {
     say(client, std::move(text));
 }
 
-/// Makes the field anew. @param boxes  that changed beside what was ever deformed
-/// @returns whether there was memory for it
+/// Rebuilds the field. @param boxes  changed voxels, beside those ever deformed
+/// @returns whether there was enough memory
 bool Hub::make_rest(std::span<const Box3i> boxes) {
     DirtyBlocks all = m_deformed;
     for (const Box3i& box : boxes) all.mark(box);
@@ -87,14 +86,14 @@ bool Hub::make_rest(std::span<const Box3i> boxes) {
     return true;
 }
 
-/// @param boxes  of voxels that have changed
-/// @returns false where there was no memory: to be called again
+/// @param boxes  changed voxels
+/// @returns false for lack of memory; call it again then
 bool Hub::update_rest(std::span<const Box3i> boxes) noexcept {
     if (!m_rest) return true;
     bool done = false;
     guarded("owner", [&] {
         if (m_rest_is_stale) {
-            // Of another tissue, or as the last update left it in the middle.
+            // It belongs to another tissue, or a failed update left it incomplete.
             done = make_rest(boxes);
             if (!done) return;
             for (Client& client : m_clients)
@@ -114,7 +113,7 @@ bool Hub::update_rest(std::span<const Box3i> boxes) noexcept {
 }
 
 void Hub::add_rest_boxes(Client& client, std::vector<Outgoing>& batch) {
-    // The voxels come first.
+    // Voxels have priority.
     if (!client.rest || !m_rest || client.delivery.is_due() || !client.rest->is_due() ||
         !client.rest->may_send() || m_rest_left <= 0)
         return;

@@ -1,14 +1,14 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The vessel and its catheter, for clients that ask for them: the newest only, like tools. Numbers
-// of it are part of the state.
+// The vessel and its catheter for clients that request them. Like tools, only the newest state is
+// sent. Its numbers are part of the state message.
 
 #include "serve/hub.h"
 
 namespace pliant::serve {
 
-/// Of a scan that is new.
+/// Resets the vessel for a new scan.
 void Hub::forget_vessel() {
     m_vessel = {};
     for (Client& client : m_clients) client.wants_vessel = client.has_surface = false;

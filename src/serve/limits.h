@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// What a client may do before it is dropped, in one place (docs/protocol.md, "Limits").
+// Limits on clients, beyond which they are dropped (docs/protocol.md, "Limits").
 
 #pragma once
 
@@ -22,9 +22,9 @@ inline constexpr int kCloseReplaced = 4005;
 
 // Clients.
 inline constexpr int kMaxClients = 32;          ///< connected
-inline constexpr std::size_t kMaxPlaces = 64;   ///< with those that may come back
-inline constexpr std::size_t kMaxWaiting = 64;  ///< commands of a client
-inline constexpr std::size_t kMaxTexts = 1000;  ///< answers that a client doesn't read
+inline constexpr std::size_t kMaxPlaces = 64;   ///< including clients that may come back
+inline constexpr std::size_t kMaxWaiting = 64;  ///< waiting commands of a client
+inline constexpr std::size_t kMaxTexts = 1000;  ///< unread answers of a client
 inline constexpr std::chrono::seconds kHelloTime{5};
 inline constexpr std::chrono::seconds kStallTime{15};
 inline constexpr std::chrono::seconds kAwayTime{120};
@@ -33,42 +33,44 @@ inline constexpr std::chrono::seconds kAwayTime{120};
 inline constexpr std::size_t kMaxMessageBytes = 64 * 1024;
 inline constexpr double kMessagesPerSecond = 240, kMessageBurst = 600;
 inline constexpr double kBytesPerSecond = 1 << 20, kByteBurst = 4 << 20;
-inline constexpr int kMaxUntaken = 64;  ///< that the scene's owner has not looked at
+inline constexpr int kMaxUntaken = 64;  ///< messages that the scene's owner has not processed
 
 // Connections.
 inline constexpr int kMaxConnections = 128;
 inline constexpr std::size_t kMaxHeaderBytes = 8 * 1024;
 inline constexpr std::chrono::seconds kHttpTime{10};    ///< for a request, and between two
-inline constexpr std::chrono::seconds kCloseTime{2};    ///< to say goodbye
-inline constexpr std::chrono::seconds kSilentTime{30};  ///< without a sign of life
+inline constexpr std::chrono::seconds kCloseTime{2};    ///< for the closing handshake
+inline constexpr std::chrono::seconds kSilentTime{30};  ///< without any message
 
 // Files.
 inline constexpr int kMaxUploadFiles = 4096;  ///< of one scan
 inline constexpr std::size_t kMaxFileName = 200;
-inline constexpr std::uint64_t kSpareDiskBytes = std::uint64_t(256) << 20;  ///< are left
-inline constexpr std::uint64_t kMaxKeptBytes = std::uint64_t(64) << 30;     ///< beside a session
+inline constexpr std::uint64_t kSpareDiskBytes = std::uint64_t(256) << 20;  ///< must stay free
+inline constexpr std::uint64_t kMaxKeptBytes = std::uint64_t(64) << 30;     ///< kept beside a
+                                                                            ///< session
 inline constexpr std::chrono::seconds kUploadPause{60};    ///< between two files of one scan
-inline constexpr std::chrono::seconds kTransferGrace{30};  ///< beyond that, at least so fast:
+inline constexpr std::chrono::seconds kTransferGrace{30};  ///< beyond that, the minimum rate is:
 inline constexpr double kTransferBytesPerSecond = 64 * 1024;
 
 // Work in one step of the scene.
 inline constexpr std::chrono::milliseconds kCommandTime{25};
 inline constexpr std::chrono::milliseconds kRelaxTime{10};
-inline constexpr std::chrono::milliseconds kMotionTime{40};  ///< of a tissue that has its own pace
-inline constexpr double kMostOwedMs = 100;  ///< of that tissue's time; more is given up
+inline constexpr std::chrono::milliseconds kMotionTime{40};  ///< for a tissue with simulated time
+inline constexpr double kMostOwedMs = 100;                   ///< maximum lag of that tissue's time
 inline constexpr std::chrono::milliseconds kChecksumPause{100};
 inline constexpr std::int64_t kMaxBatchVoxels = std::int64_t(4) << 20;
-inline constexpr std::int64_t kMaxOverlayVoxels = std::int64_t(1) << 19;  ///< of all clients
-inline constexpr std::int64_t kMaxRestNodes = std::int64_t(1) << 17;  ///< likewise, 8 bytes each
-/// Overlays begin with writing all that is deformed once more: nobody makes that happen more often.
+inline constexpr std::int64_t kMaxOverlayVoxels = std::int64_t(1) << 19;  ///< total of all clients
+inline constexpr std::int64_t kMaxRestNodes = std::int64_t(1) << 17;  ///< total of all clients, 8
+                                                                      ///< bytes each
+/// Starting overlays rewrites all deformed voxels; this interval bounds how often.
 inline constexpr std::chrono::seconds kOverlayTime{5};
 
 // Vessels.
 inline constexpr std::size_t kMaxSurfaceNodes = std::size_t(1) << 18;
 inline constexpr double kMaxInsert_mm_s = 100, kMaxRotate_deg_s = 720, kMaxBend_deg = 180;
 
-// Ways through the lumen, which are looked for beside the scene.
-inline constexpr std::size_t kMaxPathSearches = 2;  ///< at once; each client one
+// Paths through the lumen, searched in the background.
+inline constexpr std::size_t kMaxPathSearches = 2;  ///< simultaneous searches, one per client
 inline constexpr std::int64_t kMaxPathVoxels = 24'000'000;
 inline constexpr std::chrono::seconds kPathTime{20};
 

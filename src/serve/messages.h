@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// What the server says in text (docs/protocol.md): plain values, and their JSON.
+// Text messages of the server (docs/protocol.md): plain values, and their JSON.
 
 #pragma once
 
@@ -21,7 +21,7 @@
 
 namespace pliant::serve {
 
-/// The scan, for a client that sees it for the first time.
+/// Description of the scan for a new client.
 struct VolumeInfo {
     std::uint32_t id = 1;
     std::string name{};
@@ -37,24 +37,25 @@ struct ClientInfo {
     bool view = false;
 };
 
-/// Of a catheter in its vessel.
+/// State of a catheter in its vessel.
 struct VesselState {
     CatheterCommand hand{};
-    CatheterMeasures measures{};  ///< quick ones, and inverted tetrahedra
-    double wall_moved_mm = 0;     ///< of the wall's nodes, the farthest
+    CatheterMeasures measures{};  ///< quick_measures(), and inverted tetrahedra
+    double wall_moved_mm = 0;     ///< largest displacement of a wall node
     double radius_mm = 0, length_mm = 0;
-    std::string failure{};  ///< why it has stopped until it is reset; else empty
+    std::string failure{};  ///< reason why it has stopped until a reset; empty: none
 };
 
-/// Everything shared that is not voxels.
+/// Shared state except voxels.
 struct SharedState {
     TissueChoice tissue{};
-    bool has_vessel = false;  ///< so that the tissue may be chosen to be it
+    bool has_vessel = false;  ///< whether the scene has a vessel, so that it can be chosen as
+                              ///< tissue
     std::optional<VesselState> vessel{};
-    double pace = 0;              ///< simulated over real time when it last moved; 0: not known yet
-    Vec3i spring_nodes{0, 0, 0};  ///< along i, j, k
-    std::int32_t active_nodes = 0;  ///< that forces reached last
-    double update_hz = 0;           ///< how often nodes were updated when they last moved
+    double pace = 0;                ///< simulated time per real time at the last motion; 0: unknown
+    Vec3i spring_nodes{0, 0, 0};    ///< along i, j, k
+    std::int32_t active_nodes = 0;  ///< reached by forces last
+    double update_hz = 0;           ///< rate of node updates at the last motion
     std::uint32_t step = 0;
     double iso_hu = -500;
     Polarity polarity = Polarity::Rising;
@@ -66,29 +67,29 @@ struct SharedState {
     std::vector<ClientInfo> clients{};
     bool recorded = true;  ///< the session's file has all commands
     double solve_ms = 0, resample_ms = 0, tick_ms = 0;
-    double overlay_ms = 0;  ///< that overlays took when they were last sent; not part of tick_ms
+    double overlay_ms = 0;  ///< time of the last overlays; not part of tick_ms
     std::int64_t moved_elements = 0;
 };
 
-/// What became of a command.
+/// Result of a command.
 struct Outcome {
-    std::string error_code{};  ///< empty: done; else why it was refused
+    std::string error_code{};  ///< empty: done; otherwise the reason of the refusal
     std::string message{};     ///< for the user; may be empty
     std::optional<PushStatus> status{};
     LimitedBy limited_by = LimitedBy::None;
-    double step_fraction = 0;  ///< where there is a status
+    double step_fraction = 0;  ///< valid with a status
     std::optional<std::int64_t> grabbed_elements{}, moved_elements{}, cut_links{},
         carved_elements{};
     double solve_ms = 0;
     std::optional<Vec3d> force{};
-    std::optional<Vec3d> end_mm{};  ///< of a slide: where the sphere's centre is, out of tissue
-    bool ran_out = false;           ///< refused because memory ran out, or by a fault
-    bool ended_step = false;        ///< likewise; its only effect was Scene::interrupt()
+    std::optional<Vec3d> end_mm{};  ///< of a slide: final centre of the sphere, outside of tissue
+    bool ran_out = false;           ///< refused for lack of memory, or by a bug
+    bool ended_step = false;        ///< and its only effect was Scene::interrupt()
 
     bool ok() const { return error_code.empty(); }
 };
 
-/// What a tool feels by how much its last motion changed the tissue's energy.
+/// Force on a tool, from the change of the tissue's energy in its last motion.
 struct FeltForce {
     std::uint32_t client = 0;
     Vec3d force;
@@ -99,8 +100,8 @@ struct Welcome {
     std::string resume{};
     bool resumed = false;
     int rate_hz = 60;
-    std::uint64_t open_bytes = 0;  ///< that a scan may have which is opened
-    int spring_nodes = 32;         ///< along an axis, that a client may ask for
+    std::uint64_t open_bytes = 0;  ///< size limit of an uploaded scan
+    int spring_nodes = 32;         ///< limit along an axis
     std::vector<std::string> haptic_devices{};
 };
 
@@ -112,10 +113,10 @@ struct Checksums {
 
 std::string welcome_text(const Welcome& welcome, const VolumeInfo& volume,
                          const SharedState& state);
-/// Another scan was opened.
+/// Announces another scan.
 std::string volume_text(const VolumeInfo& volume);
 std::string state_text(const SharedState& state);
-/// `done` or `error`. @param step  in which its effect is part of the voxels
+/// `done` or `error`. @param step  whose voxels include the effect
 std::string outcome_text(std::uint32_t id, std::string_view name, std::uint32_t step,
                          const Outcome& outcome);
 std::string checksum_text(std::uint32_t id, const Checksums& sums);

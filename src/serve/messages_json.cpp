@@ -61,7 +61,7 @@ Json json_of(const VolumeInfo& v) {
     return json;
 }
 
-/// As fine as anybody reads it: what trembles below that is no news.
+/// Rounds to the displayed precision, so that vibrations below it cause no new state.
 double rounded(double value, double parts) {
     return std::round(value * parts) / parts;
 }
@@ -200,7 +200,7 @@ std::string checksum_text(std::uint32_t id, const Checksums& sums) {
 
 std::string path_text(std::uint32_t id, std::uint32_t step, std::uint32_t volume,
                       const LumenPath& path) {
-    // Micrometres: as fine as anybody needs, and few digits.
+    // Micrometres: few digits.
     const auto short_number = [](double mm) { return std::round(mm * 1e3) / 1e3; };
     Json points = Json::array(), radii = Json::array();
     for (const Vec3d& p : path.points_mm)

@@ -69,7 +69,7 @@ struct Network::Impl {
 
 namespace {
 
-/// A client that came in with a right token.
+/// A client with a valid token.
 class WebSocketConnection : public std::enable_shared_from_this<WebSocketConnection> {
   public:
     WebSocketConnection(Network::Impl& network, ConnectionId id, beast::tcp_stream&& stream,
@@ -107,7 +107,7 @@ class WebSocketConnection : public std::enable_shared_from_this<WebSocketConnect
         m_closing = true;
         constexpr std::size_t kMaxReason = 120;
         m_reason = {std::uint16_t(code), message.substr(0, kMaxReason)};
-        // What is being written must end; what waits need not begin.
+        // The message being written must be completed; waiting ones are dropped.
         while (m_queue.size() > (m_writing ? 1U : 0U)) m_queue.pop_back();
         m_queue.push_back({true, std::make_shared<const std::string>(bye_text(code, message))});
         m_force.expires_after(kCloseTime);
@@ -145,7 +145,7 @@ class WebSocketConnection : public std::enable_shared_from_this<WebSocketConnect
         }
         m_socket.async_read(m_buffer, [self = shared_from_this()](error_code error, std::size_t) {
             if (error) {
-                // While we say goodbye, what ends the reading is part of that.
+                // During the closing handshake, the end of reading is expected.
                 if (!self->m_closing) self->finish();
             } else if (!self->m_closing) {
                 self->hear_or_wait();
@@ -153,7 +153,7 @@ class WebSocketConnection : public std::enable_shared_from_this<WebSocketConnect
         });
     }
 
-    /// Where there is no memory to take a message, it stays in the buffer for a while.
+    /// Handles a message, or leaves it in the buffer for a while if memory is lacking.
     void hear_or_wait() {
         try {
             hear();
@@ -226,7 +226,7 @@ class WebSocketConnection : public std::enable_shared_from_this<WebSocketConnect
     std::pair<std::uint16_t, std::string> m_reason;
 };
 
-/// Anybody, until it is known what they want.
+/// An unauthenticated connection.
 class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
   public:
     HttpConnection(Network::Impl& network, tcp::socket socket)
@@ -235,7 +235,7 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
     void read() {
         m_parser.emplace();
         m_parser->header_limit(kMaxHeaderBytes);
-        // It isn't read here. (Boost 1.74 takes "no limit" for a limit that is always exceeded.)
+        // The body isn't read here. (In Boost 1.74 "no limit" is always exceeded.)
         m_parser->body_limit(std::numeric_limits<std::uint64_t>::max());
         m_stream.expires_after(kHttpTime);
         http::async_read_header(m_stream, m_buffer, *m_parser,
@@ -252,7 +252,7 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
     }
 
   private:
-    /// A request that can't be parsed is answered; a connection that ended is not.
+    /// Answers a malformed request; a closed connection gets no answer.
     void hear_no_request(error_code error) {
         static const auto& category = make_error_code(http::error::bad_method).category();
         if (error.category() != category || error == http::error::end_of_stream ||
@@ -304,7 +304,7 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
             return refuse(request, http::status::forbidden, "token: expected that of the link");
         if (!websocket::is_upgrade(request))
             return refuse(request, http::status::bad_request, "expected a WebSocket's upgrade");
-        // The places of clients, and as many again who have not said hello.
+        // All clients, and as many connections again before their hello.
         if (m_network.clients.size() >= 2 * std::size_t(kMaxClients) || m_network.stopping)
             return refuse(request, http::status::service_unavailable, "too many connections");
         const ConnectionId id = ++m_network.last_id;
@@ -349,11 +349,11 @@ void Network::Impl::accept() {
     acceptor.async_accept([this](error_code error, tcp::socket socket) {
         if (stopping) return;
         if (!error) {
-            // One that fails is turned away; others may come.
+            // A failure closes one connection only.
             guarded("network", [&] { welcome(std::move(socket)); });
             return accept();
         }
-        // No descriptors left, perhaps: a moment later there may be some.
+        // Perhaps no descriptors are left; retry after a moment.
         grace.expires_after(std::chrono::milliseconds(50));
         grace.async_wait([this](error_code cancelled) {
             if (!cancelled && !stopping) accept();
@@ -365,7 +365,7 @@ void Network::Impl::welcome(tcp::socket socket) {
     error_code ignored;
     socket.set_option(tcp::no_delay(true), ignored);
     guests.remove_if([](const auto& guest) { return guest.expired(); });
-    // Who has said nothing for longest makes room.
+    // The connection with the longest silence is evicted.
     if (guests.size() >= std::size_t(kMaxConnections) / 2) {
         if (const auto oldest = guests.front().lock()) oldest->close();
         guests.pop_front();
@@ -410,9 +410,9 @@ int Network::port() const {
 }
 
 void Network::run() {
-    // A handler for which there was no memory is lost, and with it at most its connection.
+    // A handler without memory is lost, and with it at most its connection.
     while (!guarded("network", [&] { m_impl->context.run(); })) continue;
-    // Connections refer to the context, so they go before it.
+    // Connections refer to the context, so they are destroyed before it.
     m_impl->clients.clear();
 }
 

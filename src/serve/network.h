@@ -1,11 +1,11 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// HTTP and WebSocket on one port of this machine.
+// HTTP and WebSocket on one local port.
 //
-// One thread serves all connections. It knows nothing of the scene: it checks who may come in,
-// reads messages within their limits, hands over those that are well-formed, and writes what it is
-// given. Whoever breaks a rule is dropped here, before the scene's owner hears of it.
+// One thread serves all connections. It is independent of the scene: it authenticates requests,
+// reads messages within their limits, passes on well-formed ones, and writes the owner's batches.
+// Connections that break a rule are closed here, before the scene's owner sees their messages.
 
 #pragma once
 
@@ -21,20 +21,20 @@
 
 namespace pliant::serve {
 
-/// For those who may change the scene, and for those who may look.
+/// Secrets of the links with control and view permission.
 struct Tokens {
     std::string control, view;
 };
 
 struct TransferSettings {
     UploadSettings uploads;
-    const TaskArena& arena;  ///< of the scenes that are opened
+    const TaskArena& arena;  ///< arena of opened scenes
 };
 
 class Network final : public Outlet {
   public:
     /// Listens on 127.0.0.1. Keeps references: hub and arena must outlive it.
-    /// @param port  0: one that is free
+    /// @param port  0: a free port
     static Result<std::unique_ptr<Network>> listen(int port, Tokens tokens, Hub& hub,
                                                    TransferSettings transfers);
     ~Network() override;
@@ -42,7 +42,7 @@ class Network final : public Outlet {
     int port() const;
     /// Serves until stop().
     void run();
-    /// From any thread: lets what was closed say goodbye, for half a second.
+    /// Thread-safe. Closing handshakes get half a second.
     void stop();
 
     void send(ConnectionId connection, std::vector<Outgoing> batch) override;

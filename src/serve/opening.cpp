@@ -14,7 +14,7 @@ namespace pliant::serve {
 namespace fs = std::filesystem;
 namespace {
 
-/// The one file that is a scan by its name, or the folder.
+/// Finds the one file that is a scan by its name; otherwise the folder.
 Result<fs::path> find_scan(const Upload& upload) {
     std::vector<std::string> scans;
     for (const std::string& name : upload.names())
@@ -23,26 +23,26 @@ Result<fs::path> find_scan(const Upload& upload) {
         return Error{ErrorCode::InvalidArgument,
                      "expected one scan, found " + scans[0] + " and " + scans[1]};
     if (scans.size() == 1) return upload.scan_folder() / scans[0];
-    // A single file that is no scan has a reader's word to say why.
+    // For a single file of another kind, the reader's error explains the fault.
     if (upload.names().size() == 1) return upload.scan_folder() / *upload.names().begin();
     return upload.scan_folder();
 }
 
-/// Whether a file leads out of its folder, or asks for more memory than there is.
+/// Checks that a file refers to no file outside of its folder, and fits into memory.
 Status check_header_of(const fs::path& path) {
     const auto format = format_by_name(path);
     if (!format) return Ok{};
     if (Status status = check_file(path); !status) return status;
     auto header = read_image_header(path, *format);
     if (!header) return header.error();
-    // Reading a header opens no other file, so its error doesn't tell whether one exists.
+    // Reading a header opens no other file, so its error doesn't reveal whether one exists.
     for (const fs::path& file : header->data.files)
         if (file.lexically_normal().parent_path() != path.parent_path())
             return Error{ErrorCode::Unsupported, path.string() + ": names the data file '" +
                                                      shown(file.filename().string()) +
                                                      "', expected one without a folder"};
     if (Status status = check_header(path, 1, *header); !status) return status;
-    // What is mapped needs none.
+    // Mapped files need no memory.
     const bool is_mapped = header->data.encoding == DataEncoding::Raw &&
                            header->data.files.size() == 1 && !header->data.rescaled;
     if (!is_mapped && !has_memory_for(sizeof(float) * voxel_count(header->grid)))
@@ -50,7 +50,7 @@ Status check_header_of(const fs::path& path) {
     return Ok{};
 }
 
-/// What the client calls them.
+/// Replaces server paths in a message by the client's file names.
 std::string without_folders(std::string message, const Upload& upload, const fs::path& scan) {
     const bool is_folder = scan == upload.scan_folder();
     for (const std::string& folder :
@@ -63,7 +63,7 @@ std::string without_folders(std::string message, const Upload& upload, const fs:
     return message;
 }
 
-/// Beside the session, or as a name that stands for what the client has.
+/// Name in the session: relative to it for kept files, otherwise the client's file name.
 std::string recorded_name(const fs::path& root, const fs::path& file, bool is_kept) {
     if (!is_kept) return file.filename().string();
     const fs::path scans = root.parent_path();
@@ -77,7 +77,7 @@ Result<Opened> open_files(Upload& upload, const fs::path& scan, const std::strin
         if (!found.ok()) return found.error();
         if (found->size() > 1) return Opened(std::move(*found));
     }
-    // It would name files of this machine, which are not the client's.
+    // It would refer to files of this machine, not of the client.
     if (is_vessel_scene(scan))
         return Error{ErrorCode::Unsupported,
                      scan.string() +

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// What commands come to, as clients are told.
+// Conversions of results to outcomes of commands.
 
 #pragma once
 
@@ -15,7 +15,7 @@
 
 namespace pliant::serve {
 
-/// A command that was not carried out.
+/// Outcome of a failed command.
 inline Outcome refused(const Error& error) {
     const char* code = error.code == ErrorCode::LimitExceeded ? "limit"
                        : error.code == ErrorCode::NotFound    ? "nothing"
@@ -23,7 +23,7 @@ inline Outcome refused(const Error& error) {
     return {.error_code = code, .message = error.message, .ran_out = is_out_of_memory(error)};
 }
 
-/// Allocates nothing.
+/// Doesn't allocate.
 inline Outcome outcome_of(PushReport&& report) {
     return {.message = std::move(report.message),
             .status = report.status,
@@ -34,7 +34,7 @@ inline Outcome outcome_of(PushReport&& report) {
             .solve_ms = report.solve_ms};
 }
 
-/// A command for another tissue. @param what  the command
+/// Outcome of a command for another tissue. @param what  name of the command
 inline Outcome not_with(const TissueChoice& choice, const char* what, const char* expected) {
     return {.error_code = "other_tissue",
             .message = std::string(what) + ": expected the tissue " + expected + ", found " +

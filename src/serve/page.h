@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The files of the page, which are part of the program: nothing is read from the disk, and nothing
-// comes from elsewhere. cmake/embed_page.cmake puts them in.
+// The files of the page, embedded in the program by cmake/embed_page.cmake. No file is read from
+// the disk or loaded from elsewhere.
 
 #pragma once
 
@@ -16,12 +16,12 @@ struct PageFile {
     std::string_view bytes;
 };
 
-/// As built in; empty where there was no page to build in.
+/// Embedded files; empty if the build had no page.
 std::span<const PageFile> built_in_page();
-/// A page's file. Without a built-in page there is a small one that says so.
+/// Finds a page's file. Without an embedded page, index.html is a short notice.
 /// @returns null if there is no such file
 const PageFile* find_page_file(std::string_view name);
-/// By the name's ending.
+/// Media type by the name's extension.
 std::string_view media_type(std::string_view name);
 
 }  // namespace pliant::serve

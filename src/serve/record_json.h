@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Settings in JSON: a key for each row, by its name.
+// Settings in JSON: one key per row, named like the row.
 
 #pragma once
 
@@ -12,11 +12,11 @@
 
 namespace pliant::serve {
 
-/// The value of a setting; no value where JSON has anything else, such as an object.
+/// Converts the value of a setting; monostate for other JSON types, such as objects.
 SettingValue value_of_json(const nlohmann::json& json);
 nlohmann::json json_of_value(const SettingValue& value);
 
-/// Sets all keys of a struct that are set.
+/// Writes all settings that have a value.
 template <class T>
 void put(nlohmann::json& object, const T& settings, SettingRows<T> rows) {
     for (const Setting<T>& row : rows)
@@ -25,7 +25,7 @@ void put(nlohmann::json& object, const T& settings, SettingRows<T> rows) {
             object[std::string(row.name)] = json_of_value(value);
 }
 
-/// Sets the fields whose keys an object has. Other keys are not looked at.
+/// Reads the fields whose keys an object has. Ignores other keys.
 /// @returns InvalidArgument that names the field
 template <class T>
 Status read(const nlohmann::json& object, std::type_identity_t<SettingRows<T>> rows, T& settings) {

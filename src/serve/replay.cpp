@@ -32,7 +32,7 @@ Status pass(Scene& scene, const SessionCheckpoint& point, Compare compare, std::
         const Result<SceneMemo> memo = scene.rest();
         if (!memo.ok()) return memo.error();
         SceneMemo expected = point.memo;
-        // Older files don't say that it is a vessel; the hash of the tissue does.
+        // Older files don't record the vessel; the tissue's hash proves it.
         if (expected.tissue == TissueChoice{} && memo->tissue.model == TissueModel::Vessel)
             expected.tissue.model = TissueModel::Vessel;
         if (*memo == expected) return compare_with(scene, point.mark, compare, number);
@@ -79,7 +79,7 @@ Status replay_into(Scene& scene, std::span<const SessionRecord> records, Compare
 
 namespace {
 
-/// All of a session, scene by scene; each begins where a scan was opened. @returns the last one
+/// Replays a whole session, scene by scene. @returns the last scene
 Result<std::unique_ptr<Scene>> replay_all(const SessionFile& file, const TaskArena& arena,
                                           const Progress& progress) {
     const std::span<const SessionRecord> all(file.records);

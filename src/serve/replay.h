@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Does a session's records to a scene again.
+// Replays a session's records on a scene.
 
 #pragma once
 
@@ -14,11 +14,12 @@
 
 namespace pliant::serve {
 
-/// What of marks is compared; the volume costs a look at all of it each time.
+/// State to compare at marks; comparing the volume needs a pass over all voxels.
 enum class Compare { Nothing, Tissue, All };
 
-/// @param before  how many records there were before them, for messages
-/// @returns Unreadable where a command is refused that was carried out then, or a mark differs
+/// @param before  number of earlier records, for messages
+/// @returns Unreadable if a command is refused that was carried out when recorded, or a mark
+///          differs
 Status replay_into(Scene& scene, std::span<const SessionRecord> records, Compare compare,
                    const Progress& progress = {}, std::size_t before = 0);
 

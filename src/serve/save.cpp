@@ -24,7 +24,7 @@ constexpr std::array<std::pair<SaveKind, std::string_view>, 4> kNames = {{
     {SaveKind::Session, "session.pls"},
 }};
 
-/// The tissue at one moment. It keeps the scan that its lattice refers to.
+/// A copy of the tissue. It owns the scan that its lattice refers to.
 struct Taken {
     std::shared_ptr<const LoadedScan> scan;
     std::unique_ptr<const Lattice> lattice;
@@ -38,7 +38,7 @@ std::shared_ptr<const Taken> take(const Scene& scene) {
 
 Status write_transform(const std::filesystem::path& path, const Taken& taken) {
     const Volume& scan = taken.scan->volume;
-    // At the worst, all of it moved.
+    // Worst case: the whole scan has moved.
     if (!has_memory_for(voxel_count(scan.grid) * sizeof(Vec3f)))
         return Error{ErrorCode::LimitExceeded, "transform.nrrd: not enough memory to make it"};
     const TaskArena alone(1);
@@ -75,7 +75,7 @@ FileWriter save_later(SaveKind kind, const Scene& scene) {
 
 FileWriter save_session_later(SessionPart part, const Scene& scene) {
     auto volume = std::make_shared<const Volume>(scene.deformed());
-    // ChainMail's is of its elements; of control nodes, or a wall's, there are few.
+    // ChainMail's hash can be computed later from the elements; other models have few nodes.
     std::optional<std::uint64_t> nodes;
     if (scene.choice().model != TissueModel::ChainMail) nodes = scene.tissue().hash();
     return [part = std::move(part), volume, nodes,

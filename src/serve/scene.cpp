@@ -18,7 +18,7 @@
 namespace pliant::serve {
 namespace {
 
-/// Where the control lattice lies: around its centre, but in the scan.
+/// Region of the control lattice: around its centre, clamped to the scan.
 Box3i region_of(const TissueChoice& choice, const Grid& grid) {
     const Vec3d centre = voxel_from_world(grid, choice.centre_mm);
     Box3i region;
@@ -69,7 +69,7 @@ Result<std::unique_ptr<Scene>> Scene::load(const SceneSource& source, const Task
                                            const std::function<bool()>& give_up) {
     auto loaded = load_scan(source, loading, give_up);
     if (!loaded.ok()) return loaded.error();
-    // The lattice keeps a reference to the volume, so both are made where they stay.
+    // The lattice keeps a reference to the volume, so both are made at their final address.
     auto place = std::make_shared<LoadedScan>(std::move(*loaded));
     const TissueChoice choice{.model =
                                   place->vessel ? TissueModel::Vessel : TissueModel::ChainMail};
@@ -107,14 +107,14 @@ Outcome Scene::carry_out(std::uint32_t client, const Action& action) noexcept {
         outcome = std::visit([&](const auto& command) { return act(client, command); }, action);
     } catch (const std::bad_alloc&) {
         outcome = {.error_code = "limit", .message = "out of memory", .ran_out = true};
-    } catch (const std::length_error&) {  // of a container that can't get so large
+    } catch (const std::length_error&) {  // thrown by a container beyond its size limit
         outcome = {.error_code = "limit", .message = "out of memory", .ran_out = true};
     } catch (const std::exception& error) {
         print_fault("owner", error.what());
         outcome = {.error_code = "fault", .message = {}, .ran_out = true};
     }
     if (!outcome.ran_out) return outcome;
-    // The tissue is as it was. Only steps may have ended, or begun with nothing in them.
+    // The tissue is unchanged. Steps may have ended, or begun without content.
     m_settled = settled;
     m_last_client = last_client;
     if (m_changes == changes) return outcome;
@@ -137,7 +137,7 @@ Status Scene::choose(const TissueChoice& choice) {
     auto made = make_tissue(choice, *m_loaded, m_tissue->arena());
     if (!made.ok()) return made.error();
     end_step();
-    // What was done can't be done to this one.
+    // The old steps don't apply to the new tissue.
     m_live->start_over();
     m_tissue = std::move(*made);
     m_choice = choice;
@@ -192,7 +192,7 @@ void Scene::describe(SharedState& state) const {
 // Forces.
 
 std::optional<double> Scene::energy() {
-    // Computing it twice for one command would hold up everybody where much is deformed. There the
+    // Two computations per command would delay all clients if much is deformed. Then the
     // energy after a command is kept, and the next command has a force.
     constexpr std::int64_t kFew = 100'000;
     const ChainMail* model = m_tissue->chainmail();
@@ -212,7 +212,7 @@ void Scene::add_force(std::uint32_t client, std::optional<double> before, Vec3d 
 }
 
 void Scene::measure_energy() noexcept try {
-    // About a twentieth of the time at most: where much is deformed, forces are told less often.
+    // Uses at most 5 % of the time: forces are less frequent if much is deformed.
     constexpr std::int64_t kElementsPerRest = 15'000;
     if (!m_unmeasured) return;
     const auto [client, before, way_mm] = *std::exchange(m_unmeasured, {});
@@ -225,7 +225,7 @@ void Scene::measure_energy() noexcept try {
     m_energy_rests = m_energy_elements / kElementsPerRest;
     const double way = norm(way_mm);
     m_felt = {client, (-(*m_energy - *before) / (way * way)) * way_mm};
-} catch (const std::bad_alloc&) {  // no force is felt
+} catch (const std::bad_alloc&) {  // no force is reported
 }
 
 std::optional<FeltForce> Scene::measure_force() {

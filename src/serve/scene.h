@@ -1,15 +1,15 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The one scene of a server: a scan, its lattice, the deformed volume, and what was done to them.
+// The scene of a server: a scan, its lattice, the deformed volume, and the history.
 //
-// The scene knows no clock: what it is depends on the commands and the number of relaxation's
-// sweeps alone. That is why a recorded session gives the same bits again, on any machine and with
-// any number of threads. Whoever owns it calls it from one thread.
+// The scene has no clock: its state depends only on the commands and the number of relaxation
+// sweeps. So a recorded session replays to the same bits on any machine and with any number of
+// threads. The scene is not thread-safe; its owner calls it from one thread.
 //
-// Undo covers everything: steps of the lattice, which the lattice takes back, and changes of the
-// threshold, which are kept here. A step ends when something else begins, so pushes of one stroke,
-// and relaxation from start to end, are one step each.
+// Undo covers steps of the lattice, which the lattice reverts, and changes of the threshold, which
+// are stored here. A step ends when another begins, so the pushes of one stroke form one step, and
+// so does relaxation from start to end.
 
 #pragma once
 
@@ -39,85 +39,84 @@ class Scene {
     static Result<std::unique_ptr<Scene>> open(const SceneSource& source, const TaskArena& arena) {
         return open(source, arena, arena);
     }
-    /// @param loading  for the work done here, while the other may be in use
-    /// @param give_up  asked now and then while the scan is read; may be empty
+    /// @param loading  arena for the construction, if the scene's arena may be in use
+    /// @param give_up  polled while the scan is read; may be empty
     static Result<std::unique_ptr<Scene>> open(const SceneSource& source, const TaskArena& arena,
                                                const TaskArena& loading,
                                                const std::function<bool()>& give_up = {}) noexcept;
     Scene(const Scene&) = delete;
     Scene& operator=(const Scene&) = delete;
 
-    /// @param client  whose command it is; strokes, grabs and tools belong to clients
+    /// @param client  sender of the command; strokes, grabs and tools belong to clients
     /// @pre is_command(action)
-    /// @returns an outcome that ran_out where memory runs out: nothing was done then, but that the
-    ///          step that went on may have ended
+    /// @returns an outcome with ran_out if memory runs out; then the only effect may be that the
+    ///          open step has ended
     Outcome carry_out(std::uint32_t client, const Action& action) noexcept;
-    /// Ends the present step and releases held tissue.
+    /// Ends the open step and releases held tissue.
     /// @param client  whose command ran out of memory
     void interrupt(std::uint32_t client) noexcept;
-    /// Whether sweep() has something to do.
+    /// Whether sweep() has work to do.
     bool wants_sweep() const { return m_relaxing && !m_settled; }
-    /// What time a sweep stands for [ms]; 0: none, it may be as fast as it can.
+    /// Simulated time per sweep [ms]; 0 if the model has no time.
     double sweep_time_ms() const { return m_tissue->sweep_time_ms(); }
 
-    /// One sweep of relaxation. @returns how long it took [ms]; LimitExceeded, with nothing done,
-    ///          where memory runs out
+    /// Makes one sweep of relaxation. @returns its duration [ms]; LimitExceeded if memory runs out,
+    /// then nothing has changed
     Result<double> sweep() noexcept;
-    /// Whether the client has hold of tissue, or left a tool that stays in relaxation's way.
+    /// Whether the client holds tissue, or has a tool that obstructs relaxation.
     bool has_contact(std::uint32_t client) const;
     bool has_eye(std::uint32_t client) const { return m_tissue->has_eye(client); }
     /// Whether tissue that returns to rest may close over a sphere: the scan at rest shows tissue
-    /// in it, or imprints stay.
+    /// in it, or there are imprints.
     bool may_close_over(Vec3d place_mm, double radius_mm) const;
-    /// Whether the tissue relaxes by itself, also while it has settled.
+    /// Whether automatic relaxation is on, even if the tissue has settled.
     bool is_relaxing() const { return m_relaxing; }
-    /// The highest number of a client so far.
+    /// Highest client number so far.
     std::uint32_t last_client() const { return m_last_client; }
 
-    /// Whether nobody holds anything and nothing relaxes, so that the scene can rest.
+    /// Whether no tissue is held and none relaxes, so that the scene can rest.
     bool is_quiet() const { return m_holder == 0 && !m_tissue->is_touched() && !wants_sweep(); }
-    /// Ends what could go on: the next stroke is a step of its own. @pre is_quiet()
-    /// @returns what the scene is beside tissue()
+    /// Ends the open step, so that the next stroke is a separate step. @pre is_quiet()
+    /// @returns the scene's state except tissue()
     Result<SceneMemo> rest() noexcept;
-    /// Back to where rest() was called, in a scene to which nothing was done yet. What can be
-    /// undone begins anew.
-    /// @param state  saved by tissue().save_state() then
+    /// Restores the state at a call of rest(), in a new scene. The history is empty then.
+    /// @param state  saved at that time by tissue().save_state()
     Status restore(const std::filesystem::path& state, const SceneMemo& memo);
-    /// The oldest steps can't be undone or redone any more. @param count  see SceneMemo::steps
+    /// Drops the oldest steps of undo and redo. @param count  see SceneMemo::steps
     void forget_steps(std::int64_t count);
-    /// No step can be undone any more. @param made  see SceneMemo::steps
+    /// Drops all steps of undo. @param made  see SceneMemo::steps
     void lose_steps(std::int64_t made) noexcept;
-    /// Whether that has happened since the last call: a step was too large to be kept, or there
-    /// was no memory for it.
+    /// Whether steps were lost since the last call: a step was too large for the history, or memory
+    /// was lacking.
     bool take_lost() noexcept { return std::exchange(m_lost, false); }
-    /// That were made so far.
+    /// Number of steps made so far.
     std::int64_t steps() const { return m_steps; }
 
-    /// What the last command of a tool felt, if it is known now and was not told yet. Takes a while
-    /// where much is deformed: for a moment when nobody waits for a picture.
+    /// Returns the force of a tool's last command if it is known and unreported. Takes a while for
+    /// large deformations: call it while no picture is due.
     std::optional<FeltForce> measure_force();
 
-    /// The deformed volume is brought up to date; see LiveDeformation.
+    /// Brings the deformed volume up to date; see LiveDeformation.
     Result<LiveUpdate> update() { return m_live->update(); }
     const Volume& deformed() const { return m_live->volume(); }
-    /// For overlays; see LiveDeformation.
+    /// Keeps sources for overlays; see LiveDeformation.
     bool keep_sources(bool keep) { return m_live->keep_sources(keep); }
     const LiveDeformation& live() const { return *m_live; }
     const Tissue& tissue() const { return *m_tissue; }
     Tissue& tissue() { return *m_tissue; }
-    /// Null: the tissue is another one.
+    /// The vessel, or null for another tissue.
     const VesselTissue* vessel() const;
     const TissueChoice& choice() const { return m_choice; }
     const VolumeInfo& info() const { return m_loaded->info; }
     void set_volume_id(std::uint32_t id) { m_loaded->info.id = id; }
-    /// The scan, for those who look at it for longer than the scene is there.
+    /// The scan, for uses that outlive the scene.
     std::shared_ptr<const LoadedScan> loaded() const { return m_loaded; }
     std::uint64_t scan_hash() const { return m_loaded->hash; }
-    /// Fills in what the scene knows: all but step, clients and timing.
+    /// Fills in all fields except step, clients and timing.
     void describe(SharedState& state) const;
 
   private:
-    /// The scan as whatever tissue there now is moves it.
+    /// MovingScan of the current tissue.
     struct Shown : MovingScan {
         explicit Shown(const std::unique_ptr<Tissue>& t) : tissue(t) {}
         const Volume& volume() const override { return tissue->volume(); }
@@ -130,12 +129,12 @@ class Scene {
     struct Step {
         StepKind kind = StepKind::Tissue;
         std::string name{};
-        double iso_hu = 0;  ///< the other one: before if done, after if undone
+        double iso_hu = 0;  ///< the other value: old if done, new if undone
         Polarity polarity = Polarity::Rising;
         std::uint32_t client = 0, stroke = 0;
         std::int64_t number = 0;  ///< 1 for the scene's first step
     };
-    /// The step that is going on: everything that is done to the tissue belongs to it.
+    /// The current step, which collects all changes of the tissue.
     struct OpenStep {
         std::string name;
         std::uint32_t client = 0;
@@ -149,7 +148,7 @@ class Scene {
     static Result<std::unique_ptr<Scene>> load(const SceneSource& source, const TaskArena& arena,
                                                const TaskArena& loading,
                                                const std::function<bool()>& give_up);
-    /// Makes another tissue of the scan. Nothing changes where it can't be made.
+    /// Switches the scan's tissue model. Nothing changes on failure.
     Status choose(const TissueChoice& choice);
 
     Outcome act(std::uint32_t client, const PushCommand& command);
@@ -182,9 +181,9 @@ class Scene {
     void swap_iso(Step& step);
     Outcome slide(std::uint32_t client, const Push& push);
 
-    /// The elastic energy, if it was measured and nothing changed since, or can be had quickly.
+    /// Returns the elastic energy if it is up to date or can be computed quickly.
     std::optional<double> energy();
-    /// Tells what is known without measuring, and notes what there is to measure.
+    /// Reports a known force, and notes one that must be measured.
     void add_force(std::uint32_t client, std::optional<double> before, Vec3d way_mm,
                    Outcome& outcome);
     void measure_energy() noexcept;
@@ -194,21 +193,21 @@ class Scene {
     std::unique_ptr<Tissue> m_tissue;
     TissueChoice m_choice;
     Shown m_shown;
-    std::optional<LiveDeformation> m_live;  ///< always there once the scene is
+    std::optional<LiveDeformation> m_live;  ///< set after construction
     double m_iso_hu;
     Polarity m_polarity;
     bool m_relaxing = false, m_settled = true;
     std::uint32_t m_last_client = 0;
     std::uint32_t m_holder = 0;
-    Vec3d m_drag_mm{0, 0, 0};  ///< how far the holder has come
+    Vec3d m_drag_mm{0, 0, 0};  ///< offset of the holder's drag
     std::optional<OpenStep> m_open;
-    std::list<Step> m_done, m_undone;  ///< the next one last
-    std::list<Step> m_spare;           ///< one, for the step that goes on
-    std::int64_t m_changes = 0;        ///< of all steps, the open one included
+    std::list<Step> m_done, m_undone;  ///< next one last
+    std::list<Step> m_spare;           ///< preallocated, for the open step
+    std::int64_t m_changes = 0;        ///< of all steps, including the open one
     bool m_lost = false;
     std::int64_t m_steps = 0;  ///< made so far
-    int m_unreachable = 0;     ///< the lattice's oldest steps, which forget_steps hides
-    /// A command whose energy is not measured yet.
+    int m_unreachable = 0;     ///< oldest steps of the lattice that forget_steps has dropped
+    /// A command with a pending energy measurement.
     struct Unmeasured {
         std::uint32_t client = 0;
         std::optional<double> before;
@@ -217,8 +216,8 @@ class Scene {
     std::optional<Unmeasured> m_unmeasured;
     std::optional<FeltForce> m_felt;
     std::optional<double> m_energy;
-    std::int64_t m_energy_elements = 0;  ///< in the box of what was deformed when it was measured
-    std::int64_t m_energy_rests = 0;     ///< commands for which it isn't measured again
+    std::int64_t m_energy_elements = 0;  ///< elements in the deformed box at the measurement
+    std::int64_t m_energy_rests = 0;     ///< commands without another measurement
 };
 
 }  // namespace pliant::serve

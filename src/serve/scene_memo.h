@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// What a scene is beside its tissue, while it rests: nobody holds anything, and no step goes on.
+// State of a resting scene except its tissue: no tissue is held, and no step is open.
 
 #pragma once
 
@@ -18,7 +18,7 @@ struct SceneMemo {
     Polarity polarity = Polarity::Rising;
     bool relaxing = false, settled = true;
     std::uint32_t last_client = 0;
-    std::int64_t steps = 0;  ///< of undo that were made so far, also those that are gone
+    std::int64_t steps = 0;  ///< steps of undo made so far, including dropped ones
     TissueChoice tissue{};
 
     friend bool operator==(const SceneMemo&, const SceneMemo&) = default;

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Undo: commands become steps, and steps are taken back and done again.
+// Undo: grouping of commands into steps, undo and redo.
 
 #include <algorithm>
 #include <iterator>
@@ -25,7 +25,7 @@ void Scene::begin_step(const std::string& name, std::uint32_t client, std::uint3
     ++m_changes;
 }
 
-/// Gets the memory for the next step of the tissue.
+/// Reserves the memory for the next step of the tissue.
 void Scene::reserve_step() {
     if (m_spare.empty()) m_spare.emplace_back();
 }
@@ -39,7 +39,7 @@ void Scene::end_step() noexcept {
     m_open.reset();
     const int forgotten = m_tissue->end_group();
     if (forgotten < 0) {
-        // Nothing before it can be reached any more.
+        // Earlier steps are unreachable now.
         m_done.clear();
         m_undone.clear();
         m_unreachable = 0;
@@ -53,7 +53,7 @@ void Scene::end_step() noexcept {
     forget(forgotten);
 }
 
-/// Moves the one step of a list to those that can be undone.
+/// Moves the single step of a list to the undo list.
 void Scene::keep(std::list<Step>& step) noexcept {
     ++m_changes;
     m_undone.clear();
@@ -126,7 +126,7 @@ Outcome Scene::act(std::uint32_t, const UndoCommand&) {
         return refused(s.error());
     m_undone.splice(m_undone.end(), m_done, std::prev(m_done.end()));
     ++m_changes;
-    // Relaxation would take the place of what could be done again.
+    // Relaxation would discard the steps that can be redone.
     m_settled = true;
     tissue_changed();
     return {.message = m_undone.back().name};

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// What clients do to the tissue.
+// Commands to the tissue.
 
 #include <pliant/chainmail_slide.h>
 
@@ -19,7 +19,7 @@
 namespace pliant::serve {
 namespace {
 
-/// As if all that is driven without a pause were one stroke.
+/// One stroke number, so that continuous driving is one step of undo.
 constexpr std::uint32_t kDrives = 1;
 
 }  // namespace
@@ -36,7 +36,7 @@ Outcome Scene::act(std::uint32_t, const DepthCommand& command) {
 Outcome Scene::act(std::uint32_t client, const DriveCommand& command) {
     if (m_choice.model != TissueModel::Vessel) return not_with(m_choice, "catheter", "vessel");
     auto& vessel = static_cast<VesselTissue&>(*m_tissue);
-    // A step of undo: from a hand that begins to move, or from rest, until the next one does.
+    // A step of undo lasts from the start of a motion, or from rest, to the next start.
     const bool moves =
         command.insert_mm_s.value_or(0) != 0 || command.rotate_deg_s.value_or(0) != 0;
     if (!vessel.is_touched() && (moves || m_settled)) end_step();
@@ -63,7 +63,7 @@ Outcome Scene::slide(std::uint32_t client, const Push& push) {
     report.solve_ms = slid->slide_ms;
     Outcome outcome = outcome_of(std::move(report));
     outcome.end_mm = slid->end_mm;
-    // Moves are not elements: their number is told in the message only.
+    // The count is a number of moves, not of elements: it is in the message only.
     outcome.grabbed_elements.reset();
     return outcome;
 }
@@ -188,7 +188,7 @@ bool Scene::may_close_over(Vec3d place_mm, double radius_mm) const {
     const auto is_tissue = [&](Vec3d place) {
         return shown.hold(sample_linear(scan, voxel_from_world(scan.grid, place)));
     };
-    // On three spheres, towards the faces, edges and corners of a cube; the centre is among them.
+    // Tests the centre and three spheres, towards the faces, edges and corners of a cube.
     for (int n = 0; n < 27; ++n) {
         const Vec3d towards{n % 3 - 1.0, n / 3 % 3 - 1.0, n / 9 - 1.0};
         const double length = std::max(norm(towards), 1.0);
@@ -215,7 +215,7 @@ Result<double> Scene::sweep() noexcept {
         return m_tissue->sweep();
     });
     if (!sweep.ok()) {
-        if (opens) end_step();  // there is nothing in it
+        if (opens) end_step();  // the step is empty
         return sweep.error();
     }
     tissue_changed();
@@ -249,8 +249,8 @@ Outcome Scene::act(std::uint32_t, const MaterialsCommand& command) {
     return status.ok() ? Outcome{} : refused(status.error());
 }
 
-/// Ends a step of this client's or of relaxation. Steps of other clients go on: the threshold
-/// changes no tissue, so its step of undo comes before theirs.
+/// Ends a step of this client or of relaxation. Steps of other clients stay open: the threshold
+/// changes no tissue, so its step of undo precedes theirs.
 Outcome Scene::act(std::uint32_t client, const IsoCommand& command) {
     std::list<Step> made(1);
     reserve_step();

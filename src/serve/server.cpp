@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The server as its users see it: a scene, its owner's thread, and the network's.
+// Public interface of the server: a scene, its owner's thread, and the network's thread.
 
 #include <pliant/serve.h>
 #include <unistd.h>
@@ -31,7 +31,7 @@ struct Server::Impl {
     std::jthread owner_thread;
 
     ~Impl() {
-        // The owner says goodbye to everybody, and the network sees it through.
+        // The owner closes all connections, and the network completes the handshakes.
         if (owner_thread.joinable()) {
             owner_thread.request_stop();
             owner_thread.join();
@@ -54,7 +54,7 @@ struct OpenedScene {
     std::unique_ptr<serve::Scene> scene;
     std::unique_ptr<serve::SessionLog> log;
     std::vector<std::string> notes;
-    int checkpoints = 0;  ///< that the session has
+    int checkpoints = 0;  ///< number in the session
 };
 
 std::string name_of(const serve::SceneSource& source) {
@@ -73,7 +73,7 @@ Result<OpenedScene> go_on(const std::filesystem::path& path, const serve::SceneS
                                                       ", found one of " +
                                                       name_of(file->header.source)});
     OpenedScene opened;
-    // Whoever has it open keeps others out before the long work begins.
+    // Locks the file before the long work begins.
     auto log = serve::SessionLog::go_on(path, *file);
     if (!log.ok()) return log.error();
     auto reopened = serve::reopen(*file, path, arena);
@@ -119,7 +119,7 @@ Result<OpenedScene> open_scene(const ServerSettings& settings, const TaskArena& 
     return opened;
 }
 
-/// Where scans that come through the page are put, and what they may be.
+/// Folder and limits of uploaded scans.
 serve::UploadSettings upload_settings(const ServerSettings& settings) {
     serve::UploadSettings uploads{.folder = {}, .max_bytes = settings.max_upload_bytes};
     if (settings.session.empty()) return uploads;

@@ -45,7 +45,7 @@ int whole_at(const Json& object, const char* key, int missing) {
     return number >= -1'000'000'000 && number <= 1'000'000'000 ? int(number) : missing;
 }
 
-/// ChainMail has no key.
+/// Reads the tissue; ChainMail has no key.
 std::optional<TissueChoice> tissue_of(const Json& json) {
     TissueChoice choice;
     const auto vessel = json.find("vessel"), springs = json.find("springs");

@@ -17,7 +17,7 @@ namespace pliant::serve {
 
 inline constexpr std::size_t kChecksumDigits = 16;
 
-/// Of a line's text, and of all lines before it.
+/// Checksum of a line's text and of all lines before it.
 inline std::uint64_t line_checksum(std::uint64_t chain, std::string_view text) {
     Hash64 hash;
     hash.add_word(chain);
@@ -25,7 +25,7 @@ inline std::uint64_t line_checksum(std::uint64_t chain, std::string_view text) {
     return hash.value();
 }
 
-/// @param chain  the checksum of the line before; then that of this one
+/// @param chain  checksum of the previous line; becomes that of this line
 inline std::string session_line(std::uint64_t& chain, std::string_view text) {
     chain = line_checksum(chain, text);
     return hex_text(chain, kChecksumDigits) + " " + std::string(text) + "\n";

@@ -20,16 +20,16 @@
 namespace pliant::serve {
 namespace {
 
-/// Of what nobody named; many hours of work.
+/// Limit of a nameless file; many hours of work.
 constexpr std::uint64_t kMostNamelessBytes = std::uint64_t(256) << 20;
-/// Records that are kept in memory while the disk is full; many minutes of work.
+/// Limit of the records in memory while the disk is full; many minutes of work.
 constexpr std::size_t kMaxUnwrittenBytes = std::size_t(8) << 20;
 
 Error unwritable(const std::string& path, const std::string& what) {
     return {ErrorCode::Unwritable, path + ": " + what};
 }
 
-/// A scan's name that isn't absolute is one beside the session.
+/// Resolves a scan's relative name to the session's folder.
 SessionHeader beside(const std::filesystem::path& session, SessionHeader header) {
     std::string& file = header.source.file;
     if (file.empty() || std::filesystem::path(file).is_absolute()) return header;
@@ -40,7 +40,7 @@ SessionHeader beside(const std::filesystem::path& session, SessionHeader header)
     return header;
 }
 
-/// What was opened through the server lies where the server put it; to others it is a name.
+/// Removes the server's folder from an uploaded scan's name.
 SessionHeader without_folder(SessionHeader header) {
     header.source.file = std::filesystem::path(header.source.file).filename().string();
     return header;
@@ -258,8 +258,8 @@ Status SessionLog::flush() {
                       std::string("expected to write to it, found: ") + std::strerror(error));
 }
 
-/// Takes bytes out of the buffer as they reach the file, so that a line broken off by a full disk
-/// is finished later. @returns errno; 0: all is in the file
+/// Writes the buffer. Written bytes leave the buffer, so that a line interrupted by a full disk is
+/// completed later. @returns errno; 0: all is in the file
 int SessionLog::write_buffer() {
     std::size_t done = 0;
     int error = 0;

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// A session's file: what was done, one line each, as it happens.
+// A session's file: a log with one line per record.
 //
 //   3f0c… {"pliant_session":1,"program":…,"source":{…},"scan":"…"}
 //   91ab… {"client":1,"do":"push",…}
@@ -12,15 +12,14 @@
 //   a2f7… {"client":1,"do":"break"}
 //   66b0… {"do":"lost","steps":12}
 //
-// The number before each line is a checksum of the line and of the checksum before it. So a line
-// that the machine had no time to finish is found, and so is one that somebody changed. Marks say
-// what the scene was at that point; whoever replays the session compares. Checkpoints say that the
-// tissue's state at that point was saved beside the session (checkpoint.h), and hold the rest of
-// the scene themselves. Whoever goes on from one has lost the steps before it, and the file says so
-// (forget), because from then on undo ends there. Where another scan was opened a new scene begins:
-// what was before it counts for nothing that comes after.
+// The number before each line is a checksum of the line and of the previous checksum. It detects
+// unfinished lines and modified ones. Marks record the state of the scene; a replay compares it.
+// Checkpoints record that the tissue's state was saved beside the session (checkpoint.h), and
+// contain the rest of the scene's state. Continuing from a checkpoint loses the undo steps before
+// it; the file records that (forget), because undo then ends there. When another scan is opened, a
+// new scene begins, independent of the lines before.
 //
-// A scan's name that isn't absolute is looked for beside the session's file.
+// A relative name of a scan refers to the folder of the session's file.
 
 #pragma once
 
@@ -43,7 +42,7 @@
 
 namespace pliant::serve {
 
-/// Refused commands are recorded too: they end what was going on before.
+/// Refused commands are recorded too, because they end the open step.
 struct SessionCommand {
     std::uint32_t client = 0;
     Action action;
@@ -62,18 +61,18 @@ struct SessionCheckpoint {
     SceneMemo memo;
 };
 struct SessionForget {
-    std::int64_t steps = 0;  ///< of undo that were made so far
+    std::int64_t steps = 0;  ///< steps of undo made so far
 };
-/// A command ran out of memory: the step that went on has ended, and nothing else was done. One
-/// that hasn't even done that isn't recorded.
+/// A command ran out of memory, and its only effect was to end the open step. A command without any
+/// effect isn't recorded.
 struct SessionBreak {
     std::uint32_t client = 0;
 };
-/// No step can be undone any more.
+/// All steps of undo were dropped.
 struct SessionLost {
-    std::int64_t steps = 0;  ///< that were made so far
+    std::int64_t steps = 0;  ///< steps made so far
 };
-/// Also the first line of a file, in other words.
+/// Also written as the file's header line.
 struct SessionHeader {
     SceneSource source;
     std::uint64_t scan_hash = 0;
@@ -90,62 +89,62 @@ std::string text_of(const SessionRecord& record);
 Result<SessionHeader> parse_session_header(std::string_view text);
 Result<SessionRecord> parse_session_record(std::string_view text);
 
-/// What a file holds, up to the last line that is whole.
+/// Contents of a file, up to its last complete line.
 struct SessionFile {
     SessionHeader header;
     std::vector<SessionRecord> records;
     std::uint64_t chain = 0;          ///< checksum of the last line
-    std::uint64_t good_bytes = 0;     ///< of the whole lines
-    std::uint64_t cut_off_bytes = 0;  ///< after them: a line that was not finished
+    std::uint64_t good_bytes = 0;     ///< length of the complete lines
+    std::uint64_t cut_off_bytes = 0;  ///< length of the unfinished line after them
 
     // The newest scene.
     SessionHeader scene;
-    std::size_t scene_records = 0;  ///< its first record, and where that begins in the file
+    std::size_t scene_records = 0;  ///< its first record, and its offset in the file
     std::uint64_t scene_begin = 0;
 };
 
-/// What was done to one scene, as it stands in a file that goes on growing.
+/// The records of one scene, in a file that is still growing.
 struct SessionPart {
     SessionHeader scene;
-    std::shared_ptr<const int> file;  ///< a descriptor of its own
+    std::shared_ptr<const int> file;  ///< private descriptor
     std::uint64_t begin = 0, end = 0;
 };
-/// Writes it as a session of its own, with a mark at its end.
+/// Writes the part as a separate session, with a mark at its end.
 Status write_session(const std::filesystem::path& path, const SessionPart& part,
                      const SessionMark& mark);
 
-/// @returns NotFound; Unreadable that names the line where the file is damaged before its end, so
-///          that nothing is left out silently
+/// @returns NotFound; Unreadable that names a damaged line before the end of the file, so that no
+///          record is left out silently
 Result<SessionFile> read_session(const std::filesystem::path& path) noexcept;
 
-/// A file that grows. Records are in the file after a flush() that succeeds, and on the disk at
-/// most a second later. Where the disk is full they are kept in memory, and the next flush() tries
-/// again. The file is locked: other programs must not write to it.
+/// The open session file. Records are in the file after a successful flush(), and on the disk at
+/// most a second later. If the disk is full they stay in memory, and the next flush() retries. The
+/// file is locked against other programs.
 class SessionLog {
   public:
-    /// A new file. @returns Unwritable where there is one already, or none can be made
+    /// Creates a file. @returns Unwritable if it exists or can't be created
     static Result<std::unique_ptr<SessionLog>> create(const std::filesystem::path& path,
                                                       const SessionHeader& header);
-    /// Goes on with a file; what it holds after the whole lines is cut off.
+    /// Continues a file, and truncates it after its complete lines.
     static Result<std::unique_ptr<SessionLog>> go_on(const std::filesystem::path& path,
                                                      const SessionFile& file);
-    /// A file without a name, that ends with the program, and must not grow without end.
+    /// Creates an anonymous, size-limited file that ends with the program.
     static Result<std::unique_ptr<SessionLog>> create_nameless(const SessionHeader& header);
     ~SessionLog();
     SessionLog(const SessionLog&) = delete;
     SessionLog& operator=(const SessionLog&) = delete;
 
-    /// Where it throws std::bad_alloc, nothing was added.
+    /// Adds a record. If it throws std::bad_alloc, nothing was added.
     void add(const SessionRecord& record);
-    /// @returns Unwritable where records had to be kept, or where a nameless file is full, which
-    ///          records nothing more
+    /// @returns Unwritable if records are still in memory, or if a nameless file is full, which
+    ///          ends its recording
     Status flush();
-    /// @returns Unwritable where the file was moved or deleted
+    /// @returns Unwritable if the file was moved or deleted
     Status check_place() const;
-    /// Whether more records are kept than memory is set aside for. Nothing else may be done then.
+    /// Whether the reserved memory for records is used up. Then no command may be carried out.
     bool is_full() const;
     const std::string& path() const { return m_path; }
-    /// What was done to the scene so far.
+    /// Records of the current scene so far.
     Result<SessionPart> part();
     bool is_nameless() const { return m_most_bytes > 0; }
 
@@ -160,17 +159,17 @@ class SessionLog {
     std::string m_path;
     int m_descriptor;
     std::uint64_t m_chain;
-    std::uint64_t m_written;         ///< bytes of the file
-    std::uint64_t m_most_bytes = 0;  ///< that it may have; 0: no limit
+    std::uint64_t m_written;         ///< length of the file
+    std::uint64_t m_most_bytes = 0;  ///< limit of the length; 0: none
     SessionHeader m_scene;
     std::uint64_t m_scene_begin;
     std::string m_buffer;
-    bool m_ended = false;  ///< a nameless file that is full
-    std::mutex m_mutex;    ///< of m_unsynced
+    bool m_ended = false;  ///< a nameless file is full
+    std::mutex m_mutex;    ///< guards m_unsynced
     std::condition_variable_any m_wake;
     bool m_unsynced = false;
     std::atomic<int> m_sync_error = 0;  ///< errno of the last sync; 0: it succeeded
-    std::jthread m_syncer;              ///< the disk may take long, which is not the scene's time
+    std::jthread m_syncer;              ///< syncs in the background, because the disk may be slow
 };
 
 }  // namespace pliant::serve

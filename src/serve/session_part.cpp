@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// One scene's part of a session, as a session of its own: the same lines with checksums anew.
+// One scene's part of a session as a separate session: the same lines with new checksums.
 
 #include <unistd.h>
 
@@ -21,7 +21,7 @@ Status write_session(const std::filesystem::path& path, const SessionPart& part,
     std::ofstream out(path, std::ios::binary);
     std::uint64_t chain = 0;
     out << session_line(chain, text_of(part.scene));
-    std::string rest;  // of a line that goes on in the next piece
+    std::string rest;  // of a line that continues in the next piece
     std::array<char, 1 << 16> piece;
     for (std::uint64_t at = part.begin; at < part.end;) {
         const auto wanted = std::size_t(std::min<std::uint64_t>(piece.size(), part.end - at));

@@ -19,7 +19,7 @@
 namespace pliant::serve {
 namespace {
 
-/// Undo is to go back as far as its memory allows.
+/// Practically unlimited: memory bounds the history.
 constexpr int kHistorySteps = 100'000;
 
 std::string value_of(const KeyValues& pairs, const std::string& key) {
@@ -43,7 +43,7 @@ void find_range(const Values& values, VolumeInfo& info) {
     info.highest_hu = double(*high);
 }
 
-/// Where the guide ends, half-way between the catheter and the wall.
+/// View from the end of the guide, half-way between the catheter and the wall.
 Endoscope beside_guide(const CatheterEntry& entry, const VesselWall& wall) {
     double nearest = std::numeric_limits<double>::infinity();
     for (const Vec3d& p : wall.ghost.nodes_mm)
@@ -68,7 +68,7 @@ Result<LoadedScan> load_vessel(const SceneSource& source, const TaskArena& arena
     LoadedScan loaded;
     if (made->scan) {
         loaded.volume = *std::exchange(made->scan, {});
-        // Its lumen is brighter than the wall.
+        // The lumen is brighter than the wall.
         loaded.iso_hu = file->low_hu;
         loaded.polarity = Polarity::Falling;
     } else {
@@ -82,7 +82,8 @@ Result<LoadedScan> load_vessel(const SceneSource& source, const TaskArena& arena
     return loaded;
 }
 
-/// Of what a catheter meets: another wall or catheter would play a session differently.
+/// Hash of the geometry that affects a catheter, because another wall or catheter would replay a
+/// session differently.
 std::uint64_t hash_of(const MadeVessel& vessel, std::uint64_t scan) {
     Hash64 hash;
     hash.add_word(scan);
@@ -140,7 +141,7 @@ Result<LoadedScan> load_scan(const SceneSource& source, const TaskArena& arena,
                          std::to_string(std::max({size.x, size.y, size.z}))};
     loaded.info.grid = loaded.volume.grid;
     std::visit([&](const auto& values) { find_range(values, loaded.info); }, loaded.volume.voxels);
-    // Scans may say how they want to be looked at, as our phantoms do.
+    // A scan's key values may recommend a view, as our phantoms' do.
     const KeyValues& keys = loaded.volume.key_values;
     loaded.iso_hu =
         std::clamp(number_of(keys, "iso_hu").value_or(loaded.iso_hu), -32768.0, 32767.0);

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Where a scene's scan comes from: a file, or a phantom that is made. A file may also be the scene
-// of a vessel (docs/vessel.md), which names a scan or is given one.
+// Source of a scene's scan: a file or a generated phantom. A file may also be a vessel's scene
+// (docs/vessel.md), with or without a scan.
 
 #pragma once
 
@@ -33,16 +33,16 @@ struct LoadedScan {
     Volume volume;
     ChainMailSettings settings;
     VolumeInfo info;
-    double iso_hu = -500;  ///< to begin with
+    double iso_hu = -500;  ///< initial threshold
     Polarity polarity = Polarity::Rising;
-    std::uint64_t hash = 0;                      ///< hash_volume, with a vessel also of that
-    std::shared_ptr<const MadeVessel> vessel{};  ///< where the file is a vessel's scene
+    std::uint64_t hash = 0;                      ///< hash_volume, combined with the vessel's hash
+    std::shared_ptr<const MadeVessel> vessel{};  ///< set for a vessel's scene
 };
 
-/// Whether a file is a vessel's scene, by its name.
+/// Whether a file is a vessel's scene, by its extension.
 bool is_vessel_scene(const std::filesystem::path& file);
 
-/// @param give_up  asked now and then while a scan is read; may be empty
+/// @param give_up  polled while a scan is read; may be empty
 Result<LoadedScan> load_scan(const SceneSource& source, const TaskArena& arena,
                              const std::function<bool()>& give_up = {});
 

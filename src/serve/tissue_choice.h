@@ -14,8 +14,8 @@ enum class TissueModel { ChainMail, Springs, Vessel };
 
 struct TissueChoice {
     TissueModel model = TissueModel::ChainMail;
-    // Springs: a control lattice of so many nodes along each axis, or as many as the scan has room
-    // for.
+    // Springs: number of nodes of the control lattice along each axis,
+    // limited by the size of the scan.
     Vec3d centre_mm{0, 0, 0};
     int nodes = 20;
     SpringDeformationSettings springs{};

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// One file on its way, and what all of them share: for transfers.cpp (out) and transfers_open.cpp
-// (in).
+// State of one transfer, and the shared state of all: for transfers.cpp (downloads) and
+// transfers_open.cpp (uploads).
 
 #pragma once
 
@@ -28,16 +28,17 @@ struct Transfers::Desk {
         : context(c), hub(h), tokens(t), settings(std::move(s)), pause(c) {}
 
     void drop_upload();
-    /// What has come in is kept so long.
+    /// Keeps the upload for this time, for more files or a choice.
     void wait_for_more(std::chrono::seconds most);
 
     boost::asio::io_context& context;
     Hub& hub;
     const Tokens& tokens;
     TransferSettings settings;
-    std::shared_ptr<int> count = std::make_shared<int>(0);  ///< of transfers
+    std::shared_ptr<int> count = std::make_shared<int>(0);  ///< number of transfers
     std::shared_ptr<Transfer> saving;                       ///< null: none
-    std::shared_ptr<Transfer> opening;                      ///< that sends or waits for its scene
+    std::shared_ptr<Transfer> opening;                      ///< the one that sends files or waits
+                                                            ///< for its scene
     std::shared_ptr<Upload> upload;                         ///< may wait for its next file
     boost::asio::steady_timer pause;
     std::atomic<bool> is_ending = false;
@@ -77,11 +78,11 @@ class Transfer : public std::enable_shared_from_this<Transfer> {
 
     std::string parameter(std::string_view key) const;
     bool is_too_slow() const;
-    /// The last thing that is done: says it, and closes.
+    /// Sends the final answer, and closes.
     void answer(unsigned status, const std::string& line);
     void linger();
     void close();
-    /// Calls there on a thread that may wait, then here on the network's.
+    /// Runs There on a disk thread, then Here on the network's thread.
     template <class There, class Here>
     void on_disk(There there, Here here);
 
@@ -93,9 +94,9 @@ class Transfer : public std::enable_shared_from_this<Transfer> {
     int m_port;
     std::string m_target;
     std::array<char, 1 << 18> m_piece;
-    std::string m_text;  ///< that is being sent
+    std::string m_text;  ///< text being sent
     int m_file = -1;
-    std::uint64_t m_size = 0, m_moved = 0;  ///< of the file, and what of it went through
+    std::uint64_t m_size = 0, m_moved = 0;  ///< size of the file, and transferred part
     std::size_t m_discarded = 0;
     bool m_is_single = false;             ///< the only file of its scan
     std::atomic<bool> m_is_gone = false;  ///< the client hung up while its scan was read

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Who may send and fetch files, and files that go out.
+// Admission of transfers, and downloads.
 
 #include "serve/transfers.h"
 
@@ -25,11 +25,11 @@ namespace http = boost::beast::http;
 namespace fs = std::filesystem;
 using tcp = asio::ip::tcp;
 
-constexpr int kMaxTransfers = 32;  ///< nearly all of them being refused
+constexpr int kMaxTransfers = 32;  ///< most of them are refused
 constexpr std::size_t kMaxDiscarded = std::size_t(64) << 20;
 
-/// Makes the file under a name that is gone as soon as it is open.
-/// @returns what went wrong; empty: nothing
+/// Writes the file under a temporary name, and unlinks it once it is open.
+/// @returns the error; empty: none
 std::string make_nameless(SaveKind kind, const FileWriter& write, int& file) {
     std::error_code error;
     std::string folder = (fs::temp_directory_path(error) / "pliant-save-XXXXXX").string();
@@ -54,12 +54,12 @@ std::string make_nameless(SaveKind kind, const FileWriter& write, int& file) {
 Transfers::Transfers(asio::io_context& context, Hub& hub, const Tokens& tokens,
                      TransferSettings settings)
     : m_desk(std::make_unique<Desk>(context, hub, tokens, std::move(settings))) {
-    // One for what goes out, one for what comes in.
+    // One for downloads, one for uploads.
     for (int n = 0; n < 2; ++n)
         m_desk->disk_threads.emplace_back([desk = m_desk.get()] {
-            // Those who fly and push go first.
+            // Interactive work has priority.
             constexpr int kNice = 5;
-            (void)::setpriority(PRIO_PROCESS, 0, kNice);  // of this thread, as Linux has it
+            (void)::setpriority(PRIO_PROCESS, 0, kNice);  // of this thread, on Linux
             const auto work = asio::make_work_guard(desk->disk);
             while (!guarded("disk", [&] { desk->disk.run(); })) continue;
         });
@@ -89,7 +89,7 @@ Transfer::Transfer(Transfers::Desk& desk, Guest guest)
       m_port(guest.port),
       m_target(m_parser->get().target()) {
     ++*m_count;
-    m_parser->body_limit(std::numeric_limits<std::uint64_t>::max());  // uploads have their own
+    m_parser->body_limit(std::numeric_limits<std::uint64_t>::max());  // Upload has limits
 }
 
 Transfer::~Transfer() {
@@ -102,7 +102,7 @@ void Transfer::begin() {
     const std::string token = parameter("token");
     const bool may_control = is_same_secret(token, m_desk.tokens.control);
     if (!may_control && !is_same_secret(token, m_desk.tokens.view)) {
-        m_discarded = kMaxDiscarded;  // no patience with strangers
+        m_discarded = kMaxDiscarded;  // close quickly
         return answer(403, "token: expected that of the link");
     }
     const auto method = m_parser->get().method();
@@ -182,7 +182,7 @@ void Transfer::send_piece() {
     if (m_moved == m_size || is_too_slow()) return close();
     on_disk([this] { return ::pread(m_file, m_piece.data(), m_piece.size(), off_t(m_moved)); },
             [this](ssize_t count) {
-                if (count <= 0) return close();  // the client sees that bytes are missing
+                if (count <= 0) return close();  // the client notices the missing bytes
                 m_stream.expires_after(kStallTime);
                 asio::async_write(m_stream, asio::buffer(m_piece.data(), std::size_t(count)),
                                   [self = shared_from_this()](Error error, std::size_t written) {
@@ -208,7 +208,7 @@ void Transfer::answer(unsigned status, const std::string& line) {
     asio::async_write(m_stream, asio::buffer(m_text),
                       [self = shared_from_this()](Error error, std::size_t) {
                           if (error || self->m_parser->is_done()) return self->close();
-                          // Whoever is still sending wouldn't see the answer if we hung up.
+                          // After a close, a client that still sends would miss the answer.
                           Error ignored;
                           self->m_stream.socket().shutdown(tcp::socket::shutdown_send, ignored);
                           self->linger();

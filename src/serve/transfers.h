@@ -1,14 +1,15 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Files in and out over HTTP (docs/protocol.md, "Saving" and "Opening"): one of each at a time.
+// File transfers over HTTP (docs/protocol.md, "Saving" and "Opening"): one in each direction at a
+// time.
 //
 //   network's thread ── pieces ──► a thread for the disk ── a scene ──► hub
 //                    ◄── pieces ──                        ◄── a copy ──
 //
-// The disk may be slow and scans take long to read, so neither is the network's thread's work nor
-// the owner's. One piece is under way at a time: a client that doesn't read or send holds up nobody
-// but itself, and is dropped when it is slower than kTransferBytesPerSecond.
+// Disks may be slow and scans large, so a disk thread does this work, not the network's or the
+// owner's thread. One piece is in flight at a time (backpressure): a slow client delays only
+// itself, and is dropped below kTransferBytesPerSecond.
 
 #pragma once
 
@@ -26,7 +27,7 @@ namespace pliant::serve {
 
 using BodyParser = boost::beast::http::request_parser<boost::beast::http::buffer_body>;
 
-/// A request whose header was read, with all that belongs to it.
+/// A request with a parsed header, and its connection.
 struct Guest {
     boost::beast::tcp_stream stream;
     boost::beast::flat_buffer buffer;
@@ -36,11 +37,11 @@ struct Guest {
 
 class Transfers {
   public:
-    /// Keeps references. Everything but the constructor and the destructor is called on the
-    /// context's thread.
+    /// Keeps references. All functions except constructor and destructor run on the context's
+    /// thread.
     Transfers(boost::asio::io_context& context, Hub& hub, const Tokens& tokens,
               TransferSettings settings);
-    /// Waits for what is being read or written.
+    /// Waits for current reads and writes.
     ~Transfers();
 
     static bool takes(std::string_view path);

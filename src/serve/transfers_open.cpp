@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Files that come in, and become a scene.
+// Uploads, and the scenes made of them.
 
 #include <sys/socket.h>
 
@@ -18,7 +18,7 @@ namespace asio = boost::asio;
 namespace http = boost::beast::http;
 
 constexpr std::size_t kMaxUploadId = 64;
-/// To say which series is meant.
+/// Time to choose a series.
 constexpr auto kChoiceTime = 3 * kUploadPause;
 
 bool is_upload_id(std::string_view id) {
@@ -30,7 +30,7 @@ bool is_upload_id(std::string_view id) {
 
 void Transfers::Desk::drop_upload() {
     pause.cancel();
-    // Removing large files takes its time.
+    // Removing large files takes time.
     if (upload) asio::post(disk, [gone = std::exchange(upload, nullptr)] { (void)gone; });
 }
 
@@ -115,7 +115,7 @@ void Transfer::file_is_there() {
     answer(200, "taken");
 }
 
-/// Notices that the client hangs up, so that the reading of its scan can be given up.
+/// Detects a hang-up of the client, to cancel the reading of its scan.
 void Transfer::watch_client() {
     m_stream.socket().async_wait(boost::asio::ip::tcp::socket::wait_read,
                                  [weak = weak_from_this()](Error error) {
@@ -154,7 +154,7 @@ void Transfer::hand_over(Result<Opened> opened) {
         m_desk.wait_for_more(kChoiceTime);
         return answer(300, series_text(*choices));
     }
-    // The scan stays open; its files go, unless they are kept.
+    // The scan stays open; its files are removed unless they are kept.
     m_desk.drop_upload();
     m_desk.hub.open(
         std::move(std::get<NewScene>(*opened)), [weak = weak_from_this(), context = &m_desk.context,
@@ -170,14 +170,15 @@ void Transfer::hand_over(Result<Opened> opened) {
         });
 }
 
-/// Nothing of the upload is left. @param refusal  without a status: nobody is there to hear it
+/// Discards the upload. @param refusal  without a status: the connection is closed without an
+/// answer
 void Transfer::give_up(const Refusal& refusal) {
     m_desk.drop_upload();
     m_desk.opening.reset();
     refusal.status ? answer(refusal.status, refusal.line) : close();
 }
 
-/// Ends a transfer whose work on the disk's thread failed, for lack of memory most likely.
+/// Ends a transfer after a failure on the disk thread, usually for lack of memory.
 void Transfer::fail() {
     const char* const line = "expected memory and room for the file, found too little";
     if (m_desk.opening.get() == this) return give_up({507, line});

@@ -17,7 +17,7 @@ namespace pliant::serve {
 namespace fs = std::filesystem;
 namespace {
 
-/// Between two looks at the disk.
+/// Bytes between two checks of the free disk space.
 constexpr std::uint64_t kLookBytes = std::uint64_t(16) << 20;
 
 std::string mebibytes(std::uint64_t bytes) {
@@ -37,7 +37,7 @@ std::uint64_t bytes_below(const fs::path& folder) {
     return sum;
 }
 
-/// A lock of a folder, which ends with the process. @returns −1: there is none to have
+/// Locks a folder for the life of the process. @returns −1: not available
 int lock_folder(const fs::path& folder) {
     const int lock = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC);
     if (lock < 0 || ::flock(lock, LOCK_EX | LOCK_NB) == 0) return lock;
@@ -48,7 +48,7 @@ int lock_folder(const fs::path& folder) {
 }  // namespace
 
 void sweep_uploads(const fs::path& folder) noexcept try {
-    // Between the making of a folder and its lock it is younger than this.
+    // A folder without a lock may be new: it is created before it is locked.
     constexpr auto kYoung = std::chrono::seconds(60);
     std::error_code error;
     std::vector<fs::path> left;
@@ -66,7 +66,7 @@ void sweep_uploads(const fs::path& folder) noexcept try {
         fs::remove_all(upload, error);
         ::close(lock);
     }
-} catch (const std::exception&) {  // out of memory: next time
+} catch (const std::exception&) {  // out of memory: retry next time
 }
 
 std::string base_name(std::string_view name) {
@@ -76,7 +76,7 @@ std::string base_name(std::string_view name) {
     for (const char c : name)
         if (std::uint8_t(c) >= 0x20 && c != 0x7f) text += c;
     if (text.size() > kMaxFileName) text.erase(0, text.size() - kMaxFileName);
-    // The cut leaves no half of a character.
+    // Cut at a character boundary (UTF-8).
     while (!text.empty() && (std::uint8_t(text[0]) & 0xc0) == 0x80) text.erase(0, 1);
     return text.find_first_not_of('.') == std::string::npos ? "" : text;
 }
@@ -131,7 +131,7 @@ MayRefuse Upload::begin_file(const std::string& name, std::optional<std::uint64_
     if (m_names.size() >= std::size_t(kMaxUploadFiles))
         return Refusal{413, "expected up to " + std::to_string(kMaxUploadFiles) +
                                 " files of one scan, found more"};
-    if (size && *size > m_settings.max_bytes) return check_room(*size);  // nothing is made for it
+    if (size && *size > m_settings.max_bytes) return check_room(*size);  // creates no folder for it
     if (auto refusal = make_root()) return refusal;
     if (auto refusal = check_room(size.value_or(0))) return refusal;
     if (!m_names.insert(own).second)
@@ -160,7 +160,7 @@ MayRefuse Upload::add(std::span<const char> bytes) {
 
 MayRefuse Upload::end_file() {
     const int file = std::exchange(m_file, -1);
-    // What a session needs must not be lost with the power.
+    // A session's scan must survive a power failure.
     const bool synced = !m_settings.keeps || ::fdatasync(file) == 0;
     if (::close(file) != 0 || !synced) return cant_write("upload");
     return {};
@@ -181,7 +181,7 @@ Result<fs::path> Upload::keep() {
     std::error_code error;
     for (int n = 1; n < 100'000; ++n) {
         const fs::path place = m_settings.folder / std::to_string(n);
-        // Making the folder claims the number; a folder may be renamed to an empty one.
+        // Creating the folder claims the number; rename() may replace an empty folder.
         if (!fs::create_directory(place, error)) continue;
         fs::rename(m_root, place, error);
         if (error) break;

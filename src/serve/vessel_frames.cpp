@@ -11,10 +11,10 @@
 namespace pliant::serve {
 namespace {
 
-/// Nodes between two that have moved which are sent with them: a run costs as much as one node.
+/// Unmoved nodes between two moved ones that are sent with them: a run costs as much as one node.
 constexpr std::size_t kGap = 2;
 
-/// In steps that nobody sees, so that rounding and trembling are no news; no zero is negative.
+/// Quantises to invisible steps, so that rounding and vibrations cause no traffic; avoids −0.
 std::uint16_t half_or_zero(float mm) {
     constexpr float kParts = 4096;
     const std::uint16_t half = half_from_float(std::round(mm * kParts) / kParts);

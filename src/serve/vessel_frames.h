@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// A vessel for its clients: the ghost surface at rest once, then the catheter and the nodes that
-// have moved since a client was told last. Moved is what differs as it is sent, in steps of 1/4096
-// mm, so a wall that trembles by less than anybody could see is not sent again and again.
+// Encodes a vessel for clients: the ghost surface at rest once, then the catheter and the nodes
+// that have moved since the client's version. Motion is detected on the transmitted values, in
+// steps of 1/4096 mm, so invisible vibrations cause no traffic.
 
 #pragma once
 
@@ -19,13 +19,13 @@ namespace pliant::serve {
 
 class VesselFrames {
   public:
-    /// What is there now. The surface at rest is always the same one.
+    /// Follows the present state. The surface at rest never changes.
     void update(const VesselTissue& vessel);
 
-    /// Grows with each change.
+    /// Increases with each change.
     std::uint64_t version() const { return m_version; }
     std::shared_ptr<const std::string> surface(std::uint32_t step, std::uint32_t volume);
-    /// The catheter, and the nodes that have moved since that version.
+    /// Encodes the catheter, and the nodes that have moved since a version.
     std::shared_ptr<const std::string> since(std::uint64_t version, std::uint32_t step,
                                              std::uint32_t volume);
 
@@ -39,7 +39,7 @@ class VesselFrames {
     std::vector<Vec3d> m_catheter_mm;
     std::uint64_t m_version = 0;
     std::shared_ptr<const std::string> m_surface;
-    std::shared_ptr<const std::string> m_last;  ///< since m_last_from, up to m_last_version
+    std::shared_ptr<const std::string> m_last;  ///< cached frame from m_last_from to m_last_version
     std::uint64_t m_last_from = 0, m_last_version = 0;
 };
 

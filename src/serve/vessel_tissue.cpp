@@ -14,14 +14,14 @@
 namespace pliant::serve {
 namespace {
 
-// It has come to rest when nothing is farther than this from where it was so many sweeps ago. The
-// end of a wire that is pressed to the wall trembles by a hundredth of a millimetre for ever.
+// The wire is calm if no node has moved farther than this in so many sweeps. The end of a wire
+// that is pressed to the wall vibrates by 0.01 mm for ever.
 constexpr double kCalm_mm = 0.02;
 constexpr int kCalmSweeps = 50;
-// Of undo; a state of 12,000 nodes has 0.6 MB.
+// Limits of undo; a state of 12,000 nodes has 0.6 MB.
 constexpr std::size_t kMostSteps = 200, kMostBytes = 256'000'000;
 constexpr std::uint64_t kMagic = 0x32'76'73'6c'70'00'00'0a;  ///< of a file with a state
-constexpr int kMostUntoldSweeps = 1000;  ///< what nobody drives comes to a halt in any case
+constexpr int kMostUntoldSweeps = 1000;                      ///< limit of motion without a driver
 
 Error no_tools(const char* what) {
     return invalid(std::string(what) + ": expected another tissue than a vessel");
@@ -81,8 +81,7 @@ Result<PushReport> VesselTissue::drag_to(Vec3d) {
     return no_tools("drag");
 }
 
-/// Whether nothing has moved since the last time that this was asked. Without memory to compare, it
-/// may have.
+/// Whether the nodes have not moved since the last call. Returns false without memory to compare.
 bool VesselTissue::is_calm() noexcept try {
     const auto wire = m_scene->wire_places();
     std::vector<Vec3d> wall = m_scene->wall_places();
@@ -117,12 +116,12 @@ Result<Sweep> VesselTissue::sweep() {
     return Sweep{calm || m_untold >= kMostUntoldSweeps, ms()};
 }
 
-/// As it is when a state is put back: the hand rests, and whether it is calm is asked anew.
+/// Brings the scene to the state after a restore: the hand rests, and calm is tested again.
 Status VesselTissue::halt() {
     CatheterCommand still = m_hand;
     still.insert_mm_s = still.rotate_deg_s = 0;
     if (const Status s = m_scene->command(still); !s.ok()) return s;
-    // Contacts are found anew after a state was put back, so they are here.
+    // A restore detects contacts again, so they are detected here too.
     const Status restored = attempt([&] { return m_scene->restore(m_scene->state(), m_arena); });
     if (!restored.ok() && is_out_of_memory(restored.error())) {
         (void)m_scene->command(m_hand);
@@ -137,7 +136,7 @@ Status VesselTissue::halt() {
     return Ok{};
 }
 
-/// Another scene takes the place of this one: it can be thrown away where memory runs out.
+/// Builds a new scene and swaps it in, so that nothing changes if memory runs out.
 Status VesselTissue::reset() {
     auto made = CatheterScene::create(m_vessel.wall, m_vessel.settings);
     if (!made.ok()) return made.error();
@@ -174,7 +173,7 @@ int VesselTissue::end_group() noexcept {
         m_done.pop_front();
         ++forgotten;
     }
-    // Without memory to compare, a step that may be none can't be kept.
+    // Without memory to compare, a step that may be empty can't be kept.
     if (!changed.ok()) m_done.clear();
     return m_done.empty() ? -1 : forgotten;
 }
@@ -192,7 +191,7 @@ Status VesselTissue::put_back(std::span<const double> state) {
     return Ok{};
 }
 
-/// Takes the last of some steps. @param to  those in the other direction
+/// Restores the last state of a list. @param to  list of the other direction
 Status VesselTissue::go_back(std::list<State>& from, std::list<State>& to) {
     State now = m_scene->state();
     if (const Status s = put_back(from.back()); !s.ok()) return s;

@@ -1,10 +1,10 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// A vessel as a tissue: a catheter is driven, its wall gives way, and the scan goes with the wall.
-// A sweep is two steps of the simulation. Once nothing moves any more, time stands still until the
-// hand does something else. What is taken back is all since a hand began to drive: a step is a
-// state before it, kept in memory.
+// A vessel as a tissue: a catheter is driven, its wall gives way, and the scan moves with the wall.
+// A sweep is two steps of the simulation. Simulated time stops once the motion has settled, until
+// the next command. Undo reverts all motion since a hand began to drive: a step is the state before
+// it, in memory.
 
 #pragma once
 
@@ -23,11 +23,11 @@
 
 namespace pliant::serve {
 
-/// What a vessel shows beside the scan.
+/// Display data of a vessel beside the scan.
 struct VesselView {
-    std::vector<Vec3d> catheter_mm;  ///< what of it is in the vessel, from the guide to the tip
-    std::vector<Vec3f> moved_mm;     ///< of the ghost surface's nodes
-    double wall_moved_mm = 0;        ///< of the wall's nodes, the farthest
+    std::vector<Vec3d> catheter_mm;  ///< part inside of the vessel, from the guide to the tip
+    std::vector<Vec3f> moved_mm;     ///< displacements of the ghost surface's nodes
+    double wall_moved_mm = 0;        ///< largest displacement of a wall node
     std::int64_t inverted = 0;       ///< tetrahedra of wall and catheter
 };
 
@@ -39,7 +39,7 @@ class VesselTissue : public Tissue {
     static Result<std::unique_ptr<VesselTissue>> create(const MadeVessel& vessel,
                                                         const Volume& scan, const TaskArena& arena);
 
-    /// The hand goes on like that until told otherwise, or until its client lets go.
+    /// Sets the hand's motion until the next command, or until its client lets go.
     Status drive(std::uint32_t client, const DriveCommand& command);
 
     Result<PushReport> push(std::uint32_t tool, const Push& push) override;
@@ -74,7 +74,7 @@ class VesselTissue : public Tissue {
     const CatheterCommand& hand() const { return m_hand; }
     CatheterMeasures measures() const { return m_scene->quick_measures(); }
     const VesselView& view() const;
-    /// Why it has stopped for good, until it is reset; else empty.
+    /// Reason of a permanent stop, until a reset; empty: none.
     const std::string& failure() const { return m_failure; }
 
   private:
@@ -91,15 +91,15 @@ class VesselTissue : public Tissue {
     CatheterCommand m_hand{};
     std::uint32_t m_driver = 0;         ///< client whose hand moves; 0: none
     int m_untold = 0;                   ///< sweeps since the last command
-    std::vector<Vec3d> m_wire, m_wall;  ///< when is_calm() was last asked
+    std::vector<Vec3d> m_wire, m_wall;  ///< at the last call of is_calm()
     std::string m_failure;
 
     using State = std::vector<double>;
     Status go_back(std::list<State>& from, std::list<State>& to);
-    std::list<State> m_before;          ///< one, while a group goes on
-    std::list<State> m_done, m_undone;  ///< as it was before, or after; the next one last
+    std::list<State> m_before;          ///< one state, during a group
+    std::list<State> m_done, m_undone;  ///< states before or after steps; next one last
 
-    // What is shown is made when somebody looks, not in each step.
+    // Display data is computed on demand, not in each step.
     mutable CarriedScan m_carried;
     mutable TetMesh m_now;
     mutable VesselView m_view;

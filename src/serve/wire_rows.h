@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Rows of the settings that messages carry: those of the models, and the server's own.
+// Rows of settings in messages: those of the models, and the server's own.
 
 #pragma once
 
@@ -15,11 +15,11 @@ namespace pliant::serve {
 
 /// Materials of ChainMail that clients may change: the rows of [material] and [air].
 SettingRows<ChainMailSettings> material_rows() noexcept;
-/// Rows of a control lattice, beside spring_rows().
+/// Rows of a control lattice, without those of spring_rows().
 SettingRows<TissueChoice> tissue_rows() noexcept;
 /// Rows of the visible surface.
 SettingRows<IsoCommand> iso_rows() noexcept;
-/// Rows of the hand on the catheter.
+/// Rows of the hand's motion.
 SettingRows<DriveCommand> drive_rows() noexcept;
 
 }  // namespace pliant::serve

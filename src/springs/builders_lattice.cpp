@@ -31,8 +31,8 @@ std::vector<Vec3i> forward_steps(LatticeLinks links) {
     return steps;
 }
 
-/// Which part of the cells around a link inside of the lattice is there: a half for each axis that
-/// the link is at right angles to and at the border of.
+/// Fraction of the possible cells around a link that exist: halved for each axis perpendicular to
+/// the link at whose border the link lies.
 double share_of_cells(Vec3i size, Vec3i from, Vec3i step) {
     double share = 1;
     for (int a = 0; a < 3; ++a)

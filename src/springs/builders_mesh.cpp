@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Networks of meshes, given as plain arrays of nodes and cells.
+// Networks from meshes, given as plain arrays of nodes and cells.
 
 #include <pliant/springs_builders.h>
 
@@ -16,7 +16,7 @@
 namespace pliant {
 namespace {
 
-/// A pair of corners of one cell, and what that cell adds to the stiffness of the link there.
+/// A pair of corners of one cell, and the cell's contribution to the stiffness of their link.
 struct Share {
     std::int32_t a, b;
     double stiffness;
@@ -41,7 +41,7 @@ Status check_cells(std::span<const Vec3d> nodes,
     return Ok{};
 }
 
-/// One link for each pair, in ascending order. @param summed  whether shares add up
+/// Adds one link per pair, in ascending order. @param summed  whether contributions add up
 void add_links(std::vector<Share> shares, bool summed, const SpringMesh& mesh, SpringParts& parts) {
     for (Share& share : shares)
         if (share.a > share.b) std::swap(share.a, share.b);

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The control lattice over a scan: built along the grid's own axes, then put into the world.
+// The control lattice over a scan: built along the grid's axes, then transformed to the world.
 
 #include <pliant/springs_builders.h>
 
@@ -20,7 +20,7 @@ Error bad_lattice(const std::string& text) {
     return {ErrorCode::InvalidArgument, "control lattice " + text};
 }
 
-/// Mean of the voxels that are nearer to a node than to the others of its row.
+/// Mean of the voxels that are nearer to a node than to its neighbours.
 double mean_value(const Volume& volume, Vec3d centre, Vec3d spacing, const Box3i& region) {
     Vec3i low, high;
     for (int a = 0; a < 3; ++a) {
@@ -37,8 +37,7 @@ double mean_value(const Volume& volume, Vec3d centre, Vec3d spacing, const Box3i
     return sum / (double(n.x) * n.y * n.z);
 }
 
-/// [cell] share of its voxels that are hard. A voxel between two cells counts in the later one, or
-/// in the last.
+/// [cell]: share of hard voxels. A voxel between two cells counts in the later one, or in the last.
 std::vector<double> hard_shares(const Volume& volume, const SpringScan& scan, const Box3i& region,
                                 Vec3d step) {
     const Vec3i cells = scan.size - Vec3i{1, 1, 1};
@@ -127,7 +126,7 @@ Result<SpringParts> springs_of_scan(const Volume& volume, const SpringScan& scan
         }
         for (SpringLink& link : parts->links)
             link.stiffness = (stiffness[std::size_t(link.a)] + stiffness[std::size_t(link.b)]) / 2;
-        // A left-handed grid turns cells inside out: their bottoms and tops change places.
+        // A left-handed grid inverts cells: their bottoms and tops are exchanged.
         if (determinant(volume.grid.direction) < 0)
             for (SpringCell& cell : parts->cells)
                 std::rotate(cell.nodes.begin(), cell.nodes.begin() + 4, cell.nodes.end());

@@ -2,11 +2,11 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // The volume of a cell and its gradient. A hexahedron's faces are bilinear: the volume under one is
-// the mean of its two triangulations, so with corners a, b, c, d around a face
+// the mean of its two triangulations. With corners a, b, c, d around a face,
 //
 //   V = Σ_faces ( [a,b,c] + [a,c,d] + [a,b,d] + [b,c,d] ) / 12,    ∂V/∂a = Σ (b×c + c×d + b×d) / 12
 //
-// exactly. V is of degree three in the corners, so V = Σ a·∂V/∂a / 3.
+// is exact. V is of degree three in the corners, so V = Σ a·∂V/∂a / 3.
 
 #pragma once
 
@@ -14,17 +14,17 @@
 
 namespace pliant {
 
-/// The faces that meet at a corner, each as its next, opposite and last corner, seen so that the
-/// normal points outwards.
+/// Faces at each corner, each as its next, opposite and last corner, such that the normal points
+/// outwards.
 inline constexpr int kFacesAt[8][3][3] = {
     {{3, 2, 1}, {1, 5, 4}, {4, 7, 3}}, {{0, 3, 2}, {2, 6, 5}, {5, 4, 0}},
     {{1, 0, 3}, {3, 7, 6}, {6, 5, 1}}, {{2, 1, 0}, {0, 4, 7}, {7, 6, 2}},
     {{5, 6, 7}, {0, 1, 5}, {7, 3, 0}}, {{6, 7, 4}, {1, 2, 6}, {4, 0, 1}},
     {{7, 4, 5}, {2, 3, 7}, {5, 1, 2}}, {{4, 5, 6}, {3, 0, 4}, {6, 2, 3}}};
-/// The opposite face of a tetrahedron's corner, its normal pointing to the corner.
+/// Face opposite to a tetrahedron's corner, with its normal towards the corner.
 inline constexpr int kFaceOpposite[4][3] = {{1, 3, 2}, {0, 2, 3}, {0, 3, 1}, {0, 1, 2}};
 
-/// ∂V/∂corner. @param place  of a node: Vec3d(std::int32_t)
+/// ∂V/∂corner. @param place  position of a node: Vec3d(std::int32_t)
 template <class Place>
 Vec3d volume_gradient(const SpringCell& cell, int corner, Place&& place) {
     const auto at = [&](int n) { return place(cell.nodes[std::size_t(n)]); };
@@ -36,14 +36,14 @@ Vec3d volume_gradient(const SpringCell& cell, int corner, Place&& place) {
     }
     Vec3d sum{0, 0, 0};
     for (const auto& face : kFacesAt[corner]) {
-        // From the corner: the sum over its faces doesn't depend on the origin.
+        // Relative to the corner: the sum over its faces is independent of the origin.
         const Vec3d b = at(face[0]) - here, c = at(face[1]) - here, d = at(face[2]) - here;
         sum = sum + cross(b, c) + cross(c, d) + cross(b, d);
     }
     return (1.0 / 12) * sum;
 }
 
-/// How ∂V/∂corner changes with a small motion of all corners. @param move  as place
+/// Change of ∂V/∂corner for a small motion of all corners. @param move  like place
 template <class Place, class Move>
 Vec3d volume_gradient_change(const SpringCell& cell, int corner, Place&& place, Move&& move) {
     struct Edge {
@@ -57,7 +57,7 @@ Vec3d volume_gradient_change(const SpringCell& cell, int corner, Place&& place, 
         return cross(a.move, b.place) + cross(a.place, b.move);
     };
     if (cell.node_count == 4) {
-        // From the corner, so that one form does for both: (b − a)×(c − a) = a×b + b×c + c×a.
+        // Relative to the corner, for a common form: (b − a)×(c − a) = a×b + b×c + c×a.
         const auto& face = kFaceOpposite[corner];
         const Edge a = edge(face[0]), b = edge(face[1]), c = edge(face[2]);
         return (1.0 / 6) * (change(a, b) + change(b, c) + change(c, a));
@@ -70,7 +70,7 @@ Vec3d volume_gradient_change(const SpringCell& cell, int corner, Place&& place, 
     return (1.0 / 12) * sum;
 }
 
-/// Of the edges that meet at a corner, six times a tetrahedron's: its sign tells how they turn.
+/// Six times the volume of the tetrahedron of the edges at a corner; its sign is their orientation.
 template <class Place>
 double corner_volume(const SpringCell& cell, int corner, Place&& place) {
     const auto edge = [&](int n) {

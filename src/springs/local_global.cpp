@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The only place of this room that knows Eigen.
+// The only user of Eigen in this room.
 
 #include "springs/local_global.h"
 
@@ -15,7 +15,7 @@ namespace pliant {
 struct LocalGlobal::Impl {
     using Matrix = Eigen::SparseMatrix<double>;
     Eigen::SimplicialLDLT<Matrix> factors;
-    std::vector<std::uint8_t> moves;  ///< that it was factored for
+    std::vector<std::uint8_t> moves;  ///< nodes that it was factored for
     std::vector<std::int32_t> row_of, node_of;
     Eigen::MatrixX3d right, constant, solution;
 
@@ -114,7 +114,7 @@ void LocalGlobal::step(const SpringNetwork& network, SpringState& state, double 
         const std::int32_t node = m.node_of[row];
         const Vec3d now = state.place(node), moved = now - state.place_before(node);
         state.put_before(node, now);
-        state.put(node, now + moved);  // where it would go by itself: a start
+        state.put(node, now + moved);  // the inertial prediction as a start
     }
     for (std::int32_t turn = 0; turn < iterations; ++turn) {
         m.right = m.constant;

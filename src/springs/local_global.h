@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Backward Euler by a matrix factored once [Liu2013]: with the direction n of each link held, the
-// rest is a quadratic with a constant matrix. So steps alternate between directions (local) and
+// Backward Euler by a matrix factored once [Liu2013]. For fixed directions n of the links, the
+// energy is quadratic with a constant matrix. So steps alternate between directions (local) and
 //
 //   (M/h² + D/h + Σ k) x = M/h² (x_t + h v_t) + D/h x_t + F + Σ k l n      (global)
 
@@ -21,11 +21,11 @@ class LocalGlobal {
     LocalGlobal(LocalGlobal&&) noexcept;
     LocalGlobal& operator=(LocalGlobal&&) noexcept;
 
-    /// Factors, unless the same nodes moved before. @returns LimitExceeded where that fails
+    /// Factors, unless the same nodes moved before. @returns LimitExceeded on failure
     Status prepare(const SpringNetwork& network, const SpringState& state, double time_step);
     void step(const SpringNetwork& network, SpringState& state, double time_step,
               std::int32_t iterations);
-    /// After a cut.
+    /// Discards the factor after a cut.
     void forget();
 
   private:

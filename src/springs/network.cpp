@@ -21,7 +21,7 @@ Error bad_network(const std::string& text) {
 Error bad_network(const char* what, std::size_t index, const std::string& text) {
     return bad_network(what + std::string(" ") + std::to_string(index) + ": " + text);
 }
-/// 0 or more, and a number.
+/// Whether a number is finite and ≥ 0.
 bool is_amount(double value) {
     return std::isfinite(value) && value >= 0;
 }

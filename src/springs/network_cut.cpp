@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Cutting. Links keep their numbers: a node's list of neighbours only gets shorter.
+// Cuts. Links keep their numbers: a node's list of neighbours only shrinks.
 
 #include <pliant/springs_network.h>
 
@@ -30,7 +30,7 @@ bool has_corner(const SpringCell& cell, std::int32_t node) {
     return std::find(cell.nodes.begin(), end, node) != end;
 }
 
-/// @param waiting  scratch. Allocates nothing where both vectors have capacity for all nodes
+/// @param waiting  scratch. Doesn't allocate if both vectors have capacity for all nodes
 void find_pieces(const SpringNetwork& network, Pieces& pieces, std::vector<std::int32_t>& waiting) {
     pieces.count = 0;
     pieces.piece_of.assign(std::size_t(network.node_count()), -1);
@@ -60,7 +60,7 @@ Pieces pieces_of(const SpringNetwork& network) {
     return pieces;
 }
 
-/// Memory to count pieces in.
+/// Memory for counting pieces.
 struct SpringNetwork::PieceMemory {
     explicit PieceMemory(std::int32_t nodes) {
         pieces.piece_of.reserve(std::size_t(nodes));
@@ -148,7 +148,7 @@ SpringCut SpringNetwork::cut_out(std::span<const std::int32_t> cells) {
         const SpringCell& cell = m_parts.cells[std::size_t(c)];
         for (int n = 0; n < cell.node_count; ++n) {
             const std::int32_t node = cell.nodes[std::size_t(n)];
-            // Backwards: cutting a link shortens the list behind it.
+            // Backwards, because cutting a link shortens the list behind it.
             for (std::size_t i = neighbours(node).size(); i-- > 0;) {
                 const Neighbour other = neighbours(node)[i];
                 if (!has_corner(cell, other.node)) continue;

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Masses of nodes from a density: each cell gives an equal part to each of its corners.
+// Masses of nodes from a density: each cell distributes its mass equally to its corners.
 
 #pragma once
 

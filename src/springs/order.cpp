@@ -51,7 +51,7 @@ void OrderSearch::run(const SpringNetwork& network, std::span<const std::int32_t
     for (std::int32_t layer = 0;; ++layer) {
         const auto begin = std::size_t(order.layers.back());
         const std::size_t end = nodes.size();
-        if (begin == end) break;  // everything has been reached
+        if (begin == end) break;  // all nodes have been reached
         order.layers.push_back(std::int32_t(end));
         if (layer == depth) break;
         for (std::size_t n = begin; n < end; ++n)

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The pieces of a network that no link joins.
+// The connected components of a network.
 
 #pragma once
 

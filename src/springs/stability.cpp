@@ -5,8 +5,8 @@
 //
 //   k (n·(u_i − u_j))² ≤ 2k (n·u_i)² + 2k (n·u_j)²,
 //
-// so K ≤ 2 diag(D_i) with D_i = Σ k n nᵀ, and likewise for a cell (Σ g_a·u_a)² ≤ corners·Σ
-// (g_a·u_a)². Blocks of 3×3 are all that is left.
+// so K ≤ 2 diag(D_i) with D_i = Σ k n nᵀ, and likewise for a cell
+// (Σ g_a·u_a)² ≤ corners·Σ (g_a·u_a)². Only 3×3 blocks remain.
 
 #include "springs/stability.h"
 
@@ -21,7 +21,7 @@ namespace {
 
 constexpr double kNone = std::numeric_limits<double>::infinity();
 
-/// 2 D_i, of stiffness and of damping.
+/// 2 D_i of stiffness and damping.
 struct Bounds {
     Mat3d stiffness{}, damping{};
 };
@@ -36,8 +36,8 @@ Bounds bounds_of(const SpringNetwork& network, std::int32_t i, std::span<const V
         const SpringLink& link = network.links()[std::size_t(neighbour.link)];
         const Vec3d r = place(i) - place(neighbour.node);
         const double length = norm(r);
-        // Across itself a link is stiff only where it is drawn out; one without length may point
-        // anywhere.
+        // The transverse stiffness is positive only for a stretched link; a link of zero length may
+        // have any direction.
         const double across = length > 0
                                   ? link.stiffness * std::max(0.0, 1 - link.rest_length / length)
                                   : link.stiffness;
@@ -82,7 +82,7 @@ double stable_time_step(const SpringNetwork& network, std::span<const Vec3d> pla
         const Bounds bounds = bounds_of(network, i, places);
         const double lambda = largest_eigenvalue(bounds.stiffness) / node.mass;
         const double gamma = largest_eigenvalue(bounds.damping) / node.mass;
-        // h²λ + 2hγ = 4, in the form that doesn't cancel.
+        // h²λ + 2hγ = 4, in a form without cancellation.
         shortest = std::min(shortest, 4 / (gamma + std::sqrt(gamma * gamma + 4 * lambda)));
     }
     return shortest;
@@ -95,8 +95,8 @@ double SpringNetwork::stable_time_step() const {
 double stable_time_step(const SpringNetwork& network, SeenPositions seen) {
     double step = network.stable_time_step();
     if (seen == SeenPositions::Old) return step;
-    // With K = D + L + Lᵀ and new places behind L, amplitudes don't grow where
-    // h·xᵀ(K − L)x ≤ xᵀCx; and K − L ≤ 2D, whichever part of the neighbours L holds.
+    // With K = D + L + Lᵀ and new positions in L, amplitudes don't grow if h·xᵀ(K − L)x ≤ xᵀCx; and
+    // K − L ≤ 2D for every subset L of the neighbours.
     for (std::int32_t i = 0; i < network.node_count(); ++i) {
         const SpringNode& node = network.nodes()[std::size_t(i)];
         if (node.fixed) continue;

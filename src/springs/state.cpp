@@ -35,7 +35,7 @@ Vec3d inner_force(const SpringNetwork& network, const SpringState& state, std::i
         const SpringLink& link = network.links()[std::size_t(neighbour.link)];
         const Vec3d r = here - state.place(neighbour.node);
         const double length = norm(r);
-        if (!(length > 0)) continue;  // no direction
+        if (!(length > 0)) continue;  // undefined direction
         force = force - (link.stiffness * (length - link.rest_length) / length) * r;
         if (!with_damping || link.damping == 0) continue;
         const Vec3d moved = (here - state.place_before(node)) -

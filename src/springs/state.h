@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Where the nodes are, and what is done to them: what all solvers share.
+// Positions, loads and held nodes: the state shared by all solvers.
 
 #pragma once
 
@@ -11,7 +11,7 @@ namespace pliant {
 
 struct SpringState {
     std::vector<double> x[3],
-        before[3];  ///< places now and one step before; velocity is their difference
+        before[3];  ///< current and previous positions; their difference gives the velocity
     std::vector<double> load[3];
     std::vector<std::int32_t> loaded, held;
     std::vector<std::uint8_t> is_held, is_touched;  ///< [node]; touched: loaded or held
@@ -39,13 +39,13 @@ struct SpringState {
     }
 };
 
-/// All nodes at their rest places.
+/// Sets all nodes to their rest positions.
 void set_to_rest(const SpringNetwork& network, SpringState& state);
 
-/// After the loaded or the held nodes have changed.
+/// Updates is_touched after a change of the loaded or held nodes.
 void renew_touched(SpringState& state) noexcept;
 
-/// −f of the links and the volume energy of one node. @param with_damping  of links
+/// −f of the links and the volume energy on one node. @param with_damping  includes link damping
 Vec3d inner_force(const SpringNetwork& network, const SpringState& state, std::int32_t node,
                   double time_step, bool with_damping);
 

@@ -18,7 +18,7 @@ double reciprocal_root(double q) {
     return std::fma(e * y, std::fma(e, std::fma(e, 0.3125, 0.375), 0.5), y);
 }
 
-/// One link of a lane. @param seen, before  places of the other end
+/// Adds one link of a lane. @param seen, before  positions of the other end
 void add_link(const SweepArrays& a, std::size_t i, const double* const (&seen)[3],
               const double* const (&before)[3], std::size_t j, const double* block, int lane,
               bool damped, double (&sum)[3]) {

@@ -10,7 +10,7 @@
 namespace pliant {
 namespace {
 
-/// A row of nodes with consecutive numbers that is worth packs of its own.
+/// Minimum length of a row of consecutive nodes that gets separate packs.
 constexpr std::size_t kLongRun = 8;
 
 std::size_t run_length(std::span<const std::int32_t> nodes, std::size_t begin) {
@@ -21,8 +21,9 @@ std::size_t run_length(std::span<const std::int32_t> nodes, std::size_t begin) {
 
 }  // namespace
 
-/// By number where that gives long rows, else from neighbour to neighbour: a ring of the sheet is
-/// then gone around, and its neighbours in the next ring are consecutive too.
+/// Orders by number if that gives long rows, otherwise from neighbour to neighbour: a ring of the
+/// sheet is then traversed in sequence, so that its neighbours in the next ring are consecutive
+/// too.
 void SweepPlanner::order_group(const SpringNetwork& network) {
     m_walk.assign(m_group.begin(), m_group.end());
     std::sort(m_group.begin(), m_group.end());
@@ -47,8 +48,8 @@ void SweepPlanner::order_group(const SpringNetwork& network) {
     }
 }
 
-/// The frozen neighbour at either end of a row joins it, so that all of the row's links to one side
-/// have one offset.
+/// Adds the frozen neighbours at both ends of a row, so that all links of the row to one side have
+/// one offset.
 void SweepPlanner::extend_rows(const SpringNetwork& network) {
     const auto is_seen = [&](std::int32_t node) {
         if (node < 0 || node >= network.node_count() || m_active[std::size_t(node)]) return false;
@@ -94,10 +95,10 @@ void SweepPlanner::add_group(const SpringNetwork& network, bool as_one, SweepPla
     plan.groups.push_back({begin, std::int32_t(plan.nodes.size()) / kPack - 1});
 }
 
-/// Node by node in the given order, but in as few turns as give the same: a node's turn comes after
-/// those of all neighbours before it, so that none of a turn sees another.
+/// Level scheduling of the node-by-node order: a node's turn comes after those of all its earlier
+/// neighbours, so that nodes of one turn are independent.
 void SweepPlanner::sort_by_turn(const SpringNetwork& network, const TransmittalOrder& layers) {
-    std::vector<std::int32_t> turn(std::size_t(network.node_count()), 0);  // 0: not yet
+    std::vector<std::int32_t> turn(std::size_t(network.node_count()), 0);  // 0: unassigned
     std::int32_t last = 0;
     for (const std::int32_t node : layers.nodes) {
         std::int32_t latest = 0;
@@ -158,7 +159,7 @@ void SweepPlanner::finish(const SpringNetwork& network, double time_step, SweepP
     }
 }
 
-/// Local numbers, also of the nodes that only look on: by their number, which makes rows too.
+/// Assigns local numbers; frozen nodes are sorted by number, which forms rows too.
 void SweepPlanner::number(const SpringNetwork& network, SweepPlan& plan) {
     for (std::size_t l = 0; l < plan.nodes.size(); ++l)
         if (plan.nodes[l] >= 0) m_local_of[std::size_t(plan.nodes[l])] = std::int32_t(l);
@@ -208,7 +209,7 @@ void SweepPlanner::add_cells(const SpringNetwork& network, SweepPlan& plan) {
         plan.cells.push_back(cell);
         return number;
     };
-    std::vector<std::int32_t> last_group;  // [cell] that it was counted for
+    std::vector<std::int32_t> last_group;  // [cell] last group that counted it
     for (std::size_t g = 0; g < plan.groups.size(); ++g) {
         for (std::int32_t l = (plan.groups[g].begin_pack + 1) * kPack;
              l < (plan.groups[g].end_pack + 1) * kPack; ++l) {

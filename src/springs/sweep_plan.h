@@ -1,21 +1,21 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// What one contact's step is: the nodes that move, numbered anew so that the inner loop reads whole
+// Plan of one contact's step: the nodes that move, renumbered so that the inner loop reads whole
 // rows instead of single nodes.
 //
 //   local number   0…7   8 … 15   16 … 23   …                        frozen …      8 more
 //                  pad   pack 0   pack 1    …  (each layer: whole packs)            pad
 //
-// A pack is eight nodes with consecutive numbers. Its links are sorted into slots of eight: where
-// the other ends have consecutive numbers too, as they mostly do in a lattice, the slot is an
-// offset and the kernel loads eight places at once; all other links share slots with a list of
-// eight numbers. Lanes without a link have stiffness 0. Equal slots of stiffness and length are
-// stored once, so a uniform lattice costs one byte a link, and what is read stays in the cache.
+// A pack is eight nodes with consecutive numbers. Its links are sorted into slots of eight. If the
+// other ends have consecutive numbers too, as mostly in a lattice, the slot is an offset and the
+// kernel loads eight positions at once. All other links share slots with a list of eight numbers.
+// Lanes without a link have stiffness 0. Equal slots of stiffness and length are stored once, so a
+// uniform lattice needs one byte per link, and the data stay in the cache.
 //
-// Groups are swept one after the other. A slot says whether its other ends are seen where they were
-// or where an earlier group has put them by now, so that old and new places lie apart and nothing
-// depends on when a pack's turn comes within its group.
+// Groups are swept in sequence. A slot selects old positions of its other ends, or new ones of an
+// earlier group. Old and new positions are stored separately, so the result is independent of the
+// order of packs in a group.
 
 #pragma once
 
@@ -29,23 +29,24 @@ namespace pliant {
 
 inline constexpr int kPack = 8;
 
-/// Part of a plan whose nodes don't see each other's new places.
+/// Part of a plan whose nodes don't use each other's new positions.
 struct SweepGroup {
     std::int32_t begin_pack, end_pack;
 };
 
 /// Eight links of a pack. 8 bytes.
 struct SweepSlot {
-    std::int32_t other;  ///< of rows: local number of the other end − own; else: first in `others`
-    std::uint32_t block;  ///< of SweepPlan::blocks, in blocks
+    std::int32_t other;   ///< rows: local number of the other end − own; lists: first index in
+                          ///< `others`
+    std::uint32_t block;  ///< index in SweepPlan::blocks, in blocks
 };
 
 struct PackSlots {
-    std::uint32_t begin, new_rows, rows_end;  ///< rows; from new_rows on they see new places
-    std::uint32_t new_lists, end;             ///< then lists, in the same way
+    std::uint32_t begin, new_rows, rows_end;  ///< rows; from new_rows on they use new positions
+    std::uint32_t new_lists, end;             ///< then lists, likewise
 };
 
-/// A cell with volume energy, all in local numbers.
+/// A cell with volume energy, in local numbers.
 struct SweepCell {
     SpringCell cell;
     double rest_volume;
@@ -56,8 +57,8 @@ struct CellCorner {
 
 struct SweepPlan {
     std::vector<std::int32_t> nodes;      ///< local → global; −1: padding
-    std::vector<std::uint8_t> is_active;  ///< [local]; packs may hold a few that only look on
-    std::int32_t active_end = kPack;      ///< local numbers from here on are frozen
+    std::vector<std::uint8_t> is_active;  ///< [local]; packs may contain a few inactive nodes
+    std::int32_t active_end = kPack;      ///< higher local numbers are frozen
     std::int32_t active_nodes = 0;
     std::vector<SweepGroup> groups;
     std::vector<PackSlots> packs;
@@ -66,7 +67,7 @@ struct SweepPlan {
     /// stiffness[8], stiffness·length[8], and with damping: damping/time step[8].
     AlignedArray blocks;
     bool damped = false;
-    /// Volume energy: cells that touch a group, and the corners that a node is.
+    /// Volume energy: cells of each group, and the corners of each node.
     std::vector<SweepCell> cells;
     std::vector<std::int32_t> group_cells, first_group_cell;
     std::vector<CellCorner> corners;
@@ -76,7 +77,7 @@ struct SweepPlan {
     std::size_t local_count() const { return nodes.size(); }
 };
 
-/// Makes plans; keeps its memory.
+/// Makes plans; reuses its memory.
 class SweepPlanner {
   public:
     void plan(const SpringNetwork& network, const TransmittalOrder& layers, SeenPositions seen,
@@ -117,7 +118,7 @@ class SweepPlanner {
     std::vector<Slot> m_slots;
     std::vector<Left> m_left[2][kPack];  ///< [sees new]
     std::unordered_map<std::uint64_t, std::uint32_t> m_block_of;
-    std::vector<std::uint32_t> m_last_block;  ///< of the slot at this place in the last pack
+    std::vector<std::uint32_t> m_last_block;  ///< of the slot at this position in the previous pack
 };
 
 }  // namespace pliant

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// A plan's links, sorted into slots of eight.
+// Sorting of a plan's links into slots of eight.
 
 #include <algorithm>
 #include <bit>
@@ -13,12 +13,12 @@
 namespace pliant {
 namespace {
 
-/// A slot with a list takes about as long as so many with a row.
+/// Cost of a slot with a list, relative to a slot with a row.
 constexpr std::size_t kListCost = 8;
 
 }  // namespace
 
-/// Sorts a pack's links by the offset to their other end; those of rare offsets go to m_left.
+/// Sorts a pack's links by the offset to their other end; rare offsets go to m_left.
 void SweepPlanner::sort_links(const SpringNetwork& network, const SweepPlan& plan,
                               std::int32_t pack, std::int32_t first) {
     m_slots.clear();
@@ -28,7 +28,7 @@ void SweepPlanner::sort_links(const SpringNetwork& network, const SweepPlan& pla
         const std::int32_t local = (pack + 1) * kPack + lane;
         if (!plan.is_active[std::size_t(local)]) continue;
         const std::int32_t node = plan.nodes[std::size_t(local)];
-        std::size_t guess = 0;  // neighbours are sorted, so the next is mostly the next slot
+        std::size_t guess = 0;  // neighbours are sorted, so the next slot is the best guess
         for (const auto& neighbour : network.neighbours(node)) {
             const std::int32_t other = m_local_of[std::size_t(neighbour.node)];
             const std::int32_t offset = other - local;
@@ -58,11 +58,11 @@ void SweepPlanner::sort_links(const SpringNetwork& network, const SweepPlan& pla
     std::erase_if(m_slots, is_rare);
 }
 
-/// Offsets with fewer links than these go to lists, where many rare ones share a slot.
+/// Minimum number of links for an offset's row; links of rarer offsets share lists.
 int SweepPlanner::fewest_in_row() const {
     std::size_t least = m_slots.size();
     int best = 1;
-    std::size_t listed[2][kPack] = {};  // by what is seen, and lane
+    std::size_t listed[2][kPack] = {};  // [old or new][lane]
     std::size_t rows = m_slots.size();
     for (int fewest = 2; fewest <= kPack + 1; ++fewest) {
         for (const Slot& slot : m_slots) {

@@ -1,15 +1,15 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The inner loop with vector instructions, once for each instruction set that fuses multiplication
-// and addition; the program chooses at run time. The plain twin is sweep_plain.cpp.
+// The vectorised inner loop, compiled for each instruction set with fused multiply-add and
+// dispatched at run time. The scalar version is sweep_plain.cpp.
 
 #include <cstddef>
 #include <cstdint>
 
 #include "springs/sweep.h"
 
-// Vectors of a size known only at run time can't be kept in arrays.
+// Vectors of a size known only at run time can't be stored in arrays.
 #define HWY_DISABLED_TARGETS (HWY_SVE | HWY_SVE2 | HWY_SVE_256 | HWY_SVE2_128 | HWY_RVV)
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "springs/sweep_vector.cpp"
@@ -35,8 +35,8 @@ using V = hn::Vec<D>;
 constexpr int kLanes = int(hn::MaxLanes(D()));
 constexpr int kParts = kPack / kLanes;
 
-/// 1/√q for q > 0; finite for 0. In place. Of several at once, as in all that follows: a chain of
-/// operations waits for itself most of the time, and fills the processor's queue meanwhile.
+/// Computes 1/√q in place for q > 0; finite for 0. Several at once, as in all that follows: a
+/// single dependency chain is latency-bound, so independent chains are interleaved.
 template <int N>
 HWY_INLINE void reciprocal_roots(V (&q)[N]) {
     const D d;
@@ -59,14 +59,14 @@ HWY_INLINE void reciprocal_roots(V (&q)[N]) {
     for (int n = 0; n < N; ++n) q[n] = hn::MulAdd(e[n], t[n], y[n]);
 }
 
-/// Places of some of the pack's nodes, and the force on them so far.
+/// Positions of some of the pack's nodes, and the accumulated force on them.
 struct Lanes {
     V x, y, z;
-    V from_x, from_y, from_z;  ///< x − x⁻, where there is damping
+    V from_x, from_y, from_z;  ///< x − x⁻, with damping only
     V sum_x, sum_y, sum_z;
 };
 
-/// Where the other ends are read: all as they were, or as they are now.
+/// Source of the other ends' positions: old or new.
 struct Seen {
     const double *x, *y, *z;
     const double *before_x, *before_y, *before_z;
@@ -77,7 +77,7 @@ struct Row {
     std::int64_t from;
     HWY_INLINE V operator()(const double* values) const { return hn::LoadU(D(), values + from); }
 };
-/// Any other ends.
+/// Arbitrary other ends.
 struct List {
     hn::Vec<hn::RebindToSigned<D> > at;
     HWY_INLINE V operator()(const double* values) const { return hn::GatherIndex(D(), values, at); }
@@ -106,7 +106,7 @@ HWY_INLINE void add_links(Lanes& own, const Seen& seen, const Place (&places)[N]
             V along = hn::Mul(dx[n], moved(own.from_x, seen.x, seen.before_x));
             along = hn::MulAdd(dy[n], moved(own.from_y, seen.y, seen.before_y), along);
             along = hn::MulAdd(dz[n], moved(own.from_z, seen.z, seen.before_z), along);
-            // Not 1/r²: between equal places, in lanes without a link, that is no number.
+            // Not 1/r², which is NaN between equal positions, in lanes without a link.
             const V drag = hn::Mul(hn::Mul(hn::Load(d, blocks[n] + 2 * kPack), along), y[n]);
             f[n] = hn::NegMulAdd(drag, y[n], f[n]);
         }
@@ -117,7 +117,7 @@ HWY_INLINE void add_links(Lanes& own, const Seen& seen, const Place (&places)[N]
     }
 }
 
-/// The slots of a plan, seen from some lanes of one pack.
+/// The slots of a plan, relative to some lanes of one pack.
 template <bool Damped>
 struct Slots {
     const SweepSlot* slots;

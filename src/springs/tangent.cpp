@@ -78,7 +78,7 @@ void Tangent::renew(const SpringNetwork& network, const SpringState& state,
         }
     }
     for (Mat3d& block : m_precondition) {
-        // A node that nothing holds in some direction keeps its place in it.
+        // A node without stiffness in some direction doesn't move in it.
         const double size = largest_eigenvalue(block);
         for (int c = 0; c < 3; ++c) block.columns[c][c] += size > 0 ? 1e-12 * size : 1;
         block = inverse(block);
@@ -129,7 +129,7 @@ void Tangent::multiply(const SpringNetwork& network, std::span<const Vec3d> v, b
     multiply_cells(network, v, out);
 }
 
-/// To m_image.
+/// Computes m_image.
 void Tangent::multiply_unknowns(const SpringNetwork& network, std::span<const Vec3d> v) {
     m_image.resize(v.size());
     multiply(network, v, true, m_image);
@@ -137,7 +137,7 @@ void Tangent::multiply_unknowns(const SpringNetwork& network, std::span<const Ve
         if (!m_moves[n]) m_image[n] = {0, 0, 0};
 }
 
-/// m_residual to m_scaled.
+/// Computes m_scaled from m_residual.
 void Tangent::precondition() {
     m_scaled.resize(m_residual.size());
     for (std::size_t n = 0; n < m_residual.size(); ++n)
@@ -200,7 +200,7 @@ double Tangent::descend(const SpringNetwork& network, std::span<const Vec3d> for
         multiply_unknowns(network, m_direction);
         const double curvature = product_of(m_direction, m_image);
         if (!(curvature > 0)) {
-            // Downhill as far as is believed.
+            // Negative curvature: goes downhill to the trust radius.
             const double longest = longest_of(m_direction);
             for (std::size_t n = 0; longest > 0 && n < v.size(); ++n)
                 v[n] = v[n] + (2 * radius / longest) * m_direction[n];

@@ -1,14 +1,13 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The stiffness matrix of the present shape, without ever being put together, and conjugate
-// gradients on it.
+// Matrix-free tangent stiffness of the present shape, and conjugate gradients on it.
 //
 //   link along n:   k n nᵀ + k·max(0, 1 − l/|r|)·(I − n nᵀ)      [Baraff1998]
 //   cell:           bulk/V₀ · (g gᵀ + (V − V₀) ∂g/∂x),  g = ∂V/∂x
 //
-// Where the matrix must stay positive (TangentKind::Positive), what a compressed link takes away
-// across itself and what a cell adds by the change of g are left out.
+// If the matrix must stay positive (TangentKind::Positive), the negative transverse term of a
+// compressed link and the ∂g/∂x term of a cell are left out.
 
 #pragma once
 
@@ -25,24 +24,24 @@ enum class TangentKind { Positive, Exact };
 
 class Tangent {
   public:
-    /// Of the state's shape; the matrix solved is  inertia·M + drag·D + links·C + K, with M the
+    /// Sets up the matrix  inertia·M + drag·D + links·C + K  for the state's shape, with M the
     /// masses, D the nodes' damping and C the links'.
     /// @param moves  [node]: the unknowns; others keep their value in solve()
     void renew(const SpringNetwork& network, const SpringState& state,
                std::span<const std::uint8_t> moves, TangentKind kind, double inertia, double drag,
                double links);
-    /// out = K·v alone where whole is false.
+    /// Computes out = K·v only, if `whole` is false.
     void multiply(const SpringNetwork& network, std::span<const Vec3d> v, bool whole,
                   std::span<Vec3d> out) const;
-    /// Conjugate gradients, preconditioned with the blocks of the diagonal. @param[in,out] v  start
-    /// and solution; stays as it is where nodes don't move
-    /// @returns iterations; above the limit where the tolerance wasn't reached, or where the matrix
-    /// turns out not to be positive: v is then as good as it got
+    /// Conjugate gradients with a block Jacobi preconditioner. @param[in,out] v  start and
+    /// solution; unchanged at fixed nodes
+    /// @returns iterations; above the limit if the tolerance wasn't reached or the matrix isn't
+    ///          positive: v is then the best approximation
     std::int32_t solve(const SpringNetwork& network, std::span<const Vec3d> right,
                        const SolveLimits& limits, std::vector<Vec3d>& v);
-    /// The same from v = 0, to go downhill in energy with: where the matrix isn't positive, or a
-    /// node would go farther than the radius, v ends at the radius [Steihaug1983].
-    /// @returns what the energy loses by it if the matrix tells the truth
+    /// Truncated conjugate gradients from v = 0 for energy minimisation. If the matrix isn't
+    /// positive, or a node would exceed the trust radius, v ends at the radius [Steihaug1983].
+    /// @returns the energy decrease predicted by the matrix
     double descend(const SpringNetwork& network, std::span<const Vec3d> force,
                    const SolveLimits& limits, double radius, std::vector<Vec3d>& v);
 
@@ -65,7 +64,7 @@ class Tangent {
     std::vector<Vec3d> m_gradient;   ///< [8 · cell + corner]
     std::vector<double> m_cell;      ///< bulk/V₀; 0: none
     std::vector<double> m_pressure;  ///< [cell]: bulk (V − V₀)/V₀; empty unless Exact
-    std::vector<Vec3d> m_place;      ///< [node]; likewise
+    std::vector<Vec3d> m_place;      ///< [node]; empty unless Exact
     std::vector<double> m_diagonal;  ///< inertia·m + drag·d
     std::vector<Mat3d> m_precondition;
     std::vector<std::uint8_t> m_moves;

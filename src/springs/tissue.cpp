@@ -39,7 +39,7 @@ Status check(const SpringNetwork& network, const SpringSettings& s) {
     return Ok{};
 }
 
-/// The time step to use, or what is wrong with the one that was asked for.
+/// Returns the time step to use, or an error about the requested one.
 Result<double> choose_time_step(const SpringNetwork& network, const SpringSettings& s) {
     const bool transmits = s.solver == SpringSolver::ForceTransmittal;
     const double longest = stable_time_step(network, transmits ? s.seen : SeenPositions::Old);
@@ -59,12 +59,12 @@ Result<double> choose_time_step(const SpringNetwork& network, const SpringSettin
     return s.time_step;
 }
 
-/// Allocates nothing where they can be taken. @param marks  [node]; all 0 between calls
+/// Doesn't allocate on success. @param marks  [node]; all 0 between calls
 Status check_nodes(const SpringNetwork& network, std::span<const std::int32_t> nodes,
                    const char* what, std::vector<std::uint8_t>& marks) {
     if (const Status status = check_sources(network, nodes, what); !status.ok())
         return status.error();
-    std::int32_t twice = -1;  // the lowest
+    std::int32_t twice = -1;  // the lowest duplicate
     for (const std::int32_t n : nodes)
         if (std::exchange(marks[std::size_t(n)], std::uint8_t(1)) && (twice < 0 || n < twice))
             twice = n;
@@ -90,7 +90,7 @@ Result<SpringTissue> SpringTissue::create(SpringNetwork network,
         if (!time_step.ok()) return time_step.error();
         auto impl = std::make_unique<Impl>(std::move(network), settings, *time_step);
         set_to_rest(impl->network, impl->state);
-        // So that loads and held nodes can always be replaced.
+        // Loads and held nodes can then always be replaced without allocation.
         const auto count = std::size_t(impl->network.node_count());
         impl->state.loaded.reserve(count);
         impl->state.held.reserve(count);

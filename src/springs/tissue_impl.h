@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// What a SpringTissue holds.
+// State of a SpringTissue.
 
 #pragma once
 
@@ -25,13 +25,13 @@ struct SpringTissue::Impl {
         return settings.solver == SpringSolver::ForceTransmittal ||
                settings.solver == SpringSolver::Explicit;
     }
-    /// The state, up to date.
+    /// The state, brought up to date.
     SpringState& current() noexcept {
         if (state_is_behind) transmittal.give_back(state);
         state_is_behind = false;
         return state;
     }
-    /// The same, where nodes may be put elsewhere.
+    /// The state for changes of nodes' positions.
     SpringState& edited() noexcept {
         transmittal.leave(state);
         state_is_behind = false;
@@ -49,14 +49,14 @@ struct SpringTissue::Impl {
     void step_once_implicit(SpringStep& report);
     bool find_relaxed_stiffness(std::span<const std::int32_t> nodes, TangentKind kind,
                                 Mat3d& stiffness);
-    /// The nodes that steps move.
+    /// Finds the nodes that steps move.
     void find_movable();
     void forget_network() noexcept;
 
     SpringNetwork network;
     SpringSettings settings;
     double time_step;
-    double farthest = 0;  ///< longest rest length: no stable step moves a node by more
+    double farthest = 0;  ///< longest rest length, the limit of a stable step's motion
     SpringState state;
     bool state_is_behind = false;
     Transmittal transmittal;
@@ -65,7 +65,7 @@ struct SpringTissue::Impl {
     std::vector<std::uint8_t> movable;
     std::vector<std::uint8_t> marks;     ///< [node]; all 0 between calls
     std::vector<Vec3d> right, velocity;  ///< of the implicit solver
-    std::vector<double> saved[6];        ///< of LocalGlobal: the state before a call
+    std::vector<double> saved[6];        ///< LocalGlobal: the state before a call
 };
 
 }  // namespace pliant

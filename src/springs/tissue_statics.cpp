@@ -18,8 +18,8 @@ constexpr int kNewtonSteps = 300, kHalvings = 40;
 constexpr std::int32_t kSolveIterations = 20000;
 constexpr double kRounding = 4e-16;
 
-/// Of a common shift of nodes, while all others stay: of the links and cells that have ends in
-/// both.
+/// Stiffness for a common shift of nodes with all others held: the contribution of links and cells
+/// with ends in both sets.
 /// @param shifted  [node]
 Mat3d held_stiffness(const SpringNetwork& network, const SpringState& state,
                      std::span<const std::int32_t> nodes, std::span<const std::uint8_t> shifted) {
@@ -45,7 +45,7 @@ Mat3d held_stiffness(const SpringNetwork& network, const SpringState& state,
             };
             int first = 0;
             while (!is_shifted(first)) ++first;
-            if (cell.nodes[std::size_t(first)] != n) continue;  // once for each cell
+            if (cell.nodes[std::size_t(first)] != n) continue;  // once per cell
             Vec3d gradient{0, 0, 0};
             for (int k = first; k < cell.node_count; ++k)
                 if (is_shifted(k)) gradient = gradient + volume_gradient(cell, k, place);
@@ -119,7 +119,7 @@ Status SpringTissue::find_equilibrium(double tolerance) noexcept {
     return attempt([&] { return m_impl->find_equilibrium(tolerance); });
 }
 
-/// All memory is there before the first node moves: later turns need no more than the first.
+/// Allocates everything before the first node moves: later iterations need no more memory.
 Status SpringTissue::Impl::find_equilibrium(double tolerance) {
     if (!(tolerance > 0 && tolerance < 1))
         return Error{ErrorCode::InvalidArgument,
@@ -128,7 +128,7 @@ Status SpringTissue::Impl::find_equilibrium(double tolerance) {
     find_movable();
     const auto count = std::size_t(network.node_count());
     std::vector<Vec3d> force(count), move(count), start(count);
-    // What rounding leaves of forces that cancel.
+    // Rounding error of cancelling forces.
     double rounding = 0;
     for (std::int32_t n = 0; n < network.node_count(); ++n) {
         double sum = 0;
@@ -143,7 +143,7 @@ Status SpringTissue::Impl::find_equilibrium(double tolerance) {
         for (const std::int32_t n : state.loaded) work += dot(state.load_of(n), state.place(n));
         return elastic_energy() - work;
     };
-    double radius = farthest;  // that a node is believed to go in a step
+    double radius = farthest;  // trust radius of a node's motion in a step
     for (int turn = 0; turn < kNewtonSteps; ++turn) {
         double left = 0, scale = 0;
         for (std::size_t n = 0; n < count; ++n) {
@@ -160,7 +160,7 @@ Status SpringTissue::Impl::find_equilibrium(double tolerance) {
             return Ok{};
         }
         tangent.renew(network, state, movable, TangentKind::Exact, 0, 0, 0);
-        // Far away a rough direction does; near by the error falls with its square.
+        // Far away a rough direction suffices; nearby the convergence is quadratic.
         const double accuracy = std::clamp(left / scale, 1e-12, 1e-2);
         for (std::size_t n = 0; n < count; ++n) start[n] = state.place(std::int32_t(n));
         const double before = potential();
@@ -170,7 +170,7 @@ Status SpringTissue::Impl::find_equilibrium(double tolerance) {
             edited();
             for (std::size_t n = 0; n < count; ++n)
                 if (movable[n]) state.put(std::int32_t(n), start[n] + move[n]);
-            // Rounding hides the last steps' gain.
+            // The gain of the last steps is below rounding.
             const double gained = before - potential();
             if (gained < 1e-4 * expected - 1e-13 * std::abs(before)) continue;
             if (gained > 0.7 * expected) radius = std::min(2 * radius, farthest);
@@ -183,7 +183,7 @@ Status SpringTissue::Impl::find_equilibrium(double tolerance) {
             " steps of Newton's method; expected smaller loads, or nodes that hold the rest"};
 }
 
-/// Of a common shift of nodes that aren't movable, the movable ones following.
+/// Stiffness for a common shift of nodes that aren't movable, with the movable ones in equilibrium.
 /// @returns whether the tangent is positive; `stiffness` is set anyway
 bool SpringTissue::Impl::find_relaxed_stiffness(std::span<const std::int32_t> nodes,
                                                 TangentKind kind, Mat3d& stiffness) {
@@ -228,8 +228,8 @@ Result<SpringReaction> SpringTissue::Impl::reaction(std::span<const std::int32_t
     }
     find_movable();
     for (const std::int32_t n : nodes) movable[std::size_t(n)] = 0;
-    // Where the shape is about to give way, as it may be far from an equilibrium, no shape is near
-    // that the others could follow to: then to that of a stiffer one, which always is.
+    // Near an instability, possibly far from an equilibrium, the others have no nearby equilibrium.
+    // Then the equilibrium of the positive, stiffer tangent is used, which always exists.
     if (!find_relaxed_stiffness(nodes, TangentKind::Exact, reaction.stiffness))
         find_relaxed_stiffness(nodes, TangentKind::Positive, reaction.stiffness);
     return reaction;

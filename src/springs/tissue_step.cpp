@@ -31,14 +31,14 @@ Result<SpringStep> SpringTissue::Impl::step_explicit(std::int32_t count, const T
         current();
         try {
             return unstable();
-        } catch (const std::bad_alloc&) {  // the steps before are done
+        } catch (const std::bad_alloc&) {  // the earlier steps are done
             return Error{ErrorCode::InvalidArgument, "step: unstable"};
         }
     }
     return report;
 }
 
-/// Why a step was taken back.
+/// Error about a step that was undone.
 Error SpringTissue::Impl::unstable() {
     std::vector<Vec3d> places(std::size_t(network.node_count()));
     for (std::size_t n = 0; n < places.size(); ++n) places[n] = state.place(std::int32_t(n));
@@ -105,7 +105,7 @@ Result<SpringStep> SpringTissue::Impl::step_local_global(std::int32_t count) {
         return status.error();
     find_movable();
     SpringStep report{.active_nodes = std::int32_t(std::count(movable.begin(), movable.end(), 1))};
-    // Eigen gets memory in each step.
+    // Eigen allocates in each step.
     for (int c = 0; c < 3; ++c) {
         saved[c] = state.x[c];
         saved[c + 3] = state.before[c];

@@ -23,7 +23,7 @@ Transmittal::Kept& Transmittal::find_plan(const SpringNetwork& network, std::int
                                           bool everything) {
     for (const auto& kept : m_kept)
         if (kept->depth == depth && kept->sources == m_sources) return *kept;
-    // The present plan is among those kept, and must stay unchanged until this one is made.
+    // The present plan is in m_kept, and must stay unchanged until this one is complete.
     m_kept.reserve(kKeptPlans);
     if (!m_spare) m_spare = std::make_unique<Kept>();
     Kept& kept = *m_spare;
@@ -48,7 +48,7 @@ Transmittal::Kept& Transmittal::find_plan(const SpringNetwork& network, std::int
     return kept;
 }
 
-/// Gets memory for all that a touch will write.
+/// Reserves the memory for all writes of a touch.
 void Transmittal::reserve(const SpringState& state, const SweepPlan& plan) {
     const std::size_t count = plan.local_count();
     for (Three* three : {&m_x, &m_before, &m_two_before, &m_load, &m_force})
@@ -146,7 +146,7 @@ void Transmittal::enter(const SpringNetwork& network, const SpringState& state) 
     }
 }
 
-/// The same nodes are in contact, with other loads or in other places.
+/// Updates loads and positions for an unchanged set of nodes in contact.
 void Transmittal::renew_contact(const SpringNetwork& network, const SpringState& state) {
     for (const std::size_t local : m_contact) {
         const std::int32_t node = m_plan->plan.nodes[local];
@@ -182,7 +182,7 @@ SweepArrays Transmittal::arrays() {
     for (std::size_t c = 0; c < 3; ++c) {
         arrays.x[c] = m_x[c].data();
         arrays.before[c] = m_before[c].data();
-        // Two steps before is what the next step overwrites.
+        // The next step overwrites the positions of two steps before.
         arrays.next[c] = m_two_before[c].data();
         arrays.force[c] = m_force[c].data();
     }
@@ -226,7 +226,7 @@ bool Transmittal::step(const TaskArena& arena, double farthest) {
             swept = group.end_pack;
         }
     }
-    // Small groups one after the other, as packs are anyway.
+    // Small groups in sequence, like packs.
     all_near &= m_kernel(plan, a, swept, std::int32_t(plan.packs.size()), farthest * farthest);
     m_before.swap(m_two_before);
     m_x.swap(m_before);

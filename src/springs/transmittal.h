@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Steps of force transmittal. While a contact stays, its nodes live here, in the numbers of its
-// plan; the state gets them back when somebody asks (give_back) or the contact changes. Three sets
-// of places go round: now, one step before, and two, so that a step can be taken back.
+// Steps of force transmittal. During a contact, its nodes live here in the plan's numbering. The
+// state receives them on demand (give_back) or when the contact changes. Three sets of positions
+// rotate (current, previous, and one earlier), so that a step can be undone.
 
 #pragma once
 
@@ -20,18 +20,18 @@ class Transmittal {
   public:
     Transmittal(const SpringSettings& settings, double time_step);
 
-    /// Makes ready for the state's loads and held nodes. Where it throws, steps go on as if it had
-    /// not been called. @param everything  all nodes, no search
+    /// Prepares for the state's loads and held nodes. If it throws, steps continue as if it had not
+    /// been called. @param everything  all nodes, without a search
     void touch(const SpringNetwork& network, SpringState& state, std::int32_t depth,
                bool everything);
-    /// @returns false where a node moved farther than is believed
+    /// @returns false if a node moved farther than `farthest`
     bool step(const TaskArena& arena, double farthest);
-    /// After a step that returned false.
+    /// Call it after a step that returned false.
     void take_back();
     void give_back(SpringState& state) const;
-    /// The same, and the state may be changed before the next touch().
+    /// give_back, after which the state may be changed before the next touch().
     void leave(SpringState& state) noexcept;
-    /// After a cut or changes of the state: plans are made anew.
+    /// Discards plans after a cut or changes of the state.
     void forget(SpringState& state) noexcept;
     std::int32_t active_nodes() const { return m_plan ? m_plan->plan.active_nodes : 0; }
 
@@ -61,7 +61,7 @@ class Transmittal {
     std::vector<std::int32_t> m_left;     ///< nodes of the last contact
     std::vector<std::uint8_t> m_reached;  ///< [node]; all 0 between calls
     std::vector<std::unique_ptr<Kept>> m_kept;
-    std::unique_ptr<Kept> m_spare;  ///< the plan that was replaced last: memory for the next one
+    std::unique_ptr<Kept> m_spare;  ///< the last replaced plan, whose memory is reused
     std::size_t m_oldest = 0;
     Kept* m_plan = nullptr;
     std::vector<std::size_t> m_contact;  ///< local numbers of the loaded and held nodes

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// What the volume energy of cells adds to the forces of a group: first for each cell, then for each
-// node, so that sums have one order for any number of threads.
+// Forces of the cells' volume energy on a group: first per cell, then per node, so that sums have a
+// fixed order for any number of threads.
 
 #include "springs/cell_volume.h"
 #include "springs/transmittal.h"
@@ -17,7 +17,7 @@ constexpr std::int64_t kCellsPerTask = 128, kNodesPerTask = 512;
 void Transmittal::add_volume_forces(std::size_t group, const TaskArena& arena) {
     const SweepPlan& plan = m_plan->plan;
     const auto first_cell = plan.first_group_cell[group];
-    // Earlier groups have moved already.
+    // Earlier groups have already moved.
     const std::int32_t first_local = (plan.groups[group].begin_pack + 1) * kPack;
     const auto place = [this, first_local](std::int32_t l) {
         const auto n = std::size_t(l);

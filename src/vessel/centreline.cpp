@@ -1,9 +1,10 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The lumen around a centreline: spheres that move along its segments. The sphere that is nearest
-// to a point at distance y from a segment's line, x along it, is where the cone that all spheres
-// touch is met at a right angle: at x − y·tan α, with sin α = (difference of the radii) / length.
+// The lumen around a centreline: the union of spheres with linearly interpolated radii along its
+// segments. For a point at distance y from a segment's line, at x along it, the nearest sphere is
+// at x − y·tan α, where a perpendicular meets the envelope cone, with sin α = (difference of the
+// radii) / length.
 
 #include <pliant/vessel_wall.h>
 
@@ -26,7 +27,7 @@ double distance_to(const Segment& s, Vec3d p) {
     const Vec3d axis = s.to.place_mm - s.from.place_mm, way = p - s.from.place_mm;
     const double length = norm(axis), narrowing = s.from.radius_mm - s.to.radius_mm;
     const double at_from = norm(way) - s.from.radius_mm;
-    if (length <= std::abs(narrowing))  // one end's sphere holds the other's
+    if (length <= std::abs(narrowing))  // one end's sphere contains the other's
         return std::min(at_from, norm(p - s.to.place_mm) - s.to.radius_mm);
     const double x = dot(way, axis) / length;
     const double y = std::sqrt(std::max(0.0, dot(way, way) - x * x));
@@ -104,7 +105,7 @@ std::vector<VesselEnd> ends_of(const Centreline& centreline, double inwards) {
         for (const bool last : {false, true}) {
             const auto at = [&](std::size_t n) { return branch[last ? branch.size() - 1 - n : n]; };
             const CentrePoint tip = at(0);
-            // The direction over about a radius: single segments are noisy.
+            // Averages the direction over about a radius, because single segments are noisy.
             std::size_t back = 1;
             while (back + 1 < branch.size() &&
                    norm(at(back).place_mm - tip.place_mm) < tip.radius_mm)
@@ -113,8 +114,8 @@ std::vector<VesselEnd> ends_of(const Centreline& centreline, double inwards) {
             if (norm(way) > 0) tips.push_back({{tip.place_mm, normalized(way), tip.radius_mm}, b});
         }
     }
-    // A tip that lies deep in another branch is a junction. Where several tips meet, those that
-    // point the same way are one end told twice; others are a junction too.
+    // A tip deep in another branch is a junction. If several tips meet, tips with equal
+    // directions are duplicates of one end; others are a junction too.
     const auto segments = segments_of(centreline);
     const auto is_end = [&](std::size_t t) {
         const VesselEnd& end = tips[t].end;
@@ -161,7 +162,7 @@ Result<VesselWall> wall_around_branches(const Centreline& centreline, const Wall
         double least = std::numeric_limits<double>::infinity();
         tree.nearest(x, least, [&](std::int32_t n, double& limit) {
             least = std::min(least, distance_to(segments[std::size_t(n)], x));
-            // Inside a sphere only boxes around the point can hold a deeper one.
+            // Inside of a sphere, only boxes around the point can contain a deeper one.
             limit = least > 0 ? least * least : 0;
         });
         return least;

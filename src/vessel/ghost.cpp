@@ -1,15 +1,15 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The ghost surface comes from the lumen, not from the wall's own faces: a cell that the wall has
-// lost leaves no hole in it. The lumen is stuffed with tetrahedra in the wall's lattice and cut at
-// the same ends; its boundary without the cuts is the ghost surface. Where the wall is thick enough
-// for its cells, both meshes have the same nodes there.
+// The ghost surface comes from the lumen, not from the wall's faces, so that a cell missing in the
+// wall leaves no hole in it. The lumen is stuffed with tetrahedra in the wall's lattice and cut at
+// the same ends; its boundary without the cuts is the ghost surface. If the wall is thick enough
+// for its cells, both meshes share their nodes there.
 //
 //     ───────────────────────────   outer surface
 //      wall
 //     ═══════════════════════════   d = 0: the ghost surface
-//      lumen, stuffed           ┆   cut at the end: no part of it
+//      lumen, stuffed           ┆   cut at the end: excluded
 //     ═══════════════════════════
 
 #include <algorithm>
@@ -21,12 +21,12 @@
 namespace pliant::vessel {
 namespace {
 
-/// Weights as small as this are rounding errors: the point lies on a face, an edge or a node.
+/// Smaller weights are rounding errors: the point lies on a face, an edge or a node.
 constexpr double kRounding = 1e-9;
-/// The wall's rims are rounded off over about a cell; the ghost surface may be trimmed so far.
+/// The wall's rims are rounded over about a cell; the ghost surface may be trimmed by this much.
 constexpr double kRimCells = 2;
 
-/// The fans of triangles around a node: triangles that share an edge at it belong to one.
+/// Fans of triangles around a node: connected by shared edges at the node.
 std::vector<std::vector<std::int32_t>> fans_around(const TriangleMesh& mesh, std::int32_t node,
                                                    const std::vector<std::int32_t>& ring) {
     std::vector<std::vector<std::int32_t>> fans;
@@ -52,7 +52,7 @@ std::vector<std::vector<std::int32_t>> fans_around(const TriangleMesh& mesh, std
     return fans;
 }
 
-/// Takes triangles away that hang on a rim by a node alone, until none does.
+/// Removes triangles connected to a rim by a single node, until there is none.
 void remove_pinches(TriangleMesh& mesh) {
     for (;;) {
         std::vector<std::vector<std::int32_t>> rings(mesh.nodes_mm.size());
@@ -79,7 +79,7 @@ void remove_pinches(TriangleMesh& mesh) {
     }
 }
 
-/// Removes fragments at a rim: pieces of less than a hundredth of the largest one.
+/// Removes fragments at a rim: pieces of less than 1 % of the largest one.
 void remove_crumbs(TriangleMesh& mesh) {
     if (mesh.cells.empty()) return;
     const auto piece = pieces(mesh);
@@ -100,7 +100,7 @@ void tidy_rims(TriangleMesh& surface) {
 }
 
 bool is_beside(const Embedded& place, Vec3d ghost_node, const TetMesh& wall) {
-    // A point of the tetrahedron that is not much farther than the nearest one.
+    // A point of the tetrahedron that is nearly the nearest.
     Vec3d near{0, 0, 0};
     double sum = 0, longest = 0;
     for (const double w : place.weights) sum += std::max(0.0, w);
@@ -127,8 +127,8 @@ Result<TriangleMesh> ghost_of(const LumenShape& lumen, const WallSettings& setti
     make_manifold(*solid);
     if (solid->cells.empty()) return wrong("nothing is left of the lumen between its ends");
     remove_cut_off(*solid, lumen.ends, t);
-    // What an end has cut has nodes that are not on the lumen's surface. (So have places where
-    // cells were lost at a sharp edge of it; these are near to no end, and belong to the ghost
+    // Nodes at a cut are not on the lumen's surface. (Neither are nodes where cells were lost at
+    // a sharp edge of the surface; these are not near an end, and belong to the ghost
     // surface.)
     std::vector<bool> is_cut(solid->nodes_mm.size());
     for (std::size_t n = 0; n < is_cut.size(); ++n) {

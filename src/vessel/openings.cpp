@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Openings of a surface: sides of triangles that no other triangle runs along the other way, joined
-// end to end.
+// Openings of a surface: unmatched sides of triangles, joined end to end.
 
 #include <cmath>
 #include <map>

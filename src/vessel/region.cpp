@@ -1,10 +1,10 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// A lumen in a scan: voxels connected through faces, then a smooth surface around them. The region
-// as ones and zeros is blurred with a Gaussian, and its surface is where that is one half: a flat
-// edge stays where it was, a stair becomes a slope. Beyond the scan's border the region goes on as
-// it is there, and the border cuts it off flat.
+// A lumen in a scan: voxels connected through faces, then a smooth surface around them. The binary
+// region is blurred with a Gaussian, and its surface is the level one half: flat edges keep their
+// position, and steps become slopes. The region is extended beyond the scan's border, which cuts it
+// off flat.
 
 #include <pliant/mesh_quality.h>
 
@@ -23,7 +23,7 @@ using Mask = std::vector<std::uint8_t>;
 constexpr Vec3i kNeighbours[6] = {{1, 0, 0},  {-1, 0, 0}, {0, 1, 0},
                                   {0, -1, 0}, {0, 0, 1},  {0, 0, -1}};
 
-/// Fills from a voxel over those where mask is 1, and makes them 2. @returns how many
+/// Flood fill from a voxel: changes mask from 1 to 2. @returns number of voxels
 std::int64_t fill(const Grid& grid, Mask& mask, Vec3i seed) {
     std::vector<Vec3i> front{seed};
     mask[voxel_index(grid, seed)] = 2;
@@ -44,12 +44,12 @@ std::int64_t fill(const Grid& grid, Mask& mask, Vec3i seed) {
     return count;
 }
 
-/// The blurred region on the part of the grid that it needs.
+/// The blurred region in its bounding box.
 struct Blurred {
     Vec3i begin, size;
     std::vector<float> values;
 
-    float at(Vec3i p) const {  // voxels of the grid, the nearest where outside
+    float at(Vec3i p) const {  // voxels of the grid, clamped to the box
         Vec3i q{};
         for (int a = 0; a < 3; ++a) q[a] = std::clamp(p[a] - begin[a], 0, size[a] - 1);
         return values[std::size_t(q.x) +
@@ -121,7 +121,7 @@ Blurred blur(const Grid& grid, const Mask& mask, const Box3i& box, double sigma,
     return b;
 }
 
-/// Where the region leaves the scan: its connected parts on each of the border's six faces.
+/// Openings at the scan's border: the connected parts of the region on each of the six faces.
 std::vector<VesselEnd> ends_at_border(const Grid& grid, const Mask& mask) {
     std::vector<VesselEnd> ends;
     for (int face = 0; face < 6; ++face) {
@@ -217,7 +217,7 @@ Result<Lumen> lumen_of(const Volume& volume, const Mask& mask, std::int64_t coun
     return lumen;
 }
 
-/// Takes away what is farther than this from a way: boxes around its pieces first.
+/// Removes voxels farther than this from a path, with bounding boxes of its pieces for speed.
 void keep_near(const Grid& grid, Mask& mask, std::span<const Vec3d> way, double within) {
     Mask near(mask.size(), 0);
     for (std::size_t n = 0; n < way.size(); ++n) {
@@ -315,14 +315,14 @@ Result<Lumen> find_labels(const Volume& labels, std::span<const int> wanted,
     std::visit(
         [&](const auto& voxels) {
             for (std::size_t n = 0; n < mask.size(); ++n) {
-                const double value = double(voxels.data()[n]);  // float: anything, NaN too
+                const double value = double(voxels.data()[n]);  // may be any float, including NaN
                 const bool whole = value > INT32_MIN && value < INT32_MAX;
                 mask[n] =
                     whole && std::find(wanted.begin(), wanted.end(), int(value)) != wanted.end();
             }
         },
         labels.voxels);
-    // The largest part that hangs together.
+    // The largest connected part.
     const Mask all = mask;
     std::int64_t most = 0;
     Vec3i seed{};

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Soundness of a wall: checks for walls of any origin.
+// Validity checks of walls from any source.
 
 #include <string>
 

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// A surface as a lumen: turned to face outwards, its openings closed with lids so that it has an
-// inside, and the wall cut off at the lids.
+// A surface as a lumen: oriented outwards, its openings closed with lids so that it has an inside,
+// and the wall cut off at the lids.
 
 #include <algorithm>
 #include <cmath>
@@ -27,7 +27,7 @@ VesselEnd end_of(const TriangleMesh& surface, const std::vector<std::int32_t>& l
     }
     VesselEnd end{middle, {0, 0, 1}, longest};
     if (norm(area) > 0) end.outward = normalized(area);
-    // Openings are seldom flat: the cut goes where all of the surface still is.
+    // Openings are seldom flat: the cut is placed where the surface is still complete.
     double deepest = 0;
     for (std::size_t n = 0; n < loop.size(); ++n)
         deepest = std::min(deepest, dot(place(n) - middle, end.outward));
@@ -35,7 +35,7 @@ VesselEnd end_of(const TriangleMesh& surface, const std::vector<std::int32_t>& l
     return end;
 }
 
-/// Fans to the openings' middles. @param[out] ends  one for each
+/// Closes openings by fans to their middles. @param[out] ends  one for each
 Status close_openings(TriangleMesh& surface, std::vector<VesselEnd>& ends) {
     const auto openings = vessel::openings_of(surface);
     if (!openings) return openings.error();

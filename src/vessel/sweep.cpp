@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// A tube swept along a branch: rings at even steps, each turned against the one before by the
-// double reflection of [Wang2008], which is the least turn to fourth order.
+// A tube swept along a branch: rings at even steps, with rotation-minimising frames by the double
+// reflection of [Wang2008], accurate to fourth order.
 
 #include <pliant/vessel_wall.h>
 
@@ -16,7 +16,7 @@
 namespace pliant {
 namespace {
 
-/// The ways from corner 0 to corner 6 of a hexahedron, as tet_mesh has them: neighbours fit.
+/// Paths from corner 0 to corner 6 of a hexahedron, as in tet_mesh: neighbours conform.
 constexpr int kTetrahedra[6][4] = {{0, 1, 2, 6}, {0, 2, 3, 6}, {0, 3, 7, 6},
                                    {0, 7, 4, 6}, {0, 4, 5, 6}, {0, 5, 1, 6}};
 
@@ -25,7 +25,7 @@ struct Ring {
     Vec3d along, across;
 };
 
-/// Points at even steps of length, the ends kept.
+/// Resamples at even arc lengths; the ends are kept.
 std::vector<CentrePoint> even_points(std::span<const CentrePoint> branch, double step_mm) {
     std::vector<double> length{0};
     for (std::size_t n = 1; n < branch.size(); ++n)
@@ -129,7 +129,7 @@ Result<VesselWall> sweep_tube(std::span<const CentrePoint> branch, const TubeSet
     for (std::size_t r = 0; r + 1 < rings.size(); ++r)
         for (int s = 0; s < around; ++s) {
             for (int l = 0; l < layers; ++l) {
-                // Outwards, around, along: right-handed.
+                // outwards, around, along: right-handed
                 const std::int32_t at[8] = {node(r, s, l),
                                             node(r, s, l + 1),
                                             node(r, s + 1, l + 1),
@@ -141,7 +141,7 @@ Result<VesselWall> sweep_tube(std::span<const CentrePoint> branch, const TubeSet
                 for (const auto& t : kTetrahedra)
                     wall.mesh.cells.push_back({at[t[0]], at[t[1]], at[t[2]], at[t[3]]});
             }
-            // The diagonal that the tetrahedra have there, from corner 0 to corner 7.
+            // Same diagonal as in the tetrahedra, from corner 0 to corner 7.
             inner.push_back({node(r, s, 0), node(r + 1, s, 0), node(r + 1, s + 1, 0)});
             inner.push_back({node(r, s, 0), node(r + 1, s + 1, 0), node(r, s + 1, 0)});
         }
@@ -157,7 +157,7 @@ Result<VesselWall> sweep_tube(std::span<const CentrePoint> branch, const TubeSet
     }
     std::vector<std::int32_t> nodes;
     wall.ghost = part_of(wall.mesh.nodes_mm, inner, &nodes);
-    // Each ghost node is a node of some tetrahedron.
+    // Each ghost node coincides with a node of some tetrahedron.
     std::vector<std::int32_t> owner(wall.mesh.nodes_mm.size(), -1);
     for (std::size_t c = wall.mesh.cells.size(); c-- > 0;)
         for (const std::int32_t n : wall.mesh.cells[c]) owner[std::size_t(n)] = std::int32_t(c);

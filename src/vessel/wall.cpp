@@ -13,16 +13,15 @@
 namespace pliant::vessel {
 namespace {
 
-/// How far a point is from what an end cuts off, about: a half space, but only as far around the
-/// end as the vessel reaches, so that no other branch loses anything.
+/// Approximate distance of a point from the part that an end cuts off: a half space, limited to the
+/// vessel's extent around the end, so that other branches are not cut.
 double outside_of_end(const VesselEnd& end, double thickness_mm, Vec3d x) {
     const Vec3d from = x - end.centre_mm;
     const double beyond = dot(from, end.outward);
     return std::max(-beyond, norm(from) - (1.5 * end.radius_mm + 2 * thickness_mm));
 }
 
-/// Whether a point lies where an end's cut comes to its end, beyond it: on the far side of what was
-/// taken away.
+/// Whether a point lies on the far boundary of an end's cut.
 bool behind_end(const VesselEnd& end, double thickness_mm, Vec3d x) {
     const Vec3d from = x - end.centre_mm;
     const double reach = 1.5 * end.radius_mm + 2 * thickness_mm;
@@ -47,8 +46,9 @@ constexpr Setting<WallSettings> kRows[] = {
                                       .text = "cell for the ghost surface; 0: the wall's"}),
 };
 
-/// No edge of the mesh is longer than 1.59 cells (a short one with both ends warped away), so
-/// layers − 1 of them don't reach across; and two layers are what the surfaces need to keep apart.
+/// Cell size for the layers. An edge of the mesh has at most 1.59 cells (a short one with both ends
+/// warped away), so layers − 1 edges don't reach across; and the surfaces need two layers to stay
+/// apart.
 double cell_of_layers(const WallSettings& s) {
     return s.thickness_mm / (1.6 * std::max(1, s.layers - 1));
 }
@@ -126,9 +126,9 @@ int edges_between(const TetMesh& mesh, const std::vector<bool>& from, const std:
 
 namespace {
 
-/// Whether the wall's own inner faces are the ghost surface again: a hole through the wall, or a
-/// place where it has been lost, changes their Euler characteristic. (The outer surface says
-/// nothing: walls of branches that are near to each other grow together there.)
+/// Compares the wall's inner faces with the ghost surface: a hole through the wall, or a missing
+/// part, changes their Euler characteristic. (The outer surface is no criterion: walls of adjacent
+/// branches merge there.)
 /// @param is_beside  [node]: on the outer surface, or on an end's cut
 Status check_inner_faces(const TetMesh& mesh, const std::vector<bool>& is_beside,
                          const TriangleMesh& ghost) {
@@ -146,7 +146,7 @@ Status check_inner_faces(const TetMesh& mesh, const std::vector<bool>& is_beside
                  std::to_string(expected.pieces) + " and " + std::to_string(expected.euler));
 }
 
-/// One try, with cells of this size.
+/// Makes a wall with cells of this size.
 Result<VesselWall> wall_of_cells(const LumenShape& lumen, const WallSettings& settings,
                                  double cell_mm, const TaskArena& arena) {
     const double t = settings.thickness_mm;

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Volumes and fields that a host fills in, checked before their grid is used as an index.
+// Checks of volumes and fields from a host, before their grid is used as an index.
 
 #include "core/errors.h"
 #include "core/text.h"

@@ -15,21 +15,21 @@ namespace pliant {
 namespace fs = std::filesystem;
 namespace {
 
-/// A compressed byte stands for at most this many (deflate's own bound is 1032).
+/// Maximum ratio of decompressed to compressed bytes (deflate's own bound is 1032).
 constexpr std::uint64_t kMaxCompressionRatio = 1040;
-/// Most bytes that are inflated only to be skipped, before the data of one image.
+/// Maximum number of bytes that are decompressed and skipped before an image's data.
 constexpr std::uint64_t kMaxInnerSkip = std::uint64_t(1) << 28;
-/// Most files that one image may be spread over.
+/// Maximum number of files of one image.
 constexpr std::int64_t kMaxDataFiles = kMaxAxisSize;
-/// Numbers in their names are far from where differences overflow.
+/// Bound on numbers in their names that avoids overflow of differences.
 constexpr std::int64_t kMaxFileNumber = 1'000'000'000'000;
 
-/// A header may name anything as its data file.
+/// Makes the name of a data file safe for messages, because a header may contain any text.
 std::string shown_name(const fs::path& file) {
     return printable(file.string(), 200);
 }
 
-/// Bytes of the image in each data file, before compression.
+/// Uncompressed bytes of the image in each data file.
 std::uint64_t bytes_per_file(const ImageHeader& header) {
     const std::uint64_t values =
         std::uint64_t(voxel_count(header.grid)) * std::uint64_t(header.components);

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Whether all data of an image are there, before memory for them is asked for.
+// Checks that all data of an image exist, before memory for them is allocated.
 
 #pragma once
 
@@ -9,21 +9,21 @@
 
 namespace pliant {
 
-/// Whether there are data files, and each of them is a file.
+/// Checks that there are data files, and that each is a regular file.
 Status check_data_files(const std::filesystem::path& path, const DataPlace& data);
 
-/// Whether the data files can hold all numbers: raw ones are long enough, compressed ones and text
-/// may be.
-/// @pre check_header(path, …, header) and check_data_files were fine
+/// Checks that the data files can hold all numbers: raw files are long enough; compressed files and
+/// text can be.
+/// @pre check_header(path, …, header) and check_data_files succeeded
 Status check_data(const std::filesystem::path& path, const ImageHeader& header);
 
-/// Where in the file `name`, one of header.data.files, the data start: after headers, skipped lines
+/// Offset of the data in the file `name`, one of header.data.files: after headers, skipped lines
 /// and skipped bytes.
 /// @returns Unreadable if the file ends too early; @pre as for check_data
 Result<std::uint64_t> find_data_start(const std::filesystem::path& path, const ImageHeader& header,
                                       const std::filesystem::path& name);
 
-/// Names of the data files from a text such as "slice%03d.raw 1 40 1" (first, last, step).
+/// Expands a pattern such as "slice%03d.raw 1 40 1" (first, last, step) to file names.
 std::vector<std::string> numbered_names(std::string_view text);
 
 }  // namespace pliant

@@ -44,7 +44,7 @@ void swap_bytes(std::span<std::byte> numbers, std::size_t size) {
             numbers, [](std::uint64_t w) { return std::uint64_t(__builtin_bswap64(w)); });
 }
 
-/// A whole number. Some writers print 1e+06. @returns whether it is one, and fits
+/// Parses a whole number; some writers print 1e+06. @returns whether it is one in range
 template <class T>
 bool parse_whole(std::string_view text, T& value) {
     const char* const end = text.data() + text.size();
@@ -66,7 +66,7 @@ bool parse_real(std::string_view text, T& value) {
     if (const auto [next, error] = std::from_chars(text.data(), end, value);
         error == std::errc{} && next == end)
         return true;
-    const auto number = number_from(text);  // beyond a float's range: infinite, or zero
+    const auto number = number_from(text);  // infinite or zero outside of a float's range
     if (!number) return false;
     value = T(*number);
     return true;
@@ -110,7 +110,7 @@ bool parse_number(Component type, std::string_view text, std::byte* out) {
 
 }  // namespace
 
-/// One data file.
+/// Reader of one data file.
 class DataStream::Source {
   public:
     virtual ~Source() = default;
@@ -118,7 +118,7 @@ class DataStream::Source {
     virtual Status finish() = 0;
 };
 
-/// Numbers in text, separated by blanks, with or without a comma.
+/// Numbers in text, separated by blanks and optional commas.
 class DataStream::TextSource final : public DataStream::Source {
   public:
     TextSource(const fs::path& path, const fs::path& name, std::uint64_t start,
@@ -143,7 +143,7 @@ class DataStream::TextSource final : public DataStream::Source {
     Status finish() override { return Ok{}; }
 
   private:
-    /// Longest number that is written in full, and more than enough [bytes].
+    /// Maximum length of a number's text [bytes].
     static constexpr std::size_t kMaxWord = 1200;
 
     std::string_view next_word() {
@@ -205,7 +205,7 @@ class DataStream::BytesSource final : public DataStream::Source {
     }
 
   private:
-    /// @returns how many bytes came out, possibly none. gzip files may be chains.
+    /// @returns number of decompressed bytes, possibly zero. gzip files may have several members.
     Result<std::size_t> inflate_some(std::span<std::byte> out) {
         if (m_zlib.avail_in == 0) {
             m_file.read(reinterpret_cast<char*>(m_input.data()), std::streamsize(m_input.size()));
@@ -236,7 +236,7 @@ class DataStream::BytesSource final : public DataStream::Source {
     const fs::path& m_path;
     std::ifstream m_file;
     bool m_deflated;
-    bool m_ended = false;  ///< a member of the chain did, with the right checksum
+    bool m_ended = false;  ///< a member ended with the correct checksum
     std::vector<Bytef> m_input;
     z_stream m_zlib{};
     std::unique_ptr<z_stream, EndInflate> m_end;

@@ -1,10 +1,9 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The numbers of an image, one after the other out of its data files, inflated or read from text
-// on the way, in the machine's byte order. Inflating once is enough: data that are cut off or
-// damaged are noticed when they come by, checksums included, so nothing that was read counts before
-// finish() says so.
+// Stream of an image's numbers from its data files, decompressed or parsed, in the machine's byte
+// order. One pass suffices: truncated or damaged data are detected on the way, checksums included.
+// Data are valid only after finish() succeeds.
 
 #pragma once
 
@@ -19,16 +18,16 @@ namespace pliant {
 
 class DataStream {
   public:
-    /// @pre check_data(path, header) was fine. Keeps references.
+    /// @pre check_data(path, header) succeeded. Keeps references.
     DataStream(const std::filesystem::path& path, const ImageHeader& header);
     ~DataStream();
     DataStream(const DataStream&) = delete;
     DataStream& operator=(const DataStream&) = delete;
 
-    /// The next bytes: whole numbers.
+    /// Reads the next bytes, a multiple of a number's size.
     Status read(std::span<std::byte> out);
-    /// Runs on to the checksum of compressed data, if it is near: like a raw file, a compressed one
-    /// may hold more than its sizes say.
+    /// Reads on to the checksum of compressed data, if it is near. Like a raw file, a compressed
+    /// one may have excess data.
     Status finish();
 
   private:
@@ -41,7 +40,7 @@ class DataStream {
     const std::filesystem::path& m_path;
     const ImageHeader& m_header;
     std::uint64_t m_bytes_per_file = 0;
-    std::uint64_t m_left = 0;  ///< bytes of the current file that belong to the image
+    std::uint64_t m_left = 0;  ///< remaining bytes of the current file
     std::size_t m_next = 0;
     std::unique_ptr<Source> m_source;
 };

@@ -15,11 +15,11 @@ namespace {
 
 using Bytes = std::span<const std::uint8_t>;
 
-/// What a codestream says of itself.
+/// Size in a codestream's header.
 struct CodestreamSize {
     std::uint64_t columns = 0, rows = 0;
     int components = 0, bits = 0;
-    std::uint64_t smallest_bytes = 0;  ///< no encoder needs fewer for so many pixels
+    std::uint64_t smallest_bytes = 0;  ///< minimum length of an encoding of so many pixels
 };
 
 std::uint32_t u16(Bytes bytes, std::size_t at) {
@@ -33,21 +33,22 @@ std::uint32_t u32_little(Bytes bytes, std::size_t at) {
            std::uint32_t(bytes[at + 1]) << 8 | bytes[at];
 }
 
-/// Bits that the pixels take at least: a code each where none is transformed; two (DC, end of
-/// block) a block of 8 × 8; a run's end a row in JPEG-LS. Progressive JPEG has no such bound.
+/// Lower bound of the encoded bits: one code per pixel without a transform; two codes (DC, end of
+/// block) per block of 8 × 8; one end of run per row in JPEG-LS. Progressive JPEG has no such
+/// bound.
 std::uint64_t smallest_bits(std::uint8_t frame, std::uint64_t columns, std::uint64_t rows) {
     if (frame == 0xc3) return columns * rows;
     if (frame == 0xf7) return rows;
     return frame == 0xc2 ? 0 : 2 * ((columns + 7) / 8) * ((rows + 7) / 8);
 }
 
-/// @param frames  markers SOFn that the transfer syntax may have
+/// @param frames  allowed SOFn markers of the transfer syntax
 std::optional<CodestreamSize> jpeg_size(Bytes bytes, std::initializer_list<std::uint8_t> frames) {
     if (bytes.size() < 4 || u16(bytes, 0) != 0xffd8) return std::nullopt;
     for (std::size_t at = 2; at + 4 <= bytes.size();) {
         if (bytes[at] != 0xff) return std::nullopt;
         const std::uint8_t marker = bytes[at + 1];
-        if (marker == 0xff) {  // any marker may be preceded by fill bytes
+        if (marker == 0xff) {  // fill bytes may precede a marker
             ++at;
             continue;
         }
@@ -71,7 +72,7 @@ std::optional<CodestreamSize> jpeg_size(Bytes bytes, std::initializer_list<std::
     return std::nullopt;
 }
 
-/// The codestream inside of JP2's boxes: length(4) type(4), and length(8) where the first is 1.
+/// Extracts the codestream from JP2's boxes: length(4) type(4), and length(8) if the first is 1.
 Bytes inside_of_boxes(Bytes bytes) {
     constexpr std::uint32_t kSignature = 0x6a502020, kCodestream = 0x6a703263;
     if (bytes.size() < 12 || u32(bytes, 0) != 12 || u32(bytes, 4) != kSignature) return bytes;
@@ -84,7 +85,7 @@ Bytes inside_of_boxes(Bytes bytes) {
             length = std::uint64_t(u32(bytes, 8)) << 32 | u32(bytes, 12);
             header = 16;
         }
-        if (length == 0) length = bytes.size();  // up to the end
+        if (length == 0) length = bytes.size();  // until the end
         if (length < header || length > bytes.size()) return {};
         if (type == kCodestream) return bytes.first(std::size_t(length)).subspan(header);
         bytes = bytes.subspan(std::size_t(length));
@@ -94,7 +95,7 @@ Bytes inside_of_boxes(Bytes bytes) {
 
 std::optional<CodestreamSize> jpeg_2000_size(Bytes bytes) {
     bytes = inside_of_boxes(bytes);
-    // SOC, SIZ, its length, capabilities; then 8 numbers, how many components, and 3 bytes of each.
+    // SOC, SIZ, its length, capabilities; 8 numbers, the component count, 3 bytes per component.
     constexpr std::size_t kNumbers = 8, kComponents = 40, kFirst = 42;
     if (bytes.size() < kFirst + 3 || u32(bytes, 0) != 0xff4fff51) return std::nullopt;
     const std::uint64_t right = u32(bytes, kNumbers), bottom = u32(bytes, kNumbers + 4);
@@ -109,7 +110,7 @@ std::optional<CodestreamSize> jpeg_2000_size(Bytes bytes) {
     return size;
 }
 
-/// Whether a segment of RLE has so many bytes, no run beyond them, and but zeros behind.
+/// Whether a segment of RLE decodes to exactly so many bytes, with only zeros after them.
 bool has_run_bytes(Bytes segment, std::uint64_t count) {
     std::uint64_t made = 0;
     std::size_t at = 0;

@@ -1,13 +1,14 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The size that a codestream says of itself, before a decoder sees it: decoders write as many
-// pixels as the codestream has, whatever room the DICOM header made. Nothing is decoded here.
+// The image size in a codestream's header. It is checked before decoding, because decoders write as
+// many pixels as the codestream has, independent of the size in the DICOM header. This code decodes
+// no pixels.
 //
 //   JPEG       FFD8, segments (marker, length), of which SOFn: bits, rows, columns, components
 //   JPEG-LS    likewise, SOF55
 //   JPEG 2000  FF4F FF51, SIZ: extent, origin, components; perhaps inside of JP2's boxes
-//   RLE        16 numbers (how many segments, where they start), then a segment for each byte of a
+//   RLE        16 numbers (number of segments, their offsets), then a segment for each byte of a
 //              pixel, the highest first: n ≥ 0: n+1 bytes follow; n < 0: one byte, 1−n times
 
 #pragma once
@@ -21,9 +22,9 @@
 
 namespace pliant {
 
-/// Whether a codestream has the rows and columns of the slice, one component, no more bits than are
-/// allocated, and bytes enough for so many pixels.
-/// @param[out] bits  of its pixels; RLE: as allocated
+/// Checks that a codestream has the rows and columns of the slice, one component, at most the
+/// allocated bits, and enough bytes for so many pixels.
+/// @param[out] bits  bits of its pixels; RLE: the allocated bits
 Status check_codestream(const DicomSlice& slice, std::span<const std::uint8_t> codestream,
                         int& bits);
 

@@ -19,7 +19,7 @@ namespace {
 
 using namespace dicom_tags;
 
-/// Objects that have pixels, but no image of a slice.
+/// SOP classes with pixels that are no image slices.
 struct OtherObject {
     std::string_view sop_class, name;
 };
@@ -30,7 +30,7 @@ constexpr OtherObject kOtherObjects[] = {
     {"1.2.840.10008.5.1.4.1.1.30", "a parametric map"},
 };
 
-/// The kind of object, the number of frames, and the meaning of pixels.
+/// Checks the SOP class, the number of frames, and the photometric interpretation.
 Status check_object(const DicomWalk& tags, const fs::path& path) {
     const std::string sop_class = tags.text(kSopClass);
     for (const OtherObject& other : kOtherObjects)
@@ -59,12 +59,12 @@ Status check_object(const DicomWalk& tags, const fs::path& path) {
     return Ok{};
 }
 
-/// Whether the pixels are laid out in a way that exists, and are all there.
+/// Checks that the pixel layout is valid and the pixels are complete.
 Status check_pixels(const DicomSlice& slice, bool in_fragments) {
     const DicomPixels& p = slice.pixels;
     const bool whole_bytes =
         p.bits_allocated == 8 || p.bits_allocated == 16 || p.bits_allocated == 32;
-    // Pixels that lie higher are found in old files only.
+    // Higher positions of the stored bits occur in old files only.
     if (!whole_bytes || p.bits_stored < 1 || p.bits_stored > p.bits_allocated ||
         p.high_bit + 1 != p.bits_stored)
         return unsupported(slice.path, "stores " + std::to_string(p.bits_stored) + " bits of " +
@@ -97,7 +97,7 @@ Status take_pixels(const DicomWalk& tags, DicomSlice& slice) {
     return check_pixels(slice, tags.in_fragments());
 }
 
-/// A number that must be finite if it is there. @returns false where it isn't
+/// Reads an optional number. @returns false if it isn't finite
 bool take_number(const DicomWalk& tags, std::uint32_t tag, double& number) {
     if (!tags.has(tag)) return true;
     const auto numbers = tags.decimals(tag, 1);
@@ -112,12 +112,12 @@ Status take_geometry(const DicomWalk& tags, DicomSlice& slice) {
     };
     if (!take_number(tags, kSlope, slice.slope)) return missing("Rescale Slope");
     if (!take_number(tags, kIntercept, slice.intercept)) return missing("Rescale Intercept");
-    if (slice.slope == 0) slice.slope = 1;  // written where nothing is to be scaled
+    if (slice.slope == 0) slice.slope = 1;  // some writers use 0 for no scaling
     const auto p = tags.decimals(kPosition, 3);
     if (p.empty()) return missing("Image Position (Patient)");
     slice.position = {p[0], p[1], p[2]};
     if (!is_finite(slice.position)) return missing("Image Position (Patient)");
-    // Before slices are sorted by it: products of larger ones may be no numbers.
+    // Checked before sorting, because products of larger values may overflow.
     if (Status status = check_origin(slice.path, slice.position); !status) return status;
     const auto o = tags.decimals(kOrientation, 6);
     if (o.empty()) return missing("Image Orientation (Patient)");
@@ -132,7 +132,7 @@ Status take_geometry(const DicomWalk& tags, DicomSlice& slice) {
     return Ok{};
 }
 
-/// Whether a file is of a kind that has pixels: CT, MR or PET images, or with a size in pixels.
+/// Whether a file should have pixels: CT, MR or PET images, or files with a size in pixels.
 bool ought_to_have_pixels(const DicomWalk& tags) {
     const std::string kind = tags.text(kSopClass);
     return tags.has(kRows) || kind == "1.2.840.10008.5.1.4.1.1.2" ||
@@ -183,7 +183,7 @@ std::optional<DicomSlice> read_dicom_slice(const fs::path& path) {
     slice.has_modality_lut = tags.has(kModalityLut);
     if (whole && readable && tags.has_pixels() && (slice.rows < 1 || slice.columns < 1))
         return std::nullopt;
-    // The walk went past the place of the UID if it reached the pixels.
+    // The walk has passed the UID's position if it reached the pixels.
     if (slice.series_uid.empty() && whole && readable) slice.series_uid = kNoSeriesUid;
     slice.fault = fault_of(tags, slice, whole);
     return slice;

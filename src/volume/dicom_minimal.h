@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// A DICOM file of nothing but pixels: the elements that a decoder needs, with the values that
-// passed our checks, and the codestream in one piece. Nothing else of the original is passed on.
+// A minimal DICOM file for the decoder: the elements that it needs, with values that passed our
+// checks, and the codestream in one piece. Everything else of the original is left out.
 
 #pragma once
 
@@ -13,13 +13,13 @@
 
 namespace pliant {
 
-/// Appends everything before the codestream, explicit and little endian.
-/// @param bits              allocated for a pixel; 8, 16 or 32
+/// Appends the part in front of the codestream, explicit little endian.
+/// @param bits              allocated per pixel; 8, 16 or 32
 /// @param codestream_bytes  even
 void append_minimal_dicom(const DicomSlice& slice, int bits, std::uint32_t codestream_bytes,
                           std::vector<std::uint8_t>& file);
 
-/// Appends what follows it.
+/// Appends the part after the codestream.
 void append_minimal_end(std::vector<std::uint8_t>& file);
 
 }  // namespace pliant

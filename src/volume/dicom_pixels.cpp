@@ -20,7 +20,7 @@ namespace pliant {
 namespace fs = std::filesystem;
 namespace {
 
-/// Memory of a decoder: a share for itself, for each pixel, and for each byte that it decodes.
+/// Memory limit of a decoder: a constant, plus a share per pixel and per encoded byte.
 constexpr std::uint64_t kDecoderBytes = std::uint64_t(512) << 20;
 constexpr std::uint64_t kDecoderBytesPerPixel = 32, kDecoderBytesPerByte = 6;
 
@@ -40,7 +40,7 @@ Status read_part(std::ifstream& file, const fs::path& path, FilePart part, std::
     return unreadable(path, "changed while it was read");
 }
 
-/// A pixel's lowest bits as a number.
+/// Extracts the stored bits of a pixel as a number.
 template <class Stored>
 class PixelBits {
   public:
@@ -48,7 +48,7 @@ class PixelBits {
         : m_shift(int(sizeof(Stored)) * 8 - bits), m_is_signed(is_signed) {}
     std::int64_t operator()(Stored stored) const {
         using Signed = std::make_signed_t<Stored>;
-        const auto high = Stored(stored << m_shift);  // without the bits above
+        const auto high = Stored(stored << m_shift);  // shifts out the unused bits
         return m_is_signed ? std::int64_t(Signed(high) >> m_shift)
                            : std::int64_t(Stored(high >> m_shift));
     }
@@ -58,7 +58,7 @@ class PixelBits {
     bool m_is_signed;
 };
 
-/// Values of slope·stored + intercept are then whole numbers that fit in 32 bits.
+/// Whether values of slope·stored + intercept are whole numbers that fit in 32 bits.
 bool rescales_to_integers(const DicomSlice& slice, std::size_t bytes_per_pixel) {
     const auto small = [](double number, double limit) {
         return number == std::trunc(number) && std::abs(number) <= limit;
@@ -116,7 +116,7 @@ Status DicomPixelReader::read(const DicomSlice& slice, VoxelBuilder& voxels) {
     return status;
 }
 
-/// Room for the pixels, once it is known that the file has so many.
+/// Allocates the pixels, after the check that the file has so many.
 void DicomPixelReader::make_room(const DicomSlice& slice) {
     m_bytes.resize(std::size_t(pixels_in(slice)) * std::size_t(slice.pixels.bits_allocated / 8));
 }
@@ -171,7 +171,7 @@ Status DicomPixelReader::read_compressed(const DicomSlice& slice) {
     }
     int bits = 0;
     if (Status status = check_codestream(slice, codestream, bits); !status) return status;
-    // GDCM makes bytes of JPEG-LS with up to 8 bits, in room for them only.
+    // GDCM decodes JPEG-LS with up to 8 bits to bytes.
     const bool narrow = slice.pixels.syntax.codec == PixelCodec::JpegLs && bits <= 8;
     const int allocated = narrow ? 8 : slice.pixels.bits_allocated;
     if (!m_decoder)
@@ -192,7 +192,7 @@ Status DicomPixelReader::read_compressed(const DicomSlice& slice) {
         return Error{is_signed.error().code,
                      slice.path.string() + ": " + is_signed.error().message};
     m_is_signed = *is_signed;
-    m_bits = slice.pixels.bits_allocated;  // those that don't count were set by the decoder
+    m_bits = slice.pixels.bits_allocated;  // the decoder has set the unused bits
     return Ok{};
 }
 

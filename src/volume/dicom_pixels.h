@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The pixels of a series, slice by slice. Uncompressed ones are read here; codestreams are decoded
-// by a process of its own (pixel_decoder.h), one for all slices. Values are stored·slope +
-// intercept in doubles. MONOCHROME1 says how values are to be shown, and changes none.
+// Reader of a series' pixels, slice by slice. Uncompressed pixels are read here; a separate process
+// (pixel_decoder.h), one for all slices, decodes codestreams. Values are stored·slope + intercept
+// in doubles. MONOCHROME1 affects the display only and changes no values.
 
 #pragma once
 
@@ -20,15 +20,15 @@
 
 namespace pliant {
 
-/// Which program decodes; tests have others.
+/// Choice of the decoder; tests use others.
 struct DecoderChoice {
-    std::filesystem::path program;  ///< empty: the one that find_pixel_decoder finds
+    std::filesystem::path program;  ///< empty: the result of find_pixel_decoder
     double seconds_per_slice = 10;
 };
 
 class DicomPixelReader {
   public:
-    /// @param slices  of one size, all that will be read
+    /// @param slices  all slices to read, of one size
     explicit DicomPixelReader(const std::vector<DicomSlice>& slices,
                               const DecoderChoice& decoder = {});
 
@@ -48,7 +48,7 @@ class DicomPixelReader {
     std::vector<std::uint8_t> m_message;  ///< to the decoder
     std::vector<std::uint8_t> m_bytes;    ///< of the pixels, little endian
     bool m_is_signed = false;
-    int m_bits = 16;  ///< of each pixel that count; those above repeat the sign, or are zero
+    int m_bits = 16;  ///< used bits of a pixel; those above repeat the sign, or are zero
 };
 
 }  // namespace pliant

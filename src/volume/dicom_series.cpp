@@ -26,13 +26,13 @@ std::string counted(std::size_t count, const char* noun) {
 
 struct SeriesFiles {
     std::vector<DicomSlice> slices;
-    std::optional<Error> fault;  ///< the first of its slices'
+    std::optional<Error> fault;  ///< the first fault of its slices
 };
 
-/// What lies in a folder.
+/// Contents of a folder.
 struct DicomFolder {
     std::map<std::string, SeriesFiles> series;
-    std::vector<DicomSlice> strays;  ///< damaged, before the name of their series
+    std::vector<DicomSlice> strays;  ///< damaged before the series' UID
     std::size_t others = 0, folders = 0;
 
     bool is_empty() const { return series.empty() && strays.empty(); }
@@ -73,14 +73,14 @@ Error no_images(const fs::path& folder, const DicomFolder& found) {
     return {ErrorCode::NotFound, text + ")"};
 }
 
-/// The first description that a file of the series has.
+/// First description in the files of the series.
 std::string description_of(const SeriesFiles& series) {
     for (const DicomSlice& slice : series.slices)
         if (!slice.description.empty()) return slice.description;
     return {};
 }
 
-/// Those between which there is a choice.
+/// UIDs of the usable series, or of all if none is usable.
 std::vector<std::string> usable_series(const DicomFolder& folder) {
     std::vector<std::string> usable, all;
     for (const auto& [uid, series] : folder.series) {
@@ -113,7 +113,7 @@ void note_left_out(const DicomFolder& folder, const std::string& chosen,
                         " of the folder left out: " + folder.strays.front().fault->message);
 }
 
-/// @returns an error that lists the series, where it isn't clear which
+/// @returns an error that lists the series if the choice is ambiguous
 Result<std::vector<DicomSlice>> choose_series(const fs::path& path, DicomFolder folder,
                                               const std::string& wanted,
                                               std::vector<std::string>& notes) {
@@ -124,7 +124,7 @@ Result<std::vector<DicomSlice>> choose_series(const fs::path& path, DicomFolder 
             return Error{ErrorCode::InvalidArgument,
                          path.string() + ": holds " + std::to_string(folder.series.size()) +
                              " series, choose one with --series: " + list_of(folder)};
-        // It may be a slice of the series that would be read.
+        // It may be a slice of that series.
         if (!folder.strays.empty()) return *folder.strays.front().fault;
         uid = usable.front();
     }

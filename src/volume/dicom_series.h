@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// DICOM slices of a folder become a volume. A file that can't be used stands in the way of its own
-// series only; where that isn't known, in the way of all that aren't asked for by name.
+// Reads the DICOM slices of a folder as a volume. An unusable file blocks its own series only; if
+// its series is unknown, it blocks every series that isn't chosen by name.
 
 #pragma once
 
@@ -19,20 +19,19 @@
 
 namespace pliant {
 
-/// One of the series that lie in a folder.
+/// A series in a folder.
 struct DicomSeries {
     std::string uid;
     std::string description;
     int slices = 0;
 };
 
-/// The series of a folder between which there is a choice, by their UIDs: those that can be used,
-/// or else all.
+/// Series of a folder to choose from, by their UIDs: the usable ones, or all if none is usable.
 Result<std::vector<DicomSeries>> list_series(const std::filesystem::path& folder);
 
 /// Sorts slices of one series along their normal.
-/// @param[out] notes  deviations that were taken for straight
-/// @returns the grid they make
+/// @param[out] notes  tolerated deviations
+/// @returns grid of the stack
 Result<Grid> stack_slices(const std::filesystem::path& folder, std::vector<DicomSlice>& slices,
                           std::vector<std::string>& notes);
 

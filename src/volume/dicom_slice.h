@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The header of one DICOM image. A file that can't be used as a slice says why, and which series it
-// is of, so that it stands in the way of that series only.
+// The header of one DICOM image. An unusable file has a fault and its series, so that it blocks
+// only that series.
 
 #pragma once
 
@@ -19,22 +19,22 @@
 
 namespace pliant {
 
-/// How and where the pixels are stored.
+/// Location and encoding of the pixels.
 struct DicomPixels {
     TransferSyntax syntax;
     bool is_signed = false;
     int bits_allocated = 16, bits_stored = 16, high_bit = 15;
-    bool swapped_words = false;  ///< pairs of bytes are in the other order than little endian
-    /// Uncompressed: one. Else the pieces of a codestream.
+    bool swapped_words = false;  ///< byte pairs are in big-endian order
+    /// One part if uncompressed, otherwise the fragments of a codestream.
     std::vector<FilePart> parts;
 
     bool compressed() const { return syntax.codec != PixelCodec::None; }
 };
 
-/// What the header of a DICOM image says.
+/// Header of a DICOM image.
 struct DicomSlice {
     std::filesystem::path path;
-    std::string series_uid;  ///< kNoSeriesUid where the file has none; empty where it isn't known
+    std::string series_uid;  ///< kNoSeriesUid if the file has none; empty if unknown
     std::string description;
     int rows = 0, columns = 0;
     double slope = 1, intercept = 0;  ///< HU = slope·stored + intercept
@@ -44,16 +44,16 @@ struct DicomSlice {
     Vec3d spacing_mm{};               ///< x: between columns, y: between rows; z unused
     DicomPixels pixels;
     bool has_modality_lut = false;
-    std::optional<Error> fault;  ///< why it can't be a slice; then the rest may be missing
+    std::optional<Error> fault;  ///< reason why it can't be used; the rest may be incomplete then
 };
 
-/// Name of the series of files that name none.
+/// Series name of files without an UID.
 inline constexpr const char* kNoSeriesUid = "none";
 
-/// @returns nothing if the file is no DICOM image
+/// @returns nullopt if the file is no DICOM image
 std::optional<DicomSlice> read_dicom_slice(const std::filesystem::path& path);
 
-/// Whether a file starts as DICOM files do.
+/// Whether a file starts like a DICOM file.
 bool looks_like_dicom(const std::filesystem::path& path);
 
 }  // namespace pliant

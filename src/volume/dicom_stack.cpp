@@ -1,15 +1,15 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Neither names nor slice numbers nor slice thickness are trusted: slices are sorted by where they
-// are along their common normal,
+// Names, slice numbers and slice thickness are not trusted. Slices are sorted by their position
+// along their common normal,
 //
 //   n = row × column,   d = position · n,
 //
 // and the distance between them is that of their positions. Scanners round positions to 0.1 mm or
-// coarser, so gaps and sideways shifts are held against the whole stack: a straight line is fitted
-// to the shifts, and a stack is refused if that line leans by more than a part of a pixel in all
-// (a tilted gantry), if a slice lies off the line by as much, or if there are gaps or doubles.
+// more, so gaps and sideways shifts are evaluated over the whole stack. A straight line is fitted
+// to the shifts. A stack is refused if the line leans by more than a fraction of a pixel in total
+// (a tilted gantry), if a slice is off the line by that much, or if there are gaps or duplicates.
 
 #include "core/errors.h"
 #include "core/text.h"
@@ -23,16 +23,17 @@ namespace pliant {
 namespace fs = std::filesystem;
 namespace {
 
-/// Slices closer than this are at the same place [mm].
+/// Slices closer than this are duplicates [mm].
 constexpr double kSamePlaceMm = 1e-3;
-/// Largest deviation of a gap between slices from the usual gap, as part of it.
+/// Maximum relative deviation of a gap between slices from the usual gap.
 constexpr double kMaxGapDeviation = 0.05;
-/// Or largest distance of a slice from where it would be in a regular stack [mm, part of the gap].
+/// Alternatively, maximum distance of a slice from its position in a regular stack [mm, fraction of
+/// the gap].
 constexpr double kMaxOffPlaceMm = 0.1, kMaxOffPlace = 0.2;
-/// Sideways shift that is not worth a note [mm], lean that is taken for straight
-/// [mm per mm, 0.06 degrees], and largest shift otherwise [pixels].
+/// Sideways shift without a note [mm], tolerated lean [mm per mm, 0.06 degrees], and maximum shift
+/// otherwise [pixels].
 constexpr double kSmallShiftMm = 0.02, kMaxLean = 1e-3, kMaxShiftPixels = 0.25;
-/// Difference between direction cosines that rounding explains.
+/// Rounding tolerance of direction cosines.
 constexpr double kSameDirection = 1e-4;
 
 Status check_same_shape(const DicomSlice& first, const DicomSlice& slice) {
@@ -52,7 +53,7 @@ Status check_same_shape(const DicomSlice& first, const DicomSlice& slice) {
     return Ok{};
 }
 
-/// Whether each slice is where rounding of a regular stack's positions may put it.
+/// Whether all slices are at their positions in a regular stack, up to rounding.
 bool is_regular(const std::vector<double>& heights) {
     const double gap = (heights.back() - heights.front()) / double(heights.size() - 1);
     for (std::size_t n = 0; n < heights.size(); ++n)

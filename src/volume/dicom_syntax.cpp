@@ -29,7 +29,7 @@ constexpr TransferSyntax kKnown[] = {
 struct Name {
     std::string_view uid, name;
 };
-/// Those that are refused. A row also stands for UIDs of one digit more.
+/// Unsupported syntaxes. A row also covers UIDs with one digit more.
 constexpr Name kRefused[] = {
     {"1.2.840.10008.1.2.1.99", "deflated DICOM"},
     {"1.2.840.10008.1.2.1.98", "uncompressed frames in fragments"},

@@ -13,7 +13,7 @@ namespace pliant {
 
 /// How pixels are encoded.
 enum class PixelCodec {
-    None,      ///< as they are
+    None,      ///< uncompressed
     Rle,       ///< PS3.5 annex G
     Jpeg,      ///< DCT or lossless, ITU-T T.81
     JpegLs,    ///< ITU-T T.87
@@ -27,14 +27,14 @@ struct TransferSyntax {
     bool big_endian = false;
 };
 
-/// @returns null where Pliant doesn't read it
+/// @returns null if Pliant doesn't support it
 const TransferSyntax* find_transfer_syntax(std::string_view uid);
 
 /// "High-Throughput JPEG 2000 (transfer syntax 1.2.840.10008.1.2.4.201)", for messages.
 std::string describe_transfer_syntax(std::string_view uid);
 
-/// Whether elements can be read although pixels can't: all syntaxes with encapsulated pixels are
-/// explicit and little endian.
+/// Whether elements can be read even if pixels can't: all syntaxes with encapsulated pixels are
+/// explicit little endian.
 bool has_plain_elements(std::string_view uid);
 
 }  // namespace pliant

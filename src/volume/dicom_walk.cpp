@@ -17,12 +17,12 @@ namespace {
 constexpr std::uint32_t kUndefinedLength = 0xffffffff;
 constexpr std::uint32_t kPixelData = 0x7fe00010, kItem = 0xfffee000, kItemEnd = 0xfffee00d,
                         kSequenceEnd = 0xfffee0dd;
-/// Value representations, each at a multiple of three.
+/// Value representations at multiples of three characters.
 constexpr std::string_view kValueTypes =
     "AE AS AT CS DA DS DT FD FL IS LO LT OB OD OF OL OV OW PN SH SL SQ SS ST SV TM UC UI UL UN UR "
     "US UT UV";
 constexpr std::string_view kLongLength = "OB OD OF OL OV OW SQ SV UC UN UR UT UV";
-/// The elements that are kept, and their types.
+/// Stored elements and their types.
 constexpr std::pair<std::uint32_t, std::string_view> kKept[] = {
     {dicom_tags::kTransferSyntax, "UI"},
     {dicom_tags::kSopClass, "UI"},
@@ -44,13 +44,13 @@ constexpr std::pair<std::uint32_t, std::string_view> kKept[] = {
     {dicom_tags::kIntercept, "DS"},
     {dicom_tags::kSlope, "DS"},
     {dicom_tags::kModalityLut, ""}};
-/// Longest value that is kept, and deepest nesting of sequences that is followed.
+/// Maximum length of a stored value, and maximum nesting of sequences.
 constexpr std::uint32_t kMaxValueBytes = 1024;
 constexpr int kMaxDepth = 32;
-/// Most pieces of a codestream.
+/// Maximum number of a codestream's fragments.
 constexpr std::size_t kMaxFragments = std::size_t(1) << 20;
 
-/// The type in a table that outlives the bytes of a file; empty if there is none such.
+/// The type as a static string; empty for an unknown one.
 std::string_view known_type(const char* bytes) {
     const std::string_view type(bytes, 2);
     const std::size_t at = kValueTypes.find(type);
@@ -68,7 +68,7 @@ bool DicomWalk::walk(bool preamble) {
     seek(preamble ? 132 : 0);
     if (preamble && !walk_meta()) return false;
     take_syntax();
-    if (!has_plain_elements(m_syntax_uid)) return true;  // refused by name
+    if (!has_plain_elements(m_syntax_uid)) return true;  // refused by name later
     while (m_at < m_size && !m_has_pixels) {
         Element element;
         if (!read_element(element)) return false;
@@ -124,7 +124,7 @@ std::uint32_t DicomWalk::u32(const char* bytes) const {
     return u16(bytes + (m_big ? 2 : 0)) | u16(bytes + (m_big ? 0 : 2)) << 16;
 }
 
-/// Group 2, which is always explicit and little endian, and says how the rest is written.
+/// Reads group 2, which is always explicit little endian and names the syntax of the rest.
 bool DicomWalk::walk_meta() {
     for (;;) {
         const std::uint64_t start = m_at;
@@ -137,7 +137,7 @@ bool DicomWalk::walk_meta() {
     }
 }
 
-/// Without a name of the syntax, the first element shows whether types are named.
+/// Sets the syntax. If it isn't named, the first element shows whether types are explicit.
 void DicomWalk::take_syntax() {
     m_syntax_uid = text(dicom_tags::kTransferSyntax);
     if (m_syntax_uid.empty()) {
@@ -192,7 +192,7 @@ bool DicomWalk::take_value(const Element& element) {
     return read(value.data(), value.size());
 }
 
-/// Items of an unknown type are implicit in any file.
+/// Skips nested items. Items of an unknown type are implicit in every file.
 bool DicomWalk::skip_nested(const Element& element) {
     const bool is_explicit = m_explicit;
     if (element.type == "UN") m_explicit = false;
@@ -201,7 +201,7 @@ bool DicomWalk::skip_nested(const Element& element) {
     return sound;
 }
 
-/// Goes past the delimiter that ends the element.
+/// Skips items up to the delimiter of the element.
 bool DicomWalk::skip_items(const Element& outer, int depth) {
     if (depth > kMaxDepth) return false;
     const std::uint32_t end = outer.tag == kItem ? kItemEnd : kSequenceEnd;

@@ -1,13 +1,13 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Walks through the elements of a DICOM file, as far as the pixels:
+// Parser of a DICOM file's elements up to the pixels:
 //
 //   explicit   group(2) element(2) VR(2) length(2)   or   … VR(2) 0(2) length(4)
 //   implicit   group(2) element(2) length(4)
 //
-// A length of 0xFFFFFFFF means items up to a delimiter. Compressed pixels are such items: first a
-// table of offsets, then the pieces of a codestream. Only the elements of dicom_tags are kept.
+// A length of 0xFFFFFFFF means items up to a delimiter. Compressed pixels have this form: an offset
+// table, then the fragments of a codestream. Only the elements of dicom_tags are stored.
 
 #pragma once
 
@@ -36,7 +36,7 @@ inline constexpr std::uint32_t kTransferSyntax = 0x00020010, kSopClass = 0x00080
                                kModalityLut = 0x00283000;
 }
 
-/// A stretch of a file.
+/// A range of a file.
 struct FilePart {
     std::uint64_t start = 0;  ///< [bytes] from the start of the file
     std::uint64_t bytes = 0;
@@ -47,32 +47,32 @@ class DicomWalk {
     explicit DicomWalk(const std::filesystem::path& path);
 
     /// @param preamble  the file starts with 128 bytes and DICM
-    /// @returns whether all is there, as far as the pixels. Nothing is known of the elements where
-    /// the syntax doesn't have plain ones (has_plain_elements).
+    /// @returns whether the file is complete up to the pixels. Elements are unknown for syntaxes
+    ///          without plain ones (has_plain_elements).
     bool walk(bool preamble);
 
     /// Value of an element without padding; empty if there is none.
     std::string text(std::uint32_t tag) const;
     int number(std::uint32_t tag, int otherwise) const;
-    /// @returns nothing unless there are so many numbers
+    /// @returns empty unless there are exactly `count` numbers
     std::vector<double> decimals(std::uint32_t tag, std::size_t count) const;
     bool has(std::uint32_t tag) const { return m_values.contains(tag); }
 
     const std::string& syntax_uid() const { return m_syntax_uid; }
     bool has_pixels() const { return m_has_pixels; }
-    /// The pixels are in fragments, which may be none.
+    /// Whether the pixels are in fragments, possibly zero of them.
     bool in_fragments() const { return m_in_fragments; }
-    /// The pixels themselves, or the pieces of a codestream.
+    /// Range of the uncompressed pixels, or the fragments of a codestream.
     const std::vector<FilePart>& pixel_parts() const { return m_pixel_parts; }
-    /// Pairs of bytes of the pixels are in the other order than little endian.
+    /// Whether the pixels' byte pairs are in big-endian order.
     bool has_swapped_words() const { return m_big && m_pixel_type != "OB"; }
 
   private:
     struct Element {
         std::uint32_t tag = 0;
         std::uint32_t length = 0;
-        std::string_view type;  ///< empty where the file doesn't say
-        bool nests = false;     ///< of undefined length: items follow
+        std::string_view type;  ///< empty for implicit types
+        bool nests = false;     ///< undefined length: items follow
     };
     void seek(std::uint64_t at);
     bool read(char* out, std::size_t count);

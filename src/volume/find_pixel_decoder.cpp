@@ -14,7 +14,7 @@ namespace pliant {
 namespace fs = std::filesystem;
 namespace {
 
-/// Beside a program or a library, and where an installation has it relative to bin, lib or
+/// Adds the folder of a program or library, and an installation's locations relative to bin, lib or
 /// lib/ARCHITECTURE.
 void add_places_near(const fs::path& folder, std::vector<fs::path>& places) {
     for (const char* way : {".", "../libexec/pliant", "../lib/pliant", "../../libexec/pliant"}) {
@@ -23,7 +23,7 @@ void add_places_near(const fs::path& folder, std::vector<fs::path>& places) {
     }
 }
 
-/// Folder of the program or shared library that this function is in.
+/// Folder of the program or shared library that contains this function.
 fs::path folder_of_library() {
     static const char here = 0;
     Dl_info info{};
@@ -33,8 +33,8 @@ fs::path folder_of_library() {
     return error ? fs::path() : file.parent_path();
 }
 
-/// Whether a program is there to be run, and of this user or root: a folder above may be one in
-/// which all may write.
+/// Whether a program exists, is executable, and belongs to this user or root. Folders above may be
+/// world-writable.
 bool is_own_program(const fs::path& file) {
     struct stat info {};
     if (::stat(file.c_str(), &info) != 0 || !S_ISREG(info.st_mode)) return false;

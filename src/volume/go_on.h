@@ -7,7 +7,7 @@
 
 namespace pliant {
 
-/// Between two pieces of a scan: asks whether the reading goes on, and tells how far it is.
+/// Polls for cancellation between two pieces of a scan, and reports progress.
 /// @param fraction  0…1
 inline Status go_on(const std::filesystem::path& path, const ReadOptions& options,
                     double fraction) {

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Lines of a text header, read no further than it goes. Files may be of any size and hold anything,
-// so lines and headers are bounded.
+// Reader of a text header's lines. Files may have any size and content, so the length of lines and
+// headers is bounded.
 
 #pragma once
 
@@ -16,11 +16,11 @@
 
 namespace pliant {
 
-/// Longest header, and longest line of one, that are read [bytes]. 3D Slicer writes some 2 KiB for
-/// each of a hundred segments; a key may hold a document.
+/// Maximum length of a header, and of a header line [bytes]. 3D Slicer writes some 2 KiB for each
+/// of a hundred segments; a key may contain a document.
 inline constexpr std::size_t kMaxHeaderBytes = 1 << 20;
 inline constexpr std::size_t kMaxHeaderLineBytes = 1 << 16;
-/// Most pairs of key and value in a header.
+/// Maximum number of key/value pairs in a header.
 inline constexpr std::size_t kMaxKeyValues = 1 << 14;
 
 class HeaderLines {
@@ -29,7 +29,7 @@ class HeaderLines {
     explicit HeaderLines(const std::filesystem::path& path)
         : m_path(path), m_file(path, std::ios::binary) {}
 
-    /// The next line without its end, which may be LF or CR LF; nothing at the end of the file.
+    /// Reads the next line without its end (LF or CR LF); nullopt at the end of the file.
     /// @returns Unreadable for a line or a header that is too long
     Result<std::optional<std::string>> next();
     /// Bytes of the lines so far, line ends included.
@@ -39,7 +39,7 @@ class HeaderLines {
     const std::filesystem::path& m_path;
     std::ifstream m_file;
     std::uint64_t m_bytes_read = 0;
-    int m_number = 0;  ///< of the line
+    int m_number = 0;  ///< line number
 };
 
 }  // namespace pliant

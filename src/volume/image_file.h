@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// From a path to a judged header.
+// Detection and reading of image headers.
 
 #pragma once
 
@@ -12,9 +12,9 @@
 namespace pliant {
 
 std::optional<ImageFormat> format_by_name(const std::filesystem::path& path);
-/// Whether there is a file that can be read, with something in it.
+/// Checks that a file exists, is readable and isn't empty.
 Status check_file(const std::filesystem::path& path);
-/// Reads the header, if the first bytes fit the format.
+/// Reads the header if the first bytes match the format.
 Result<ImageHeader> read_image_header(const std::filesystem::path& path, ImageFormat format);
 
 }  // namespace pliant

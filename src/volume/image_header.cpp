@@ -13,7 +13,7 @@ namespace pliant {
 namespace fs = std::filesystem;
 namespace {
 
-/// Cosine between axes that pass as perpendicular: 0.06 degrees.
+/// Tolerated cosine between axes: 0.06 degrees.
 constexpr double kMaxSkew = 1e-3;
 
 }  // namespace

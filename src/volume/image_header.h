@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// What the header of an image file says: NRRD, MetaImage or NIfTI. Each format has a reader of its
-// own, which refuses, in one line, what makes no sense, before memory for the data is asked for. No
-// data file is opened to read a header: whether they may be, the caller decides first.
+// The header of an image file: NRRD, MetaImage or NIfTI. Each format has its own reader, which
+// refuses nonsense in one line before memory for the data is allocated. Reading a header opens no
+// data file: the caller first decides whether it may be opened.
 
 #pragma once
 
@@ -35,19 +35,20 @@ enum class DataEncoding {
     Text
 };
 
-/// Where the data are: in one file or in several that follow each other, in equal parts.
+/// Location of the data: one file, or several consecutive files with equal parts.
 struct DataPlace {
     std::vector<std::filesystem::path> files;
-    std::int64_t expected_files = 0;  ///< that there must be; 0: any number that divides the voxels
+    std::int64_t expected_files = 0;  ///< required number of files; 0: any number that divides the
+                                      ///< voxels
     DataEncoding encoding = DataEncoding::Raw;
-    std::uint64_t start = 0;       ///< bytes of each file before everything else
-    std::int64_t line_skip = 0;    ///< lines to skip then
-    std::uint64_t byte_skip = 0;   ///< bytes to skip then (before decompression)
-    std::uint64_t inner_skip = 0;  ///< bytes to skip of what was decompressed
-    bool at_end = false;   ///< raw data are the last bytes of each file, wherever they start
-    bool swapped = false;  ///< numbers are in the other byte order
-    /// Numbers of one component that follow each other before the next component's; 1 where the
-    /// numbers of a voxel lie side by side.
+    std::uint64_t start = 0;       ///< skipped bytes at the start of each file
+    std::int64_t line_skip = 0;    ///< then skipped lines
+    std::uint64_t byte_skip = 0;   ///< then skipped bytes (before decompression)
+    std::uint64_t inner_skip = 0;  ///< skipped decompressed bytes
+    bool at_end = false;           ///< raw data are the last bytes of each file
+    bool swapped = false;          ///< numbers are in the other byte order
+    /// Consecutive numbers of one component before the next component's; 1 if the numbers of a
+    /// voxel are adjacent.
     std::uint64_t voxels_before_component = 1;
     bool rescaled = false;  ///< a voxel is slope · number + intercept
     double slope = 1, intercept = 0;
@@ -58,48 +59,47 @@ struct ImageHeader {
     std::vector<std::int64_t> sizes;      ///< voxels along each axis of space (or time)
     std::int64_t components = 1;          ///< numbers per voxel
     Component stored = Component::Int16;  ///< type of the numbers in the file
-    Grid grid;  ///< LPS; its size is set where sizes are three sensible numbers
+    Grid grid;                            ///< LPS; its size is set if sizes are three valid numbers
     KeyValues key_values;
     std::vector<std::string> notes;
     DataPlace data;
-    /// From vectors in the file to LPS: the sign of each component.
+    /// Signs that convert the components of the file's vectors to LPS.
     Vec3d vector_sign{1, 1, 1};
-    bool turned_vectors = false;  ///< vectors are in a frame of their own
+    bool turned_vectors = false;  ///< vectors have a separate measurement frame
 };
 
 Result<ImageHeader> read_nrrd_header(const std::filesystem::path& path);
 Result<ImageHeader> read_meta_header(const std::filesystem::path& path);
 Result<ImageHeader> read_nifti_header(const std::filesystem::path& path);
 
-/// Longest axis, and most voxels, that are read [voxels].
+/// Maximum axis length and maximum number of voxels.
 inline constexpr std::int64_t kMaxAxisSize = 1 << 16;
 inline constexpr std::int64_t kMaxVoxelCount = std::int64_t(1) << 32;
-/// Distances between voxel centres that are accepted [mm].
+/// Accepted range of voxel spacings [mm].
 inline constexpr double kMinSpacingMm = 1e-6;
 inline constexpr double kMaxSpacingMm = 1e4;
-/// Farthest place that is taken for one [mm].
+/// Maximum absolute coordinate [mm].
 inline constexpr double kMaxOriginMm = 1e8;
 
-/// Whether a grid is one to work on: two voxels or more along each axis, spacing, origin and
-/// directions that are sensible numbers.
+/// Checks that a grid is usable: two or more voxels along each axis, valid spacing, origin and
+/// directions.
 Status check_grid(const std::filesystem::path& path, const Grid& grid);
-/// Whether it is a sensible distance between voxels. @param axis  0…2
+/// Checks the range of a spacing. @param axis  0…2
 Status check_spacing(const std::filesystem::path& path, int axis, double spacing_mm);
 Status check_origin(const std::filesystem::path& path, Vec3d origin_mm);
-/// Whether there are voxels along each axis, and not too many.
+/// Checks that there are voxels along each axis, and not too many.
 Status check_counts(const std::filesystem::path& path, const std::vector<std::int64_t>& sizes);
-/// check_counts, and whether the image is 3-D.
+/// Checks the counts, and that the image is 3-D.
 Status check_size(const std::filesystem::path& path, const std::vector<std::int64_t>& sizes);
-/// check_size, check_grid, and whether the file holds that many numbers per voxel. Sets the grid's
-/// size.
+/// Checks size, grid, and the number of components per voxel. Sets the grid's size.
 Status check_header(const std::filesystem::path& path, int components, ImageHeader& header);
 
-/// Whether a key is one of those in which ITK keeps fields of the header; they are not passed on.
+/// Whether ITK uses a key for header fields; such keys are not passed on.
 bool is_itk_key(std::string_view key);
 
-/// Whether the axes are perpendicular, to within what rounding in a file may do to them.
+/// Whether the axes are perpendicular, up to rounding in files.
 bool is_perpendicular(const Mat3d& direction);
-/// Notes axes that pass for perpendicular, but lean by more than rounding explains.
+/// Notes tolerated axes that lean by more than rounding.
 void note_lean(const Grid& grid, std::vector<std::string>& notes);
 
 }  // namespace pliant

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// MetaImage [MetaIO2007]: lines `Field = Value`, the last of which says where the data are. World
-// coordinates are LPS, as all who write the format take them.
+// MetaImage [MetaIO2007]: lines `Field = Value`; the last one locates the data. World coordinates
+// are LPS, as in all known writers.
 
 #include "core/errors.h"
 #include "core/text.h"
@@ -22,11 +22,11 @@ namespace {
 
 struct Fields {
     std::map<std::string, std::string, std::less<>> values;
-    KeyValues others;                       ///< that the format doesn't have, in the file's order
+    KeyValues others;                       ///< fields outside of the format, in the file's order
     std::vector<std::string> listed_files;  ///< after "ElementDataFile = LIST"
     std::uint64_t header_bytes = 0;
 
-    /// Value of the first of these names that is there.
+    /// Value of the first present name.
     std::string_view value(std::initializer_list<std::string_view> some) const {
         for (const std::string_view name : some)
             if (const auto found = values.find(name); found != values.end()) return found->second;
@@ -57,7 +57,7 @@ bool is_geometry(std::string_view name) {
     return is_one_of(name, kNames);
 }
 
-/// Fields of the format that say nothing about grid or data.
+/// Fields of the format that don't affect grid or data.
 bool is_remark(std::string_view name) {
     constexpr std::string_view kNames[] = {"Comment",
                                            "ObjectType",
@@ -88,7 +88,7 @@ bool is_remark(std::string_view name) {
     return is_one_of(name, kNames);
 }
 
-/// Names of data files, one a line, to the end of the header.
+/// Reads names of data files, one per line, to the end of the header.
 Status read_listed_files(HeaderLines& lines, Fields& fields) {
     for (;;) {
         auto line = lines.next();
@@ -104,7 +104,7 @@ Status read_listed_files(HeaderLines& lines, Fields& fields) {
 Result<Fields> read_fields(const fs::path& path) {
     HeaderLines lines(path);
     Fields fields;
-    std::map<std::string, std::size_t> places;  // of others
+    std::map<std::string, std::size_t> places;  // positions in others
     for (;;) {
         auto text = lines.next();
         if (!text) return text.error();
@@ -162,7 +162,7 @@ Status read_sizes(const fs::path& path, const Fields& fields, ImageHeader& heade
 }
 
 Status read_type(const fs::path& path, const Fields& fields, ImageHeader& header) {
-    // MET_LONG has 32 bits on any machine.
+    // MET_LONG has 32 bits on every machine.
     static const std::map<std::string, Component, std::less<>> kTypes = {
         {"MET_CHAR", Component::Int8},         {"MET_ASCII_CHAR", Component::Int8},
         {"MET_UCHAR", Component::UInt8},       {"MET_SHORT", Component::Int16},
@@ -172,7 +172,7 @@ Status read_type(const fs::path& path, const Fields& fields, ImageHeader& header
         {"MET_ULONG_LONG", Component::UInt64}, {"MET_FLOAT", Component::Float32},
         {"MET_DOUBLE", Component::Float64}};
     const std::string_view name = fields.value({"ElementType"});
-    std::string_view single = name;  // some writers call channels MET_SHORT_ARRAY
+    std::string_view single = name;  // some writers use MET_SHORT_ARRAY for channels
     if (single.ends_with("_ARRAY")) single.remove_suffix(6);
     const auto found = kTypes.find(single);
     if (found == kTypes.end()) return bad_field(path, "ElementType", name, "MET_SHORT or the like");
@@ -198,7 +198,7 @@ Status read_spacing(const fs::path& path, const Fields& fields, ImageHeader& hea
 }
 
 Status read_place(const fs::path& path, const Fields& fields, ImageHeader& header) {
-    // Where several are there, the first of these counts.
+    // The first present field counts.
     const auto origin_text = fields.value({"ImagePosition", "Origin", "Offset", "Position"});
     const auto origin = numbers_from(origin_text);
     if (!origin_text.empty() && (!origin || origin->size() != 3))
@@ -252,7 +252,7 @@ void find_data(const fs::path& path, const Fields& fields, ImageHeader& header) 
         data.files = {folder / fs::path(name)};
         return;
     }
-    if (lower != "local") data.expected_files = header.sizes[2];  // one for each slice
+    if (lower != "local") data.expected_files = header.sizes[2];  // one per slice
 }
 
 void note_what_is_left_out(const Fields& fields, ImageHeader& header) {

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// NIfTI-1 [NIfTI2007]: 348 bytes of binary header, plain or inside gzip. Its world is RAS. A file
-// may carry two affine maps, "sform" and "qform"; nifti_placement.h says which of them counts.
+// NIfTI-1 [NIfTI2007]: 348 bytes of binary header, plain or inside gzip. The world is RAS. A file
+// may have two affine maps, "sform" and "qform"; nifti_placement.h chooses between them.
 
 #include "core/errors.h"
 #include "core/text.h"
@@ -24,7 +24,7 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr std::size_t kHeaderBytes = 348;
-/// Distance between places that rounding to 32-bit floats explains [mm].
+/// Tolerance of positions due to rounding to 32-bit floats [mm].
 constexpr double kSamePlaceMm = 0.01;
 
 /// The header's bytes with typed access by offset.
@@ -44,7 +44,7 @@ struct Bytes {
     double number(std::size_t offset) const { return double(get<float>(offset)); }
 };
 
-namespace at {  // offsets of the fields that are used
+namespace at {  // offsets of the fields in use
 constexpr std::size_t kSizeofHdr = 0, kDim = 40, kDatatype = 70, kPixdim = 76, kVoxOffset = 108,
                       kSclSlope = 112, kSclInter = 116, kXyztUnits = 123, kQformCode = 252,
                       kSformCode = 254, kQuatern = 256, kSrow = 280, kMagic = 344;
@@ -131,13 +131,14 @@ NiftiForms forms_of(const Bytes& bytes) {
     return forms;
 }
 
-/// A map's column in LPS.
+/// Converts a map's column to LPS.
 Vec3d column_in_lps(const NiftiMap& map, std::size_t column) {
     const auto& c = map.columns[column];
     return {-double(c[0]), -double(c[1]), double(c[2])};
 }
 
-/// The sform in LPS [mm]: steps to the next voxel along i, j and k, then the first voxel's place.
+/// The sform in LPS [mm]: steps to the next voxel along i, j and k, then the first voxel's
+/// position.
 std::array<Vec3d, 4> sform_in_mm(const Bytes& bytes) {
     NiftiForms forms = forms_of(bytes);
     forms.sform_code = 1;
@@ -173,7 +174,7 @@ Status check_geometry(const fs::path& path, const Bytes& bytes) {
     return Ok{};
 }
 
-/// The sform alone. If it has shear, check_grid will find that.
+/// Uses the sform alone. check_grid detects shear.
 void take_sform(const Bytes& bytes, Grid& grid) {
     const auto sform = sform_in_mm(bytes);
     for (int a = 0; a < 3; ++a) {
@@ -183,7 +184,7 @@ void take_sform(const Bytes& bytes, Grid& grid) {
     grid.origin_mm = sform[3];
 }
 
-/// Places the grid. Distances between voxels are those of pixdim, whichever map says where to.
+/// Places the grid. Spacings always come from pixdim, independent of the chosen map.
 void place_grid(const Bytes& bytes, Grid& grid) {
     const NiftiForms forms = forms_of(bytes);
     const double unit_mm = millimetres_per_unit(bytes);
@@ -201,7 +202,7 @@ void place_grid(const Bytes& bytes, Grid& grid) {
     grid.origin_mm = unit_mm * column_in_lps(map, 3);
 }
 
-/// Says which map from voxels to the world was chosen, where that isn't the only one.
+/// Notes the chosen map if there was a choice.
 void note_orientation(const Bytes& bytes, ImageHeader& header) {
     const bool has_sform = bytes.get<std::int16_t>(at::kSformCode) > 0;
     if (!has_sform && bytes.get<std::int16_t>(at::kQformCode) <= 0)
@@ -233,7 +234,7 @@ Status find_data(const fs::path& path, const Bytes& bytes, DataPlace& data) {
     return Ok{};
 }
 
-/// Slope and intercept, as far as they say anything. @pre check_geometry was fine
+/// Reads slope and intercept if they are meaningful. @pre check_geometry succeeded
 void read_rescale(const Bytes& bytes, DataPlace& data) {
     constexpr double kNothing = std::numeric_limits<double>::epsilon();
     double slope = bytes.number(at::kSclSlope), intercept = bytes.number(at::kSclInter);
@@ -253,7 +254,7 @@ Result<ImageHeader> read_nifti_header(const fs::path& path) {
     header.format = ImageFormat::Nifti;
     if (Status status = read_type_and_sizes(path, *bytes, header); !status) return status.error();
     if (Status status = check_size(path, header.sizes); !status) return status.error();
-    if (header.components != 1) return header;  // it will be refused for that
+    if (header.components != 1) return header;  // refused later
     if (Status status = check_geometry(path, *bytes); !status) return status.error();
     if (Status status = find_data(path, *bytes, header.data); !status) return status.error();
     read_rescale(*bytes, header.data);

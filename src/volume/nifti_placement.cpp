@@ -1,10 +1,9 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The decision is taken with the same rounding as in ITK 5.2, whose test for shear is a comparison
-// of two inverses in single precision: far from the origin it finds shear where there is none, and
-// the qform counts. A point has to mean the same here and there, so the test is repeated and not
-// improved.
+// The decision uses the same rounding as ITK 5.2. ITK's test for shear compares two inverses in
+// single precision: far from the origin it finds spurious shear and uses the qform. A point must
+// have the same meaning in both programs, so the test is replicated, not improved.
 
 #include "volume/nifti_placement.h"
 
@@ -16,7 +15,7 @@
 namespace pliant {
 namespace {
 
-/// Columns of a 4×4 matrix with (0, 0, 0, 1) below.
+/// Columns of a 4×4 matrix with (0, 0, 0, 1) as its last row.
 SmallMatrix<4> matrix_of(const NiftiMap& map) {
     SmallMatrix<4> matrix{};
     for (std::size_t c = 0; c < 4; ++c)
@@ -34,7 +33,7 @@ float determinant_of(const NiftiMap& map) {
            x[2] * y[0] * z[1] - x[2] * y[1] * z[0];
 }
 
-/// Whether voxels have a volume, and the inverses of the 4×4 and of the 3×3 matrix agree.
+/// Whether voxels have a volume, and the inverses of the 4×4 and the 3×3 matrix agree.
 bool is_affine(const NiftiMap& map) {
     constexpr float kMinDeterminant = 1e-5F, kMaxDifference = 1e-2F;
     if (std::abs(determinant_of(map)) <= kMinDeterminant) return false;
@@ -52,7 +51,7 @@ bool is_affine(const NiftiMap& map) {
     return !(of_axes > kMaxDifference || of_place > kMaxDifference);
 }
 
-/// Whether the axes are as long as pixdim says.
+/// Whether the axes have the lengths in pixdim.
 bool has_its_spacings(const NiftiMap& map, const NiftiForms& forms) {
     constexpr float kMaxDifference = 1e-3F;
     for (std::size_t a = 0; a < 3; ++a) {
@@ -100,7 +99,7 @@ bool are_equal(const NiftiMap& a, const NiftiMap& b) {
     return !(double(of_place) > 1e-7);
 }
 
-/// Whether one times the other's transpose is the identity: near the origin, with voxels of 1 mm.
+/// Whether one times the other's transpose is the identity (near the origin, with voxels of 1 mm).
 bool are_inverse(const NiftiMap& sform, const NiftiMap& qform) {
     const SmallMatrix<4> s = matrix_of(sform), q = matrix_of(qform);
     SmallMatrix<4> product{};
@@ -118,11 +117,11 @@ NiftiMap qform_of(const NiftiForms& forms) {
         for (std::size_t a = 0; a < 3; ++a) map.columns[a][a] = forms.step[a];
         return map;
     }
-    // "Method 2" of the format. Products are rounded once, as where they were defined.
+    // The format's "method 2". Products are rounded once, as in the reference code.
     double b = double(forms.quaternion[0]), c = double(forms.quaternion[1]),
            d = double(forms.quaternion[2]);
     auto a = double(1.0L - (long double)(b * b + c * c + d * d));
-    if (a < 1e-7) {  // a half turn: no more than a direction is known
+    if (a < 1e-7) {  // a half turn: only the axis is known
         a = double(1.0L / (long double)(std::sqrt(b * b + c * c + d * d)));
         b *= a;
         c *= a;

@@ -19,7 +19,7 @@ std::string without(std::string_view text, std::string_view characters) {
     return result;
 }
 
-/// The format's name of a field; empty for other text. Blanks may be left out.
+/// Standard name of a field; empty for other text. Blanks are optional.
 std::string_view field_name(std::string_view text) {
     constexpr std::string_view kNames[] = {"content",
                                            "number",
@@ -58,7 +58,7 @@ std::string_view field_name(std::string_view text) {
     return {};
 }
 
-/// "\n" and "\\" stand for a line's end and a backslash.
+/// Unescapes "\n" and "\\" to a line's end and a backslash.
 std::string unescaped(std::string_view text) {
     std::string result;
     for (std::size_t n = 0; n < text.size(); ++n) {
@@ -73,7 +73,7 @@ std::string unescaped(std::string_view text) {
     return result;
 }
 
-/// Takes lines that are neither comments nor empty.
+/// Parses lines other than comments and empty lines.
 class LineTaker {
   public:
     LineTaker(const fs::path& path, NrrdFields& fields) : m_path(path), m_fields(fields) {}
@@ -87,7 +87,7 @@ class LineTaker {
 
     const fs::path& m_path;
     NrrdFields& m_fields;
-    std::map<std::string, std::size_t> m_places;  ///< of keys
+    std::map<std::string, std::size_t> m_places;  ///< positions of keys
     bool m_is_list = false;
 };
 
@@ -98,9 +98,9 @@ Status LineTaker::take_field(std::string_view name, std::string_view value) {
     return Ok{};
 }
 
-/// A later value of a key takes the earlier one's place.
+/// Stores a key. A later value replaces an earlier one.
 Status LineTaker::take_key(std::string key, std::string value) {
-    // Where ITK keeps fields of the header, and what has no name.
+    // Skips ITK's header fields and empty names.
     if (key.empty() || is_itk_key(key)) return Ok{};
     const auto [at, is_new] = m_places.emplace(key, m_fields.key_values.size());
     if (!is_new) {
@@ -267,7 +267,7 @@ std::optional<std::vector<std::optional<std::array<double, 3>>>> nrrd_vectors_fr
     std::string_view text) {
     std::vector<std::optional<std::array<double, 3>>> vectors;
     for (text = trimmed(text); !text.empty(); text = trimmed(text)) {
-        if (vectors.size() == 16) return std::nullopt;  // the format's most axes
+        if (vectors.size() == 16) return std::nullopt;  // limit of the format
         if (text.starts_with("none")) {
             text.remove_prefix(4);
             if (!text.empty() && trimmed(text.substr(0, 1)) != "") return std::nullopt;

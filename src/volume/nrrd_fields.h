@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // The text of a NRRD header [Kindlmann2008]: lines `field: value`, `key:=value` and comments, up to
-// an empty line; then the data, or a field that names the file with the data.
+// an empty line; then the data, or a field with the name of the data file.
 
 #pragma once
 
@@ -14,7 +14,7 @@
 namespace pliant {
 
 struct NrrdFields {
-    std::map<std::string, std::string, std::less<>> values;  ///< by the format's own names
+    std::map<std::string, std::string, std::less<>> values;  ///< by standard names
     KeyValues key_values;                   ///< in the file's order, unescaped, each key once
     std::vector<std::string> listed_files;  ///< after "data file: LIST"
     std::uint64_t header_bytes = 0;
@@ -25,32 +25,31 @@ struct NrrdFields {
     }
 };
 
-/// Error that shows a field.
+/// Error that quotes a field.
 Error bad_nrrd_field(const std::filesystem::path& path, std::string_view field,
                      std::string_view found, const std::string& expected);
 
-/// @returns Unreadable for a line that is none of these, a field that is there twice, and headers
-/// without an end
+/// @returns Unreadable for an invalid line, a duplicate field, and headers without an end
 Result<NrrdFields> read_nrrd_fields(const std::filesystem::path& path);
 
-/// Names of the fields `type`, `space` and `kinds`, by all spellings that the format has.
+/// Parsers of the fields `type`, `space` and `kinds`, with all spellings of the format.
 std::optional<Component> nrrd_type_from(std::string_view name);
 
 enum class NrrdSpace { Unnamed, Ras, Las, Lps, Other, OtherWithTime };
 std::optional<NrrdSpace> nrrd_space_from(std::string_view name);
 
 struct NrrdKind {
-    bool is_domain = true;  ///< an axis of space or time; else one of numbers that make a voxel
-    std::int64_t size = 0;  ///< that the axis must have; 0: any
+    bool is_domain = true;  ///< an axis of space or time; false: components of a voxel
+    std::int64_t size = 0;  ///< required size of the axis; 0: any
 };
 std::optional<NrrdKind> nrrd_kind_from(std::string_view name);
 
-/// Vectors "(x,y,z)", or "none", one for each axis.
-/// @returns nothing for text that is anything else, or numbers that aren't finite
+/// Parses vectors "(x,y,z)", or "none", one per axis.
+/// @returns nullopt for other text or numbers that aren't finite
 std::optional<std::vector<std::optional<std::array<double, 3>>>> nrrd_vectors_from(
     std::string_view text);
 
-/// Words in double quotes, in which \" stands for a quote.
+/// Parses words in double quotes, with \" for a quote.
 std::optional<std::vector<std::string>> quoted_words_from(std::string_view text);
 
 }  // namespace pliant

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// From the fields of a NRRD header [Kindlmann2008] to an image: which axes are those of space,
-// where its voxels are, and where its data.
+// Interpretation of a NRRD header's fields [Kindlmann2008]: axes of space, grid, and location of
+// the data.
 
 #include "core/errors.h"
 #include "core/text.h"
@@ -17,12 +17,12 @@ namespace pliant {
 namespace fs = std::filesystem;
 namespace {
 
-constexpr std::int64_t kMaxAxes = 16;  // of the format
+constexpr std::int64_t kMaxAxes = 16;  // limit of the format
 
-/// The axes as they are stored.
+/// The stored axes.
 struct Axes {
     std::vector<std::int64_t> sizes;
-    std::vector<std::size_t> domain;  ///< which of them are axes of space or time
+    std::vector<std::size_t> domain;  ///< indices of the axes of space or time
 };
 
 Status read_sizes(const fs::path& path, const NrrdFields& fields, Axes& axes) {
@@ -40,8 +40,7 @@ Status read_sizes(const fs::path& path, const NrrdFields& fields, Axes& axes) {
     return check_counts(path, axes.sizes);
 }
 
-/// Takes the axes apart: those of space and time, and at most one along which the numbers of a
-/// voxel lie.
+/// Classifies the axes: those of space and time, and at most one with the components of a voxel.
 Status sort_axes(const fs::path& path, const NrrdFields& fields, Axes& axes, ImageHeader& header) {
     const std::string_view text = fields.field("kinds");
     const auto words = split(text, ' ');
@@ -68,7 +67,7 @@ Status sort_axes(const fs::path& path, const NrrdFields& fields, Axes& axes, Ima
     return Ok{};
 }
 
-/// Millimetres for each unit that "space units" names.
+/// Millimetres per unit of "space units".
 Result<double> millimetres_per_unit(const fs::path& path, std::string_view field) {
     static const std::map<std::string, double, std::less<>> kUnits = {
         {"mm", 1},   {"millimeter", 1}, {"millimetre", 1},    {"", 1},
@@ -88,7 +87,7 @@ Result<double> millimetres_per_unit(const fs::path& path, std::string_view field
     return *scale;
 }
 
-/// The space, which has three dimensions where directions are given.
+/// Reads the space, which must have three dimensions if directions are given.
 Result<NrrdSpace> read_space(const fs::path& path, const NrrdFields& fields) {
     const std::string_view name = fields.field("space"),
                            dimension = fields.field("space dimension");
@@ -103,7 +102,7 @@ Result<NrrdSpace> read_space(const fs::path& path, const NrrdFields& fields) {
     return *space;
 }
 
-/// Places a grid that has spacings at most.
+/// Places a grid that has at most spacings.
 Status place_by_spacings(const fs::path& path, const NrrdFields& fields, const Axes& axes,
                          ImageHeader& header) {
     const std::string_view text = fields.field("spacings");
@@ -120,7 +119,7 @@ Status place_by_spacings(const fs::path& path, const NrrdFields& fields, const A
     return Ok{};
 }
 
-/// To LPS: the sign of each component.
+/// Signs that convert components to LPS.
 Vec3d sign_of(NrrdSpace space) {
     if (space == NrrdSpace::Ras) return {-1, -1, 1};
     if (space == NrrdSpace::Las) return {1, -1, 1};
@@ -138,7 +137,7 @@ void note_space(const NrrdFields& fields, NrrdSpace space, ImageHeader& header) 
                                "' is taken as LPS");
 }
 
-/// Whether units, which belong to spacings, say nothing new of directions in millimetres.
+/// Whether units, which belong to spacings, are consistent with directions in millimetres.
 bool are_empty_or_mm(std::string_view units) {
     const auto words = quoted_words_from(units);
     return words && std::all_of(words->begin(), words->end(), [](const std::string& word) {
@@ -198,7 +197,7 @@ Status place_grid(const fs::path& path, const NrrdFields& fields, const Axes& ax
                   ImageHeader& header) {
     const auto space = read_space(path, fields);
     if (!space) return space.error();
-    if (axes.domain.size() != 3) return Ok{};  // it will be refused for that
+    if (axes.domain.size() != 3) return Ok{};  // refused later
     if (!fields.field("space directions").empty())
         return place_by_directions(path, fields, *space, axes, header);
     if (*space != NrrdSpace::Unnamed && !fields.field("spacings").empty())
@@ -240,8 +239,8 @@ Status find_skips(const fs::path& path, const NrrdFields& fields, DataPlace& dat
     return Ok{};
 }
 
-/// How many data files there must be: one for each part of the dimension that the last of the words
-/// says, or for parts of one dimension less than the image. Slabs of the whole dimension are equal.
+/// Number of data files: one for each part of the dimension given by the last word, or for parts of
+/// one dimension less than the image. Slabs of the whole dimension have equal sizes.
 Status find_file_count(const fs::path& path, const Axes& axes, std::string_view dimension,
                        DataPlace& data) {
     const auto count = std::int64_t(axes.sizes.size());
@@ -292,7 +291,7 @@ Status read_type(const fs::path& path, const NrrdFields& fields, ImageHeader& he
     return Ok{};
 }
 
-/// Whether vectors are measured along other axes than those of the space.
+/// Whether vectors have a measurement frame other than the axes of the space.
 Status find_frame(const fs::path& path, const NrrdFields& fields, ImageHeader& header) {
     const std::string_view text = fields.field("measurement frame");
     if (text.empty()) return Ok{};

@@ -24,7 +24,8 @@ namespace {
 
 constexpr std::size_t kPieceBytes = 1 << 18;
 constexpr std::size_t kAlignment = 64;
-/// Fast: on scans and on sparse fields higher levels cost three times the time for a few percent.
+/// Fastest level: on scans and on sparse fields, higher levels cost three times the time for a few
+/// percent.
 constexpr int kGzipLevel = 1;
 
 bool is_detached(const fs::path& path) {
@@ -55,7 +56,7 @@ std::string escaped(std::string_view text) {
     return result;
 }
 
-/// All of the header, except for what says where the data are.
+/// The header, without the location of the data.
 std::string header_text(const NrrdLayout& layout, Encoding encoding) {
     const Grid& grid = layout.grid;
     const bool vectors = layout.components > 1;
@@ -84,15 +85,15 @@ std::string header_text(const NrrdLayout& layout, Encoding encoding) {
     return text;
 }
 
-/// Ends the header of a file that has its data behind it.
+/// Completes the header of a file with attached data.
 void finish_attached(std::string& header) {
-    const std::size_t used = (header.size() + 3) % kAlignment;  // with "#", its end, the blank line
+    const std::size_t used = (header.size() + 3) % kAlignment;  // with "#" and two line ends
     header += "#" + std::string((kAlignment - used) % kAlignment, ' ') + "\n\n";
 }
 
 }  // namespace
 
-/// A file, and zlib before it where data are compressed.
+/// A file, with optional compression by zlib.
 class NrrdWriter::Sink {
   public:
     explicit Sink(const fs::path& path) : m_path(path) { open(path); }
@@ -115,7 +116,7 @@ class NrrdWriter::Sink {
             count -= std::size_t(n);
         }
     }
-    /// Goes on in another file.
+    /// Continues in another file.
     void open(const fs::path& path) {
         close();
         if (m_error) return;
@@ -170,7 +171,7 @@ class NrrdWriter::Sink {
 
     fs::path m_path;
     int m_file = -1;
-    int m_error = 0;  ///< the system's number of the first failure
+    int m_error = 0;  ///< errno of the first failure
     bool m_gzip = false;
     std::vector<Bytef> m_output;
     z_stream m_zlib{};

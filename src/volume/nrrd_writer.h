@@ -1,10 +1,9 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// NRRD out, piece by piece: what is written need never be in memory as a whole.
+// Streaming NRRD writer: the data need not be in memory as a whole.
 //
-// Raw data start at a multiple of 64 bytes (a comment fills the header up), so that they can be
-// mapped when they are read again.
+// Raw data start at a multiple of 64 bytes (a comment pads the header), so that they can be mapped.
 
 #pragma once
 
@@ -20,21 +19,21 @@ struct NrrdLayout {
     const Grid& grid;
     Component component;
     int components;  ///< numbers per voxel: 1, or 3 for vectors
-    /// A NRRD key can't be empty, start with '#' or hold a colon; those that do are left out.
+    /// Invalid NRRD keys (empty, with a leading '#' or a colon) are left out.
     const KeyValues& key_values;
 };
 
 class NrrdWriter {
   public:
-    /// Starts a file in LPS under exactly this name (.nhdr: the data beside it).
+    /// Starts a file in LPS under this exact name (.nhdr: with the data beside it).
     NrrdWriter(const std::filesystem::path& path, const NrrdLayout& layout, Encoding encoding);
     ~NrrdWriter();
     NrrdWriter(const NrrdWriter&) = delete;
     NrrdWriter& operator=(const NrrdWriter&) = delete;
 
-    /// Adds numbers, in the byte order of this machine. After a failure nothing more is done.
+    /// Adds numbers in the byte order of this machine. Does nothing after a failure.
     void add(std::span<const std::byte> numbers);
-    /// @returns why it could not be written, if so
+    /// @returns the error of a failed write
     Status finish();
 
   private:

@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// A chest with a windpipe to fly through. The tree's surfaces are made of tubes (phantom_tubes.h);
-// the wall is nowhere thinner than 1.6 mm, so that the iso surface at −500 HU is the lumen's own
-// where lung lies behind it. Cartilage stays below the usual bone threshold: rings can be pushed.
+// A chest with a windpipe for flights. The tree's surfaces consist of tubes (phantom_tubes.h). The
+// wall is at least 1.6 mm thick, so that the iso surface at −500 HU is the lumen's even in front of
+// lung. Cartilage is below the usual bone threshold, so rings can be pushed.
 
 #include "volume/phantom_chest.h"
 #include "volume/phantom_noise.h"
@@ -78,13 +78,13 @@ std::vector<Tube> airway_tubes() {
     return tubes;
 }
 
-/// Horseshoes within the wall.
+/// Horseshoes in the wall.
 double cartilage(const TubePlace& place) {
     const double shell = std::abs(place.smooth_mm - 1.05) - 0.5;
     return std::max({shell, 0.6 * (0.05 - place.ring), 2 * (place.back - 0.45)});
 }
 
-/// Looks from the eye at a place on the wall, which is where the ray meets it, a little inside.
+/// Landmark at the intersection of a ray and the wall, slightly inside the tissue.
 PhantomLandmark landmark(const std::string& name, const Field& lumen_inside, Vec3d eye,
                          Vec3d towards, Vec3d push) {
     constexpr double kInside_mm = 0.6;

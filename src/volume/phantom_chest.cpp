@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Proportions are those of a chest with the arms up, cut off at the inlet and at the liver. Blood
-// has some contrast (150 HU), far below what counts as bone.
+// The proportions are those of a chest with raised arms, cut off at the inlet and at the liver.
+// Blood has some contrast (150 HU), far below the bone threshold.
 
 #include "volume/phantom_chest.h"
 
@@ -21,7 +21,7 @@ double body(Vec3d p) {
     return stadium(p.x, p.y - 4.5, 10, 49.5) + groove + waist;
 }
 
-/// The inside of the ribs.
+/// Inside of the ribs.
 double cavity(Vec3d p) {
     const double apex = 17 * ramp(10, 80, p.z);
     return stadium(p.x, p.y - 2, 10 - 0.2 * apex, 37.5 - apex);
@@ -33,7 +33,7 @@ double domes(Vec3d p) {
                     ellipsoid(p, {28, 6, -93}, {40, 44, 44}));
 }
 
-/// Repeats z around 0 with a period.
+/// Wraps z to one period around 0.
 double repeated(double z, double period) {
     return z - period * std::floor(z / period + 0.5);
 }
@@ -111,7 +111,7 @@ std::vector<Vessel> great_vessels() {
     return vessels;
 }
 
-/// Everything between the lungs, with its fat.
+/// The tissue between the lungs, with fat.
 Field mediastinum(const std::vector<Vessel>& vessels, const Field& airway_outer) {
     constexpr double kSheath_mm = 1.2;
     std::vector<TubeRow> tubes;
@@ -130,17 +130,17 @@ Field mediastinum(const std::vector<Vessel>& vessels, const Field& airway_outer)
     };
 }
 
-/// A place that a lung's vessels reach.
+/// A node of a lung's vessel tree.
 struct Node {
     Vec3d x;
     std::size_t parent;
     double path_mm;  ///< from the root
-    double leaves;   ///< ends that are supplied through here
+    double leaves;   ///< number of ends supplied through this node
 };
 
-/// Grows vessels from the root until every part of a lung is near one: places strewn over the lung
-/// join, nearest to the root first, where that takes them to the root by a short way. By Murray's
-/// law [Murray1926] the cubes of the radii add up where vessels join.
+/// Grows a vessel tree in a lung: random points join, nearest to the root first, the node with the
+/// shortest path to the root. Radii follow Murray's law [Murray1926]: their cubes add up where
+/// vessels join.
 std::vector<Node> grow_vessels(const Field& lung, Vec3d root, Vec3d middle, Vec3d half,
                                std::uint64_t seed) {
     constexpr int kPlaces = 900;
@@ -177,7 +177,7 @@ double cube_root(double v) {
 
 void add_lung_vessels(Scene& scene, const Field& lung, Vec3d root, Vec3d middle, Vec3d half,
                       std::uint64_t seed) {
-    constexpr double kEnd_mm = 0.42;  // radius of the last vessels that a scan shows
+    constexpr double kEnd_mm = 0.42;  // radius of the smallest vessels visible in a scan
     const std::vector<Node> nodes = grow_vessels(lung, root, middle, half, seed);
     Chance chance(seed + 1);
     for (std::size_t n = 1; n < nodes.size(); ++n) {

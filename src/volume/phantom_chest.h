@@ -11,7 +11,7 @@
 
 namespace pliant::phantom {
 
-/// Paints everything but the airway.
+/// Adds everything except the airway.
 /// @param airway_outer  distance to the outside of the airway's wall
 void add_chest(Scene& scene, const Field& airway_outer);
 

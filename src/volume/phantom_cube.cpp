@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // The homogeneous test set of [Draeger2005]: a cube of the value 2000 on the thesis's scale of
-// 0…4095, which is 1000 HU, in air. That is above the usual bone threshold: to push it, the
-// threshold must be raised, as the thesis does.
+// 0…4095, which is 1000 HU, in air. That exceeds the usual bone threshold, which must be raised for
+// pushes, as in the thesis.
 
 #include "volume/phantom_noise.h"
 #include "volume/phantom_scene.h"

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The front of a head; the back of it lies outside of the cube.
+// The front of a head; the back is outside of the cube.
 
 #include "volume/phantom_head.h"
 
@@ -21,7 +21,7 @@ double head(Vec3d p) {
     return smooth_union(front, smooth_union(bridge, wings, 5), 7);
 }
 
-/// The room of the brain; its floor falls in three steps from the brow to the back.
+/// The brain's cavity; its floor descends in three steps from front to back.
 double cranium(Vec3d p, double grown_mm) {
     const double side = std::abs(p.x);
     const double over_orbit = 9 * ramp(4, 16, side) * (1 - ramp(0, 12, p.y));

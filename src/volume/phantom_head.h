@@ -9,7 +9,7 @@
 
 namespace pliant::phantom {
 
-/// Paints everything but the air spaces and what stands in them.
+/// Adds everything except the air spaces and the structures in them.
 void add_head(Scene& scene);
 
 }  // namespace pliant::phantom

@@ -2,9 +2,9 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // A stretched right knee: femur, tibia, fibula and patella with their cortical shells, cartilage
-// and menisci between them, tendons, muscles and vessels behind, in fat and skin. What is hard
-// stands still below 300 HU as the usual bone threshold, and all around it is soft: the case that
-// [Choi2004, 4.2.2] deforms through a control lattice.
+// and menisci between them, tendons, muscles and vessels behind, in fat and skin. Bones exceed the
+// usual bone threshold of 300 HU and don't move, and the tissue around them is soft: the case that
+// [Choi2004, 4.2.2] deforms by a control lattice.
 
 #include "volume/phantom_noise.h"
 #include "volume/phantom_scene.h"
@@ -38,7 +38,7 @@ double patella(Vec3d p) {
     return ellipsoid(p, {0, -39, 16}, {21, 9, 22});
 }
 
-/// Spongy inside of a dense shell.
+/// Spongy bone in a dense shell.
 void add_bone(Scene& scene, const Field& shape, double shell_mm) {
     scene.add(shape, tissue(1150, 30, 60, 4));
     scene.add([=](Vec3d p) { return shape(p) + shell_mm; }, tissue(430, 25, 50, 2));
@@ -80,7 +80,7 @@ Model make_knee_model() {
     model.extent_mm = {160, 160, 200};
     Scene& scene = model.scene;
     add_soft_parts(scene);
-    // Cartilage where bones meet, and the menisci between.
+    // Cartilage between adjacent bones, and the menisci.
     scene.add([](Vec3d p) { return smooth_intersection(femur(p) - 2.4, p.z - 22, 3); },
               tissue(115, 9));
     scene.add([](Vec3d p) { return smooth_intersection(tibia(p) - 2.2, -p.z - 17, 3); },
@@ -92,7 +92,7 @@ Model make_knee_model() {
     add_bone(scene, fibula, 1.8);
     add_bone(scene, patella, 2);
 
-    // Pushed from outside, where the leg is seen from in front.
+    // Pushes from outside; views from the front.
     const auto skin = [](Vec3d from, Vec3d towards) {
         return walk_to_surface(leg, from, normalized(towards), 120);
     };

@@ -1,10 +1,9 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The inhomogeneous test set of [Draeger2005]: a cuboid in air whose upper half is soft (1000 on
-// the thesis's scale of 0…4095, 0 HU) and whose lower half grows stiffer downwards (2000 to 2500,
-// 1000…1500 HU). The lower half is above the usual bone threshold, so the threshold must be raised
-// to push it.
+// The inhomogeneous test set of [Draeger2005]: a cuboid in air. Its upper half is soft (1000 on the
+// thesis's scale of 0…4095, 0 HU); its lower half stiffens downwards (2000 to 2500, 1000…1500 HU).
+// The lower half exceeds the usual bone threshold, which must be raised for pushes.
 
 #include "volume/phantom_noise.h"
 #include "volume/phantom_scene.h"
@@ -16,7 +15,7 @@ Model make_layers_model() {
     model.extent_mm = {100, 100, 100};
     model.scene.footprint_voxels = 1;
     constexpr Vec3d kHalf_mm{35, 25, 30};
-    // The halves fill all space and air goes on top, so that neither shines through at the edges.
+    // The halves fill all space and air is added last, so that edges don't mix in other layers.
     model.scene.add([](Vec3d) { return -1e3; },
                     [=](Vec3d p) { return 1000 + 500 * clamp01(-p.z / kHalf_mm.z); });
     model.scene.add([](Vec3d p) { return -p.z; }, uniform(0));

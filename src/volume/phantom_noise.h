@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Texture and chance for phantoms from an integer hash: the same on every machine, and fixed in the
-// world, so that a finer grid shows the same tissue.
+// Noise and random numbers for phantoms from an integer hash: identical on every machine, and
+// defined in the world, so that a finer grid shows the same tissue.
 
 #pragma once
 
@@ -13,7 +13,7 @@
 
 namespace pliant::phantom {
 
-/// 32 well-mixed bits of a lattice point.
+/// Hashes a lattice point to 32 bits.
 inline std::uint32_t hash_bits(std::int64_t x, std::int64_t y, std::int64_t z, std::uint64_t seed) {
     std::uint64_t h = seed * 0x9e3779b97f4a7c15ULL;
     h ^= std::uint64_t(x) * 0x8cb92ba72f3d8dd7ULL;
@@ -39,15 +39,15 @@ inline double value_noise(Vec3d p, std::uint64_t seed) {
     return mix(near, far, w);
 }
 
-/// Numbers in a row, for growing things.
+/// Sequence of random numbers.
 class Chance {
   public:
     explicit Chance(std::uint64_t seed) : m_seed(seed) {}
-    /// Between low and high.
+    /// Uniform between low and high.
     double between(double low, double high) {
         return low + (high - low) * double(hash_bits(++m_count, 0, 0, m_seed)) / 4294967295.0;
     }
-    /// In a cube around 0 of half-width 1.
+    /// Uniform in a cube around 0 of half-width 1.
     Vec3d vector() {
         const double x = between(-1, 1), y = between(-1, 1), z = between(-1, 1);
         return {x, y, z};
@@ -58,11 +58,11 @@ class Chance {
     std::int64_t m_count = 0;
 };
 
-/// One value everywhere [HU].
+/// Constant value [HU].
 inline Field uniform(double hu) {
     return [hu](Vec3d) { return hu; };
 }
-/// A value [HU] with the fine grain that a scanner adds, and coarser mottle of the tissue itself.
+/// A value [HU] with fine scanner noise and coarser mottle of the tissue.
 inline Field tissue(double hu, double grain_hu, double mottle_hu = 0, double mottle_mm = 4) {
     return [=](Vec3d p) {
         double value = hu;

@@ -1,10 +1,10 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Sampling halves blocks of 16³ voxels down to 2³. At each step one look at each shape from the
-// block's centre says whether it is absent, covers the whole block (then all below it is hidden),
-// or must be looked at again in the halves; single voxels are left with the few shapes whose
-// surfaces are near.
+// Hierarchical sampling: blocks of 16³ voxels are halved down to 2³. At each level, one evaluation
+// of each shape at the block's centre decides whether the shape is absent, covers the whole block
+// (then lower layers are hidden), or must be evaluated in the halves. Single voxels evaluate only
+// the few shapes with near surfaces.
 
 #include "volume/phantom_scene.h"
 
@@ -16,12 +16,12 @@ namespace {
 constexpr std::int32_t kBlock = 16;
 constexpr std::int32_t kLeastBlock = 2;
 
-/// The eight sub-boxes of what a voxel sees, and how far that reaches.
+/// A voxel's footprint with its eight sub-boxes.
 struct Footprint {
     std::array<Vec3d, 8> offsets;  ///< world, centres of the sub-boxes; bit a: upper on axis a
-    double reach_mm;               ///< from its centre to its corner
+    double reach_mm;               ///< half diagonal of the footprint
     double sub_width_mm;           ///< of a sub-box, mean over the axes
-    double voxel_reach_mm;         ///< from a voxel's centre to its corner
+    double voxel_reach_mm;         ///< half diagonal of a voxel
 
     Footprint(const Grid& grid, double width_voxels) {
         const Vec3d h = width_voxels * grid.spacing_mm;
@@ -37,11 +37,11 @@ struct Footprint {
 
 struct ActiveLayer {
     const Layer* layer;
-    bool covers;  ///< the whole block
+    bool covers;  ///< covers the whole block
 };
 
-/// Share of a box around x that the layer fills, from the distances at the centres of its eight
-/// parts. @param part  of the footprint: 1, or ½ for one of its parts
+/// Fraction of a box around x inside of the layer, from the distances at the centres of its eight
+/// parts. @param part  size relative to the footprint: 1, or ½ for one of its parts
 /// @param centre  the distance at x
 double filled_share(const Layer& layer, Vec3d x, double centre, const Footprint& footprint,
                     double part) {
@@ -57,7 +57,7 @@ double filled_share(const Layer& layer, Vec3d x, double centre, const Footprint&
     gradient = 0.25 * gradient;
     const double width_mm = part * footprint.sub_width_mm;
     double share = 0;
-    // Sheets and threads are far from plane: each part is looked at by itself.
+    // Sheets and threads are not locally plane: each part is evaluated separately.
     if (part == 1 && norm(gradient) < 0.8 * width_mm && std::abs(mean - centre) > 0.08 * width_mm) {
         const double reach = 0.5 * layer.slope * footprint.reach_mm;
         for (std::size_t c = 0; c < 8; ++c) {
@@ -68,14 +68,14 @@ double filled_share(const Layer& layer, Vec3d x, double centre, const Footprint&
         }
         return share / 8;
     }
-    // Where both faces of a sheet pass through the box the differences cancel; then its sides are
-    // taken as steep as a true distance.
+    // If both faces of a sheet pass through the box, the differences cancel; then the slope of a
+    // true distance is assumed.
     if (norm(gradient) < 0.4 * width_mm) gradient = {width_mm, 0, 0};
     for (double value : d) share += plane_share(value, gradient);
     return share / 8;
 }
 
-/// Share of the footprint around x that the layer fills.
+/// Fraction of the footprint around x inside of the layer.
 double coverage(const Layer& layer, Vec3d x, const Footprint& footprint) {
     const double centre = layer.distance(x);
     const double reach = layer.slope * footprint.reach_mm;
@@ -84,7 +84,7 @@ double coverage(const Layer& layer, Vec3d x, const Footprint& footprint) {
     return filled_share(layer, x, centre, footprint, 1);
 }
 
-/// Of the layers above, those that a block can see, topmost first.
+/// The layers that affect a block, topmost first.
 void find_active(const std::vector<ActiveLayer>& above, Vec3d centre, double reach_mm,
                  std::vector<ActiveLayer>& active) {
     active.clear();
@@ -121,7 +121,7 @@ class Sampler {
             m_all.push_back({&*layer, false});
     }
 
-    /// @param scratch  one list for each size of block
+    /// @param scratch  one list per block size
     using Scratch = std::array<std::vector<ActiveLayer>, 4>;
     void fill(Vec3i begin, Scratch& scratch) const { fill(begin, kBlock, m_all, 0, scratch); }
 
@@ -172,7 +172,7 @@ double plane_share(double value, Vec3d gradient) {
     double a = std::abs(gradient.x), b = std::abs(gradient.y), c = std::abs(gradient.z);
     const double greatest = std::max({a, b, c});
     if (greatest <= 0) return value < 0 ? 1.0 : value > 0 ? 0.0 : 0.5;
-    // Keeps the division sound; the share changes by less than 0.1 %.
+    // Avoids division by zero; the fraction changes by less than 0.1 %.
     const double least = 1e-3 * greatest;
     a = std::max(a, least), b = std::max(b, least), c = std::max(c, least);
     const double level = 0.5 * (a + b + c) - value;

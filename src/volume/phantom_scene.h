@@ -1,20 +1,21 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// A phantom before it is sampled: layers of paint, each a shape with a value, later ones covering
-// earlier ones, on a ground of air.
+// A phantom before sampling: a stack of layers, each a shape with a value, on a background of air.
+// Later layers cover earlier ones.
 //
-// A voxel takes of each layer the part of its footprint that the shape fills. The footprint is a
-// box along the grid's axes: the voxel itself for test bodies, where an edge shall be as sharp as
-// the grid allows; two voxels wide for anatomy, as a scanner sees it. Two is also the least width
-// at which the iso surface of the trilinear interpolant lies exactly on a plane edge wherever the
-// edge passes between the voxels; with one it is off by up to a twelfth of a voxel, which shows as
-// steps in the endoscope's light.
+// Each layer contributes to a voxel by the fraction of the voxel's footprint in its shape. The
+// footprint is a box along the grid's axes. For test bodies it is the voxel, for the sharpest
+// edges; for anatomy it is two voxels wide, as in a scanner. Two is also the smallest width at
+// which the iso surface of the trilinear interpolant coincides with a plane edge at every position
+// between the voxels. With one, the error is up to a twelfth of a voxel, which causes steps in the
+// endoscope's shading.
 //
-// Where a surface crosses the footprint, the shape is looked at in its eight sub-boxes; in each the
-// surface is taken as a plane, whose share of a box is known exactly. So plane edges are exact for
-// any spacing and direction; a box whose distances are far from a plane's is looked at once more in
-// its parts, so that sheets down to half a voxel keep their weight within a seventh.
+// Where a surface crosses the footprint, the shape is evaluated in its eight sub-boxes. In each of
+// them the surface is approximated by a plane, whose volume fraction in a box is exact. So plane
+// edges are exact for every spacing and direction. A box with distances unlike a plane's is
+// subdivided once more, so that the weight of sheets down to half a voxel is accurate within a
+// seventh.
 
 #pragma once
 
@@ -32,7 +33,7 @@ namespace pliant::phantom {
 struct Layer {
     Field distance;    ///< signed [mm]
     Field hu;          ///< value inside [HU]
-    double slope = 1;  ///< the distance changes by at most this per mm
+    double slope = 1;  ///< Lipschitz constant of the distance [1]
 };
 
 struct Scene {
@@ -44,7 +45,7 @@ struct Scene {
     }
 };
 
-/// A phantom's shapes and what is known about it.
+/// A phantom's shapes and metadata.
 struct Model {
     Vec3d extent_mm{0, 0, 0};
     Scene scene;
@@ -52,16 +53,16 @@ struct Model {
     KeyValues key_values;
 };
 
-/// Share of the unit cube around 0 in which value + gradient·u < 0.
+/// Fraction of the unit cube around 0 in which value + gradient·u < 0.
 double plane_share(double value, Vec3d gradient);
 
-/// Fills the voxels of a grid. The result doesn't depend on the number of threads.
+/// Samples the scene on a grid. The result is independent of the number of threads.
 /// @param[out] voxels  voxel_count(grid) values [HU]
 void sample_scene(const Scene& scene, const Grid& grid, const TaskArena& arena,
                   const Progress& progress, std::span<std::int16_t> voxels);
 
-/// From origin along direction, the first point within reach_mm where the distance is ≤ 0, or the
-/// end of the reach.
+/// Sphere tracing: the first point along the ray within reach_mm with a distance ≤ 0, or the end of
+/// the reach.
 Vec3d walk_to_surface(const Field& distance, Vec3d origin_mm, Vec3d direction, double reach_mm);
 
 Model make_cube_model();

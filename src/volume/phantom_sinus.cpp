@@ -10,8 +10,8 @@
 //        ◄──── septum ─────────► ▐ ▐
 //       nostril   inferior turbinate   nasopharynx
 //
-// Every air space has a coat of mucosa and, around that, a shell of bone: where two spaces come
-// close, a thin bony wall is left between them. Septum and turbinates are then set into the nose.
+// Every air space has a coat of mucosa and a shell of bone around it: between two adjacent spaces,
+// a thin bony wall remains. Septum and turbinates are then added to the nose.
 
 #include "volume/phantom_head.h"
 #include "volume/phantom_noise.h"
@@ -27,7 +27,7 @@ double nose_width(double z) {
     return 14 - 4 * ramp(-14, 0, z) - 5.2 * ramp(0, 9, z) - 1.6 * ramp(9, 18, z);
 }
 
-/// Both passages in one; the septum divides them.
+/// Both passages; the septum divides them.
 double nose(Vec3d p) {
     const double side = 0.85 * (std::abs(p.x) - nose_width(p.z));
     const double end = p.y - 5.8 - 7.7 * ramp(0, -10, p.z);
@@ -123,7 +123,7 @@ void add_inside_nose(Scene& scene) {
               1.2);
     scene.add(inferior_turbinate, tissue(52, 9), 1.2);
     scene.add(middle_turbinate, tissue(50, 9), 1.2);
-    // Conchal bone is thin and porous: it stays below what counts as bone.
+    // Conchal bone is thin and porous: it is below the bone threshold.
     scene.add(
         [](Vec3d p) {
             const Vec3d q = mirrored_x(p);
@@ -139,7 +139,7 @@ double room_in_nose(Vec3d p) {
     return std::min(-air_spaces(p), inside);
 }
 
-/// A place on the mucosa that the eye sees, a little inside.
+/// Landmark on the visible mucosa, slightly inside the tissue.
 PhantomLandmark landmark(const std::string& name, Vec3d eye, Vec3d towards, Vec3d push) {
     constexpr double kInside_mm = 0.7;
     const Vec3d look = normalized(towards - eye);

@@ -1,10 +1,10 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The fillet between tubes doesn't depend on their order: with m the least distance,
+// The fillet between tubes is independent of their order. With m the minimum distance, it is
 //   m − k/4 · Σ max(0, 1 − (dᵢ − m)/k)²   over the other tubes,
-// which is the usual quadratic one for two. Within a tube the pieces are simply united, so a tube
-// doesn't swell at its joints.
+// the usual quadratic fillet for two tubes. Pieces of one tube are united without a fillet, so that
+// a tube doesn't swell at its joints.
 
 #include "volume/phantom_tubes.h"
 
@@ -20,7 +20,7 @@ namespace {
 
 constexpr std::size_t kChunk = 4;  // pieces
 
-/// One tube's own surfaces at a point, the fillets left out.
+/// Surfaces of one tube at a point, without fillets.
 TubePlace place_in(const Tube& tube, const TubeRow::Nearest& n, Vec3d p) {
     TubePlace place;
     const double out = std::max(n.axis_mm, 1e-6);
@@ -37,25 +37,25 @@ TubePlace place_in(const Tube& tube, const TubeRow::Nearest& n, Vec3d p) {
     const Vec3d side = cross(tube.back, n.axis);
     const double fold = 0.45 * tube.ring_depth_mm * (1 - horseshoe) *
                         (1 + wave(dot(n.out, side) / (0.42 * n.radius_mm)));
-    // Rings fade out in the middle of the lumen, where a direction has no meaning.
+    // Rings fade out towards the axis, where the direction is undefined.
     place.lumen_mm += (ring + fold) * ramp(0.2, 0.6, n.axis_mm / n.radius_mm);
     return place;
 }
 
-/// The fillet's term for a tube that is `further_mm` away than the nearest.
+/// Fillet term of a tube that is `further_mm` farther away than the nearest.
 double fillet(double further_mm, double k) {
     const double h = std::max(0.0, 1 - further_mm / k);
     return 0.25 * k * h * h;
 }
 
-/// The surfaces of several tubes as one, with the best one's ring.
+/// Blends the surfaces of several tubes, with the ring of the nearest one.
 TubePlace blended(std::span<const TubePlace> near, const TubePlace& best, double k) {
     TubePlace result = best;
     for (const TubePlace& place : near) {
         result.lumen_mm = std::min(result.lumen_mm, place.lumen_mm);
         result.outer_mm = std::min(result.outer_mm, place.outer_mm);
     }
-    const double own = fillet(0, k);  // the nearest one's, which doesn't count
+    const double own = fillet(0, k);  // of the nearest tube, which is excluded
     double lumen = -own, smooth = -own, outer = -own;
     for (const TubePlace& place : near) {
         lumen += fillet(place.lumen_mm - result.lumen_mm, k);
@@ -96,7 +96,7 @@ TubeRow::TubeRow(const std::vector<TubePoint>& points) {
 }
 
 TubeRow::Nearest TubeRow::find(Vec3d p, double at_most_mm) const {
-    // Compares squares: |out| − radius < least, with no root taken until something is nearer.
+    // Compares squares: |out| − radius < least, without a root until a piece is nearer.
     double least = at_most_mm, least_t = 0;
     std::size_t least_n = m_pieces.size();
     const auto may_be_nearer = [&least](Vec3d out, double radius) {
@@ -154,7 +154,7 @@ TubePlace TubeTree::find(Vec3d p) const {
 
 TubePlace TubeTree::find_anew(Vec3d p) const {
     constexpr std::size_t kNear = 6;
-    constexpr double kWalls_mm = 2;  // walls differ by less
+    constexpr double kWalls_mm = 2;  // maximum difference between walls
     constexpr double kCapped_mm = kFar_mm + 1;
     TubePlace near[kNear], best;
     std::size_t count = 0;
@@ -177,7 +177,7 @@ TubePlace TubeTree::find_anew(Vec3d p) const {
         }
         if (place.smooth_mm < best.smooth_mm) best = place;
         std::size_t slot = count;
-        if (count == kNear) {  // crowded: the farthest makes room
+        if (count == kNear) {  // full: replaces the farthest
             slot = 0;
             for (std::size_t m = 1; m < kNear; ++m)
                 if (near[m].smooth_mm > near[slot].smooth_mm) slot = m;

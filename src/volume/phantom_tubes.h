@@ -3,7 +3,7 @@
 
 // Trees of tubes: airways with their rings, and vessels.
 //
-// A tube is a row of points with radii. An airway's tube has more to it:
+// A tube is a row of points with radii. An airway's tube has further structure:
 //
 //        ┌ membrane, flat, with folds along it        ring_mm ┌──┐
 //      ──┴──                                        ──╮   ╭───╮   ╭──   wall
@@ -27,26 +27,25 @@ struct TubePoint {
 struct Tube {
     std::vector<TubePoint> points;
     Vec3d back{0, 1, 0};  ///< side of the membranous wall
-    double ring_mm = 0;   ///< from ring to ring; 0: smooth
+    double ring_mm = 0;   ///< ring spacing; 0: smooth
     double ring_depth_mm = 0;
-    double flatness = 0;  ///< how much of the radius the membrane takes away
+    double flatness = 0;  ///< fraction of the radius removed by the membrane
     double wall_mm = 1;
 };
 
-/// Where a point is with respect to the nearest tube.
+/// Position relative to the nearest tube.
 struct TubePlace {
     double lumen_mm = 1e9;   ///< signed distance to the lumen with rings, membrane and folds
     double smooth_mm = 1e9;  ///< the same without the rings and folds
-    double outer_mm = 1e9;   ///< to the outside of the wall
+    double outer_mm = 1e9;   ///< distance to the outside of the wall
     double ring = 0;         ///< −1 between two rings … 1 on a ring
     double back = 0;         ///< cosine to the membrane's side
 };
 
-/// A row of points with radii, in chunks with a sphere around each, so that most of it needs no
-/// look.
+/// A row of points with radii, in chunks with bounding spheres for fast rejection.
 class TubeRow {
   public:
-    /// The nearest piece.
+    /// Result for the nearest piece.
     struct Nearest {
         double distance_mm = 1e9;  ///< to the axis, less the radius
         double axis_mm = 0;        ///< to the axis
@@ -59,9 +58,9 @@ class TubeRow {
     /// @pre points.size() ≥ 2
     explicit TubeRow(const std::vector<TubePoint>& points);
 
-    /// @param at_most_mm  what is farther away need not be found: then the result is at least this
+    /// @param at_most_mm  pieces farther away may be skipped; then the result is at least this
     Nearest find(Vec3d p, double at_most_mm = 1e9) const;
-    /// Not more than the distance to the nearest piece, and quick.
+    /// Fast lower bound of the distance to the nearest piece.
     double least_distance(Vec3d p) const { return sphere(p, m_centre, m_radius_mm); }
 
   private:
@@ -83,11 +82,11 @@ class TubeRow {
 
 class TubeTree {
   public:
-    /// @param fillet_mm  where tubes branch
+    /// @param fillet_mm  size of fillets at branches
     TubeTree(std::vector<Tube> tubes, double fillet_mm);
 
-    /// Farther away than kFar_mm the distances may be too small, never too large or steep.
-    /// The latest answers are remembered, since wall, cartilage and lumen ask for the same points.
+    /// Distances beyond kFar_mm may be underestimated, but never overestimated or too steep. The
+    /// latest results are cached, because wall, cartilage and lumen query the same points.
     TubePlace find(Vec3d p) const;
     double lumen(Vec3d p) const { return find(p).lumen_mm; }
     double outer(Vec3d p) const { return find(p).outer_mm; }
@@ -100,13 +99,13 @@ class TubeTree {
     std::vector<Tube> m_tubes;
     std::vector<TubeRow> m_rows;  ///< one per tube
     double m_fillet_mm;
-    std::uint64_t m_identity;  ///< no other tree has it
+    std::uint64_t m_identity;  ///< unique number of the tree
 };
 
-/// Points on a smooth curve through the given ones, pieces per span.
+/// Points on a smooth curve through the given points, with so many pieces per span.
 std::vector<TubePoint> smooth_row(const std::vector<TubePoint>& row, int pieces);
 
-/// Distance to a row of capsules; too small, never too large, farther away than TubeTree::kFar_mm.
+/// Distance to a row of capsules; a lower bound beyond TubeTree::kFar_mm.
 Field row_of_capsules(const std::vector<TubePoint>& row);
 
 }  // namespace pliant::phantom

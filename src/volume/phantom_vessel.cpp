@@ -1,10 +1,10 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// A forking artery of the neck, filled with contrast, with a stenosis: soft plaque all round and a
-// calcified one at a side, in fat and muscle. The contrast has 250 HU, less than a real injection,
-// because what is above the usual bone threshold of 300 HU would be held fast; only the calcified
-// plaque and the spine are. The lumen's surface is where the value falls below 160 HU.
+// A forking carotid artery with contrast agent and a stenosis: circular soft plaque and a calcified
+// plaque on one side, in fat and muscle. The contrast is 250 HU, less than in practice, because
+// values above the usual bone threshold of 300 HU would be immobile; only the calcified plaque and
+// the spine are. The lumen's surface is at 160 HU, with falling values.
 
 #include "volume/phantom_noise.h"
 #include "volume/phantom_scene.h"

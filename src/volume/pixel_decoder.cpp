@@ -27,7 +27,7 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-/// Descriptors below may be standard streams that the program closed.
+/// Lower descriptors may be standard streams that the program closed.
 constexpr int kFirstDescriptor = 10;
 
 class Descriptor {
@@ -40,7 +40,7 @@ class Descriptor {
     Descriptor& operator=(const Descriptor&) = delete;
     int value() const { return m_value; }
     int release() { return std::exchange(m_value, -1); }
-    /// Takes a copy in place of the descriptor. @returns false where there are no more
+    /// Moves the descriptor to a higher number. @returns false if none is free
     bool move_up() {
         const int copy = ::fcntl(m_value, F_DUPFD_CLOEXEC, kFirstDescriptor);
         if (copy < 0) return false;
@@ -52,8 +52,7 @@ class Descriptor {
     int m_value;
 };
 
-/// Everything that posix_spawn wants to know: streams, socket, no other descriptors, signals as in
-/// a program that was just started.
+/// Parameters of posix_spawn: streams, socket, no other descriptors, default signal handling.
 class SpawnPlan {
   public:
     explicit SpawnPlan(int socket) {
@@ -63,7 +62,7 @@ class SpawnPlan {
             note(posix_spawn_file_actions_addopen(&m_actions, stream, "/dev/null", O_RDWR, 0));
         note(posix_spawn_file_actions_adddup2(&m_actions, socket, kDecoderSocket));
 #if defined(__GLIBC_PREREQ)
-#if __GLIBC_PREREQ(2, 34)  // else the program closes them itself
+#if __GLIBC_PREREQ(2, 34)  // otherwise the program closes them itself
         note(posix_spawn_file_actions_addclosefrom_np(&m_actions, kDecoderSocket + 1));
 #endif
 #endif
@@ -72,7 +71,7 @@ class SpawnPlan {
         sigfillset(&all);
         posix_spawnattr_setsigmask(&m_attributes, &none);
         posix_spawnattr_setsigdefault(&m_attributes, &all);
-        // A group of its own: Ctrl+C is for this process, which ends the decoder.
+        // A separate process group: Ctrl+C reaches only this process, which ends the decoder.
         note(posix_spawnattr_setflags(
             &m_attributes, POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETSIGDEF | POSIX_SPAWN_SETPGROUP));
     }
@@ -83,7 +82,7 @@ class SpawnPlan {
     SpawnPlan(const SpawnPlan&) = delete;
     SpawnPlan& operator=(const SpawnPlan&) = delete;
 
-    /// @returns an errno, or 0
+    /// @returns errno, or 0
     int spawn(pid_t& process, const std::string& program, char* const* arguments) const {
         char* const no_environment[] = {nullptr};
         if (m_error) return m_error;
@@ -150,7 +149,7 @@ Transfer receive_all(int socket, std::span<std::uint8_t> bytes, Clock::time_poin
     return Transfer::Done;
 }
 
-/// Whether more lies in the socket than was asked for, or comes at once.
+/// Whether the socket contains, or immediately receives, excess data.
 bool has_more(int socket) {
     char one = 0;
     return ::recv(socket, &one, 1, MSG_DONTWAIT | MSG_PEEK) > 0;
@@ -198,7 +197,7 @@ void PixelDecoder::end() noexcept {
     m_process = -1;
 }
 
-/// The process closed its socket, so it ends.
+/// Ends the process after it has closed its socket.
 Error PixelDecoder::lost() {
     end();
     return {ErrorCode::Unreadable, "its pixels can't be decoded (the decoder ended)"};

@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// A process that decodes compressed pixels with GDCM, and may do nothing else
-// (src/decoder/sandbox.h). It gets a file and gives back pixels; whatever else it does (ends,
-// crashes, hangs, says too little or too much) is an error, after which it is gone.
+// A sandboxed process that decodes compressed pixels with GDCM (src/decoder/sandbox.h). It receives
+// a file and returns pixels. Every other behaviour (exit, crash, timeout, too little or too much
+// output) is an error, after which the process is ended.
 //
 //   this process                        pliant-decode-pixels
 //   decode() ── request, DICOM ──►  socket  ──►  read, GDCM
@@ -24,20 +24,20 @@
 
 namespace pliant {
 
-/// What a decoder may use.
+/// Limits of a decoder.
 struct DecoderLimits {
-    double seconds_per_slice = 10;   ///< by the clock, from the request to the last pixel
-    std::uint64_t slices = 1;        ///< so many times 10 s of processor time in all
-    std::uint64_t memory_bytes = 0;  ///< address space beside that of its libraries
+    double seconds_per_slice = 10;   ///< wall-clock time, from the request to the last pixel
+    std::uint64_t slices = 1;        ///< 10 s of processor time for each
+    std::uint64_t memory_bytes = 0;  ///< address space beyond that of its libraries
 };
 
-/// Places where the program that decodes may be, in the order in which they are tried: beside the
-/// running program; libexec/pliant and lib/pliant above it; the same for the shared library that
-/// holds Pliant; where this build installs it.
+/// Candidate paths of the decoder program, in order: beside the running program; libexec/pliant and
+/// lib/pliant above it; the same for the shared library that contains Pliant; the installation path
+/// of this build.
 std::vector<std::filesystem::path> decoder_places();
 
-/// The first of these places that has it. Programs of other users than this one and root, or that
-/// all may write, don't count. @returns NotFound with all places
+/// Finds the first valid candidate. Programs of users other than this one and root, or with write
+/// permission for all, are ignored. @returns NotFound with all paths
 Result<std::filesystem::path> find_pixel_decoder(
     const std::vector<std::filesystem::path>& places = decoder_places());
 
@@ -50,9 +50,9 @@ class PixelDecoder {
     PixelDecoder& operator=(PixelDecoder&& other) noexcept;
     ~PixelDecoder() { end(); }
 
-    /// Decodes one file. Messages of errors don't name it.
+    /// Decodes one file. Error messages don't name it.
     /// @param message      a PixelRequest, and the file
-    /// @param[out] pixels  rows·columns pixels of the size that was requested
+    /// @param[out] pixels  rows·columns pixels of the requested size
     /// @returns whether they are signed
     Result<bool> decode(std::span<const std::uint8_t> message, std::span<std::uint8_t> pixels);
 

@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Which reader a path goes to: its name says which format it should be, its first bytes whether it
-// is.
+// Choice of the reader for a path: its name gives the expected format, its first bytes confirm it.
 
 #include "core/memory_budget.h"
 #include "core/text.h"
@@ -90,7 +89,7 @@ Status check_first_bytes(const fs::path& path, ImageFormat format) {
                                             "', expected " + expected};
 }
 
-/// What to say of a file whose name says nothing.
+/// Error for a file with an unknown extension.
 Error unknown_name(const fs::path& path) {
     const std::string start = first_bytes(path);
     const char* rename = start.starts_with("NRRD000")                          ? ".nrrd"
@@ -122,11 +121,11 @@ Result<ImageHeader> read_image_header(const fs::path& path, ImageFormat format) 
 
 namespace {
 
-/// Smaller scans are read: a mapping costs more than it saves.
+/// Smaller scans are read: a mapping would cost more than it saves.
 constexpr std::size_t kLeastMappedBytes = 1 << 20;
 
-/// slope · number + intercept in double precision, rounded to a float where the number was an
-/// integer or a float [NIfTI2007]; integers become floats first, as in ITK.
+/// Computes slope · number + intercept in double precision, rounded to a float if the number was an
+/// integer or a float [NIfTI2007]. Integers are converted to floats first, as in ITK.
 template <class T>
 void rescale(const DataPlace& data, const std::vector<double>& piece, std::size_t count,
              VoxelBuilder& voxels, std::vector<double>& scaled) {
@@ -138,7 +137,7 @@ void rescale(const DataPlace& data, const std::vector<double>& piece, std::size_
     voxels.add(sizeof(Out) == 8 ? Component::Float64 : Component::Float32, out, count);
 }
 
-/// Adds stored numbers of a piece, with slope and intercept applied.
+/// Adds a piece of stored numbers, with slope and intercept applied.
 void add_rescaled(const ImageHeader& header, const std::vector<double>& piece, std::size_t count,
                   VoxelBuilder& voxels, std::vector<double>& scaled) {
     const auto with = [&]<class T>(T) { rescale<T>(header.data, piece, count, voxels, scaled); };
@@ -166,7 +165,7 @@ void add_rescaled(const ImageHeader& header, const std::vector<double>& piece, s
     }
 }
 
-/// Voxels piece by piece, never in memory twice.
+/// Reads voxels piece by piece, without a second copy in memory.
 Result<Voxels> stream_voxels(const fs::path& path, const ImageHeader& header,
                              const ReadOptions& options, ReadNotes& notes) {
     constexpr std::size_t kPieceBytes = 1 << 18;
@@ -174,7 +173,7 @@ Result<Voxels> stream_voxels(const fs::path& path, const ImageHeader& header,
     if (!has_memory_for(count * sizeof(std::int16_t))) throw std::bad_alloc();
     VoxelBuilder voxels(count);
     DataStream stream(path, header);
-    std::vector<double> piece(kPieceBytes / sizeof(double));  // aligned for all
+    std::vector<double> piece(kPieceBytes / sizeof(double));  // aligned for all types
     std::vector<double> scaled;
     if (header.data.rescaled) scaled.resize(kPieceBytes / (size < 8 ? 2 : 1) / size);
     for (std::size_t done = 0; done < count;) {
@@ -193,7 +192,7 @@ Result<Voxels> stream_voxels(const fs::path& path, const ImageHeader& header,
     return voxels.finish(notes.notes);
 }
 
-/// The file's own bytes, where they are what a volume is made of.
+/// Maps the file's bytes if they have a volume's memory layout.
 template <class T>
 std::optional<VoxelArray<T>> map_voxels(const fs::path& path, const ImageHeader& header) {
     const DataPlace& data = header.data;

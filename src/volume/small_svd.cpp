@@ -12,9 +12,9 @@ namespace {
 
 constexpr int kMaxSteps = 1000;
 
-// The parts of BLAS that SSVDC calls, on `count` numbers.
+// The BLAS functions that SSVDC calls, on `count` numbers.
 
-/// Scaled so that no square overflows; the root and its product are taken in double precision.
+/// Norm, scaled against overflow; the root and its product are computed in double precision.
 float length_of(const float* x, int count) {
     if (count == 1) return std::abs(x[0]);
     float scale = 0, sum = 1;
@@ -50,7 +50,7 @@ void multiply(float factor, float* x, int count) {
 struct Turn {
     float cosine, sine;
 
-    /// The rotation that takes (a, b) to (r, 0). @param[in,out] a  becomes r
+    /// Rotation that maps (a, b) to (r, 0). @param[in,out] a  becomes r
     static Turn onto_first(float& a, float b) {
         const float larger = std::abs(a) > std::abs(b) ? a : b;
         const float scale = std::abs(a) + std::abs(b);
@@ -75,7 +75,8 @@ struct Turn {
     }
 };
 
-/// Householder vector of x in place. @returns the component that the reflection leaves of it
+/// Computes a Householder vector of x in place. @returns the remaining component of x after the
+/// reflection
 float reflect(float* x, int count) {
     float length = length_of(x, count);
     if (length == 0) return -length;
@@ -91,7 +92,7 @@ void apply_reflection(const float* h, float* x, int count) {
     add_multiple(t, h, x, count);
 }
 
-/// The matrix on its way to diagonal form.
+/// State of the diagonalisation.
 template <int N>
 class Diagonalizer {
   public:
@@ -124,12 +125,12 @@ class Diagonalizer {
     enum class Kind { LastIsZero, OneIsZero, QrStep, Converged };
     struct Split {
         Kind kind;
-        int first;  ///< row of the block that is worked on
+        int first;  ///< first row of the active block
     };
 
     static std::size_t at(int n) { return std::size_t(n); }
 
-    /// To bidiagonal form: m_s the diagonal, m_e above it.
+    /// Reduces to bidiagonal form: m_s is the diagonal, m_e the superdiagonal.
     void reduce() {
         for (int l = 0; l + 1 < N; ++l) {
             m_s[at(l)] = reflect(&m_x[at(l)][at(l)], N - l);
@@ -186,7 +187,7 @@ class Diagonalizer {
         }
     }
 
-    /// Where an entry of the first m rows is too small to change its neighbours.
+    /// Finds a negligible entry in the first m rows.
     Split find_split(int m) {
         int l = m - 1;
         for (; l > 0; --l) {
@@ -269,7 +270,7 @@ class Diagonalizer {
         }
         m_e[at(m - 2)] = f;
     }
-    /// Makes value l positive and puts it in its place.
+    /// Makes value l positive and sorts it in.
     void order(int l) {
         if (!(m_s[at(l)] >= 0)) {
             m_s[at(l)] = -m_s[at(l)];

@@ -3,7 +3,8 @@
 
 // Singular values of 3×3 and 4×4 matrices in single precision by LINPACK's SSVDC [Dongarra1979]:
 // Householder reflections to a bidiagonal matrix, then shifted QR steps [Golub1970]. Each operation
-// is rounded as there, because nifti_placement.cpp repeats a decision that hangs on the last bits.
+// is rounded as in the original, because nifti_placement.cpp replicates a decision that depends on
+// the last bits.
 
 #pragma once
 
@@ -15,14 +16,14 @@ namespace pliant {
 template <int N>
 using SmallMatrix = std::array<std::array<float, N>, N>;
 
-/// matrix = u · diag(values) · vᵀ, values falling.
+/// matrix = u · diag(values) · vᵀ, values descending.
 template <int N>
 struct SmallSvd {
     SmallMatrix<N> u{}, v{};
     std::array<float, N> values{};
 
     explicit SmallSvd(SmallMatrix<N> matrix);
-    /// v · diag(1/values) · uᵀ; values of zero count as infinite.
+    /// v · diag(1/values) · uᵀ; zero values count as infinite.
     SmallMatrix<N> inverse() const;
 };
 

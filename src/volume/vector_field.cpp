@@ -48,8 +48,8 @@ FieldKind kind_of(const ImageHeader& header) {
 
 namespace {
 
-/// Numbers of a field as they follow each other in the file, each to its place.
-/// @param[out] numbers  three a voxel, side by side
+/// Reads a field's numbers in the file's order, and stores each at its position.
+/// @param[out] numbers  three adjacent numbers per voxel
 template <class Number>
 Status read_numbers(const fs::path& path, const ImageHeader& header, std::span<float> numbers) {
     constexpr std::size_t kPieceNumbers = 1 << 16;
@@ -67,7 +67,7 @@ Status read_numbers(const fs::path& path, const ImageHeader& header, std::span<f
             continue;
         }
         for (std::size_t n = 0; n < count; ++n, ++done) {
-            // Blocks of three runs, one for each component.
+            // Blocks of three runs, one per component.
             const std::size_t block = done / (3 * run), in_block = done % (3 * run);
             const std::size_t c = in_block / run, v = in_block % run;
             numbers[3 * (block * run + v) + c] = float(some[n]);

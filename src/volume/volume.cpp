@@ -12,7 +12,7 @@ float sample_linear(const Volume& volume, Vec3d ijk) {
     Vec3i first{};
     Vec3d part{};
     for (int a = 0; a < 3; ++a) {
-        // One voxel beyond the border all is air; not a number ends here, too.
+        // Air from one voxel beyond the border on; NaN returns here too.
         if (!(ijk[a] > -1 && ijk[a] < size[a])) return float(kAirHu);
         first[a] = std::int32_t(std::floor(ijk[a]));
         part[a] = ijk[a] - first[a];

@@ -26,7 +26,7 @@ bool fits_16_bits(T value) {
     }
 }
 
-/// A float is finite if the stored number is and doesn't overflow.
+/// Whether the stored number converts to a finite float.
 template <class T>
 bool is_finite_float(T value) {
     if constexpr (std::is_same_v<T, double>)
@@ -66,7 +66,7 @@ template <class T>
 void VoxelBuilder::add_values(const T* values, std::size_t count) {
     PLIANT_ASSERT(count <= m_count - m_added);
     std::size_t n = 0;
-    // Only one of the two arrays is there.
+    // Only one of the two arrays exists.
     if (std::int16_t* out = m_wide ? nullptr : m_shorts.data() + m_added) {
         for (; n < count; ++n) {
             const bool finite = is_finite_float(values[n]);

@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Turns stored numbers of any type into voxels: 16 bits as long as every value is a whole number
-// that fits, floats from the first one that isn't. Values that aren't finite become air. Floats
-// that are mapped from their file get the same treatment where they lie.
+// Converts stored numbers of any type to voxels: 16 bits while every value is a whole number that
+// fits, floats from the first other value on. Values that aren't finite become air. Floats mapped
+// from a file get the same treatment in place.
 
 #pragma once
 
@@ -23,14 +23,14 @@ using Voxels = std::variant<VoxelArray<std::int16_t>, VoxelArray<float>>;
 
 class VoxelBuilder {
   public:
-    /// @param count  voxels that will be added in all
+    /// @param count  total number of voxels
     explicit VoxelBuilder(std::size_t count) : m_count(count), m_shorts(count) {}
 
     /// Adds stored numbers. @param values  count numbers of that type
-    /// @pre no more in all than were announced
+    /// @pre the total is not exceeded
     void add(Component component, const void* values, std::size_t count);
-    /// Those that were not added are zero.
-    /// @param[out] notes  what happened to values that didn't fit
+    /// Returns the voxels; missing ones are zero.
+    /// @param[out] notes  changes of values that didn't fit
     Voxels finish(std::vector<std::string>& notes);
 
   private:
@@ -47,10 +47,10 @@ class VoxelBuilder {
     std::size_t m_rounded = 0;
 };
 
-/// Whether a builder would make floats of these, and not 16-bit integers.
+/// Whether a builder would store these as floats instead of 16-bit integers.
 bool stay_floats(const VoxelArray<float>& values);
 
-/// Makes values that aren't finite air. @param[out] notes  how many, as a builder would say
+/// Replaces values that aren't finite by air. @param[out] notes  their number, as from a builder
 void make_finite(VoxelArray<float>& values, std::vector<std::string>& notes);
 
 }  // namespace pliant

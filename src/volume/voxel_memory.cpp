@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Which pages of a private mapping were written to, the kernel knows: /proc/self/pagemap tells
-// pages of the file from the process's own. So an array needs no flag that each write would have to
-// set. Where the kernel doesn't say, all pages count as written: copies are deep then, and right.
+// The kernel knows the modified pages of a private mapping: /proc/self/pagemap distinguishes pages
+// of the file from private ones. So writes need no flag. If the kernel doesn't tell, all pages
+// count as modified, and copies are deep.
 
 #include <pliant/voxel_array.h>
 
@@ -22,7 +22,7 @@
 namespace pliant {
 namespace {
 
-/// Smaller arrays are plain memory: a file descriptor and a mapping each would be a waste.
+/// Smaller arrays are plain memory: a file descriptor and a mapping for each would be wasteful.
 constexpr std::size_t kLeastMapped = 1 << 20;
 
 std::size_t page_size() {
@@ -44,7 +44,7 @@ class Descriptor {
     int m_number;
 };
 
-/// @returns bytes read: fewer than count where the file ends
+/// @returns bytes read, fewer than count at the end of the file
 std::size_t read_at(int file, void* out, std::size_t count, std::uint64_t offset) {
     std::size_t done = 0;
     while (done < count) {
@@ -57,7 +57,7 @@ std::size_t read_at(int file, void* out, std::size_t count, std::uint64_t offset
     return done;
 }
 
-/// For each page of a private mapping, whether it was written to since.
+/// For each page of a private mapping, whether it was modified.
 std::vector<bool> look_up_pages(const std::byte* mapping, std::size_t pages) {
     constexpr std::uint64_t kPresent = std::uint64_t(1) << 63, kSwapped = std::uint64_t(1) << 62,
                             kOfFile = std::uint64_t(1) << 61;
@@ -86,7 +86,7 @@ int new_memory_file(std::size_t size) {
     return number;
 }
 
-/// Whether the kernel's word on pages is what we take it for: tried once, on three pages.
+/// Tests the interpretation of the kernel's page flags once, on three pages.
 bool try_page_lookup() {
     const std::size_t page = page_size();
     const Descriptor file(new_memory_file(3 * page));
@@ -94,7 +94,7 @@ bool try_page_lookup() {
         ::mmap(nullptr, 3 * page, PROT_READ | PROT_WRITE, MAP_PRIVATE, file.number(), 0);
     if (mapping == MAP_FAILED) return false;
     volatile char* bytes = static_cast<char*>(mapping);
-    bytes[page] = char(bytes[0] + 1);  // reads one page, writes another, leaves the third
+    bytes[page] = char(bytes[0] + 1);  // reads one page, writes another, leaves the third untouched
     const bool sound =
         look_up_pages(static_cast<std::byte*>(mapping), 3) == std::vector<bool>{false, true, false};
     ::munmap(mapping, 3 * page);
@@ -196,11 +196,11 @@ void VoxelMemory::swap(VoxelMemory& other) noexcept {
 }
 
 void VoxelMemory::freeze() {
-    if (m_shared) map(false);  // where that fails it stays as it was: copies remain deep
+    if (m_shared) map(false);  // on failure copies remain deep
 }
 
 std::vector<bool> VoxelMemory::changed_pages() const {
-    static std::atomic<bool> kernel_says{false};  // tried again where it could not be tried
+    static std::atomic<bool> kernel_says{false};  // retried if the test failed
     if (!kernel_says) kernel_says = try_page_lookup();
     const std::size_t pages = (m_mapping_size + page_size() - 1) / page_size();
     if (!kernel_says) return std::vector<bool>(pages, true);

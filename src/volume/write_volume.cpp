@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// NRRD out, or VTI: staged, so that a file is there as a whole or not at all.
+// Writes NRRD or VTI, staged, so that a file appears atomically.
 
 #include "core/text.h"
 #include "volume/nrrd_writer.h"
@@ -20,7 +20,7 @@ namespace pliant {
 namespace fs = std::filesystem;
 namespace {
 
-/// @param add_numbers  gives the writer all numbers; false if they could not be had
+/// @param add_numbers  passes all numbers to the writer; false on failure
 Status write_staged(const fs::path& path, const NrrdLayout& layout, Encoding encoding,
                     const std::function<bool(NrrdWriter&)>& add_numbers) {
     const std::string extension = lower_case(path.extension().string());

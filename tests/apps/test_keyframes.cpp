@@ -45,7 +45,7 @@ class Keyframes : public ::testing::Test {
 };
 
 TEST_F(Keyframes, GiveTheCamerasThatThePageGives) {
-    // What viewer/src/maths/keyframes.ts says of the same file.
+    // Values of viewer/src/maths/keyframes.ts for the same file.
     const std::vector<app::Keyframe> page = {
         {0.7,
          {4.782814815, 1.547259259, -1.051555556},

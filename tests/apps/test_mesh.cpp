@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// `pliant mesh`: from a scan, a centreline and a surface; what it says; what it refuses.
+// `pliant mesh`: from a scan, a centreline and a surface; its output and its errors.
 
 #include <gtest/gtest.h>
 #include <pliant/vessel_wall.h>

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// `pliant path`, and the flight along what it wrote.
+// `pliant path`, and a flight along its output.
 
 #include <gtest/gtest.h>
 #include <pliant/lumen_path.h>

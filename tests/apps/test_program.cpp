@@ -39,7 +39,7 @@ class ProgramTest : public ::testing::Test {
         s_folder = nullptr;
     }
 
-    /// In the folder of the test, so that names are short.
+    /// Runs in the test's folder, so that names are short.
     static Finished run(const std::string& arguments) {
         const fs::path out = *s_folder / ".out", err = *s_folder / ".err";
         const int status = run_program(s_folder->path(), arguments);
@@ -630,7 +630,7 @@ TEST_F(ProgramTest, FitFindsTheStiffnessThatItsReportNames) {
     const Json flat_report = Json::parse(bytes_of(file("flat.json")));
     EXPECT_TRUE(flat_report["methods"][0].contains("note"));
     EXPECT_EQ(flat_report["methods"][1]["at_bound"]["edges x"]["bound"], "lower");
-    // The same from a file, what is given on the command line first.
+    // The same from a file; the command line takes precedence.
     std::ofstream(file("fit.toml")) << "size = \"9,9,9\"\nspacing = 20\nload = [\"+z:0,0,-10\"]\n"
                                        "method = \"gauss-newton\"\nvolume = false\n";
     const Finished again = run("fit fit.toml --size 5,5,5 --report again.json");

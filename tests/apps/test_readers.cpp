@@ -110,7 +110,7 @@ TEST_F(ReadersTest, RefuseAtOnceWhatIsNoFile) {
             expect_refused(arguments);
         }
     }
-    // Those that must hold something.
+    // Requires that these readers have seeds.
     for (const std::string reader : kReaders) {
         if (reader.find("FILE.") != std::string::npos || reader == "fit FILE" ||
             reader.find("--config FILE") != std::string::npos ||

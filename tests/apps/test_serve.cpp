@@ -33,7 +33,7 @@ class Program {
   public:
     Program(const std::vector<std::string>& arguments, const std::filesystem::path& out)
         : m_out(out) {
-        std::filesystem::remove(out);  // what an earlier one said
+        std::filesystem::remove(out);  // output of an earlier server
         m_pid = ::fork();
         if (m_pid == 0) {
             const int file = ::open(out.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600);
@@ -204,7 +204,7 @@ TEST_F(ServeProgramTest, AfterKill9ASessionHasAllButTheLastSecond) {
         client.command({{"do", "release"}});
         before = client.checked_checksum();
         ASSERT_TRUE(before.is_object()) << "round " << round << ": " << server.said();
-        // A second later all of this must be there, whatever happens.
+        // Everything must be there a second later.
         std::this_thread::sleep_for(std::chrono::milliseconds(1000));
         client.say({{"do", "push"}, {"point", {0, 0, 0}}, {"push", {0, 0, 0}}, {"radius", 3}});
         server.end(SIGKILL);

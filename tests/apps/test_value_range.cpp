@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// What `pliant info` says of a scan's values, against sorting them.
+// Value ranges of `pliant info`, against sorting.
 
 #include <gtest/gtest.h>
 #include <pliant/volume.h>

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// `pliant vessel`: there and back in a phantom, played again, and what it refuses.
+// `pliant vessel`: there and back in a phantom, a replay, and errors.
 
 #include <gtest/gtest.h>
 #include <pliant/mesh_files.h>

@@ -13,7 +13,7 @@
 namespace pliant::test {
 namespace {
 
-/// 60 × 50 × 40 voxels of 1 × 1 × 1.5 mm whose values rise evenly along x, y and z.
+/// 60 × 50 × 40 voxels of 1 × 1 × 1.5 mm with values that grow linearly along x, y and z.
 Volume ramp() {
     Volume v;
     v.grid.size = {60, 50, 40};

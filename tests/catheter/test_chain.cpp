@@ -19,7 +19,8 @@ namespace {
 using catheter::Chain;
 using Rows = std::vector<std::vector<double>>;
 
-/// Σ v vᵀ of random vectors that each lie in two neighbouring blocks, and a little of the identity.
+/// Σ v vᵀ of random vectors over two neighbouring blocks each, plus a small multiple of the
+/// identity.
 template <std::size_t kSize>
 Rows random_matrix(std::size_t count, Random& random) {
     const std::size_t all = kSize * count;
@@ -36,7 +37,7 @@ Rows random_matrix(std::size_t count, Random& random) {
     return m;
 }
 
-/// With the largest pivot of each column. @returns the solution
+/// Gaussian elimination with column pivoting. @returns the solution
 std::vector<double> solved(Rows m, std::vector<double> right) {
     const std::size_t all = right.size();
     for (std::size_t j = 0; j < all; ++j) {
@@ -56,7 +57,7 @@ std::vector<double> solved(Rows m, std::vector<double> right) {
     return right;
 }
 
-/// What is below the diagonal isn't looked at.
+/// Clears the part below the diagonal, which the solver ignores.
 template <std::size_t kSize>
 Chain<kSize> chain_of(const Rows& m, const std::vector<double>& right) {
     Chain<kSize> chain;

@@ -126,7 +126,7 @@ void expect_a_good_journey(const Journey& j) {
     EXPECT_EQ(j.end.inverted, 0);
     EXPECT_LT(j.end.wall_moved_mm, 0.01);
     EXPECT_LT(j.end.kinetic_energy_mj, 1e-4);
-    // No more than the hand has done: 85 mm with what it felt.
+    // At most the hand's work: 85 mm times its force.
     EXPECT_LE(j.energy, j.force * 85 + 0.02);
 }
 
@@ -276,7 +276,7 @@ TEST(CatheterScene, GoesOnFromAState) {
         }
         ASSERT_TRUE(scene.restore(start, arena).ok());
         EXPECT_EQ(scene.hash(), made(CatheterScene::create(wall, s)).hash());
-        // What is no state of it changes nothing.
+        // An invalid state changes nothing.
         auto wrong = state;
         wrong.pop_back();
         EXPECT_FALSE(scene.restore(wrong, arena).ok());

@@ -131,7 +131,7 @@ WireContact load_on(std::int32_t segment, double along, Vec3d force, Vec3d place
 
 constexpr double kStickingSpeed = 0.5;  ///< [mm/s]
 
-/// What the wire's friction starts from in a step of h seconds.
+/// Start of the wire's friction in a step of h seconds.
 void begin_friction(WireContact& c, double friction, const Wire& wire, double h) {
     const auto s = std::size_t(c.segment);
     const auto& x = wire.places_before();
@@ -166,7 +166,7 @@ TEST(Wire, FrictionIsCoulombs) {
                 drag -= c[1].force.z / 200;
                 base -= (wire.base_force().z +
                          settings.damping * settings.mass_g_mm * inserted * speed) /
-                        200;  // but for what damping takes
+                        200;  // up to damping
             }
             const double share = std::clamp(speed / kStickingSpeed, -1.0, 1.0);
             std::printf("friction %g, %g mm/s: push %.2f, drag %.2f, base %.2f uN\n", friction,
@@ -177,8 +177,8 @@ TEST(Wire, FrictionIsCoulombs) {
         }
 }
 
-// Round a quarter of a cylinder, its tip drawn with a known force: what the base feels is e^(µ π/2)
-// times that where the wire is withdrawn, and so much less where it is fed (Euler, Eytelwein).
+// A quarter turn around a cylinder, with a known force on the tip: the base's force is e^(µ π/2)
+// times that during withdrawal, and 1/e^(µ π/2) times during feeding (Euler-Eytelwein).
 TEST(Wire, FrictionRoundACylinderIsTheCapstans) {
     const double h = 2e-4, radius = 10, load = 4000;
     const Vec3d centre{radius, 0, 10};

@@ -23,7 +23,7 @@ namespace {
 namespace fs = std::filesystem;
 using Files = std::map<std::string, std::string>;
 
-/// In memory where that can be: each of hundreds of commits waits for the disk otherwise.
+/// In memory if possible: otherwise each of hundreds of commits waits for the disk.
 class EndedCommits : public ::testing::Test {
   protected:
     EndedCommits() {
@@ -98,7 +98,7 @@ void commit_new(const fs::path& folder) {
     static_cast<void>(files.commit());
 }
 
-/// As the next run does, in one of the folders first.
+/// Stages like the next run, in one of the folders first.
 void stage_again(const fs::path& folder, bool sub_first) {
     for (const bool sub : {sub_first, !sub_first})
         EXPECT_TRUE(StagedFiles().stage(folder / (sub ? "sub/x" : "x")).ok());

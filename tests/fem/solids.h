@@ -33,7 +33,7 @@ inline std::vector<Support> hold_all(const std::vector<std::int32_t>& nodes) {
     return supports;
 }
 
-/// Boundary faces whose corners all satisfy a condition.
+/// Boundary faces with all corners satisfying a condition.
 template <class Condition>
 std::vector<HexFace> faces_where(const HexMesh& mesh, Condition&& condition) {
     std::vector<HexFace> faces;
@@ -48,7 +48,7 @@ std::vector<HexFace> faces_where(const HexMesh& mesh, Condition&& condition) {
     return faces;
 }
 
-/// A block whose inner nodes are shifted at random, turned as a whole.
+/// A block with randomly shifted inner nodes, rotated as a whole.
 inline HexMesh distorted_block(Vec3i size, Random& random) {
     HexMesh mesh = hex_mesh({size, {1, 1.2, 0.8}, {0, 0, 0}});
     for (std::size_t n = 0; n < mesh.nodes_mm.size(); ++n)

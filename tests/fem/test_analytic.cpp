@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Solids whose answer is known in closed form.
+// Solids with closed-form solutions.
 
 #include "fem/solids.h"
 

@@ -19,9 +19,9 @@ ElasticSolid beam(Vec3i cells, Vec3d size_mm, const ElasticMaterial& material) {
             {material}};
 }
 
-/// Mean way of the free end down, under a shear traction of 1 N in total on it. At its foot the
-/// beam can't tilt, but become wider or narrower; a traction there bears the load. So it bends as
-/// Timoshenko's beam does, whose cross-sections know no clamp.
+/// Mean downward displacement of the free end under a total shear traction of 1 N. At its foot the
+/// beam can't tilt, but may change its width; a traction there bears the load. So it bends like
+/// Timoshenko's beam, whose cross-sections are not clamped.
 double tip_mm(int across, HexElement element, const TaskArena& arena) {
     const Vec3d size{10, 10, 100};
     const ElasticSolid solid = beam({across, across, 10 * across}, size, {1e6, 0.3});
@@ -87,7 +87,7 @@ TEST(Beams, TheCantileverOfPhysicsCaseFive) {
     RecordProperty("incompatible_mm", std::to_string(good));
     RecordProperty("trilinear_mm", std::to_string(locked));
     EXPECT_NEAR(good, kExpected, 0.02 * kExpected);
-    // What full integration costs on this grid, so that nobody is surprised.
+    // Documents the locking of full integration on this grid.
     EXPECT_LT(locked, 0.98 * kExpected);
     EXPECT_GT(locked, 0.90 * kExpected);
 }

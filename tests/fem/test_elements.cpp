@@ -25,7 +25,7 @@ ElasticMaterial random_material(Random& random) {
 }
 
 TEST(Elements, PatchTest) {
-    // Whatever the elements' shapes, a linear displacement of the boundary goes on inside.
+    // A linear displacement of the boundary extends linearly inside, for all shapes of elements.
     const TaskArena arena(2);
     for (std::uint64_t seed = 1; seed <= 10; ++seed)
         for (const HexElement element : kElements) {

@@ -24,7 +24,7 @@ Vec3d boussinesq(Vec3d x, double mu, double nu) {
 }
 
 TEST(Published, BoussinesqsHalfSpace) {
-    // A block whose buried sides move as the half space does there; the load is on one node.
+    // A block whose buried sides have the half space's displacement; the load is on one node.
     const TaskArena arena(2);
     const double e = 6e5, nu = 0.45, mu = e / (2 * (1 + nu));
     constexpr int kHalf = 16;
@@ -62,7 +62,7 @@ TEST(Published, BoussinesqsHalfSpace) {
     RecordProperty("worst_from_8h", std::to_string(worst[1]));
     EXPECT_LT(worst[0], 0.06);
     EXPECT_LT(worst[1], 0.02);
-    // u ∝ 1/r along the surface: a quarter is left at 4 h, a tenth at 10 h of what is at h.
+    // u ∝ 1/r along the surface: relative to h, a quarter remains at 4 h, a tenth at 10 h.
     const double u_at_h = boussinesq({1, 0, 0}, mu, nu).z;
     EXPECT_NEAR(way(4, 0, 0).z / u_at_h, 0.25, 0.01);
     EXPECT_NEAR(way(10, 0, 0).z / u_at_h, 0.10, 0.004);

@@ -191,7 +191,7 @@ TEST(Solvers, VectorInstructionsDoNotChangeABit) {
             (kind == 0 ? add_lattice_row : add_lattice_row_plain)(factors, row);
         }
         EXPECT_EQ(std::memcmp(forces[0].data(), forces[1].data(), 12 * room * sizeof(double)), 0);
-        for (std::size_t n = 0; n < 12; ++n)  // what is behind a row stays as it was
+        for (std::size_t n = 0; n < 12; ++n)  // the padding of a row is unchanged
             EXPECT_EQ(forces[0][n * room + std::size_t(cells) + 1], 0.25);
     }
 }

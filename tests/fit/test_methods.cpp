@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Displacements and derivatives against other ways to them, and methods against problems whose
-// answer is known.
+// Displacements and derivatives against alternative computations, and methods against problems with
+// known solutions.
 
 #include <gtest/gtest.h>
 #include <pliant/fit.h>
@@ -29,8 +29,8 @@ T value_of(Result<T> result) {
     return std::move(result).value();
 }
 
-/// A random block whose links are in two groups and whose cells are in a third, under two loads on
-/// its top. Targets are those of the network at some values, and noise.
+/// A random block with links in two groups and cells in a third, under two loads on its top.
+/// Targets are those of the network at known values, plus noise.
 struct Planted {
     SpringParts parts;
     std::vector<FitGroup> groups;

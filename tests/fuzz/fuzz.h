@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// What all fuzz targets share. A target takes any bytes, gives them to one reader, and says what
-// must hold of the answer; it ends the process where that does not hold. docs/robustness.md has the
-// list of targets and how long each has run.
+// Common part of all fuzz targets. A target passes arbitrary bytes to one reader and checks
+// invariants of the result; it ends the process on a violation. docs/robustness.md lists the
+// targets and how long each has run.
 
 #pragma once
 

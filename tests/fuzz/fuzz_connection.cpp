@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// A whole server, and a connection on which anything may come: from the first byte on (the first
-// byte of the input is even), or after a WebSocket's upgrade and hello. The rest of the input is
-// frames, or what looks like them.
+// A whole server, and a connection with arbitrary input: from the first byte on (if the first byte
+// of the input is even), or after a WebSocket's upgrade and hello. The rest of the input consists
+// of frames, or of bytes that resemble them.
 
 #include <pliant/serve.h>
 
@@ -38,7 +38,7 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     connection.send(bytes);
     connection.end_sending();
     while (connection.fill(1)) connection.forget();
-    // Whatever that was: the page is still there.
+    // The page is still there in every case.
     static int runs = 0;
     if (++runs % 64 == 0) {
         const std::string host = "127.0.0.1:" + std::to_string(server->port());

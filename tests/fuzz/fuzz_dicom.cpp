@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// A folder with one good slice, and one that is the input; then the input's pixels alone, whatever
-// their size, so that codestreams get as far as the decoder.
+// A folder with one good slice and one from the input; then the input's pixels alone, for every
+// size, so that codestreams reach the decoder.
 
 #include "fuzz/scan_input.h"
 #include "support/scan_files.h"

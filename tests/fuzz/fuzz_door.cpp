@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// What strangers say before they are let in: a request as Boost.Beast reads it with our limits, and
-// what the door makes of its fields.
+// Unauthenticated input: a request as Boost.Beast parses it with our limits, and the door's
+// interpretation of its fields.
 
 #include <boost/beast/http.hpp>
 

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Settings of `pliant fit`: refused by what the command line's reader throws, or within bounds.
+// Settings of `pliant fit`: refused by an exception of the command line's reader, or within bounds.
 
 #include <CLI/CLI.hpp>
 

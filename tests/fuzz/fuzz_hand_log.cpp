@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// What the hand did with a catheter (`pliant vessel --record`), to be replayed.
+// The log of a hand on a catheter (`pliant vessel --record`), for a replay.
 
 #include "../../apps/pliant/vessel_outputs.h"
 #include "fuzz/fuzz.h"

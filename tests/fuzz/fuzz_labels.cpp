@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Materials by label: a settings file whose [[label]] tables name the values of a label volume,
-// with directions beside it; then the tissue is pushed.
+// Materials by label: a settings file with [[label]] tables for the values of a label volume, plus
+// directions; then the tissue is pushed.
 
 #include <pliant/chainmail.h>
 

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Meshes of all formats; which one it is, the bytes say themselves, but for OBJ and STL. What is
-// read has nodes for all cells, and is written and read back the same.
+// Meshes of all formats; the bytes select the format, except for OBJ and STL. A mesh that was read
+// has nodes for all cells, and round-trips through a file.
 
 #include <pliant/mesh_files.h>
 

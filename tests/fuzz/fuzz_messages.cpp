@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// A client's text. What is understood says the same when it is written and read again.
+// A client's text. Every accepted message round-trips.
 
 #include "fuzz/fuzz.h"
 #include "serve/commands.h"

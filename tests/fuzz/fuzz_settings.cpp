@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// A settings file: TOML, or the lines of an older program. What is understood says the same when it
-// is written and read again, and a lattice can be made with it or says why not.
+// A settings file: TOML, or the lines of an older program. Accepted settings round-trip, and a
+// lattice can be made with them or reports an error.
 
 #include <pliant/phantom.h>
 

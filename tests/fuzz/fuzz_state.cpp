@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// A saved state. Its length and checksum are put right first, so that the fuzzer gets past them;
-// what is loaded is sound: the same state is saved again, and every link is within its limits.
+// A saved state. Its length and checksum are corrected first, so that the fuzzer gets past them. A
+// loaded state is valid: it is saved identically, and every link is within its limits.
 
 #include <pliant/phantom.h>
 

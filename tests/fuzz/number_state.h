@@ -20,7 +20,7 @@ inline std::string bytes_of(const std::filesystem::path& file) {
     return {std::istreambuf_iterator<char>(stream), {}};
 }
 
-/// @param edits  ten bytes each: which number, and its eight bytes; what is left over is not used
+/// @param edits  ten bytes each: index of the number, and its eight bytes; excess bytes are ignored
 inline std::string with_numbers(std::string state, std::string_view edits) {
     constexpr std::size_t kBefore = 16, kEdit = 10;
     const std::size_t count = state.size() / 8 - 3;

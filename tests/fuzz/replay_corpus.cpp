@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Runs a fuzz target on the files and folders that it is given, without libFuzzer: so that what
-// was found once stays found, with any compiler.
+// Runs a fuzz target on given files and folders, without libFuzzer: a regression test for earlier
+// findings, with any compiler.
 
 #include <algorithm>
 #include <vector>

@@ -20,7 +20,7 @@ inline void read_scan(const std::filesystem::path& path) {
         std::visit(
             [&](const auto& voxels) {
                 expect(voxels.size() == count, "as many voxels as the grid says");
-                // Each is looked at: a file that is mapped must be as long as it said.
+                // Reads all values: a mapped file must have the stated length.
                 double sum = 0;
                 for (std::size_t n = 0; n < voxels.size(); ++n) sum += double(voxels.data()[n]);
                 expect(sum == sum, "finite values");

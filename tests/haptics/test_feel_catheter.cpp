@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// A catheter in the hand: against a wire that is a spring, whose answer is known, and against the
-// simulated one in a bend.
+// A catheter in the hand: against a wire modelled as a spring, with a known solution, and against
+// the simulated wire in a bend.
 
 #include <gtest/gtest.h>
 #include <pliant/haptics_catheter.h>
@@ -20,7 +20,7 @@ namespace {
 
 constexpr double kRad = std::numbers::pi / 180;
 
-/// What a hand feels along the rail, against the way in [N].
+/// Force on a hand along the rail, opposite to the motion [N].
 double felt_n(const HapticModel& model) {
     return model.force_n.z;  // forward is −z
 }
@@ -104,7 +104,7 @@ TEST(CatheterFeel, EndsWhereNothingIsLeftToInsertAndGoesNoFasterThanItMay) {
     feel.take_hold({0, 0, 0}, 0, wire.now());
     const CatheterFeel::Motion fast = feel.follow(at(60), 0, wire.now());
     EXPECT_NEAR(fast.insert_mm_s, 100, 1e-9);
-    // What it lags behind is felt: 60 mm, less what it goes in a thirtieth of a second.
+    // Force of the lag: 60 mm minus the motion in a thirtieth of a second.
     EXPECT_NEAR(felt_n(feel.model(at(60), wire.now())), 0.3 * (60 - 100.0 / 30), 1e-9);
     for (int n = 0; n < 100; ++n) wire.go(feel.follow(at(8), 0, wire.now()), 1.0 / 60);
     EXPECT_NEAR(wire.now().inserted_mm, 25, 0.021);

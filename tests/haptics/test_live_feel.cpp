@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// What is felt of a tissue that gives way while it is felt, against what ChainMailFeel says of the
-// scan that nobody has touched, and against the springs' own force.
+// Local models of a tissue that gives way during the contact, against ChainMailFeel on the
+// undeformed scan, and against the springs' force.
 
 #include <gtest/gtest.h>
 #include <pliant/chainmail_slide.h>
@@ -48,7 +48,7 @@ class LiveFeelTest : public ::testing::Test {
     Vec3d at(double depth_mm) const {
         return m_wall.point_mm + (kSettings.tool_radius_mm - depth_mm) * m_wall.normal;
     }
-    /// What happens in one step of a server: the tissue is pushed, shown and felt.
+    /// One step of a server: the tissue is pushed, shown and its model posted.
     HapticModel step(double depth_mm) {
         const Vec3d to = at(depth_mm);
         const Vec3d proxy = at(std::min(depth_mm, 0.0));

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// What tissues feel like through the servo, 30 solutions a second: against their static solution,
-// and what must hold of any wall.
+// Tissues through the servo, with 30 solutions per second: against their static solution, and
+// against invariants of every wall.
 
 #include <gtest/gtest.h>
 #include <pliant/haptics_models.h>
@@ -109,14 +109,14 @@ TEST(Springs, FeelAsTheirStaticSolutionWithinTwoPercent) {
     expect_smooth_and_monotone(felt, 1000);
 }
 
-/// Air over tissue, whose surface is at z = 0, over bone from a depth on.
+/// Air over tissue with its surface at z = 0, over bone from a depth on.
 Volume layered(double bone_depth_mm, float tissue_hu = 40) {
     Volume volume;
     volume.grid = {{48, 48, 48}, {0.8, 0.8, 0.8}, {-19, -19, -28}, kIdentity3};
     std::vector<std::int16_t> voxels;
     for (int k = 0; k < 48; ++k) {
         const double z = -28 + 0.8 * k;
-        // Where −300 HU is crossed at z = 0, whatever the tissue.
+        // −300 HU is crossed at z = 0 for every tissue.
         const double share = std::clamp(0.5 - z / 0.8, 0.0, 1.0);
         const double air = -300 - 0.5 / 0.5 * (tissue_hu + 300);
         double value = air + share * (tissue_hu - air);
@@ -170,7 +170,7 @@ TEST(ChainMail, BoneFeelsAtLeastTwentyTimesStifferThanSoftTissue) {
 TEST(ChainMail, AThinLayerOverBoneIsSoftAndThenHard) {
     const TaskArena arena(2);
     const auto felt = press_wall(layered(6), 1000, 5, arena);
-    // What a law didn't know of bone comes in over the period of the next one.
+    // A model without knowledge of the bone blends into the next one over its period.
     expect_smooth_and_monotone(felt, 4000);
     const auto deep = press_wall(layered(1000), 1000, 5, arena);
     EXPECT_LT(stiffness_n_m(felt, 0.05, 0.3), 3 * stiffness_n_m(deep, 0.05, 0.3));
@@ -278,7 +278,7 @@ TEST(Pbd, ABlockIsFeltThroughItsConstraintForces) {
     });
     EXPECT_GT(felt.back().force_n, 0.05);
     EXPECT_LT(felt.back().force_n, 3);
-    // The body still moves while it is pushed: what is felt rises but for that.
+    // The body still moves while it is pushed: the force rises up to that motion.
     double most = 0;
     for (const Felt& f : felt) {
         EXPECT_GE(f.force_n, 0.9 * most - 0.01) << f.depth_mm;

@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The servo's thread, what goes between threads, and devices. Nothing here looks at how long
-// something took.
+// The servo's thread, its communication, and devices. No test depends on durations.
 
 #include <gtest/gtest.h>
 #include <pliant/haptics_servo.h>
@@ -128,13 +127,13 @@ class WatchingDevice : public HapticDevice {
 
 TEST(HapticServo, TakesNoLockAndAllocatesNothing) {
     if (!test::can_watch_threads()) GTEST_SKIP() << "a sanitizer has these functions for itself";
-    // The watch itself sees what it must.
+    // The watch detects allocations and locks.
     std::thread([] {
         test::watch_this_thread();
         std::mutex mutex;
         mutex.lock();
         mutex.unlock();
-        // A compiler may leave out memory that nobody else could see.
+        // volatile, because a compiler may remove an unused allocation.
         void* volatile memory = std::malloc(100);
         std::free(memory);
         EXPECT_GE(test::allocations_of_this_thread(), 1);

@@ -227,7 +227,7 @@ TEST(Friction, HoldsUpToItsConeAndThenSlides) {
         EXPECT_NEAR(force.z, 0.5, 1e-12);
         EXPECT_NEAR(force.x, -0.5 * std::min(aside, 0.4), 1e-12) << aside;
     }
-    // Back: it first lets go of what it held, and then holds the other way.
+    // Back: it first releases its static friction, and then sticks in the other direction.
     EXPECT_NEAR(player.step({1.2 - 0.4, 0, -1}).x, 0, 1e-9);
     EXPECT_NEAR(player.step({1.2 - 0.8, 0, -1}).x, 0.2, 1e-9);
 }
@@ -311,7 +311,7 @@ TEST(SafeStop, GoesToZeroWithoutAJumpAndComesBack) {
         last = force;
     }
     EXPECT_NEAR(last, 0.6, 1e-9);
-    // Somebody says stop, with the tissue alive.
+    // A stop is requested while the tissue is running.
     for (int k = 0; k < 102; ++k) {
         model.number++;
         last = player.step({0, 0, -1}, &model, true).z;

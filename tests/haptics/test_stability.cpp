@@ -73,8 +73,8 @@ double boundary_n_m(HapticScheme scheme, int update_periods, double low, double 
     return std::sqrt(low * high);
 }
 
-/// Of a mass with damping whose force −K x is held for T: where the determinant of its map from
-/// one sample to the next is 1.
+/// Stability boundary of a mass with damping and a force −K x held for T: the determinant of its
+/// map between samples is 1.
 double exact_boundary_n_m(double mass, double b, double period) {
     const double a = std::exp(-b * period / mass);
     const double alpha = mass / b * (1 - a), gamma = (1 - a) / b, beta = (period - alpha) / b;
@@ -142,7 +142,8 @@ double rebound(HapticScheme scheme, double stiffness_n_m, double encoder_mm) {
     VirtualDeviceSettings settings;
     const double far_mm = 60;  // the servo's ramp is over before the wall
     settings.position_mm = {0, 0, far_mm};
-    settings.velocity_mm_s = {0, 0, -300 - far_mm * 0.5 / 0.1};  // less what the way takes
+    settings.velocity_mm_s = {0, 0, -300 - far_mm * 0.5 / 0.1};  // compensates the damping on the
+                                                                 // way
     settings.encoder_mm = encoder_mm;
     VirtualDevice device(settings);
     double before = 0, after = 0;

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Counts what a thread asks of the system that could make it wait: memory and locks.
+// Counts a thread's allocations and locks, which could make it wait.
 
 #pragma once
 
@@ -9,7 +9,7 @@
 
 namespace pliant::test {
 
-/// From now on, on this thread.
+/// Starts counting on this thread.
 void watch_this_thread();
 std::int64_t allocations_of_this_thread();
 std::int64_t locks_of_this_thread();

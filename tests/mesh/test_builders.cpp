@@ -24,7 +24,7 @@ Vec3d extent_mm(const HexLattice& l) {
             (l.size.z - 1) * l.spacing_mm.z};
 }
 
-/// By the divergence theorem, from triangles that look outward.
+/// By the divergence theorem, from outward triangles.
 double enclosed_volume(const TriangleMesh& mesh) {
     double sum = 0;
     for (const auto& t : mesh.cells) {

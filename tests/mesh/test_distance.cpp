@@ -15,8 +15,8 @@
 namespace pliant {
 namespace {
 
-/// How often the surface winds around a point: 1 inside, 0 outside. By solid angles, with nothing
-/// in common with pseudonormals.
+/// Winding number of the surface around a point: 1 inside, 0 outside. By solid angles, independent
+/// of pseudonormals.
 double winding_number(const TriangleMesh& s, Vec3d x) {
     double sum = 0;
     for (const auto& t : s.cells) {

@@ -73,7 +73,7 @@ TEST_F(MeshLimits, NodesThatAreNotThereTakeNoMemory) {
         << mesh.error().message;
 }
 
-/// A VTP whose points are zeros, compressed in one block.
+/// A VTP with points at zero, compressed in one block.
 std::string zlib_vtp(std::uint32_t points) {
     const std::uint32_t bytes = 3 * points;
     std::string packed(compressBound(bytes), '\0');

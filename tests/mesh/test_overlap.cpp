@@ -56,7 +56,7 @@ TEST(Overlap, PlacesThatAreFarAwayOrNoNumbersDoNoHarm) {
     places[3].x = std::numeric_limits<double>::quiet_NaN();
     places[5] = {1e300, -1e300, 0};
     places[9] = {1e5, 2e5, -3e5};
-    // 1e300 to the third power is no number: what such a tetrahedron holds can't be told.
+    // The cube of 1e300 overflows: points in such a tetrahedron are undecidable.
     const auto without_far = [&](std::span<const NodeInCell> all) {
         std::vector<NodeInCell> some;
         for (const NodeInCell& n : all) {

@@ -20,7 +20,7 @@ struct Limits {
     unsigned cpu_s = 10;   ///< 0: no limit
     unsigned wall_s = 60;  ///< for a machine with other work; 0: no limit
     std::uint64_t memory = std::uint64_t(2500) << 20;    ///< address space [bytes]; 0: no limit
-    std::uint64_t file_bytes = std::uint64_t(64) << 20;  ///< of each file that is written
+    std::uint64_t file_bytes = std::uint64_t(64) << 20;  ///< limit of each written file
 };
 
 struct Ended {

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// All formats that the program reads, and what their seeds are made with.
+// All formats that the program reads, and the inputs of their seeds.
 
 #pragma once
 

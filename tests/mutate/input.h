@@ -44,10 +44,10 @@ struct Format {
 };
 
 inline const std::string kUpload = "serve, upload";
-/// Of several series the first is chosen. With kUpload all are dropped.
+/// Chooses the first of several series. With kUpload all are dropped.
 inline const std::string kUploadFirstSeries = "serve, upload, first series";
 
-/// Where seeds come from.
+/// Sources of the seeds.
 struct Sources {
     std::filesystem::path program;
     std::filesystem::path fuzz_corpus;  ///< tests/fuzz/corpus

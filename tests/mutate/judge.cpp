@@ -16,7 +16,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Control characters other than line ends (on standard output: and tabs), and what isn't UTF-8.
+/// Control characters other than line ends (on standard output: and tabs), and invalid UTF-8.
 bool has_raw_bytes(const std::string& text, bool tabs) {
     for (const char c : text) {
         if (c == '\n' || (tabs && c == '\t')) continue;
@@ -39,7 +39,7 @@ std::size_t longest_line(const std::string& text) {
     return longest;
 }
 
-/// What it says now and then where it takes long: "pliant: deform: 40 % after 7 s".
+/// Removes progress lines of long runs: "pliant: deform: 40 % after 7 s".
 std::string without_progress(const std::string& text) {
     static const std::regex progress("^pliant: [a-z -]+: [0-9]+ % after [0-9]+ s$");
     std::string rest;

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// What a run of the program may do with a damaged file: take it in silence, or refuse it in one
-// line and leave nothing behind. Everything else is a fault.
+// Allowed behaviour of the program for a damaged file: it accepts it silently, or refuses it in one
+// line and leaves no files behind. Everything else is a fault.
 
 #pragma once
 

@@ -219,7 +219,7 @@ void insert_nesting(std::string& text, const Words&, Random& random) {
 
 using Change = void (*)(std::string&, const Words&, Random&);
 
-/// Those that mostly get past a reader's first look stand there more than once.
+/// Changes that mostly pass a reader's first checks are listed more than once.
 constexpr std::array<Change, 25> kChanges = {
     flip_bit,        flip_bit,       flip_bit,          set_bytes,
     set_number,      set_number,     insert_bytes,      insert_controls,

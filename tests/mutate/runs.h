@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// One run: a damaged file, a command line, what came of it.
+// One run: a damaged file, a command line, and the result.
 
 #pragma once
 

@@ -113,7 +113,7 @@ struct Recorder {
     }
 };
 
-/// What was done, how all comes to rest before a checkpoint, and what is done after it.
+/// Commands before a checkpoint, commands that bring the scene to rest, and commands after it.
 struct Doings {
     SceneSource source;
     Files files;  ///< that the source names
@@ -138,7 +138,8 @@ Files session_files(const Doings& doings, bool with_marks, bool with_checkpoints
     return recorder.files(folder / "s.pls");
 }
 
-/// Checksums of checkpoints, where the session has those of the good ones, and then the session's.
+/// Corrects the checksums of checkpoints, if the session has those of the good ones, then the
+/// session's.
 void repair_all(Files& files, const Files& good) {
     std::string& text = files.front().bytes;
     for (std::size_t n = 1; n < good.size(); ++n) {

@@ -91,7 +91,7 @@ Seed settings_seed(const std::string& name, const File& scan, const std::string&
                                  "out.plst"}};
 }
 
-/// Damages the settings in a saved state, whose length stands before them, or any of its bytes.
+/// Damages the settings in a saved state, which have their length in front, or any of its bytes.
 void damage_state(std::string& bytes, Random& random) {
     constexpr std::size_t kLengthAt = 168, kSettingsAt = kLengthAt + 4;
     std::uint32_t length = 0;

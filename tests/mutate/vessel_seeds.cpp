@@ -125,7 +125,7 @@ std::string closed_tube() {
     return test::bytes_of(folder / "t.obj");
 }
 
-/// That tube, full of contrast agent, in voxels of a millimetre.
+/// The same tube with contrast agent, in voxels of a millimetre.
 test::NrrdFile contrast_tube() {
     constexpr int kSide = 14, kSlices = 24;
     constexpr double kMiddle = 0.5 * (kSide - 1);

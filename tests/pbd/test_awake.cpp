@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// What is projected while random parts of a body are held, against the constraints one by one.
+// Projections while random parts of a body are held, against the constraints one by one.
 
 #include "pbd/awake.h"
 
@@ -28,7 +28,7 @@ PbdParts parts_of(const TetMesh& mesh) {
                                    .poisson_ratio = 0.4}));
 }
 
-/// Nothing outside of a ball moves, or of what is in it nothing but every third particle.
+/// Only a ball moves, or only every third particle in it.
 bool moves(Vec3d p, Vec3d middle, double radius, std::size_t n, bool scattered) {
     return norm(p - middle) < radius && (!scattered || n % 3 == 0);
 }

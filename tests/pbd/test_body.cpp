@@ -58,7 +58,7 @@ TEST(Plan, EachConstraintComesOnceAndNoPackPairOrPhaseMeetsAParticleTwice) {
         Random random(seed);
         PbdParts parts = random_block(
             random, {random.whole(1, 12), random.whole(1, 9), random.whole(1, 5)}, true);
-        // And a few that join what is far apart.
+        // And a few between distant particles.
         const int last = int(parts.places.size()) - 1;
         for (int n = 0; n < 20; ++n) {
             const int a = random.whole(0, last), b = random.whole(0, last);
@@ -198,7 +198,8 @@ TEST(Body, ConstraintForcesOnAHeldNodeAreTheWeightOfWhatHangsFromIt) {
     EXPECT_NEAR(forces[0].z, -30, 1e-6);
     EXPECT_NEAR(forces[2].z, 20, 1e-6);
     EXPECT_NEAR(body->multiplier(PbdKind::Distance, 0), -30, 1e-6);
-    // One iteration a sub-step: the second link moves what the first has settled, by h² g.
+    // One iteration per sub-step: the second link undoes part of the first one's projection, by h²
+    // g.
     EXPECT_NEAR(body->position(2).z, -2 - 0.03 - 0.02, 1e-4);
 }
 
@@ -328,7 +329,7 @@ TEST(Body, AMeshBecomesItsEdgesItsCellsAndTheFoldsOfItsBoundary) {
     EXPECT_TRUE(check_mesh(mesh).ok());
 }
 
-/// Where a small movement u of a body at rest is after one sub-step's projections.
+/// Result of one sub-step's projections for a small displacement u of a body at rest.
 std::vector<Vec3d> projected(const PbdParts& parts, const PbdSettings& settings,
                              const std::vector<Vec3d>& u) {
     PbdBody body = made(PbdBody::create(parts, settings));

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Boxes against brute force, the published hash's aliasing, and what a hand-over does.
+// Boxes against brute force, collisions of the published hash, and transitions between active sets.
 
 #include <gtest/gtest.h>
 #include <pliant/pbd_boxes.h>

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Each constraint alone, at random places: its gradient against finite differences, what a
-// projection keeps, and what it does with input that has no direction.
+// Each constraint alone, at random positions: its gradient against finite differences, invariants
+// of a projection, and degenerate input.
 
 #include <pliant/pbd.h>
 

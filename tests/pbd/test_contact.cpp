@@ -117,7 +117,7 @@ PbdBody body_of(const VesselWall& wall, double young_modulus, double step = kSte
                                              .solids = true,
                                              .young_modulus = young_modulus,
                                              .poisson_ratio = 0.45}));
-        // Held by what is around the vessel.
+        // Held by surrounding tissue.
         for (std::size_t n = 0; n < parts.places.size(); n += 16)
             parts.attachments.push_back({.nodes = {std::int32_t(n), 0, 0, 0},
                                          .target = parts.places[n],
@@ -256,7 +256,7 @@ VesselWall floor_of(int cells) {
     return wall;
 }
 
-// The same step with and without contact: what it has changed adds up to nothing.
+// The same step with and without contact: the changes of momentum add up to zero.
 TEST(RodContact, KeepsMomentumAndAngularMomentum) {
     const TaskArena arena(1);
     for (std::uint64_t seed = 1; seed <= 20; ++seed) {
@@ -308,7 +308,7 @@ TEST(RodContact, KeepsMomentumAndAngularMomentum) {
     }
 }
 
-// A wire is drawn over a floor: its weight times the coefficient is what its base feels.
+// A wire is drawn over a floor: the force at its base is its weight times the coefficient.
 TEST(RodContact, FrictionIsCoulombs) {
     const TaskArena arena(1);
     const VesselWall wall = floor_of(24);

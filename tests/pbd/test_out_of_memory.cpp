@@ -102,7 +102,7 @@ TEST(BodiesWithoutMemory, LoadsAndStatesAreSetAltogetherOrNotAtAll) {
     const auto make = [] {
         return std::make_unique<PbdBody>(made(PbdBody::create(block(), kSettings)));
     };
-    // What was loaded shows in the next step.
+    // Loads take effect in the next step.
     const auto later = [](const PbdBody& body) { return body.hash(); };
     fail_each_allocation(
         make, [&](PbdBody& body) { return body.load(particles, forces); }, later);

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// What others published or what is known in closed form: the cases of `./dev results pbd`, which
-// are computed there, and the block that position-based programs are timed with.
+// Published and closed-form cases: those of `./dev results pbd`, which computes them, and the
+// benchmark block of position-based programs.
 
 #include <pliant/pbd.h>
 

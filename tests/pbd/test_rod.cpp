@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// The rod: its solver against elimination, what is done to it. Closed forms and published shapes
-// are in test_published.cpp.
+// The rod: its solver against elimination, and its interface. Closed forms and published shapes are
+// in test_published.cpp.
 
 #include <pliant/pbd_rod.h>
 

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Hard volumes of a vessel under a pressure that lasts, in steps that are as few as real time
-// allows: what is left of their error, with recovery and without.
+// Hard volumes of a vessel under a lasting pressure, with as few sub-steps as real time allows: the
+// remaining error with and without recovery.
 
 #include <pliant/pbd.h>
 #include <pliant/vessel_wall.h>

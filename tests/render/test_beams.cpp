@@ -124,7 +124,7 @@ TEST(Beams, EqualTheTwinWithRaysThatHaveNothingInCommon) {
 
 TEST(Beams, EqualTheTwinAlongAxesThroughVoxelsAndWhereValuesAreTheThreshold) {
     // Whole numbers everywhere: rays in faces, along edges and through corners of cells; a plateau
-    // that is just as high as the threshold.
+    // exactly at the threshold.
     const Grid grid = plain_grid({40, 33, 20});
     TaskArena arena(1);
     std::mt19937 random(45);

@@ -20,7 +20,7 @@ using test::plain_grid;
 using test::random_unit;
 
 TEST(Blend, DimsThroughASlabAsBeerAndLambertSay) {
-    // The same value everywhere: the way through it is what the grid's border cuts off the ray.
+    // A uniform value: the path length is the ray's part inside of the grid's border.
     TaskArena arena(1);
     const auto slab =
         make_volume<std::int16_t>(plain_grid({31, 60, 60}), [](Vec3d) { return 100; });

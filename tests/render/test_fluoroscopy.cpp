@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Shadows of a box and a ball, whose lengths along a ray are known; the fade beyond a scan; noise
-// and collimator.
+// Shadows of a box and a ball with known lengths along a ray; the fade beyond a scan; noise and
+// collimator.
 
 #include <gtest/gtest.h>
 #include <pliant/fluoroscopy.h>
@@ -31,7 +31,7 @@ Grid grid_of(Vec3i size, Vec3d spacing, const Mat3d& direction = kIdentity3) {
     return grid;
 }
 
-/// The ray through a pixel's middle, from what the header says of source, centre and width.
+/// The ray through a pixel's middle, from the header's definition of source, centre and width.
 struct Ray {
     Vec3d eye, direction;
 };

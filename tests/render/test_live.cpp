@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// A caster whose volume changes, picking, and the surface nearest to a point.
+// A caster with a changing volume, picking, and the surface point nearest to a point.
 
 #include <gtest/gtest.h>
 

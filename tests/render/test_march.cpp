@@ -36,7 +36,7 @@ TEST(March, APlaneWaveArrivesWhenItShould) {
     EXPECT_DOUBLE_EQ(render::eikonal_arrival({1, 100, never}, {1, 1, 1}, 1), 2);
 }
 
-/// Beside a plane wall with cost 1 / distance the ways are those of the hyperbolic half-space:
+/// Beside a plane wall with cost 1 / distance, the paths are those of the hyperbolic half-space:
 /// cosh(arrival) = 1 + |a − b|² / (2 · distance of a · distance of b).
 double half_space_error(double spacing) {
     const int n = int(std::lround(24 / spacing)) + 1;
@@ -57,7 +57,7 @@ double half_space_error(double spacing) {
         for (int j = 0; j < n; ++j)
             for (int i = 0; i < n; ++i) {
                 const Vec3d x{i * spacing, j * spacing, k * spacing};
-                // What happens right at the source doesn't get better with the grid.
+                // The error right at the source is independent of the grid.
                 if (norm(x - source) <= 2.01) march.seed({i, j, k}, exact(x));
                 if (x.x >= 3 && norm(x - source) < 7) goals.push_back({i, j, k});
             }
@@ -95,7 +95,7 @@ Maze random_maze(test::Random& random) {
     return maze;
 }
 
-/// Shortest ways over the edges of the grid; an edge costs what its far end does.
+/// Shortest paths over the edges of the grid; an edge has the cost of its far end.
 std::vector<double> dijkstra(const Maze& maze, LumenTiles& tiles, const March& march, Vec3i seed) {
     using Entry = std::pair<double, std::size_t>;
     const Grid& grid = maze.volume.grid;

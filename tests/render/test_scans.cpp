@@ -24,7 +24,7 @@ int label_count_near(const Volume& label, Vec3d x_mm) {
     return count;
 }
 
-/// A chest, and the lumen of its airways as somebody segmented it.
+/// A chest, and a published segmentation of its airways.
 class Scans : public ::testing::Test {
   protected:
     void SetUp() override {

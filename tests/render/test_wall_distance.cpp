@@ -29,7 +29,7 @@ Volume random_volume(test::Random& random, Vec3i size) {
                               : test::make_volume<float>(grid, value);
 }
 
-/// Where the threshold is crossed between neighbours along an axis [mm along the grid's axes].
+/// Threshold crossings between neighbours along an axis [mm along the grid's axes].
 std::vector<Vec3d> crossings(const Volume& volume, const Box3i& box, const LumenSide& lumen) {
     std::vector<Vec3d> places;
     const Vec3d s = volume.grid.spacing_mm;

@@ -110,8 +110,8 @@ TEST(ChainMailResults, AFingerSinksUnderAToolThatSticksAndIsBentAsideByOneThatIt
     }
 }
 
-/// Depth and volume of a dent without rays, by another mapping: voxel columns along y of the scan
-/// that the tetrahedra resample, each with the first crossing between two voxels.
+/// Depth and volume of a dent without rays, by another mapping: voxel columns along y in the scan
+/// resampled by tetrahedra, each with the first crossing between two voxels.
 struct ColumnDent {
     double depth_mm = 0, volume_mm3 = 0;
 };

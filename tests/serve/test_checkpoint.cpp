@@ -18,7 +18,7 @@ namespace {
 
 using test::TemporaryFolder;
 
-/// Both let go, and what relaxes is left as it is.
+/// Releases both; relaxation is not completed.
 void make_quiet(Scene& scene, std::vector<SessionRecord>& records) {
     const auto act = [&](std::uint32_t client, const Action& action) {
         const Outcome outcome = scene.carry_out(client, action);
@@ -80,7 +80,7 @@ class CheckpointTest : public ::testing::Test {
         EXPECT_TRUE(again.ok()) << again.error().message;
         return std::move(*again);
     }
-    /// From its start, with a look at each mark.
+    /// Replays from the start and checks each mark.
     std::unique_ptr<Scene> from_start() {
         auto scene = Scene::open(kCube, m_arena);
         const Status status = replay_into(**scene, m_records, Compare::All);

@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// A WebSocket client by hand, for tests: it shares no code with the server, and can say what no
-// honest client says.
+// A WebSocket client for tests: it shares no code with the server, and can send invalid messages.
 
 #pragma once
 
@@ -49,7 +48,7 @@ class TestClient : public RawConnection {
     /// at the end of the connection (then `close_code` says why)
     Json until(const std::function<bool(const Json&)>& holds);
     Json until(const std::string& type);
-    /// Of the command with this id: done or error.
+    /// Waits for the answer to the command with this id: done or error.
     Json answer(std::uint32_t id);
     Json command(Json message);
     /// hello, then the whole snapshot.
@@ -85,7 +84,7 @@ class TestClient : public RawConnection {
     bool sends_rest_seen = true;
     std::string tools;                 ///< the newest frame
     std::string surface;               ///< of a vessel, at rest
-    std::vector<std::string> vessels;  ///< what came of it since, in order
+    std::vector<std::string> vessels;  ///< later frames, in order
     Json state, welcome;
 
   private:

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// What clients may say: every message there and back, every mistake named, and a great many that
-// nobody would think of.
+// Clients' messages: round trip of every message, an error for every mistake, and many random
+// texts.
 
 #include <gtest/gtest.h>
 
@@ -239,7 +239,7 @@ TEST(Messages, OfAnyBytesAtAllDoNoHarm) {
         const auto read = parse_message(text);
         if (const auto* message = std::get_if<Message>(&read)) {
             ++understood;
-            // What was understood can be said again, and means the same.
+            // Accepted messages round-trip.
             const std::string once = text_of(*message);
             const auto again = parse_message(once);
             ASSERT_TRUE(std::get_if<Message>(&again)) << text << "\n" << once;

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Files that are fetched and scans that are opened, over real connections: what is saved is what
-// the library would write of the same pushes, and whatever is sent, the scene goes on.
+// Downloads and uploads over real connections: downloads equal the library's files for the same
+// pushes, and the scene survives every upload.
 
 #include <fcntl.h>
 #include <gtest/gtest.h>
@@ -28,7 +28,7 @@ namespace {
 
 constexpr std::uint64_t kMaxUpload = 4 << 20;
 
-/// Of an answer of one line.
+/// Text of a one-line answer.
 std::string line_of(const std::string& response) {
     const std::string body = body_of(response);
     EXPECT_EQ(std::count(body.begin(), body.end(), '\n'), 1) << body;
@@ -38,7 +38,7 @@ std::string line_of(const std::string& response) {
 class FilesTest : public ::testing::Test {
   protected:
     void SetUp() override {
-        // Whatever the server puts into temporary files is looked for below.
+        // Temporary files of the server are searched below.
         ::setenv("TMPDIR", m_temporary.path().c_str(), 1);
         auto phantom = make_phantom({.name = "cube", .size = {48, 40, 44}}, m_arena);
         ASSERT_TRUE(phantom.ok());
@@ -168,7 +168,7 @@ TEST_F(FilesTest, WhatIsSavedIsWhatTheLibraryWritesOfTheSamePushes) {
     a.command({{"do", "grab"}, {"point", {0, 0, 0}}, {"radius", 5}});
     EXPECT_EQ(a.command({{"do", "drag"}, {"offset", {0, 1.5, 0.4}}})["t"], "done");
     compare();
-    // The files are those of scans, as `pliant info` reads them.
+    // The files are scans that `pliant info` can read.
     ASSERT_TRUE(read_volume(m_folder / "volume.nrrd").ok());
     const auto field = read_vector_field(m_folder / "displacement.nrrd");
     ASSERT_TRUE(field.ok());
@@ -255,7 +255,7 @@ TEST_F(FilesTest, AnOpenedScanIsANewSceneForEverybody) {
     EXPECT_EQ(a.command({{"do", "undo"}})["code"], "nothing");
     EXPECT_EQ(a.command(push({0, 0, 0}, {0, 2, 0}))["t"], "done");
     EXPECT_EQ(a.checked_checksum()["tissue"], b.checked_checksum()["tissue"]);
-    // Who comes back from before gets all of it.
+    // A client that reconnects gets everything.
     TestClient late(port(), m_server->link());
     EXPECT_EQ(late.enter()["volume"]["id"], 2);
     late.checked_checksum();
@@ -332,7 +332,7 @@ TEST_F(FilesTest, ScansOfSeveralFilesComeInParts) {
     TestClient a(port(), m_server->link());
     a.enter();
     const std::string data = packed(small_values());
-    // A header with its data beside it, in any order, whatever the folders of their names.
+    // A header with its data beside it, in any order, with arbitrary folders in their names.
     EXPECT_EQ(status_of(part("one", "C%3A%5Cscans%5Cx.raw", data)), "200");
     const MetaFile meta{.data_file = "x.raw", .data = ""};
     EXPECT_EQ(status_of(part("one", "/scans/../x.mhd", meta.bytes())), "200");
@@ -353,7 +353,7 @@ TEST_F(FilesTest, ScansOfSeveralFilesComeInParts) {
     follow(a);
     EXPECT_EQ(a.welcome["volume"]["name"], "CT chest");
     EXPECT_EQ(a.size, (Vec3i{4, 3, 3}));
-    // What can't be one scan.
+    // Files that can't be one scan.
     EXPECT_EQ(status_of(part("three", "a.nrrd", "hello")), "200");
     EXPECT_EQ(line_of(part("three", "b/a.nrrd", "hello")),
               "a.nrrd: expected files of different names, found two");
@@ -402,7 +402,7 @@ TEST_F(FilesTest, OfSeveralSeriesOneIsChosen) {
     EXPECT_EQ(status_of(wrong), "400");
     EXPECT_NE(line_of(wrong).find("has no series 9"), std::string::npos) << wrong;
     EXPECT_EQ(status_of(done("two", "CT")), "404");
-    // So does who doesn't want any; somebody else's turn comes at once.
+    // The same happens after a cancelled upload; another one can start at once.
     send_all("three");
     EXPECT_EQ(status_of(done("three", "CT")), "300");
     const std::string drop = "/open/drop?token=" + token() + "&upload=";
@@ -508,7 +508,7 @@ TEST_F(FilesTest, AClientThatHangsUpEndsTheReadingOfItsScan) {
 }
 
 TEST_F(FilesTest, ASlowReaderHoldsUpNobodyButThoseWhoSave) {
-    // Larger than what the sockets take at once.
+    // Larger than the sockets' buffers.
     auto large = make_phantom({.name = "cube", .size = {144, 144, 144}}, m_arena);
     ASSERT_TRUE(large.ok());
     Random random(5);
@@ -588,7 +588,7 @@ TEST_F(FilesTest, ARecordedSessionKeepsItsScansAndGoesOnWithTheLast) {
     m_folder.write("home/third.nrrd", bytes_of(m_folder / "cube.nrrd"));
     const auto part = replay_session(m_folder / "home/s.pls", m_arena);
     ASSERT_TRUE(part.ok()) << part.error().message;
-    EXPECT_EQ(part->commands, 4);  // with the release of who had left
+    EXPECT_EQ(part->commands, 4);  // including the release of the client that left
     // Without a scan that was opened, one line says which.
     m_server.reset();
     std::filesystem::remove_all(m_folder / "s.pls.scans/2");

@@ -20,7 +20,7 @@ namespace {
 
 using test::Random;
 
-/// Of a half float's bits, by its definition.
+/// Value of a half float's bits, by its definition.
 double value_of(std::uint16_t half) {
     const int exponent = half >> 10 & 31;
     const double rest = half & 1023;
@@ -231,7 +231,7 @@ TEST(Frames, OfABoxComeBackAsTheyWere) {
         if (!pack) {
             EXPECT_EQ(frame.size(), 32 + 2 * halves->size());
         }
-        // Whatever is cut short or changed is refused or harmless.
+        // Truncated or modified frames are refused or harmless.
         for (std::size_t n = 0; n < frame.size(); n += 1 + frame.size() / 50)
             EXPECT_FALSE(read_box(std::string_view(frame).substr(0, n)));
         for (int n = 0; n < 20; ++n) {

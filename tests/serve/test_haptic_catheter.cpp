@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// A device that holds the catheter of a served vessel: what it inserts and turns, what it feels and
-// what others see of it; and what it did is done again by a replay.
+// A device that holds the catheter of a served vessel: insertion and rotation, forces, the state
+// for other clients, and a replay.
 
 #include <gtest/gtest.h>
 #include <pliant/serve.h>
@@ -82,7 +82,7 @@ TEST_F(HapticCatheter, IsInsertedTurnedFeltAndPlayedAgain) {
     hand.enter();
     EXPECT_EQ(hand.command(start("replay:hand.txt"))["t"], "done");
     {
-        // Who looks on is told, too.
+        // Viewers are informed too.
         TestClient other(m_server->port(), m_server->view_link());
         other.enter();
         EXPECT_EQ(other.command(start("replay:hand.txt"))["code"], "view_only");

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// A device in a client's hand, over a real connection: who may, what it does to the tissue, what
-// others are told, that it stops, and that what it did is a session like any other.
+// A device of a client over a real connection: permissions, effect on the tissue, states for other
+// clients, stops, and an ordinary session.
 
 #include <gtest/gtest.h>
 #include <pliant/phantom.h>
@@ -216,7 +216,7 @@ TEST_F(HapticsServerTest, IsForThoseWhoControlAndEndsWithTheirConnection) {
         EXPECT_EQ(hand.command(start("virtual:tap"))["t"], "done");
         ASSERT_FALSE(news(viewer, [](const Json& m) { return m["on"] == true; }).is_null());
         EXPECT_EQ(other.command(start("virtual:tap"))["code"], "held_by_other");
-        // Anybody who controls may stop it, but only its owner lets it go on.
+        // Every client with control may stop it, but only its owner may resume.
         EXPECT_EQ(other.command({{"do", "haptics"}, {"wish", "stop"}})["t"], "done");
         EXPECT_EQ(other.command({{"do", "haptics"}, {"wish", "go"}})["code"], "held_by_other");
     }
@@ -238,7 +238,7 @@ TEST_F(HapticsServerTest, ABrowsersOwnDeviceIsWhereItSays) {
                std::abs(double(m["place_mm"][2]) - expected.z) < 0.05;
     });
     ASSERT_FALSE(there.is_null());
-    // Nobody says anything any more: it is lost, and without force.
+    // Without messages the device is lost, and has no force.
     const Json lost = news(hand, [](const Json& m) { return m["lost"] == true; });
     ASSERT_FALSE(lost.is_null());
     EXPECT_EQ(newtons(lost), 0);
@@ -264,7 +264,7 @@ TEST_F(HapticsServerTest, ASlowDeviceIsOpenedWhileTheSceneGoesOn) {
     // Another one in its place: this one is closed before.
     EXPECT_EQ(hand.command(start("virtual:tap"))["t"], "done");
 
-    // Who is gone gets none, and another may have one then.
+    // A disconnected client gets none, and another client may then have one.
     std::filesystem::remove(m_awaited);
     {
         TestClient other(m_server->port(), m_server->link());

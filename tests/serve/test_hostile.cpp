@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Clients that mean no good, or are broken: they are dropped with a reason, and the scene goes on
+// Hostile and faulty clients: they are disconnected with a reason, and the scene goes on
 // for the others.
 
 #include <gtest/gtest.h>
@@ -31,10 +31,10 @@ class HostileTest : public ::testing::Test {
         m_first_tick = m_server->ticks();
         m_since = std::chrono::steady_clock::now();
     }
-    /// Whatever was done: somebody honest is still served.
+    /// After every attack an honest client is still served.
     void TearDown() override {
-        // The owner's own count: a fiftieth of its rate is what a machine that is busy with other
-        // things, or with a sanitizer, leaves it at least.
+        // The owner's count of ticks: a busy or instrumented machine leaves it at least 1/50 of its
+        // rate.
         const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - m_since;
         const double ticks = double(m_server->ticks() - m_first_tick);
         EXPECT_GE(ticks, std::floor(seconds.count() * 60 / 50)) << "in " << seconds.count() << " s";
@@ -42,7 +42,7 @@ class HostileTest : public ::testing::Test {
         for (int n = 0; n < 3; ++n)
             EXPECT_EQ(m_friend->command({{"do", "iso"}, {"iso_hu", -400 - n}})["t"], "done");
         m_friend->checked_checksum();
-        // Those who came in and said nothing have their five seconds.
+        // Silent clients have their five seconds.
         const std::string token = token_of(m_server->link());
         for (int n = 0; n < 100; ++n) {
             if (RawConnection(port()).upgrade(token).starts_with("HTTP/1.1 101")) break;
@@ -170,7 +170,7 @@ TEST_F(HostileTest, FloodsAreCutOff) {
     for (int n = 0; n < 20'000; ++n) {
         client->send_frame(1, R"({"do":"ping"})");
         if (n % 500 != 499) continue;
-        // Meanwhile somebody else is served. (Who says nothing for 30 s is taken for gone, and
+        // Meanwhile another client is served. (A client without messages for 30 s is dropped, and
         // with a sanitizer all this takes longer.)
         ASSERT_EQ(m_friend->command({{"do", "iso"}, {"iso_hu", -500 - n / 500}})["t"], "done");
         char byte = 0;
@@ -193,7 +193,7 @@ TEST_F(HostileTest, FloodsOfWorkAreAnsweredBusyOrCutOff) {
         if (answer.is_null()) break;
         done += answer["t"] == "done";
         busy += answer["t"] == "error" && answer["code"] == "busy";
-        // Meanwhile somebody else is served.
+        // Meanwhile another client is served.
         if (n % 100 == 0) {
             EXPECT_EQ(m_friend->command({{"do", "iso"}, {"iso_hu", -n}})["t"], "done");
         }
@@ -320,7 +320,7 @@ TEST_F(HostileTest, WhoBreaksOffAnywhereEndsTheirConnectionOnly) {
             continue;
         }
         client.send(good.substr(0, std::size_t(random.whole(0, int(good.size())))));
-        // Half of them with a reset, so that what is on its way to them is lost.
+        // Half of them with a reset, so that data in flight is lost.
         const linger at_once{1, 0};
         if (n % 2)
             ::setsockopt(client.descriptor(), SOL_SOCKET, SO_LINGER, &at_once, sizeof at_once);

@@ -73,7 +73,7 @@ class OverlayTest : public TwinSceneTest {
                 return push_of(at, by, random.real(1, 5));
         }
     }
-    /// The client's numbers are those that the resampler makes of the twin at once.
+    /// The client's numbers equal those of a complete resampling of the twin.
     void expect_same(TestClient& client, const std::string& kind) {
         ASSERT_TRUE(is_twin(client));
         const Deformed once = deform_volume(m_twin->tissue(), Mapping::Cells, true).value();

@@ -78,7 +78,7 @@ TEST_F(PathServerTest, FollowTheDeformedVolume) {
     a.say(question(900, kTrachea, kLeft));
     const Json before = answer(a, 900);
     ASSERT_EQ(before["t"], "path") << before;
-    // A wall comes in from the side; the middle of what is left is elsewhere.
+    // A wall comes in from the side, so the middle of the rest is elsewhere.
     const Json pushed =
         a.command({{"do", "push"}, {"point", {-9, -5, 16}}, {"push", {6, 0, 0}}, {"radius", 5}});
     ASSERT_EQ(pushed["t"], "done") << pushed;
@@ -134,7 +134,7 @@ TEST_F(PathServerTest, AreLookedForOneAtATimeAndEndWithTheirClient) {
         gone.enter();
         gone.say(question(1, kTrachea, kLeft));
     }
-    // The scene goes on, and searches of those who left are soon over.
+    // The scene goes on, and searches of disconnected clients end soon.
     EXPECT_EQ(a.command({{"do", "iso"}, {"iso_hu", -450}})["t"], "done");
     Json last = Json::object();
     for (int n = 0; n < 200 && last.value("t", "") != "path"; ++n) {

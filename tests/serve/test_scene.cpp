@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// A scene does the same again from what was recorded, whatever the number of threads, and takes
-// back everything.
+// A scene replays to the same state from a recording with any number of threads, and undoes
+// everything.
 
 #include <gtest/gtest.h>
 #include <pliant/serve.h>
@@ -68,7 +68,7 @@ TEST(Scene, TakesEverythingBackAndDoesItAgain) {
         scene->carry_out(1, ResetCommand{});
         ASSERT_GT(steps(), 10);
         std::vector<std::tuple<std::uint64_t, double, double, bool>> states = {describe()};
-        // The last one is what open_scene did.
+        // The last one was made by open_scene.
         while (steps() > 1) {
             ASSERT_TRUE(scene->carry_out(2, UndoCommand{}).ok());
             states.push_back(describe());
@@ -125,12 +125,12 @@ TEST(Scene, LetsOneClientHoldAtATime) {
     EXPECT_EQ(felt->client, 1u);
     EXPECT_LT(felt->force.y, 0) << "tissue pulls back";
     EXPECT_FALSE(scene->measure_force()) << "told once";
-    // What is let go isn't felt.
+    // A released grab has no force.
     scene->carry_out(1, DragCommand{{0, 2.5, 0}});
     scene->carry_out(1, LetGoCommand{});
     EXPECT_FALSE(scene->measure_force());
     ASSERT_GT(scene->carry_out(1, grab).grabbed_elements.value_or(0), 0);
-    // Somebody else's push ends the grab.
+    // A push of another client ends the grab.
     scene->carry_out(2, PushCommand{.push = {{5, 5, 5}, {0, 0.5, 0}, 2}});
     EXPECT_EQ(scene->carry_out(1, DragCommand{{0, 3, 0}}).error_code, "not_holding");
 }
@@ -242,7 +242,7 @@ TEST(Springs, AreChosenPushedTakenBackAndLeft) {
     wrong.choice.springs.cell_mm = 99;
     EXPECT_EQ(scene->carry_out(1, wrong).error_code, "out_of_range");
     EXPECT_EQ(hash_of(*scene), pushed);
-    // What the other tissue did is gone, and is told to those who watch.
+    // The other tissue's history is cleared, and its clients are informed.
     ASSERT_TRUE(scene->carry_out(1, kSprings).ok());
     EXPECT_FALSE(scene->update().value().boxes.empty());
     EXPECT_EQ(volume(), at_rest);
@@ -421,7 +421,7 @@ TEST(SessionLog, FindsEveryByteThatWasChanged) {
     EXPECT_EQ(read_session(folder / "none.pls").error().code, ErrorCode::NotFound);
 }
 
-// What a client was sent, against a client that keeps everything.
+// Data sent to a client, against a client that keeps everything.
 
 TEST(Delivery, BringsEveryClientUpToDateHoweverItReadsAndComesBack) {
     for (const std::uint64_t seed : {31U, 32U, 33U, 34U}) {
@@ -484,7 +484,7 @@ TEST(Delivery, BringsEveryClientUpToDateHoweverItReadsAndComesBack) {
             send();
             deliver(false);
             if (random.whole(0, 25) == 0) {
-                // The connection ends: what is on the way is lost, in both directions.
+                // The connection ends: data in flight is lost, in both directions.
                 on_the_way.clear();
                 answers.clear();
                 const bool forgets = random.whole(0, 3) == 0;

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Real servers and real connections: several clients on one scene, and those that come and go.
+// Real servers and real connections: several clients on one scene, which come and go.
 
 #include <gtest/gtest.h>
 #include <pliant/phantom.h>
@@ -71,7 +71,7 @@ TEST_F(ServerTest, TwoClientsAgreeAfterBothPushed) {
     EXPECT_EQ(of_a["tissue"], of_b["tissue"]);
     EXPECT_EQ(a.voxels, b.voxels);
     EXPECT_NE(of_a["volume"], before["volume"]);
-    // Somebody who comes later gets all of it.
+    // A late client gets everything.
     TestClient late(server->port(), server->view_link());
     EXPECT_EQ(late.enter()["role"], "view");
     EXPECT_EQ(late.voxels, a.voxels);
@@ -97,7 +97,7 @@ TEST_F(ServerTest, BytesFollowTheChange) {
     a.checked_checksum();
     EXPECT_GT(a.box_bytes, 0);
     EXPECT_LT(a.box_bytes, snapshot / 3);
-    // What changes no voxel sends none.
+    // A command that changes no voxel sends none.
     a.box_bytes = 0;
     a.command({{"do", "iso"}, {"iso_hu", -300}});
     a.command(push({10, 0, 0}, {0, 0, 0}, 2));
@@ -253,7 +253,7 @@ TEST_F(ServerTest, ALostConnectionGoesOnWhereItEnded) {
     EXPECT_EQ(third.welcome["client"], welcome["client"]);
     EXPECT_EQ(again.wait_for_close(), 4005);
     EXPECT_EQ(third.voxels, other.voxels);
-    // A place that nobody knows.
+    // An unknown resume token.
     TestClient stranger(server->port(), server->link());
     stranger.enter({{"resume", "0123456789abcdef0123456789abcdef"}, {"step", step}});
     EXPECT_EQ(stranger.welcome["resumed"], false);

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// A vessel as the server's tissue: the same as the catheter alone, the same again from what was
-// recorded, and what clients are sent of it is what is there.
+// A vessel as the server's tissue: equal to the catheter alone, equal in a replay, and correctly
+// sent to clients.
 
 #include <gtest/gtest.h>
 #include <pliant/rest_field.h>
@@ -145,7 +145,7 @@ TEST_F(VesselScene, ComesToRestOnceNobodyDrives) {
     EXPECT_TRUE(scene->has_contact(1));
     EXPECT_FALSE(scene->has_contact(2));
     EXPECT_FALSE(scene->is_quiet());
-    // Whoever goes lets go of it.
+    // A client that leaves lets go of it.
     EXPECT_TRUE(scene->carry_out(1, ReleaseCommand{}).ok());
     EXPECT_FALSE(scene->has_contact(1));
     int sweeps = 0;
@@ -206,7 +206,7 @@ TEST_F(VesselScene, TakesBackOneDriveAfterTheOther) {
     EXPECT_FALSE(scene->wants_sweep());
 }
 
-// What goes on from a file is what goes on from the scene that was saved.
+// Continuing from a file equals continuing from the saved scene.
 TEST_F(VesselScene, GoesOnFromACheckpoint) {
     const TaskArena one(1);
     const auto scene = open(m_arena), other = open(one);
@@ -383,7 +383,7 @@ Json patiently(TestClient& client, const std::function<bool(const Json&)>& holds
     return found;
 }
 
-/// What a client makes of the frames, byte by byte as the protocol has them.
+/// A client's copy from the frames, decoded as in the protocol.
 struct Copy {
     std::vector<Vec3f> rest, places;
     std::vector<std::uint32_t> corners;
@@ -522,7 +522,7 @@ TEST_F(VesselScene, IsServedToSeveralAndPlayedAgain) {
         Copy copy;
         copy.take_surface(a.surface);
         for (const std::string& frame : a.vessels) copy.take_vessel(frame);
-        // Who asks later is sent the same.
+        // A later client is sent the same.
         TestClient late(server->port(), server->view_link());
         late.enter();
         EXPECT_EQ(late.checked_checksum()["volume"], sums["volume"]);

@@ -40,7 +40,7 @@ inline SpringParts random_parts(Random& random, int node_count, bool damped) {
     return parts;
 }
 
-/// A block of hexahedra with volume energy, its nodes a little off their places.
+/// A block of hexahedra with volume energy and slightly shifted nodes.
 inline SpringParts random_block(Random& random, Vec3i size, double bulk, bool damped) {
     auto parts = springs_of_lattice({.size = size,
                                      .stiffness = {2, 3, 4},

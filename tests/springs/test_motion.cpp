@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Force transmittal and the explicit network against the paper's formulas, written out, and against
-// what is known in closed form.
+// Force transmittal and the explicit network against a plain implementation of the paper's
+// formulas, and against closed forms.
 
 #include <pliant/springs.h>
 
@@ -243,7 +243,7 @@ TEST(Motion, NewPlacesAddEnergyWhereOldOnesDont) {
     ASSERT_FALSE(refused.ok());
     EXPECT_EQ(refused.error().message,
               "seen: new positions expect damped nodes; without, no time step is stable");
-    // What they would do: a free block that drifts is carried away ever faster.
+    // Without the bound: a drifting free block accelerates exponentially.
     const auto order = transmittal_order(*network, std::array{0}, 100);
     double speed[2];
     for (const int reading : {0, 1}) {

@@ -41,7 +41,7 @@ std::unique_ptr<SpringTissue> moving(SpringSolver solver, const TaskArena& arena
     return tissue;
 }
 
-/// Of all places and velocities.
+/// State of all positions and velocities.
 std::string state_of(const SpringTissue& tissue) {
     std::string state;
     const auto add = [&](Vec3d v) { state.append(reinterpret_cast<const char*>(&v), sizeof(v)); };

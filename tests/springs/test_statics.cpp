@@ -18,7 +18,7 @@ namespace {
 
 using SparseMatrix = Eigen::SparseMatrix<double>;
 
-/// Of the rest shape, links only; a fixed node's rows are those of the identity.
+/// Stiffness matrix of the links at the rest shape; a fixed node's rows are those of the identity.
 SparseMatrix stiffness_of(const SpringNetwork& network) {
     const int size = 3 * network.node_count();
     std::vector<Eigen::Triplet<double>> entries;
@@ -126,7 +126,7 @@ TEST(Statics, WhereALatticeSnapsThroughThereIsAnEquilibriumBehindItAndFoldedCell
                 EXPECT_LT(norm(reaction->force + Vec3d{0, 0, loaded ? newton : 0}), 1e-5);
             }
         }
-        // It holds: whatever moves by a little takes energy.
+        // A stable equilibrium: every small motion increases the energy.
         const auto potential = [&] {
             double work = 0;
             for (const std::int32_t n : {944, 945, 954, 955})

@@ -43,7 +43,7 @@ inline Volume good_volume(Random& random, int smallest = 4) {
 
 struct BrokenVolume {
     Volume volume;
-    std::string field;  ///< that is wrong
+    std::string field;  ///< the wrong field
 };
 
 inline BrokenVolume broken_volume(Random& random) {

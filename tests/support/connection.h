@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// HTTP by hand: it shares no code with the server, and can say what no honest client says.
+// Manual HTTP: it shares no code with the server, and can send invalid requests.
 
 #pragma once
 
@@ -78,11 +78,11 @@ class Connection {
         }
         return true;
     }
-    /// Drops what came in.
+    /// Discards received data.
     void forget() { m_buffer.clear(); }
-    /// Nothing more will be said; what is answered can still be read.
+    /// Ends sending; answers can still be read.
     void end_sending() { ::shutdown(m_descriptor, SHUT_WR); }
-    /// Everything up to the blank line, then what its length says. Empty: closed.
+    /// Reads up to the blank line, then as many bytes as the length states. Empty: closed.
     std::string read_response() {
         std::size_t end = 0;
         while ((end = m_buffer.find("\r\n\r\n")) == std::string::npos)

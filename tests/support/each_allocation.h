@@ -39,7 +39,7 @@ inline std::vector<std::int64_t> chosen(std::int64_t count, const EachAllocation
     return numbers;
 }
 
-/// What became of an operation that was made to fail.
+/// Result of an operation with a failing allocation.
 struct Failures {
     std::int64_t allocations = 0;  ///< of the operation on the twin
     int failed = 0;                ///< times that it returned an error

@@ -18,7 +18,7 @@
 
 namespace pliant::test {
 
-/// Without the lines that say that the program is still at work: a busy machine has more of them.
+/// Removes progress lines, because a busy machine has more of them.
 inline std::string without_progress(const std::string& text) {
     std::string rest;
     std::istringstream lines(text);
@@ -46,7 +46,7 @@ class ProgramInFolder : public ::testing::Test {
     }
     std::string out() const { return bytes_of(m_folder / ".out"); }
     std::string said() const { return without_progress(bytes_of(m_folder / ".err")); }
-    /// Names of all files in the folder, but those of the program's output.
+    /// Names of all files in the folder, except the program's output.
     std::set<std::string> names() const {
         std::set<std::string> found;
         for (const auto& entry : std::filesystem::directory_iterator(m_folder.path()))

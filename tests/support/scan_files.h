@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Small scan files, byte by byte and by nobody's library, good ones unless a field is changed.
+// Small scan files, written byte by byte without a library; valid unless a field is changed.
 
 #pragma once
 

@@ -163,7 +163,7 @@ TEST(VesselWall, CellsThatDontCarryAnAortaAreRefined) {
     EXPECT_EQ(made(vessel::openings_of(wall.ghost)).size(), 3u);
 }
 
-// A wall whose branches are so near to each other that they grow together holds as well.
+// A wall with branches so near to each other that they merge is valid too.
 TEST(VesselWall, BranchesMayGrowTogetherOutside) {
     const double r = 12, gap = 1.2;
     std::vector<CentrePoint> ring;

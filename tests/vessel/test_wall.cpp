@@ -21,7 +21,7 @@ const TaskArena& arena() {
     return two;
 }
 
-/// What every wall must be, however it was made.
+/// Invariants of every wall.
 void expect_sound(const VesselWall& wall, std::int64_t euler, double least_dihedral = 10.7) {
     EXPECT_TRUE(check_mesh(wall.mesh).ok());
     const TetQuality q = tet_quality(wall.mesh);
@@ -109,7 +109,7 @@ TEST(WallAroundCentreline, AConeHasTheRadiiBetween) {
     const auto wall = wall_around_centreline(cone, {.thickness_mm = 1}, arena());
     ASSERT_TRUE(wall.ok()) << wall.error().message;
     expect_sound(*wall, 0);
-    // Spheres that shrink by a tenth touch a cone whose half angle has that sine.
+    // Spheres that shrink by a tenth touch a cone with that sine of the half angle.
     for (const Vec3d& p : wall->ghost.nodes_mm)
         if (p.z > 0.6) {
             EXPECT_NEAR((5 - p.z / 10) / std::sqrt(1 - 0.01), std::hypot(p.x, p.y), 1e-6);

@@ -95,8 +95,8 @@ inline const Recorded kCompressed = {
     {"u8 scaled", "05bae1ec77e397a9"},
 };
 
-/// Codestream, and what the header says. JPEG-LS of 8 bits in 16 ended GDCM's process: these rows
-/// are those of the codestream in 8 bits.
+/// Codestream, and the header's values. JPEG-LS of 8 bits in 16 crashed GDCM: these rows are those
+/// of the codestream in 8 bits.
 inline const Recorded kDisagreeing = {
     {"jpeg_2000 s12 as s16/16", "410cc4e61aa89840"},
     {"jpeg_2000 s12 as u12/16", "00647b4378e5ca00"},

@@ -16,7 +16,7 @@
 namespace pliant::test {
 
 struct MadeScan {
-    /// The row in the table is what is before " / ": scans of one row share a hash.
+    /// The table's row is the part before " / ": scans of one row share a hash.
     std::string name;
     /// Names and bytes; the first is the one that is read.
     std::vector<std::pair<std::string, std::string>> files;
@@ -31,7 +31,7 @@ MadeScans nifti_scans();
 /// Random places and directions of voxels, many scans to a row.
 MadeScans nifti_orientations();
 
-/// Types of numbers, by what the formats call them; and 24 numbers of each, the extremes included.
+/// Types of numbers with the formats' names; and 24 numbers of each, including the extremes.
 struct NumberType {
     const char* name;
     std::vector<std::string> nrrd;

@@ -162,7 +162,7 @@ struct Family {
     const char* name;
     double max_offset_mm;
     double noise;     ///< of the sform's entries, relative
-    bool same;        ///< the sform says what the qform says
+    bool same;        ///< the sform equals the qform
     bool along_axes;  ///< no turn, or a half one
     double least_mm, most_mm;
 };
@@ -177,7 +177,7 @@ NiftiFile random_file(Random& random, const Family& family) {
     const float qfac = random.whole(0, 1) ? 1.F : -1.F;
     file.pixdim[0] = qfac;
     for (std::size_t a = 1; a < 4; ++a) {
-        // A power in place of std::pow, whose last bit differs from machine to machine.
+        // A power instead of std::pow, whose last bit differs between machines.
         const double t = random.real(0, 1);
         file.pixdim[a] = float(family.least_mm + (family.most_mm - family.least_mm) * t * t * t);
     }

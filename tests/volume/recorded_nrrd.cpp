@@ -6,7 +6,7 @@
 namespace pliant::test {
 namespace {
 
-/// Collects scans that differ from a good file by what each says.
+/// Collects variants of a valid file.
 class MadeNrrd {
   public:
     template <class Change>

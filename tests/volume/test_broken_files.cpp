@@ -153,7 +153,7 @@ TEST(BrokenNrrd, MissingDataFilesAreNamed) {
     expect_one_line(folder.write("f.nhdr", beside("data file: s%n%s 1 2 1\n")),
                     "names 0 data files");
     expect_one_line(folder.write("g.nhdr", beside("data file: .\n")), "is missing");
-    // Numbers whose difference, or quotient, is none.
+    // Numbers whose difference or quotient overflows.
     for (const char* numbers : {"-9223372036854775808 0 -1", "-9223372036854775808 1 1",
                                 "9223372036854775806 9223372036854775807 1"})
         expect_one_line(

@@ -55,7 +55,7 @@ void expect_one_line_or_a_sound_volume(const Result<Volume>& volume) {
 
 class DamagedAtRandom : public testing::Test {
   protected:
-    /// A new file each time: file systems make haste to keep what is written over an old one.
+    /// Writes a new file each time: file systems flush files that replace old ones early.
     std::filesystem::path write_anew(const std::string& name, const std::string& bytes) const {
         std::filesystem::remove(m_folder.path() / name);
         return m_folder.write(name, bytes);

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// What the process that decodes pixels can still do after it gave up the rest.
+// Remaining abilities of the pixel decoder's process after it has dropped its privileges.
 
 #include "decoder/sandbox.h"
 

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Headers at the limits of what is read: long lines, many keys, skips, text for numbers, and images
-// for which there is no memory.
+// Headers at the limits: long lines, many keys, skips, text for numbers, and images beyond the
+// memory.
 
 #include "core/memory_budget.h"
 #include "support/scan_files.h"

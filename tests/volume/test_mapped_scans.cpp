@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Scans that are mapped, and those that would be but for an odd place: their values are the file's.
+// Mapped scans, and scans with an offset that prevents mapping: their values are those of the file.
 
 #include "support/random.h"
 #include "support/scan_files.h"
@@ -206,7 +206,7 @@ TEST(MappedScans, WhatIsWrittenRawIsMappedWhenItIsReadAgain) {
         ASSERT_TRUE(again.ok()) << again.error().message;
         EXPECT_TRUE(is_mapped(path));
         EXPECT_EQ(again->voxels, volume.voxels);
-        // The file that it is mapped from may be replaced by what is made of it.
+        // The mapped file may be replaced by a file derived from it.
         ASSERT_TRUE(write_volume(path, *again, Encoding::Raw).ok());
         EXPECT_EQ(again->voxels, volume.voxels);
     }

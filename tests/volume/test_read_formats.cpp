@@ -17,7 +17,7 @@ namespace {
 
 const Grid kPlain{{4, 3, 2}, {1, 1, 2}, {10, 20, 30}, kIdentity3};
 
-/// Where a NiftiFile lies: its world is RAS.
+/// Grid of a NiftiFile: its world is RAS.
 const Grid kNifti{{4, 3, 2}, {1, 1, 2}, {-10, -20, 30}, {{{-1, 0, 0}, {0, -1, 0}, {0, 0, 1}}}};
 
 /// Expects values first, first + step, … on a grid.

@@ -216,7 +216,7 @@ TEST_P(OnBothHands, WhatIsWrittenIsReadBackInTheSamePlace) {
 TEST(ReadDicom, SlicesInAnyOrderAreStackedByPosition) {
     test::TemporaryFolder folder;
     Grid grid = oblique_grid(false);
-    grid.spacing_mm = {0.25, 0.5, 2};  // that numbers in decimal text can hold
+    grid.spacing_mm = {0.25, 0.5, 2};  // exact in decimal text
     const auto& c = grid.direction.columns;
     const int places[] = {2, 0, 1};  // file 0 holds slice 2, …
     for (int file = 0; file < 3; ++file) {

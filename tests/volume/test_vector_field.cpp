@@ -106,7 +106,7 @@ TEST(VectorField, VectorsInRasAreConverted) {
     ASSERT_TRUE(field.ok()) << field.error().message;
     EXPECT_EQ(field->vectors_mm[5], (Vec3f{-1, -2, 3}));
     EXPECT_EQ(field->grid.origin_mm, (Vec3d{-10, -20, 30}));
-    EXPECT_EQ(field->kind, FieldKind::Resampling);  // what a grid transform without the key is
+    EXPECT_EQ(field->kind, FieldKind::Resampling);  // default of a grid transform without the key
 }
 
 TEST(VectorField, OtherFilesAreRefused) {

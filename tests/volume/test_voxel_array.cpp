@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Pliant authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Copies, writes and moves in any order against plain vectors, and what they cost in memory.
+// Copies, writes and moves in any order against plain vectors, and their memory.
 
 #include <pliant/voxel_array.h>
 
