@@ -12,8 +12,6 @@ namespace pliant {
 constexpr void add_outer(Mat3d& m, Vec3d v, double weight) {
     for (int c = 0; c < 3; ++c) m.columns[c] = m.columns[c] + (weight * v[c]) * v;
 }
-/// Of a symmetric matrix.
-double largest_eigenvalue(const Mat3d& m);
 
 /// SpringNetwork::stable_time_step for another shape. @param places  [node]; empty: the rest shape
 double stable_time_step(const SpringNetwork& network, std::span<const Vec3d> places);
