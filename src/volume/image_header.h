@@ -18,6 +18,8 @@
 #include <string_view>
 #include <vector>
 
+#include "volume/grid_limits.h"
+
 namespace pliant {
 
 enum class ImageFormat { Nrrd, MetaImage, Nifti };
@@ -71,15 +73,6 @@ Result<ImageHeader> read_nrrd_header(const std::filesystem::path& path);
 Result<ImageHeader> read_meta_header(const std::filesystem::path& path);
 Result<ImageHeader> read_nifti_header(const std::filesystem::path& path);
 
-/// Longest axis, and most voxels, that are read [voxels].
-inline constexpr std::int64_t kMaxAxisSize = 1 << 16;
-inline constexpr std::int64_t kMaxVoxelCount = std::int64_t(1) << 32;
-/// Distances between voxel centres that are accepted [mm].
-inline constexpr double kMinSpacingMm = 1e-6;
-inline constexpr double kMaxSpacingMm = 1e4;
-/// Farthest place that is taken for one [mm].
-inline constexpr double kMaxOriginMm = 1e8;
-
 /// Whether a grid is one to work on: two voxels or more along each axis, spacing, origin and
 /// directions that are sensible numbers.
 Status check_grid(const std::filesystem::path& path, const Grid& grid);
@@ -97,8 +90,6 @@ Status check_header(const std::filesystem::path& path, int components, ImageHead
 /// Whether a key is one of those in which ITK keeps fields of the header; they are not passed on.
 bool is_itk_key(std::string_view key);
 
-/// Whether the axes are perpendicular, to within what rounding in a file may do to them.
-bool is_perpendicular(const Mat3d& direction);
 /// Notes axes that pass for perpendicular, but lean by more than rounding explains.
 void note_lean(const Grid& grid, std::vector<std::string>& notes);
 
