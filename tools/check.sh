@@ -52,9 +52,9 @@ lint() {
 }
 
 compile_and_test() { # PRESET [a command that runs the given one]
-    local all=ON
-    [[ $1 == clang ]] && all=OFF
-    configure "$1" -DPLIANT_BUILD_TESTS=ON -DPLIANT_TEST_ALL=$all
+    local all=ON shared=OFF
+    [[ $1 == clang ]] && all=OFF shared=ON
+    configure "$1" -DPLIANT_BUILD_TESTS=ON -DPLIANT_TEST_ALL=$all -DBUILD_SHARED_LIBS=$shared
     compile "$1"
     run_ctest "$@"
 }

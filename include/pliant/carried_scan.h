@@ -18,6 +18,7 @@
 #include <memory>
 #include <span>
 
+#pragma GCC visibility push(default)
 namespace pliant {
 
 struct CarriedScanSettings {
@@ -50,3 +51,4 @@ class CarriedScan {
 };
 
 }  // namespace pliant
+#pragma GCC visibility pop

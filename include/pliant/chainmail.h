@@ -40,6 +40,7 @@
 #include <string_view>
 #include <vector>
 
+#pragma GCC visibility push(default)
 namespace pliant {
 
 /// How the minimal move is found. All give the same bits.
@@ -283,3 +284,4 @@ class ChainMail {
 };
 
 }  // namespace pliant
+#pragma GCC visibility pop

@@ -32,6 +32,7 @@
 #include <span>
 #include <vector>
 
+#pragma GCC visibility push(default)
 namespace pliant {
 
 struct ChainElement {
@@ -154,3 +155,4 @@ class GraphChainMail {
 };
 
 }  // namespace pliant
+#pragma GCC visibility pop

@@ -27,6 +27,7 @@
 #include <stop_token>
 #include <vector>
 
+#pragma GCC visibility push(default)
 namespace pliant {
 
 /// A region that tissue may not enter: all points within a radius of a segment. Both ends equal: a
@@ -67,3 +68,4 @@ struct RelaxReport {
 };
 
 }  // namespace pliant
+#pragma GCC visibility pop

@@ -20,6 +20,7 @@
 
 #include <cstdint>
 
+#pragma GCC visibility push(default)
 namespace pliant {
 
 /// The values that are tissue for a tool: those from a threshold upwards, or those below it.
@@ -58,3 +59,4 @@ Result<SlideReport> slide_sphere(ChainMail& tissue, const Push& path,
 Result<SlideReport> slide_sphere(ChainMail& tissue, const Push& path);
 
 }  // namespace pliant
+#pragma GCC visibility pop

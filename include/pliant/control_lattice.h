@@ -23,6 +23,7 @@
 #include <optional>
 #include <span>
 
+#pragma GCC visibility push(default)
 namespace pliant {
 
 struct ControlGrid {
@@ -74,3 +75,4 @@ class ControlLattice : public MovingScan {
 };
 
 }  // namespace pliant
+#pragma GCC visibility pop

@@ -24,6 +24,7 @@
 
 #include <cstdint>
 
+#pragma GCC visibility push(default)
 namespace pliant {
 
 /// The tool stays where the normal points to.
@@ -156,3 +157,4 @@ HapticForce servo_step(const HapticSettings& settings, const HapticModel* fresh,
                        const HapticReading& reading, HapticState& state);
 
 }  // namespace pliant
+#pragma GCC visibility pop

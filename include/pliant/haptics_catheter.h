@@ -21,6 +21,7 @@
 #include <pliant/catheter.h>
 #include <pliant/haptics.h>
 
+#pragma GCC visibility push(default)
 namespace pliant {
 
 struct CatheterFeelSettings {
@@ -77,3 +78,4 @@ class CatheterFeel {
 };
 
 }  // namespace pliant
+#pragma GCC visibility pop

@@ -22,6 +22,7 @@
 #include <optional>
 #include <span>
 
+#pragma GCC visibility push(default)
 namespace pliant {
 
 /// A symmetric stiffness that fits the last places and forces of a tool: each new pair changes it
@@ -112,3 +113,4 @@ class ChainMailFeel {
 };
 
 }  // namespace pliant
+#pragma GCC visibility pop

@@ -23,6 +23,7 @@
 #include <string_view>
 #include <vector>
 
+#pragma GCC visibility push(default)
 namespace pliant {
 
 struct HapticLimits {
@@ -142,3 +143,4 @@ class IdleLoop {
 };
 
 }  // namespace pliant
+#pragma GCC visibility pop

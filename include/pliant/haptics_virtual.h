@@ -18,6 +18,7 @@
 
 #include <functional>
 
+#pragma GCC visibility push(default)
 namespace pliant {
 
 /// Pushes with steady + sine forces, and pulls towards a place like a spring with a damper.
@@ -99,3 +100,4 @@ HapticState run_haptics(VirtualDevice& device, const HapticRun& run, std::int64_
                         const HapticTissue& tissue, const HapticWatch& watch = {});
 
 }  // namespace pliant
+#pragma GCC visibility pop

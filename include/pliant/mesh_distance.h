@@ -21,6 +21,7 @@
 #include <memory>
 #include <span>
 
+#pragma GCC visibility push(default)
 namespace pliant {
 
 /// What the edges of a triangle surface say of it.
@@ -75,3 +76,4 @@ class SurfaceDistance {
 };
 
 }  // namespace pliant
+#pragma GCC visibility pop

@@ -12,6 +12,7 @@
 #include <string>
 #include <vector>
 
+#pragma GCC visibility push(default)
 namespace pliant {
 
 /// Faces that only one tetrahedron has, outward, by the mesh's own nodes, in the cells' order.
@@ -71,3 +72,4 @@ std::vector<Embedded> embed(std::span<const Vec3d> points_mm, const TetMesh& mes
                             const TaskArena& arena);
 
 }  // namespace pliant
+#pragma GCC visibility pop

@@ -24,6 +24,7 @@
 
 #include <functional>
 
+#pragma GCC visibility push(default)
 namespace pliant {
 
 /// Above zero inside the solid, zero on its surface, continuous. Called from many threads.
@@ -48,3 +49,4 @@ Result<TetMesh> stuff_isosurface(const LevelFunction& level, const StuffingSetti
                                  const TaskArena& arena);
 
 }  // namespace pliant
+#pragma GCC visibility pop

@@ -26,6 +26,7 @@
 #include <span>
 #include <vector>
 
+#pragma GCC visibility push(default)
 namespace pliant {
 
 /// How far a constraint gives way.
@@ -200,3 +201,4 @@ Result<PbdParts> pbd_of_mesh(const TetMesh& mesh, const PbdMaterial& material);
 TetMesh five_tet_block(Vec3i cells, double side);
 
 }  // namespace pliant
+#pragma GCC visibility pop

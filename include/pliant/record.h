@@ -31,6 +31,7 @@
 #include <variant>
 #include <vector>
 
+#pragma GCC visibility push(default)
 namespace pliant {
 
 /// Value of a field. The first alternative stands for an optional field that is not set, and for
@@ -275,3 +276,4 @@ constexpr auto setting(SettingInfo info) {
 }
 
 }  // namespace pliant
+#pragma GCC visibility pop

@@ -22,6 +22,7 @@
 #include <filesystem>
 #include <memory>
 
+#pragma GCC visibility push(default)
 namespace pliant {
 
 struct SpringDeformationSettings {
@@ -111,3 +112,4 @@ class SpringDeformation : public MovingScan {
 };
 
 }  // namespace pliant
+#pragma GCC visibility pop

@@ -24,6 +24,7 @@
 #include <limits>
 #include <memory>
 
+#pragma GCC visibility push(default)
 namespace pliant {
 
 enum class SpringSolver {
@@ -180,3 +181,4 @@ Result<DepthFound> find_depth(const SpringNetwork& network, const SpringSettings
                               const DepthSearch& search, const TaskArena& arena) noexcept;
 
 }  // namespace pliant
+#pragma GCC visibility pop

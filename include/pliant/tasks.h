@@ -11,6 +11,7 @@
 #include <functional>
 #include <memory>
 
+#pragma GCC visibility push(default)
 namespace pliant {
 
 class TaskArena {
@@ -35,3 +36,4 @@ class TaskArena {
 };
 
 }  // namespace pliant
+#pragma GCC visibility pop

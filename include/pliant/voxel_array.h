@@ -25,6 +25,7 @@
 #include <utility>
 #include <vector>
 
+#pragma GCC visibility push(default)
 namespace pliant {
 
 /// The bytes below a VoxelArray. Copies may be made while others read; like those of any
@@ -161,3 +162,4 @@ class VoxelArray {
 };
 
 }  // namespace pliant
+#pragma GCC visibility pop

@@ -17,6 +17,7 @@
 #include <string>
 #include <vector>
 
+#pragma GCC visibility push(default)  // for other components
 namespace pliant {
 
 /// One of the series that lie in a folder.
@@ -41,3 +42,4 @@ Result<Volume> read_dicom_folder(const std::filesystem::path& folder, const Read
                                  ReadNotes& notes, const DecoderChoice& decoder = {});
 
 }  // namespace pliant
+#pragma GCC visibility pop

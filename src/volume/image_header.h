@@ -85,7 +85,9 @@ Status check_counts(const std::filesystem::path& path, const std::vector<std::in
 Status check_size(const std::filesystem::path& path, const std::vector<std::int64_t>& sizes);
 /// check_size, check_grid, and whether the file holds that many numbers per voxel. Sets the grid's
 /// size.
+#pragma GCC visibility push(default)  // for other components
 Status check_header(const std::filesystem::path& path, int components, ImageHeader& header);
+#pragma GCC visibility pop
 
 /// Whether a key is one of those in which ITK keeps fields of the header; they are not passed on.
 bool is_itk_key(std::string_view key);
