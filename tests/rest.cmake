@@ -3,8 +3,8 @@
 
 pliant_test(core
     SOURCES test_ended_commits.cpp test_geometry.cpp test_hash.cpp test_memory_budget.cpp
-            test_record.cpp test_result.cpp test_staged_files.cpp test_tasks.cpp test_text.cpp
-            test_text_input.cpp)
+            test_record.cpp test_result.cpp test_small_matrix.cpp test_staged_files.cpp
+            test_tasks.cpp test_text.cpp test_text_input.cpp)
 pliant_test(volume
     SOURCES ../support/scan_files.cpp ../../src/decoder/sandbox.cpp recorded_meta.cpp
             recorded_nifti.cpp recorded_nrrd.cpp recorded_types.cpp test_broken_files.cpp

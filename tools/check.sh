@@ -52,9 +52,9 @@ lint() {
 }
 
 compile_and_test() { # PRESET [a command that runs the given one]
-    local all=ON
-    [[ $1 == clang ]] && all=OFF
-    configure "$1" -DPLIANT_BUILD_TESTS=ON -DPLIANT_TEST_ALL=$all
+    local all=ON shared=OFF
+    [[ $1 == clang ]] && all=OFF shared=ON
+    configure "$1" -DPLIANT_BUILD_TESTS=ON -DPLIANT_TEST_ALL=$all -DBUILD_SHARED_LIBS=$shared
     compile "$1"
     run_ctest "$@"
 }
@@ -76,26 +76,64 @@ run_ctest() { # PRESET [a command that runs the given one]
         -j "$(nproc)" | tee "$root/build/$preset-ctest.log"
 }
 
-# Installs to a temporary prefix and builds the examples against it, as a user would.
+# Builds an example against an installed package, as a user would.
+build_example() { # EXAMPLE PREFIX [CMake arguments…]
+    local example=$1 prefix=$2
+    shift 2
+    cmake --no-warn-unused-cli -S "$root/examples/$example" -B "$prefix/build/$example" -G Ninja \
+        -DCMAKE_CXX_COMPILER=g++ -DCMAKE_CXX_FLAGS="-Wall -Wextra -Werror" \
+        -DCMAKE_PREFIX_PATH="$prefix" "$@" >"$prefix/log" 2>&1 || {
+        cat "$prefix/log" >&2
+        return 1
+    }
+    cmake --build "$prefix/build/$example"
+}
+
+# What the component `models` must not need, by CMake's names and by those of files. To build it,
+# the headers of Eigen and toml++ are needed, to use it not.
+readonly not_for_models=(Boost CLI11 GDCM NLopt PNG ZLIB nlohmann_json pugixml)
+readonly no_files_for_models='boost|gdcm|nlopt|png|/libz\.|pugi|toml|pliant_(io|fit|render|serve)'
+
+# CMake's arguments that hide packages.
+without() { # PACKAGE…
+    printf -- '-DCMAKE_DISABLE_FIND_PACKAGE_%s=ON\n' "$@"
+}
+
+# Voxels in memory and ChainMail, with one component of the package.
+use_models_alone() { # PREFIX
+    local build=$1/build/voxels_in_memory used hidden
+    mapfile -t hidden < <(without "${not_for_models[@]}" Eigen3 tomlplusplus)
+    build_example voxels_in_memory "$1" "${hidden[@]}"
+    "$build/voxels_in_memory" --check
+    used=$(ninja -C "$build" -t commands voxels_in_memory && ldd "$build/voxels_in_memory")
+    ! grep -E "$no_files_for_models" <<<"$used" ||
+        fail "models: expected to link oneTBB, Highway and LZ4 alone"
+}
+
+# Installs to a temporary prefix and uses the package: GCC's static libraries, Clang's shared ones.
 consumer() {
-    local prefix
+    local prefix hidden
     prefix=$(mktemp -d)
     # shellcheck disable=SC2064
     trap "rm -rf '$prefix'" EXIT
-    cmake --install "$root/build/gcc" --prefix "$prefix/pliant" >/dev/null
-    local example
-    for example in consumer colliding_objects; do
-        cmake -S "$root/examples/$example" -B "$prefix/$example" -G Ninja \
-            -DCMAKE_CXX_COMPILER=g++ -DCMAKE_CXX_FLAGS="-Wall -Wextra -Werror" \
-            -DCMAKE_PREFIX_PATH="$prefix/pliant" >"$prefix/log" 2>&1 || {
-            cat "$prefix/log" >&2
-            return 1
-        }
-        cmake --build "$prefix/$example"
-    done
-    "$prefix/consumer/consumer" "$prefix" --check
-    "$prefix/colliding_objects/colliding_objects" "$prefix/collision.png" --check
-    "$prefix/pliant/bin/pliant" --version
+    cmake --install "$root/build/gcc" --prefix "$prefix/static" >/dev/null
+    build_example consumer "$prefix/static"
+    "$prefix/static/build/consumer/consumer" "$prefix" --check
+    build_example colliding_objects "$prefix/static"
+    "$prefix/static/build/colliding_objects/colliding_objects" "$prefix/collision.png" --check
+    "$prefix/static/bin/pliant" --version
+    use_models_alone "$prefix/static"
+    cmake -S "$root/tests/package" -B "$prefix/package" -G Ninja -DCMAKE_CXX_COMPILER=g++ \
+        -DCMAKE_PREFIX_PATH="$prefix/static" -DCMAKE_DISABLE_FIND_PACKAGE_PNG=ON >/dev/null
+    echo "package: answers for each of its components where libpng is missing"
+    mapfile -t hidden < <(without "${not_for_models[@]}")
+    cmake --no-warn-unused-cli -S "$root" -B "$prefix/models" -G Ninja -DCMAKE_CXX_COMPILER=g++ \
+        -DPLIANT_COMPONENTS=models "${hidden[@]}" >/dev/null
+    echo "package: models alone is configured without ${not_for_models[*]}"
+
+    cmake --install "$root/build/clang" --prefix "$prefix/shared" >/dev/null
+    "$prefix/shared/bin/pliant" --version
+    use_models_alone "$prefix/shared"
 }
 
 # GCC's thread sanitizer needs an address space that is laid out the same each time.

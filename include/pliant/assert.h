@@ -7,6 +7,7 @@
 
 #pragma once
 
+#pragma GCC visibility push(default)
 namespace pliant {
 
 using AssertHandler = void (*)(const char* expression, const char* file, int line);
@@ -16,6 +17,7 @@ AssertHandler set_assert_handler(AssertHandler handler);
 void assert_failed(const char* expression, const char* file, int line);
 
 }  // namespace pliant
+#pragma GCC visibility pop
 
 #ifdef PLIANT_ASSERTIONS
 #define PLIANT_ASSERT(expression) \

@@ -18,6 +18,7 @@
 #include <memory>
 #include <span>
 
+#pragma GCC visibility push(default)
 namespace pliant {
 
 struct CarriedScanSettings {
@@ -51,3 +52,4 @@ class CarriedScan {
 };
 
 }  // namespace pliant
+#pragma GCC visibility pop

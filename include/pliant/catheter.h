@@ -28,6 +28,7 @@
 #include <string>
 #include <vector>
 
+#pragma GCC visibility push(default)
 namespace pliant {
 
 enum class CatheterModel {
@@ -197,3 +198,4 @@ class WayPilot {
 };
 
 }  // namespace pliant
+#pragma GCC visibility pop

@@ -41,6 +41,7 @@
 #include <string_view>
 #include <vector>
 
+#pragma GCC visibility push(default)
 namespace pliant {
 
 /// Algorithms that find the minimal move. All give the same bits.
@@ -291,3 +292,4 @@ class ChainMail {
 };
 
 }  // namespace pliant
+#pragma GCC visibility pop

@@ -18,6 +18,7 @@
 #include <cstdint>
 #include <vector>
 
+#pragma GCC visibility push(default)
 namespace pliant {
 
 /// A line swept along a vector.
@@ -47,3 +48,4 @@ struct CarveReport {
 };
 
 }  // namespace pliant
+#pragma GCC visibility pop

@@ -34,6 +34,7 @@
 #include <span>
 #include <vector>
 
+#pragma GCC visibility push(default)
 namespace pliant {
 
 struct ChainElement {
@@ -157,3 +158,4 @@ class GraphChainMail {
 };
 
 }  // namespace pliant
+#pragma GCC visibility pop

@@ -19,6 +19,7 @@
 #include <optional>
 #include <vector>
 
+#pragma GCC visibility push(default)
 namespace pliant {
 
 /// Limits that one element sets for the links around it. A link takes the mean of its two ends.
@@ -80,3 +81,4 @@ struct FoldCertificate {
 };
 
 }  // namespace pliant
+#pragma GCC visibility pop

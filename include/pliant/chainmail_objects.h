@@ -20,6 +20,7 @@
 #include <memory>
 #include <span>
 
+#pragma GCC visibility push(default)
 namespace pliant {
 
 /// A plane across one of the space's axes.
@@ -78,3 +79,4 @@ class ObjectSpace {
 };
 
 }  // namespace pliant
+#pragma GCC visibility pop

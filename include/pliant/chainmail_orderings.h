@@ -19,6 +19,7 @@
 #include <span>
 #include <string_view>
 
+#pragma GCC visibility push(default)
 namespace pliant {
 
 enum class Ordering {
@@ -90,3 +91,4 @@ std::int64_t relax_elastically(const ChainLattice& lattice, const ElasticLimits&
                                std::span<Vec3f> displacement_mm);
 
 }  // namespace pliant
+#pragma GCC visibility pop

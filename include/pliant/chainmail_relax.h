@@ -27,6 +27,7 @@
 #include <stop_token>
 #include <vector>
 
+#pragma GCC visibility push(default)
 namespace pliant {
 
 /// A region that tissue may not enter: all points within a radius of a segment, or of a point if
@@ -68,3 +69,4 @@ struct RelaxReport {
 };
 
 }  // namespace pliant
+#pragma GCC visibility pop

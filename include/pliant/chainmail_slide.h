@@ -20,6 +20,7 @@
 
 #include <cstdint>
 
+#pragma GCC visibility push(default)
 namespace pliant {
 
 /// Values that are tissue for a tool: at least the threshold, or below it.
@@ -58,3 +59,4 @@ Result<SlideReport> slide_sphere(ChainMail& tissue, const Push& path,
 Result<SlideReport> slide_sphere(ChainMail& tissue, const Push& path);
 
 }  // namespace pliant
+#pragma GCC visibility pop

@@ -24,6 +24,7 @@
 #include <optional>
 #include <span>
 
+#pragma GCC visibility push(default)
 namespace pliant {
 
 struct ControlGrid {
@@ -76,3 +77,4 @@ class ControlLattice : public MovingScan {
 };
 
 }  // namespace pliant
+#pragma GCC visibility pop

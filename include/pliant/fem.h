@@ -24,6 +24,7 @@
 #include <span>
 #include <vector>
 
+#pragma GCC visibility push(default)
 namespace pliant {
 
 struct ElasticMaterial {
@@ -152,3 +153,4 @@ Result<std::vector<ElasticState>> elastic_states(const ElasticSolid& solid,
 double von_mises(const SymmetricTensor& stress);
 
 }  // namespace pliant
+#pragma GCC visibility pop

@@ -25,6 +25,7 @@
 #include <variant>
 #include <vector>
 
+#pragma GCC visibility push(default)
 namespace pliant {
 
 struct FitGroup {
@@ -195,3 +196,4 @@ Result<std::vector<FitDirection>> fit_directions(const FitProblem& problem,
                                                  const TaskArena& arena);
 
 }  // namespace pliant
+#pragma GCC visibility pop

@@ -20,6 +20,7 @@
 #include <pliant/fit.h>
 #include <pliant/springs_builders.h>
 
+#pragma GCC visibility push(default)
 namespace pliant {
 
 enum class BoxFace { LowX, HighX, LowY, HighY, LowZ, HighZ };
@@ -76,3 +77,4 @@ struct FitBoxProblem {
 Result<FitBoxProblem> fit_box(const FitBox& box, const TaskArena& arena);
 
 }  // namespace pliant
+#pragma GCC visibility pop

@@ -31,6 +31,7 @@
 #include <optional>
 #include <vector>
 
+#pragma GCC visibility push(default)
 namespace pliant {
 
 /// The defaults suit measurements: no noise, no collimator. `pliant render` and the page turn both
@@ -63,3 +64,4 @@ Image fluoroscopy_view(const Volume& volume, const Fluoroscopy& settings, int wi
                        const TaskArena& arena);
 
 }  // namespace pliant
+#pragma GCC visibility pop

@@ -14,6 +14,7 @@
 
 #include <cstddef>
 
+#pragma GCC visibility push(default)
 namespace pliant {
 
 /// Half-open box of voxels: begin ≤ ijk < end on every axis.
@@ -73,3 +74,4 @@ constexpr Vec3d voxel_from_world(const Grid& g, Vec3d x_mm) {
 }
 
 }  // namespace pliant
+#pragma GCC visibility pop

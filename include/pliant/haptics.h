@@ -24,6 +24,7 @@
 
 #include <cstdint>
 
+#pragma GCC visibility push(default)
 namespace pliant {
 
 /// The tool stays on the side to which the normal points.
@@ -160,3 +161,4 @@ HapticForce servo_step(const HapticSettings& settings, const HapticModel* fresh,
                        const HapticReading& reading, HapticState& state);
 
 }  // namespace pliant
+#pragma GCC visibility pop

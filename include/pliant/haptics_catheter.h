@@ -24,6 +24,7 @@
 #include <pliant/catheter.h>
 #include <pliant/haptics.h>
 
+#pragma GCC visibility push(default)
 namespace pliant {
 
 struct CatheterFeelSettings {
@@ -80,3 +81,4 @@ class CatheterFeel {
 };
 
 }  // namespace pliant
+#pragma GCC visibility pop

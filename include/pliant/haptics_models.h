@@ -23,6 +23,7 @@
 #include <optional>
 #include <span>
 
+#pragma GCC visibility push(default)
 namespace pliant {
 
 /// Estimate of a symmetric stiffness from the last positions and forces of a tool: each new pair
@@ -114,3 +115,4 @@ class ChainMailFeel {
 };
 
 }  // namespace pliant
+#pragma GCC visibility pop

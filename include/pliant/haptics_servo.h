@@ -23,6 +23,7 @@
 #include <string_view>
 #include <vector>
 
+#pragma GCC visibility push(default)
 namespace pliant {
 
 struct HapticLimits {
@@ -143,3 +144,4 @@ class IdleLoop {
 };
 
 }  // namespace pliant
+#pragma GCC visibility pop

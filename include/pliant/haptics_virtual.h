@@ -17,6 +17,7 @@
 
 #include <functional>
 
+#pragma GCC visibility push(default)
 namespace pliant {
 
 /// A hand that applies steady and sine forces, and is coupled to a target by a spring and a damper.
@@ -99,3 +100,4 @@ HapticState run_haptics(VirtualDevice& device, const HapticRun& run, std::int64_
                         const HapticTissue& tissue, const HapticWatch& watch = {});
 
 }  // namespace pliant
+#pragma GCC visibility pop

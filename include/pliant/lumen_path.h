@@ -15,6 +15,7 @@
 #include <functional>
 #include <vector>
 
+#pragma GCC visibility push(default)
 namespace pliant {
 
 struct LumenPathSettings {
@@ -46,3 +47,4 @@ Result<LumenPath> find_lumen_path(const Volume& volume, Vec3d from_mm, Vec3d to_
                                   const LumenPathSettings& settings, const TaskArena& arena);
 
 }  // namespace pliant
+#pragma GCC visibility pop

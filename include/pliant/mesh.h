@@ -28,6 +28,7 @@
 #include <string>
 #include <vector>
 
+#pragma GCC visibility push(default)
 namespace pliant {
 
 struct HexMesh {
@@ -145,3 +146,4 @@ Status write_vtu(const std::filesystem::path& path, const TriangleMesh& mesh,
                  const VtuFields& fields = {});
 
 }  // namespace pliant
+#pragma GCC visibility pop

@@ -21,6 +21,7 @@
 #include <memory>
 #include <span>
 
+#pragma GCC visibility push(default)
 namespace pliant {
 
 /// Edge statistics of a triangle surface.
@@ -76,3 +77,4 @@ class SurfaceDistance {
 };
 
 }  // namespace pliant
+#pragma GCC visibility pop

@@ -23,6 +23,7 @@
 #include <string_view>
 #include <vector>
 
+#pragma GCC visibility push(default)
 namespace pliant {
 
 /// Contents of a file, as far as Pliant uses them. Polygons are split into fans of triangles.
@@ -85,3 +86,4 @@ struct SeriesFile {
 Status write_pvd(const std::filesystem::path& path, std::span<const SeriesFile> files);
 
 }  // namespace pliant
+#pragma GCC visibility pop

@@ -16,6 +16,7 @@
 #include <span>
 #include <vector>
 
+#pragma GCC visibility push(default)
 namespace pliant {
 
 struct NodeInCell {
@@ -56,3 +57,4 @@ class OverlapSearch {
 bool is_inside_tetrahedron(Vec3d place, const std::array<Vec3d, 4>& corners);
 
 }  // namespace pliant
+#pragma GCC visibility pop

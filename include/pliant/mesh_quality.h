@@ -12,6 +12,7 @@
 #include <string>
 #include <vector>
 
+#pragma GCC visibility push(default)
 namespace pliant {
 
 /// Faces of one tetrahedron only, outward, with the mesh's node numbers, in the order of the cells.
@@ -70,3 +71,4 @@ std::vector<Embedded> embed(std::span<const Vec3d> points_mm, const TetMesh& mes
                             const TaskArena& arena);
 
 }  // namespace pliant
+#pragma GCC visibility pop

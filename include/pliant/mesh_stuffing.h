@@ -24,6 +24,7 @@
 
 #include <functional>
 
+#pragma GCC visibility push(default)
 namespace pliant {
 
 /// Positive inside of the solid, zero on its surface, continuous. Called from many threads.
@@ -49,3 +50,4 @@ Result<TetMesh> stuff_isosurface(const LevelFunction& level, const StuffingSetti
                                  const TaskArena& arena);
 
 }  // namespace pliant
+#pragma GCC visibility pop

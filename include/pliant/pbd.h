@@ -26,6 +26,7 @@
 #include <span>
 #include <vector>
 
+#pragma GCC visibility push(default)
 namespace pliant {
 
 /// Softness of a constraint.
@@ -204,3 +205,4 @@ Result<PbdParts> pbd_of_mesh(const TetMesh& mesh, const PbdMaterial& material);
 TetMesh five_tet_block(Vec3i cells, double side);
 
 }  // namespace pliant
+#pragma GCC visibility pop

@@ -18,6 +18,7 @@
 
 #include <pliant/pbd.h>
 
+#pragma GCC visibility push(default)
 namespace pliant {
 
 enum class BoxIndex {
@@ -95,3 +96,4 @@ class PbdBoxes {
 };
 
 }  // namespace pliant
+#pragma GCC visibility pop

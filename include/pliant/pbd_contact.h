@@ -27,6 +27,7 @@
 #include <memory>
 #include <span>
 
+#pragma GCC visibility push(default)
 namespace pliant {
 
 struct RodContactSettings {
@@ -75,3 +76,4 @@ class RodContact {
 };
 
 }  // namespace pliant
+#pragma GCC visibility pop

@@ -23,6 +23,7 @@
 #include <cstdint>
 #include <memory>
 
+#pragma GCC visibility push(default)
 namespace pliant {
 
 /// A rotation, w + xi + yj + zk of length 1.
@@ -121,3 +122,4 @@ class Rod {
 };
 
 }  // namespace pliant
+#pragma GCC visibility pop

@@ -14,6 +14,7 @@
 #include <string_view>
 #include <vector>
 
+#pragma GCC visibility push(default)
 namespace pliant {
 
 /// A recommended push and view of a phantom [mm, LPS].
@@ -48,3 +49,4 @@ Result<Phantom> make_phantom(const PhantomSettings& settings, const TaskArena& a
                              const Progress& progress = {});
 
 }  // namespace pliant
+#pragma GCC visibility pop

@@ -31,6 +31,7 @@
 #include <variant>
 #include <vector>
 
+#pragma GCC visibility push(default)
 namespace pliant {
 
 /// Value of a field. monostate is an optional field without a value, or text in a file of no other
@@ -275,3 +276,4 @@ constexpr auto setting(SettingInfo info) {
 }
 
 }  // namespace pliant
+#pragma GCC visibility pop

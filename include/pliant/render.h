@@ -17,6 +17,7 @@
 #include <string>
 #include <vector>
 
+#pragma GCC visibility push(default)
 namespace pliant {
 
 class RestField;
@@ -200,3 +201,4 @@ Image four_up_view(const Volume& volume, const FourUp& settings, int width, int 
 Image side_by_side(const Image& left, const Image& right);
 
 }  // namespace pliant
+#pragma GCC visibility pop

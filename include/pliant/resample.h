@@ -18,6 +18,7 @@
 #include <span>
 #include <vector>
 
+#pragma GCC visibility push(default)
 namespace pliant {
 
 /// A scan with moving elements: the resampler's interface to a tissue model.
@@ -168,3 +169,4 @@ Result<LatticeState> state_of(const MovingScan& scan) noexcept;
 std::uint64_t hash_volume(const Volume& volume);
 
 }  // namespace pliant
+#pragma GCC visibility pop

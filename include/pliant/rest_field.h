@@ -21,6 +21,7 @@
 #include <span>
 #include <vector>
 
+#pragma GCC visibility push(default)
 namespace pliant {
 
 /// Spacing of the nodes [voxels].
@@ -101,3 +102,4 @@ constexpr std::int64_t node_count(const Box3i& nodes) {
 }
 
 }  // namespace pliant
+#pragma GCC visibility pop

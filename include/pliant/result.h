@@ -13,6 +13,7 @@
 #include <utility>
 #include <variant>
 
+#pragma GCC visibility push(default)
 namespace pliant {
 
 enum class ErrorCode {
@@ -73,3 +74,4 @@ struct Ok {};
 using Status = Result<Ok>;
 
 }  // namespace pliant
+#pragma GCC visibility pop

@@ -22,6 +22,7 @@
 #include <string>
 #include <vector>
 
+#pragma GCC visibility push(default)
 namespace pliant {
 
 struct ServerSettings {
@@ -94,3 +95,4 @@ Result<ReplayReport> replay_session(const std::filesystem::path& path, const Tas
                                     const Progress& progress = {}, bool from_checkpoint = false);
 
 }  // namespace pliant
+#pragma GCC visibility pop

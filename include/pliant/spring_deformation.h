@@ -22,6 +22,7 @@
 #include <filesystem>
 #include <memory>
 
+#pragma GCC visibility push(default)
 namespace pliant {
 
 struct SpringDeformationSettings {
@@ -110,3 +111,4 @@ class SpringDeformation : public MovingScan {
 };
 
 }  // namespace pliant
+#pragma GCC visibility pop

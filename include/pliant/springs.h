@@ -25,6 +25,7 @@
 #include <limits>
 #include <memory>
 
+#pragma GCC visibility push(default)
 namespace pliant {
 
 enum class SpringSolver {
@@ -181,3 +182,4 @@ Result<DepthFound> find_depth(const SpringNetwork& network, const SpringSettings
                               const DepthSearch& search, const TaskArena& arena) noexcept;
 
 }  // namespace pliant
+#pragma GCC visibility pop

@@ -18,6 +18,7 @@
 
 #include <functional>
 
+#pragma GCC visibility push(default)
 namespace pliant {
 
 enum class LatticeLinks {
@@ -102,3 +103,4 @@ struct SpringScan {
 Result<SpringParts> springs_of_scan(const Volume& volume, const SpringScan& scan) noexcept;
 
 }  // namespace pliant
+#pragma GCC visibility pop

@@ -24,6 +24,7 @@
 #include <span>
 #include <vector>
 
+#pragma GCC visibility push(default)
 namespace pliant {
 
 struct SpringNode {
@@ -134,3 +135,4 @@ class SpringNetwork {
 };
 
 }  // namespace pliant
+#pragma GCC visibility pop

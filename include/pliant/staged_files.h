@@ -21,6 +21,7 @@
 #include <memory>
 #include <string>
 
+#pragma GCC visibility push(default)
 namespace pliant {
 
 class StagedFiles {
@@ -70,3 +71,4 @@ RecoveryListener recovery_listener() noexcept;
 void end_process(int status) noexcept;
 
 }  // namespace pliant
+#pragma GCC visibility pop

@@ -10,6 +10,7 @@
 #include <functional>
 #include <memory>
 
+#pragma GCC visibility push(default)
 namespace pliant {
 
 class TaskArena {
@@ -34,3 +35,4 @@ class TaskArena {
 };
 
 }  // namespace pliant
+#pragma GCC visibility pop

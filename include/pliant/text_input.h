@@ -13,6 +13,7 @@
 #include <string>
 #include <string_view>
 
+#pragma GCC visibility push(default)
 namespace pliant {
 
 /// Refuses folders, pipes, sockets, devices and circular links, without opening them.
@@ -47,3 +48,4 @@ std::string printable(std::string_view text, std::size_t max_bytes = std::string
 std::string one_line(std::string_view message);
 
 }  // namespace pliant
+#pragma GCC visibility pop

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <cstdint>
 
+#pragma GCC visibility push(default)
 namespace pliant {
 
 template <class T>
@@ -92,3 +93,4 @@ constexpr Mat3d inverse(const Mat3d& m) {
 }
 
 }  // namespace pliant
+#pragma GCC visibility pop

@@ -20,6 +20,7 @@
 #include <string>
 #include <vector>
 
+#pragma GCC visibility push(default)
 namespace pliant {
 
 /// Largest value of `most_steps`, and largest number of steps of a log of the hand.
@@ -106,3 +107,4 @@ class VesselScript {
 Result<Volume> scan_of_vessel(const VesselWall& wall, const TaskArena& arena) noexcept;
 
 }  // namespace pliant
+#pragma GCC visibility pop

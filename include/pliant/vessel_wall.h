@@ -31,6 +31,7 @@
 #include <string>
 #include <vector>
 
+#pragma GCC visibility push(default)
 namespace pliant {
 
 struct CentrePoint {
@@ -142,3 +143,4 @@ Result<Lumen> lumen_of_labels(const Volume& labels, std::span<const int> wanted,
                               double smoothing_voxels, const TaskArena& arena) noexcept;
 
 }  // namespace pliant
+#pragma GCC visibility pop

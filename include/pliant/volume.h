@@ -21,6 +21,7 @@
 #include <variant>
 #include <vector>
 
+#pragma GCC visibility push(default)
 namespace pliant {
 
 /// Value of air [HU], assumed outside of every scan and in gaps of the deformed tissue.
@@ -126,3 +127,4 @@ Status write_vector_field(const std::filesystem::path& path, const Grid& grid, F
 Result<VectorField> read_vector_field(const std::filesystem::path& path);
 
 }  // namespace pliant
+#pragma GCC visibility pop

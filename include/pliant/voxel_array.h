@@ -25,6 +25,7 @@
 #include <utility>
 #include <vector>
 
+#pragma GCC visibility push(default)
 namespace pliant {
 
 /// Storage of a VoxelArray. Copies may be made during concurrent reads, but not during writes, as
@@ -160,3 +161,4 @@ class VoxelArray {
 };
 
 }  // namespace pliant
+#pragma GCC visibility pop

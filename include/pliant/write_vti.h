@@ -7,6 +7,7 @@
 
 #include <pliant/volume.h>
 
+#pragma GCC visibility push(default)
 namespace pliant {
 
 /// Writes the voxels unchanged (int16 or float32), raw, appended to the header. The grid's
@@ -17,3 +18,4 @@ Status write_vti(const std::filesystem::path& path, const Volume& volume,
                  const std::string& name = "hu");
 
 }  // namespace pliant
+#pragma GCC visibility pop

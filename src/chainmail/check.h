@@ -13,6 +13,7 @@
 #include "chainmail/allowance.h"
 #include "chainmail/lattice.h"
 
+#pragma GCC visibility push(default)  // for other components
 namespace pliant {
 
 /// Limits of an element, apart from the lattice's own table.
@@ -30,3 +31,4 @@ std::uint64_t hash_state(const Lattice& lattice);
 Box3i moved_box(const Lattice& lattice);
 
 }  // namespace pliant
+#pragma GCC visibility pop

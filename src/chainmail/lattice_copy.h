@@ -10,6 +10,7 @@
 
 #include "chainmail/lattice.h"
 
+#pragma GCC visibility push(default)  // for other components
 namespace pliant {
 
 /// Keeps a reference to the volume, which is the lattice's own. Displacements and edits are those
@@ -17,3 +18,4 @@ namespace pliant {
 std::unique_ptr<const Lattice> copy_of(const Lattice& lattice, const Volume& volume);
 
 }  // namespace pliant
+#pragma GCC visibility pop

@@ -11,6 +11,7 @@
 #include <filesystem>
 #include <limits>
 
+#pragma GCC visibility push(default)  // for other components
 namespace pliant {
 
 inline constexpr std::uint64_t kUnlimited = std::numeric_limits<std::uint64_t>::max();
@@ -42,3 +43,4 @@ class UseMemorySources {
 };
 
 }  // namespace pliant
+#pragma GCC visibility pop

@@ -12,6 +12,7 @@
 #include <string_view>
 #include <vector>
 
+#pragma GCC visibility push(default)  // for other components
 namespace pliant {
 
 /// Values of [name], or of one of several [[name]].
@@ -94,3 +95,4 @@ std::string toml_text(const T& object, SettingRows<T> rows) {
 }
 
 }  // namespace pliant
+#pragma GCC visibility pop

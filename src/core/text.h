@@ -14,6 +14,7 @@
 #include <string_view>
 #include <vector>
 
+#pragma GCC visibility push(default)  // for other components
 namespace pliant {
 
 std::string_view trimmed(std::string_view text);
@@ -40,3 +41,4 @@ std::string text_of_sizes(const std::vector<std::int64_t>& sizes);
 std::string text_of_size(Vec3i size);
 
 }  // namespace pliant
+#pragma GCC visibility pop

@@ -10,8 +10,8 @@
 #include <cmath>
 #include <string>
 
+#include "core/small_matrix.h"
 #include "fit/search.h"
-#include "fit/symmetric_eigen.h"
 
 namespace pliant {
 namespace {
@@ -21,7 +21,7 @@ constexpr int kHalvings = 30;
 constexpr double kNearest = 1e-9;
 
 struct Normal {
-    SmallMatrix matrix;
+    SquareMatrix matrix;
     std::vector<double> right;
 };
 
@@ -29,7 +29,7 @@ struct Normal {
 Normal normal_equations(const FitProblem::Impl& problem, const FitProblem::Impl::Derivatives& d,
                         bool distances) {
     const std::size_t size = problem.groups.size();
-    Normal normal{SmallMatrix(size, std::vector<double>(size, 0)), std::vector<double>(size, 0)};
+    Normal normal{SquareMatrix(size, std::vector<double>(size, 0)), std::vector<double>(size, 0)};
     for (std::size_t c = 0; c < problem.cases.size(); ++c) {
         const FitCase& fit_case = problem.cases[c];
         if (fit_case.held_out) continue;
@@ -55,7 +55,7 @@ std::vector<FitDirection> directions_of(const FitProblem::Impl& problem,
     for (const FitCase& c : problem.cases)
         if (!c.held_out)
             for (const Vec3d u : c.target) moved += c.weight * dot(u, u);
-    const SymmetricEigen eigen = symmetric_eigen(normal_equations(problem, d, false).matrix);
+    const auto eigen = symmetric_eigen(normal_equations(problem, d, false).matrix);
     std::vector<FitDirection> directions;
     for (std::size_t n = 0; n < eigen.values.size(); ++n)
         directions.push_back({eigen.vectors[n], std::sqrt(std::max(0.0, eigen.values[n]) / moved)});
@@ -75,12 +75,12 @@ std::vector<double> step_of(const Normal& normal, const std::vector<FitDirection
         if (d.influence >= kLeastInfluence) basis.push_back(d.direction);
     std::vector<double> step(normal.right.size(), 0);
     if (basis.empty()) return step;
-    SmallMatrix inner(basis.size(), std::vector<double>(basis.size(), 0));
+    SquareMatrix inner(basis.size(), std::vector<double>(basis.size(), 0));
     for (std::size_t a = 0; a < basis.size(); ++a)
         for (std::size_t b = 0; b < basis.size(); ++b)
             for (std::size_t g = 0; g < step.size(); ++g)
                 inner[a][b] += basis[a][g] * dot_of(normal.matrix[g], basis[b]);
-    const SymmetricEigen eigen = symmetric_eigen(inner);
+    const auto eigen = symmetric_eigen(inner);
     for (std::size_t e = 0; e < basis.size(); ++e) {
         double along = 0;
         for (std::size_t a = 0; a < basis.size(); ++a)

@@ -25,6 +25,7 @@
 #include "haptics/walls.h"
 #include "scene/tissue.h"
 
+#pragma GCC visibility push(default)  // for other components
 namespace pliant {
 
 class LiveFeel {
@@ -69,3 +70,4 @@ class LiveFeel {
 };
 
 }  // namespace pliant
+#pragma GCC visibility pop

@@ -9,7 +9,7 @@
 #include <cmath>
 #include <string>
 
-#include "fit/symmetric_eigen.h"
+#include "core/small_matrix.h"
 
 namespace pliant {
 namespace {
@@ -26,12 +26,12 @@ Error bad_model(const std::string& what) {
 }  // namespace
 
 Mat3d capped_stiffness(const Mat3d& stiffness_n_m, double largest_n_m) {
-    SmallMatrix matrix(3, std::vector<double>(3));
+    Matrix3 matrix{};
     for (int r = 0; r < 3; ++r)
         for (int c = 0; c < 3; ++c)
             matrix[std::size_t(r)][std::size_t(c)] =
                 0.5 * (stiffness_n_m.columns[c][r] + stiffness_n_m.columns[r][c]);
-    const SymmetricEigen eigen = symmetric_eigen(std::move(matrix));
+    const auto eigen = symmetric_eigen(matrix);
     Mat3d capped{};
     for (std::size_t k = 0; k < 3; ++k) {
         const double value = std::clamp(eigen.values[k], 0.0, largest_n_m);

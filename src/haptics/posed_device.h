@@ -13,6 +13,7 @@
 
 #include "haptics/triple_buffer.h"
 
+#pragma GCC visibility push(default)  // for other components
 namespace pliant {
 
 struct PosedPlace {
@@ -33,3 +34,4 @@ std::unique_ptr<HapticDevice> make_posed_device(std::shared_ptr<PosedPlaces> pla
 Vec3d posed_step(Vec3d from_mm, Vec3d to_mm, double passed_s);
 
 }  // namespace pliant
+#pragma GCC visibility pop

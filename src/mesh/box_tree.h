@@ -18,6 +18,7 @@
 #include <span>
 #include <vector>
 
+#pragma GCC visibility push(default)  // for other components
 namespace pliant::mesh {
 
 struct Bounds {
@@ -90,3 +91,4 @@ class BoxTree {
 };
 
 }  // namespace pliant::mesh
+#pragma GCC visibility pop

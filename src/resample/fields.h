@@ -9,9 +9,11 @@
 
 #include "chainmail/lattice.h"
 
+#pragma GCC visibility push(default)  // for other components
 namespace pliant {
 
 /// Keeps a reference: the lattice must outlive it unchanged.
 FieldSlices slices_of(const Lattice& lattice);
 
 }  // namespace pliant
+#pragma GCC visibility pop

@@ -84,7 +84,9 @@ class Scatter {
     std::vector<Box3i> m_boxes;
 };
 
+#pragma GCC visibility push(default)  // for other components
 Deformed deform_by_lattice(const Volume& original, const Lattice& lattice, Mapping mapping,
                            bool with_inverse, const TaskArena& arena);
+#pragma GCC visibility pop
 
 }  // namespace pliant

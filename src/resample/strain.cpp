@@ -7,9 +7,9 @@
 #include "resample/strain.h"
 
 #include <algorithm>
-#include <cmath>
 
 #include "core/errors.h"
+#include "core/small_matrix.h"
 #include "resample/snapshot.h"
 
 namespace pliant {
@@ -74,29 +74,13 @@ class Elements {
     Snapshot m_snapshot;
 };
 
-/// Largest eigenvalue of a symmetric matrix [Smith1961].
-double largest_eigenvalue(const Mat3d& m) {
-    const auto& c = m.columns;
-    const double mean = (c[0].x + c[1].y + c[2].z) / 3;
-    const Vec3d diagonal{c[0].x - mean, c[1].y - mean, c[2].z - mean};
-    const double squares =
-        dot(diagonal, diagonal) + 2 * (c[1].x * c[1].x + c[2].x * c[2].x + c[2].y * c[2].y);
-    const double p = std::sqrt(squares / 6);
-    if (p == 0) return mean;
-    const Mat3d shifted = {{{diagonal.x / p, c[0].y / p, c[0].z / p},
-                            {c[1].x / p, diagonal.y / p, c[1].z / p},
-                            {c[2].x / p, c[2].y / p, diagonal.z / p}}};
-    const double r = std::clamp(determinant(shifted) / 2, -1.0, 1.0);
-    return mean + 2 * p * std::cos(std::acos(r) / 3);
-}
-
 double largest_strain(const Mat3d& f) {
     Mat3d e = transposed(f) * f;
     for (int a = 0; a < 3; ++a) {
         e.columns[a][a] -= 1;
         e.columns[a] = 0.5 * e.columns[a];
     }
-    return largest_eigenvalue(e);
+    return largest_eigenvalue(e, Scaling::Quotients);
 }
 
 template <class Measure>

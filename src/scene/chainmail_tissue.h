@@ -13,6 +13,7 @@
 
 #include "scene/tissue.h"
 
+#pragma GCC visibility push(default)  // for other components
 namespace pliant {
 
 class ChainMailTissue : public Tissue {
@@ -70,3 +71,4 @@ class ChainMailTissue : public Tissue {
 };
 
 }  // namespace pliant
+#pragma GCC visibility pop

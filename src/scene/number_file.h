@@ -13,6 +13,7 @@
 #include <span>
 #include <vector>
 
+#pragma GCC visibility push(default)  // for other components
 namespace pliant {
 
 /// Appears whole or not at all. @param magic  of that kind of state
@@ -22,3 +23,4 @@ Status save_numbers(const std::filesystem::path& path, std::uint64_t magic,
 Result<std::vector<double>> load_numbers(const std::filesystem::path& path, std::uint64_t magic);
 
 }  // namespace pliant
+#pragma GCC visibility pop

@@ -14,6 +14,7 @@
 
 #include "scene/tissue.h"
 
+#pragma GCC visibility push(default)  // for other components
 namespace pliant {
 
 class SpringScanTissue : public Tissue {
@@ -74,3 +75,4 @@ class SpringScanTissue : public Tissue {
 };
 
 }  // namespace pliant
+#pragma GCC visibility pop

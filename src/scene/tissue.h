@@ -16,6 +16,7 @@
 #include <optional>
 #include <string>
 
+#pragma GCC visibility push(default)  // for other components
 namespace pliant {
 
 class SpringDeformation;
@@ -71,3 +72,4 @@ class Tissue : public MovingScan {
 };
 
 }  // namespace pliant
+#pragma GCC visibility pop

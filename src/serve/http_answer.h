@@ -5,6 +5,8 @@
 
 #pragma once
 
+#include "serve/hidden_boost.h"
+
 #include <boost/beast/http.hpp>
 #include <string>
 

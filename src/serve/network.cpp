@@ -3,6 +3,8 @@
 
 #include "serve/network.h"
 
+#include "serve/hidden_boost.h"
+
 #include <algorithm>
 #include <boost/asio.hpp>
 #include <boost/beast.hpp>

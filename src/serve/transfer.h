@@ -6,6 +6,8 @@
 
 #pragma once
 
+#include "serve/hidden_boost.h"
+
 #include <array>
 #include <atomic>
 #include <boost/asio.hpp>

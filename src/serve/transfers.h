@@ -15,6 +15,8 @@
 
 #include <pliant/tasks.h>
 
+#include "serve/hidden_boost.h"
+
 #include <boost/asio/io_context.hpp>
 #include <boost/beast/core.hpp>
 #include <boost/beast/http.hpp>

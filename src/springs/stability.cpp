@@ -14,6 +14,7 @@
 #include <cmath>
 #include <limits>
 
+#include "core/small_matrix.h"
 #include "springs/cell_volume.h"
 
 namespace pliant {
@@ -59,29 +60,14 @@ Bounds bounds_of(const SpringNetwork& network, std::int32_t i, std::span<const V
 
 }  // namespace
 
-double largest_eigenvalue(const Mat3d& m) {
-    // [Smith1961]
-    const auto& c = m.columns;
-    const double mean = (c[0].x + c[1].y + c[2].z) / 3;
-    const double off = c[0].y * c[0].y + c[0].z * c[0].z + c[1].z * c[1].z;
-    const Vec3d d{c[0].x - mean, c[1].y - mean, c[2].z - mean};
-    const double p = std::sqrt((dot(d, d) + 2 * off) / 6);
-    if (p == 0) return mean;
-    Mat3d b = m;
-    for (int a = 0; a < 3; ++a) b.columns[a][a] -= mean;
-    for (Vec3d& column : b.columns) column = (1 / p) * column;
-    const double r = std::clamp(determinant(b) / 2, -1.0, 1.0);
-    return mean + 2 * p * std::cos(std::acos(r) / 3);
-}
-
 double stable_time_step(const SpringNetwork& network, std::span<const Vec3d> places) {
     double shortest = kNone;
     for (std::int32_t i = 0; i < network.node_count(); ++i) {
         const SpringNode& node = network.nodes()[std::size_t(i)];
         if (node.fixed) continue;
         const Bounds bounds = bounds_of(network, i, places);
-        const double lambda = largest_eigenvalue(bounds.stiffness) / node.mass;
-        const double gamma = largest_eigenvalue(bounds.damping) / node.mass;
+        const double lambda = largest_eigenvalue(bounds.stiffness, Scaling::Reciprocal) / node.mass;
+        const double gamma = largest_eigenvalue(bounds.damping, Scaling::Reciprocal) / node.mass;
         // h²λ + 2hγ = 4, in a form without cancellation.
         shortest = std::min(shortest, 4 / (gamma + std::sqrt(gamma * gamma + 4 * lambda)));
     }
@@ -100,7 +86,8 @@ double stable_time_step(const SpringNetwork& network, SeenPositions seen) {
     for (std::int32_t i = 0; i < network.node_count(); ++i) {
         const SpringNode& node = network.nodes()[std::size_t(i)];
         if (node.fixed) continue;
-        const double largest = largest_eigenvalue(bounds_of(network, i, {}).stiffness);
+        const double largest =
+            largest_eigenvalue(bounds_of(network, i, {}).stiffness, Scaling::Reciprocal);
         if (largest > 0) step = std::min(step, node.damping / largest);
     }
     return step;

@@ -12,8 +12,6 @@ namespace pliant {
 constexpr void add_outer(Mat3d& m, Vec3d v, double weight) {
     for (int c = 0; c < 3; ++c) m.columns[c] = m.columns[c] + (weight * v[c]) * v;
 }
-/// Largest eigenvalue of a symmetric matrix.
-double largest_eigenvalue(const Mat3d& m);
 
 /// SpringNetwork::stable_time_step for a deformed shape. @param places  [node]; empty: the rest
 /// shape

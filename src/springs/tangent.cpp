@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/small_matrix.h"
 #include "springs/cell_volume.h"
 #include "springs/stability.h"
 
@@ -79,7 +80,7 @@ void Tangent::renew(const SpringNetwork& network, const SpringState& state,
     }
     for (Mat3d& block : m_precondition) {
         // A node without stiffness in some direction doesn't move in it.
-        const double size = largest_eigenvalue(block);
+        const double size = largest_eigenvalue(block, Scaling::Reciprocal);
         for (int c = 0; c < 3; ++c) block.columns[c][c] += size > 0 ? 1e-12 * size : 1;
         block = inverse(block);
     }

@@ -5,7 +5,7 @@
 
 #include "core/errors.h"
 #include "core/text.h"
-#include "volume/image_header.h"
+#include "volume/grid_limits.h"
 
 #include <pliant/volume.h>
 

@@ -17,6 +17,7 @@
 #include <string>
 #include <vector>
 
+#pragma GCC visibility push(default)  // for other components
 namespace pliant {
 
 /// A series in a folder.
@@ -40,3 +41,4 @@ Result<Volume> read_dicom_folder(const std::filesystem::path& folder, const Read
                                  ReadNotes& notes, const DecoderChoice& decoder = {});
 
 }  // namespace pliant
+#pragma GCC visibility pop

@@ -9,6 +9,7 @@
 
 #include <optional>
 
+#pragma GCC visibility push(default)  // for other components
 namespace pliant {
 
 std::optional<ImageFormat> format_by_name(const std::filesystem::path& path);
@@ -18,3 +19,4 @@ Status check_file(const std::filesystem::path& path);
 Result<ImageHeader> read_image_header(const std::filesystem::path& path, ImageFormat format);
 
 }  // namespace pliant
+#pragma GCC visibility pop

@@ -11,12 +11,6 @@
 
 namespace pliant {
 namespace fs = std::filesystem;
-namespace {
-
-/// Tolerated cosine between axes: 0.06 degrees.
-constexpr double kMaxSkew = 1e-3;
-
-}  // namespace
 
 std::string_view name_of(ImageFormat format) {
     switch (format) {
@@ -39,15 +33,6 @@ std::string_view name_of(Component component) {
 std::size_t size_of(Component component) {
     constexpr std::size_t kSizes[] = {1, 1, 2, 2, 4, 4, 8, 8, 4, 8};
     return kSizes[int(component)];
-}
-
-bool is_perpendicular(const Mat3d& direction) {
-    const auto& c = direction.columns;
-    for (int a = 0; a < 3; ++a) {
-        if (!(std::abs(norm(c[a]) - 1) <= kMaxSkew)) return false;
-        if (!(std::abs(dot(c[a], c[(a + 1) % 3])) <= kMaxSkew)) return false;
-    }
-    return true;
 }
 
 void note_lean(const Grid& grid, std::vector<std::string>& notes) {

@@ -18,6 +18,8 @@
 #include <string_view>
 #include <vector>
 
+#include "volume/grid_limits.h"
+
 namespace pliant {
 
 enum class ImageFormat { Nrrd, MetaImage, Nifti };
@@ -72,15 +74,6 @@ Result<ImageHeader> read_nrrd_header(const std::filesystem::path& path);
 Result<ImageHeader> read_meta_header(const std::filesystem::path& path);
 Result<ImageHeader> read_nifti_header(const std::filesystem::path& path);
 
-/// Maximum axis length and maximum number of voxels.
-inline constexpr std::int64_t kMaxAxisSize = 1 << 16;
-inline constexpr std::int64_t kMaxVoxelCount = std::int64_t(1) << 32;
-/// Accepted range of voxel spacings [mm].
-inline constexpr double kMinSpacingMm = 1e-6;
-inline constexpr double kMaxSpacingMm = 1e4;
-/// Maximum absolute coordinate [mm].
-inline constexpr double kMaxOriginMm = 1e8;
-
 /// Checks that a grid is usable: two or more voxels along each axis, valid spacing, origin and
 /// directions.
 Status check_grid(const std::filesystem::path& path, const Grid& grid);
@@ -92,13 +85,13 @@ Status check_counts(const std::filesystem::path& path, const std::vector<std::in
 /// Checks the counts, and that the image is 3-D.
 Status check_size(const std::filesystem::path& path, const std::vector<std::int64_t>& sizes);
 /// Checks size, grid, and the number of components per voxel. Sets the grid's size.
+#pragma GCC visibility push(default)  // for other components
 Status check_header(const std::filesystem::path& path, int components, ImageHeader& header);
+#pragma GCC visibility pop
 
 /// Whether ITK uses a key for header fields; such keys are not passed on.
 bool is_itk_key(std::string_view key);
 
-/// Whether the axes are perpendicular, up to rounding in files.
-bool is_perpendicular(const Mat3d& direction);
 /// Notes tolerated axes that lean by more than rounding.
 void note_lean(const Grid& grid, std::vector<std::string>& notes);
 

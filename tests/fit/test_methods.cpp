@@ -12,7 +12,6 @@
 #include <cstring>
 
 #include "fit/problem_impl.h"
-#include "fit/symmetric_eigen.h"
 #include "springs/random_networks.h"
 
 namespace pliant::test {
@@ -134,34 +133,6 @@ TEST(Motion, DerivativesAreThoseOfDifferences) {
                     EXPECT_LT(most, 1e-5 * largest(d.by[g][c])) << g << ' ' << c;
                     EXPECT_GT(largest(d.by[g][c]), 1e-3 * largest(d.at[c]));
                 }
-        }
-    }
-}
-
-TEST(Eigen, VectorsAreEigenvectorsAndStandUprightOnEachOther) {
-    for (std::uint64_t seed = 1; seed <= 20; ++seed) {
-        SCOPED_TRACE(seed);
-        Random random(seed);
-        const auto size = std::size_t(random.whole(1, 7));
-        SmallMatrix a(size, std::vector<double>(size, 0));
-        for (std::size_t p = 0; p < size; ++p)
-            for (std::size_t q = 0; q <= p; ++q) a[p][q] = a[q][p] = random.real(-1, 1);
-        const SymmetricEigen eigen = symmetric_eigen(a);
-        for (std::size_t e = 0; e < size; ++e) {
-            if (e > 0) {
-                EXPECT_LE(eigen.values[e - 1], eigen.values[e]);
-            }
-            for (std::size_t p = 0; p < size; ++p) {
-                double image = 0;
-                for (std::size_t q = 0; q < size; ++q) image += a[p][q] * eigen.vectors[e][q];
-                EXPECT_NEAR(image, eigen.values[e] * eigen.vectors[e][p], 1e-13);
-            }
-            for (std::size_t f = 0; f <= e; ++f) {
-                double product = 0;
-                for (std::size_t p = 0; p < size; ++p)
-                    product += eigen.vectors[e][p] * eigen.vectors[f][p];
-                EXPECT_NEAR(product, e == f ? 1 : 0, 1e-13);
-            }
         }
     }
 }
